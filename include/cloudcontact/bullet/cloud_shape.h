@@ -1,0 +1,42 @@
+// CloudShape: a cloud as a Bullet collision shape. Concave, may move, may be a compound's child.
+#pragma once
+
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <cloudcontact/law.h>
+#include <cloudcontact/surface_field.h>
+
+#include <memory>
+#include <optional>
+
+namespace cloudcontact {
+
+// The body's frame is the cloud's: Bullet wants the centre of mass at the frame's origin, so
+// move the cloud there first (Cloud::translated). One field serves any number of shapes.
+class CloudShape : public btConcaveShape {
+ public:
+  explicit CloudShape(std::shared_ptr<const SurfaceField> field);
+
+  const SurfaceField& field() const { return *field_; }
+
+  // The body's own k and c; a body that states none is rigid (law.h, inSeries).
+  std::optional<Material> material;
+
+  void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
+  void setLocalScaling(const btVector3& scaling)
+      override;  // only (1,1,1) is accepted: a scaled cloud is another cloud
+  const btVector3& getLocalScaling() const override;
+  // From the voxels, for a uniform density.
+  void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
+  const char* getName() const override { return "CloudShape"; }
+  void setMargin(btScalar margin) override { margin_ = margin; }
+  btScalar getMargin() const override { return margin_; }
+  // The surface as small triangles, for debug drawing and for rays; never used for contact.
+  void processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
+                           const btVector3& aabbMax) const override;
+
+ private:
+  std::shared_ptr<const SurfaceField> field_;
+  btScalar margin_ = 0;
+};
+
+}  // namespace cloudcontact

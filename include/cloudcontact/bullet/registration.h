@@ -1,0 +1,59 @@
+// One call makes a Bullet world understand CloudShape.
+#pragma once
+
+#include <cloudcontact/contact.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+class btCollisionDispatcher;
+class btDynamicsWorld;
+class btCollisionWorld;
+class btIDebugDraw;
+
+namespace cloudcontact {
+
+// What all cloud pairs of a world share.
+struct CloudContactSettings {
+  LawForm law = LawForm::Paper;
+  // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
+  // decide, and where no body states one the pair is as hard as the step allows.
+  std::optional<Material> pair;
+};
+
+// Time spent and work done by the cloud narrow phase since the last reset.
+struct CloudContactStatistics {
+  double seconds = 0;
+  std::size_t pairs = 0, samples = 0, contacts = 0;
+};
+
+// Owns the algorithm factories that a dispatcher keeps pointers to: must outlive the dispatcher.
+class CloudContact {
+ public:
+  explicit CloudContact(const CloudContactSettings& settings = {});
+  ~CloudContact();
+  CloudContact(const CloudContact&) = delete;
+  CloudContact& operator=(const CloudContact&) = delete;
+
+  // The one call. For every shape type in both orders, for contacts and for closest-point queries.
+  void attach(btCollisionDispatcher& dispatcher);
+
+  const CloudContactSettings& settings() const;
+  CloudContactStatistics statistics() const;
+  void resetStatistics();
+
+ private:
+  struct Shared;
+  std::unique_ptr<Shared> shared_;
+};
+
+// What in a world's solver settings defeats the Kelvin-Voigt law (split impulse, an MLCP solver, no
+// warm starting, one friction direction, ...): one sentence each that says what to set. Empty: all
+// well.
+std::vector<std::string> diagnose(const btDynamicsWorld& world);
+
+// Sets what diagnose() asks for, where it is a setting.
+void recommendedSettings(btDynamicsWorld& world);
+
+}  // namespace cloudcontact

@@ -1,0 +1,97 @@
+// The contact of two bodies: samples of each looked up in the other, gathered in patches, each
+// patch reduced to at most four points that keep its force and moment.
+// Paper, steps 2 to 5; FORCE.md for the form of the sums.
+#pragma once
+
+#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/law.h>
+#include <cloudcontact/surface_field.h>
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cloudcontact {
+
+// One side of a query: a cloud's field or a shape (exactly one of the two), where it stands, how it
+// moves.
+struct ContactBody {
+  const SurfaceField* field = nullptr;
+  const AnalyticShape* shape = nullptr;
+  Pose pose;
+  Motion motion;
+};
+
+struct ContactSettings {
+  LawForm law = LawForm::Paper;
+  Material pair{1e4, 0};  // the pair's k and c; ignored by LawForm::Rigid
+  double margin = 0;      // [m] surfaces this far apart still give (non-pressing) points
+};
+
+// A place where the bodies touch: what Bullet makes a btManifoldPoint of.
+struct ContactPoint {
+  Vec3 position = Vec3::Zero();  // world [m], midway between the two surfaces
+  Vec3 normal = Vec3::UnitZ();   // world, unit, from A to B
+  double depth = 0;              // [m] positive inside
+  double stiffness = 0;          // [N/m] this point's share
+  double damping = 0;            // [N s/m]
+  std::uint32_t id = 0;          // lasts from step to step
+  int patch = 0;                 // index into ContactResult::patches
+};
+
+enum class Doubt : std::uint8_t {
+  None,
+  FewSamples,
+  Opposed,
+  Deep,
+  ThinWall
+};  // why a patch is not trusted
+
+struct Patch {
+  Vec3 position = Vec3::Zero();  // centre of pressure, world [m]
+  Vec3 normal = Vec3::UnitZ();   // the digital normal, from A to B
+  double depth = 0;              // [m]
+  double stiffness = 0, damping = 0;
+  double area = 0;        // [m^2] wetted
+  double confidence = 1;  // 0..1
+  Doubt doubt = Doubt::None;
+  int firstPoint = 0, points = 0;
+};
+
+struct ContactResult {
+  std::vector<Patch> patches;
+  std::vector<ContactPoint> points;
+  std::size_t samples = 0;  // tested and found within the margin
+  void clear() {
+    patches.clear();
+    points.clear();
+    samples = 0;
+  }
+};
+
+// Kelvin-Voigt force of the points as they stand on B, and torque about the world's origin.
+struct Wrench {
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+};
+Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b);
+
+// Finds contacts; keeps its memory between calls, so that a step after the first allocates
+// nothing. One finder serves one thread.
+class ContactFinder {
+ public:
+  ContactFinder();
+  ~ContactFinder();
+  ContactFinder(ContactFinder&&) noexcept;
+  ContactFinder& operator=(ContactFinder&&) noexcept;
+
+  // "No contact" is an empty result. Throws std::invalid_argument where a body has neither field
+  // nor shape, both bodies are shapes, or a pose is not finite.
+  const ContactResult& find(const ContactBody& a, const ContactBody& b,
+                            const ContactSettings& settings);
+
+ private:
+  struct Scratch;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+}  // namespace cloudcontact

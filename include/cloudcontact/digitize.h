@@ -1,0 +1,33 @@
+// From a mesh to a cloud: depth columns along an axis, cut into voxels (paper, step 1 and Fig. 4).
+#pragma once
+
+#include <cloudcontact/cloud.h>
+#include <cloudcontact/mesh.h>
+
+#include <functional>
+
+namespace cloudcontact {
+
+struct DigitizeSettings {
+  double voxelSize = 0;                         // [m], must be set
+  std::size_t maxBytes = std::size_t{4} << 30;  // refuse, with a size that would fit, beyond this
+  int threads = 0;                              // 0: all cores
+  std::function<void(double)> progress;         // called with 0..1, may be empty
+};
+
+// What became of a mesh on its way to voxels.
+struct DigitizeReport {
+  bool closed = false;         // every edge belonged to two faces
+  std::size_t badColumns = 0;  // columns in which the surface did not close, left to other axes
+  std::size_t undecidedVoxels = 0;  // voxels that all axes left open, decided by winding number
+};
+
+// Throws std::invalid_argument on a bad setting or a mesh without volume, std::length_error where
+// the voxels would need more than maxBytes: the message says how much, and the size that fits.
+Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings,
+               DigitizeReport* report = nullptr);
+
+// An upper bound of the memory that digitising would hold, before anything is allocated [bytes].
+std::size_t digitizeBytes(const Mesh& mesh, double voxelSize);
+
+}  // namespace cloudcontact

@@ -1,0 +1,59 @@
+// SurfaceField: what a query asks of a cloud. For each voxel near the surface the base vector's
+// direction and the signed depth (paper (4); DESIGN.md, "The method", 1-5), and the samples with
+// which the cloud itself feels other bodies. Built once from a cloud, then shared by every body
+// of that shape.
+#pragma once
+
+#include <cloudcontact/cloud.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cloudcontact {
+
+struct FieldSettings {
+  double window = 2.5;                   // radius of the cuttable area C [voxels]
+  int threads = 0;                       // 0: all cores
+  std::function<void(double)> progress;  // called with 0..1, may be empty
+};
+
+// A piece of a cloud's own surface: the paper's collision voxel, as a quadrature point.
+// In voxels, in the frame of the cloud's grid (origin at the grid's corner).
+struct SurfaceSample {
+  float position[3];  // on the surface
+  float normal[3];    // outward unit
+  float area;         // [voxel^2]
+};
+
+// The answer of a field at a point, in the body's frame.
+struct FieldPoint {
+  double depth;  // [m], positive inside
+  Vec3 normal;   // outward unit
+};
+
+class SurfaceField {
+ public:
+  // Builds the field. Throws std::invalid_argument on an empty cloud or a bad setting.
+  static std::shared_ptr<const SurfaceField> build(const Cloud& cloud,
+                                                   const FieldSettings& settings = {});
+
+  virtual ~SurfaceField() = default;
+
+  virtual const Cloud& cloud() const = 0;
+  // Number of voxels in the band.
+  virtual std::size_t bandVoxels() const = 0;
+  virtual std::size_t bytes() const = 0;
+  virtual std::size_t sampleCount() const = 0;
+  // The k-th sample; the order is fixed by the cloud alone.
+  virtual SurfaceSample sample(std::size_t k) const = 0;
+  // Depth and normal at a point of the body's frame; nothing outside the band.
+  virtual std::optional<FieldPoint> at(const Vec3& local) const = 0;
+  // Lowest and highest corner of the surface, body's frame [m].
+  virtual Eigen::AlignedBox3d bounds() const = 0;
+};
+
+}  // namespace cloudcontact
