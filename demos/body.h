@@ -1,0 +1,49 @@
+// A body as users name it: a mesh file, a saved cloud, or a primitive.
+#pragma once
+
+#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/cloud.h>
+#include <cloudcontact/digitize.h>
+#include <cloudcontact/mesh.h>
+
+#include <optional>
+#include <string>
+
+#include "options.h"
+
+namespace cloudcontact::program {
+
+// Exactly one of the three is there: what the specification named.
+struct Body {
+  std::string name;                    // as typed
+  std::optional<Mesh> mesh;            // of a file, in metres
+  std::optional<AnalyticShape> shape;  // a primitive or the half-space z < 0
+  std::optional<Cloud> cloud;          // of a .cloud file
+};
+
+// Reads `specification`: sphere:R, box:X,Y,Z (full edges), cylinder:R,H, capsule:R,H and cone:R,H
+// (axis z; a capsule's H is between its caps' centres), halfspace (z < 0), a .cloud file or a mesh
+// file. Throws BadInput naming it.
+Body readBody(const std::string& specification, const CommonOptions& options);
+
+bool isHalfSpace(const Body& body);
+// Lowest and highest corner in the body's frame [m].
+Eigen::AlignedBox3d boundsOf(const Body& body);
+// A voxel for those who name none: a hundredth of the body's diagonal. [m]
+double defaultVoxel(const Body& body);
+
+struct DigitizedBody {
+  Cloud cloud;
+  bool closed = true;  // the mesh's every edge belonged to two faces
+};
+
+// The body as a cloud: a mesh digitised (a sheet as a shell, with a message on stderr), a primitive
+// by way of its mesh, a saved cloud as it is. Throws BadInput for a half-space, a voxel that does
+// not fit in memory, or a saved cloud of another voxel size than the one asked for.
+DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options);
+
+// The body as a mesh; facets of a primitive within `tolerance` [m]. Throws BadInput where it is a
+// half-space or a saved cloud.
+Mesh meshOf(const Body& body, double tolerance);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,15 @@
+// The program's commands: each adds itself to the command line and runs when it is chosen.
+// A command throws BadInput or WorkFailed (errors.h); main() turns them into exit codes.
+#pragma once
+
+#include "errors.h"
+#include "options.h"
+
+namespace cloudcontact::program {
+
+void addDigitizeCommand(CLI::App& app);
+void addContactCommand(CLI::App& app);
+void addSimulateCommand(CLI::App& app);
+void addDemoCommand(CLI::App& app);
+
+}  // namespace cloudcontact::program

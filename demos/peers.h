@@ -1,0 +1,35 @@
+// Bullet's own answers, for comparison: the shapes of --method gjk, gimpact, hacd and primitive.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/mesh.h>
+
+#include <memory>
+#include <vector>
+
+#include "options.h"
+
+namespace cloudcontact::program {
+
+// A Bullet shape and what it points into (children, index arrays), in the frame of the mesh or
+// primitive it was made of: move the mesh first where Bullet wants the centre of mass at the
+// origin.
+struct PeerShape {
+  std::vector<std::shared_ptr<void>> keep;  // outlives `shape`
+  std::shared_ptr<btCollisionShape> shape;
+};
+
+// Convex hull of the vertices, which GJK and EPA see; inner vertices are dropped first.
+PeerShape hullShape(const Mesh& mesh);
+// The triangles as GImpact takes them.
+PeerShape gimpactShape(const Mesh& mesh);
+// A compound of convex parts by HACD.
+PeerShape convexPartsShape(const Mesh& mesh);
+// Bullet's own sphere, box, capsule, cylinder, cone, hull; btStaticPlaneShape for a half-space.
+PeerShape primitiveShape(const AnalyticShape& shape);
+
+// What the dispatcher needs for the method beyond Bullet's defaults (GImpact's algorithm).
+void registerPeer(btCollisionDispatcher& dispatcher, Method method);
+
+}  // namespace cloudcontact::program
