@@ -1,0 +1,95 @@
+// How a plane cuts a unit cube: the volume below it and the area of the cut, in closed form.
+//
+// One text for C++ and OpenCL C: plain C, float, no library call but fabs. The closed form is the
+// "volume of fluid" one (Scardovelli and Zaleski, J. Comput. Phys. 164, 2000): with the normal's
+// sizes m1 <= m2 <= m3 scaled to m1 + m2 + m3 = 1 the volume is a cubic in the plane's offset,
+// piecewise, symmetric about the middle.
+#ifndef CLOUDCONTACT_KERNELS_PLANE_CELL_H
+#define CLOUDCONTACT_KERNELS_PLANE_CELL_H
+
+#ifndef CC_FN
+#define CC_FN static inline
+#endif
+
+// Smallest scaled normal component: below it the cubic pieces cancel in float (error of the volume
+// 1e-4 at 1e-3); the plane is turned by less than 0.06 deg about the cube's centre instead.
+#define CC_MIN_COMPONENT 1e-3f
+
+typedef struct {
+  float volume;  // of the cube that lies below the plane, 0..1
+  float area;    // of the plane inside the cube, 0..sqrt(3)
+} CcCut;
+
+CC_FN float ccAbs(float x) {
+  return x < 0.0f ? -x : x;
+}
+CC_FN float ccMin(float a, float b) {
+  return a < b ? a : b;
+}
+CC_FN float ccMax(float a, float b) {
+  return a > b ? a : b;
+}
+
+// The lower half of the cubic: alpha in [0, 1/2]. Returns volume, and its slope in *slope.
+CC_FN float ccCubic(float m1, float m2, float m3, float alpha, float* slope) {
+  const float m12 = m1 + m2;
+  if (alpha < m1) {
+    const float d = 1.0f / (6.0f * m1 * m2 * m3);
+    *slope = 3.0f * alpha * alpha * d;
+    return alpha * alpha * alpha * d;
+  }
+  if (alpha < m2) {
+    const float d = 1.0f / (2.0f * m2 * m3);
+    *slope = (2.0f * alpha - m1) * d;
+    return (alpha * (alpha - m1) + m1 * m1 * (1.0f / 3.0f)) * d;
+  }
+  if (alpha >= m12 && m12 <= m3) {
+    *slope = 1.0f / m3;
+    return (2.0f * alpha - m12) / (2.0f * m3);
+  }
+  const float d = 1.0f / (6.0f * m1 * m2 * m3);
+  // Written with (alpha - m)^3 so that nothing large cancels.
+  const float a1 = alpha - m1, a2 = alpha - m2, a3 = ccMax(alpha - m3, 0.0f);
+  *slope = 3.0f * (alpha * alpha - a1 * a1 - a2 * a2 - a3 * a3) * d;
+  return (alpha * alpha * alpha - a1 * a1 * a1 - a2 * a2 * a2 - a3 * a3 * a3) * d;
+}
+
+// The cube [-1/2,1/2]^3 cut by normal . x < offset; (nx, ny, nz) is of length 1.
+CC_FN CcCut ccCutCube(float nx, float ny, float nz, float offset) {
+  CcCut cut;
+  float a = ccAbs(nx), b = ccAbs(ny), c = ccAbs(nz), t;
+  if (a > b) {
+    t = a;
+    a = b;
+    b = t;
+  }
+  if (b > c) {
+    t = b;
+    b = c;
+    c = t;
+  }
+  if (a > b) {
+    t = a;
+    a = b;
+    b = t;
+  }
+  const float sum = a + b + c;
+  const float scale = 1.0f / sum;
+  float m1 = ccMax(a * scale, CC_MIN_COMPONENT), m2 = ccMax(b * scale, CC_MIN_COMPONENT);
+  const float m3 = 1.0f - m1 - m2;
+  const float alpha = 0.5f + offset * scale;
+  float slope = 0.0f;
+  if (alpha <= 0.0f) {
+    cut.volume = 0.0f;
+  } else if (alpha >= 1.0f) {
+    cut.volume = 1.0f;
+  } else if (alpha <= 0.5f) {
+    cut.volume = ccCubic(m1, m2, m3, alpha, &slope);
+  } else {
+    cut.volume = 1.0f - ccCubic(m1, m2, m3, 1.0f - alpha, &slope);
+  }
+  cut.area = slope * scale;
+  return cut;
+}
+
+#endif
