@@ -2,13 +2,15 @@
 #include "scene.h"
 
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <sdf/sdf.hh>
+#include <sstream>
 
-#include "commands.h"
+#include "errors.h"
 
-namespace cloudcontact::demos {
+namespace cloudcontact::program {
 namespace {
 
 // Collects what one file's reading needs: where meshes lie, and how to name an element in errors.
@@ -22,6 +24,7 @@ class SceneReader {
   [[noreturn]] void fail(const std::string& element, const std::string& what) const {
     throw BadInput(file_.string() + ": " + element + ": " + what);
   }
+  void checkText() const;
   void check(const sdf::Errors& errors, const std::string& element) const;
   const sdf::World& loadWorld(sdf::Root& root) const;
   void readModel(const sdf::Model& model, const std::string& scope, const Pose& parent,
@@ -34,10 +37,10 @@ class SceneReader {
                    SceneBody& body) const;
   SceneGeometry readGeometry(const sdf::Geometry& geometry, const std::string& element) const;
   SceneMesh readMesh(const sdf::Mesh& mesh, const std::string& element) const;
-  void readJoint(const sdf::Model& model, const sdf::Joint& joint, const std::string& scope,
-                 const Pose& modelPose);
+  void readJoint(const sdf::Joint& joint, const std::string& scope, const Pose& modelPose);
   void readState(const sdf::ElementPtr& state);
-  int bodyIndex(const std::string& link, const std::string& scope, const std::string& element) const;
+  int bodyIndex(const std::string& link, const std::string& scope,
+                const std::string& element) const;
 
   Vec3 vector(const ignition::math::Vector3d& v, const std::string& element) const;
   Pose pose(const ignition::math::Pose3d& p, const std::string& element) const;
@@ -88,19 +91,34 @@ double SceneReader::positive(double value, const std::string& element) const {
   return value;
 }
 
-const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
+// Files that are something else or cut short are told apart here: libsdformat would try them as
+// robot descriptions and write three lines about it.
+void SceneReader::checkText() const {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file_, ignored))
     throw BadInput(file_.string() + ": no such file; give an SDFormat world");
+  std::ifstream in(file_, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in) throw BadInput(file_.string() + ": cannot be read; check its permissions");
+  if (text.find("<sdf") == std::string::npos)
+    throw BadInput(file_.string() + ": not an SDFormat file, it has no <sdf>; give a world");
+  if (text.find("</sdf>") == std::string::npos)
+    throw BadInput(file_.string() + ": cut short, </sdf> is missing; get the whole file");
+}
+
+const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
+  checkText();
   sdf::ParserConfig config;
   const auto folder = std::filesystem::absolute(file_).parent_path();
   config.SetFindCallback([folder](const std::string& uri) {
     const auto path = folder / uri;
     return std::filesystem::exists(path) ? path.string() : std::string();
   });
+  // A misspelt element would otherwise be passed over, and its body get another mass or surface.
+  config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
   // libsdformat also writes its complaints to stderr; ours is one line and says the same.
   sdf::Console::Instance()->SetQuiet(true);
-  check(root.Load(file_.string(), config), "not a valid SDFormat file");
+  check(root.Load(file_.string(), config), "not valid SDFormat, mend it");
   if (root.WorldCount() != 1)
     fail("<sdf>", "has " + std::to_string(root.WorldCount()) +
                       " worlds; put the models in exactly one <world>");
@@ -132,11 +150,11 @@ void SceneReader::readModel(const sdf::Model& model, const std::string& scope, c
   for (std::uint64_t i = 0; i < model.ModelCount(); ++i)
     readModel(*model.ModelByIndex(i), name + "::", modelPose, isStatic);
   for (std::uint64_t i = 0; i < model.JointCount(); ++i)
-    readJoint(model, *model.JointByIndex(i), name, modelPose);
+    readJoint(*model.JointByIndex(i), name, modelPose);
 }
 
-void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link,
-                           const std::string& scope, const Pose& modelPose, bool isStatic) {
+void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const std::string& scope,
+                           const Pose& modelPose, bool isStatic) {
   SceneBody body;
   const std::string full = scope + "::" + link.Name();
   const std::string element = "link '" + full + "'";
@@ -211,9 +229,11 @@ void SceneReader::readSurface(const sdf::ElementPtr& surface, const std::string&
       fail(name, "differs from the body's other collisions; a body has one surface here");
     field = value;
   };
-  take({"friction", "bullet", "friction"}, body.friction);
-  if (descend(surface, {"friction", "ode", "mu"})) body.friction.reset();
-  take({"friction", "ode", "mu"}, body.friction);
+  // ODE's names are the format's own; Bullet's count where those are missing.
+  if (descend(surface, {"friction", "ode", "mu"}))
+    take({"friction", "ode", "mu"}, body.friction);
+  else
+    take({"friction", "bullet", "friction"}, body.friction);
   take({"contact", "ode", "kp"}, body.stiffness);
   take({"contact", "ode", "kd"}, body.damping);
   if (body.stiffness && *body.stiffness == 0)
@@ -229,7 +249,8 @@ SceneGeometry SceneReader::readGeometry(const sdf::Geometry& geometry,
       return SceneBox{size};
     }
     case sdf::GeometryType::SPHERE:
-      return SceneSphere{positive(geometry.SphereShape()->Radius(), element + " <sphere> <radius>")};
+      return SceneSphere{
+          positive(geometry.SphereShape()->Radius(), element + " <sphere> <radius>")};
     case sdf::GeometryType::CYLINDER: {
       const auto* shape = geometry.CylinderShape();
       return SceneCylinder{positive(shape->Radius(), element + " <cylinder> <radius>"),
@@ -265,7 +286,8 @@ SceneMesh SceneReader::readMesh(const sdf::Mesh& mesh, const std::string& elemen
   out.file = (file_.parent_path() / uri).lexically_normal();
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(out.file, ignored))
-    fail(element + " <uri>", "no file '" + out.file.string() + "'; paths are relative to the scene");
+    fail(element + " <uri>",
+         "no file '" + out.file.string() + "'; paths are relative to the scene");
   out.scale = vector(mesh.Scale(), element + " <scale>");
   positive(out.scale.minCoeff(), element + " <scale>");
   return out;
@@ -279,13 +301,13 @@ int SceneReader::bodyIndex(const std::string& link, const std::string& scope,
   return found->second;
 }
 
-void SceneReader::readJoint(const sdf::Model& model, const sdf::Joint& joint,
-                            const std::string& scope, const Pose& modelPose) {
-  (void)model;
+void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
+                            const Pose& modelPose) {
   SceneJoint out;
   out.name = scope + "::" + joint.Name();
   const std::string element = "joint '" + out.name + "'";
-  if (joint.Type() == sdf::JointType::REVOLUTE) out.kind = SceneJoint::Kind::Revolute;
+  if (joint.Type() == sdf::JointType::REVOLUTE)
+    out.kind = SceneJoint::Kind::Revolute;
   else if (joint.Type() != sdf::JointType::FIXED)
     fail(element, "is of a type not known here; use fixed or revolute");
   std::string parent, child;
@@ -334,6 +356,8 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
 
 }  // namespace
 
-SceneDescription loadScene(const std::filesystem::path& file) { return SceneReader(file).read(); }
+SceneDescription loadScene(const std::filesystem::path& file) {
+  return SceneReader(file).read();
+}
 
-}  // namespace cloudcontact::demos
+}  // namespace cloudcontact::program

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-namespace cloudcontact::demos {
+namespace cloudcontact::program {
 
 // Geometries, each about its own frame's origin, axes along z. [m]
 struct SceneBox {
@@ -88,4 +88,4 @@ struct SceneDescription {
 // here, a value that is not finite or not positive where it must be.
 SceneDescription loadScene(const std::filesystem::path& file);
 
-}  // namespace cloudcontact::demos
+}  // namespace cloudcontact::program
