@@ -1,0 +1,38 @@
+// Depth columns with exact coverage: how a surface becomes voxels. See columns.cpp for the method.
+#pragma once
+
+#include <cloudcontact/cloud.h>
+#include <cloudcontact/mesh.h>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace cloudcontact {
+
+// A surface in voxel units, in the grid's frame, ready to be cut into columns.
+struct GridSurface {
+  Eigen::Vector3i bricks;                  // of the grid, which encloses all vertices
+  std::vector<Eigen::Vector3d> vertices;   // [voxels]
+  std::vector<Eigen::Vector3i> triangles;  // the mesh's own, then those that close it
+  std::size_t firstCap = 0;                // index of the first closing triangle
+};
+
+struct ColumnResult {
+  Cloud::Voxels voxels;
+  // One entry a column, u + v * width: 1 where the surface's sum did not come back to zero. Only
+  // surfaces with a boundary have such columns.
+  std::vector<std::uint8_t> bad;
+  std::size_t badColumns = 0;
+  std::size_t cappedColumns = 0;  // columns in which a closing triangle took part
+  std::size_t cappedVoxels = 0;   // voxels that one passes through
+};
+
+// The axis along which cutting is cheapest.
+int cheapestAxis(const GridSurface& surface);
+
+// Cuts the surface into columns along `axis` and those into voxels.
+ColumnResult cutColumns(const GridSurface& surface, int axis, int threads,
+                        const std::function<void(double)>& progress);
+
+}  // namespace cloudcontact

@@ -1,0 +1,229 @@
+// How a mesh's triangles hang together: see mesh_topology.h.
+#include "geometry/mesh_topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+
+namespace cloudcontact {
+
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+// For each vertex the lowest-numbered vertex with the same coordinates.
+std::vector<int> equalVertices(const std::vector<Vector3d>& v) {
+  std::vector<int> order(v.size()), same(v.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto less = [&](int a, int b) {
+    for (int k = 0; k < 3; ++k)
+      if (v[a][k] != v[b][k]) return v[a][k] < v[b][k];
+    return a < b;
+  };
+  std::sort(order.begin(), order.end(), less);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    same[order[i]] = i > 0 && v[order[i]] == v[order[i - 1]] ? same[order[i - 1]] : order[i];
+  return same;
+}
+
+// For each vertex the first vertex within the tolerance, found through cells of that size.
+std::vector<int> nearVertices(const std::vector<Vector3d>& v, double tolerance) {
+  using Key = Eigen::Matrix<std::int64_t, 3, 1>;
+  const auto hash = [](const Key& k) {
+    const std::uint64_t h = static_cast<std::uint64_t>(k[0]) * 0x9E3779B97F4A7C15ull ^
+                            static_cast<std::uint64_t>(k[1]) * 0xC2B2AE3D27D4EB4Full ^
+                            static_cast<std::uint64_t>(k[2]) * 0x165667B19E3779F9ull;
+    return static_cast<std::size_t>(h ^ (h >> 29));
+  };
+  std::unordered_multimap<Key, int, decltype(hash)> cells(v.size(), hash);
+  const auto keyOf = [&](const Vector3d& p) {
+    return Key((p / tolerance).array().floor().max(-9e17).min(9e17).cast<std::int64_t>());
+  };
+  std::vector<int> same(v.size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const Key key = keyOf(v[i]);
+    int best = static_cast<int>(i);
+    for (int n = 0; n < 27; ++n) {
+      const Key near = key + Key(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const auto [first, last] = cells.equal_range(near);
+      for (auto it = first; it != last; ++it)
+        if ((v[it->second] - v[i]).norm() <= tolerance) best = std::min(best, it->second);
+    }
+    same[i] = best;
+    if (best == static_cast<int>(i)) cells.emplace(key, best);
+  }
+  return same;
+}
+
+int rootOf(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+// A directed edge that a filling surface must have, `from` -> `to`.
+struct FillEdge {
+  int from, to;
+  bool used = false;
+};
+
+// The edges that make the mesh's boundary vanish, sorted by where they start.
+std::vector<FillEdge> fillEdges(const Mesh& mesh) {
+  std::vector<FillEdge> edges;
+  forEachEdge(sortedEdgeSides(mesh), [&](const EdgeSide* first, const EdgeSide* last) {
+    int excess = 0;
+    for (const EdgeSide* s = first; s != last; ++s) excess += s->forward ? 1 : -1;
+    for (; excess > 0; --excess) edges.push_back({first->high, first->low});
+    for (; excess < 0; ++excess) edges.push_back({first->low, first->high});
+  });
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const FillEdge& a, const FillEdge& b) { return a.from < b.from; });
+  return edges;
+}
+
+// The unused edge out of `at` that turns back most sharply from `incoming`, so that a crack whose
+// two sides share their ends becomes a loop of its own.
+FillEdge* sharpestTurn(std::vector<FillEdge>& edges, const Mesh& mesh, int at,
+                       const Vector3d& incoming) {
+  auto it = std::lower_bound(edges.begin(), edges.end(), at,
+                             [](const FillEdge& e, int v) { return e.from < v; });
+  FillEdge* best = nullptr;
+  double bestCosine = 2;
+  for (; it != edges.end() && it->from == at; ++it) {
+    if (it->used) continue;
+    const Vector3d out = (mesh.vertices[it->to] - mesh.vertices[at]).normalized();
+    const double cosine = out.dot(incoming);
+    if (cosine < bestCosine) bestCosine = cosine, best = &*it;
+  }
+  return best;
+}
+
+}  // namespace
+
+void checkMesh(const Mesh& mesh) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      throw std::invalid_argument("mesh: vertex " + std::to_string(i) +
+                                  " is NaN or infinite; repair the mesh or its exporter");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (const int v = mesh.triangles[t][k]; v < 0 || v >= count)
+        throw std::invalid_argument("mesh: triangle " + std::to_string(t) + " names vertex " +
+                                    std::to_string(v) + ", but there are " + std::to_string(count) +
+                                    "; repair the mesh's indices");
+}
+
+Mesh welded(const Mesh& mesh, double tolerance) {
+  const std::vector<int> same =
+      tolerance > 0 ? nearVertices(mesh.vertices, tolerance) : equalVertices(mesh.vertices);
+  Mesh result;
+  result.triangles.reserve(mesh.triangles.size());
+  std::vector<int> renamed(mesh.vertices.size(), -1);
+  for (const Vector3i& t : mesh.triangles) {
+    Vector3i w(same[t[0]], same[t[1]], same[t[2]]);
+    if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) continue;
+    for (int k = 0; k < 3; ++k) {
+      int& name = renamed[w[k]];
+      if (name < 0) {
+        name = static_cast<int>(result.vertices.size());
+        result.vertices.push_back(mesh.vertices[w[k]]);
+      }
+      w[k] = name;
+    }
+    result.triangles.push_back(w);
+  }
+  return result;
+}
+
+std::vector<EdgeSide> sortedEdgeSides(const Mesh& mesh) {
+  std::vector<EdgeSide> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
+    return std::tie(a.low, a.high, a.triangle, a.forward) <
+           std::tie(b.low, b.high, b.triangle, b.forward);
+  });
+  return sides;
+}
+
+std::vector<int> components(const Mesh& mesh, int& count) {
+  std::vector<int> parent(mesh.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  forEachEdge(sortedEdgeSides(mesh), [&](const EdgeSide* first, const EdgeSide* last) {
+    if (last - first != 2) return;
+    const int a = rootOf(parent, first[0].triangle), b = rootOf(parent, first[1].triangle);
+    parent[std::max(a, b)] = std::min(a, b);
+  });
+  count = 0;
+  std::vector<int> number(parent.size());
+  for (std::size_t t = 0; t < parent.size(); ++t) {
+    const int root = rootOf(parent, static_cast<int>(t));
+    number[t] = root == static_cast<int>(t) ? count++ : number[root];
+  }
+  return number;
+}
+
+std::vector<std::vector<int>> boundaryLoops(const Mesh& mesh) {
+  std::vector<FillEdge> edges = fillEdges(mesh);
+  std::vector<std::vector<int>> loops;
+  std::unordered_map<int, std::size_t> placeInPath;
+  for (FillEdge& start : edges) {
+    if (start.used) continue;
+    std::vector<int> path;
+    placeInPath.clear();
+    // Every vertex has as many fill edges in as out, so a walk can end only where it began.
+    for (FillEdge* edge = &start; edge;) {
+      edge->used = true;
+      placeInPath[edge->from] = path.size();
+      path.push_back(edge->from);
+      if (const auto met = placeInPath.find(edge->to); met != placeInPath.end()) {
+        const std::size_t cut = met->second;
+        loops.emplace_back(path.begin() + static_cast<std::ptrdiff_t>(cut), path.end());
+        for (std::size_t i = cut; i < path.size(); ++i) placeInPath.erase(path[i]);
+        path.resize(cut);
+      }
+      const Vector3d in = (mesh.vertices[edge->to] - mesh.vertices[edge->from]).normalized();
+      edge = sharpestTurn(edges, mesh, edge->to, in);
+    }
+  }
+  return loops;
+}
+
+double sixVolumes(const Mesh& mesh, const Vector3d& apex) {
+  double sum = 0;
+  for (const Vector3i& t : mesh.triangles) {
+    const Vector3d a = mesh.vertices[t[0]] - apex, b = mesh.vertices[t[1]] - apex,
+                   c = mesh.vertices[t[2]] - apex;
+    sum += a.dot(b.cross(c));
+  }
+  return sum;
+}
+
+double triangleArea(const Mesh& mesh, std::size_t triangle) {
+  const Vector3i& t = mesh.triangles[triangle];
+  const Vector3d& a = mesh.vertices[t[0]];
+  return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
+}
+
+double totalArea(const Mesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += triangleArea(mesh, t);
+  return sum;
+}
+
+Vector3d middleOf(const Mesh& mesh) {
+  if (mesh.vertices.empty()) return Vector3d::Zero();
+  Vector3d low = mesh.vertices.front(), high = low;
+  for (const Vector3d& v : mesh.vertices) low = low.cwiseMin(v), high = high.cwiseMax(v);
+  return low + 0.5 * (high - low);
+}
+
+}  // namespace cloudcontact
