@@ -5,7 +5,9 @@
 #include <cloudcontact/cloud.h>
 #include <cloudcontact/digitize.h>
 #include <cloudcontact/mesh.h>
+#include <cloudcontact/surface_field.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -41,6 +43,10 @@ struct DigitizedBody {
 // by way of its mesh, a saved cloud as it is. Throws BadInput for a half-space, a voxel that does
 // not fit in memory, or a saved cloud of another voxel size than the one asked for.
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options);
+
+// The cloud's field, with a progress bar. Throws BadInput naming the body.
+std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::string& name,
+                                               const CommonOptions& options);
 
 // The body as a mesh; facets of a primitive within `tolerance` [m]. Throws BadInput where it is a
 // half-space or a saved cloud.

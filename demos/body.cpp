@@ -1,0 +1,225 @@
+// Reading a body's specification, and turning it into a cloud or a mesh.
+#include "body.h"
+
+#include <cloudcontact/cloud_file.h>
+#include <cloudcontact/mesh_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <sstream>
+#include <vector>
+
+#include "errors.h"
+#include "primitive_mesh.h"
+#include "progress.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+// Facets of a primitive stay this far within its surface, so that the mesh adds nothing to what
+// digitising itself does to a shape (its own error is 0.004 voxels at best).
+constexpr double kFacetTolerance = 0.002;  // [voxels]
+// Lengths that single precision, which Bullet may run in, can hold and square. [m]
+constexpr double kLeastLength = 1e-7, kGreatestLength = 1e6;
+
+struct PrimitiveKind {
+  const char* name;
+  std::size_t numbers;
+  const char* form;
+  AnalyticShape (*make)(const std::vector<double>&);
+};
+
+constexpr std::array<PrimitiveKind, 5> kPrimitives = {{
+    {"sphere", 1, "sphere:RADIUS",
+     [](const std::vector<double>& v) -> AnalyticShape { return SphereShape{v[0]}; }},
+    {"box", 3, "box:X,Y,Z (full edges)",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return BoxShape{Vec3(v[0], v[1], v[2]) / 2};
+     }},
+    {"cylinder", 2, "cylinder:RADIUS,HEIGHT",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return CylinderShape{v[0], v[1] / 2};
+     }},
+    {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centres)",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return CapsuleShape{v[0], v[1] / 2};
+     }},
+    {"cone", 2, "cone:RADIUS,HEIGHT",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return ConeShape{v[0], v[1] / 2};
+     }},
+}};
+
+AnalyticShape readPrimitive(const std::string& specification, const PrimitiveKind& kind,
+                            const std::string& list) {
+  std::vector<double> sizes;
+  std::istringstream words(list);
+  for (std::string word; std::getline(words, word, ',');) {
+    const double size = readPositive(specification, word);
+    if (size < kLeastLength || size > kGreatestLength)
+      throw BadInput(specification + ": " + word +
+                     " m is out of range; sizes are from 1e-7 m to 1e6 m");
+    sizes.push_back(size);
+  }
+  if (sizes.size() != kind.numbers || list.back() == ',')
+    throw BadInput(specification + ": wrong number of sizes; write " + kind.form + ", in metres");
+  return kind.make(sizes);
+}
+
+// The primitive that the specification names, if it names one.
+std::optional<AnalyticShape> primitiveIn(const std::string& specification) {
+  if (specification == "halfspace") return HalfSpace{};
+  const std::size_t colon = specification.find(':');
+  const std::string name = specification.substr(0, colon);
+  for (const PrimitiveKind& kind : kPrimitives) {
+    if (name != kind.name) continue;
+    if (colon == std::string::npos || colon + 1 == specification.size())
+      throw BadInput(specification + ": sizes are missing; write " + kind.form + ", in metres");
+    return readPrimitive(specification, kind, specification.substr(colon + 1));
+  }
+  return {};
+}
+
+std::string lowerExtension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// What a library throws about a file is the user's to mend; running out of memory is not.
+template <class Load>
+auto asBadInput(const std::string& name, Load load) {
+  try {
+    return load();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    const std::string message = error.what();
+    throw BadInput(message.find(name) != std::string::npos ? message : name + ": " + message);
+  }
+}
+
+void refuseUnusable(const std::string& name) {
+  namespace fs = std::filesystem;
+  const fs::path file(name);
+  std::error_code error;
+  if (!fs::exists(file, error))
+    throw BadInput(name +
+                   ": no such file; give a mesh file, a .cloud file, sphere:R, box:X,Y,Z, "
+                   "cylinder:R,H, capsule:R,H, cone:R,H or halfspace");
+  if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
+  const std::string extension = lowerExtension(file);
+  if (extension == ".pcd" || extension == ".xyz")
+    throw BadInput(name + ": point clouds are not there yet; give a mesh or a .cloud file");
+}
+
+Mesh withInside(const Body& body, const Mesh& whole, double voxel, const CommonOptions& options) {
+  if (!isSheet(whole)) return whole;
+  const double thickness = options.shell.value_or(3 * voxel);
+  std::cerr << "cloudcontact: " << body.name << " has no inside; made a shell " << thickness
+            << " m thick behind its faces (--shell)\n";
+  return shell(whole, thickness);
+}
+
+void refuseCoarse(const Body& body, const Mesh& mesh, double voxel) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& v : mesh.vertices) box.extend(v);
+  const double thinnest = box.isEmpty() ? 0 : box.sizes().minCoeff();
+  if (voxel <= thinnest) return;
+  std::ostringstream message;
+  message << "--voxel: " << voxel << " m is larger than " << body.name << " is thick (" << thinnest
+          << " m); give at most " << thinnest / 4 << ", or --unit if the file is not in metres";
+  throw BadInput(message.str());
+}
+
+}  // namespace
+
+Body readBody(const std::string& specification, const CommonOptions& options) {
+  Body body;
+  body.name = specification;
+  body.shape = primitiveIn(specification);
+  if (body.shape) return body;
+  refuseUnusable(specification);
+  if (lowerExtension(specification) == ".cloud")
+    body.cloud = asBadInput(specification, [&] { return loadCloud(specification); });
+  else
+    body.mesh =
+        asBadInput(specification, [&] { return loadMesh(specification, options.metresPerUnit); });
+  return body;
+}
+
+bool isHalfSpace(const Body& body) {
+  return body.shape && std::holds_alternative<HalfSpace>(*body.shape);
+}
+
+Eigen::AlignedBox3d boundsOf(const Body& body) {
+  if (body.shape) return shapeBounds(*body.shape);
+  Eigen::AlignedBox3d box;
+  if (body.cloud) {
+    box.extend(body.cloud->origin());
+    const Vec3 size = body.cloud->size().cast<double>() * body.cloud->voxelSize();
+    box.extend(Vec3(body.cloud->origin() + size));
+  } else {
+    for (const Vec3& v : body.mesh->vertices) box.extend(v);
+  }
+  return box;
+}
+
+double defaultVoxel(const Body& body) {
+  return body.cloud ? body.cloud->voxelSize() : boundsOf(body).diagonal().norm() / 100;
+}
+
+DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options) {
+  if (isHalfSpace(body))
+    throw BadInput("halfspace: is endless and has no voxels; give a box as large as you need");
+  if (body.cloud) {
+    const double own = body.cloud->voxelSize();
+    if (options.voxel && std::abs(*options.voxel - own) > 1e-6 * own) {
+      std::ostringstream message;
+      message << "--voxel: " << body.name << " was saved with voxels of " << own
+              << " m; leave --voxel out or digitise its mesh again";
+      throw BadInput(message.str());
+    }
+    return {*body.cloud, true};
+  }
+  return asBadInput(body.name, [&] {
+    Mesh mesh;
+    if (body.shape)
+      mesh = primitiveMesh(*body.shape, kFacetTolerance * voxel);
+    else
+      mesh = withInside(body, mended(*body.mesh), voxel, options);
+    refuseCoarse(body, mesh, voxel);
+    DigitizeSettings settings;
+    settings.voxelSize = voxel;
+    settings.threads = options.threads;
+    settings.progress = progressBar("digitising " + body.name);
+    DigitizeReport report;
+    DigitizedBody result;
+    result.cloud = digitize(mesh, settings, &report);
+    result.closed = report.closed;
+    return result;
+  });
+}
+
+std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::string& name,
+                                               const CommonOptions& options) {
+  FieldSettings settings;
+  settings.threads = options.threads;
+  settings.progress = progressBar("finding the surface of " + name);
+  return asBadInput(name, [&] { return SurfaceField::build(cloud, settings); });
+}
+
+Mesh meshOf(const Body& body, double tolerance) {
+  if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box as large as you need");
+  if (body.cloud)
+    throw BadInput(body.name + ": a saved cloud has no mesh; use --method cloud or give the mesh");
+  return body.mesh ? *body.mesh : primitiveMesh(*body.shape, tolerance);
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,129 @@
+// `cloudcontact digitize BODY [-o FILE.cloud]`: a body as voxels, what it weighs, what it costs.
+#include <cloudcontact/cloud_file.h>
+#include <cloudcontact/surface_field.h>
+
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "body.h"
+#include "commands.h"
+#include "json.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr double kWater = 1000;  // density where none is given [kg/m^3]
+
+struct DigitizeOptions {
+  CommonOptions common;
+  std::string body;
+  std::string output;
+  double density = kWater;
+};
+
+struct Digitized {
+  Cloud cloud;
+  bool closed = true;
+  std::shared_ptr<const SurfaceField> field;
+  double cloudMilliseconds = 0, fieldMilliseconds = 0;
+};
+
+double millisecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
+  const double voxel = options.common.voxel.value_or(defaultVoxel(body));
+  Digitized result;
+  const auto start = std::chrono::steady_clock::now();
+  DigitizedBody digitized = digitizeBody(body, voxel, options.common);
+  result.cloud = std::move(digitized.cloud);
+  result.closed = digitized.closed;
+  result.cloudMilliseconds = millisecondsSince(start);
+  const auto middle = std::chrono::steady_clock::now();
+  result.field = buildField(result.cloud, body.name, options.common);
+  result.fieldMilliseconds = millisecondsSince(middle);
+  return result;
+}
+
+Json resultJson(const Digitized& d, double density) {
+  const VoxelCounts counts = d.cloud.counts();
+  const MassProperties mass = d.cloud.massProperties();
+  Json json;
+  json["voxelSize"] = d.cloud.voxelSize();
+  json["voxels"] = counts.inside + counts.interface;
+  json["bandVoxels"] = d.field->bandVoxels();
+  json["volume"] = mass.volume;
+  json["density"] = density;
+  json["mass"] = density * mass.volume;
+  json["centerOfMass"] = asJson(mass.centerOfMass);
+  json["inertia"] = asJson(Eigen::Matrix3d(density * mass.inertia));
+  json["bytes"] = d.cloud.bytes() + d.field->bytes();
+  json["cloudBytes"] = d.cloud.bytes();
+  json["fieldBytes"] = d.field->bytes();
+  json["closed"] = d.closed;
+  json["milliseconds"] = d.cloudMilliseconds + d.fieldMilliseconds;
+  json["cloudMilliseconds"] = d.cloudMilliseconds;
+  json["fieldMilliseconds"] = d.fieldMilliseconds;
+  return json;
+}
+
+void printText(const std::string& name, const Json& j) {
+  const auto n = [&](const char* field) { return j[field].get<double>(); };
+  std::cout << name << " in voxels of " << n("voxelSize") << " m\n"
+            << "  voxels         " << j["voxels"] << ", near the surface " << j["bandVoxels"]
+            << '\n'
+            << "  volume         " << n("volume") << " m^3\n"
+            << "  mass           " << n("mass") << " kg at " << n("density") << " kg/m^3\n"
+            << "  centre of mass " << vectorText(j["centerOfMass"]) << " m\n"
+            << "  memory         " << n("bytes") / 1e6 << " MB (voxels " << n("cloudBytes") / 1e6
+            << ", field " << n("fieldBytes") / 1e6 << ")\n"
+            << "  time           " << n("milliseconds") << " ms (voxels " << n("cloudMilliseconds")
+            << ", field " << n("fieldMilliseconds") << ")\n";
+  if (!j["closed"].get<bool>())
+    std::cout << "  the mesh is not closed: where an axis could not tell, others did\n";
+}
+
+void run(const DigitizeOptions& options) {
+  if (!options.output.empty()) checkOutput("-o", options.output, ".cloud");
+  const Body body = readBody(options.body, options.common);
+  const Digitized digitized = digitizeWhole(body, options);
+  if (!options.output.empty()) {
+    try {
+      saveCloud(digitized.cloud, options.output);
+    } catch (const std::runtime_error& error) {
+      throw BadInput(std::string("-o: ") + error.what());
+    }
+  }
+  const Json json = resultJson(digitized, options.density);
+  if (options.common.json)
+    std::cout << json.dump(2) << '\n';
+  else
+    printText(options.body, json);
+}
+
+}  // namespace
+
+void addDigitizeCommand(CLI::App& app) {
+  auto options = std::make_shared<DigitizeOptions>();
+  CLI::App& command = *app.add_subcommand("digitize", "turn a body into voxels and measure it");
+  command.add_option("BODY", options->body, "mesh file, .cloud file or primitive")->required();
+  command.add_option("-o,--output", options->output, "where to save the cloud")
+      ->type_name("FILE.cloud");
+  command
+      .add_option_function<std::string>(
+          "--density",
+          [options](const std::string& text) {
+            options->density = readPositive("--density", text);
+          },
+          "density for mass and inertia [kg/m^3] (default 1000)")
+      ->type_name("RHO");
+  addCommonOptions(command, options->common);
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace cloudcontact::program

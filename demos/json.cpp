@@ -1,0 +1,47 @@
+// Vectors as JSON, and the look at an output file before the work starts.
+#include "json.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "errors.h"
+
+namespace cloudcontact::program {
+
+Json asJson(const Eigen::Vector3d& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
+
+Json asJson(const Eigen::Matrix3d& m) {
+  Json numbers = Json::array();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) numbers.push_back(m(row, column));
+  return numbers;
+}
+
+std::string vectorText(const Json& array) {
+  std::ostringstream text;
+  for (std::size_t k = 0; k < array.size(); ++k) text << (k ? " " : "") << array[k].get<double>();
+  return text.str();
+}
+
+void checkOutput(const std::string& option, const std::string& file, const std::string& extension) {
+  namespace fs = std::filesystem;
+  const fs::path path(file);
+  std::error_code error;
+  const auto refuse = [&](const std::string& why) {
+    throw BadInput(option + ": " + file + " " + why);
+  };
+  if (!extension.empty() && path.extension() != extension)
+    refuse("does not end in " + extension + "; name the file FILE" + extension);
+  if (fs::is_directory(path, error)) refuse("is a directory; name a file in it");
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, error))
+    refuse("cannot be written, its folder does not exist; make it first");
+  if (access(folder.c_str(), W_OK) != 0)
+    refuse("cannot be written, its folder is not writable; choose another");
+}
+
+}  // namespace cloudcontact::program

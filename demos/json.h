@@ -1,0 +1,23 @@
+// How the program writes: JSON fields in the order they are set, vectors as arrays, files checked
+// before the work starts.
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace cloudcontact::program {
+
+using Json = nlohmann::ordered_json;
+
+Json asJson(const Eigen::Vector3d& v);  // [x, y, z]
+Json asJson(const Eigen::Matrix3d& m);  // 9 numbers, row by row
+
+// "x y z" of an array, for people.
+std::string vectorText(const Json& array);
+
+// Throws BadInput naming `option` where `file` cannot be written or does not end in `extension`
+// (not checked where empty): before the work rather than after it.
+void checkOutput(const std::string& option, const std::string& file, const std::string& extension);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,58 @@
+// The program `cloudcontact`: reads the command line, runs one command, turns what went wrong into
+// one line on stderr and an exit code (0 done, 1 the work failed, 2 bad input).
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "commands.h"
+
+namespace {
+
+constexpr int kWorkFailed = 1;
+constexpr int kBadInput = 2;
+
+// One line, whatever a library put into its message.
+int complain(std::string message, int code) {
+  while (!message.empty() && message.back() == '\n') message.pop_back();
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::cerr << "cloudcontact: " << message << '\n';
+  return code;
+}
+
+int run(int argc, char** argv) {
+  using namespace cloudcontact::program;
+  CLI::App app("Contact between digital clouds: digitise bodies, press them together, simulate.",
+               "cloudcontact");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", CLOUDCONTACT_VERSION);
+  addDigitizeCommand(app);
+  addContactCommand(app);
+  addSimulateCommand(app);
+  addDemoCommand(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    const std::string command =
+        app.get_subcommands().empty() ? "" : app.get_subcommands().front()->get_name() + " ";
+    return complain(std::string(error.what()) + "; see cloudcontact " + command + "--help",
+                    kBadInput);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const cloudcontact::program::BadInput& error) {
+    return complain(error.what(), kBadInput);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory; give a larger --voxel", kWorkFailed);
+  } catch (const std::exception& error) {
+    return complain(error.what(), kWorkFailed);
+  }
+}
