@@ -83,7 +83,7 @@ Eigen::Vector2d onSegment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
   return a + std::clamp(t, 0.0, 1.0) * along;
 }
 
-ShapePoint pointOf(const ConeShape& cone, const Vec3& x) {
+ShapePoint sharpPoint(const ConeShape& cone, const Vec3& x) {
   const Profile profile(x);
   const Eigen::Vector2d rim(cone.radius, -cone.halfHeight), tip(0, cone.halfHeight);
   const Eigen::Vector2d slope = Eigen::Vector2d(2 * cone.halfHeight, cone.radius).normalized();
@@ -156,7 +156,7 @@ const HalfSpace& mostViolated(const HullShape& hull, const Vec3& x) {
                            });
 }
 
-ShapePoint pointOf(const HullShape& hull, const Vec3& x) {
+ShapePoint sharpPoint(const HullShape& hull, const Vec3& x) {
   const HalfSpace* worst = &mostViolated(hull, x);
   const double excess = worst->normal.dot(x) - worst->offset;
   if (excess <= 0) return {-excess, worst->normal};
@@ -174,6 +174,20 @@ ShapePoint pointOf(const HullShape& hull, const Vec3& x) {
   const Vec3 out = x - foot;
   const double distance = out.norm();
   return distance > 0 ? ShapePoint{-distance, out / distance} : ShapePoint{-excess, worst->normal};
+}
+
+// A margin moves every surface point out along its normal: it adds to the depth and turns nothing.
+template <typename Sharp>
+ShapePoint withMargin(const Sharp& shape, const Vec3& x) {
+  ShapePoint point = sharpPoint(shape, x);
+  point.depth += shape.margin;
+  return point;
+}
+ShapePoint pointOf(const ConeShape& cone, const Vec3& x) {
+  return withMargin(cone, x);
+}
+ShapePoint pointOf(const HullShape& hull, const Vec3& x) {
+  return withMargin(hull, x);
 }
 
 Eigen::AlignedBox3d symmetric(double x, double y, double z) {
@@ -196,12 +210,12 @@ Eigen::AlignedBox3d boundsOf(const CylinderShape& c) {
   return symmetric(c.radius, c.radius, c.halfHeight);
 }
 Eigen::AlignedBox3d boundsOf(const ConeShape& c) {
-  return symmetric(c.radius, c.radius, c.halfHeight);
+  return symmetric(c.radius + c.margin, c.radius + c.margin, c.halfHeight + c.margin);
 }
 Eigen::AlignedBox3d boundsOf(const HullShape& hull) {
   Eigen::AlignedBox3d box;
   for (const Vec3& corner : hull.corners) box.extend(corner);
-  return box;
+  return {Vec3(box.min().array() - hull.margin), Vec3(box.max().array() + hull.margin)};
 }
 
 }  // namespace
