@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <iostream>
 #include <map>
 #include <sdf/sdf.hh>
 #include <sstream>
@@ -12,6 +13,19 @@
 
 namespace cloudcontact::program {
 namespace {
+
+// Takes what libraries write to std::cerr while it lives: where a file is no valid SDFormat,
+// libsdformat tries it as a robot description and complains about that.
+class SilencedErrors {
+ public:
+  SilencedErrors() : kept_(std::cerr.rdbuf(nullptr)) {}
+  ~SilencedErrors() { std::cerr.rdbuf(kept_); }
+  SilencedErrors(const SilencedErrors&) = delete;
+  SilencedErrors& operator=(const SilencedErrors&) = delete;
+
+ private:
+  std::streambuf* kept_;
+};
 
 // Collects what one file's reading needs: where meshes lie, and how to name an element in errors.
 class SceneReader {
@@ -91,8 +105,8 @@ double SceneReader::positive(double value, const std::string& element) const {
   return value;
 }
 
-// Files that are something else or cut short are told apart here: libsdformat would try them as
-// robot descriptions and write three lines about it.
+// Files that are something else or cut short are told apart here: libsdformat would only say that
+// it cannot read them.
 void SceneReader::checkText() const {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file_, ignored))
@@ -116,9 +130,11 @@ const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
   });
   // A misspelt element would otherwise be passed over, and its body get another mass or surface.
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
-  // libsdformat also writes its complaints to stderr; ours is one line and says the same.
-  sdf::Console::Instance()->SetQuiet(true);
-  check(root.Load(file_.string(), config), "not valid SDFormat, mend it");
+  const auto errors = [&] {
+    const SilencedErrors silence;
+    return root.Load(file_.string(), config);
+  }();
+  check(errors, "not valid SDFormat, mend it");
   if (root.WorldCount() != 1)
     fail("<sdf>", "has " + std::to_string(root.WorldCount()) +
                       " worlds; put the models in exactly one <world>");
