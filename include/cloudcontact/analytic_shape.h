@@ -25,13 +25,16 @@ struct CapsuleShape {
 struct CylinderShape {
   double radius = 0, halfHeight = 0;
 };
+// Base at -halfHeight, tip at +halfHeight; the body is all within `margin` of that cone [m].
 struct ConeShape {
-  double radius = 0, halfHeight = 0;
-};  // base at -halfHeight, tip at +halfHeight
-// Outward planes normal.x <= offset, at least four, and the corners for bounds.
+  double radius = 0, halfHeight = 0, margin = 0;
+};
+// Outward planes normal.x <= offset, at least four, and the corners for bounds; the body is all
+// within `margin` of that hull [m].
 struct HullShape {
   std::vector<HalfSpace> planes;
   std::vector<Vec3> corners;
+  double margin = 0;
 };
 
 using AnalyticShape = std::variant<HalfSpace, SphereShape, BoxShape, CapsuleShape, CylinderShape,

@@ -25,12 +25,13 @@ class CloudShape : public btConcaveShape {
   void setLocalScaling(const btVector3& scaling)
       override;  // only (1,1,1) is accepted: a scaled cloud is another cloud
   const btVector3& getLocalScaling() const override;
-  // From the voxels, for a uniform density.
+  // From the voxels, for a uniform density. Bullet keeps the diagonal alone: where the body's axes
+  // are not its principal axes, turn them first (PrincipalFrame).
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
   const char* getName() const override { return "CloudShape"; }
   void setMargin(btScalar margin) override { margin_ = margin; }
   btScalar getMargin() const override { return margin_; }
-  // The surface as small triangles, for debug drawing and for rays; never used for contact.
+  // The surface as small squares of two triangles each, for drawing; never used for contact.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                            const btVector3& aabbMax) const override;
 
@@ -38,5 +39,14 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<const SurfaceField> field_;
   btScalar margin_ = 0;
 };
+
+// The frame in which a cloud's inertia is diagonal, for bodies whose own axes are askew: put the
+// CloudShape in a btCompoundShape with the child transform `frame.inverse()`, give the rigid body
+// the compound, `frame` as its place in the cloud's frame, and mass * inertiaPerMass.
+struct PrincipalFrame {
+  btTransform frame;         // from the cloud's frame, at its centre of mass
+  btVector3 inertiaPerMass;  // [m^2]
+};
+PrincipalFrame principalFrame(const Cloud& cloud);
 
 }  // namespace cloudcontact

@@ -9,8 +9,6 @@
 
 class btCollisionDispatcher;
 class btDynamicsWorld;
-class btCollisionWorld;
-class btIDebugDraw;
 
 namespace cloudcontact {
 
@@ -26,6 +24,10 @@ struct CloudContactSettings {
 struct CloudContactStatistics {
   double seconds = 0;
   std::size_t pairs = 0, samples = 0, contacts = 0;
+  // Pairs that could not be answered (a NaN pose, a flat shape, an exception, which never crosses
+  // Bullet), and what the last one said.
+  std::size_t failures = 0;
+  std::string lastFailure;
 };
 
 // Owns the algorithm factories that a dispatcher keeps pointers to: must outlive the dispatcher.

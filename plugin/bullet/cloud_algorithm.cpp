@@ -1,0 +1,200 @@
+// One pair's step: wrappers to ContactBody, ContactFinder, points to manifolds or to a query.
+#include "cloud_algorithm.h"
+
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <cloudcontact/bullet/cloud_shape.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <typeinfo>
+
+#include "convert.h"
+#include "manifold_writer.h"
+#include "narrow_phase.h"
+#include "pair_law.h"
+#include "shape_conversion.h"
+
+namespace cloudcontact {
+
+namespace {
+
+// The collision algorithm pool's element; release builds of Bullet do not check it.
+static_assert(sizeof(CloudAlgorithm) <= 192);
+
+// [voxels a step] Sliding slower than this is not told from a standing contact's solver residue.
+constexpr double kSlidingVoxelsPerStep = 1e-3;
+
+Motion motionOf(const btCollisionObject& object) {
+  const Vec3 center = toVec3(object.getWorldTransform().getOrigin());
+  // Velocities as they are before this step's gravity: Bullet adds that only in its solver.
+  if (const auto* rigid = btRigidBody::upcast(&object))
+    return {toVec3(rigid->getLinearVelocity()), toVec3(rigid->getAngularVelocity()), center};
+  return {Vec3::Zero(), Vec3::Zero(), center};
+}
+
+bool isFinite(const Pose& pose) {
+  return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
+}
+
+double voxelOf(const ContactBody& a, const ContactBody& b) {
+  double size = std::numeric_limits<double>::infinity();
+  for (const ContactBody* body : {&a, &b})
+    if (body->field) size = std::min(size, body->field->cloud().voxelSize());
+  return size;
+}
+
+// Lends a finder from the narrow phase for the length of a query.
+class BorrowedFinder {
+ public:
+  explicit BorrowedFinder(NarrowPhase& owner) : owner_(owner), finder_(owner.borrow()) {}
+  ~BorrowedFinder() { owner_.giveBack(std::move(finder_)); }
+  BorrowedFinder(const BorrowedFinder&) = delete;
+  BorrowedFinder& operator=(const BorrowedFinder&) = delete;
+  ContactFinder& operator*() const { return *finder_; }
+
+ private:
+  NarrowPhase& owner_;
+  std::unique_ptr<ContactFinder> finder_;
+};
+
+// A query's own addContactPoint wants a manifold, of which it reads the order of the bodies.
+void tell(btManifoldResult& result, const PairSides& sides, const ContactResult& contact) {
+  btPersistentManifold order(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
+                             0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  btPersistentManifold* const before = result.getPersistentManifold();
+  result.setPersistentManifold(&order);
+  for (const ContactPoint& point : contact.points) {
+    const Vec3 onB = point.position - point.depth / 2 * point.normal;
+    result.addContactPoint(toBullet(Vec3(-point.normal)), toBullet(onB),
+                           static_cast<btScalar>(-point.depth));
+  }
+  result.setPersistentManifold(before);
+}
+
+// Without a stiffness of its own per area, the foundation law shares out the step's limit [N/m] as
+// the contacts' areas are: found with 1 N/m^3, scaled to the whole.
+double sharedScale(const ContactResult& contact, double whole) {
+  double sum = 0;
+  for (const ContactPoint& point : contact.points) sum += point.stiffness;
+  return sum > 0 ? whole / sum : 0;
+}
+
+}  // namespace
+
+struct CloudAlgorithm::State {
+  State(btDispatcher& dispatcher, NarrowPhase& shared) : narrowPhase(shared), writer(dispatcher) {}
+
+  // One side for the finder; nothing where the shape is neither a cloud nor a convex body.
+  std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, ConversionCache& cache);
+  void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+               const btDispatcherInfo& info, btManifoldResult& result);
+  void deliver(const PairSides& sides, const ContactResult& contact, const PairLaw& law,
+               double slidingSpeed, btManifoldResult& result);
+
+  NarrowPhase& narrowPhase;
+  ManifoldWriter writer;
+  ConversionCache shapeA, shapeB;
+};
+
+std::optional<ContactBody> CloudAlgorithm::State::bodyOf(const btCollisionObjectWrapper& wrap,
+                                                         ConversionCache& cache) {
+  ContactBody body;
+  body.pose = toPose(wrap.getWorldTransform());
+  body.motion = motionOf(*wrap.getCollisionObject());
+  const btCollisionShape& shape = *wrap.getCollisionShape();
+  if (shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE) {
+    body.field = &static_cast<const CloudShape&>(shape).field();
+    return body;
+  }
+  const PlacedShape* const placed = cache.of(shape);
+  if (!placed) return std::nullopt;
+  body.shape = &placed->shape;
+  body.pose = body.pose * placed->frame;
+  return body;
+}
+
+void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
+                                    const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
+                                    btManifoldResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto bodyA = bodyOf(a, shapeA), bodyB = bodyOf(b, shapeB);
+  if (!bodyA || !bodyB) {
+    narrowPhase.countFailure(
+        "a shape beside a CloudShape has no volume or is not convex: give it "
+        "volume, or make it a CloudShape too");
+    writer.clear();
+    return;
+  }
+  const PairSides sides{&a, &b, bodyA->motion, bodyB->motion};
+  const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
+  ContactSettings settings{law.form, law.pair, result.m_closestPointDistanceThreshold};
+  if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};
+  const double slidingSpeed =
+      info.m_timeStep > 0 ? kSlidingVoxelsPerStep * voxelOf(*bodyA, *bodyB) / info.m_timeStep : 0;
+
+  const BorrowedFinder finder(narrowPhase);
+  const ContactResult nothing;
+  const bool placed = isFinite(bodyA->pose) && isFinite(bodyB->pose);
+  if (!placed) narrowPhase.countFailure("a body's pose is NaN or infinite: it has no contacts");
+  const ContactResult& contact = placed ? (*finder).find(*bodyA, *bodyB, settings) : nothing;
+  deliver(sides, contact, law, slidingSpeed, result);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  narrowPhase.count(elapsed.count(), contact.samples, contact.points.size());
+}
+
+void CloudAlgorithm::State::deliver(const PairSides& sides, const ContactResult& contact,
+                                    const PairLaw& law, double slidingSpeed,
+                                    btManifoldResult& result) {
+  // Bullet's queries subclass the result to override addContactPoint; its solver never does.
+  if (typeid(result) != typeid(btManifoldResult)) {
+    tell(result, sides, contact);
+    return;
+  }
+  WriteSettings settings{law.form, 1, slidingSpeed};
+  if (law.shareOut) settings.stiffnessScale = sharedScale(contact, law.pair.stiffness);
+  writer.write(sides, contact, settings);
+}
+
+CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                               NarrowPhase& narrowPhase)
+    : btCollisionAlgorithm(info),
+      state_(std::make_unique<State>(*info.m_dispatcher1, narrowPhase)) {}
+
+CloudAlgorithm::~CloudAlgorithm() = default;
+
+void CloudAlgorithm::processCollision(const btCollisionObjectWrapper* a,
+                                      const btCollisionObjectWrapper* b,
+                                      const btDispatcherInfo& info, btManifoldResult* result) {
+  // Bullet is not exception-safe: what goes wrong is counted, and the pair has no contacts, for old
+  // ones would go on pressing where the bodies no longer are.
+  try {
+    state_->process(*a, *b, info, *result);
+    return;
+  } catch (const std::exception& failure) {
+    state_->narrowPhase.countFailure(failure.what());
+  } catch (...) {
+    state_->narrowPhase.countFailure("unknown failure in the narrow phase");
+  }
+  state_->writer.clear();
+}
+
+btScalar CloudAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,
+                                               const btDispatcherInfo&, btManifoldResult*) {
+  return 1;
+}
+
+void CloudAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
+  for (btPersistentManifold* manifold : state_->writer.manifolds()) manifolds.push_back(manifold);
+}
+
+btCollisionAlgorithm* CloudAlgorithm::Factory::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper*,
+    const btCollisionObjectWrapper*) {
+  void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CloudAlgorithm));
+  return new (memory) CloudAlgorithm(info, narrowPhase_);
+}
+
+}  // namespace cloudcontact

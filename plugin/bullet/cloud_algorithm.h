@@ -1,0 +1,45 @@
+// CloudAlgorithm: what Bullet runs, once a step, for a pair with a CloudShape in it.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+
+#include <memory>
+
+namespace cloudcontact {
+
+class NarrowPhase;
+
+class CloudAlgorithm : public btCollisionAlgorithm {
+ public:
+  CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info, NarrowPhase& narrowPhase);
+  ~CloudAlgorithm() override;
+
+  // Finds the pair's contact and writes it to the pair's own manifolds. Where `result` is not
+  // Bullet's plain one but a query's (contactTest, contactPairTest), tells the query instead, and
+  // leaves the manifolds alone.
+  void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                        const btDispatcherInfo& info, btManifoldResult* result) override;
+  // Clouds have no continuous detection: 1, the whole step.
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override;
+  void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+  // Makes the algorithm in the dispatcher's pool.
+  class Factory : public btCollisionAlgorithmCreateFunc {
+   public:
+    explicit Factory(NarrowPhase& narrowPhase) : narrowPhase_(narrowPhase) {}
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* a,
+                                                   const btCollisionObjectWrapper* b) override;
+
+   private:
+    NarrowPhase& narrowPhase_;
+  };
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,86 @@
+// CloudShape: bounds, inertia and drawing of a cloud for Bullet.
+#include <BulletCollision/CollisionShapes/btTriangleCallback.h>
+#include <LinearMath/btAabbUtil2.h>
+#include <cloudcontact/bullet/cloud_shape.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <stdexcept>
+
+#include "convert.h"
+
+namespace cloudcontact {
+
+namespace {
+
+const btVector3 kUnitScaling(1, 1, 1);
+
+Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
+  const MassProperties properties = cloud.massProperties();
+  if (center) *center = properties.centerOfMass;
+  return properties.inertia / properties.volume;
+}
+
+}  // namespace
+
+CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) : field_(std::move(field)) {
+  if (!field_)
+    throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
+  // Free of side effects in Bullet, allowed as a compound's child; CUSTOM_CONCAVE_SHAPE_TYPE is
+  // not, for Bullet casts it to its own distance-field shape.
+  m_shapeType = HFFLUID_SHAPE_PROXYTYPE;
+  m_collisionMargin = 0;
+}
+
+void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const {
+  const Eigen::AlignedBox3d box = field_->bounds();
+  btTransformAabb(toBullet(Vec3(box.min())), toBullet(Vec3(box.max())), margin_, t, aabbMin,
+                  aabbMax);
+}
+
+void CloudShape::setLocalScaling(const btVector3& scaling) {
+  if (!(scaling == kUnitScaling))
+    throw std::invalid_argument(
+        "CloudShape::setLocalScaling: a cloud cannot be scaled; scale the mesh and digitise it "
+        "again");
+}
+
+const btVector3& CloudShape::getLocalScaling() const {
+  return kUnitScaling;
+}
+
+void CloudShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
+  inertia = toBullet(Vec3(mass * inertiaPerMass(field_->cloud()).diagonal()));
+}
+
+void CloudShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
+                                     const btVector3& aabbMax) const {
+  const double voxel = field_->cloud().voxelSize();
+  const Vec3& origin = field_->cloud().origin();
+  for (std::size_t k = 0; k < field_->sampleCount(); ++k) {
+    const SurfaceSample sample = field_->sample(k);
+    const Vec3 centre =
+        origin + voxel * Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
+    const Vec3 normal = Eigen::Map<const Eigen::Vector3f>(sample.normal).cast<double>();
+    const double half = voxel * std::sqrt(double(sample.area)) / 2;
+    const Vec3 u = half * normal.unitOrthogonal(), v = normal.cross(u);
+    btVector3 corners[] = {toBullet(Vec3(centre - u - v)), toBullet(Vec3(centre + u - v)),
+                           toBullet(Vec3(centre + u + v)), toBullet(Vec3(centre - u + v))};
+    btVector3 other[] = {corners[0], corners[2], corners[3]};
+    if (!TestTriangleAgainstAabb2(corners, aabbMin, aabbMax) &&
+        !TestTriangleAgainstAabb2(other, aabbMin, aabbMax))
+      continue;
+    callback->processTriangle(corners, 0, static_cast<int>(2 * k));
+    callback->processTriangle(other, 0, static_cast<int>(2 * k + 1));
+  }
+}
+
+PrincipalFrame principalFrame(const Cloud& cloud) {
+  Vec3 center;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertiaPerMass(cloud, &center));
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
+  return {toBullet(Pose{Eigen::Quaterniond(axes), center}), toBullet(Vec3(solver.eigenvalues()))};
+}
+
+}  // namespace cloudcontact

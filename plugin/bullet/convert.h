@@ -1,0 +1,32 @@
+// Bullet's vectors and transforms to ours and back: the only place where btScalar's width shows.
+#pragma once
+
+#include <LinearMath/btTransform.h>
+#include <cloudcontact/pose.h>
+
+namespace cloudcontact {
+
+inline Vec3 toVec3(const btVector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+inline btVector3 toBullet(const Vec3& v) {
+  return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
+}
+
+// Through the matrix in double and normalised: Bullet's own float quaternion is off by 1e-7, which
+// a millimetre part a metre from the origin would feel.
+inline Pose toPose(const btTransform& t) {
+  Eigen::Matrix3d basis;
+  for (int row = 0; row < 3; ++row) basis.row(row) = toVec3(t.getBasis()[row]).transpose();
+  return {Eigen::Quaterniond(basis).normalized(), toVec3(t.getOrigin())};
+}
+
+inline btTransform toBullet(const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.orientation;
+  return btTransform(btQuaternion(static_cast<btScalar>(q.x()), static_cast<btScalar>(q.y()),
+                                  static_cast<btScalar>(q.z()), static_cast<btScalar>(q.w())),
+                     toBullet(pose.position));
+}
+
+}  // namespace cloudcontact

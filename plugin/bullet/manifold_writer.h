@@ -1,0 +1,60 @@
+// A pair's contact points into Bullet's persistent manifolds, a manifold a patch.
+#pragma once
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <cloudcontact/contact.h>
+
+#include <vector>
+
+class btDispatcher;
+struct btCollisionObjectWrapper;
+
+namespace cloudcontact {
+
+// The two bodies in Bullet's order, and how they move.
+struct PairSides {
+  const btCollisionObjectWrapper* wrapA = nullptr;
+  const btCollisionObjectWrapper* wrapB = nullptr;
+  Motion motionA, motionB;
+};
+
+// What a step adds to the points themselves.
+struct WriteSettings {
+  LawForm law = LawForm::Paper;
+  double stiffnessScale = 1;  // points' k and c are multiplied by it
+  double slidingSpeed = 0;    // [m/s] slower than this, friction directions stay as they were
+};
+
+// The manifolds of one pair, kept from its first contact until the algorithm dies. Points are
+// written anew every step; what the solver learnt of a point (impulses, friction directions,
+// lifetime, user data) follows its id, from whichever manifold held it.
+class ManifoldWriter {
+ public:
+  explicit ManifoldWriter(btDispatcher& dispatcher) : dispatcher_(dispatcher) {}
+  ~ManifoldWriter();
+  ManifoldWriter(const ManifoldWriter&) = delete;
+  ManifoldWriter& operator=(const ManifoldWriter&) = delete;
+
+  // Tells gContactStarted/Added/Processed/Destroyed/EndedCallback what Bullet's own algorithms
+  // would.
+  void write(const PairSides& sides, const ContactResult& contact, const WriteSettings& settings);
+
+  // No contacts any more; the manifolds stay.
+  void clear();
+
+  const std::vector<btPersistentManifold*>& manifolds() const { return manifolds_; }
+
+ private:
+  void remember();
+  const btManifoldPoint* heirOf(int id);
+  void fill(btPersistentManifold& manifold, const PairSides& sides, const ContactResult& contact,
+            const Patch& patch, const btManifoldPoint& common, const WriteSettings& settings);
+  void dropWithoutHeir();
+
+  btDispatcher& dispatcher_;
+  std::vector<btPersistentManifold*> manifolds_;
+  std::vector<btManifoldPoint> old_;  // last step's points by id
+  std::vector<char> inherited_;       // which of them live on
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,52 @@
+// Materials of a pair: the settings', the shapes', Bullet's own per body, or the step's limit.
+#include "pair_law.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <cloudcontact/bullet/cloud_shape.h>
+
+namespace cloudcontact {
+
+namespace {
+
+// A query may come before the world's first step, which is when Bullet learns the step's length.
+constexpr double kUnknownStep = 1.0 / 60;
+
+std::optional<Material> materialOf(const btCollisionObjectWrapper& body) {
+  const btCollisionShape* const shape = body.getCollisionShape();
+  if (shape->getShapeType() == HFFLUID_SHAPE_PROXYTYPE)
+    if (const auto& own = static_cast<const CloudShape*>(shape)->material) return own;
+  const btCollisionObject* const object = body.getCollisionObject();
+  if (object->getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING)
+    return Material{object->getContactStiffness(), object->getContactDamping()};
+  return std::nullopt;
+}
+
+}  // namespace
+
+double inverseMass(const btCollisionObject& object) {
+  if (const auto* rigid = btRigidBody::upcast(&object)) return rigid->getInvMass();
+  if (const auto* collider = btMultiBodyLinkCollider::upcast(&object)) {
+    const btMultiBody& body = *collider->m_multiBody;
+    if (collider->m_link < 0 && body.hasFixedBase()) return 0;
+    const double mass =
+        collider->m_link < 0 ? body.getBaseMass() : body.getLink(collider->m_link).m_mass;
+    return mass > 0 ? 1 / mass : 0;
+  }
+  return 0;
+}
+
+PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+              const btCollisionObjectWrapper& b, double step) {
+  const double inverse =
+      inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
+  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, false};
+  if (settings.pair) return {settings.law, *settings.pair, false};
+  if (const auto stated = inSeries(materialOf(a), materialOf(b)))
+    return {settings.law, *stated, false};
+  const Material limit = stepLimited(1 / inverse, step > 0 ? step : kUnknownStep);
+  return {settings.law, limit, settings.law == LawForm::Foundation};
+}
+
+}  // namespace cloudcontact
