@@ -31,8 +31,19 @@ Pose at(double x, double y, double z, const Quaternion& turn = Quaternion::Ident
   return {turn, {x, y, z}};
 }
 
-Truth pressed(double depth, double x = 0, double y = 0) {
-  return {Vec3::UnitZ(), depth, {x, y, -depth / 2}};
+Truth pressed(double depth, double volume, double x = 0, double y = 0) {
+  return {Vec3::UnitZ(), depth, {x, y, -depth / 2}, volume};
+}
+
+double capVolume(double radius, double depth) {
+  return std::numbers::pi * depth * depth * (radius - depth / 3);
+}
+
+// Of the part of a disc that lies beyond a chord `depth` from its edge.
+double segmentArea(double radius, double depth) {
+  const double chord = radius - depth;
+  return radius * radius * std::acos(chord / radius) -
+         chord * std::sqrt(depth * (2 * radius - depth));
 }
 
 // What B is pressed into.
@@ -47,46 +58,52 @@ Pose groundPose(Ground ground, double voxel) {
   return ground == Ground::HalfSpace ? Pose{} : at(0, 0, -kSlab.z() / 2 * voxel);
 }
 
-// A body whose lowest point is `below` under its origin, and overlap's centre under it as well.
-Instance onGround(BodyMaker& make, Ground ground, Body body, double below) {
+using VolumeAt = std::function<double(double depth)>;
+
+// A body turned by `turn`, then about z at random, whose lowest point is then `below` [voxels]
+// under its origin, and the overlap's centre under that as well.
+Instance onGround(BodyMaker& make, Ground ground, Body body, double below, VolumeAt volume,
+                  const Quaternion& turn = Quaternion::Identity()) {
   const double h = make.voxel;
-  const Quaternion turn = make.random.yaw();
+  const Quaternion turned = make.random.yaw() * turn;
   Instance instance{groundBody(make, ground), std::move(body), {}};
   instance.place = [=](double depth) {
-    return Placed{groundPose(ground, h), at(0, 0, below * h - depth, turn), pressed(depth)};
+    return Placed{groundPose(ground, h), at(0, 0, below * h - depth, turned),
+                  pressed(depth, volume(depth))};
   };
   return instance;
 }
 
-Instance sphereOn(BodyMaker& make, Ground ground, double radius) {
-  return onGround(make, ground, make.sphere(radius), radius);
+Instance sphereOn(BodyMaker& make, Ground ground, Body body, double radius) {
+  const double r = radius * make.voxel;
+  return onGround(make, ground, std::move(body), radius,
+                  [r](double depth) { return capVolume(r, depth); });
 }
 
-Instance boxOn(BodyMaker& make, Ground ground, const Vec3& edges, bool aligned) {
-  return onGround(make, ground, make.box(edges, aligned), edges.z() / 2);
+Instance faceOn(BodyMaker& make, Ground ground, Body body, const Vec3& edges) {
+  const double area = edges.x() * edges.y() * make.voxel * make.voxel;
+  return onGround(make, ground, std::move(body), edges.z() / 2,
+                  [area](double depth) { return area * depth; });
 }
 
-Instance cylinderOn(BodyMaker& make, Ground ground, double radius) {
-  Instance instance = onGround(make, ground, make.cylinder(radius, 36), radius);
-  const Quaternion lie =
-      make.random.yaw() * Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
-  instance.place = [upright = instance.place, lie](double depth) {
-    Placed placed = upright(depth);
-    placed.b.orientation = lie;
-    return placed;
-  };
-  return instance;
+const Quaternion kAxisAlongX(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
+constexpr double kCylinderLength = 36;
+
+Instance cylinderOn(BodyMaker& make, Ground ground, Body body, double radius) {
+  const double r = radius * make.voxel, length = kCylinderLength * make.voxel;
+  return onGround(
+      make, ground, std::move(body), radius,
+      [=](double depth) { return length * segmentArea(r, depth); }, kAxisAlongX);
 }
 
 // A long cylinder across a narrow bar, the bar's middle 2 voxels from the cylinder's.
 Instance cylinderAcross(BodyMaker& make, double radius) {
   const double h = make.voxel;
   const Vec3 bar(24, 60, 16);
-  const Quaternion lie(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
   Instance instance{make.box(bar), make.cylinder(radius, 60), {}};
   instance.place = [=](double depth) {
-    return Placed{at(2 * h, 0, -8 * h), at(0, 0, radius * h - depth, lie),
-                  pressed(depth, 2 * h, 0)};
+    return Placed{at(2 * h, 0, -8 * h), at(0, 0, radius * h - depth, kAxisAlongX),
+                  pressed(depth, bar.x() * h * segmentArea(radius * h, depth), 2 * h)};
   };
   return instance;
 }
@@ -95,20 +112,20 @@ Instance sphereOnSphere(BodyMaker& make, double lower, double upper) {
   const double h = make.voxel;
   Instance instance{make.sphere(lower), make.sphere(upper), {}};
   instance.place = [=](double depth) {
-    // The lens's centre is nearer to neither apex by more than depth / 2: below what is asked.
-    return Placed{at(0, 0, -lower * h), at(0, 0, upper * h - depth), pressed(depth)};
+    return Placed{at(0, 0, -lower * h), at(0, 0, upper * h - depth), pressed(depth, 0)};
   };
   return instance;
 }
 
+const Vec3 kFaced(24.3, 31.6, 18.4);  // of the box that touches with a face
+
 // Two equal boxes one on the other, edges over edges.
 Instance stack(BodyMaker& make, bool aligned) {
-  const double h = make.voxel;
-  const Vec3 edges(24.3, 31.6, 18.4);
-  Instance instance{make.box(edges, aligned), make.box(edges, aligned), {}};
+  const double h = make.voxel, half = kFaced.z() / 2 * h;
+  Instance instance{make.box(kFaced, aligned), make.box(kFaced, aligned), {}};
   instance.place = [=](double depth) {
-    return Placed{at(0, 0, -edges.z() / 2 * h), at(0, 0, edges.z() / 2 * h - depth),
-                  pressed(depth)};
+    return Placed{at(0, 0, -half), at(0, 0, half - depth),
+                  pressed(depth, kFaced.x() * kFaced.y() * h * h * depth)};
   };
   return instance;
 }
@@ -131,20 +148,22 @@ double genericRoll(Random& random) {
 const Vec3 kEdged(30, 24, 26);  // of the box that touches with an edge or a corner
 
 // A box rolled about its x axis, so that an edge along x is the lowest.
-Instance edgeOn(BodyMaker& make, Ground ground) {
+Instance edgeOn(BodyMaker& make, Ground ground, Body body) {
   const double h = make.voxel;
   const double roll = genericRoll(make.random);
   const Quaternion rolled(Eigen::AngleAxisd(roll, Vec3::UnitX()));
   const Quaternion yaw = make.random.yaw();
   const Vec3 lowest = lowestCorner(kEdged, rolled);
-  Instance instance{groundBody(make, ground), make.box(kEdged), {}};
+  Instance instance{groundBody(make, ground), std::move(body), {}};
   instance.place = [=](double depth) {
     const Vec3 edgeToBox(0, -lowest.y() * h, -lowest.z() * h - depth);
     // The wedge's section: a triangle from the edge up its two faces to z = 0.
     const Vec3 centre(0, (depth / std::tan(roll) - depth * std::tan(roll)) / 3, -depth / 3);
+    const double section = depth * depth * (std::tan(roll) + 1 / std::tan(roll)) / 2;
+    const double volume = section * kEdged.x() * h;
     return Placed{groundPose(ground, h),
                   {yaw * rolled, yaw * edgeToBox},
-                  {Vec3::UnitZ(), depth, yaw * centre}};
+                  {Vec3::UnitZ(), depth, yaw * centre, volume}};
   };
   return instance;
 }
@@ -159,21 +178,25 @@ Quaternion cornerDown(Random& random) {
   }
 }
 
-Instance cornerOn(BodyMaker& make, Ground ground) {
+Instance cornerOn(BodyMaker& make, Ground ground, Body body) {
   const double h = make.voxel;
   const Quaternion turn = cornerDown(make.random);
   const Vec3 lowest = lowestCorner(kEdged, turn);
+  const double rises = turn.toRotationMatrix().row(2).cwiseAbs().prod();
   Vec3 sum = Vec3::Zero();  // of the pyramid's three base corners, for depth 1
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 edge = turn.toRotationMatrix().col(axis);
     sum += edge / std::abs(edge.z()) * (edge.z() < 0 ? -1 : 1);
   }
-  Instance instance{groundBody(make, ground), make.box(kEdged), {}};
+  Instance instance{groundBody(make, ground), std::move(body), {}};
   instance.place = [=](double depth) {
     const Vec3 centre = sum * depth / 4;  // of a pyramid, from its apex
     return Placed{groundPose(ground, h),
                   {turn, -lowest * h - depth * Vec3::UnitZ()},
-                  {Vec3::UnitZ(), depth, {centre.x(), centre.y(), -depth / 2}}};
+                  {Vec3::UnitZ(),
+                   depth,
+                   {centre.x(), centre.y(), -depth / 2},
+                   depth * depth * depth / rises / 6}};
   };
   return instance;
 }
@@ -238,28 +261,19 @@ Instance overhang(BodyMaker& make, bool aligned, bool yawed) {
   Instance instance{make.box(table, aligned), make.box(box, aligned), {}};
   instance.place = [=](double depth) {
     return Placed{at(-22 * h, 0, -8 * h), at(0, 0, 6 * h - depth, yaw),
-                  pressed(depth, covered.x(), covered.y())};
+                  pressed(depth, box.x() * box.y() / 2 * h * h * depth, covered.x(), covered.y())};
   };
   return instance;
 }
 
-// A sphere on a plate, the plate under both (nothing under the plate).
-Instance sphereOnPlate(BodyMaker& make, double radius, double thickness) {
+// A sphere or a smaller plate on a plate, with nothing under it.
+Instance onPlate(BodyMaker& make, double thickness, Instance instance) {
   const double h = make.voxel;
-  Instance instance{make.box({40, 36, thickness}), make.sphere(radius), {}};
-  instance.place = [=](double depth) {
-    return Placed{at(0, 0, -thickness / 2 * h), at(0, 0, radius * h - depth), pressed(depth)};
-  };
-  return instance;
-}
-
-Instance plateOnPlate(BodyMaker& make, double thickness) {
-  const double h = make.voxel;
-  const Quaternion yaw = make.random.yaw();
-  Instance instance{make.box({52, 50, thickness}), make.box({30, 24, thickness}), {}};
-  instance.place = [=](double depth) {
-    return Placed{at(0, 0, -thickness / 2 * h), at(0, 0, thickness / 2 * h - depth, yaw),
-                  pressed(depth)};
+  instance.a = make.box({52, 50, thickness});
+  instance.place = [=, upon = instance.place](double depth) {
+    Placed placed = upon(depth);
+    placed.a = at(0, 0, -thickness / 2 * h);
+    return placed;
   };
   return instance;
 }
@@ -277,11 +291,13 @@ std::string groundName(Ground ground) {
 void addCurved(Cases& cases, double radius, const Bounds& bounds) {
   const std::string size = digits(radius);
   for (const Ground ground : {Ground::HalfSpace, Ground::Slab}) {
-    const std::string name = groundName(ground);
-    cases.push_back({"sphere" + size + "-" + name, kPressed, bounds,
-                     [=](BodyMaker& make) { return sphereOn(make, ground, radius); }});
-    cases.push_back({"cylinder" + size + "-" + name, kPressed, bounds,
-                     [=](BodyMaker& make) { return cylinderOn(make, ground, radius); }});
+    cases.push_back(
+        {"sphere" + size + "-" + groundName(ground), kPressed, bounds,
+         [=](BodyMaker& make) { return sphereOn(make, ground, make.sphere(radius), radius); }});
+    cases.push_back(
+        {"cylinder" + size + "-" + groundName(ground), kPressed, bounds, [=](BodyMaker& make) {
+           return cylinderOn(make, ground, make.cylinder(radius, kCylinderLength), radius);
+         }});
   }
   cases.push_back({"cylinder" + size + "-across", kPressed, bounds,
                    [=](BodyMaker& make) { return cylinderAcross(make, radius); }});
@@ -292,14 +308,41 @@ void addCurved(Cases& cases, double radius, const Bounds& bounds) {
   }
 }
 
+// B known by its formula, on a slab that is a cloud.
+void addPrimitives(Cases& cases) {
+  for (const double radius : {16.0, 40.0}) {
+    cases.push_back({"primitive-sphere" + digits(radius), kPressed, kSmooth, [=](BodyMaker& make) {
+                       const SphereShape sphere{radius * make.voxel};
+                       return sphereOn(make, Ground::Slab, BodyMaker::shape(sphere), radius);
+                     }});
+    cases.push_back(
+        {"primitive-cylinder" + digits(radius), kPressed, kSmooth, [=](BodyMaker& make) {
+           const CylinderShape cylinder{radius * make.voxel, kCylinderLength / 2 * make.voxel};
+           return cylinderOn(make, Ground::Slab, BodyMaker::shape(cylinder), radius);
+         }});
+  }
+  const auto box = [](const BodyMaker& make, const Vec3& edges) {
+    return BodyMaker::shape(BoxShape{edges / 2 * make.voxel});
+  };
+  cases.push_back({"primitive-face", kPressed, kSmooth, [=](BodyMaker& make) {
+                     return faceOn(make, Ground::Slab, box(make, kFaced), kFaced);
+                   }});
+  cases.push_back({"primitive-edge", kPressed, kEdge,
+                   [=](BodyMaker& make) { return edgeOn(make, Ground::Slab, box(make, kEdged)); }});
+  cases.push_back({"primitive-corner", kPressed, kEdge, [=](BodyMaker& make) {
+                     return cornerOn(make, Ground::Slab, box(make, kEdged));
+                   }});
+}
+
 void addFaces(Cases& cases) {
-  const Vec3 edges(24.3, 31.6, 18.4);
   for (const bool aligned : {false, true}) {
     const std::string tail = aligned ? "-aligned" : "";
     const Ground slab = aligned ? Ground::AlignedSlab : Ground::Slab;
     for (const Ground ground : {Ground::HalfSpace, slab}) {
-      cases.push_back({"face-" + groundName(ground) + tail, kPressed, kSmooth,
-                       [=](BodyMaker& make) { return boxOn(make, ground, edges, aligned); }});
+      cases.push_back(
+          {"face-" + groundName(ground) + tail, kPressed, kSmooth, [=](BodyMaker& make) {
+             return faceOn(make, ground, make.box(kFaced, aligned), kFaced);
+           }});
     }
     cases.push_back({"face-stack" + tail, kPressed, kSmooth,
                      [=](BodyMaker& make) { return stack(make, aligned); }});
@@ -313,10 +356,10 @@ void addFaces(Cases& cases) {
 void addEdges(Cases& cases) {
   for (const Ground ground : {Ground::HalfSpace, Ground::Slab}) {
     const std::string name = groundName(ground);
-    cases.push_back(
-        {"edge-" + name, kPressed, kEdge, [=](BodyMaker& make) { return edgeOn(make, ground); }});
+    cases.push_back({"edge-" + name, kPressed, kEdge,
+                     [=](BodyMaker& make) { return edgeOn(make, ground, make.box(kEdged)); }});
     cases.push_back({"corner-" + name, kPressed, kEdge,
-                     [=](BodyMaker& make) { return cornerOn(make, ground); }});
+                     [=](BodyMaker& make) { return cornerOn(make, ground, make.box(kEdged)); }});
   }
   for (const double degrees : {90.0, 60.0}) {
     cases.push_back({"crossed" + digits(degrees), {0.5, 1.0}, kCrossed, [=](BodyMaker& make) {
@@ -328,17 +371,20 @@ void addEdges(Cases& cases) {
 void addPlates(Cases& cases) {
   for (const double thickness : {2.0, 3.0}) {
     const std::string plate = "plate" + digits(thickness);
+    const Vec3 edges(30, 24, thickness);
+    const std::vector<double> depths{0.3, 0.6};
     for (const Ground ground : {Ground::HalfSpace, Ground::Slab}) {
-      cases.push_back(
-          {plate + "-" + groundName(ground), {0.3, 0.6}, kWatched, [=](BodyMaker& make) {
-             return boxOn(make, ground, {30, 24, thickness}, false);
-           }});
+      cases.push_back({plate + "-" + groundName(ground), depths, kWatched, [=](BodyMaker& make) {
+                         return faceOn(make, ground, make.box(edges), edges);
+                       }});
     }
-    cases.push_back({"sphere16-" + plate, {0.3, 0.6}, kWatched, [=](BodyMaker& make) {
-                       return sphereOnPlate(make, 16, thickness);
+    cases.push_back({"sphere16-" + plate, depths, kWatched, [=](BodyMaker& make) {
+                       return onPlate(make, thickness,
+                                      sphereOn(make, Ground::HalfSpace, make.sphere(16), 16));
                      }});
-    cases.push_back({plate + "-" + plate, {0.3, 0.6}, kWatched, [=](BodyMaker& make) {
-                       return plateOnPlate(make, thickness);
+    cases.push_back({plate + "-" + plate, depths, kWatched, [=](BodyMaker& make) {
+                       return onPlate(make, thickness,
+                                      faceOn(make, Ground::HalfSpace, make.box(edges), edges));
                      }});
   }
 }
@@ -352,6 +398,7 @@ std::vector<ContactCase> contactCases() {
   cases.push_back({"sphere40-sphere40", kPressed, kSmooth,
                    [](BodyMaker& make) { return sphereOnSphere(make, 40, 40); }});
   addFaces(cases);
+  addPrimitives(cases);
   addEdges(cases);
   addPlates(cases);
   return cases;

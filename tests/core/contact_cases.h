@@ -65,6 +65,11 @@ struct Truth {
   Vec3 normal = Vec3::UnitZ();  // from A to B
   double depth = 0;             // [m] the shift along the normal that just parts them
   Vec3 centre = Vec3::Zero();   // [m] centre of the overlap: the force's axis goes through it
+  double volume = 0;            // [m^3] of the overlap; 0 where it is not worked out
+
+  // The size of the force [N]. Paper's law: one spring a pair, k d. Foundation: a pressure k d on
+  // the surface of a body in a half-space is Archimedes' law, k times the volume under it.
+  double force(const ContactSettings& settings) const;
 };
 
 struct Placed {
@@ -100,12 +105,12 @@ struct ContactErrors {
   double normalDeg = 180;     // total force against the true normal
   double depth = 0;           // heaviest patch's depth less the true one
   double centre = 1e3;        // true centre to the axis of the wrench
-  double forceRelative = -1;  // |force| / (k d) - 1
+  double forceRelative = -1;  // |force| over the true one, less 1
   double spin = 0;            // moment along the force, over the force
   std::size_t patches = 0, points = 0, samples = 0;
 };
 ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose& world,
-                      double stiffness, double voxel);
+                      const ContactSettings& settings, double voxel);
 
 // The contact of an instance, all of it placed by `world` first, or B's side asked first. The truth
 // is in the case's frame, as `place` gave it.

@@ -65,8 +65,13 @@ ContactErrors zeroErrors() {
 
 }  // namespace
 
+double Truth::force(const ContactSettings& settings) const {
+  const bool foundation = settings.law == LawForm::Foundation;
+  return settings.pair.stiffness * (foundation ? volume : depth);
+}
+
 ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose& world,
-                      double stiffness, double voxel) {
+                      const ContactSettings& settings, double voxel) {
   ContactErrors errors;
   errors.patches = found.patches.size();
   errors.points = found.points.size();
@@ -82,7 +87,7 @@ ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose
   const Vec3 moment = wrench.torque - world.toWorld(truth.centre).cross(wrench.force);
   errors.centre = direction.cross(moment).norm() / force / voxel;
   errors.spin = direction.dot(moment) / force / voxel;
-  errors.forceRelative = force / (stiffness * truth.depth) - 1;
+  errors.forceRelative = force / truth.force(settings) - 1;
   return errors;
 }
 
@@ -106,7 +111,7 @@ std::vector<ErrorSummary> runCase(const ContactCase& contactCase, const std::vec
       const Placed placed = instance.place(depths[i] * settings.voxel);
       const ContactResult& found = findContact(finder, instance, placed, world, settings.contact);
       const ContactErrors errors =
-          compare(found, placed.truth, world, settings.contact.pair.stiffness, settings.voxel);
+          compare(found, placed.truth, world, settings.contact, settings.voxel);
       ErrorSummary& summary = summaries[i];
       ++summary.runs;
       if (found.points.empty()) ++summary.missed;
