@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "geometry/closing.h"
 #include "geometry/columns.h"
 #include "geometry/mesh_topology.h"
 
@@ -53,28 +54,6 @@ Grid gridAround(const Mesh& mesh, double h) {
   return grid;
 }
 
-// Completes the surface: each loop of its boundary is filled by a cone from the loop's middle, so
-// that holes, cracks and T-junctions need no cases of their own.
-void closeSurface(Mesh& mesh) {
-  for (const std::vector<int>& loop : boundaryLoops(mesh)) {
-    if (loop.size() == 3) {
-      mesh.triangles.emplace_back(loop[0], loop[1], loop[2]);
-      continue;
-    }
-    Vector3d middle = Vector3d::Zero();
-    double length = 0;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Vector3d &a = mesh.vertices[loop[i]], &b = mesh.vertices[loop[(i + 1) % loop.size()]];
-      middle += (b - a).norm() * (a + 0.5 * (b - a));
-      length += (b - a).norm();
-    }
-    const int apex = static_cast<int>(mesh.vertices.size());
-    mesh.vertices.push_back(middle / length);
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      mesh.triangles.emplace_back(loop[i], loop[(i + 1) % loop.size()], apex);
-  }
-}
-
 GridSurface inGrid(const Mesh& mesh, std::size_t firstCap, const Grid& grid, double h) {
   GridSurface surface;
   surface.bricks = grid.bricks.cast<int>();
@@ -98,15 +77,14 @@ std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
 Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeReport* report) {
   checkSettings(settings);
   if (mesh.triangles.empty()) throw std::invalid_argument("digitize: the mesh has no triangles");
-  Mesh surface = mended(mesh);
+  const Mesh surface = mended(mesh);
   if (surface.triangles.empty())
     throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
-  const std::size_t firstCap = surface.triangles.size();
   const Grid grid = gridAround(surface, settings.voxelSize);
-  closeSurface(surface);
+  const Closing closing = closeSurface(surface);
   DigitizeReport found;
-  found.closed = surface.triangles.size() == firstCap;
-  const GridSurface inVoxels = inGrid(surface, firstCap, grid, settings.voxelSize);
+  found.closed = closing.wasClosed();
+  const GridSurface inVoxels = inGrid(closing.mesh, closing.firstCap, grid, settings.voxelSize);
   ColumnResult columns =
       cutColumns(inVoxels, cheapestAxis(inVoxels), settings.threads, settings.progress);
   found.badColumns = columns.cappedColumns;

@@ -2,157 +2,62 @@
 #include <cloudcontact/mesh.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
+#include <stdexcept>
 
+#include "geometry/closing.h"
+#include "geometry/mesh_orientation.h"
 #include "geometry/mesh_topology.h"
 #include "geometry/winding.h"
 
 namespace cloudcontact {
 
-namespace {
-
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-void flip(Vector3i& triangle) {
-  std::swap(triangle[1], triangle[2]);
-}
+namespace {
 
-// A triangle's vertices from its lowest on, and whether sorting them would turn it over.
-struct Corners {
-  std::array<int, 3> sorted;
-  bool turned;
-  int triangle;
-};
+// Share of the surface's area that may be missing from a body with holes without a closer look.
+constexpr double kSmallHoles = 0.1;
+// Mean winding number just behind the faces: 1 for a closed body, 1/2 for a flat sheet, 0.87 for a
+// cube that lacks a face, 0.75 for a hemisphere without its base.
+constexpr double kBodyWinding = 0.7;
+constexpr int kProbes = 64;
 
-Corners cornersOf(const Mesh& mesh, int triangle) {
-  const Vector3i& t = mesh.triangles[triangle];
-  int k = 0;
-  if (t[1] < t[k]) k = 1;
-  if (t[2] < t[k]) k = 2;
-  const int b = t[(k + 1) % 3], c = t[(k + 2) % 3];
-  return {{t[k], std::min(b, c), std::max(b, c)}, b > c, triangle};
-}
-
-// Drops triangles that stand twice in the same direction (their volume would count twice). Where
-// every triangle has a twin in the other direction, a mesh made two-sided for display, one of the
-// two goes; elsewhere such pairs are two bodies that touch, and stay.
-void dropDoubles(Mesh& mesh) {
-  std::vector<Corners> all;
-  all.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    all.push_back(cornersOf(mesh, static_cast<int>(t)));
-  std::sort(all.begin(), all.end(), [](const Corners& a, const Corners& b) {
-    return std::tie(a.sorted, a.triangle) < std::tie(b.sorted, b.triangle);
-  });
-  std::vector<char> keep(all.size(), 1), second(all.size(), 0);
-  bool allTwoSided = !all.empty();
-  for (std::size_t i = 0; i < all.size();) {
-    std::array<int, 2> first{-1, -1};
-    std::size_t j = i;
-    for (; j < all.size() && all[j].sorted == all[i].sorted; ++j) {
-      int& mine = first[all[j].turned];
-      if (mine >= 0)
-        keep[all[j].triangle] = 0;
-      else
-        mine = all[j].triangle;
-    }
-    if (first[0] < 0 || first[1] < 0)
-      allTwoSided = false;
-    else
-      second[std::max(first[0], first[1])] = 1;
-    i = j;
-  }
-  std::size_t out = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (keep[t] && !(allTwoSided && second[t])) mesh.triangles[out++] = mesh.triangles[t];
-  mesh.triangles.resize(out);
-}
-
-// Union-find that also knows whether a triangle stands against its root. Joined by size, so no
-// path is longer than the logarithm of the number of triangles.
-class Orientation {
- public:
-  explicit Orientation(std::size_t triangles)
-      : parent_(triangles), size_(triangles, 1), against_(triangles, 0) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  // The root of `t`, and in `against` whether t runs against it.
-  int root(int t, bool& against) const {
-    for (against = false; parent_[t] != t; t = parent_[t]) against ^= against_[t] != 0;
-    return t;
-  }
-  // Says that a and b agree, or oppose each other; a later contradiction (a Moebius strip) is let
-  // be.
-  void join(int a, int b, bool opposed) {
-    bool againstA = false, againstB = false;
-    int keep = root(a, againstA), give = root(b, againstB);
-    if (keep == give) return;
-    if (size_[keep] < size_[give]) std::swap(keep, give);
-    parent_[give] = keep;
-    size_[keep] += size_[give];
-    against_[give] = againstA ^ againstB ^ opposed;
-  }
-
- private:
-  std::vector<int> parent_, size_;
-  std::vector<char> against_;
-};
-
-// Neighbours agree, each component as the greater part of its area stood.
-void agreeInDirection(Mesh& mesh) {
-  Orientation orientation(mesh.triangles.size());
-  forEachEdge(sortedEdgeSides(mesh), [&](const EdgeSide* first, const EdgeSide* last) {
-    if (last - first == 2)
-      orientation.join(first[0].triangle, first[1].triangle, first[0].forward == first[1].forward);
-  });
-  std::vector<double> vote(mesh.triangles.size(), 0);
+// The mean winding number just behind the faces, probed evenly over the area.
+double windingBehind(const Mesh& mesh) {
+  const double area = totalArea(mesh);
+  const double behind = 1e-4 * std::sqrt(area);
+  double passed = 0, sum = 0;
+  int probes = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    bool against = false;
-    const int root = orientation.root(static_cast<int>(t), against);
-    vote[root] += against ? -triangleArea(mesh, t) : triangleArea(mesh, t);
-  }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    bool against = false;
-    const int root = orientation.root(static_cast<int>(t), against);
-    if (against != (vote[root] < 0)) flip(mesh.triangles[t]);
-  }
-}
-
-// A component turned inside out that lies inside no other is no cavity, but a body turned wrongly.
-void turnStrayComponents(Mesh& mesh) {
-  int count = 0;
-  const std::vector<int> of = components(mesh, count);
-  if (count < 2) return;
-  std::vector<Mesh> parts(static_cast<std::size_t>(count));
-  for (Mesh& part : parts) part.vertices = {};
-  std::vector<double> volume(parts.size(), 0);
-  const Vector3d middle = middleOf(mesh);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    passed += triangleArea(mesh, t);
+    int here = 0;
+    while (probes < kProbes && (probes + 0.5) / kProbes * area <= passed) ++probes, ++here;
+    if (here == 0) continue;
     const Vector3i& v = mesh.triangles[t];
-    const Vector3d a = mesh.vertices[v[0]] - middle, b = mesh.vertices[v[1]] - middle,
-                   c = mesh.vertices[v[2]] - middle;
-    volume[of[t]] += a.dot(b.cross(c));
-    parts[of[t]].triangles.push_back(v);
+    const Vector3d &a = mesh.vertices[v[0]], &b = mesh.vertices[v[1]], &c = mesh.vertices[v[2]];
+    const Vector3d normal = (b - a).cross(c - a).normalized();
+    sum += here * windingNumber(mesh, (a + b + c) / 3 - behind * normal);
   }
-  std::vector<char> turn(parts.size(), 0);
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    if (volume[p] >= 0) continue;
-    if (!boundaryLoops({mesh.vertices, parts[p].triangles}).empty()) continue;
-    const Vector3i& v = parts[p].triangles.front();
-    const Vector3d probe = (mesh.vertices[v[0]] + mesh.vertices[v[1]] + mesh.vertices[v[2]]) / 3;
-    double around = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (of[t] != static_cast<int>(p)) {
-        const Vector3i& w = mesh.triangles[t];
-        around += windingOf(mesh.vertices[w[0]], mesh.vertices[w[1]], mesh.vertices[w[2]], probe);
-      }
-    turn[p] = around < 0.25;
-  }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (turn[of[t]]) flip(mesh.triangles[t]);
+  return probes > 0 ? sum / probes : 1;
+}
+
+// Of a welded mesh whose triangles agree in their direction.
+bool boundsNothing(const Mesh& mesh) {
+  const Closing closing = closeSurface(mesh);
+  if (closing.capArea <= kSmallHoles * totalArea(mesh)) return false;
+  // A body turned inside out has winding numbers of -1 before its faces, 0 behind.
+  const double winding = windingBehind(mesh);
+  return std::max(winding, 1 - winding) < kBodyWinding;
+}
+
+Mesh agreeing(const Mesh& mesh, double tolerance) {
+  checkMesh(mesh);
+  Mesh result = welded(mesh, tolerance);
+  dropDoubles(result);
+  agreeInDirection(result);
+  return result;
 }
 
 }  // namespace
@@ -181,13 +86,72 @@ MeshReport inspect(const Mesh& mesh) {
 }
 
 Mesh mended(const Mesh& mesh, double tolerance) {
-  checkMesh(mesh);
-  Mesh result = welded(mesh, tolerance);
-  dropDoubles(result);
-  agreeInDirection(result);
+  Mesh result = agreeing(mesh, tolerance);
+  // The volume of a sheet has no sign to go by.
+  if (boundsNothing(result)) return result;
   if (sixVolumes(result, middleOf(result)) < 0)
     for (Vector3i& t : result.triangles) flip(t);
   turnStrayComponents(result);
+  return result;
+}
+
+bool isSheet(const Mesh& mesh) {
+  return boundsNothing(agreeing(mesh, 0));
+}
+
+namespace {
+
+// Unit normals of the vertices, each triangle weighed by its angle there, made longer where they
+// lean away from the faces, so that the faces move by one; at most twofold, lest a spike grow.
+std::vector<Vector3d> offsetNormals(const Mesh& mesh) {
+  std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
+  std::vector<double> lean(mesh.vertices.size(), 0), angles(mesh.vertices.size(), 0);
+  const auto forEachCorner = [&](auto&& visit) {
+    for (const Vector3i& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Vector3d& p = mesh.vertices[t[k]];
+        const Vector3d b = mesh.vertices[t[(k + 1) % 3]] - p, c = mesh.vertices[t[(k + 2) % 3]] - p;
+        const Vector3d cross = b.cross(c);
+        if (cross.norm() > 0) visit(t[k], cross.normalized(), std::atan2(cross.norm(), b.dot(c)));
+      }
+  };
+  forEachCorner([&](int v, const Vector3d& n, double angle) { normals[v] += angle * n; });
+  for (Vector3d& n : normals) n.normalize();
+  forEachCorner([&](int v, const Vector3d& n, double angle) {
+    lean[v] += angle * n.dot(normals[v]);
+    angles[v] += angle;
+  });
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    normals[v] *= angles[v] > 0 ? 1 / std::max(0.5, lean[v] / angles[v]) : 0;
+  return normals;
+}
+
+}  // namespace
+
+Mesh shell(const Mesh& mesh, double thickness) {
+  if (!(thickness > 0) || !std::isfinite(thickness))
+    throw std::invalid_argument("shell: thickness must be positive and finite [m]");
+  Mesh result = agreeing(mesh, 0);
+  const std::vector<Vector3d> normals = offsetNormals(result);
+  const std::vector<EdgeSide> sides = sortedEdgeSides(result);
+  const int count = static_cast<int>(result.vertices.size());
+  for (int v = 0; v < count; ++v)
+    result.vertices.push_back(result.vertices[v] - thickness * normals[v]);
+  const std::size_t faces = result.triangles.size();
+  for (std::size_t t = 0; t < faces; ++t) {
+    const Vector3i f = result.triangles[t];
+    result.triangles.emplace_back(f[0] + count, f[2] + count, f[1] + count);
+  }
+  forEachEdge(sides, [&](const EdgeSide* first, const EdgeSide* last) {
+    int excess = 0;
+    for (const EdgeSide* s = first; s != last; ++s) excess += s->forward ? 1 : -1;
+    for (; excess != 0; excess += excess > 0 ? -1 : 1) {
+      const int a = excess > 0 ? first->low : first->high;
+      const int b = excess > 0 ? first->high : first->low;
+      result.triangles.emplace_back(b, a, a + count);
+      result.triangles.emplace_back(b, a + count, b + count);
+    }
+  });
   return result;
 }
 
