@@ -6,9 +6,11 @@
 // the depth. Lengths in the builders' arguments are voxels.
 #include "contact_cases.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 namespace cloudcontact::testing {
 namespace {
@@ -404,12 +406,16 @@ std::vector<ContactCase> contactCases() {
   return cases;
 }
 
-std::vector<ContactCase> contactCases(const std::string& part) {
-  Cases kept;
+ContactCase contactCase(const std::string& name) {
   for (ContactCase& one : contactCases()) {
-    if (one.name.find(part) != std::string::npos) kept.push_back(std::move(one));
+    if (one.name == name) return std::move(one);
   }
-  return kept;
+  throw std::invalid_argument("no contact case is called " + name);
+}
+
+std::string testName(std::string caseName) {
+  std::replace(caseName.begin(), caseName.end(), '-', '_');
+  return caseName;
 }
 
 }  // namespace cloudcontact::testing

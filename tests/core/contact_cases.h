@@ -97,8 +97,10 @@ struct ContactCase {
 
 // All cases; names are unique, words parted by dashes.
 std::vector<ContactCase> contactCases();
-// Those whose name contains `part`.
-std::vector<ContactCase> contactCases(const std::string& part);
+// The case of that name; throws where there is none.
+ContactCase contactCase(const std::string& name);
+// A case's name as gtest allows it.
+std::string testName(std::string caseName);
 
 // How far a contact is from the truth. Lengths in voxels.
 struct ContactErrors {
@@ -132,7 +134,7 @@ struct RunSettings {
   FieldSettings field{};
 };
 // One summary a depth [voxels]; every instance has its own grids, poses and place in the world.
-std::vector<ErrorSummary> runCase(const ContactCase& contactCase, const std::vector<double>& depths,
+std::vector<ErrorSummary> runCase(const ContactCase& one, const std::vector<double>& depths,
                                   const RunSettings& settings);
 
 }  // namespace cloudcontact::testing

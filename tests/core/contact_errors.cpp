@@ -98,14 +98,14 @@ const ContactResult& findContact(ContactFinder& finder, const Instance& instance
   return swapped ? finder.find(b, a, settings) : finder.find(a, b, settings);
 }
 
-std::vector<ErrorSummary> runCase(const ContactCase& contactCase, const std::vector<double>& depths,
+std::vector<ErrorSummary> runCase(const ContactCase& one, const std::vector<double>& depths,
                                   const RunSettings& settings) {
   std::vector<ErrorSummary> summaries(depths.size());
   for (ErrorSummary& summary : summaries) summary.mean = summary.worst = zeroErrors();
   BodyMaker maker{settings.voxel, Random(settings.seed), settings.field};
   ContactFinder finder;
   for (int k = 0; k < settings.instances; ++k) {
-    const Instance instance = contactCase.make(maker);
+    const Instance instance = one.make(maker);
     const Pose world{maker.random.rotation(), 100 * settings.voxel * maker.random.inCube()};
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const Placed placed = instance.place(depths[i] * settings.voxel);
