@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <ostream>
 #include <stdexcept>
 
 namespace cloudcontact::testing {
@@ -416,6 +417,10 @@ ContactCase contactCase(const std::string& name) {
 std::string testName(std::string caseName) {
   std::replace(caseName.begin(), caseName.end(), '-', '_');
   return caseName;
+}
+
+void PrintTo(const ContactCase& one, std::ostream* out) {
+  *out << one.name;
 }
 
 }  // namespace cloudcontact::testing

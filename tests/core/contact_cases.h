@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <iosfwd>
 #include <memory>
 #include <optional>
 #include <string>
@@ -99,8 +100,9 @@ struct ContactCase {
 std::vector<ContactCase> contactCases();
 // The case of that name; throws where there is none.
 ContactCase contactCase(const std::string& name);
-// A case's name as gtest allows it.
+// A case's name as gtest allows it, and as it shows it.
 std::string testName(std::string caseName);
+void PrintTo(const ContactCase& one, std::ostream* out);
 
 // How far a contact is from the truth. Lengths in voxels.
 struct ContactErrors {
