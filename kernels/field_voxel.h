@@ -28,8 +28,12 @@ typedef struct {
   float normal[3];  // of the plane that gave it
 } CcDepth;
 
-CC_FN uint ccPlaneCount(CcVoxel v) { return (v.a >> 28) & 7u; }
-CC_FN int ccConcave(CcVoxel v) { return (int)(v.a >> 31); }
+CC_FN uint ccPlaneCount(CcVoxel v) {
+  return (v.a >> 28) & 7u;
+}
+CC_FN int ccConcave(CcVoxel v) {
+  return (int)(v.a >> 31);
+}
 
 CC_FN CcVoxel ccPackPlane(const float* n, float offset) {
   const float sum = ccAbs(n[0]) + ccAbs(n[1]) + ccAbs(n[2]);

@@ -1,0 +1,175 @@
+// Bins in a flat table, and the patches that grow from the heaviest of them.
+#include "bins.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloudcontact {
+
+namespace {
+
+// A sample faces the other body fully where the cosine between the normals exceeds this; at a wall
+// that runs along the other's face it is zero within the fits' noise (0.02).
+constexpr float kFacing = 0.2f;
+// Bins belong together where one body's mean normals agree this well (22 deg) ...
+constexpr double kAgree = 0.93;
+// ... and the other's do not disagree.
+constexpr double kDisagree = -0.2;
+
+float gateOf(const Hit& hit) {
+  return std::clamp(hit.facing / kFacing, 0.0f, 1.0f);
+}
+
+// The six axis directions, of the other body's normal less the own one's share.
+std::int32_t directionOf(const Hit& hit, float gate) {
+  // Seen from A to B whoever's sample it is, so that both bodies' samples meet in one bin.
+  const Eigen::Vector3f v = (hit.other - gate * hit.own) * (hit.side == kA ? -1.0f : 1.0f);
+  int axis = 0;
+  v.cwiseAbs().maxCoeff(&axis);
+  return 2 * axis + (v[axis] < 0 ? 1 : 0);
+}
+
+}  // namespace
+
+void Sums::add(const Hit& hit, bool oneSided) {
+  const double gate = gateOf(hit), a = hit.area;
+  const Vec3 x = hit.position.cast<double>() - origin;
+  const Vec3 n[2] = {(hit.side == kA ? hit.own : hit.other).cast<double>(),
+                     (hit.side == kA ? hit.other : hit.own).cast<double>()};
+  for (int s = 0; s < 2; ++s) {
+    if (s != hit.side && !oneSided) continue;
+    SideSums& sum = side[s];
+    const Vec3 push = a * hit.depth1 * n[s];
+    sum.push += push;
+    sum.moment += x.cross(push);
+    sum.wall += (1 - gate) * push;
+    sum.size += a * hit.depth1;
+    sum.depth[0] += gate * a * hit.depth1;
+    sum.depth[1] += gate * a * hit.depth2;
+    sum.depth[2] += gate * a * hit.depth3;
+  }
+  if (hit.deep) deep += a * hit.depth1;
+  ++hits;
+  const double w = gate * a * hit.share;
+  if (w == 0) return;
+  area += w;
+  facing += gate * a * hit.depth1;
+  first += w * x;
+  second += w * x * x.transpose();
+  for (int s = 0; s < 2; ++s) {
+    normal[s] += w * n[s];
+    normalBy[s] += w * n[s] * x.transpose();
+  }
+}
+
+void Sums::add(const Sums& other) {
+  const Vec3 shift = other.origin - origin;
+  for (int s = 0; s < 2; ++s) {
+    side[s].push += other.side[s].push;
+    side[s].moment += other.side[s].moment + shift.cross(other.side[s].push);
+    side[s].wall += other.side[s].wall;
+    side[s].size += other.side[s].size;
+    for (int k = 0; k < 3; ++k) side[s].depth[k] += other.side[s].depth[k];
+    normal[s] += other.normal[s];
+    normalBy[s] += other.normalBy[s] + other.normal[s] * shift.transpose();
+  }
+  second += other.second + other.first * shift.transpose() + shift * other.first.transpose() +
+            other.area * shift * shift.transpose();
+  first += other.first + other.area * shift;
+  area += other.area;
+  facing += other.facing;
+  deep += other.deep;
+  hits += other.hits;
+}
+
+std::int32_t Binner::find(const std::int32_t* cell, std::int32_t direction) const {
+  const std::uint32_t hash = static_cast<std::uint32_t>(cell[0]) * 73856093u ^
+                             static_cast<std::uint32_t>(cell[1]) * 19349663u ^
+                             static_cast<std::uint32_t>(cell[2]) * 83492791u ^
+                             static_cast<std::uint32_t>(direction) * 2654435761u;
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = (hash ^ hash >> 15) & mask;
+  while (table_[slot] >= 0) {
+    const Bin& b = bins_[static_cast<std::size_t>(table_[slot])];
+    if (b.direction == direction && std::equal(cell, cell + 3, b.cell)) return table_[slot];
+    slot = (slot + 1) & mask;
+  }
+  return -1 - static_cast<std::int32_t>(slot);
+}
+
+std::size_t Binner::binOf(const Hit& hit, double cell) {
+  std::int32_t at[3];
+  for (int i = 0; i < 3; ++i)
+    at[i] = static_cast<std::int32_t>(std::floor(static_cast<double>(hit.position[i]) / cell));
+  const std::int32_t direction = directionOf(hit, gateOf(hit));
+  std::int32_t found = find(at, direction);
+  if (found < 0) {
+    if ((bins_.size() + 1) * 2 > table_.size()) {
+      table_.assign(table_.size() * 2, -1);
+      for (std::size_t i = 0; i < bins_.size(); ++i)
+        table_[static_cast<std::size_t>(-1 - find(bins_[i].cell, bins_[i].direction))] =
+            static_cast<std::int32_t>(i);
+      found = find(at, direction);
+    }
+    table_[static_cast<std::size_t>(-1 - found)] = static_cast<std::int32_t>(bins_.size());
+    Bin bin{{at[0], at[1], at[2]}, direction, -1, {}};
+    bin.sums.origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
+    bins_.push_back(bin);
+    found = static_cast<std::int32_t>(bins_.size()) - 1;
+  }
+  return static_cast<std::size_t>(found);
+}
+
+// Grows a patch from its heaviest bin over neighbouring bins that look the same way.
+void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number) {
+  patch = bins_[seed].sums;
+  bins_[seed].patch = number;
+  queue_.assign(1, static_cast<std::uint32_t>(seed));
+  for (std::size_t next = 0; next < queue_.size(); ++next) {
+    for (int k = 0; k < 27 * 6; ++k) {
+      const Bin& from = bins_[queue_[next]];
+      const int n = k / 6;
+      const std::int32_t cell[3] = {from.cell[0] + n % 3 - 1, from.cell[1] + n / 3 % 3 - 1,
+                                    from.cell[2] + n / 9 - 1};
+      const std::int32_t found = find(cell, k % 6);
+      if (found < 0) continue;
+      Bin& bin = bins_[static_cast<std::size_t>(found)];
+      if (bin.patch >= 0) continue;
+      double cosine[2];
+      for (int s = 0; s < 2; ++s) {
+        const double length = bin.sums.normal[s].norm() * patch.normal[s].norm();
+        cosine[s] = length > 0 ? bin.sums.normal[s].dot(patch.normal[s]) / length : 1.0;
+      }
+      if (std::max(cosine[0], cosine[1]) < kAgree || std::min(cosine[0], cosine[1]) < kDisagree)
+        continue;
+      bin.patch = number;
+      patch.add(bin.sums);
+      queue_.push_back(static_cast<std::uint32_t>(found));
+    }
+  }
+}
+
+const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double cell, bool oneSided) {
+  bins_.clear();
+  patches_.clear();
+  if (table_.empty()) table_.resize(256);
+  std::fill(table_.begin(), table_.end(), -1);
+  for (const Hit& hit : hits) bins_[binOf(hit, cell)].sums.add(hit, oneSided);
+  order_.resize(bins_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
+  const auto weight = [&](std::uint32_t i) {
+    return bins_[i].sums.side[0].size + bins_[i].sums.side[1].size;
+  };
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const double wa = weight(a), wb = weight(b);
+    return wa != wb ? wa > wb : a < b;
+  });
+  for (const std::uint32_t seed : order_) {
+    if (bins_[seed].patch >= 0) continue;
+    patches_.emplace_back();
+    grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1);
+  }
+  return patches_;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,207 @@
+// ContactFinder: hits, bins, patches, points, and the law that turns areas and depths into newtons.
+//
+// The paper's law (3) is one spring for the pair, FR = k d. Its depth d is that of the deepest
+// point, found from the depths' distribution over the area rather than from one sample: if the
+// part of the area deeper than t falls like (1 - t/d)^b (b = 0 a face, 1/2 a cylinder's
+// side, 1 a sphere or an edge, 2 a corner), then of the moments M_k = sum a t^k
+//   M2/M1 = 2 d / (2 + b),  M3/M2 = 3 d / (3 + b),
+// which two ratios give b and d. The spring is shared out by area, the force by the patches' own
+// sums.
+#include <cloudcontact/contact.h>
+
+#include "patch_force.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kCellVoxels = 8;      // a bin's cell
+constexpr double kLeastShare = 0.003;  // of the pair's force: lighter patches are dropped
+constexpr double kMostPointed = 2.0;   // b of a corner; noise alone would go on
+constexpr double kSameCosine = 0.7;    // a patch is last step's if its normal is this near ...
+constexpr double kSameVoxels = 8;      // ... and its centre
+
+double deepest(const double* moments) {
+  if (!(moments[0] > 0) || !(moments[1] > 0)) return 0;
+  const double ratio = moments[2] * moments[0] / (moments[1] * moments[1]);
+  const double b =
+      ratio >= 1.4 ? kMostPointed : std::clamp(3 * (ratio - 1) / (1.5 - ratio), 0.0, kMostPointed);
+  return (1 + 0.5 * b) * moments[1] / moments[0];
+}
+
+void check(const ContactBody& body, const char* name) {
+  if ((body.field != nullptr) == (body.shape != nullptr))
+    throw std::invalid_argument(std::string("ContactFinder::find: body ") + name +
+                                " needs either a field or a shape");
+  if (!body.pose.position.allFinite() || !body.pose.orientation.coeffs().allFinite())
+    throw std::invalid_argument(std::string("ContactFinder::find: the pose of body ") + name +
+                                " is not finite");
+}
+
+struct FoundPatch {
+  const Sums* sums;
+  PatchForce force;
+  double size;  // |force|
+};
+
+// A patch of the step before, to keep its points' names.
+struct Known {
+  Vec3 center, normal;
+  std::uint32_t id;
+};
+
+}  // namespace
+
+struct ContactFinder::Scratch {
+  std::vector<Hit> hits;
+  Binner binner;
+  std::vector<FoundPatch> found;
+  std::vector<Known> known, now;
+  std::uint32_t nextId = 0;
+  ContactResult result;
+
+  std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
+  void collect(bool foundation, bool oneSided, Side sampled);
+  double pairDepth(bool oneSided) const;
+  void emit(const PairFrame& frame, const ContactSettings& settings, bool oneSided);
+};
+
+ContactFinder::ContactFinder() : scratch_(std::make_unique<Scratch>()) {}
+ContactFinder::~ContactFinder() = default;
+ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
+ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
+
+std::uint32_t ContactFinder::Scratch::nameOf(const Vec3& center, const Vec3& normal, double voxel) {
+  std::size_t best = known.size();
+  double nearest = kSameVoxels * voxel * kSameVoxels * voxel;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const double far = (known[i].center - center).squaredNorm();
+    if (far > nearest || known[i].normal.dot(normal) < kSameCosine) continue;
+    nearest = far;
+    best = i;
+  }
+  const std::uint32_t id = best < known.size() ? known[best].id : nextId++;
+  if (best < known.size()) known.erase(known.begin() + static_cast<std::ptrdiff_t>(best));
+  now.push_back({center, normal, id});
+  return id;
+}
+
+void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled) {
+  double all = 0;
+  for (FoundPatch& p : found) {
+    p.force = forceOf(*p.sums, foundation, oneSided, sampled);
+    p.size = p.force.force.norm();
+    all += p.size;
+  }
+  std::erase_if(found, [&](const FoundPatch& p) {
+    return !(p.size > kLeastShare * all) || !(p.sums->area > 0);
+  });
+}
+
+// The more coherent body's surface is where depth is measured: by the other body's samples.
+double ContactFinder::Scratch::pairDepth(bool oneSided) const {
+  double moments[2][3] = {}, trust = 0, all = 0;
+  for (const FoundPatch& p : found) {
+    for (int s = 0; s < 2; ++s)
+      for (int k = 0; k < 3; ++k) moments[s][k] += p.sums->side[s].depth[k];
+    trust += p.size * p.force.trustA;
+    all += p.size;
+  }
+  if (all == 0) return 0;
+  trust /= all;
+  const double byA = deepest(moments[kA]), byB = deepest(moments[kB]);
+  if (oneSided || byA == 0 || byB == 0) return std::max(byA, byB);
+  return trust * byB + (1 - trust) * byA;
+}
+
+void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings& settings,
+                                  bool oneSided) {
+  const bool foundation = settings.law == LawForm::Foundation;
+  double force = 0, area = 0;
+  for (const FoundPatch& p : found) {
+    force += p.size;
+    area += p.sums->area;
+  }
+  const double depth = pairDepth(oneSided);
+  for (const FoundPatch& p : found) {
+    Patch patch;
+    patch.area = p.sums->area * (oneSided ? 1.0 : 0.5);
+    if (foundation) {
+      patch.stiffness = settings.pair.stiffness * patch.area;
+      patch.damping = settings.pair.damping * patch.area;
+      patch.depth = p.size / patch.area;
+    } else {
+      const double share = p.sums->area / area;
+      patch.stiffness = settings.pair.stiffness * share;
+      patch.damping = settings.pair.damping * share;
+      patch.depth = depth * (p.size / force) / share;
+    }
+    const Vec3 n = p.force.force / p.size;
+    const PatchPoints points = pointsOf(*p.sums, p.force);
+    const std::uint32_t id = nameOf(p.force.center, n, frame.voxel);
+    patch.normal = frame.pose.orientation * n;
+    patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);
+    const double pushes = oneSided ? std::max(p.sums->side[0].size, p.sums->side[1].size)
+                                   : 0.5 * (p.sums->side[0].size + p.sums->side[1].size);
+    patch.confidence = std::min(1.0, p.size / std::max(pushes, 1e-300));
+    patch.doubt = p.sums->deep > 0.5 * pushes ? Doubt::Deep
+                  : patch.confidence < 0.3    ? Doubt::Opposed
+                  : p.sums->hits < 4          ? Doubt::FewSamples
+                                              : Doubt::None;
+    patch.firstPoint = static_cast<int>(result.points.size());
+    patch.points = 4;
+    for (int i = 0; i < 4; ++i) {
+      ContactPoint point;
+      point.position = frame.pose.toWorld(points.position[i]);
+      point.normal = frame.pose.orientation * points.normal[i];
+      point.depth = patch.depth * points.weight[i];
+      point.stiffness = 0.25 * patch.stiffness;
+      point.damping = 0.25 * patch.damping;
+      point.id = id * 4 + static_cast<std::uint32_t>(i);
+      point.patch = static_cast<int>(result.patches.size());
+      result.points.push_back(point);
+    }
+    result.patches.push_back(patch);
+  }
+}
+
+const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
+                                         const ContactSettings& settings) {
+  check(a, "A");
+  check(b, "B");
+  if (a.shape && b.shape)
+    throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
+  Scratch& s = *scratch_;
+  s.result.clear();
+  s.hits.clear();
+  s.found.clear();
+  const PairFrame frame = frameOf(a, b);
+  gatherHits(a, b, frame, s.hits);
+  s.result.samples = s.hits.size();
+  const bool oneSided = a.shape || b.shape;
+  for (const Sums& sums : s.binner.patches(s.hits, kCellVoxels * frame.voxel, oneSided))
+    s.found.push_back({&sums, {}, 0});
+  s.collect(settings.law == LawForm::Foundation, oneSided, a.shape ? kB : kA);
+  s.now.clear();
+  s.emit(frame, settings, oneSided);
+  std::swap(s.known, s.now);
+  return s.result;
+}
+
+Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {
+  Wrench w;
+  for (const ContactPoint& p : contact.points) {
+    const double closing = (a.at(p.position) - b.at(p.position)).dot(p.normal);
+    const double size = std::max(0.0, p.stiffness * p.depth + p.damping * closing);
+    const Vec3 force = size * p.normal;
+    w.force += force;
+    w.torque += p.position.cross(force);
+  }
+  return w;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,41 @@
+// The first half of a query: which samples of either body lie in the other, and how deep.
+// Everything in the frame of one of the two bodies (the "frame body"), metres.
+#pragma once
+
+#include <cloudcontact/contact.h>
+
+#include "field_data.h"
+
+#include <vector>
+
+namespace cloudcontact {
+
+enum Side : int { kA = 0, kB = 1 };
+
+// A sample found in (or within reach of) the other body.
+struct Hit {
+  Eigen::Vector3f position;             // midway between the two surfaces, frame body [m]
+  Eigen::Vector3f own;                  // outward normal of the body that the sample belongs to
+  Eigen::Vector3f other;                // outward normal of the body that it lies in
+  float area;                           // [m^2]
+  float share, depth1, depth2, depth3;  // kernels/sample.h [1, m, m^2, m^3]
+  float facing;                         // cosine between own and -other
+  std::int8_t side;                     // whose sample it is
+  std::int8_t deep;                     // 1: deeper than the band knows
+};
+
+struct PairFrame {
+  Side body = kA;    // the frame body; always one with a field
+  Pose pose;         // its pose
+  double voxel = 0;  // the larger of the bodies' voxels [m]
+};
+
+// The frame does not depend on which body is called A: the one with fewer samples, and of two
+// equals the one that sees the other on the greater side.
+PairFrame frameOf(const ContactBody& a, const ContactBody& b);
+
+// Appends the hits of both bodies' samples.
+void gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                std::vector<Hit>& hits);
+
+}  // namespace cloudcontact
