@@ -64,7 +64,11 @@ class SceneReader {
 
   std::filesystem::path file_;
   SceneDescription scene_;
-  std::map<std::string, int> links_;  // full link name -> body
+  struct LinkPlace {
+    int body;
+    Vec3 origin;  // of the link in the body's frame
+  };
+  std::map<std::string, LinkPlace> links_;  // by full name
 };
 
 void SceneReader::check(const sdf::Errors& errors, const std::string& element) const {
@@ -174,8 +178,10 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
   SceneBody body;
   const std::string full = scope + "::" + link.Name();
   const std::string element = "link '" + full + "'";
-  body.name = model.LinkCount() == 1 ? scope : full;
-  body.pose = modelPose * resolved(link.SemanticPose(), "", element);
+  const Pose linkInModel = resolved(link.SemanticPose(), "", element);
+  const bool alone = model.LinkCount() == 1;
+  body.name = alone ? scope : full;
+  body.pose = alone ? modelPose : modelPose * linkInModel;
   body.isStatic = isStatic;
   body.selfCollide = model.SelfCollide();
   // A model's links share a number; nested models count as models of their own.
@@ -184,7 +190,13 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
   readInertial(link, body);
   for (std::uint64_t i = 0; i < link.CollisionCount(); ++i)
     readCollision(*link.CollisionByIndex(i), body);
-  links_[full] = static_cast<int>(scene_.bodies.size());
+  const Pose linkInBody = alone ? linkInModel : Pose();
+  if (body.inertialPose)
+    body.inertialPose = linkInBody * *body.inertialPose;
+  else if (body.inertia)
+    body.inertialPose = linkInBody;
+  for (SceneCollision& collision : body.collisions) collision.pose = linkInBody * collision.pose;
+  links_[full] = {static_cast<int>(scene_.bodies.size()), linkInBody.position};
   scene_.bodies.push_back(std::move(body));
 }
 
@@ -314,7 +326,7 @@ int SceneReader::bodyIndex(const std::string& link, const std::string& scope,
   if (link == "world") return -1;
   const auto found = links_.find(scope + "::" + link);
   if (found == links_.end()) fail(element, "no link '" + link + "' in model '" + scope + "'");
-  return found->second;
+  return found->second.body;
 }
 
 void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
@@ -364,8 +376,11 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
       for (int i = 0; i < 6; ++i)
         if (!(numbers >> v[i]) || !std::isfinite(v[i]))
           fail(element, "needs six finite numbers: linear [m/s], then angular [rad/s]");
-      scene_.bodies[found->second].linearVelocity = v.head<3>();
-      scene_.bodies[found->second].angularVelocity = v.tail<3>();
+      SceneBody& body = scene_.bodies[found->second.body];
+      const Vec3 linear = v.head<3>(), angular = v.tail<3>();
+      body.angularVelocity = angular;
+      // Stated for the link's origin.
+      body.linearVelocity = linear - angular.cross(body.pose.orientation * found->second.origin);
     }
   }
 }

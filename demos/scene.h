@@ -45,10 +45,11 @@ struct SceneCollision {
   SceneGeometry geometry;
 };
 
-// A link of a model. Its name is the model's where the model has one link, else MODEL::LINK.
+// A link of a model. Where the model has one link the body has the model's name and frame, else
+// MODEL::LINK and the link's frame.
 struct SceneBody {
   std::string name;
-  Pose pose;  // of the link's frame in the world
+  Pose pose;  // of the body's frame in the world
   bool isStatic = false;
   std::optional<double> mass;              // [kg]
   std::optional<Pose> inertialPose;        // centre of mass and axes, in the body's frame
@@ -58,7 +59,7 @@ struct SceneBody {
   std::optional<double> friction;       // mu
   std::optional<double> stiffness;      // kp [N/m]
   std::optional<double> damping;        // kd [N s/m]
-  Vec3 linearVelocity = Vec3::Zero();   // of the link's origin, in the world [m/s]
+  Vec3 linearVelocity = Vec3::Zero();   // of the frame's origin, in the world [m/s]
   Vec3 angularVelocity = Vec3::Zero();  // in the world [rad/s]
   int model = 0;                        // bodies of one model do not touch each other ...
   bool selfCollide = false;             // ... unless the model says so

@@ -1,0 +1,69 @@
+// The demo `chain`: ten links that hold each other by their shape alone.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "demo.h"
+#include "generated_mesh.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr int kLinks = 10;
+constexpr double kVoxel = 0.02;  // [m]
+constexpr double kStep = 1.0 / 240;
+constexpr double kSeconds = 10;
+constexpr double kMass = 40;
+constexpr double kStiffness = 1e6;  // of a pair: the first joint bears 3.5 kN and sags 3.5 mm
+
+// Distance of taut neighbours: their wires touch where they cross.
+double pitch(const ChainLink& link) {
+  return link.straight + 2 * link.bend - 2 * link.wire;
+}
+
+SceneDescription scene(const ChainLink& link) {
+  const auto mesh = std::make_shared<Mesh>(chainLinkMesh(link));
+  SceneDescription scene;
+  scene.name = "chain";
+  scene.step = kStep;
+  // The link's long axis, y, stands up; every other link is turned a quarter about it.
+  const Eigen::Quaterniond up(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
+  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()));
+  for (int i = 0; i < kLinks; ++i) {
+    const Pose pose{i % 2 ? quarter * up : up, Vec3(0, 0, 12 - i * pitch(link))};
+    const DemoMatter iron{i == 0 ? 0 : kMass, 0.4, 2 * kStiffness, 4e4};
+    scene.bodies.push_back(demoBody("link" + std::to_string(i), "link", mesh, pose, iron));
+    scene.bodies.back().model = i;
+  }
+  return scene;
+}
+
+}  // namespace
+
+std::vector<DemoCheck> runChain() {
+  const ChainLink link{0.1, 0.25, 0.6, 48, 64};
+  World world(scene(link), demoSettings(kVoxel));
+  SimulationSettings settings;
+  settings.seconds = kSeconds;
+  settings.step = kStep;
+  settings.instants = 10;
+  const SimulationReport report = simulate(world, settings);
+  double speed = 0, sideways = 0, gap = 0;
+  for (int i = 1; i < kLinks; ++i) {
+    const BodyState &above = report.bodies[i - 1], &here = report.bodies[i];
+    speed = std::max({speed, here.linearVelocity.norm(), here.angularVelocity.norm()});
+    sideways = std::max(sideways, here.pose.position.head<2>().norm());
+    // What the joint carries over its stiffness, and the difference to what it does.
+    const double sag = (kLinks - i) * kMass * 9.8 / kStiffness;
+    const double distance = above.pose.position.z() - here.pose.position.z();
+    gap = std::max(gap, std::abs(distance - pitch(link) - sag));
+  }
+  return {
+      {"all links hang still, under 1 mm/s", figure(1e3 * speed, 4, "mm/s at most"), speed < 1e-3},
+      {"straight down within half a voxel", figure(sideways / kVoxel, 4, "vox aside"),
+       sideways < 0.5 * kVoxel},
+      {"a pitch and m g / k apart within half a voxel", figure(gap / kVoxel, 3, "vox off"),
+       gap < 0.5 * kVoxel}};
+}
+
+}  // namespace cloudcontact::program
