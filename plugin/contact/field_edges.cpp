@@ -9,6 +9,7 @@
 #include "field_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace cloudcontact {
@@ -18,6 +19,8 @@ namespace {
 // Residuals of coverage, see kernels/surface_fit.h: smooth surfaces leave 0.001, at most 0.003 at a
 // radius of 10 voxels; an edge of 20 deg leaves 0.006.
 constexpr float kSmoothResidual = 0.004f;
+// Blocks that the quadric explains this well keep it: shallow edges, small radii.
+constexpr float kEnough = 0.008f;
 // An edge must explain the block this well, and better than the quadric by this factor.
 constexpr float kEdgeResidual = 0.03f;
 constexpr float kEdgeGain = 0.6f;
@@ -27,14 +30,17 @@ constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also m
 constexpr float kSameOffset = 0.25f;
 constexpr int kMaxFaces = 6;
 constexpr int kSub = 4;  // sub-samples along a voxel's edge
-constexpr int kSubs = 3 * kSub;
-constexpr int kPoints = kSubs * kSubs * kSubs;
+constexpr int kPerVoxel = kSub * kSub * kSub;
+constexpr int kPoints = CC_WINDOW_VOXELS * kPerVoxel;
+constexpr float kGoodResidual = 0.008f;  // of two faces: no third is sought
+constexpr std::size_t kCrestPairs = 3;
+constexpr int kCrestRounds = 8;
 
 // A face continued to the block: n.x < s about the block's middle.
 struct Face {
-  Eigen::Vector3f n;
-  float s;
-  float weight;
+  Eigen::Vector3f n = Eigen::Vector3f::Zero();
+  float s = 0;
+  float weight = 0;
 };
 
 // The neighbour's surface as a plane at the point nearest to the origin, which lies at `r` from it.
@@ -86,39 +92,60 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
   return sums;
 }
 
-// How much of each sub-sample's little cube a face leaves, for all sub-samples of the block.
-// Signed distance in little cubes' widths along the normal, 0 at the face, positive outside.
+// How far each sub-sample lies outside a face, in sub-sample widths along the normal. Stored voxel
+// by voxel, so that a voxel's coverage is a sum over a run.
 struct FaceField {
   Face face;
-  std::vector<float> outside;
+  std::array<float, kPoints> outside;
 };
 
-FaceField fieldOf(const Face& f) {
-  FaceField field{f, std::vector<float>(kPoints)};
-  const float scale = kSub / f.n.lpNorm<1>();
-  for (int k = 0; k < kPoints; ++k) {
-    const Eigen::Vector3f x((float(k % kSubs) + 0.5f) / kSub - 1.5f,
-                            (float(k / kSubs % kSubs) + 0.5f) / kSub - 1.5f,
-                            (float(k / kSubs / kSubs) + 0.5f) / kSub - 1.5f);
-    field.outside[static_cast<std::size_t>(k)] = (f.n.dot(x) - f.s) * scale;
-  }
-  return field;
+// Where the sub-samples lie, in the order of FaceField.
+const std::array<std::array<float, 3>, kPoints>& subSamples() {
+  static const auto points = [] {
+    std::array<std::array<float, 3>, kPoints> p;
+    for (int k = 0; k < kPoints; ++k) {
+      const int voxel = k / kPerVoxel, sub = k % kPerVoxel;
+      const int v[3] = {voxel % 3, voxel / 3 % 3, voxel / 9},
+                s[3] = {sub % kSub, sub / kSub % kSub, sub / kSub / kSub};
+      for (int i = 0; i < 3; ++i)
+        p[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)] =
+            float(v[i]) - 1.5f + (float(s[i]) + 0.5f) / kSub;
+    }
+    return p;
+  }();
+  return points;
 }
 
-using Combination = std::vector<const FaceField*>;
+void fillField(const Face& f, FaceField& field) {
+  field.face = f;
+  const float scale = kSub / f.n.lpNorm<1>();
+  const Eigen::Vector3f n = f.n * scale;
+  const float s = f.s * scale;
+  const auto& points = subSamples();
+  for (std::size_t k = 0; k < kPoints; ++k)
+    field.outside[k] = n.x() * points[k][0] + n.y() * points[k][1] + n.z() * points[k][2] - s;
+}
+
+// At most three faces that bound the material together.
+struct Combination {
+  const FaceField* face[3];
+  int count;
+  bool concave;
+};
 
 // The block's coverage under a combination.
-void coverageOf(const Combination& faces, bool concave, float* coverage) {
-  std::fill_n(coverage, CC_WINDOW_VOXELS, 0.0f);
-  for (int k = 0; k < kPoints; ++k) {
-    float out = faces[0]->outside[static_cast<std::size_t>(k)];
-    for (std::size_t i = 1; i < faces.size(); ++i) {
-      const float other = faces[i]->outside[static_cast<std::size_t>(k)];
-      out = concave ? std::min(out, other) : std::max(out, other);
+void coverageOf(const Combination& c, float* coverage) {
+  const float* f0 = c.face[0]->outside.data();
+  const float* f1 = c.face[1]->outside.data();
+  const float* f2 = c.face[c.count - 1]->outside.data();
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    float sum = 0;
+    for (int k = v * kPerVoxel; k < (v + 1) * kPerVoxel; ++k) {
+      const float out =
+          c.concave ? ccMin(f0[k], ccMin(f1[k], f2[k])) : ccMax(f0[k], ccMax(f1[k], f2[k]));
+      sum += ccMin(ccMax(0.5f - out, 0.0f), 1.0f);
     }
-    const int voxel =
-        k % kSubs / kSub + 3 * (k / kSubs % kSubs / kSub) + 9 * (k / kSubs / kSubs / kSub);
-    coverage[voxel] += std::clamp(0.5f - out, 0.0f, 1.0f) * (1.0f / (kSub * kSub * kSub));
+    coverage[v] = sum * (1.0f / kPerVoxel);
   }
 }
 
@@ -136,61 +163,101 @@ float blockResidual(const float* wanted, const float* found) {
   return weight > 0 ? std::sqrt(square / weight) : 1.0f;
 }
 
+// What explains a block: faces that intersect, or unite where `concave`.
 struct Hypothesis {
-  std::vector<Face> faces;
+  Face faces[3];
+  int count = 0;
   bool concave = false;
   float residual = 1.0f;
 };
 
-void tryCombination(const float* wanted, const Combination& faces, bool concave, Hypothesis& best) {
-  float found[CC_WINDOW_VOXELS];
-  coverageOf(faces, concave, found);
-  const float residual = blockResidual(wanted, found);
-  // A further plane must earn its place.
-  if (residual > (faces.size() > best.faces.size() ? 0.8f : 1.0f) * best.residual) return;
-  best = {{}, concave, residual};
-  for (const FaceField* f : faces) best.faces.push_back(f->face);
-}
-
-// Two faces and the plane midway between their normals, where the block's mass wants it.
-void tryCrest(const float* wanted, const FaceField& a, const FaceField& b, bool concave,
-              Hypothesis& best) {
-  const Eigen::Vector3f between = a.face.n + b.face.n;
-  if (between.norm() < 0.2f) return;
-  float mass = 0;
-  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted[k];
-  float low = -2, high = 2, found[CC_WINDOW_VOXELS];
-  FaceField crest;
-  for (int round = 0; round < 10; ++round) {
-    crest = fieldOf({between.normalized(), 0.5f * (low + high), 1});
-    coverageOf({&a, &b, &crest}, concave, found);
-    float sum = 0;
-    for (float c : found) sum += c;
-    (sum < mass ? low : high) = crest.face.s;
+// Tries combinations of faces on one block and keeps the best.
+class EdgeSearch {
+ public:
+  void run(const float* wanted, const std::vector<Face>& faces) {
+    wanted_ = wanted;
+    best = {};
+    count_ = 0;
+    for (const Face& f : faces) {
+      // A face that passes the block by says nothing of it.
+      if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>()) continue;
+      fillField(f, fields_[static_cast<std::size_t>(count_++)]);
+    }
+    pairs();
+    if (best.residual > kGoodResidual) triples();
+    if (best.residual > kEdgeResidual) crests();
   }
-  tryCombination(wanted, {&a, &b, &crest}, concave, best);
-}
 
-Hypothesis bestEdge(const float* wanted, const std::vector<Face>& faces) {
-  std::vector<FaceField> fields;
-  for (const Face& f : faces) fields.push_back(fieldOf(f));
   Hypothesis best;
-  for (bool concave : {false, true}) {
-    for (std::size_t i = 0; i < fields.size(); ++i)
-      for (std::size_t j = i + 1; j < fields.size(); ++j)
-        tryCombination(wanted, {&fields[i], &fields[j]}, concave, best);
-    for (std::size_t i = 0; i < fields.size(); ++i)
-      for (std::size_t j = i + 1; j < fields.size(); ++j)
-        for (std::size_t k = j + 1; k < fields.size(); ++k)
-          tryCombination(wanted, {&fields[i], &fields[j], &fields[k]}, concave, best);
+
+ private:
+  struct Pair {
+    float residual;
+    int i, j;
+    bool concave;
+  };
+
+  float attempt(const Combination& c) {
+    float found[CC_WINDOW_VOXELS];
+    coverageOf(c, found);
+    const float residual = blockResidual(wanted_, found);
+    // A further plane must earn its place.
+    if (residual < (c.count > best.count ? 0.8f : 1.0f) * best.residual) {
+      best.concave = c.concave;
+      best.count = c.count;
+      best.residual = residual;
+      for (int k = 0; k < c.count; ++k) best.faces[k] = c.face[k]->face;
+    }
+    return residual;
   }
-  if (best.residual < kEdgeResidual) return best;
-  for (bool concave : {false, true})
-    for (std::size_t i = 0; i < fields.size(); ++i)
-      for (std::size_t j = i + 1; j < fields.size(); ++j)
-        tryCrest(wanted, fields[i], fields[j], concave, best);
-  return best;
-}
+
+  const FaceField& field(int i) const { return fields_[static_cast<std::size_t>(i)]; }
+
+  void pairs() {
+    tried_.clear();
+    for (bool concave : {false, true})
+      for (int i = 0; i < count_; ++i)
+        for (int j = i + 1; j < count_; ++j)
+          tried_.push_back({attempt({{&field(i), &field(j), nullptr}, 2, concave}), i, j, concave});
+    std::stable_sort(tried_.begin(), tried_.end(),
+                     [](const Pair& a, const Pair& b) { return a.residual < b.residual; });
+  }
+
+  void triples() {
+    for (bool concave : {false, true})
+      for (int i = 0; i < count_; ++i)
+        for (int j = i + 1; j < count_; ++j)
+          for (int k = j + 1; k < count_; ++k)
+            attempt({{&field(i), &field(j), &field(k)}, 3, concave});
+  }
+
+  // The best pairs with the plane midway between their normals, where the block's mass wants it.
+  void crests() {
+    float mass = 0;
+    for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted_[k];
+    for (std::size_t p = 0; p < tried_.size() && p < kCrestPairs; ++p) {
+      const FaceField &a = field(tried_[p].i), &b = field(tried_[p].j);
+      const Eigen::Vector3f between = a.face.n + b.face.n;
+      if (between.norm() < 0.2f) continue;
+      const Combination c{{&a, &b, &crest_}, 3, tried_[p].concave};
+      float low = -2, high = 2, found[CC_WINDOW_VOXELS];
+      for (int round = 0; round < kCrestRounds; ++round) {
+        fillField({between.normalized(), 0.5f * (low + high), 1}, crest_);
+        coverageOf(c, found);
+        float sum = 0;
+        for (float v : found) sum += v;
+        (sum < mass ? low : high) = crest_.face.s;
+      }
+      attempt(c);
+    }
+  }
+
+  const float* wanted_ = nullptr;
+  int count_ = 0;
+  std::array<FaceField, kMaxFaces> fields_;
+  FaceField crest_;
+  std::vector<Pair> tried_;
+};
 
 CcSurface planeSurface(const Face& f, float residual) {
   CcSurface s{};
@@ -206,30 +273,32 @@ CcSurface planeSurface(const Face& f, float residual) {
 
 void resolveEdges(FieldDraft& draft) {
   std::vector<Hypothesis> found(draft.voxels.size());
-  parallelFor((draft.voxels.size() + 255) / 256, draft.settings.threads,
-              [&](std::size_t chunk, int) {
-                const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
-                for (std::size_t i = chunk * 256; i < end; ++i) {
-                  const SurfaceVoxel& v = draft.voxels[i];
-                  const float residual = draft.pieces[v.first].surface.residual;
-                  if (residual <= kSmoothResidual) continue;
-                  float block[CC_WINDOW_VOXELS];
-                  gatherBlock(draft.cloud, v.x, v.y, v.z, block);
-                  Hypothesis h = bestEdge(block, facesNear(draft, v));
-                  if (h.residual < kEdgeResidual && h.residual < kEdgeGain * residual)
-                    found[i] = std::move(h);
-                }
-              });
+  const int threads = threadCount(draft.settings.threads);
+  std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
+  parallelFor((draft.voxels.size() + 255) / 256, threads, [&](std::size_t chunk, int worker) {
+    EdgeSearch& search = searches[static_cast<std::size_t>(worker)];
+    const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
+    for (std::size_t i = chunk * 256; i < end; ++i) {
+      const SurfaceVoxel& v = draft.voxels[i];
+      const float residual = draft.pieces[v.first].surface.residual;
+      if (residual <= kEnough) continue;
+      float block[CC_WINDOW_VOXELS];
+      gatherBlock(draft.cloud, v.x, v.y, v.z, block);
+      search.run(block, facesNear(draft, v));
+      if (search.best.residual < kEdgeResidual && search.best.residual < kEdgeGain * residual)
+        found[i] = search.best;
+    }
+  });
   for (std::size_t i = 0; i < draft.voxels.size(); ++i) {
     SurfaceVoxel& v = draft.voxels[i];
     const Hypothesis& h = found[i];
-    v.doubtful = h.faces.empty() && draft.pieces[v.first].surface.residual > kEdgeResidual;
-    if (h.faces.empty()) continue;
+    v.doubtful = h.count == 0 && draft.pieces[v.first].surface.residual > kEdgeResidual;
+    if (h.count == 0) continue;
     v.rule = h.concave ? PieceRule::Concave : PieceRule::Convex;
     v.first = static_cast<std::uint32_t>(draft.pieces.size());
-    v.count = static_cast<std::uint32_t>(h.faces.size());
-    for (const Face& f : h.faces)
-      draft.pieces.push_back({planeSurface(f, h.residual), {0, 0, 0}, 0});
+    v.count = static_cast<std::uint32_t>(h.count);
+    for (int k = 0; k < h.count; ++k)
+      draft.pieces.push_back({planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0});
   }
 }
 
