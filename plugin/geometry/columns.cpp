@@ -15,6 +15,9 @@
 // rounding of doubles. It needs no ray to hit or miss an edge, and a surface that lies exactly on
 // voxel faces is no special case.
 //
+// Shells inside or across each other make sums above 1, which are solid; overlap.cpp has the voxels
+// in which that is not enough.
+//
 // The sum of a closed surface comes back to zero above the topmost piece. Where it does not, the
 // surface has a hole in that column, and the column is reported as bad.
 #include "geometry/columns.h"
@@ -24,6 +27,7 @@
 #include <cmath>
 #include <memory>
 
+#include "geometry/cutter.h"
 #include "geometry/parallel.h"
 
 namespace cloudcontact {
@@ -33,98 +37,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr int kColumnsPerBrick = kBrickEdge * kBrickEdge;
 // Smallest projected area of a triangle that is cut [voxel^2]: what is less changes no voxel, even
 // summed over a million triangles, and is the rounding of a face that is parallel to the columns.
 constexpr double kSmallestArea = 1e-12;
-// Largest sum that a closed surface may leave at a column's end [voxel^2]. A 1/255 step of coverage
-// is 4e-3; rounding leaves 1e-12.
-constexpr double kClosedSum = 1e-6;
-// Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
-constexpr double kCapArea = 1e-3;
-
-// A convex polygon. A triangle cut by at most six planes has at most nine corners; the room beyond
-// is for slivers that rounding makes cross a plane more than twice, and what they have beyond that
-// room has no area to lose.
-struct Polygon {
-  static constexpr int kMost = 16;
-  int corners = 0;
-  Vector3d p[kMost];
-  void add(const Vector3d& x) {
-    if (corners < kMost) p[corners++] = x;
-  }
-};
-
-// The parts of `polygon` below and above the plane x[axis] = value. Corners on the plane go to
-// both, so that an area of zero may come out, never a gap.
-void split(const Polygon& polygon, int axis, double value, Polygon& below, Polygon& above) {
-  below.corners = above.corners = 0;
-  for (int i = 0; i < polygon.corners; ++i) {
-    const Vector3d& a = polygon.p[i];
-    const Vector3d& b = polygon.p[i + 1 < polygon.corners ? i + 1 : 0];
-    const double da = a[axis] - value, db = b[axis] - value;
-    if (da <= 0) below.add(a);
-    if (da >= 0) above.add(a);
-    if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-      Vector3d x = a + (da / (da - db)) * (b - a);
-      x[axis] = value;
-      below.add(x);
-      above.add(x);
-    }
-  }
-}
-
-// Calls visit(cell, piece) for the pieces of `polygon` between whole numbers of x[axis].
-template <typename Visit>
-void slice(const Polygon& polygon, int axis, Visit&& visit) {
-  double low = polygon.p[0][axis], high = low;
-  for (int i = 1; i < polygon.corners; ++i) {
-    low = std::min(low, polygon.p[i][axis]);
-    high = std::max(high, polygon.p[i][axis]);
-  }
-  const int first = static_cast<int>(std::floor(low));
-  const int last = std::max(first, static_cast<int>(std::ceil(high)) - 1);
-  if (first == last) return visit(first, polygon);
-  Polygon buffers[2], piece;
-  const Polygon* rest = &polygon;
-  for (int cell = first; cell < last; ++cell) {
-    Polygon& above = buffers[cell & 1];
-    split(*rest, axis, cell + 1, piece, above);
-    if (piece.corners > 2) visit(cell, piece);
-    rest = &above;
-  }
-  if (rest->corners > 2) visit(last, *rest);
-}
-
-// Twice the projected area, positive where the triangle faces up.
-double twiceProjectedArea(const Vector3d& a, const Vector3d& b, const Vector3d& c, int u, int v) {
-  return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
-}
-
-// Which axis is which, and where voxels and bricks lie in memory.
-struct Frame {
-  int u, v, w;
-  Vector3i bricks;           // of the grid, along x, y, z
-  int width, depth, layers;  // bricks along u, v, w
-
-  Frame(const GridSurface& surface, int axis)
-      : u((axis + 1) % 3),
-        v((axis + 2) % 3),
-        w(axis),
-        bricks(surface.bricks),
-        width(bricks[u]),
-        depth(bricks[v]),
-        layers(bricks[w]) {}
-  static int voxelStride(int axis) { return axis == 0 ? 1 : axis == 1 ? 8 : 64; }
-  std::size_t entry(int bu, int bv, int bw) const {
-    Vector3i b;
-    b[u] = bu, b[v] = bv, b[w] = bw;
-    return static_cast<std::size_t>(b[0]) +
-           static_cast<std::size_t>(bricks[0]) *
-               (static_cast<std::size_t>(b[1]) + static_cast<std::size_t>(bricks[1]) * b[2]);
-  }
-};
-
 // For each brick-wide column the triangles over it, in their order.
 struct Bins {
   std::vector<std::size_t> first;  // one more than there are columns
@@ -180,138 +95,6 @@ Bins binTriangles(const GridSurface& surface, const Frame& frame) {
   return bins;
 }
 
-// What one brick-wide column of 8x8 voxel columns became.
-struct BrickColumn {
-  int firstLayer = 0;
-  std::vector<std::int32_t> table;  // from firstLayer on; empty bricks elsewhere
-  std::vector<BrickCoverage> coverage;
-  std::uint64_t bad = 0;  // a bit a voxel column
-  int cappedColumns = 0, cappedVoxels = 0;
-};
-
-// Cuts one brick-wide column at a time; keeps its memory.
-class Cutter {
- public:
-  Cutter(const GridSurface& surface, const Frame& frame)
-      : surface_(surface),
-        frame_(frame),
-        height_(frame.layers * kBrickEdge + 1),
-        differences_(static_cast<std::size_t>(kColumnsPerBrick) * height_, 0.0) {
-    if (surface.firstCap < surface.triangles.size()) caps_.resize(differences_.size(), 0.0);
-  }
-
-  BrickColumn cut(int bu, int bv, const int* first, const int* last) {
-    lowest_ = height_, highest_ = -1;
-    for (const int* t = first; t != last; ++t) cutTriangle(bu, bv, *t);
-    BrickColumn result;
-    if (highest_ < 0) return result;
-    countCaps(result);
-    sumUp(result);
-    for (int c = 0; c < kColumnsPerBrick; ++c)
-      std::fill(at(c, lowest_), at(c, std::min(highest_ + 2, height_)), 0.0);
-    return result;
-  }
-
- private:
-  double* at(int column, int cell) {
-    return differences_.data() + static_cast<std::size_t>(column) * height_ + cell;
-  }
-
-  void cutTriangle(int bu, int bv, int t) {
-    const Vector3i& i = surface_.triangles[t];
-    isCap_ = static_cast<std::size_t>(t) >= surface_.firstCap;
-    // From here on the brick column's own corner is (0, 0), its axes u, v, w the first three.
-    Polygon polygon;
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d& p = surface_.vertices[i[k]];
-      polygon.add({p[frame_.u] - bu * kBrickEdge, p[frame_.v] - bv * kBrickEdge, p[frame_.w]});
-    }
-    Polygon other, unused;
-    split(polygon, 0, 0, unused, other);
-    split(other, 0, kBrickEdge, polygon, unused);
-    split(polygon, 1, 0, unused, other);
-    split(other, 1, kBrickEdge, polygon, unused);
-    if (polygon.corners < 3) return;
-    slice(polygon, 1, [&](int v, const Polygon& row) {
-      slice(row, 0, [&](int u, const Polygon& column) {
-        const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
-        slice(column, 2, [&](int w, const Polygon& piece) { addPiece(c, w, piece); });
-      });
-    });
-  }
-
-  void addPiece(int column, int cell, const Polygon& piece) {
-    double twiceArea = 0, sixMoments = 0;
-    const Vector3d& a = piece.p[0];
-    for (int i = 2; i < piece.corners; ++i) {
-      const Vector3d &b = piece.p[i - 1], &c = piece.p[i];
-      const double cross = twiceProjectedArea(a, b, c, 0, 1);
-      twiceArea += cross;
-      sixMoments += cross * ((a[2] - cell) + (b[2] - cell) + (c[2] - cell));
-    }
-    const double area = twiceArea / 2, under = sixMoments / 6;
-    double* d = at(column, cell);
-    d[0] -= area - under;
-    d[1] -= under;
-    lowest_ = std::min(lowest_, cell);
-    highest_ = std::max(highest_, cell);
-    if (isCap_) caps_[static_cast<std::size_t>(column) * height_ + cell] += std::abs(area);
-  }
-
-  void countCaps(BrickColumn& result) {
-    if (caps_.empty()) return;
-    for (int c = 0; c < kColumnsPerBrick; ++c) {
-      int voxels = 0;
-      for (int w = lowest_; w <= highest_; ++w) {
-        double& area = caps_[static_cast<std::size_t>(c) * height_ + w];
-        voxels += area > kCapArea;
-        area = 0;
-      }
-      result.cappedVoxels += voxels;
-      result.cappedColumns += voxels > 0;
-    }
-  }
-
-  // Running sums, layer of bricks by layer, and the bricks they make.
-  void sumUp(BrickColumn& result) {
-    double run[kColumnsPerBrick] = {};
-    result.firstLayer = lowest_ / kBrickEdge;
-    // The sums end one cell above the topmost piece.
-    const int lastLayer = std::min(highest_ + 1, height_ - 2) / kBrickEdge;
-    BrickCoverage brick;
-    for (int layer = result.firstLayer; layer <= lastLayer; ++layer) {
-      int least = 255, most = 0;
-      for (int c = 0; c < kColumnsPerBrick; ++c) {
-        const double* d = at(c, layer * kBrickEdge);
-        int place = c % kBrickEdge * Frame::voxelStride(frame_.u) +
-                    c / kBrickEdge * Frame::voxelStride(frame_.v);
-        for (int w = 0; w < kBrickEdge; ++w, place += Frame::voxelStride(frame_.w)) {
-          run[c] += d[w];
-          const int coverage = static_cast<int>(std::clamp(run[c], 0.0, 1.0) * 255 + 0.5);
-          least = std::min(least, coverage);
-          most = std::max(most, coverage);
-          brick[static_cast<std::size_t>(place)] = static_cast<std::uint8_t>(coverage);
-        }
-      }
-      if (most == 0 || least == 255) {
-        result.table.push_back(most == 0 ? kEmptyBrick : kSolidBrick);
-      } else {
-        result.table.push_back(static_cast<std::int32_t>(result.coverage.size()));
-        result.coverage.push_back(brick);
-      }
-    }
-    for (int c = 0; c < kColumnsPerBrick; ++c)
-      if (std::abs(run[c]) > kClosedSum) result.bad |= std::uint64_t{1} << c;
-  }
-
-  const GridSurface& surface_;
-  const Frame& frame_;
-  int height_;  // cells a column, and one more for what a piece in the topmost passes on
-  std::vector<double> differences_, caps_;
-  int lowest_ = 0, highest_ = -1;  // cells that hold a piece
-  bool isCap_ = false;
-};
-
 // All brick columns in one grid. The order of bricks is that of the columns, whoever cut them.
 ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
   ColumnResult result;
@@ -348,6 +131,27 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
 }
 
 }  // namespace
+
+std::size_t surfaceBricks(const GridSurface& surface) {
+  const Vector3i& n = surface.bricks;
+  std::vector<bool> touched(static_cast<std::size_t>(n[0]) * n[1] * n[2], false);
+  std::size_t count = 0;
+  for (const Vector3i& t : surface.triangles) {
+    Polygon triangle;
+    for (int k = 0; k < 3; ++k) triangle.add(surface.vertices[t[k]] / kBrickEdge);
+    slice(triangle, 2, [&](int z, const Polygon& slab) {
+      slice(slab, 1, [&](int y, const Polygon& bar) {
+        slice(bar, 0, [&](int x, const Polygon&) {
+          const auto at = static_cast<std::size_t>(x) +
+                          static_cast<std::size_t>(n[0]) *
+                              (static_cast<std::size_t>(y) + static_cast<std::size_t>(n[1]) * z);
+          if (at < touched.size() && !touched[at]) touched[at] = true, ++count;
+        });
+      });
+    });
+  }
+  return count;
+}
 
 int cheapestAxis(const GridSurface& surface) {
   // Every voxel that the surface passes through costs one piece, whatever the axis; but triangles

@@ -16,6 +16,8 @@ struct GridSurface {
   std::vector<Eigen::Vector3d> vertices;   // [voxels]
   std::vector<Eigen::Vector3i> triangles;  // the mesh's own, then those that close it
   std::size_t firstCap = 0;                // index of the first closing triangle
+  // The shell of each of the mesh's own triangles; empty where there is only one shell.
+  std::vector<int> component;
 };
 
 struct ColumnResult {
@@ -27,6 +29,9 @@ struct ColumnResult {
   std::size_t cappedColumns = 0;  // columns in which a closing triangle took part
   std::size_t cappedVoxels = 0;   // voxels that one passes through
 };
+
+// How many bricks the surface passes through: no more than these will store numbers.
+std::size_t surfaceBricks(const GridSurface& surface);
 
 // The axis along which cutting is cheapest.
 int cheapestAxis(const GridSurface& surface);

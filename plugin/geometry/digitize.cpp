@@ -1,97 +1,141 @@
-// From a mesh to a cloud: mend the surface, close what is open, cut it into columns (columns.cpp).
+// From a mesh to a cloud: mend the surface, close what little is missing, cut it into columns
+// (columns.cpp); where much is missing, let three axes and the winding number vote
+// (open_surface.cpp).
 #include <cloudcontact/digitize.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <sstream>
 #include <stdexcept>
 
 #include "geometry/closing.h"
-#include "geometry/columns.h"
+#include "geometry/grid.h"
 #include "geometry/mesh_topology.h"
+#include "geometry/open_surface.h"
+#include "geometry/parallel.h"
 
 namespace cloudcontact {
 
 namespace {
 
-using Eigen::Vector3d;
-using Eigen::Vector3i;
+// Triangles that close a surface may have this share of its area: they fill cracks and missing
+// facets, and give each column an exact sum. A surface that lacks more is voted on.
+constexpr double kSmallCaps = 0.1;
+// Corners this near are one where a surface is open otherwise [voxels]: too near to change a voxel.
+constexpr double kNearCorners = 0.01;
 
-// Empty voxels around the body, so that a window of radius 2.5 finds its neighbours in the grid.
-constexpr int kMargin = 2;
-
-void checkSettings(const DigitizeSettings& settings) {
-  if (!(settings.voxelSize > 0) || !std::isfinite(settings.voxelSize)) {
-    std::ostringstream message;
-    message << "digitize: voxelSize is " << settings.voxelSize
-            << ", must be positive and finite [m]";
-    throw std::invalid_argument(message.str());
-  }
-  if (settings.threads < 0)
-    throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
+// A number as people write it: three digits.
+std::string digits(double x) {
+  std::ostringstream text;
+  text << std::setprecision(3) << x;
+  return text.str();
 }
 
-// Where the grid lies: centred on the body, so that moving a mesh changes no voxel and a symmetric
-// body gets symmetric voxels.
-struct Grid {
-  Vector3d bricks = Vector3d::Zero();  // as numbers, for they may be too many for integers
-  Vector3d origin = Vector3d::Zero();  // [m]
+void checkVoxelSize(double voxelSize) {
+  if (!(voxelSize > 0) || !std::isfinite(voxelSize))
+    throw std::invalid_argument("digitize: voxelSize is " + digits(voxelSize) +
+                                ", must be positive and finite [m]");
+}
+
+// The mesh, mended, and closed where little is missing.
+struct Prepared {
+  Closing closing;
+  bool wasClosed = false;
+  bool closable = false;  // otherwise `closing` has no caps, and the surface is open
+
+  // Copies of the voxels that exist at once: a pass and its parts; or three, and their vote.
+  int passes() const { return closable ? 2 : 5; }
 };
 
-Grid gridAround(const Mesh& mesh, double h) {
-  Vector3d low = mesh.vertices.front(), high = low;
-  for (const Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      low = low.cwiseMin(mesh.vertices[t[k]]);
-      high = high.cwiseMax(mesh.vertices[t[k]]);
-    }
-  Grid grid;
-  // A whole number of voxels that rounding lifted a hair above it does not ask for another brick.
-  constexpr double kHair = 1e-9;
-  grid.bricks = (((high - low) / h).array() + (2 * kMargin - kHair)).matrix() / double{kBrickEdge};
-  grid.bricks = grid.bricks.array().ceil().max(1);
-  grid.origin = low + 0.5 * (high - low) - 0.5 * h * kBrickEdge * grid.bricks;
-  return grid;
+Prepared prepare(const Mesh& mesh, double voxelSize) {
+  if (mesh.triangles.empty()) throw std::invalid_argument("digitize: the mesh has no triangles");
+  Mesh surface = mended(mesh);
+  if (surface.triangles.empty())
+    throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
+  Prepared prepared;
+  const auto close = [&] {
+    prepared.closing = closeSurface(surface);
+    prepared.closable = prepared.closing.capArea <= kSmallCaps * totalArea(surface);
+  };
+  close();
+  prepared.wasClosed = prepared.closing.wasClosed();
+  if (prepared.closable) return prepared;
+  if (Mesh welded = mended(surface, kNearCorners * voxelSize); !welded.triangles.empty()) {
+    surface = std::move(welded);
+    close();
+    if (prepared.closable) return prepared;
+  }
+  if (isSheet(surface))
+    throw std::invalid_argument(
+        "digitize: the mesh bounds no volume, it is a sheet; give it a thickness with shell()");
+  const std::size_t triangles = surface.triangles.size();
+  prepared.closing = {std::move(surface), triangles, 0};
+  return prepared;
 }
 
-GridSurface inGrid(const Mesh& mesh, std::size_t firstCap, const Grid& grid, double h) {
-  GridSurface surface;
-  surface.bricks = grid.bricks.cast<int>();
-  surface.vertices.reserve(mesh.vertices.size());
-  const Vector3d highest = kBrickEdge * grid.bricks;
-  for (const Vector3d& v : mesh.vertices)
-    surface.vertices.push_back(
-        ((v - grid.origin) / h).cwiseMax(Vector3d::Zero()).cwiseMin(highest));
-  surface.triangles = mesh.triangles;
-  surface.firstCap = firstCap;
-  return surface;
+// Throws where the voxels would need too much, and says what would fit.
+void checkSize(const Prepared& prepared, const DigitizeSettings& settings) {
+  const auto bytes = [&](double h) {
+    return cuttingBytes(prepared.closing, h, prepared.passes(), threadCount(settings.threads));
+  };
+  const double limit = static_cast<double>(settings.maxBytes);
+  const double h = settings.voxelSize, needed = bytes(h);
+  if (needed <= limit) return;
+  double fits = h;
+  for (int i = 0; i < 300 && bytes(fits) > limit; ++i) fits *= 1.1;
+  throw std::length_error("digitize: voxels of " + digits(h) + " m would need " +
+                          digits(needed / 1e6) + " MB, maxBytes allows " + digits(limit / 1e6) +
+                          " MB; choose a voxelSize of " + digits(1.01 * fits) +
+                          " m or larger, or raise maxBytes");
+}
+
+void checkNotEmpty(const Cloud::Voxels& voxels, const Prepared& prepared, double voxelSize) {
+  const auto full = [](std::int32_t b) { return b != kEmptyBrick; };
+  if (std::any_of(voxels.table.begin(), voxels.table.end(), full)) return;
+  const Mesh& mesh = prepared.closing.mesh;
+  const double volume = sixVolumes(mesh, middleOf(mesh)) / 6;
+  throw std::invalid_argument(
+      "digitize: the mesh encloses " + digits(volume) + " m^3, nothing that voxels of " +
+      digits(voxelSize) + " m could hold; choose a smaller voxelSize, or, if it is a sheet, give " +
+      "it a thickness with shell()");
 }
 
 }  // namespace
 
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
-  (void)mesh, (void)voxelSize;
-  return 0;
+  checkVoxelSize(voxelSize);
+  const Prepared prepared = prepare(mesh, voxelSize);
+  const double bytes = cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0));
+  constexpr double kMost = 1e18;
+  return static_cast<std::size_t>(std::min(bytes, kMost));
 }
 
 Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeReport* report) {
-  checkSettings(settings);
-  if (mesh.triangles.empty()) throw std::invalid_argument("digitize: the mesh has no triangles");
-  const Mesh surface = mended(mesh);
-  if (surface.triangles.empty())
-    throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
-  const Grid grid = gridAround(surface, settings.voxelSize);
-  const Closing closing = closeSurface(surface);
+  checkVoxelSize(settings.voxelSize);
+  if (settings.threads < 0)
+    throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
+  const Prepared prepared = prepare(mesh, settings.voxelSize);
+  checkSize(prepared, settings);
+  const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
+  const GridSurface surface = inGrid(prepared.closing, grid);
   DigitizeReport found;
-  found.closed = closing.wasClosed();
-  const GridSurface inVoxels = inGrid(closing.mesh, closing.firstCap, grid, settings.voxelSize);
-  ColumnResult columns =
-      cutColumns(inVoxels, cheapestAxis(inVoxels), settings.threads, settings.progress);
-  found.badColumns = columns.cappedColumns;
-  found.undecidedVoxels = columns.cappedVoxels;
+  found.closed = prepared.wasClosed;
+  auto voxels = std::make_shared<Cloud::Voxels>();
+  if (prepared.closable) {
+    ColumnResult cut =
+        cutColumns(surface, cheapestAxis(surface), settings.threads, settings.progress);
+    found.badColumns = cut.cappedColumns;
+    *voxels = std::move(cut.voxels);
+  } else {
+    Vote vote = voteOnColumns(surface, settings.threads, settings.progress);
+    found.badColumns = vote.badColumns;
+    found.undecidedVoxels = vote.undecidedVoxels;
+    *voxels = std::move(vote.voxels);
+  }
+  checkNotEmpty(*voxels, prepared, settings.voxelSize);
   if (report) *report = found;
-  return Cloud(settings.voxelSize, grid.origin,
-               std::make_shared<Cloud::Voxels>(std::move(columns.voxels)));
+  return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
 }
 
 }  // namespace cloudcontact

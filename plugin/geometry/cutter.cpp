@@ -1,0 +1,201 @@
+// One brick-wide column: see cutter.h, and columns.cpp for the method.
+#include "geometry/cutter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/overlap.h"
+
+namespace cloudcontact {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+namespace {
+
+constexpr int kNoShell = -1, kSeveralShells = -2, kCap = -1;
+
+// Largest sum that a column may leave at its end and yet count as closed [voxel^2]. Rounding leaves
+// 1e-12; a crack may leave more, which is carried along the column and must round to no coverage
+// (1/510), lest the crack draw a streak through the empty voxels above it.
+constexpr double kClosedSum = 1e-3;
+// Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
+constexpr double kCapArea = 1e-3;
+
+}  // namespace
+
+Cutter::Cutter(const GridSurface& surface, const Frame& frame)
+    : surface_(surface),
+      frame_(frame),
+      height_(frame.layers * kBrickEdge + 1),
+      differences_(static_cast<std::size_t>(kColumnsPerBrick) * height_, 0.0) {
+  if (surface.firstCap < surface.triangles.size()) caps_.resize(differences_.size(), 0.0);
+}
+
+std::size_t Cutter::bytes(int layers, bool capped) {
+  return sizeof(double) * kColumnsPerBrick * (static_cast<std::size_t>(layers) * kBrickEdge + 1) *
+         (capped ? 2 : 1);
+}
+
+BrickColumn Cutter::cut(int bu, int bv, const int* first, const int* last) {
+  lowest_ = height_, highest_ = -1;
+  std::fill(std::begin(shell_), std::end(shell_), kNoShell);
+  for (const int* t = first; t != last; ++t) cutTriangle(bu, bv, *t);
+  BrickColumn result;
+  if (highest_ < 0) return result;
+  countCaps(result);
+  overlapping_ = 0;
+  for (int c = 0; c < kColumnsPerBrick; ++c)
+    if (shell_[c] == kSeveralShells) overlapping_ |= std::uint64_t{1} << c;
+  const std::uint64_t known = overlapping_;
+  if (known) unite(bu, bv, first, last);
+  sumUp(result);
+  if (overlapping_ != known) {  // a shell that overlaps itself shows only in the sums
+    overlapping_ &= ~known;
+    unite(bu, bv, first, last);
+    sumUp(result);
+  }
+  clear();
+  return result;
+}
+
+void Cutter::clear() {
+  for (int c = 0; c < kColumnsPerBrick; ++c)
+    std::fill(at(c, lowest_), at(c, std::min(highest_ + 2, height_)), 0.0);
+}
+
+// A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
+Polygon Cutter::inColumn(int bu, int bv, int triangle) const {
+  Polygon polygon;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d& p = surface_.vertices[surface_.triangles[triangle][k]];
+    polygon.add({p[frame_.u] - bu * kBrickEdge, p[frame_.v] - bv * kBrickEdge, p[frame_.w]});
+  }
+  return polygon;
+}
+
+void Cutter::cutTriangle(int bu, int bv, int triangle) {
+  const auto t = static_cast<std::size_t>(triangle);
+  triangleShell_ = t >= surface_.firstCap       ? kCap
+                   : surface_.component.empty() ? 0
+                                                : surface_.component[t];
+  Polygon polygon = inColumn(bu, bv, triangle), other, unused;
+  split(polygon, 0, 0, unused, other);
+  split(other, 0, kBrickEdge, polygon, unused);
+  split(polygon, 1, 0, unused, other);
+  split(other, 1, kBrickEdge, polygon, unused);
+  if (polygon.corners < 3) return;
+  slice(polygon, 1, [&](int v, const Polygon& row) {
+    slice(row, 0, [&](int u, const Polygon& column) {
+      const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
+      slice(column, 2, [&](int w, const Polygon& piece) { addPiece(c, w, piece); });
+    });
+  });
+}
+
+void Cutter::addPiece(int column, int cell, const Polygon& piece) {
+  double twiceArea = 0, sixMoments = 0;
+  const Vector3d& a = piece.p[0];
+  for (int i = 2; i < piece.corners; ++i) {
+    const Vector3d &b = piece.p[i - 1], &c = piece.p[i];
+    const double cross = twiceProjectedArea(a, b, c, 0, 1);
+    twiceArea += cross;
+    sixMoments += cross * ((a[2] - cell) + (b[2] - cell) + (c[2] - cell));
+  }
+  const double area = twiceArea / 2, under = sixMoments / 6;
+  double* d = at(column, cell);
+  d[0] -= area - under;
+  d[1] -= under;
+  lowest_ = std::min(lowest_, cell);
+  highest_ = std::max(highest_, cell);
+  if (triangleShell_ == kCap)
+    caps_[static_cast<std::size_t>(column) * height_ + cell] += std::abs(area);
+  else if (shell_[column] != triangleShell_)
+    shell_[column] = shell_[column] == kNoShell ? triangleShell_ : kSeveralShells;
+}
+
+void Cutter::countCaps(BrickColumn& result) {
+  if (caps_.empty()) return;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    int voxels = 0;
+    for (int w = lowest_; w <= highest_; ++w) {
+      double& area = caps_[static_cast<std::size_t>(c) * height_ + w];
+      voxels += area > kCapArea;
+      area = 0;
+    }
+    result.cappedVoxels += voxels;
+    result.cappedColumns += voxels > 0;
+  }
+}
+
+// Running sums, layer of bricks by layer, and the bricks they make.
+void Cutter::sumUp(BrickColumn& result) {
+  double run[kColumnsPerBrick] = {};
+  result.firstLayer = lowest_ / kBrickEdge;
+  result.table.clear();
+  result.coverage.clear();
+  result.bad = 0;
+  // The sums end one cell above the topmost piece.
+  const int lastLayer = std::min(highest_ + 1, height_ - 2) / kBrickEdge;
+  BrickCoverage brick;
+  for (int layer = result.firstLayer; layer <= lastLayer; ++layer) {
+    const int code = sumLayer(layer, run, brick);
+    result.table.push_back(code < 0 ? code : static_cast<std::int32_t>(result.coverage.size()));
+    if (code >= 0) result.coverage.push_back(brick);
+  }
+  for (int c = 0; c < kColumnsPerBrick; ++c)
+    if (std::abs(run[c]) > kClosedSum) result.bad |= std::uint64_t{1} << c;
+}
+
+// One layer of bricks: kEmptyBrick, kSolidBrick, or 0 where `brick` holds numbers.
+int Cutter::sumLayer(int layer, double* run, BrickCoverage& brick) {
+  int least = 255, most = 0;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    const double* d = at(c, layer * kBrickEdge);
+    int place = c % kBrickEdge * Frame::voxelStride(frame_.u) +
+                c / kBrickEdge * Frame::voxelStride(frame_.v);
+    bool beyond = false;
+    for (int w = 0; w < kBrickEdge; ++w, place += Frame::voxelStride(frame_.w)) {
+      run[c] += d[w];
+      beyond |= run[c] > 1 + kClosedSum || run[c] < -kClosedSum;
+      const int coverage = static_cast<int>(std::clamp(run[c], 0.0, 1.0) * 255 + 0.5);
+      least = std::min(least, coverage);
+      most = std::max(most, coverage);
+      brick[static_cast<std::size_t>(place)] = static_cast<std::uint8_t>(coverage);
+    }
+    if (beyond) overlapping_ |= std::uint64_t{1} << c;
+  }
+  return most == 0 ? kEmptyBrick : least == 255 ? kSolidBrick : 0;
+}
+
+// In the overlapping columns, differences of the shells' sum become those of their union.
+void Cutter::unite(int bu, int bv, const int* first, const int* last) {
+  std::vector<Vector3d> corners;
+  std::vector<double> coverage;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    if (!(overlapping_ >> c & 1)) continue;
+    const int u = c % kBrickEdge, v = c / kBrickEdge;
+    const int end = std::min(highest_ + 2, height_);
+    double run = 0;
+    coverage.clear();
+    for (int w = lowest_; w < end; ++w) coverage.push_back(run += *at(c, w));
+    if (std::abs(run) > kClosedSum) continue;  // rays would fail where the sum does
+    corners.clear();
+    for (const int* t = first; t != last; ++t) {
+      const Polygon p = inColumn(bu, bv, *t);
+      const auto [lowU, highU] = std::minmax({p.p[0][0], p.p[1][0], p.p[2][0]});
+      const auto [lowV, highV] = std::minmax({p.p[0][1], p.p[1][1], p.p[2][1]});
+      if (lowU < u + 1 && highU > u && lowV < v + 1 && highV > v)
+        corners.insert(corners.end(), p.p, p.p + 3);
+    }
+    uniteShells(corners, u, v, lowest_, coverage);
+    double before = 0;
+    for (int w = lowest_; w < end; ++w) {
+      const double now = coverage[static_cast<std::size_t>(w - lowest_)];
+      *at(c, w) = now - before;
+      before = now;
+    }
+  }
+}
+
+}  // namespace cloudcontact

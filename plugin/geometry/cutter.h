@@ -1,0 +1,83 @@
+// Cuts a surface into one brick-wide column of voxel columns: the inner part of columns.cpp, where
+// the method is told.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/columns.h"
+#include "geometry/polygon.h"
+
+namespace cloudcontact {
+
+constexpr int kColumnsPerBrick = kBrickEdge * kBrickEdge;
+
+// Which axis is which, and where voxels and bricks lie in memory.
+struct Frame {
+  int u, v, w;
+  Eigen::Vector3i bricks;    // of the grid, along x, y, z
+  int width, depth, layers;  // bricks along u, v, w
+
+  Frame(const GridSurface& surface, int axis)
+      : u((axis + 1) % 3),
+        v((axis + 2) % 3),
+        w(axis),
+        bricks(surface.bricks),
+        width(bricks[u]),
+        depth(bricks[v]),
+        layers(bricks[w]) {}
+  static int voxelStride(int axis) { return axis == 0 ? 1 : axis == 1 ? 8 : 64; }
+  std::size_t entry(int bu, int bv, int bw) const {
+    Eigen::Vector3i b;
+    b[u] = bu, b[v] = bv, b[w] = bw;
+    return static_cast<std::size_t>(b[0]) +
+           static_cast<std::size_t>(bricks[0]) *
+               (static_cast<std::size_t>(b[1]) + static_cast<std::size_t>(bricks[1]) * b[2]);
+  }
+};
+
+// What one brick-wide column of 8x8 voxel columns became.
+struct BrickColumn {
+  int firstLayer = 0;
+  std::vector<std::int32_t> table;  // from firstLayer on; empty bricks elsewhere
+  std::vector<BrickCoverage> coverage;
+  std::uint64_t bad = 0;  // a bit a voxel column
+  int cappedColumns = 0, cappedVoxels = 0;
+};
+
+// Cuts one brick-wide column at a time; keeps its memory.
+class Cutter {
+ public:
+  Cutter(const GridSurface& surface, const Frame& frame);
+
+  // Brick column (bu, bv), given the triangles that may touch it.
+  BrickColumn cut(int bu, int bv, const int* first, const int* last);
+
+  // What a cutter for columns of so many layers holds [bytes].
+  static std::size_t bytes(int layers, bool capped);
+
+ private:
+  double* at(int column, int cell) {
+    return differences_.data() + static_cast<std::size_t>(column) * height_ + cell;
+  }
+  void clear();
+  Polygon inColumn(int bu, int bv, int triangle) const;
+  void cutTriangle(int bu, int bv, int triangle);
+  void addPiece(int column, int cell, const Polygon& piece);
+  void countCaps(BrickColumn& result);
+  void sumUp(BrickColumn& result);
+  int sumLayer(int layer, double* run, BrickCoverage& brick);
+  void unite(int bu, int bv, const int* first, const int* last);
+
+  const GridSurface& surface_;
+  const Frame& frame_;
+  int height_;  // cells a column, and one more for what a piece in the topmost passes on
+  std::vector<double> differences_;
+  std::vector<double> caps_;       // projected area of closing triangles in each voxel
+  int lowest_ = 0, highest_ = -1;  // cells that hold a piece
+  int triangleShell_ = 0;          // of the triangle being cut; -1: it closes the surface
+  int shell_[kColumnsPerBrick];    // of each column: -1 none yet, -2 several
+  std::uint64_t overlapping_ = 0;  // a bit a column: sums beyond [0, 1], or several shells
+};
+
+}  // namespace cloudcontact
