@@ -2,6 +2,8 @@
 // in contact_cases.cpp, pressed 0.3 to 1 voxel, each at its own random grids, poses and place.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "contact_cases.h"
 
 namespace cloudcontact::testing {
@@ -12,7 +14,7 @@ class ContactAccuracy : public ::testing::TestWithParam<ContactCase> {};
 TEST_P(ContactAccuracy, KeepsItsBounds) {
   const ContactCase& one = GetParam();
   RunSettings settings;
-  settings.instances = 8;
+  settings.instances = 4;
   const auto summaries = runCase(one, one.depths, settings);
   for (std::size_t k = 0; k < summaries.size(); ++k) {
     SCOPED_TRACE("pressed by " + std::to_string(one.depths[k]) + " voxels");
@@ -25,11 +27,18 @@ TEST_P(ContactAccuracy, KeepsItsBounds) {
   }
 }
 
+// Cases of which something is asked: the others are for the table.
+std::vector<ContactCase> boundedCases() {
+  std::vector<ContactCase> cases = contactCases();
+  std::erase_if(cases, [](const ContactCase& one) { return std::isinf(one.bounds.normalDeg); });
+  return cases;
+}
+
 std::string nameOf(const ::testing::TestParamInfo<ContactCase>& param) {
   return testName(param.param.name);
 }
 
-INSTANTIATE_TEST_SUITE_P(Cases, ContactAccuracy, ::testing::ValuesIn(contactCases()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Cases, ContactAccuracy, ::testing::ValuesIn(boundedCases()), nameOf);
 
 // The cases' own ground: meshes that are not the solids they stand for would make every figure
 // above a lie.

@@ -111,10 +111,10 @@ Work loopOverEdge(const Instance& pair, double depth) {
     travel(work, finder, pair, pose, to, step * kVoxel);
     pose.position = to;
   };
-  pose.position = {-13 * kVoxel, 0.4 * kVoxel, height + 0.5 * kVoxel};
-  go(-13, height - depth, 0.025);
-  go(13, height - depth, 0.05);
-  go(13, height + 0.5 * kVoxel, 0.1);
+  pose.position = {-18 * kVoxel, 0.4 * kVoxel, height + 0.5 * kVoxel};
+  go(-18, height - depth, 0.025);
+  go(18, height - depth, 0.05);
+  go(18, height + 0.5 * kVoxel, 0.1);
   return work;  // the way back, half a voxel above the table, touches nothing
 }
 

@@ -1,0 +1,191 @@
+// The finder's promises beside accuracy: the law's shares, velocities, margins, names that last,
+// the same bits every time, empty results and refused input.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3;  // [m]
+
+ContactSettings paper() {
+  ContactSettings settings;
+  settings.pair = {2e4, 30};
+  return settings;
+}
+
+class ContactFinderOn : public ::testing::TestWithParam<const char*> {
+ protected:
+  Instance instance() { return contactCase(GetParam()).make(maker_); }
+  BodyMaker maker_{kVoxel, Random(31)};
+  ContactFinder finder_;
+};
+
+std::string nameOf(const ::testing::TestParamInfo<const char*>& param) {
+  return testName(param.param);
+}
+
+TEST_P(ContactFinderOn, SharesOneSpringAndOneDamperOut) {
+  const Instance pair = instance();
+  for (const double depth : {0.3, 1.0}) {
+    const ContactResult& found =
+        findContact(finder_, pair, pair.place(depth * kVoxel), {}, paper());
+    double stiffness = 0, damping = 0;
+    for (const ContactPoint& point : found.points) {
+      EXPECT_GT(point.stiffness, 0);
+      stiffness += point.stiffness;
+      damping += point.damping;
+    }
+    EXPECT_NEAR(stiffness, 2e4, 1e-6 * 2e4);
+    EXPECT_NEAR(damping, 30, 1e-6 * 30);
+  }
+}
+
+TEST_P(ContactFinderOn, PointsAreWithinTheOverlap) {
+  const Instance pair = instance();
+  const Placed placed = pair.place(0.6 * kVoxel);
+  const ContactResult& found = findContact(finder_, pair, placed, {}, paper());
+  ASSERT_FALSE(found.points.empty());
+  for (const ContactPoint& point : found.points) {
+    EXPECT_NEAR(point.normal.norm(), 1, 1e-6);
+    // No point of either body is deeper in the other than 0.6; a slope adds to it at the ends.
+    EXPECT_LE(point.depth, 1.5 * kVoxel);
+    EXPECT_GE(point.depth, 0);
+    // Every case touches about z = 0, and its bodies are at most 64 voxels wide.
+    EXPECT_LE(std::abs(point.position.z()), 1.5 * kVoxel);
+    EXPECT_LE(point.position.head<2>().norm(), 45 * kVoxel);
+    ASSERT_GE(point.patch, 0);
+    ASSERT_LT(static_cast<std::size_t>(point.patch), found.patches.size());
+  }
+  for (const Patch& patch : found.patches) {
+    EXPECT_LE(patch.points, 4);
+    EXPECT_GE(patch.confidence, 0);
+    EXPECT_LE(patch.confidence, 1);
+  }
+}
+
+TEST_P(ContactFinderOn, DampsTheApproach) {
+  const Instance pair = instance();
+  const Placed placed = pair.place(0.6 * kVoxel);
+  const ContactResult& found = findContact(finder_, pair, placed, {}, paper());
+  const Wrench still = wrenchOnB(found, {}, {});
+  Motion approach;
+  approach.linear = -0.2 * Vec3::UnitZ();  // [m/s]
+  const Wrench moving = wrenchOnB(found, {}, approach);
+  // FR = k d + c v (paper (3)); the normals of the points lean a little apart.
+  EXPECT_NEAR((moving.force - still.force).z(), 30 * 0.2, 0.03 * 30 * 0.2);
+  Motion retreat;
+  retreat.linear = 50 * Vec3::UnitZ();  // c v far beyond k d: contacts do not pull
+  EXPECT_EQ(wrenchOnB(found, {}, retreat).force.norm(), 0);
+}
+
+TEST_P(ContactFinderOn, NamesLastAndDiffer) {
+  const Instance pair = instance();
+  const auto idsAt = [&](double depth) {
+    std::set<std::uint32_t> ids;
+    for (const ContactPoint& point :
+         findContact(finder_, pair, pair.place(depth * kVoxel), {}, paper()).points) {
+      EXPECT_TRUE(ids.insert(point.id).second) << "two points of the name " << point.id;
+    }
+    return ids;
+  };
+  const std::set<std::uint32_t> first = idsAt(0.6);
+  EXPECT_EQ(idsAt(0.6), first);
+  EXPECT_EQ(idsAt(0.601), first);
+}
+
+TEST_P(ContactFinderOn, GivesTheSameBitsAgain) {
+  const Instance pair = instance();
+  const Placed placed = pair.place(0.6 * kVoxel);
+  ContactFinder other;
+  findContact(other, pair, pair.place(0.9 * kVoxel), {}, {});  // a past must not matter
+  const ContactResult first = findContact(finder_, pair, placed, {}, paper());
+  const ContactResult& again = findContact(other, pair, placed, {}, paper());
+  ASSERT_EQ(first.points.size(), again.points.size());
+  for (std::size_t k = 0; k < first.points.size(); ++k) {
+    EXPECT_EQ(first.points[k].position, again.points[k].position);
+    EXPECT_EQ(first.points[k].normal, again.points[k].normal);
+    EXPECT_EQ(first.points[k].depth, again.points[k].depth);
+  }
+}
+
+TEST_P(ContactFinderOn, IsEmptyApart) {
+  const Instance pair = instance();
+  for (const double gap : {0.3, 3.0, 1000.0}) {
+    const Placed placed = pair.place(-gap * kVoxel);
+    EXPECT_TRUE(findContact(finder_, pair, placed, {}, paper()).points.empty()) << gap;
+  }
+}
+
+TEST_P(ContactFinderOn, SeesAcrossTheMarginWithoutPressing) {
+  const Instance pair = instance();
+  ContactSettings settings = paper();
+  settings.margin = 0.8 * kVoxel;
+  const ContactResult& found = findContact(finder_, pair, pair.place(-0.4 * kVoxel), {}, settings);
+  ASSERT_FALSE(found.points.empty());
+  for (const ContactPoint& point : found.points) EXPECT_LE(point.depth, 0);
+  const auto nearest =
+      std::max_element(found.points.begin(), found.points.end(),
+                       [](const auto& a, const auto& b) { return a.depth < b.depth; });
+  EXPECT_NEAR(nearest->depth, -0.4 * kVoxel, 0.1 * kVoxel);
+  EXPECT_GT(nearest->normal.z(), std::cos(0.1));
+  EXPECT_EQ(wrenchOnB(found, {}, {}).force.norm(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, ContactFinderOn,
+                         ::testing::Values("sphere16-halfspace", "sphere16-sphere40",
+                                           "cylinder16-slab", "face-slab", "face-stack-aligned",
+                                           "edge-slab", "primitive-sphere16", "plate3-slab"),
+                         nameOf);
+
+// An overhanging box meets the table with its wall too: a wall is wetted over a sliver, and a patch
+// of it must not be deep for that.
+TEST(ContactFinderOverhang, NoPatchIsDeeperThanTheBodies) {
+  ContactFinder finder;
+  BodyMaker maker{kVoxel, Random(33)};
+  for (const LawForm law : {LawForm::Paper, LawForm::Foundation}) {
+    ContactSettings settings = paper();
+    settings.law = law;
+    for (const char* name : {"overhang", "overhang-aligned", "overhang-yawed"}) {
+      const Instance pair = contactCase(name).make(maker);
+      for (double x = -12; x <= 12; x += 1) {  // from all over the table to just off it
+        Placed placed = pair.place(0.7 * kVoxel);
+        placed.b.position.x() = x * kVoxel;
+        for (const Patch& patch : findContact(finder, pair, placed, {}, settings).patches) {
+          EXPECT_LE(patch.depth, 1.5 * kVoxel) << name << " at " << x << " voxels";
+        }
+      }
+    }
+  }
+}
+
+TEST(ContactFinderInput, IsRefusedByName) {
+  BodyMaker maker{kVoxel, Random(32)};
+  const Body box = maker.box({10, 10, 10}), plane = BodyMaker::shape(HalfSpace{});
+  ContactFinder finder;
+  const ContactBody cloud = box.at({}), shape = plane.at({});
+  EXPECT_THROW(finder.find(cloud, {}, {}), std::invalid_argument);
+  EXPECT_THROW(finder.find({}, cloud, {}), std::invalid_argument);
+  EXPECT_THROW(finder.find(shape, shape, {}), std::invalid_argument);
+  ContactBody both = cloud;
+  both.shape = shape.shape;
+  EXPECT_THROW(finder.find(both, shape, {}), std::invalid_argument);
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    ContactBody lost = cloud;
+    lost.pose.position.y() = bad;
+    EXPECT_THROW(finder.find(lost, shape, {}), std::invalid_argument);
+    ContactBody spun = cloud;
+    spun.pose.orientation.x() = bad;
+    EXPECT_THROW(finder.find(shape, spun, {}), std::invalid_argument);
+  }
+  EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works on after bad input";
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
