@@ -41,18 +41,23 @@ struct Face {
   Eigen::Vector3f n = Eigen::Vector3f::Zero();
   float s = 0;
   float weight = 0;
+  Eigen::Matrix3f curvature = Eigen::Matrix3f::Zero();  // n.x + x.curvature.x / 2 < s
 };
 
-// The neighbour's surface as a plane at the point nearest to the origin, which lies at `r` from it.
+// The neighbour's surface about the block's middle, which lies at `r` from the neighbour's own.
 Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   const Eigen::Map<const Eigen::Vector3f> n(f.n), t1(f.t1), t2(f.t2);
+  Face face;
+  face.weight = 1.0f / (0.5f + r.squaredNorm());
   const bool flat = std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)}) < kFlat;
-  const float u = flat ? 0 : t1.dot(r), v = flat ? 0 : t2.dot(r);
-  const float ku = f.k11 * u + f.k12 * v, kv = f.k12 * u + f.k22 * v;
-  Eigen::Vector3f m = n + ku * t1 + kv * t2;
-  const float phi = n.dot(r) + 0.5f * (ku * u + kv * v) - f.s;
+  if (!flat)
+    face.curvature = f.k11 * t1 * t1.transpose() + f.k22 * t2 * t2.transpose() +
+                     f.k12 * (t1 * t2.transpose() + t2 * t1.transpose());
+  const Eigen::Vector3f bent = face.curvature * r, m = n + bent;
   const float length = m.norm();
-  return {m / length, -phi / length, 1.0f / (0.5f + r.squaredNorm())};
+  face.n = m / length;
+  face.s = (f.s - n.dot(r) - 0.5f * r.dot(bent)) / length;
+  return face;
 }
 
 // The distinct faces near a voxel, the nearest first, each the mean of what its neighbours say.
@@ -79,14 +84,16 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
     if (k == faces.size()) {
       if (k == kMaxFaces) continue;
       faces.push_back(f);
-      sums.push_back({Eigen::Vector3f::Zero(), 0, 0});
+      sums.emplace_back();
     }
     sums[k].n += f.weight * f.n;
     sums[k].s += f.weight * f.s;
+    sums[k].curvature += f.weight * f.curvature;
     sums[k].weight += f.weight;
   }
   for (Face& f : sums) {
     f.s /= f.weight;
+    f.curvature /= f.weight;
     f.n.normalize();
   }
   return sums;
@@ -124,6 +131,14 @@ void fillField(const Face& f, FaceField& field) {
   const auto& points = subSamples();
   for (std::size_t k = 0; k < kPoints; ++k)
     field.outside[k] = n.x() * points[k][0] + n.y() * points[k][1] + n.z() * points[k][2] - s;
+  if (f.curvature.isZero()) return;
+  const Eigen::Matrix3f half = 0.5f * scale * f.curvature;
+  for (std::size_t k = 0; k < kPoints; ++k) {
+    const float x = points[k][0], y = points[k][1], z = points[k][2];
+    field.outside[k] += x * (half(0, 0) * x + 2 * half(0, 1) * y) +
+                        y * (half(1, 1) * y + 2 * half(1, 2) * z) +
+                        z * (half(2, 2) * z + 2 * half(0, 2) * x);
+  }
 }
 
 // At most three faces that bound the material together.
@@ -242,7 +257,10 @@ class EdgeSearch {
       const Combination c{{&a, &b, &crest_}, 3, tried_[p].concave};
       float low = -2, high = 2, found[CC_WINDOW_VOXELS];
       for (int round = 0; round < kCrestRounds; ++round) {
-        fillField({between.normalized(), 0.5f * (low + high), 1}, crest_);
+        Face middle;
+        middle.n = between.normalized();
+        middle.s = 0.5f * (low + high);
+        fillField(middle, crest_);
         coverageOf(c, found);
         float sum = 0;
         for (float v : found) sum += v;
@@ -264,6 +282,10 @@ CcSurface planeSurface(const Face& f, float residual) {
   for (int i = 0; i < 3; ++i) s.n[i] = f.n[i];
   ccTangents(s.n, s.t1, s.t2);
   s.s = f.s;
+  const Eigen::Map<const Eigen::Vector3f> t1(s.t1), t2(s.t2);
+  s.k11 = t1.dot(f.curvature * t1);
+  s.k12 = t1.dot(f.curvature * t2);
+  s.k22 = t2.dot(f.curvature * t2);
   s.residual = residual;
   s.weight = 1;
   return s;
