@@ -1,11 +1,20 @@
 // Meshes from files, through Assimp: see mesh_file.h.
 #include <cloudcontact/mesh_file.h>
 
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
+
+#include "geometry/mesh_file_check.h"
+#include "geometry/mesh_topology.h"
 
 namespace cloudcontact {
 
@@ -17,11 +26,38 @@ using Eigen::Vector3d;
   throw std::runtime_error(file.string() + ": " + why);
 }
 
-void append(const aiMesh& part, const aiMatrix4x4& toRoot, double metresPerUnit, Mesh& mesh) {
+std::string lowerExtension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+void checkFile(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) refuse(file, "no such file; check its name");
+  if (!std::filesystem::is_regular_file(file)) refuse(file, "is not a file; give a mesh file");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) refuse(file, "cannot be read; check its permissions");
+  if (std::filesystem::file_size(file) == 0) refuse(file, "is empty");
+  const std::string extension = lowerExtension(file);
+  if (!isCheckedMeshFile(extension)) return;
+  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::string fault = faultOfMeshFile(bytes, extension);
+  if (!fault.empty()) refuse(file, fault);
+}
+
+// Assimp's own message in one line of sensible length; some quote the file at length.
+std::string oneLine(std::string message) {
+  constexpr std::size_t kLongest = 160;
+  message = message.substr(0, message.find('\n'));
+  if (message.size() > kLongest) message = message.substr(0, kLongest) + " ...";
+  return message;
+}
+
+void append(const aiMesh& part, const aiMatrix4x4& toRoot, Mesh& mesh) {
   const int base = static_cast<int>(mesh.vertices.size());
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D p = toRoot * part.mVertices[i];
-    mesh.vertices.push_back(metresPerUnit * Vector3d(p.x, p.y, p.z));
+    mesh.vertices.emplace_back(p.x, p.y, p.z);
   }
   for (unsigned i = 0; i < part.mNumFaces; ++i) {
     const aiFace& face = part.mFaces[i];
@@ -29,30 +65,41 @@ void append(const aiMesh& part, const aiMatrix4x4& toRoot, double metresPerUnit,
     mesh.triangles.emplace_back(base + static_cast<int>(face.mIndices[0]),
                                 base + static_cast<int>(face.mIndices[1]),
                                 base + static_cast<int>(face.mIndices[2]));
+    // A mirroring transform turns triangles inside out.
+    if (toRoot.Determinant() < 0) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
   }
 }
 
-void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
-                double metresPerUnit, Mesh& mesh) {
+void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Mesh& mesh) {
   const aiMatrix4x4 toRoot = parent * node.mTransformation;
   for (unsigned i = 0; i < node.mNumMeshes; ++i)
-    append(*scene.mMeshes[node.mMeshes[i]], toRoot, metresPerUnit, mesh);
+    append(*scene.mMeshes[node.mMeshes[i]], toRoot, mesh);
   for (unsigned i = 0; i < node.mNumChildren; ++i)
-    appendNode(scene, *node.mChildren[i], toRoot, metresPerUnit, mesh);
+    appendNode(scene, *node.mChildren[i], toRoot, mesh);
 }
 
 }  // namespace
 
 Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit) {
-  if (!std::filesystem::exists(file)) refuse(file, "no such file");
+  if (!(metresPerUnit > 0) || !std::isfinite(metresPerUnit))
+    refuse(file, "metresPerUnit must be positive and finite");
+  checkFile(file);
   Assimp::Importer importer;
+  // Coordinates stay as the file has them, whatever it thinks is up.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode)
-    refuse(file, std::string("no mesh: ") + importer.GetErrorString());
+    refuse(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
   Mesh mesh;
-  appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), metresPerUnit, mesh);
+  appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), mesh);
   if (mesh.triangles.empty()) refuse(file, "has no triangles");
+  for (Vector3d& v : mesh.vertices) v *= metresPerUnit;
+  try {
+    checkMesh(mesh);
+  } catch (const std::invalid_argument& e) {
+    refuse(file, e.what());
+  }
   return mesh;
 }
 
