@@ -13,7 +13,8 @@ namespace {
 
 // Facets of a primitive's mesh: finer and Bullet's own mesh methods would be charged for our
 // tessellation, coarser and for an error that is not theirs.
-constexpr double kFacetTolerance = 0.02;  // [voxels]
+constexpr double kFacetTolerance = 0.02;     // [voxels]
+constexpr double kHacdFacetTolerance = 0.2;  // [voxels]
 
 double voxelOf(const ContactQuery& query) {
   const auto one = [&](const Body& body) { return isHalfSpace(body) ? 0 : defaultVoxel(body); };
@@ -29,7 +30,9 @@ PeerShape shapeOf(const Body& body, double voxel, Method method) {
     throw BadInput("--method primitive: " + body.name +
                    " is not a primitive; give sphere:R, box:X,Y,Z ... or another method");
   }
-  const Mesh mesh = meshOf(body, kFacetTolerance * voxel);
+  // HACD is given coarser primitives still: it would merge their facets for minutes.
+  const double tolerance = method == Method::Hacd ? kHacdFacetTolerance : kFacetTolerance;
+  const Mesh mesh = meshOf(body, tolerance * voxel);
   if (method == Method::Gimpact) return gimpactShape(mesh);
   return method == Method::Hacd ? convexPartsShape(mesh) : hullShape(mesh);
 }
@@ -58,10 +61,13 @@ ContactReport peerContact(const ContactQuery& query) {
   const PeerShape a = shapeOf(query.a, voxel, method), b = shapeOf(query.b, voxel, method);
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, method, {});
   ContactReport report;
+  int manifold = -1;  // of the point before: a patch is a manifold that touches
   for (const ProbedPoint& p : probe.points()) {
     if (!(p.depth > 0)) continue;  // Bullet also reports points that are only near
-    report.contacts.push_back({p.position, p.normal, p.depth, 0, 0, p.manifold, 1});
-    report.patches = std::max(report.patches, static_cast<std::size_t>(p.manifold) + 1);
+    if (p.manifold != manifold) ++report.patches;
+    manifold = p.manifold;
+    const int patch = static_cast<int>(report.patches) - 1;
+    report.contacts.push_back({p.position, p.normal, p.depth, 0, 0, patch, 1});
   }
   const Material pair = pairMaterial(query.common);
   const double share = report.contacts.empty() ? 0 : 1.0 / double(report.contacts.size());

@@ -24,8 +24,8 @@ struct PeerShape {
 PeerShape hullShape(const Mesh& mesh);
 // The triangles as GImpact takes them.
 PeerShape gimpactShape(const Mesh& mesh);
-// A compound of convex parts by HACD.
-PeerShape convexPartsShape(const Mesh& mesh);
+// A compound of convex parts by HACD, of a coarsened mesh: up to a minute of work.
+PeerShape convexPartsShape(const Mesh& fine);
 // Bullet's own sphere, box, capsule, cylinder, cone, hull; btStaticPlaneShape for a half-space.
 PeerShape primitiveShape(const AnalyticShape& shape);
 
