@@ -11,6 +11,7 @@
 #include <exception>
 #include <typeinfo>
 
+#include "closest_gap.h"
 #include "convert.h"
 #include "manifold_writer.h"
 #include "narrow_phase.h"
@@ -26,6 +27,11 @@ static_assert(sizeof(CloudAlgorithm) <= 192);
 
 // [voxels a step] Sliding slower than this is not told from a standing contact's solver residue.
 constexpr double kSlidingVoxelsPerStep = 1e-3;
+
+constexpr const char* kNoShape =
+    "a shape beside a CloudShape has no volume or is not convex: give it volume, or make it a "
+    "CloudShape too";
+constexpr const char* kBadPose = "a body's pose is NaN or infinite: it has no contacts";
 
 Motion motionOf(const btCollisionObject& object) {
   const Vec3 center = toVec3(object.getWorldTransform().getOrigin());
@@ -46,31 +52,22 @@ double voxelOf(const ContactBody& a, const ContactBody& b) {
   return size;
 }
 
-// Lends a finder from the narrow phase for the length of a query.
-class BorrowedFinder {
- public:
-  explicit BorrowedFinder(NarrowPhase& owner) : owner_(owner), finder_(owner.borrow()) {}
-  ~BorrowedFinder() { owner_.giveBack(std::move(finder_)); }
-  BorrowedFinder(const BorrowedFinder&) = delete;
-  BorrowedFinder& operator=(const BorrowedFinder&) = delete;
-  ContactFinder& operator*() const { return *finder_; }
-
- private:
-  NarrowPhase& owner_;
-  std::unique_ptr<ContactFinder> finder_;
-};
-
-// A query's own addContactPoint wants a manifold, of which it reads the order of the bodies.
-void tell(btManifoldResult& result, const PairSides& sides, const ContactResult& contact) {
+// A query wants the points, or, where the bodies are apart, how far: its own addContactPoint also
+// wants a manifold, of which it reads the order of the bodies.
+void answer(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
+            const ContactBody& b, const ContactResult& contact) {
   btPersistentManifold order(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
                              0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
   btPersistentManifold* const before = result.getPersistentManifold();
-  result.setPersistentManifold(&order);
-  for (const ContactPoint& point : contact.points) {
+  const auto tell = [&result](const ContactPoint& point) {
     const Vec3 onB = point.position - point.depth / 2 * point.normal;
     result.addContactPoint(toBullet(Vec3(-point.normal)), toBullet(onB),
                            static_cast<btScalar>(-point.depth));
-  }
+  };
+  result.setPersistentManifold(&order);
+  for (const ContactPoint& point : contact.points) tell(point);
+  if (contact.points.empty() && result.m_closestPointDistanceThreshold > 0)
+    if (const auto gap = closestGap(a, b, result.m_closestPointDistanceThreshold)) tell(*gap);
   result.setPersistentManifold(before);
 }
 
@@ -91,11 +88,10 @@ struct CloudAlgorithm::State {
   std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, ConversionCache& cache);
   void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                const btDispatcherInfo& info, btManifoldResult& result);
-  void deliver(const PairSides& sides, const ContactResult& contact, const PairLaw& law,
-               double slidingSpeed, btManifoldResult& result);
 
   NarrowPhase& narrowPhase;
   ManifoldWriter writer;
+  ContactFinder finder;  // a pair's own: it remembers the last step's patches, to name them again
   ConversionCache shapeA, shapeB;
 };
 
@@ -121,41 +117,31 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
                                     btManifoldResult& result) {
   const auto start = std::chrono::steady_clock::now();
   const auto bodyA = bodyOf(a, shapeA), bodyB = bodyOf(b, shapeB);
-  if (!bodyA || !bodyB) {
-    narrowPhase.countFailure(
-        "a shape beside a CloudShape has no volume or is not convex: give it "
-        "volume, or make it a CloudShape too");
+  const char* const wrong = !bodyA || !bodyB                                   ? kNoShape
+                            : !isFinite(bodyA->pose) || !isFinite(bodyB->pose) ? kBadPose
+                                                                               : nullptr;
+  if (wrong) {
+    narrowPhase.countFailure(wrong);
     writer.clear();
     return;
   }
   const PairSides sides{&a, &b, bodyA->motion, bodyB->motion};
   const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
-  ContactSettings settings{law.form, law.pair, result.m_closestPointDistanceThreshold};
+  ContactSettings settings{law.form, law.pair, 0};
   if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};
-  const double slidingSpeed =
-      info.m_timeStep > 0 ? kSlidingVoxelsPerStep * voxelOf(*bodyA, *bodyB) / info.m_timeStep : 0;
-
-  const BorrowedFinder finder(narrowPhase);
-  const ContactResult nothing;
-  const bool placed = isFinite(bodyA->pose) && isFinite(bodyB->pose);
-  if (!placed) narrowPhase.countFailure("a body's pose is NaN or infinite: it has no contacts");
-  const ContactResult& contact = placed ? (*finder).find(*bodyA, *bodyB, settings) : nothing;
-  deliver(sides, contact, law, slidingSpeed, result);
+  const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
+  // Bullet's queries subclass the result to override addContactPoint; its solver never does.
+  if (typeid(result) == typeid(btManifoldResult)) {
+    WriteSettings how{law.form, 1, 0};
+    if (law.shareOut) how.stiffnessScale = sharedScale(contact, law.pair.stiffness);
+    if (info.m_timeStep > 0)
+      how.slidingSpeed = kSlidingVoxelsPerStep * voxelOf(*bodyA, *bodyB) / info.m_timeStep;
+    writer.write(sides, contact, how);
+  } else {
+    answer(result, sides, *bodyA, *bodyB, contact);
+  }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   narrowPhase.count(elapsed.count(), contact.samples, contact.points.size());
-}
-
-void CloudAlgorithm::State::deliver(const PairSides& sides, const ContactResult& contact,
-                                    const PairLaw& law, double slidingSpeed,
-                                    btManifoldResult& result) {
-  // Bullet's queries subclass the result to override addContactPoint; its solver never does.
-  if (typeid(result) != typeid(btManifoldResult)) {
-    tell(result, sides, contact);
-    return;
-  }
-  WriteSettings settings{law.form, 1, slidingSpeed};
-  if (law.shareOut) settings.stiffnessScale = sharedScale(contact, law.pair.stiffness);
-  writer.write(sides, contact, settings);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

@@ -1,20 +1,7 @@
-// Counters and finders behind one lock, taken a few times a pair and step.
+// Counters behind one lock, taken once a pair and step.
 #include "narrow_phase.h"
 
 namespace cloudcontact {
-
-std::unique_ptr<ContactFinder> NarrowPhase::borrow() {
-  const std::lock_guard lock(mutex_);
-  if (idle_.empty()) return std::make_unique<ContactFinder>();
-  auto finder = std::move(idle_.back());
-  idle_.pop_back();
-  return finder;
-}
-
-void NarrowPhase::giveBack(std::unique_ptr<ContactFinder> finder) {
-  const std::lock_guard lock(mutex_);
-  idle_.push_back(std::move(finder));
-}
 
 void NarrowPhase::count(double seconds, std::size_t samples, std::size_t contacts) {
   const std::lock_guard lock(mutex_);
