@@ -140,11 +140,14 @@ CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
     square += w * r * r;
     weight += w;
     const float u = ccDot(f->t1, x), v = ccDot(f->t2, x);
-    float g[6] = {cut.area, -cut.area * u, -cut.area * v, 0.0f, 0.0f, 0.0f};
+    // A voxel that the surface has just left still pulls it back: faces along the grid stuck on voxel
+    // faces without this, 0.04 from where they are.
+    const float pull = cut.area == 0.0f ? 0.5f : cut.area;
+    float g[6] = {pull, -pull * u, -pull * v, 0.0f, 0.0f, 0.0f};
     if (!planar) {
-      g[3] = -0.5f * cut.area * (u * u + 1.0f / 12.0f);
-      g[4] = -cut.area * u * v;
-      g[5] = -0.5f * cut.area * (v * v + 1.0f / 12.0f);
+      g[3] = -0.5f * pull * (u * u + 1.0f / 12.0f);
+      g[4] = -pull * u * v;
+      g[5] = -0.5f * pull * (v * v + 1.0f / 12.0f);
     }
     for (int i = 0; i < 6; ++i) {
       b[i] += w * g[i] * r;

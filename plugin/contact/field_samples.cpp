@@ -158,6 +158,13 @@ class SliverCutter {
   }
 
  private:
+  // A surface that cuts off more of the voxel is not here: it has bent away, or ended at an edge.
+  static bool grazes(const CcSurface& f, const V3& offset, float wanted) {
+    if (ccAbs(ccPredict(&f, offset.data()).volume - wanted) > kSliver) return false;
+    const Eigen::Map<const V3> n(f.n);
+    return std::abs(n.dot(offset) - f.s) < 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1];
+  }
+
   void cut(int x, int y, int z) {
     const float wanted = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
     const SurfaceVoxel* owner = nullptr;
@@ -169,9 +176,7 @@ class SliverCutter {
       const V3 offset(float(x - v.x), float(y - v.y), float(z - v.z));
       if (offset.squaredNorm() >= nearest) continue;
       for (std::uint32_t own = 0; own < v.count; ++own) {
-        // A surface that would cut off more is not here: it has bent away, or ended at an edge.
-        const CcCut cut = ccPredict(&draft_.pieces[v.first + own].surface, offset.data());
-        if (cut.area == 0 || ccAbs(cut.volume - wanted) > kSliver) continue;
+        if (!grazes(draft_.pieces[v.first + own].surface, offset, wanted)) continue;
         nearest = offset.squaredNorm();
         owner = &v;
       }
@@ -184,8 +189,7 @@ class SliverCutter {
     for (std::uint32_t own = 0; own < v.count; ++own) {
       const SurfacePiece& piece = draft_.pieces[v.first + own];
       if (piece.area == 0) continue;
-      const CcCut cut = ccPredict(&piece.surface, offset.data());
-      if (cut.area == 0 || ccAbs(cut.volume - wanted) > kSliver) continue;
+      if (!grazes(piece.surface, offset, wanted)) continue;
       V3 centroid;
       const float area = cutPiece(draft_, v, own, offset - V3::Constant(0.5f), 1.0f, centroid);
       if (area == 0) continue;
