@@ -3,16 +3,20 @@
 //   contact_table [part-of-a-name ...] [--depths 0.3,0.6,1] [--instances 12] [--seed 1]
 //                 [--voxel 1e-3] [--law paper|foundation] [--window 2.5]
 //
+// A part `field` prints the field's own errors on solids instead: depth (bias, mean, worst) and
+// normal (mean, worst) away from edges and within 3 voxels of them, then of the samples area,
+// volume, distance from the surface, and the strips beside edges (field_cases.h).
+//
 // Lengths in voxels, mean/largest of the instances; +- columns are means with their sign. A mark
 // behind a number: beyond the bound that the tests hold the case to.
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
 
-#include "contact_cases.h"
+#include "field_cases.h"
 
 namespace cc = cloudcontact;
 namespace ct = cloudcontact::testing;
@@ -70,6 +74,36 @@ bool wanted(const Options& options, const std::string& name) {
   return false;
 }
 
+void fieldRow(const char* where, const ct::FieldErrors& e) {
+  std::printf("  %-6s depth %+.4f %.4f %.3f  normal %7.3f %7.2f  (%d points, %d missing)\n", where,
+              e.depthBias, e.depthMean, e.depthWorst, e.normalMean, e.normalWorst, e.points,
+              e.missing);
+}
+
+void fieldTable(const Options& options) {
+  const int clouds = std::min(options.run.instances, 4);
+  ct::BodyMaker maker{options.run.voxel, ct::Random(options.run.seed), options.run.field};
+  for (const ct::SolidCase& one : ct::solidCases()) {
+    std::printf("%s\n", one.name.c_str());
+    fieldRow("smooth", ct::fieldErrors(one, 4, 1e10, 1, clouds, maker));
+    if (one.name.find("sphere") != 0) {
+      fieldRow("edges", ct::fieldErrors(one, 0, 3, 0, clouds, maker));
+    }
+    for (int k = 0; k < clouds; ++k) {
+      const ct::SampleSums s = ct::sampleSums(one, one.make(maker));
+      std::printf("  samples area %+.2f%% volume %+.2f%% off %.4f %.3f normal %.3f closed %.5f",
+                  100 * (s.area / one.area - 1), 100 * (s.volume / one.volume - 1), s.offMean,
+                  s.offWorst, s.normalMean, s.vectorArea.norm() / one.area);
+      if (one.box) {
+        std::printf("  strips .5 %+.1f%% (%+.0f%%) 1 %+.1f%% (%+.0f%%)", 100 * s.stripMean[0],
+                    100 * s.stripWorst[0], 100 * s.stripMean[1], 100 * s.stripWorst[1]);
+      }
+      std::printf("\n");
+    }
+    std::fflush(stdout);
+  }
+}
+
 void pair(double mean, double worst, double bound, int digits) {
   std::printf(" %8.*f/%-8.*f%c", digits, mean, digits, worst, worst > bound ? '!' : ' ');
 }
@@ -104,7 +138,11 @@ void table(const Options& options) {
 
 int main(int argc, char** argv) {
   try {
-    table(parsed(argc, argv));
+    const Options options = parsed(argc, argv);
+    if (options.parts == std::vector<std::string>{"field"})
+      fieldTable(options);
+    else
+      table(options);
   } catch (const std::exception& error) {
     std::cerr << "contact_table: " << error.what() << '\n';
     return 2;
