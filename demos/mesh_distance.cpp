@@ -156,8 +156,9 @@ void MeshDistance::closestInTriangle(int triangle, const Vec3& point, Closest& b
   if (inside) best = {height * height, triangle, 0, point - height * normal};
 }
 
-MeshDistance::Closest MeshDistance::closest(const Vec3& point, double squaredReach) const {
-  Closest best{squaredReach, -1, 0, Vec3::Zero()};
+MeshDistance::Closest MeshDistance::closest(const Vec3& point, int hint) const {
+  Closest best{std::numeric_limits<double>::infinity(), hint, 0, Vec3::Zero()};
+  closestInTriangle(hint, point, best);
   std::array<std::pair<int, double>, 128> stack;  // the tree halves: its depth is under 64
   int size = 0;
   stack[size++] = {0, squaredDistance(nodes_[0].box, point)};
@@ -178,11 +179,12 @@ MeshDistance::Closest MeshDistance::closest(const Vec3& point, double squaredRea
   return best;
 }
 
-double MeshDistance::depth(const Vec3& point, double reach) const {
+double MeshDistance::depth(const Vec3& point, double reach, int* hint) const {
   // Outside the box by more than the reach nothing can be found; inside it the point may be deep.
   const double toBox = squaredDistance(bounds(), point);
   if (toBox > reach * reach) return -std::numeric_limits<double>::infinity();
-  const Closest best = closest(point, std::numeric_limits<double>::infinity());
+  const Closest best = closest(point, hint ? *hint : 0);
+  if (hint) *hint = best.triangle;
   const auto& t = triangles_[best.triangle];
   const int k = best.feature;
   const bool bad = k == 0 ? false : k < 4 ? edgeBad_[best.triangle][k - 1] : vertexBad_[t[k - 4]];
@@ -230,6 +232,7 @@ std::vector<Vec3> surfacePoints(const Mesh& mesh, int wanted) {
     const Vec3 u = c[1] - c[0], v = c[2] - c[0];
     const int nu = static_cast<int>(std::ceil(u.norm() / spacing));
     const int nv = static_cast<int>(std::ceil(v.norm() / spacing));
+    if (nu == 1 && nv == 1) continue;  // its vertices are close enough
     for (int i = 0; i < nu; ++i)
       for (int j = 0; j < nv; ++j) {
         const double a = (i + 0.5) / nu, b = (j + 0.5) / nv;

@@ -22,8 +22,9 @@ class MeshDistance {
   explicit MeshDistance(const Mesh& mesh);
 
   // Depth of a point: positive inside, minus the distance outside [m]. Points further out than
-  // `reach` may be answered with any value below -reach.
-  double depth(const Vec3& point, double reach) const;
+  // `reach` may be answered with any value below -reach. `hint` is a triangle that may be close
+  // (any valid index), and becomes the closest: neighbouring points in turn halve the search.
+  double depth(const Vec3& point, double reach, int* hint = nullptr) const;
   // Winding number, 1 inside and 0 outside a closed mesh. Sums over every triangle.
   double winding(const Vec3& point) const;
   const Eigen::AlignedBox3d& bounds() const { return nodes_.front().box; }
@@ -44,7 +45,7 @@ class MeshDistance {
   void weld(const Mesh& mesh);
   void pseudoNormals();
   void build(int node, int first, int count, std::vector<Vec3>& centers);
-  Closest closest(const Vec3& point, double squaredReach) const;
+  Closest closest(const Vec3& point, int hint) const;
   void closestInTriangle(int triangle, const Vec3& point, Closest& best) const;
 
   std::vector<Vec3> vertices_;
@@ -57,8 +58,8 @@ class MeshDistance {
   std::vector<Node> nodes_;
 };
 
-// The mesh's vertices, and points spread over its triangles not further apart than a grid of
-// `wanted` points over its area would be.
+// The mesh's vertices, and points spread over those triangles that are larger than the cells of a
+// grid of `wanted` points over its area.
 std::vector<Vec3> surfacePoints(const Mesh& mesh, int wanted);
 
 }  // namespace cloudcontact::program

@@ -8,7 +8,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr int kSurfaceProbes = 8000;  // per solid, beside its vertices
+constexpr int kSurfaceProbes = 4000;  // per solid, beside its vertices
 constexpr int kAxisProbes = 129;      // along a capsule's axis
 
 // Depth in a shape of which `outside` holds, per dimension, how far the point is beyond each pair
@@ -81,9 +81,12 @@ double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pos
                double known) {
   const Pose aToB = bToWorld.inverse() * aToWorld;
   const auto* mesh = std::get_if<std::shared_ptr<const MeshDistance>>(&b.solid);
+  int hint = 0;
   for (const Probe& probe : a.probes) {
     const Vec3 p = aToB.toWorld(probe.position);
-    const double depth = depthIn(b.solid, p, probe.radius) + probe.radius;
+    const double depth =
+        (mesh ? (*mesh)->depth(p, probe.radius, &hint) : depthIn(b.solid, p, probe.radius)) +
+        probe.radius;
     if (depth <= known) continue;
     // A new record on a mesh must stand up to the winding number too: meshes may be folded. Only
     // points themselves inside can be asked.

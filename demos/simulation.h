@@ -14,7 +14,7 @@ struct SimulationSettings {
   // Penetration is measured at this many instants over the run, always at its end; fewer where
   // that would look up more than `mostProbes` probes in all.
   int instants = 100;
-  std::size_t mostProbes = 3'000'000;
+  std::size_t mostProbes = 1'500'000;
   // Called at the start (time 0) and after each step.
   std::function<void(double time, const World&)> observe;
 };

@@ -1,0 +1,139 @@
+// The penetration yardstick against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "generated_mesh.h"
+#include "penetration.h"
+#include "primitive_mesh.h"
+
+namespace cloudcontact::program {
+namespace {
+
+Mesh boxMesh(const Vec3& size) {
+  return primitiveMesh(BoxShape{size / 2}, 1e-3);
+}
+
+MeasuredBody bodyOf(const SceneGeometry& geometry, const Mesh* mesh = nullptr) {
+  return {{{probed(geometry, mesh), Pose()}}};
+}
+
+Pose at(double x, double y, double z) {
+  return {Eigen::Quaterniond::Identity(), Vec3(x, y, z)};
+}
+
+// Depth in a box by its sides, written out.
+double boxDepth(const Vec3& half, const Vec3& p) {
+  const Vec3 out = p.cwiseAbs() - half;
+  if (out.maxCoeff() <= 0) return -out.maxCoeff();
+  return -out.cwiseMax(0).norm();
+}
+
+TEST(MeshDistanceTest, OfABoxIsTheBoxesAtEveryPoint) {
+  const Vec3 half(0.5, 1, 1.5);
+  const MeshDistance mesh(boxMesh(2 * half));
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p(uniform(random), uniform(random), uniform(random));
+    ASSERT_NEAR(mesh.depth(p, 10), boxDepth(half, p), 1e-12) << p.transpose();
+  }
+}
+
+// Concave, with points whose closest feature is an edge or corner seen from either side.
+TEST(MeshDistanceTest, SignsOfAConcaveBodyAreThoseOfItsWindingNumber) {
+  const MeshDistance mesh(holeMesh(0.4, 2, 1, 0.2, 24));
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1.2, 1.2);
+  int inside = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p(uniform(random), uniform(random), uniform(random));
+    const double winding = mesh.winding(p);
+    ASSERT_NEAR(winding, std::round(winding), 1e-9);
+    ASSERT_EQ(mesh.depth(p, 10) > 0, winding > 0.5) << p.transpose();
+    inside += winding > 0.5;
+  }
+  EXPECT_GT(inside, 500);
+}
+
+TEST(MeshDistanceTest, ASlitDoesNotTurnInsideOut) {
+  const Vec3 half(1, 1, 1);
+  Mesh slit = boxMesh(2 * half);
+  // A sliver is missing along one edge: its two neighbours are no longer joined.
+  slit.vertices.push_back(slit.vertices[slit.triangles[0][0]]);
+  slit.vertices.back() *= 1 - 1e-9;
+  slit.triangles[0][0] = static_cast<int>(slit.vertices.size()) - 1;
+  ASSERT_FALSE(inspect(slit).closed());
+  const MeshDistance mesh(slit);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1.5, 1.5);
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p(uniform(random), uniform(random), uniform(random));
+    ASSERT_NEAR(mesh.depth(p, 10), boxDepth(half, p), 1e-6) << p.transpose();
+  }
+}
+
+TEST(Penetration, OfTwoSpheresIsTheRadiiLessTheDistance) {
+  const MeasuredBody a = bodyOf(SceneSphere{1}), b = bodyOf(SceneSphere{0.5});
+  EXPECT_NEAR(penetration(a, at(1, 2, 3), b, at(1, 2, 4.4)), 0.1, 1e-12);
+  EXPECT_EQ(penetration(a, at(1, 2, 3), b, at(1, 2, 4.6)), 0);
+}
+
+TEST(Penetration, OfASphereInABoxIsThatOfItsLowestPoint) {
+  const Mesh mesh = boxMesh(Vec3(2, 2, 2));
+  const MeasuredBody sphere = bodyOf(SceneSphere{0.5});
+  for (const MeasuredBody& box :
+       {bodyOf(SceneBox{Vec3(2, 2, 2)}, &mesh), bodyOf(SceneMesh{}, &mesh)}) {
+    EXPECT_NEAR(penetration(box, Pose(), sphere, at(0.2, 0.1, 1.4)), 0.1, 1e-12);
+    EXPECT_NEAR(penetration(sphere, at(0.2, 0.1, 1.4), box, Pose()), 0.1, 1e-12);
+    // Off a corner by (0.2, 0.2, 0.2).
+    EXPECT_NEAR(penetration(box, Pose(), sphere, at(1.2, 1.2, 1.2)), 0.5 - 0.2 * std::sqrt(3.0),
+                1e-12);
+    EXPECT_EQ(penetration(box, Pose(), sphere, at(1.3, 1.3, 1.3)), 0);
+  }
+}
+
+TEST(Penetration, OfABoxStandingOnItsCornerInAPlane) {
+  const Mesh mesh = boxMesh(Vec3(1, 1, 1));
+  const MeasuredBody box = bodyOf(SceneBox{Vec3(1, 1, 1)}, &mesh), plane = bodyOf(ScenePlane{});
+  const auto onCorner = Eigen::Quaterniond::FromTwoVectors(Vec3(-1, -1, -1), Vec3(0, 0, -1));
+  const double reach = std::sqrt(3.0) / 2;
+  EXPECT_NEAR(penetration(plane, Pose(), box, {onCorner, Vec3(5, 6, reach - 0.07)}), 0.07, 1e-12);
+  EXPECT_EQ(penetration(plane, Pose(), box, {onCorner, Vec3(5, 6, reach + 0.01)}), 0);
+}
+
+TEST(Penetration, OfACapsuleAndACylinderLyingOnAPlane) {
+  const MeasuredBody plane = bodyOf(ScenePlane{}), capsule = bodyOf(SceneCapsule{0.2, 1});
+  const Eigen::Quaterniond lying(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
+  EXPECT_NEAR(penetration(plane, Pose(), capsule, {lying, Vec3(0, 0, 0.15)}), 0.05, 1e-12);
+  const Mesh mesh = primitiveMesh(CylinderShape{0.2, 0.5}, 1e-5);
+  const MeasuredBody cylinder = bodyOf(SceneCylinder{0.2, 1}, &mesh);
+  EXPECT_NEAR(penetration(plane, Pose(), cylinder, {lying, Vec3(0, 0, 0.15)}), 0.05, 2e-5);
+  EXPECT_NEAR(penetration(capsule, {lying, Vec3(0, 0, 0.35)}, cylinder, {lying, Vec3::Zero()}),
+              0.05, 2e-5);
+}
+
+// No vertex of either is in the other: only points spread over the faces find it.
+TEST(Penetration, OfCrossedBarsIsFoundBetweenVertices) {
+  const Mesh mesh = boxMesh(Vec3(0.2, 0.2, 4));
+  const MeasuredBody bar = bodyOf(SceneMesh{}, &mesh);
+  const Pose across{Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX())),
+                    Vec3(0.17, 0, 0)};
+  EXPECT_NEAR(penetration(bar, Pose(), bar, across), 0.03, 1e-12);
+}
+
+TEST(Penetration, ACompoundsPartsAllCount) {
+  const Mesh mesh = boxMesh(Vec3(1, 1, 1));
+  MeasuredBody dumbbell;
+  const auto part = probed(SceneMesh{}, &mesh);
+  dumbbell.parts = {{part, at(-2, 0, 0)}, {part, at(2, 0, 0)}};
+  const MeasuredBody plane = bodyOf(ScenePlane{});
+  const Pose tipped{Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY())),
+                    Vec3(0, 0, 2.4)};
+  EXPECT_NEAR(penetration(dumbbell, tipped, plane, Pose()), 0.1, 1e-12);
+}
+
+}  // namespace
+}  // namespace cloudcontact::program

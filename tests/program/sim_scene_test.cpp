@@ -1,0 +1,264 @@
+// Scenes from SDFormat text: what is read, what stays absent, and what is refused with which words.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "errors.h"
+#include "scene.h"
+
+namespace cloudcontact::program {
+namespace {
+
+// A folder of its own for each test, gone with it.
+class SceneTest : public testing::Test {
+ protected:
+  SceneTest() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("cloudcontact_") + info->test_suite_name() + "_" + info->name());
+    std::filesystem::create_directories(folder_ / "meshes");
+    std::ofstream(folder_ / "meshes" / "part.obj") << "v 0 0 0\n";
+  }
+  ~SceneTest() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& text) const {
+    std::ofstream(folder_ / "scene.sdf") << text;
+    return folder_ / "scene.sdf";
+  }
+  SceneDescription load(const std::string& text) const { return loadScene(write(text)); }
+
+  std::filesystem::path folder_;
+};
+
+std::string world(const std::string& inner) {
+  return "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\"><world name=\"w\">" + inner +
+         "</world></sdf>";
+}
+
+std::string ball(const std::string& inner = "", const std::string& surface = "") {
+  return "<model name=\"ball\"><pose>0 0 1 0 0 0</pose><link name=\"l\">" + inner +
+         "<collision name=\"c\"><geometry><sphere><radius>0.5</radius></sphere></geometry>" +
+         surface + "</collision></link></model>";
+}
+
+TEST_F(SceneTest, ReadsWhatIsStated) {
+  const auto scene = load(world(
+      "<gravity>1 2 3</gravity><physics name=\"p\" type=\"bullet\"><max_step_size>0.004"
+      "</max_step_size><real_time_factor>0</real_time_factor></physics>" +
+      ball("<inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1.5</iyy><izz>2</izz><ixy>0.1</ixy>"
+           "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>",
+           "<surface><friction><ode><mu>0.3</mu></ode></friction><contact><ode><kp>5000</kp>"
+           "<kd>7</kd></ode></contact></surface>")));
+  EXPECT_EQ(scene.name, "w");
+  EXPECT_EQ(scene.gravity, Vec3(1, 2, 3));
+  EXPECT_EQ(scene.step, 0.004);
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  const SceneBody& body = scene.bodies[0];
+  EXPECT_EQ(body.name, "ball");
+  EXPECT_EQ(body.pose.position, Vec3(0, 0, 1));
+  EXPECT_FALSE(body.isStatic);
+  EXPECT_EQ(body.mass, 2);
+  ASSERT_TRUE(body.inertia);
+  EXPECT_EQ((*body.inertia)(0, 0), 1);
+  EXPECT_EQ((*body.inertia)(0, 1), 0.1);
+  EXPECT_EQ((*body.inertia)(2, 2), 2);
+  EXPECT_EQ(body.friction, 0.3);
+  EXPECT_EQ(body.stiffness, 5000);
+  EXPECT_EQ(body.damping, 7);
+  EXPECT_EQ(std::get<SceneSphere>(body.collisions[0].geometry).radius, 0.5);
+}
+
+// libsdformat would say mass 1, inertia 1, mu 1, kp 1e12, kd 1.
+TEST_F(SceneTest, WhatIsAbsentStaysAbsent) {
+  const auto scene = load(world(ball() + "<model name=\"massOnly\"><link name=\"l\"><inertial>"
+                                         "<mass>3</mass></inertial></link></model>"));
+  const SceneBody& bare = scene.bodies[0];
+  EXPECT_FALSE(bare.mass || bare.inertia || bare.inertialPose);
+  EXPECT_FALSE(bare.friction || bare.stiffness || bare.damping);
+  EXPECT_EQ(scene.bodies[1].mass, 3);
+  EXPECT_FALSE(scene.bodies[1].inertia);
+}
+
+TEST_F(SceneTest, HalfStatedSurfacesLeaveTheRestAbsent) {
+  const auto scene = load(world(ball("",
+                                     "<surface><friction><ode><mu2>0.9</mu2></ode></friction>"
+                                     "<contact><ode><kd>5</kd></ode></contact></surface>")));
+  EXPECT_FALSE(scene.bodies[0].friction);
+  EXPECT_FALSE(scene.bodies[0].stiffness);
+  EXPECT_EQ(scene.bodies[0].damping, 5);
+}
+
+TEST_F(SceneTest, ReadsEveryGeometry) {
+  const auto shape = [](const std::string& geometry) {
+    return "<collision name=\"" + geometry.substr(1, 4) + "\"><geometry>" + geometry +
+           "</geometry></collision>";
+  };
+  const auto scene = load(world(
+      "<model name=\"m\"><static>true</static><link name=\"l\">" +
+      shape("<box><size>1 2 3</size></box>") +
+      shape("<cylinder><radius>1</radius><length>4</length></cylinder>") +
+      shape("<capsule><radius>2</radius><length>5</length></capsule>") +
+      shape("<plane><normal>0 3 4</normal></plane>") +
+      shape("<mesh><uri>meshes/part.obj</uri><scale>1 2 4</scale></mesh>") + "</link></model>"));
+  const auto& shapes = scene.bodies[0].collisions;
+  ASSERT_EQ(shapes.size(), 5u);
+  EXPECT_EQ(std::get<SceneBox>(shapes[0].geometry).size, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<SceneCylinder>(shapes[1].geometry).length, 4);
+  EXPECT_EQ(std::get<SceneCapsule>(shapes[2].geometry).radius, 2);
+  EXPECT_TRUE(std::get<ScenePlane>(shapes[3].geometry).normal.isApprox(Vec3(0, 0.6, 0.8)));
+  const auto& mesh = std::get<SceneMesh>(shapes[4].geometry);
+  EXPECT_EQ(mesh.file, folder_ / "meshes" / "part.obj");
+  EXPECT_EQ(mesh.scale, Vec3(1, 2, 4));
+}
+
+// A model turned by a quarter about z; its link hangs on a frame of it, its collision on its link.
+TEST_F(SceneTest, ResolvesFramesThroughModelsAndLinks) {
+  const std::string model =
+      "<model name=\"m\"><pose>0 0 1 0 0 1.5707963267948966</pose>"
+      "<frame name=\"f\"><pose>1 0 0 0 0 0</pose></frame>"
+      "<link name=\"a\"><pose relative_to=\"f\">0 0 2 0 0 0</pose><collision name=\"c\">"
+      "<pose>0 1 0 0 0 0</pose><geometry><box><size>1 1 1</size></box></geometry></collision>"
+      "</link>";
+  const auto two = load(world(model + "<link name=\"b\"/></model>"));
+  ASSERT_EQ(two.bodies.size(), 2u);
+  EXPECT_EQ(two.bodies[0].name, "m::a");
+  EXPECT_TRUE(two.bodies[0].pose.position.isApprox(Vec3(0, 1, 3), 1e-12));
+  EXPECT_TRUE(two.bodies[0].collisions[0].pose.position.isApprox(Vec3(0, 1, 0), 1e-12));
+  EXPECT_EQ(two.bodies[0].model, two.bodies[1].model);
+  // Alone, the link is the model: its frame is the model's, and the collision moves with it.
+  const auto one = load(world(model + "</model>" + ball()));
+  EXPECT_EQ(one.bodies[0].name, "m");
+  EXPECT_TRUE(one.bodies[0].pose.position.isApprox(Vec3(0, 0, 1), 1e-12));
+  EXPECT_TRUE(one.bodies[0].collisions[0].pose.position.isApprox(Vec3(1, 1, 2), 1e-12));
+  EXPECT_NE(one.bodies[0].model, one.bodies[1].model);
+}
+
+TEST_F(SceneTest, ReadsJointsInTheWorldsFrame) {
+  const auto scene = load(world(
+      "<model name=\"m\"><pose>0 0 1 0 0 1.5707963267948966</pose><link name=\"a\"/>"
+      "<link name=\"b\"><pose>1 0 0 0 0 0</pose></link>"
+      "<joint name=\"hinge\" type=\"revolute\"><parent>a</parent><child>b</child>"
+      "<axis><xyz>1 0 0</xyz><limit><lower>-0.5</lower><upper>1</upper></limit></axis></joint>"
+      "<joint name=\"nail\" "
+      "type=\"fixed\"><parent>world</parent><child>a</child></joint></model>"));
+  ASSERT_EQ(scene.joints.size(), 2u);
+  const SceneJoint& hinge = scene.joints[0];
+  EXPECT_EQ(hinge.kind, SceneJoint::Kind::Revolute);
+  EXPECT_EQ(hinge.parent, 0);
+  EXPECT_EQ(hinge.child, 1);
+  EXPECT_TRUE(hinge.pose.position.isApprox(Vec3(0, 1, 1), 1e-12));  // the child's origin
+  EXPECT_TRUE(hinge.axis.isApprox(Vec3(0, 1, 0), 1e-12));
+  EXPECT_EQ(hinge.lower, -0.5);
+  EXPECT_EQ(hinge.upper, 1);
+  EXPECT_EQ(scene.joints[1].kind, SceneJoint::Kind::Fixed);
+  EXPECT_EQ(scene.joints[1].parent, -1);
+}
+
+// Read as six numbers: as a pose, which libsdformat takes it for, 10 rad/s would come back wrapped.
+TEST_F(SceneTest, ReadsInitialVelocities) {
+  const std::string state =
+      "<state world_name=\"w\"><model name=\"ball\"><link name=\"l\"><velocity>1 2 3 10 20 -30"
+      "</velocity></link></model></state>";
+  const auto scene = load(world(ball() + state));
+  EXPECT_TRUE(scene.bodies[0].linearVelocity.isApprox(Vec3(1, 2, 3), 1e-12));
+  EXPECT_TRUE(scene.bodies[0].angularVelocity.isApprox(Vec3(10, 20, -30), 1e-12));
+}
+
+struct BadScene {
+  const char* name;
+  std::string text;
+  const char* says;
+};
+
+class BadSceneTest : public SceneTest, public testing::WithParamInterface<BadScene> {
+ protected:
+  BadSceneTest() {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("cloudcontact_bad_") + GetParam().name);
+    std::filesystem::create_directories(folder_);
+  }
+};
+
+TEST_P(BadSceneTest, IsRefusedInOneLineThatNamesIt) {
+  try {
+    load(GetParam().text);
+    FAIL() << "was accepted";
+  } catch (const BadInput& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("scene.sdf"), std::string::npos) << message;
+    EXPECT_NE(message.find(GetParam().says), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+std::string shaped(const std::string& geometry, const std::string& flag = "") {
+  return world("<model name=\"m\">" + flag + "<link name=\"l\"><collision name=\"c\"><geometry>" +
+               geometry + "</geometry></collision></link></model>");
+}
+
+std::string jointed(const std::string& joint) {
+  return world("<model name=\"m\"><link name=\"a\"/><link name=\"b\"/>" + joint + "</model>");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BadSceneTest,
+    testing::Values(
+        BadScene{"empty", "", "no <sdf>"}, BadScene{"notXml", "solid stl\n", "no <sdf>"},
+        BadScene{"cutShort", world(ball()).substr(0, 150), "cut short"},
+        BadScene{"malformed", "<sdf version=\"1.9\"><world></sdf>", "SDFormat"},
+        BadScene{"noWorld", "<sdf version=\"1.9\">" + ball() + "</sdf>", "exactly one <world>"},
+        BadScene{"noBodies", world(""), "has no model"},
+        BadScene{"misspelt", world(ball("<inertial><mas>1</mas></inertial>")), "mas"},
+        BadScene{"zeroMass", world(ball("<inertial><mass>0</mass></inertial>")), "inertia"},
+        BadScene{"negativeMass", world(ball("<inertial><mass>-1</mass></inertial>")), "inertia"},
+        BadScene{"inertiaWithoutMass",
+                 world(ball("<inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>0</ixy>"
+                            "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>")),
+                 "<mass>"},
+        BadScene{"negativeRadius", shaped("<sphere><radius>-1</radius></sphere>"), "<radius>"},
+        BadScene{"zeroBox", shaped("<box><size>1 0 1</size></box>"), "<size>"},
+        BadScene{"wordForNumber", shaped("<box><size>1 x 1</size></box>"), "size"},
+        BadScene{"noGeometry", shaped(""), "<geometry>"},
+        BadScene{"movingPlane", shaped("<plane><normal>0 0 1</normal></plane>"), "<static>"},
+        BadScene{"ellipsoid", shaped("<ellipsoid><radii>1 1 1</radii></ellipsoid>"),
+                 "use box, sphere"},
+        BadScene{"noMeshFile", shaped("<mesh><uri>none.obj</uri></mesh>"), "none.obj"},
+        BadScene{"meshByScheme", shaped("<mesh><uri>model://m.obj</uri></mesh>"), "relative"},
+        BadScene{"negativeFriction",
+                 world(ball("", "<surface><friction><ode><mu>-1</mu></ode></friction></surface>")),
+                 "<mu>"},
+        BadScene{"noStiffness",
+                 world(ball("", "<surface><contact><ode><kp>0</kp></ode></contact></surface>")),
+                 "<kp>"},
+        BadScene{"prismatic",
+                 jointed("<joint name=\"j\" type=\"prismatic\"><parent>a</parent><child>b</child>"
+                         "<axis><xyz>0 0 1</xyz></axis></joint>"),
+                 "fixed or revolute"},
+        BadScene{"jointToNothing",
+                 jointed("<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>z</child>"
+                         "</joint>"),
+                 "z"},
+        BadScene{"zeroStep",
+                 world("<physics name=\"p\" type=\"bullet\"><max_step_size>0</max_step_size>"
+                       "<real_time_factor>0</real_time_factor></physics>" +
+                       ball()),
+                 "<max_step_size>"},
+        BadScene{"stateOfNobody",
+                 world(ball() + "<state world_name=\"w\"><model name=\"other\"><link name=\"l\">"
+                                "<velocity>0 0 0 0 0 0</velocity></link></model></state>"),
+                 "other::l"}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+TEST(SceneFileTest, AMissingFileIsNamed) {
+  try {
+    loadScene("no_such_scene.sdf");
+    FAIL() << "was accepted";
+  } catch (const BadInput& error) {
+    EXPECT_NE(std::string(error.what()).find("no_such_scene.sdf: no such file"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
