@@ -4,8 +4,9 @@
 //                 [--voxel 1e-3] [--law paper|foundation] [--window 2.5]
 //
 // A part `field` prints the field's own errors on solids instead: depth (bias, mean, worst) and
-// normal (mean, worst) away from edges and within 3 voxels of them, then of the samples area,
-// volume, distance from the surface, and the strips beside edges (field_cases.h).
+// normal (mean, worst) away from edges and within 3 voxels of them, then false
+// claims of in and out, then of the samples area, volume, distance from the surface, and the strips
+// beside edges (field_cases.h).
 //
 // Lengths in voxels, mean/largest of the instances; +- columns are means with their sign. A mark
 // behind a number: beyond the bound that the tests hold the case to.
@@ -89,6 +90,10 @@ void fieldTable(const Options& options) {
     if (one.name.find("sphere") != 0) {
       fieldRow("edges", ct::fieldErrors(one, 0, 3, 0, clouds, maker));
     }
+    const ct::FieldSides sides = ct::fieldSides(one, clouds, maker);
+    std::printf("  sides  false overlap %+.3f (%d of %d points)  false gap %+.3f (%d of %d)\n",
+                sides.falseOverlap, sides.falseOutside, sides.outside, sides.falseGap,
+                sides.falseInside, sides.inside);
     for (int k = 0; k < clouds; ++k) {
       const ct::SampleSums s = ct::sampleSums(one, one.make(maker));
       std::printf("  samples area %+.2f%% volume %+.2f%% off %.4f %.3f normal %.3f closed %.5f",

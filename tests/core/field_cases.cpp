@@ -150,6 +150,34 @@ FieldErrors fieldErrors(const SolidCase& one, double least, double most, double 
   return errors;
 }
 
+FieldSides fieldSides(const SolidCase& one, int clouds, const BodyMaker& settings) {
+  BodyMaker maker = settings;
+  FieldSides sides;
+  for (int k = 0; k < clouds; ++k) {
+    const Body body = one.make(maker);
+    const double voxel = body.field->cloud().voxelSize();
+    for (int drawn = 0; drawn < 200000; ++drawn) {
+      const Vec3 at =
+          (2 * maker.random.inCube() - Vec3::Ones()).cwiseProduct(one.half + Vec3::Constant(4));
+      const double truth = one.truth(at).depth;
+      const bool outside = truth < -kSideSlack;
+      if (!outside && (truth < kSideSlack || truth > one.deepest)) continue;
+      const auto found = body.field->at(body.grid.toWorld(at * voxel));
+      if (!found) continue;
+      const double depth = found->depth / voxel;
+      ++(outside ? sides.outside : sides.inside);
+      if (outside) {
+        sides.falseOverlap = std::max(sides.falseOverlap, depth);
+        sides.falseOutside += depth > kSideSlack ? 1 : 0;
+      } else {
+        sides.falseGap = std::min(sides.falseGap, depth);
+        sides.falseInside += depth < -kSideSlack ? 1 : 0;
+      }
+    }
+  }
+  return sides;
+}
+
 SampleSums sampleSums(const SolidCase& one, const Body& body) {
   SampleSums sums;
   Strips strips{};

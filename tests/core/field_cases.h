@@ -37,6 +37,16 @@ struct FieldErrors {
 FieldErrors fieldErrors(const SolidCase& one, double least, double most, double outermost,
                         int clouds, const BodyMaker& settings);
 
+// The worst claims a field makes about which side a point is on, at points up to 4 voxels from the
+// solid's bounds: the largest depth at points outside it, and the least at points `deepest` inside.
+struct FieldSides {
+  double falseOverlap = -1e9, falseGap = 1e9;
+  int outside = 0, inside = 0;            // points asked, and known to the field
+  int falseOutside = 0, falseInside = 0;  // beyond kSideSlack on the wrong side
+};
+constexpr double kSideSlack = 0.1;
+FieldSides fieldSides(const SolidCase& one, int clouds, const BodyMaker& settings);
+
 // Sums over all samples of a cloud, in the solid's frame.
 struct SampleSums {
   double area = 0;

@@ -45,6 +45,16 @@ TEST_P(SurfaceFieldOf, KnowsDepthAtEdgesFromInside) {
   EXPECT_LE(e.depthWorst, 0.3);
 }
 
+// A field that claims material outside the solid makes a contact where nothing touches, however
+// seldom; one that claims a gap inside lets a corner in.
+TEST_P(SurfaceFieldOf, KnowsInsideFromOutside) {
+  const FieldSides sides = fieldSides(GetParam(), kClouds, kMaker);
+  ASSERT_GT(sides.outside, 1000);
+  ASSERT_GT(sides.inside, 1000);
+  EXPECT_LE(sides.falseOverlap, kSideSlack) << sides.falseOutside << " points of " << sides.outside;
+  EXPECT_GE(sides.falseGap, -kSideSlack) << sides.falseInside << " points of " << sides.inside;
+}
+
 TEST_P(SurfaceFieldOf, SamplesCoverTheSurface) {
   BodyMaker maker{kVoxel, Random(22)};
   for (int k = 0; k < kClouds; ++k) {
