@@ -51,7 +51,25 @@ struct CloudMoments {
     first += f + m * corner;
     second += s + corner * f.transpose() + f * corner.transpose() + m * corner * corner.transpose();
   }
+  // Moves what was added at `place`.
+  void shift(double m, const Vec3& place, const Vec3& by) {
+    first += m * by;
+    second += m * (place * by.transpose() + by * place.transpose() + by * by.transpose());
+  }
 };
+
+// Where the material of an interface voxel lies, seen from the voxel's centre [voxels]: on the side
+// where the neighbours hold more. A face across the voxel at fraction f has its material's middle
+// (1 - f) / 2 from the centre; summed over all the places where an oblique face may cross a voxel
+// that is 2 % too little at most, for the sum is the cube's variance, 1/12, in every direction.
+// Without it the inertia of a body of radius R is too large by about (h / R)^2 / 2.
+Vec3 shiftOfMaterial(const Cloud& cloud, int x, int y, int z, int coverage) {
+  const Vec3 slope(cloud.coverage(x + 1, y, z) - cloud.coverage(x - 1, y, z),
+                   cloud.coverage(x, y + 1, z) - cloud.coverage(x, y - 1, z),
+                   cloud.coverage(x, y, z + 1) - cloud.coverage(x, y, z - 1));
+  const double steep = slope.norm();
+  return steep > 0 ? Vec3((0.5 - 0.5 * coverage / 255) / steep * slope) : Vec3(Vec3::Zero());
+}
 
 template <typename Visit>
 void forEachFullBrick(const Cloud::Voxels& voxels, Visit&& visit) {
@@ -136,6 +154,7 @@ VoxelCounts Cloud::counts() const {
 MassProperties Cloud::massProperties() const {
   MassProperties result;
   if (empty()) return result;
+  // A brick's voxels each at its own centre first, exactly; then the interface voxels' shifts.
   const Vec3 middle = 0.5 * size().cast<double>();
   const BrickMoments solid = momentsOf([](int) { return 255; });
   CloudMoments sum;
@@ -144,6 +163,13 @@ MassProperties Cloud::massProperties() const {
     if (b == kSolidBrick) return sum.add(solid, corner);
     const BrickCoverage& c = voxels_->coverage[static_cast<std::size_t>(b)];
     sum.add(momentsOf([&](int v) { return c[static_cast<std::size_t>(v)]; }), corner);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const int m = c[static_cast<std::size_t>(v)];
+      if (m == 0 || m == 255) continue;
+      const Vec3 inBrick(v % 8, v / 8 % 8, v / 64);
+      const Eigen::Vector3i at = kBrickEdge * Eigen::Vector3i(x, y, z) + inBrick.cast<int>();
+      sum.shift(m, corner + inBrick, shiftOfMaterial(*this, at[0], at[1], at[2], m));
+    }
   });
   if (sum.mass == 0) return result;
   const double h = voxelSize_;

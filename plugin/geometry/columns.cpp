@@ -132,25 +132,27 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
 
 }  // namespace
 
-std::size_t surfaceBricks(const GridSurface& surface) {
-  const Vector3i& n = surface.bricks;
-  std::vector<bool> touched(static_cast<std::size_t>(n[0]) * n[1] * n[2], false);
-  std::size_t count = 0;
+SurfaceBricks surfaceBricks(const GridSurface& surface) {
+  const Frame frame(surface, 2);
+  const Vector3i last = surface.bricks - Vector3i::Ones();
+  SurfaceBricks bricks;
+  bricks.touched.resize(static_cast<std::size_t>(frame.width) * frame.depth * frame.layers);
   for (const Vector3i& t : surface.triangles) {
     Polygon triangle;
     for (int k = 0; k < 3; ++k) triangle.add(surface.vertices[t[k]] / kBrickEdge);
     slice(triangle, 2, [&](int z, const Polygon& slab) {
       slice(slab, 1, [&](int y, const Polygon& bar) {
         slice(bar, 0, [&](int x, const Polygon&) {
-          const auto at = static_cast<std::size_t>(x) +
-                          static_cast<std::size_t>(n[0]) *
-                              (static_cast<std::size_t>(y) + static_cast<std::size_t>(n[1]) * z);
-          if (at < touched.size() && !touched[at]) touched[at] = true, ++count;
+          const Vector3i b = Vector3i(x, y, z).cwiseMin(last);
+          const std::size_t entry = frame.entry(b[0], b[1], b[2]);
+          if (bricks.touched[entry]) return;
+          bricks.touched[entry] = true;
+          ++bricks.count;
         });
       });
     });
   }
-  return count;
+  return bricks;
 }
 
 int cheapestAxis(const GridSurface& surface) {

@@ -30,8 +30,12 @@ struct ColumnResult {
   std::size_t cappedVoxels = 0;   // voxels that one passes through
 };
 
-// How many bricks the surface passes through: no more than these will store numbers.
-std::size_t surfaceBricks(const GridSurface& surface);
+// The bricks that the surface passes through: no others will store numbers.
+struct SurfaceBricks {
+  std::vector<bool> touched;  // in the order of Cloud::Voxels::table
+  std::size_t count = 0;
+};
+SurfaceBricks surfaceBricks(const GridSurface& surface);
 
 // The axis along which cutting is cheapest.
 int cheapestAxis(const GridSurface& surface);

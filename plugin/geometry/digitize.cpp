@@ -76,15 +76,21 @@ Prepared prepare(const Mesh& mesh, double voxelSize) {
 
 // Throws where the voxels would need too much, and says what would fit.
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings) {
-  const auto bytes = [&](double h) {
-    return cuttingBytes(prepared.closing, h, prepared.passes(), threadCount(settings.threads));
-  };
   const double limit = static_cast<double>(settings.maxBytes);
+  const auto bytes = [&](double h) {
+    return cuttingBytes(prepared.closing, h, prepared.passes(), threadCount(settings.threads),
+                        limit);
+  };
   const double h = settings.voxelSize, needed = bytes(h);
   if (needed <= limit) return;
-  double fits = h;
-  for (int i = 0; i < 300 && bytes(fits) > limit; ++i) fits *= 1.1;
-  throw std::length_error("digitize: voxels of " + digits(h) + " m would need " +
+  // Tenfold steps find a size that fits, bisection the smallest such within 2 %.
+  double tooSmall = h, fits = 10 * h;
+  while (bytes(fits) > limit && fits < 1e300) tooSmall = fits, fits *= 10;
+  while (fits / tooSmall > 1.02) {
+    const double middle = std::sqrt(fits / tooSmall) * tooSmall;
+    (bytes(middle) > limit ? tooSmall : fits) = middle;
+  }
+  throw std::length_error("digitize: voxels of " + digits(h) + " m would need at least " +
                           digits(needed / 1e6) + " MB, maxBytes allows " + digits(limit / 1e6) +
                           " MB; choose a voxelSize of " + digits(1.01 * fits) +
                           " m or larger, or raise maxBytes");
@@ -106,7 +112,8 @@ void checkNotEmpty(const Cloud::Voxels& voxels, const Prepared& prepared, double
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
   checkVoxelSize(voxelSize);
   const Prepared prepared = prepare(mesh, voxelSize);
-  const double bytes = cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0));
+  const double bytes =
+      cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0), INFINITY);
   constexpr double kMost = 1e18;
   return static_cast<std::size_t>(std::min(bytes, kMost));
 }

@@ -75,13 +75,16 @@ GridSurface inGrid(const Closing& closing, const Grid& grid) {
   return surface;
 }
 
-double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads) {
+double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads,
+                    double enough) {
   const Mesh& mesh = closing.mesh;
   const Grid grid = gridAround(mesh, voxelSize);
   const double triangles = static_cast<double>(mesh.triangles.size());
+  const double table = sizeof(std::int32_t) * grid.places();
+  if (!(passes * table <= enough)) return passes * table;
   double bricks = std::min(brickBound(mesh, voxelSize), grid.places());
   if (grid.places() <= kCountable)
-    bricks = std::min(bricks, static_cast<double>(surfaceBricks(inGrid(closing, grid))));
+    bricks = std::min(bricks, static_cast<double>(surfaceBricks(inGrid(closing, grid)).count));
   const double layers = std::min(grid.bricks.maxCoeff(), 1e8);
   const double columns = grid.places() / grid.bricks.minCoeff();
   const double scratch = static_cast<double>(Cutter::bytes(static_cast<int>(layers), true));
@@ -89,8 +92,8 @@ double cuttingBytes(const Closing& closing, double voxelSize, int passes, int th
   constexpr double kColumnBytes = sizeof(BrickColumn) + 8 + kColumnsPerBrick;
   // Topology and copies of the mesh, and the lists of what lies over which column.
   constexpr double kTriangleBytes = 400;
-  return passes * (4 * grid.places() + kBrickVoxels * bricks) + kColumnBytes * columns +
-         threads * scratch + kTriangleBytes * triangles + 8 * bricks;
+  return passes * (table + kBrickVoxels * bricks) + kColumnBytes * columns + threads * scratch +
+         kTriangleBytes * triangles + 8 * bricks;
 }
 
 }  // namespace cloudcontact

@@ -21,7 +21,8 @@ Grid gridAround(const Mesh& mesh, double voxelSize);
 GridSurface inGrid(const Closing& closing, const Grid& grid);
 
 // What cutting the surface into columns holds at most [bytes]; `passes` is how many copies of the
-// result exist at once.
-double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads);
+// result exist at once. Where the empty grid alone takes more than `enough` it looks no closer.
+double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads,
+                    double enough);
 
 }  // namespace cloudcontact

@@ -1,11 +1,12 @@
 // Voxels of a surface that lacks much of itself.
 //
 // Such a surface is cut into columns along all three axes. A column whose sum does not come back to
-// zero passes through a hole, or along a crack, and has no say. For each voxel the columns that
-// pass through it and did close are compared: where two agree they decide, and where only one
-// closed it does. Where they contradict each other (a column may enter and leave through holes and
-// close on nothing), or none closed, the generalised winding number decides: it is the smoothest
-// answer that a surface with holes has. Cracks much narrower than a voxel change no voxel.
+// zero passes through a hole, or along a crack, and has no say. Where all three columns through a
+// voxel closed and agree, that is its coverage. Elsewhere the generalised winding number is asked
+// as well, for a column may enter and leave through holes and close on nothing: it is the smoothest
+// answer that a surface with holes has, but knows inside from outside only point by point, so
+// columns that it confirms are still the better measure. Cracks much narrower than a voxel change
+// no voxel.
 #include "geometry/open_surface.h"
 
 #include <algorithm>
@@ -24,8 +25,33 @@ using Eigen::Vector3i;
 
 // Votes that differ by no more agree [1/255]. Rounding makes 1, cracks a little more.
 constexpr int kAgree = 8;
+// A vote farther from what the winding number says is not confirmed [1/255]: from its samples all
+// over the voxel; and from inside or outside at its centre, which a surface may pass closely.
+constexpr int kConfirmed = 64, kConfirmedAtCenter = 160;
+// Winding numbers this far from 1/2 at a voxel's centre are clear: no hole is near.
+constexpr double kClear = 0.35;
 // Winding numbers are sampled at so many places along each edge of a voxel.
 constexpr int kSamples = 4;
+
+// The coverages that the closed columns through a voxel give it, in order.
+struct Votes {
+  int said[3], count = 0;
+  void add(int coverage) {
+    int i = count++;
+    for (; i > 0 && said[i - 1] > coverage; --i) said[i] = said[i - 1];
+    said[i] = coverage;
+  }
+  bool unanimous() const { return count == 3 && said[2] - said[0] <= kAgree; }
+  int middle() const { return said[count / 2]; }
+  // The vote nearest to `coverage`, or that itself where none is near.
+  int confirmed(int coverage, int tolerance) const {
+    int best = coverage, least = tolerance + 1;
+    for (int i = 0; i < count; ++i)
+      if (std::abs(said[i] - coverage) < least)
+        least = std::abs(said[i] - coverage), best = said[i];
+    return best;
+  }
+};
 
 class Voter {
  public:
@@ -33,25 +59,32 @@ class Voter {
       : axes_(axes), winding_(surface.vertices, surface.triangles), bricks_(surface.bricks) {}
 
   // Coverage of all voxels of brick `b`, its place in the table being `entry`; returns how many
-  // the winding number decided.
+  // the winding number had a say in.
   std::size_t decide(const Vector3i& b, std::size_t entry, BrickCoverage& coverage) const {
     std::size_t undecided = 0;
     for (int v = 0; v < kBrickVoxels; ++v) {
       const Vector3i voxel = kBrickEdge * b + Vector3i(v % 8, v / 8 % 8, v / 64);
-      int said[3], count = 0;
+      Votes votes;
       for (int k = 0; k < 3; ++k)
-        if (!bad(k, voxel)) said[count++] = coverageOf(k, entry, v);
-      if (count > 1 && said[1] < said[0]) std::swap(said[0], said[1]);
-      if (count > 2 && said[2] < said[1]) std::swap(said[1], said[2]);
-      if (count > 1 && said[1] < said[0]) std::swap(said[0], said[1]);
-      int decision = agreed(said, count);
-      if (decision < 0) {
-        decision = sampled(voxel);
-        ++undecided;
-      }
-      coverage[static_cast<std::size_t>(v)] = static_cast<std::uint8_t>(decision);
+        if (!bad(k, voxel)) votes.add(coverageOf(k, entry, v));
+      undecided += !votes.unanimous();
+      coverage[static_cast<std::size_t>(v)] =
+          static_cast<std::uint8_t>(votes.unanimous() ? votes.middle() : judged(voxel, votes));
     }
     return undecided;
+  }
+
+  // What a brick is that no surface passes through: kSolidBrick or kEmptyBrick where its middle and
+  // its corners are all clearly so; 0 where a hole is near, across which inside ends unmarked.
+  std::int32_t uniform(const Vector3i& b) const {
+    const Vector3d middle = kBrickEdge * (b.cast<double>() + Vector3d::Constant(0.5));
+    const bool solid = winding_.at(middle) > 0.5;
+    for (int i = 0; i < 9; ++i) {
+      const Vector3d corner(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+      const double w = winding_.at(i < 8 ? Vector3d(middle + 0.5 * kBrickEdge * corner) : middle);
+      if ((w > 0.5) != solid || std::abs(w - 0.5) < kClear) return 0;
+    }
+    return solid ? kSolidBrick : kEmptyBrick;
   }
 
   // Whether all axes say that a brick is the same, empty or solid, and no column through it is bad.
@@ -84,15 +117,11 @@ class Voter {
     return axes_[axis].voxels.coverage[static_cast<std::size_t>(code)][static_cast<std::size_t>(v)];
   }
 
-  // What the sorted votes agree on, -1 where they do not.
-  static int agreed(const int* said, int count) {
-    if (count == 1) return said[0];
-    for (int i = 0; i + 1 < count; ++i) {
-      // Of three, the closer pair.
-      if (count == 3 && i == 0 && said[2] - said[1] < said[1] - said[0]) continue;
-      if (said[i + 1] - said[i] <= kAgree) return (said[i] + said[i + 1] + 1) / 2;
-    }
-    return -1;
+  // Where the columns do not all agree.
+  int judged(const Vector3i& voxel, const Votes& votes) const {
+    const double w = winding_.at(voxel.cast<double>() + Vector3d::Constant(0.5));
+    if (std::abs(w - 0.5) > kClear) return votes.confirmed(w > 0.5 ? 255 : 0, kConfirmedAtCenter);
+    return votes.confirmed(sampled(voxel), kConfirmed);
   }
 
   int sampled(const Vector3i& voxel) const {
@@ -122,7 +151,7 @@ struct Layer {
 };
 
 Layer decideLayer(const Voter& voter, const Vector3i& bricks, int z,
-                  const std::vector<std::int32_t>& plainTable) {
+                  const std::vector<std::int32_t>& plainTable, const std::vector<bool>& touched) {
   Layer layer;
   std::size_t entry = static_cast<std::size_t>(z) * bricks[0] * bricks[1];
   BrickCoverage coverage;
@@ -131,6 +160,11 @@ Layer decideLayer(const Voter& voter, const Vector3i& bricks, int z,
       const Vector3i b(x, y, z);
       if (voter.plain(b, entry)) {
         layer.table.push_back(plainTable[entry]);
+        continue;
+      }
+      if (const std::int32_t code = touched[entry] ? 0 : voter.uniform(b); code < 0) {
+        layer.undecided += kBrickVoxels;
+        layer.table.push_back(code);
         continue;
       }
       layer.undecided += voter.decide(b, entry, coverage);
@@ -158,9 +192,11 @@ Vote voteOnColumns(const GridSurface& surface, int threads,
     vote.badColumns += axes[k].badColumns;
   }
   const Voter voter(surface, axes);
+  const std::vector<bool> touched = surfaceBricks(surface).touched;
   std::vector<Layer> layers(static_cast<std::size_t>(surface.bricks[2]));
   parallelFor(layers.size(), threads, [&](std::size_t z, int) {
-    layers[z] = decideLayer(voter, surface.bricks, static_cast<int>(z), axes[0].voxels.table);
+    layers[z] =
+        decideLayer(voter, surface.bricks, static_cast<int>(z), axes[0].voxels.table, touched);
   });
   vote.voxels.bricks = surface.bricks;
   for (Layer& layer : layers) {
