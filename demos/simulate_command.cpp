@@ -97,11 +97,12 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   json["pairs"] = r.pairs;
   json["contactsPerStep"] = r.contactsPerStep;
   json["maxPenetration"] = r.maxPenetration;
-  json["energyStart"] = r.energyStart.total();
-  json["energyEnd"] = r.energyEnd.total();
+  json["energyStart"] = r.energyStart.ofBodies();
+  json["energyEnd"] = r.energyEnd.ofBodies();
   json["energyMax"] = r.energyMax;
   json["springEnergyStart"] = r.energyStart.spring;
   json["springEnergyEnd"] = r.energyEnd.spring;
+  json["springEnergyMax"] = r.springEnergyMax;
   json["hash"] = hash.str();
   json["bodies"] = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -189,8 +190,9 @@ void addSimulateCommand(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
       "simulate",
       "run an SDFormat world.\n"
-      "Energy is kinetic, of gravity (zero at the world's origin) and of the contacts' springs. A\n"
-      "pair's friction is the smaller of its bodies' mu; a body that states none leaves it to the\n"
+      "Energy is the bodies', kinetic and of gravity (zero at the world's origin); the contacts'\n"
+      "springs are told apart. A pair's friction is the smaller of its bodies' mu; a body that "
+      "states none leaves it to the\n"
       "other, and where neither does nothing rubs. Bodies without a mass weigh as water.");
   command.add_option("SCENE", options->scene, "an SDFormat world (.sdf)")->required();
   addOptions(command, *options);

@@ -75,9 +75,10 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
       const ContactMoment& moment = world.moment();
       if (substeps++ == 0) {
         report.energyStart = moment.energy;
-        report.energyMax = moment.energy.total();
+        report.energyMax = moment.energy.ofBodies();
       }
-      report.energyMax = std::max(report.energyMax, moment.energy.total());
+      report.energyMax = std::max(report.energyMax, moment.energy.ofBodies());
+      report.springEnergyMax = std::max(report.springEnergyMax, moment.energy.spring);
       report.pairs += moment.pairs;
       report.contactsPerStep += moment.contacts;
     }
@@ -96,7 +97,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   // The last state's energy needs its contacts' depths, which no step has looked for yet.
   world.findContacts();
   report.energyEnd = world.moment().energy;
-  report.energyMax = std::max(report.energyMax, report.energyEnd.total());
+  report.energyMax = std::max(report.energyMax, report.energyEnd.ofBodies());
   return report;
 }
 

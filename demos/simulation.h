@@ -29,7 +29,8 @@ struct SimulationReport {
   double contactsPerStep = 0;  // points, mean of the substeps
   double maxPenetration = 0;   // [m]
   Energy energyStart, energyEnd;
-  double energyMax = 0;  // of the total [J]
+  double energyMax = 0;  // of the bodies, without springs [J]
+  double springEnergyMax = 0;
   std::uint64_t hash = 0;
   std::vector<BodyState> bodies;
   std::vector<Vec3> turns;  // each body's, about the world's axes since the start [rad]

@@ -59,6 +59,7 @@ struct World::Parts {
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
+  void noteFrictionless() const;
   void look();
   std::vector<std::pair<int, int>> measuredPairs() const;
 
@@ -140,6 +141,9 @@ void World::Parts::addJoint(const SceneJoint& joint) {
   // The joint's frame, its z along the axis, as each of its bodies sees it.
   Pose frame = joint.pose;
   frame.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), joint.axis);
+  // A weld holds anywhere; Bullet's solver holds it best where no lever magnifies its error.
+  if (joint.kind == SceneJoint::Kind::Fixed && joint.child >= 0)
+    frame.position = (bodies[joint.child].scene.pose * bodies[joint.child].parts.frame).position;
   const auto seenFrom = [&](int body) {
     if (body < 0) return toBullet(frame);
     return toBullet((bodies[body].scene.pose * bodies[body].parts.frame).inverse() * frame);
@@ -167,12 +171,21 @@ void World::Parts::settle(const WorldSettings& settings) {
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
   // Bullet's own methods keep Bullet's own settings, unless a law is asked of them.
   if (settings.common.method == Method::Cloud || springs) recommendedSettings(world);
-  if (settings.common.friction) return;
-  for (const auto& body : bodies)
-    if (!body.scene.friction && !body.scene.isStatic)
-      std::cerr << "cloudcontact: body '" << body.scene.name
-                << "' states no friction (<mu>); the other body's counts, none where that states "
-                   "none either; --friction sets all\n";
+  if (!settings.common.friction) noteFrictionless();
+}
+
+void World::Parts::noteFrictionless() const {
+  int silent = 0;
+  const std::string* first = nullptr;
+  for (const auto& body : bodies) {
+    if (body.scene.friction || body.scene.isStatic) continue;
+    if (silent++ == 0) first = &body.scene.name;
+  }
+  if (silent > 0)
+    std::cerr << "cloudcontact: " << silent << (silent == 1 ? " body" : " bodies")
+              << " without <mu> ('" << *first
+              << "'): the other body's counts, where that has none nothing rubs; --friction sets "
+                 "all\n";
 }
 
 // Energy and counts as the narrow phase leaves them.

@@ -27,12 +27,14 @@ struct BodyState {
   bool asleep = false;
 };
 
-// What is stored in a scene. [J]
+// What is stored in a scene [J]. The springs are told apart: a body that arrives between two steps
+// finds its spring loaded by the way it went unseen (v h deep), which no body ever had and damping
+// takes again, so their sum may stand above the start's energy though no body gains any.
 struct Energy {
   double kinetic = 0;
   double potential = 0;  // in gravity, zero at the world's origin
   double spring = 0;     // in the contacts: k d^2 / 2 of each that has a stiffness
-  double total() const { return kinetic + potential + spring; }
+  double ofBodies() const { return kinetic + potential; }
 };
 
 // What the latest narrow phase found; energy is that of the step's start, which the contacts'

@@ -249,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(
                  world(ball() + "<state world_name=\"w\"><model name=\"other\"><link name=\"l\">"
                                 "<velocity>0 0 0 0 0 0</velocity></link></model></state>"),
                  "other::l"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& scene) { return std::string(scene.param.name); });
 
 TEST(SceneFileTest, AMissingFileIsNamed) {
   try {

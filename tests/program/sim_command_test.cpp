@@ -1,0 +1,152 @@
+// The commands simulate and demo from their command lines: the contract's names, whole files, and
+// what is refused.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "commands.h"
+#include "demo.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr const char* kScene = R"(<?xml version="1.0"?>
+<sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity>
+<physics name="p" type="bullet"><max_step_size>0.005</max_step_size>
+<real_time_factor>0</real_time_factor></physics>
+<model name="floor"><static>true</static><link name="l"><collision name="c">
+<geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
+<model name="brick"><pose>0 0 0.1 0 0 0</pose><link name="l"><inertial><mass>1</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link>
+</model></world></sdf>)";
+
+class CommandTest : public testing::Test {
+ protected:
+  CommandTest() {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("cloudcontact_command_") +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+    std::ofstream(scene()) << kScene;
+  }
+  ~CommandTest() override { std::filesystem::remove_all(folder_); }
+
+  std::string scene() const { return (folder_ / "scene.sdf").string(); }
+  std::string file(const char* name) const { return (folder_ / name).string(); }
+
+  // What the command wrote to stdout.
+  static std::string run(std::vector<std::string> words) {
+    CLI::App app("", "cloudcontact");
+    addSimulateCommand(app);
+    addDemoCommand(app);
+    std::ostringstream out;
+    std::streambuf* const kept = std::cout.rdbuf(out.rdbuf());
+    std::reverse(words.begin(), words.end());
+    try {
+      app.parse(words);
+    } catch (...) {
+      std::cout.rdbuf(kept);
+      throw;
+    }
+    std::cout.rdbuf(kept);
+    return out.str();
+  }
+  static std::string refusal(std::vector<std::string> words) {
+    try {
+      run(std::move(words));
+    } catch (const BadInput& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CommandTest, JsonHasTheContractsNames) {
+  const auto json = nlohmann::json::parse(
+      run({"simulate", scene(), "--seconds", "0.1", "--voxel", "0.02", "--json"}));
+  for (const char* name :
+       {"method", "steps", "step", "wallSeconds", "realTimeFactor", "narrowPhaseSeconds",
+        "solverSeconds", "pairs", "contactsPerStep", "maxPenetration", "energyStart", "energyEnd",
+        "energyMax", "hash", "bodies"})
+    EXPECT_TRUE(json.contains(name)) << name;
+  EXPECT_EQ(json["method"], "cloud");
+  EXPECT_EQ(json["steps"], 20);
+  EXPECT_EQ(json["step"], 0.005);
+  ASSERT_EQ(json["bodies"].size(), 2u);
+  const auto& brick = json["bodies"][1];
+  EXPECT_EQ(brick["name"], "brick");
+  for (const char* name : {"position", "linearVelocity", "angularVelocity", "turns"})
+    EXPECT_EQ(brick[name].size(), 3u) << name;
+  EXPECT_EQ(brick["orientation"].size(), 4u);
+  EXPECT_NEAR(brick["orientation"][3], 1, 1e-3);  // w comes last
+  EXPECT_EQ(brick["asleep"], false);
+}
+
+TEST_F(CommandTest, AsleepOnlyWhereAsked) {
+  const std::vector<std::string> words = {"simulate", scene(),  "--seconds", "3",        "--voxel",
+                                          "0.02",     "--json", "--method",  "primitive"};
+  EXPECT_EQ(nlohmann::json::parse(run(words))["bodies"][1]["asleep"], false);
+  auto sleepy = words;
+  sleepy.push_back("--sleep");
+  EXPECT_EQ(nlohmann::json::parse(run(sleepy))["bodies"][1]["asleep"], true);
+}
+
+TEST_F(CommandTest, TrajectoryHoldsEveryStepOfEveryMovingBody) {
+  run({"simulate", scene(), "--seconds", "0.1", "--voxel", "0.02", "--trajectory", file("t.csv")});
+  std::ifstream in(file("t.csv"));
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "time,body,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz");
+  int rows = 0;
+  while (std::getline(in, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 14) << line;
+    EXPECT_EQ(line.substr(line.find(',') + 1, 6), "brick,") << line;
+    ++rows;
+  }
+  EXPECT_EQ(rows, 21);  // the start and 20 steps
+  EXPECT_FALSE(std::filesystem::exists(file("t.csv.partial")));
+}
+
+TEST_F(CommandTest, RefusesByName) {
+  const std::string where = scene();
+  const std::vector<std::pair<std::vector<std::string>, const char*>> table = {
+      {{"simulate", file("none.sdf")}, "none.sdf: no such file"},
+      {{"simulate", where, "--seconds", "0"}, "--seconds"},
+      {{"simulate", where, "--seconds", "nan"}, "--seconds"},
+      {{"simulate", where, "--step", "-1"}, "--step"},
+      {{"simulate", where, "--substeps", "0"}, "--substeps"},
+      {{"simulate", where, "--substeps", "1.5"}, "--substeps"},
+      {{"simulate", where, "--iterations", "none"}, "--iterations"},
+      {{"simulate", where, "--replay", "a.glb"}, "--replay"},
+      {{"simulate", where, "--trajectory", file("t.txt")}, "--trajectory"},
+      {{"simulate", where, "--trajectory", file("no/such/t.csv")}, "--trajectory"},
+      {{"simulate", where, "--method", "sdf", "--voxel", "0.02"}, "--method sdf"},
+      {{"simulate", where, "--damping", "5", "--voxel", "0.02"}, "--damping"},
+      {{"simulate", where, "--law", "foundation", "--method", "gjk", "--voxel", "0.02"}, "--law"},
+      {{"demo", "nut"}, "nut_bolt"},
+      {{"demo", "chain", "--replay", "a.glb"}, "--replay"}};
+  for (const auto& [words, says] : table) {
+    const std::string message = refusal(words);
+    EXPECT_NE(message.find(says), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  // Nothing half-written stays behind.
+  for (const auto& entry : std::filesystem::directory_iterator(folder_))
+    EXPECT_EQ(entry.path().filename(), "scene.sdf");
+}
+
+TEST_F(CommandTest, DemosAreListed) {
+  const std::string list = run({"demo"});
+  for (const char* name : {"nut_bolt", "peg_hole", "stack", "chain"})
+    EXPECT_NE(list.find(name), std::string::npos) << name;
+  EXPECT_EQ(demos().size(), 4u);
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
