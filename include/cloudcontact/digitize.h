@@ -17,9 +17,11 @@ struct DigitizeSettings {
 
 // What became of a mesh on its way to voxels.
 struct DigitizeReport {
-  bool closed = false;         // every edge belonged to two faces
-  std::size_t badColumns = 0;  // columns in which the surface did not close, left to other axes
-  std::size_t undecidedVoxels = 0;  // voxels that all axes left open, decided by winding number
+  bool closed = false;  // the surface had no boundary, once welded and mended
+  // Columns in which the surface did not close by itself: a filling of its holes closed it, or,
+  // where much is missing, the other axes were asked.
+  std::size_t badColumns = 0;
+  std::size_t undecidedVoxels = 0;  // voxels that columns left open, judged by winding number
 };
 
 // Throws std::invalid_argument on a bad setting or a mesh without volume, std::length_error where
