@@ -14,7 +14,7 @@ class ContactAccuracy : public ::testing::TestWithParam<ContactCase> {};
 TEST_P(ContactAccuracy, KeepsItsBounds) {
   const ContactCase& one = GetParam();
   RunSettings settings;
-  settings.instances = 4;
+  settings.instances = 3;
   const auto summaries = runCase(one, one.depths, settings);
   for (std::size_t k = 0; k < summaries.size(); ++k) {
     SCOPED_TRACE("pressed by " + std::to_string(one.depths[k]) + " voxels");

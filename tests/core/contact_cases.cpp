@@ -26,7 +26,7 @@ constexpr Bounds kOverhang{1.5, kInfinite, kInfinite, kInfinite};
 constexpr Bounds kWatched{kInfinite, kInfinite, kInfinite, kInfinite};
 
 const std::vector<double> kPressed{0.3, 0.6, 1.0};
-const Vec3 kSlab(64, 60, 16);
+const Vec3 kSlab(44, 42, 10);
 
 using Quaternion = Eigen::Quaterniond;
 
@@ -90,7 +90,7 @@ Instance faceOn(BodyMaker& make, Ground ground, Body body, const Vec3& edges) {
 }
 
 const Quaternion kAxisAlongX(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
-constexpr double kCylinderLength = 36;
+constexpr double kCylinderLength = 28;
 
 Instance cylinderOn(BodyMaker& make, Ground ground, Body body, double radius) {
   const double r = radius * make.voxel, length = kCylinderLength * make.voxel;
@@ -102,10 +102,10 @@ Instance cylinderOn(BodyMaker& make, Ground ground, Body body, double radius) {
 // A long cylinder across a narrow bar, the bar's middle 2 voxels from the cylinder's.
 Instance cylinderAcross(BodyMaker& make, double radius) {
   const double h = make.voxel;
-  const Vec3 bar(24, 60, 16);
-  Instance instance{make.box(bar), make.cylinder(radius, 60), {}};
+  const Vec3 bar(24, 40, 10);
+  Instance instance{make.box(bar), make.cylinder(radius, 40), {}};
   instance.place = [=](double depth) {
-    return Placed{at(2 * h, 0, -8 * h), at(0, 0, radius * h - depth, kAxisAlongX),
+    return Placed{at(2 * h, 0, -5 * h), at(0, 0, radius * h - depth, kAxisAlongX),
                   pressed(depth, bar.x() * h * segmentArea(radius * h, depth), 2 * h)};
   };
   return instance;
@@ -258,12 +258,12 @@ Vec3 coveredCentre(double length, double width, const Quaternion& yaw) {
 // A box, half of it over the edge of a table that ends at x = 0.
 Instance overhang(BodyMaker& make, bool aligned, bool yawed) {
   const double h = make.voxel;
-  const Vec3 table(44, 48, 16), box(20, 24, 12);
+  const Vec3 table(44, 40, 10), box(20, 24, 12);
   const Quaternion yaw = yawed ? make.random.yaw() : Quaternion::Identity();
   const Vec3 covered = coveredCentre(box.x(), box.y(), yaw) * h;
   Instance instance{make.box(table, aligned), make.box(box, aligned), {}};
   instance.place = [=](double depth) {
-    return Placed{at(-22 * h, 0, -8 * h), at(0, 0, 6 * h - depth, yaw),
+    return Placed{at(-22 * h, 0, -5 * h), at(0, 0, 6 * h - depth, yaw),
                   pressed(depth, box.x() * box.y() / 2 * h * h * depth, covered.x(), covered.y())};
   };
   return instance;
@@ -272,7 +272,7 @@ Instance overhang(BodyMaker& make, bool aligned, bool yawed) {
 // A sphere or a smaller plate on a plate, with nothing under it.
 Instance onPlate(BodyMaker& make, double thickness, Instance instance) {
   const double h = make.voxel;
-  instance.a = make.box({52, 50, thickness});
+  instance.a = make.box({44, 42, thickness});
   instance.place = [=, upon = instance.place](double depth) {
     Placed placed = upon(depth);
     placed.a = at(0, 0, -thickness / 2 * h);

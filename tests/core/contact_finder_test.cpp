@@ -57,7 +57,7 @@ TEST_P(ContactFinderOn, PointsAreWithinTheOverlap) {
     // No point of either body is deeper in the other than 0.6; a slope adds to it at the ends.
     EXPECT_LE(point.depth, 1.5 * kVoxel);
     EXPECT_GE(point.depth, 0);
-    // Every case touches about z = 0, and its bodies are at most 64 voxels wide.
+    // Every case touches about z = 0, and its bodies are at most 61 voxels across.
     EXPECT_LE(std::abs(point.position.z()), 1.5 * kVoxel);
     EXPECT_LE(point.position.head<2>().norm(), 45 * kVoxel);
     ASSERT_GE(point.patch, 0);

@@ -29,7 +29,7 @@ class Archimedes : public ::testing::TestWithParam<const char*> {};
 TEST_P(Archimedes, ForceIsTheVolumeUnderThePlane) {
   RunSettings settings;
   settings.voxel = kVoxel;
-  settings.instances = 6;
+  settings.instances = 4;
   settings.contact = foundation();
   const ContactCase one = contactCase(GetParam());
   const auto summaries = runCase(one, one.depths, settings);
@@ -122,7 +122,7 @@ class FoundationLoop : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(FoundationLoop, OverATablesEdgeDoesNoWork) {
   BodyMaker maker{kVoxel, Random(5)};
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 2; ++k) {
     const Instance pair = contactCase(GetParam()).make(maker);
     for (const double depth : {0.5, 1.0}) {
       const Work work = loopOverEdge(pair, depth * kVoxel);

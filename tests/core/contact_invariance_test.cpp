@@ -36,7 +36,7 @@ void expectSame(const Wrench& found, const Wrench& expected, double voxel) {
 TEST_P(ContactInvariance, SwappedMovedAndTurned) {
   BodyMaker maker{kVoxel, Random(7)};
   ContactFinder finder;
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 2; ++k) {
     const Instance instance = contactCase(GetParam()).make(maker);
     const Placed placed = instance.place(kPressedBy * kVoxel);
     const Wrench here = seenFromCase(findContact(finder, instance, placed, {}, {}), placed, {});
