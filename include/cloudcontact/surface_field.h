@@ -26,7 +26,8 @@ struct FieldSettings {
 struct SurfaceSample {
   float position[3];  // on the surface
   float normal[3];    // outward unit
-  float area;         // [voxel^2]
+  float area;         // that it stands for [voxel^2]
+  float width;        // of the piece itself, over which its depth varies [voxels]
 };
 
 // The answer of a field at a point, in the body's frame.

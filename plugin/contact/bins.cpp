@@ -82,16 +82,15 @@ void Sums::add(const Sums& other) {
   hits += other.hits;
 }
 
-std::int32_t Binner::find(const std::int32_t* cell, std::int32_t direction) const {
+std::int32_t Binner::find(const std::int32_t* cell) const {
   const std::uint32_t hash = static_cast<std::uint32_t>(cell[0]) * 73856093u ^
                              static_cast<std::uint32_t>(cell[1]) * 19349663u ^
-                             static_cast<std::uint32_t>(cell[2]) * 83492791u ^
-                             static_cast<std::uint32_t>(direction) * 2654435761u;
+                             static_cast<std::uint32_t>(cell[2]) * 83492791u;
   const std::size_t mask = table_.size() - 1;
   std::size_t slot = (hash ^ hash >> 15) & mask;
   while (table_[slot] >= 0) {
-    const Bin& b = bins_[static_cast<std::size_t>(table_[slot])];
-    if (b.direction == direction && std::equal(cell, cell + 3, b.cell)) return table_[slot];
+    if (std::equal(cell, cell + 3, bins_[static_cast<std::size_t>(table_[slot])].cell))
+      return table_[slot];
     slot = (slot + 1) & mask;
   }
   return -1 - static_cast<std::int32_t>(slot);
@@ -102,22 +101,44 @@ std::size_t Binner::binOf(const Hit& hit, double cell) {
   for (int i = 0; i < 3; ++i)
     at[i] = static_cast<std::int32_t>(std::floor(static_cast<double>(hit.position[i]) / cell));
   const std::int32_t direction = directionOf(hit, gateOf(hit));
-  std::int32_t found = find(at, direction);
-  if (found < 0) {
-    if ((bins_.size() + 1) * 2 > table_.size()) {
-      table_.assign(table_.size() * 2, -1);
-      for (std::size_t i = 0; i < bins_.size(); ++i)
-        table_[static_cast<std::size_t>(-1 - find(bins_[i].cell, bins_[i].direction))] =
-            static_cast<std::int32_t>(i);
-      found = find(at, direction);
+  std::int32_t first = find(at);
+  for (std::int32_t i = first; i >= 0; i = bins_[static_cast<std::size_t>(i)].next)
+    if (bins_[static_cast<std::size_t>(i)].direction == direction)
+      return static_cast<std::size_t>(i);
+  const std::int32_t made = static_cast<std::int32_t>(bins_.size());
+  Bin bin{{at[0], at[1], at[2]}, direction, -1, -1, {}};
+  bin.sums.origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
+  if (first >= 0) {
+    bin.next = bins_[static_cast<std::size_t>(first)].next;
+    bins_[static_cast<std::size_t>(first)].next = made;
+  } else {
+    if ((++cells_) * 2 > table_.size()) {
+      enlarge();
+      first = find(at);
     }
-    table_[static_cast<std::size_t>(-1 - found)] = static_cast<std::int32_t>(bins_.size());
-    Bin bin{{at[0], at[1], at[2]}, direction, -1, {}};
-    bin.sums.origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
-    bins_.push_back(bin);
-    found = static_cast<std::int32_t>(bins_.size()) - 1;
+    table_[static_cast<std::size_t>(-1 - first)] = made;
   }
-  return static_cast<std::size_t>(found);
+  bins_.push_back(bin);
+  return static_cast<std::size_t>(made);
+}
+
+void Binner::enlarge() {
+  std::vector<std::int32_t> old(table_.size() * 2, -1);
+  std::swap(old, table_);
+  for (const std::int32_t first : old)
+    if (first >= 0)
+      table_[static_cast<std::size_t>(-1 - find(bins_[static_cast<std::size_t>(first)].cell))] =
+          first;
+}
+
+bool Binner::belongs(const Bin& bin, const Sums& patch) const {
+  if (bin.patch >= 0) return false;
+  double cosine[2];
+  for (int s = 0; s < 2; ++s) {
+    const double length = bin.sums.normal[s].norm() * patch.normal[s].norm();
+    cosine[s] = length > 0 ? bin.sums.normal[s].dot(patch.normal[s]) / length : 1.0;
+  }
+  return std::max(cosine[0], cosine[1]) >= kAgree && std::min(cosine[0], cosine[1]) >= kDisagree;
 }
 
 // Grows a patch from its heaviest bin over neighbouring bins that look the same way.
@@ -126,25 +147,17 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number) {
   bins_[seed].patch = number;
   queue_.assign(1, static_cast<std::uint32_t>(seed));
   for (std::size_t next = 0; next < queue_.size(); ++next) {
-    for (int k = 0; k < 27 * 6; ++k) {
+    for (int n = 0; n < 27; ++n) {
       const Bin& from = bins_[queue_[next]];
-      const int n = k / 6;
       const std::int32_t cell[3] = {from.cell[0] + n % 3 - 1, from.cell[1] + n / 3 % 3 - 1,
                                     from.cell[2] + n / 9 - 1};
-      const std::int32_t found = find(cell, k % 6);
-      if (found < 0) continue;
-      Bin& bin = bins_[static_cast<std::size_t>(found)];
-      if (bin.patch >= 0) continue;
-      double cosine[2];
-      for (int s = 0; s < 2; ++s) {
-        const double length = bin.sums.normal[s].norm() * patch.normal[s].norm();
-        cosine[s] = length > 0 ? bin.sums.normal[s].dot(patch.normal[s]) / length : 1.0;
+      for (std::int32_t i = find(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
+        Bin& bin = bins_[static_cast<std::size_t>(i)];
+        if (!belongs(bin, patch)) continue;
+        bin.patch = number;
+        patch.add(bin.sums);
+        queue_.push_back(static_cast<std::uint32_t>(i));
       }
-      if (std::max(cosine[0], cosine[1]) < kAgree || std::min(cosine[0], cosine[1]) < kDisagree)
-        continue;
-      bin.patch = number;
-      patch.add(bin.sums);
-      queue_.push_back(static_cast<std::uint32_t>(found));
     }
   }
 }
@@ -152,6 +165,7 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number) {
 const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double cell, bool oneSided) {
   bins_.clear();
   patches_.clear();
+  cells_ = 0;
   if (table_.empty()) table_.resize(256);
   std::fill(table_.begin(), table_.end(), -1);
   for (const Hit& hit : hits) bins_[binOf(hit, cell)].sums.add(hit, oneSided);

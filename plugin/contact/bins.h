@@ -47,15 +47,20 @@ class Binner {
   struct Bin {
     std::int32_t cell[3];
     std::int32_t direction;
+    std::int32_t next;  // another bin of the same cell, -1: none
     std::int32_t patch;
     Sums sums;
   };
   std::size_t binOf(const Hit& hit, double cell);
-  std::int32_t find(const std::int32_t* cell, std::int32_t direction) const;
+  void enlarge();
+  // The first bin of a cell, or -1 less the free slot of the table where it belongs.
+  std::int32_t find(const std::int32_t* cell) const;
+  bool belongs(const Bin& bin, const Sums& patch) const;
   void grow(std::size_t seed, Sums& patch, std::int32_t number);
 
   std::vector<Bin> bins_;
-  std::vector<std::int32_t> table_;  // open addressing, -1 empty
+  std::vector<std::int32_t> table_;  // a cell's first bin, open addressing, -1 empty
+  std::size_t cells_ = 0;
   std::vector<std::uint32_t> order_, queue_;
   std::vector<Sums> patches_;
 };

@@ -180,10 +180,11 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.hits.clear();
   s.found.clear();
   const PairFrame frame = frameOf(a, b);
-  gatherHits(a, b, frame, s.hits);
+  const int level = gatherHits(a, b, frame, s.hits);
   s.result.samples = s.hits.size();
   const bool oneSided = a.shape || b.shape;
-  for (const Sums& sums : s.binner.patches(s.hits, kCellVoxels * frame.voxel, oneSided))
+  const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
+  for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
     s.found.push_back({&sums, {}, 0});
   s.collect(settings.law == LawForm::Foundation, oneSided, a.shape ? kB : kA);
   s.now.clear();

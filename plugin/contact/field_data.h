@@ -17,6 +17,14 @@ struct SampleBrick {
   std::uint32_t first, count;
 };
 
+// The cloud's surface by samples of one size. Level 0 holds every piece; in level n one
+// stands for all of a cell of 2^n voxels that look the same way.
+struct SampleLevel {
+  std::vector<SurfaceSample> samples;
+  std::vector<SampleBrick> bricks;
+};
+constexpr int kLevels = 3;
+
 class FieldData final : public SurfaceField {
  public:
   FieldData(Cloud cloud, Band band, std::vector<SurfaceSample> samples);
@@ -24,26 +32,24 @@ class FieldData final : public SurfaceField {
   const Cloud& cloud() const override { return cloud_; }
   std::size_t bandVoxels() const override { return band_.voxels; }
   std::size_t bytes() const override;
-  std::size_t sampleCount() const override { return samples_.size(); }
-  SurfaceSample sample(std::size_t k) const override { return samples_[k]; }
+  std::size_t sampleCount() const override { return levels_[0].samples.size(); }
+  SurfaceSample sample(std::size_t k) const override { return levels_[0].samples[k]; }
   std::optional<FieldPoint> at(const Vec3& local) const override;
   Eigen::AlignedBox3d bounds() const override { return bounds_; }
 
   const Band& band() const { return band_; }
-  const std::vector<SurfaceSample>& samples() const { return samples_; }
-  const std::vector<SampleBrick>& sampleBricks() const { return bricks_; }
+  const SampleLevel& level(int n) const { return levels_[n]; }
   // How many bricks away (Chebyshev) the nearest brick of the band is, 255 at most; 0 inside the
   // band.
   const std::vector<std::uint8_t>& brickDistance() const { return distance_; }
 
  private:
-  void groupSamples();
+  void groupByBrick(SampleLevel& level) const;
   void measureDistance();
 
   Cloud cloud_;
   Band band_;
-  std::vector<SurfaceSample> samples_;
-  std::vector<SampleBrick> bricks_;
+  SampleLevel levels_[kLevels];
   std::vector<std::uint8_t> distance_;
   Eigen::AlignedBox3d bounds_;
 };

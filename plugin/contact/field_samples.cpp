@@ -104,6 +104,7 @@ SurfaceSample onSurface(const CcSurface& f, const V3& flat, float area, const V3
     s.normal[i] = normal[i];
   }
   s.area = area;
+  s.width = std::sqrt(area);
   return s;
 }
 

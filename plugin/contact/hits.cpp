@@ -15,6 +15,9 @@ using V3 = Eigen::Vector3f;
 
 // Half of a sample's width: over it the depth varies by the sine between the surfaces.
 constexpr float kHalfWidth = 0.5f;
+// A level with this many hits is fine enough: on the M16 thread at 0.25 mm 1,600 of 24,000 hits
+// give the force within 3 % and its torque within 2 %, at 0.4 mm 800 turn it by 16 %.
+constexpr std::size_t kEnoughHits = 1000;
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
 // A rigid map in float, x -> turn x + shift.
@@ -39,7 +42,8 @@ const FieldData& dataOf(const ContactBody& body) {
 
 // Everything that one direction of the query needs.
 struct Direction {
-  const FieldData& samples;
+  const FieldData& body;
+  const SampleLevel& samples;
   Side side;
   float voxel;        // of the samples' body [m]
   Map toFrame;        // samples' grid -> frame body, metres
@@ -52,7 +56,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
   const V3 n = deep ? V3(-own) : V3(dir.frameFromOther * other);
   const float facing = -own.dot(n);
   const float sine = std::sqrt(std::max(0.0f, 1.0f - facing * facing));
-  const CcWet wet = ccWet(depth, kHalfWidth * std::sqrt(s.area) * dir.voxel * sine);
+  const CcWet wet = ccWet(depth, kHalfWidth * s.width * dir.voxel * sine);
   if (wet.depth1 <= 0.0f) return;
   const V3 at = dir.toFrame(Eigen::Map<const V3>(s.position));
   // Along its own normal, so that its moment stays what it was.
@@ -63,7 +67,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 
 // The least depth [samples' voxels] at which a sample may still be wet.
 float reachOf(const SurfaceSample& s) {
-  return -kHalfWidth * std::sqrt(s.area);
+  return -kHalfWidth * s.width;
 }
 
 void searchField(const Direction& dir, const FieldData& other, const Map& toOther,
@@ -73,7 +77,7 @@ void searchField(const Direction& dir, const FieldData& other, const Map& toOthe
   const float otherVoxel = static_cast<float>(other.cloud().voxelSize());
   const float ratio = dir.voxel / otherVoxel;
   const Eigen::Vector3i size = grid.bricks() * kBrickEdge;
-  for (const SampleBrick& brick : dir.samples.sampleBricks()) {
+  for (const SampleBrick& brick : dir.samples.bricks) {
     const V3 c = toOther(V3(brick.center[0], brick.center[1], brick.center[2]));
     const float reach = brick.radius * ratio + 1.0f;
     const V3 inside = c.cwiseMax(V3::Zero()).cwiseMin(size.cast<float>() - V3::Constant(0.5f));
@@ -86,7 +90,7 @@ void searchField(const Direction& dir, const FieldData& other, const Map& toOthe
     const bool solid = other.cloud().voxels().table[index] == kSolidBrick;
     if (!solid && static_cast<float>((bricks - 1) * kBrickEdge) - away > reach) continue;
     for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
-      const SurfaceSample& s = dir.samples.samples()[k];
+      const SurfaceSample& s = dir.samples.samples[k];
       const V3 x = toOther(Eigen::Map<const V3>(s.position));
       if (!(x.minCoeff() >= 0.0f) || !((size.cast<float>() - x).minCoeff() > 0.0f)) continue;
       const Eigen::Vector3i at = x.cast<int>();
@@ -110,12 +114,12 @@ void searchField(const Direction& dir, const FieldData& other, const Map& toOthe
 
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
                  std::vector<Hit>& hits) {
-  const double voxel = dir.samples.cloud().voxelSize();
-  for (const SampleBrick& brick : dir.samples.sampleBricks()) {
+  const double voxel = dir.body.cloud().voxelSize();
+  for (const SampleBrick& brick : dir.samples.bricks) {
     const Vec3 c = toShape.toWorld(voxel * Vec3(brick.center[0], brick.center[1], brick.center[2]));
     if (shapeAt(shape, c).depth < -(static_cast<double>(brick.radius) + 1.0) * voxel) continue;
     for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
-      const SurfaceSample& s = dir.samples.samples()[k];
+      const SurfaceSample& s = dir.samples.samples[k];
       const ShapePoint p = shapeAt(
           shape, toShape.toWorld(voxel * Vec3(s.position[0], s.position[1], s.position[2])));
       if (p.depth <= static_cast<double>(reachOf(s)) * voxel) continue;
@@ -124,14 +128,18 @@ void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& t
   }
 }
 
-void search(const ContactBody& own, const ContactBody& other, Side side, const PairFrame& frame,
-            std::vector<Hit>& hits) {
+void search(const ContactBody& own, const ContactBody& other, Side side, int level,
+            const PairFrame& frame, std::vector<Hit>& hits) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const double voxel = samples.cloud().voxelSize();
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
-  const Direction dir{samples, side, static_cast<float>(voxel), mapOf(toFrame, voxel, 1.0),
+  const Direction dir{samples,
+                      samples.level(level),
+                      side,
+                      static_cast<float>(voxel),
+                      mapOf(toFrame, voxel, 1.0),
                       (frame.pose.orientation.conjugate() * other.pose.orientation)
                           .toRotationMatrix()
                           .cast<float>()};
@@ -167,10 +175,15 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
   return frame;
 }
 
-void gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                std::vector<Hit>& hits) {
-  search(a, b, kA, frame, hits);
-  search(b, a, kB, frame, hits);
+int gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+               std::vector<Hit>& hits) {
+  for (int level = kLevels - 1; level >= 0; --level) {
+    hits.clear();
+    search(a, b, kA, level, frame, hits);
+    search(b, a, kB, level, frame, hits);
+    if (hits.size() >= kEnoughHits || level == 0) return level;
+  }
+  return 0;
 }
 
 }  // namespace cloudcontact

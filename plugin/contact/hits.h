@@ -34,8 +34,9 @@ struct PairFrame {
 // equals the one that sees the other on the greater side.
 PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 
-// Appends the hits of both bodies' samples.
-void gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                std::vector<Hit>& hits);
+// The hits of both bodies' samples: of the coarsest level that gives enough of them, or of all.
+// Returns the level.
+int gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+               std::vector<Hit>& hits);
 
 }  // namespace cloudcontact
