@@ -92,18 +92,28 @@ std::string lowerExtension(const std::filesystem::path& file) {
   return extension;
 }
 
-// What a library throws about a file is the user's to mend; running out of memory is not.
+// What a library throws about a file is the user's to mend; running out of memory is not. `advice`
+// follows where the library found none to give.
 template <class Load>
-auto asBadInput(const std::string& name, Load load) {
+auto asBadInput(const std::string& name, const std::string& advice, Load load) {
   try {
     return load();
   } catch (const std::bad_alloc&) {
     throw;
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::length_error& error) {
+    throw BadInput("--voxel: " + name + ": " + error.what());
   } catch (const std::exception& error) {
-    const std::string message = error.what();
-    throw BadInput(message.find(name) != std::string::npos ? message : name + ": " + message);
+    std::string message = error.what();
+    if (message.find(name) == std::string::npos) message = name + ": " + message;
+    if (message.find(';') == std::string::npos) message += "; " + advice;
+    throw BadInput(message);
   }
 }
+
+const char* const kMeshAdvice =
+    "give an STL, OBJ, PLY or glTF file with triangles (point clouds are not there yet)";
 
 void refuseUnusable(const std::string& name) {
   namespace fs = std::filesystem;
@@ -132,6 +142,10 @@ void refuseCoarse(const Body& body, const Mesh& mesh, double voxel) {
   for (const Vec3& v : mesh.vertices) box.extend(v);
   const double thinnest = box.isEmpty() ? 0 : box.sizes().minCoeff();
   if (voxel <= thinnest) return;
+  if (thinnest == 0)
+    throw BadInput(body.name +
+                   ": is flat and no sheet either; repair it so that it encloses a "
+                   "volume");
   std::ostringstream message;
   message << "--voxel: " << voxel << " m is larger than " << body.name << " is thick (" << thinnest
           << " m); give at most " << thinnest / 4 << ", or --unit if the file is not in metres";
@@ -147,10 +161,11 @@ Body readBody(const std::string& specification, const CommonOptions& options) {
   if (body.shape) return body;
   refuseUnusable(specification);
   if (lowerExtension(specification) == ".cloud")
-    body.cloud = asBadInput(specification, [&] { return loadCloud(specification); });
+    body.cloud = asBadInput(specification, "make it again with cloudcontact digitize",
+                            [&] { return loadCloud(specification); });
   else
-    body.mesh =
-        asBadInput(specification, [&] { return loadMesh(specification, options.metresPerUnit); });
+    body.mesh = asBadInput(specification, kMeshAdvice,
+                           [&] { return loadMesh(specification, options.metresPerUnit); });
   return body;
 }
 
@@ -188,7 +203,7 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     }
     return {*body.cloud, true};
   }
-  return asBadInput(body.name, [&] {
+  return asBadInput(body.name, "repair the mesh so that it encloses a volume", [&] {
     Mesh mesh;
     if (body.shape)
       mesh = primitiveMesh(*body.shape, kFacetTolerance * voxel);
@@ -212,7 +227,8 @@ std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::st
   FieldSettings settings;
   settings.threads = options.threads;
   settings.progress = progressBar("finding the surface of " + name);
-  return asBadInput(name, [&] { return SurfaceField::build(cloud, settings); });
+  return asBadInput(name, "give a smaller --voxel",
+                    [&] { return SurfaceField::build(cloud, settings); });
 }
 
 Mesh meshOf(const Body& body, double tolerance) {

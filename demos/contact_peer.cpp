@@ -14,7 +14,7 @@ namespace {
 // Facets of a primitive's mesh: finer and Bullet's own mesh methods would be charged for our
 // tessellation, coarser and for an error that is not theirs.
 constexpr double kFacetTolerance = 0.02;     // [voxels]
-constexpr double kHacdFacetTolerance = 0.2;  // [voxels]
+constexpr double kHacdFacetTolerance = 0.1;  // [voxels]
 
 double voxelOf(const ContactQuery& query) {
   const auto one = [&](const Body& body) { return isHalfSpace(body) ? 0 : defaultVoxel(body); };

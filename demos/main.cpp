@@ -21,6 +21,20 @@ int complain(std::string message, int code) {
   return code;
 }
 
+// CLI11's own words, the command's help named; where no command was, which ones there are.
+std::string whatIsWrong(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+  const auto chosen = app.get_subcommands();
+  if (!chosen.empty())
+    return std::string(error.what()) + "; see cloudcontact " + chosen.front()->get_name() +
+           " --help";
+  std::string commands;
+  for (const CLI::App* command : app.get_subcommands(nullptr))
+    commands += (commands.empty() ? "" : ", ") + command->get_name();
+  const std::string given =
+      argc > 1 ? "'" + std::string(argv[1]) + "' is no command" : "no command";
+  return given + "; give one of " + commands + ", or --help";
+}
+
 int run(int argc, char** argv) {
   using namespace cloudcontact::program;
   CLI::App app("Contact between digital clouds: digitise bodies, press them together, simulate.",
@@ -35,10 +49,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    const std::string command =
-        app.get_subcommands().empty() ? "" : app.get_subcommands().front()->get_name() + " ";
-    return complain(std::string(error.what()) + "; see cloudcontact " + command + "--help",
-                    kBadInput);
+    return complain(whatIsWrong(app, error, argc, argv), kBadInput);
   }
   return 0;
 }

@@ -64,13 +64,16 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-// Numbers apart by blanks; empty where one of them is none.
+// Beyond this single precision, which Bullet may run in, cannot square what it is given.
+constexpr double kGreatest = 1e9;
+
+// Numbers apart by blanks; empty where one of them is none or too large to compute with.
 std::vector<double> numbers(const std::string& text) {
   std::vector<double> values;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     const std::optional<double> value = number(word);
-    if (!value) return {};
+    if (!value || std::abs(*value) > kGreatest) return {};
     values.push_back(*value);
   }
   return values;
@@ -174,7 +177,7 @@ int readCount(std::string_view option, const std::string& text, int least, int m
 Pose readPose(std::string_view option, const std::string& text) {
   const std::vector<double> v = numbers(text);
   if (v.size() != 3 && v.size() != 7)
-    refuse(option, text, "\"x y z\" or \"x y z qx qy qz qw\", in metres");
+    refuse(option, text, "\"x y z\" or \"x y z qx qy qz qw\", in metres, none beyond 1e9");
   Pose pose;
   pose.position = Vec3(v[0], v[1], v[2]);
   if (v.size() == 7) {
@@ -188,7 +191,8 @@ Pose readPose(std::string_view option, const std::string& text) {
 
 Motion readVelocity(std::string_view option, const std::string& text) {
   const std::vector<double> v = numbers(text);
-  if (v.size() != 6) refuse(option, text, "\"vx vy vz wx wy wz\", in m/s and rad/s");
+  if (v.size() != 6)
+    refuse(option, text, "\"vx vy vz wx wy wz\", in m/s and rad/s, none beyond 1e9");
   Motion motion;
   motion.linear = Vec3(v[0], v[1], v[2]);
   motion.angular = Vec3(v[3], v[4], v[5]);

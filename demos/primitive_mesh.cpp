@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kMaxSubdivisions = 7;  // of the icosahedron: 327,680 triangles
 constexpr int kMaxSlices = 4096;     // about the axis
+constexpr int kMaxCapSlices = 512;   // with as fine rings: 264,192 triangles
 
 using Eigen::Vector3i;
 
@@ -118,7 +119,8 @@ Mesh turned(const std::vector<Eigen::Vector2d>& profile, int slices) {
 }
 
 Mesh capsuleMesh(const CapsuleShape& shape, double tolerance) {
-  const int slices = slicesFor(shape.radius, tolerance);
+  // A cap bends two ways, and each takes its half of the tolerance.
+  const int slices = std::min(slicesFor(shape.radius, tolerance / 2), kMaxCapSlices);
   const int rings = std::max(8, slices / 4);
   std::vector<Eigen::Vector2d> profile;
   for (int end : {-1, 1})

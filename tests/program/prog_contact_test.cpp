@@ -1,0 +1,163 @@
+// `cloudcontact contact`: its contract's names, and forces that are known.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "program_run.h"
+
+namespace {
+
+using nlohmann::json;
+using program_test::Outcome;
+using program_test::Workplace;
+using Vec = Eigen::Vector3d;
+
+Vec vec(const json& j) {
+  return Vec(j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>());
+}
+
+json contact(std::vector<std::string> rest) {
+  const Workplace place;
+  rest.insert(rest.begin(), "contact");
+  rest.insert(rest.end(), {"--json", "--repeat", "2"});
+  const Outcome outcome = place.run(rest);
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  return outcome.json();
+}
+
+// A sphere of 20 voxels, half a voxel deep in the half-space.
+const std::vector<std::string> kSphereOnPlane = {"halfspace", "sphere:0.02", "--voxel",
+                                                 "0.001",     "--pose",      "0.1 0.2 0.0195"};
+
+std::vector<std::string> with(std::vector<std::string> arguments,
+                              const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(Contact, HasTheContractsNames) {
+  const json result = contact(kSphereOnPlane);
+  EXPECT_EQ(result.at("method"), "cloud");
+  EXPECT_EQ(result.at("backend"), "cpu");
+  EXPECT_EQ(result.at("force").size(), 3U);
+  EXPECT_EQ(result.at("torque").size(), 3U);
+  EXPECT_TRUE(result.at("patches").is_number_unsigned());
+  EXPECT_TRUE(result.at("samples").is_number_unsigned());
+  EXPECT_TRUE(result.at("microseconds").at("median").is_number());
+  EXPECT_TRUE(result.at("microseconds").at("p99").is_number());
+  ASSERT_FALSE(result.at("contacts").empty());
+  for (const json& c : result["contacts"]) {
+    EXPECT_EQ(c.at("position").size(), 3U);
+    EXPECT_EQ(c.at("normal").size(), 3U);
+    for (const char* name : {"depth", "stiffness", "damping", "patch", "confidence"})
+      EXPECT_TRUE(c.at(name).is_number()) << name;
+  }
+}
+
+// k d upwards, and the torque of that force about the world's origin, for every method that can.
+TEST(Contact, ASphereOnAPlaneIsPushedOutByItsStiffnessTimesItsDepth) {
+  for (const char* method : {"cloud", "primitive", "gjk", "hacd"}) {
+    SCOPED_TRACE(method);
+    const json result = contact(with(kSphereOnPlane, {"--method", method, "--stiffness", "3000"}));
+    const double truth = 3000 * 0.0005;
+    const Vec force = vec(result["force"]);
+    // The peers' meshes of a sphere are facetted: up to a fifth of a voxel.
+    EXPECT_NEAR(force.z() / truth, 1, std::string(method) == "hacd" ? 0.3 : 0.05);
+    EXPECT_LT(force.head<2>().norm(), 0.01 * truth);
+    const Vec torque = vec(result["torque"]), lever(0.1, 0.2, 0);
+    EXPECT_LT((torque - lever.cross(force)).norm(), 0.002 * truth);
+    for (const json& c : result["contacts"]) EXPECT_GT(vec(c["normal"]).z(), 0.99);
+  }
+}
+
+TEST(Contact, GimpactFindsABoxInAPlane) {
+  const json result = contact({"halfspace", "box:0.02,0.02,0.02", "--voxel", "0.001", "--pose",
+                               "0 0 0.0095", "--method", "gimpact"});
+  EXPECT_NEAR(vec(result["force"]).z() / (1e4 * 0.0005), 1, 0.05);
+  EXPECT_EQ(result["contacts"].size(), 4U);
+}
+
+// Exchanging A and B, and standing in the other's frame, turns the force around.
+TEST(Contact, NormalsPointFromAToBInEitherOrder) {
+  for (const char* method : {"cloud", "primitive", "gjk", "gimpact", "hacd"}) {
+    SCOPED_TRACE(method);
+    const json up = contact({"halfspace", "box:0.02,0.02,0.02", "--voxel", "0.001", "--pose",
+                             "0 0 0.0095", "--method", method});
+    const json down = contact({"box:0.02,0.02,0.02", "halfspace", "--voxel", "0.001", "--pose",
+                               "0 0 -0.0095", "--method", method});
+    EXPECT_GT(vec(up["force"]).z(), 0);
+    EXPECT_NEAR(vec(up["force"]).z() / -vec(down["force"]).z(), 1, 1e-3);
+    for (const json& c : down["contacts"]) {
+      EXPECT_LT(vec(c["normal"]).z(), -0.99);
+      EXPECT_NEAR(c["position"][2].get<double>(), -0.00975, 1e-4) << "midway, where the face is";
+    }
+  }
+}
+
+TEST(Contact, DampingResistsApproachAndNeverPulls) {
+  for (const char* method : {"cloud", "primitive"}) {
+    SCOPED_TRACE(method);
+    const auto force = [&](const char* velocity) {
+      return vec(contact(
+                     with(kSphereOnPlane, {"--method", method, "--stiffness", "1000", "--damping",
+                                           "20", "--velocity", velocity}))["force"])
+          .z();
+    };
+    const double still = force("0 0 0 0 0 0");
+    EXPECT_NEAR(still, 0.5, 0.02);
+    EXPECT_NEAR(force("0 0 -0.01 0 0 0") - still, 20 * 0.01, 0.01);
+    EXPECT_NEAR(force("0 0 0.01 0 0 0") - still, -20 * 0.01, 0.01);
+    EXPECT_NEAR(force("0 0 1 0 0 0"), 0, 1e-9) << "leaving fast: let go, not held back";
+    EXPECT_NEAR(force("3 0 0 0 0 0") - still, 0, 0.02) << "sliding along";
+    // Turning about the sphere's own centre moves no surface point along its normal.
+    EXPECT_NEAR(force("0 0 0 10 0 0") - still, 0, 0.02);
+  }
+}
+
+TEST(Contact, ApartIsAnEmptyResult) {
+  for (const char* method : {"cloud", "primitive", "gjk", "gimpact"}) {
+    const json result = contact(
+        {"halfspace", "sphere:0.02", "--voxel", "0.001", "--pose", "0 0 0.03", "--method", method});
+    EXPECT_TRUE(result["contacts"].empty()) << method;
+    EXPECT_EQ(vec(result["force"]), Vec::Zero());
+  }
+}
+
+// Archimedes: under the foundation law the force is k times the volume under the plane.
+TEST(Contact, FoundationWeighsTheOverlap) {
+  const json result = contact({"halfspace", "box:0.02,0.03,0.02", "--voxel", "0.0005", "--pose",
+                               "0 0 0.0097", "--law", "foundation", "--stiffness", "1e8"});
+  EXPECT_NEAR(vec(result["force"]).z() / (1e8 * 0.02 * 0.03 * 0.0003), 1, 0.03);
+}
+
+// A primitive as a cloud is its mesh as a cloud: a file of the same box gives the same contact.
+TEST(Contact, APrimitiveIsTheSameAsItsMesh) {
+  const Workplace place;
+  std::string obj;
+  for (int k = 0; k < 8; ++k)
+    obj += std::string("v ") + (k & 1 ? "10" : "-10") + (k & 2 ? " 10" : " -10") +
+           (k & 4 ? " 10\n" : " -10\n");
+  obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  place.write("box.obj", obj);
+  const auto force = [&](const std::string& body) {
+    const Outcome outcome =
+        place.run({"contact", "halfspace", body, "--unit", "mm", "--voxel", "0.001", "--pose",
+                   "0 0 0.0095 0 0 0.38268343236508977 0.9238795325112867", "--json"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return vec(outcome.json()["force"]);
+  };
+  EXPECT_LT((force("box.obj") - force("box:0.02,0.02,0.02")).norm(), 1e-4 * 5);
+}
+
+TEST(Contact, SaysThatOpenClIsNotThereAndUsesTheCpu) {
+  const Workplace place;
+  const Outcome outcome = place.run({"contact", "halfspace", "sphere:0.02", "--voxel", "0.002",
+                                     "--pose", "0 0 0.019", "--backend", "opencl", "--json"});
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_NE(outcome.err.find("opencl"), std::string::npos);
+  EXPECT_EQ(outcome.json()["backend"], "cpu");
+}
+
+}  // namespace
