@@ -17,20 +17,52 @@ namespace {
 
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
 
+// The next word of a text, or nothing at its end.
+std::string_view nextWord(std::string_view& text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
+  const auto* begin = std::find_if_not(text.begin(), text.end(), blank);
+  const auto* end = std::find_if(begin, text.end(), blank);
+  const std::string_view word(begin, static_cast<std::size_t>(end - begin));
+  text.remove_prefix(static_cast<std::size_t>(end - text.begin()));
+  return word;
+}
+
+bool isNumber(std::string_view word) {
+  const std::string text(word);
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return !text.empty() && *end == '\0';
+}
+
+std::string faultOfStlText(std::string_view text) {
+  bool facets = false;
+  std::string_view last;
+  for (std::string_view word = nextWord(text); !word.empty(); word = nextWord(text)) {
+    facets |= word == "facet";
+    if (word == "endsolid") last = word;
+    if (word == "solid" || word == "endsolid")  // a name follows, of any words
+      text.remove_prefix(std::min(text.find('\n'), text.size()));
+    if (word == "solid" || word == "facet") last = {};
+    if (word != "vertex") continue;
+    for (int k = 0; k < 3; ++k)
+      if (const std::string_view number = nextWord(text); !isNumber(number))
+        return "has a vertex with `" + std::string(number.substr(0, 20)) +
+               "` where a number should be; export it again";
+  }
+  if (last.empty()) return "is cut short: the text does not end with `endsolid`; export it again";
+  return facets ? "" : "has no triangles";
+}
+
 std::string faultOfStl(std::string_view bytes) {
-  const bool text = bytes.starts_with("solid");
   std::uint64_t expected = 0, triangles = 0;
   if (bytes.size() >= kStlHeader) {
-    for (int k = 3; k >= 0; --k)
-      triangles = triangles << 8 | static_cast<unsigned char>(bytes[kStlHeader - 4 + k]);
+    for (std::size_t k = 0; k < 4; ++k)
+      triangles = triangles << 8 | static_cast<unsigned char>(bytes[kStlHeader - 1 - k]);
     expected = kStlHeader + kStlTriangle * triangles;
     if (bytes.size() == expected) return triangles > 0 ? "" : "has no triangles";
   }
-  if (text && bytes.find("facet") != std::string_view::npos)
-    return bytes.rfind("endsolid") != std::string_view::npos
-               ? ""
-               : "is cut short: the text does not end with `endsolid`; export it again";
-  if (text) return "has no triangles";
+  // Binary files may begin with `solid` too, but are known by their length.
+  if (bytes.starts_with("solid")) return faultOfStlText(bytes);
   if (bytes.size() < kStlHeader)
     return "is cut short or no STL: a binary STL has at least 84 bytes; export it again";
   return "is no STL, or cut short: its header says " + std::to_string(triangles) +
@@ -138,12 +170,8 @@ class PlyNumbers {
 
  private:
   std::optional<double> word() {
-    const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-    const auto* begin = std::find_if_not(left_.begin(), left_.end(), blank);
-    const auto* end = std::find_if(begin, left_.end(), blank);
-    if (begin == end) return std::nullopt;
-    const std::string text(begin, end);
-    left_.remove_prefix(static_cast<std::size_t>(end - left_.begin()));
+    const std::string text(nextWord(left_));
+    if (text.empty()) return std::nullopt;
     return std::strtod(text.c_str(), nullptr);
   }
   std::string_view left_;

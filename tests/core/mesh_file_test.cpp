@@ -44,7 +44,7 @@ std::string binaryStl(const Mesh& mesh) {
 
 std::string asciiStl(const Mesh& mesh) {
   std::ostringstream out;
-  out << "solid body\n";
+  out << "solid a vertex of endsolid facets\n";
   for (const Vector3i& t : mesh.triangles) {
     out << "facet normal 0 0 0\nouter loop\n";
     for (int k = 0; k < 3; ++k) out << "vertex " << mesh.vertices[t[k]].transpose() << "\n";
@@ -223,7 +223,7 @@ std::vector<Broken> brokenStl() {
           {"cut_text.stl", text.substr(0, text.size() / 2), "cut short"},
           {"no_end.stl", text.substr(0, text.rfind("endsolid")), "endsolid"},
           {"empty_solid.stl", "solid x\nendsolid x\n", "has no triangles"},
-          {"letters.stl", replaced(text, "0.75", "abc"), "is no mesh"},
+          {"letters.stl", replaced(text, "0.75", "abc"), "`abc` where a number should be"},
           {"prose.stl", "hello, this is not a mesh\n", "no STL"}};
 }
 
