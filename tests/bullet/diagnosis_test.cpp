@@ -19,7 +19,7 @@ TEST(Diagnose, NamesTheSettingThatIsWrongAndNothingElse) {
       {"m_splitImpulse", [](auto& info) { info.m_splitImpulse = 1; }},
       {"SOLVER_USE_WARMSTARTING",
        [](auto& info) { info.m_solverMode &= ~SOLVER_USE_WARMSTARTING; }},
-      {"m_warmstartingFactor", [](auto& info) { info.m_warmstartingFactor = 0; }},
+      {"m_warmstartingFactor", [](auto& info) { info.m_warmstartingFactor = btScalar(0.85); }},
       {"SOLVER_USE_2_FRICTION_DIRECTIONS",
        [](auto& info) { info.m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS; }},
       {"SOLVER_ENABLE_FRICTION_DIRECTION_CACHING",

@@ -1,0 +1,154 @@
+// The Kelvin-Voigt law as Bullet's solver carries it out: against the exact backward Euler
+// recurrence, against m g / k, and against the materials' series formula.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bullet_world.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 0.01, kGravity = 9.81;
+
+std::shared_ptr<const SurfaceField> cubeField() {
+  static const auto field = fieldOf(boxMesh({0.2, 0.2, 0.2}), kVoxel);
+  return field;
+}
+
+// How deep the cube's ideal face is below the ground.
+double depthOf(const btRigidBody& cube) {
+  return 0.1 - cube.getWorldTransform().getOrigin().z();
+}
+
+TEST(LawInWorld, AFallingCubeFollowsTheBackwardEulerRecurrence) {
+  // m (v+ - v) = -m g h + h max(0, k (d - h v+) - c v+), d the depth before the step: no free
+  // parameter. Several materials, from soft and undamped to stiff and overdamped.
+  const Material materials[] = {{500, 0}, {2e4, 30}, {1e5, 2000}};
+  for (const Material& law : materials) {
+    CloudContactSettings settings;
+    settings.pair = law;
+    BulletWorld scene(settings);
+    scene.world.getSolverInfo().m_numIterations = 100;
+    scene.addGround();
+    const double mass = 2, step = 1e-3;
+    btRigidBody& cube = scene.addCloud(cubeField(), mass, at({0, 0, btScalar(0.101)}));
+    double depth = depthOf(cube), speed = 0;  // upwards
+    double worst = 0, deepest = 0;
+    for (int i = 0; i < 400; ++i) {
+      const double free = speed - kGravity * step;
+      const double held = (mass * free + step * law.stiffness * depth) /
+                          (mass + step * step * law.stiffness + step * law.damping);
+      speed = depth > 0 ? std::max(free, held) : free;
+      depth -= step * speed;
+      scene.step(step);
+      worst = std::max(worst, std::abs(depthOf(cube) - depth));
+      deepest = std::max(deepest, depth);
+    }
+    EXPECT_GT(deepest, 1e-4) << "the test never touched";
+    EXPECT_LT(worst, 0.02 * kVoxel) << "k " << law.stiffness << ", deepest " << deepest;
+  }
+}
+
+TEST(LawInWorld, EveryPointsImpulseIsTheLawAtTheStepsEnd) {
+  // impulse = h (k d+ - c v+) for each row by itself, where d+ = d + h v+ and v+ closes.
+  CloudContactSettings settings;
+  settings.pair = Material{3000, 20};
+  BulletWorld scene(settings);
+  scene.world.getSolverInfo().m_numIterations = 500;
+  scene.addGround();
+  btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.096)}));
+  cube.setLinearVelocity({btScalar(0.02), 0, btScalar(-0.05)});
+  cube.setAngularVelocity({btScalar(0.1), btScalar(-0.2), 0});
+  const double step = 1. / 240;
+  scene.step(step);
+  ASSERT_GE(scene.points().size(), 3u);
+  const btVector3 before(0, 0, btScalar(0.096));
+  for (const btManifoldPoint& p : scene.points()) {
+    // The cube is body 1: the ground was added first.
+    const btVector3 velocity =
+        cube.getLinearVelocity() + cube.getAngularVelocity().cross(p.m_positionWorldOnB - before);
+    const double closing = velocity.dot(p.m_normalWorldOnB);
+    const double depth = -p.m_distance1 + step * closing;
+    const double impulse =
+        step * (p.m_combinedContactStiffness1 * depth + p.m_combinedContactDamping1 * closing);
+    EXPECT_GT(impulse, 0);
+    EXPECT_NEAR(p.m_appliedImpulse, impulse, 2e-3 * impulse);
+  }
+}
+
+TEST(LawInWorld, SagIsWeightOverStiffness) {
+  for (const double stiffness : {500.0, 5e3, 1e5, 1e6}) {
+    const double mass = 1;
+    CloudContactSettings settings;
+    settings.pair = Material{stiffness, 2 * std::sqrt(stiffness * mass)};
+    BulletWorld scene(settings);
+    scene.addGround();
+    btRigidBody& cube = scene.addCloud(cubeField(), mass, at({0, 0, btScalar(0.1)}));
+    for (int i = 0; i < 480; ++i) scene.step(1. / 240);
+    const double sag = mass * kGravity / stiffness;
+    EXPECT_NEAR(depthOf(cube), sag, std::max(0.01 * sag, 0.01 * kVoxel)) << "k " << stiffness;
+  }
+}
+
+// The stiffness that the contacts of a pair of shapes add up to.
+double stiffnessOf(BulletWorld& scene) {
+  scene.detect();
+  double sum = 0;
+  for (const btManifoldPoint& p : scene.points()) sum += p.m_combinedContactStiffness1;
+  return sum;
+}
+
+TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromTheStep) {
+  const auto scene = [](std::optional<Material> cloud, std::optional<Material> ground) {
+    auto made = std::make_unique<BulletWorld>();
+    btRigidBody& plane = made->addGround();
+    if (ground)
+      plane.setContactStiffnessAndDamping(btScalar(ground->stiffness), btScalar(ground->damping));
+    btRigidBody& cube = made->addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
+    static_cast<CloudShape*>(cube.getCollisionShape())->material = cloud;
+    made->world.getDispatchInfo().m_timeStep = btScalar(0.01);
+    return made;
+  };
+  EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, std::nullopt)), 2000, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, Material{700, 1})), 700, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, Material{500, 1})), 400, 0.01);
+  // Neither: as the step allows, so twice the mass or half the step changes it alike.
+  const Material limit = stepLimited(3, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, std::nullopt)), limit.stiffness,
+              1e-4 * limit.stiffness);
+}
+
+TEST(LawInWorld, TwoFreeBodiesShareTheStepsLimitByTheirReducedMass) {
+  BulletWorld scene;
+  scene.addCloud(cubeField(), 3, at({0, 0, 0}));
+  scene.addCloud(cubeField(), 6, at({0, 0, btScalar(0.197)}));
+  scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
+  const double reduced = 2;  // 3 * 6 / 9
+  EXPECT_NEAR(stiffnessOf(scene), stepLimited(reduced, 0.01).stiffness,
+              1e-4 * stepLimited(reduced, 0.01).stiffness);
+}
+
+TEST(LawInWorld, FoundationIsStiffnessTimesArea) {
+  CloudContactSettings settings;
+  settings.law = LawForm::Foundation;
+  settings.pair = Material{1e6, 0};  // [N/m^3]
+  BulletWorld scene(settings);
+  scene.addGround();
+  scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
+  EXPECT_NEAR(stiffnessOf(scene), 1e6 * 0.04, 0.03 * 1e6 * 0.04);
+}
+
+TEST(LawInWorld, FoundationWithoutAStiffnessTakesTheStepsLimit) {
+  CloudContactSettings settings;
+  settings.law = LawForm::Foundation;
+  BulletWorld scene(settings);
+  scene.addGround();
+  scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
+  scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
+  EXPECT_NEAR(stiffnessOf(scene), stepLimited(3, 0.01).stiffness,
+              1e-4 * stepLimited(3, 0.01).stiffness);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
