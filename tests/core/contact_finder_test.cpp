@@ -117,9 +117,23 @@ TEST_P(ContactFinderOn, GivesTheSameBitsAgain) {
 
 TEST_P(ContactFinderOn, IsEmptyApart) {
   const Instance pair = instance();
-  for (const double gap : {0.3, 3.0, 1000.0}) {
+  for (const double gap : {1.0, 3.0, 1000.0}) {
     const Placed placed = pair.place(-gap * kVoxel);
     EXPECT_TRUE(findContact(finder_, pair, placed, {}, paper()).points.empty()) << gap;
+  }
+}
+
+// One spring whatever the area: a force from a sliver of false overlap would be as large as from a
+// face, and a body would hover on it. From apart to pressed the force is k d, or nothing.
+TEST_P(ContactFinderOn, ForceRisesFromNothing) {
+  const Instance pair = instance();
+  const bool edge = std::string(GetParam()).find("edge") == 0;
+  const double bound = edge ? 0.3 : 0.1;  // voxels of depth, as issue 2 has it
+  for (double depth = -0.8; depth <= 1.0; depth += 0.1) {
+    const ContactResult& found =
+        findContact(finder_, pair, pair.place(depth * kVoxel), {}, paper());
+    const double force = wrenchOnB(found, {}, {}).force.norm() / (2e4 * kVoxel);
+    EXPECT_NEAR(force, std::max(0.0, depth), bound) << "of k voxels, pressed by " << depth;
   }
 }
 
