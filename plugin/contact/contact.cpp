@@ -58,6 +58,7 @@ struct Known {
 
 struct ContactFinder::Scratch {
   std::vector<Hit> hits;
+  HitSearch search;
   Binner binner;
   std::vector<FoundPatch> found;
   std::vector<Known> known, now;
@@ -180,7 +181,7 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.hits.clear();
   s.found.clear();
   const PairFrame frame = frameOf(a, b);
-  const int level = gatherHits(a, b, frame, s.hits);
+  const int level = s.search.run(a, b, frame, s.hits);
   s.result.samples = s.hits.size();
   const bool oneSided = a.shape || b.shape;
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);

@@ -42,15 +42,21 @@ class FieldData final : public SurfaceField {
   // How many bricks away (Chebyshev) the nearest brick of the band is, 255 at most; 0 inside the
   // band.
   const std::vector<std::uint8_t>& brickDistance() const { return distance_; }
+  // False where no voxel of the band lies within four voxels; a voxel of the grid.
+  bool near(int x, int y, int z) const {
+    return near_[band_.grid.tableIndex(x, y, z)] >> ((x >> 2 & 1) | (y >> 1 & 2) | (z & 4)) & 1;
+  }
 
  private:
   void groupByBrick(SampleLevel& level) const;
   void measureDistance();
+  void markNear();
 
   Cloud cloud_;
   Band band_;
   SampleLevel levels_[kLevels];
   std::vector<std::uint8_t> distance_;
+  std::vector<std::uint8_t> near_;  // a bit for each 4x4x4 block of a brick
   Eigen::AlignedBox3d bounds_;
 };
 

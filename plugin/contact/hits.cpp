@@ -15,9 +15,14 @@ using V3 = Eigen::Vector3f;
 
 // Half of a sample's width: over it the depth varies by the sine between the surfaces.
 constexpr float kHalfWidth = 0.5f;
-// A level with this many hits is fine enough: on the M16 thread at 0.25 mm 1,600 of 24,000 hits
-// give the force within 3 % and its torque within 2 %, at 0.4 mm 800 turn it by 16 %.
-constexpr std::size_t kEnoughHits = 1000;
+// A level with this many hits is fine enough. On the M16 thread at 0.25 mm 1,600 of 24,000 hits
+// give the force within 3 % and its torque within 2 %; at 0.4 mm 800 turn it by 16 %, 2,000 by 3 %.
+constexpr std::size_t kEnoughHits[kLevels] = {0, 250, 1000};
+// Below this depth [voxels] a sample of level 1 has no fine sample beside it that touches.
+constexpr float kOutOfTouch = -1.75f;
+// Nor has one that runs along the other surface farther off than this: the fine samples of its
+// cell lie at most 1.5 voxels beside it, and both surfaces may bend a little.
+constexpr float kSlack = 0.4f, kSlope = 1.5f;
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
 // A rigid map in float, x -> turn x + shift.
@@ -44,6 +49,7 @@ const FieldData& dataOf(const ContactBody& body) {
 struct Direction {
   const FieldData& body;
   const SampleLevel& samples;
+  int level;
   Side side;
   float voxel;        // of the samples' body [m]
   Map toFrame;        // samples' grid -> frame body, metres
@@ -70,54 +76,89 @@ float reachOf(const SurfaceSample& s) {
   return -kHalfWidth * s.width;
 }
 
-void searchField(const Direction& dir, const FieldData& other, const Map& toOther,
-                 std::vector<Hit>& hits) {
+// Looks up one sample; returns whether it is near enough to the other surface for finer samples
+// beside it to touch.
+bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s, const V3& x,
+            std::vector<Hit>& hits) {
   const BrickGrid<CcVoxel>& grid = other.band().grid;
-  const CcVoxel* planes = other.band().planes.data();
-  const float otherVoxel = static_cast<float>(other.cloud().voxelSize());
-  const float ratio = dir.voxel / otherVoxel;
-  const Eigen::Vector3i size = grid.bricks() * kBrickEdge;
-  for (const SampleBrick& brick : dir.samples.bricks) {
+  const Eigen::Vector3i at = x.cast<int>();
+  if (x.minCoeff() < 0.0f || !grid.contains(at.x(), at.y(), at.z())) return false;
+  const float voxel = static_cast<float>(other.cloud().voxelSize());
+  const CcVoxel record = grid.at(at.x(), at.y(), at.z());
+  if (ccPlaneCount(record) == 0) {
+    if (other.cloud().coverage(at.x(), at.y(), at.z()) == 0)
+      return dir.level > 1 && other.near(at.x(), at.y(), at.z());
+    const std::size_t brick = grid.tableIndex(at.x(), at.y(), at.z());
+    const int deeper = std::max(0, static_cast<int>(other.brickDistance()[brick]) - 1);
+    addHit(dir, s, (kBeyondBand + static_cast<float>(deeper * kBrickEdge)) * voxel, V3::Zero(),
+           true, hits);
+    return true;
+  }
+  const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
+  const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), r.data());
+  if (d.depth * voxel > reachOf(s) * dir.voxel)
+    addHit(dir, s, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+  if (d.depth > 0 || dir.level > 1) return true;
+  if (d.depth < kOutOfTouch) return false;
+  const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
+  const float facing = own.dot(dir.frameFromOther * V3(d.normal[0], d.normal[1], d.normal[2]));
+  return -d.depth < kSlack + kSlope * std::sqrt(std::max(0.0f, 1.0f - facing * facing));
+}
+
+using Candidates = HitSearch::Candidates;
+
+// True where a sphere of `reach` voxels about x may touch the band, or lie in the solid.
+bool mayTouch(const FieldData& other, const V3& x, float reach) {
+  const BrickGrid<CcVoxel>& grid = other.band().grid;
+  const V3 size = (grid.bricks() * kBrickEdge).cast<float>();
+  const V3 inside = x.cwiseMax(V3::Zero()).cwiseMin(size - V3::Constant(0.5f));
+  const float away = (x - inside).norm();
+  if (away > reach) return false;
+  const Eigen::Vector3i v = inside.cast<int>();
+  const std::size_t index = grid.tableIndex(v.x(), v.y(), v.z());
+  if (other.cloud().voxels().table[index] == kSolidBrick) return true;
+  // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
+  return static_cast<float>((static_cast<int>(other.brickDistance()[index]) - 1) * kBrickEdge) -
+             away <=
+         reach;
+}
+
+template <typename Test>
+void eachBrick(const Direction& dir, Candidates& candidates, Test&& test) {
+  candidates.kept.clear();
+  const std::uint32_t count = static_cast<std::uint32_t>(candidates.all ? dir.samples.bricks.size()
+                                                                        : candidates.bricks.size());
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t brick = candidates.all ? i : candidates.bricks[i];
+    if (test(dir.samples.bricks[brick])) candidates.kept.push_back(brick);
+  }
+  std::swap(candidates.bricks, candidates.kept);
+  candidates.all = false;
+}
+
+void searchField(const Direction& dir, const FieldData& other, const Map& toOther,
+                 Candidates& candidates, std::vector<Hit>& hits) {
+  const float ratio = dir.voxel / static_cast<float>(other.cloud().voxelSize());
+  eachBrick(dir, candidates, [&](const SampleBrick& brick) {
     const V3 c = toOther(V3(brick.center[0], brick.center[1], brick.center[2]));
-    const float reach = brick.radius * ratio + 1.0f;
-    const V3 inside = c.cwiseMax(V3::Zero()).cwiseMin(size.cast<float>() - V3::Constant(0.5f));
-    const float away = (c - inside).norm();
-    if (away > reach) continue;
-    const Eigen::Vector3i v = inside.cast<int>();
-    const std::size_t index = grid.tableIndex(v.x(), v.y(), v.z());
-    const int bricks = other.brickDistance()[index];
-    // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
-    const bool solid = other.cloud().voxels().table[index] == kSolidBrick;
-    if (!solid && static_cast<float>((bricks - 1) * kBrickEdge) - away > reach) continue;
+    if (!mayTouch(other, c, brick.radius * ratio + 1.0f)) return false;
+    bool near = false;
     for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
       const SurfaceSample& s = dir.samples.samples[k];
-      const V3 x = toOther(Eigen::Map<const V3>(s.position));
-      if (!(x.minCoeff() >= 0.0f) || !((size.cast<float>() - x).minCoeff() > 0.0f)) continue;
-      const Eigen::Vector3i at = x.cast<int>();
-      const CcVoxel record = grid.at(at.x(), at.y(), at.z());
-      if (ccPlaneCount(record) == 0) {
-        if (other.cloud().coverage(at.x(), at.y(), at.z()) == 0) continue;
-        const int deeper = std::max(
-            0,
-            static_cast<int>(other.brickDistance()[grid.tableIndex(at.x(), at.y(), at.z())]) - 1);
-        addHit(dir, s, (kBeyondBand + static_cast<float>(deeper * kBrickEdge)) * otherVoxel,
-               V3::Zero(), true, hits);
-        continue;
-      }
-      const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
-      const CcDepth d = ccVoxelDepth(record, planes, r.data());
-      if (d.depth * otherVoxel <= reachOf(s) * dir.voxel) continue;
-      addHit(dir, s, d.depth * otherVoxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+      near |= lookUp(dir, other, s, toOther(Eigen::Map<const V3>(s.position)), hits);
     }
-  }
+    return near;
+  });
 }
 
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 std::vector<Hit>& hits) {
+                 Candidates& candidates, std::vector<Hit>& hits) {
   const double voxel = dir.body.cloud().voxelSize();
-  for (const SampleBrick& brick : dir.samples.bricks) {
+  eachBrick(dir, candidates, [&](const SampleBrick& brick) {
     const Vec3 c = toShape.toWorld(voxel * Vec3(brick.center[0], brick.center[1], brick.center[2]));
-    if (shapeAt(shape, c).depth < -(static_cast<double>(brick.radius) + 1.0) * voxel) continue;
+    // A finer level's samples may lie a cell farther out than this level's.
+    const double reach = (static_cast<double>(brick.radius) + 1.0 + kBrickEdge) * voxel;
+    if (shapeAt(shape, c).depth < -reach) return false;
     for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
       const SurfaceSample& s = dir.samples.samples[k];
       const ShapePoint p = shapeAt(
@@ -125,11 +166,12 @@ void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& t
       if (p.depth <= static_cast<double>(reachOf(s)) * voxel) continue;
       addHit(dir, s, static_cast<float>(p.depth), p.normal.cast<float>(), false, hits);
     }
-  }
+    return true;
+  });
 }
 
 void search(const ContactBody& own, const ContactBody& other, Side side, int level,
-            const PairFrame& frame, std::vector<Hit>& hits) {
+            const PairFrame& frame, Candidates& candidates, std::vector<Hit>& hits) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const double voxel = samples.cloud().voxelSize();
@@ -137,16 +179,18 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
   const Pose toFrame = frame.pose.inverse() * grid;
   const Direction dir{samples,
                       samples.level(level),
+                      level,
                       side,
                       static_cast<float>(voxel),
                       mapOf(toFrame, voxel, 1.0),
                       (frame.pose.orientation.conjugate() * other.pose.orientation)
                           .toRotationMatrix()
                           .cast<float>()};
-  if (other.shape) return searchShape(dir, *other.shape, other.pose.inverse() * grid, hits);
+  if (other.shape)
+    return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
   const Cloud& target = dataOf(other).cloud();
   const Pose toOther = (other.pose * gridPose(target)).inverse() * grid;
-  searchField(dir, dataOf(other), mapOf(toOther, voxel, target.voxelSize()), hits);
+  searchField(dir, dataOf(other), mapOf(toOther, voxel, target.voxelSize()), candidates, hits);
 }
 
 }  // namespace
@@ -175,15 +219,16 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
   return frame;
 }
 
-int gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-               std::vector<Hit>& hits) {
-  for (int level = kLevels - 1; level >= 0; --level) {
+int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                   std::vector<Hit>& hits) {
+  for (Candidates* c : {&bricks_[kA], &bricks_[kB]}) c->all = true;
+  for (int level = kLevels - 1;;) {
     hits.clear();
-    search(a, b, kA, level, frame, hits);
-    search(b, a, kB, level, frame, hits);
-    if (hits.size() >= kEnoughHits || level == 0) return level;
+    search(a, b, kA, level, frame, bricks_[kA], hits);
+    search(b, a, kB, level, frame, bricks_[kB], hits);
+    if (level == 0 || hits.size() >= kEnoughHits[level]) return level;
+    --level;
   }
-  return 0;
 }
 
 }  // namespace cloudcontact

@@ -34,9 +34,22 @@ struct PairFrame {
 // equals the one that sees the other on the greater side.
 PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 
-// The hits of both bodies' samples: of the coarsest level that gives enough of them, or of all.
-// Returns the level.
-int gatherHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-               std::vector<Hit>& hits);
+// Searches both bodies' samples; keeps its memory.
+class HitSearch {
+ public:
+  // The hits of the coarsest level that gives enough of them, or of all samples. Returns the level.
+  // A coarse search also tells which bricks a finer one need look at.
+  int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+          std::vector<Hit>& hits);
+
+  // Bricks of samples, by number, that a search looks at and hands on.
+  struct Candidates {
+    bool all = true;
+    std::vector<std::uint32_t> bricks, kept;
+  };
+
+ private:
+  Candidates bricks_[2];
+};
 
 }  // namespace cloudcontact

@@ -40,6 +40,7 @@ FieldData::FieldData(Cloud cloud, Band band, std::vector<SurfaceSample> samples)
   for (int n = 1; n < kLevels; ++n) levels_[n].samples = coarsen(levels_[0].samples, 1 << n);
   for (SampleLevel& level : levels_) groupByBrick(level);
   measureDistance();
+  markNear();
 }
 
 // Samples are stored brick by brick, so that a whole brick is passed over at once.
@@ -103,6 +104,34 @@ void FieldData::measureDistance() {
           distance_[index(at.x(), at.y(), at.z())] = static_cast<std::uint8_t>(best);
         }
       }
+  }
+}
+
+// Blocks that hold band voxels, and their 26 neighbours.
+void FieldData::markNear() {
+  const Eigen::Vector3i n = band_.grid.bricks();
+  const auto index = [&](int x, int y, int z) { return band_.grid.tableIndex(x, y, z); };
+  near_.assign(band_.grid.table().size(), 0);
+  for (std::size_t t = 0; t < near_.size(); ++t) {
+    if (band_.grid.table()[t] < 0) continue;
+    const int b = static_cast<int>(t);
+    const Eigen::Vector3i brick(b % n.x(), b / n.x() % n.y(), b / n.x() / n.y());
+    std::uint8_t held = 0;
+    const auto& cells = band_.grid.cells()[static_cast<std::size_t>(band_.grid.table()[t])];
+    for (int k = 0; k < kBrickVoxels; ++k)
+      if (ccPlaneCount(cells[static_cast<std::size_t>(k)]) > 0)
+        held |= static_cast<std::uint8_t>(1 << ((k >> 2 & 1) | (k >> 4 & 2) | (k >> 6 & 4)));
+    for (int block = 0; block < 8; ++block) {
+      if (!(held >> block & 1)) continue;
+      for (int k = 0; k < 27; ++k) {
+        const int x = brick.x() * 8 + (block & 1) * 4 + (k % 3 - 1) * 4,
+                  y = brick.y() * 8 + (block >> 1 & 1) * 4 + (k / 3 % 3 - 1) * 4,
+                  z = brick.z() * 8 + (block >> 2) * 4 + (k / 9 - 1) * 4;
+        if (!band_.grid.contains(x, y, z)) continue;
+        near_[index(x, y, z)] |=
+            static_cast<std::uint8_t>(1 << ((x >> 2 & 1) | (y >> 1 & 2) | (z & 4)));
+      }
+    }
   }
 }
 
