@@ -25,7 +25,6 @@ struct ContactBody {
 struct ContactSettings {
   LawForm law = LawForm::Paper;
   Material pair{1e4, 0};  // the pair's k and c; ignored by LawForm::Rigid
-  double margin = 0;      // [m] surfaces this far apart still give (non-pressing) points
 };
 
 // A place where the bodies touch: what Bullet makes a btManifoldPoint of.
@@ -61,7 +60,7 @@ struct Patch {
 struct ContactResult {
   std::vector<Patch> patches;
   std::vector<ContactPoint> points;
-  std::size_t samples = 0;  // tested and found within the margin
+  std::size_t samples = 0;  // found in the other body
   void clear() {
     patches.clear();
     points.clear();

@@ -16,7 +16,6 @@
 namespace cloudcontact {
 
 struct FieldSettings {
-  double window = 2.5;                   // radius of the cuttable area C [voxels]
   int threads = 0;                       // 0: all cores
   std::function<void(double)> progress;  // called with 0..1, may be empty
 };
@@ -38,7 +37,7 @@ struct FieldPoint {
 
 class SurfaceField {
  public:
-  // Builds the field. Throws std::invalid_argument on an empty cloud or a bad setting.
+  // Builds the field. Throws std::invalid_argument on an empty cloud or one without a surface.
   static std::shared_ptr<const SurfaceField> build(const Cloud& cloud,
                                                    const FieldSettings& settings = {});
 

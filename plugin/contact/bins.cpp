@@ -48,6 +48,7 @@ void Sums::add(const Hit& hit, bool oneSided) {
     sum.depth[1] += gate * a * hit.depth2;
     sum.depth[2] += gate * a * hit.depth3;
   }
+  deepest = std::max(deepest, static_cast<double>(hit.depth));
   if (hit.deep) deep += a * hit.depth1;
   ++hits;
   const double w = gate * a * hit.share;
@@ -79,6 +80,7 @@ void Sums::add(const Sums& other) {
   area += other.area;
   facing += other.facing;
   deep += other.deep;
+  deepest = std::max(deepest, other.deepest);
   hits += other.hits;
 }
 

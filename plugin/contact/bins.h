@@ -29,7 +29,8 @@ struct Sums {
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  // sum a x x^T
   Vec3 normal[2] = {Vec3::Zero(), Vec3::Zero()};     // sum a n, of A's and of B's surface
   Eigen::Matrix3d normalBy[2] = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};  // sum a n x^T
-  double deep = 0;  // of `side.size`, by samples below the band
+  double deepest = -1e300;  // largest depth at a sample itself [m]
+  double deep = 0;          // of `side.size`, by samples below the band
   int hits = 0;
 
   void add(const Hit& hit, bool oneSided);

@@ -22,8 +22,12 @@ namespace {
 constexpr double kCellVoxels = 8;      // a bin's cell
 constexpr double kLeastShare = 0.003;  // of the pair's force: lighter patches are dropped
 constexpr double kMostPointed = 2.0;   // b of a corner; noise alone would go on
-constexpr double kSameCosine = 0.7;    // a patch is last step's if its normal is this near ...
-constexpr double kSameVoxels = 8;      // ... and its centre
+// The depth is at most this much more than at the deepest sample itself [voxels].
+constexpr double kRim = 0.1;
+// Nor is a patch deeper than this many times the pair's depth (a wall wetted over a sliver).
+constexpr double kMostDepth = 1.5;
+constexpr double kSameCosine = 0.7;  // a patch is last step's if its normal is this near ...
+constexpr double kSameVoxels = 8;    // ... and its centre
 
 double deepest(const double* moments) {
   if (!(moments[0] > 0) || !(moments[1] > 0)) return 0;
@@ -46,6 +50,11 @@ struct FoundPatch {
   const Sums* sums;
   PatchForce force;
   double size;  // |force|
+
+  // Of the pair's spring: by area, and by force where the area is too small for it.
+  double share(double allArea, double allForce) const {
+    return std::max(sums->area / allArea, size / (kMostDepth * allForce));
+  }
 };
 
 // A patch of the step before, to keep its points' names.
@@ -66,8 +75,8 @@ struct ContactFinder::Scratch {
   ContactResult result;
 
   std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
-  void collect(bool foundation, bool oneSided, Side sampled);
-  double pairDepth(bool oneSided) const;
+  void collect(bool foundation, bool oneSided, Side sampled, double voxel);
+  double pairDepth(bool oneSided, double voxel) const;
   void emit(const PairFrame& frame, const ContactSettings& settings, bool oneSided);
 };
 
@@ -91,7 +100,7 @@ std::uint32_t ContactFinder::Scratch::nameOf(const Vec3& center, const Vec3& nor
   return id;
 }
 
-void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled) {
+void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled, double voxel) {
   double all = 0;
   for (FoundPatch& p : found) {
     p.force = forceOf(*p.sums, foundation, oneSided, sampled);
@@ -99,24 +108,28 @@ void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sample
     all += p.size;
   }
   std::erase_if(found, [&](const FoundPatch& p) {
-    return !(p.size > kLeastShare * all) || !(p.sums->area > 0);
+    return !(p.size > kLeastShare * all) || !(p.sums->area > 0) ||
+           !(p.sums->deepest > -kRim * voxel);
   });
 }
 
 // The more coherent body's surface is where depth is measured: by the other body's samples.
-double ContactFinder::Scratch::pairDepth(bool oneSided) const {
-  double moments[2][3] = {}, trust = 0, all = 0;
+double ContactFinder::Scratch::pairDepth(bool oneSided, double voxel) const {
+  double moments[2][3] = {}, trust = 0, all = 0, most = -1e300;
   for (const FoundPatch& p : found) {
     for (int s = 0; s < 2; ++s)
       for (int k = 0; k < 3; ++k) moments[s][k] += p.sums->side[s].depth[k];
+    most = std::max(most, p.sums->deepest);
     trust += p.size * p.force.trustA;
     all += p.size;
   }
   if (all == 0) return 0;
   trust /= all;
   const double byA = deepest(moments[kA]), byB = deepest(moments[kB]);
-  if (oneSided || byA == 0 || byB == 0) return std::max(byA, byB);
-  return trust * byB + (1 - trust) * byA;
+  const double depth =
+      oneSided || byA == 0 || byB == 0 ? std::max(byA, byB) : trust * byB + (1 - trust) * byA;
+  // A rim of samples that hardly touch must not look like a face that is pressed in.
+  return std::clamp(most + kRim * voxel, 0.0, depth);
 }
 
 void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings& settings,
@@ -127,16 +140,19 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings&
     force += p.size;
     area += p.sums->area;
   }
-  const double depth = pairDepth(oneSided);
+  const double depth = pairDepth(oneSided, frame.voxel);
+  double shares = 0;
+  for (const FoundPatch& p : found) shares += p.share(area, force);
   for (const FoundPatch& p : found) {
     Patch patch;
     patch.area = p.sums->area * (oneSided ? 1.0 : 0.5);
     if (foundation) {
+      patch.area = std::max(patch.area, p.size / (p.sums->deepest + kRim * frame.voxel));
       patch.stiffness = settings.pair.stiffness * patch.area;
       patch.damping = settings.pair.damping * patch.area;
       patch.depth = p.size / patch.area;
     } else {
-      const double share = p.sums->area / area;
+      const double share = p.share(area, force) / shares;
       patch.stiffness = settings.pair.stiffness * share;
       patch.damping = settings.pair.damping * share;
       patch.depth = depth * (p.size / force) / share;
@@ -187,7 +203,7 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
   for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
     s.found.push_back({&sums, {}, 0});
-  s.collect(settings.law == LawForm::Foundation, oneSided, a.shape ? kB : kA);
+  s.collect(settings.law == LawForm::Foundation, oneSided, a.shape ? kB : kA, frame.voxel);
   s.now.clear();
   s.emit(frame, settings, oneSided);
   std::swap(s.known, s.now);

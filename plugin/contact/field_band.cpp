@@ -19,7 +19,8 @@ constexpr int kOutsideLayers = 2;  // samples feel a surface before they cross i
 constexpr int kKept = 4;           // pieces a voxel passes on
 constexpr float kOneFace =
     0.9f;  // cosine: pieces within 26 deg are one face, the nearest stands for it
-constexpr float kMatters = 1.2f;  // a further plane counts where it is less than this deeper
+constexpr float kHalfVoxel = 0.4f;  // less the fits' error
+constexpr float kMatters = 1.2f;    // a further plane counts where it is less than this deeper
 
 struct BandCell {
   std::uint32_t piece[kKept];
@@ -144,13 +145,21 @@ class Spreader {
   CcVoxel record(const Eigen::Vector3i& at, const BandCell& cell,
                  std::vector<CcVoxel>& planes) const {
     const V3 middle = at.cast<float>() + V3::Constant(0.5f);
+    const bool inside = draft_.cloud.coverage(at.x(), at.y(), at.z()) > 127;
     Seen kept[kKept];
     int count = 0;
+    float least = 1e9f;
     for (int i = 0; i < cell.count; ++i) {
       const Seen s = see(draft_, cell.piece[i], owner_[cell.piece[i]], middle);
+      // A full voxel lies wholly below every face that bounds it; one that says otherwise has
+      // ended.
+      if (inside && s.depth < kHalfVoxel) continue;
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
+      least = std::min(least, s.depth);
       kept[count++] = s;
     }
+    // Nor does an empty voxel lie in the material: a face alone would run on into the air.
+    if (!inside && least > -kHalfVoxel) return {0, 0};
     if (count == 0) return {0, 0};
     if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth);
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());

@@ -34,7 +34,8 @@ constexpr int kPerVoxel = kSub * kSub * kSub;
 constexpr int kPoints = CC_WINDOW_VOXELS * kPerVoxel;
 constexpr float kGoodResidual = 0.008f;  // of two faces: no third is sought
 constexpr std::size_t kCrestPairs = 3;
-constexpr int kCrestRounds = 8;
+constexpr float kUnseen = 0.012f;  // above it a face that no neighbour shows is sought
+constexpr int kMassRounds = 6, kFreeRounds = 5;
 
 // A face continued to the block: n.x < s about the block's middle.
 struct Face {
@@ -68,10 +69,12 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const std::int32_t other = draft.index.at(voxel.x + dx, voxel.y + dy, voxel.z + dz);
         if (other < 0) continue;
-        const CcSurface& f =
-            draft.pieces[draft.voxels[static_cast<std::size_t>(other)].first].surface;
-        if (f.residual > kSmoothResidual) continue;
-        all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
+        const SurfaceVoxel& from = draft.voxels[static_cast<std::size_t>(other)];
+        for (std::uint32_t k = 0; k < from.count; ++k) {
+          const CcSurface& f = draft.pieces[from.first + k].surface;
+          if (from.rule == PieceRule::Smooth && f.residual > kSmoothResidual) continue;
+          all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
+        }
       }
   std::stable_sort(all.begin(), all.end(),
                    [](const Face& a, const Face& b) { return a.weight > b.weight; });
@@ -189,7 +192,8 @@ struct Hypothesis {
 // Tries combinations of faces on one block and keeps the best.
 class EdgeSearch {
  public:
-  void run(const float* wanted, const std::vector<Face>& faces) {
+  // `mean` is the normal of the block's quadric.
+  void run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean) {
     wanted_ = wanted;
     best = {};
     count_ = 0;
@@ -200,7 +204,7 @@ class EdgeSearch {
     }
     pairs();
     if (best.residual > kGoodResidual) triples();
-    if (best.residual > kEdgeResidual) crests();
+    if (best.residual > kUnseen) unseen(mean);
   }
 
   Hypothesis best;
@@ -246,34 +250,100 @@ class EdgeSearch {
             attempt({{&field(i), &field(j), &field(k)}, 3, concave});
   }
 
-  // The best pairs with the plane midway between their normals, where the block's mass wants it.
-  void crests() {
+  // A face too narrow to be seen on its own: one or two known faces and a plane that is sought. Its
+  // normal starts midway between two known ones (a thread's crest), or mirrors one about the
+  // block's mean normal; its place is where the block's mass wants it; then Gauss-Newton on the
+  // coverage.
+  void unseen(const Eigen::Vector3f& mean) {
+    Guess best_guess;
+    for (std::size_t p = 0; p < tried_.size() && p < kCrestPairs; ++p)
+      guess({{&field(tried_[p].i), &field(tried_[p].j), &free_}, 3, tried_[p].concave},
+            field(tried_[p].i).face.n + field(tried_[p].j).face.n, best_guess);
+    for (int i = 0; i < count_; ++i)
+      for (bool concave : {false, true})
+        guess({{&field(i), &free_, nullptr}, 2, concave},
+              2 * mean.dot(field(i).face.n) * mean - field(i).face.n, best_guess);
+    if (best_guess.residual >= 1.0f) return;
+    fillField(best_guess.plane, free_);
+    for (int round = 0; round < kFreeRounds; ++round) {
+      attempt(best_guess.faces);
+      if (!improve(best_guess.faces)) break;
+    }
+    attempt(best_guess.faces);
+  }
+
+  struct Guess {
+    Combination faces{};
+    Face plane;
+    float residual = 1.0f;
+  };
+
+  void guess(const Combination& c, const Eigen::Vector3f& normal, Guess& best_guess) {
+    if (normal.norm() < 0.2f) return;
+    for (int k = 0; k + 1 < c.count; ++k)
+      if (c.face[k]->face.n.dot(normal.normalized()) > kSameNormal) return;
     float mass = 0;
     for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted_[k];
-    for (std::size_t p = 0; p < tried_.size() && p < kCrestPairs; ++p) {
-      const FaceField &a = field(tried_[p].i), &b = field(tried_[p].j);
-      const Eigen::Vector3f between = a.face.n + b.face.n;
-      if (between.norm() < 0.2f) continue;
-      const Combination c{{&a, &b, &crest_}, 3, tried_[p].concave};
-      float low = -2, high = 2, found[CC_WINDOW_VOXELS];
-      for (int round = 0; round < kCrestRounds; ++round) {
-        Face middle;
-        middle.n = between.normalized();
-        middle.s = 0.5f * (low + high);
-        fillField(middle, crest_);
-        coverageOf(c, found);
-        float sum = 0;
-        for (float v : found) sum += v;
-        (sum < mass ? low : high) = crest_.face.s;
-      }
-      attempt(c);
+    Face plane;
+    plane.n = normal.normalized();
+    float low = -2, high = 2, found[CC_WINDOW_VOXELS];
+    for (int round = 0; round < kMassRounds; ++round) {
+      plane.s = 0.5f * (low + high);
+      fillField(plane, free_);
+      coverageOf(c, found);
+      float sum = 0;
+      for (float v : found) sum += v;
+      (sum < mass ? low : high) = plane.s;
     }
+    const float residual = blockResidual(wanted_, found);
+    if (residual < best_guess.residual) best_guess = {c, plane, residual};
+  }
+
+  // One Gauss-Newton round for the free plane, the last of the combination.
+  bool improve(const Combination& c) {
+    const Face& plane = free_.face;
+    const Eigen::Vector3f t1 = plane.n.unitOrthogonal(), t2 = plane.n.cross(t1);
+    const float scale = kSub / plane.n.lpNorm<1>() / kPerVoxel;
+    Eigen::Matrix3f normal = 1e-4f * Eigen::Matrix3f::Identity();
+    Eigen::Vector3f right = Eigen::Vector3f::Zero();
+    const auto& points = subSamples();
+    for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
+      Eigen::Vector3f gradient = Eigen::Vector3f::Zero();
+      float sum = 0;
+      for (std::size_t k = static_cast<std::size_t>(v * kPerVoxel), end = k + kPerVoxel; k < end;
+           ++k) {
+        float out = free_.outside[k];
+        bool active = true;
+        for (int i = 0; i + 1 < c.count; ++i) {
+          const float other = c.face[i]->outside[k];
+          if (c.concave ? other < out : other > out) {
+            out = other;
+            active = false;
+          }
+        }
+        sum += std::clamp(0.5f - out, 0.0f, 1.0f);
+        if (!active || std::abs(out) > 0.5f) continue;
+        const Eigen::Map<const Eigen::Vector3f> x(points[k].data());
+        gradient += scale * Eigen::Vector3f(1, -t1.dot(x), -t2.dot(x));
+      }
+      normal += gradient * gradient.transpose();
+      right += gradient * (wanted_[v] - sum * (1.0f / kPerVoxel));
+    }
+    const Eigen::Vector3f step = normal.ldlt().solve(right);
+    if (!step.allFinite()) return false;
+    const float shorten = 0.4f / std::max(0.4f, step.cwiseAbs().maxCoeff());
+    Face next;
+    next.n = plane.n + shorten * (step.y() * t1 + step.z() * t2);
+    next.s = (plane.s + shorten * step.x()) / next.n.norm();
+    next.n.normalize();
+    fillField(next, free_);
+    return step.cwiseAbs().maxCoeff() > 1e-3f;
   }
 
   const float* wanted_ = nullptr;
   int count_ = 0;
   std::array<FaceField, kMaxFaces> fields_;
-  FaceField crest_;
+  FaceField free_;  // of the plane that is sought
   std::vector<Pair> tried_;
 };
 
@@ -291,9 +361,8 @@ CcSurface planeSurface(const Face& f, float residual) {
   return s;
 }
 
-}  // namespace
-
-void resolveEdges(FieldDraft& draft) {
+// One pass over the voxels that are still unexplained.
+void resolvePass(FieldDraft& draft) {
   std::vector<Hypothesis> found(draft.voxels.size());
   const int threads = threadCount(draft.settings.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
@@ -302,26 +371,36 @@ void resolveEdges(FieldDraft& draft) {
     const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
     for (std::size_t i = chunk * 256; i < end; ++i) {
       const SurfaceVoxel& v = draft.voxels[i];
-      const float residual = draft.pieces[v.first].surface.residual;
-      if (residual <= kEnough) continue;
+      const CcSurface& own = draft.pieces[v.first].surface;
+      if (v.rule != PieceRule::Smooth || own.residual <= kEnough) continue;
       float block[CC_WINDOW_VOXELS];
       gatherBlock(draft.cloud, v.x, v.y, v.z, block);
-      search.run(block, facesNear(draft, v));
-      if (search.best.residual < kEdgeResidual && search.best.residual < kEdgeGain * residual)
+      search.run(block, facesNear(draft, v), Eigen::Map<const Eigen::Vector3f>(own.n));
+      if (search.best.residual < kEdgeResidual && search.best.residual < kEdgeGain * own.residual)
         found[i] = search.best;
     }
   });
   for (std::size_t i = 0; i < draft.voxels.size(); ++i) {
-    SurfaceVoxel& v = draft.voxels[i];
     const Hypothesis& h = found[i];
-    v.doubtful = h.count == 0 && draft.pieces[v.first].surface.residual > kEdgeResidual;
     if (h.count == 0) continue;
+    SurfaceVoxel& v = draft.voxels[i];
     v.rule = h.concave ? PieceRule::Concave : PieceRule::Convex;
     v.first = static_cast<std::uint32_t>(draft.pieces.size());
     v.count = static_cast<std::uint32_t>(h.count);
     for (int k = 0; k < h.count; ++k)
       draft.pieces.push_back({planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0});
   }
+}
+
+}  // namespace
+
+// Twice: faces that the first pass found beside an edge serve their neighbours in the second.
+void resolveEdges(FieldDraft& draft) {
+  resolvePass(draft);
+  resolvePass(draft);
+  for (SurfaceVoxel& v : draft.voxels)
+    v.doubtful =
+        v.rule == PieceRule::Smooth && draft.pieces[v.first].surface.residual > kEdgeResidual;
 }
 
 }  // namespace cloudcontact

@@ -36,6 +36,12 @@ struct Group {
         members.begin(), members.end(),
         [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); })];
     s.area = vector.norm();
+    // Within its own plane it moves to the centroid: on a face along the grid all four of a cell
+    // are as near, and the first of each would shift a cube's centre of force by 0.37 voxel.
+    Eigen::Map<Eigen::Vector3f> place(s.position);
+    const Eigen::Map<const Eigen::Vector3f> normal(s.normal);
+    const Eigen::Vector3f aside = centroid - place;
+    place += aside - normal.dot(aside) * normal;
     return s;
   }
 };

@@ -67,7 +67,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
   const V3 at = dir.toFrame(Eigen::Map<const V3>(s.position));
   // Along its own normal, so that its moment stays what it was.
   hits.push_back({at - 0.5f * wet.depth1 / wet.share * own, own, n, s.area * dir.voxel * dir.voxel,
-                  wet.share, wet.depth1, wet.depth2, wet.depth3, facing,
+                  wet.share, wet.depth1, wet.depth2, wet.depth3, depth, facing,
                   static_cast<std::int8_t>(dir.side), static_cast<std::int8_t>(deep)});
 }
 

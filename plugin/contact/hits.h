@@ -19,6 +19,7 @@ struct Hit {
   Eigen::Vector3f other;                // outward normal of the body that it lies in
   float area;                           // [m^2]
   float share, depth1, depth2, depth3;  // kernels/sample.h [1, m, m^2, m^3]
+  float depth;                          // at the sample itself, negative outside [m]
   float facing;                         // cosine between own and -other
   std::int8_t side;                     // whose sample it is
   std::int8_t deep;                     // 1: deeper than the band knows

@@ -1,4 +1,4 @@
-// The finder's promises beside accuracy: the law's shares, velocities, margins, names that last,
+// The finder's promises beside accuracy: the law's shares, velocities, names that last,
 // the same bits every time, empty results and refused input.
 #include <gtest/gtest.h>
 
@@ -135,21 +135,6 @@ TEST_P(ContactFinderOn, ForceRisesFromNothing) {
     const double force = wrenchOnB(found, {}, {}).force.norm() / (2e4 * kVoxel);
     EXPECT_NEAR(force, std::max(0.0, depth), bound) << "of k voxels, pressed by " << depth;
   }
-}
-
-TEST_P(ContactFinderOn, SeesAcrossTheMarginWithoutPressing) {
-  const Instance pair = instance();
-  ContactSettings settings = paper();
-  settings.margin = 0.8 * kVoxel;
-  const ContactResult& found = findContact(finder_, pair, pair.place(-0.4 * kVoxel), {}, settings);
-  ASSERT_FALSE(found.points.empty());
-  for (const ContactPoint& point : found.points) EXPECT_LE(point.depth, 0);
-  const auto nearest =
-      std::max_element(found.points.begin(), found.points.end(),
-                       [](const auto& a, const auto& b) { return a.depth < b.depth; });
-  EXPECT_NEAR(nearest->depth, -0.4 * kVoxel, 0.1 * kVoxel);
-  EXPECT_GT(nearest->normal.z(), std::cos(0.1));
-  EXPECT_EQ(wrenchOnB(found, {}, {}).force.norm(), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, ContactFinderOn,

@@ -1,7 +1,7 @@
 // contact_table: the errors of every contact case, as a table. For developers; no test.
 //
 //   contact_table [part-of-a-name ...] [--depths 0.3,0.6,1] [--instances 12] [--seed 1]
-//                 [--voxel 1e-3] [--law paper|foundation] [--window 2.5]
+//                 [--voxel 1e-3] [--law paper|foundation]
 //
 // A part `field` prints the field's own errors on solids instead: depth (bias, mean, worst) and
 // normal (mean, worst) away from edges and within 3 voxels of them, then false
@@ -55,8 +55,6 @@ Options parsed(int argc, char** argv) {
       options.run.seed = std::stoull(value);
     else if (key == "--voxel")
       options.run.voxel = std::stod(value);
-    else if (key == "--window")
-      options.run.field.window = std::stod(value);
     else if (key == "--law" && value == "paper")
       options.run.contact.law = cc::LawForm::Paper;
     else if (key == "--law" && value == "foundation")
