@@ -105,7 +105,7 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
                              kEmptyBrick);
   result.voxels.coverage.reserve(bricks);
   const std::size_t width = static_cast<std::size_t>(frame.width) * kBrickEdge;
-  result.bad.assign(width * static_cast<std::size_t>(frame.depth) * kBrickEdge, 0);
+  result.residue.assign(width * static_cast<std::size_t>(frame.depth) * kBrickEdge, 0);
   for (int bv = 0, i = 0; bv < frame.depth; ++bv)
     for (int bu = 0; bu < frame.width; ++bu, ++i) {
       BrickColumn& column = columns[static_cast<std::size_t>(i)];
@@ -119,12 +119,12 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
                                     column.coverage.end());
       result.cappedColumns += static_cast<std::size_t>(column.cappedColumns);
       result.cappedVoxels += static_cast<std::size_t>(column.cappedVoxels);
-      for (int c = 0; column.bad && c < kColumnsPerBrick; ++c)
-        if (column.bad >> c & 1) {
-          ++result.badColumns;
-          result.bad[static_cast<std::size_t>(bu * kBrickEdge + c % kBrickEdge) +
-                     width * static_cast<std::size_t>(bv * kBrickEdge + c / kBrickEdge)] = 1;
-        }
+      for (int c = 0; c < kColumnsPerBrick; ++c) {
+        result.badColumns += column.residue[c] > 0;
+        result.residue[static_cast<std::size_t>(bu * kBrickEdge + c % kBrickEdge) +
+                       width * static_cast<std::size_t>(bv * kBrickEdge + c / kBrickEdge)] =
+            column.residue[c];
+      }
       column = BrickColumn();  // frees its bricks: the peak is one copy and a column
     }
   return result;

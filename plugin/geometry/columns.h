@@ -22,9 +22,9 @@ struct GridSurface {
 
 struct ColumnResult {
   Cloud::Voxels voxels;
-  // One entry a column, u + v * width: 1 where the surface's sum did not come back to zero. Only
-  // surfaces with a boundary have such columns.
-  std::vector<std::uint8_t> bad;
+  // One entry a column, u + v * width: what the surface's sum left at the column's end [1/255],
+  // 0 where it closed. Only surfaces with a boundary leave anything.
+  std::vector<std::uint8_t> residue;
   std::size_t badColumns = 0;
   std::size_t cappedColumns = 0;  // columns in which a closing triangle took part
   std::size_t cappedVoxels = 0;   // voxels that one passes through

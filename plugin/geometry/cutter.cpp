@@ -134,7 +134,6 @@ void Cutter::sumUp(BrickColumn& result) {
   result.firstLayer = lowest_ / kBrickEdge;
   result.table.clear();
   result.coverage.clear();
-  result.bad = 0;
   // The sums end one cell above the topmost piece.
   const int lastLayer = std::min(highest_ + 1, height_ - 2) / kBrickEdge;
   BrickCoverage brick;
@@ -143,8 +142,12 @@ void Cutter::sumUp(BrickColumn& result) {
     result.table.push_back(code < 0 ? code : static_cast<std::int32_t>(result.coverage.size()));
     if (code >= 0) result.coverage.push_back(brick);
   }
-  for (int c = 0; c < kColumnsPerBrick; ++c)
-    if (std::abs(run[c]) > kClosedSum) result.bad |= std::uint64_t{1} << c;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    const double left = std::abs(run[c]);
+    result.residue[c] = left > kClosedSum
+                            ? static_cast<std::uint8_t>(std::min(255.0, std::ceil(255 * left)))
+                            : std::uint8_t{0};
+  }
 }
 
 // One layer of bricks: kEmptyBrick, kSolidBrick, or 0 where `brick` holds numbers.

@@ -41,7 +41,7 @@ struct BrickColumn {
   int firstLayer = 0;
   std::vector<std::int32_t> table;  // from firstLayer on; empty bricks elsewhere
   std::vector<BrickCoverage> coverage;
-  std::uint64_t bad = 0;  // a bit a voxel column
+  std::uint8_t residue[kColumnsPerBrick] = {};  // as in ColumnResult
   int cappedColumns = 0, cappedVoxels = 0;
 };
 

@@ -22,8 +22,6 @@ namespace {
 // Triangles that close a surface may have this share of its area: they fill cracks and missing
 // facets, and give each column an exact sum. A surface that lacks more is voted on.
 constexpr double kSmallCaps = 0.1;
-// Corners this near are one where a surface is open otherwise [voxels]: too near to change a voxel.
-constexpr double kNearCorners = 0.01;
 
 // A number as people write it: three digits.
 std::string digits(double x) {
@@ -48,24 +46,16 @@ struct Prepared {
   int passes() const { return closable ? 2 : 5; }
 };
 
-Prepared prepare(const Mesh& mesh, double voxelSize) {
+Prepared prepare(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("digitize: the mesh has no triangles");
   Mesh surface = mended(mesh);
   if (surface.triangles.empty())
     throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
   Prepared prepared;
-  const auto close = [&] {
-    prepared.closing = closeSurface(surface);
-    prepared.closable = prepared.closing.capArea <= kSmallCaps * totalArea(surface);
-  };
-  close();
+  prepared.closing = closeSurface(surface);
   prepared.wasClosed = prepared.closing.wasClosed();
+  prepared.closable = prepared.closing.capArea <= kSmallCaps * totalArea(surface);
   if (prepared.closable) return prepared;
-  if (Mesh welded = mended(surface, kNearCorners * voxelSize); !welded.triangles.empty()) {
-    surface = std::move(welded);
-    close();
-    if (prepared.closable) return prepared;
-  }
   if (isSheet(surface))
     throw std::invalid_argument(
         "digitize: the mesh bounds no volume, it is a sheet; give it a thickness with shell()");
@@ -111,7 +101,7 @@ void checkNotEmpty(const Cloud::Voxels& voxels, const Prepared& prepared, double
 
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
   checkVoxelSize(voxelSize);
-  const Prepared prepared = prepare(mesh, voxelSize);
+  const Prepared prepared = prepare(mesh);
   const double bytes =
       cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0), INFINITY);
   constexpr double kMost = 1e18;
@@ -122,7 +112,7 @@ Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeRepor
   checkVoxelSize(settings.voxelSize);
   if (settings.threads < 0)
     throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
-  const Prepared prepared = prepare(mesh, settings.voxelSize);
+  const Prepared prepared = prepare(mesh);
   checkSize(prepared, settings);
   const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
   const GridSurface surface = inGrid(prepared.closing, grid);
@@ -132,7 +122,7 @@ Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeRepor
   if (prepared.closable) {
     ColumnResult cut =
         cutColumns(surface, cheapestAxis(surface), settings.threads, settings.progress);
-    found.badColumns = cut.cappedColumns;
+    found.badColumns = cut.cappedColumns + cut.badColumns;
     *voxels = std::move(cut.voxels);
   } else {
     Vote vote = voteOnColumns(surface, settings.threads, settings.progress);

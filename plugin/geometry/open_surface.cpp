@@ -1,12 +1,12 @@
 // Voxels of a surface that lacks much of itself.
 //
 // Such a surface is cut into columns along all three axes. A column whose sum does not come back to
-// zero passes through a hole, or along a crack, and has no say. Where all three columns through a
-// voxel closed and agree, that is its coverage. Elsewhere the generalised winding number is asked
-// as well, for a column may enter and leave through holes and close on nothing: it is the smoothest
-// answer that a surface with holes has, but knows inside from outside only point by point, so
-// columns that it confirms are still the better measure. Cracks much narrower than a voxel change
-// no voxel.
+// zero passes through a hole, or along a crack. Where all three columns through a voxel closed and
+// agree, that is its coverage. Elsewhere the generalised winding number is asked as well, for a
+// column may enter and leave through holes and close on nothing: it is the smoothest answer that a
+// surface with holes has, but knows inside from outside only point by point, so columns that it
+// confirms are still the better measure, even such as did not quite close. Cracks much narrower
+// than a voxel change no voxel.
 #include "geometry/open_surface.h"
 
 #include <algorithm>
@@ -25,6 +25,8 @@ using Eigen::Vector3i;
 
 // Votes that differ by no more agree [1/255]. Rounding makes 1, cracks a little more.
 constexpr int kAgree = 8;
+// What a column may leave and still be heard where the winding number confirms it [1/255].
+constexpr int kHeard = 16;
 // A vote farther from what the winding number says is not confirmed [1/255]: from its samples all
 // over the voxel; and from inside or outside at its centre, which a surface may pass closely.
 constexpr int kConfirmed = 64, kConfirmedAtCenter = 160;
@@ -33,7 +35,7 @@ constexpr double kClear = 0.35;
 // Winding numbers are sampled at so many places along each edge of a voxel.
 constexpr int kSamples = 4;
 
-// The coverages that the closed columns through a voxel give it, in order.
+// The coverages that columns give a voxel, in order.
 struct Votes {
   int said[3], count = 0;
   void add(int coverage) {
@@ -43,12 +45,11 @@ struct Votes {
   }
   bool unanimous() const { return count == 3 && said[2] - said[0] <= kAgree; }
   int middle() const { return said[count / 2]; }
-  // The vote nearest to `coverage`, or that itself where none is near.
+  // The vote nearest to `coverage`, where one is near; -1 otherwise.
   int confirmed(int coverage, int tolerance) const {
-    int best = coverage, least = tolerance + 1;
+    int best = -1, least = tolerance + 1;
     for (int i = 0; i < count; ++i)
-      if (std::abs(said[i] - coverage) < least)
-        least = std::abs(said[i] - coverage), best = said[i];
+      if (const int off = std::abs(said[i] - coverage); off < least) least = off, best = said[i];
     return best;
   }
 };
@@ -64,12 +65,14 @@ class Voter {
     std::size_t undecided = 0;
     for (int v = 0; v < kBrickVoxels; ++v) {
       const Vector3i voxel = kBrickEdge * b + Vector3i(v % 8, v / 8 % 8, v / 64);
-      Votes votes;
+      Votes closed, nearly;
       for (int k = 0; k < 3; ++k)
-        if (!bad(k, voxel)) votes.add(coverageOf(k, entry, v));
-      undecided += !votes.unanimous();
+        if (const int left = residue(k, voxel); left <= kHeard)
+          (left == 0 ? closed : nearly).add(coverageOf(k, entry, v));
+      const bool plain = closed.unanimous();
+      undecided += !plain;
       coverage[static_cast<std::size_t>(v)] =
-          static_cast<std::uint8_t>(votes.unanimous() ? votes.middle() : judged(voxel, votes));
+          static_cast<std::uint8_t>(plain ? closed.middle() : judged(voxel, closed, nearly));
     }
     return undecided;
   }
@@ -97,18 +100,18 @@ class Voter {
         Vector3i voxel = kBrickEdge * b;
         voxel[(k + 1) % 3] += i % kBrickEdge;
         voxel[(k + 2) % 3] += i / kBrickEdge;
-        if (bad(k, voxel)) return false;
+        if (residue(k, voxel) > 0) return false;
       }
     }
     return true;
   }
 
  private:
-  bool bad(int axis, const Vector3i& voxel) const {
+  int residue(int axis, const Vector3i& voxel) const {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
     const auto width = static_cast<std::size_t>(bricks_[u] * kBrickEdge);
-    return axes_[axis].bad[static_cast<std::size_t>(voxel[u]) +
-                           width * static_cast<std::size_t>(voxel[v])] != 0;
+    return axes_[axis]
+        .residue[static_cast<std::size_t>(voxel[u]) + width * static_cast<std::size_t>(voxel[v])];
   }
 
   int coverageOf(int axis, std::size_t entry, int v) const {
@@ -118,10 +121,19 @@ class Voter {
   }
 
   // Where the columns do not all agree.
-  int judged(const Vector3i& voxel, const Votes& votes) const {
+  int judged(const Vector3i& voxel, const Votes& closed, const Votes& nearly) const {
     const double w = winding_.at(voxel.cast<double>() + Vector3d::Constant(0.5));
-    if (std::abs(w - 0.5) > kClear) return votes.confirmed(w > 0.5 ? 255 : 0, kConfirmedAtCenter);
-    return votes.confirmed(sampled(voxel), kConfirmed);
+    if (std::abs(w - 0.5) > kClear) {
+      const int whole = w > 0.5 ? 255 : 0;
+      const int said = closed.confirmed(whole, kConfirmedAtCenter);
+      if (said >= 0) return said;
+      if (nearly.count == 0) return whole;
+    }
+    const int samples = sampled(voxel);
+    int said = closed.confirmed(samples, kConfirmed);
+    // Columns that did not close have fractions to tell only where samples find some, too.
+    if (said < 0 && samples > 0 && samples < 255) said = nearly.confirmed(samples, kConfirmed);
+    return said >= 0 ? said : samples;
   }
 
   int sampled(const Vector3i& voxel) const {

@@ -109,14 +109,22 @@ TEST(DigitizeShells, CrossingBoxesAreUnited) {
   EXPECT_LT(std::abs(sum), 3e-4);
 }
 
-// One shell that passes through itself: a ring of boxes would do, a band wound twice is worse.
-TEST(DigitizeShells, ShellAcrossItself) {
-  Mesh bow = joined(boxMesh({0, 0, 0}, {0.5, 0.4, 0.3}), boxMesh({0.3, 0.1, 0.1}, {0.9, 0.3, 0.2}));
-  // A slit edge joins the two in one component.
-  bow.triangles.emplace_back(0, 8, 1);
-  bow.triangles.emplace_back(0, 1, 8);
-  const double truth = 0.5 * 0.4 * 0.3 + 0.4 * 0.2 * 0.1;
-  EXPECT_NEAR(volumeOf(cloudOf(bow, 0.04)), truth, 2e-3 * truth);
+// One shell that winds twice around its middle: a prism over a pentagram, its ends at odd heights.
+TEST(DigitizeShells, ShellAroundItself) {
+  const double r = 0.5, height = 0.413, h = 0.03;
+  Mesh star = cylinderMesh(r, height, 5);
+  for (int i = 0; i < 5; ++i)
+    for (int end = 0; end < 2; ++end) {
+      const double angle = 2 * std::numbers::pi * 2 * i / 5;
+      Vector3d& v = star.vertices[static_cast<std::size_t>(2 * i + end)];
+      v = {r * std::cos(angle), r * std::sin(angle), v[2]};
+    }
+  // The union is a ten-cornered star, its inner corners at r cos 72 / cos 36.
+  const double degree = std::numbers::pi / 180;
+  const double inner = r * std::cos(72 * degree) / std::cos(36 * degree);
+  const double truth = 5 * r * inner * std::sin(36 * degree) * height;
+  ASSERT_GT(inspect(star).volume, 1.2 * truth);  // which counts the middle twice
+  EXPECT_NEAR(volumeOf(cloudOf(star, h)), truth, 2e-3 * truth);
 }
 
 TEST(DigitizeOpen, MissingTrianglesAreFilled) {
@@ -183,6 +191,22 @@ TEST(DigitizeOpen, PatchesWithCracksBetweenThem) {
   // Far finer than the crack is wide and far coarser.
   for (const double h : {0.03, 0.0004 / gap * 1e-3})
     EXPECT_NEAR(volumeOf(cloudOf(turned, h)), 1, 1e-3) << h;
+}
+
+// Triangles that nearly meet, as rounded exporters leave them.
+TEST(DigitizeOpen, SoupWithHairlineCracks) {
+  const Mesh sphere = moved(sphereMesh(0.5, 3), oddTurn(), {0, 0, 0});
+  const double truth = inspect(sphere).volume, h = 0.03;
+  for (const double gap : {1e-9, 1e-6, 1e-4}) {
+    Mesh cracked = soup(sphere);
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> jitter(-gap, gap);
+    for (Vector3d& v : cracked.vertices)
+      v += Vector3d(jitter(random), jitter(random), jitter(random));
+    const Cloud cloud = cloudOf(cracked, h);
+    EXPECT_NEAR(volumeOf(cloud), truth, 1e-3 * truth) << gap;
+    EXPECT_LE(difference(cloud, cloudOf(sphere, h)).largest, 64) << gap;
+  }
 }
 
 TEST(DigitizeOpen, TJunctionsAndSliversLeaveNoStreak) {
