@@ -9,11 +9,12 @@ namespace cloudcontact {
 namespace {
 
 // k h^2 / m where nobody states a stiffness. At damping ratio 1 the backward Euler rows that Bullet
-// solves leave 1 / (1 + sqrt(kHardness)) of a penetration after each step, so 1 halves it: the
-// larger, the harder a pair stands (its sag under its own weight is g h^2 / kHardness) but the
-// slower the solver's sweeps converge in a stack, and the more the surface's own grid is felt. The
-// row is stable at any value; this one is about what the sweeps can still follow.
-constexpr double kHardness = 1.0;
+// solves leave 1 / (1 + sqrt(kHardness)) of a penetration after each step; the row is stable at any
+// value. Two things bound it, measured on ten cubes of 2 m at 60 Hz with ten sweeps: too soft, and
+// the stack is a column that buckles under its own weight (at 1 as it must, at 6 it leans over);
+// too hard, and ten sweeps no longer carry the weight down the stack (at 20 it stands, at 30 it
+// falls).
+constexpr double kHardness = 10.0;
 
 }  // namespace
 
