@@ -20,10 +20,10 @@ namespace {
 // radius of 10 voxels; an edge of 20 deg leaves 0.006.
 constexpr float kSmoothResidual = 0.004f;
 // Blocks that the quadric explains this well keep it: shallow edges, small radii.
-constexpr float kEnough = 0.008f;
+constexpr float kEnough = 0.004f;
 // An edge must explain the block this well, and better than the quadric by this factor.
 constexpr float kEdgeResidual = 0.03f;
-constexpr float kEdgeGain = 0.6f;
+constexpr float kEdgeGain = 0.75f;
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face
