@@ -127,7 +127,7 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   }
   const PairSides sides{&a, &b, bodyA->motion, bodyB->motion};
   const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
-  ContactSettings settings{law.form, law.pair, 0};
+  ContactSettings settings{law.form, law.pair};
   if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};
   const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
   // Bullet's queries subclass the result to override addContactPoint; its solver never does.
