@@ -16,6 +16,7 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kDefaultSeconds = 5;
+constexpr double kMostSteps = 1e9;  // weeks of work, and what an int can count
 
 struct SimulateOptions {
   CommonOptions common;
@@ -146,6 +147,9 @@ void run(const SimulateOptions& options) {
   run.seconds = options.seconds.value_or(kDefaultSeconds);
   run.step = options.step.value_or(scene.step);
   run.substeps = options.substeps;
+  if (run.seconds / run.step > kMostSteps)
+    throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
+                   "a thousand million; give a longer --step or fewer --seconds");
   Trajectory trajectory(options.trajectory);
   const auto progress = progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {

@@ -48,6 +48,23 @@ void writeFiles(const Workplace& place) {
   std::filesystem::create_directory(place / "folder.cloud");
 }
 
+// A ball in a world, and what may be wrong with it.
+void writeScenes(const Workplace& place) {
+  const auto scene = [](const std::string& geometry) {
+    return "<?xml version='1.0'?><sdf version='1.9'><world name='w'><gravity>0 0 -9.81</gravity>"
+           "<physics name='p' type='bullet'><max_step_size>0.004</max_step_size></physics>"
+           "<model name='ball'><link name='l'><inertial><mass>1</mass></inertial>"
+           "<collision name='c'><geometry>" +
+           geometry + "</geometry></collision></link></model></world></sdf>";
+  };
+  const std::string ball = scene("<sphere><radius>0.1</radius></sphere>");
+  place.write("ball.sdf", ball);
+  place.write("empty.sdf", "");
+  place.write("cut.sdf", ball.substr(0, ball.size() / 2));
+  place.write("negative.sdf", scene("<sphere><radius>-0.1</radius></sphere>"));
+  place.write("meshless.sdf", scene("<mesh><uri>gone.obj</uri></mesh>"));
+}
+
 // Clouds that were good once.
 void writeClouds(const Workplace& place) {
   const Outcome saved =
@@ -177,6 +194,33 @@ std::vector<Case> contactCases() {
   };
 }
 
+std::vector<Case> simulateCases() {
+  const auto simulate = [](std::vector<std::string> rest) {
+    rest.insert(rest.begin(), {"simulate", "ball.sdf", "--voxel", "0.02"});
+    return rest;
+  };
+  return {
+      {{"simulate"}, {"--help"}},
+      {{"simulate", "gone.sdf"}, {"gone.sdf", "no such file"}},
+      {{"simulate", "folder"}, {"folder"}},
+      {{"simulate", "good.obj"}, {"good.obj", "SDFormat"}},
+      {{"simulate", "empty.sdf"}, {"empty.sdf", "SDFormat"}},
+      {{"simulate", "cut.sdf"}, {"cut.sdf", "cut short"}},
+      {{"simulate", "meshless.sdf"}, {"meshless.sdf", "'ball'", "gone.obj"}},
+      {{"simulate", "negative.sdf"}, {"negative.sdf", "'ball'", "<radius>"}},
+      {simulate({"--seconds", "nan"}), {"--seconds"}},
+      {simulate({"--step", "0"}), {"--step"}},
+      {simulate({"--step", "1e-12"}), {"--step", "longer"}},
+      {simulate({"--substeps", "0"}), {"--substeps"}},
+      {simulate({"--iterations", "few"}), {"--iterations", "'few'"}},
+      {simulate({"--trajectory", "nowhere/a.csv"}), {"--trajectory", "nowhere/a.csv"}},
+      {simulate({"--trajectory", "folder"}), {"--trajectory", "folder"}},
+      {simulate({"--replay", "a.glb"}), {"--replay", "not there yet"}},
+      {simulate({"--method", "sdf"}), {"--method sdf", "use"}},
+      {{"demo", "nothing"}, {"nothing"}},
+  };
+}
+
 std::string inWords(const Case& c) {
   std::string words = "cloudcontact";
   for (const std::string& a : c.arguments) words += " '" + a + "'";
@@ -187,6 +231,7 @@ class BadInput : public testing::Test {
  protected:
   void SetUp() override {
     writeFiles(place);
+    writeScenes(place);
     writeClouds(place);
   }
 
@@ -234,6 +279,7 @@ TEST_F(BadInput, GoodInputIsNotRefused) {
       {"contact", "cone:0.01,0.02", "sphere:0.01", "--pose", "-1 0 0", "--voxel", "0.001"},
       {"contact", "halfspace", "sphere:0.01", "--pose", "0 0 0.0099", "--voxel", "0.001",
        "--backend", "opencl"},
+      {"simulate", "ball.sdf", "--voxel", "0.02", "--seconds", "0.01"},
       {"--help"},
       {"contact", "--help"},
       {"--version"},
