@@ -41,7 +41,9 @@ double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
   world.setGravity(btVector3(0, 0, btScalar(-9.81)));
   // sample begins
   using namespace cloudcontact;
-  Cloud cloud = digitize(mesh, {.voxelSize = 0.005});  // metres
+  DigitizeSettings settings;
+  settings.voxelSize = 0.005;  // metres
+  Cloud cloud = digitize(mesh, settings);
   cloud = cloud.translated(-cloud.massProperties().centerOfMass);
   CloudShape shape(SurfaceField::build(cloud));
   shape.material = Material{1e5, 100};  // k [N/m], c [N s/m]
@@ -52,7 +54,7 @@ double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
 
   btVector3 inertia;
   shape.calculateLocalInertia(1, inertia);
-  btRigidBody body({1, nullptr, &shape, inertia});
+  btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &shape, inertia));
   body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 0, btScalar(0.06))));
   world.addRigidBody(&body);
   for (int i = 0; i < 240; ++i) world.stepSimulation(btScalar(1) / 240, 0, btScalar(1) / 240);

@@ -266,6 +266,9 @@ TEST_F(BadInput, OptionsAreRefusedByName) {
 TEST_F(BadInput, ContactsAreRefusedByName) {
   expectRefused(contactCases());
 }
+TEST_F(BadInput, SimulationsAreRefusedByName) {
+  expectRefused(simulateCases());
+}
 
 // The half of a table that a program refusing everything would pass: what must be accepted.
 TEST_F(BadInput, GoodInputIsNotRefused) {

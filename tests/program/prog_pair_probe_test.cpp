@@ -48,7 +48,7 @@ TEST(PairProbe, BulletsManifoldsHoldTheFindersContact) {
   a.field = box.get();
   b.field = sphere.get();
   b.pose = pose;
-  const ContactSettings settings{LawForm::Paper, {2500, 7}, 0};
+  const ContactSettings settings{LawForm::Paper, {2500, 7}};
   const ContactResult& truth = finder.find(a, b, settings);
   const Wrench wrench = wrenchOnB(truth, {}, {});
   ASSERT_GT(wrench.force.z(), 1);  // 0.6 voxels deep
