@@ -140,8 +140,8 @@ CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
     square += w * r * r;
     weight += w;
     const float u = ccDot(f->t1, x), v = ccDot(f->t2, x);
-    // A voxel that the surface has just left still pulls it back: faces along the grid stuck on voxel
-    // faces without this, 0.04 from where they are.
+    // A voxel that the surface has just left still pulls it back: faces along the grid stuck on
+    // voxel faces without this, 0.04 from where they are.
     const float pull = cut.area == 0.0f ? 0.5f : cut.area;
     float g[6] = {pull, -pull * u, -pull * v, 0.0f, 0.0f, 0.0f};
     if (!planar) {
