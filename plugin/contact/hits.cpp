@@ -23,6 +23,7 @@ constexpr float kOutOfTouch = -1.75f;
 // Nor has one that runs along the other surface farther off than this: the fine samples of its
 // cell lie at most 1.5 voxels beside it, and both surfaces may bend a little.
 constexpr float kSlack = 0.4f, kSlope = 1.5f;
+constexpr std::uint32_t kRun = 32;   // samples looked up together
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
 // A rigid map in float, x -> turn x + shift.
@@ -84,10 +85,11 @@ bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s
   const Eigen::Vector3i at = x.cast<int>();
   if (x.minCoeff() < 0.0f || !grid.contains(at.x(), at.y(), at.z())) return false;
   const float voxel = static_cast<float>(other.cloud().voxelSize());
-  const CcVoxel record = grid.at(at.x(), at.y(), at.z());
+  // The table of near blocks is small and stays in the cache; the records do not.
+  const bool near = other.near(at.x(), at.y(), at.z());
+  const CcVoxel record = near ? grid.at(at.x(), at.y(), at.z()) : CcVoxel{0, 0};
   if (ccPlaneCount(record) == 0) {
-    if (other.cloud().coverage(at.x(), at.y(), at.z()) == 0)
-      return dir.level > 1 && other.near(at.x(), at.y(), at.z());
+    if (other.cloud().coverage(at.x(), at.y(), at.z()) == 0) return dir.level > 1 && near;
     const std::size_t brick = grid.tableIndex(at.x(), at.y(), at.z());
     const int deeper = std::max(0, static_cast<int>(other.brickDistance()[brick]) - 1);
     addHit(dir, s, (kBeyondBand + static_cast<float>(deeper * kBrickEdge)) * voxel, V3::Zero(),
@@ -143,9 +145,18 @@ void searchField(const Direction& dir, const FieldData& other, const Map& toOthe
     const V3 c = toOther(V3(brick.center[0], brick.center[1], brick.center[2]));
     if (!mayTouch(other, c, brick.radius * ratio + 1.0f)) return false;
     bool near = false;
-    for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
-      const SurfaceSample& s = dir.samples.samples[k];
-      near |= lookUp(dir, other, s, toOther(Eigen::Map<const V3>(s.position)), hits);
+    const std::uint32_t end = brick.first + brick.count;
+    for (std::uint32_t k = brick.first; k < end; k += kRun) {
+      // All of a run's records are asked for before the first is read: they lie all over memory.
+      V3 x[kRun];
+      const std::uint32_t run = std::min(kRun, end - k);
+      for (std::uint32_t i = 0; i < run; ++i) {
+        x[i] = toOther(Eigen::Map<const V3>(dir.samples.samples[k + i].position));
+        const Eigen::Vector3i at = x[i].cast<int>();
+        other.band().grid.prefetch(at.x(), at.y(), at.z());
+      }
+      for (std::uint32_t i = 0; i < run; ++i)
+        near |= lookUp(dir, other, dir.samples.samples[k + i], x[i], hits);
     }
     return near;
   });
