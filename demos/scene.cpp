@@ -105,7 +105,8 @@ Pose SceneReader::resolved(const sdf::SemanticPose& semantic, const std::string&
 
 double SceneReader::positive(double value, const std::string& element) const {
   if (!std::isfinite(value) || value <= 0)
-    fail(element, "must be a positive finite number, is " + std::to_string(value));
+    fail(element,
+         "must be a positive finite number, is " + std::to_string(value) + "; give one above 0");
   return value;
 }
 

@@ -158,7 +158,7 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings&
       patch.depth = depth * (p.size / force) / share;
     }
     const Vec3 n = p.force.force / p.size;
-    const PatchPoints points = pointsOf(*p.sums, p.force);
+    const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
     const std::uint32_t id = nameOf(p.force.center, n, frame.voxel);
     patch.normal = frame.pose.orientation * n;
     patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);

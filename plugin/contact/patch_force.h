@@ -25,6 +25,6 @@ struct PatchPoints {
   Vec3 normal[4];    // unit, from A to B
   double weight[4];  // depth relative to the patch's mean
 };
-PatchPoints pointsOf(const Sums& patch, const PatchForce& force);
+PatchPoints pointsOf(const Sums& patch, const PatchForce& force, double voxel);
 
 }  // namespace cloudcontact
