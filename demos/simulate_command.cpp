@@ -142,7 +142,6 @@ void run(const SimulateOptions& options) {
     settings.voxel = defaultVoxel(scene, options.common);
     std::cerr << "cloudcontact: voxels of " << settings.voxel << " m (--voxel)\n";
   }
-  World world(scene, settings);
   SimulationSettings run;
   run.seconds = options.seconds.value_or(kDefaultSeconds);
   run.step = options.step.value_or(scene.step);
@@ -150,6 +149,7 @@ void run(const SimulateOptions& options) {
   if (run.seconds / run.step > kMostSteps)
     throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
                    "a thousand million; give a longer --step or fewer --seconds");
+  World world(scene, settings);
   Trajectory trajectory(options.trajectory);
   const auto progress = progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {
