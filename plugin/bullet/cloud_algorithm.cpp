@@ -125,7 +125,9 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
     writer.clear();
     return;
   }
-  const PairSides sides{&a, &b, bodyA->motion, bodyB->motion};
+  const double inverse =
+      inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
+  const PairSides sides{&a, &b, bodyA->motion, bodyB->motion, inverse > 0 ? 1 / inverse : 0};
   const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
   ContactSettings settings{law.form, law.pair};
   if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};

@@ -9,20 +9,11 @@
 #include <algorithm>
 
 #include "convert.h"
+#include "point_friction.h"
 
 namespace cloudcontact {
 
 namespace {
-
-// The share of the Coulomb limit above which a standing patch's friction turns to face its load.
-// Below it no row is near its bound, so the directions do not matter and had better not move.
-constexpr double kNearLimit = 0.5;
-
-// The share of a standing point's slip that friction takes back each step, and the most slip that
-// it remembers, in steps at the sliding speed. Without it a cube creeps 0.15 voxel in 10 s on a
-// slope of 25 degrees at friction 0.6, with it 1e-8; 0.05 to 0.5 do alike.
-constexpr double kAnchor = 0.2;
-constexpr double kAnchorSteps = 10;
 
 // What a pair's points have in common: Bullet's combined coefficients, and its flags.
 btManifoldPoint commonOf(const PairSides& sides, LawForm law) {
@@ -52,94 +43,6 @@ void copyLearnt(const btManifoldPoint& from, btManifoldPoint& to) {
   to.m_prevRHS = from.m_prevRHS;
   to.m_userPersistentData = from.m_userPersistentData;
   to.m_lifeTime = from.m_lifeTime + 1;
-}
-
-// Bullet clamps a point's two friction rows each for itself: a square, whose corners reach 1.41
-// times as far as Coulomb's circle. Where the first row lies along the force, square and circle
-// touch. Sliding, that is the slip. Standing, it is the load: what friction carried last step, as
-// one force and one spin of the whole patch, laid over its points. (Each point's own last force
-// will not do: points pull against one another, and rows that turn to face that swing by 45 degrees
-// to and fro, a stable two-step cycle in which a slope holds 3 % too much.)
-class PatchLoad {
- public:
-  void add(const Vec3& position, const btManifoldPoint* before) {
-    at_[count_] = position;
-    if (before) {
-      held_[count_] = toVec3(before->m_lateralFrictionDir1) * before->m_appliedImpulseLateral1 +
-                      toVec3(before->m_lateralFrictionDir2) * before->m_appliedImpulseLateral2;
-      limit_ += before->m_combinedFriction * before->m_appliedImpulse;
-    }
-    ++count_;
-  }
-
-  void sum() {
-    for (int i = 0; i < count_; ++i) {
-      center_ += at_[i] / count_;
-      force_ += held_[i];
-    }
-    Vec3 spin = Vec3::Zero();
-    double polar = 0;
-    for (int i = 0; i < count_; ++i) {
-      spin += (at_[i] - center_).cross(held_[i]);
-      polar += (at_[i] - center_).squaredNorm();
-    }
-    if (polar > 0) spin_ = count_ * spin / polar;
-  }
-
-  // The load's direction at a place; zero where the patch is far from sliding.
-  Vec3 at(const Vec3& position) const {
-    const Vec3 load = force_ + spin_.cross(position - center_);
-    return load.norm() > kNearLimit * limit_ ? load : Vec3::Zero();
-  }
-
- private:
-  Vec3 at_[MANIFOLD_CACHE_SIZE],
-      held_[MANIFOLD_CACHE_SIZE] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-  int count_ = 0;
-  double limit_ = 0;
-  Vec3 center_ = Vec3::Zero(), force_ = Vec3::Zero(), spin_ = Vec3::Zero();
-};
-
-Vec3 slipOf(const ContactPoint& point, const PairSides& sides) {
-  const Vec3 slip = sides.motionA.at(point.position) - sides.motionB.at(point.position);
-  return slip - slip.dot(point.normal) * point.normal;
-}
-
-// The direction along which a point's friction acts, not yet flattened onto its plane: of the slip,
-// else of the load, else as it was.
-Vec3 wantedDirection(const ContactPoint& point, const Vec3& slip, const PatchLoad& load,
-                     const btManifoldPoint* before, double slidingSpeed) {
-  if (slip.norm() > slidingSpeed) return slip;
-  const Vec3 held = load.at(point.position);
-  if (held.squaredNorm() > 0 || !before) return held;
-  return toVec3(before->m_lateralFrictionDir1);
-}
-
-// A standing point goes back to where it stood. Bullet starts friction from nothing every step, so
-// what its iterations leave over is a creep that never stops; here the slip of all steps is summed
-// up, and a share of it asked back as the rows' target velocity. The sum lives in the targets.
-void anchor(const Vec3& slip, const btManifoldPoint* before, double slidingSpeed,
-            btManifoldPoint& point) {
-  if (!before || slip.norm() > slidingSpeed) return;
-  Vec3 back = -(toVec3(before->m_lateralFrictionDir1) * before->m_contactMotion1 +
-                toVec3(before->m_lateralFrictionDir2) * before->m_contactMotion2) +
-              kAnchor * slip;
-  const double most = kAnchor * kAnchorSteps * slidingSpeed;
-  if (back.norm() > most) back *= most / back.norm();
-  point.m_contactMotion1 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir1)));
-  point.m_contactMotion2 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir2)));
-}
-
-void setFrictionDirections(const Vec3& wanted, btManifoldPoint& point) {
-  const btVector3& normal = point.m_normalWorldOnB;
-  const Vec3 n = toVec3(normal), along = wanted - n.dot(wanted) * n;
-  // What is left of a vector along the normal is rounding, not a direction.
-  if (along.norm() <= 1e-3 * wanted.norm()) {
-    btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
-    return;
-  }
-  point.m_lateralFrictionDir1 = toBullet(Vec3(along.normalized()));
-  point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
 }
 
 // A = B + normal * distance, both surfaces half the depth from the point.
@@ -215,7 +118,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     before[i] = heirOf(static_cast<int>(sources[i].id));
     load.add(sources[i].position, before[i]);
   }
-  load.sum();
+  load.sum(sides.mass / static_cast<double>(contact.points.size()));
   manifold.setNumContacts(count);
   for (int i = 0; i < count; ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
@@ -224,9 +127,8 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     if (settings.law != LawForm::Rigid) setLaw(sources[i], settings.stiffnessScale, point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
-    const Vec3 slip = slipOf(sources[i], sides);
-    setFrictionDirections(wantedDirection(sources[i], slip, load, before[i], settings.slidingSpeed),
-                          point);
+    const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
+    setFrictionDirections(sources[i].position, slip, load, before[i], point);
     anchor(slip, before[i], settings.slidingSpeed, point);
     if (before[i]) copyLearnt(*before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);

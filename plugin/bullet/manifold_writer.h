@@ -16,13 +16,14 @@ struct PairSides {
   const btCollisionObjectWrapper* wrapA = nullptr;
   const btCollisionObjectWrapper* wrapB = nullptr;
   Motion motionA, motionB;
+  double mass = 0;  // [kg] 1 / (1/mA + 1/mB); 0 where neither moves
 };
 
 // What a step adds to the points themselves.
 struct WriteSettings {
   LawForm law = LawForm::Paper;
   double stiffnessScale = 1;  // points' k and c are multiplied by it
-  double slidingSpeed = 0;    // [m/s] slower than this, friction directions stay as they were
+  double slidingSpeed = 0;    // [m/s] slower than this, a point stands and keeps its place
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm dies. Points are

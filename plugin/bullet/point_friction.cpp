@@ -1,0 +1,86 @@
+// Friction rows that face their load, and the memory of standing points.
+#include "point_friction.h"
+
+#include "convert.h"
+
+namespace cloudcontact {
+
+namespace {
+
+// The share of the Coulomb limit above which rows turn to face their load. Below it no row is near
+// its bound, so the directions do not matter and had better not move.
+constexpr double kNearLimit = 0.5;
+
+// The share of a standing point's slip that friction takes back each step, and the most slip that
+// it remembers, in steps at the sliding speed. Without it a cube creeps 0.15 voxel in 10 s on a
+// slope of 25 degrees at friction 0.6, with it 1e-8; 0.05 to 0.5 do alike.
+constexpr double kAnchor = 0.2;
+constexpr double kAnchorSteps = 10;
+
+}  // namespace
+
+Vec3 slipOf(const ContactPoint& point, const Motion& a, const Motion& b) {
+  const Vec3 slip = a.at(point.position) - b.at(point.position);
+  return slip - slip.dot(point.normal) * point.normal;
+}
+
+void PatchLoad::add(const Vec3& position, const btManifoldPoint* before) {
+  at_[count_] = position;
+  held_[count_].setZero();
+  if (before) {
+    held_[count_] = toVec3(before->m_lateralFrictionDir1) * before->m_appliedImpulseLateral1 +
+                    toVec3(before->m_lateralFrictionDir2) * before->m_appliedImpulseLateral2;
+    limit_ += before->m_combinedFriction * before->m_appliedImpulse;
+  }
+  ++count_;
+}
+
+void PatchLoad::sum(double mass) {
+  mass_ = mass;
+  limit_ /= count_;
+  for (int i = 0; i < count_; ++i) {
+    center_ += at_[i] / count_;
+    force_ += held_[i] / count_;
+  }
+  double polar = 0;
+  for (int i = 0; i < count_; ++i) {
+    spin_ += (at_[i] - center_).cross(held_[i]);
+    polar += (at_[i] - center_).squaredNorm();
+  }
+  if (polar > 0) spin_ /= polar;
+}
+
+Vec3 PatchLoad::at(const Vec3& position, const Vec3& slip) const {
+  const Vec3 held = force_ + spin_.cross(position - center_);
+  const Vec3 load = mass_ * slip - held;
+  return load.norm() > kNearLimit * limit_ ? load : Vec3::Zero();
+}
+
+void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLoad& load,
+                           const btManifoldPoint* before, btManifoldPoint& point) {
+  Vec3 wanted = load.at(position, slip);
+  if (wanted.isZero(0) && before) wanted = toVec3(before->m_lateralFrictionDir1);
+  const btVector3& normal = point.m_normalWorldOnB;
+  const Vec3 n = toVec3(normal), along = wanted - n.dot(wanted) * n;
+  // What is left of a vector along the normal is rounding, not a direction.
+  if (along.norm() <= 1e-3 * wanted.norm()) {
+    btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+    return;
+  }
+  point.m_lateralFrictionDir1 = toBullet(Vec3(along.normalized()));
+  point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
+}
+
+void anchor(const Vec3& slip, const btManifoldPoint* before, double slidingSpeed,
+            btManifoldPoint& point) {
+  if (!before || slip.norm() > slidingSpeed) return;
+  Vec3 back = -(toVec3(before->m_lateralFrictionDir1) * before->m_contactMotion1 +
+                toVec3(before->m_lateralFrictionDir2) * before->m_contactMotion2) +
+              kAnchor * slip;
+  const double most = kAnchor * kAnchorSteps * slidingSpeed;
+  if (back.norm() > most) back *= most / back.norm();
+  point.m_contactMotion1 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir1)));
+  point.m_contactMotion2 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir2)));
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,207 @@
+// Bodies in motion against mechanics: rest, slopes, rolling, falling, momentum, sleep, and that a
+// run can be repeated to the bit.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "bullet_world.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 0.01, kGravity = 9.81;
+
+std::shared_ptr<const SurfaceField> cubeField() {
+  static const auto field = fieldOf(boxMesh({0.2, 0.2, 0.2}), kVoxel);
+  return field;
+}
+
+btVector3 vector(const Vec3& v) {
+  return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
+}
+
+double energy(const btRigidBody& body) {
+  const btVector3 spin = body.getAngularVelocity() * body.getWorldTransform().getBasis();
+  const btVector3 inverse = body.getInvInertiaDiagLocal();
+  double sum = body.getLinearVelocity().length2() / 2 / body.getInvMass() +
+               kGravity * body.getWorldTransform().getOrigin().z() / body.getInvMass();
+  for (int axis = 0; axis < 3; ++axis) sum += spin[axis] * spin[axis] / 2 / inverse[axis];
+  return sum;
+}
+
+TEST(Rest, ACubeStaysWhereItIsPut) {
+  BulletWorld scene;
+  scene.addGround();
+  btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.1)}));
+  for (int i = 0; i < 240; ++i) scene.step(1. / 240);
+  const btVector3 settled = cube.getWorldTransform().getOrigin();
+  for (int i = 0; i < 2400; ++i) scene.step(1. / 240);
+  EXPECT_LT(cube.getWorldTransform().getOrigin().distance(settled), 0.01 * kVoxel);
+}
+
+// A cube on a slope of the given tangent, pressed in by what it will sag there.
+struct Slope {
+  BulletWorld scene;
+  btRigidBody* cube;
+  Vec3 down;
+  double angle;
+
+  Slope(double tangent, double friction, double yaw) : angle(std::atan(tangent)) {
+    const Vec3 normal(-std::sin(angle) * std::cos(yaw), -std::sin(angle) * std::sin(yaw),
+                      std::cos(angle));
+    down =
+        Vec3(-std::cos(angle) * std::cos(yaw), -std::cos(angle) * std::sin(yaw), -std::sin(angle));
+    scene.add(std::make_unique<btStaticPlaneShape>(vector(normal), 0), 0, at({0, 0, 0}))
+        .setFriction(1);
+    const double sag = kGravity * std::cos(angle) / stepLimited(1, kStep).stiffness;
+    const btTransform place =
+        at(vector((0.1 - sag) * normal), shortestArcQuat({0, 0, 1}, vector(normal)));
+    cube = &scene.addCloud(cubeField(), 1, place);
+    cube->setFriction(btScalar(friction));
+  }
+
+  // How far it goes down in `seconds` [m].
+  double run(double seconds) {
+    const btVector3 before = cube->getWorldTransform().getOrigin();
+    for (int i = 0; i < seconds / kStep; ++i) scene.step(kStep);
+    return (cube->getWorldTransform().getOrigin() - before).dot(vector(down));
+  }
+
+  static constexpr double kStep = 1. / 240;
+};
+
+TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
+  for (const double yaw : {0.0, 0.4}) {
+    EXPECT_LT(Slope(0.5, 0.51, yaw).run(3), 0.1 * kVoxel) << "yaw " << yaw;
+    // g (sin - mu cos) t^2 / 2, and never more; it may start late.
+    const double angle = std::atan(0.5);
+    const double free = kGravity * (std::sin(angle) - 0.48 * std::cos(angle)) * 9 / 2;
+    const double gone = Slope(0.5, 0.48, yaw).run(3);
+    EXPECT_GT(gone, 0.8 * free) << "yaw " << yaw;
+    EXPECT_LT(gone, 1.02 * free) << "yaw " << yaw;
+  }
+}
+
+TEST(OnASlope, StandingMeansNoCreep) {
+  for (const double yaw : {0.0, 0.4}) {
+    Slope slope(std::tan(25 * SIMD_RADS_PER_DEG), 0.6, yaw);
+    slope.run(1);
+    EXPECT_LT(std::abs(slope.run(10)), 0.01 * kVoxel) << "yaw " << yaw;
+  }
+}
+
+TEST(Rolling, ASphereKeepsItsSpeed) {
+  const auto ball = fieldOf(sphereMesh(0.2, 1e-5), kVoxel);
+  CloudContactSettings settings;
+  settings.pair = Material{1e4, 200};
+  BulletWorld scene(settings);
+  scene.addGround();
+  btRigidBody& sphere = scene.addCloud(ball, 1, at({0, 0, btScalar(0.2)}));
+  sphere.setLinearVelocity({1, 0, 0});
+  sphere.setAngularVelocity({0, 5, 0});
+  for (int i = 0; i < 720; ++i) scene.step(1. / 240);
+  EXPECT_GT(sphere.getLinearVelocity().x(), 0.98);
+  EXPECT_LT(sphere.getLinearVelocity().x(), 1.01);
+  EXPECT_NEAR(sphere.getWorldTransform().getOrigin().x(), 3, 0.06);
+  EXPECT_NEAR(sphere.getAngularVelocity().y() * 0.2, sphere.getLinearVelocity().x(), 0.01);
+}
+
+TEST(Falling, NeverGainsEnergyOnAnyCornerOrEdge) {
+  const btVector3 axes[] = {{1, 2, 3}, {1, 0, 0}, {1, 1, 0}};
+  for (const btVector3& axis : axes) {
+    BulletWorld scene;
+    scene.addGround();
+    btRigidBody& cube =
+        scene.addCloud(cubeField(), 1,
+                       at({0, 0, btScalar(0.4)}, btQuaternion(axis.normalized(), btScalar(0.785))));
+    const double start = energy(cube);
+    double most = start;
+    for (int i = 0; i < 720; ++i) {
+      scene.step(1. / 240);
+      most = std::max(most, energy(cube));
+    }
+    EXPECT_LE(most, 1.001 * start);
+    EXPECT_LT(energy(cube), 0.5 * start) << "it did not fall";
+    EXPECT_GT(cube.getWorldTransform().getOrigin().z(), 0.095) << "it fell through";
+  }
+}
+
+TEST(Momentum, TwoFreeBodiesInContactKeepTheirs) {
+  BulletWorld scene;
+  scene.world.setGravity({0, 0, 0});
+  btRigidBody& a = scene.addCloud(cubeField(), 1, at({0, 0, 0}));
+  btRigidBody& b = scene.addCloud(
+      cubeField(), 3,
+      at({btScalar(0.3), btScalar(0.05), btScalar(0.02)}, btQuaternion({0, 0, 1}, btScalar(0.3))));
+  for (btRigidBody* body : {&a, &b}) {
+    body->setFriction(btScalar(0.7));
+    body->setDamping(0, 0);
+  }
+  b.setLinearVelocity({-1, btScalar(0.2), 0});
+  const auto linear = [&] { return a.getLinearVelocity() + b.getLinearVelocity() * 3; };
+  const auto angular = [&] {
+    btVector3 sum(0, 0, 0);
+    for (const btRigidBody* body : {&a, &b})
+      sum += body->getWorldTransform().getOrigin().cross(body->getLinearVelocity()) /
+                 body->getInvMass() +
+             body->getInvInertiaTensorWorld().inverse() * body->getAngularVelocity();
+    return sum;
+  };
+  const btVector3 linearBefore = linear(), angularBefore = angular();
+  double exchanged = 0;
+  for (int i = 0; i < 240; ++i) {
+    scene.step(1. / 240);
+    exchanged = std::max<double>(exchanged, a.getLinearVelocity().length());
+  }
+  ASSERT_GT(exchanged, 0.1) << "they never met";
+  EXPECT_NEAR((linear() - linearBefore).length(), 0, 10 * kRounding);
+  // Friction acts on each body's own surface, so its two arms differ by the depth.
+  EXPECT_NEAR((angular() - angularBefore).length(), 0, 0.01);
+}
+
+TEST(Sleep, ACubeFallsAsleepKeepsItsContactAndWakes) {
+  BulletWorld scene;
+  scene.addGround();
+  btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.1)}));
+  cube.forceActivationState(ACTIVE_TAG);
+  for (int i = 0; i < 1200 && cube.isActive(); ++i) scene.step(1. / 240);
+  ASSERT_FALSE(cube.isActive());
+  const auto asleep = scene.points();
+  EXPECT_FALSE(asleep.empty());
+  const auto pairs = scene.clouds.statistics().pairs;
+  for (int i = 0; i < 10; ++i) scene.step(1. / 240);
+  EXPECT_EQ(scene.clouds.statistics().pairs, pairs) << "a sleeping pair costs nothing";
+  EXPECT_EQ(scene.points().size(), asleep.size());
+  cube.activate(true);
+  cube.applyCentralImpulse({0, 0, 1});
+  for (int i = 0; i < 24; ++i) scene.step(1. / 240);
+  EXPECT_GT(cube.getWorldTransform().getOrigin().z(), 0.12);
+}
+
+TEST(Determinism, TheSameSceneTwiceIsTheSameToTheBit) {
+  const auto run = [] {
+    BulletWorld scene;
+    scene.addGround();
+    std::vector<btRigidBody*> cubes;
+    for (int i = 0; i < 4; ++i)
+      cubes.push_back(&scene.addCloud(
+          cubeField(), 1,
+          at({btScalar(0.03 * i), btScalar(0.01 * i), btScalar(0.15 + 0.25 * i)},
+             btQuaternion(btVector3(1, btScalar(i), 2).normalized(), btScalar(0.1 * i)))));
+    for (int i = 0; i < 200; ++i) scene.step(1. / 240);
+    std::vector<btScalar> state;
+    for (const btRigidBody* cube : cubes)
+      for (int axis = 0; axis < 3; ++axis) {
+        state.push_back(cube->getWorldTransform().getOrigin()[axis]);
+        state.push_back(cube->getLinearVelocity()[axis]);
+        state.push_back(cube->getAngularVelocity()[axis]);
+      }
+    return state;
+  };
+  const auto first = run(), second = run();
+  EXPECT_EQ(std::memcmp(first.data(), second.data(), first.size() * sizeof(btScalar)), 0);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
