@@ -54,7 +54,7 @@ class BulletWorld {
     info.m_startWorldTransform = place;
     shapes_.push_back(std::move(shape));
     bodies_.push_back(std::make_unique<btRigidBody>(info));
-    bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    if (mass > 0) bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     world.addRigidBody(bodies_.back().get());
     return *bodies_.back();
   }
