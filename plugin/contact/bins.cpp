@@ -15,6 +15,9 @@ constexpr float kFacing = 0.2f;
 constexpr double kAgree = 0.93;
 // ... and the other's do not disagree.
 constexpr double kDisagree = -0.2;
+// Bins are close where their centres are nearer than this share of a cell; a bin that only links
+// must weigh this share of its patch.
+constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
 
 float gateOf(const Hit& hit) {
   return std::clamp(hit.facing / kFacing, 0.0f, 1.0f);
@@ -27,6 +30,10 @@ std::int32_t directionOf(const Hit& hit, float gate) {
   int axis = 0;
   v.cwiseAbs().maxCoeff(&axis);
   return 2 * axis + (v[axis] < 0 ? 1 : 0);
+}
+
+double weightOf(const Sums& sums) {
+  return sums.side[0].size + sums.side[1].size;
 }
 
 }  // namespace
@@ -133,18 +140,26 @@ void Binner::enlarge() {
           first;
 }
 
-bool Binner::belongs(const Bin& bin, const Sums& patch) const {
-  if (bin.patch >= 0) return false;
+bool Binner::alike(const Sums& a, const Sums& b, double agree) {
   double cosine[2];
   for (int s = 0; s < 2; ++s) {
-    const double length = bin.sums.normal[s].norm() * patch.normal[s].norm();
-    cosine[s] = length > 0 ? bin.sums.normal[s].dot(patch.normal[s]) / length : 1.0;
+    const double length = a.normal[s].norm() * b.normal[s].norm();
+    cosine[s] = length > 0 ? a.normal[s].dot(b.normal[s]) / length : 1.0;
   }
-  return std::max(cosine[0], cosine[1]) >= kAgree && std::min(cosine[0], cosine[1]) >= kDisagree;
+  return std::max(cosine[0], cosine[1]) >= agree && std::min(cosine[0], cosine[1]) >= kDisagree;
+}
+
+// Where edges cross, each face of one body meets two of the other: four bins, of which the last
+// shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
+// turn would hang together.
+bool Binner::linked(const Bin& bin, const Bin& from, const Sums& patch, double close) const {
+  if (weightOf(bin.sums) < kLeastLink * weightOf(patch) || !alike(bin.sums, from.sums, kLink))
+    return false;
+  return (bin.sums.center() - from.sums.center()).norm() < close;
 }
 
 // Grows a patch from its heaviest bin over neighbouring bins that look the same way.
-void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number) {
+void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double close) {
   patch = bins_[seed].sums;
   bins_[seed].patch = number;
   queue_.assign(1, static_cast<std::uint32_t>(seed));
@@ -155,7 +170,8 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number) {
                                     from.cell[2] + n / 9 - 1};
       for (std::int32_t i = find(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
         Bin& bin = bins_[static_cast<std::size_t>(i)];
-        if (!belongs(bin, patch)) continue;
+        if (bin.patch >= 0) continue;
+        if (!alike(bin.sums, patch, kAgree) && !linked(bin, from, patch, close)) continue;
         bin.patch = number;
         patch.add(bin.sums);
         queue_.push_back(static_cast<std::uint32_t>(i));
@@ -173,17 +189,14 @@ const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double ce
   for (const Hit& hit : hits) bins_[binOf(hit, cell)].sums.add(hit, oneSided);
   order_.resize(bins_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
-  const auto weight = [&](std::uint32_t i) {
-    return bins_[i].sums.side[0].size + bins_[i].sums.side[1].size;
-  };
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const double wa = weight(a), wb = weight(b);
+    const double wa = weightOf(bins_[a].sums), wb = weightOf(bins_[b].sums);
     return wa != wb ? wa > wb : a < b;
   });
   for (const std::uint32_t seed : order_) {
     if (bins_[seed].patch >= 0) continue;
     patches_.emplace_back();
-    grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1);
+    grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1, kClose * cell);
   }
   return patches_;
 }

@@ -35,6 +35,7 @@ struct Sums {
 
   void add(const Hit& hit, bool oneSided);
   void add(const Sums& other);  // moved to this origin
+  Vec3 center() const { return area > 0 ? Vec3(origin + first / area) : origin; }
 };
 
 // Groups hits into patches; keeps its memory.
@@ -56,8 +57,9 @@ class Binner {
   void enlarge();
   // The first bin of a cell, or -1 less the free slot of the table where it belongs.
   std::int32_t find(const std::int32_t* cell) const;
-  bool belongs(const Bin& bin, const Sums& patch) const;
-  void grow(std::size_t seed, Sums& patch, std::int32_t number);
+  static bool alike(const Sums& a, const Sums& b, double agree);
+  bool linked(const Bin& bin, const Bin& from, const Sums& patch, double close) const;
+  void grow(std::size_t seed, Sums& patch, std::int32_t number, double close);
 
   std::vector<Bin> bins_;
   std::vector<std::int32_t> table_;  // a cell's first bin, open addressing, -1 empty

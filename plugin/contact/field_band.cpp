@@ -19,8 +19,10 @@ constexpr int kOutsideLayers = 2;  // samples feel a surface before they cross i
 constexpr int kKept = 4;           // pieces a voxel passes on
 constexpr float kOneFace =
     0.9f;  // cosine: pieces within 26 deg are one face, the nearest stands for it
-constexpr float kHalfVoxel = 0.4f;  // less the fits' error
-constexpr float kMatters = 1.2f;    // a further plane counts where it is less than this deeper
+// A voxel that counts as full or empty may still be cut by this much: a plane that cuts off 1/510
+// of it reaches 0.23 into a corner.
+constexpr float kSlack = 0.25f;
+constexpr float kMatters = 1.2f;  // a further plane counts where it is less than this deeper
 
 struct BandCell {
   std::uint32_t piece[kKept];
@@ -30,30 +32,31 @@ struct BandCell {
 
 // A piece seen from a voxel's middle.
 struct Seen {
-  std::uint32_t piece;
-  float far;    // squared distance to the piece's centroid
-  float depth;  // of the middle under the piece's surface
+  std::uint32_t piece, owner;  // owner: the voxel that it was found in
+  float far;                   // squared distance to the piece's centroid
+  float depth;                 // of the middle under the piece's surface
   V3 normal, centroid;
 };
 
-Seen see(const FieldDraft& draft, std::uint32_t piece, const V3& owner, const V3& middle) {
+Seen see(const FieldDraft& draft, std::uint32_t piece, std::uint32_t owner, const V3& middle) {
   const SurfacePiece& p = draft.pieces[piece];
   const Eigen::Map<const V3> n(p.surface.n), t1(p.surface.t1), t2(p.surface.t2), c(p.centroid);
-  const V3 r = middle - owner;
+  const SurfaceVoxel& at = draft.voxels[owner];
+  const V3 r = middle - V3(float(at.x) + 0.5f, float(at.y) + 0.5f, float(at.z) + 0.5f);
   // Curvature only near the piece: the quadric is known over its own block.
   const float u = std::clamp(t1.dot(r), -1.5f, 1.5f), v = std::clamp(t2.dot(r), -1.5f, 1.5f);
   const float ku = p.surface.k11 * u + p.surface.k12 * v,
               kv = p.surface.k12 * u + p.surface.k22 * v;
   const V3 m = n + ku * t1 + kv * t2;
   const float phi = n.dot(r) + 0.5f * (ku * u + kv * v) - p.surface.s, length = m.norm();
-  return {piece, (middle - c).squaredNorm(), -phi / length, m / length, c};
+  return {piece, owner, (middle - c).squaredNorm(), -phi / length, m / length, c};
 }
 
 class Spreader {
  public:
   explicit Spreader(const FieldDraft& draft)
       : draft_(draft), grid_(draft.cloud.bricks(), BandCell{}), owner_(draft.pieces.size()) {
-    for (std::size_t i = 0; i < draft.voxels.size(); ++i) seed(draft.voxels[i]);
+    for (std::uint32_t i = 0; i < draft.voxels.size(); ++i) seed(i);
   }
 
   Band run() {
@@ -62,11 +65,12 @@ class Spreader {
   }
 
  private:
-  void seed(const SurfaceVoxel& v) {
+  void seed(std::uint32_t voxel) {
+    const SurfaceVoxel& v = draft_.voxels[voxel];
     BandCell& cell = grid_.make(v.x, v.y, v.z);
     cell.layer = 0;
     for (std::uint32_t k = 0; k < v.count; ++k) {
-      owner_[v.first + k] = V3(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
+      owner_[v.first + k] = voxel;
       // Only pieces that are there are handed on; a plane that merely bounds them is not a surface.
       if (cell.count < kKept && draft_.pieces[v.first + k].area > 0)
         cell.piece[cell.count++] = v.first + k;
@@ -124,7 +128,8 @@ class Spreader {
   }
 
   // True where `b` bounds the body beside `a` as a convex edge or a thin wall's back does.
-  static bool partners(const Seen& a, const Seen& b) {
+  bool partners(const Seen& a, const Seen& b) const {
+    if (a.owner == b.owner) return draft_.voxels[a.owner].rule == PieceRule::Convex;
     const V3 d = b.centroid - a.centroid;
     return a.normal.dot(d) < -0.05f && b.normal.dot(d) > 0.05f;
   }
@@ -148,18 +153,19 @@ class Spreader {
     const bool inside = draft_.cloud.coverage(at.x(), at.y(), at.z()) > 127;
     Seen kept[kKept];
     int count = 0;
-    float least = 1e9f;
+    float highest = 1e9f;  // depth that the record could claim somewhere in the voxel
     for (int i = 0; i < cell.count; ++i) {
       const Seen s = see(draft_, cell.piece[i], owner_[cell.piece[i]], middle);
+      const float half = 0.5f * s.normal.lpNorm<1>();  // from the middle to the farthest corner
       // A full voxel lies wholly below every face that bounds it; one that says otherwise has
       // ended.
-      if (inside && s.depth < kHalfVoxel) continue;
+      if (inside && s.depth < half - kSlack) continue;
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
-      least = std::min(least, s.depth);
+      highest = std::min(highest, s.depth + half);
       kept[count++] = s;
     }
     // Nor does an empty voxel lie in the material: a face alone would run on into the air.
-    if (!inside && least > -kHalfVoxel) return {0, 0};
+    if (!inside && highest > kSlack) return {0, 0};
     if (count == 0) return {0, 0};
     if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth);
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
@@ -194,7 +200,7 @@ class Spreader {
 
   const FieldDraft& draft_;
   BrickGrid<BandCell> grid_;
-  std::vector<V3> owner_;  // the middle of the voxel that a piece was found in
+  std::vector<std::uint32_t> owner_;  // the voxel that a piece was found in
   std::vector<Eigen::Vector3i> frontier_;
 };
 

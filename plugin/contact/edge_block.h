@@ -1,0 +1,67 @@
+// The coverage of a 3x3x3 block of voxels that up to three faces bound together, and the faces that
+// give a wanted coverage. What field_edges.cpp measures its hypotheses by.
+#pragma once
+
+#include "field_builder.h"
+
+#include <array>
+
+namespace cloudcontact {
+
+// A face continued to the block: n.x + x.curvature.x / 2 < s about the block's middle.
+struct Face {
+  Eigen::Vector3f n = Eigen::Vector3f::Zero();
+  float s = 0;
+  float weight = 0;
+  Eigen::Matrix3f curvature = Eigen::Matrix3f::Zero();
+  bool sought = false;  // no neighbour shows it: its place is a guess
+};
+
+constexpr int kSub = 4;  // sub-samples along a voxel's edge
+constexpr int kPerVoxel = kSub * kSub * kSub;
+constexpr int kBlockPoints = CC_WINDOW_VOXELS * kPerVoxel;
+
+// A face, and how far each sub-sample of the block lies outside it, in sub-sample widths along the
+// normal. Stored voxel by voxel, so that a voxel's coverage is a sum over a run.
+class FaceField {
+ public:
+  void set(const Face& face);
+  const Face& face() const { return face_; }
+  const float* outside(int voxel) const { return outside_.data() + voxel * kPerVoxel; }
+  // At the voxel's middle: where this is far from zero the face does not cross the voxel.
+  float middle(int voxel) const { return middle_[static_cast<std::size_t>(voxel)]; }
+
+ private:
+  Face face_;
+  std::array<float, CC_WINDOW_VOXELS> middle_{};
+  alignas(16) std::array<float, kBlockPoints> outside_{};
+};
+
+constexpr int kMostFaces = 3;
+
+// Faces that bound the material together: it is their intersection, or union where `concave`.
+struct Combination {
+  const FaceField* face[kMostFaces];
+  int count;
+  bool concave;
+};
+
+// The block's coverage under a combination; 27 values.
+void coverageOf(const Combination& c, float* coverage);
+
+// Root mean square of what is not explained, over the voxels that the surface is near.
+float blockResidual(const float* wanted, const float* found);
+
+// What explains a block.
+struct Hypothesis {
+  Face faces[kMostFaces];
+  int count = 0;
+  bool concave = false;
+  float residual = 1.0f;
+};
+
+// Moves all of a hypothesis's faces at once to where the wanted coverage has them (Gauss-Newton),
+// each held near where it was, as firmly as its neighbours know it. `fields` is memory to work in.
+void refine(const float* wanted, Hypothesis& h, FaceField* fields);
+
+}  // namespace cloudcontact

@@ -1,0 +1,121 @@
+// The search over pairs and triples of faces, and for a face that no neighbour shows.
+#include "edge_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloudcontact {
+
+namespace {
+
+// Above these residuals a third face is tried, and one that no neighbour shows. A box's true planes
+// leave 0.0045 at its edges, 0.008 in one block of ten.
+constexpr float kThird = 0.008f, kHidden = 0.012f;
+constexpr std::size_t kRefined = 2;     // trials of each kind that are moved into place
+constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is sought between
+constexpr int kMassRounds = 6;
+constexpr float kFurther = 0.8f;        // a further face must earn its place
+constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
+
+}  // namespace
+
+Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
+                           const Eigen::Vector3f& mean) {
+  wanted_ = wanted;
+  best_ = {};
+  count_ = 0;
+  for (const Face& f : faces) {
+    // A face that passes the block by says nothing of it.
+    if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>() || count_ == kMostNear) continue;
+    fields_[count_++].set(f);
+  }
+  tryAll(2);
+  pairs_ = trials_;
+  refineBest(kRefined);
+  if (best_.residual > kThird) {
+    tryAll(3);
+    refineBest(kRefined);
+  }
+  if (best_.residual > kHidden) trySought(mean);
+  return best_;
+}
+
+float EdgeSearch::residualOf(const Combination& c) const {
+  float found[CC_WINDOW_VOXELS];
+  coverageOf(c, found);
+  return blockResidual(wanted_, found);
+}
+
+// All pairs, or all triples, as they stand; the best first.
+void EdgeSearch::tryAll(int count) {
+  trials_.clear();
+  for (bool concave : {false, true})
+    for (int i = 0; i < count_; ++i)
+      for (int j = i + 1; j < count_; ++j)
+        for (int k = count == 3 ? j + 1 : j; k < (count == 3 ? count_ : j + 1); ++k) {
+          const Combination c{{&fields_[i], &fields_[j], &fields_[k]}, count, concave};
+          trials_.push_back({c, {}, residualOf(c)});
+        }
+  std::stable_sort(trials_.begin(), trials_.end(),
+                   [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
+}
+
+void EdgeSearch::refineBest(std::size_t most) {
+  for (std::size_t t = 0; t < trials_.size() && t < most; ++t) {
+    const Trial& trial = trials_[t];
+    Hypothesis h;
+    h.count = trial.faces.count;
+    h.concave = trial.faces.concave;
+    h.residual = trial.residual;
+    for (int i = 0; i < h.count; ++i)
+      h.faces[i] = trial.faces.face[i] == &sought_ ? trial.plane : trial.faces.face[i]->face();
+    refine(wanted_, h, work_);
+    keep(h);
+  }
+}
+
+void EdgeSearch::keep(const Hypothesis& h) {
+  if (h.residual < (h.count > best_.count ? kFurther : 1.0f) * best_.residual) best_ = h;
+}
+
+// A face too narrow to be seen on its own: its normal starts midway between two known ones (a
+// thread's crest), or mirrors one about the block's mean normal.
+void EdgeSearch::trySought(const Eigen::Vector3f& mean) {
+  trials_.clear();
+  for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
+    const Combination& pair = pairs_[p].faces;
+    guess({{pair.face[0], pair.face[1], &sought_}, 3, pair.concave},
+          pair.face[0]->face().n + pair.face[1]->face().n);
+  }
+  for (int i = 0; i < count_; ++i)
+    for (bool concave : {false, true})
+      guess({{&fields_[i], &sought_, &sought_}, 2, concave},
+            2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
+  std::stable_sort(trials_.begin(), trials_.end(),
+                   [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
+  refineBest(kRefined);
+}
+
+// Puts the sought face, with the given normal, where the block's mass wants it.
+void EdgeSearch::guess(const Combination& c, const Eigen::Vector3f& normal) {
+  if (normal.norm() < 0.2f) return;
+  Face plane;
+  plane.sought = true;
+  plane.n = normal.normalized();
+  for (int k = 0; k + 1 < c.count; ++k)
+    if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
+  float mass = 0;
+  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted_[k];
+  float low = -2, high = 2, found[CC_WINDOW_VOXELS];
+  for (int round = 0; round < kMassRounds; ++round) {
+    plane.s = 0.5f * (low + high);
+    sought_.set(plane);
+    coverageOf(c, found);
+    float sum = 0;
+    for (float v : found) sum += v;
+    (sum < mass ? low : high) = plane.s;
+  }
+  trials_.push_back({c, plane, blockResidual(wanted_, found)});
+}
+
+}  // namespace cloudcontact

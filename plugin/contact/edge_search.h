@@ -1,0 +1,42 @@
+// What explains a block of voxels that no smooth surface does: two or three faces that meet in it.
+#pragma once
+
+#include "edge_block.h"
+
+#include <vector>
+
+namespace cloudcontact {
+
+constexpr int kMostNear = 6;  // faces that a search looks at
+
+// Tries combinations of faces on one block, moves the best few into place and keeps the best of
+// these. Holds its memory between blocks.
+class EdgeSearch {
+ public:
+  // `wanted` the block's coverage, `faces` those seen near it, the nearest first (at most
+  // kMostNear), `mean` the normal of the block's quadric.
+  Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean);
+
+ private:
+  struct Trial {
+    Combination faces{};
+    Face plane;  // the last face, where it is sought
+    float residual = 1.0f;
+  };
+
+  float residualOf(const Combination& c) const;
+  void tryAll(int count);
+  void refineBest(std::size_t most);
+  void trySought(const Eigen::Vector3f& mean);
+  void guess(const Combination& c, const Eigen::Vector3f& normal);
+  void keep(const Hypothesis& h);
+
+  const float* wanted_ = nullptr;
+  int count_ = 0;
+  FaceField fields_[kMostNear];
+  FaceField sought_, work_[kMostFaces];
+  std::vector<Trial> trials_, pairs_;
+  Hypothesis best_;
+};
+
+}  // namespace cloudcontact
