@@ -19,10 +19,12 @@ constexpr int kOutsideLayers = 2;  // samples feel a surface before they cross i
 constexpr int kKept = 4;           // pieces a voxel passes on
 constexpr float kOneFace =
     0.9f;  // cosine: pieces within 26 deg are one face, the nearest stands for it
-// A voxel that counts as full or empty may still be cut by this much: a plane that cuts off 1/510
-// of it reaches 0.23 into a corner.
-constexpr float kSlack = 0.25f;
-constexpr float kMatters = 1.2f;  // a further plane counts where it is less than this deeper
+// A voxel that counts as full or empty may still be cut by this much of its volume: what coverage
+// in 1/255 rounds away, and the fits' noise.
+constexpr float kSliver = 0.006f;
+constexpr int kProbes = 4;            // points along a voxel's edge where an edge is looked for
+constexpr float kProbeDepth = 0.05f;  // and how deep it may claim them to be
+constexpr float kMatters = 1.2f;      // a further plane counts where it is less than this deeper
 
 struct BandCell {
   std::uint32_t piece[kKept];
@@ -134,6 +136,30 @@ class Spreader {
     return a.normal.dot(d) < -0.05f && b.normal.dot(d) > 0.05f;
   }
 
+  // The share of the voxel that lies below a face.
+  static float below(const Seen& s) {
+    return ccCutCube(s.normal.x(), s.normal.y(), s.normal.z(), s.depth).volume;
+  }
+
+  // True where the faces together put material into the voxel.
+  static bool claims(const Seen* faces, int count) {
+    for (int i = 0; i < count; ++i)
+      if (below(faces[i]) <= kSliver) return false;
+    if (count <= 1) return count == 1;
+    for (int k = 0; k < kProbes * kProbes * kProbes; ++k) {
+      const V3 at =
+          (V3(float(k % kProbes), float(k / kProbes % kProbes), float(k / kProbes / kProbes)) +
+           V3::Constant(0.5f)) /
+              kProbes -
+          V3::Constant(0.5f);
+      float depth = 1e9f;
+      for (int i = 0; i < count; ++i)
+        depth = std::min(depth, faces[i].depth - faces[i].normal.dot(at));
+      if (depth > kProbeDepth) return true;
+    }
+    return false;
+  }
+
   CcVoxel record(const SurfaceVoxel& v, std::vector<CcVoxel>& planes) const {
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
     for (std::uint32_t k = 0; k < v.count; ++k) {
@@ -153,19 +179,16 @@ class Spreader {
     const bool inside = draft_.cloud.coverage(at.x(), at.y(), at.z()) > 127;
     Seen kept[kKept];
     int count = 0;
-    float highest = 1e9f;  // depth that the record could claim somewhere in the voxel
     for (int i = 0; i < cell.count; ++i) {
       const Seen s = see(draft_, cell.piece[i], owner_[cell.piece[i]], middle);
-      const float half = 0.5f * s.normal.lpNorm<1>();  // from the middle to the farthest corner
       // A full voxel lies wholly below every face that bounds it; one that says otherwise has
       // ended.
-      if (inside && s.depth < half - kSlack) continue;
+      if (inside && below(s) < 1 - kSliver) continue;
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
-      highest = std::min(highest, s.depth + half);
       kept[count++] = s;
     }
     // Nor does an empty voxel lie in the material: a face alone would run on into the air.
-    if (!inside && highest > kSlack) return {0, 0};
+    if (!inside && claims(kept, count)) return {0, 0};
     if (count == 0) return {0, 0};
     if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth);
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
