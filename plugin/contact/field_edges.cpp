@@ -23,17 +23,24 @@ constexpr float kEnough = 0.004f;
 // An edge must explain the block this well, and better than the quadric by this factor.
 constexpr float kEdgeResidual = 0.03f;
 constexpr float kEdgeGain = 0.75f;
+// A quadric that bends as sharply as this [1/voxel] imitates an edge: it explains the crest of a
+// thread to 0.007 and puts samples 0.6 voxel off. Against it an edge need only do about as well.
+constexpr float kSharp = 0.25f, kSharpGain = 1.5f;
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face
 constexpr float kSameOffset = 0.25f;
+
+float sharpest(const CcSurface& f) {
+  return std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)});
+}
 
 // The neighbour's surface about the block's middle, which lies at `r` from the neighbour's own.
 Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   const Eigen::Map<const Eigen::Vector3f> n(f.n), t1(f.t1), t2(f.t2);
   Face face;
   face.weight = 1.0f / (0.5f + r.squaredNorm());
-  const bool flat = std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)}) < kFlat;
+  const bool flat = sharpest(f) < kFlat;
   if (!flat)
     face.curvature = f.k11 * t1 * t1.transpose() + f.k22 * t2 * t2.transpose() +
                      f.k12 * (t1 * t2.transpose() + t2 * t1.transpose());
@@ -115,8 +122,8 @@ void resolvePass(FieldDraft& draft) {
       gatherBlock(draft.cloud, v.x, v.y, v.z, block);
       const Hypothesis best =
           search.run(block, facesNear(draft, v), Eigen::Map<const Eigen::Vector3f>(own.n));
-      if (best.residual < kEdgeResidual && best.residual < kEdgeGain * own.residual)
-        found[i] = best;
+      const float gain = sharpest(own) > kSharp ? kSharpGain : kEdgeGain;
+      if (best.residual < kEdgeResidual && best.residual < gain * own.residual) found[i] = best;
     }
   });
   for (std::size_t i = 0; i < draft.voxels.size(); ++i) {

@@ -19,6 +19,7 @@ constexpr float kJitter[kJitters] = {-0.09375f, -0.03125f, 0.03125f, 0.09375f};
 constexpr float kLeastArea =
     1e-3f;                         // [voxel^2] smaller pieces are dropped: 0.1 % of a voxel's face
 constexpr float kSliver = 0.004f;  // of a voxel: what coverage in 1/255 rounds away, and its noise
+constexpr float kSound = 0.004f;       // residual of a quadric that may give to its neighbours
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
 constexpr int kEdgeCells = 3;         // cells along a voxel that an edge runs through
 
@@ -198,12 +199,18 @@ class SliverCutter {
   Sliver sliverOf(const SurfaceVoxel& v, const V3& offset, float wanted) const {
     Sliver sliver;
     sliver.owner = &v;
+    // A quadric that does not even explain its own block says nothing of the next voxel.
+    if (v.count == 1 && draft_.pieces[v.first].surface.residual > kSound) return sliver;
     float all = 0;
-    bool thin = false;  // some face alone leaves the voxel as full or empty as it is
+    // Does it leave the voxel as full or empty as it is? One face alone can empty what faces
+    // intersect in, and fill what they unite to; else all must.
+    const bool one = (v.rule == PieceRule::Concave) == (wanted > 0);
+    bool thin = !one;
     for (std::uint32_t own = 0; own < v.count; ++own) {
       const SurfacePiece& piece = draft_.pieces[v.first + own];
       const CcSurface& f = piece.surface;
-      thin |= ccAbs(ccPredict(&f, offset.data()).volume - wanted) < kSliver;
+      const bool plain = ccAbs(ccPredict(&f, offset.data()).volume - wanted) < kSliver;
+      thin = one ? thin || plain : thin && plain;
       const Eigen::Map<const V3> n(f.n);
       if (piece.area == 0) continue;
       if (std::abs(n.dot(offset) - f.s) > 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1]) continue;

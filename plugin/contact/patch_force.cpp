@@ -35,7 +35,7 @@ constexpr double kLeastWeight = 0.05;  // of a point, so that none pulls
 // noise, and points that lean at random brake a thread through the pair's damping: the real M16
 // nut, free of friction, turned 1.45 rad in 0.4 s without this, 1.73 at 3, 1.87 at 8 and 2.08
 // without damping (2.29 in theory).
-constexpr double kLeanVoxels = 8;
+constexpr double kLeanVoxels = 1;
 constexpr double kMostSpin = 0.3;  // [rad] a point's normal leans for the patch's spin
 
 Vec3 unit(const Vec3& v) {
