@@ -155,6 +155,20 @@ F4 within(F4 v) {
   return low < all(1.0f) ? low : all(1.0f);
 }
 
+// The share of a sub-sample below a face is not a straight ramp but an S, the more so the more
+// obliquely the face runs: the cubic that is as steep as the closed form in the middle. Straight
+// ramps left 0.0045 of residual at a box's edges.
+F4 bent(F4 r, F4 bend) {
+  const F4 one = all(1.0f);
+  return within(r + bend * r * (one - r) * (r + r - one));
+}
+
+F4 bentSlope(F4 r, F4 bend) {
+  const F4 one = all(1.0f), slope = one + bend * (all(6.0f) * r * (one - r) - one);
+  const F4 rising = slope > all(0.0f) ? slope : all(0.0f);
+  return masked(rising, (r > all(0.0f)) & (r < one));
+}
+
 // A voxel's coverage; and its slopes, where asked for. A union of faces is the intersection of
 // their complements.
 template <bool kSlopes>
@@ -169,8 +183,11 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
   const Points& points = subSamples();
   F4 sum = all(0), moment[kMostFaces][4] = {};
   for (int k = 0; k < kPerVoxel; k += kLanes) {
-    F4 r[kMostFaces], weight[kMostFaces];
-    for (int i = 0; i < c.count; ++i) r[i] = within(all(0.5f) + side * load(f[i] + k));
+    F4 ramp[kMostFaces], r[kMostFaces], weight[kMostFaces];
+    for (int i = 0; i < c.count; ++i) {
+      ramp[i] = within(all(0.5f) + side * load(f[i] + k));
+      r[i] = bent(ramp[i], all(c.face[i]->bend()));
+    }
     const Joined pair = join<kSlopes>(r[0], r[1], all(a01.alike), all(a01.opposed));
     F4 left = pair.both;
     weight[0] = pair.byFirst;
@@ -188,7 +205,7 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
     if constexpr (kSlopes) {
       const int at = voxel * kPerVoxel + k;
       for (int i = 0; i < c.count; ++i) {
-        const F4 w = masked(weight[i], (r[i] > all(0.0f)) & (r[i] < all(1.0f)));
+        const F4 w = weight[i] * bentSlope(ramp[i], all(c.face[i]->bend()));
         moment[i][0] += w;
         moment[i][1] += w * load(points.x + at);
         moment[i][2] += w * load(points.y + at);
@@ -265,6 +282,8 @@ struct Equations {
 
 void FaceField::set(const Face& f) {
   face_ = f;
+  const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
+  bend_ = std::max(2 * (steep - 1), 0.0f);
   const float scale = kSub / f.n.lpNorm<1>();
   const Eigen::Vector3f n = f.n * scale;
   const float s = f.s * scale;

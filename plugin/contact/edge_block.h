@@ -30,9 +30,12 @@ class FaceField {
   const float* outside(int voxel) const { return outside_.data() + voxel * kPerVoxel; }
   // At the voxel's middle: where this is far from zero the face does not cross the voxel.
   float middle(int voxel) const { return middle_[static_cast<std::size_t>(voxel)]; }
+  // How far from a straight ramp a sub-sample's share is: 0 along an axis, 2.5 along a diagonal.
+  float bend() const { return bend_; }
 
  private:
   Face face_;
+  float bend_ = 0;
   std::array<float, CC_WINDOW_VOXELS> middle_{};
   alignas(16) std::array<float, kBlockPoints> outside_{};
 };

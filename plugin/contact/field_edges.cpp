@@ -25,7 +25,7 @@ constexpr float kEdgeResidual = 0.03f;
 constexpr float kEdgeGain = 0.75f;
 // A quadric that bends as sharply as this [1/voxel] imitates an edge: it explains the crest of a
 // thread to 0.007 and puts samples 0.6 voxel off. Against it an edge need only do about as well.
-constexpr float kSharp = 0.25f, kSharpGain = 1.5f;
+constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face

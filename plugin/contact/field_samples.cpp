@@ -19,7 +19,7 @@ constexpr float kJitter[kJitters] = {-0.09375f, -0.03125f, 0.03125f, 0.09375f};
 constexpr float kLeastArea =
     1e-3f;                         // [voxel^2] smaller pieces are dropped: 0.1 % of a voxel's face
 constexpr float kSliver = 0.004f;  // of a voxel: what coverage in 1/255 rounds away, and its noise
-constexpr float kSound = 0.004f;       // residual of a quadric that may give to its neighbours
+constexpr float kSound = 0.004f;   // residual of a quadric that may give to its neighbours
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
 constexpr int kEdgeCells = 3;         // cells along a voxel that an edge runs through
 
