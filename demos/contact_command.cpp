@@ -6,8 +6,10 @@
 #include <string>
 
 #include "commands.h"
+#include "contact_picture.h"
 #include "contact_report.h"
 #include "json.h"
+#include "picture_file.h"
 
 namespace cloudcontact::program {
 
@@ -21,6 +23,7 @@ struct ContactOptions {
   CommonOptions common;
   std::string a, b;
   std::string pose, velocity;
+  std::string picture;  // a file; empty: none
   int repeat = 100;
 };
 
@@ -83,10 +86,23 @@ void printText(const Json& j) {
               << "  patch " << c["patch"] << '\n';
 }
 
+ContactReport contactOf(const ContactQuery& query, const std::string& picture) {
+  if (query.common.method != Method::Cloud) return peerContact(query);
+  if (picture.empty()) return cloudContact(query);
+  ContactScene scene;
+  ContactReport report = cloudContact(query, &scene);
+  savePicture(contactPicture(scene), picture);
+  return report;
+}
+
 void run(const ContactOptions& options) {
+  if (!options.picture.empty()) {
+    checkPicture(options.picture);
+    if (options.common.method != Method::Cloud)
+      throw BadInput("--picture: shows the cloud's own method; use it with --method cloud");
+  }
   const ContactQuery query = readQuery(options);
-  const bool cloud = options.common.method == Method::Cloud;
-  const Json json = reportJson(cloud ? cloudContact(query) : peerContact(query), options.common);
+  const Json json = reportJson(contactOf(query, options.picture), options.common);
   if (options.common.json)
     std::cout << json.dump(2) << '\n';
   else
@@ -124,6 +140,9 @@ void addContactCommand(CLI::App& app) {
           },
           "calls to time (default 100)")
       ->type_name("N");
+  command
+      .add_option("--picture", options->picture, "where to draw the contact, in a cut through it")
+      ->type_name("FILE.png|FILE.svg");
   addCommonOptions(command, options->common);
   command.callback([options] { run(*options); });
 }
