@@ -8,10 +8,6 @@ namespace cloudcontact::program {
 
 namespace {
 
-Rectangle belowCaption(const Rectangle& frame) {
-  return {frame.low + Point(0, 26), frame.high};
-}
-
 // Samples as small squares; where there are thousands, some stand for all.
 Polygons dots(const std::vector<FoundSample>& samples, int patch, const CutView& view,
               const Color& color) {

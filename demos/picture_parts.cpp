@@ -40,6 +40,12 @@ std::string lengthText(double metres) {
   return threeDigits(metres) + " m";
 }
 
+std::string volumeText(double cubicMetres) {
+  if (cubicMetres < 1e-6) return threeDigits(1e9 * cubicMetres) + " mm\u00b3";
+  if (cubicMetres < 1e-2) return threeDigits(1e6 * cubicMetres) + " cm\u00b3";
+  return threeDigits(cubicMetres) + " m\u00b3";
+}
+
 std::string forceText(double newtons) {
   const double size = std::abs(newtons);
   if (size > 0 && size < 0.1) return threeDigits(1e3 * newtons) + " mN";
@@ -105,6 +111,10 @@ void addFrame(Drawing& drawing, const Rectangle& frame) {
 void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words) {
   drawing.add(
       Text{frame.low + Point(8, 18), words, kSmallText, kFaintInk, Align::Left, false, true});
+}
+
+Rectangle belowCaption(const Rectangle& frame) {
+  return {frame.low + Point(0, 26), frame.high};
 }
 
 Table::Table(Drawing& drawing, const Point& at, double width)

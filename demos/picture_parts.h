@@ -15,6 +15,7 @@ inline constexpr double kTextSize = 14, kSmallText = 13;
 
 // A length in the unit that suits it (um, mm, m), three digits: "0.25 mm".
 std::string lengthText(double metres);
+std::string volumeText(double cubicMetres);
 std::string forceText(double newtons);
 std::string numberText(double value);  // two digits after the point, one from ten on
 // "(0.12, -0.40, 0.91)"
@@ -28,6 +29,7 @@ void addTitle(Drawing& drawing, const std::string& title, const std::string& bel
 // A bar of a round length in the frame's lower left corner.
 void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMetre);
 void addFrame(Drawing& drawing, const Rectangle& frame);
+Rectangle belowCaption(const Rectangle& frame);  // what a caption leaves of it
 // What a frame shows, in its upper left corner.
 void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words);
 
