@@ -27,7 +27,7 @@ constexpr double kColours = 500, kBall = 598;  // heights of the colours' headin
 
 // One scale for all slices, at which the largest fills its frame.
 double sliceScale(const SurfaceField& field) {
-  const Vec3 size = 1.1 * field.bounds().sizes();
+  const Vec3 size = 1.16 * field.bounds().sizes();
   const Point room = belowCaption(kFrames[0]).size();
   double scale = room.x() / size[kSlices[0].right];
   for (const Slice& slice : kSlices)
@@ -52,16 +52,14 @@ void addSlices(Drawing& drawing, const PictureBody& body, const Vec3& center) {
       drawing.add(Polygons{{ringOf({at - half, at + half})}, {std::nullopt, kInk, 2}});
     }
     drawing.add(GroupEnd{});
-    addScaleBar(drawing, kFrames[k], scale);
-    addCaption(drawing, kFrames[k], slice.caption);
+    addCaption(drawing, kFrames[k], slice.caption, scale);
     addFrame(drawing, kFrames[k]);
   }
   drawing.add(GroupBegin{"close-look", near.frame});
   addSlice(drawing, body, kSlices[look.slice], near);
   addBaseVectors(drawing, body, kSlices[look.slice], near);
   drawing.add(GroupEnd{});
-  addScaleBar(drawing, kLook, near.scale);
-  addCaption(drawing, kLook, "a nearer look at the box");
+  addCaption(drawing, kLook, "a nearer look at the box", near.scale);
   addFrame(drawing, kLook);
 }
 
@@ -113,9 +111,9 @@ void addKey(Drawing& drawing) {
 void addOutside(Drawing& drawing, const SurfaceField& field) {
   const Rectangle inner = belowCaption(kOutside);
   drawing.add(GroupBegin{"outside", inner});
-  addVoxelsFromOutside(drawing, field, inner);
+  const double alongAxes = addVoxelsFromOutside(drawing, field, inner);
   drawing.add(GroupEnd{});
-  addCaption(drawing, kOutside, "from outside, coloured by base vectors");
+  addCaption(drawing, kOutside, "from outside, coloured by base vectors", alongAxes);
   addFrame(drawing, kOutside);
   drawing.add(GroupBegin{"colours", {}});
   Table heading(drawing, {kSide.low.x(), kColours}, kSide.size().x());

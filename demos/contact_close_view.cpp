@@ -56,10 +56,15 @@ void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const CutView
   drawing.add(std::move(marked));
 }
 
-// Whether the surface runs through a voxel, or along its face, by the field at its centre.
-bool holdsSurface(const FieldPoint& center, const Pose& pose, double voxel) {
-  const Vec3 n = pose.orientation.conjugate() * center.normal;
-  return std::abs(center.depth) <= (0.5 * n.cwiseAbs().sum() + 1e-3) * voxel;
+// Whether the surface runs through a voxel with material, or along its face.
+bool onSurface(const Cloud& cloud, const CutVoxel& v) {
+  if (v.coverage < 255) return true;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int step : {-1, 1}) {
+      const Eigen::Vector3i n = v.voxel + step * Eigen::Vector3i::Unit(axis);
+      if (cloud.coverage(n.x(), n.y(), n.z()) == 0) return true;
+    }
+  return false;
 }
 
 // Base vectors of the voxels with a surface in them, out of the material, by their part in the cut.
@@ -75,9 +80,9 @@ void addBaseVectors(Drawing& drawing, const PictureBody& body, std::vector<CutVo
   });
   std::vector<Point> starts;
   for (const CutVoxel& v : voxels) {
-    if ((v.center - focus.place).norm() > near) continue;
+    if ((v.center - focus.place).norm() > near || !onSurface(body.field->cloud(), v)) continue;
     const std::optional<FieldPoint> point = body.at(v.center);
-    if (!point || !holdsSurface(*point, body.pose, h)) continue;
+    if (!point) continue;
     const Point along = view.direction(point->normal);
     if (along.norm() < 0.4) continue;  // it points at who looks: nothing to see
     const Point start = view.toPaper(v.center);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "commands.h"
@@ -23,7 +24,7 @@ struct ContactOptions {
   CommonOptions common;
   std::string a, b;
   std::string pose, velocity;
-  std::string picture;  // a file; empty: none
+  std::optional<std::string> picture;  // a file
   int repeat = 100;
 };
 
@@ -86,18 +87,18 @@ void printText(const Json& j) {
               << "  patch " << c["patch"] << '\n';
 }
 
-ContactReport contactOf(const ContactQuery& query, const std::string& picture) {
+ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
   if (query.common.method != Method::Cloud) return peerContact(query);
-  if (picture.empty()) return cloudContact(query);
+  if (!picture) return cloudContact(query);
   ContactScene scene;
   ContactReport report = cloudContact(query, &scene);
-  savePicture(contactPicture(scene), picture);
+  savePicture(contactPicture(scene), *picture);
   return report;
 }
 
 void run(const ContactOptions& options) {
-  if (!options.picture.empty()) {
-    checkPicture(options.picture);
+  if (options.picture) {
+    checkPicture(*options.picture);
     if (options.common.method != Method::Cloud)
       throw BadInput("--picture: shows the cloud's own method; use it with --method cloud");
   }
@@ -141,7 +142,9 @@ void addContactCommand(CLI::App& app) {
           "calls to time (default 100)")
       ->type_name("N");
   command
-      .add_option("--picture", options->picture, "where to draw the contact, in a cut through it")
+      .add_option_function<std::string>(
+          "--picture", [options](const std::string& text) { options->picture = text; },
+          "where to draw the contact, in a cut through it")
       ->type_name("FILE.png|FILE.svg");
   addCommonOptions(command, options->common);
   command.callback([options] { run(*options); });

@@ -1,5 +1,6 @@
 // The two small views beside the cut: where it is, and the patch from its front.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "contact_drawing.h"
@@ -22,6 +23,17 @@ Polygons dots(const std::vector<FoundSample>& samples, int patch, const CutView&
   return squares;
 }
 
+// Beside the line through `center`, near the frame's lower edge, or its left one where it lies
+// flat.
+void addCutLabel(Drawing& drawing, const Rectangle& frame, const Point& center,
+                 const Point& along) {
+  const bool steep = std::abs(along.y()) > 0.4;
+  const double reach = steep ? (frame.high.y() - 10 - center.y()) / along.y()
+                             : (frame.low.x() + 8 - center.x()) / along.x();
+  const Point at = center + reach * along + (steep ? Point(7, 0) : Point(0, -6));
+  drawing.add(Text{at, "this cut", kSmallText, kFaintInk, Align::Left, false, true});
+}
+
 }  // namespace
 
 void addWholeView(Drawing& drawing, const ContactScene& scene, const CutView& close,
@@ -34,8 +46,7 @@ void addWholeView(Drawing& drawing, const ContactScene& scene, const CutView& cl
   const Point half = close.frame.size() / 2 * view.scale / close.scale;
   drawing.add(Polygons{{ringOf({middle - half, middle + half})}, {std::nullopt, kInk, 2}});
   drawing.add(GroupEnd{});
-  addScaleBar(drawing, frame, view.scale);
-  addCaption(drawing, frame, "the whole bodies, same cut");
+  addCaption(drawing, frame, "the whole bodies, same cut", view.scale);
   addFrame(drawing, frame);
 }
 
@@ -49,6 +60,8 @@ void addPatchFace(Drawing& drawing, const ContactScene& scene, const Marks& mark
   for (const auto* samples : {&marks.inA, &marks.inB})
     for (const FoundSample& s : *samples)
       if (s.patch == patch) box.extend(view.toPaper(s.position) - inner.center());
+  for (const ContactPoint& p : scene.result.points)
+    if (p.patch == patch) box.extend(view.toPaper(p.position) - inner.center());
   const Point least = Point::Constant(2 * scene.voxel);
   const Point size = 1.25 * (box.isEmpty() ? least : Point(box.sizes().cwiseMax(least)));
   const Point middle = box.isEmpty() ? Point(0, 0) : Point(box.center());
@@ -58,13 +71,13 @@ void addPatchFace(Drawing& drawing, const ContactScene& scene, const Marks& mark
   const Point cut = view.direction(normal.cross(close.across())).normalized() * kWidth;
   const Point center = view.toPaper(close.origin);
   drawing.add(line(center - cut, center + cut, kRule, 2));
+  addCutLabel(drawing, inner, center, cut.normalized());
   drawing.add(dots(marks.inA, patch, view, kBodyA));
   drawing.add(dots(marks.inB, patch, view, kBodyB));
   for (const ContactPoint& p : scene.result.points)
     if (p.patch == patch) addPoint(drawing, view.toPaper(p.position), 4);
   drawing.add(GroupEnd{});
-  addScaleBar(drawing, frame, view.scale);
-  addCaption(drawing, frame, "the patch face on; the line is this cut");
+  addCaption(drawing, frame, "the patch's samples, face on", view.scale);
   addFrame(drawing, frame);
 }
 

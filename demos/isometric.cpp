@@ -183,7 +183,7 @@ Color normalColor(const Vec3& normal) {
   return {part(normal.x()), part(normal.y()), part(normal.z())};
 }
 
-void addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame) {
+double addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame) {
   const Blocks blocks = blocksOf(field.cloud());
   const IsometricView view = viewOf(field, frame);
   const double block = blocks.step * field.cloud().voxelSize();
@@ -209,7 +209,7 @@ void addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rec
       draw(cornersOf(triangles.front()), color);
   }
   polygons.addTo(drawing);
-  addScaleBar(drawing, frame, kTilt * view.scale);
+  return kTilt * view.scale;
 }
 
 void addNormalBall(Drawing& drawing, const Point& center, double radius) {

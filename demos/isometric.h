@@ -20,8 +20,9 @@ struct IsometricView {
 Color normalColor(const Vec3& normal);
 
 // Adds the faces of the voxels that can be seen, and no others, coloured by the field's normals.
-// Grids finer than the eye are shown in blocks of several voxels.
-void addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame);
+// Grids finer than the eye are shown in blocks of several voxels. Returns the scale along the
+// axes [px/m].
+double addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame);
 
 // A ball coloured by its normals with the three axes: the key to those colours.
 void addNormalBall(Drawing& drawing, const Point& center, double radius);

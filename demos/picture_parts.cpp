@@ -1,18 +1,17 @@
 // Figures, bars and tables of the pictures.
 #include "picture_parts.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <utility>
 
 namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kLine = 22;      // from one line of a table to the next [px]
-constexpr double kMostBar = 160;  // length of a scale bar [px]
+constexpr double kLine = 22;                          // from one line of a table to the next [px]
+constexpr double kMostBar = 160, kMostSmallBar = 52;  // lengths of scale bars [px]
 
 // Three digits, never an exponent where the number is below a million.
 std::string threeDigits(double value) {
@@ -28,6 +27,12 @@ double roundBelow(double most) {
   for (const double step : {5.0, 2.0})
     if (step * power <= most) return step * power;
   return power;
+}
+
+void addBar(Drawing& drawing, const Point& left, const Point& right, double width) {
+  drawing.add(line(left, right, kInk, width));
+  for (const Point& end : {left, right})
+    drawing.add(line(end - Point(0, 5), end + Point(0, 5), kInk, std::min(width, 2.0)));
 }
 
 }  // namespace
@@ -90,15 +95,13 @@ void addTitle(Drawing& drawing, const std::string& title, const std::string& bel
 }
 
 void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMetre) {
-  const double length = roundBelow(std::min(kMostBar, 0.2 * frame.size().x()) / pxPerMetre);
+  const double length = roundBelow(kMostBar / pxPerMetre);
   const Point left(frame.low.x() + 16, frame.high.y() - 16);
   const Point right = left + Point(length * pxPerMetre, 0);
   drawing.add(GroupBegin{"scale-bar", {}});
   const Rectangle back{left - Point(8, 28), right + Point(8, 9)};
   drawing.add(Polygons{{ringOf(back)}, {Color{255, 255, 255, 0.8}, std::nullopt, 0}});
-  drawing.add(line(left, right, kInk, 3));
-  for (const Point& end : {left, right})
-    drawing.add(line(end - Point(0, 5), end + Point(0, 5), kInk, 2));
+  addBar(drawing, left, right, 3);
   drawing.add(Text{(left + right) / 2 - Point(0, 10), lengthText(length), kTextSize, kInk,
                    Align::Middle, true, true});
   drawing.add(GroupEnd{});
@@ -108,9 +111,14 @@ void addFrame(Drawing& drawing, const Rectangle& frame) {
   drawing.add(Polygons{{ringOf(frame)}, {std::nullopt, kRule, 1}});
 }
 
-void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words) {
-  drawing.add(
-      Text{frame.low + Point(8, 18), words, kSmallText, kFaintInk, Align::Left, false, true});
+void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words,
+                double pxPerMetre) {
+  drawing.add(Text{frame.low + Point(8, 18), words, kSmallText, kFaintInk});
+  const double length = roundBelow(kMostSmallBar / pxPerMetre);
+  const Point right(frame.high.x() - 10, frame.low.y() + 14);
+  const Point left = right - Point(length * pxPerMetre, 0);
+  addBar(drawing, left, right, 2);
+  drawing.add(Text{left + Point(-7, 4), lengthText(length), kSmallText, kInk, Align::Right});
 }
 
 Rectangle belowCaption(const Rectangle& frame) {

@@ -30,8 +30,9 @@ void addTitle(Drawing& drawing, const std::string& title, const std::string& bel
 void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMetre);
 void addFrame(Drawing& drawing, const Rectangle& frame);
 Rectangle belowCaption(const Rectangle& frame);  // what a caption leaves of it
-// What a frame shows, in its upper left corner.
-void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words);
+// A line on top of a small frame: what it shows, and a bar of a round length.
+void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words,
+                double pxPerMetre);
 
 // Lines of a table from its top downward: names on the left, figures on the right.
 class Table {
