@@ -2,6 +2,7 @@
 // are made of, timed through a Bullet dispatcher as a simulation would call it.
 #include <cloudcontact/bullet/cloud_shape.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -20,6 +21,7 @@ struct Side {
   std::optional<AnalyticShape> plane;
   std::shared_ptr<btCollisionShape> shape;
 
+  double voxel() const { return field ? field->cloud().voxelSize() : 0; }
   ContactBody at(const Pose& pose, const Motion& motion) const {
     ContactBody body;
     body.field = field.get();
@@ -64,7 +66,7 @@ ContactReport asReport(const ContactResult& result, const Motion& motionB) {
 
 }  // namespace
 
-ContactReport cloudContact(const ContactQuery& query) {
+ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   const double voxel = sharedVoxel(query.a, query.b, query.common);
   const Side a = makeSide(query.a, voxel, query.common);
   const Side b = makeSide(query.b, voxel, query.common);
@@ -75,6 +77,12 @@ ContactReport cloudContact(const ContactQuery& query) {
   const ContactResult& result =
       finder.find(a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings);
   ContactReport report = asReport(result, query.motion);
+  if (scene)
+    *scene = {{query.a.name, a.field, a.plane, Pose{}},
+              {query.b.name, b.field, b.plane, query.pose},
+              result,
+              query.motion,
+              std::max(a.voxel(), b.voxel())};
 
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud,
                   {settings.law, settings.pair});

@@ -3,11 +3,14 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "commands.h"
+#include "contact_picture.h"
 #include "contact_report.h"
 #include "json.h"
+#include "picture_file.h"
 
 namespace cloudcontact::program {
 
@@ -21,6 +24,7 @@ struct ContactOptions {
   CommonOptions common;
   std::string a, b;
   std::string pose, velocity;
+  std::optional<std::string> picture;  // a file
   int repeat = 100;
 };
 
@@ -83,10 +87,23 @@ void printText(const Json& j) {
               << "  patch " << c["patch"] << '\n';
 }
 
+ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
+  if (query.common.method != Method::Cloud) return peerContact(query);
+  if (!picture) return cloudContact(query);
+  ContactScene scene;
+  ContactReport report = cloudContact(query, &scene);
+  savePicture(contactPicture(scene), *picture);
+  return report;
+}
+
 void run(const ContactOptions& options) {
+  if (options.picture) {
+    checkPicture(*options.picture);
+    if (options.common.method != Method::Cloud)
+      throw BadInput("--picture: shows the cloud's own method; use it with --method cloud");
+  }
   const ContactQuery query = readQuery(options);
-  const bool cloud = options.common.method == Method::Cloud;
-  const Json json = reportJson(cloud ? cloudContact(query) : peerContact(query), options.common);
+  const Json json = reportJson(contactOf(query, options.picture), options.common);
   if (options.common.json)
     std::cout << json.dump(2) << '\n';
   else
@@ -124,6 +141,11 @@ void addContactCommand(CLI::App& app) {
           },
           "calls to time (default 100)")
       ->type_name("N");
+  command
+      .add_option_function<std::string>(
+          "--picture", [options](const std::string& text) { options->picture = text; },
+          "where to draw the contact, in a cut through it")
+      ->type_name("FILE.png|FILE.svg");
   addCommonOptions(command, options->common);
   command.callback([options] { run(*options); });
 }

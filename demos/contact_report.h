@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "body.h"
+#include "contact_scene.h"
 
 namespace cloudcontact::program {
 
@@ -37,8 +38,9 @@ struct ContactReport {
 // The pair's k and c: as given, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.
 Material pairMaterial(const CommonOptions& options);
 
-// By clouds: ContactFinder's points in double, and the time of the same pair through Bullet.
-ContactReport cloudContact(const ContactQuery& query);
+// By clouds: ContactFinder's points in double, and the time of the same pair through Bullet. Fills
+// `scene`, where there is one, with what a picture needs.
+ContactReport cloudContact(const ContactQuery& query, ContactScene* scene = nullptr);
 // By Bullet's own shapes, k and c shared equally among the points that touch.
 ContactReport peerContact(const ContactQuery& query);
 

@@ -1,15 +1,19 @@
-// `cloudcontact digitize BODY [-o FILE.cloud]`: a body as voxels, what it weighs, what it costs.
+// `cloudcontact digitize BODY [-o FILE.cloud] [--picture FILE]`: a body as voxels, what it weighs,
+// what it costs.
 #include <cloudcontact/cloud_file.h>
 #include <cloudcontact/surface_field.h>
 
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "body.h"
+#include "cloud_picture.h"
 #include "commands.h"
 #include "json.h"
+#include "picture_file.h"
 
 namespace cloudcontact::program {
 
@@ -20,7 +24,8 @@ constexpr double kWater = 1000;  // density where none is given [kg/m^3]
 struct DigitizeOptions {
   CommonOptions common;
   std::string body;
-  std::string output;
+  std::string output;                  // a .cloud file; empty: none
+  std::optional<std::string> picture;  // a file
   double density = kWater;
 };
 
@@ -90,6 +95,7 @@ void printText(const std::string& name, const Json& j) {
 
 void run(const DigitizeOptions& options) {
   if (!options.output.empty()) checkOutput("-o", options.output, ".cloud");
+  if (options.picture) checkPicture(*options.picture);
   const Body body = readBody(options.body, options.common);
   const Digitized digitized = digitizeWhole(body, options);
   if (!options.output.empty()) {
@@ -99,6 +105,7 @@ void run(const DigitizeOptions& options) {
       throw BadInput(std::string("-o: ") + error.what());
     }
   }
+  if (options.picture) savePicture(cloudPicture(options.body, digitized.field), *options.picture);
   const Json json = resultJson(digitized, options.density);
   if (options.common.json)
     std::cout << json.dump(2) << '\n';
@@ -114,6 +121,11 @@ void addDigitizeCommand(CLI::App& app) {
   command.add_option("BODY", options->body, "mesh file, .cloud file or primitive")->required();
   command.add_option("-o,--output", options->output, "where to save the cloud")
       ->type_name("FILE.cloud");
+  command
+      .add_option_function<std::string>(
+          "--picture", [options](const std::string& text) { options->picture = text; },
+          "where to draw the cloud: slices and a view")
+      ->type_name("FILE.png|FILE.svg");
   command
       .add_option_function<std::string>(
           "--density",

@@ -1,6 +1,5 @@
 // `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and says how it went.
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "progress.h"
 #include "scene_shapes.h"
 #include "simulation.h"
+#include "whole_file.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -45,18 +45,7 @@ class Trajectory {
       rows_ << '\n';
     }
   }
-  void write() const {
-    const std::string partial = file_ + ".partial";
-    std::ofstream out(partial, std::ios::binary);
-    out << rows_.str();
-    out.close();
-    std::error_code error;
-    if (out) std::filesystem::rename(partial, file_, error);
-    if (!out || error) {
-      std::filesystem::remove(partial, error);
-      throw WorkFailed("--trajectory: '" + file_ + "' could not be written; is the disk full?");
-    }
-  }
+  void write() const { writeWhole("--trajectory", file_, rows_.str()); }
 
  private:
   static std::string quoted(const std::string& name) {

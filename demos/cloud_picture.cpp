@@ -1,0 +1,143 @@
+// The picture of a cloud: its voxels from outside, three slices through its centre of mass, figures
+// and a key.
+#include "cloud_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cloud_slice.h"
+#include "isometric.h"
+#include "picture_parts.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr double kHeight = 796;
+const Rectangle kOutside{{kMargin, 82}, {424, 366}};
+const std::array<Rectangle, 3> kFrames = {
+    {{{436, 82}, {836, 366}}, {{kMargin, 378}, {424, 662}}, {{436, 378}, {836, 662}}}};
+const Rectangle kLook{{864, 304}, {kWidth - kMargin, 488}};
+const Rectangle kSide{{864, 82}, {kWidth - kMargin, 662}};
+constexpr double kColours = 500, kBall = 598;  // heights of the colours' heading and their ball
+
+// One scale for all slices, at which the largest fills its frame.
+double sliceScale(const SurfaceField& field) {
+  const Vec3 size = 1.16 * field.bounds().sizes();
+  const Point room = belowCaption(kFrames[0]).size();
+  double scale = room.x() / size[kSlices[0].right];
+  for (const Slice& slice : kSlices)
+    scale = std::min({scale, room.x() / size[slice.right], room.y() / size[slice.up]});
+  return scale;
+}
+
+void addSlices(Drawing& drawing, const PictureBody& body, const Vec3& center) {
+  const SurfaceField& field = *body.field;
+  const double scale = sliceScale(field);
+  const CloseLook look = closeLookAt(field, center);
+  const CutView near = closeLookView(field, look, belowCaption(kLook));
+  for (std::size_t k = 0; k < kSlices.size(); ++k) {
+    const Slice& slice = kSlices[k];
+    const CutView view = sliceView(field, center, slice, belowCaption(kFrames[k]), scale);
+    drawing.add(GroupBegin{std::string("slice-") + "xyz"[slice.axis], view.frame});
+    addSlice(drawing, body, slice, view);
+    addCenterMark(drawing, view.toPaper(center));
+    if (k == look.slice) {
+      const Point half = near.frame.size() / 2 * view.scale / near.scale;
+      const Point at = view.toPaper(near.origin);
+      drawing.add(Polygons{{ringOf({at - half, at + half})}, {std::nullopt, kInk, 2}});
+    }
+    drawing.add(GroupEnd{});
+    addCaption(drawing, kFrames[k], slice.caption, scale);
+    addFrame(drawing, kFrames[k]);
+  }
+  drawing.add(GroupBegin{"close-look", near.frame});
+  addSlice(drawing, body, kSlices[look.slice], near);
+  addBaseVectors(drawing, body, kSlices[look.slice], near);
+  drawing.add(GroupEnd{});
+  addCaption(drawing, kLook, "a nearer look at the box", near.scale);
+  addFrame(drawing, kLook);
+}
+
+void addFigures(Drawing& drawing, const SurfaceField& field, const MassProperties& mass) {
+  const Cloud& cloud = field.cloud();
+  const VoxelCounts counts = cloud.counts();
+  const Vec3 size = field.bounds().sizes();
+  Table table(drawing, kSide.low, kSide.size().x());
+  table.heading("The cloud");
+  table.row("voxel", lengthText(cloud.voxelSize()));
+  const std::string times = " \u00d7 ";
+  table.row("size",
+            lengthText(size.x()) + times + lengthText(size.y()) + times + lengthText(size.z()));
+  table.row("volume", volumeText(mass.volume));
+  table.row("inside voxels", countText(counts.inside));
+  table.row("interface voxels", countText(counts.interface));
+  table.row("voxels with a base vector", countText(field.bandVoxels()));
+  table.row("surface samples", countText(field.sampleCount()));
+}
+
+void addKey(Drawing& drawing) {
+  const auto entry = [&](int k, const char* term, const char* meaning) {
+    const Point at(kMargin + 26 + 390 * (k % 3), 700 + 54 * (k / 3));
+    addKeyText(drawing, at + Point(34, -4), term, meaning);
+    return at;
+  };
+  const auto square = [&](const Point& at, double x, const Color& color) {
+    const Point low = at + Point(x, -8);
+    drawing.add(Polygons{{ringOf({low, low + Point(15, 15)})}, {color, kPaperWhite, 1}});
+  };
+  drawing.add(GroupBegin{"key", {}});
+  Point at = entry(0, "Interface voxels", "the darker, the more of it is material");
+  for (int k = 0; k < 3; ++k) {
+    Color color = kInterface;
+    color.alpha = inkOf((k + 0.5) / 3);
+    square(at, -25 + 16 * k, color);
+  }
+  square(entry(1, "Inside voxels", "all material"), 0, kInside);
+  at = entry(2, "Surface", "fitted to the shades, finer than a voxel");
+  drawing.add(line(at + Point(-24, 0), at + Point(20, 0), kSurface, 1.5));
+  at = entry(3, "Base vectors", "out of the material, one a surface voxel");
+  drawing.add(arrow(at + Point(-2, 10), at + Point(-2, -14), kSurface, 2));
+  addCenterMark(drawing, entry(4, "Centre of mass", "the slices run through it"));
+  at = entry(5, "Box", "what the nearer look shows");
+  drawing.add(Polygons{{ringOf({at - Point(14, 8), at + Point(14, 8)})}, {std::nullopt, kInk, 2}});
+  drawing.add(GroupEnd{});
+}
+
+void addOutside(Drawing& drawing, const SurfaceField& field) {
+  const Rectangle inner = belowCaption(kOutside);
+  drawing.add(GroupBegin{"outside", inner});
+  const double alongAxes = addVoxelsFromOutside(drawing, field, inner);
+  drawing.add(GroupEnd{});
+  addCaption(drawing, kOutside, "from outside, coloured by base vectors", alongAxes);
+  addFrame(drawing, kOutside);
+  drawing.add(GroupBegin{"colours", {}});
+  Table heading(drawing, {kSide.low.x(), kColours}, kSide.size().x());
+  heading.heading("Colours: where a base vector points");
+  addNormalBall(drawing, {kSide.center().x(), kBall}, 36);
+  drawing.add(GroupEnd{});
+}
+
+}  // namespace
+
+Drawing cloudPicture(const std::string& name, std::shared_ptr<const SurfaceField> field) {
+  const MassProperties mass = field->cloud().massProperties();
+  Drawing drawing{kWidth, kHeight, {}, {}};
+  addTitle(drawing, shortName(name) + " as a digital cloud",
+           "Each voxel holds how much of it is material; near the surface it also knows which way "
+           "is out.");
+  addOutside(drawing, *field);
+  const PictureBody body{name, field, {}, {}};
+  addSlices(drawing, body, mass.centerOfMass);
+  drawing.add(GroupBegin{"figures", {}});
+  addFigures(drawing, *field, mass);
+  drawing.add(GroupEnd{});
+  addKey(drawing);
+  return drawing;
+}
+
+}  // namespace cloudcontact::program

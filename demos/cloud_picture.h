@@ -1,0 +1,15 @@
+// `digitize --picture`: a body as voxels, in slices and from outside.
+#pragma once
+
+#include <cloudcontact/surface_field.h>
+
+#include <memory>
+#include <string>
+
+#include "drawing.h"
+
+namespace cloudcontact::program {
+
+Drawing cloudPicture(const std::string& name, std::shared_ptr<const SurfaceField> field);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,205 @@
+// The cut from near: from back to front the voxels of both bodies, their surfaces, the collision
+// voxels, the base vectors, the digital normal, the points.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+#include <tuple>
+
+#include "contact_drawing.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr int kShades = 8;
+constexpr double kNormalLength = 130;   // of the big arrow [px]
+constexpr double kLabelDistance = 235;  // of a body's letter from the contact [px]
+constexpr double kLetterSize = 18;
+constexpr double kVectorLength = 0.85;  // of a base vector [voxels]
+
+// Voxels by their shade: one element a shade.
+void addVoxels(Drawing& drawing, const std::vector<CutVoxel>& voxels, const Color& color) {
+  std::array<std::vector<std::vector<Point>>, kShades + 1> shades;
+  for (const CutVoxel& voxel : voxels)
+    shades[static_cast<std::size_t>(std::lround(kShades * voxel.coverage / 255.0))].push_back(
+        voxel.outline);
+  for (std::size_t k = 0; k < shades.size(); ++k)
+    if (!shades[k].empty())
+      drawing.add(Polygons{
+          std::move(shades[k]),
+          {shade(color, static_cast<double>(k) / kShades), Color{255, 255, 255, 0.75}, 0.9}});
+}
+
+double areaOf(const std::vector<Point>& ring) {
+  double twice = 0;
+  for (std::size_t k = 0; k < ring.size(); ++k) {
+    const Point &p = ring[k], &q = ring[(k + 1) % ring.size()];
+    twice += p.x() * q.y() - p.y() * q.x();
+  }
+  return std::abs(twice) / 2;
+}
+
+// Without the slivers of voxels that the plane barely meets: nothing but thick lines.
+void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const CutView& view,
+                        const std::vector<CutVoxel>& voxels, const std::vector<FoundSample>& found,
+                        const Color& color) {
+  if (!body.field) return;
+  const double face = std::pow(body.field->cloud().voxelSize() * view.scale, 2);
+  std::set<std::tuple<int, int, int>> hit;
+  for (const FoundSample& s : found) hit.insert({s.voxel.x(), s.voxel.y(), s.voxel.z()});
+  Polygons marked{{}, {std::nullopt, color, 2.2}};
+  for (const CutVoxel& v : voxels)
+    if (hit.count({v.voxel.x(), v.voxel.y(), v.voxel.z()}) && areaOf(v.outline) > 0.2 * face)
+      marked.rings.push_back(v.outline);
+  drawing.add(std::move(marked));
+}
+
+// Whether the surface runs through a voxel with material, or along its face.
+bool onSurface(const Cloud& cloud, const CutVoxel& v) {
+  if (v.coverage < 255) return true;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int step : {-1, 1}) {
+      const Eigen::Vector3i n = v.voxel + step * Eigen::Vector3i::Unit(axis);
+      if (cloud.coverage(n.x(), n.y(), n.z()) == 0) return true;
+    }
+  return false;
+}
+
+// Base vectors of the voxels with a surface in them, out of the material, by their part in the cut.
+// Where a cut meets several layers of the grid, the one nearest to it speaks for them.
+void addBaseVectors(Drawing& drawing, const PictureBody& body, std::vector<CutVoxel> voxels,
+                    const CutView& view, const Focus& focus, const Color& color) {
+  if (!body.field) return;
+  const double h = body.field->cloud().voxelSize();
+  const double near = std::max(5 * h, 1.25 * focus.reach);
+  const auto depth = [&](const CutVoxel& v) { return std::abs(view.distance(v.center)); };
+  std::stable_sort(voxels.begin(), voxels.end(), [&](const CutVoxel& p, const CutVoxel& q) {
+    return depth(p) < depth(q) - 1e-6 * h;
+  });
+  std::vector<Point> starts;
+  for (const CutVoxel& v : voxels) {
+    if ((v.center - focus.place).norm() > near || !onSurface(body.field->cloud(), v)) continue;
+    const std::optional<FieldPoint> point = body.at(v.center);
+    if (!point) continue;
+    const Point along = view.direction(point->normal);
+    if (along.norm() < 0.4) continue;  // it points at who looks: nothing to see
+    const Point start = view.toPaper(v.center);
+    const auto close = [&](const Point& p) { return (p - start).norm() < 0.7 * h * view.scale; };
+    if (std::any_of(starts.begin(), starts.end(), close)) continue;
+    starts.push_back(start);
+    drawing.add(arrow(start, start + kVectorLength * h * view.scale * along, color, kVectorWidth));
+  }
+}
+
+void addBody(Drawing& drawing, const PictureBody& body, const CutView& view, const Color& color,
+             const std::vector<CutVoxel>& voxels) {
+  if (body.field)
+    addVoxels(drawing, voxels, color);
+  else
+    drawing.add(Polygons{materialStripes(body, view, 2), {shade(color, 1), std::nullopt, 0}});
+}
+
+// Those in the cut: what lies before it or behind it is seen in the patch's own view.
+void addPoints(Drawing& drawing, const ContactScene& scene, const CutView& view) {
+  for (const ContactPoint& p : scene.result.points)
+    if (std::abs(view.distance(p.position)) < 1.5 * scene.voxel)
+      addPoint(drawing, view.toPaper(p.position), 5);
+}
+
+void addDigitalNormal(Drawing& drawing, const ContactScene& scene, const CutView& view,
+                      const Focus& focus) {
+  const Vec3 normal = scene.result.patches[static_cast<std::size_t>(focus.patch)].normal;
+  const Point start = view.toPaper(focus.place);
+  const Point along = view.direction(normal).normalized();
+  const Point end = start + kNormalLength * along;
+  Polygons rim = arrow(start, end, kContactRed, kNormalWidth);
+  rim.paint.stroke = kPaperWhite;
+  rim.paint.width = 4;
+  drawing.add(rim);
+  drawing.add(arrow(start, end, kContactRed, kNormalWidth));
+  const Point label = start + (kNormalLength + 14) * along + Point(0, 5);
+  const bool toLeft = along.x() < -0.2;
+  const Align align = std::abs(along.x()) < 0.2 ? Align::Middle
+                      : toLeft                  ? Align::Right
+                                                : Align::Left;
+  drawing.add(Text{label, "digital normal", 16, kContactRed, align, true, true});
+}
+
+// A body's letter where there is nothing but that body.
+void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& other,
+                  const CutView& view, const char* letter, const Color& color) {
+  const std::string words = std::string(letter) + (body.field ? "" : ", a half-space: no voxels");
+
+  const Point half(widthOf(words, kLetterSize, true) / 2, 12);
+  const Point center = view.frame.center();
+  double best = -kWidth;
+  Point place = center;
+  for (double y = view.frame.low.y() + 30; y < view.frame.high.y() - 60; y += 15)
+    for (double x = view.frame.low.x() + half.x() + 12; x < view.frame.high.x() - half.x() - 12;
+         x += 20) {
+      const auto only = [&](const Point& p) {
+        const Vec3 world = view.toWorld(p);
+        return body.coverageAt(world) == 1 && other.coverageAt(world) == 0;
+      };
+      bool clear = true;
+      for (const double sx : {-1.0, -0.5, 0.0, 0.5, 1.0})
+        for (const double sy : {-1.0, 1.0}) clear &= only({x + sx * half.x(), y + sy * half.y()});
+      // Off the marks about the contact, yet in sight of them.
+      const double score = -std::abs((Point(x, y) - center).norm() - kLabelDistance);
+      if (!clear || score <= best) continue;
+      best = score;
+      place = {x, y};
+    }
+  if (best > -kWidth)
+    drawing.add(Text{place + Point(0, 6), words, kLetterSize, color, Align::Middle, true, true});
+}
+
+}  // namespace
+
+Color shade(Color color, double coverage) {
+  color.alpha = 0.08 + 0.5 * coverage;
+  return color;
+}
+
+void addPoint(Drawing& drawing, const Point& at, double radius) {
+  drawing.add(Circle{at, radius, {kPaperWhite, kContactRed, 2.4}});
+}
+
+void addCloseView(Drawing& drawing, const ContactScene& scene, const Marks& marks,
+                  const CutView& view) {
+  const auto cut = [&](const PictureBody& body) {
+    return body.field ? cutVoxels(body.field->cloud(), body.pose, view) : std::vector<CutVoxel>();
+  };
+  const std::vector<CutVoxel> a = cut(scene.a), b = cut(scene.b);
+  const auto group = [&](const char* name, auto draw) {
+    drawing.add(GroupBegin{name, view.frame});
+    draw();
+    drawing.add(GroupEnd{});
+  };
+  group("body-a", [&] { addBody(drawing, scene.a, view, kBodyA, a); });
+  group("body-b", [&] { addBody(drawing, scene.b, view, kBodyB, b); });
+  const double spacing = 0.3 * scene.voxel * view.scale;
+  group("surfaces", [&] {
+    drawing.add(Polygons{surfaceLines(scene.a, view, spacing), {{}, kDarkA, 1.8}, false});
+    drawing.add(Polygons{surfaceLines(scene.b, view, spacing), {{}, kDarkB, 1.8}, false});
+  });
+  if (!marks.touching) return;
+  group("collision-voxels", [&] {
+    addCollisionVoxels(drawing, scene.a, view, a, marks.inA, kDarkA);
+    addCollisionVoxels(drawing, scene.b, view, b, marks.inB, kDarkB);
+  });
+  group("base-vectors", [&] {
+    addBaseVectors(drawing, scene.a, a, view, marks.focus, kDarkA);
+    addBaseVectors(drawing, scene.b, b, view, marks.focus, kDarkB);
+  });
+  group("digital-normal", [&] { addDigitalNormal(drawing, scene, view, marks.focus); });
+  group("contact-points", [&] { addPoints(drawing, scene, view); });
+  group("names", [&] {
+    addBodyLabel(drawing, scene.a, scene.b, view, "A", kDarkA);
+    addBodyLabel(drawing, scene.b, scene.a, view, "B", kDarkB);
+  });
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,81 @@
+// Looking up the bodies of a picture at points of the world.
+#include "contact_scene.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace cloudcontact::program {
+
+namespace {
+
+// By the nearest contact point: they stand about the patch as it reaches, its centre does not.
+int nearestPatch(const Vec3& position, const std::vector<ContactPoint>& points) {
+  int best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const ContactPoint& p : points) {
+    const double distance = (p.position - position).squaredNorm();
+    if (distance >= least) continue;
+    least = distance;
+    best = p.patch;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<FieldPoint> PictureBody::at(const Vec3& world) const {
+  const Vec3 local = pose.toLocal(world);
+  std::optional<FieldPoint> point;
+  if (field) {
+    point = field->at(local);
+  } else {
+    const ShapePoint shape = shapeAt(*plane, local);
+    point = FieldPoint{shape.depth, shape.normal};
+  }
+  if (point) point->normal = pose.orientation * point->normal;
+  return point;
+}
+
+double PictureBody::coverageAt(const Vec3& world) const {
+  const Vec3 local = pose.toLocal(world);
+  if (!field) return shapeAt(*plane, local).depth > 0 ? 1 : 0;
+  const Cloud& cloud = field->cloud();
+  const Vec3 g = (local - cloud.origin()) / cloud.voxelSize();
+  const Vec3 size = cloud.size().cast<double>();
+  if ((g.array() < 0).any() || (g.array() >= size.array()).any()) return 0;
+  const Eigen::Vector3i v = g.cast<int>();
+  return cloud.coverage(v.x(), v.y(), v.z()) / 255.0;
+}
+
+std::vector<FoundSample> samplesIn(const PictureBody& own, const PictureBody& other,
+                                   const std::vector<ContactPoint>& points) {
+  std::vector<FoundSample> found;
+  if (!own.field) return found;
+  const Cloud& cloud = own.field->cloud();
+  for (std::size_t k = 0; k < own.field->sampleCount(); ++k) {
+    const SurfaceSample sample = own.field->sample(k);
+    const Vec3 grid(sample.position[0], sample.position[1], sample.position[2]);
+    const Vec3 world = own.pose.toWorld(cloud.origin() + cloud.voxelSize() * grid);
+    const std::optional<FieldPoint> point = other.at(world);
+    if (!point || point->depth <= 0) continue;
+    const Eigen::Vector3i voxel = grid.array().floor().cast<int>();
+    found.push_back({world, voxel, nearestPatch(world, points)});
+  }
+  return found;
+}
+
+double forceOf(const ContactResult& result, int patch) {
+  double force = 0;
+  for (const ContactPoint& p : result.points)
+    if (p.patch == patch) force += p.stiffness * std::max(p.depth, 0.0);
+  return force;
+}
+
+int mostLoaded(const ContactResult& result) {
+  int best = 0;
+  for (int k = 1; k < static_cast<int>(result.patches.size()); ++k)
+    if (forceOf(result, k) > forceOf(result, best)) best = k;
+  return best;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,95 @@
+// A drawing as a list of primitives, from which svg.h and png.h each make a file: what is drawn is
+// said once, so the two look alike. Lengths in px of a screen of 96 dpi, x to the right, y down.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace cloudcontact::program {
+
+using Point = Eigen::Vector2d;
+
+struct Color {
+  std::uint8_t red = 0, green = 0, blue = 0;
+  double alpha = 1;  // 0 clear .. 1 opaque
+};
+
+// What a shape is filled and outlined with; neither where empty.
+struct Paint {
+  std::optional<Color> fill, stroke;
+  double width = 1;  // of the stroke [px]
+};
+
+struct Rectangle {
+  Point low = Point::Zero(), high = Point::Zero();  // upper left and lower right corner
+
+  Point size() const { return high - low; }
+  Point center() const { return (low + high) / 2; }
+  bool contains(const Point& p) const {
+    return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
+  }
+};
+
+// Any number of polygons of one paint, so that a thousand voxels of one shade are one element.
+struct Polygons {
+  std::vector<std::vector<Point>> rings;
+  Paint paint;
+  bool closed = true;  // false: lines through the points
+};
+
+struct Circle {
+  Point center = Point::Zero();
+  double radius = 1;
+  Paint paint;
+};
+
+enum class Align { Left, Middle, Right };
+
+// One line of text; `at` is on its base line.
+struct Text {
+  Point at = Point::Zero();
+  std::string words;  // UTF-8
+  double size = 14;
+  Color color;
+  Align align = Align::Left;
+  bool bold = false;
+  bool halo = false;  // a white rim, for text over other things
+};
+
+// What stands between a begin and its end belongs together under one name, and is cut off at
+// `clip`. Groups may hold groups.
+struct GroupBegin {
+  std::string name;
+  std::optional<Rectangle> clip;
+};
+struct GroupEnd {};
+
+using Primitive = std::variant<Polygons, Circle, Text, GroupBegin, GroupEnd>;
+
+struct Drawing {
+  double width = 0, height = 0;
+  std::string title;
+  std::vector<Primitive> primitives;
+
+  void add(Primitive primitive) { primitives.push_back(std::move(primitive)); }
+};
+
+// The font of all text; the metrics below are its own.
+inline constexpr const char* kFontFamily = "DejaVu Sans";
+// How wide a line of text is at most, roughly: for placing, not for typesetting. [px]
+double widthOf(const std::string& words, double size, bool bold = false);
+
+std::vector<Point> ringOf(const Rectangle& rectangle);
+Polygons line(const Point& from, const Point& to, const Color& color, double width);
+// A filled arrow whose shaft is `width` thick; the head is in proportion.
+Polygons arrow(const Point& from, const Point& to, const Color& color, double width);
+
+// `text` as UTF-8 without control characters, as both kinds of file want it; what is neither is
+// shown as '?'.
+std::string printable(const std::string& text);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,13 @@
+// A drawing as the text of an SVG file.
+#pragma once
+
+#include <string>
+
+#include "drawing.h"
+
+namespace cloudcontact::program {
+
+// Groups become <g id="NAME">. The same drawing gives the same bytes.
+std::string svgText(const Drawing& drawing);
+
+}  // namespace cloudcontact::program
