@@ -27,7 +27,8 @@ constexpr float kPlaceNoise = 0.02f, kTiltNoise = 0.015f;
 constexpr float kSoughtNoise = 0.5f;
 constexpr int kRounds = 4;
 constexpr float kLongestStep = 0.4f;
-constexpr float kSettled = 1e-3f;
+constexpr float kSettled = 2e-3f;
+constexpr float kHopeless = 0.3f;  // residual at which it is given up
 
 struct Points {
   alignas(16) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
@@ -122,10 +123,6 @@ float cutVoxel(const FaceField& field, int voxel, Slope* slope) {
 // angles cut independently, r q; the same face twice leaves the least of both, and back to back
 // faces what they do not cut away between them. Between these by the angle, which is exact where
 // both run through the middle. Taking the least throughout put edges 0.03 voxel inside.
-struct Angle {
-  float alike = 0, opposed = 0;  // 1 at 0 and at 180 deg, 0 from 90 deg on
-};
-
 Angle angleOf(const Eigen::Vector3f& n, const Eigen::Vector3f& m) {
   const float turn = std::acos(std::clamp(n.dot(m), -1.0f, 1.0f)) * (2.0f / 3.14159265f);
   return {std::max(1.0f - turn, 0.0f), std::max(turn - 1.0f, 0.0f)};
@@ -177,9 +174,7 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
   const int last = c.count - 1;
   const float* f[kMostFaces] = {c.face[0]->outside(voxel), c.face[1]->outside(voxel),
                                 c.face[last]->outside(voxel)};
-  const Angle a01 = angleOf(c.face[0]->face().n, c.face[1]->face().n),
-              a02 = angleOf(c.face[0]->face().n, c.face[last]->face().n),
-              a12 = angleOf(c.face[1]->face().n, c.face[last]->face().n);
+  const Angle &a01 = c.angle[0], &a02 = c.angle[1], &a12 = c.angle[2];
   const Points& points = subSamples();
   F4 sum = all(0), moment[kMostFaces][4] = {};
   for (int k = 0; k < kPerVoxel; k += kLanes) {
@@ -224,6 +219,13 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
   return c.concave ? 1.0f - share : share;
 }
 
+float coverageAt(const Combination& c, int voxel) {
+  const Sight sight = look(c, voxel);
+  if (sight.sure) return sight.coverage;
+  return sight.only >= 0 ? cutVoxel(*c.face[sight.only], voxel, nullptr)
+                         : coverVoxel<false>(c, voxel, nullptr);
+}
+
 constexpr int kUnknowns = 3 * kMostFaces;
 using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknowns, kUnknowns>;
 using Vector = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kUnknowns, 1>;
@@ -259,21 +261,23 @@ struct Equations {
     }
   }
 
-  void see(const float* wanted, const Combination& c, const Tangents* tangent) {
+  // Also tells the coverage found.
+  void see(const float* wanted, const Combination& c, const Tangents* tangent, float* coverage) {
     Vector g(3 * c.count);
     for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
       const Sight sight = look(c, v);
+      coverage[v] = sight.coverage;
       if (sight.sure) continue;
       Slope slope[kMostFaces];
-      const float found = sight.only >= 0 ? cutVoxel(*c.face[sight.only], v, &slope[sight.only])
-                                          : coverVoxel<true>(c, v, slope);
+      coverage[v] = sight.only >= 0 ? cutVoxel(*c.face[sight.only], v, &slope[sight.only])
+                                    : coverVoxel<true>(c, v, slope);
       for (int i = 0; i < c.count; ++i) {
         const Eigen::Vector2f turn = -tangent[i].transpose() * slope[i].moment;
         g.segment<3>(3 * i) << slope[i].shift, turn;
       }
       const float w = windowWeight(v);
       left.noalias() += w * g * g.transpose();
-      right.noalias() += w * (wanted[v] - found) * g;
+      right.noalias() += w * (wanted[v] - coverage[v]) * g;
     }
   }
 };
@@ -306,13 +310,31 @@ void FaceField::set(const Face& f) {
     middle_[static_cast<std::size_t>(v)] += bent(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
 }
 
+Combination combine(const FaceField& a, const FaceField& b, bool concave) {
+  Combination c{{&a, &b, &b}, 2, concave, {}};
+  measureAngles(c);
+  return c;
+}
+
+Combination combine(const FaceField& a, const FaceField& b, const FaceField& c, bool concave) {
+  Combination all{{&a, &b, &c}, 3, concave, {}};
+  measureAngles(all);
+  return all;
+}
+
+void measureAngles(Combination& c) {
+  c.angle[0] = angleOf(c.face[0]->face().n, c.face[1]->face().n);
+  if (c.count < 3) return;
+  c.angle[1] = angleOf(c.face[0]->face().n, c.face[2]->face().n);
+  c.angle[2] = angleOf(c.face[1]->face().n, c.face[2]->face().n);
+}
+
 void coverageOf(const Combination& c, float* coverage) {
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    const Sight sight = look(c, v);
-    coverage[v] = sight.sure        ? sight.coverage
-                  : sight.only >= 0 ? cutVoxel(*c.face[sight.only], v, nullptr)
-                                    : coverVoxel<false>(c, v, nullptr);
-  }
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) coverage[v] = coverageAt(c, v);
+}
+
+float middleCoverageOf(const Combination& c) {
+  return coverageAt(c, CC_WINDOW_VOXELS / 2);
 }
 
 float blockResidual(const float* wanted, const float* found) {
@@ -329,21 +351,25 @@ float blockResidual(const float* wanted, const float* found) {
 }
 
 void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
-  Combination c{{&fields[0], &fields[1], &fields[2]}, h.count, h.concave};
+  Combination c{{&fields[0], &fields[1], &fields[h.count - 1]}, h.count, h.concave, {}};
   const Hypothesis first = h;
   Hypothesis now = h;
   Tangents tangent[kMostFaces];
   Equations equations;
   for (int round = 0; round <= kRounds; ++round) {
     for (int i = 0; i < h.count; ++i) fields[i].set(now.faces[i]);
+    measureAngles(c);
     float found[CC_WINDOW_VOXELS];
-    coverageOf(c, found);
+    for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
+    if (round < kRounds) {
+      equations.hold(now.faces, first.faces, tangent, h.count);
+      equations.see(wanted, c, tangent, found);
+    } else {
+      coverageOf(c, found);
+    }
     now.residual = blockResidual(wanted, found);
     if (now.residual < h.residual) h = now;
-    if (round == kRounds) return;
-    for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
-    equations.hold(now.faces, first.faces, tangent, h.count);
-    equations.see(wanted, c, tangent);
+    if (round == kRounds || now.residual > kHopeless) return;
     const Vector step = equations.left.ldlt().solve(equations.right);
     if (!step.allFinite()) return;
     const float longest = step.cwiseAbs().maxCoeff();

@@ -42,15 +42,27 @@ class FaceField {
 
 constexpr int kMostFaces = 3;
 
+// How two faces share a sub-sample that both cut: 1 where they look the same way and where they are
+// back to back, 0 from a right angle on.
+struct Angle {
+  float alike = 0, opposed = 0;
+};
+
 // Faces that bound the material together: it is their intersection, or union where `concave`.
 struct Combination {
-  const FaceField* face[kMostFaces];
-  int count;
-  bool concave;
+  const FaceField* face[kMostFaces] = {};
+  int count = 0;
+  bool concave = false;
+  Angle angle[3];  // of faces 0 and 1, 0 and 2, 1 and 2
 };
+Combination combine(const FaceField& a, const FaceField& b, bool concave);
+Combination combine(const FaceField& a, const FaceField& b, const FaceField& c, bool concave);
+void measureAngles(Combination& c);  // anew, after its faces have moved
 
 // The block's coverage under a combination; 27 values.
 void coverageOf(const Combination& c, float* coverage);
+// Of the middle voxel alone.
+float middleCoverageOf(const Combination& c);
 
 // Root mean square of what is not explained, over the voxels that the surface is near.
 float blockResidual(const float* wanted, const float* found);

@@ -11,9 +11,12 @@ namespace {
 // Above these residuals a third face is tried, and one that no neighbour shows. A box's true planes
 // leave 0.0014 at its edges, 0.004 at most.
 constexpr float kThird = 0.004f, kHidden = 0.006f;
+constexpr float kExplained = 0.003f;    // below this no other trial is moved into place
 constexpr std::size_t kRefined = 2;     // trials of each kind that are moved into place
+constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is sought between
 constexpr int kMassRounds = 6;
+constexpr float kMiddleMiss = 0.35f;    // of the middle voxel's coverage
 constexpr float kFurther = 0.8f;        // a further face must earn its place
 constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
 
@@ -29,11 +32,11 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
     if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>() || count_ == kMostNear) continue;
     fields_[count_++].set(f);
   }
-  tryAll(2);
+  tryPairs();
   pairs_ = trials_;
   refineBest(kRefined);
   if (best_.residual > kThird) {
-    tryAll(3);
+    tryTriples();
     refineBest(kRefined);
   }
   if (best_.residual > kHidden) trySought(mean);
@@ -46,22 +49,41 @@ float EdgeSearch::residualOf(const Combination& c) const {
   return blockResidual(wanted_, found);
 }
 
-// All pairs, or all triples, as they stand; the best first.
-void EdgeSearch::tryAll(int count) {
-  trials_.clear();
-  for (bool concave : {false, true})
-    for (int i = 0; i < count_; ++i)
-      for (int j = i + 1; j < count_; ++j)
-        for (int k = count == 3 ? j + 1 : j; k < (count == 3 ? count_ : j + 1); ++k) {
-          const Combination c{{&fields_[i], &fields_[j], &fields_[k]}, count, concave};
-          trials_.push_back({c, {}, residualOf(c)});
-        }
+// Faces that miss the middle voxel by far are not looked at further: the neighbours' faces are
+// right to 0.1 voxel, so what holds shows itself there.
+void EdgeSearch::tryOne(const Combination& c) {
+  if (std::abs(middleCoverageOf(c) - wanted_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
+  trials_.push_back({c, {}, residualOf(c)});
+}
+
+void EdgeSearch::sortTrials() {
   std::stable_sort(trials_.begin(), trials_.end(),
                    [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
 }
 
+// All pairs as they stand; the best first.
+void EdgeSearch::tryPairs() {
+  trials_.clear();
+  for (bool concave : {false, true})
+    for (int i = 0; i < count_; ++i)
+      for (int j = i + 1; j < count_; ++j) tryOne(combine(fields_[i], fields_[j], concave));
+  sortTrials();
+}
+
+// Triples: the best pairs and one face more.
+void EdgeSearch::tryTriples() {
+  trials_.clear();
+  for (std::size_t p = 0; p < pairs_.size() && p < kWidened; ++p) {
+    const Combination& pair = pairs_[p].faces;
+    for (int k = 0; k < count_; ++k)
+      if (&fields_[k] != pair.face[0] && &fields_[k] != pair.face[1])
+        tryOne(combine(*pair.face[0], *pair.face[1], fields_[k], pair.concave));
+  }
+  sortTrials();
+}
+
 void EdgeSearch::refineBest(std::size_t most) {
-  for (std::size_t t = 0; t < trials_.size() && t < most; ++t) {
+  for (std::size_t t = 0; t < trials_.size() && t < most && best_.residual > kExplained; ++t) {
     const Trial& trial = trials_[t];
     Hypothesis h;
     h.count = trial.faces.count;
@@ -84,20 +106,19 @@ void EdgeSearch::trySought(const Eigen::Vector3f& mean) {
   trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
     const Combination& pair = pairs_[p].faces;
-    guess({{pair.face[0], pair.face[1], &sought_}, 3, pair.concave},
+    guess({{pair.face[0], pair.face[1], &sought_}, 3, pair.concave, {}},
           pair.face[0]->face().n + pair.face[1]->face().n);
   }
   for (int i = 0; i < count_; ++i)
     for (bool concave : {false, true})
-      guess({{&fields_[i], &sought_, &sought_}, 2, concave},
+      guess({{&fields_[i], &sought_, &sought_}, 2, concave, {}},
             2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
-  std::stable_sort(trials_.begin(), trials_.end(),
-                   [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
+  sortTrials();
   refineBest(kRefined);
 }
 
 // Puts the sought face, with the given normal, where the block's mass wants it.
-void EdgeSearch::guess(const Combination& c, const Eigen::Vector3f& normal) {
+void EdgeSearch::guess(Combination c, const Eigen::Vector3f& normal) {
   if (normal.norm() < 0.2f) return;
   Face plane;
   plane.sought = true;
@@ -110,6 +131,7 @@ void EdgeSearch::guess(const Combination& c, const Eigen::Vector3f& normal) {
   for (int round = 0; round < kMassRounds; ++round) {
     plane.s = 0.5f * (low + high);
     sought_.set(plane);
+    if (round == 0) measureAngles(c);
     coverageOf(c, found);
     float sum = 0;
     for (float v : found) sum += v;

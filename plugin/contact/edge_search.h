@@ -25,10 +25,13 @@ class EdgeSearch {
   };
 
   float residualOf(const Combination& c) const;
-  void tryAll(int count);
+  void tryOne(const Combination& c);
+  void sortTrials();
+  void tryPairs();
+  void tryTriples();
   void refineBest(std::size_t most);
   void trySought(const Eigen::Vector3f& mean);
-  void guess(const Combination& c, const Eigen::Vector3f& normal);
+  void guess(Combination c, const Eigen::Vector3f& normal);
   void keep(const Hypothesis& h);
 
   const float* wanted_ = nullptr;

@@ -31,6 +31,7 @@ struct SurfaceVoxel {
   PieceRule rule = PieceRule::Smooth;
   bool doubtful = false;  // the block was not explained: neither a smooth surface nor an edge
   std::uint32_t first = 0, count = 0;  // into pieces
+  std::uint32_t quadric = 0;           // the piece that its block's quadric became
 };
 
 struct FieldDraft {

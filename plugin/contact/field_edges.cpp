@@ -20,8 +20,10 @@ namespace {
 constexpr float kSmoothResidual = 0.004f;
 // Blocks that the quadric explains this well keep it: shallow edges, small radii.
 constexpr float kEnough = 0.004f;
-// An edge must explain the block this well, and better than the quadric by this factor.
-constexpr float kEdgeResidual = 0.03f;
+// An edge must explain the block this well, and better than the quadric by this factor. At first
+// only good ones are taken, so that a corner's tip is not explained by half its faces before its
+// neighbours show them all.
+constexpr float kEdgeResidual = 0.03f, kGoodEdge = 0.005f;
 constexpr float kEdgeGain = 0.75f;
 // A quadric that bends as sharply as this [1/voxel] imitates an edge: it explains the crest of a
 // thread to 0.007 and puts samples 0.6 voxel off. Against it an edge need only do about as well.
@@ -62,7 +64,7 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
         const SurfaceVoxel& from = draft.voxels[static_cast<std::size_t>(other)];
         for (std::uint32_t k = 0; k < from.count; ++k) {
           const CcSurface& f = draft.pieces[from.first + k].surface;
-          if (from.rule == PieceRule::Smooth && f.residual > kSmoothResidual) continue;
+          if (f.residual > (from.rule == PieceRule::Smooth ? kSmoothResidual : kGoodEdge)) continue;
           all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
         }
       }
@@ -106,8 +108,14 @@ CcSurface planeSurface(const Face& f, float residual) {
   return s;
 }
 
-// One pass over the voxels that are still unexplained.
-void resolvePass(FieldDraft& draft) {
+// What an edge of this residual must beat to be taken for a voxel.
+float boundOf(const SurfaceVoxel& v, const CcSurface& own, float most) {
+  if (v.rule != PieceRule::Smooth) return own.residual;
+  return std::min(most, (sharpest(own) > kSharp ? kSharpGain : kEdgeGain) * own.residual);
+}
+
+// One pass over the voxels that are still badly explained; edges leave at most `most`.
+void resolvePass(FieldDraft& draft, float most) {
   std::vector<Hypothesis> found(draft.voxels.size());
   const int threads = threadCount(draft.settings.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
@@ -117,13 +125,13 @@ void resolvePass(FieldDraft& draft) {
     for (std::size_t i = chunk * 256; i < end; ++i) {
       const SurfaceVoxel& v = draft.voxels[i];
       const CcSurface& own = draft.pieces[v.first].surface;
-      if (v.rule != PieceRule::Smooth || own.residual <= kEnough) continue;
+      if (own.residual <= (v.rule == PieceRule::Smooth ? kEnough : kGoodEdge)) continue;
       float block[CC_WINDOW_VOXELS];
       gatherBlock(draft.cloud, v.x, v.y, v.z, block);
-      const Hypothesis best =
-          search.run(block, facesNear(draft, v), Eigen::Map<const Eigen::Vector3f>(own.n));
-      const float gain = sharpest(own) > kSharp ? kSharpGain : kEdgeGain;
-      if (best.residual < kEdgeResidual && best.residual < gain * own.residual) found[i] = best;
+      const Eigen::Vector3f mean =
+          Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
+      const Hypothesis best = search.run(block, facesNear(draft, v), mean);
+      if (best.residual < boundOf(v, own, most)) found[i] = best;
     }
   });
   for (std::size_t i = 0; i < draft.voxels.size(); ++i) {
@@ -140,10 +148,11 @@ void resolvePass(FieldDraft& draft) {
 
 }  // namespace
 
-// Twice: faces that the first pass found beside an edge serve their neighbours in the second.
+// Three times: faces that a pass found beside an edge serve their neighbours in the next.
 void resolveEdges(FieldDraft& draft) {
-  resolvePass(draft);
-  resolvePass(draft);
+  resolvePass(draft, kGoodEdge);
+  resolvePass(draft, kEdgeResidual);
+  resolvePass(draft, kEdgeResidual);
   for (SurfaceVoxel& v : draft.voxels)
     v.doubtful =
         v.rule == PieceRule::Smooth && draft.pieces[v.first].surface.residual > kEdgeResidual;

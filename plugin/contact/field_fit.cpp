@@ -74,6 +74,7 @@ void fitSurfaceVoxels(FieldDraft& draft) {
     for (const FoundVoxel& v : list) {
       SurfaceVoxel voxel{v.x, v.y, v.z};
       voxel.first = static_cast<std::uint32_t>(draft.pieces.size());
+      voxel.quadric = voxel.first;
       voxel.count = 1;
       draft.index.make(v.x, v.y, v.z) = static_cast<std::int32_t>(draft.voxels.size());
       draft.pieces.push_back({v.surface, {0, 0, 0}, 0});

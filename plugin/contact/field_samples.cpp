@@ -3,6 +3,7 @@
 // flat faces exactly. A piece that lies in the face between two voxels must be counted once: the
 // plane is cut at four offsets within an eighth of a voxel about its place and the areas
 // averaged, so that each voxel has half of it however the fits' noise falls.
+#include "../geometry/parallel.h"
 #include "field_builder.h"
 
 #include <algorithm>
@@ -21,6 +22,7 @@ constexpr float kLeastArea =
 constexpr float kSliver = 0.004f;  // of a voxel: what coverage in 1/255 rounds away, and its noise
 constexpr float kSound = 0.004f;   // residual of a quadric that may give to its neighbours
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
+constexpr std::size_t kChunk = 1024;  // voxels that one thread cuts at a time
 constexpr int kEdgeCells = 3;         // cells along a voxel that an edge runs through
 
 // A convex polygon of at most 16 corners.
@@ -253,10 +255,24 @@ class SliverCutter {
 }  // namespace
 
 std::vector<SurfaceSample> cutSamples(FieldDraft& draft) {
-  std::vector<SurfaceSample> samples;
-  samples.reserve(draft.voxels.size());
   std::vector<Run> runs(draft.pieces.size());
-  for (const SurfaceVoxel& v : draft.voxels) cutVoxel(draft, v, runs, samples);
+  std::vector<std::vector<SurfaceSample>> cut((draft.voxels.size() + kChunk - 1) / kChunk);
+  parallelFor(cut.size(), draft.settings.threads, [&](std::size_t chunk, int) {
+    const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i)
+      cutVoxel(draft, draft.voxels[i], runs, cut[chunk]);
+  });
+  std::vector<SurfaceSample> samples;
+  std::size_t all = 0;
+  for (const auto& part : cut) all += part.size();
+  samples.reserve(all);
+  for (std::size_t chunk = 0; chunk < cut.size(); ++chunk) {
+    const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * kChunk);
+    for (std::size_t i = chunk * kChunk; i < end; ++i)
+      for (std::uint32_t k = 0; k < draft.voxels[i].count; ++k)
+        runs[draft.voxels[i].first + k].first += static_cast<std::uint32_t>(samples.size());
+    samples.insert(samples.end(), cut[chunk].begin(), cut[chunk].end());
+  }
   SliverCutter(draft, runs, samples).run();
   return samples;
 }
