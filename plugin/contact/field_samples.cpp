@@ -23,7 +23,7 @@ constexpr float kSliver = 0.004f;  // of a voxel: what coverage in 1/255 rounds 
 constexpr float kSound = 0.004f;   // residual of a quadric that may give to its neighbours
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
 constexpr std::size_t kChunk = 1024;  // voxels that one thread cuts at a time
-constexpr int kEdgeCells = 3;         // cells along a voxel that an edge runs through
+constexpr float kSmallest = 0.25f;    // edge of the smallest box that a piece is cut into
 
 // A convex polygon of at most 16 corners.
 struct Polygon {
@@ -67,19 +67,29 @@ Polygon squareOn(const CcSurface& f, float offset) {
   return p;
 }
 
-// The part of piece `own` inside the box, bounded by the voxel's other pieces: area and centroid.
-float cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
-               float edge, V3& centroid) {
+// The part of a piece inside a box.
+struct CutPart {
+  float area = 0;
+  V3 centroid = V3::Zero();
+  bool met = false;  // another piece bounds it there
+};
+
+// The part of piece `own` inside the box of that edge, bounded by the voxel's other pieces.
+CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
+                 float edge) {
   const CcSurface& f = draft.pieces[v.first + own].surface;
   const Eigen::Map<const V3> n(f.n);
-  float area = 0;
-  V3 first = V3::Zero();
+  const float off = n.dot(low + V3::Constant(0.5f * edge)) - f.s;
+  if (std::abs(off) > 0.5f * edge * n.lpNorm<1>() + kJitter[kJitters - 1]) return {};
+  float area = 0, alone = 0;
+  V3 first = V3::Zero(), unused = V3::Zero();
   for (float jitter : kJitter) {
     Polygon p = squareOn(f, jitter);
     for (int axis = 0; axis < 3; ++axis) {
       p.clip(V3::Unit(axis), low[axis] + edge);
       p.clip(-V3::Unit(axis), -low[axis]);
     }
+    if (v.count > 1) p.moments(alone, unused);
     for (std::uint32_t k = 0; k < v.count; ++k) {
       if (k == own) continue;
       const CcSurface& other = draft.pieces[v.first + k].surface;
@@ -89,10 +99,10 @@ float cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own
     }
     p.moments(area, first);
   }
-  if (area < kJitters * kLeastArea * edge * edge) return 0;
-  centroid = first / area;
-  centroid += n * (f.s - n.dot(centroid));
-  return area / kJitters;
+  if (area < kJitters * kLeastArea * edge * edge) return {};
+  CutPart part{area / kJitters, first / area, area < 0.999f * alone};
+  part.centroid += n * (f.s - n.dot(part.centroid));
+  return part;
 }
 
 // Where the curved surface runs over the piece: the mean over its own width, and the normal there.
@@ -117,28 +127,38 @@ struct Run {
   std::uint32_t first = 0, count = 0;
 };
 
+// Samples of a piece inside a box: one, or, where it ends there at another, those of the box's
+// octants, so that samples are small beside an edge and nowhere else.
+void cutBox(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
+            float edge, std::vector<SurfaceSample>& samples) {
+  const CutPart part = cutPiece(draft, v, own, low, edge);
+  if (part.area == 0) return;
+  if (!part.met || edge < 1.5f * kSmallest) {
+    const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
+    samples.push_back(
+        onSurface(draft.pieces[v.first + own].surface, part.centroid, part.area, middle));
+    return;
+  }
+  const float half = 0.5f * edge;
+  for (int k = 0; k < 8; ++k)
+    cutBox(draft, v, own, low + half * V3(float(k & 1), float(k >> 1 & 1), float(k >> 2)), half,
+           samples);
+}
+
 // Samples of a voxel's own pieces.
 void cutVoxel(FieldDraft& draft, const SurfaceVoxel& v, std::vector<Run>& runs,
               std::vector<SurfaceSample>& samples) {
-  const int cells = v.count > 1 ? kEdgeCells : 1;
-  const float edge = 1.0f / static_cast<float>(cells);
   const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
   for (std::uint32_t own = 0; own < v.count; ++own) {
     SurfacePiece& piece = draft.pieces[v.first + own];
+    const std::size_t begin = samples.size();
+    cutBox(draft, v, own, V3::Constant(-0.5f), 1.0f, samples);
+    runs[v.first + own] = {static_cast<std::uint32_t>(begin),
+                           static_cast<std::uint32_t>(samples.size() - begin)};
     V3 sum = V3::Zero();
-    Run& run = runs[v.first + own];
-    run.first = static_cast<std::uint32_t>(samples.size());
-    for (int c = 0; c < cells * cells * cells; ++c) {
-      const V3 low =
-          V3(float(c % cells), float(c / cells % cells), float(c / cells / cells)) * edge -
-          V3::Constant(0.5f);
-      V3 centroid;
-      const float area = cutPiece(draft, v, own, low, edge, centroid);
-      if (area == 0) continue;
-      samples.push_back(onSurface(piece.surface, centroid, area, middle));
-      ++run.count;
-      piece.area += area;
-      sum += area * (centroid + middle);
+    for (std::size_t i = begin; i < samples.size(); ++i) {
+      piece.area += samples[i].area;
+      sum += samples[i].area * Eigen::Map<const V3>(samples[i].position);
     }
     // A plane without a piece of its own still stands somewhere: at its point nearest the voxel.
     const Eigen::Map<const V3> n(piece.surface.n);
@@ -174,8 +194,7 @@ class SliverCutter {
     const SurfaceVoxel* owner = nullptr;
     int pieces = 0;
     std::uint32_t own[CC_MAX_PLANES] = {};
-    float area[CC_MAX_PLANES] = {};
-    V3 centroid[CC_MAX_PLANES];
+    CutPart part[CC_MAX_PLANES];
   };
 
   void cut(int x, int y, int z) {
@@ -216,11 +235,10 @@ class SliverCutter {
       const Eigen::Map<const V3> n(f.n);
       if (piece.area == 0) continue;
       if (std::abs(n.dot(offset) - f.s) > 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1]) continue;
-      const int k = sliver.pieces;
-      sliver.area[k] =
-          cutPiece(draft_, v, own, offset - V3::Constant(0.5f), 1.0f, sliver.centroid[k]);
-      if (sliver.area[k] == 0) continue;
-      all += sliver.area[k];
+      const CutPart part = cutPiece(draft_, v, own, offset - V3::Constant(0.5f), 1.0f);
+      if (part.area == 0) continue;
+      all += part.area;
+      sliver.part[sliver.pieces] = part;
       sliver.own[sliver.pieces++] = own;
     }
     if (!thin && (v.count == 1 || all > kEdgeSliver)) sliver.pieces = 0;
@@ -231,8 +249,8 @@ class SliverCutter {
     const SurfaceVoxel& v = *sliver.owner;
     const std::uint32_t index = v.first + sliver.own[k];
     const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-    const SurfaceSample more =
-        onSurface(draft_.pieces[index].surface, sliver.centroid[k], sliver.area[k], middle);
+    const SurfaceSample more = onSurface(draft_.pieces[index].surface, sliver.part[k].centroid,
+                                         sliver.part[k].area, middle);
     const Run& run = runs_[index];
     SurfaceSample* into = &samples_[run.first];
     // Of an edge's pieces the nearest takes it, so that it stays at the edge.

@@ -23,6 +23,7 @@ constexpr float kOutOfTouch = -1.75f;
 // Nor has one that runs along the other surface farther off than this: the fine samples of its
 // cell lie at most 1.5 voxels beside it, and both surfaces may bend a little.
 constexpr float kSlack = 0.4f, kSlope = 1.5f;
+constexpr float kWide = 0.3f;        // [voxels] wider samples are taken in parts at an edge
 constexpr std::uint32_t kRun = 32;   // samples looked up together
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
@@ -55,6 +56,7 @@ struct Direction {
   float voxel;        // of the samples' body [m]
   Map toFrame;        // samples' grid -> frame body, metres
   M3 frameFromOther;  // turns the other body's normals into the frame
+  M3 toOther;         // samples' grid -> other's grid, voxels; directions only
 };
 
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
@@ -75,6 +77,29 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 // The least depth [samples' voxels] at which a sample may still be wet.
 float reachOf(const SurfaceSample& s) {
   return -kHalfWidth * s.width;
+}
+
+// Where the other body has an edge, its depth is not linear over a wide sample: the sample is taken
+// in parts. Crossed edges turn by 11 deg at a depth of half a voxel without this.
+void addParts(const Direction& dir, const FieldData& other, CcVoxel record, const SurfaceSample& s,
+              const V3& r, std::vector<Hit>& hits) {
+  const int parts = static_cast<int>(std::ceil(s.width / kWide));
+  const float voxel = static_cast<float>(other.cloud().voxelSize());
+  float t1[3], t2[3];
+  ccTangents(s.normal, t1, t2);
+  SurfaceSample part = s;
+  part.width = s.width / static_cast<float>(parts);
+  part.area = s.area / static_cast<float>(parts * parts);
+  const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
+  for (int k = 0; k < parts * parts; ++k) {
+    const float a = (static_cast<float>(k % parts) - 0.5f * static_cast<float>(parts - 1)),
+                b = (static_cast<float>(k / parts) - 0.5f * static_cast<float>(parts - 1));
+    const V3 aside = part.width * (a * u + b * v);
+    Eigen::Map<V3>(part.position) = middle + aside;
+    const V3 at = r + dir.toOther * aside;
+    const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), at.data());
+    addHit(dir, part, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+  }
 }
 
 // Looks up one sample; returns whether it is near enough to the other surface for finer samples
@@ -98,8 +123,12 @@ bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s
   }
   const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
   const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), r.data());
-  if (d.depth * voxel > reachOf(s) * dir.voxel)
-    addHit(dir, s, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+  if (d.depth * voxel > reachOf(s) * dir.voxel) {
+    if (ccPlaneCount(record) > 1 && s.width > kWide)
+      addParts(dir, other, record, s, r, hits);
+    else
+      addHit(dir, s, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+  }
   if (d.depth > 0 || dir.level > 1) return true;
   if (d.depth < kOutOfTouch) return false;
   const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
@@ -188,20 +217,23 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
   const double voxel = samples.cloud().voxelSize();
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
-  const Direction dir{samples,
-                      samples.level(level),
-                      level,
-                      side,
-                      static_cast<float>(voxel),
-                      mapOf(toFrame, voxel, 1.0),
-                      (frame.pose.orientation.conjugate() * other.pose.orientation)
-                          .toRotationMatrix()
-                          .cast<float>()};
+  Direction dir{samples,
+                samples.level(level),
+                level,
+                side,
+                static_cast<float>(voxel),
+                mapOf(toFrame, voxel, 1.0),
+                (frame.pose.orientation.conjugate() * other.pose.orientation)
+                    .toRotationMatrix()
+                    .cast<float>(),
+                M3::Identity()};
   if (other.shape)
     return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
   const Cloud& target = dataOf(other).cloud();
   const Pose toOther = (other.pose * gridPose(target)).inverse() * grid;
-  searchField(dir, dataOf(other), mapOf(toOther, voxel, target.voxelSize()), candidates, hits);
+  const Map map = mapOf(toOther, voxel, target.voxelSize());
+  dir.toOther = map.turn;
+  searchField(dir, dataOf(other), map, candidates, hits);
 }
 
 }  // namespace
