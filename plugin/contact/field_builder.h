@@ -49,9 +49,6 @@ void fitSurfaceVoxels(FieldDraft& draft);
 void resolveEdges(FieldDraft& draft);
 std::vector<SurfaceSample> cutSamples(FieldDraft& draft);
 
-// Samples of cells of `cell` voxels merged where they look the same way.
-std::vector<SurfaceSample> coarsen(const std::vector<SurfaceSample>& samples, int cell);
-
 // The finished band: what a query reads.
 struct Band {
   BrickGrid<CcVoxel> grid;

@@ -4,26 +4,11 @@
 #include <cloudcontact/surface_field.h>
 
 #include "field_builder.h"
+#include "sample_set.h"
 
 #include <vector>
 
 namespace cloudcontact {
-
-// The samples of one brick, contiguous; `radius` about `center` holds them all (grid frame,
-// voxels).
-struct SampleBrick {
-  float center[3];
-  float radius;
-  std::uint32_t first, count;
-};
-
-// The cloud's surface by samples of one size. Level 0 holds every piece; in level n one
-// stands for all of a cell of 2^n voxels that look the same way.
-struct SampleLevel {
-  std::vector<SurfaceSample> samples;
-  std::vector<SampleBrick> bricks;
-};
-constexpr int kLevels = 3;
 
 class FieldData final : public SurfaceField {
  public:
@@ -32,13 +17,13 @@ class FieldData final : public SurfaceField {
   const Cloud& cloud() const override { return cloud_; }
   std::size_t bandVoxels() const override { return band_.voxels; }
   std::size_t bytes() const override;
-  std::size_t sampleCount() const override { return levels_[0].samples.size(); }
-  SurfaceSample sample(std::size_t k) const override { return levels_[0].samples[k]; }
+  std::size_t sampleCount() const override { return samples_.levels[0].samples.size(); }
+  SurfaceSample sample(std::size_t k) const override { return samples_.levels[0].samples[k]; }
   std::optional<FieldPoint> at(const Vec3& local) const override;
   Eigen::AlignedBox3d bounds() const override { return bounds_; }
 
   const Band& band() const { return band_; }
-  const SampleLevel& level(int n) const { return levels_[n]; }
+  const SampleSet& samples() const { return samples_; }
   // How many bricks away (Chebyshev) the nearest brick of the band is, 255 at most; 0 inside the
   // band.
   const std::vector<std::uint8_t>& brickDistance() const { return distance_; }
@@ -48,13 +33,12 @@ class FieldData final : public SurfaceField {
   }
 
  private:
-  void groupByBrick(SampleLevel& level) const;
   void measureDistance();
   void markNear();
 
   Cloud cloud_;
   Band band_;
-  SampleLevel levels_[kLevels];
+  SampleSet samples_;
   std::vector<std::uint8_t> distance_;
   std::vector<std::uint8_t> near_;  // a bit for each 4x4x4 block of a brick
   Eigen::AlignedBox3d bounds_;

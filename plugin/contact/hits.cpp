@@ -17,13 +17,13 @@ using V3 = Eigen::Vector3f;
 constexpr float kHalfWidth = 0.5f;
 // A level with this many hits is fine enough. On the M16 thread at 0.25 mm 1,600 of 24,000 hits
 // give the force within 3 % and its torque within 2 %; at 0.4 mm 800 turn it by 16 %, 2,000 by 3 %.
-constexpr std::size_t kEnoughHits[kLevels] = {0, 250, 1000};
-// Below this depth [voxels] a sample of level 1 has no fine sample beside it that touches.
-constexpr float kOutOfTouch = -1.75f;
-// Nor has one that runs along the other surface farther off than this: the fine samples of its
-// cell lie at most 1.5 voxels beside it, and both surfaces may bend a little.
-constexpr float kSlack = 0.4f, kSlope = 1.5f;
-constexpr float kWide = 0.3f;        // [voxels] wider samples are taken in parts at an edge
+constexpr std::size_t kEnoughHits[kLevels] = {0, 120, 1000};
+// A sample farther off the other surface than this [voxels] has no finer sample in its cell that
+// touches: these lie at most kSlope beside it, times the sine between the surfaces, and both may
+// bend by kSlack. By level.
+constexpr float kSlack[kLevels] = {0, 0.25f, 0.8f}, kSlope[kLevels] = {0, 1.5f, 3.5f};
+constexpr float kWide = 0.3f;  // [voxels] wider samples are taken in parts at an edge
+constexpr float kHalfDiagonal = 0.71f;
 constexpr std::uint32_t kRun = 32;   // samples looked up together
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
@@ -50,7 +50,7 @@ const FieldData& dataOf(const ContactBody& body) {
 // Everything that one direction of the query needs.
 struct Direction {
   const FieldData& body;
-  const SampleLevel& samples;
+  const SampleSet& samples;
   int level;
   Side side;
   float voxel;        // of the samples' body [m]
@@ -77,6 +77,32 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 // The least depth [samples' voxels] at which a sample may still be wet.
 float reachOf(const SurfaceSample& s) {
   return -kHalfWidth * s.width;
+}
+
+// Whether a finer sample in the cell may touch: `depth` in the samples' voxels, `normal` the other
+// body's.
+bool mayTouchBeside(const Direction& dir, const SurfaceSample& s, float depth, const V3& normal) {
+  const float slack = kSlack[dir.level], slope = kSlope[dir.level];
+  if (depth > -slack) return true;
+  if (depth < -slack - slope) return false;
+  const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
+  const float facing = own.dot(dir.frameFromOther * normal);
+  return -depth < slack + slope * std::sqrt(std::max(0.0f, 1.0f - facing * facing));
+}
+
+// Whether another of the voxel's planes may give the depth somewhere within a sample that wide.
+bool edgeWithin(const FieldData& other, CcVoxel record, const CcDepth& best, const V3& r,
+                float width) {
+  const uint count = ccPlaneCount(record);
+  if (count == 1) return false;
+  const Eigen::Map<const V3> n(best.normal);
+  for (uint i = 0; i < count; ++i) {
+    const CcDepth d = ccPlaneDepth(other.band().planes[record.b + i], r.data());
+    const float apart = std::abs(d.depth - best.depth);
+    if (apart > 0 && apart < kHalfDiagonal * width * (Eigen::Map<const V3>(d.normal) - n).norm())
+      return true;
+  }
+  return false;
 }
 
 // Where the other body has an edge, its depth is not linear over a wide sample: the sample is taken
@@ -124,19 +150,27 @@ bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s
   const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
   const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), r.data());
   if (d.depth * voxel > reachOf(s) * dir.voxel) {
-    if (ccPlaneCount(record) > 1 && s.width > kWide)
+    if (dir.level < 2 && s.width > kWide &&
+        edgeWithin(other, record, d, r, s.width * dir.voxel / voxel))
       addParts(dir, other, record, s, r, hits);
     else
       addHit(dir, s, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
   }
-  if (d.depth > 0 || dir.level > 1) return true;
-  if (d.depth < kOutOfTouch) return false;
-  const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
-  const float facing = own.dot(dir.frameFromOther * V3(d.normal[0], d.normal[1], d.normal[2]));
-  return -d.depth < kSlack + kSlope * std::sqrt(std::max(0.0f, 1.0f - facing * facing));
+  return mayTouchBeside(dir, s, d.depth * voxel / dir.voxel,
+                        V3(d.normal[0], d.normal[1], d.normal[2]));
 }
 
 using Candidates = HitSearch::Candidates;
+
+constexpr std::uint32_t kNoCell = ~0u;
+
+// A cell's finer cells are candidates of the next level. `last` is the cell that did so last.
+void handOn(const Direction& dir, std::uint32_t cell, std::uint32_t& last, Candidates& candidates) {
+  if (dir.level == 0 || cell == last) return;
+  last = cell;
+  const SampleCell& c = dir.samples.levels[dir.level].cells[cell];
+  for (std::uint32_t i = 0; i < c.children; ++i) candidates.next.push_back(c.child + i);
+}
 
 // True where a sphere of `reach` voxels about x may touch the band, or lie in the solid.
 bool mayTouch(const FieldData& other, const V3& x, float reach) {
@@ -154,61 +188,117 @@ bool mayTouch(const FieldData& other, const V3& x, float reach) {
          reach;
 }
 
-template <typename Test>
-void eachBrick(const Direction& dir, Candidates& candidates, Test&& test) {
-  candidates.kept.clear();
-  const std::uint32_t count = static_cast<std::uint32_t>(candidates.all ? dir.samples.bricks.size()
-                                                                        : candidates.bricks.size());
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t brick = candidates.all ? i : candidates.bricks[i];
-    if (test(dir.samples.bricks[brick])) candidates.kept.push_back(brick);
-  }
-  std::swap(candidates.bricks, candidates.kept);
-  candidates.all = false;
-}
+// Samples of the cells that are looked at, in runs: all of a run's records are asked for before the
+// first is read, for they lie all over memory.
+class FieldSearch {
+ public:
+  FieldSearch(const Direction& dir, const FieldData& other, const Map& toOther,
+              Candidates& candidates, std::vector<Hit>& hits)
+      : dir_(dir),
+        level_(dir.samples.levels[dir.level]),
+        other_(other),
+        toOther_(toOther),
+        candidates_(candidates),
+        hits_(hits) {}
 
-void searchField(const Direction& dir, const FieldData& other, const Map& toOther,
-                 Candidates& candidates, std::vector<Hit>& hits) {
-  const float ratio = dir.voxel / static_cast<float>(other.cloud().voxelSize());
-  eachBrick(dir, candidates, [&](const SampleBrick& brick) {
-    const V3 c = toOther(V3(brick.center[0], brick.center[1], brick.center[2]));
-    if (!mayTouch(other, c, brick.radius * ratio + 1.0f)) return false;
-    bool near = false;
-    const std::uint32_t end = brick.first + brick.count;
-    for (std::uint32_t k = brick.first; k < end; k += kRun) {
-      // All of a run's records are asked for before the first is read: they lie all over memory.
-      V3 x[kRun];
-      const std::uint32_t run = std::min(kRun, end - k);
-      for (std::uint32_t i = 0; i < run; ++i) {
-        x[i] = toOther(Eigen::Map<const V3>(dir.samples.samples[k + i].position));
-        const Eigen::Vector3i at = x[i].cast<int>();
-        other.band().grid.prefetch(at.x(), at.y(), at.z());
+  void run() {
+    candidates_.next.clear();
+    if (candidates_.all) {
+      const float ratio = dir_.voxel / static_cast<float>(other_.cloud().voxelSize());
+      for (const SampleBrick& brick : dir_.samples.bricks) {
+        const V3 c = toOther_(V3(brick.center[0], brick.center[1], brick.center[2]));
+        if (!mayTouch(other_, c, (brick.radius + 0.5f) * ratio)) continue;
+        for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
       }
-      for (std::uint32_t i = 0; i < run; ++i)
-        near |= lookUp(dir, other, dir.samples.samples[k + i], x[i], hits);
+    } else {
+      for (const std::uint32_t cell : candidates_.now) lookInto(cell);
     }
-    return near;
-  });
-}
+    flush();
+    std::swap(candidates_.now, candidates_.next);
+    candidates_.all = false;
+  }
 
-void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 Candidates& candidates, std::vector<Hit>& hits) {
-  const double voxel = dir.body.cloud().voxelSize();
-  eachBrick(dir, candidates, [&](const SampleBrick& brick) {
-    const Vec3 c = toShape.toWorld(voxel * Vec3(brick.center[0], brick.center[1], brick.center[2]));
-    // A finer level's samples may lie a cell farther out than this level's.
-    const double reach = (static_cast<double>(brick.radius) + 1.0 + kBrickEdge) * voxel;
-    if (shapeAt(shape, c).depth < -reach) return false;
-    for (std::uint32_t k = brick.first; k < brick.first + brick.count; ++k) {
-      const SurfaceSample& s = dir.samples.samples[k];
-      const ShapePoint p = shapeAt(
-          shape, toShape.toWorld(voxel * Vec3(s.position[0], s.position[1], s.position[2])));
-      if (p.depth <= static_cast<double>(reachOf(s)) * voxel) continue;
-      addHit(dir, s, static_cast<float>(p.depth), p.normal.cast<float>(), false, hits);
+ private:
+  void lookInto(std::uint32_t cell) {
+    const SampleCell& c = level_.cells[cell];
+    for (std::uint32_t k = c.first; k < c.first + c.count; ++k) {
+      if (count_ == kRun) flush();
+      sample_[count_] = k;
+      cell_[count_] = cell;
+      x_[count_] = toOther_(Eigen::Map<const V3>(level_.samples[k].position));
+      const Eigen::Vector3i at = x_[count_].cast<int>();
+      other_.band().grid.prefetch(at.x(), at.y(), at.z());
+      ++count_;
     }
-    return true;
-  });
-}
+  }
+
+  void flush() {
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const bool near = lookUp(dir_, other_, level_.samples[sample_[i]], x_[i], hits_);
+      if (near) handOn(dir_, cell_[i], last_, candidates_);
+    }
+    count_ = 0;
+  }
+
+  const Direction& dir_;
+  const SampleLevel& level_;
+  const FieldData& other_;
+  const Map& toOther_;
+  Candidates& candidates_;
+  std::vector<Hit>& hits_;
+  std::uint32_t count_ = 0, last_ = kNoCell;
+  std::uint32_t sample_[kRun], cell_[kRun];
+  V3 x_[kRun];
+};
+
+// Samples against a shape's own formula.
+class ShapeSearch {
+ public:
+  ShapeSearch(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
+              Candidates& candidates, std::vector<Hit>& hits)
+      : dir_(dir), shape_(shape), toShape_(toShape), candidates_(candidates), hits_(hits) {}
+
+  void run() {
+    candidates_.next.clear();
+    if (candidates_.all) {
+      for (const SampleBrick& brick : dir_.samples.bricks) {
+        const V3 center(brick.center[0], brick.center[1], brick.center[2]);
+        if (at(center).depth < -(brick.radius + 0.5f) * dir_.voxel) continue;
+        for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
+      }
+    } else {
+      for (const std::uint32_t cell : candidates_.now) lookInto(cell);
+    }
+    std::swap(candidates_.now, candidates_.next);
+    candidates_.all = false;
+  }
+
+ private:
+  ShapePoint at(const V3& grid) const {
+    return shapeAt(shape_, toShape_.toWorld(dir_.body.cloud().voxelSize() * grid.cast<double>()));
+  }
+
+  void lookInto(std::uint32_t cell) {
+    const SampleLevel& level = dir_.samples.levels[dir_.level];
+    const SampleCell& c = level.cells[cell];
+    for (std::uint32_t k = c.first; k < c.first + c.count; ++k) {
+      const SurfaceSample& s = level.samples[k];
+      const ShapePoint p = at(Eigen::Map<const V3>(s.position));
+      const float depth = static_cast<float>(p.depth);
+      const V3 normal = p.normal.cast<float>();
+      if (depth > reachOf(s) * dir_.voxel) addHit(dir_, s, depth, normal, false, hits_);
+      if (mayTouchBeside(dir_, s, depth / dir_.voxel, normal))
+        handOn(dir_, cell, last_, candidates_);
+    }
+  }
+
+  const Direction& dir_;
+  const AnalyticShape& shape_;
+  const Pose& toShape_;
+  Candidates& candidates_;
+  std::vector<Hit>& hits_;
+  std::uint32_t last_ = kNoCell;
+};
 
 void search(const ContactBody& own, const ContactBody& other, Side side, int level,
             const PairFrame& frame, Candidates& candidates, std::vector<Hit>& hits) {
@@ -218,7 +308,7 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
   Direction dir{samples,
-                samples.level(level),
+                samples.samples(),
                 level,
                 side,
                 static_cast<float>(voxel),
@@ -228,12 +318,12 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
                     .cast<float>(),
                 M3::Identity()};
   if (other.shape)
-    return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
+    return ShapeSearch(dir, *other.shape, other.pose.inverse() * grid, candidates, hits).run();
   const Cloud& target = dataOf(other).cloud();
   const Pose toOther = (other.pose * gridPose(target)).inverse() * grid;
   const Map map = mapOf(toOther, voxel, target.voxelSize());
   dir.toOther = map.turn;
-  searchField(dir, dataOf(other), map, candidates, hits);
+  FieldSearch(dir, dataOf(other), map, candidates, hits).run();
 }
 
 }  // namespace
@@ -264,11 +354,12 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                    std::vector<Hit>& hits) {
-  for (Candidates* c : {&bricks_[kA], &bricks_[kB]}) c->all = true;
+  for (Candidates& c : cells_) c.all = true;
   for (int level = kLevels - 1;;) {
+    fprintf(stderr, "level %d cands %zu %zu\n", level, cells_[0].now.size(), cells_[1].now.size());
     hits.clear();
-    search(a, b, kA, level, frame, bricks_[kA], hits);
-    search(b, a, kB, level, frame, bricks_[kB], hits);
+    search(a, b, kA, level, frame, cells_[kA], hits);
+    search(b, a, kB, level, frame, cells_[kB], hits);
     if (level == 0 || hits.size() >= kEnoughHits[level]) return level;
     --level;
   }

@@ -39,18 +39,18 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 class HitSearch {
  public:
   // The hits of the coarsest level that gives enough of them, or of all samples. Returns the level.
-  // A coarse search also tells which bricks a finer one need look at.
+  // Each level tells which cells of the next need be looked at.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
           std::vector<Hit>& hits);
 
-  // Bricks of samples, by number, that a search looks at and hands on.
+  // Cells of a level, by number, to be looked at, and of the next level, to be handed on.
   struct Candidates {
-    bool all = true;
-    std::vector<std::uint32_t> bricks, kept;
+    bool all = true;  // of the coarsest level: every brick
+    std::vector<std::uint32_t> now, next;
   };
 
  private:
-  Candidates bricks_[2];
+  Candidates cells_[2];
 };
 
 }  // namespace cloudcontact

@@ -36,36 +36,9 @@ FieldData::FieldData(Cloud cloud, Band band, std::vector<SurfaceSample> samples)
   for (const SurfaceSample& s : samples)
     bounds_.extend(cloud_.origin() +
                    cloud_.voxelSize() * Vec3(s.position[0], s.position[1], s.position[2]));
-  levels_[0].samples = std::move(samples);
-  for (int n = 1; n < kLevels; ++n) levels_[n].samples = coarsen(levels_[0].samples, 1 << n);
-  for (SampleLevel& level : levels_) groupByBrick(level);
+  samples_ = sortSamples(std::move(samples));
   measureDistance();
   markNear();
-}
-
-// Samples are stored brick by brick, so that a whole brick is passed over at once.
-void FieldData::groupByBrick(SampleLevel& level) const {
-  std::vector<SurfaceSample>& samples = level.samples;
-  const auto brickOf = [&](const SurfaceSample& s) {
-    return band_.grid.tableIndex(static_cast<int>(std::floor(s.position[0])),
-                                 static_cast<int>(std::floor(s.position[1])),
-                                 static_cast<int>(std::floor(s.position[2])));
-  };
-  std::stable_sort(
-      samples.begin(), samples.end(),
-      [&](const SurfaceSample& a, const SurfaceSample& b) { return brickOf(a) < brickOf(b); });
-  for (std::size_t i = 0; i < samples.size();) {
-    std::size_t end = i;
-    Eigen::AlignedBox3f box;
-    while (end < samples.size() && brickOf(samples[end]) == brickOf(samples[i]))
-      box.extend(Eigen::Map<const Eigen::Vector3f>(samples[end++].position));
-    const Eigen::Vector3f center = box.center();
-    level.bricks.push_back({{center.x(), center.y(), center.z()},
-                            0.5f * box.diagonal().norm(),
-                            static_cast<std::uint32_t>(i),
-                            static_cast<std::uint32_t>(end - i)});
-    i = end;
-  }
 }
 
 // Two sweeps of a Chebyshev distance transform over the table of bricks.
@@ -136,12 +109,9 @@ void FieldData::markNear() {
 }
 
 std::size_t FieldData::bytes() const {
-  std::size_t sum = band_.grid.cells().size() * sizeof(band_.grid.cells()[0]) +
-                    band_.grid.table().size() * (sizeof(std::int32_t) + 1) +
-                    band_.planes.size() * sizeof(CcVoxel);
-  for (const SampleLevel& level : levels_)
-    sum += level.samples.size() * sizeof(SurfaceSample) + level.bricks.size() * sizeof(SampleBrick);
-  return sum;
+  return band_.grid.cells().size() * sizeof(band_.grid.cells()[0]) +
+         band_.grid.table().size() * (sizeof(std::int32_t) + 1) +
+         band_.planes.size() * sizeof(CcVoxel) + samples_.bytes();
 }
 
 std::optional<FieldPoint> FieldData::at(const Vec3& local) const {
