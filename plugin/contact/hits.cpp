@@ -356,7 +356,6 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
                    std::vector<Hit>& hits) {
   for (Candidates& c : cells_) c.all = true;
   for (int level = kLevels - 1;;) {
-    fprintf(stderr, "level %d cands %zu %zu\n", level, cells_[0].now.size(), cells_[1].now.size());
     hits.clear();
     search(a, b, kA, level, frame, cells_[kA], hits);
     search(b, a, kB, level, frame, cells_[kB], hits);
