@@ -25,13 +25,16 @@ struct ContactBody {
 struct ContactSettings {
   LawForm law = LawForm::Paper;
   Material pair{1e4, 0};  // the pair's k and c; ignored by LawForm::Rigid
+  // [m] Bodies that do not touch but are nearer than this, a voxel at most, get points with a
+  // negative depth where they would touch first: a solver can then stop them there within its step.
+  double margin = 0;
 };
 
 // A place where the bodies touch: what Bullet makes a btManifoldPoint of.
 struct ContactPoint {
   Vec3 position = Vec3::Zero();  // world [m], midway between the two surfaces
   Vec3 normal = Vec3::UnitZ();   // world, unit, from A to B
-  double depth = 0;              // [m] positive inside
+  double depth = 0;              // [m] positive inside; negative: a gap (ContactSettings::margin)
   double stiffness = 0;          // [N/m] this point's share
   double damping = 0;            // [N s/m]
   std::uint32_t id = 0;          // lasts from step to step

@@ -130,10 +130,14 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const PairSides sides{&a, &b, bodyA->motion, bodyB->motion, inverse > 0 ? 1 / inverse : 0};
   const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
   ContactSettings settings{law.form, law.pair};
+  // Bullet's queries subclass the result to override addContactPoint; its solver never does. In a
+  // step, bodies about to touch get points too: without them a body that has lifted off by a
+  // micrometre falls freely for a step, 0.04 mm at 480 Hz, and rattles for ever.
+  const bool steps = typeid(result) == typeid(btManifoldResult);
+  if (steps) settings.margin = voxelOf(*bodyA, *bodyB);
   if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};
   const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
-  // Bullet's queries subclass the result to override addContactPoint; its solver never does.
-  if (typeid(result) == typeid(btManifoldResult)) {
+  if (steps) {
     WriteSettings how{law.form, 1, 0};
     if (law.shareOut) how.stiffnessScale = sharedScale(contact, law.pair.stiffness);
     if (info.m_timeStep > 0)

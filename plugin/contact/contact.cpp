@@ -169,19 +169,21 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings&
                   : patch.confidence < 0.3    ? Doubt::Opposed
                   : p.sums->hits < 4          ? Doubt::FewSamples
                                               : Doubt::None;
+    const double gap = search.gap();
     patch.firstPoint = static_cast<int>(result.points.size());
     patch.points = 4;
     for (int i = 0; i < 4; ++i) {
       ContactPoint point;
       point.position = frame.pose.toWorld(points.position[i]);
       point.normal = frame.pose.orientation * points.normal[i];
-      point.depth = patch.depth * points.weight[i];
+      point.depth = patch.depth * points.weight[i] - gap;
       point.stiffness = 0.25 * patch.stiffness;
       point.damping = 0.25 * patch.damping;
       point.id = id * 4 + static_cast<std::uint32_t>(i);
       point.patch = static_cast<int>(result.patches.size());
       result.points.push_back(point);
     }
+    patch.depth -= gap;
     result.patches.push_back(patch);
   }
 }
@@ -197,8 +199,8 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.hits.clear();
   s.found.clear();
   const PairFrame frame = frameOf(a, b);
-  const int level = s.search.run(a, b, frame, s.hits);
-  s.result.samples = s.hits.size();
+  const int level = s.search.run(a, b, frame, settings.margin, s.hits);
+  s.result.samples = s.search.gap() > 0 ? 0 : s.hits.size();
   const bool oneSided = a.shape || b.shape;
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
   for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
@@ -214,7 +216,8 @@ Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b)
   Wrench w;
   for (const ContactPoint& p : contact.points) {
     const double closing = (a.at(p.position) - b.at(p.position)).dot(p.normal);
-    const double size = std::max(0.0, p.stiffness * p.depth + p.damping * closing);
+    const double size =
+        p.depth < 0 ? 0.0 : std::max(0.0, p.stiffness * p.depth + p.damping * closing);
     const Vec3 force = size * p.normal;
     w.force += force;
     w.torque += p.position.cross(force);

@@ -23,7 +23,7 @@ constexpr float kSliver = 0.004f;  // of a voxel: what coverage in 1/255 rounds 
 constexpr float kSound = 0.004f;   // residual of a quadric that may give to its neighbours
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
 constexpr std::size_t kChunk = 1024;  // voxels that one thread cuts at a time
-constexpr float kSmallest = 0.5f;    // edge of the smallest box that a piece is cut into
+constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece is cut into
 
 // A convex polygon of at most 16 corners.
 struct Polygon {

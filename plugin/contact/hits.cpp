@@ -22,7 +22,8 @@ constexpr std::size_t kEnoughHits[kLevels] = {0, 120, 1000};
 // touches: these lie at most kSlope beside it, times the sine between the surfaces, and both may
 // bend by kSlack. By level.
 constexpr float kSlack[kLevels] = {0, 0.25f, 0.8f}, kSlope[kLevels] = {0, 1.5f, 3.5f};
-constexpr float kWide = 0.3f;  // [voxels] wider samples are taken in parts at an edge
+constexpr float kWide = 0.3f;     // [voxels] wider samples are taken in parts at an edge
+constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 constexpr float kHalfDiagonal = 0.71f;
 constexpr std::uint32_t kRun = 32;   // samples looked up together
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
@@ -57,6 +58,7 @@ struct Direction {
   Map toFrame;        // samples' grid -> frame body, metres
   M3 frameFromOther;  // turns the other body's normals into the frame
   M3 toOther;         // samples' grid -> other's grid, voxels; directions only
+  HitSearch::Misses& misses;
 };
 
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
@@ -66,23 +68,30 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
   const float facing = -own.dot(n);
   const float sine = std::sqrt(std::max(0.0f, 1.0f - facing * facing));
   const CcWet wet = ccWet(depth, kHalfWidth * s.width * dir.voxel * sine);
-  if (wet.depth1 <= 0.0f) return;
   const V3 at = dir.toFrame(Eigen::Map<const V3>(s.position));
+  if (wet.depth1 <= 0.0f) {
+    HitSearch::Misses& misses = dir.misses;
+    if (dir.level > 0 || depth < std::max(-misses.margin, misses.nearest - misses.within)) return;
+    misses.nearest = std::max(misses.nearest, depth);
+    misses.list.push_back({at - 0.5f * depth * own, own, n, s.area * dir.voxel * dir.voxel, 1, 0, 0,
+                           0, depth, facing, static_cast<std::int8_t>(dir.side), 0});
+    return;
+  }
   // Along its own normal, so that its moment stays what it was.
   hits.push_back({at - 0.5f * wet.depth1 / wet.share * own, own, n, s.area * dir.voxel * dir.voxel,
                   wet.share, wet.depth1, wet.depth2, wet.depth3, depth, facing,
                   static_cast<std::int8_t>(dir.side), static_cast<std::int8_t>(deep)});
 }
 
-// The least depth [samples' voxels] at which a sample may still be wet.
-float reachOf(const SurfaceSample& s) {
-  return -kHalfWidth * s.width;
+// The least depth [m] at which a sample may still be wet, or is a near miss.
+float reachOf(const Direction& dir, const SurfaceSample& s) {
+  return -std::max(kHalfWidth * s.width * dir.voxel, dir.level == 0 ? dir.misses.margin : 0.0f);
 }
 
 // Whether a finer sample in the cell may touch: `depth` in the samples' voxels, `normal` the other
 // body's.
 bool mayTouchBeside(const Direction& dir, const SurfaceSample& s, float depth, const V3& normal) {
-  const float slack = kSlack[dir.level], slope = kSlope[dir.level];
+  const float slack = kSlack[dir.level] + dir.misses.margin / dir.voxel, slope = kSlope[dir.level];
   if (depth > -slack) return true;
   if (depth < -slack - slope) return false;
   const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
@@ -149,7 +158,7 @@ bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s
   }
   const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
   const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), r.data());
-  if (d.depth * voxel > reachOf(s) * dir.voxel) {
+  if (d.depth * voxel > reachOf(dir, s)) {
     if (dir.level < 2 && s.width > kWide &&
         edgeWithin(other, record, d, r, s.width * dir.voxel / voxel))
       addParts(dir, other, record, s, r, hits);
@@ -286,7 +295,7 @@ class ShapeSearch {
       const ShapePoint p = at(Eigen::Map<const V3>(s.position));
       const float depth = static_cast<float>(p.depth);
       const V3 normal = p.normal.cast<float>();
-      if (depth > reachOf(s) * dir_.voxel) addHit(dir_, s, depth, normal, false, hits_);
+      if (depth > reachOf(dir_, s)) addHit(dir_, s, depth, normal, false, hits_);
       if (mayTouchBeside(dir_, s, depth / dir_.voxel, normal))
         handOn(dir_, cell, last_, candidates_);
     }
@@ -301,7 +310,8 @@ class ShapeSearch {
 };
 
 void search(const ContactBody& own, const ContactBody& other, Side side, int level,
-            const PairFrame& frame, Candidates& candidates, std::vector<Hit>& hits) {
+            const PairFrame& frame, Candidates& candidates, HitSearch::Misses& misses,
+            std::vector<Hit>& hits) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const double voxel = samples.cloud().voxelSize();
@@ -316,7 +326,8 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
                 (frame.pose.orientation.conjugate() * other.pose.orientation)
                     .toRotationMatrix()
                     .cast<float>(),
-                M3::Identity()};
+                M3::Identity(),
+                misses};
   if (other.shape)
     return ShapeSearch(dir, *other.shape, other.pose.inverse() * grid, candidates, hits).run();
   const Cloud& target = dataOf(other).cloud();
@@ -353,14 +364,34 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   std::vector<Hit>& hits) {
+                   double margin, std::vector<Hit>& hits) {
   for (Candidates& c : cells_) c.all = true;
-  for (int level = kLevels - 1;;) {
+  misses_.list.clear();
+  misses_.nearest = -1e30f;
+  misses_.margin = static_cast<float>(std::min(margin, frame.voxel));
+  misses_.within = kLightly * static_cast<float>(frame.voxel);
+  gap_ = 0;
+  for (int level = kLevels - 1;; --level) {
     hits.clear();
-    search(a, b, kA, level, frame, cells_[kA], hits);
-    search(b, a, kB, level, frame, cells_[kB], hits);
-    if (level == 0 || hits.size() >= kEnoughHits[level]) return level;
-    --level;
+    search(a, b, kA, level, frame, cells_[kA], misses_, hits);
+    search(b, a, kB, level, frame, cells_[kB], misses_, hits);
+    if (level > 0 && hits.size() < kEnoughHits[level]) continue;
+    if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
+    return level;
+  }
+}
+
+// Near misses as hits, `within` deep at the nearest.
+void HitSearch::touchLightly(std::vector<Hit>& hits) {
+  const float shift = misses_.within - misses_.nearest;
+  gap_ = static_cast<double>(shift);
+  for (Hit hit : misses_.list) {
+    hit.depth += shift;
+    if (hit.depth <= 0) continue;
+    hit.depth1 = hit.depth;
+    hit.depth2 = hit.depth * hit.depth;
+    hit.depth3 = hit.depth2 * hit.depth;
+    hits.push_back(hit);
   }
 }
 

@@ -40,17 +40,31 @@ class HitSearch {
  public:
   // The hits of the coarsest level that gives enough of them, or of all samples. Returns the level.
   // Each level tells which cells of the next need be looked at.
-  int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+  // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
+  // moved together until they touch lightly, by gap().
+  int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
           std::vector<Hit>& hits);
+  double gap() const { return gap_; }  // [m] 0: the hits are real
 
   // Cells of a level, by number, to be looked at, and of the next level, to be handed on.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
     std::vector<std::uint32_t> now, next;
   };
+  // The samples that come nearest without touching.
+  struct Misses {
+    float margin = 0;        // [m] farther ones are not kept; 0: none is
+    float within = 0;        // [m] nor those farther by this than the nearest
+    float nearest = -1e30f;  // greatest depth so far, negative [m]
+    std::vector<Hit> list;
+  };
 
  private:
+  void touchLightly(std::vector<Hit>& hits);
+
   Candidates cells_[2];
+  Misses misses_;
+  double gap_ = 0;
 };
 
 }  // namespace cloudcontact

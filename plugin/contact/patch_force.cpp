@@ -30,8 +30,8 @@ using Basis = Eigen::Matrix<double, 3, 2>;
 
 // Below this lack of coherence the bodies decide alike: noise of the normals is 0.001.
 constexpr double kCoherenceNoise = 0.003;
-// A shape's own normals have none but rounding: where they all agree the shape decides, even against
-// a cloud's rim of which only the side is wet (a peg on its rim was pushed 11 deg aside).
+// A shape's own normals have none but rounding: where they all agree the shape decides, even
+// against a cloud's rim of which only the side is wet (a peg on its rim was pushed 11 deg aside).
 constexpr double kFormulaNoise = 1e-6;
 constexpr double kLeastWeight = 0.05;  // of a point, so that none pulls
 // Patches narrower than this [voxels] are too small for their normals' gradient to be told from
@@ -142,8 +142,8 @@ PatchForce forceOf(const Sums& patch, bool foundation, bool oneSided, Side sampl
     push[s] -= shared;
     const double size = std::max(patch.side[s].size, 1e-300);
     const bool formula = oneSided && s != sampled;
-    incoherence[s] = std::max(0.0, 1.0 - push[s].norm() / size) +
-                     (formula ? kFormulaNoise : kCoherenceNoise);
+    incoherence[s] =
+        std::max(0.0, 1.0 - push[s].norm() / size) + (formula ? kFormulaNoise : kCoherenceNoise);
     if (patch.side[s].size == 0) incoherence[s] = 1e3;  // no samples of its own: the other decides
   }
   out.trustA = incoherence[1] / (incoherence[0] + incoherence[1]);
