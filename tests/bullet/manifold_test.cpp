@@ -149,8 +149,15 @@ TEST(Manifold, EachPatchHasItsOwnAndTheyAreKeptWhenEmpty) {
   }
   EXPECT_EQ(corners.size(), 4u) << "a leg without contact";
 
-  // Lifted by less than the broadphase's margin, the pair lives on without points.
+  // Lifted by less than a voxel, it has points at its gap, so that a step can end at the ground.
   legs.setWorldTransform(at({0, 0, btScalar(0.101)}));
+  scene.detect();
+  EXPECT_EQ(scene.points().size(), 16u);
+  for (const btManifoldPoint& point : scene.points())
+    EXPECT_NEAR(point.m_distance1, 0.001, 0.1 * kVoxel);
+
+  // Lifted by more, but less than the broadphase's margin, the pair lives on without points.
+  legs.setWorldTransform(at({0, 0, btScalar(0.1 + 1.5 * kVoxel)}));
   scene.detect();
   EXPECT_EQ(scene.points().size(), 0u);
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 4);
@@ -290,7 +297,7 @@ TEST(Manifold, BulletsCallbacksAreCalledAsForItsOwnShapes) {
     EXPECT_EQ(
         scene.dispatcher.getManifoldByIndexInternal(0)->getContactPoint(0).m_userPersistentData,
         &user);
-    cube.setWorldTransform(at({0, 0, btScalar(0.101)}));
+    cube.setWorldTransform(at({0, 0, btScalar(0.1 + 1.5 * kVoxel)}));
     scene.detect();
     EXPECT_EQ(ended, 1);
     EXPECT_EQ(destroyed, 1) << "the user's data was not handed back once";

@@ -62,6 +62,14 @@ int sideOf(int axis, double x) {
   return 2 * axis + (x > 0 ? 1 : 0);
 }
 
+// The mean of max(0, x) over a piece that is `width` wide, x rising by its width across it: what a
+// sample that states its width says of a wall's push.
+double wetMean(double x, double width) {
+  if (x >= width / 2) return x;
+  const double in = std::max(0.0, x + width / 2);
+  return in * in / (2 * width);
+}
+
 void addToStrips(Strips& strips, const Vec3& half, const SurfaceSample& s, const Vec3& at,
                  const Vec3& normal) {
   int face = 0;
@@ -73,7 +81,7 @@ void addToStrips(Strips& strips, const Vec3& half, const SurfaceSample& s, const
     const int strip = 6 * sideOf(face, normal[face]) + sideOf(edge, at[edge]);
     for (std::size_t d = 0; d < 2; ++d) {
       strips[d][static_cast<std::size_t>(strip)] +=
-          s.area * std::max(0.0, kStripDepths[d] - inside[edge]);
+          s.area * wetMean(kStripDepths[d] - inside[edge], s.width);
     }
   }
 }
