@@ -199,13 +199,16 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.hits.clear();
   s.found.clear();
   const PairFrame frame = frameOf(a, b);
-  const int level = s.search.run(a, b, frame, settings.margin, s.hits);
+  // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
+  // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
+  const bool foundation = settings.law == LawForm::Foundation;
+  const int level = s.search.run(a, b, frame, settings.margin, foundation, s.hits);
   s.result.samples = s.search.gap() > 0 ? 0 : s.hits.size();
   const bool oneSided = a.shape || b.shape;
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
   for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
     s.found.push_back({&sums, {}, 0});
-  s.collect(settings.law == LawForm::Foundation, oneSided, a.shape ? kB : kA, frame.voxel);
+  s.collect(foundation, oneSided, a.shape ? kB : kA, frame.voxel);
   s.now.clear();
   s.emit(frame, settings, oneSided);
   std::swap(s.known, s.now);

@@ -71,6 +71,7 @@ Polygon squareOn(const CcSurface& f, float offset) {
 struct CutPart {
   float area = 0;
   V3 centroid = V3::Zero();
+  float width = 0;   // of the piece itself: two voxels that share it have half its area each
   bool met = false;  // another piece bounds it there
 };
 
@@ -82,6 +83,7 @@ CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t o
   const float off = n.dot(low + V3::Constant(0.5f * edge)) - f.s;
   if (std::abs(off) > 0.5f * edge * n.lpNorm<1>() + kJitter[kJitters - 1]) return {};
   float area = 0, alone = 0;
+  int there = 0;
   V3 first = V3::Zero(), unused = V3::Zero();
   for (float jitter : kJitter) {
     Polygon p = squareOn(f, jitter);
@@ -97,18 +99,22 @@ CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t o
       const float sign = v.rule == PieceRule::Concave ? -1.0f : 1.0f;
       p.clip(sign * m, sign * other.s);
     }
+    const float before = area;
     p.moments(area, first);
+    there += area > before;
   }
   if (area < kJitters * kLeastArea * edge * edge) return {};
-  CutPart part{area / kJitters, first / area, area < 0.999f * alone};
+  CutPart part{area / kJitters, first / area, std::sqrt(area / static_cast<float>(there)),
+               area < 0.999f * alone};
   part.centroid += n * (f.s - n.dot(part.centroid));
   return part;
 }
 
 // Where the curved surface runs over the piece: the mean over its own width, and the normal there.
-SurfaceSample onSurface(const CcSurface& f, const V3& flat, float area, const V3& middle) {
+SurfaceSample onSurface(const CcSurface& f, const CutPart& part, const V3& middle) {
   const Eigen::Map<const V3> n(f.n), t1(f.t1), t2(f.t2);
-  const float u = t1.dot(flat), v = t2.dot(flat), spread = area / 12;
+  const V3& flat = part.centroid;
+  const float u = t1.dot(flat), v = t2.dot(flat), spread = part.width * part.width / 12;
   const float ku = f.k11 * u + f.k12 * v, kv = f.k12 * u + f.k22 * v;
   const float drop = 0.5f * (ku * u + kv * v + spread * (f.k11 + f.k22));
   const V3 at = middle + flat - drop * n, normal = (n + ku * t1 + kv * t2).normalized();
@@ -117,8 +123,8 @@ SurfaceSample onSurface(const CcSurface& f, const V3& flat, float area, const V3
     s.position[i] = at[i];
     s.normal[i] = normal[i];
   }
-  s.area = area;
-  s.width = std::sqrt(area);
+  s.area = part.area;
+  s.width = part.width;
   return s;
 }
 
@@ -135,8 +141,7 @@ void cutBox(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, c
   if (part.area == 0) return;
   if (!part.met || edge < 1.5f * kSmallest) {
     const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-    samples.push_back(
-        onSurface(draft.pieces[v.first + own].surface, part.centroid, part.area, middle));
+    samples.push_back(onSurface(draft.pieces[v.first + own].surface, part, middle));
     return;
   }
   const float half = 0.5f * edge;
@@ -249,8 +254,7 @@ class SliverCutter {
     const SurfaceVoxel& v = *sliver.owner;
     const std::uint32_t index = v.first + sliver.own[k];
     const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-    const SurfaceSample more = onSurface(draft_.pieces[index].surface, sliver.part[k].centroid,
-                                         sliver.part[k].area, middle);
+    const SurfaceSample more = onSurface(draft_.pieces[index].surface, sliver.part[k], middle);
     const Run& run = runs_[index];
     SurfaceSample* into = &samples_[run.first];
     // Of an edge's pieces the nearest takes it, so that it stays at the edge.

@@ -364,7 +364,7 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, std::vector<Hit>& hits) {
+                   double margin, bool all, std::vector<Hit>& hits) {
   for (Candidates& c : cells_) c.all = true;
   misses_.list.clear();
   misses_.nearest = -1e30f;
@@ -375,7 +375,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
     hits.clear();
     search(a, b, kA, level, frame, cells_[kA], misses_, hits);
     search(b, a, kB, level, frame, cells_[kB], misses_, hits);
-    if (level > 0 && hits.size() < kEnoughHits[level]) continue;
+    if (level > 0 && (all || hits.size() < kEnoughHits[level])) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
     return level;
   }

@@ -42,8 +42,9 @@ class HitSearch {
   // Each level tells which cells of the next need be looked at.
   // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
   // moved together until they touch lightly, by gap().
+  // `all`: whatever a coarser level gives, all samples are asked.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          std::vector<Hit>& hits);
+          bool all, std::vector<Hit>& hits);
   double gap() const { return gap_; }  // [m] 0: the hits are real
 
   // Cells of a level, by number, to be looked at, and of the next level, to be handed on.
