@@ -107,9 +107,9 @@ void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sample
     p.size = p.force.force.norm();
     all += p.size;
   }
+  const double least = foundation ? 0 : kLeastShare;  // the energy's gradient leaves nothing out
   std::erase_if(found, [&](const FoundPatch& p) {
-    return !(p.size > kLeastShare * all) || !(p.sums->area > 0) ||
-           !(p.sums->deepest > -kRim * voxel);
+    return !(p.size > least * all) || !(p.sums->area > 0) || !(p.sums->deepest > -kRim * voxel);
   });
 }
 
