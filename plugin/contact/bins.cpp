@@ -39,34 +39,36 @@ double weightOf(const Sums& sums) {
 }  // namespace
 
 void Sums::add(const Hit& hit, bool oneSided) {
-  const double gate = gateOf(hit), a = hit.area;
+  const double gate = gateOf(hit), pressed = hit.area * hit.depth1, faced = gate * pressed;
+  const double square = gate * hit.area * hit.depth2, cube = gate * hit.area * hit.depth3;
   const Vec3 x = hit.position.cast<double>() - origin;
   const Vec3 n[2] = {(hit.side == kA ? hit.own : hit.other).cast<double>(),
                      (hit.side == kA ? hit.other : hit.own).cast<double>()};
   for (int s = 0; s < 2; ++s) {
     if (s != hit.side && !oneSided) continue;
     SideSums& sum = side[s];
-    const Vec3 push = a * hit.depth1 * n[s];
+    const Vec3 push = pressed * n[s];
     sum.push += push;
     sum.moment += x.cross(push);
-    sum.wall += (1 - gate) * push;
-    sum.size += a * hit.depth1;
-    sum.depth[0] += gate * a * hit.depth1;
-    sum.depth[1] += gate * a * hit.depth2;
-    sum.depth[2] += gate * a * hit.depth3;
+    sum.size += pressed;
+    if (gate < 1) sum.wall += (1 - gate) * push;
+    sum.depth[0] += faced;
+    sum.depth[1] += square;
+    sum.depth[2] += cube;
   }
   deepest = std::max(deepest, static_cast<double>(hit.depth));
-  if (hit.deep) deep += a * hit.depth1;
+  if (hit.deep) deep += pressed;
   ++hits;
-  const double w = gate * a * hit.share;
+  const double w = gate * hit.area * hit.share;
   if (w == 0) return;
+  const Vec3 wx = w * x;
   area += w;
-  facing += gate * a * hit.depth1;
-  first += w * x;
-  second += w * x * x.transpose();
+  facing += faced;
+  first += wx;
+  second.noalias() += x * wx.transpose();
   for (int s = 0; s < 2; ++s) {
     normal[s] += w * n[s];
-    normalBy[s] += w * n[s] * x.transpose();
+    normalBy[s].noalias() += n[s] * wx.transpose();
   }
 }
 

@@ -35,12 +35,11 @@ class BrickGrid {
     const std::int32_t brick = table_[tableIndex(x, y, z)];
     return brick < 0 ? empty_ : cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
   }
-  // Asks the cache for a voxel's cell, where there is one.
-  void prefetch(int x, int y, int z) const {
-    if (!contains(x, y, z)) return;
+  // A voxel's cell; null outside the grid and in bricks never written.
+  const Cell* find(int x, int y, int z) const {
+    if (!contains(x, y, z)) return nullptr;
     const std::int32_t brick = table_[tableIndex(x, y, z)];
-    if (brick >= 0)
-      __builtin_prefetch(&cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)]);
+    return brick < 0 ? nullptr : &cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
   }
   // Makes the brick. The voxel must lie inside the grid.
   Cell& make(int x, int y, int z) {

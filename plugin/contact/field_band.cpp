@@ -218,7 +218,26 @@ class Spreader {
         ++band.voxels;
       }
     }
+    markDeep(band);
     return band;
+  }
+
+  // Full voxels of the band's bricks that have no plane.
+  void markDeep(Band& band) const {
+    const Eigen::Vector3i n = draft_.cloud.bricks();
+    for (std::size_t t = 0; t < band.grid.table().size(); ++t) {
+      if (band.grid.table()[t] < 0) continue;
+      const int b = static_cast<int>(t);
+      const Eigen::Vector3i low =
+          Eigen::Vector3i(b % n.x(), b / n.x() % n.y(), b / n.x() / n.y()) * kBrickEdge;
+      auto& cells = band.grid.cells()[static_cast<std::size_t>(band.grid.table()[t])];
+      for (int k = 0; k < kBrickVoxels; ++k) {
+        CcVoxel& cell = cells[static_cast<std::size_t>(k)];
+        if (ccPlaneCount(cell) > 0) continue;
+        if (draft_.cloud.coverage(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6)))
+          cell.b = kDeepInside;
+      }
+    }
   }
 
   const FieldDraft& draft_;

@@ -49,7 +49,9 @@ void fitSurfaceVoxels(FieldDraft& draft);
 void resolveEdges(FieldDraft& draft);
 std::vector<SurfaceSample> cutSamples(FieldDraft& draft);
 
-// The finished band: what a query reads.
+// The finished band: what a query reads. In its bricks a voxel without a plane is far outside, or,
+// where its `b` is this, deeper inside than the band reaches.
+constexpr std::uint32_t kDeepInside = 1;
 struct Band {
   BrickGrid<CcVoxel> grid;
   std::vector<CcVoxel> planes;

@@ -25,7 +25,7 @@ constexpr float kSlack[kLevels] = {0, 0.25f, 0.8f}, kSlope[kLevels] = {0, 1.5f, 
 constexpr float kWide = 0.3f;     // [voxels] wider samples are taken in parts at an edge
 constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 constexpr float kHalfDiagonal = 0.71f;
-constexpr std::uint32_t kRun = 32;   // samples looked up together
+constexpr std::uint32_t kRun = 64;   // samples looked up together
 constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
 
 // A rigid map in float, x -> turn x + shift.
@@ -56,14 +56,16 @@ struct Direction {
   Side side;
   float voxel;        // of the samples' body [m]
   Map toFrame;        // samples' grid -> frame body, metres
+  M3 frameFromOwn;    // turns the samples' normals into the frame
   M3 frameFromOther;  // turns the other body's normals into the frame
   M3 toOther;         // samples' grid -> other's grid, voxels; directions only
+  M3 turnToOther;     // the same without the voxels' ratio: turns normals
   HitSearch::Misses& misses;
 };
 
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
             std::vector<Hit>& hits) {
-  const V3 own = (dir.toFrame.turn * Eigen::Map<const V3>(s.normal)) / dir.voxel;
+  const V3 own = dir.frameFromOwn * Eigen::Map<const V3>(s.normal);
   const V3 n = deep ? V3(-own) : V3(dir.frameFromOther * other);
   const float facing = -own.dot(n);
   const float sine = std::sqrt(std::max(0.0f, 1.0f - facing * facing));
@@ -92,11 +94,11 @@ float reachOf(const Direction& dir, const SurfaceSample& s) {
 // body's.
 bool mayTouchBeside(const Direction& dir, const SurfaceSample& s, float depth, const V3& normal) {
   const float slack = kSlack[dir.level] + dir.misses.margin / dir.voxel, slope = kSlope[dir.level];
-  if (depth > -slack) return true;
-  if (depth < -slack - slope) return false;
-  const V3 own = dir.toFrame.turn * Eigen::Map<const V3>(s.normal) / dir.voxel;
-  const float facing = own.dot(dir.frameFromOther * normal);
-  return -depth < slack + slope * std::sqrt(std::max(0.0f, 1.0f - facing * facing));
+  const float beyond = -depth - slack;
+  if (beyond < 0) return true;
+  if (beyond > slope) return false;
+  const float facing = (dir.turnToOther * Eigen::Map<const V3>(s.normal)).dot(normal);
+  return beyond * beyond < slope * slope * (1.0f - facing * facing);
 }
 
 // Whether another of the voxel's planes may give the depth somewhere within a sample that wide.
@@ -137,48 +139,110 @@ void addParts(const Direction& dir, const FieldData& other, CcVoxel record, cons
   }
 }
 
-// Looks up one sample; returns whether it is near enough to the other surface for finer samples
-// beside it to touch.
-bool lookUp(const Direction& dir, const FieldData& other, const SurfaceSample& s, const V3& x,
-            std::vector<Hit>& hits) {
-  const BrickGrid<CcVoxel>& grid = other.band().grid;
-  const Eigen::Vector3i at = x.cast<int>();
-  if (x.minCoeff() < 0.0f || !grid.contains(at.x(), at.y(), at.z())) return false;
-  const float voxel = static_cast<float>(other.cloud().voxelSize());
-  // The table of near blocks is small and stays in the cache; the records do not.
-  const bool near = other.near(at.x(), at.y(), at.z());
-  const CcVoxel record = near ? grid.at(at.x(), at.y(), at.z()) : CcVoxel{0, 0};
-  if (ccPlaneCount(record) == 0) {
-    if (other.cloud().coverage(at.x(), at.y(), at.z()) == 0) return dir.level > 1 && near;
-    const std::size_t brick = grid.tableIndex(at.x(), at.y(), at.z());
-    const int deeper = std::max(0, static_cast<int>(other.brickDistance()[brick]) - 1);
-    addHit(dir, s, (kBeyondBand + static_cast<float>(deeper * kBrickEdge)) * voxel, V3::Zero(),
-           true, hits);
-    return true;
-  }
-  const V3 r = x - at.cast<float>() - V3::Constant(0.5f);
-  const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), r.data());
-  if (d.depth * voxel > reachOf(dir, s)) {
-    if (dir.level < 2 && s.width > kWide &&
-        edgeWithin(other, record, d, r, s.width * dir.voxel / voxel))
-      addParts(dir, other, record, s, r, hits);
-    else
-      addHit(dir, s, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
-  }
-  return mayTouchBeside(dir, s, d.depth * voxel / dir.voxel,
-                        V3(d.normal[0], d.normal[1], d.normal[2]));
+// A sample on its way: asked for, not yet read.
+struct Asked {
+  std::uint32_t sample, cell;
+  const CcVoxel* record;  // null: its brick has no surface
+  V3 x;                   // in the other's grid
+};
+
+// Inside the grid, where a cast is a floor.
+V3 withinVoxel(const V3& x) {
+  return x - x.cast<int>().cast<float>() - V3::Constant(0.5f);
 }
+
+// Where there is no plane: far outside, beyond the band's reach, or deep inside.
+bool lookUpPlain(const Direction& dir, const FieldData& other, const SurfaceSample& s,
+                 const Asked& asked, std::vector<Hit>& hits) {
+  const BrickGrid<CcVoxel>& grid = other.band().grid;
+  const Eigen::Vector3i at = asked.x.cast<int>();
+  if (asked.x.minCoeff() < 0.0f || !grid.contains(at.x(), at.y(), at.z())) return false;
+  const std::size_t brick = grid.tableIndex(at.x(), at.y(), at.z());
+  const bool inside = asked.record ? asked.record->b == kDeepInside
+                                   : other.cloud().voxels().table[brick] == kSolidBrick;
+  if (!inside) return dir.level > 1 && other.near(at.x(), at.y(), at.z());
+  const int deeper = std::max(0, static_cast<int>(other.brickDistance()[brick]) - 1);
+  addHit(dir, s,
+         (kBeyondBand + static_cast<float>(deeper * kBrickEdge)) *
+             static_cast<float>(other.cloud().voxelSize()),
+         V3::Zero(), true, hits);
+  return true;
+}
+
+// One sample, its depth known; returns, where that is wanted, whether it is near enough to the
+// other surface for finer samples beside it to touch.
+bool takeDepth(const Direction& dir, const FieldData& other, float voxel, const SurfaceSample& s,
+               const Asked& asked, const CcDepth& d, bool wanted, std::vector<Hit>& hits) {
+  const V3 normal(d.normal[0], d.normal[1], d.normal[2]);
+  const float depth = d.depth * voxel;
+  if (depth > reachOf(dir, s)) {
+    const V3 r = withinVoxel(asked.x);
+    if (dir.level < 2 && s.width > kWide &&
+        edgeWithin(other, *asked.record, d, r, s.width * dir.voxel / voxel))
+      addParts(dir, other, *asked.record, s, r, hits);
+    else
+      addHit(dir, s, depth, normal, false, hits);
+  }
+  return wanted && mayTouchBeside(dir, s, depth / dir.voxel, normal);
+}
+
+// Planes of many samples, worked out side by side: one at a time, a lookup's branches and its root
+// cost 36 ns, for 7,000 samples of the M16 nut on its bolt.
+class PlaneBatch {
+ public:
+  void clear() { count_ = 0; }
+  int size() const { return count_; }
+  void add(CcVoxel plane, const V3& r) {
+    a_[count_] = plane.a;
+    b_[count_] = plane.b;
+    x_[count_] = r.x();
+    y_[count_] = r.y();
+    z_[count_] = r.z();
+    ++count_;
+  }
+  void run() {
+    for (int i = 0; i < count_; ++i) {
+      const float r[3] = {x_[i], y_[i], z_[i]};
+      const CcDepth d = ccPlaneDepth({a_[i], b_[i]}, r);
+      depth_[i] = d.depth;
+      nx_[i] = d.normal[0];
+      ny_[i] = d.normal[1];
+      nz_[i] = d.normal[2];
+    }
+  }
+  // The least, or the greatest, of planes first to last.
+  CcDepth best(int first, int last, bool greatest) const {
+    int k = first;
+    for (int i = first + 1; i < last; ++i)
+      if (greatest ? depth_[i] > depth_[k] : depth_[i] < depth_[k]) k = i;
+    return {depth_[k], {nx_[k], ny_[k], nz_[k]}};
+  }
+
+ private:
+  static constexpr int kMost = static_cast<int>(kRun) * CC_MAX_PLANES;
+  int count_ = 0;
+  std::uint32_t a_[kMost], b_[kMost];
+  float x_[kMost], y_[kMost], z_[kMost], depth_[kMost], nx_[kMost], ny_[kMost], nz_[kMost];
+};
 
 using Candidates = HitSearch::Candidates;
 
 constexpr std::uint32_t kNoCell = ~0u;
 
-// A cell's finer cells are candidates of the next level. `last` is the cell that did so last.
+// A cell near the other body: its finer cells are candidates of the next level. `last` is the cell
+// that was so last.
 void handOn(const Direction& dir, std::uint32_t cell, std::uint32_t& last, Candidates& candidates) {
   if (dir.level == 0 || cell == last) return;
   last = cell;
-  const SampleCell& c = dir.samples.levels[dir.level].cells[cell];
-  for (std::uint32_t i = 0; i < c.children; ++i) candidates.next.push_back(c.child + i);
+  candidates.next.push_back(cell);
+}
+
+// Calls `with` for the finer cells of all that the coarser level handed on.
+template <typename With>
+void eachCandidate(const Direction& dir, const Candidates& candidates, With&& with) {
+  const std::vector<SampleCell>& coarser = dir.samples.levels[dir.level + 1].cells;
+  for (const std::uint32_t parent : candidates.now)
+    for (std::uint32_t i = 0; i < coarser[parent].children; ++i) with(coarser[parent].child + i);
 }
 
 // True where a sphere of `reach` voxels about x may touch the band, or lie in the solid.
@@ -208,7 +272,8 @@ class FieldSearch {
         other_(other),
         toOther_(toOther),
         candidates_(candidates),
-        hits_(hits) {}
+        hits_(hits),
+        voxel_(static_cast<float>(other.cloud().voxelSize())) {}
 
   void run() {
     candidates_.next.clear();
@@ -220,7 +285,7 @@ class FieldSearch {
         for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
       }
     } else {
-      for (const std::uint32_t cell : candidates_.now) lookInto(cell);
+      eachCandidate(dir_, candidates_, [this](std::uint32_t cell) { lookInto(cell); });
     }
     flush();
     std::swap(candidates_.now, candidates_.next);
@@ -232,21 +297,51 @@ class FieldSearch {
     const SampleCell& c = level_.cells[cell];
     for (std::uint32_t k = c.first; k < c.first + c.count; ++k) {
       if (count_ == kRun) flush();
-      sample_[count_] = k;
-      cell_[count_] = cell;
-      x_[count_] = toOther_(Eigen::Map<const V3>(level_.samples[k].position));
-      const Eigen::Vector3i at = x_[count_].cast<int>();
-      other_.band().grid.prefetch(at.x(), at.y(), at.z());
-      ++count_;
+      Asked& asked = asked_[count_++];
+      asked.sample = k;
+      asked.cell = cell;
+      asked.x = toOther_(Eigen::Map<const V3>(level_.samples[k].position));
+      const Eigen::Vector3i at = asked.x.cast<int>();
+      asked.record =
+          asked.x.minCoeff() < 0.0f ? nullptr : other_.band().grid.find(at.x(), at.y(), at.z());
+      if (asked.record) __builtin_prefetch(asked.record);
     }
   }
 
   void flush() {
+    // Records of several planes lead to another place in memory.
+    const CcVoxel* const planes = other_.band().planes.data();
     for (std::uint32_t i = 0; i < count_; ++i) {
-      const bool near = lookUp(dir_, other_, level_.samples[sample_[i]], x_[i], hits_);
-      if (near) handOn(dir_, cell_[i], last_, candidates_);
+      const CcVoxel* const record = asked_[i].record;
+      if (record && ccPlaneCount(*record) > 1) __builtin_prefetch(planes + record->b);
     }
+    batch_.clear();
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const CcVoxel record = asked_[i].record ? *asked_[i].record : CcVoxel{0, 0};
+      const uint count = ccPlaneCount(record);
+      const V3 r = withinVoxel(asked_[i].x);
+      first_[i] = batch_.size();
+      if (count == 1)
+        batch_.add(record, r);
+      else
+        for (uint k = 0; k < count; ++k) batch_.add(planes[record.b + k], r);
+    }
+    first_[count_] = batch_.size();
+    batch_.run();
+    for (std::uint32_t i = 0; i < count_; ++i) take(i);
     count_ = 0;
+  }
+
+  void take(std::uint32_t i) {
+    const Asked& asked = asked_[i];
+    const SurfaceSample& s = level_.samples[asked.sample];
+    const bool plain = first_[i] == first_[i + 1];
+    const bool wanted = dir_.level > 0 && asked.cell != last_;
+    if (plain ? lookUpPlain(dir_, other_, s, asked, hits_)
+              : takeDepth(dir_, other_, voxel_, s, asked,
+                          batch_.best(first_[i], first_[i + 1], ccConcave(*asked.record) != 0),
+                          wanted, hits_))
+      handOn(dir_, asked.cell, last_, candidates_);
   }
 
   const Direction& dir_;
@@ -255,9 +350,11 @@ class FieldSearch {
   const Map& toOther_;
   Candidates& candidates_;
   std::vector<Hit>& hits_;
+  float voxel_;  // of the other body [m]
   std::uint32_t count_ = 0, last_ = kNoCell;
-  std::uint32_t sample_[kRun], cell_[kRun];
-  V3 x_[kRun];
+  Asked asked_[kRun];
+  int first_[kRun + 1];  // plane of each sample in the batch
+  PlaneBatch batch_;
 };
 
 // Samples against a shape's own formula.
@@ -276,7 +373,7 @@ class ShapeSearch {
         for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
       }
     } else {
-      for (const std::uint32_t cell : candidates_.now) lookInto(cell);
+      eachCandidate(dir_, candidates_, [this](std::uint32_t cell) { lookInto(cell); });
     }
     std::swap(candidates_.now, candidates_.next);
     candidates_.all = false;
@@ -317,17 +414,20 @@ void search(const ContactBody& own, const ContactBody& other, Side side, int lev
   const double voxel = samples.cloud().voxelSize();
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
-  Direction dir{samples,
-                samples.samples(),
-                level,
-                side,
-                static_cast<float>(voxel),
-                mapOf(toFrame, voxel, 1.0),
-                (frame.pose.orientation.conjugate() * other.pose.orientation)
-                    .toRotationMatrix()
-                    .cast<float>(),
-                M3::Identity(),
-                misses};
+  Direction dir{
+      samples,
+      samples.samples(),
+      level,
+      side,
+      static_cast<float>(voxel),
+      mapOf(toFrame, voxel, 1.0),
+      toFrame.orientation.toRotationMatrix().cast<float>(),
+      (frame.pose.orientation.conjugate() * other.pose.orientation)
+          .toRotationMatrix()
+          .cast<float>(),
+      M3::Identity(),
+      (other.pose.orientation.conjugate() * own.pose.orientation).toRotationMatrix().cast<float>(),
+      misses};
   if (other.shape)
     return ShapeSearch(dir, *other.shape, other.pose.inverse() * grid, candidates, hits).run();
   const Cloud& target = dataOf(other).cloud();

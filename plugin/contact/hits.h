@@ -47,7 +47,7 @@ class HitSearch {
           bool all, std::vector<Hit>& hits);
   double gap() const { return gap_; }  // [m] 0: the hits are real
 
-  // Cells of a level, by number, to be looked at, and of the next level, to be handed on.
+  // Cells, by number: those whose finer cells are to be looked at, and those found near.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
     std::vector<std::uint32_t> now, next;
