@@ -116,12 +116,12 @@ bool edgeWithin(const FieldData& other, CcVoxel record, const CcDepth& best, con
   return false;
 }
 
-// Where the other body has an edge, its depth is not linear over a wide sample: the sample is taken
-// in parts. Crossed edges turn by 11 deg at a depth of half a voxel without this.
-void addParts(const Direction& dir, const FieldData& other, CcVoxel record, const SurfaceSample& s,
-              const V3& r, std::vector<Hit>& hits) {
+// The sample in parts; `at` tells depth [m] and normal of the other body at a place aside of the
+// sample's own [its voxels]. Where the other body has an edge, depth is not linear over a wide
+// sample: crossed edges turn by 11 deg at a depth of half a voxel without this.
+template <typename At>
+void addParts(const Direction& dir, const SurfaceSample& s, At&& at, std::vector<Hit>& hits) {
   const int parts = static_cast<int>(std::ceil(s.width / kWide));
-  const float voxel = static_cast<float>(other.cloud().voxelSize());
   float t1[3], t2[3];
   ccTangents(s.normal, t1, t2);
   SurfaceSample part = s;
@@ -133,10 +133,14 @@ void addParts(const Direction& dir, const FieldData& other, CcVoxel record, cons
                 b = (static_cast<float>(k / parts) - 0.5f * static_cast<float>(parts - 1));
     const V3 aside = part.width * (a * u + b * v);
     Eigen::Map<V3>(part.position) = middle + aside;
-    const V3 at = r + dir.toOther * aside;
-    const CcDepth d = ccVoxelDepth(record, other.band().planes.data(), at.data());
-    addHit(dir, part, d.depth * voxel, V3(d.normal[0], d.normal[1], d.normal[2]), false, hits);
+    const auto [depth, normal] = at(aside);
+    addHit(dir, part, depth, normal, false, hits);
   }
+}
+
+// A wide sample that is only partly wet is taken in parts where few samples touch.
+bool partlyWet(const Direction& dir, const SurfaceSample& s, float depth) {
+  return dir.level == 0 && s.width > kWide && std::abs(depth) < kHalfDiagonal * s.width * dir.voxel;
 }
 
 // A sample on its way: asked for, not yet read.
@@ -177,9 +181,15 @@ bool takeDepth(const Direction& dir, const FieldData& other, float voxel, const 
   const float depth = d.depth * voxel;
   if (depth > reachOf(dir, s)) {
     const V3 r = withinVoxel(asked.x);
-    if (dir.level < 2 && s.width > kWide &&
-        edgeWithin(other, *asked.record, d, r, s.width * dir.voxel / voxel))
-      addParts(dir, other, *asked.record, s, r, hits);
+    const auto at = [&](const V3& aside) {
+      const V3 x = r + dir.toOther * aside;
+      const CcDepth there = ccVoxelDepth(*asked.record, other.band().planes.data(), x.data());
+      return std::pair(there.depth * voxel, V3(there.normal[0], there.normal[1], there.normal[2]));
+    };
+    if (partlyWet(dir, s, depth) ||
+        (dir.level < 2 && s.width > kWide &&
+         edgeWithin(other, *asked.record, d, r, s.width * dir.voxel / voxel)))
+      addParts(dir, s, at, hits);
     else
       addHit(dir, s, depth, normal, false, hits);
   }
@@ -384,6 +394,11 @@ class ShapeSearch {
     return shapeAt(shape_, toShape_.toWorld(dir_.body.cloud().voxelSize() * grid.cast<double>()));
   }
 
+  std::pair<float, V3> told(const SurfaceSample& s, const V3& aside) const {
+    const ShapePoint p = at(Eigen::Map<const V3>(s.position) + aside);
+    return {static_cast<float>(p.depth), p.normal.cast<float>()};
+  }
+
   void lookInto(std::uint32_t cell) {
     const SampleLevel& level = dir_.samples.levels[dir_.level];
     const SampleCell& c = level.cells[cell];
@@ -392,7 +407,11 @@ class ShapeSearch {
       const ShapePoint p = at(Eigen::Map<const V3>(s.position));
       const float depth = static_cast<float>(p.depth);
       const V3 normal = p.normal.cast<float>();
-      if (depth > reachOf(dir_, s)) addHit(dir_, s, depth, normal, false, hits_);
+      if (partlyWet(dir_, s, depth))
+        addParts(
+            dir_, s, [&](const V3& aside) { return told(s, aside); }, hits_);
+      else if (depth > reachOf(dir_, s))
+        addHit(dir_, s, depth, normal, false, hits_);
       if (mayTouchBeside(dir_, s, depth / dir_.voxel, normal))
         handOn(dir_, cell, last_, candidates_);
     }
