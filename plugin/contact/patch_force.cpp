@@ -35,9 +35,8 @@ constexpr double kCoherenceNoise = 0.003;
 constexpr double kFormulaNoise = 1e-6;
 constexpr double kLeastWeight = 0.05;  // of a point, so that none pulls
 // Patches narrower than this [voxels] are too small for their normals' gradient to be told from
-// noise, and points that lean at random brake a thread through the pair's damping: the real M16
-// nut, free of friction, turned 1.45 rad in 0.4 s without this, 1.73 at 3, 1.87 at 8 and 2.08
-// without damping (2.29 in theory).
+// noise. Points that do not lean with their flank brake a thread through the pair's damping: on a
+// M16 thread their normals are 3.3 deg off the way of the screw at 8, 1.3 deg at 1.
 constexpr double kLeanVoxels = 1;
 constexpr double kMostSpin = 0.3;  // [rad] a point's normal leans for the patch's spin
 
