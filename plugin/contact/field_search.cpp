@@ -67,9 +67,8 @@ bool takeDepth(const Direction& dir, const FieldData& other, float voxel, const 
       const CcDepth there = ccVoxelDepth(*asked.record, other.band().planes.data(), x.data());
       return std::pair(there.depth * voxel, V3(there.normal[0], there.normal[1], there.normal[2]));
     };
-    if (partlyWet(dir, s, depth) ||
-        (dir.level < 2 && s.width > kWide &&
-         edgeWithin(other, *asked.record, d, r, s.width * dir.voxel / voxel)))
+    if (dir.level < 2 && s.width > kWide &&
+        edgeWithin(other, *asked.record, d, r, s.width * dir.voxel / voxel))
       addParts(dir, s, at, hits);
     else
       addHit(dir, s, depth, normal, false, hits);

@@ -76,11 +76,6 @@ void addParts(const Direction& dir, const SurfaceSample& s, At&& at, std::vector
   }
 }
 
-// A wide sample that is only partly wet is taken in parts where few samples touch.
-inline bool partlyWet(const Direction& dir, const SurfaceSample& s, float depth) {
-  return dir.level == 0 && s.width > kWide && std::abs(depth) < kHalfDiagonal * s.width * dir.voxel;
-}
-
 // A cell near the other body: its finer cells are candidates of the next level. `last` is the cell
 // that was so last.
 inline void handOn(const Direction& dir, std::uint32_t cell, std::uint32_t& last,

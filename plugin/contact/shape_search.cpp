@@ -5,6 +5,10 @@ namespace cloudcontact::search {
 
 namespace {
 
+// Cosine: normals that differ by more over a sample meet at an edge, 26 deg.
+constexpr float kOneFace = 0.9f;
+
+// One level's search.
 class ShapeSearch {
  public:
   ShapeSearch(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
@@ -31,6 +35,18 @@ class ShapeSearch {
     return shapeAt(shape_, toShape_.toWorld(dir_.body.cloud().voxelSize() * grid.cast<double>()));
   }
 
+  // Whether the shape has an edge over a wide sample; looked for where few samples touch.
+  bool edgeWithin(const SurfaceSample& s, float depth, const V3& normal) const {
+    const float half = kHalfDiagonal * s.width;
+    if (dir_.level > 0 || s.width <= kWide || std::abs(depth) > half * dir_.voxel) return false;
+    float t1[3], t2[3];
+    ccTangents(s.normal, t1, t2);
+    const Eigen::Map<const V3> u(t1), v(t2);
+    for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
+      if (told(s, aside).second.dot(normal) < kOneFace) return true;
+    return false;
+  }
+
   std::pair<float, V3> told(const SurfaceSample& s, const V3& aside) const {
     const ShapePoint p = at(Eigen::Map<const V3>(s.position) + aside);
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
@@ -44,7 +60,7 @@ class ShapeSearch {
       const ShapePoint p = at(Eigen::Map<const V3>(s.position));
       const float depth = static_cast<float>(p.depth);
       const V3 normal = p.normal.cast<float>();
-      if (partlyWet(dir_, s, depth))
+      if (edgeWithin(s, depth, normal))
         addParts(
             dir_, s, [&](const V3& aside) { return told(s, aside); }, hits_);
       else if (depth > reachOf(dir_, s))
