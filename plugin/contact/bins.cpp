@@ -63,8 +63,14 @@ void Sums::add(const Hit& hit, bool oneSided) {
   if (w == 0) return;
   const Vec3 wx = w * x;
   area += w;
+  width += w * hit.area;
   facing += faced;
+
   first += wx;
+  place += faced * x;
+  middle += faced * hit.depth;
+  apart += faced * (n[0] + n[1]);
+  opening += faced * (n[0] + n[1]).dot(x);
   second.noalias() += x * wx.transpose();
   for (int s = 0; s < 2; ++s) {
     normal[s] += w * n[s];
@@ -87,7 +93,12 @@ void Sums::add(const Sums& other) {
             other.area * shift * shift.transpose();
   first += other.first + other.area * shift;
   area += other.area;
+  width += other.width;
   facing += other.facing;
+  place += other.place + other.facing * shift;
+  middle += other.middle;
+  apart += other.apart;
+  opening += other.opening + shift.dot(other.apart);
   deep += other.deep;
   deepest = std::max(deepest, other.deepest);
   hits += other.hits;

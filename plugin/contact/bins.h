@@ -24,13 +24,21 @@ struct Sums {
   Vec3 origin = Vec3::Zero();
   SideSums side[2];           // by whose surface pushes: A's normals, B's normals
   double area = 0;            // wet, of facing samples, both bodies' together [m^2]
+  double width = 0;           // sum over these of a times the sample's whole area [m^4]
   double facing = 0;          // sum a d, of facing samples, both bodies' together [m^3]
   Vec3 first = Vec3::Zero();  // sum a x
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  // sum a x x^T
   Vec3 normal[2] = {Vec3::Zero(), Vec3::Zero()};     // sum a n, of A's and of B's surface
   Eigen::Matrix3d normalBy[2] = {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};  // sum a n x^T
-  double deepest = -1e300;  // largest depth at a sample itself [m]
-  double deep = 0;          // of `side.size`, by samples below the band
+  // Of facing samples by their pressed volume (these sum to `facing`), both bodies' together:
+  // places, depth at the sample's middle, outward normals of A and B together, and these times the
+  // place.
+  Vec3 place = Vec3::Zero();  // [m^4]
+  double middle = 0;          // [m^4]
+  Vec3 apart = Vec3::Zero();  // [m^3]
+  double opening = 0;         // [m^4]
+  double deepest = -1e300;    // largest depth at a sample itself [m]
+  double deep = 0;            // of `side.size`, by samples below the band
   int hits = 0;
 
   void add(const Hit& hit, bool oneSided);

@@ -38,7 +38,14 @@ struct Seen {
   float far;                   // squared distance to the piece's centroid
   float depth;                 // of the middle under the piece's surface
   V3 normal, centroid;
+  float drop;  // of the surface's mean over a voxel below its middle
 };
+
+// The mean of a curved surface over a voxel (variance 1/12 each way) lies this much below its
+// middle, so that a sample anywhere in the voxel reads the right depth in the mean.
+float dropOf(const CcSurface& f) {
+  return (f.k11 + f.k22) * (1.0f / 24.0f);
+}
 
 Seen see(const FieldDraft& draft, std::uint32_t piece, std::uint32_t owner, const V3& middle) {
   const SurfacePiece& p = draft.pieces[piece];
@@ -51,7 +58,8 @@ Seen see(const FieldDraft& draft, std::uint32_t piece, std::uint32_t owner, cons
               kv = p.surface.k12 * u + p.surface.k22 * v;
   const V3 m = n + ku * t1 + kv * t2;
   const float phi = n.dot(r) + 0.5f * (ku * u + kv * v) - p.surface.s, length = m.norm();
-  return {piece, owner, (middle - c).squaredNorm(), -phi / length, m / length, c};
+  return {piece,      owner, (middle - c).squaredNorm(), -phi / length,
+          m / length, c,     dropOf(p.surface)};
 }
 
 class Spreader {
@@ -164,9 +172,7 @@ class Spreader {
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
     for (std::uint32_t k = 0; k < v.count; ++k) {
       const CcSurface& f = draft_.pieces[v.first + k].surface;
-      // The mean of a curved surface over the voxel (variance 1/12 each way), so that a sample
-      // anywhere in the voxel reads the right depth in the mean.
-      const CcVoxel plane = ccPackPlane(f.n, f.s - (f.k11 + f.k22) * (1.0f / 24.0f));
+      const CcVoxel plane = ccPackPlane(f.n, f.s - dropOf(f));
       if (v.count == 1) return plane;
       planes.push_back(plane);
     }
@@ -190,10 +196,10 @@ class Spreader {
     // Nor does an empty voxel lie in the material: a face alone would run on into the air.
     if (!inside && claims(kept, count)) return {0, 0};
     if (count == 0) return {0, 0};
-    if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth);
+    if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth - kept[0].drop);
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
     for (int i = 0; i < count; ++i)
-      planes.push_back(ccPackPlane(kept[i].normal.data(), kept[i].depth));
+      planes.push_back(ccPackPlane(kept[i].normal.data(), kept[i].depth - kept[i].drop));
     return ccPackPlanes(first, static_cast<std::uint32_t>(count), 0);
   }
 

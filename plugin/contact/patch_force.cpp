@@ -80,36 +80,55 @@ struct Flat {
   Basis t;
   M2 spread;   // C
   M2 inverse;  // C^-1, regularised
-  M2 kept;     // C'
-  M2 lean;     // how the common normal turns over the patch [1/m]
+  M2 turn[2];  // of each body's normals, with the place: curvature times C [m]
 };
 
-Flat flatten(const Sums& patch, const PatchForce& force, double voxel) {
+Flat flatten(const Sums& patch, const Vec3& n) {
   Flat f;
-  f.n = unit(force.force);
-  f.t = tangents(f.n);
+  f.n = n;
+  f.t = tangents(n);
   const Vec3 x = patch.first / patch.area;
   f.spread = f.t.transpose() * (patch.second / patch.area - x * x.transpose()) * f.t;
   // A patch of one sample has no spread: a thousandth of its area stands in.
   const double floor = 1e-3 * (patch.area + f.spread.trace());
   f.inverse = (f.spread + floor * M2::Identity()).inverse();
-  M2 turn[2];
   double cosine = 0;
   for (int s = 0; s < 2; ++s) {
     const Vec3 mean = patch.normal[s] / patch.area;
-    turn[s] = f.t.transpose() * (patch.normalBy[s] / patch.area - mean * x.transpose()) * f.t;
-    cosine += 0.5 * std::abs(mean.dot(f.n));
+    f.turn[s] = f.t.transpose() * (patch.normalBy[s] / patch.area - mean * x.transpose()) * f.t;
+    cosine += 0.5 * std::abs(mean.dot(n));
   }
-  cosine = std::max(cosine, 0.3);
-  const double depth = patch.facing / patch.area;
-  const M2 gap = (turn[0] + turn[1]) / (cosine * std::max(depth, 1e-30));
+  for (M2& turn : f.turn) turn /= std::max(cosine, 0.3);
+  return f;
+}
+
+// Where points may lie, C', and how the common normal turns over them [1/m].
+struct Extent {
+  M2 kept, lean;
+};
+
+Extent extentOf(const Flat& f, double depth, double voxel) {
+  Extent e;
+  const M2 gap = (f.turn[0] + f.turn[1]) / std::max(depth, 1e-30);
   const M2 flatness = ofEigenvalues(M2::Identity() - 0.5 * (gap + gap.transpose()),
                                     [](double v) { return std::clamp(v, 0.0, 1.0); });
   const M2 root = ofEigenvalues(f.spread, [](double v) { return std::sqrt(std::max(v, 0.0)); });
-  f.kept = root * flatness * root;
+  e.kept = root * flatness * root;
   const double noise = kLeanVoxels * voxel * kLeanVoxels * voxel;
-  f.lean = 0.5 * (turn[0] - turn[1]) / cosine * (f.spread + noise * M2::Identity()).inverse();
-  return f;
+  e.lean = 0.5 * (f.turn[0] - f.turn[1]) * (f.spread + noise * M2::Identity()).inverse();
+  return e;
+}
+
+// Half of curvature times the places' spread, both summed over directions. A sample lies where its
+// own surface has its mean over it, and counts by its middle alone: its own curvature over its own
+// width (variance about a twelfth of its area each way) is missing there. And normals that lean
+// shorten the way across: by the cosines, exact to second order for a ball on a face.
+double fallOf(const Sums& patch, const Vec3& n, double lean, bool oneSided, Side sampled) {
+  const Flat f = flatten(patch, n);
+  const M2 own = oneSided ? f.turn[sampled] : M2(0.5 * (f.turn[0] + f.turn[1]));
+  const double within = patch.width / patch.area / 12 * (own * f.inverse).trace();
+  const double bent = (patch.opening - patch.apart.dot(patch.place) / patch.facing) / patch.facing;
+  return 0.5 * (bent / std::max(lean, 0.5) + within);
 }
 
 }  // namespace
@@ -154,28 +173,32 @@ PatchForce forceOf(const Sums& patch, bool foundation, bool oneSided, Side sampl
   const Vec3 pressure = old.cross(torque) / force.norm();
   out.force = size * n;
   out.torque = pressure.cross(out.force) + (old.dot(torque) * size / force.norm()) * n;
+  if (!(patch.facing > 0)) return out;
+  out.lean = patch.normal[0].norm() * patch.normal[1].norm() / (patch.area * patch.area);
+  out.fall = fallOf(patch, n, out.lean, oneSided, sampled);
   return out;
 }
 
 PatchPoints pointsOf(const Sums& patch, const PatchForce& force, double voxel) {
   PatchPoints out;
-  const Flat f = flatten(patch, force, voxel);
+  const Flat f = flatten(patch, unit(force.force));
+  const Extent e = extentOf(f, patch.facing / patch.area, voxel);
   const double size = force.force.norm();
   const Vec3 arm = f.n.cross(force.torque) / size;  // centre of pressure less area centre
   const V2 cop = f.t.transpose() * arm;
   V2 slope = f.inverse * cop;
-  const M2 root = ofEigenvalues(f.kept, [](double v) { return std::sqrt(std::max(v, 0.0)); });
+  const M2 root = ofEigenvalues(e.kept, [](double v) { return std::sqrt(std::max(v, 0.0)); });
   const V2 corner[4] = {V2(1, 1), V2(-1, 1), V2(-1, -1), V2(1, -1)};
   double least = 0;
   for (const V2& c : corner) least = std::min(least, slope.dot(root * c));
   if (least < kLeastWeight - 1) slope *= (1 - kLeastWeight) / -least;
-  const V2 middle = cop - f.kept * slope;
+  const V2 middle = cop - e.kept * slope;
   double spin = f.n.dot(force.torque) / size, polar = 0;
   V2 at[4];
   for (int i = 0; i < 4; ++i) {
     at[i] = middle + root * corner[i] - cop;
     out.weight[i] = 1 + slope.dot(root * corner[i]);
-    const V2 turned = f.lean * at[i];
+    const V2 turned = e.lean * at[i];
     spin -= 0.25 * out.weight[i] * (at[i].x() * turned.y() - at[i].y() * turned.x());
     polar += 0.25 * out.weight[i] * at[i].squaredNorm();
   }
@@ -184,7 +207,7 @@ PatchPoints pointsOf(const Sums& patch, const PatchForce& force, double voxel) {
   const double omega = polar > 0 ? std::clamp(spin / (polar + noise), -most, most) : 0.0;
   double kept = 0;
   for (int i = 0; i < 4; ++i) {
-    const V2 turned = f.lean * at[i] + omega * V2(-at[i].y(), at[i].x());
+    const V2 turned = e.lean * at[i] + omega * V2(-at[i].y(), at[i].x());
     out.normal[i] = (f.n + f.t * turned).normalized();
     out.position[i] = force.center + arm + f.t * at[i];
     kept += 0.25 * out.weight[i] * out.normal[i].dot(f.n);

@@ -13,6 +13,11 @@ struct PatchForce {
   Vec3 center = Vec3::Zero();    // area centre, frame body [m]
   double coherence[2] = {1, 1};  // of A's and of B's pushes: |sum| / sum of sizes
   double trustA = 0.5;           // how far A's surface, the more coherent, decides
+  // How far the surfaces fall away from each other over the patch by their curvature, the mean by
+  // pressed volume [m]. Of a patch that is d deep d/3 for balls, d/5 for a cylinder's side on a
+  // face, 0 for faces that fit.
+  double fall = 0;
+  double lean = 0;  // mean cosine of A's normals to theirs in the mean, times that of B's
 };
 
 // Under the foundation law the exact gradient of the overlap's energy; under the paper's law
