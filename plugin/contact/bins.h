@@ -72,6 +72,8 @@ class Binner {
   std::vector<Bin> bins_;
   std::vector<std::int32_t> table_;  // a cell's first bin, open addressing, -1 empty
   std::size_t cells_ = 0;
+  std::int32_t last_ = -1;  // bin of the hit before
+  double perCell_ = 0;      // [1/m]
   std::vector<std::uint32_t> order_, queue_;
   std::vector<Sums> patches_;
 };
