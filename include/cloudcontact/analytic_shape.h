@@ -4,6 +4,7 @@
 
 #include <cloudcontact/pose.h>
 
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -30,11 +31,13 @@ struct ConeShape {
   double radius = 0, halfHeight = 0, margin = 0;
 };
 // Outward planes normal.x <= offset, at least four, and the corners for bounds; the body is all
-// within `margin` of that hull [m].
+// within `margin` of that hull [m]. Edges are pairs of corners: without them the hull's corners are
+// felt by a cloud's samples alone, which are a voxel apart.
 struct HullShape {
   std::vector<HalfSpace> planes;
   std::vector<Vec3> corners;
   double margin = 0;
+  std::vector<std::pair<int, int>> edges;
 };
 
 using AnalyticShape = std::variant<HalfSpace, SphereShape, BoxShape, CapsuleShape, CylinderShape,

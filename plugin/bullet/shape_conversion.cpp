@@ -84,6 +84,10 @@ std::optional<PlacedShape> hullOf(const std::vector<double>& coordinates, double
     hull.corners.push_back(toVec3(computer.vertices[i]));
   for (int face = 0; face < computer.faces.size(); ++face)
     if (const auto plane = planeOfFace(computer, face)) hull.planes.push_back(*plane);
+  for (int i = 0; i < computer.edges.size(); ++i) {
+    const int from = computer.edges[i].getSourceVertex(), to = computer.edges[i].getTargetVertex();
+    if (from < to) hull.edges.emplace_back(from, to);
+  }
   // A flat or straight body has planes that face one another across nothing.
   if (hull.planes.size() < 4) return std::nullopt;
   Vec3 middle = Vec3::Zero();

@@ -311,6 +311,36 @@ void addCurved(Cases& cases, double radius, const Bounds& bounds) {
   }
 }
 
+HullShape boxAsHull(const Vec3& edges) {
+  HullShape hull;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0})
+      hull.planes.push_back({side * Vec3::Unit(axis), edges[axis] / 2});
+  for (int k = 0; k < 8; ++k) {
+    hull.corners.push_back(
+        Vec3((k & 1) - 0.5, ((k >> 1) & 1) - 0.5, ((k >> 2) & 1) - 0.5).cwiseProduct(edges));
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(k >> axis & 1)) hull.edges.emplace_back(k, k | 1 << axis);
+  }
+  return hull;
+}
+
+// A body of revolution whose point (radius, 0, z) is lowest once it is tilted by a random angle of
+// `least` to `most` degrees.
+Instance tiltedOn(BodyMaker& make, Body body, double radius, double z, double least, double most) {
+  const double h = make.voxel;
+  const double tilt = make.random.uniform(least, most) * std::numbers::pi / 180;
+  const Quaternion turn = make.random.yaw() * Quaternion(Eigen::AngleAxisd(tilt, Vec3::UnitY()));
+  const Vec3 lowest = turn * Vec3(radius, 0, z);
+  Instance instance{groundBody(make, Ground::Slab), std::move(body), {}};
+  instance.place = [=](double depth) {
+    return Placed{groundPose(Ground::Slab, h),
+                  {turn, -lowest * h - depth * Vec3::UnitZ()},
+                  {Vec3::UnitZ(), depth, {0, 0, -depth / 2}}};
+  };
+  return instance;
+}
+
 // B known by its formula, on a slab that is a cloud.
 void addPrimitives(Cases& cases) {
   for (const double radius : {16.0, 40.0}) {
@@ -334,6 +364,18 @@ void addPrimitives(Cases& cases) {
                    [=](BodyMaker& make) { return edgeOn(make, Ground::Slab, box(make, kEdged)); }});
   cases.push_back({"primitive-corner", kPressed, kEdge, [=](BodyMaker& make) {
                      return cornerOn(make, Ground::Slab, box(make, kEdged));
+                   }});
+  cases.push_back({"primitive-hull-corner", kPressed, kEdge, [=](BodyMaker& make) {
+                     return cornerOn(make, Ground::Slab,
+                                     BodyMaker::shape(boxAsHull(kEdged * make.voxel)));
+                   }});
+  cases.push_back({"primitive-rim", kPressed, kEdge, [=](BodyMaker& make) {
+                     const CylinderShape cylinder{12 * make.voxel, 9 * make.voxel};
+                     return tiltedOn(make, BodyMaker::shape(cylinder), 12, -9, 20, 70);
+                   }});
+  cases.push_back({"primitive-tip", {0.6, 1.0}, kEdge, [=](BodyMaker& make) {
+                     const ConeShape cone{12 * make.voxel, 9 * make.voxel};
+                     return tiltedOn(make, BodyMaker::shape(cone), 0, 9, 160, 180);
                    }});
 }
 

@@ -1,0 +1,33 @@
+// The one depth of a pair of bodies that the paper's law (3), FR = k d, asks for.
+#pragma once
+
+#include "hits.h"
+#include "patch_force.h"
+
+#include <vector>
+
+namespace cloudcontact {
+
+// A depth is at most this much more than at the deepest sample itself [voxels].
+constexpr double kRim = 0.1;
+
+struct FoundPatch {
+  const Sums* sums;
+  PatchForce force;
+  double size;  // |force|
+};
+
+// A plain shape in a cloud: what the cloud's samples, a voxel apart, see too little of.
+struct ShapeInCloud {
+  const ContactBody* shape = nullptr;
+  const ContactBody* cloud = nullptr;
+  const std::vector<Hit>* hits = nullptr;  // frame: the cloud's
+  int level = 0;                           // of the samples that hit
+};
+
+// Of all patches together [m]; `voxel` [m] the pair's. `shape` where one body is a plain shape (and
+// the bodies touch), null where both are clouds.
+double pairDepth(const std::vector<FoundPatch>& patches, const ShapeInCloud* shape, bool oneSided,
+                 double voxel);
+
+}  // namespace cloudcontact

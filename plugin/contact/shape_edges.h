@@ -1,0 +1,15 @@
+// How deep the sharp edges and corners of a shape lie in a cloud.
+#pragma once
+
+#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/surface_field.h>
+
+namespace cloudcontact {
+
+// The greatest depth [m] of any point of the shape's edges inside `within`, a box in the cloud's
+// frame; negative infinity where none is there, or the shape is round. `toCloud` takes the shape's
+// frame to the cloud's.
+double deepestEdge(const AnalyticShape& shape, const Pose& toCloud, const SurfaceField& cloud,
+                   const Eigen::AlignedBox3d& within);
+
+}  // namespace cloudcontact
