@@ -193,6 +193,14 @@ class Spreader {
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
       kept[count++] = s;
     }
+    // Where all of them do, at a vertex that no fit explains, the nearest stands in, moved to where
+    // the voxel is full: without it two such voxels at the end of a M16 nut's thread counted as
+    // deep inside, and threw the nut aside.
+    if (inside && count == 0 && cell.count > 0) {
+      Seen s = see(draft_, cell.piece[0], owner_[cell.piece[0]], middle);
+      s.depth = std::max(s.depth, 0.5f * s.normal.lpNorm<1>() + s.drop);
+      kept[count++] = s;
+    }
     // Nor does an empty voxel lie in the material: a face alone would run on into the air.
     if (!inside && claims(kept, count)) return {0, 0};
     if (count == 0) return {0, 0};
@@ -240,7 +248,8 @@ class Spreader {
       for (int k = 0; k < kBrickVoxels; ++k) {
         CcVoxel& cell = cells[static_cast<std::size_t>(k)];
         if (ccPlaneCount(cell) > 0) continue;
-        if (draft_.cloud.coverage(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6)))
+        if (draft_.cloud.coverage(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6)) >
+            127)
           cell.b = kDeepInside;
       }
     }

@@ -34,8 +34,10 @@ TEST_P(SurfaceFieldOf, KnowsDepthAndNormalAwayFromEdges) {
   EXPECT_LE(e.normalWorst, 0.87 * turn + 1);
 }
 
-TEST_P(SurfaceFieldOf, KnowsDepthAtEdgesFromInside) {
-  if (GetParam().name.rfind("sphere", 0) == 0) GTEST_SKIP() << "a sphere has no edges";
+// Solids with edges.
+class EdgedFieldOf : public SurfaceFieldOf {};
+
+TEST_P(EdgedFieldOf, KnowsDepthAtEdgesFromInside) {
   const FieldErrors e = fieldErrors(GetParam(), 0, 3, 0, kClouds, kMaker);
   ASSERT_GT(e.points, 300);
   EXPECT_EQ(e.missing, 0);
@@ -90,10 +92,67 @@ TEST_P(SurfaceFieldOf, BoundsHoldTheSolid) {
   EXPECT_LE((bounds.max() - reached.max()).cwiseAbs().maxCoeff(), 2 * kVoxel);
 }
 
-INSTANTIATE_TEST_SUITE_P(Solids, SurfaceFieldOf, ::testing::ValuesIn(solidCases()),
-                         [](const ::testing::TestParamInfo<SolidCase>& param) {
-                           return testName(param.param.name);
-                         });
+std::vector<SolidCase> edgedCases() {
+  std::vector<SolidCase> cases = solidCases();
+  std::erase_if(cases, [](const SolidCase& one) { return one.name.starts_with("sphere"); });
+  return cases;
+}
+
+std::string nameOf(const ::testing::TestParamInfo<SolidCase>& param) {
+  return testName(param.param.name);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solids, SurfaceFieldOf, ::testing::ValuesIn(solidCases()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Solids, EdgedFieldOf, ::testing::ValuesIn(edgedCases()), nameOf);
+
+// An L, 24 x 20 x 14 voxels: at the ends of its inner edge a concave edge and two convex ones meet,
+// a vertex that no fit explains, as where a thread runs out.
+constexpr double kLength = 24, kWidth = 20, kHeight = 14, kInnerX = 11, kInnerY = 9;
+
+Mesh lMesh() {
+  const Eigen::Vector2d outline[6] = {
+      {0, 0}, {kLength, 0}, {kLength, kInnerY}, {kInnerX, kInnerY}, {kInnerX, kWidth}, {0, kWidth}};
+  Mesh mesh;
+  for (const double z : {0.0, kHeight})
+    for (const Eigen::Vector2d& p : outline)
+      mesh.vertices.push_back(kVoxel * Vec3(p.x(), p.y(), z));
+  const int flat[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}};
+  for (const auto& t : flat) {
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+    mesh.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
+  }
+  for (int k = 0; k < 6; ++k) {
+    const int next = (k + 1) % 6;
+    mesh.triangles.push_back({k, next, next + 6});
+    mesh.triangles.push_back({k, next + 6, k + 6});
+  }
+  return mesh;
+}
+
+// To the nearest face, from inside; the notch is all beyond its two faces.
+double trueDepthInL(const Vec3& p) {
+  const double sides =
+      std::min({p.x(), p.y(), p.z(), kLength - p.x(), kWidth - p.y(), kHeight - p.z()});
+  return std::min(sides,
+                  std::hypot(std::max(0.0, kInnerX - p.x()), std::max(0.0, kInnerY - p.y())));
+}
+
+// Where a voxel under the surface has no plane it counts as deep inside, and throws off whatever
+// comes there: a nut was thrown across its bolt by 2.5 mJ, thirteen times what it had.
+TEST(SurfaceField, CountsNoVoxelUnderTheSurfaceAsDeep) {
+  BodyMaker maker{kVoxel, Random(26)};
+  for (int k = 0; k < 8; ++k) {
+    const Body body = maker.cloud(lMesh());
+    for (int drawn = 0; drawn < 60000; ++drawn) {
+      const Vec3 at = maker.random.inCube().cwiseProduct(Vec3(kLength, kWidth, kHeight));
+      const double truth = trueDepthInL(at);
+      if (truth < 0.1 || truth > 1) continue;
+      const auto found = body.field->at(body.grid.toWorld(at * kVoxel));
+      ASSERT_TRUE(found) << "cloud " << k << ", " << truth << " voxels deep at " << at.transpose();
+      ASSERT_LT(found->depth / kVoxel, truth + 1) << "cloud " << k << " at " << at.transpose();
+    }
+  }
+}
 
 TEST(SurfaceField, RefusesAnEmptyCloud) {
   EXPECT_THROW(SurfaceField::build(Cloud()), std::invalid_argument);
