@@ -10,7 +10,7 @@ namespace {
 
 // Above these residuals a third face is tried, and one that no neighbour shows. A box's true planes
 // leave 0.0014 at its edges, 0.004 at most.
-constexpr float kThird = 0.004f, kHidden = 0.006f;
+constexpr float kThird = 0.0025f, kHidden = 0.006f;
 constexpr float kExplained = 0.003f;    // below this no other trial is moved into place
 constexpr std::size_t kRefined = 2;     // trials of each kind that are moved into place
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
@@ -18,6 +18,7 @@ constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is sought between
 constexpr int kMassRounds = 6;
 constexpr float kMiddleMiss = 0.35f;    // of the middle voxel's coverage
 constexpr float kFurther = 0.8f;        // a further face must earn its place
+constexpr float kBackToBack = -0.8f;    // cosine of a plate's two faces
 constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
 
 }  // namespace
@@ -101,13 +102,16 @@ void EdgeSearch::keep(const Hypothesis& h) {
 }
 
 // A face too narrow to be seen on its own: its normal starts midway between two known ones (a
-// thread's crest), or mirrors one about the block's mean normal.
+// thread's crest), across two that are back to back (the rim of a plate), or mirrors one about the
+// block's mean normal.
 void EdgeSearch::trySought(const Eigen::Vector3f& mean) {
   trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
     const Combination& pair = pairs_[p].faces;
+    const Eigen::Vector3f &a = pair.face[0]->face().n, &b = pair.face[1]->face().n;
+    const Eigen::Vector3f across = mean - mean.dot(a) * a;
     guess({{pair.face[0], pair.face[1], &sought_}, 3, pair.concave, {}},
-          pair.face[0]->face().n + pair.face[1]->face().n);
+          a.dot(b) < kBackToBack ? across : Eigen::Vector3f(a + b));
   }
   for (int i = 0; i < count_; ++i)
     for (bool concave : {false, true})

@@ -19,7 +19,7 @@ namespace {
 // radius of 10 voxels; an edge of 20 deg leaves 0.006.
 constexpr float kSmoothResidual = 0.004f;
 // Blocks that the quadric explains this well keep it: shallow edges, small radii.
-constexpr float kEnough = 0.004f;
+constexpr float kEnough = 0.0025f;
 // An edge must explain the block this well, and better than the quadric by this factor. At first
 // only good ones are taken, so that a corner's tip is not explained by half its faces before its
 // neighbours show them all.
@@ -28,6 +28,9 @@ constexpr float kEdgeGain = 0.75f;
 // A quadric that bends as sharply as this [1/voxel] imitates an edge: it explains the crest of a
 // thread to 0.007 and puts samples 0.6 voxel off. Against it an edge need only do about as well.
 constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
+// A quadric beside an edge bends towards it and still explains its block to the bound above: what a
+// face says counts by how well it explains its own.
+constexpr float kTypical = 0.0005f;
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face
@@ -41,7 +44,8 @@ float sharpest(const CcSurface& f) {
 Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   const Eigen::Map<const Eigen::Vector3f> n(f.n), t1(f.t1), t2(f.t2);
   Face face;
-  face.weight = 1.0f / (0.5f + r.squaredNorm());
+  const float off = f.residual / kTypical;
+  face.weight = 1.0f / ((0.5f + r.squaredNorm()) * (1.0f + off * off));
   const bool flat = sharpest(f) < kFlat;
   if (!flat)
     face.curvature = f.k11 * t1 * t1.transpose() + f.k22 * t2 * t2.transpose() +
@@ -89,6 +93,7 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
   for (Face& f : sums) {
     f.s /= f.weight;
     f.curvature /= f.weight;
+    if (f.curvature.cwiseAbs().maxCoeff() < kFlat) f.curvature.setZero();
     f.n.normalize();
   }
   return sums;
