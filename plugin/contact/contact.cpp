@@ -35,7 +35,9 @@ double shareOf(const FoundPatch& p, double allArea, double allForce) {
   return std::max(p.sums->area / allArea, p.size / (kMostDepth * allForce));
 }
 
-// A patch of the step before, to keep its points' names.
+// A patch of the step before, to keep its points' names. In A's frame, for the frame body may be
+// the other one in the next step: where two equal links hung in each other their points lost their
+// names, and the solver what it had learnt, several times a second.
 struct Known {
   Vec3 center, normal;
   std::uint32_t id;
@@ -54,7 +56,8 @@ struct ContactFinder::Scratch {
 
   std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
   void collect(bool foundation, bool oneSided, Side sampled, double voxel);
-  void emit(const PairFrame& frame, const ContactSettings& settings, double depth, bool oneSided);
+  void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
+            double depth, bool oneSided);
 };
 
 ContactFinder::ContactFinder() : scratch_(std::make_unique<Scratch>()) {}
@@ -90,8 +93,8 @@ void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sample
   });
 }
 
-void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings& settings,
-                                  double depth, bool oneSided) {
+void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
+                                  const ContactSettings& settings, double depth, bool oneSided) {
   const bool foundation = settings.law == LawForm::Foundation;
   double force = 0, area = 0;
   for (const FoundPatch& p : found) {
@@ -116,7 +119,8 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const ContactSettings&
     }
     const Vec3 n = p.force.force / p.size;
     const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
-    const std::uint32_t id = nameOf(p.force.center, n, frame.voxel);
+    const Pose toA = poseOfA.inverse() * frame.pose;
+    const std::uint32_t id = nameOf(toA.toWorld(p.force.center), toA.orientation * n, frame.voxel);
     patch.normal = frame.pose.orientation * n;
     patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);
     const double pushes = oneSided ? std::max(p.sums->side[0].size, p.sums->side[1].size)
@@ -170,7 +174,7 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &s.hits, level};
   const bool touches = oneSided && s.search.gap() == 0;
   const double depth = pairDepth(s.found, touches ? &shape : nullptr, oneSided, frame.voxel);
-  s.emit(frame, settings, depth, oneSided);
+  s.emit(frame, a.pose, settings, depth, oneSided);
   std::swap(s.known, s.now);
   return s.result;
 }
