@@ -38,10 +38,23 @@ SceneDescription scene(const ChainLink& link) {
   return scene;
 }
 
+// Of the fastest of a link's farthest points [m/s].
+double fastest(const BodyState& state, const ChainLink& link) {
+  const Vec3 reach(link.bend + link.wire, link.bend + link.wire + link.straight / 2, link.wire);
+  double speed = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 arm = state.pose.orientation * Vec3(side * reach[axis] * Vec3::Unit(axis));
+      speed = std::max(speed, (state.linearVelocity + state.angularVelocity.cross(arm)).norm());
+    }
+  return speed;
+}
+
 }  // namespace
 
 std::vector<DemoCheck> runChain() {
-  const ChainLink link{0.1, 0.25, 0.6, 48, 64};
+  // Finer facets than the voxels can tell: links roll on coarser ones as on a cobbled road.
+  const ChainLink link{0.1, 0.25, 0.6, 160, 200};
   World world(scene(link), demoSettings(kVoxel));
   SimulationSettings settings;
   settings.seconds = kSeconds;
@@ -51,19 +64,19 @@ std::vector<DemoCheck> runChain() {
   double speed = 0, sideways = 0, gap = 0;
   for (int i = 1; i < kLinks; ++i) {
     const BodyState &above = report.bodies[i - 1], &here = report.bodies[i];
-    speed = std::max({speed, here.linearVelocity.norm(), here.angularVelocity.norm()});
+    speed = std::max(speed, fastest(here, link));
     sideways = std::max(sideways, here.pose.position.head<2>().norm());
     // What the joint carries over its stiffness, and the difference to what it does.
     const double sag = (kLinks - i) * kMass * 9.8 / kStiffness;
     const double distance = above.pose.position.z() - here.pose.position.z();
     gap = std::max(gap, std::abs(distance - pitch(link) - sag));
   }
-  return {
-      {"all links hang still, under 1 mm/s", figure(1e3 * speed, 4, "mm/s at most"), speed < 1e-3},
-      {"straight down within half a voxel", figure(sideways / kVoxel, 4, "vox aside"),
-       sideways < 0.5 * kVoxel},
-      {"a pitch and m g / k apart within half a voxel", figure(gap / kVoxel, 3, "vox off"),
-       gap < 0.5 * kVoxel}};
+  return {{"all links hang still, no point above 1 mm/s", figure(1e3 * speed, 4, "mm/s at most"),
+           speed < 1e-3},
+          {"straight down within half a voxel", figure(sideways / kVoxel, 4, "vox aside"),
+           sideways < 0.5 * kVoxel},
+          {"a pitch and m g / k apart within half a voxel", figure(gap / kVoxel, 3, "vox off"),
+           gap < 0.5 * kVoxel}};
 }
 
 }  // namespace cloudcontact::program
