@@ -78,17 +78,24 @@ TEST(LawInWorld, EveryPointsImpulseIsTheLawAtTheStepsEnd) {
 }
 
 TEST(LawInWorld, SagIsWeightOverStiffness) {
-  for (const double stiffness : {500.0, 5e3, 1e5, 1e6}) {
-    const double mass = 1;
-    CloudContactSettings settings;
-    settings.pair = Material{stiffness, 2 * std::sqrt(stiffness * mass)};
-    BulletWorld scene(settings);
-    scene.addGround();
-    btRigidBody& cube = scene.addCloud(cubeField(), mass, at({0, 0, btScalar(0.1)}));
-    for (int i = 0; i < 480; ++i) scene.step(1. / 240);
-    const double sag = mass * kGravity / stiffness;
-    EXPECT_NEAR(depthOf(cube), sag, std::max(0.01 * sag, 0.01 * kVoxel)) << "k " << stiffness;
-  }
+  const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
+  for (const bool onCloud : {false, true})
+    for (const double stiffness : {500.0, 2e3, 5e3, 2e4, 1e5, 1e6}) {
+      const double mass = 1;
+      CloudContactSettings settings;
+      settings.pair = Material{stiffness, 2 * std::sqrt(stiffness * mass)};
+      BulletWorld scene(settings);
+      if (onCloud)
+        scene.addCloud(slab, 0,
+                       at({0, 0, btScalar(-0.05)}, btQuaternion({0, 0, 1}, btScalar(0.3))));
+      else
+        scene.addGround();
+      btRigidBody& cube = scene.addCloud(cubeField(), mass, at({0, 0, btScalar(0.1)}));
+      for (int i = 0; i < 480; ++i) scene.step(1. / 240);
+      const double sag = mass * kGravity / stiffness;
+      EXPECT_NEAR(depthOf(cube), sag, std::max(0.01 * sag, 0.01 * kVoxel))
+          << "k " << stiffness << (onCloud ? " on a cloud" : " on a plane");
+    }
 }
 
 // The stiffness that the contacts of a pair of shapes add up to.
