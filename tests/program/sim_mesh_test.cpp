@@ -64,6 +64,10 @@ struct ThreadCase {
   int starts;
   bool left;
 };
+// How gtest names a case in a failure.
+void PrintTo(const ThreadCase& one, std::ostream* out) {
+  *out << (one.left ? "left M" : "M") << 1e3 * one.major << ", " << one.starts << " starts";
+}
 
 class ThreadTest : public testing::TestWithParam<ThreadCase> {
  protected:
@@ -163,7 +167,12 @@ INSTANTIATE_TEST_SUITE_P(Threads, ThreadTest,
                          testing::Values(ThreadCase{16e-3, 2e-3, 1, false},
                                          ThreadCase{16e-3, 2e-3, 1, true},
                                          ThreadCase{12e-3, 1.75e-3, 2, false},
-                                         ThreadCase{20e-3, 2.5e-3, 1, false}));
+                                         ThreadCase{20e-3, 2.5e-3, 1, false}),
+                         [](const testing::TestParamInfo<ThreadCase>& param) {
+                           return std::string(param.param.left ? "Left" : "") + "M" +
+                                  std::to_string(std::lround(1e3 * param.param.major)) + "Starts" +
+                                  std::to_string(param.param.starts);
+                         });
 
 TEST(GeneratedMesh, HeadedBoltIsClosedAndHoldsItsHead) {
   const Thread t;
