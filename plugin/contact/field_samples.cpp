@@ -82,6 +82,20 @@ struct CutPart {
   bool met = false;  // another piece bounds it there
 };
 
+// How far a point of piece `own` lies from the nearest edge of the voxel, along the piece.
+float toEdge(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& x) {
+  const Eigen::Map<const V3> n(draft.pieces[v.first + own].surface.n);
+  float nearest = 1e9f;
+  for (std::uint32_t k = 0; k < v.count; ++k) {
+    if (k == own) continue;
+    const CcSurface& other = draft.pieces[v.first + k].surface;
+    const Eigen::Map<const V3> m(other.n);
+    const float along = (m - n.dot(m) * n).norm();
+    if (along > 1e-3f) nearest = std::min(nearest, std::abs(other.s - m.dot(x)) / along);
+  }
+  return nearest;
+}
+
 // The part of piece `own` inside the box of that edge, bounded by the voxel's other pieces.
 CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
                  float edge) {
@@ -113,6 +127,7 @@ CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t o
   const float spread = second / area - part.centroid.squaredNorm() + across * across;
   part.width = std::sqrt(6 * std::max(spread, 0.0f));
   part.centroid += n * (f.s - n.dot(part.centroid));
+  if (part.met) part.width = std::min(part.width, 2 * toEdge(draft, v, own, part.centroid));
   return part;
 }
 
