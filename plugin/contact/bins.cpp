@@ -17,6 +17,7 @@ constexpr double kAgree = 0.93;
 constexpr double kDisagree = -0.2;
 // Bins are close where their centres are nearer than this share of a cell; a bin that only links
 // must weigh this share of its patch.
+constexpr double kMostBox = 4096;  // cells
 constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
 
 float gateOf(const Hit& hit) {
@@ -164,6 +165,37 @@ void Binner::enlarge() {
           first;
 }
 
+// Neighbours are looked up 27 times a bin, mostly in vain: in a box of cells that is a read each.
+void Binner::layOut() {
+  box_.clear();
+  if (bins_.empty()) return;
+  std::int32_t high[3];
+  for (int i = 0; i < 3; ++i) low_[i] = high[i] = bins_[0].cell[i];
+  for (const Bin& bin : bins_)
+    for (int i = 0; i < 3; ++i) {
+      low_[i] = std::min(low_[i], bin.cell[i]);
+      high[i] = std::max(high[i], bin.cell[i]);
+    }
+  double all = 1;
+  for (int i = 0; i < 3; ++i) all *= static_cast<double>(high[i]) - low_[i] + 1;
+  if (all > kMostBox) return;
+  for (int i = 0; i < 3; ++i) span_[i] = high[i] - low_[i] + 1;
+  box_.assign(static_cast<std::size_t>(all), -1);
+  for (const std::int32_t first : table_) {
+    if (first < 0) continue;
+    const std::int32_t* const c = bins_[static_cast<std::size_t>(first)].cell;
+    const int at = (c[0] - low_[0]) + span_[0] * ((c[1] - low_[1]) + span_[1] * (c[2] - low_[2]));
+    box_[static_cast<std::size_t>(at)] = first;
+  }
+}
+
+std::int32_t Binner::firstIn(const std::int32_t* cell) const {
+  if (box_.empty()) return find(cell);
+  const int x = cell[0] - low_[0], y = cell[1] - low_[1], z = cell[2] - low_[2];
+  if (x < 0 || y < 0 || z < 0 || x >= span_[0] || y >= span_[1] || z >= span_[2]) return -1;
+  return box_[static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z))];
+}
+
 bool Binner::alike(const Sums& a, const Sums& b, double agree) {
   double cosine[2];
   for (int s = 0; s < 2; ++s) {
@@ -192,7 +224,7 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
       const Bin& from = bins_[queue_[next]];
       const std::int32_t cell[3] = {from.cell[0] + n % 3 - 1, from.cell[1] + n / 3 % 3 - 1,
                                     from.cell[2] + n / 9 - 1};
-      for (std::int32_t i = find(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
+      for (std::int32_t i = firstIn(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
         Bin& bin = bins_[static_cast<std::size_t>(i)];
         if (bin.patch >= 0) continue;
         if (!alike(bin.sums, patch, kAgree) && !linked(bin, from, patch, close)) continue;
@@ -213,6 +245,7 @@ const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double ce
   if (table_.empty()) table_.resize(256);
   std::fill(table_.begin(), table_.end(), -1);
   for (const Hit& hit : hits) bins_[binOf(hit, cell)].sums.add(hit, oneSided);
+  layOut();
   order_.resize(bins_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {

@@ -65,12 +65,17 @@ class Binner {
   void enlarge();
   // The first bin of a cell, or -1 less the free slot of the table where it belongs.
   std::int32_t find(const std::int32_t* cell) const;
+  void layOut();
+  // The same once all bins are there, -1 where there is none.
+  std::int32_t firstIn(const std::int32_t* cell) const;
   static bool alike(const Sums& a, const Sums& b, double agree);
   bool linked(const Bin& bin, const Bin& from, const Sums& patch, double close) const;
   void grow(std::size_t seed, Sums& patch, std::int32_t number, double close);
 
   std::vector<Bin> bins_;
   std::vector<std::int32_t> table_;  // a cell's first bin, open addressing, -1 empty
+  std::vector<std::int32_t> box_;    // the same as a box of cells, empty where that is large
+  std::int32_t low_[3] = {}, span_[3] = {};
   std::size_t cells_ = 0;
   std::int32_t last_ = -1;  // bin of the hit before
   double perCell_ = 0;      // [1/m]
