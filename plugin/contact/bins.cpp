@@ -17,8 +17,8 @@ constexpr double kAgree = 0.93;
 constexpr double kDisagree = -0.2;
 // Bins are close where their centres are nearer than this share of a cell; a bin that only links
 // must weigh this share of its patch.
-constexpr double kMostBox = 4096;  // cells
 constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
+constexpr double kMostBox = 4096;  // cells in a box that is looked up directly
 
 float gateOf(const Hit& hit) {
   return std::clamp(hit.facing / kFacing, 0.0f, 1.0f);

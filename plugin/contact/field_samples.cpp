@@ -211,7 +211,8 @@ void cutVoxel(FieldDraft& draft, const SurfaceVoxel& v, std::vector<Run>& runs,
 // pieces, but the sheets through such corners are 1.3 % of an oblique surface; an edge reaches 0.05
 // voxel into such a voxel (a wall pressed in by half a voxel would push 20 % too little), a corner
 // 0.23. Each such voxel beside the surface is given to the neighbour whose surface runs nearest to
-// it, and the pieces inside it are added to that neighbour's samples.
+// it; the pieces inside it become samples of their own at an edge, and are added to that
+// neighbour's samples elsewhere.
 class SliverCutter {
  public:
   SliverCutter(FieldDraft& draft, const std::vector<Run>& runs, std::vector<SurfaceSample>& samples)
