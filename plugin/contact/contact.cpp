@@ -173,7 +173,9 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.now.clear();
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &s.hits, level};
   const bool touches = oneSided && s.search.gap() == 0;
-  const double depth = pairDepth(s.found, touches ? &shape : nullptr, oneSided, frame.voxel);
+  // The foundation has no depth of a pair: each patch's own is its force over its area.
+  const double depth =
+      foundation ? 0 : pairDepth(s.found, touches ? &shape : nullptr, oneSided, frame.voxel);
   s.emit(frame, a.pose, settings, depth, oneSided);
   std::swap(s.known, s.now);
   return s.result;
