@@ -125,7 +125,10 @@ std::optional<PlacedShape> fromSupport(const btConvexShape& shape) {
     const Vec3 direction(r * std::cos(turn * i), r * std::sin(turn * i), z);
     append(coordinates, shape.localGetSupportingVertex(toBullet(direction)));
   }
-  return hullOf(coordinates, 0);
+  std::optional<PlacedShape> placed = hullOf(coordinates, 0);
+  // Its facets are the sampling's, not the shape's.
+  if (placed) std::get<HullShape>(placed->shape).edges.clear();
+  return placed;
 }
 
 }  // namespace

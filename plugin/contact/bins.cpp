@@ -72,7 +72,6 @@ void Sums::add(const Hit& hit, bool oneSided) {
   area += w;
   width += w * hit.area;
   facing += faced;
-
   first += wx;
   place += faced * x;
   middle += faced * hit.depth;
@@ -129,16 +128,10 @@ std::size_t Binner::binOf(const Hit& hit, double cell) {
   std::int32_t at[3];
   for (int i = 0; i < 3; ++i) at[i] = floorOf(static_cast<double>(hit.position[i]) * perCell_);
   const std::int32_t direction = directionOf(hit, gateOf(hit));
-  // Hits come a cell of samples at a time: the bin before is the bin for three of four.
-  if (last_ >= 0) {
-    const Bin& bin = bins_[static_cast<std::size_t>(last_)];
-    if (bin.direction == direction && std::equal(at, at + 3, bin.cell))
-      return static_cast<std::size_t>(last_);
-  }
   std::int32_t first = find(at);
   for (std::int32_t i = first; i >= 0; i = bins_[static_cast<std::size_t>(i)].next)
     if (bins_[static_cast<std::size_t>(i)].direction == direction)
-      return static_cast<std::size_t>(last_ = i);
+      return static_cast<std::size_t>(i);
   const std::int32_t made = static_cast<std::int32_t>(bins_.size());
   Bin bin{{at[0], at[1], at[2]}, direction, -1, -1, {}};
   bin.sums.origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
@@ -153,7 +146,7 @@ std::size_t Binner::binOf(const Hit& hit, double cell) {
     table_[static_cast<std::size_t>(-1 - first)] = made;
   }
   bins_.push_back(bin);
-  return static_cast<std::size_t>(last_ = made);
+  return static_cast<std::size_t>(made);
 }
 
 void Binner::enlarge() {
@@ -240,7 +233,6 @@ const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double ce
   bins_.clear();
   patches_.clear();
   cells_ = 0;
-  last_ = -1;
   perCell_ = 1 / cell;
   if (table_.empty()) table_.resize(256);
   std::fill(table_.begin(), table_.end(), -1);

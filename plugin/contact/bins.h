@@ -77,8 +77,7 @@ class Binner {
   std::vector<std::int32_t> box_;    // the same as a box of cells, empty where that is large
   std::int32_t low_[3] = {}, span_[3] = {};
   std::size_t cells_ = 0;
-  std::int32_t last_ = -1;  // bin of the hit before
-  double perCell_ = 0;      // [1/m]
+  double perCell_ = 0;  // [1/m]
   std::vector<std::uint32_t> order_, queue_;
   std::vector<Sums> patches_;
 };

@@ -18,7 +18,9 @@ namespace {
 // Residuals of coverage, see kernels/surface_fit.h: smooth surfaces leave 0.001, at most 0.003 at a
 // radius of 10 voxels; an edge of 20 deg leaves 0.006.
 constexpr float kSmoothResidual = 0.004f;
-// Blocks that the quadric explains this well keep it: shallow edges, small radii.
+// Blocks that the quadric explains this well keep it: shallow edges, small radii. At 0.004 those
+// beside an edge kept a bend of 2 deg, and loops over a table's edge did 2.6 % of their work for
+// nothing instead of 1.4 %.
 constexpr float kEnough = 0.0025f;
 // An edge must explain the block this well, and better than the quadric by this factor. At first
 // only good ones are taken, so that a corner's tip is not explained by half its faces before its

@@ -8,21 +8,14 @@
 #include <random>
 #include <string>
 
+#include "contact_cases.h"
+
 namespace cloudcontact {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-HullShape boxAsHull(const Vec3& half) {
-  HullShape hull;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double side : {-1.0, 1.0})
-      hull.planes.push_back({side * Vec3::Unit(axis), half[axis]});
-  for (int corner = 0; corner < 8; ++corner)
-    hull.corners.push_back(
-        half.cwiseProduct(Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
-  return hull;
-}
+using testing::boxAsHull;
 
 // The hull of points on an ellipsoid, its planes found by trying all triples.
 HullShape randomHull(unsigned seed, int count) {

@@ -35,6 +35,20 @@ Eigen::Quaterniond Random::yaw() {
   return Eigen::Quaterniond(Eigen::AngleAxisd(uniform(0, 2 * std::numbers::pi), Vec3::UnitZ()));
 }
 
+HullShape boxAsHull(const Vec3& half) {
+  HullShape hull;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0})
+      hull.planes.push_back({side * Vec3::Unit(axis), half[axis]});
+  for (int corner = 0; corner < 8; ++corner) {
+    hull.corners.push_back(
+        half.cwiseProduct(Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(corner >> axis & 1)) hull.edges.emplace_back(corner, corner | 1 << axis);
+  }
+  return hull;
+}
+
 Mesh boxMesh(const Vec3& edges) {
   Mesh mesh;
   for (int k = 0; k < 8; ++k) {

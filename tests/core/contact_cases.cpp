@@ -311,20 +311,6 @@ void addCurved(Cases& cases, double radius, const Bounds& bounds) {
   }
 }
 
-HullShape boxAsHull(const Vec3& edges) {
-  HullShape hull;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double side : {-1.0, 1.0})
-      hull.planes.push_back({side * Vec3::Unit(axis), edges[axis] / 2});
-  for (int k = 0; k < 8; ++k) {
-    hull.corners.push_back(
-        Vec3((k & 1) - 0.5, ((k >> 1) & 1) - 0.5, ((k >> 2) & 1) - 0.5).cwiseProduct(edges));
-    for (int axis = 0; axis < 3; ++axis)
-      if (!(k >> axis & 1)) hull.edges.emplace_back(k, k | 1 << axis);
-  }
-  return hull;
-}
-
 // A body of revolution whose point (radius, 0, z) is lowest once it is tilted by a random angle of
 // `least` to `most` degrees.
 Instance tiltedOn(BodyMaker& make, Body body, double radius, double z, double least, double most) {
@@ -367,7 +353,7 @@ void addPrimitives(Cases& cases) {
                    }});
   cases.push_back({"primitive-hull-corner", kPressed, kEdge, [=](BodyMaker& make) {
                      return cornerOn(make, Ground::Slab,
-                                     BodyMaker::shape(boxAsHull(kEdged * make.voxel)));
+                                     BodyMaker::shape(boxAsHull(kEdged / 2 * make.voxel)));
                    }});
   cases.push_back({"primitive-rim", kPressed, kEdge, [=](BodyMaker& make) {
                      const CylinderShape cylinder{12 * make.voxel, 9 * make.voxel};

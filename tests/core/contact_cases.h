@@ -35,6 +35,7 @@ Mesh boxMesh(const Vec3& edges);
 Mesh sphereMesh(double radius, double tolerance);
 Mesh cylinderMesh(double radius, double height, double tolerance);
 Mesh transformed(const Mesh& mesh, const Pose& pose);
+HullShape boxAsHull(const Vec3& half);
 
 // One side of a case. A cloud's grid does not lie along the solid's axes: `grid` places the solid
 // in the frame that was digitised.
