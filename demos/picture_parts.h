@@ -1,10 +1,11 @@
-// What all our pictures share: colours, figures as people read them, scale bars, tables, keys.
+// What all our pictures share: colours, scale bars, tables, keys.
 #pragma once
 
 #include <Eigen/Core>
 #include <string>
 
 #include "drawing.h"
+#include "figure_text.h"
 
 namespace cloudcontact::program {
 
@@ -12,18 +13,6 @@ inline constexpr Color kInk{32, 36, 44}, kFaintInk{96, 103, 115}, kRule{205, 209
 inline constexpr Color kPaperWhite{255, 255, 255};
 inline constexpr double kWidth = 1200, kMargin = 24;  // of a whole picture [px]
 inline constexpr double kTextSize = 14, kSmallText = 13;
-
-// A length in the unit that suits it (um, mm, m), three digits: "0.25 mm".
-std::string lengthText(double metres);
-std::string volumeText(double cubicMetres);
-std::string forceText(double newtons);
-std::string numberText(double value);  // two digits after the point, one from ten on
-// "(0.12, -0.40, 0.91)"
-std::string tripleText(const Eigen::Vector3d& v);
-// Whole numbers with thin gaps: "25 668".
-std::string countText(std::size_t count);
-// The last part of a path, shortened in its middle to `most` characters.
-std::string shortName(const std::string& path, std::size_t most = 34);
 
 void addTitle(Drawing& drawing, const std::string& title, const std::string& below);
 // A bar of a round length in the frame's lower left corner.

@@ -22,6 +22,7 @@ constexpr double kFacetTolerance = 0.002;  // of primitives' meshes [voxels]
 constexpr double kDefaultDensity = 1000;   // where no mass is stated: water [kg/m^3]
 constexpr double kDiagonalEnough = 1e-3;   // off-diagonals below this share need no turning
 constexpr double kVoxelOfDiagonal = 0.01;
+constexpr double kDrawnTolerance = 5e-4;  // of a primitive's diagonal: unseen at 1000 px
 
 bool isMesh(const SceneGeometry& g) {
   return std::holds_alternative<SceneMesh>(g);
@@ -204,11 +205,31 @@ SceneShapes::Inertia SceneShapes::bodyInertia(const SceneBody& body) {
   return result;
 }
 
-PeerShape SceneShapes::cloudShape(const SceneGeometry& geometry, const Pose& pose,
-                                  const std::string& body) {
-  auto& field = fields_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
-  if (!field) field = buildField(cloud(geometry, pose, body), body, options_);
-  return {{}, std::make_shared<CloudShape>(field)};
+std::shared_ptr<const SurfaceField> SceneShapes::field(const SceneGeometry& geometry,
+                                                       const Pose& pose, const std::string& body) {
+  auto& kept = fields_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
+  if (!kept) kept = buildField(cloud(geometry, pose, body), body, options_);
+  return kept;
+}
+
+// Meshes as they are; primitives much coarser than the contact needs them.
+DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::string& body) {
+  DrawnPart part;
+  part.pose = collision.pose;
+  if (isPlane(collision.geometry)) {
+    part.planeNormal = std::get<ScenePlane>(collision.geometry).normal;
+  } else if (isMesh(collision.geometry)) {
+    part.mesh = mesh(collision.geometry, body);
+  } else {
+    auto& kept = drawn_[keyOf(collision.geometry)];
+    if (!kept) {
+      const AnalyticShape shape = analytic(collision.geometry);
+      const double size = shapeBounds(shape).diagonal().norm();
+      kept = std::make_shared<const Mesh>(primitiveMesh(shape, kDrawnTolerance * size));
+    }
+    part.mesh = kept;
+  }
+  return part;
 }
 
 // A shape of one collision whose frame is the Bullet body's: the mesh is moved, not the shape.
@@ -218,7 +239,8 @@ PeerShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose
     const Vec3 normal = pose.orientation * std::get<ScenePlane>(geometry).normal;
     return primitiveShape(HalfSpace{normal, normal.dot(pose.position)});
   }
-  if (options_.method == Method::Cloud) return cloudShape(geometry, pose, body);
+  if (options_.method == Method::Cloud)
+    return {{}, std::make_shared<CloudShape>(field(geometry, pose, body))};
   auto& kept = peers_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> PeerShape {
@@ -252,7 +274,11 @@ BodyParts SceneShapes::make(const SceneBody& body) {
   std::vector<PeerShape> shapes;
   for (const auto& collision : body.collisions) {
     const auto& geometry = collision.geometry;
-    shapes.push_back(partShape(geometry, out.frame.inverse() * collision.pose, body.name));
+    const Pose placed = out.frame.inverse() * collision.pose;
+    shapes.push_back(partShape(geometry, placed, body.name));
+    out.drawn.parts.push_back(drawnPart(collision, body.name));
+    if (options_.method == Method::Cloud && !isPlane(geometry))
+      out.drawn.clouds.push_back({field(geometry, placed, body.name), out.frame});
     auto& probes = probed_[keyOf(geometry)];
     if (!probes)
       probes = probed(geometry, isPlane(geometry) ? nullptr : mesh(geometry, body.name).get());

@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "drawn_body.h"
 #include "options.h"
 #include "peers.h"
 #include "penetration.h"
@@ -23,6 +24,7 @@ struct BodyParts {
   double mass = 0;              // [kg], 0 for a static body
   Vec3 inertia = Vec3::Zero();  // about the frame's axes [kg m^2]
   MeasuredBody measured;        // in the scene body's frame
+  DrawnBody drawn;              // in the scene body's frame
 };
 
 // Makes them, and keeps what equal bodies share: meshes, clouds, fields, distance trees.
@@ -41,11 +43,13 @@ class SceneShapes {
   Inertia bodyInertia(const SceneBody& body);
   Cloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   PeerShape partShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  PeerShape cloudShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  std::shared_ptr<const SurfaceField> field(const SceneGeometry& geometry, const Pose& pose,
+                                            const std::string& body);
+  DrawnPart drawnPart(const SceneCollision& collision, const std::string& body);
 
   CommonOptions options_;
   double voxel_;
-  std::map<std::string, std::shared_ptr<const Mesh>> meshes_;
+  std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;
   std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;
   std::map<std::string, PeerShape> peers_;

@@ -8,6 +8,9 @@
 #include "commands.h"
 #include "json.h"
 #include "progress.h"
+#include "replay/recorder.h"
+#include "replay/replay_file.h"
+#include "replay/words.h"
 #include "scene_shapes.h"
 #include "simulation.h"
 #include "whole_file.h"
@@ -20,7 +23,7 @@ constexpr double kMostSteps = 1e9;  // weeks of work, and what an int can count
 
 struct SimulateOptions {
   CommonOptions common;
-  std::string scene, trajectory;
+  std::string scene, trajectory, replay;
   std::optional<double> seconds, step;
   int substeps = 1, iterations = 10;
   bool sleep = false;
@@ -119,7 +122,19 @@ void printText(const Json& j) {
               << (b["asleep"].get<bool>() ? "  asleep\n" : "\n");
 }
 
+// What the page tells of a run.
+Replay told(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
+            const WorldSettings& settings, const SimulationReport& r) {
+  replay.title = scene.name;
+  replay.story = std::filesystem::path(options.scene).filename().string();
+  replay.setup = setupText(settings, r.step / options.substeps);
+  replay.voxel = options.common.method == Method::Cloud ? settings.voxel : 0;
+  replay.facts = factsOf(r);
+  return replay;
+}
+
 void run(const SimulateOptions& options) {
+  if (!options.replay.empty()) checkReplay(options.replay);
   if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, ".csv");
   const SceneDescription scene = loadScene(options.scene);
   WorldSettings settings;
@@ -140,13 +155,18 @@ void run(const SimulateOptions& options) {
                    "a thousand million; give a longer --step or fewer --seconds");
   World world(scene, settings);
   Trajectory trajectory(options.trajectory);
+  Recorder recorder;
+  if (!options.replay.empty()) recorder.begin(world, scene.name, run.seconds, run.step);
   const auto progress = progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {
     if (!options.trajectory.empty()) trajectory.add(time, now);
+    if (!options.replay.empty()) recorder.record(time, now);
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
   const SimulationReport report = simulate(world, run);
   if (!options.trajectory.empty()) trajectory.write();
+  if (!options.replay.empty())
+    saveReplay(told(recorder.finish(), scene, options, settings, report), options.replay);
   const Json json = reportJson(world, report, options.common);
   if (options.common.json)
     std::cout << json.dump(2) << '\n';
@@ -168,11 +188,8 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.iterations = readCount("--iterations", t, 1, 100000); });
   text("--trajectory", "write every body's state after every step to a CSV file", "OUT.csv",
        [&o](const std::string& t) { o.trajectory = t; });
-  text("--replay", "a replay to look at (not there yet)", "OUT.glb|OUT.html",
-       [](const std::string& t) {
-         throw BadInput("--replay: '" + t +
-                        "' cannot be written, replays are not there yet; use --trajectory OUT.csv");
-       });
+  text("--replay", "a replay: an animated glTF file, or a page that any browser shows",
+       "OUT.glb|OUT.html", [&o](const std::string& t) { o.replay = t; });
   command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");
 }
 

@@ -75,6 +75,7 @@ struct World::Parts {
   std::set<std::pair<int, int>> joined;
   btDiscreteDynamicsWorld world;
   ContactMoment moment;
+  double latestStep = 0;  // [s]
 };
 
 namespace {
@@ -201,6 +202,7 @@ void World::Parts::look() {
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       const btManifoldPoint& p = manifold.getContactPoint(k);
       const double depth = -p.getDistance();
+      moment.deepest = std::max(moment.deepest, depth);
       if (depth > 0 && (p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING))
         moment.energy.spring += 0.5 * p.m_combinedContactStiffness1 * depth * depth;
     }
@@ -245,6 +247,7 @@ World::~World() {
 
 void World::step(double seconds) {
   parts_->world.stepSimulation(btScalar(seconds), 0);
+  parts_->latestStep = seconds;
   for (const auto& body : parts_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
     const btVector3 sum = at.getOrigin() + at.getBasis()[0] + at.getBasis()[1] +
@@ -270,6 +273,15 @@ bool World::isStatic(std::size_t body) const {
 }
 const ContactMoment& World::moment() const {
   return parts_->moment;
+}
+std::vector<PatchNow> World::contacts() const {
+  return contactsNow(parts_->dispatcher, parts_->latestStep);
+}
+const DrawnBody& World::drawn(std::size_t body) const {
+  return parts_->bodies[body].parts.drawn;
+}
+double World::mass(std::size_t body) const {
+  return parts_->bodies[body].parts.mass;
 }
 double World::narrowPhaseSeconds() const {
   return parts_->dispatcher.seconds();

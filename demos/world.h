@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "contacts_now.h"
+#include "drawn_body.h"
 #include "options.h"
 #include "penetration.h"
 #include "scene.h"
@@ -41,8 +43,9 @@ struct Energy {
 // depths belong to.
 struct ContactMoment {
   Energy energy;
-  int pairs = 0;     // of bodies that have contacts
-  int contacts = 0;  // points
+  int pairs = 0;       // of bodies that have contacts
+  int contacts = 0;    // points
+  double deepest = 0;  // of them, as the method under test sees it [m]
 };
 
 class World {
@@ -63,6 +66,10 @@ class World {
   bool isStatic(std::size_t body) const;
   BodyState state(std::size_t body) const;
   const ContactMoment& moment() const;
+  // As they stand after the latest step; none before the first.
+  std::vector<PatchNow> contacts() const;
+  const DrawnBody& drawn(std::size_t body) const;
+  double mass(std::size_t body) const;  // [kg], 0 for a static body
 
   // The deepest that any two bodies which may touch stand in each other now [m].
   double penetration() const;

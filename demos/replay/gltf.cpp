@@ -1,0 +1,237 @@
+// Fills tinygltf's model; buffers are one blob, each accessor with a view of its own.
+#include "replay/gltf.h"
+
+#include <tiny_gltf.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <sstream>
+
+#include "errors.h"
+#include "replay/body_colors.h"
+#include "replay/shaded_mesh.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kPlaneSpan = 4;  // a plane's square, by the take's diagonal
+constexpr const char* kGenerator = "CloudContact";
+
+std::vector<double> numbers(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+std::vector<double> numbers(const Eigen::Quaterniond& q) {
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+
+// An endless plane as far as it can be seen.
+Mesh planeMesh(const Vec3& normal, const Vec3& about, double span) {
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal);
+  const Vec3 middle = about - normal.dot(about) * normal;
+  Mesh mesh;
+  for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+    mesh.vertices.push_back(middle + turn * Vec3(x * span / 2, y * span / 2, 0));
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+class Writer {
+ public:
+  explicit Writer(const Replay& replay) : replay_(replay) {
+    model_.asset.version = "2.0";
+    model_.asset.generator = kGenerator;
+    model_.buffers.emplace_back();
+  }
+
+  std::string bytes() {
+    tinygltf::Node root;
+    root.name = replay_.title;
+    root.rotation = numbers(Eigen::Quaterniond(Eigen::AngleAxisd(-M_PI / 2, Vec3::UnitX())));
+    tinygltf::Animation motion;
+    motion.name = "simulation";
+    for (const ReplayTake& take : replay_.takes) root.children.push_back(addTake(take, motion));
+    if (!motion.channels.empty()) model_.animations.push_back(motion);
+    model_.scenes.emplace_back();
+    model_.scenes[0].name = replay_.title;
+    model_.scenes[0].nodes = {add(root)};
+    model_.defaultScene = 0;
+    std::ostringstream out;
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, out, false, true))
+      throw WorkFailed("--replay: the glTF could not be put together");
+    return out.str();
+  }
+
+ private:
+  int add(const tinygltf::Node& node) {
+    model_.nodes.push_back(node);
+    return static_cast<int>(model_.nodes.size()) - 1;
+  }
+
+  int addTake(const ReplayTake& take, tinygltf::Animation& motion) {
+    tinygltf::Node node;
+    node.name = take.label;
+    node.translation = numbers(take.offset);
+    const std::vector<BodyColor> colors = bodyColors(take.bodies);
+    for (std::size_t i = 0; i < take.bodies.size(); ++i)
+      node.children.push_back(addBody(take, i, materialOf(colors[i]), motion));
+    return add(node);
+  }
+
+  int addBody(const ReplayTake& take, std::size_t index, int material,
+              tinygltf::Animation& motion) {
+    const ReplayBody& body = take.bodies[index];
+    const Pose& start = body.keys.front().pose;
+    tinygltf::Node node;
+    node.name = body.name;
+    node.translation = numbers(start.position);
+    node.rotation = numbers(start.orientation);
+    for (std::size_t k = 0; k < body.drawn.parts.size(); ++k)
+      node.children.push_back(addPart(take, body, k, material));
+    const int at = add(node);
+    if (body.keys.size() > 1) addMotion(body, at, motion);
+    return at;
+  }
+
+  int addPart(const ReplayTake& take, const ReplayBody& body, std::size_t index, int material) {
+    const DrawnPart& part = body.drawn.parts[index];
+    tinygltf::Node node;
+    node.name = body.name + (part.planeNormal ? " (plane)" : " (mesh)");
+    node.translation = numbers(part.pose.position);
+    node.rotation = numbers(part.pose.orientation);
+    if (part.planeNormal) {
+      const Pose at = body.keys.front().pose * part.pose;
+      const Mesh plane = planeMesh(*part.planeNormal, at.toLocal(take.extent.center()),
+                                   kPlaneSpan * take.extent.diagonal().norm());
+      node.mesh = addMesh(geometryOf(plane), material, "plane");
+    } else {
+      const auto known = geometries_.find(part.mesh.get());
+      const Geometry geometry =
+          known != geometries_.end()
+              ? known->second
+              : geometries_.emplace(part.mesh.get(), geometryOf(*part.mesh)).first->second;
+      const auto mesh = meshes_.find({part.mesh.get(), material});
+      node.mesh = mesh != meshes_.end() ? mesh->second
+                                        : meshes_[{part.mesh.get(), material}] =
+                                              addMesh(geometry, material, body.name);
+    }
+    return add(node);
+  }
+
+  struct Geometry {
+    int positions, normals, corners;
+  };
+
+  Geometry geometryOf(const Mesh& mesh) {
+    const ShadedMesh shade = shaded(mesh);
+    const auto floats = [&](const std::vector<Eigen::Vector3f>& v) {
+      return accessor(v.data(), v.size(), v.size() * sizeof v[0], TINYGLTF_TYPE_VEC3,
+                      TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TARGET_ARRAY_BUFFER);
+    };
+    Geometry g{floats(shade.positions), floats(shade.normals), -1};
+    Eigen::AlignedBox3f box;
+    for (const auto& p : shade.positions) box.extend(p);
+    if (!box.isEmpty()) {
+      model_.accessors[g.positions].minValues = numbers(Vec3(box.min().cast<double>()));
+      model_.accessors[g.positions].maxValues = numbers(Vec3(box.max().cast<double>()));
+    }
+    g.corners =
+        accessor(shade.corners.data(), shade.corners.size(),
+                 shade.corners.size() * sizeof shade.corners[0], TINYGLTF_TYPE_SCALAR,
+                 TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    return g;
+  }
+
+  int addMesh(const Geometry& geometry, int material, const std::string& name) {
+    tinygltf::Primitive primitive;
+    primitive.attributes = {{"POSITION", geometry.positions}, {"NORMAL", geometry.normals}};
+    primitive.indices = geometry.corners;
+    primitive.material = material;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    tinygltf::Mesh mesh;
+    mesh.name = name;
+    mesh.primitives.push_back(primitive);
+    model_.meshes.push_back(mesh);
+    return static_cast<int>(model_.meshes.size()) - 1;
+  }
+
+  int materialOf(const BodyColor& color) {
+    const auto known = materials_.find(color.name);
+    if (known != materials_.end()) return known->second;
+    tinygltf::Material material;
+    material.name = color.name;
+    material.pbrMetallicRoughness.baseColorFactor = {color.linear[0], color.linear[1],
+                                                     color.linear[2], 1};
+    material.pbrMetallicRoughness.metallicFactor = 0.1;
+    material.pbrMetallicRoughness.roughnessFactor = 0.6;
+    model_.materials.push_back(material);
+    return materials_[color.name] = static_cast<int>(model_.materials.size()) - 1;
+  }
+
+  // Times are stored once for a body; both its channels share them.
+  void addMotion(const ReplayBody& body, int node, tinygltf::Animation& motion) {
+    std::vector<float> times;
+    std::vector<Eigen::Vector3f> places;
+    std::vector<Eigen::Vector4f> turns;
+    for (const PoseKey& key : body.keys) {
+      times.push_back(static_cast<float>(key.time));
+      places.push_back(key.pose.position.cast<float>());
+      turns.push_back(key.pose.orientation.coeffs().cast<float>());
+    }
+    const int input = accessor(times.data(), times.size(), times.size() * sizeof times[0],
+                               TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
+    model_.accessors[input].minValues = {times.front()};
+    model_.accessors[input].maxValues = {times.back()};
+    const int place = accessor(places.data(), places.size(), places.size() * sizeof places[0],
+                               TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
+    const int turn = accessor(turns.data(), turns.size(), turns.size() * sizeof turns[0],
+                              TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
+    for (const auto& [path, output] : {std::pair("translation", place), {"rotation", turn}}) {
+      tinygltf::AnimationSampler sampler;
+      sampler.input = input;
+      sampler.output = output;
+      sampler.interpolation = "LINEAR";
+      motion.samplers.push_back(sampler);
+      tinygltf::AnimationChannel channel;
+      channel.sampler = static_cast<int>(motion.samplers.size()) - 1;
+      channel.target_node = node;
+      channel.target_path = path;
+      motion.channels.push_back(channel);
+    }
+  }
+
+  int accessor(const void* data, std::size_t count, std::size_t size, int type, int component,
+               int target) {
+    auto& blob = model_.buffers[0].data;
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = blob.size();
+    view.byteLength = size;
+    view.target = target;
+    blob.resize(blob.size() + size);
+    if (size > 0) std::memcpy(blob.data() + view.byteOffset, data, size);
+    model_.bufferViews.push_back(view);
+    tinygltf::Accessor accessor;
+    accessor.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
+    accessor.componentType = component;
+    accessor.count = count;
+    accessor.type = type;
+    model_.accessors.push_back(accessor);
+    return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+  const Replay& replay_;
+  tinygltf::Model model_;
+  std::map<const Mesh*, Geometry> geometries_;
+  std::map<std::pair<const Mesh*, int>, int> meshes_;
+  std::map<std::string, int> materials_;
+};
+
+}  // namespace
+
+std::string gltfBytes(const Replay& replay) {
+  return Writer(replay).bytes();
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,110 @@
+// Contacts of the frame that is shown: an arrow for each point's force, a disc with its normal for
+// each patch. Drawn over the bodies, for most contacts lie inside of what touches.
+
+const depthColors = ['#ffd75e', '#f59331', '#dc3b32', '#8f0b3a'].map(c => new THREE.Color(c).convertSRGBToLinear());
+const apartColor = new THREE.Color('#7c8798').convertSRGBToLinear();
+
+// A depth's colour on the scale from 0 to 1; not touching is grey.
+function depthColor(share, out) {
+  if (!(share > 0)) return out.copy(apartColor);
+  const at = Math.min(0.9999, share) * (depthColors.length - 1);
+  return out.copy(depthColors[Math.floor(at)]).lerp(depthColors[Math.floor(at) + 1], at % 1);
+}
+
+// Many copies of a geometry, each with its own place and colour.
+class Copies {
+  constructor(geometry, material, most, parent) {
+    this.mesh = new THREE.InstancedMesh(geometry, material, Math.max(1, most));
+    this.colors = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, most)), 3);
+    geometry.setAttribute('color', this.colors);
+    this.mesh.frustumCulled = false;
+    this.mesh.count = 0;
+    parent.add(this.mesh);
+  }
+  add(matrix, color) {
+    this.mesh.setMatrixAt(this.mesh.count, matrix);
+    color.toArray(this.colors.array, 3 * this.mesh.count);
+    ++this.mesh.count;
+  }
+  begin() { this.mesh.count = 0; }
+  end() { this.mesh.instanceMatrix.needsUpdate = this.colors.needsUpdate = true; }
+}
+
+class ContactView {
+  // `parent` has the take's frame; `scale` says what arrows and colours mean.
+  constructor(take, parent, scale) {
+    this.take = take;
+    this.scale = scale;
+    const c = take.contacts;
+    let points = 0, patches = 0;
+    for (let f = 0; f + 1 < c.firstPoint.length; ++f) {
+      points = Math.max(points, c.firstPoint[f + 1] - c.firstPoint[f]);
+      patches = Math.max(patches, c.firstPatch[f + 1] - c.firstPatch[f]);
+    }
+    const along = geometry => geometry.translate(0, 0.5, 0);
+    const lit = () => new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, emissive: 0x202020});
+    const disc = new THREE.MeshLambertMaterial({
+      vertexColors: THREE.VertexColors, side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false,
+      emissive: 0x303030
+    });
+    this.shafts = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, 10)), lit(), points, parent);
+    this.heads = new Copies(along(new THREE.ConeBufferGeometry(1, 1, 14)), lit(), points, parent);
+    this.discs = new Copies(new THREE.CircleBufferGeometry(1, 32).rotateX(-Math.PI / 2), disc, patches, parent);
+    this.pins = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, 6)), lit(), patches, parent);
+  }
+
+  place(array, i, out) {
+    const {low, span} = this.take.contacts;
+    return out.set(low[0] + span[0] * array[3 * i] / 65535, low[1] + span[1] * array[3 * i + 1] / 65535,
+                   low[2] + span[2] * array[3 * i + 2] / 65535);
+  }
+  force(i) { return this.take.contacts.mostForce * (this.take.contacts.pointForce[i] / 65535) ** 2; }
+  depth(raw) { return this.take.contacts.mostDepth * (raw << 16 >> 16) / 32767; }
+
+  // What the frame holds, for the words beside the picture.
+  show(t) {
+    const frame = indexAt(this.take.figures.time, t), c = this.take.contacts;
+    const all = [this.shafts, this.heads, this.discs, this.pins];
+    for (const copies of all) copies.begin();
+    const counts = {points: c.firstPoint[frame + 1] - c.firstPoint[frame], patches: 0, force: 0};
+    for (let i = c.firstPoint[frame]; i < c.firstPoint[frame + 1]; ++i) counts.force += this.addPoint(i);
+    for (let i = c.firstPatch[frame]; i < c.firstPatch[frame + 1]; ++i, ++counts.patches) this.addPatch(i);
+    for (const copies of all) copies.end();
+    return counts;
+  }
+
+  addPoint(i) {
+    const c = this.take.contacts, s = this.scale, force = this.force(i);
+    const length = s.length * Math.min(3, force / s.force);
+    if (!(length > 0.01 * s.length)) return force;
+    const at = this.place(c.pointPlace, i, ContactView.at);
+    ContactView.along.fromArray(c.pointDirection, 3 * i).normalize();
+    const color = depthColor(this.depth(c.pointDepth[i]) / s.depth, ContactView.color);
+    const width = 0.03 * s.length * Math.min(1, 3 * length / s.length), head = Math.min(0.28 * s.length, 0.6 * length);
+    this.shafts.add(this.matrix(at, ContactView.along, width, length - head), color);
+    at.addScaledVector(ContactView.along, length - head);
+    this.heads.add(this.matrix(at, ContactView.along, 2.6 * width, head), color);
+    return force;
+  }
+
+  addPatch(i) {
+    const c = this.take.contacts, s = this.scale;
+    const at = this.place(c.patchPlace, i, ContactView.at);
+    ContactView.along.fromArray(c.patchNormal, 3 * i).normalize();
+    const radius = Math.max(0.12 * s.length, c.size * c.patchRadius[i] / 65535);
+    depthColor(this.depth(c.patchDepth[i]) / s.depth, ContactView.color);
+    this.discs.add(this.matrix(at, ContactView.along, radius, 1), ContactView.color);
+    this.pins.add(this.matrix(at, ContactView.along, 0.012 * s.length, 0.45 * s.length), ContactView.ink);
+  }
+
+  // From the unit geometry along y to one of `width` and `length` along a direction.
+  matrix(at, along, width, length) {
+    ContactView.turn.setFromUnitVectors(ContactView.up, along);
+    return ContactView.whole.compose(at, ContactView.turn, ContactView.size.set(width, length, width));
+  }
+}
+Object.assign(ContactView, {
+  at: new THREE.Vector3(), along: new THREE.Vector3(), up: new THREE.Vector3(0, 1, 0), size: new THREE.Vector3(),
+  turn: new THREE.Quaternion(), whole: new THREE.Matrix4(), color: new THREE.Color(),
+  ink: new THREE.Color('#20242c').convertSRGBToLinear()
+});

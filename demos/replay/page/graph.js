@@ -1,0 +1,116 @@
+// The figures over time beneath the picture, with the playhead: energy, depth, narrow phase.
+
+const takeColors = ['#1f5fa8', '#c2571a', '#15803d', '#8b3fb0', '#606773', '#b3164a'];
+
+function graphRows(record) {
+  const lines = key => record.takes.map((take, i) => ({values: take.figures[key], time: take.figures.time, color: takeColors[i % 6]}));
+  const energy = record.takes.map((take, i) => ({
+    values: take.figures.kinetic.map((k, f) => k + take.figures.potential[f]), time: take.figures.time, color: takeColors[i % 6]
+  }));
+  const single = record.takes.length === 1;
+  if (single) energy.push({...lines('kinetic')[0], color: '#c2571a', shift: true}, {...lines('spring')[0], color: '#15803d', shift: true});
+  return [
+    {name: 'Energy of the bodies', note: single ? 'kinetic orange, springs green' : 'kinetic and of gravity', unit: 'J', lines: energy},
+    {name: 'Deepest contact', note: 'as the method sees it', unit: 'm', lines: lines('deepest'), fromZero: true},
+    {name: 'Narrow phase', note: 'a step', unit: 's', lines: lines('narrowPhase'), fromZero: true, calm: true}
+  ];
+}
+
+class Graphs {
+  constructor(element, record, seek) {
+    this.element = element;
+    this.seconds = record.seconds || 1;
+    this.rows = graphRows(record);
+    for (const row of this.rows) this.addRow(row);
+    this.head = document.createElement('div');
+    this.head.id = 'playhead';
+    element.append(this.head);
+    const move = event => {
+      const box = this.rows[0].canvas.getBoundingClientRect();
+      seek(Math.min(1, Math.max(0, (event.clientX - box.left) / box.width)) * this.seconds);
+    };
+    element.addEventListener('pointerdown', event => { element.setPointerCapture(event.pointerId); move(event); });
+    element.addEventListener('pointermove', event => { if (event.buttons) move(event); });
+  }
+
+  addRow(row) {
+    const box = document.createElement('div');
+    box.className = 'row';
+    box.innerHTML = '<span class="name"></span><canvas></canvas><span class="value"></span>';
+    box.querySelector('.name').textContent = row.name;
+    const note = document.createElement('small');
+    note.textContent = row.note;
+    box.querySelector('.name').append(note);
+    row.canvas = box.querySelector('canvas');
+    row.value = box.querySelector('.value');
+    row.canvas.setAttribute('role', 'img');
+    row.canvas.setAttribute('aria-label', row.name + ' over time');
+    this.element.append(box);
+    this.scale(row);
+  }
+
+  // Kinetic and spring energy count from the bottom of the scale: their size is comparable, not their zero.
+  scale(row) {
+    let low = row.fromZero ? 0 : Infinity, high = -Infinity;
+    for (const line of row.lines) {
+      if (line.shift) continue;
+      const top = row.calm ? 1.15 * quantile(line.values, 0.99) : line.values.reduce((a, v) => Math.max(a, v), -Infinity);
+      if (!row.fromZero) low = line.values.reduce((a, v) => Math.min(a, v), low);
+      high = Math.max(high, top);
+    }
+    for (const line of row.lines)
+      if (line.shift) high = Math.max(high, low + line.values.reduce((a, v) => Math.max(a, v), 0));
+    if (!(high > low)) high = low + (Math.abs(low) || 1);
+    row.low = low;
+    row.high = high;
+  }
+
+  draw() {
+    for (const row of this.rows) {
+      const ratio = window.devicePixelRatio || 1, {canvas} = row;
+      const width = canvas.clientWidth, height = canvas.clientHeight;
+      canvas.width = Math.max(1, width * ratio);
+      canvas.height = Math.max(1, height * ratio);
+      const pen = canvas.getContext('2d');
+      pen.scale(ratio, ratio);
+      pen.fillStyle = '#f4f5f8';
+      pen.fillRect(0, 0, width, height);
+      for (const line of row.lines) this.drawLine(pen, row, line, width, height);
+    }
+  }
+
+  drawLine(pen, row, line, width, height) {
+    const y = v => height - 3 - (height - 6) * Math.min(1.05, ((line.shift ? v + row.low : v) - row.low) / (row.high - row.low));
+    pen.strokeStyle = line.color;
+    pen.lineWidth = 1.4;
+    pen.lineJoin = 'round';
+    pen.beginPath();
+    // More values than pixels: each column of pixels shows its lowest and its highest.
+    const step = Math.max(1, Math.floor(line.values.length / (2 * width)));
+    for (let i = 0; i < line.values.length; i += step) {
+      let low = Infinity, high = -Infinity;
+      for (let k = i; k < Math.min(line.values.length, i + step); ++k) {
+        low = Math.min(low, line.values[k]);
+        high = Math.max(high, line.values[k]);
+      }
+      const x = width * line.time[i] / this.seconds;
+      pen.lineTo(x, y(low));
+      if (high > low) pen.lineTo(x, y(high));
+    }
+    pen.stroke();
+  }
+
+  show(t) {
+    const box = this.rows[0].canvas.getBoundingClientRect(), own = this.element.getBoundingClientRect();
+    this.head.style.left = box.left - own.left + box.width * Math.min(1, t / this.seconds) + 'px';
+    for (const row of this.rows) {
+      const values = row.lines.filter(line => !line.shift).map(line => line.values[indexAt(line.time, t)]);
+      const most = values.reduce((a, v) => Math.max(a, v), -Infinity);
+      const top = row.lines[0].values.reduce((a, v) => Math.max(a, v), 0);
+      row.value.textContent = withUnit(most, row.unit);
+      const small = document.createElement('small');
+      small.textContent = values.length > 1 ? 'the most of ' + values.length : 'most ' + withUnit(top, row.unit);
+      row.value.append(small);
+    }
+  }
+}

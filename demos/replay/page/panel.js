@@ -1,0 +1,71 @@
+// The words beside the picture: story, outcome, bodies, legend.
+
+function element(tag, text, parent, className) {
+  const e = document.createElement(tag);
+  if (text !== undefined) e.textContent = text;
+  if (className) e.className = className;
+  if (parent) parent.append(e);
+  return e;
+}
+
+function fillStory(record) {
+  document.getElementById('title').textContent = record.title;
+  document.getElementById('setup').textContent = record.setup;
+  const story = document.getElementById('story');
+  if (record.story) element('p', record.story, story);
+  if (record.watch) {
+    element('h2', 'What to look for', story);
+    element('p', record.watch, story);
+  }
+  if (record.checks.length) {
+    element('h2', 'What should happen, and what did', story);
+    const list = element('ul', undefined, story);
+    for (const check of record.checks) {
+      const item = element('li', undefined, list, check.holds ? 'held' : 'failed');
+      element('b', check.expected, item);
+      element('span', check.found, item);
+    }
+  }
+  if (record.facts.length) {
+    element('h2', 'What happened', story);
+    const list = element('dl', undefined, story);
+    for (const [name, figure] of record.facts) {
+      element('dt', name, list);
+      element('dd', figure, list);
+    }
+  }
+}
+
+// `views` are the BodyViews of all takes; `changed` is called after a button was pressed.
+function fillBodies(record, views, changed) {
+  const list = document.getElementById('bodies');
+  record.takes.forEach((take, t) => {
+    if (record.takes.length > 1) element('li', take.label, list, 'take').style.color = takeColors[t % 6];
+    take.bodies.forEach((body, b) => {
+      const view = views[t][b], item = element('li', undefined, list);
+      element('i', undefined, item).style.background = body.color;
+      const name = element('span', body.name, item, 'name');
+      name.title = body.name;
+      element('small', body.fixed ? 'fixed' : withUnit(1000 * body.mass, 'g'), name);
+      view.voxelButton = body.clouds.length ? element('button', 'mesh', item) : element('span', '', item);
+      view.stateButton = element('button', 'solid', item);
+      view.stateButton.setAttribute('aria-label', 'How ' + body.name + ' is shown');
+      view.voxelButton.onclick = () => { view.asVoxels = !view.asVoxels; changed(view); };
+      view.stateButton.onclick = () => {
+        view.state = showStates[(showStates.indexOf(view.state) + 1) % showStates.length];
+        changed(view);
+      };
+    });
+  });
+}
+
+function fillLegend(record, scale) {
+  const css = depthColors.map(c => '#' + c.clone().convertLinearToSRGB().getHexString()).join(',');
+  const legend = document.getElementById('legend');
+  legend.innerHTML = '<div><svg width="34" height="10"><path d="M1 5h22" stroke="#dc3b32" stroke-width="3"/>' +
+    '<path d="M22 0l11 5-11 5z" fill="#dc3b32"/></svg><span></span></div>' +
+    '<div class="bar"><span>depth 0</span><i></i><span></span></div>';
+  legend.querySelector('i').style.background = 'linear-gradient(90deg,' + css + ')';
+  legend.querySelector('.bar span:last-child').textContent = withUnit(scale.depth, 'm') + (record.voxel ? ' (' + Number((scale.depth / record.voxel).toPrecision(2)) + ' voxel)' : '');
+  return force => { legend.querySelector('div span').textContent = withUnit(force, 'N'); };
+}

@@ -1,0 +1,110 @@
+// The picture: camera, light, the cut, and drawing only when something changed.
+
+class Stage {
+  constructor(canvas, record) {
+    this.canvas = canvas;
+    this.record = record;
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true});
+    this.renderer.gammaOutput = true;
+    this.renderer.gammaFactor = 2.2;
+    this.renderer.localClippingEnabled = true;
+    this.renderer.autoClear = false;
+    this.renderer.setClearColor(0xeef0f4);
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.scene = new THREE.Scene();
+    this.overlay = new THREE.Scene();  // contacts, drawn over the bodies
+    this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
+    this.planes = [];  // given to the bodies' materials; holds `plane` while there is a cut
+    this.box = this.boxOfTakes();
+    this.size = this.box.getSize(new THREE.Vector3()).length() || 1;
+    this.camera = new THREE.PerspectiveCamera(32, 1, 0.01 * this.size, 40 * this.size);
+    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls.enableKeys = false;  // arrows are the timeline's
+    this.addLight(this.scene, true);
+    this.addLight(this.overlay, false);
+    this.home();
+    this.changed = true;
+    this.controls.addEventListener('change', () => { this.changed = true; });
+  }
+
+  // In the viewer's frame, y up, from the takes' z up.
+  boxOfTakes() {
+    const box = new THREE.Box3();
+    for (const take of this.record.takes)
+      for (const corner of [take.low, take.high])
+        box.expandByPoint(new THREE.Vector3(corner[0] + take.offset[0], corner[2] + take.offset[2], -corner[1] - take.offset[1]));
+    return box;
+  }
+
+  addLight(scene, shadows) {
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f99, shadows ? 0.85 : 0.9));
+    const sun = new THREE.DirectionalLight(0xffffff, 0.75);
+    const center = this.box.getCenter(new THREE.Vector3());
+    sun.position.copy(center).add(new THREE.Vector3(0.5, 1.2, 0.8).multiplyScalar(this.size));
+    sun.target.position.copy(center);
+    scene.add(sun, sun.target);
+    if (!shadows) return;
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    const reach = 0.75 * this.size;
+    Object.assign(sun.shadow.camera, {left: -reach, right: reach, top: reach, bottom: -reach, near: 0.05 * this.size, far: 4 * this.size});
+    sun.shadow.bias = -0.002;
+  }
+
+  // All takes in the picture, from a little above.
+  home() {
+    const center = this.box.getCenter(new THREE.Vector3()), half = this.box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+    const aspect = Math.max(0.3, this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight));
+    const wide = this.record.takes.length > 1;
+    const from = new THREE.Vector3(wide ? 0.12 : 0.55, wide ? 0.28 : 0.45, 1).normalize();
+    const tan = Math.tan(this.camera.fov * Math.PI / 360);
+    const across = Math.hypot(half.x, wide ? 0 : half.z), upward = half.y + 0.35 * half.z;
+    const distance = 1.18 * Math.max(across / (tan * aspect), upward / tan) + half.z;
+    this.controls.target.copy(center);
+    this.camera.position.copy(center).addScaledVector(from, distance);
+    this.controls.update();
+    this.changed = true;
+  }
+
+  // `axis` in the takes' frame; `at` from -1 to 1 over the box. The side towards +axis is kept,
+  // flipped the other.
+  cut(on, axis, at, flipped) {
+    const directions = {x: [1, 0, 0], y: [0, 0, -1], z: [0, 1, 0]};
+    const normal = new THREE.Vector3().fromArray(directions[axis]);
+    const center = this.box.getCenter(new THREE.Vector3()), half = this.box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+    const reach = Math.abs(normal.dot(half)) || 1;
+    const point = normal.dot(center) + at * reach * 1.001;
+    const sign = flipped ? 1 : -1;
+    this.plane.normal.copy(normal).multiplyScalar(axis === 'y' ? -sign : sign);
+    this.plane.constant = -(axis === 'y' ? -sign : sign) * point;
+    this.planes.length = 0;
+    if (on) this.planes.push(this.plane);
+    this.changed = true;
+  }
+
+  resize() {
+    const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(1, height);
+    this.camera.updateProjectionMatrix();
+    this.changed = true;
+  }
+
+  draw() {
+    if (!this.changed) return false;
+    this.changed = false;
+    this.renderer.clear();
+    this.renderer.render(this.scene, this.camera);
+    this.renderer.clearDepth();
+    this.renderer.render(this.overlay, this.camera);
+    return true;
+  }
+
+  // Where a place of a take is on the canvas [css px].
+  onScreen(take, place) {
+    const v = new THREE.Vector3(place[0] + take.offset[0], place[2] + take.offset[2], -place[1] - take.offset[1]).project(this.camera);
+    return [(v.x + 1) / 2 * this.canvas.clientWidth, (1 - v.y) / 2 * this.canvas.clientHeight];
+  }
+}

@@ -1,0 +1,223 @@
+// Numbers are rounded to what an eye can tell before they are packed: a contact at rest is then the
+// same bytes in every frame, and packs to almost nothing.
+#include "replay/page_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "json.h"
+#include "replay/body_colors.h"
+#include "replay/voxel_shell.h"
+
+namespace cloudcontact::program {
+namespace {
+
+class Arrays {
+ public:
+  template <class Number>
+  Json add(const std::vector<Number>& numbers, const char* type) {
+    bytes_.resize((bytes_.size() + 7) / 8 * 8);
+    const std::size_t at = bytes_.size(), size = numbers.size() * sizeof(Number);
+    bytes_.resize(at + size);
+    if (size > 0) std::memcpy(bytes_.data() + at, numbers.data(), size);
+    return {{"at", at}, {"length", numbers.size()}, {"type", type}};
+  }
+  Json add(const std::vector<std::uint8_t>& v) { return add(v, "u8"); }
+  Json add(const std::vector<std::int8_t>& v) { return add(v, "i8"); }
+  Json add(const std::vector<std::uint16_t>& v) { return add(v, "u16"); }
+  Json add(const std::vector<std::uint32_t>& v) { return add(v, "u32"); }
+  Json add(const std::vector<float>& v) { return add(v, "f32"); }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+// Places in a box, directions and sizes as small whole numbers.
+struct Rounding {
+  Eigen::AlignedBox3f box;
+  float mostForce = 0, mostDepth = 0;
+
+  explicit Rounding(const ReplayTake& take) {
+    for (const ReplayFrame& frame : take.frames) {
+      for (const ReplayPoint& p : frame.points) {
+        box.extend(p.position);
+        mostForce = std::max(mostForce, p.force.norm());
+        mostDepth = std::max(mostDepth, std::abs(p.depth));
+      }
+      for (const ReplayPatch& p : frame.patches) box.extend(p.position);
+    }
+    if (box.isEmpty()) box.extend(Eigen::Vector3f(0, 0, 0));
+  }
+  std::uint16_t place(float value, int axis) const {
+    const float span = box.sizes()[axis];
+    return share16(span > 0 ? (value - box.min()[axis]) / span : 0);
+  }
+  static std::uint16_t share16(float share) {
+    return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.f, 1.f)));
+  }
+  static std::int8_t direction(float value) {
+    return static_cast<std::int8_t>(std::lround(127 * std::clamp(value, -1.f, 1.f)));
+  }
+  std::int16_t depth(float value) const {
+    return static_cast<std::int16_t>(std::lround(mostDepth > 0 ? 32767 * value / mostDepth : 0));
+  }
+};
+
+void addPlace(std::vector<std::uint16_t>& out, const Rounding& rounding, const Eigen::Vector3f& p) {
+  for (int axis = 0; axis < 3; ++axis) out.push_back(rounding.place(p[axis], axis));
+}
+
+void addDirection(std::vector<std::int8_t>& out, const Eigen::Vector3f& v) {
+  const float length = v.norm();
+  for (int axis = 0; axis < 3; ++axis)
+    out.push_back(length > 0 ? Rounding::direction(v[axis] / length) : std::int8_t{0});
+}
+
+Json contactsJson(const ReplayTake& take, Arrays& arrays) {
+  const Rounding rounding(take);
+  std::vector<std::uint32_t> firstPatch = {0}, firstPoint = {0};
+  std::vector<std::uint16_t> bodies, patchPlace, pointPlace, radius, force;
+  std::vector<std::int8_t> normal, direction;
+  std::vector<std::uint16_t> patchDepth, pointDepth, count;
+  const float size = std::max(1e-9f, rounding.box.diagonal().norm());
+  const auto packed = [](std::int16_t v) { return static_cast<std::uint16_t>(v); };
+  std::uint32_t patches = 0, points = 0;
+  for (const ReplayFrame& frame : take.frames) {
+    for (const ReplayPatch& p : frame.patches) {
+      bodies.push_back(static_cast<std::uint16_t>(p.a));
+      bodies.push_back(static_cast<std::uint16_t>(p.b));
+      count.push_back(static_cast<std::uint16_t>(p.points));
+      addPlace(patchPlace, rounding, p.position);
+      addDirection(normal, p.normal);
+      radius.push_back(Rounding::share16(p.radius / size));
+      patchDepth.push_back(packed(rounding.depth(p.depth)));
+    }
+    for (const ReplayPoint& p : frame.points) {
+      addPlace(pointPlace, rounding, p.position);
+      addDirection(direction, p.force);
+      const float share = rounding.mostForce > 0 ? p.force.norm() / rounding.mostForce : 0;
+      force.push_back(Rounding::share16(std::sqrt(share)));
+      pointDepth.push_back(packed(rounding.depth(p.depth)));
+    }
+    firstPatch.push_back(patches += static_cast<std::uint32_t>(frame.patches.size()));
+    firstPoint.push_back(points += static_cast<std::uint32_t>(frame.points.size()));
+  }
+  return {{"low", asJson(Vec3(rounding.box.min().cast<double>()))},
+          {"span", asJson(Vec3(rounding.box.sizes().cast<double>()))},
+          {"size", size},
+          {"mostForce", rounding.mostForce},
+          {"mostDepth", rounding.mostDepth},
+          {"firstPatch", arrays.add(firstPatch)},
+          {"firstPoint", arrays.add(firstPoint)},
+          {"patchBodies", arrays.add(bodies)},
+          {"patchCount", arrays.add(count)},
+          {"patchPlace", arrays.add(patchPlace)},
+          {"patchNormal", arrays.add(normal)},
+          {"patchRadius", arrays.add(radius)},
+          {"patchDepth", arrays.add(patchDepth)},
+          {"pointPlace", arrays.add(pointPlace)},
+          {"pointDirection", arrays.add(direction)},
+          {"pointForce", arrays.add(force)},
+          {"pointDepth", arrays.add(pointDepth)}};
+}
+
+Json figuresJson(const ReplayTake& take, Arrays& arrays) {
+  std::vector<float> time, kinetic, potential, spring, deepest, narrowPhase;
+  for (const ReplayFrame& f : take.frames) {
+    time.push_back(float(f.time));
+    kinetic.push_back(float(f.kinetic));
+    potential.push_back(float(f.potential));
+    spring.push_back(float(f.spring));
+    deepest.push_back(float(f.deepest));
+    narrowPhase.push_back(float(f.narrowPhase));
+  }
+  return {{"time", arrays.add(time)},           {"kinetic", arrays.add(kinetic)},
+          {"potential", arrays.add(potential)}, {"spring", arrays.add(spring)},
+          {"deepest", arrays.add(deepest)},     {"narrowPhase", arrays.add(narrowPhase)}};
+}
+
+// Voxels, once for all bodies that share them.
+class Shells {
+ public:
+  explicit Shells(Arrays& arrays) : arrays_(arrays) {}
+
+  Json placed(const DrawnCloud& cloud) {
+    const auto [known, isNew] = known_.try_emplace(cloud.field.get(), out_.size());
+    if (isNew) {
+      const VoxelShell s = voxelShell(cloud.field->cloud());
+      out_.push_back({{"edge", s.edge},
+                      {"block", s.block},
+                      {"origin", asJson(s.origin)},
+                      {"x", arrays_.add(s.x)},
+                      {"y", arrays_.add(s.y)},
+                      {"z", arrays_.add(s.z)},
+                      {"coverage", arrays_.add(s.coverage)},
+                      {"open", arrays_.add(s.open)}});
+    }
+    const auto& q = cloud.pose.orientation;
+    return {{"shell", known->second},
+            {"position", asJson(cloud.pose.position)},
+            {"orientation", {q.x(), q.y(), q.z(), q.w()}}};
+  }
+  const Json& json() const { return out_; }
+
+ private:
+  Arrays& arrays_;
+  Json out_ = Json::array();
+  std::map<const SurfaceField*, std::size_t> known_;
+};
+
+Json bodiesJson(const ReplayTake& take, Shells& shells) {
+  Json bodies = Json::array();
+  const std::vector<BodyColor> colors = bodyColors(take.bodies);
+  for (std::size_t i = 0; i < take.bodies.size(); ++i) {
+    const ReplayBody& body = take.bodies[i];
+    Json clouds = Json::array();
+    for (const DrawnCloud& cloud : body.drawn.clouds) clouds.push_back(shells.placed(cloud));
+    bool plane = true;
+    for (const DrawnPart& part : body.drawn.parts) plane = plane && part.planeNormal;
+    bodies.push_back({{"name", body.name},
+                      {"fixed", body.isStatic},
+                      {"plane", plane},
+                      {"mass", body.mass},
+                      {"color", colors[i].name},
+                      {"clouds", clouds}});
+  }
+  return bodies;
+}
+
+}  // namespace
+
+std::string pageRecord(const Replay& replay) {
+  Arrays arrays;
+  Json json = {{"title", replay.title}, {"story", replay.story},     {"watch", replay.watch},
+               {"setup", replay.setup}, {"seconds", replay.seconds}, {"voxel", replay.voxel}};
+  json["checks"] = Json::array();
+  for (const ReplayCheck& c : replay.checks)
+    json["checks"].push_back({{"expected", c.expected}, {"found", c.found}, {"holds", c.holds}});
+  json["facts"] = Json::array();
+  for (const auto& [name, figure] : replay.facts) json["facts"].push_back({name, figure});
+  Shells shells(arrays);
+  json["takes"] = Json::array();
+  for (const ReplayTake& take : replay.takes)
+    json["takes"].push_back({{"label", take.label},
+                             {"offset", asJson(take.offset)},
+                             {"low", asJson(Vec3(take.extent.min()))},
+                             {"high", asJson(Vec3(take.extent.max()))},
+                             {"bodies", bodiesJson(take, shells)},
+                             {"figures", figuresJson(take, arrays)},
+                             {"contacts", contactsJson(take, arrays)}});
+  json["shells"] = shells.json();
+  // Names come from files; what is not UTF-8 in them is replaced.
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  while ((8 + text.size()) % 8 != 0) text += ' ';
+  const auto length = static_cast<std::uint32_t>(text.size());
+  std::string bytes = "RPLY";
+  for (int k = 0; k < 4; ++k) bytes += static_cast<char>(length >> 8 * k & 255);
+  return bytes + text + arrays.bytes();
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,108 @@
+// At each corner of a triangle the normals of the faces around that vertex are added, by their
+// angle there, as far as they differ from this face's by less than the crease.
+#include "replay/shaded_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr std::size_t kMostFaces = 400;  // a fan of more is shaded flat
+
+using Vector = Eigen::Vector3d;
+
+struct Corner {
+  int triangle;
+  double angle;
+};
+
+// The faces around each vertex, one list after the other.
+struct Fans {
+  std::vector<std::size_t> first;
+  std::vector<Corner> corners;
+};
+
+double angleAt(const Mesh& mesh, const Eigen::Vector3i& t, int k) {
+  const Vector& at = mesh.vertices[static_cast<std::size_t>(t[k])];
+  const Vector u = mesh.vertices[static_cast<std::size_t>(t[(k + 1) % 3])] - at;
+  const Vector v = mesh.vertices[static_cast<std::size_t>(t[(k + 2) % 3])] - at;
+  return std::atan2(u.cross(v).norm(), u.dot(v));
+}
+
+Fans fansOf(const Mesh& mesh) {
+  Fans fans;
+  fans.first.assign(mesh.vertices.size() + 1, 0);
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) ++fans.first[static_cast<std::size_t>(t[k]) + 1];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) fans.first[v + 1] += fans.first[v];
+  fans.corners.resize(fans.first.back());
+  std::vector<std::size_t> next(fans.first.begin(), fans.first.end() - 1);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      fans.corners[next[static_cast<std::size_t>(mesh.triangles[i][k])]++] = {
+          static_cast<int>(i), angleAt(mesh, mesh.triangles[i], k)};
+  return fans;
+}
+
+std::vector<Vector> faceNormals(const Mesh& mesh) {
+  std::vector<Vector> normals;
+  for (const auto& t : mesh.triangles) {
+    const Vector& a = mesh.vertices[static_cast<std::size_t>(t[0])];
+    const Vector across = (mesh.vertices[static_cast<std::size_t>(t[1])] - a)
+                              .cross(mesh.vertices[static_cast<std::size_t>(t[2])] - a);
+    const double length = across.norm();
+    normals.push_back(length > 0 ? Vector(across / length) : Vector(Vector::UnitZ()));
+  }
+  return normals;
+}
+
+// Vertices of one place and one shade are one.
+class Vertices {
+ public:
+  explicit Vertices(ShadedMesh& out) : out_(out) {}
+  std::uint32_t index(int vertex, const Vector& position, const Vector& normal) {
+    std::uint64_t key = static_cast<std::uint64_t>(vertex);
+    for (int axis = 0; axis < 3; ++axis)
+      key = key << 10 | static_cast<std::uint64_t>(std::lround(500 * (normal[axis] + 1)));
+    const auto [found, isNew] =
+        known_.try_emplace(key, static_cast<std::uint32_t>(out_.positions.size()));
+    if (isNew) {
+      out_.positions.push_back(position.cast<float>());
+      out_.normals.push_back(normal.cast<float>());
+    }
+    return found->second;
+  }
+
+ private:
+  ShadedMesh& out_;
+  std::unordered_map<std::uint64_t, std::uint32_t> known_;
+};
+
+}  // namespace
+
+ShadedMesh shaded(const Mesh& mesh, double crease) {
+  const Fans fans = fansOf(mesh);
+  const std::vector<Vector> faces = faceNormals(mesh);
+  const double alike = std::cos(crease);
+  ShadedMesh out;
+  Vertices vertices(out);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const auto v = static_cast<std::size_t>(mesh.triangles[i][k]);
+      Vector sum = Vector::Zero();
+      if (fans.first[v + 1] - fans.first[v] <= kMostFaces)
+        for (std::size_t c = fans.first[v]; c < fans.first[v + 1]; ++c) {
+          const Vector& other = faces[static_cast<std::size_t>(fans.corners[c].triangle)];
+          if (other.dot(faces[i]) >= alike) sum += fans.corners[c].angle * other;
+        }
+      const Vector normal = sum.norm() > 0 ? Vector(sum.normalized()) : faces[i];
+      out.corners.push_back(vertices.index(mesh.triangles[i][k], mesh.vertices[v], normal));
+    }
+  }
+  return out;
+}
+
+}  // namespace cloudcontact::program

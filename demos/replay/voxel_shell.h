@@ -1,0 +1,24 @@
+// The voxels of a cloud that can be seen from outside, packed for a page.
+#pragma once
+
+#include <cloudcontact/cloud.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace cloudcontact::program {
+
+// Voxels at least half full that have a neighbour which is not. Large clouds are shown in blocks
+// of 2, 4, 8 ... voxels' edge.
+struct VoxelShell {
+  double edge = 0;             // of a cube [m]
+  int block = 1;               // voxels along it
+  Vec3 origin = Vec3::Zero();  // lowest corner of cube (0,0,0), in the grid's frame [m]
+  std::vector<std::uint16_t> x, y, z;
+  std::vector<std::uint8_t> coverage;  // in 1/255
+  std::vector<std::uint8_t> open;      // faces without a neighbour: bit 0 -x, 1 +x, 2 -y ... 5 +z
+};
+
+VoxelShell voxelShell(const Cloud& cloud, std::size_t mostCubes = 250'000);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,15 @@
+// What a replay says of the run it shows.
+#pragma once
+
+#include "replay/replay.h"
+#include "simulation.h"
+
+namespace cloudcontact::program {
+
+// "clouds of 0.25 mm voxels, steps of 1 ms"
+std::string setupText(const WorldSettings& settings, double step);
+
+// Names and figures of how it went.
+std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& report);
+
+}  // namespace cloudcontact::program
