@@ -4,30 +4,45 @@
 #include <string>
 #include <vector>
 
+#include "replay/recorder.h"
 #include "scene.h"
 #include "simulation.h"
 
 namespace cloudcontact::program {
 
-// One thing that should have happened, and what did.
-struct DemoCheck {
-  std::string expected, found;
-  bool holds = false;
+// What a demo runs on: its worlds run here one after the other, with progress shown; where a replay
+// is wanted they are watched, and stand side by side in it.
+class DemoStage {
+ public:
+  explicit DemoStage(bool replay) : watched_(replay) {}
+
+  // `label` tells this run from the demo's others.
+  SimulationReport run(const SceneDescription& scene, const WorldSettings& settings,
+                       const SimulationSettings& simulation, const std::string& label);
+  // The takes and how they were set up; the rest is the caller's.
+  Replay replay();
+
+ private:
+  bool watched_;
+  Recorder recorder_;
+  std::string setup_;
+  double voxel_ = 0;
 };
 
 struct Demo {
   const char* name;
   const char* title;
-  const char* story;
-  std::vector<DemoCheck> (*run)();
+  const char* story;  // what is shown
+  const char* watch;  // what to look for
+  std::vector<ReplayCheck> (*run)(DemoStage&);
 };
 
 const std::vector<Demo>& demos();
 
-std::vector<DemoCheck> runNutBolt();
-std::vector<DemoCheck> runPegHole();
-std::vector<DemoCheck> runStack();
-std::vector<DemoCheck> runChain();
+std::vector<ReplayCheck> runNutBolt(DemoStage& stage);
+std::vector<ReplayCheck> runPegHole(DemoStage& stage);
+std::vector<ReplayCheck> runStack(DemoStage& stage);
+std::vector<ReplayCheck> runChain(DemoStage& stage);
 
 // How a body of a demo is made and what its surface is like.
 struct DemoMatter {
@@ -44,6 +59,6 @@ SceneBody demoFloor(double friction);
 WorldSettings demoSettings(double voxel, Method method = Method::Cloud);
 
 // "12.3 mm" from metres, and so on: `digits` after the point.
-std::string figure(double value, int digits, const char* unit);
+std::string figure(double value, int digits, const char* unit = "");
 
 }  // namespace cloudcontact::program

@@ -48,14 +48,13 @@ SceneDescription scene(const ChainLink& link) {
 
 }  // namespace
 
-std::vector<DemoCheck> runChain() {
+std::vector<ReplayCheck> runChain(DemoStage& stage) {
   const ChainLink link{0.1, 0.25, 0.6, 48, 64};
-  World world(scene(link), demoSettings(kVoxel));
   SimulationSettings settings;
   settings.seconds = kSeconds;
   settings.step = kStep;
   settings.instants = 10;
-  const SimulationReport report = simulate(world, settings);
+  const SimulationReport report = stage.run(scene(link), demoSettings(kVoxel), settings, "");
   double speed = 0, sideways = 0, gap = 0;
   for (int i = 1; i < kLinks; ++i) {
     const BodyState &above = report.bodies[i - 1], &here = report.bodies[i];

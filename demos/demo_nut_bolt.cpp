@@ -29,23 +29,23 @@ SceneDescription scene(const Thread& thread, double friction) {
   return scene;
 }
 
-SimulationReport fall(const Thread& thread, double friction) {
-  World world(scene(thread, friction), demoSettings(kVoxel));
+SimulationReport fall(DemoStage& stage, const Thread& thread, double friction) {
   SimulationSettings settings;
   settings.seconds = kSeconds;
   settings.step = kStep;
   settings.instants = 10;
-  return simulate(world, settings);
+  return stage.run(scene(thread, friction), demoSettings(kVoxel), settings,
+                   "friction " + figure(friction, 2));
 }
 
 }  // namespace
 
-std::vector<DemoCheck> runNutBolt() {
+std::vector<ReplayCheck> runNutBolt(DemoStage& stage) {
   const Thread thread;
-  const SimulationReport loose = fall(thread, kLoose);
+  const SimulationReport loose = fall(stage, thread, kLoose);
   const double turns = loose.turns[1].z() / (2 * std::numbers::pi);
   const double perTurn = (loose.bodies[1].pose.position.z() - kStart) / turns;
-  const SimulationReport tight = fall(thread, kTight);
+  const SimulationReport tight = fall(stage, thread, kTight);
   const double held = std::abs(tight.turns[1].z()) / (2 * std::numbers::pi);
   const double deepest = std::max(loose.maxPenetration, tight.maxPenetration);
   return {

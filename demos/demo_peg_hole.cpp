@@ -40,13 +40,12 @@ SceneDescription scene() {
 
 }  // namespace
 
-std::vector<DemoCheck> runPegHole() {
-  World world(scene(), demoSettings(kVoxel));
+std::vector<ReplayCheck> runPegHole(DemoStage& stage) {
   SimulationSettings settings;
   settings.seconds = 1;
   settings.step = kStep;
   settings.instants = 20;
-  const SimulationReport report = simulate(world, settings);
+  const SimulationReport report = stage.run(scene(), demoSettings(kVoxel), settings, "");
   const BodyState& peg = report.bodies[2];
   const double height = peg.pose.position.z();
   const Vec3 axis = peg.pose.orientation * Vec3::UnitZ();

@@ -47,14 +47,14 @@ struct Outcome {
   bool stands() const { return moved < 1 && sunk < 1 && tilted < 1; }
 };
 
-Outcome run(Method method, bool stated, double step) {
+Outcome run(DemoStage& stage, Method method, bool stated, double step, const std::string& label) {
   const SceneDescription description = scene(stated, step);
-  World world(description, demoSettings(kVoxel, method));
   SimulationSettings settings;
   settings.seconds = kSeconds;
   settings.step = step;
   settings.instants = 1;
-  const SimulationReport report = simulate(world, settings);
+  const SimulationReport report =
+      stage.run(description, demoSettings(kVoxel, method), settings, label);
   Outcome worst;
   for (std::size_t i = 1; i < report.bodies.size(); ++i) {
     const Vec3 off = report.bodies[i].pose.position - description.bodies[i].pose.position;
@@ -73,18 +73,21 @@ std::string told(const Outcome& o) {
 
 }  // namespace
 
-std::vector<DemoCheck> runStack() {
-  std::vector<DemoCheck> checks;
+std::vector<ReplayCheck> runStack(DemoStage& stage) {
+  std::vector<ReplayCheck> checks;
   for (const bool stated : {true, false})
     for (const int rate : {240, 60}) {
-      const Outcome outcome = run(Method::Cloud, stated, 1.0 / rate);
+      const std::string label =
+          std::to_string(rate) + " Hz, " + (stated ? "stiffness stated" : "none stated");
+      const Outcome outcome = run(stage, Method::Cloud, stated, 1.0 / rate, label);
       checks.push_back({"clouds stand for 60 s at " + std::to_string(rate) + " Hz with " +
                             (stated ? "a stiffness" : "none stated"),
                         told(outcome), outcome.stands()});
     }
   // Told, not judged: it is Bullet's outcome and not ours.
-  checks.push_back({"beside them Bullet's own boxes fall at 60 Hz",
-                    told(run(Method::Primitive, false, 1.0 / 60)), true});
+  checks.push_back(
+      {"beside them Bullet's own boxes fall at 60 Hz",
+       told(run(stage, Method::Primitive, false, 1.0 / 60, "Bullet's own boxes, 60 Hz")), true});
   return checks;
 }
 

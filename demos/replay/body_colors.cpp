@@ -11,7 +11,7 @@ namespace {
 constexpr std::array<unsigned, 8> kMoving = {0xe08a2e, 0x3f7fc4, 0x4ca66b, 0xc8577e,
                                              0x7a6bc0, 0xd8b93a, 0x3fa9b5, 0xb5583a};
 constexpr std::array<unsigned, 3> kFixed = {0xa9b1bd, 0x8f99a8, 0xc2c0b8};
-constexpr unsigned kPlane = 0xe6e8ec;
+constexpr unsigned kPlane = 0xdfe2e7;
 
 bool isPlane(const ReplayBody& body) {
   for (const DrawnPart& part : body.drawn.parts)

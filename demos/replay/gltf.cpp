@@ -15,7 +15,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kPlaneSpan = 4;  // a plane's square, by the take's diagonal
+constexpr double kPlaneSpan = 14;  // a plane's square, by the take's diagonal
 constexpr const char* kGenerator = "CloudContact";
 
 std::vector<double> numbers(const Vec3& v) {
@@ -35,6 +35,10 @@ Mesh planeMesh(const Vec3& normal, const Vec3& about, double span) {
     mesh.vertices.push_back(middle + turn * Vec3(x * span / 2, y * span / 2, 0));
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   return mesh;
+}
+
+bool same(const Mesh& a, const Mesh& b) {
+  return &a == &b || (a.vertices == b.vertices && a.triangles == b.triangles);
 }
 
 class Writer {
@@ -106,17 +110,19 @@ class Writer {
                                    kPlaneSpan * take.extent.diagonal().norm());
       node.mesh = addMesh(geometryOf(plane), material, "plane");
     } else {
-      const auto known = geometries_.find(part.mesh.get());
-      const Geometry geometry =
-          known != geometries_.end()
-              ? known->second
-              : geometries_.emplace(part.mesh.get(), geometryOf(*part.mesh)).first->second;
-      const auto mesh = meshes_.find({part.mesh.get(), material});
-      node.mesh = mesh != meshes_.end() ? mesh->second
-                                        : meshes_[{part.mesh.get(), material}] =
-                                              addMesh(geometry, material, body.name);
+      node.mesh = meshOf(*part.mesh, material, body.name);
     }
     return add(node);
+  }
+
+  // Stored once, in however many worlds it was made.
+  int meshOf(const Mesh& mesh, int material, const std::string& name) {
+    std::size_t which = 0;
+    while (which < known_.size() && !same(*known_[which].mesh, mesh)) ++which;
+    if (which == known_.size()) known_.push_back({&mesh, geometryOf(mesh)});
+    const auto [at, isNew] = meshes_.try_emplace({which, material}, -1);
+    if (isNew) at->second = addMesh(known_[which].geometry, material, name);
+    return at->second;
   }
 
   struct Geometry {
@@ -223,8 +229,12 @@ class Writer {
 
   const Replay& replay_;
   tinygltf::Model model_;
-  std::map<const Mesh*, Geometry> geometries_;
-  std::map<std::pair<const Mesh*, int>, int> meshes_;
+  struct Known {
+    const Mesh* mesh;
+    Geometry geometry;
+  };
+  std::vector<Known> known_;
+  std::map<std::pair<std::size_t, int>, int> meshes_;  // by known_ and material
   std::map<std::string, int> materials_;
 };
 

@@ -145,18 +145,8 @@ class Shells {
   explicit Shells(Arrays& arrays) : arrays_(arrays) {}
 
   Json placed(const DrawnCloud& cloud) {
-    const auto [known, isNew] = known_.try_emplace(cloud.field.get(), out_.size());
-    if (isNew) {
-      const VoxelShell s = voxelShell(cloud.field->cloud());
-      out_.push_back({{"edge", s.edge},
-                      {"block", s.block},
-                      {"origin", asJson(s.origin)},
-                      {"x", arrays_.add(s.x)},
-                      {"y", arrays_.add(s.y)},
-                      {"z", arrays_.add(s.z)},
-                      {"coverage", arrays_.add(s.coverage)},
-                      {"open", arrays_.add(s.open)}});
-    }
+    const auto [known, isNew] = known_.try_emplace(cloud.field.get(), 0);
+    if (isNew) known->second = numberOf(voxelShell(cloud.field->cloud()));
     const auto& q = cloud.pose.orientation;
     return {{"shell", known->second},
             {"position", asJson(cloud.pose.position)},
@@ -165,8 +155,26 @@ class Shells {
   const Json& json() const { return out_; }
 
  private:
+  // Equal clouds of several worlds are stored once.
+  std::size_t numberOf(const VoxelShell& s) {
+    std::size_t which = 0;
+    while (which < shells_.size() && !(shells_[which] == s)) ++which;
+    if (which < shells_.size()) return which;
+    shells_.push_back(s);
+    out_.push_back({{"edge", s.edge},
+                    {"block", s.block},
+                    {"origin", asJson(s.origin)},
+                    {"x", arrays_.add(s.x)},
+                    {"y", arrays_.add(s.y)},
+                    {"z", arrays_.add(s.z)},
+                    {"coverage", arrays_.add(s.coverage)},
+                    {"open", arrays_.add(s.open)}});
+    return which;
+  }
+
   Arrays& arrays_;
   Json out_ = Json::array();
+  std::vector<VoxelShell> shells_;
   std::map<const SurfaceField*, std::size_t> known_;
 };
 

@@ -17,6 +17,8 @@ struct VoxelShell {
   std::vector<std::uint16_t> x, y, z;
   std::vector<std::uint8_t> coverage;  // in 1/255
   std::vector<std::uint8_t> open;      // faces without a neighbour: bit 0 -x, 1 +x, 2 -y ... 5 +z
+
+  bool operator==(const VoxelShell&) const = default;
 };
 
 VoxelShell voxelShell(const Cloud& cloud, std::size_t mostCubes = 250'000);

@@ -2,6 +2,40 @@
 
 const showStates = ['solid', 'faded', 'hidden'];
 
+// The face that a cut lays open, where the plane is inside of a closed surface: there a line of sight
+// has met more of its back faces than of its front faces beyond the plane. The stencil counts them.
+class Section {
+  constructor(color, planes) {
+    const counting = (side, step) => new THREE.MeshBasicMaterial({
+      side, clippingPlanes: planes, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true,
+      stencilFunc: THREE.AlwaysStencilFunc, stencilFail: step, stencilZFail: step, stencilZPass: step
+    });
+    this.counters = [
+      counting(THREE.BackSide, THREE.IncrementWrapStencilOp), counting(THREE.FrontSide, THREE.DecrementWrapStencilOp)
+    ];
+    this.skin = new THREE.MeshBasicMaterial({
+      color: color.clone().multiplyScalar(0.62), fog: false, side: THREE.DoubleSide, stencilWrite: true, stencilRef: 0,
+      stencilFunc: THREE.NotEqualStencilFunc, stencilFail: THREE.ReplaceStencilOp, stencilZFail: THREE.ReplaceStencilOp,
+      stencilZPass: THREE.ReplaceStencilOp
+    });
+    this.shown = [];
+    this.face = null;  // the stage's to place
+  }
+
+  show(meshes) {
+    for (const {parent, copy} of this.shown) parent.remove(copy);
+    this.shown = [];
+    for (const parent of meshes)
+      for (const counter of this.counters) {
+        const copy = new THREE.Mesh(parent.geometry, counter);
+        copy.renderOrder = this.order;
+        parent.add(copy);
+        this.shown.push({parent, copy});
+      }
+    if (this.face) this.face.visible = meshes.length > 0;
+  }
+}
+
 class BodyView {
   // `node` is the glTF's, which the motion moves.
   constructor(body, node, planes) {
@@ -14,28 +48,15 @@ class BodyView {
     const color = new THREE.Color(body.color).convertSRGBToLinear();
     const clip = body.plane ? [] : planes;
     this.skin = new THREE.MeshStandardMaterial({
-      color, roughness: body.plane ? 1 : 0.55, metalness: body.plane ? 0 : 0.1, clippingPlanes: clip, clipShadows: true
+      color, roughness: body.plane ? 1 : 0.55, metalness: body.plane ? 0 : 0.1, clippingPlanes: clip, clipShadows: true, fog: body.plane
     });
-    this.voxelSkin = new THREE.MeshLambertMaterial({color, vertexColors: THREE.VertexColors, clippingPlanes: clip});
-    // Where a cut opens a closed surface one sees its inner side: painted flat, that is the section.
-    this.section = new THREE.MeshBasicMaterial({
-      color: color.clone().lerp(new THREE.Color(0x2a1520), 0.45), side: THREE.BackSide, clippingPlanes: clip
-    });
-    this.inner = [];
-    for (const mesh of this.meshes.slice()) {
+    this.voxelSkin = new THREE.MeshLambertMaterial({color, vertexColors: THREE.VertexColors, clippingPlanes: clip, fog: false});
+    for (const mesh of this.meshes) {
       mesh.material = this.skin;
-      mesh.castShadow = !body.plane;
       mesh.receiveShadow = true;
-      if (!body.plane) this.inner.push(this.addInner(mesh));
     }
     this.voxelMeshes = [];
-  }
-
-  addInner(mesh) {
-    const inner = new THREE.Mesh(mesh.geometry, this.section);
-    inner.visible = false;
-    mesh.add(inner);
-    return inner;
+    this.section = new Section(color, planes);
   }
 
   makeVoxels(shells) {
@@ -48,7 +69,6 @@ class BodyView {
       mesh.castShadow = mesh.receiveShadow = true;
       this.node.add(mesh);
       this.voxelMeshes.push(mesh);
-      this.inner.push(this.addInner(mesh));
     }
   }
 
@@ -57,7 +77,7 @@ class BodyView {
     this.asVoxels = asVoxels && this.body.clouds.length > 0;
     if (this.asVoxels && !this.voxelMeshes.length) this.makeVoxels(shells);
     const faded = state === 'faded';
-    for (const skin of [this.skin, this.voxelSkin, this.section]) {
+    for (const skin of [this.skin, this.voxelSkin]) {
       skin.transparent = faded;
       skin.opacity = faded ? 0.28 : 1;
       skin.depthWrite = !faded;
@@ -66,6 +86,7 @@ class BodyView {
     for (const mesh of this.meshes) mesh.visible = state !== 'hidden' && !this.asVoxels;
     for (const mesh of this.voxelMeshes) mesh.visible = state !== 'hidden' && this.asVoxels;
     for (const mesh of this.meshes.concat(this.voxelMeshes)) mesh.castShadow = state === 'solid' && !this.body.plane;
-    for (const mesh of this.inner) mesh.visible = cut && !faded;
+    const cutOpen = cut && state === 'solid' && !this.body.plane;
+    this.section.show(cutOpen ? (this.asVoxels ? this.voxelMeshes : this.meshes) : []);
   }
 }

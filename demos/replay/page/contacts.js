@@ -42,10 +42,9 @@ class ContactView {
       patches = Math.max(patches, c.firstPatch[f + 1] - c.firstPatch[f]);
     }
     const along = geometry => geometry.translate(0, 0.5, 0);
-    const lit = () => new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, emissive: 0x202020});
+    const lit = () => new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors});
     const disc = new THREE.MeshLambertMaterial({
-      vertexColors: THREE.VertexColors, side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false,
-      emissive: 0x303030
+      vertexColors: THREE.VertexColors, side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false
     });
     this.shafts = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, 10)), lit(), points, parent);
     this.heads = new Copies(along(new THREE.ConeBufferGeometry(1, 1, 14)), lit(), points, parent);

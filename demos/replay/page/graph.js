@@ -10,7 +10,7 @@ function graphRows(record) {
   const single = record.takes.length === 1;
   if (single) energy.push({...lines('kinetic')[0], color: '#c2571a', shift: true}, {...lines('spring')[0], color: '#15803d', shift: true});
   return [
-    {name: 'Energy of the bodies', note: single ? 'kinetic orange, springs green' : 'kinetic and of gravity', unit: 'J', lines: energy},
+    {name: 'Energy of the bodies', note: single ? [['all', '#1f5fa8'], ['kinetic', '#c2571a'], ['springs', '#15803d']] : 'kinetic and of gravity', unit: 'J', lines: energy},
     {name: 'Deepest contact', note: 'as the method sees it', unit: 'm', lines: lines('deepest'), fromZero: true},
     {name: 'Narrow phase', note: 'a step', unit: 's', lines: lines('narrowPhase'), fromZero: true, calm: true}
   ];
@@ -39,7 +39,14 @@ class Graphs {
     box.innerHTML = '<span class="name"></span><canvas></canvas><span class="value"></span>';
     box.querySelector('.name').textContent = row.name;
     const note = document.createElement('small');
-    note.textContent = row.note;
+    if (typeof row.note === 'string') note.textContent = row.note;
+    else
+      for (const [word, color] of row.note) {
+        const span = document.createElement('span');
+        span.textContent = word + ' ';
+        span.style.color = color;
+        note.append(span);
+      }
     box.querySelector('.name').append(note);
     row.canvas = box.querySelector('canvas');
     row.value = box.querySelector('.value');

@@ -121,12 +121,21 @@ function addLabels(record, stage) {
     label.style.color = takeColors[i % 6];
     return label;
   });
-  return () => record.takes.forEach((take, i) => {
-    const middle = [(take.low[0] + take.high[0]) / 2, take.low[1], take.low[2]];
-    const [x, y] = stage.onScreen(take, middle);
-    labels[i].style.left = x + 'px';
-    labels[i].style.top = y + 'px';
-  });
+  return () => {
+    const placed = [];
+    record.takes.forEach((take, i) => {
+      const middle = [(take.low[0] + take.high[0]) / 2, take.low[1], take.low[2]];
+      const [x, y] = stage.onScreen(take, middle);
+      labels[i].style.left = x + 'px';
+      // One that would run into another steps down a line.
+      const half = labels[i].offsetWidth / 2, high = labels[i].offsetHeight;
+      let top = y;
+      for (const other of placed)
+        if (Math.abs(other.x - x) < other.half + half + 4 && Math.abs(other.top - top) < high) top = other.top + high;
+      labels[i].style.top = top + 'px';
+      placed.push({x, half, top});
+    });
+  };
 }
 
 // Bodies, contacts and everything that moves with time, on a stage that WebGL draws.
@@ -136,8 +145,13 @@ async function buildStage(record) {
   const gltf = await new Promise((resolve, reject) => new THREE.GLTFLoader().parse(buffer, '', resolve, reject));
   const motion = await Motion.of(gltf);
   stage.scene.add(gltf.scene);
-  const root = gltf.scene.children[0];
-  const views = record.takes.map((take, t) => take.bodies.map((body, b) => new BodyView(body, root.children[t].children[b], stage.planes)));
+  // The loader hangs children up as they get ready; only the file's own numbers keep the order.
+  const {nodes, scenes} = gltf.parser.json, rootNumber = scenes[0].nodes[0];
+  const nodeOf = number => gltf.parser.getDependency('node', number);
+  const root = await nodeOf(rootNumber);
+  const views = await Promise.all(record.takes.map((take, t) => Promise.all(take.bodies.map(async (body, b) =>
+    new BodyView(body, await nodeOf(nodes[nodes[rootNumber].children[t]].children[b]), stage.planes)))));
+  stage.addSections(views.flat().filter(view => !view.body.plane).map(view => view.section));
   const scale = contactScale(record, stage.size / Math.sqrt(record.takes.length));
   const upright = new THREE.Group();
   upright.quaternion.copy(root.quaternion);

@@ -13,11 +13,15 @@ class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.scene = new THREE.Scene();
+    this.scene.fog = new THREE.Fog(0xeef0f4, 1, 2);  // of endless planes alone
     this.overlay = new THREE.Scene();  // contacts, drawn over the bodies
     this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
     this.planes = [];  // given to the bodies' materials; holds `plane` while there is a cut
+    this.faces = [];
     this.box = this.boxOfTakes();
     this.size = this.box.getSize(new THREE.Vector3()).length() || 1;
+    this.scene.fog.near = 2.5 * this.size;
+    this.scene.fog.far = 6.5 * this.size;
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.01 * this.size, 40 * this.size);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;  // arrows are the timeline's
@@ -38,8 +42,8 @@ class Stage {
   }
 
   addLight(scene, shadows) {
-    scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f99, shadows ? 0.85 : 0.9));
-    const sun = new THREE.DirectionalLight(0xffffff, 0.75);
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f99, shadows ? 0.62 : 0.65));
+    const sun = new THREE.DirectionalLight(0xffffff, shadows ? 0.6 : 0.45);
     const center = this.box.getCenter(new THREE.Vector3());
     sun.position.copy(center).add(new THREE.Vector3(0.5, 1.2, 0.8).multiplyScalar(this.size));
     sun.target.position.copy(center);
@@ -67,6 +71,20 @@ class Stage {
     this.changed = true;
   }
 
+  // A square as large as the picture, of which each body's section shows its part.
+  addSections(sections) {
+    const square = new THREE.PlaneBufferGeometry(6 * this.size, 6 * this.size);
+    this.faces = sections.map((section, i) => {
+      section.order = 2 * i + 2;
+      section.face = new THREE.Mesh(square, section.skin);
+      section.face.renderOrder = 2 * i + 3;
+      section.face.visible = false;
+      section.face.onAfterRender = renderer => renderer.clearStencil();
+      this.scene.add(section.face);
+      return section.face;
+    });
+  }
+
   // `axis` in the takes' frame; `at` from -1 to 1 over the box. The side towards +axis is kept,
   // flipped the other.
   cut(on, axis, at, flipped) {
@@ -80,6 +98,10 @@ class Stage {
     this.plane.constant = -(axis === 'y' ? -sign : sign) * point;
     this.planes.length = 0;
     if (on) this.planes.push(this.plane);
+    for (const face of this.faces) {
+      face.position.copy(center).addScaledVector(normal, point - normal.dot(center));
+      face.lookAt(face.position.clone().add(normal));
+    }
     this.changed = true;
   }
 
