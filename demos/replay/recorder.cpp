@@ -14,7 +14,7 @@ constexpr double kFramesASecond = 60;  // what a screen shows at full speed
 constexpr double kLeastFrames = 600;   // short runs are looked at slowed down
 constexpr double kMostFrames = 6000;
 constexpr std::size_t kMostPoints = 3'000'000;  // of contacts: 40 MB before it is packed
-constexpr double kGap = 0.35;                   // between takes, of the wider one's width
+constexpr double kGap = 0.12;                   // between takes, of a take's diagonal
 constexpr double kMostSpread = 3;  // a take's width counts up to this times its start's
 
 // How far a body's farthest vertex is from its origin.
@@ -168,8 +168,8 @@ void Recorder::endTake() {
   if (!t.swept.isEmpty()) room.extend(t.swept.clamp(most));
   if (!replay_.takes.empty()) {
     const ReplayTake& before = replay_.takes.back();
-    const double width = std::max(before.extent.sizes().x(), room.sizes().x());
-    t.take.offset.x() = before.offset.x() + before.extent.max().x() + kGap * width - room.min().x();
+    const double gap = kGap * room.diagonal().norm();
+    t.take.offset.x() = before.offset.x() + before.extent.max().x() + gap - room.min().x();
   }
   t.take.extent = room;
   replay_.takes.push_back(std::move(t.take));

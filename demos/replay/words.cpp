@@ -25,7 +25,7 @@ std::string setupText(const WorldSettings& settings, double step) {
 }
 
 std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& r) {
-  return {{"Deepest overlap of the meshes", lengthText(r.maxPenetration)},
+  return {{"Deepest overlap, by the meshes", lengthText(r.maxPenetration)},
           {"Contacts a step", numberText(r.contactsPerStep)},
           {"Narrow phase a step", timeText(r.narrowPhaseSeconds / r.steps)},
           {"Energy at the start", energyText(r.energyStart.ofBodies())},

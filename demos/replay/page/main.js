@@ -18,7 +18,10 @@ function contactScale(record, size) {
       depths.push(c.mostDepth * (c.pointDepth[i] << 16 >> 16) / 32767);
     }
   }
-  return {force: quantile(forces, 0.9) || 1, depth: quantile(depths, 0.98) || record.voxel || 1, length: 0.12 * size};
+  // Arrows of many bodies are as much shorter as the bodies are smaller.
+  const moving = Math.max(...record.takes.map(take => take.bodies.filter(body => !body.fixed).length), 1);
+  const length = Math.min(0.12, 0.2 / Math.cbrt(moving)) * size / Math.sqrt(record.takes.length);
+  return {force: quantile(forces, 0.9) || 1, depth: quantile(depths, 0.98) || record.voxel || 1, length};
 }
 
 class Player {
@@ -152,7 +155,7 @@ async function buildStage(record) {
   const views = await Promise.all(record.takes.map((take, t) => Promise.all(take.bodies.map(async (body, b) =>
     new BodyView(body, await nodeOf(nodes[nodes[rootNumber].children[t]].children[b]), stage.planes)))));
   stage.addSections(views.flat().filter(view => !view.body.plane).map(view => view.section));
-  const scale = contactScale(record, stage.size / Math.sqrt(record.takes.length));
+  const scale = contactScale(record, stage.size);
   const upright = new THREE.Group();
   upright.quaternion.copy(root.quaternion);
   stage.overlay.add(upright);
@@ -232,10 +235,9 @@ async function main() {
   });
   const graphs = new Graphs($('graphs'), record, t => player.seek(t));
   const keys = wireTimeline(player, graphs, record);
-  try {
+  if (document.createElement('canvas').getContext('webgl')) {
     view = wireStage(record, await buildStage(record), player);
-  } catch (error) {
-    if (!/WebGL/i.test(String(error))) throw error;
+  } else {
     complain('<b>This browser draws no WebGL here.</b><br>The bodies cannot be shown; the figures below can. Turn on hardware ' +
       'acceleration, try another browser, or open the same motion as glTF (--replay OUT.glb) in Blender.');
   }

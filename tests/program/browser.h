@@ -1,0 +1,52 @@
+// A headless Chromium that a test drives as a person would: keys and the pointer in, pictures and
+// the console out. Spoken to by the DevTools protocol over a pipe, so that no port is open.
+#pragma once
+
+#include <sys/types.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace program_test {
+
+class Browser {
+ public:
+  // A window of this size [css px]. Throws std::runtime_error where Chromium cannot be started.
+  Browser(int width, int height, const std::vector<std::string>& flags = {});
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+
+  void open(const std::string& file);
+  // The value of a JavaScript expression; an exception in it throws here.
+  nlohmann::json value(const std::string& expression);
+  // Asks again until the expression is true; false where it is not within `seconds`.
+  bool becomes(const std::string& expression, double seconds = 30);
+  void press(const std::string& key);
+  void click(double x, double y);
+  // Presses the pointer at one place, moves it and lets go at another.
+  void drag(double x, double y, double toX, double toY);
+  std::string screenshot();  // a PNG file
+  // Errors and warnings of the console, exceptions, and what the browser itself complains of.
+  const std::vector<std::string>& complaints() const { return complaints_; }
+
+ private:
+  nlohmann::json call(const std::string& method, const nlohmann::json& parameters,
+                      bool toPage = true);
+  nlohmann::json message();
+  void listen(const nlohmann::json& event);
+  void pointer(const char* type, double x, double y, int buttons);
+
+  pid_t process_ = -1;
+  int in_ = -1, out_ = -1;
+  int calls_ = 0;
+  std::string profile_, session_, unread_;
+  std::vector<std::string> complaints_;
+};
+
+// Of a PNG file: how different two pictures of one size are, the share of pixels that are not
+// nearly the same; and how many colours a picture has.
+double difference(const std::string& a, const std::string& b);
+std::size_t colors(const std::string& png);
+
+}  // namespace program_test
