@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "errors.h"
@@ -40,8 +41,11 @@ void checkOutput(const std::string& option, const std::string& file, const std::
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error))
     refuse("cannot be written, its folder does not exist; make it first");
-  if (access(folder.c_str(), W_OK) != 0)
-    refuse("cannot be written, its folder is not writable; choose another");
+  // Asked by trying: to root every folder looks writable, also where none can write.
+  const std::string trial = file + "." + std::to_string(getpid()) + ".part";
+  const bool written = std::ofstream(trial).good();
+  fs::remove(trial, error);
+  if (!written) refuse("cannot be written, its folder is not writable; choose another");
 }
 
 }  // namespace cloudcontact::program

@@ -137,7 +137,8 @@ const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
   const auto errors = [&] {
     const SilencedErrors silence;
-    return root.Load(file_.string(), config);
+    // libsdformat takes a relative path from $PWD, which need not be where the program is.
+    return root.Load(std::filesystem::absolute(file_).string(), config);
   }();
   check(errors, "not valid SDFormat, mend it");
   if (root.WorldCount() != 1)

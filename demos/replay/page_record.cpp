@@ -215,6 +215,8 @@ std::string pageRecord(const Replay& replay) {
                              {"offset", asJson(take.offset)},
                              {"low", asJson(Vec3(take.extent.min()))},
                              {"high", asJson(Vec3(take.extent.max()))},
+                             {"startLow", asJson(Vec3(take.start.min()))},
+                             {"startHigh", asJson(Vec3(take.start.max()))},
                              {"bodies", bodiesJson(take, shells)},
                              {"figures", figuresJson(take, arrays)},
                              {"contacts", contactsJson(take, arrays)}});

@@ -94,10 +94,10 @@ void Recorder::begin(const World& world, const std::string& label, double second
     const DrawnBody& drawn = world.drawn(i);
     take_->take.bodies.push_back({world.name(i), world.isStatic(i), world.mass(i), drawn, {}});
     const Eigen::AlignedBox3d box = boxOf(drawn, world.state(i).pose);
-    if (!box.isEmpty()) take_->take.extent.extend(box);
+    if (!box.isEmpty()) take_->take.start.extend(box);
   }
-  if (take_->take.extent.isEmpty()) take_->take.extent.extend(Vec3(0, 0, 0));
-  const double size = std::max(1e-9, take_->take.extent.diagonal().norm());
+  if (take_->take.start.isEmpty()) take_->take.start.extend(Vec3(0, 0, 0));
+  const double size = std::max(1e-9, take_->take.start.diagonal().norm());
   for (const ReplayBody& body : take_->take.bodies)
     take_->motions.emplace_back(reachOf(body.drawn), kTolerance * size);
   take_->narrowPhase = world.narrowPhaseSeconds();
@@ -162,7 +162,7 @@ void Recorder::endTake() {
     t.take.bodies[i].keys = t.motions[i].keys();
   }
   // Beside the takes before it, by as much room as it takes up while it runs.
-  Eigen::AlignedBox3d room = t.take.extent;
+  Eigen::AlignedBox3d room = t.take.start;
   const Vec3 spread = kMostSpread / 2 * room.sizes();
   const Eigen::AlignedBox3d most(room.center() - spread, room.center() + spread);
   if (!t.swept.isEmpty()) room.extend(t.swept.clamp(most));

@@ -51,7 +51,8 @@ struct ReplayTake {
   Vec3 offset = Vec3::Zero();  // where the viewer puts the world's origin [m]
   std::vector<ReplayBody> bodies;
   std::vector<ReplayFrame> frames;
-  Eigen::AlignedBox3d extent;  // of all that moves and all that is not endless, at the start [m]
+  Eigen::AlignedBox3d start;   // of all that is not endless, at the start [m]
+  Eigen::AlignedBox3d extent;  // with where it moves to, as far as that is not very far
 };
 
 // Something that should have happened, and what did.

@@ -215,7 +215,7 @@ std::vector<Case> simulateCases() {
       {simulate({"--iterations", "few"}), {"--iterations", "'few'"}},
       {simulate({"--trajectory", "nowhere/a.csv"}), {"--trajectory", "nowhere/a.csv"}},
       {simulate({"--trajectory", "folder"}), {"--trajectory", "folder"}},
-      {simulate({"--replay", "a.glb"}), {"--replay", "not there yet"}},
+      {simulate({"--replay", "a.mp4"}), {"--replay", "neither .glb nor .html"}},
       {simulate({"--method", "sdf"}), {"--method sdf", "use"}},
       {{"demo", "nothing"}, {"nothing"}},
   };

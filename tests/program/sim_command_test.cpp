@@ -123,14 +123,14 @@ TEST_F(CommandTest, RefusesByName) {
       {{"simulate", where, "--substeps", "0"}, "--substeps"},
       {{"simulate", where, "--substeps", "1.5"}, "--substeps"},
       {{"simulate", where, "--iterations", "none"}, "--iterations"},
-      {{"simulate", where, "--replay", "a.glb"}, "--replay"},
+      {{"simulate", where, "--replay", file("a.mp4")}, "--replay"},
       {{"simulate", where, "--trajectory", file("t.txt")}, "--trajectory"},
       {{"simulate", where, "--trajectory", file("no/such/t.csv")}, "--trajectory"},
       {{"simulate", where, "--method", "sdf", "--voxel", "0.02"}, "--method sdf"},
       {{"simulate", where, "--damping", "5", "--voxel", "0.02"}, "--damping"},
       {{"simulate", where, "--law", "foundation", "--method", "gjk", "--voxel", "0.02"}, "--law"},
       {{"demo", "nut"}, "nut_bolt"},
-      {{"demo", "chain", "--replay", "a.glb"}, "--replay"}};
+      {{"demo", "chain", "--replay", file("a.mp4")}, "--replay"}};
   for (const auto& [words, says] : table) {
     const std::string message = refusal(words);
     EXPECT_NE(message.find(says), std::string::npos) << message;

@@ -127,7 +127,7 @@ function addLabels(record, stage) {
   return () => {
     const placed = [];
     record.takes.forEach((take, i) => {
-      const middle = [(take.low[0] + take.high[0]) / 2, take.low[1], take.low[2]];
+      const middle = [(take.startLow[0] + take.startHigh[0]) / 2, take.startLow[1], take.startLow[2]];
       const [x, y] = stage.onScreen(take, middle);
       labels[i].style.left = x + 'px';
       // One that would run into another steps down a line.

@@ -18,7 +18,8 @@ class Stage {
     this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
     this.planes = [];  // given to the bodies' materials; holds `plane` while there is a cut
     this.faces = [];
-    this.box = this.boxOfTakes();
+    this.box = this.boxOfTakes('low', 'high');
+    this.cutBox = this.boxOfTakes('startLow', 'startHigh');
     this.size = this.box.getSize(new THREE.Vector3()).length() || 1;
     this.scene.fog.near = 2.5 * this.size;
     this.scene.fog.far = 6.5 * this.size;
@@ -33,10 +34,10 @@ class Stage {
   }
 
   // In the viewer's frame, y up, from the takes' z up.
-  boxOfTakes() {
+  boxOfTakes(low, high) {
     const box = new THREE.Box3();
     for (const take of this.record.takes)
-      for (const corner of [take.low, take.high])
+      for (const corner of [take[low], take[high]])
         box.expandByPoint(new THREE.Vector3(corner[0] + take.offset[0], corner[2] + take.offset[2], -corner[1] - take.offset[1]));
     return box;
   }
@@ -85,12 +86,12 @@ class Stage {
     });
   }
 
-  // `axis` in the takes' frame; `at` from -1 to 1 over the box. The side towards +axis is kept,
+  // `axis` in the takes' frame; `at` from -1 to 1 over what there is at the start. The side towards +axis is kept,
   // flipped the other.
   cut(on, axis, at, flipped) {
     const directions = {x: [1, 0, 0], y: [0, 0, -1], z: [0, 1, 0]};
     const normal = new THREE.Vector3().fromArray(directions[axis]);
-    const center = this.box.getCenter(new THREE.Vector3()), half = this.box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+    const center = this.cutBox.getCenter(new THREE.Vector3()), half = this.cutBox.getSize(new THREE.Vector3()).multiplyScalar(0.5);
     const reach = Math.abs(normal.dot(half)) || 1;
     const point = normal.dot(center) + at * reach * 1.001;
     const sign = flipped ? 1 : -1;
