@@ -27,6 +27,7 @@ class Arrays {
   Json add(const std::vector<std::uint8_t>& v) { return add(v, "u8"); }
   Json add(const std::vector<std::int8_t>& v) { return add(v, "i8"); }
   Json add(const std::vector<std::uint16_t>& v) { return add(v, "u16"); }
+  Json add(const std::vector<std::int16_t>& v) { return add(v, "i16"); }
   Json add(const std::vector<std::uint32_t>& v) { return add(v, "u32"); }
   Json add(const std::vector<float>& v) { return add(v, "f32"); }
   const std::string& bytes() const { return bytes_; }
@@ -51,18 +52,26 @@ struct Rounding {
     }
     if (box.isEmpty()) box.extend(Eigen::Vector3f(0, 0, 0));
   }
+  float size() const { return std::max(1e-9f, box.diagonal().norm()); }
   std::uint16_t place(float value, int axis) const {
-    const float span = box.sizes()[axis];
-    return share16(span > 0 ? (value - box.min()[axis]) / span : 0);
+    return whole((value - box.min()[axis]) / size(), kPlaces);
   }
-  static std::uint16_t share16(float share) {
-    return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.f, 1.f)));
+  std::uint16_t length(float value) const { return whole(value / size(), kPlaces); }
+  std::uint16_t force(float value) const {
+    return whole(mostForce > 0 ? std::sqrt(value / mostForce) : 0, kSteps);
+  }
+  std::int16_t depth(float value) const {
+    return static_cast<std::int16_t>(std::lround(mostDepth > 0 ? kSteps * value / mostDepth : 0));
   }
   static std::int8_t direction(float value) {
     return static_cast<std::int8_t>(std::lround(127 * std::clamp(value, -1.f, 1.f)));
   }
-  std::int16_t depth(float value) const {
-    return static_cast<std::int16_t>(std::lround(mostDepth > 0 ? 32767 * value / mostDepth : 0));
+
+ private:
+  // Steps finer than an eye can tell cost bytes: what lies almost still would still move in them.
+  static constexpr float kPlaces = 8191, kSteps = 1023;
+  static std::uint16_t whole(float share, float steps) {
+    return static_cast<std::uint16_t>(std::lround(steps * std::clamp(share, 0.f, 1.f)));
   }
 };
 
@@ -81,9 +90,8 @@ Json contactsJson(const ReplayTake& take, Arrays& arrays) {
   std::vector<std::uint32_t> firstPatch = {0}, firstPoint = {0};
   std::vector<std::uint16_t> bodies, patchPlace, pointPlace, radius, force;
   std::vector<std::int8_t> normal, direction;
-  std::vector<std::uint16_t> patchDepth, pointDepth, count;
-  const float size = std::max(1e-9f, rounding.box.diagonal().norm());
-  const auto packed = [](std::int16_t v) { return static_cast<std::uint16_t>(v); };
+  std::vector<std::int16_t> patchDepth, pointDepth;
+  std::vector<std::uint16_t> count;
   std::uint32_t patches = 0, points = 0;
   for (const ReplayFrame& frame : take.frames) {
     for (const ReplayPatch& p : frame.patches) {
@@ -92,22 +100,20 @@ Json contactsJson(const ReplayTake& take, Arrays& arrays) {
       count.push_back(static_cast<std::uint16_t>(p.points));
       addPlace(patchPlace, rounding, p.position);
       addDirection(normal, p.normal);
-      radius.push_back(Rounding::share16(p.radius / size));
-      patchDepth.push_back(packed(rounding.depth(p.depth)));
+      radius.push_back(rounding.length(p.radius));
+      patchDepth.push_back(rounding.depth(p.depth));
     }
     for (const ReplayPoint& p : frame.points) {
       addPlace(pointPlace, rounding, p.position);
       addDirection(direction, p.force);
-      const float share = rounding.mostForce > 0 ? p.force.norm() / rounding.mostForce : 0;
-      force.push_back(Rounding::share16(std::sqrt(share)));
-      pointDepth.push_back(packed(rounding.depth(p.depth)));
+      force.push_back(rounding.force(p.force.norm()));
+      pointDepth.push_back(rounding.depth(p.depth));
     }
     firstPatch.push_back(patches += static_cast<std::uint32_t>(frame.patches.size()));
     firstPoint.push_back(points += static_cast<std::uint32_t>(frame.points.size()));
   }
   return {{"low", asJson(Vec3(rounding.box.min().cast<double>()))},
-          {"span", asJson(Vec3(rounding.box.sizes().cast<double>()))},
-          {"size", size},
+          {"size", rounding.size()},
           {"mostForce", rounding.mostForce},
           {"mostDepth", rounding.mostDepth},
           {"firstPatch", arrays.add(firstPatch)},

@@ -9,7 +9,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kTolerance = 1e-5;    // of the scene's size: 0.01 px at 1000 px
+constexpr double kTolerance = 3e-5;    // of the scene's size: 0.03 px at 1000 px
 constexpr double kFramesASecond = 60;  // what a screen shows at full speed
 constexpr double kLeastFrames = 600;   // short runs are looked at slowed down
 constexpr double kMostFrames = 6000;

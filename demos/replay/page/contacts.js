@@ -11,6 +11,10 @@ function depthColor(share, out) {
   return out.copy(depthColors[Math.floor(at)]).lerp(depthColors[Math.floor(at) + 1], at % 1);
 }
 
+// The record's whole numbers as N and m (page_record.h).
+const forceOf = (contacts, point) => contacts.mostForce * (contacts.pointForce[point] / 1023) ** 2;
+const depthOf = (contacts, whole) => contacts.mostDepth * whole / 1023;
+
 // Many copies of a geometry, each with its own place and colour.
 class Copies {
   constructor(geometry, material, most, parent) {
@@ -53,12 +57,9 @@ class ContactView {
   }
 
   place(array, i, out) {
-    const {low, span} = this.take.contacts;
-    return out.set(low[0] + span[0] * array[3 * i] / 65535, low[1] + span[1] * array[3 * i + 1] / 65535,
-                   low[2] + span[2] * array[3 * i + 2] / 65535);
+    const {low, size} = this.take.contacts;
+    return out.fromArray(array, 3 * i).multiplyScalar(size / 8191).add(ContactView.low.fromArray(low));
   }
-  force(i) { return this.take.contacts.mostForce * (this.take.contacts.pointForce[i] / 65535) ** 2; }
-  depth(raw) { return this.take.contacts.mostDepth * (raw << 16 >> 16) / 32767; }
 
   // What the frame holds, for the words beside the picture.
   show(t) {
@@ -73,12 +74,12 @@ class ContactView {
   }
 
   addPoint(i) {
-    const c = this.take.contacts, s = this.scale, force = this.force(i);
+    const c = this.take.contacts, s = this.scale, force = forceOf(c, i);
     const length = s.length * Math.min(3, force / s.force);
     if (!(length > 0.01 * s.length)) return force;
     const at = this.place(c.pointPlace, i, ContactView.at);
     ContactView.along.fromArray(c.pointDirection, 3 * i).normalize();
-    const color = depthColor(this.depth(c.pointDepth[i]) / s.depth, ContactView.color);
+    const color = depthColor(depthOf(c, c.pointDepth[i]) / s.depth, ContactView.color);
     const width = 0.03 * s.length * Math.min(1, 3 * length / s.length), head = Math.min(0.28 * s.length, 0.6 * length);
     this.shafts.add(this.matrix(at, ContactView.along, width, length - head), color);
     at.addScaledVector(ContactView.along, length - head);
@@ -90,8 +91,8 @@ class ContactView {
     const c = this.take.contacts, s = this.scale;
     const at = this.place(c.patchPlace, i, ContactView.at);
     ContactView.along.fromArray(c.patchNormal, 3 * i).normalize();
-    const radius = Math.max(0.12 * s.length, c.size * c.patchRadius[i] / 65535);
-    depthColor(this.depth(c.patchDepth[i]) / s.depth, ContactView.color);
+    const radius = Math.max(0.12 * s.length, c.size * c.patchRadius[i] / 8191);
+    depthColor(depthOf(c, c.patchDepth[i]) / s.depth, ContactView.color);
     this.discs.add(this.matrix(at, ContactView.along, radius, 1), ContactView.color);
     this.pins.add(this.matrix(at, ContactView.along, 0.012 * s.length, 0.45 * s.length), ContactView.ink);
   }
@@ -103,7 +104,7 @@ class ContactView {
   }
 }
 Object.assign(ContactView, {
-  at: new THREE.Vector3(), along: new THREE.Vector3(), up: new THREE.Vector3(0, 1, 0), size: new THREE.Vector3(),
+  at: new THREE.Vector3(), low: new THREE.Vector3(), along: new THREE.Vector3(), up: new THREE.Vector3(0, 1, 0), size: new THREE.Vector3(),
   turn: new THREE.Quaternion(), whole: new THREE.Matrix4(), color: new THREE.Color(),
   ink: new THREE.Color('#20242c').convertSRGBToLinear()
 });

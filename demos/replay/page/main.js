@@ -14,8 +14,8 @@ function contactScale(record, size) {
   for (const {contacts: c} of record.takes) {
     const every = Math.max(1, Math.floor(c.pointForce.length / 50000));
     for (let i = 0; i < c.pointForce.length; i += every) {
-      forces.push(c.mostForce * (c.pointForce[i] / 65535) ** 2);
-      depths.push(c.mostDepth * (c.pointDepth[i] << 16 >> 16) / 32767);
+      forces.push(forceOf(c, i));
+      depths.push(depthOf(c, c.pointDepth[i]));
     }
   }
   // Arrows of many bodies are as much shorter as the bodies are smaller.
