@@ -1,0 +1,72 @@
+// Progress: a bar with the time left on a terminal, nothing in a pipe.
+#include <gtest/gtest.h>
+#include <pty.h>
+
+#include <chrono>
+
+#include "program_run.h"
+#include "progress.h"
+
+namespace cloudcontact::program {
+namespace {
+
+// What the program writes to a terminal of this width as its stderr.
+std::string onTerminal(const program_test::Workplace& place, unsigned short columns,
+                       std::vector<std::string> words) {
+  winsize size{24, columns, 0, 0};
+  int terminal = -1;
+  const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
+  if (child == 0) {
+    if (chdir((place / "").c_str()) != 0) _exit(126);
+    const int quiet = open("/dev/null", O_WRONLY);
+    dup2(quiet, STDOUT_FILENO);
+    std::vector<char*> raw = {const_cast<char*>("cloudcontact")};
+    for (const std::string& word : words) raw.push_back(const_cast<char*>(word.c_str()));
+    raw.push_back(nullptr);
+    execv(CLOUDCONTACT_EXECUTABLE, raw.data());
+    _exit(127);
+  }
+  std::string seen;
+  char bytes[4096];
+  for (ssize_t count; (count = read(terminal, bytes, sizeof bytes)) > 0;)
+    seen.append(bytes, static_cast<std::size_t>(count));
+  waitpid(child, nullptr, 0);
+  close(terminal);
+  return seen;
+}
+
+TEST(Progress, TellsTheTimeLeft) {
+  EXPECT_EQ(timeLeftText(0.2), "1 s left");
+  EXPECT_EQ(timeLeftText(59), "59 s left");
+  EXPECT_EQ(timeLeftText(61), "2 min left");
+  EXPECT_EQ(timeLeftText(3 * 3600 + 61), "3 h 1 min left");
+}
+
+TEST(Progress, IsDrawnOnATerminalAndWiped) {
+  const program_test::Workplace place;
+  for (const unsigned short columns : {80, 50}) {
+    const std::string seen =
+        onTerminal(place, columns, {"digitize", "sphere:0.1", "--voxel", "0.0007"});
+    EXPECT_NE(seen.find(" %"), std::string::npos) << seen;
+    EXPECT_NE(seen.find("#--"), std::string::npos) << seen;
+    EXPECT_NE(seen.find(" left"), std::string::npos) << seen;
+    // Every drawing starts the line anew and fits in it; the last thing done is to wipe it.
+    std::size_t at = 0;
+    while ((at = seen.find("\r\033[K", at)) != std::string::npos) {
+      const std::size_t next = std::min(seen.find('\r', at + 1), seen.size());
+      EXPECT_LE(next - at - 4, columns);
+      at = next;
+    }
+    EXPECT_EQ(seen.substr(seen.size() - 4), "\r\033[K");
+  }
+}
+
+TEST(Progress, IsSilentInAPipe) {
+  const program_test::Workplace place;
+  const auto outcome = place.run({"digitize", "sphere:0.1", "--voxel", "0.0007"});
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(outcome.err, "");
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
