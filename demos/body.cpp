@@ -24,6 +24,7 @@ namespace {
 // Facets of a primitive stay this far within its surface, so that the mesh adds nothing to what
 // digitising itself does to a shape (its own error is 0.004 voxels at best).
 constexpr double kFacetTolerance = 0.002;  // [voxels]
+constexpr std::size_t kMostParts = 32;     // of a mesh file that are told apart as materials
 // Lengths that single precision, which Bullet may run in, can hold and square. [m]
 constexpr double kLeastLength = 1e-7, kGreatestLength = 1e6;
 
@@ -152,6 +153,13 @@ void refuseCoarse(const Body& body, const Mesh& mesh, double voxel) {
   throw BadInput(message.str());
 }
 
+void readMesh(Body& body, const CommonOptions& options) {
+  std::vector<NamedMesh> parts = asBadInput(
+      body.name, kMeshAdvice, [&] { return loadMeshParts(body.name, options.metresPerUnit); });
+  body.mesh = merged(parts);
+  if (parts.size() > 1 && parts.size() <= kMostParts) body.parts = std::move(parts);
+}
+
 }  // namespace
 
 Body readBody(const std::string& specification, const CommonOptions& options) {
@@ -164,8 +172,7 @@ Body readBody(const std::string& specification, const CommonOptions& options) {
     body.cloud = asBadInput(specification, "make it again with cloudcontact digitize",
                             [&] { return loadCloud(specification); });
   else
-    body.mesh = asBadInput(specification, kMeshAdvice,
-                           [&] { return loadMesh(specification, options.metresPerUnit); });
+    readMesh(body, options);
   return body;
 }
 
@@ -216,7 +223,10 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     settings.progress = progressBar("digitising " + body.name);
     DigitizeReport report;
     DigitizedBody result;
-    result.cloud = digitize(mesh, settings, &report);
+    // A sheet that was given a thickness is no longer its parts.
+    const bool ofParts = !body.parts.empty() && !isSheet(*body.mesh);
+    result.cloud =
+        ofParts ? digitize(body.parts, settings, &report) : digitize(mesh, settings, &report);
     result.closed = report.closed;
     return result;
   });

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "options.h"
 
@@ -19,6 +20,7 @@ namespace cloudcontact::program {
 struct Body {
   std::string name;                    // as typed
   std::optional<Mesh> mesh;            // of a file, in metres
+  std::vector<NamedMesh> parts;        // of that mesh, where it has several
   std::optional<AnalyticShape> shape;  // a primitive or the half-space z < 0
   std::optional<Cloud> cloud;          // of a .cloud file
 };
@@ -39,7 +41,8 @@ struct DigitizedBody {
   bool closed = true;  // the mesh's every edge belonged to two faces
 };
 
-// The body as a cloud: a mesh digitised (a sheet as a shell, with a message on stderr), a primitive
+// The body as a cloud: a mesh digitised (a sheet as a shell, with a message on stderr; parts as
+// materials named after them), a primitive
 // by way of its mesh, a saved cloud as it is. Throws BadInput for a half-space, a voxel that does
 // not fit in memory, or a saved cloud of another voxel size than the one asked for.
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options);

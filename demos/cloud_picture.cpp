@@ -77,10 +77,11 @@ void addFigures(Drawing& drawing, const SurfaceField& field, const MassPropertie
   table.row("inside voxels", countText(counts.inside));
   table.row("interface voxels", countText(counts.interface));
   table.row("voxels with a base vector", countText(field.bandVoxels()));
+  if (!cloud.materials().empty()) table.row("materials", countText(cloud.materials().size()));
   table.row("surface samples", countText(field.sampleCount()));
 }
 
-void addKey(Drawing& drawing) {
+void addKey(Drawing& drawing, const std::vector<std::string>& materials) {
   const auto entry = [&](int k, const char* term, const char* meaning) {
     const Point at(kMargin + 26 + 390 * (k % 3), 700 + 54 * (k / 3));
     addKeyText(drawing, at + Point(34, -4), term, meaning);
@@ -97,7 +98,11 @@ void addKey(Drawing& drawing) {
     color.alpha = inkOf((k + 0.5) / 3);
     square(at, -25 + 16 * k, color);
   }
-  square(entry(1, "Inside voxels", "all material"), 0, kInside);
+  std::string names;
+  for (const std::string& name : materials) names += (names.empty() ? "" : ", ") + printable(name);
+  at = entry(1, "Inside voxels", names.empty() ? "all material" : names.c_str());
+  const int shown = std::clamp(static_cast<int>(materials.size()), 1, 3);
+  for (int k = 0; k < shown; ++k) square(at, shown == 1 ? 0 : -25 + 16 * k, insideColor(k));
   at = entry(2, "Surface", "fitted to the shades, finer than a voxel");
   drawing.add(line(at + Point(-24, 0), at + Point(20, 0), kSurface, 1.5));
   at = entry(3, "Base vectors", "out of the material, one a surface voxel");
@@ -136,7 +141,7 @@ Drawing cloudPicture(const std::string& name, std::shared_ptr<const SurfaceField
   drawing.add(GroupBegin{"figures", {}});
   addFigures(drawing, *field, mass);
   drawing.add(GroupEnd{});
-  addKey(drawing);
+  addKey(drawing, field->cloud().materials());
   return drawing;
 }
 

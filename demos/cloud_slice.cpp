@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -22,15 +23,17 @@ constexpr int kLookReach = 5;             // half of the square that is judged [
 constexpr std::size_t kMostPlaces = 400;  // that are judged in a slice
 constexpr double kVectorLength = 0.85;    // of a base vector [voxels]
 
-// Mean coverage of a square of voxels, and whether all of them are full.
+// Mean coverage of a square of voxels, and whether all of them are full; the first one's material.
 struct Cell {
   double coverage = 0;
   bool inside = true;
+  int material = 0;
 };
 
 Cell cellAt(const Cloud& cloud, const Slice& slice, Eigen::Vector3i voxel, int step) {
   Cell cell;
   const Eigen::Vector3i low = voxel;
+  cell.material = cloud.material(low.x(), low.y(), low.z());
   for (int v = 0; v < step; ++v)
     for (int u = 0; u < step; ++u) {
       voxel[slice.right] = low[slice.right] + u;
@@ -45,7 +48,7 @@ Cell cellAt(const Cloud& cloud, const Slice& slice, Eigen::Vector3i voxel, int s
 void addSliceVoxels(Drawing& drawing, const Cloud& cloud, const Slice& slice, const CutView& view) {
   const double h = cloud.voxelSize();
   const int step = std::max(1, static_cast<int>(std::ceil(kLeastCell / (h * view.scale))));
-  std::array<Polygons, kShades + 2> shades;  // by coverage, then those inside
+  std::map<int, Polygons> shades;  // by coverage; those inside by kShades + 1 + material
   Eigen::Vector3i voxel;
   voxel[slice.axis] =
       static_cast<int>(std::floor((view.origin[slice.axis] - cloud.origin()[slice.axis]) / h));
@@ -60,16 +63,17 @@ void addSliceVoxels(Drawing& drawing, const Cloud& cloud, const Slice& slice, co
       middle[slice.right] += 0.5 * step;
       middle[slice.up] += 0.5 * step;
       const Point at = view.toPaper(cloud.origin() + h * middle);
-      const auto shade = static_cast<std::size_t>(std::lround(kShades * cell.coverage));
-      shades[cell.inside ? kShades + 1 : shade].rings.push_back(ringOf({at - half, at + half}));
+      const auto shade = static_cast<int>(std::lround(kShades * cell.coverage));
+      shades[cell.inside ? kShades + 1 + cell.material : shade].rings.push_back(
+          ringOf({at - half, at + half}));
     }
   const bool outlined = h * view.scale >= kLeastOutlined;
-  for (std::size_t k = 0; k < shades.size(); ++k) {
-    Color color = k > kShades ? kInside : kInterface;
+  for (auto& [k, squares] : shades) {
+    Color color = k > kShades ? insideColor(k - kShades - 1) : kInterface;
     if (k <= kShades) color.alpha = inkOf(static_cast<double>(k) / kShades);
-    shades[k].paint = {color, std::nullopt, 0.8};
-    if (outlined) shades[k].paint.stroke = kPaperWhite;
-    if (!shades[k].rings.empty()) drawing.add(std::move(shades[k]));
+    squares.paint = {color, std::nullopt, 0.8};
+    if (outlined) squares.paint.stroke = kPaperWhite;
+    drawing.add(std::move(squares));
   }
 }
 
@@ -92,6 +96,12 @@ double surfaceAround(const SurfaceField& field, const Slice& slice, const Eigen:
 }
 
 }  // namespace
+
+Color insideColor(int material) {
+  static constexpr Color kTints[] = {{214, 219, 227}, {240, 222, 184}, {232, 190, 186},
+                                     {196, 222, 196}, {214, 200, 230}, {186, 222, 228}};
+  return kTints[material % 6];
+}
 
 double inkOf(double coverage) {
   return 0.1 + 0.8 * coverage;

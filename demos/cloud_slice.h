@@ -9,7 +9,9 @@
 
 namespace cloudcontact::program {
 
-inline constexpr Color kInside{214, 219, 227}, kInterface{43, 108, 176}, kSurface{20, 62, 112};
+// What is inside, by its material.
+Color insideColor(int material);
+inline constexpr Color kInterface{43, 108, 176}, kSurface{20, 62, 112};
 inline constexpr Color kCenter{190, 18, 60};
 
 // The share of kInterface's ink that a coverage gets.

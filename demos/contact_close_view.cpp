@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <tuple>
@@ -19,17 +20,21 @@ constexpr double kLabelDistance = 235;  // of a body's letter from the contact [
 constexpr double kLetterSize = 18;
 constexpr double kVectorLength = 0.85;  // of a base vector [voxels]
 
-// Voxels by their shade: one element a shade.
-void addVoxels(Drawing& drawing, const std::vector<CutVoxel>& voxels, const Color& color) {
-  std::array<std::vector<std::vector<Point>>, kShades + 1> shades;
-  for (const CutVoxel& voxel : voxels)
-    shades[static_cast<std::size_t>(std::lround(kShades * voxel.coverage / 255.0))].push_back(
-        voxel.outline);
-  for (std::size_t k = 0; k < shades.size(); ++k)
-    if (!shades[k].empty())
-      drawing.add(Polygons{
-          std::move(shades[k]),
-          {shade(color, static_cast<double>(k) / kShades), Color{255, 255, 255, 0.75}, 0.9}});
+// Voxels by their material and shade: one element for those that look alike.
+void addVoxels(Drawing& drawing, const std::vector<CutVoxel>& voxels, const Cloud& cloud,
+               bool isA) {
+  std::map<std::pair<int, int>, std::vector<std::vector<Point>>> alike;
+  for (const CutVoxel& v : voxels) {
+    const int material = cloud.material(v.voxel.x(), v.voxel.y(), v.voxel.z());
+    const auto level = static_cast<int>(std::lround(kShades * v.coverage / 255.0));
+    alike[{material, level}].push_back(v.outline);
+  }
+  for (auto& [look, outlines] : alike) {
+    const auto& [material, level] = look;
+    drawing.add(Polygons{std::move(outlines),
+                         {shade(materialColor(isA, material), double(level) / kShades),
+                          Color{255, 255, 255, 0.75}, 0.9}});
+  }
 }
 
 double areaOf(const std::vector<Point>& ring) {
@@ -93,12 +98,13 @@ void addBaseVectors(Drawing& drawing, const PictureBody& body, std::vector<CutVo
   }
 }
 
-void addBody(Drawing& drawing, const PictureBody& body, const CutView& view, const Color& color,
+void addBody(Drawing& drawing, const PictureBody& body, const CutView& view, bool isA,
              const std::vector<CutVoxel>& voxels) {
   if (body.field)
-    addVoxels(drawing, voxels, color);
+    addVoxels(drawing, voxels, body.field->cloud(), isA);
   else
-    drawing.add(Polygons{materialStripes(body, view, 2), {shade(color, 1), std::nullopt, 0}});
+    drawing.add(Polygons{materialStripes(body, view, 2, 0),
+                         {shade(materialColor(isA, 0), 1), std::nullopt, 0}});
 }
 
 // Those in the cut: what lies before it or behind it is seen in the patch's own view.
@@ -127,11 +133,9 @@ void addDigitalNormal(Drawing& drawing, const ContactScene& scene, const CutView
   drawing.add(Text{label, "digital normal", 16, kContactRed, align, true, true});
 }
 
-// A body's letter where there is nothing but that body.
+// A body's letter, and the material's name where it has several, where there is nothing but that.
 void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& other,
-                  const CutView& view, const char* letter, const Color& color) {
-  const std::string words = std::string(letter) + (body.field ? "" : ", a half-space: no voxels");
-
+                  const CutView& view, const std::string& words, int material, const Color& color) {
   const Point half(widthOf(words, kLetterSize, true) / 2, 12);
   const Point center = view.frame.center();
   double best = -kWidth;
@@ -141,7 +145,8 @@ void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& 
          x += 20) {
       const auto only = [&](const Point& p) {
         const Vec3 world = view.toWorld(p);
-        return body.coverageAt(world) == 1 && other.coverageAt(world) == 0;
+        return body.coverageAt(world) == 1 && body.materialAt(world) == material &&
+               other.coverageAt(world) == 0;
       };
       bool clear = true;
       for (const double sx : {-1.0, -0.5, 0.0, 0.5, 1.0})
@@ -156,7 +161,24 @@ void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& 
     drawing.add(Text{place + Point(0, 6), words, kLetterSize, color, Align::Middle, true, true});
 }
 
+void addBodyLabels(Drawing& drawing, const PictureBody& body, const PictureBody& other,
+                   const CutView& view, const std::string& letter, const Color& color) {
+  if (!body.field)
+    return addBodyLabel(drawing, body, other, view, letter + ", a half-space: no voxels", 0, color);
+  const std::vector<std::string>& materials = body.field->cloud().materials();
+  if (materials.empty()) return addBodyLabel(drawing, body, other, view, letter, 0, color);
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    addBodyLabel(drawing, body, other, view, letter + ", " + printable(materials[m]),
+                 static_cast<int>(m), color);
+}
+
 }  // namespace
+
+Color materialColor(bool isA, int material) {
+  static constexpr Color kOfA[] = {kBodyA, {38, 150, 136}, {124, 92, 196}, {84, 104, 128}};
+  static constexpr Color kOfB[] = {kBodyB, {196, 160, 16}, {168, 68, 42}, {138, 109, 59}};
+  return (isA ? kOfA : kOfB)[material % 4];
+}
 
 Color shade(Color color, double coverage) {
   color.alpha = 0.08 + 0.5 * coverage;
@@ -178,8 +200,8 @@ void addCloseView(Drawing& drawing, const ContactScene& scene, const Marks& mark
     draw();
     drawing.add(GroupEnd{});
   };
-  group("body-a", [&] { addBody(drawing, scene.a, view, kBodyA, a); });
-  group("body-b", [&] { addBody(drawing, scene.b, view, kBodyB, b); });
+  group("body-a", [&] { addBody(drawing, scene.a, view, true, a); });
+  group("body-b", [&] { addBody(drawing, scene.b, view, false, b); });
   const double spacing = 0.3 * scene.voxel * view.scale;
   group("surfaces", [&] {
     drawing.add(Polygons{surfaceLines(scene.a, view, spacing), {{}, kDarkA, 1.8}, false});
@@ -197,8 +219,8 @@ void addCloseView(Drawing& drawing, const ContactScene& scene, const Marks& mark
   group("digital-normal", [&] { addDigitalNormal(drawing, scene, view, marks.focus); });
   group("contact-points", [&] { addPoints(drawing, scene, view); });
   group("names", [&] {
-    addBodyLabel(drawing, scene.a, scene.b, view, "A", kDarkA);
-    addBodyLabel(drawing, scene.b, scene.a, view, "B", kDarkB);
+    addBodyLabels(drawing, scene.a, scene.b, view, "A", kDarkA);
+    addBodyLabels(drawing, scene.b, scene.a, view, "B", kDarkB);
   });
 }
 

@@ -12,6 +12,8 @@ namespace cloudcontact::program {
 
 // A is blue, B orange, what the contact makes of them red.
 inline constexpr Color kBodyA{43, 108, 176}, kBodyB{221, 122, 30};
+// Of their first material; materialColor() tells the others apart from it.
+Color materialColor(bool isA, int material);
 inline constexpr Color kDarkA{20, 62, 112}, kDarkB{138, 66, 6};
 inline constexpr Color kContactRed{190, 18, 60};
 inline constexpr double kNormalWidth = 8, kVectorWidth = 2;  // of the arrows' shafts [px]

@@ -40,8 +40,13 @@ void addWholeView(Drawing& drawing, const ContactScene& scene, const CutView& cl
                   const Rectangle& frame) {
   const CutView view = wholeView(scene, close, belowCaption(frame));
   drawing.add(GroupBegin{"overview", view.frame});
-  for (const auto& [body, color] : {std::pair(&scene.a, kBodyA), std::pair(&scene.b, kBodyB)})
-    drawing.add(Polygons{materialStripes(*body, view, 1.5), {shade(color, 1), std::nullopt, 0}});
+  for (const auto& [body, isA] : {std::pair(&scene.a, true), std::pair(&scene.b, false)}) {
+    const int materials =
+        body->field ? static_cast<int>(body->field->cloud().materials().size()) : 0;
+    for (int m = 0; m < std::max(1, materials); ++m)
+      drawing.add(Polygons{materialStripes(*body, view, 1.5, m),
+                           {shade(materialColor(isA, m), 1), std::nullopt, 0}});
+  }
   const Point middle = view.toPaper(close.origin);
   const Point half = close.frame.size() / 2 * view.scale / close.scale;
   drawing.add(Polygons{{ringOf({middle - half, middle + half})}, {std::nullopt, kInk, 2}});

@@ -36,15 +36,24 @@ std::optional<FieldPoint> PictureBody::at(const Vec3& world) const {
   return point;
 }
 
+// The voxel at a place of the world; outside of the grid the cloud itself says that nothing is
+// there.
+static Eigen::Vector3i voxelAt(const Cloud& cloud, const Vec3& local) {
+  const Vec3 g = (local - cloud.origin()) / cloud.voxelSize();
+  return g.array().floor().max(-1).min(1e9).cast<int>();
+}
+
 double PictureBody::coverageAt(const Vec3& world) const {
   const Vec3 local = pose.toLocal(world);
   if (!field) return shapeAt(*plane, local).depth > 0 ? 1 : 0;
-  const Cloud& cloud = field->cloud();
-  const Vec3 g = (local - cloud.origin()) / cloud.voxelSize();
-  const Vec3 size = cloud.size().cast<double>();
-  if ((g.array() < 0).any() || (g.array() >= size.array()).any()) return 0;
-  const Eigen::Vector3i v = g.cast<int>();
-  return cloud.coverage(v.x(), v.y(), v.z()) / 255.0;
+  const Eigen::Vector3i v = voxelAt(field->cloud(), local);
+  return field->cloud().coverage(v.x(), v.y(), v.z()) / 255.0;
+}
+
+int PictureBody::materialAt(const Vec3& world) const {
+  if (!field) return 0;
+  const Eigen::Vector3i v = voxelAt(field->cloud(), pose.toLocal(world));
+  return field->cloud().material(v.x(), v.y(), v.z());
 }
 
 std::vector<FoundSample> samplesIn(const PictureBody& own, const PictureBody& other,

@@ -20,6 +20,7 @@ struct PictureBody {
   // Depth and outward normal at a point of the world; nothing far from the surface. [m]
   std::optional<FieldPoint> at(const Vec3& world) const;
   double coverageAt(const Vec3& world) const;  // 0..1 of the voxel there
+  int materialAt(const Vec3& world) const;     // of the voxel there, see Cloud::material
 };
 
 struct ContactScene {

@@ -133,13 +133,16 @@ std::vector<std::vector<Point>> surfaceLines(const PictureBody& body, const CutV
 }
 
 std::vector<std::vector<Point>> materialStripes(const PictureBody& body, const CutView& view,
-                                                double stripe) {
+                                                double stripe, int material) {
   std::vector<std::vector<Point>> stripes;
+  const auto isIn = [&](const Vec3& world) {
+    return body.coverageAt(world) >= 0.5 && body.materialAt(world) == material;
+  };
   for (double y = view.frame.low.y(); y < view.frame.high.y(); y += stripe) {
     double start = -1;
     for (double x = view.frame.low.x(); x <= view.frame.high.x() + stripe; x += stripe) {
-      const bool inside = x < view.frame.high.x() &&
-                          body.coverageAt(view.toWorld({x + stripe / 2, y + stripe / 2})) >= 0.5;
+      const bool inside =
+          x < view.frame.high.x() && isIn(view.toWorld({x + stripe / 2, y + stripe / 2}));
       if (inside && start < 0) start = x;
       if (inside || start < 0) continue;
       stripes.push_back(ringOf({{start, y}, {x, y + stripe}}));

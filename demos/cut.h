@@ -45,8 +45,8 @@ std::vector<CutVoxel> cutVoxels(const Cloud& cloud, const Pose& pose, const CutV
 std::vector<std::vector<Point>> surfaceLines(const PictureBody& body, const CutView& view,
                                              double spacing);
 
-// The body's material in the plane as stripes `stripe` px high: for small views.
+// One of the body's materials in the plane as stripes `stripe` px high: for small views.
 std::vector<std::vector<Point>> materialStripes(const PictureBody& body, const CutView& view,
-                                                double stripe);
+                                                double stripe, int material);
 
 }  // namespace cloudcontact::program

@@ -55,6 +55,22 @@ Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
   return result;
 }
 
+// Each material's name and volume: its voxels' coverage, added up.
+Json materialsJson(const Cloud& cloud) {
+  std::vector<std::uint64_t> sums(cloud.materials().size(), 0);
+  const Eigen::Vector3i size = cloud.size();
+  for (int z = 0; z < size.z(); ++z)
+    for (int y = 0; y < size.y(); ++y)
+      for (int x = 0; x < size.x(); ++x)
+        if (const int c = cloud.coverage(x, y, z))
+          sums[cloud.material(x, y, z)] += std::uint64_t(c);
+  Json json = Json::array();
+  const double h = cloud.voxelSize();
+  for (std::size_t m = 0; m < sums.size(); ++m)
+    json.push_back({{"name", cloud.materials()[m]}, {"volume", double(sums[m]) / 255 * h * h * h}});
+  return json;
+}
+
 Json resultJson(const Digitized& d, double density) {
   const VoxelCounts counts = d.cloud.counts();
   const MassProperties mass = d.cloud.massProperties();
@@ -68,6 +84,7 @@ Json resultJson(const Digitized& d, double density) {
   json["centerOfMass"] = asJson(mass.centerOfMass);
   json["inertia"] = asJson(Eigen::Matrix3d(density * mass.inertia));
   json["bytes"] = d.cloud.bytes() + d.field->bytes();
+  if (!d.cloud.materials().empty()) json["materials"] = materialsJson(d.cloud);
   json["cloudBytes"] = d.cloud.bytes();
   json["fieldBytes"] = d.field->bytes();
   json["closed"] = d.closed;

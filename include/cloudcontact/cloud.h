@@ -1,6 +1,7 @@
-// Cloud: a body as voxels that each hold the fraction of themselves that is material.
-// Sparse: 8x8x8 bricks, of which only those with a surface in them store numbers (DESIGN.md, "The
-// method", 2: coverage, not yes or no). A value; copies share their voxels.
+// Cloud: a body as voxels that each hold the fraction of themselves that is material, and, in a
+// body of several, which one. Sparse: 8x8x8 bricks, of which only those with a surface in them
+// store numbers (DESIGN.md, "The method", 2: coverage, not yes or no). A value; copies share their
+// voxels.
 #pragma once
 
 #include <cloudcontact/pose.h>
@@ -8,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace cloudcontact {
@@ -19,6 +21,9 @@ constexpr std::int32_t kSolidBrick = -2;                            // all cover
 
 // Coverage of a brick's voxels in 1/255, x fastest: index = x + 8 (y + 8 z).
 using BrickCoverage = std::array<std::uint8_t, kBrickVoxels>;
+
+// Indices into Voxels::materials, in the same order.
+using BrickMaterial = std::array<std::uint8_t, kBrickVoxels>;
 
 // How many voxels are what (paper Fig. 4 b, c, d).
 struct VoxelCounts {
@@ -41,6 +46,12 @@ class Cloud {
     std::vector<std::int32_t>
         table;  // one entry a brick, x fastest: index into `coverage`, kEmptyBrick or kSolidBrick
     std::vector<BrickCoverage> coverage;
+    // Bodies of several materials (paper Fig. 4 d): their names, and for each brick of `table`
+    // either an index into `material` or -1 - m where all of it is material m. All empty for one
+    // material.
+    std::vector<std::string> materials;
+    std::vector<std::int32_t> materialTable;
+    std::vector<BrickMaterial> material;
   };
 
   Cloud() = default;
@@ -57,6 +68,9 @@ class Cloud {
   const Voxels& voxels() const { return *voxels_; }
   // Coverage of a voxel in 1/255; 0 outside the grid.
   std::uint8_t coverage(int x, int y, int z) const;
+  // Which material a voxel with coverage is of: index into materials(); 0 where there is but one.
+  std::uint8_t material(int x, int y, int z) const;
+  const std::vector<std::string>& materials() const { return voxels_->materials; }
   Vec3 center(int x, int y, int z) const;  // of a voxel, in the body's frame [m]
 
   // The same voxels in a frame moved by `shift` [m]: costs nothing, shares everything.

@@ -19,6 +19,13 @@ struct Mesh {
   Mesh scaled(const Eigen::Vector3d& factor) const;
 };
 
+// A part of a mesh file, by the name that it has there.
+struct NamedMesh {
+  std::string name;
+  Mesh mesh;
+};
+Mesh merged(const std::vector<NamedMesh>& parts);
+
 // What a look at a mesh's edges and volume tells.
 struct MeshReport {
   std::size_t openEdges = 0;      // edges of welded triangles that belong to one triangle only

@@ -13,4 +13,8 @@ namespace cloudcontact {
 // missing, empty, no mesh, has no triangles, has NaN or infinite vertices, or is cut short.
 Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit = 1.0);
 
+// The same, part by part: the file's objects or groups, those of one name together, in the order of
+// the file. A part without a name is called "part 1" and so on.
+std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metresPerUnit = 1.0);
+
 }  // namespace cloudcontact

@@ -2,6 +2,7 @@
 #include <cloudcontact/cloud.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -98,6 +99,37 @@ void checkTable(const Cloud::Voxels& voxels) {
                                   ", but there are " + std::to_string(voxels.coverage.size()));
 }
 
+void checkMaterials(const Cloud::Voxels& voxels) {
+  if (voxels.materials.empty() && voxels.materialTable.empty() && voxels.material.empty()) return;
+  const auto count = static_cast<std::int64_t>(voxels.materials.size());
+  if (count > 256) throw std::invalid_argument("cloud: more than 256 materials");
+  if (voxels.materialTable.size() != voxels.table.size())
+    throw std::invalid_argument("cloud: the table of materials has another size than the bricks'");
+  for (const std::int32_t m : voxels.materialTable)
+    if (m < -count || m >= static_cast<std::int64_t>(voxels.material.size()))
+      throw std::invalid_argument("cloud: a brick names a material that is not there");
+  for (const BrickMaterial& brick : voxels.material)
+    for (const std::uint8_t m : brick)
+      if (m >= count) throw std::invalid_argument("cloud: a voxel names no material of the cloud");
+}
+
+// Where a voxel's brick is in the table and where the voxel is in its brick; nothing outside.
+struct VoxelPlace {
+  std::size_t entry, inBrick;
+};
+std::optional<VoxelPlace> placeOf(const Cloud::Voxels* voxels, int x, int y, int z) {
+  if (!voxels || x < 0 || y < 0 || z < 0) return {};
+  const int bx = x / kBrickEdge, by = y / kBrickEdge, bz = z / kBrickEdge;
+  const Eigen::Vector3i& n = voxels->bricks;
+  if (bx >= n[0] || by >= n[1] || bz >= n[2]) return {};
+  const std::size_t entry = static_cast<std::size_t>(bx) +
+                            static_cast<std::size_t>(n[0]) * (static_cast<std::size_t>(by) +
+                                                              static_cast<std::size_t>(n[1]) * bz);
+  const int inBrick =
+      x % kBrickEdge + kBrickEdge * (y % kBrickEdge + kBrickEdge * (z % kBrickEdge));
+  return VoxelPlace{entry, static_cast<std::size_t>(inBrick)};
+}
+
 }  // namespace
 
 Cloud::Cloud(double voxelSize, const Vec3& origin, std::shared_ptr<const Voxels> voxels)
@@ -107,21 +139,23 @@ Cloud::Cloud(double voxelSize, const Vec3& origin, std::shared_ptr<const Voxels>
   if (!origin.allFinite()) throw std::invalid_argument("cloud: origin must be finite [m]");
   if (!voxels_) throw std::invalid_argument("cloud: voxels are missing");
   checkTable(*voxels_);
+  checkMaterials(*voxels_);
 }
 
 std::uint8_t Cloud::coverage(int x, int y, int z) const {
-  if (!voxels_ || x < 0 || y < 0 || z < 0) return 0;
-  const int bx = x / kBrickEdge, by = y / kBrickEdge, bz = z / kBrickEdge;
-  const Eigen::Vector3i& n = voxels_->bricks;
-  if (bx >= n[0] || by >= n[1] || bz >= n[2]) return 0;
-  const std::size_t entry = static_cast<std::size_t>(bx) +
-                            static_cast<std::size_t>(n[0]) * (static_cast<std::size_t>(by) +
-                                                              static_cast<std::size_t>(n[1]) * bz);
-  const std::int32_t b = voxels_->table[entry];
+  const auto place = placeOf(voxels_.get(), x, y, z);
+  if (!place) return 0;
+  const std::int32_t b = voxels_->table[place->entry];
   if (b < 0) return b == kSolidBrick ? 255 : 0;
-  const int inBrick =
-      x % kBrickEdge + kBrickEdge * (y % kBrickEdge + kBrickEdge * (z % kBrickEdge));
-  return voxels_->coverage[static_cast<std::size_t>(b)][static_cast<std::size_t>(inBrick)];
+  return voxels_->coverage[static_cast<std::size_t>(b)][place->inBrick];
+}
+
+std::uint8_t Cloud::material(int x, int y, int z) const {
+  const auto place = placeOf(voxels_.get(), x, y, z);
+  if (!place || voxels_->materialTable.empty()) return 0;
+  const std::int32_t m = voxels_->materialTable[place->entry];
+  if (m < 0) return static_cast<std::uint8_t>(-1 - m);
+  return voxels_->material[static_cast<std::size_t>(m)][place->inBrick];
 }
 
 Vec3 Cloud::center(int x, int y, int z) const {
@@ -187,7 +221,9 @@ MassProperties Cloud::massProperties() const {
 std::size_t Cloud::bytes() const {
   if (!voxels_) return 0;
   return sizeof(Voxels) + voxels_->table.capacity() * sizeof(std::int32_t) +
-         voxels_->coverage.capacity() * sizeof(BrickCoverage);
+         voxels_->coverage.capacity() * sizeof(BrickCoverage) +
+         voxels_->materialTable.capacity() * sizeof(std::int32_t) +
+         voxels_->material.capacity() * sizeof(BrickMaterial);
 }
 
 }  // namespace cloudcontact

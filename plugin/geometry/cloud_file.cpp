@@ -2,9 +2,13 @@
 //
 // Layout, all little-endian: 8 bytes "CLDCNTCT", u32 version, f64 voxel size [m], f64 x 3 origin
 // [m], i32 x 3 bricks, u64 stored bricks, the table (i32 each), the stored bricks (512 bytes each),
-// u64 FNV-1a of everything before it.
+// u64 FNV-1a of everything before it. Version 2 is for bodies of several materials: behind the
+// stored bricks' number u64 bytes of names and u64 bricks of materials; behind the stored bricks
+// the names, a zero behind each, the table of materials (i32 each) and those bricks (512 bytes
+// each).
 #include <cloudcontact/cloud_file.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -21,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
-constexpr std::uint32_t kVersion = 1;
-constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 * 8 + 3 * 4 + 8;
+constexpr std::uint32_t kPlain = 1, kWithMaterials = 2;  // versions
+constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 * 8 + 3 * 4 + 8, kMaterialHeader = 2 * 8;
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {
   throw std::runtime_error(file.string() + ": " + why);
@@ -96,13 +100,23 @@ void write(const Cloud& cloud, std::ostream& out) {
   Writer writer(out);
   const Cloud::Voxels& voxels = cloud.voxels();
   writer.bytes(kMagic, sizeof(kMagic));
-  writer.number(kVersion);
+  const bool materials = !voxels.materials.empty();
+  std::string names;
+  for (const std::string& name : voxels.materials) names += name + '\0';
+  writer.number(materials ? kWithMaterials : kPlain);
   writer.number(cloud.voxelSize());
   for (int k = 0; k < 3; ++k) writer.number(cloud.origin()[k]);
   for (int k = 0; k < 3; ++k) writer.number(static_cast<std::int32_t>(voxels.bricks[k]));
   writer.number(static_cast<std::uint64_t>(voxels.coverage.size()));
+  if (materials) {
+    writer.number(static_cast<std::uint64_t>(names.size()));
+    writer.number(static_cast<std::uint64_t>(voxels.material.size()));
+  }
   for (const std::int32_t b : voxels.table) writer.number(b);
   for (const BrickCoverage& b : voxels.coverage) writer.bytes(b.data(), b.size());
+  writer.bytes(names.data(), names.size());
+  for (const std::int32_t m : voxels.materialTable) writer.number(m);
+  for (const BrickMaterial& m : voxels.material) writer.bytes(m.data(), m.size());
   writer.number(writer.hash());
 }
 
@@ -111,6 +125,8 @@ struct Header {
   Vec3 origin;
   Eigen::Vector3i bricks;
   std::uint64_t tableEntries, storedBricks;
+  bool materials = false;
+  std::uint64_t nameBytes = 0, materialBricks = 0;
 };
 
 Header readHeader(Reader& reader, const fs::path& file) {
@@ -118,14 +134,20 @@ Header readHeader(Reader& reader, const fs::path& file) {
   reader.bytes(magic, sizeof(magic));
   if (std::memcmp(magic, kMagic, sizeof(magic)) != 0)
     refuse(file, "is not a cloud; make one with `cloudcontact digitize`");
-  if (const auto version = reader.number<std::uint32_t>(); version != kVersion)
-    refuse(file, "is a cloud of version " + std::to_string(version) + ", this program reads " +
-                     std::to_string(kVersion) + "; digitize the body again");
+  const auto version = reader.number<std::uint32_t>();
+  if (version != kPlain && version != kWithMaterials)
+    refuse(file, "is a cloud of version " + std::to_string(version) +
+                     ", this program reads 1 and 2" + "; digitize the body again");
   Header header;
+  header.materials = version == kWithMaterials;
   header.voxelSize = reader.number<double>();
   for (int k = 0; k < 3; ++k) header.origin[k] = reader.number<double>();
   for (int k = 0; k < 3; ++k) header.bricks[k] = reader.number<std::int32_t>();
   header.storedBricks = reader.number<std::uint64_t>();
+  if (header.materials) {
+    header.nameBytes = reader.number<std::uint64_t>();
+    header.materialBricks = reader.number<std::uint64_t>();
+  }
   header.tableEntries = 1;
   for (int k = 0; k < 3; ++k) {
     if (header.bricks[k] < 0) refuse(file, "says a negative number of bricks; save it again");
@@ -140,15 +162,30 @@ Header readHeader(Reader& reader, const fs::path& file) {
 // A file says its sizes itself; they must be its length before anything is allocated for them.
 void checkLength(const Header& header, const fs::path& file) {
   const std::uint64_t length = fs::file_size(file);
-  if (header.storedBricks > header.tableEntries)
+  if (std::max(header.storedBricks, header.materialBricks) > header.tableEntries)
     refuse(file, "says impossible sizes: more stored bricks than places; save it again");
-  const std::uint64_t expected =
+  if (header.nameBytes > length) refuse(file, "says impossible sizes: its names; save it again");
+  std::uint64_t expected =
       kHeaderBytes + 4 * header.tableEntries + kBrickVoxels * header.storedBricks + 8;
+  if (header.materials)
+    expected += kMaterialHeader + header.nameBytes + 4 * header.tableEntries +
+                kBrickVoxels * header.materialBricks;
   if (length < expected)
     refuse(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
                      std::to_string(expected) + "; save the cloud again");
   if (length > expected)
     refuse(file, "has " + std::to_string(length - expected) + " bytes too many; save it again");
+}
+
+void readMaterials(Reader& reader, const Header& header, Cloud::Voxels& voxels) {
+  std::string names(header.nameBytes, '\0');
+  reader.bytes(names.data(), names.size());
+  for (std::size_t at = 0, end; (end = names.find('\0', at)) != std::string::npos; at = end + 1)
+    voxels.materials.push_back(names.substr(at, end - at));
+  voxels.materialTable.resize(header.tableEntries);
+  for (std::int32_t& m : voxels.materialTable) m = reader.number<std::int32_t>();
+  voxels.material.resize(header.materialBricks);
+  for (BrickMaterial& m : voxels.material) reader.bytes(m.data(), m.size());
 }
 
 // Removes a half-written file on every way out but the good one.
@@ -199,6 +236,7 @@ Cloud loadCloud(const fs::path& file) {
   for (std::int32_t& b : voxels->table) b = reader.number<std::int32_t>();
   voxels->coverage.resize(header.storedBricks);
   for (BrickCoverage& b : voxels->coverage) reader.bytes(b.data(), b.size());
+  if (header.materials) readMaterials(reader, header, *voxels);
   const std::uint64_t hash = reader.hash();
   if (reader.number<std::uint64_t>() != hash)
     refuse(file, "is damaged: its bytes do not add up; save the cloud again");

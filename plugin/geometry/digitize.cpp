@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include "geometry/closing.h"
 #include "geometry/grid.h"
+#include "geometry/materials.h"
 #include "geometry/mesh_topology.h"
 #include "geometry/open_surface.h"
 #include "geometry/parallel.h"
@@ -97,6 +99,33 @@ void checkNotEmpty(const Cloud::Voxels& voxels, const Prepared& prepared, double
       "it a thickness with shell()");
 }
 
+Cloud::Voxels cutInGrid(const Prepared& prepared, const Grid& grid,
+                        const DigitizeSettings& settings, DigitizeReport& found) {
+  const GridSurface surface = inGrid(prepared.closing, grid);
+  found.closed = prepared.wasClosed;
+  if (prepared.closable) {
+    ColumnResult cut =
+        cutColumns(surface, cheapestAxis(surface), settings.threads, settings.progress);
+    found.badColumns = cut.cappedColumns + cut.badColumns;
+    return std::move(cut.voxels);
+  }
+  Vote vote = voteOnColumns(surface, settings.threads, settings.progress);
+  found.badColumns = vote.badColumns;
+  found.undecidedVoxels = vote.undecidedVoxels;
+  return std::move(vote.voxels);
+}
+
+// A mesh's voxels in the grid of the body that it is part of; nothing where it has no volume.
+std::optional<Cloud::Voxels> partInGrid(const Mesh& mesh, const Grid& grid,
+                                        const DigitizeSettings& settings) {
+  DigitizeReport unused;
+  try {
+    return cutInGrid(prepare(mesh), grid, settings, unused);
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
@@ -115,24 +144,28 @@ Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeRepor
   const Prepared prepared = prepare(mesh);
   checkSize(prepared, settings);
   const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
-  const GridSurface surface = inGrid(prepared.closing, grid);
   DigitizeReport found;
-  found.closed = prepared.wasClosed;
-  auto voxels = std::make_shared<Cloud::Voxels>();
-  if (prepared.closable) {
-    ColumnResult cut =
-        cutColumns(surface, cheapestAxis(surface), settings.threads, settings.progress);
-    found.badColumns = cut.cappedColumns + cut.badColumns;
-    *voxels = std::move(cut.voxels);
-  } else {
-    Vote vote = voteOnColumns(surface, settings.threads, settings.progress);
-    found.badColumns = vote.badColumns;
-    found.undecidedVoxels = vote.undecidedVoxels;
-    *voxels = std::move(vote.voxels);
-  }
+  auto voxels = std::make_shared<Cloud::Voxels>(cutInGrid(prepared, grid, settings, found));
   checkNotEmpty(*voxels, prepared, settings.voxelSize);
   if (report) *report = found;
   return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
+}
+
+Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& settings,
+               DigitizeReport* report) {
+  if (meshes.empty() || meshes.size() > 256)
+    throw std::invalid_argument("digitize: give from 1 to 256 meshes, each of a material");
+  const Cloud body = digitize(merged(meshes), settings, report);
+  if (meshes.size() == 1) return body;
+  auto voxels = std::make_shared<Cloud::Voxels>(body.voxels());
+  const Grid grid{body.voxelSize(), voxels->bricks.cast<double>(), body.origin()};
+  Materials materials(*voxels);
+  for (const NamedMesh* part : largestFirst(meshes)) {
+    DigitizeSettings quiet = settings;
+    quiet.progress = {};
+    if (const auto own = partInGrid(part->mesh, grid, quiet)) materials.add(part->name, *own);
+  }
+  return Cloud(body.voxelSize(), body.origin(), std::move(voxels));
 }
 
 }  // namespace cloudcontact

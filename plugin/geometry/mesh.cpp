@@ -155,4 +155,15 @@ Mesh shell(const Mesh& mesh, double thickness) {
   return result;
 }
 
+Mesh merged(const std::vector<NamedMesh>& parts) {
+  Mesh all;
+  for (const NamedMesh& part : parts) {
+    const auto base = static_cast<int>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), part.mesh.vertices.begin(), part.mesh.vertices.end());
+    for (const Eigen::Vector3i& t : part.mesh.triangles)
+      all.triangles.push_back(t + Eigen::Vector3i::Constant(base));
+  }
+  return all;
+}
+
 }  // namespace cloudcontact

@@ -70,17 +70,28 @@ void append(const aiMesh& part, const aiMatrix4x4& toRoot, Mesh& mesh) {
   }
 }
 
-void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Mesh& mesh) {
+// The part of that name, a new one where there is none yet.
+Mesh& partOf(std::vector<NamedMesh>& parts, const std::string& name) {
+  for (NamedMesh& part : parts)
+    if (!name.empty() && part.name == name) return part.mesh;
+  parts.push_back({name.empty() ? "part " + std::to_string(parts.size() + 1) : name, {}});
+  return parts.back().mesh;
+}
+
+void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+                std::vector<NamedMesh>& parts) {
   const aiMatrix4x4 toRoot = parent * node.mTransformation;
-  for (unsigned i = 0; i < node.mNumMeshes; ++i)
-    append(*scene.mMeshes[node.mMeshes[i]], toRoot, mesh);
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    append(mesh, toRoot, partOf(parts, mesh.mName.C_Str()));
+  }
   for (unsigned i = 0; i < node.mNumChildren; ++i)
-    appendNode(scene, *node.mChildren[i], toRoot, mesh);
+    appendNode(scene, *node.mChildren[i], toRoot, parts);
 }
 
 }  // namespace
 
-Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit) {
+std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metresPerUnit) {
   if (!(metresPerUnit > 0) || !std::isfinite(metresPerUnit))
     refuse(file, "metresPerUnit must be positive and finite");
   checkFile(file);
@@ -91,16 +102,23 @@ Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit) {
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode)
     refuse(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
-  Mesh mesh;
-  appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), mesh);
-  if (mesh.triangles.empty()) refuse(file, "has no triangles");
-  for (Vector3d& v : mesh.vertices) v *= metresPerUnit;
-  try {
-    checkMesh(mesh);
-  } catch (const std::invalid_argument& e) {
-    refuse(file, e.what());
+  std::vector<NamedMesh> parts;
+  appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), parts);
+  std::erase_if(parts, [](const NamedMesh& part) { return part.mesh.triangles.empty(); });
+  if (parts.empty()) refuse(file, "has no triangles");
+  for (NamedMesh& part : parts) {
+    for (Vector3d& v : part.mesh.vertices) v *= metresPerUnit;
+    try {
+      checkMesh(part.mesh);
+    } catch (const std::invalid_argument& e) {
+      refuse(file, e.what());
+    }
   }
-  return mesh;
+  return parts;
+}
+
+Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit) {
+  return merged(loadMeshParts(file, metresPerUnit));
 }
 
 }  // namespace cloudcontact
