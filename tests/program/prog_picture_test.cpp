@@ -72,6 +72,33 @@ std::vector<std::string> openedTags(const std::string& xml) {
   return all;
 }
 
+// A block of three layers as an OBJ file: each its own object, all within the first.
+void writeBlock(const Workplace& place) {
+  struct Layer {
+    const char* name;
+    double x, low, high;  // half width, bottom and top [m]
+  };
+  std::string text;
+  int base = 1;
+  for (const Layer& layer : {Layer{"enamel", 0.003, -0.002, 0},
+                             {"dentin & co", 0.0029, -0.0019, -0.0004},
+                             {"pulp", 0.0012, -0.0018, -0.0009}}) {
+    text += "o " + std::string(layer.name) + "\n";
+    for (int k = 0; k < 8; ++k)
+      text += "v " + std::to_string(k & 4 ? layer.x : -layer.x) + " " +
+              std::to_string(k & 2 ? layer.x : -layer.x) + " " +
+              std::to_string(k & 1 ? layer.high : layer.low) + "\n";
+    for (const char* face :
+         {"013", "032", "467", "475", "045", "051", "237", "276", "026", "064", "157", "173"}) {
+      text += "f";
+      for (int k = 0; k < 3; ++k) text += " " + std::to_string(base + face[k] - '0');
+      text += "\n";
+    }
+    base += 8;
+  }
+  place.write("block.obj", text);
+}
+
 // What stands in the group of that name, up to the first end of a group.
 std::string group(const std::string& svg, const std::string& name) {
   const std::size_t start = svg.find("<g id=\"" + name + "\"");
@@ -275,6 +302,33 @@ TEST(Svg, TextIsMadePrintable) {
   EXPECT_EQ(printable("\xc0\xaf"), "??");       // longer than need be
   EXPECT_EQ(printable("\xed\xa0\x80"), "???");  // half a surrogate pair
   EXPECT_EQ(printable("\xf0\x9f\x98\x80"), "\xf0\x9f\x98\x80");
+}
+
+// A bur in a layered block: every layer in the cut has a colour and its name.
+TEST(ContactPicture, NamesTheLayersOfABlock) {
+  const Workplace place;
+  writeBlock(place);
+  const Outcome outcome =
+      place.run({"contact", "block.obj", "sphere:0.0008", "--voxel", "0.0001", "--repeat", "1",
+                 "--pose", "0.0002 0.0001 0.00068", "--picture", "a.svg"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const std::string svg = place.read("a.svg");
+  openedTags(svg);
+  EXPECT_NE(svg.find("A, enamel"), std::string::npos);
+  EXPECT_NE(svg.find("A, dentin"), std::string::npos);
+  EXPECT_EQ(svg.find("B, "), std::string::npos);
+}
+
+TEST(DigitizePicture, NamesTheMaterials) {
+  const Workplace place;
+  writeBlock(place);
+  const Outcome outcome =
+      place.run({"digitize", "block.obj", "--voxel", "0.0001", "--picture", "a.svg", "--json"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(outcome.json()["materials"].size(), 3u);
+  const std::string svg = place.read("a.svg");
+  openedTags(svg);
+  EXPECT_NE(svg.find("enamel, dentin"), std::string::npos);
 }
 
 }  // namespace
