@@ -35,6 +35,7 @@ std::vector<std::string> commandLine(int width, int height, const std::string& p
       "--hide-scrollbars",
       "--no-first-run",
       "--disable-background-networking",
+      "--disable-dev-shm-usage",  // small where there is a container
       "--user-data-dir=" + profile,
       "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
   words.insert(words.end(), flags.begin(), flags.end());
