@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr int kBar = 24;              // cells
 constexpr double kFirstGuess = 0.5;   // of the time left, after this long [s]
 constexpr double kRedraw = 0.1;       // no oftener than this [s]
-constexpr std::size_t kLineEnd = 44;  // what the bar, the percentage and the time take
+constexpr std::size_t kLineEnd = 52;  // what bar, percentage and time take at most
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

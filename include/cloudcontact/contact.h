@@ -41,13 +41,7 @@ struct ContactPoint {
   int patch = 0;                 // index into ContactResult::patches
 };
 
-enum class Doubt : std::uint8_t {
-  None,
-  FewSamples,
-  Opposed,
-  Deep,
-  ThinWall
-};  // why a patch is not trusted
+enum class Doubt : std::uint8_t { None, FewSamples, Opposed, Deep };  // why a patch is not trusted
 
 struct Patch {
   Vec3 position = Vec3::Zero();  // centre of pressure, world [m]

@@ -107,7 +107,8 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
     Patch patch;
     patch.area = p.sums->area * (oneSided ? 1.0 : 0.5);
     if (foundation) {
-      patch.area = std::max(patch.area, p.size / (p.sums->deepest + kRim * frame.voxel));
+      const double deepest = std::max(0.0, p.sums->deepest) + kRim * frame.voxel;
+      patch.area = std::max(patch.area, p.size / deepest);
       patch.stiffness = settings.pair.stiffness * patch.area;
       patch.damping = settings.pair.damping * patch.area;
       patch.depth = p.size / patch.area;

@@ -8,10 +8,10 @@ namespace cloudcontact {
 
 namespace {
 
-// Above these residuals a third face is tried, and one that no neighbour shows. A box's true planes
-// leave 0.0014 at its edges, 0.004 at most; two faces of a thin plate's corner may leave as little.
-constexpr float kThird = 0.0025f, kHidden = 0.006f;
-constexpr float kExplained = 0.003f;    // below this no other trial is moved into place
+// A residual below this explains the block: no other trial is moved into place, no third face
+// tried. A box's true planes leave 0.0014 at its edges, 0.004 at most.
+constexpr float kExplained = 0.003f;
+constexpr float kHidden = 0.006f;       // above this a face is sought that no neighbour shows
 constexpr std::size_t kRefined = 2;     // trials of each kind that are moved into place
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is sought between
@@ -36,7 +36,7 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
   tryPairs();
   pairs_ = trials_;
   refineBest(kRefined);
-  if (best_.residual > kThird) {
+  if (best_.residual > kExplained) {
     tryTriples();
     refineBest(kRefined);
   }

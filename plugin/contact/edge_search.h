@@ -13,7 +13,7 @@ constexpr int kMostNear = 6;  // faces that a search looks at
 // these. Holds its memory between blocks.
 class EdgeSearch {
  public:
-  // `wanted` the block's coverage, `faces` those seen near it, the nearest first (at most
+  // `wanted` the block's coverage, `faces` those seen near it, the weightiest first (at most
   // kMostNear), `mean` the normal of the block's quadric.
   Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean);
 

@@ -29,7 +29,6 @@ enum class PieceRule : std::uint8_t { Smooth, Convex, Concave };
 struct SurfaceVoxel {
   std::int16_t x, y, z;
   PieceRule rule = PieceRule::Smooth;
-  bool doubtful = false;  // the block was not explained: neither a smooth surface nor an edge
   std::uint32_t first = 0, count = 0;  // into pieces
   std::uint32_t quadric = 0;           // the piece that its block's quadric became
 };

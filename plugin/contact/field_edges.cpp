@@ -59,7 +59,8 @@ Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   return face;
 }
 
-// The distinct faces near a voxel, the nearest first, each the mean of what its neighbours say.
+// The distinct faces near a voxel, each the mean of what its neighbours say; first those that are
+// near and explain their own blocks well.
 std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) {
   std::vector<Face> all;
   for (int dz = -kReach; dz <= kReach; ++dz)
@@ -160,9 +161,6 @@ void resolveEdges(FieldDraft& draft) {
   resolvePass(draft, kGoodEdge);
   resolvePass(draft, kEdgeResidual);
   resolvePass(draft, kEdgeResidual);
-  for (SurfaceVoxel& v : draft.voxels)
-    v.doubtful =
-        v.rule == PieceRule::Smooth && draft.pieces[v.first].surface.residual > kEdgeResidual;
 }
 
 }  // namespace cloudcontact

@@ -44,7 +44,7 @@ bool lookUpPlain(const Direction& dir, const FieldData& other, const SurfaceSamp
   if (asked.x.minCoeff() < 0.0f || !grid.contains(at.x(), at.y(), at.z())) return false;
   const std::size_t brick = grid.tableIndex(at.x(), at.y(), at.z());
   const bool inside = asked.record ? asked.record->b == kDeepInside
-                                   : other.cloud().voxels().table[brick] == kSolidBrick;
+                                   : other.cloud().coverage(at.x(), at.y(), at.z()) > 127;
   if (!inside) return dir.level > 1 && other.near(at.x(), at.y(), at.z());
   const int deeper = std::max(0, static_cast<int>(other.brickDistance()[brick]) - 1);
   addHit(dir, s,
@@ -124,7 +124,7 @@ bool mayTouch(const FieldData& other, const V3& x, float reach) {
   if (away > reach) return false;
   const Eigen::Vector3i v = inside.cast<int>();
   const std::size_t index = grid.tableIndex(v.x(), v.y(), v.z());
-  if (other.cloud().voxels().table[index] == kSolidBrick) return true;
+  if (other.cloud().coverage(v.x(), v.y(), v.z()) > 127) return true;
   // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
   return static_cast<float>((static_cast<int>(other.brickDistance()[index]) - 1) * kBrickEdge) -
              away <=

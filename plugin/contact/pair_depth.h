@@ -8,7 +8,7 @@
 
 namespace cloudcontact {
 
-// A depth is at most this much more than at the deepest sample itself [voxels].
+// What samples tell of a depth is at most this much more than at the deepest of them [voxels].
 constexpr double kRim = 0.1;
 
 struct FoundPatch {
@@ -17,7 +17,7 @@ struct FoundPatch {
   double size;  // |force|
 };
 
-// A plain shape in a cloud: what the cloud's samples, a voxel apart, see too little of.
+// A plain shape in a cloud: its edges are what the cloud's samples see too little of.
 struct ShapeInCloud {
   const ContactBody* shape = nullptr;
   const ContactBody* cloud = nullptr;

@@ -143,7 +143,6 @@ PatchForce forceOf(const Sums& patch, bool foundation, bool oneSided, Side sampl
     push[s] = sign * patch.side[s].push;
     moment[s] = sign * (patch.side[s].moment + arm.cross(patch.side[s].push));
     wall[s] = sign * patch.side[s].wall;
-    out.coherence[s] = patch.side[s].size > 0 ? push[s].norm() / patch.side[s].size : 0.0;
   }
   Vec3 force = 0.5 * (push[0] + push[1]), torque = 0.5 * (moment[0] + moment[1]);
   if (oneSided) {

@@ -8,11 +8,10 @@ namespace cloudcontact {
 
 // A patch's force before the law scales it: direction and torque, in units of area times depth.
 struct PatchForce {
-  Vec3 force = Vec3::Zero();     // on B [m^3]
-  Vec3 torque = Vec3::Zero();    // about the patch's area centre [m^4]
-  Vec3 center = Vec3::Zero();    // area centre, frame body [m]
-  double coherence[2] = {1, 1};  // of A's and of B's pushes: |sum| / sum of sizes
-  double trustA = 0.5;           // how far A's surface, the more coherent, decides
+  Vec3 force = Vec3::Zero();   // on B [m^3]
+  Vec3 torque = Vec3::Zero();  // about the patch's area centre [m^4]
+  Vec3 center = Vec3::Zero();  // area centre, frame body [m]
+  double trustA = 0.5;         // how far A's surface, the more coherent, decides
   // How far the surfaces fall away from each other over the patch by their curvature, the mean by
   // pressed volume [m]. Of a patch that is d deep d/3 for balls, d/5 for a cylinder's side on a
   // face, 0 for faces that fit.

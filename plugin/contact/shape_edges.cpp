@@ -1,7 +1,7 @@
-// A cloud's samples are a voxel apart, and a corner that is pressed in by one wets three of them:
-// of a Bullet box's corner they see 0.6 voxel at a depth of 1. The corner itself, looked up in the
-// cloud's field, is told to the field's own accuracy. Edges are walked in steps of a quarter of a
-// voxel.
+// A cloud's samples measure their depth to a shape's nearest face, at whatever spacing they stand:
+// where a Bullet box's corner is pressed in by one they are 0.58 deep. The corner itself, looked up
+// in the cloud's field, is told to the field's own accuracy as far down as the field reaches, five
+// voxels. Edges are walked in steps of a quarter of a voxel, no further than they are in the box.
 #include "shape_edges.h"
 
 #include <algorithm>
@@ -56,9 +56,11 @@ class EdgeWalk {
   }
 
  private:
-  void point(const Vec3& x, double margin) {
-    if (!within_.contains(x)) return;
+  void lookUp(const Vec3& x, double margin) {
     if (const auto found = cloud_.at(x)) deepest_ = std::max(deepest_, found->depth + margin);
+  }
+  void point(const Vec3& x, double margin) {
+    if (within_.contains(x)) lookUp(x, margin);
   }
 
   // The part of the segment that lies in the box, its ends included.
@@ -76,18 +78,29 @@ class EdgeWalk {
     if (first > last) return;
     const int steps = stepsOver((last - first) * way.norm());
     for (int i = 0; i <= steps; ++i)
-      point(from + (first + (last - first) * i / steps) * way, margin);
+      lookUp(from + (first + (last - first) * i / steps) * way, margin);
   }
 
   void circle(double radius, double z, double margin) {
-    const Eigen::AlignedBox3d& box = within_;
-    const Vec3 middle = toCloud_.toWorld({0, 0, z});
-    if (box.squaredExteriorDistance(middle) > radius * radius) return;
-    const int steps = stepsOver(2 * std::numbers::pi * radius);
-    for (int i = 0; i < steps; ++i) {
-      const double angle = 2 * std::numbers::pi * i / steps;
-      point(toCloud_.toWorld({radius * std::cos(angle), radius * std::sin(angle), z}), margin);
-    }
+    const auto at = [&](double angle) {
+      return toCloud_.toWorld({radius * std::cos(angle), radius * std::sin(angle), z});
+    };
+    // As many points as one box may hold of it, however large it is.
+    const double inBox = std::min(2 * std::numbers::pi * radius, 4 * within_.diagonal().norm());
+    const double step = inBox / stepsOver(inBox);
+    arc(at, 0, 2 * std::numbers::pi, radius, step, margin);
+  }
+
+  // The points of an arc, halved where it is longer than a step, left out where it is away from
+  // the box: no point of it is further from its middle than half its length.
+  template <class Place>
+  void arc(const Place& at, double first, double last, double radius, double step, double margin) {
+    const double length = (last - first) * radius;
+    const Vec3 middle = at(0.5 * (first + last));
+    if (within_.squaredExteriorDistance(middle) > 0.25 * length * length) return;
+    if (length <= step) return point(middle, margin);
+    arc(at, first, 0.5 * (first + last), radius, step, margin);
+    arc(at, 0.5 * (first + last), last, radius, step, margin);
   }
 
   int stepsOver(double length) const {

@@ -20,7 +20,7 @@ class ShapeSearch {
     if (candidates_.all) {
       for (const SampleBrick& brick : dir_.samples.bricks) {
         const V3 center(brick.center[0], brick.center[1], brick.center[2]);
-        if (at(center).depth < -(brick.radius + 0.5f) * dir_.voxel) continue;
+        if (at(center).depth < -(brick.radius + 0.5f) * dir_.voxel - dir_.misses.margin) continue;
         for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
       }
     } else {
