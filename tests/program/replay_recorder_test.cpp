@@ -1,0 +1,203 @@
+// What a recorder keeps, against mechanics: forces carry weights, slide with friction, fall freely.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "json.h"
+#include "replay/page_record.h"
+#include "replay/recorder.h"
+#include "simulation.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kGravity = 9.8;
+constexpr double kStep = 1.0 / 240;
+
+SceneBody bodyWith(const std::string& name, const SceneGeometry& geometry, const Vec3& position,
+                   double mass) {
+  SceneBody body;
+  body.name = name;
+  body.pose.position = position;
+  body.isStatic = mass == 0;
+  if (mass > 0) body.mass = mass;
+  body.friction = 0.5;
+  body.collisions.push_back({"c", Pose(), geometry});
+  return body;
+}
+
+// Two boxes of 2 kg and 3 kg on each other, on a floor; a ball of 1 kg falls beside them.
+SceneDescription stacked(const Vec3& gravity = {0, 0, -kGravity}) {
+  SceneDescription scene;
+  scene.gravity = gravity;
+  const SceneBox box{Vec3(0.2, 0.2, 0.2)};
+  scene.bodies = {
+      bodyWith("upper", box, {0, 0, 0.3}, 2), bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0),
+      bodyWith("lower", box, {0, 0, 0.1}, 3), bodyWith("ball", SceneSphere{0.1}, {1, 0, 50}, 1)};
+  for (int i = 0; i < 4; ++i) {
+    scene.bodies[std::size_t(i)].model = i;
+    if (i != 1) scene.bodies[std::size_t(i)].stiffness = 1e5;
+    if (i != 1) scene.bodies[std::size_t(i)].damping = 1e3;
+  }
+  return scene;
+}
+
+Replay recorded(const SceneDescription& scene, double seconds, Method method = Method::Cloud) {
+  WorldSettings settings;
+  settings.common.method = method;
+  settings.voxel = 0.01;
+  World world(scene, settings);
+  Recorder recorder;
+  recorder.begin(world, "take", seconds, kStep);
+  SimulationSettings simulation;
+  simulation.seconds = seconds;
+  simulation.step = kStep;
+  simulation.instants = 1;
+  simulation.observe = [&](double time, const World& now) { recorder.record(time, now); };
+  simulate(world, simulation);
+  return recorder.finish();
+}
+
+// The sum of the forces on `body` from others in a frame, and the deepest point.
+struct Pushed {
+  Vec3 force = Vec3::Zero();
+  double depth = 0;
+};
+Pushed pushedBy(const ReplayFrame& frame, int body, int by) {
+  Pushed sum;
+  std::size_t point = 0;
+  for (const ReplayPatch& patch : frame.patches)
+    for (std::uint32_t k = 0; k < patch.points; ++k, ++point) {
+      const ReplayPoint& p = frame.points[point];
+      if (patch.b == body && patch.a == by) sum.force += p.force.cast<double>();
+      if (patch.a == body && patch.b == by) sum.force -= p.force.cast<double>();
+      if (patch.a + patch.b == body + by) sum.depth = std::max(sum.depth, double(p.depth));
+    }
+  return sum;
+}
+
+TEST(Recorder, ForcesCarryTheWeight) {
+  for (const Method method : {Method::Cloud, Method::Primitive}) {
+    const Replay replay = recorded(stacked(), 2, method);
+    ASSERT_EQ(replay.takes.size(), 1u);
+    const ReplayFrame& last = replay.takes[0].frames.back();
+    const Vec3 onUpper = pushedBy(last, 0, 2).force, onLower = pushedBy(last, 2, 1).force;
+    EXPECT_NEAR(onUpper.z(), 2 * kGravity, 0.02 * 2 * kGravity);
+    EXPECT_NEAR(onLower.z(), 5 * kGravity, 0.02 * 5 * kGravity);
+    EXPECT_LT(onUpper.head<2>().norm(), 0.1);
+    // What is fixed is the first of a patch: its arrows are the forces on what moves.
+    for (const ReplayPatch& patch : last.patches) {
+      EXPECT_NE(patch.b, 1);
+      if (patch.a == 1) {
+        EXPECT_GT(patch.normal.z(), 0.999);
+      }
+    }
+  }
+}
+
+// On a slope the push stands upright: its part along the slope is friction.
+TEST(Recorder, ForcesHoldTheirFriction) {
+  const double slope = 0.3;
+  const Vec3 gravity = kGravity * Vec3(std::sin(slope), 0, -std::cos(slope));
+  const Replay replay = recorded(stacked(gravity), 3);
+  const Vec3 onLower = pushedBy(replay.takes[0].frames.back(), 2, 1).force;
+  EXPECT_LT((onLower + 5 * gravity).norm(), 0.03 * 5 * kGravity)
+      << onLower.transpose() << " for " << 5 * gravity.transpose();
+}
+
+// A disc has the second moment of a uniform patch of the box's face: (a^2 + b^2) / 12 = R^2 / 2.
+TEST(Recorder, DiscsAreAsLargeAsTheirPatches) {
+  const Replay replay = recorded(stacked(), 1);
+  for (const ReplayPatch& patch : replay.takes[0].frames.back().patches) {
+    EXPECT_NEAR(patch.radius, 0.2 / std::sqrt(3.0), 0.1 * 0.2);
+    EXPECT_NEAR(patch.position.x(), 0, 2e-3);
+  }
+}
+
+TEST(Recorder, FiguresAreThoseOfTheRun) {
+  const Replay replay = recorded(stacked(), 2);
+  const ReplayTake& take = replay.takes[0];
+  EXPECT_NEAR(replay.seconds, 2, 1e-9);
+  ASSERT_GE(take.frames.size(), 240u);
+  for (std::size_t i = 1; i < take.frames.size(); ++i) {
+    const ReplayFrame& frame = take.frames[i];
+    EXPECT_GT(frame.time, take.frames[i - 1].time);
+    EXPECT_GT(frame.narrowPhase, 0);
+    // The ball falls freely and the boxes stand: what the one gains in speed it loses in height,
+    // but for what the integrator's step itself costs, m g h v / 2.
+    const double before = frame.time - kStep;
+    const double fallen = 0.5 * kGravity * before * before;
+    EXPECT_NEAR(frame.kinetic, kGravity * fallen, 0.01 * kGravity * fallen + 0.1);
+    EXPECT_NEAR(frame.potential, kGravity * (50 - fallen + 2 * 0.3 + 3 * 0.1),
+                0.01 * kGravity * fallen + 0.1);
+  }
+  // Two springs in series between the boxes; the floor, which states none, is rigid.
+  const double sag = 5 * kGravity / 1e5;
+  EXPECT_NEAR(take.frames.back().deepest, sag, 0.05 * sag);
+}
+
+TEST(Recorder, TakesStandBesideEachOther) {
+  WorldSettings settings;
+  settings.common.method = Method::Primitive;
+  settings.voxel = 0.01;
+  const SceneDescription scene = stacked();
+  Recorder recorder;
+  for (const char* label : {"one", "two", "three"}) {
+    World world(scene, settings);
+    recorder.begin(world, label, 0.1, kStep);
+    recorder.record(0, world);
+  }
+  const Replay replay = recorder.finish();
+  ASSERT_EQ(replay.takes.size(), 3u);
+  for (std::size_t i = 1; i < 3; ++i) {
+    const ReplayTake &before = replay.takes[i - 1], &here = replay.takes[i];
+    EXPECT_GT(here.offset.x() + here.extent.min().x(), before.offset.x() + before.extent.max().x());
+  }
+  EXPECT_EQ(replay.takes[2].label, "three");
+}
+
+// The page's record holds the same contacts, rounded: read as page/record.js does.
+TEST(PageRecord, HoldsTheContactsThatWereSeen) {
+  const Replay replay = recorded(stacked(), 1);
+  const std::string bytes = pageRecord(replay);
+  ASSERT_EQ(bytes.substr(0, 4), "RPLY");
+  std::uint32_t length = 0;
+  std::memcpy(&length, bytes.data() + 4, 4);
+  ASSERT_EQ((8 + length) % 8, 0u);
+  const Json json = Json::parse(bytes.substr(8, length));
+  const auto number = [&](const Json& array, std::size_t i, auto kind) {
+    EXPECT_LT(i, array["length"].get<std::size_t>());
+    std::memcpy(&kind, bytes.data() + 8 + length + array["at"].get<std::size_t>() + i * sizeof kind,
+                sizeof kind);
+    return double(kind);
+  };
+  const Json& contacts = json["takes"][0]["contacts"];
+  const std::vector<ReplayFrame>& frames = replay.takes[0].frames;
+  const std::size_t frame = frames.size() - 1;
+  const auto first = std::size_t(number(contacts["firstPoint"], frame, std::uint32_t()));
+  ASSERT_EQ(number(contacts["firstPoint"], frame + 1, std::uint32_t()) - double(first),
+            double(frames[frame].points.size()));
+  for (std::size_t i = 0; i < frames[frame].points.size(); ++i) {
+    const ReplayPoint& p = frames[frame].points[i];
+    const double share = number(contacts["pointForce"], first + i, std::uint16_t()) / 1023;
+    const double most = contacts["mostForce"], force = most * share * share;
+    EXPECT_NEAR(force, p.force.norm(), 0.002 * most);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double place =
+          contacts["low"][axis].get<double>() +
+          contacts["size"].get<double>() / 8191 *
+              number(contacts["pointPlace"], 3 * (first + i) + axis, std::uint16_t());
+      EXPECT_NEAR(place, p.position[Eigen::Index(axis)], contacts["size"].get<double>() / 8191);
+      EXPECT_NEAR(number(contacts["pointDirection"], 3 * (first + i) + axis, std::int8_t()) / 127,
+                  p.force.normalized()[Eigen::Index(axis)], 0.005);
+    }
+    EXPECT_NEAR(contacts["mostDepth"].get<double>() / 1023 *
+                    number(contacts["pointDepth"], first + i, std::int16_t()),
+                p.depth, contacts["mostDepth"].get<double>() / 1023);
+  }
+  EXPECT_EQ(json["shells"].size(), 2u);  // the boxes are one cloud, the ball another
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
