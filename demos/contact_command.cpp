@@ -7,10 +7,10 @@
 #include <string>
 
 #include "commands.h"
-#include "contact_picture.h"
 #include "contact_report.h"
+#include "draw/contact_picture.h"
+#include "draw/picture_file.h"
 #include "json.h"
-#include "picture_file.h"
 
 namespace cloudcontact::program {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "body.h"
-#include "contact_scene.h"
+#include "draw/contact_scene.h"
 
 namespace cloudcontact::program {
 

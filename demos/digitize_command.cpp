@@ -10,10 +10,10 @@
 #include <string>
 
 #include "body.h"
-#include "cloud_picture.h"
 #include "commands.h"
+#include "draw/cloud_picture.h"
+#include "draw/picture_file.h"
 #include "json.h"
-#include "picture_file.h"
 
 namespace cloudcontact::program {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "drawing.h"
+#include "draw/drawing.h"
+#include "draw/svg.h"
 #include "program_run.h"
-#include "svg.h"
 
 namespace {
 

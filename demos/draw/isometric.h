@@ -3,7 +3,7 @@
 
 #include <cloudcontact/surface_field.h>
 
-#include "drawing.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "contact_scene.h"
-#include "cut.h"
+#include "draw/contact_scene.h"
+#include "draw/cut.h"
 
 namespace cloudcontact::program {
 

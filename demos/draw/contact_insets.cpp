@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "contact_drawing.h"
+#include "draw/contact_drawing.h"
 
 namespace cloudcontact::program {
 

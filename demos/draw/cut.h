@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "contact_scene.h"
-#include "drawing.h"
+#include "draw/contact_scene.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 

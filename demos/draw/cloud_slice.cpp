@@ -1,5 +1,5 @@
 // Slices: voxels along the grid as squares by their shade, the field's surface, base vectors.
-#include "cloud_slice.h"
+#include "draw/cloud_slice.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "picture_parts.h"
+#include "draw/picture_parts.h"
 
 namespace cloudcontact::program {
 

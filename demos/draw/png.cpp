@@ -1,5 +1,5 @@
 // The rasteriser: the drawing's primitives as calls to Cairo, on an image in memory.
-#include "png.h"
+#include "draw/png.h"
 
 #include <cairo.h>
 

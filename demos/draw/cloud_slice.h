@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "contact_scene.h"
-#include "cut.h"
-#include "drawing.h"
+#include "draw/contact_scene.h"
+#include "draw/cut.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 

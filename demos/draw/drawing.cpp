@@ -1,5 +1,5 @@
 // The few shapes that are made of simpler ones, and text that is safe to draw.
-#include "drawing.h"
+#include "draw/drawing.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "drawing.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 

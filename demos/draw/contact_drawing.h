@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "contact_view.h"
-#include "cut.h"
-#include "drawing.h"
-#include "picture_parts.h"
+#include "draw/contact_view.h"
+#include "draw/cut.h"
+#include "draw/drawing.h"
+#include "draw/picture_parts.h"
 
 namespace cloudcontact::program {
 

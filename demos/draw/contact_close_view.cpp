@@ -8,7 +8,7 @@
 #include <string>
 #include <tuple>
 
-#include "contact_drawing.h"
+#include "draw/contact_drawing.h"
 
 namespace cloudcontact::program {
 

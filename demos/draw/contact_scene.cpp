@@ -1,5 +1,5 @@
 // Looking up the bodies of a picture at points of the world.
-#include "contact_scene.h"
+#include "draw/contact_scene.h"
 
 #include <algorithm>
 #include <limits>

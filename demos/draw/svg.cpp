@@ -1,5 +1,5 @@
 // The SVG writer: one element a primitive, coordinates rounded to 0.1 px to keep files small.
-#include "svg.h"
+#include "draw/svg.h"
 
 #include <cmath>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "drawing.h"
+#include "draw/drawing.h"
 #include "figure_text.h"
 
 namespace cloudcontact::program {

@@ -1,12 +1,12 @@
 // How the picture of a contact is laid out: the cut, figures and small views beside it, a key
 // below.
-#include "contact_picture.h"
+#include "draw/contact_picture.h"
 
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "contact_drawing.h"
+#include "draw/contact_drawing.h"
 
 namespace cloudcontact::program {
 

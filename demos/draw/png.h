@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "drawing.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 

@@ -1,12 +1,12 @@
 // Which of the two formats, and the way to the disk.
-#include "picture_file.h"
+#include "draw/picture_file.h"
 
 #include <filesystem>
 
+#include "draw/png.h"
+#include "draw/svg.h"
 #include "errors.h"
 #include "json.h"
-#include "png.h"
-#include "svg.h"
 #include "whole_file.h"
 
 namespace cloudcontact::program {

@@ -1,7 +1,7 @@
 // The choice of the cut: of the planes through the contact that hold its normal, the one that cuts
 // the surfaces around it most squarely, so that their true shapes show. On a thread that is the
 // plane through the axis, with the profile.
-#include "contact_view.h"
+#include "draw/contact_view.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // The picture of a cloud: its voxels from outside, three slices through its centre of mass, figures
 // and a key.
-#include "cloud_picture.h"
+#include "draw/cloud_picture.h"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "cloud_slice.h"
-#include "isometric.h"
-#include "picture_parts.h"
+#include "draw/cloud_slice.h"
+#include "draw/isometric.h"
+#include "draw/picture_parts.h"
 
 namespace cloudcontact::program {
 

@@ -1,5 +1,5 @@
 // Cutting voxels and surfaces by a plane.
-#include "cut.h"
+#include "draw/cut.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // The isometric view. Seen along (1, 1, 1) the faces of voxels fall on a lattice of triangles, two
 // to a face, and each triangle shows the nearest face over it: hidden faces are known exactly, by
 // a table, with nothing painted over.
-#include "isometric.h"
+#include "draw/isometric.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "picture_parts.h"
+#include "draw/picture_parts.h"
 
 namespace cloudcontact::program {
 

@@ -1,8 +1,8 @@
 // `contact --picture`: the method made visible in a cut through a contact.
 #pragma once
 
-#include "contact_scene.h"
-#include "drawing.h"
+#include "draw/contact_scene.h"
+#include "draw/drawing.h"
 
 namespace cloudcontact::program {
 
