@@ -21,11 +21,12 @@ Mesh boxAt(const Vec3& low, const Vec3& high) {
                               {Eigen::Quaterniond::Identity(), (low + high) / 2});
 }
 
-// A block of 0.3 x 0.3 x 0.2 with a core of 0.24 x 0.24 x 0.1, and in that a pocket, off the grid.
+// A block of 0.3 x 0.3 x 0.2 with a core, and in that a pocket; the inner faces lie in their voxels
+// so that seven tenths of these are inside.
 std::vector<NamedMesh> nested() {
   return {{"shell", boxAt(Vec3(0, 0, 0), Vec3(0.3, 0.3, 0.2))},
-          {"core", boxAt(Vec3(0.03, 0.03, 0.05), Vec3(0.27, 0.27, 0.15))},
-          {"pocket", boxAt(Vec3(0.1, 0.1, 0.08), Vec3(0.2, 0.16, 0.12))}};
+          {"core", boxAt(Vec3(0.033, 0.033, 0.053), Vec3(0.267, 0.267, 0.147))},
+          {"pocket", boxAt(Vec3(0.103, 0.103, 0.083), Vec3(0.197, 0.157, 0.117))}};
 }
 
 DigitizeSettings settings() {
@@ -51,15 +52,16 @@ std::string materialAt(const Cloud& cloud, const Vec3& place) {
   return cloud.materials()[cloud.material(v.x(), v.y(), v.z())];
 }
 
-// A boundary between materials is right to half a voxel, so a volume to its area times that.
+// A boundary between materials runs along voxels' faces, here three tenths outside of where it is.
 TEST(Materials, HaveTheirVolumes) {
   const Cloud cloud = digitize(nested(), settings());
   ASSERT_EQ(cloud.materials(), (std::vector<std::string>{"shell", "core", "pocket"}));
   const auto v = volumes(cloud);
-  const double block = 0.3 * 0.3 * 0.2, core = 0.24 * 0.24 * 0.1, pocket = 0.1 * 0.06 * 0.04;
+  const double block = 0.3 * 0.3 * 0.2, core = 0.234 * 0.234 * 0.094,
+               pocket = 0.094 * 0.054 * 0.034;
   const auto area = [](double a, double b, double c) { return 2 * (a * b + b * c + c * a); };
-  EXPECT_NEAR(v.at("pocket"), pocket, 0.25 * kVoxel * area(0.1, 0.06, 0.04));
-  EXPECT_NEAR(v.at("core") + v.at("pocket"), core, 0.25 * kVoxel * area(0.24, 0.24, 0.1));
+  EXPECT_NEAR(v.at("pocket"), pocket, 0.35 * kVoxel * area(0.094, 0.054, 0.034));
+  EXPECT_NEAR(v.at("core") + v.at("pocket"), core, 0.35 * kVoxel * area(0.234, 0.234, 0.094));
   EXPECT_NEAR(v.at("shell") + v.at("core") + v.at("pocket"), block, 1e-4 * block);
   EXPECT_EQ(materialAt(cloud, Vec3(0.015, 0.15, 0.1)), "shell");
   EXPECT_EQ(materialAt(cloud, Vec3(0.05, 0.05, 0.1)), "core");

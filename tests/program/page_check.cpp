@@ -48,6 +48,26 @@ class PageAt : public testing::TestWithParam<Size> {
     EXPECT_EQ(pressed(id), was) << id;
     EXPECT_LT(difference(before, browser.screenshot()), least) << id;
   }
+  // From one end of its way to the other the cut leaves all of the bodies, and nothing.
+  void expectCutsAway() {
+    clickOn("#contacts");
+    clickOn("#cut");
+    const auto cutAt = [&](const char* end) {
+      browser.value(
+          std::string("(slider => { slider.value = slider.") + end +
+          "; slider.dispatchEvent(new Event('input')); })(document.getElementById('cut-at'))");
+      return browser.screenshot();
+    };
+    const std::string all = cutAt("max"), none = cutAt("min");
+    EXPECT_GT(difference(all, none), 0.01);
+    EXPECT_GT(std::max(colors(all), colors(none)),
+              1.1 * double(std::min(colors(all), colors(none))));
+    clickOn("#cut-flip");
+    EXPECT_GT(difference(none, browser.screenshot()), 0.01);  // the other half stays
+    clickOn("#cut-flip");
+    clickOn("#cut");
+    clickOn("#contacts");
+  }
   void keep(const std::string& png, const std::string& what) {
     const std::filesystem::path file(page);
     std::ofstream(file.parent_path() / (file.stem().string() + "-" +
@@ -93,6 +113,7 @@ TEST_P(PageAt, ShowsPlaysScrubsTogglesAndCuts) {
   expectToggles("cut", 0.003);
   expectToggles("fade", 0.003);
   expectToggles("voxels", 0.0005);
+  expectCutsAway();
   EXPECT_EQ(browser.complaints(), std::vector<std::string>());
 }
 
