@@ -124,11 +124,12 @@ bool mayTouch(const FieldData& other, const V3& x, float reach) {
   if (away > reach) return false;
   const Eigen::Vector3i v = inside.cast<int>();
   const std::size_t index = grid.tableIndex(v.x(), v.y(), v.z());
-  if (other.cloud().coverage(v.x(), v.y(), v.z()) > 127) return true;
+  const std::int32_t stored = other.cloud().voxels().table[index];
+  if (stored == kSolidBrick) return true;
   // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
-  return static_cast<float>((static_cast<int>(other.brickDistance()[index]) - 1) * kBrickEdge) -
-             away <=
-         reach;
+  const int between = (static_cast<int>(other.brickDistance()[index]) - 1) * kBrickEdge;
+  if (static_cast<float>(between) - away <= reach) return true;
+  return stored != kEmptyBrick && other.cloud().coverage(v.x(), v.y(), v.z()) > 127;
 }
 
 // Samples of the cells that are looked at, in runs: all of a run's records are asked for before the
