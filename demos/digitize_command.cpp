@@ -111,7 +111,7 @@ void printText(const std::string& name, const Json& j) {
 }
 
 void run(const DigitizeOptions& options) {
-  if (!options.output.empty()) checkOutput("-o", options.output, ".cloud");
+  if (!options.output.empty()) checkOutput("-o", options.output, {".cloud"});
   if (options.picture) checkPicture(*options.picture);
   const Body body = readBody(options.body, options.common);
   const Digitized digitized = digitizeWhole(body, options);

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -28,15 +29,23 @@ std::string vectorText(const Json& array) {
   return text.str();
 }
 
-void checkOutput(const std::string& option, const std::string& file, const std::string& extension) {
+void checkOutput(const std::string& option, const std::string& file,
+                 const std::vector<std::string>& extensions) {
   namespace fs = std::filesystem;
   const fs::path path(file);
   std::error_code error;
   const auto refuse = [&](const std::string& why) {
     throw BadInput(option + ": " + file + " " + why);
   };
-  if (!extension.empty() && path.extension() != extension)
-    refuse("does not end in " + extension + "; name the file FILE" + extension);
+  if (std::find(extensions.begin(), extensions.end(), path.extension()) == extensions.end()) {
+    const bool one = extensions.size() == 1;
+    std::string ends, names;
+    for (const std::string& extension : extensions) {
+      ends += (ends.empty() ? "" : " nor ") + extension;
+      names += (names.empty() ? "FILE" : " or FILE") + extension;
+    }
+    refuse((one ? "does not end in " : "ends in neither ") + ends + "; name the file " + names);
+  }
   if (fs::is_directory(path, error)) refuse("is a directory; name a file in it");
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error))

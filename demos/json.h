@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace cloudcontact::program {
 
@@ -16,8 +17,9 @@ Json asJson(const Eigen::Matrix3d& m);  // 9 numbers, row by row
 // "x y z" of an array, for people.
 std::string vectorText(const Json& array);
 
-// Throws BadInput naming `option` where `file` cannot be written or does not end in `extension`
-// (not checked where empty): before the work rather than after it.
-void checkOutput(const std::string& option, const std::string& file, const std::string& extension);
+// Throws BadInput naming `option` where `file` cannot be written or ends in none of `extensions`:
+// before the work rather than after it.
+void checkOutput(const std::string& option, const std::string& file,
+                 const std::vector<std::string>& extensions);
 
 }  // namespace cloudcontact::program

@@ -135,7 +135,7 @@ Replay told(Replay replay, const SceneDescription& scene, const SimulateOptions&
 
 void run(const SimulateOptions& options) {
   if (!options.replay.empty()) checkReplay(options.replay);
-  if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, ".csv");
+  if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
   const SceneDescription scene = loadScene(options.scene);
   WorldSettings settings;
   settings.common = options.common;

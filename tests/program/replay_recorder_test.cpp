@@ -7,25 +7,11 @@
 #include "json.h"
 #include "replay/page_record.h"
 #include "replay/recorder.h"
+#include "scene_parts.h"
 #include "simulation.h"
 
 namespace cloudcontact::program {
 namespace {
-
-constexpr double kGravity = 9.8;
-constexpr double kStep = 1.0 / 240;
-
-SceneBody bodyWith(const std::string& name, const SceneGeometry& geometry, const Vec3& position,
-                   double mass) {
-  SceneBody body;
-  body.name = name;
-  body.pose.position = position;
-  body.isStatic = mass == 0;
-  if (mass > 0) body.mass = mass;
-  body.friction = 0.5;
-  body.collisions.push_back({"c", Pose(), geometry});
-  return body;
-}
 
 // Two boxes of 2 kg and 3 kg on each other, on a floor; a ball of 1 kg falls beside them.
 SceneDescription stacked(const Vec3& gravity = {0, 0, -kGravity}) {
@@ -37,6 +23,7 @@ SceneDescription stacked(const Vec3& gravity = {0, 0, -kGravity}) {
       bodyWith("lower", box, {0, 0, 0.1}, 3), bodyWith("ball", SceneSphere{0.1}, {1, 0, 50}, 1)};
   for (int i = 0; i < 4; ++i) {
     scene.bodies[std::size_t(i)].model = i;
+    scene.bodies[std::size_t(i)].friction = 0.5;
     if (i != 1) scene.bodies[std::size_t(i)].stiffness = 1e5;
     if (i != 1) scene.bodies[std::size_t(i)].damping = 1e3;
   }

@@ -5,26 +5,13 @@
 #include <numbers>
 
 #include "errors.h"
+#include "scene_parts.h"
 #include "scene_shapes.h"
 #include "simulation.h"
 #include "world_parts.h"
 
 namespace cloudcontact::program {
 namespace {
-
-constexpr double kGravity = 9.8;
-constexpr double kStep = 1.0 / 240;
-
-SceneBody bodyWith(const std::string& name, const SceneGeometry& geometry, const Vec3& position,
-                   double mass) {
-  SceneBody body;
-  body.name = name;
-  body.pose.position = position;
-  body.isStatic = mass == 0;
-  if (mass > 0) body.mass = mass;
-  body.collisions.push_back({"c", Pose(), geometry});
-  return body;
-}
 
 SceneDescription sceneOf(std::vector<SceneBody> bodies) {
   SceneDescription scene;
