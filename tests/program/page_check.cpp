@@ -153,6 +153,7 @@ TEST(Page, SaysWhatToDoWithoutWebGl) {
   const std::string words = browser.value("document.getElementById('message').innerText");
   EXPECT_NE(words.find("WebGL"), std::string::npos);
   EXPECT_EQ(browser.value("document.getElementById('message').offsetHeight > 100"), true);
+  EXPECT_EQ(browser.value("[...document.querySelectorAll('.drawn')].every(e => e.hidden)"), true);
   browser.press("End");  // figures over time are there all the same
   EXPECT_EQ(browser.value("document.querySelectorAll('#graphs canvas').length"), 3);
   EXPECT_EQ(browser.complaints(), std::vector<std::string>());

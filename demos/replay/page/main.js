@@ -238,6 +238,7 @@ async function main() {
   if (document.createElement('canvas').getContext('webgl')) {
     view = wireStage(record, await buildStage(record), player);
   } else {
+    for (const section of document.querySelectorAll('.drawn')) section.hidden = true;
     complain('<b>This browser draws no WebGL here.</b><br>The bodies cannot be shown; the figures below can. Turn on hardware ' +
       'acceleration, try another browser, or open the same motion as glTF (--replay OUT.glb) in Blender.');
   }
