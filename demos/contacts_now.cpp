@@ -31,17 +31,18 @@ ContactNow contactOf(const btManifoldPoint& point, const btPersistentManifold& m
 
 }  // namespace
 
-std::vector<PatchNow> contactsNow(btDispatcher& dispatcher, double step) {
-  std::vector<PatchNow> patches;
+void findContactsNow(btDispatcher& dispatcher, double step, ContactsNow& now) {
+  now.patches.clear();
+  now.points.clear();
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
     if (manifold.getNumContacts() == 0) continue;
-    patches.push_back(
-        {manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex(), {}});
+    const auto points = static_cast<std::size_t>(manifold.getNumContacts());
+    now.patches.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex(),
+                           now.points.size(), points});
     for (int k = 0; k < manifold.getNumContacts(); ++k)
-      patches.back().points.push_back(contactOf(manifold.getContactPoint(k), manifold, step));
+      now.points.push_back(contactOf(manifold.getContactPoint(k), manifold, step));
   }
-  return patches;
 }
 
 }  // namespace cloudcontact::program

@@ -4,6 +4,8 @@
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/pose.h>
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
 namespace cloudcontact::program {
@@ -19,11 +21,21 @@ struct ContactNow {
 
 // One manifold: with clouds a patch of the pair's contact.
 struct PatchNow {
-  int a = -1, b = -1;  // btCollisionObject::getUserIndex
-  std::vector<ContactNow> points;
+  int a = -1, b = -1;                 // btCollisionObject::getUserIndex
+  std::size_t first = 0, points = 0;  // of all points
 };
 
-// `step` is the latest step's length [s]: impulses become forces by it.
-std::vector<PatchNow> contactsNow(btDispatcher& dispatcher, double step);
+struct ContactsNow {
+  std::vector<PatchNow> patches;
+  std::vector<ContactNow> points;  // of all patches, in their order
+
+  std::span<const ContactNow> of(const PatchNow& patch) const {
+    return {points.data() + patch.first, patch.points};
+  }
+};
+
+// `step` is the latest step's length [s]: impulses become forces by it. `now` is filled anew; one
+// that is used again allocates nothing.
+void findContactsNow(btDispatcher& dispatcher, double step, ContactsNow& now);
 
 }  // namespace cloudcontact::program

@@ -15,12 +15,12 @@ class TurnCounter {
  public:
   explicit TurnCounter(const World& world)
       : last_(world.bodyCount()), turns_(world.bodyCount(), Vec3::Zero()) {
-    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = world.state(i).pose.orientation;
+    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = world.pose(i).orientation;
   }
   void count(const World& world) {
     for (std::size_t i = 0; i < last_.size(); ++i) {
       if (world.isStatic(i)) continue;
-      const Eigen::Quaterniond now = world.state(i).pose.orientation;
+      const Eigen::Quaterniond now = world.pose(i).orientation;
       const Eigen::AngleAxisd turned(now * last_[i].conjugate());
       turns_[i] += turned.angle() * turned.axis();
       last_[i] = now;

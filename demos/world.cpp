@@ -23,6 +23,7 @@ struct WorldBody {
   SceneBody scene;
   BodyParts parts;
   std::unique_ptr<btRigidBody> rigid;
+  Pose fromFrame;  // parts.frame's inverse
 };
 
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
@@ -75,7 +76,8 @@ struct World::Parts {
   std::set<std::pair<int, int>> joined;
   btDiscreteDynamicsWorld world;
   ContactMoment moment;
-  double latestStep = 0;  // [s]
+  double latestStep = 0;    // [s]
+  std::vector<Pose> poses;  // of all bodies, once they are asked for after a step
 };
 
 namespace {
@@ -134,7 +136,8 @@ void World::Parts::addBody(const SceneBody& body, BodyParts parts, const WorldSe
     rigid->setAngularVelocity(toBullet(body.angularVelocity));
     if (!settings.sleep) rigid->setActivationState(DISABLE_DEACTIVATION);
   }
-  bodies.push_back({body, std::move(parts), std::move(rigid)});
+  const Pose fromFrame = parts.frame.inverse();
+  bodies.push_back({body, std::move(parts), std::move(rigid), fromFrame});
   world.addRigidBody(bodies.back().rigid.get());
 }
 
@@ -248,6 +251,7 @@ World::~World() {
 void World::step(double seconds) {
   parts_->world.stepSimulation(btScalar(seconds), 0);
   parts_->latestStep = seconds;
+  parts_->poses.clear();
   for (const auto& body : parts_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
     const btVector3 sum = at.getOrigin() + at.getBasis()[0] + at.getBasis()[1] +
@@ -274,8 +278,8 @@ bool World::isStatic(std::size_t body) const {
 const ContactMoment& World::moment() const {
   return parts_->moment;
 }
-std::vector<PatchNow> World::contacts() const {
-  return contactsNow(parts_->dispatcher, parts_->latestStep);
+void World::contacts(ContactsNow& now) const {
+  findContactsNow(parts_->dispatcher, parts_->latestStep, now);
 }
 const DrawnBody& World::drawn(std::size_t body) const {
   return parts_->bodies[body].parts.drawn;
@@ -290,10 +294,18 @@ double World::solverSeconds() const {
   return parts_->solver.seconds();
 }
 
+const Pose& World::pose(std::size_t body) const {
+  if (parts_->poses.empty()) {
+    for (const WorldBody& b : parts_->bodies)
+      parts_->poses.push_back(fromBullet(b.rigid->getWorldTransform()) * b.fromFrame);
+  }
+  return parts_->poses[body];
+}
+
 BodyState World::state(std::size_t body) const {
   const WorldBody& b = parts_->bodies[body];
   BodyState state;
-  state.pose = fromBullet(b.rigid->getWorldTransform()) * b.parts.frame.inverse();
+  state.pose = pose(body);
   state.angularVelocity = fromBullet(b.rigid->getAngularVelocity());
   const Vec3 arm = state.pose.position - fromBullet(b.rigid->getWorldTransform().getOrigin());
   state.linearVelocity =
@@ -305,9 +317,8 @@ BodyState World::state(std::size_t body) const {
 double World::penetration() const {
   double deepest = 0;
   for (const auto& [a, b] : parts_->measuredPairs())
-    deepest =
-        std::max(deepest, program::penetration(parts_->bodies[a].parts.measured, state(a).pose,
-                                               parts_->bodies[b].parts.measured, state(b).pose));
+    deepest = std::max(deepest, program::penetration(parts_->bodies[a].parts.measured, pose(a),
+                                                     parts_->bodies[b].parts.measured, pose(b)));
   return deepest;
 }
 

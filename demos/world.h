@@ -65,9 +65,10 @@ class World {
   const std::string& name(std::size_t body) const;
   bool isStatic(std::size_t body) const;
   BodyState state(std::size_t body) const;
+  const Pose& pose(std::size_t body) const;  // state's; worked out once a step
   const ContactMoment& moment() const;
   // As they stand after the latest step; none before the first.
-  std::vector<PatchNow> contacts() const;
+  void contacts(ContactsNow& now) const;
   const DrawnBody& drawn(std::size_t body) const;
   double mass(std::size_t body) const;  // [kg], 0 for a static body
 

@@ -7,6 +7,7 @@
 #include "keyframes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace cloudcontact::program {
@@ -14,13 +15,51 @@ namespace {
 
 constexpr std::size_t kBlock = 256;  // poses that wait to be thinned
 
+// Below this angle between two quaternions their slerp is their lerp: it strays by a^2 / 8, 1e-9,
+// and a body at rest costs no sines.
+constexpr double kStraight = 1e-4;
+
+// The way from key to key, with what all instants between them share.
+class Way {
+ public:
+  Way(const PoseKey& from, const PoseKey& to) : from_(from), to_(to) {
+    const double cosine = from.pose.orientation.dot(to.pose.orientation);
+    sign_ = cosine < 0 ? -1 : 1;
+    angle_ = std::acos(std::min(1.0, std::abs(cosine)));
+    inverseSine_ = angle_ > kStraight ? 1 / std::sin(angle_) : 0;
+  }
+  Pose at(double time) const {
+    const double span = to_.time - from_.time;
+    const double share = span > 0 ? (time - from_.time) / span : 0;
+    double before = 1 - share, after = share;
+    if (inverseSine_ > 0) {
+      before = std::sin(before * angle_) * inverseSine_;
+      after = std::sin(after * angle_) * inverseSine_;
+    }
+    Pose pose;
+    pose.orientation.coeffs() =
+        before * from_.pose.orientation.coeffs() + sign_ * after * to_.pose.orientation.coeffs();
+    pose.position = from_.pose.position + share * (to_.pose.position - from_.pose.position);
+    return pose;
+  }
+
+ private:
+  const PoseKey &from_, &to_;
+  double sign_, angle_, inverseSine_;
+};
+
+// How far a point within `reach` of the origin may be from where `shown` has it.
+double strays(const Pose& seen, const Pose& shown, double reach) {
+  // |q - p| is 2 sin(angle / 4), so twice it is a chord's 2 sin(angle / 2) or a little more.
+  const auto &p = shown.orientation.coeffs(), &q = seen.orientation.coeffs();
+  const double turned = 2 * std::sqrt(std::min((p - q).squaredNorm(), (p + q).squaredNorm()));
+  return (shown.position - seen.position).norm() + turned * reach;
+}
+
 }  // namespace
 
 Pose between(const PoseKey& from, const PoseKey& to, double time) {
-  const double span = to.time - from.time;
-  const double share = span > 0 ? (time - from.time) / span : 0;
-  return {from.pose.orientation.slerp(share, to.pose.orientation),
-          from.pose.position + share * (to.pose.position - from.pose.position)};
+  return Way(from, to).at(time);
 }
 
 void Keyframes::add(double time, const Pose& pose) {
@@ -37,15 +76,7 @@ void Keyframes::finish() {
   if (waiting_.size() > 1) thin();
   waiting_.clear();
   // A body that never moved needs one key.
-  if (keys_.size() == 2 && strays(keys_[1], keys_[0], keys_[0]) == 0) keys_.pop_back();
-}
-
-double Keyframes::strays(const PoseKey& seen, const PoseKey& from, const PoseKey& to) const {
-  const Pose shown = between(from, to, seen.time);
-  // |q - p| is 2 sin(angle / 4), so twice it is a chord's 2 sin(angle / 2) or a little more.
-  const auto &p = shown.orientation.coeffs(), &q = seen.pose.orientation.coeffs();
-  const double turned = 2 * std::min((p - q).norm(), (p + q).norm());
-  return (shown.position - seen.pose.position).norm() + turned * reach_;
+  if (keys_.size() == 2 && strays(keys_[1].pose, keys_[0].pose, reach_) == 0) keys_.pop_back();
 }
 
 void Keyframes::thin() {
@@ -57,8 +88,9 @@ void Keyframes::thin() {
     spans.pop_back();
     std::size_t worst = first;
     double most = tolerance_;
+    const Way way(waiting_[first], waiting_[last]);
     for (std::size_t i = first + 1; i < last; ++i) {
-      const double far = strays(waiting_[i], waiting_[first], waiting_[last]);
+      const double far = strays(waiting_[i].pose, way.at(waiting_[i].time), reach_);
       if (far > most) most = far, worst = i;
     }
     if (worst == first) continue;

@@ -28,7 +28,6 @@ class Keyframes {
 
  private:
   void thin();
-  double strays(const PoseKey& seen, const PoseKey& from, const PoseKey& to) const;
 
   double reach_, tolerance_;
   std::vector<PoseKey> keys_;     // done

@@ -1,5 +1,9 @@
 #include "replay/page.h"
 
+#include <initializer_list>
+#include <string_view>
+#include <utility>
+
 #include "replay/embedded.h"
 #include "replay/gltf.h"
 #include "replay/packed.h"
@@ -21,37 +25,38 @@ std::string asHtml(const std::string& text) {
   return out;
 }
 
-// The template with each {{NAME}} replaced once, in the order in which they stand in it.
-class Template {
- public:
-  explicit Template(std::string_view text) : rest_(text) {}
-  void put(const std::string& name, std::string_view value) {
-    const std::string mark = "{{" + name + "}}";
-    const std::size_t at = rest_.find(mark);
-    out_ += rest_.substr(0, at);
-    out_ += value;
-    rest_.remove_prefix(at + mark.size());
-  }
-  std::string text() const { return out_ + std::string(rest_); }
+using Filling = std::pair<std::string_view, std::string_view>;  // a name and what stands for it
 
- private:
-  std::string_view rest_;
-  std::string out_;
-};
+// `text` with each {{NAME}} replaced once, in the order in which they stand in it.
+std::string filled(std::string_view text, std::initializer_list<Filling> fillings) {
+  std::size_t size = text.size();
+  for (const Filling& f : fillings) size += f.second.size();
+  std::string out;
+  out.reserve(size);
+  for (const auto& [name, value] : fillings) {
+    const std::string mark = "{{" + std::string(name) + "}}";
+    const std::size_t at = text.find(mark);
+    out += text.substr(0, at);
+    out += value;
+    text.remove_prefix(at + mark.size());
+  }
+  out += text;
+  return out;
+}
 
 }  // namespace
 
 std::string pageBytes(const Replay& replay) {
-  Template page(embedded::page_html());
-  page.put("TITLE", asHtml(replay.title));
-  page.put("STYLE", embedded::page_css());
-  page.put("GLTF", base64(deflated(gltfBytes(replay))));
-  page.put("RECORD", base64(deflated(pageRecord(replay))));
-  page.put("THREE", embedded::three_js());
-  page.put("ORBIT", embedded::orbit_js());
-  page.put("LOADER", embedded::gltf_js());
-  page.put("VIEWER", embedded::page_js());
-  return page.text();
+  const std::string gltf = base64(deflated(gltfBytes(replay)));
+  const std::string record = base64(deflated(pageRecord(replay)));
+  return filled(embedded::page_html(), {{"TITLE", asHtml(replay.title)},
+                                        {"STYLE", embedded::page_css()},
+                                        {"GLTF", gltf},
+                                        {"RECORD", record},
+                                        {"THREE", embedded::three_js()},
+                                        {"ORBIT", embedded::orbit_js()},
+                                        {"LOADER", embedded::gltf_js()},
+                                        {"VIEWER", embedded::page_js()}});
 }
 
 }  // namespace cloudcontact::program

@@ -38,35 +38,6 @@ Eigen::AlignedBox3d boxOf(const DrawnBody& body, const Pose& at) {
   return box;
 }
 
-// A patch's disc: a disc of radius R has the second moment R^2 / 2 about its centre in its plane.
-ReplayPatch discOf(const PatchNow& patch) {
-  double weight = 0;
-  Vec3 center = Vec3::Zero(), normal = Vec3::Zero();
-  ReplayPatch disc{patch.a, patch.b, static_cast<std::uint32_t>(patch.points.size()), {}, {}, 0, 0};
-  double deepest = -1e300;
-  for (const ContactNow& c : patch.points) {
-    const double w = c.force.norm() + 1e-12;
-    weight += w;
-    center += w * c.position;
-    normal += w * c.normal;
-    deepest = std::max(deepest, c.depth);
-  }
-  center /= weight;
-  double moment = 0;
-  for (const ContactNow& c : patch.points)
-    moment += (c.force.norm() + 1e-12) * (c.position - center).squaredNorm();
-  disc.position = center.cast<float>();
-  disc.normal = normal.normalized().cast<float>();
-  disc.radius = static_cast<float>(std::sqrt(2 * moment / weight));
-  disc.depth = static_cast<float>(deepest);
-  return disc;
-}
-
-void turnAbout(PatchNow& patch) {
-  std::swap(patch.a, patch.b);
-  for (ContactNow& c : patch.points) c.normal = -c.normal, c.force = -c.force;
-}
-
 }  // namespace
 
 struct Recorder::Take {
@@ -78,7 +49,8 @@ struct Recorder::Take {
   long steps = 0;                  // since the last frame
   double narrowPhase = 0;          // the world's clock at the last frame [s]
   double deepest = 0;              // since the last frame
-  std::size_t points = 0;          // in all frames
+  std::vector<bool> isFixed;       // of each body
+  ContactsNow now;                 // used again at each frame
 };
 
 Recorder::Recorder() = default;
@@ -93,13 +65,16 @@ void Recorder::begin(const World& world, const std::string& label, double second
   for (std::size_t i = 0; i < world.bodyCount(); ++i) {
     const DrawnBody& drawn = world.drawn(i);
     take_->take.bodies.push_back({world.name(i), world.isStatic(i), world.mass(i), drawn, {}});
-    const Eigen::AlignedBox3d box = boxOf(drawn, world.state(i).pose);
+    const Eigen::AlignedBox3d box = boxOf(drawn, world.pose(i));
     if (!box.isEmpty()) take_->take.start.extend(box);
   }
   if (take_->take.start.isEmpty()) take_->take.start.extend(Vec3(0, 0, 0));
   const double size = std::max(1e-9, take_->take.start.diagonal().norm());
-  for (const ReplayBody& body : take_->take.bodies)
+  for (const ReplayBody& body : take_->take.bodies) {
     take_->motions.emplace_back(reachOf(body.drawn), kTolerance * size);
+    take_->isFixed.push_back(body.isStatic);
+  }
+  take_->take.contacts = ReplayContacts(kTolerance * size);
   take_->narrowPhase = world.narrowPhaseSeconds();
 }
 
@@ -107,10 +82,10 @@ void Recorder::record(double time, const World& world) {
   Take& t = *take_;
   replay_.seconds = std::max(replay_.seconds, time);
   for (std::size_t i = 0; i < t.motions.size(); ++i) {
-    if (world.isStatic(i) && time > 0) continue;
-    const Pose pose = world.state(i).pose;
+    if (t.isFixed[i] && time > 0) continue;
+    const Pose pose = world.pose(i);
     t.motions[i].add(time, pose);
-    if (!world.isStatic(i)) t.swept.extend(pose.position);
+    if (!t.isFixed[i]) t.swept.extend(pose.position);
   }
   if (time > 0) ++t.steps;
   t.deepest = std::max(t.deepest, world.moment().deepest);
@@ -122,30 +97,22 @@ void Recorder::record(double time, const World& world) {
 void Recorder::addFrame(double time, const World& world) {
   Take& t = *take_;
   const Energy& energy = world.moment().energy;
-  ReplayFrame frame{time, energy.kinetic, energy.potential, energy.spring, t.deepest, 0, {}, {}};
+  ReplayFrame frame{time, energy.kinetic, energy.potential, energy.spring, t.deepest, 0};
   const double clock = world.narrowPhaseSeconds();
   if (t.steps > 0) frame.narrowPhase = (clock - t.narrowPhase) / double(t.steps);
   t.narrowPhase = clock;
   t.steps = 0;
   t.deepest = 0;
-  for (PatchNow& patch : world.contacts()) {
-    // The force on what moves is what one looks for.
-    if (world.isStatic(static_cast<std::size_t>(patch.b))) turnAbout(patch);
-    frame.patches.push_back(discOf(patch));
-    for (const ContactNow& c : patch.points)
-      frame.points.push_back({c.position.cast<float>(), c.force.cast<float>(), float(c.depth)});
-  }
-  t.points += frame.points.size();
-  t.take.frames.push_back(std::move(frame));
-  if (t.points <= kMostPoints) return;
+  t.take.frames.push_back(frame);
+  world.contacts(t.now);
+  ReplayContacts& contacts = t.take.contacts;
+  contacts.add(t.now, t.isFixed);
+  if (std::max(contacts.points().size(), contacts.shown().size()) <= kMostPoints) return;
   // Too many: every other instant will do, from here on and back to the start.
-  std::vector<ReplayFrame> half;
-  t.points = 0;
-  for (std::size_t i = 0; i < t.take.frames.size(); i += 2) {
-    half.push_back(std::move(t.take.frames[i]));
-    t.points += half.back().points.size();
-  }
-  t.take.frames = std::move(half);
+  contacts.thin();
+  for (std::size_t i = 0; 2 * i < t.take.frames.size(); ++i)
+    t.take.frames[i] = t.take.frames[2 * i];
+  t.take.frames.resize(contacts.frames());
   t.interval *= 2;
 }
 

@@ -8,6 +8,7 @@
 
 #include "drawn_body.h"
 #include "keyframes.h"
+#include "replay/replay_contacts.h"
 
 namespace cloudcontact::program {
 
@@ -19,21 +20,6 @@ struct ReplayBody {
   std::vector<PoseKey> keys;  // one for a body that does not move
 };
 
-// A point of a contact. Single precision: for the eye.
-struct ReplayPoint {
-  Eigen::Vector3f position;  // in the take [m]
-  Eigen::Vector3f force;     // of body a on body b [N]
-  float depth = 0;           // [m]
-};
-
-// Points that belong together, as a disc: it has the second moment of its points.
-struct ReplayPatch {
-  int a = -1, b = -1;  // indices of bodies
-  std::uint32_t points = 0;
-  Eigen::Vector3f position, normal;  // from a to b
-  float radius = 0, depth = 0;       // [m]
-};
-
 // What is known at one instant beyond where bodies stand.
 struct ReplayFrame {
   double time = 0;                    // [s]
@@ -41,8 +27,6 @@ struct ReplayFrame {
   double spring = 0;                  // in the contacts [J]
   double deepest = 0;                 // since the frame before, by the method under test [m]
   double narrowPhase = 0;             // a step's, mean since the frame before [s]
-  std::vector<ReplayPatch> patches;
-  std::vector<ReplayPoint> points;  // of all patches, in their order
 };
 
 // One world's run. Several stand beside each other and run at the same time.
@@ -51,6 +35,7 @@ struct ReplayTake {
   Vec3 offset = Vec3::Zero();  // where the viewer puts the world's origin [m]
   std::vector<ReplayBody> bodies;
   std::vector<ReplayFrame> frames;
+  ReplayContacts contacts;     // of each frame
   Eigen::AlignedBox3d start;   // of all that is not endless, at the start [m]
   Eigen::AlignedBox3d extent;  // with where it moves to, as far as that is not very far
 };

@@ -46,17 +46,22 @@ Replay recorded(const SceneDescription& scene, double seconds, Method method = M
   return recorder.finish();
 }
 
-// The sum of the forces on `body` from others in a frame, and the deepest point.
+std::vector<ReplayPatch> lastPatches(const ReplayTake& take) {
+  std::vector<ReplayPatch> patches;
+  for (const std::uint32_t i : take.contacts.shownAt(take.frames.size() - 1))
+    patches.push_back(take.contacts.patches()[i]);
+  return patches;
+}
+
+// The sum of the forces on `body` from others in the last frame, and the deepest point.
 struct Pushed {
   Vec3 force = Vec3::Zero();
   double depth = 0;
 };
-Pushed pushedBy(const ReplayFrame& frame, int body, int by) {
+Pushed pushedAtEnd(const ReplayTake& take, int body, int by) {
   Pushed sum;
-  std::size_t point = 0;
-  for (const ReplayPatch& patch : frame.patches)
-    for (std::uint32_t k = 0; k < patch.points; ++k, ++point) {
-      const ReplayPoint& p = frame.points[point];
+  for (const ReplayPatch& patch : lastPatches(take))
+    for (const ReplayPoint& p : take.contacts.of(patch)) {
       if (patch.b == body && patch.a == by) sum.force += p.force.cast<double>();
       if (patch.a == body && patch.b == by) sum.force -= p.force.cast<double>();
       if (patch.a + patch.b == body + by) sum.depth = std::max(sum.depth, double(p.depth));
@@ -68,13 +73,13 @@ TEST(Recorder, ForcesCarryTheWeight) {
   for (const Method method : {Method::Cloud, Method::Primitive}) {
     const Replay replay = recorded(stacked(), 2, method);
     ASSERT_EQ(replay.takes.size(), 1u);
-    const ReplayFrame& last = replay.takes[0].frames.back();
-    const Vec3 onUpper = pushedBy(last, 0, 2).force, onLower = pushedBy(last, 2, 1).force;
+    const ReplayTake& take = replay.takes[0];
+    const Vec3 onUpper = pushedAtEnd(take, 0, 2).force, onLower = pushedAtEnd(take, 2, 1).force;
     EXPECT_NEAR(onUpper.z(), 2 * kGravity, 0.02 * 2 * kGravity);
     EXPECT_NEAR(onLower.z(), 5 * kGravity, 0.02 * 5 * kGravity);
     EXPECT_LT(onUpper.head<2>().norm(), 0.1);
     // What is fixed is the first of a patch: its arrows are the forces on what moves.
-    for (const ReplayPatch& patch : last.patches) {
+    for (const ReplayPatch& patch : lastPatches(take)) {
       EXPECT_NE(patch.b, 1);
       if (patch.a == 1) {
         EXPECT_GT(patch.normal.z(), 0.999);
@@ -88,7 +93,7 @@ TEST(Recorder, ForcesHoldTheirFriction) {
   const double slope = 0.3;
   const Vec3 gravity = kGravity * Vec3(std::sin(slope), 0, -std::cos(slope));
   const Replay replay = recorded(stacked(gravity), 3);
-  const Vec3 onLower = pushedBy(replay.takes[0].frames.back(), 2, 1).force;
+  const Vec3 onLower = pushedAtEnd(replay.takes[0], 2, 1).force;
   EXPECT_LT((onLower + 5 * gravity).norm(), 0.03 * 5 * kGravity)
       << onLower.transpose() << " for " << 5 * gravity.transpose();
 }
@@ -96,7 +101,7 @@ TEST(Recorder, ForcesHoldTheirFriction) {
 // A disc has the second moment of a uniform patch of the box's face: (a^2 + b^2) / 12 = R^2 / 2.
 TEST(Recorder, DiscsAreAsLargeAsTheirPatches) {
   const Replay replay = recorded(stacked(), 1);
-  for (const ReplayPatch& patch : replay.takes[0].frames.back().patches) {
+  for (const ReplayPatch& patch : lastPatches(replay.takes[0])) {
     EXPECT_NEAR(patch.radius, 0.2 / std::sqrt(3.0), 0.1 * 0.2);
     EXPECT_NEAR(patch.position.x(), 0, 2e-3);
   }
@@ -160,13 +165,18 @@ TEST(PageRecord, HoldsTheContactsThatWereSeen) {
     return double(kind);
   };
   const Json& contacts = json["takes"][0]["contacts"];
-  const std::vector<ReplayFrame>& frames = replay.takes[0].frames;
-  const std::size_t frame = frames.size() - 1;
-  const auto first = std::size_t(number(contacts["firstPoint"], frame, std::uint32_t()));
-  ASSERT_EQ(number(contacts["firstPoint"], frame + 1, std::uint32_t()) - double(first),
-            double(frames[frame].points.size()));
-  for (std::size_t i = 0; i < frames[frame].points.size(); ++i) {
-    const ReplayPoint& p = frames[frame].points[i];
+  const std::size_t frame = replay.takes[0].frames.size() - 1;
+  const auto shown = std::size_t(number(contacts["firstShown"], frame, std::uint32_t()));
+  ASSERT_EQ(number(contacts["firstShown"], frame + 1, std::uint32_t()) - double(shown), 2);
+  const auto patch = std::size_t(number(contacts["shown"], shown + 1, std::uint32_t()));
+  const auto first = std::size_t(number(contacts["patchPoint"], patch, std::uint32_t()));
+  const ReplayPatch seen = lastPatches(replay.takes[0])[1];
+  EXPECT_EQ(number(contacts["patchBodies"], 2 * patch, std::uint16_t()), seen.a);
+  EXPECT_EQ(number(contacts["patchBodies"], 2 * patch + 1, std::uint16_t()), seen.b);
+  ASSERT_EQ(number(contacts["patchCount"], patch, std::uint16_t()), double(seen.points));
+  const std::span<const ReplayPoint> points = replay.takes[0].contacts.of(seen);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ReplayPoint& p = points[i];
     const double share = number(contacts["pointForce"], first + i, std::uint16_t()) / 1023;
     const double most = contacts["mostForce"], force = most * share * share;
     EXPECT_NEAR(force, p.force.norm(), 0.002 * most);

@@ -41,9 +41,10 @@ class ContactView {
     this.scale = scale;
     const c = take.contacts;
     let points = 0, patches = 0;
-    for (let f = 0; f + 1 < c.firstPoint.length; ++f) {
-      points = Math.max(points, c.firstPoint[f + 1] - c.firstPoint[f]);
-      patches = Math.max(patches, c.firstPatch[f + 1] - c.firstPatch[f]);
+    for (let f = 0; f + 1 < c.firstShown.length; ++f) {
+      const shown = c.shown.subarray(c.firstShown[f], c.firstShown[f + 1]);
+      points = Math.max(points, shown.reduce((sum, i) => sum + c.patchCount[i], 0));
+      patches = Math.max(patches, shown.length);
     }
     const along = geometry => geometry.translate(0, 0.5, 0);
     const lit = () => new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors});
@@ -66,9 +67,14 @@ class ContactView {
     const frame = indexAt(this.take.figures.time, t), c = this.take.contacts;
     const all = [this.shafts, this.heads, this.discs, this.pins];
     for (const copies of all) copies.begin();
-    const counts = {points: c.firstPoint[frame + 1] - c.firstPoint[frame], patches: 0, force: 0};
-    for (let i = c.firstPoint[frame]; i < c.firstPoint[frame + 1]; ++i) counts.force += this.addPoint(i);
-    for (let i = c.firstPatch[frame]; i < c.firstPatch[frame + 1]; ++i, ++counts.patches) this.addPatch(i);
+    const counts = {points: 0, patches: 0, force: 0};
+    for (const patch of c.shown.subarray(c.firstShown[frame], c.firstShown[frame + 1])) {
+      this.addPatch(patch);
+      const first = c.patchPoint[patch], end = first + c.patchCount[patch];
+      for (let i = first; i < end; ++i) counts.force += this.addPoint(i);
+      ++counts.patches;
+      counts.points += end - first;
+    }
     for (const copies of all) copies.end();
     return counts;
   }

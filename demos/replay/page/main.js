@@ -12,10 +12,14 @@ function complain(html) {
 function contactScale(record, size) {
   const forces = [], depths = [];
   for (const {contacts: c} of record.takes) {
-    const every = Math.max(1, Math.floor(c.pointForce.length / 50000));
-    for (let i = 0; i < c.pointForce.length; i += every) {
-      forces.push(forceOf(c, i));
-      depths.push(depthOf(c, c.pointDepth[i]));
+    // Each as often as it is shown.
+    const every = Math.max(1, Math.floor(c.shown.length / 20000));
+    for (let k = 0; k < c.shown.length; k += every) {
+      const first = c.patchPoint[c.shown[k]], end = first + c.patchCount[c.shown[k]];
+      for (let i = first; i < end; ++i) {
+        forces.push(forceOf(c, i));
+        depths.push(depthOf(c, c.pointDepth[i]));
+      }
     }
   }
   // Arrows of many bodies are as much shorter as the bodies are smaller.
