@@ -105,7 +105,7 @@ void run(const ContactOptions& options) {
   const ContactQuery query = readQuery(options);
   const Json json = reportJson(contactOf(query, options.picture), options.common);
   if (options.common.json)
-    std::cout << json.dump(2) << '\n';
+    std::cout << jsonText(json) << '\n';
   else
     printText(json);
 }

@@ -1,6 +1,7 @@
 // A demo: a scene that tells a story and checks its own outcome against physics.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ class DemoStage {
  private:
   bool watched_;
   Recorder recorder_;
-  std::string setup_;
+  std::set<std::string> setups_;  // of the runs, in words
   double voxel_ = 0;
 };
 

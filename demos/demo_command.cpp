@@ -97,23 +97,24 @@ const std::vector<Demo>& demos() {
 SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettings& settings,
                                 const SimulationSettings& simulation, const std::string& label) {
   World world(scene, settings);
-  if (setup_.empty()) setup_ = setupText(settings, simulation.step);
+  setups_.insert(setupText(settings, simulation.step, simulation.substeps));
   if (settings.common.method == Method::Cloud) voxel_ = std::max(voxel_, settings.voxel);
   if (watched_) recorder_.begin(world, label, simulation.seconds, simulation.step);
   const auto progress =
       progressBar("simulating " + scene.name + (label.empty() ? "" : " (" + label + ")"));
   SimulationSettings watched = simulation;
   watched.observe = [&](double time, const World& now) {
-    if (simulation.observe) simulation.observe(time, now);
     if (watched_) recorder_.record(time, now);
     if (progress) progress(std::min(1.0, time / simulation.seconds));
   };
-  return simulate(world, watched);
+  const SimulationReport report = simulate(world, watched);
+  if (progress) progress(1);  // whatever rounding made of the last time
+  return report;
 }
 
 Replay DemoStage::replay() {
   Replay replay = recorder_.finish();
-  replay.setup = setup_;
+  if (setups_.size() == 1) replay.setup = *setups_.begin();  // else the labels tell
   replay.voxel = voxel_;
   return replay;
 }

@@ -125,7 +125,7 @@ void run(const DigitizeOptions& options) {
   if (options.picture) savePicture(cloudPicture(options.body, digitized.field), *options.picture);
   const Json json = resultJson(digitized, options.density);
   if (options.common.json)
-    std::cout << json.dump(2) << '\n';
+    std::cout << jsonText(json) << '\n';
   else
     printText(options.body, json);
 }

@@ -6,6 +6,7 @@
 #include <cloudcontact/pose.h>
 #include <cloudcontact/surface_field.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -27,6 +28,11 @@ struct DrawnCloud {
 struct DrawnBody {
   std::vector<DrawnPart> parts;
   std::vector<DrawnCloud> clouds;
+
+  bool isPlane() const {
+    return std::all_of(parts.begin(), parts.end(),
+                       [](const DrawnPart& part) { return part.planeNormal.has_value(); });
+  }
 };
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// Rounding, units, gaps.
+// Rounding, units, gaps; text that is safe to show.
 #include "figure_text.h"
 
 #include <cmath>
@@ -14,6 +14,25 @@ std::string threeDigits(double value) {
   std::snprintf(text, sizeof text,
                 std::abs(value) < 999.5 || std::abs(value) > 1e6 ? "%.3g" : "%.0f", value);
   return text;
+}
+
+// Bytes of the UTF-8 character that starts at `k`; 0 where none does.
+std::size_t characterAt(const std::string& text, std::size_t k) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(k);
+  if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
+  // 0xC0, 0xC1 and above 0xF4 never start one; the rarer wrong forms within are refused too.
+  const std::size_t length = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  if (length == 0 || first > 0xF4 || k + length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(k + i) & 0xC0) != 0x80) return 0;
+  const unsigned char second = byte(k + 1);
+  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
+  const bool outside = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
+  // C1 control characters, and the two that XML does not allow.
+  const bool control = first == 0xC2 && second < 0xA0;
+  const bool noCharacter = first == 0xEF && second == 0xBF && byte(k + 2) >= 0xBE;
+  return overlong || outside || control || noCharacter ? 0 : length;
 }
 
 }  // namespace
@@ -82,6 +101,16 @@ std::string shortName(const std::string& path, std::size_t most) {
   if (name.size() <= most) return name;
   const std::size_t half = (most - 1) / 2;
   return name.substr(0, half) + "\u2026" + name.substr(name.size() - half);
+}
+
+std::string printable(const std::string& text) {
+  std::string clean;
+  for (std::size_t k = 0; k < text.size();) {
+    const std::size_t length = characterAt(text, k);
+    clean += length ? text.substr(k, length) : "?";
+    k += std::max<std::size_t>(length, 1);
+  }
+  return clean;
 }
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// Figures as people read them: three digits, in the unit that suits.
+// Figures as people read them: three digits, in the unit that suits. And names from files.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,6 +17,9 @@ std::string numberText(double value);  // two digits after the point, one from t
 std::string tripleText(const Eigen::Vector3d& v);
 // Whole numbers with thin gaps: "25 668".
 std::string countText(std::size_t count);
+// `text` as UTF-8 without control characters, as all files want it; what is neither is shown as
+// '?'.
+std::string printable(const std::string& text);
 // The last part of a path, shortened in its middle to `most` characters.
 std::string shortName(const std::string& path, std::size_t most = 34);
 

@@ -12,6 +12,10 @@
 
 namespace cloudcontact::program {
 
+std::string jsonText(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 Json asJson(const Eigen::Vector3d& v) {
   return Json::array({v.x(), v.y(), v.z()});
 }

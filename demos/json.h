@@ -17,6 +17,10 @@ Json asJson(const Eigen::Matrix3d& m);  // 9 numbers, row by row
 // "x y z" of an array, for people.
 std::string vectorText(const Json& array);
 
+// As text: indented where `indent` is not negative. Names come from files; what is not UTF-8 in
+// them is replaced.
+std::string jsonText(const Json& json, int indent = 2);
+
 // Throws BadInput naming `option` where `file` cannot be written or ends in none of `extensions`:
 // before the work rather than after it.
 void checkOutput(const std::string& option, const std::string& file,

@@ -127,7 +127,7 @@ Replay told(Replay replay, const SceneDescription& scene, const SimulateOptions&
             const WorldSettings& settings, const SimulationReport& r) {
   replay.title = scene.name;
   replay.story = std::filesystem::path(options.scene).filename().string();
-  replay.setup = setupText(settings, r.step / options.substeps);
+  replay.setup = setupText(settings, r.step, options.substeps);
   replay.voxel = options.common.method == Method::Cloud ? settings.voxel : 0;
   replay.facts = factsOf(r);
   return replay;
@@ -164,12 +164,13 @@ void run(const SimulateOptions& options) {
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
   const SimulationReport report = simulate(world, run);
+  if (progress) progress(1);  // whatever rounding made of the last time
   if (!options.trajectory.empty()) trajectory.write();
   if (!options.replay.empty())
     saveReplay(told(recorder.finish(), scene, options, settings, report), options.replay);
   const Json json = reportJson(world, report, options.common);
   if (options.common.json)
-    std::cout << json.dump(2) << '\n';
+    std::cout << jsonText(json) << '\n';
   else
     printText(json);
 }

@@ -12,6 +12,7 @@
 #include "draw/cloud_slice.h"
 #include "draw/isometric.h"
 #include "draw/picture_parts.h"
+#include "figure_text.h"
 
 namespace cloudcontact::program {
 
@@ -98,8 +99,11 @@ void addKey(Drawing& drawing, const std::vector<std::string>& materials) {
     color.alpha = inkOf((k + 0.5) / 3);
     square(at, -25 + 16 * k, color);
   }
+  constexpr std::size_t kNamed = 3;  // as many as there are colours in the key, and room
   std::string names;
-  for (const std::string& name : materials) names += (names.empty() ? "" : ", ") + printable(name);
+  for (std::size_t m = 0; m < std::min(kNamed, materials.size()); ++m)
+    names += (m == 0 ? "" : ", ") + shortName(printable(materials[m]), 16);
+  if (materials.size() > kNamed) names += " ...";
   at = entry(1, "Inside voxels", names.empty() ? "all material" : names.c_str());
   const int shown = std::clamp(static_cast<int>(materials.size()), 1, 3);
   for (int k = 0; k < shown; ++k) square(at, shown == 1 ? 0 : -25 + 16 * k, insideColor(k));

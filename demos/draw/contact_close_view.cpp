@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "draw/contact_drawing.h"
+#include "figure_text.h"
 
 namespace cloudcontact::program {
 

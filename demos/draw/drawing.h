@@ -88,8 +88,4 @@ Polygons line(const Point& from, const Point& to, const Color& color, double wid
 // A filled arrow whose shaft is `width` thick; the head is in proportion.
 Polygons arrow(const Point& from, const Point& to, const Color& color, double width);
 
-// `text` as UTF-8 without control characters, as both kinds of file want it; what is neither is
-// shown as '?'.
-std::string printable(const std::string& text);
-
 }  // namespace cloudcontact::program

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "errors.h"
+#include "figure_text.h"
 
 namespace cloudcontact::program {
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "figure_text.h"
+
 namespace cloudcontact::program {
 
 namespace {

@@ -13,12 +13,6 @@ constexpr std::array<unsigned, 8> kMoving = {0xe08a2e, 0x3f7fc4, 0x4ca66b, 0xc85
 constexpr std::array<unsigned, 3> kFixed = {0xa9b1bd, 0x8f99a8, 0xc2c0b8};
 constexpr unsigned kPlane = 0xdfe2e7;
 
-bool isPlane(const ReplayBody& body) {
-  for (const DrawnPart& part : body.drawn.parts)
-    if (!part.planeNormal) return false;
-  return true;
-}
-
 // The inverse of sRGB's transfer function (IEC 61966-2-1).
 double linear(unsigned value) {
   const double v = value / 255.0;
@@ -37,7 +31,7 @@ std::vector<BodyColor> bodyColors(const std::vector<ReplayBody>& bodies) {
   std::vector<BodyColor> colors;
   std::size_t fixed = 0, moving = 0;
   for (const ReplayBody& body : bodies) {
-    if (isPlane(body))
+    if (body.drawn.isPlane())
       colors.push_back(colorOf(kPlane));
     else
       colors.push_back(colorOf(body.isStatic ? kFixed[fixed++ % kFixed.size()]

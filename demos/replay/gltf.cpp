@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include "errors.h"
+#include "figure_text.h"
 #include "replay/body_colors.h"
 #include "replay/shaded_mesh.h"
 
@@ -51,14 +53,15 @@ class Writer {
 
   std::string bytes() {
     tinygltf::Node root;
-    root.name = replay_.title;
-    root.rotation = numbers(Eigen::Quaterniond(Eigen::AngleAxisd(-M_PI / 2, Vec3::UnitX())));
+    root.name = printable(replay_.title);
+    root.rotation =
+        numbers(Eigen::Quaterniond(Eigen::AngleAxisd(-std::numbers::pi / 2, Vec3::UnitX())));
     tinygltf::Animation motion;
     motion.name = "simulation";
     for (const ReplayTake& take : replay_.takes) root.children.push_back(addTake(take, motion));
     if (!motion.channels.empty()) model_.animations.push_back(motion);
     model_.scenes.emplace_back();
-    model_.scenes[0].name = replay_.title;
+    model_.scenes[0].name = printable(replay_.title);
     model_.scenes[0].nodes = {add(root)};
     model_.defaultScene = 0;
     std::ostringstream out;
@@ -75,7 +78,7 @@ class Writer {
 
   int addTake(const ReplayTake& take, tinygltf::Animation& motion) {
     tinygltf::Node node;
-    node.name = take.label;
+    node.name = printable(take.label);
     node.translation = numbers(take.offset);
     const std::vector<BodyColor> colors = bodyColors(take.bodies);
     for (std::size_t i = 0; i < take.bodies.size(); ++i)
@@ -88,7 +91,7 @@ class Writer {
     const ReplayBody& body = take.bodies[index];
     const Pose& start = body.keys.front().pose;
     tinygltf::Node node;
-    node.name = body.name;
+    node.name = printable(body.name);
     node.translation = numbers(start.position);
     node.rotation = numbers(start.orientation);
     for (std::size_t k = 0; k < body.drawn.parts.size(); ++k)
@@ -101,7 +104,7 @@ class Writer {
   int addPart(const ReplayTake& take, const ReplayBody& body, std::size_t index, int material) {
     const DrawnPart& part = body.drawn.parts[index];
     tinygltf::Node node;
-    node.name = body.name + (part.planeNormal ? " (plane)" : " (mesh)");
+    node.name = printable(body.name) + (part.planeNormal ? " (plane)" : " (mesh)");
     node.translation = numbers(part.pose.position);
     node.rotation = numbers(part.pose.orientation);
     if (part.planeNormal) {
@@ -156,7 +159,7 @@ class Writer {
     primitive.material = material;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     tinygltf::Mesh mesh;
-    mesh.name = name;
+    mesh.name = printable(name);
     mesh.primitives.push_back(primitive);
     model_.meshes.push_back(mesh);
     return static_cast<int>(model_.meshes.size()) - 1;

@@ -76,7 +76,10 @@ void Keyframes::finish() {
   if (waiting_.size() > 1) thin();
   waiting_.clear();
   // A body that never moved needs one key.
-  if (keys_.size() == 2 && strays(keys_[1].pose, keys_[0].pose, reach_) == 0) keys_.pop_back();
+  const auto moved = [this](const PoseKey& k) {
+    return strays(k.pose, keys_.front().pose, reach_) > 0;
+  };
+  if (!keys_.empty() && std::none_of(keys_.begin(), keys_.end(), moved)) keys_.resize(1);
 }
 
 void Keyframes::thin() {

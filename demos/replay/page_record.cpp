@@ -91,13 +91,11 @@ void addDirection(std::vector<std::int8_t>& out, const Eigen::Vector3f& v) {
 Json contactsJson(const ReplayTake& take, Arrays& arrays) {
   const Rounding rounding(take);
   std::vector<std::uint32_t> firstShown = {0}, firstPoint;
-  std::vector<std::uint16_t> bodies, patchPlace, pointPlace, radius, force;
+  std::vector<std::uint16_t> patchPlace, pointPlace, radius, force;
   std::vector<std::int8_t> normal, direction;
   std::vector<std::int16_t> patchDepth, pointDepth;
   std::vector<std::uint16_t> count;
   for (const ReplayPatch& p : take.contacts.patches()) {
-    bodies.push_back(static_cast<std::uint16_t>(p.a));
-    bodies.push_back(static_cast<std::uint16_t>(p.b));
     firstPoint.push_back(p.first);
     count.push_back(static_cast<std::uint16_t>(p.points));
     addPlace(patchPlace, rounding, p.position);
@@ -121,7 +119,6 @@ Json contactsJson(const ReplayTake& take, Arrays& arrays) {
           {"firstShown", arrays.add(firstShown)},
           {"shown", arrays.add(take.contacts.shown())},
           {"patchPoint", arrays.add(firstPoint)},
-          {"patchBodies", arrays.add(bodies)},
           {"patchCount", arrays.add(count)},
           {"patchPlace", arrays.add(patchPlace)},
           {"patchNormal", arrays.add(normal)},
@@ -171,7 +168,6 @@ class Shells {
     if (which < shells_.size()) return which;
     shells_.push_back(s);
     out_.push_back({{"edge", s.edge},
-                    {"block", s.block},
                     {"origin", asJson(s.origin)},
                     {"x", arrays_.add(s.x)},
                     {"y", arrays_.add(s.y)},
@@ -194,11 +190,9 @@ Json bodiesJson(const ReplayTake& take, Shells& shells) {
     const ReplayBody& body = take.bodies[i];
     Json clouds = Json::array();
     for (const DrawnCloud& cloud : body.drawn.clouds) clouds.push_back(shells.placed(cloud));
-    bool plane = true;
-    for (const DrawnPart& part : body.drawn.parts) plane = plane && part.planeNormal;
     bodies.push_back({{"name", body.name},
                       {"fixed", body.isStatic},
-                      {"plane", plane},
+                      {"plane", body.drawn.isPlane()},
                       {"mass", body.mass},
                       {"color", colors[i].name},
                       {"clouds", clouds}});
@@ -210,8 +204,12 @@ Json bodiesJson(const ReplayTake& take, Shells& shells) {
 
 std::string pageRecord(const Replay& replay) {
   Arrays arrays;
-  Json json = {{"title", replay.title}, {"story", replay.story},     {"watch", replay.watch},
-               {"setup", replay.setup}, {"seconds", replay.seconds}, {"voxel", replay.voxel}};
+  Json json = {{"title", replay.title},
+               {"story", replay.story},
+               {"watch", replay.watch},
+               {"setup", replay.setup},
+               {"seconds", float(replay.seconds)},
+               {"voxel", replay.voxel}};
   json["checks"] = Json::array();
   for (const ReplayCheck& c : replay.checks)
     json["checks"].push_back({{"expected", c.expected}, {"found", c.found}, {"holds", c.holds}});
@@ -230,8 +228,7 @@ std::string pageRecord(const Replay& replay) {
                              {"figures", figuresJson(take, arrays)},
                              {"contacts", contactsJson(take, arrays)}});
   json["shells"] = shells.json();
-  // Names come from files; what is not UTF-8 in them is replaced.
-  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = jsonText(json, -1);
   while ((8 + text.size()) % 8 != 0) text += ' ';
   const auto length = static_cast<std::uint32_t>(text.size());
   std::string bytes = "RPLY";

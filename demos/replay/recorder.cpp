@@ -13,8 +13,7 @@ constexpr double kTolerance = 3e-5;    // of the scene's size: 0.03 px at 1000 p
 constexpr double kFramesASecond = 60;  // what a screen shows at full speed
 constexpr double kLeastFrames = 600;   // short runs are looked at slowed down
 constexpr double kMostFrames = 6000;
-constexpr std::size_t kMostPoints = 3'000'000;  // of contacts: 40 MB before it is packed
-constexpr double kGap = 0.12;                   // between takes, of a take's diagonal
+constexpr double kGap = 0.12;      // between takes, of a take's diagonal
 constexpr double kMostSpread = 3;  // a take's width counts up to this times its start's
 
 // How far a body's farthest vertex is from its origin.
@@ -53,7 +52,7 @@ struct Recorder::Take {
   ContactsNow now;                 // used again at each frame
 };
 
-Recorder::Recorder() = default;
+Recorder::Recorder(std::size_t mostPoints) : mostPoints_(mostPoints) {}
 Recorder::~Recorder() = default;
 
 void Recorder::begin(const World& world, const std::string& label, double seconds, double step) {
@@ -107,12 +106,17 @@ void Recorder::addFrame(double time, const World& world) {
   world.contacts(t.now);
   ReplayContacts& contacts = t.take.contacts;
   contacts.add(t.now, t.isFixed);
-  if (std::max(contacts.points().size(), contacts.shown().size()) <= kMostPoints) return;
+  if (std::max(contacts.points().size(), contacts.shown().size()) <= mostPoints_) return;
   // Too many: every other instant will do, from here on and back to the start.
   contacts.thin();
-  for (std::size_t i = 0; 2 * i < t.take.frames.size(); ++i)
-    t.take.frames[i] = t.take.frames[2 * i];
-  t.take.frames.resize(contacts.frames());
+  std::vector<ReplayFrame>& frames = t.take.frames;
+  for (std::size_t i = 1; 2 * i < frames.size(); ++i) {
+    const ReplayFrame& lost = frames[2 * i - 1];
+    frames[i] = frames[2 * i];
+    frames[i].deepest = std::max(frames[i].deepest, lost.deepest);
+    frames[i].narrowPhase = (frames[i].narrowPhase + lost.narrowPhase) / 2;
+  }
+  frames.resize(contacts.frames());
   t.interval *= 2;
 }
 

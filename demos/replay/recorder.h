@@ -11,7 +11,9 @@ namespace cloudcontact::program {
 
 class Recorder {
  public:
-  Recorder();
+  // Where a take's contacts become more points than that (84 MB by default), every other frame is
+  // left out.
+  explicit Recorder(std::size_t mostPoints = 3'000'000);
   ~Recorder();
 
   // Starts a take: a world that will run for `seconds`, in steps of `step` [s]. It must outlive
@@ -27,6 +29,7 @@ class Recorder {
   void endTake();
   void addFrame(double time, const World& world);
 
+  std::size_t mostPoints_;
   Replay replay_;
   std::unique_ptr<Take> take_;  // the one that runs
 };

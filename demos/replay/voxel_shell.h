@@ -9,7 +9,7 @@
 namespace cloudcontact::program {
 
 // Voxels at least half full that have a neighbour which is not. Large clouds are shown in blocks
-// of 2, 4, 8 ... voxels' edge.
+// of 2, 4 or 8 voxels' edge, no larger however many cubes that leaves.
 struct VoxelShell {
   double edge = 0;             // of a cube [m]
   int block = 1;               // voxels along it

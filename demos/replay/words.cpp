@@ -5,8 +5,9 @@
 
 namespace cloudcontact::program {
 
-std::string setupText(const WorldSettings& settings, double step) {
-  const std::string steps = ", steps of " + timeText(step);
+std::string setupText(const WorldSettings& settings, double step, int substeps) {
+  const std::string steps = ", steps of " + timeText(step) +
+                            (substeps > 1 ? " in " + std::to_string(substeps) + " parts" : "");
   switch (settings.common.method) {
     case Method::Cloud:
       return "clouds of " + lengthText(settings.voxel) + " voxels" + steps;

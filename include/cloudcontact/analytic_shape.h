@@ -32,7 +32,7 @@ struct ConeShape {
 };
 // Outward planes normal.x <= offset, at least four, and the corners for bounds; the body is all
 // within `margin` of that hull [m]. Edges are pairs of corners: without them the hull's corners are
-// felt by a cloud's samples alone, which are a voxel apart.
+// felt by a cloud's samples alone, which measure to its nearest face: too shallow.
 struct HullShape {
   std::vector<HalfSpace> planes;
   std::vector<Vec3> corners;

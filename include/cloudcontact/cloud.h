@@ -65,12 +65,12 @@ class Cloud {
   const Vec3& origin() const { return origin_; }
   Eigen::Vector3i bricks() const { return voxels_ ? voxels_->bricks : Eigen::Vector3i::Zero(); }
   Eigen::Vector3i size() const { return bricks() * kBrickEdge; }  // voxels along each axis
-  const Voxels& voxels() const { return *voxels_; }
+  const Voxels& voxels() const { return *voxels_; }               // not of a Cloud()
   // Coverage of a voxel in 1/255; 0 outside the grid.
   std::uint8_t coverage(int x, int y, int z) const;
   // Which material a voxel with coverage is of: index into materials(); 0 where there is but one.
   std::uint8_t material(int x, int y, int z) const;
-  const std::vector<std::string>& materials() const { return voxels_->materials; }
+  const std::vector<std::string>& materials() const;
   Vec3 center(int x, int y, int z) const;  // of a voxel, in the body's frame [m]
 
   // The same voxels in a frame moved by `shift` [m]: costs nothing, shares everything.

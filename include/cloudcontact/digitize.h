@@ -33,8 +33,9 @@ Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings,
 // A body of several materials: meshes that lie within one another or side by side, each of the
 // material that it is named after. The body is all of them together; a voxel is of the smallest
 // mesh that has at least half of the voxel's matter. Meshes that bound no volume of their own (a
-// half of a shell whose other half is another mesh) leave their part to the largest. The cloud of
-// a single mesh has no materials. Throws as above, and where there is no mesh or more than 256.
+// half of a shell whose other half is another mesh) leave their part to the largest. A cloud
+// with fewer than two meshes that bound a volume has no materials. Throws as above, and where there
+// is no mesh or more than 256.
 Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& settings,
                DigitizeReport* report = nullptr);
 

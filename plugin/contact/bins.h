@@ -66,7 +66,7 @@ class Binner {
   // The first bin of a cell, or -1 less the free slot of the table where it belongs.
   std::int32_t find(const std::int32_t* cell) const;
   void layOut();
-  // The same once all bins are there, -1 where there is none.
+  // The same once all bins are there, negative where there is none.
   std::int32_t firstIn(const std::int32_t* cell) const;
   static bool alike(const Sums& a, const Sums& b, double agree);
   bool linked(const Bin& bin, const Bin& from, const Sums& patch, double close) const;

@@ -78,7 +78,9 @@ Polygon squareOn(const CcSurface& f, float offset) {
 struct CutPart {
   float area = 0;
   V3 centroid = V3::Zero();
-  float width = 0;   // edge of the square that spreads as far: two voxels may share it
+  // Edge of the square that spreads as far (two voxels may share it), at most twice the way to the
+  // nearest edge.
+  float width = 0;
   bool met = false;  // another piece bounds it there
 };
 

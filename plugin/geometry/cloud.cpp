@@ -103,6 +103,11 @@ void checkMaterials(const Cloud::Voxels& voxels) {
   if (voxels.materials.empty() && voxels.materialTable.empty() && voxels.material.empty()) return;
   const auto count = static_cast<std::int64_t>(voxels.materials.size());
   if (count > 256) throw std::invalid_argument("cloud: more than 256 materials");
+  for (const std::string& name : voxels.materials)
+    if (name.find('\0') != std::string::npos)
+      throw std::invalid_argument("cloud: a material's name has a zero in it");
+  if (voxels.material.size() > voxels.table.size())
+    throw std::invalid_argument("cloud: more bricks have materials than there are");
   if (voxels.materialTable.size() != voxels.table.size())
     throw std::invalid_argument("cloud: the table of materials has another size than the bricks'");
   for (const std::int32_t m : voxels.materialTable)
@@ -148,6 +153,11 @@ std::uint8_t Cloud::coverage(int x, int y, int z) const {
   const std::int32_t b = voxels_->table[place->entry];
   if (b < 0) return b == kSolidBrick ? 255 : 0;
   return voxels_->coverage[static_cast<std::size_t>(b)][place->inBrick];
+}
+
+const std::vector<std::string>& Cloud::materials() const {
+  static const std::vector<std::string> kNone;
+  return voxels_ ? voxels_->materials : kNone;
 }
 
 std::uint8_t Cloud::material(int x, int y, int z) const {

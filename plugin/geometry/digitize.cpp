@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -66,12 +65,11 @@ Prepared prepare(const Mesh& mesh) {
   return prepared;
 }
 
-// Throws where the voxels would need too much, and says what would fit.
-void checkSize(const Prepared& prepared, const DigitizeSettings& settings) {
+// Throws where that many copies of the voxels would need too much, and says what would fit.
+void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes) {
   const double limit = static_cast<double>(settings.maxBytes);
   const auto bytes = [&](double h) {
-    return cuttingBytes(prepared.closing, h, prepared.passes(), threadCount(settings.threads),
-                        limit);
+    return cuttingBytes(prepared.closing, h, passes, threadCount(settings.threads), limit);
   };
   const double h = settings.voxelSize, needed = bytes(h);
   if (needed <= limit) return;
@@ -115,15 +113,45 @@ Cloud::Voxels cutInGrid(const Prepared& prepared, const Grid& grid,
   return std::move(vote.voxels);
 }
 
-// A mesh's voxels in the grid of the body that it is part of; nothing where it has no volume.
-std::optional<Cloud::Voxels> partInGrid(const Mesh& mesh, const Grid& grid,
-                                        const DigitizeSettings& settings) {
-  DigitizeReport unused;
-  try {
-    return cutInGrid(prepare(mesh), grid, settings, unused);
-  } catch (const std::invalid_argument&) {
-    return {};
+// A mesh of a body of several materials, mended: as files have them they may be doubled or wrongly
+// turned, and count for more or less than the volume that they bound.
+struct Part {
+  const std::string* name;
+  Prepared prepared;
+  double volume;
+};
+
+// Those that bound a volume, by its size: what lies within another is smaller.
+std::vector<Part> largestFirst(const std::vector<NamedMesh>& meshes) {
+  std::vector<Part> parts;
+  for (const NamedMesh& mesh : meshes) {
+    try {
+      Part part{&mesh.name, prepare(mesh.mesh), 0};
+      const Mesh& closed = part.prepared.closing.mesh;
+      part.volume = std::abs(sixVolumes(closed, middleOf(closed)));
+      parts.push_back(std::move(part));
+    } catch (const std::invalid_argument&) {  // a sheet, say
+    }
   }
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const Part& a, const Part& b) { return a.volume > b.volume; });
+  return parts;
+}
+
+// The k-th of n equal pieces of a work that is told of as one.
+DigitizeSettings piece(const DigitizeSettings& whole, std::size_t k, std::size_t n) {
+  DigitizeSettings settings = whole;
+  if (whole.progress)
+    settings.progress = [told = whole.progress, k, n](double done) {
+      told((double(k) + done) / double(n));
+    };
+  return settings;
+}
+
+void checkSettings(const DigitizeSettings& settings) {
+  checkVoxelSize(settings.voxelSize);
+  if (settings.threads < 0)
+    throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
 }
 
 }  // namespace
@@ -138,11 +166,9 @@ std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
 }
 
 Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeReport* report) {
-  checkVoxelSize(settings.voxelSize);
-  if (settings.threads < 0)
-    throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
+  checkSettings(settings);
   const Prepared prepared = prepare(mesh);
-  checkSize(prepared, settings);
+  checkSize(prepared, settings, prepared.passes());
   const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
   DigitizeReport found;
   auto voxels = std::make_shared<Cloud::Voxels>(cutInGrid(prepared, grid, settings, found));
@@ -155,17 +181,25 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
                DigitizeReport* report) {
   if (meshes.empty() || meshes.size() > 256)
     throw std::invalid_argument("digitize: give from 1 to 256 meshes, each of a material");
-  const Cloud body = digitize(merged(meshes), settings, report);
-  if (meshes.size() == 1) return body;
-  auto voxels = std::make_shared<Cloud::Voxels>(body.voxels());
-  const Grid grid{body.voxelSize(), voxels->bricks.cast<double>(), body.origin()};
+  const std::vector<Part> parts = largestFirst(meshes);
+  if (parts.size() < 2) return digitize(merged(meshes), settings, report);
+  checkSettings(settings);
+  const Prepared body = prepare(merged(meshes));
+  int passes = body.passes();
+  for (const Part& part : parts) passes = std::max(passes, part.prepared.passes());
+  checkSize(body, settings, passes + 1);  // a part is cut while the body is there
+  const Grid grid = gridAround(body.closing.mesh, settings.voxelSize);
+  const std::size_t pieces = parts.size() + 1;
+  DigitizeReport found, unused;
+  auto voxels =
+      std::make_shared<Cloud::Voxels>(cutInGrid(body, grid, piece(settings, 0, pieces), found));
+  checkNotEmpty(*voxels, body, settings.voxelSize);
   Materials materials(*voxels);
-  for (const NamedMesh* part : largestFirst(meshes)) {
-    DigitizeSettings quiet = settings;
-    quiet.progress = {};
-    if (const auto own = partInGrid(part->mesh, grid, quiet)) materials.add(part->name, *own);
-  }
-  return Cloud(body.voxelSize(), body.origin(), std::move(voxels));
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    materials.add(*parts[k].name,
+                  cutInGrid(parts[k].prepared, grid, piece(settings, k + 1, pieces), unused));
+  if (report) *report = found;
+  return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
 }
 
 }  // namespace cloudcontact

@@ -1,23 +1,7 @@
 // Bricks of one material stay a number; only those in which two meet store their voxels'.
 #include "geometry/materials.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "geometry/mesh_topology.h"
-
 namespace cloudcontact {
-
-std::vector<const NamedMesh*> largestFirst(const std::vector<NamedMesh>& meshes) {
-  std::vector<std::pair<double, const NamedMesh*>> sized;
-  for (const NamedMesh& part : meshes)
-    sized.emplace_back(-std::abs(sixVolumes(part.mesh, middleOf(part.mesh))), &part);
-  std::stable_sort(sized.begin(), sized.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<const NamedMesh*> order;
-  for (const auto& [size, part] : sized) order.push_back(part);
-  return order;
-}
 
 void Materials::add(const std::string& name, const Cloud::Voxels& own) {
   const auto material = static_cast<std::uint8_t>(body_.materials.size());
@@ -28,8 +12,11 @@ void Materials::add(const std::string& name, const Cloud::Voxels& own) {
   for (std::size_t entry = 0; entry < body_.table.size(); ++entry) {
     const std::int32_t b = own.table[entry];
     if (b == kEmptyBrick || body_.table[entry] == kEmptyBrick) continue;
-    if (b == kSolidBrick)
-      body_.materialTable[entry] = -1 - material;
+    std::int32_t& slot = body_.materialTable[entry];
+    if (b == kSolidBrick && slot < 0)
+      slot = -1 - material;
+    else if (b == kSolidBrick)
+      body_.material[static_cast<std::size_t>(slot)].fill(material);
     else
       claim(entry, own.coverage[static_cast<std::size_t>(b)], material);
   }

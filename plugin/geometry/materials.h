@@ -2,12 +2,10 @@
 #pragma once
 
 #include <cloudcontact/cloud.h>
-#include <cloudcontact/mesh.h>
+
+#include <string>
 
 namespace cloudcontact {
-
-// By the volumes that they bound: what lies within another is smaller.
-std::vector<const NamedMesh*> largestFirst(const std::vector<NamedMesh>& meshes);
 
 // Fills in a body's materials, one mesh after the other.
 class Materials {

@@ -74,7 +74,7 @@ void append(const aiMesh& part, const aiMatrix4x4& toRoot, Mesh& mesh) {
 Mesh& partOf(std::vector<NamedMesh>& parts, const std::string& name) {
   for (NamedMesh& part : parts)
     if (!name.empty() && part.name == name) return part.mesh;
-  parts.push_back({name.empty() ? "part " + std::to_string(parts.size() + 1) : name, {}});
+  parts.push_back({name, {}});
   return parts.back().mesh;
 }
 
@@ -106,7 +106,9 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
   appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), parts);
   std::erase_if(parts, [](const NamedMesh& part) { return part.mesh.triangles.empty(); });
   if (parts.empty()) refuse(file, "has no triangles");
+  int nameless = 0;
   for (NamedMesh& part : parts) {
+    if (part.name.empty()) part.name = "part " + std::to_string(++nameless);
     for (Vector3d& v : part.mesh.vertices) v *= metresPerUnit;
     try {
       checkMesh(part.mesh);

@@ -188,9 +188,9 @@ TEST(ContactFinderInput, IsRefusedByName) {
   EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works on after bad input";
 }
 
-// A shape's corner, edge or rim pressed into a cloud's face along the grid, up to the four voxels
-// that the field reaches: the force stays k d. The cloud's own samples see less of it the deeper it
-// goes (0.58 of a corner's depth).
+// A shape's corner, edge or rim pressed into a cloud's face along the grid, down to four voxels of
+// the five that the field reaches: the force stays k d. The cloud's own samples would see 0.58 of a
+// corner's depth.
 struct Pressed {
   const char* name;
   AnalyticShape shape;

@@ -9,24 +9,19 @@
 #include <fstream>
 #include <map>
 
-#include "contact_cases.h"
+#include "test_meshes.h"
 
 namespace cloudcontact {
 namespace {
 
 constexpr double kVoxel = 0.01;
 
-Mesh boxAt(const Vec3& low, const Vec3& high) {
-  return testing::transformed(testing::boxMesh(high - low),
-                              {Eigen::Quaterniond::Identity(), (low + high) / 2});
-}
-
-// A block of 0.3 x 0.3 x 0.2 with a core, and in that a pocket; the inner faces lie in their voxels
-// so that seven tenths of these are inside.
+// A block of 0.3 x 0.3 x 0.2 with a core, and in that a pocket. Of the voxels that an inner face
+// cuts eight tenths are inside where its coordinate is low, two where it is high.
 std::vector<NamedMesh> nested() {
-  return {{"shell", boxAt(Vec3(0, 0, 0), Vec3(0.3, 0.3, 0.2))},
-          {"core", boxAt(Vec3(0.033, 0.033, 0.053), Vec3(0.267, 0.267, 0.147))},
-          {"pocket", boxAt(Vec3(0.103, 0.103, 0.083), Vec3(0.197, 0.157, 0.117))}};
+  return {{"shell", test::boxMesh(Vec3(0, 0, 0), Vec3(0.3, 0.3, 0.2))},
+          {"core", test::boxMesh(Vec3(0.032, 0.032, 0.052), Vec3(0.262, 0.262, 0.142))},
+          {"pocket", test::boxMesh(Vec3(0.102, 0.102, 0.082), Vec3(0.192, 0.152, 0.112))}};
 }
 
 DigitizeSettings settings() {
@@ -52,16 +47,15 @@ std::string materialAt(const Cloud& cloud, const Vec3& place) {
   return cloud.materials()[cloud.material(v.x(), v.y(), v.z())];
 }
 
-// A boundary between materials runs along voxels' faces, here three tenths outside of where it is.
+// A boundary between materials runs along voxels' faces: two tenths outside of it at low
+// coordinates and as far inside at high ones, so that what it takes and leaves makes up.
 TEST(Materials, HaveTheirVolumes) {
   const Cloud cloud = digitize(nested(), settings());
   ASSERT_EQ(cloud.materials(), (std::vector<std::string>{"shell", "core", "pocket"}));
   const auto v = volumes(cloud);
-  const double block = 0.3 * 0.3 * 0.2, core = 0.234 * 0.234 * 0.094,
-               pocket = 0.094 * 0.054 * 0.034;
-  const auto area = [](double a, double b, double c) { return 2 * (a * b + b * c + c * a); };
-  EXPECT_NEAR(v.at("pocket"), pocket, 0.35 * kVoxel * area(0.094, 0.054, 0.034));
-  EXPECT_NEAR(v.at("core") + v.at("pocket"), core, 0.35 * kVoxel * area(0.234, 0.234, 0.094));
+  const double block = 0.3 * 0.3 * 0.2, core = 0.23 * 0.23 * 0.09, pocket = 0.09 * 0.05 * 0.03;
+  EXPECT_NEAR(v.at("pocket"), pocket, 1e-3 * pocket);
+  EXPECT_NEAR(v.at("core") + v.at("pocket"), core, 1e-3 * core);
   EXPECT_NEAR(v.at("shell") + v.at("core") + v.at("pocket"), block, 1e-4 * block);
   EXPECT_EQ(materialAt(cloud, Vec3(0.015, 0.15, 0.1)), "shell");
   EXPECT_EQ(materialAt(cloud, Vec3(0.05, 0.05, 0.1)), "core");
@@ -96,7 +90,44 @@ TEST(Materials, PartsWithoutAVolumeLeaveTheirPlaceToTheLargest) {
   meshes.push_back(lid);
   const Cloud cloud = digitize(meshes, settings());
   EXPECT_EQ(materialAt(cloud, Vec3(0.15, 0.13, 0.1)), "pocket");
+  EXPECT_EQ(materialAt(cloud, Vec3(0.15, 0.15, 0.005)), "shell");
+  EXPECT_EQ(materialAt(cloud, Vec3(0.15, 0.15, 0.195)), "shell");
   EXPECT_EQ(std::count(cloud.materials().begin(), cloud.materials().end(), "lid"), 0);
+}
+
+TEST(Materials, StandSideBySide) {
+  const Cloud cloud = digitize({{"left", test::boxMesh({0, 0, 0}, {0.1, 0.1, 0.1})},
+                                {"right", test::boxMesh({0.15, 0, 0}, {0.35, 0.1, 0.1})}},
+                               settings());
+  EXPECT_EQ(materialAt(cloud, Vec3(0.05, 0.05, 0.05)), "left");
+  EXPECT_EQ(materialAt(cloud, Vec3(0.2, 0.05, 0.05)), "right");
+}
+
+// What lies within another is told by the volume that it bounds, however often its faces are there.
+TEST(Materials, ADoubledCoreStaysInItsShell) {
+  auto meshes = nested();
+  Mesh& core = meshes[1].mesh = test::boxMesh({0.02, 0.02, 0.02}, {0.28, 0.28, 0.18});
+  const auto once = core.triangles;
+  core.triangles.insert(core.triangles.end(), once.begin(), once.end());
+  const Cloud cloud = digitize(meshes, settings());
+  EXPECT_EQ(materialAt(cloud, Vec3(0.05, 0.05, 0.1)), "core");
+  EXPECT_EQ(materialAt(cloud, Vec3(0.005, 0.15, 0.1)), "shell");
+}
+
+// Bodies that cross: the smaller has the bricks that both fill, and none is stored for nothing.
+TEST(Materials, BricksAreStoredOnce) {
+  const Cloud cloud = digitize({{"long", test::boxMesh({0, 0, 0}, {0.64, 0.16, 0.16})},
+                                {"half", test::boxMesh({0.2, 0, 0}, {0.64, 0.16, 0.16})},
+                                {"cross", test::boxMesh({0.08, 0, 0}, {0.4, 0.16, 0.16})}},
+                               settings());
+  const auto& table = cloud.voxels().materialTable;
+  for (std::size_t b = 0; b < cloud.voxels().material.size(); ++b)
+    EXPECT_EQ(std::count(table.begin(), table.end(), std::int32_t(b)), 1);
+  EXPECT_EQ(materialAt(cloud, Vec3(0.21, 0.08, 0.08)), "cross");
+}
+
+TEST(Materials, OfAnEmptyCloudAreNone) {
+  EXPECT_TRUE(Cloud().materials().empty());
 }
 
 TEST(Materials, AreRefusedWhereTheyCannotBe) {
@@ -113,6 +144,8 @@ TEST(Materials, AreRefusedWhereTheyCannotBe) {
   EXPECT_THROW(broken([](Cloud::Voxels& v) { v.materialTable[0] = 1 << 20; })(),
                std::invalid_argument);
   EXPECT_THROW(broken([](Cloud::Voxels& v) { v.material.at(0)[5] = 3; })(), std::invalid_argument);
+  EXPECT_THROW(broken([](Cloud::Voxels& v) { v.materials[1] = std::string("a\0b", 3); })(),
+               std::invalid_argument);
 }
 
 class MaterialFile : public ::testing::Test {
@@ -120,7 +153,8 @@ class MaterialFile : public ::testing::Test {
   MaterialFile() {
     folder = std::filesystem::temp_directory_path() /
              (std::string("cloudcontact_materials_") +
-              ::testing::UnitTest::GetInstance()->current_test_info()->name());
+              ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+              std::to_string(reinterpret_cast<std::uintptr_t>(this)));
     std::filesystem::create_directories(folder);
   }
   ~MaterialFile() override { std::filesystem::remove_all(folder); }

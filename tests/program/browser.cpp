@@ -112,6 +112,7 @@ Browser::Browser(int width, int height, const std::vector<std::string>& flags) {
   int toChild[2], fromChild[2];
   if (pipe2(toChild, O_CLOEXEC) != 0 || pipe2(fromChild, O_CLOEXEC) != 0)
     throw std::runtime_error("no pipe");
+  signal(SIGPIPE, SIG_IGN);  // where chromium is missing, writing to it is to fail with a message
   const auto words = commandLine(width, height, profile_, flags);
   process_ = fork();
   if (process_ == 0) become(words, toChild[0], fromChild[1]);

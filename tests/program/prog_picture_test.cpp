@@ -10,6 +10,7 @@
 
 #include "draw/drawing.h"
 #include "draw/svg.h"
+#include "figure_text.h"
 #include "program_run.h"
 
 namespace {

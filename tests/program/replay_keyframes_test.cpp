@@ -33,7 +33,7 @@ double furthest(const Pose& a, const Pose& b, double reach) {
 
 TEST(Keyframes, OneForABodyAtRest) {
   Keyframes keyframes(1, 1e-6);
-  for (int i = 0; i < 200; ++i) keyframes.add(0.01 * i, turned(0.3, Vec3(1, 2, 3), Vec3(1, 0, 0)));
+  for (int i = 0; i < 1000; ++i) keyframes.add(0.01 * i, turned(0.3, Vec3(1, 2, 3), Vec3(1, 0, 0)));
   keyframes.finish();
   EXPECT_EQ(keyframes.keys().size(), 1u);
 }

@@ -61,7 +61,7 @@ TEST(ShadedMesh, ASphereIsSmooth) {
     EXPECT_GT(sphere.normals[i].dot(sphere.positions[i].normalized()), std::cos(0.02));
 }
 
-// A point with no neighbours, a triangle without area: nothing to shade by, and still a normal.
+// Triangles without area: nothing to shade by, and still a normal.
 TEST(ShadedMesh, BadTrianglesHaveNormalsToo) {
   Mesh mesh;
   mesh.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};

@@ -67,11 +67,11 @@ class ContactView {
     const frame = indexAt(this.take.figures.time, t), c = this.take.contacts;
     const all = [this.shafts, this.heads, this.discs, this.pins];
     for (const copies of all) copies.begin();
-    const counts = {points: 0, patches: 0, force: 0};
+    const counts = {points: 0, patches: 0};
     for (const patch of c.shown.subarray(c.firstShown[frame], c.firstShown[frame + 1])) {
       this.addPatch(patch);
       const first = c.patchPoint[patch], end = first + c.patchCount[patch];
-      for (let i = first; i < end; ++i) counts.force += this.addPoint(i);
+      for (let i = first; i < end; ++i) this.addPoint(i);
       ++counts.patches;
       counts.points += end - first;
     }
@@ -82,7 +82,7 @@ class ContactView {
   addPoint(i) {
     const c = this.take.contacts, s = this.scale, force = forceOf(c, i);
     const length = s.length * Math.min(3, force / s.force);
-    if (!(length > 0.01 * s.length)) return force;
+    if (!(length > 0.01 * s.length)) return;
     const at = this.place(c.pointPlace, i, ContactView.at);
     ContactView.along.fromArray(c.pointDirection, 3 * i).normalize();
     const color = depthColor(depthOf(c, c.pointDepth[i]) / s.depth, ContactView.color);
@@ -90,7 +90,6 @@ class ContactView {
     this.shafts.add(this.matrix(at, ContactView.along, width, length - head), color);
     at.addScaledVector(ContactView.along, length - head);
     this.heads.add(this.matrix(at, ContactView.along, 2.6 * width, head), color);
-    return force;
   }
 
   addPatch(i) {

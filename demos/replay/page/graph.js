@@ -113,7 +113,7 @@ class Graphs {
     for (const row of this.rows) {
       const values = row.lines.filter(line => !line.shift).map(line => line.values[indexAt(line.time, t)]);
       const most = values.reduce((a, v) => Math.max(a, v), -Infinity);
-      const top = row.lines[0].values.reduce((a, v) => Math.max(a, v), 0);
+      const top = row.lines[0].values.reduce((a, v) => Math.max(a, v), -Infinity);
       row.value.textContent = withUnit(most, row.unit);
       const small = document.createElement('small');
       small.textContent = values.length > 1 ? 'the most of ' + values.length : 'most ' + withUnit(top, row.unit);

@@ -55,7 +55,7 @@ class Player {
   }
 }
 
-function wireTimeline(player, graphs, record) {
+function wireTimeline(player, record) {
   for (const s of speeds) element('option', s + '\u00d7', $('speed')).value = s;
   $('speed').value = player.speed;
   $('speed').onchange = () => { player.speed = Number($('speed').value); };
@@ -82,6 +82,7 @@ function wireTimeline(player, graphs, record) {
 function wireKeys(actions) {
   document.addEventListener('keydown', event => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.matches('#cut-at, #arrows')) return;
     const own = event.target.closest('select, button');
     if (own && (event.key === ' ' || event.key === 'Enter' || own.tagName === 'SELECT')) return;
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
@@ -182,12 +183,11 @@ function wireStage(record, {stage, motion, views, contacts, scale}, player) {
   const all = views.flat(), showAll = () => all.forEach(showBody);
   fillBodies(record, views, showBody);
   const showForce = fillLegend(record, scale);
-  const length = scale.length, force = scale.force;
+  const force = scale.force;
   const arrows = () => {
     const times = 2 ** Number($('arrows').value);
     scale.force = force / times;
     showForce(scale.force);
-    $('contact-words').dataset.scale = scale.length / length;
   };
   $('arrows').oninput = () => { arrows(); player.seek(player.time); };
   arrows();
@@ -238,7 +238,7 @@ async function main() {
     $('clock').textContent = t.toFixed(digits) + ' / ' + record.seconds.toFixed(digits) + ' s';
   });
   const graphs = new Graphs($('graphs'), record, t => player.seek(t));
-  const keys = wireTimeline(player, graphs, record);
+  const keys = wireTimeline(player, record);
   if (document.createElement('canvas').getContext('webgl')) {
     view = wireStage(record, await buildStage(record), player);
   } else {

@@ -86,17 +86,17 @@ class Stage {
     });
   }
 
-  // `axis` in the takes' frame; `at` from -1 to 1 over what there is at the start. The side towards +axis is kept,
-  // flipped the other.
+  // `axis` in the takes' frame; `at` from -1 to 1 over what there is at the start. Kept is what lies below the cut
+  // along x and z, and behind it along y, as one looks from the front; flipped the other side.
   cut(on, axis, at, flipped) {
     const directions = {x: [1, 0, 0], y: [0, 0, -1], z: [0, 1, 0]};
     const normal = new THREE.Vector3().fromArray(directions[axis]);
     const center = this.cutBox.getCenter(new THREE.Vector3()), half = this.cutBox.getSize(new THREE.Vector3()).multiplyScalar(0.5);
     const reach = Math.abs(normal.dot(half)) || 1;
     const point = normal.dot(center) + at * reach * 1.001;
-    const sign = flipped ? 1 : -1;
-    this.plane.normal.copy(normal).multiplyScalar(axis === 'y' ? -sign : sign);
-    this.plane.constant = -(axis === 'y' ? -sign : sign) * point;
+    const side = (axis === 'y') !== flipped ? 1 : -1;
+    this.plane.normal.copy(normal).multiplyScalar(side);
+    this.plane.constant = -side * point;
     this.planes.length = 0;
     if (on) this.planes.push(this.plane);
     for (const face of this.faces) {

@@ -19,7 +19,7 @@ function voxelGeometry(shell) {
     for (let f = 0; f < 6; ++f) {
       if (!(shell.open[i] >> f & 1)) continue;
       const [normal, quad] = cubeFaces[f];
-      // Full voxels have the body's colour, emptier ones are paler; multiplied by the material's.
+      // Full voxels have the body's colour, emptier ones are darker; multiplied by the material's.
       const shade = 120 + 135 * (shell.coverage[i] - 128) / 127;
       for (let k = 0; k < 4; ++k) {
         const v = 3 * (4 * at + k);
