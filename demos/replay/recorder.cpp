@@ -111,11 +111,12 @@ void Recorder::addFrame(double time, const World& world) {
   contacts.thin();
   std::vector<ReplayFrame>& frames = t.take.frames;
   for (std::size_t i = 1; 2 * i < frames.size(); ++i) {
-    const ReplayFrame& lost = frames[2 * i - 1];
+    const ReplayFrame lost = frames[2 * i - 1];  // a copy: it is the first to be written over
     frames[i] = frames[2 * i];
     frames[i].deepest = std::max(frames[i].deepest, lost.deepest);
     frames[i].narrowPhase = (frames[i].narrowPhase + lost.narrowPhase) / 2;
   }
+  if (frames.size() % 2 == 0) t.deepest = frames.back().deepest;  // lost too: the next one's
   frames.resize(contacts.frames());
   t.interval *= 2;
 }
