@@ -11,5 +11,6 @@ void addDigitizeCommand(CLI::App& app);
 void addContactCommand(CLI::App& app);
 void addSimulateCommand(CLI::App& app);
 void addDemoCommand(CLI::App& app);
+void addChartCommand(CLI::App& app);
 
 }  // namespace cloudcontact::program

@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   addContactCommand(app);
   addSimulateCommand(app);
   addDemoCommand(app);
+  addChartCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

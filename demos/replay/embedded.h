@@ -11,5 +11,6 @@ std::string_view page_js();
 std::string_view three_js();
 std::string_view orbit_js();
 std::string_view gltf_js();
+std::string_view plots_py();  // of the laboratory
 
 }  // namespace cloudcontact::program::embedded

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "html.h"
 #include "replay/embedded.h"
 #include "replay/gltf.h"
 #include "replay/packed.h"
@@ -11,19 +12,6 @@
 
 namespace cloudcontact::program {
 namespace {
-
-std::string asHtml(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 using Filling = std::pair<std::string_view, std::string_view>;  // a name and what stands for it
 

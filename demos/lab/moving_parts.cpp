@@ -1,0 +1,132 @@
+// Bodies, a stepped world, energy and bisection.
+#include "lab/moving_parts.h"
+
+#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/law.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "primitive_mesh.h"
+
+namespace cloudcontact::program::lab {
+namespace {
+
+// A mesh peer's facets stay this much of a body's size off what is round.
+constexpr double kRound = 1e-3;
+
+bool takesPrimitives(const Trial& trial) {
+  return trial.method == Method::Cloud || trial.method == Method::Primitive;
+}
+
+// Meshes are told apart by name, and no two sizes may share one.
+SceneGeometry meshOf(const AnalyticShape& shape, double size) {
+  std::ostringstream name;
+  name << "shape " << shape.index() << ' ' << shapeBounds(shape).max().transpose();
+  return meshNamed(name.str(), std::make_shared<const Mesh>(primitiveMesh(shape, kRound * size)));
+}
+
+WorldSettings settingsOf(const Trial& trial, double voxel) {
+  WorldSettings settings;
+  settings.common.method = trial.method;
+  settings.common.threads = 1;  // trials already run side by side
+  settings.voxel = voxel;
+  return settings;
+}
+
+}  // namespace
+
+Matter springy(double mass, double friction, double stiffness, double ratio) {
+  return {mass, friction, stiffness, 2 * ratio * std::sqrt(stiffness * mass)};
+}
+
+bool isStiff(const Trial& trial) {
+  return trial.mode == "stiff";
+}
+
+SceneBody& addBody(SceneDescription& scene, const std::string& name, const SceneGeometry& geometry,
+                   const Vec3& position, const Matter& matter, const Trial& trial) {
+  SceneBody body;
+  body.name = name;
+  body.model = int(scene.bodies.size());
+  body.pose.position = position;
+  body.isStatic = matter.mass == 0;
+  if (matter.mass > 0) body.mass = matter.mass;
+  body.friction = matter.friction;
+  if (isStiff(trial) && matter.stiffness > 0) {
+    body.stiffness = matter.stiffness;
+    body.damping = matter.damping;
+  }
+  body.collisions.push_back({name, Pose(), geometry});
+  scene.bodies.push_back(std::move(body));
+  return scene.bodies.back();
+}
+
+SceneBody& addPlane(SceneDescription& scene, double friction) {
+  return addBody(scene, "floor", ScenePlane{}, Vec3::Zero(), {0, friction}, {});
+}
+
+SceneGeometry boxFor(const Trial& trial, const Vec3& size) {
+  if (takesPrimitives(trial)) return SceneBox{size};
+  return meshOf(BoxShape{size / 2}, size.norm());
+}
+
+SceneGeometry ballFor(const Trial& trial, double radius) {
+  if (takesPrimitives(trial)) return SceneSphere{radius};
+  return meshOf(SphereShape{radius}, radius);
+}
+
+SceneGeometry cylinderFor(const Trial& trial, double radius, double length) {
+  if (takesPrimitives(trial)) return SceneCylinder{radius, length};
+  return meshOf(CylinderShape{radius, length / 2}, radius);
+}
+
+SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mesh) {
+  return SceneMesh{name, Vec3::Ones(), std::move(mesh)};
+}
+
+double sagOf(const Trial& trial, const Matter& matter, double force) {
+  if (isStiff(trial)) return force / matter.stiffness;
+  if (trial.method != Method::Cloud) return 0;  // Bullet's rigid rows
+  return force / stepLimited(matter.mass, trial.step).stiffness;
+}
+
+MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)
+    : world_(scene, settingsOf(trial, voxel)), step_(trial.step) {}
+
+void MovingWorld::step() {
+  world_.step(step_);
+  const double energy = world_.moment().energy.ofBodies();
+  if (steps_++ == 0) start_ = most_ = energy;
+  most_ = std::max(most_, energy);
+}
+
+void MovingWorld::run(double seconds, const std::function<bool()>& enough) {
+  while (time() < seconds - 0.5 * step_ && !(enough && enough())) step();
+}
+
+Verdict unlessItGains(const Verdict& verdict, double gained, double scale) {
+  if (verdict.outcome != Outcome::Holds || gained <= 0.01 * scale) return verdict;
+  std::ostringstream why;
+  why.precision(2);
+  why << "gained " << 100 * gained / scale << " % energy";
+  return {Outcome::Fails, verdict.figure, verdict.limit, why.str()};
+}
+
+Verdict atLeast(double figure, double limit, const std::string& otherwise) {
+  const bool holds = figure >= limit;  // not so for NaN
+  return {holds ? Outcome::Holds : Outcome::Fails, figure, limit, holds ? "" : otherwise};
+}
+
+double turningPoint(double low, double high, int halvings,
+                    const std::function<bool(double)>& holds) {
+  if (!holds(low)) return low;
+  if (holds(high)) return high;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (low + high) / 2;
+    (holds(middle) ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+}  // namespace cloudcontact::program::lab

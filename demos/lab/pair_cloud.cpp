@@ -1,0 +1,88 @@
+// Our own method: both bodies digitised with a voxel that is a share of the case's size.
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/contact.h>
+#include <cloudcontact/digitize.h>
+
+#include <cmath>
+#include <memory>
+
+#include "lab/pair.h"
+#include "lab/solids.h"
+#include "pair_probe.h"
+#include "peers.h"
+
+namespace cloudcontact::program::lab {
+namespace {
+
+constexpr double kFacets =
+    0.002;  // [voxels] of a primitive: adds nothing to digitising's own error
+
+struct Side {
+  std::shared_ptr<const SurfaceField> field;
+  std::optional<AnalyticShape> plane;
+  std::shared_ptr<btCollisionShape> shape;
+  Pose grid;
+
+  ContactBody at(const Pose& pose) const {
+    ContactBody body;
+    body.field = field.get();
+    body.shape = plane ? &*plane : nullptr;
+    body.pose = pose * grid;
+    return body;
+  }
+};
+
+Side sideOf(const LabBody& body, double voxel) {
+  Side side;
+  if (!body.mesh) {
+    side.plane = body.shape;
+    side.shape = primitiveShape(*body.shape).shape;
+    return side;
+  }
+  side.grid = body.grid;
+  DigitizeSettings settings;
+  settings.voxelSize = voxel;
+  const Cloud cloud = digitize(moved(body.mesh(kFacets * voxel), body.grid.inverse()), settings);
+  side.field = SurfaceField::build(cloud);
+  side.shape = std::make_shared<CloudShape>(side.field);
+  return side;
+}
+
+// Each point's share of the pair's one spring; what its Kelvin-Voigt force is without damping.
+std::vector<LabPoint> pointsOf(const ContactResult& result, double stiffness) {
+  std::vector<LabPoint> points;
+  for (const ContactPoint& p : result.points)
+    if (p.depth > 0) points.push_back({p.position, p.normal, p.depth, p.stiffness / stiffness});
+  return points;
+}
+
+LabPair prepare(const LabBody& bodyA, const LabBody& bodyB, double voxel) {
+  const auto a = std::make_shared<Side>(sideOf(bodyA, voxel));
+  const auto b = std::make_shared<Side>(sideOf(bodyB, voxel));
+  const auto finder = std::make_shared<ContactFinder>();
+  LabPair pair;
+  pair.find = [=](const Pose& pose) {
+    ContactSettings settings;
+    settings.pair = {1, 0};
+    return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), settings.pair.stiffness);
+  };
+  pair.microseconds = [=](const Pose& pose, int repeat, double jitter) {
+    // The probe has A at the origin: all is seen from A's grid.
+    const Pose seen = a->grid.inverse() * pose * b->grid;
+    const CloudContactSettings law{LawForm::Paper, Material{1e4, 0}};
+    PairProbe probe(*a->shape, *b->shape, seen, Motion{}, Method::Cloud, law);
+    return probe.microseconds(repeat, jitter);
+  };
+  return pair;
+}
+
+}  // namespace
+
+std::vector<LabMethod> cloudMethods() {
+  std::vector<LabMethod> methods;
+  for (const int parts : {8, 16, 32, 64})
+    methods.push_back({"cloud", "voxel = size / " + std::to_string(parts), 1.0 / parts, prepare});
+  return methods;
+}
+
+}  // namespace cloudcontact::program::lab

@@ -1,0 +1,154 @@
+// FCL 0.7 (Debian's libfcl-dev 0.7.0, double) on a pair.
+//
+// Meshes are BVHModel<OBBRSS>, FCL's usual tree for triangles, with contacts asked for and no limit
+// on their number that a pair here could reach. A contact is a pair of triangles that cross: its
+// position one of their corners, its normal the face normal of one of the two, its
+// penetration_depth how deep the corners of one lie below the other's plane (the shallower of the
+// two ways round; corners are not clipped to the other triangle). That depth grows with the
+// triangles and says nothing of the bodies, and its normals are those of the two triangles only:
+// there is no better in the library, so it is charted as it comes. A corner may lie on either
+// body: positions are off by half a depth. A body wholly inside the other gives nothing.
+//
+// Convex bodies: FCL's closed forms where it has them (spheres, boxes, planes), else GJK and EPA of
+// libccd 2.1 at FCL's default tolerance of 1e-6, over the primitives or over the facets' vertices
+// as fcl::Convex.
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/cone.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/halfspace.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision.h>
+
+#include <memory>
+#include <utility>
+
+#include "lab/pair_others.h"
+
+namespace cloudcontact::program::lab {
+
+namespace {
+
+constexpr std::size_t kMaxContacts = 1'000'000;
+
+using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
+using GeometryMaker = Geometry (*)(const LabBody& body, double tolerance);
+
+Geometry meshTree(const Mesh& mesh) {
+  std::vector<fcl::Triangle> triangles;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    triangles.emplace_back(std::size_t(t[0]), std::size_t(t[1]), std::size_t(t[2]));
+  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+  model->beginModel(int(triangles.size()), int(mesh.vertices.size()));
+  model->addSubModel(mesh.vertices, triangles);
+  model->endModel();
+  return model;
+}
+
+Geometry convexOf(const Mesh& mesh) {
+  auto faces = std::make_shared<std::vector<int>>();
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    faces->insert(faces->end(), {3, t[0], t[1], t[2]});
+  auto vertices = std::make_shared<std::vector<Vec3>>(mesh.vertices);
+  return std::make_shared<fcl::Convexd>(vertices, int(mesh.triangles.size()), faces);
+}
+
+struct PrimitiveMaker {
+  Geometry operator()(const HalfSpace& s) const {
+    return std::make_shared<fcl::Halfspaced>(s.normal, s.offset);
+  }
+  Geometry operator()(const SphereShape& s) const {
+    return std::make_shared<fcl::Sphered>(s.radius);
+  }
+  Geometry operator()(const BoxShape& s) const {
+    return std::make_shared<fcl::Boxd>(fcl::Vector3d(2 * s.halfExtents));
+  }
+  Geometry operator()(const CapsuleShape& s) const {
+    return std::make_shared<fcl::Capsuled>(s.radius, 2 * s.halfHeight);
+  }
+  Geometry operator()(const CylinderShape& s) const {
+    return std::make_shared<fcl::Cylinderd>(s.radius, 2 * s.halfHeight);
+  }
+  Geometry operator()(const ConeShape& s) const {
+    if (s.margin > 0) throw CannotDo("FCL has no cone with a margin");
+    return std::make_shared<fcl::Coned>(s.radius, 2 * s.halfHeight);
+  }
+  Geometry operator()(const HullShape&) const {
+    throw CannotDo("FCL takes a hull as fcl::Convex: see that setting");
+  }
+};
+
+Geometry treeOf(const LabBody& body, double tolerance) {
+  return isHalfSpace(body) ? PrimitiveMaker{}(std::get<HalfSpace>(*body.shape))
+                           : meshTree(body.mesh(tolerance));
+}
+
+Geometry convexOf(const LabBody& body, double tolerance) {
+  if (isHalfSpace(body)) return PrimitiveMaker{}(std::get<HalfSpace>(*body.shape));
+  if (!body.convex) throw CannotDo(body.name + " is concave: fcl::Convex takes convex bodies");
+  return convexOf(body.mesh(tolerance));
+}
+
+Geometry primitive(const LabBody& body, double) {
+  return std::visit(PrimitiveMaker{}, primitiveOf(body));
+}
+
+fcl::Transform3d toFcl(const Pose& pose) {
+  fcl::Transform3d transform = fcl::Transform3d::Identity();
+  transform.linear() = pose.orientation.toRotationMatrix();
+  transform.translation() = pose.position;
+  return transform;
+}
+
+class FclPair {
+ public:
+  FclPair(Geometry a, Geometry b) : a_(std::move(a)), b_(std::move(b)) {
+    a_->computeLocalAABB();
+    b_->computeLocalAABB();
+  }
+
+  void collide(const Pose& b, fcl::CollisionResultd& result) const {
+    const fcl::CollisionRequestd request(kMaxContacts, true);
+    fcl::collide(a_.get(), fcl::Transform3d::Identity(), b_.get(), toFcl(b), request, result);
+  }
+
+  std::vector<LabPoint> find(const Pose& b) const {
+    fcl::CollisionResultd result;
+    collide(b, result);
+    std::vector<LabPoint> points;
+    for (std::size_t k = 0; k < result.numContacts(); ++k) {
+      const fcl::Contactd& c = result.getContact(k);
+      // FCL swaps a shape before a mesh, and then speaks from the mesh to the shape.
+      const double sign = c.o1 == b_.get() ? -1 : 1;
+      points.push_back({c.pos, sign * c.normal, c.penetration_depth, 0});
+    }
+    return points;
+  }
+
+ private:
+  Geometry a_, b_;
+};
+
+LabMethod fclMethod(const std::string& setting, double detail, GeometryMaker maker) {
+  return {"fcl", setting, detail, [maker](const LabBody& a, const LabBody& b, double tolerance) {
+            const FclPair pair(maker(a, tolerance), maker(b, tolerance));
+            return pairOf([pair](const Pose& pose) { return pair.find(pose); },
+                          [pair](const Pose& pose) {
+                            fcl::CollisionResultd result;
+                            pair.collide(pose, result);
+                          });
+          }};
+}
+
+}  // namespace
+
+std::vector<LabMethod> fclMethods() {
+  return {fclMethod("primitives, libccd", 0, primitive),
+          fclMethod("Convex, libccd, facets " + fraction(kCoarseFacets), kCoarseFacets, convexOf),
+          fclMethod("BVH, facets " + fraction(kCoarseFacets), kCoarseFacets, treeOf),
+          fclMethod("BVH, facets " + fraction(kFineFacets), kFineFacets, treeOf)};
+}
+
+}  // namespace cloudcontact::program::lab

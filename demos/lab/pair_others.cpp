@@ -1,0 +1,138 @@
+// The peers outside Bullet as one list, and what all peers share.
+#include "lab/pair_others.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace cloudcontact::program::lab {
+
+namespace {
+
+struct Scaler {
+  double factor;
+
+  AnalyticShape operator()(HalfSpace s) const {
+    s.offset *= factor;
+    return s;
+  }
+  AnalyticShape operator()(const SphereShape& s) const { return SphereShape{factor * s.radius}; }
+  AnalyticShape operator()(const BoxShape& s) const { return BoxShape{factor * s.halfExtents}; }
+  AnalyticShape operator()(const CapsuleShape& s) const {
+    return CapsuleShape{factor * s.radius, factor * s.halfHeight};
+  }
+  AnalyticShape operator()(const CylinderShape& s) const {
+    return CylinderShape{factor * s.radius, factor * s.halfHeight};
+  }
+  AnalyticShape operator()(const ConeShape& s) const {
+    return ConeShape{factor * s.radius, factor * s.halfHeight, factor * s.margin};
+  }
+  AnalyticShape operator()(HullShape s) const {
+    for (HalfSpace& plane : s.planes) plane.offset *= factor;
+    for (Vec3& corner : s.corners) corner *= factor;
+    s.margin *= factor;
+    return s;
+  }
+};
+
+LabBody scaled(const LabBody& body, double factor) {
+  LabBody larger = body;
+  if (body.shape) larger.shape = std::visit(Scaler{factor}, *body.shape);
+  larger.mesh = [mesh = body.mesh, factor](double tolerance) {
+    return mesh(tolerance / factor).scaled(Vec3::Constant(factor));
+  };
+  return larger;
+}
+
+Pose scaled(const Pose& pose, double factor) {
+  return {pose.orientation, factor * pose.position};
+}
+
+}  // namespace
+
+double reachOf(const LabBody& body, double tolerance) {
+  if (isHalfSpace(body)) return std::numeric_limits<double>::infinity();
+  double reach = 0;
+  if (body.shape) {
+    const Eigen::AlignedBox3d box = shapeBounds(*body.shape);
+    reach = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm();
+  } else {
+    for (const Vec3& v : body.mesh(tolerance).vertices) reach = std::max(reach, v.norm());
+  }
+  return reach;
+}
+
+LabMethod atMetreScale(const LabMethod& method) {
+  LabMethod scaling = method;
+  scaling.prepare = [prepare = method.prepare](const LabBody& a, const LabBody& b, double detail) {
+    // Primitives have no detail; their reach needs no mesh.
+    const double smaller = std::min(reachOf(a, detail), reachOf(b, detail));
+    const double factor = std::isfinite(smaller) && smaller > 0 ? 1 / smaller : 1;
+    const LabPair pair = prepare(scaled(a, factor), scaled(b, factor), factor * detail);
+    return LabPair{[pair, factor](const Pose& pose) {
+                     std::vector<LabPoint> points = pair.find(scaled(pose, factor));
+                     for (LabPoint& p : points) {
+                       p.position /= factor;
+                       p.depth /= factor;
+                     }
+                     return points;
+                   },
+                   [pair, factor](const Pose& pose, int repeat, double jitter) {
+                     return pair.microseconds(scaled(pose, factor), repeat, factor * jitter);
+                   }};
+  };
+  return scaling;
+}
+
+std::string fraction(double detail) {
+  return "1/" + std::to_string(std::lround(1 / detail));
+}
+
+bool isHalfSpace(const LabBody& body) {
+  return body.shape && std::holds_alternative<HalfSpace>(*body.shape);
+}
+
+const AnalyticShape& primitiveOf(const LabBody& body) {
+  if (!body.shape) throw CannotDo(body.name + " is not a primitive");
+  return *body.shape;
+}
+
+std::vector<LabPoint> touching(std::vector<LabPoint> points) {
+  std::erase_if(points, [](const LabPoint& p) { return !(p.depth > 0); });
+  for (LabPoint& p : points) p.share = 1.0 / double(points.size());
+  return points;
+}
+
+LabPair pairOf(const std::function<std::vector<LabPoint>(const Pose& b)>& find,
+               const std::function<void(const Pose& b)>& narrowPhase) {
+  return {[find](const Pose& b) { return touching(find(b)); },
+          [narrowPhase](const Pose& b, int repeat, double jitter) {
+            return timedCalls(b, repeat, jitter, narrowPhase);
+          }};
+}
+
+#ifdef CLOUDCONTACT_PEERS
+
+std::vector<LabMethod> otherMethods() {
+  std::vector<LabMethod> all;
+  for (auto& methods : {fclMethods(), odeMethods(), mujocoMethods()})
+    for (const LabMethod& method : methods) all.push_back(atMetreScale(method));
+  return all;
+}
+
+#else
+
+std::vector<LabMethod> otherMethods() {
+  const auto missing = [](const std::string& method, const std::string& library) {
+    return LabMethod{method, "not built", 0,
+                     [library](const LabBody&, const LabBody&, double) -> LabPair {
+                       throw CannotDo("built without " + library);
+                     }};
+  };
+  return {missing("fcl", "FCL"), missing("ode", "ODE"), missing("mujoco", "MuJoCo")};
+}
+
+#endif
+
+}  // namespace cloudcontact::program::lab

@@ -1,0 +1,80 @@
+// Runs the trials side by side; each has a world of its own, so that their order changes nothing.
+#include "lab/stability.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+namespace cloudcontact::program::lab {
+
+Verdict atMost(double figure, double limit, const std::string& otherwise) {
+  const bool holds = figure <= limit;  // not so for NaN
+  return {holds ? Outcome::Holds : Outcome::Fails, figure, limit, holds ? "" : otherwise};
+}
+
+Verdict within(double figure, double expected, double share, const std::string& otherwise) {
+  const bool holds = std::abs(figure - expected) <= share * std::abs(expected);
+  return {holds ? Outcome::Holds : Outcome::Fails, figure, expected, holds ? "" : otherwise};
+}
+
+namespace {
+
+struct Job {
+  StabilityRow row;
+  std::function<Verdict(const Trial&)> run;
+};
+
+std::vector<Job> jobsOf(const StabilitySettings& settings) {
+  std::vector<Job> jobs;
+  for (const auto& scenes : {erlebenScenes(), stackScenes(), mechanismScenes(), motionScenes()})
+    for (const StabilityScene& scene : scenes) {
+      if (scene.name.find(settings.only) == std::string::npos) continue;
+      if (settings.quick && scene.cost > kQuickCost) continue;
+      for (const Method method : scene.methods)
+        for (const double step : scene.steps)
+          for (const std::string& mode : scene.modes) {
+            if (settings.quick && (step != scene.steps[0] || mode != scene.modes[0])) continue;
+            Job& job = jobs.emplace_back();
+            job.row.scene = scene.name, job.row.group = scene.group, job.row.rule = scene.rule;
+            job.row.trial = {method, step, mode};
+            job.run = scene.run;
+          }
+    }
+  return jobs;
+}
+
+Verdict verdictOf(const Job& job) {
+  try {
+    return job.run(job.row.trial);
+  } catch (const std::exception& error) {
+    return {Outcome::Cannot, 0, 0, error.what()};
+  }
+}
+
+}  // namespace
+
+std::vector<StabilityRow> runStability(const StabilitySettings& settings) {
+  std::vector<Job> jobs = jobsOf(settings);
+  std::atomic<std::size_t> next = 0;
+  std::size_t done = 0;
+  std::mutex telling;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      jobs[i].row.verdict = verdictOf(jobs[i]);
+      const std::lock_guard lock(telling);
+      ++done;
+      if (settings.progress) settings.progress(double(done) / double(jobs.size()));
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int t = 1; t < settings.threads; ++t) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+  std::vector<StabilityRow> rows;
+  for (Job& job : jobs) rows.push_back(std::move(job.row));
+  return rows;
+}
+
+}  // namespace cloudcontact::program::lab

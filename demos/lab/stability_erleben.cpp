@@ -1,0 +1,307 @@
+// The ten scenes of Erleben 2018 ("Methodology for Assessing Mesh-Based Contact Point Methods",
+// ACM TOG 37), rebuilt from sizes alone: spike 1x1x3, wedge 1x2x3, crack 2x1x4 with a notch 0.5
+// deep, cliff frustum 1.5 to 1.0 of height 1, internal-edge box 2x1x2 (metres). Each is a place
+// where methods that make contact points from meshes go wrong: sharp tips, edges on edges, narrow
+// gaps, edges that line up, edges that are none. What the paper leaves open (gaps, friction) is set
+// so that the end is known from mechanics.
+#include <algorithm>
+#include <cmath>
+
+#include "lab/stability_parts.h"
+
+namespace cloudcontact::program::lab {
+namespace {
+
+constexpr double kVoxel = 0.05;       // [m]
+constexpr double kFineVoxel = 0.025;  // where a gap of 0.15 is to be seen
+constexpr double kGap = 0.01;         // between bodies at the start [m]
+constexpr double kMass = 1000;        // of every body that moves [kg]
+constexpr double kFriction = 0.5;     // where nothing is to slide
+constexpr double kHigh = 3;           // a spike, a wedge [m]
+constexpr double kSag = 0.1 * kVoxel;
+// A spike's and a wedge's flank leans by this from upright.
+const double kFlank = std::atan(0.5 / kHigh);
+
+std::shared_ptr<const Mesh> shared(Mesh mesh) {
+  return std::make_shared<const Mesh>(std::move(mesh));
+}
+Mesh spike() {
+  return taperedMesh({1, 1}, {0, 0}, kHigh);
+}
+Mesh wedge() {
+  return taperedMesh({1, 2}, {0, 2}, kHigh);
+}
+Mesh cliff() {
+  return taperedMesh({1.5, 1.5}, {1, 1}, 1);
+}
+// A slab 4 long, 2 wide, 1 high; the notch across its middle is a little narrower than what goes
+// in.
+constexpr double kMouth = 0.15, kNotch = 0.5;
+Mesh crack() {
+  return prismMesh(
+      {{0, 1 - kNotch}, {-kMouth / 2, 1}, {-2, 1}, {-2, 0}, {2, 0}, {2, 1}, {kMouth / 2, 1}}, 2);
+}
+// A square block over 0 <= z <= height with a square hole along z right through it.
+Mesh squareHole(double width, double hole, double height) {
+  Mesh mesh;
+  for (const double z : {0.0, height})
+    for (const double half : {width / 2, hole / 2})
+      for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+        mesh.vertices.emplace_back(x * half, y * half, z);
+  const auto side = [&mesh](int a, int b, int c, int d) {
+    mesh.triangles.emplace_back(a, b, c);
+    mesh.triangles.emplace_back(a, c, d);
+  };
+  for (int k = 0; k < 4; ++k) {
+    const int n = (k + 1) % 4;
+    side(k, n, n + 8, k + 8);            // outside
+    side(n + 4, k + 4, k + 12, n + 12);  // in the hole
+    side(k, k + 4, n + 4, n);            // below
+    side(k + 8, n + 8, n + 12, k + 12);  // above
+  }
+  return mesh;
+}
+
+const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
+const Eigen::Quaterniond kUpsideDown(Eigen::AngleAxisd(EIGEN_PI, Vec3::UnitX()));
+const Eigen::Quaterniond kQuarter(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ()));
+// A spike or a wedge on its flank, its tip ahead in x.
+const Eigen::Quaterniond kLying(Eigen::AngleAxisd(EIGEN_PI / 2 + kFlank, Vec3::UnitY()));
+// Where it lies just above z = kHigh, its centre, `middle` above its base, over the origin.
+Vec3 lyingAbove(double middle) {
+  return {-(kLying * Vec3(0, 0, middle)).x(), 0, kHigh + 0.5 * std::cos(kFlank) + kGap};
+}
+
+SceneBody fixedBody(const std::string& kind, const Mesh& mesh, const Pose& pose,
+                    double friction = kFriction) {
+  return meshBody(kind, shared(mesh), pose, 0, friction);
+}
+SceneBody movingBody(const std::string& kind, const Mesh& mesh, const Pose& pose,
+                     double friction = kFriction) {
+  return meshBody(kind, shared(mesh), pose, kMass, friction);
+}
+
+// A wedge that stands on its edge falls over, slowly: from rest a lean grows as cosh(t / tau),
+// tau = sqrt(I / (m g l)), I about the edge. A method may push the tip aside by half
+// a voxel, no more; that lean, grown, is the most it may show.
+double wedgeLean(double seconds) {
+  // About the edge, over the mass: a triangular prism's h^2 / 18 + a^2 / 24 at 2 h / 3.
+  const double lever = 2 * kHigh / 3;
+  const double inertia = kHigh * kHigh / 18 + 1.0 / 24 + lever * lever;
+  const double tau = std::sqrt(inertia / (kGravity * lever));
+  return turnLimit(kVoxel, lever) * std::cosh(seconds / tau);
+}
+
+Plan planOf(std::vector<SceneBody> bodies, double seconds) {
+  Plan plan;
+  plan.scene.bodies = std::move(bodies);
+  plan.voxel = kVoxel;
+  plan.seconds = seconds;
+  plan.spring = springFor(kMass, kMass, kSag);
+  plan.instants = 100;
+  return plan;
+}
+
+// All scenes: bodies do not enter each other and gain nothing.
+std::vector<Rule> with(const Course& course, std::vector<Rule> more) {
+  more.insert(more.begin(), {penetrationRule(course), energyRule(course)});
+  return more;
+}
+// A body that ends where it started, the gap lower.
+void staysPut(std::vector<Rule>& rules, const Course& course, int body, double lever) {
+  const Vec3 place = course.scene.bodies[body].pose.position - Vec3(0, 0, kGap);
+  rules.push_back({course.moved(body, place), kInPlace, "moved [voxels]"});
+  rules.push_back({course.turned(body), turnLimit(kVoxel, lever), "turned [deg]"});
+}
+
+// Two spikes tip on tip, which nothing holds: the upper may fall, but not into the other.
+Verdict spikes(const Trial& trial) {
+  return judged(trial,
+                planOf({fixedBody("spike", spike(), Pose()),
+                        movingBody("spike", spike(), {kUpsideDown, Vec3(0, 0, 2 * kHigh + kGap)})},
+                       1),
+                [](const Course& course) { return with(course, {}); });
+}
+
+// A wedge on its base across the edges of two; beside it one that balances its edge across
+// another's.
+Verdict wedges(const Trial& trial) {
+  std::vector<SceneBody> bodies;
+  for (const double x : {-0.5, 0.5})
+    bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(x, 0, 0)}));
+  bodies.push_back(movingBody("wedge", wedge(), {kQuarter, Vec3(0, 0, kHigh + kGap)}));
+  bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(5, 0, 0)}));
+  bodies.push_back(
+      movingBody("wedge", wedge(), {kQuarter * kUpsideDown, Vec3(5, 0, 2 * kHigh + kGap)}));
+  return judged(trial, planOf(bodies, 1), [](const Course& course) {
+    std::vector<Rule> rules{{course.turned(4), wedgeLean(1), "lean of the balanced one [deg]"}};
+    staysPut(rules, course, 2, 0.5);
+    return with(course, rules);
+  });
+}
+
+// A spike lies on its flank across the edges of two wedges; beside it one balances its tip on a
+// wedge's edge, from which it may fall.
+Verdict spikeAndWedge(const Trial& trial) {
+  std::vector<SceneBody> bodies;
+  for (const double x : {-0.5, 0.5})
+    bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(x, 0, 0)}));
+  bodies.push_back(movingBody("spike", spike(), {kLying, lyingAbove(kHigh / 4)}));
+  bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(5, 0, 0)}));
+  bodies.push_back(movingBody("spike", spike(), {kUpsideDown, Vec3(5, 0, 2 * kHigh + kGap)}));
+  return judged(trial, planOf(bodies, 1), [](const Course& course) {
+    std::vector<Rule> rules;
+    staysPut(rules, course, 2, 0.5);
+    return with(course, rules);
+  });
+}
+
+// Not Erleben's, and harder: on the tips of four spikes stands a spike, or lies a wedge. All of
+// the weight is on needles that are thinner than a voxel for their last three.
+Verdict onTips(const Trial& trial, const SceneBody& body, double apart) {
+  std::vector<SceneBody> bodies;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+    bodies.push_back(fixedBody("spike", spike(), {kUpright, Vec3(x, y, 0) * apart / 2}));
+  bodies.push_back(body);
+  return judged(trial, planOf(bodies, 1), [&](const Course& course) {
+    std::vector<Rule> rules;
+    staysPut(rules, course, 4, apart / 2);
+    return with(course, rules);
+  });
+}
+Verdict spikeOnTips(const Trial& trial) {
+  return onTips(trial, movingBody("spike", spike(), {kUpright, Vec3(0, 0, kHigh + kGap)}), 0.7);
+}
+Verdict wedgeOnTips(const Trial& trial) {
+  return onTips(trial, movingBody("wedge", wedge(), {kLying, lyingAbove(kHigh / 3)}), 1);
+}
+
+// On its flank, tip first, down a slope of 0.5 at friction 0.3: a = g (sin - mu cos).
+Verdict sliding(const Trial& trial, const std::string& kind, const Mesh& mesh) {
+  constexpr double kRub = 0.3;
+  const double slope = std::atan(0.5), low = 0.5 * std::cos(kFlank);
+  Plan plan = planOf(
+      {fixedBody("slab", taperedMesh({6, 3}, {6, 3}, 0.5), {kUpright, Vec3(1, 0, -0.5)}, kRub),
+       movingBody(kind, mesh, {kLying, Vec3(-1.5, 0, low)}, kRub)},
+      1);
+  plan.scene.gravity = kGravity * Vec3(std::sin(slope), 0, -std::cos(slope));
+  return judged(trial, plan, [&](const Course& course) {
+    const double a = kGravity * (std::sin(slope) - kRub * std::cos(slope));
+    const int n = course.report.steps;
+    const double way = a * course.report.step * course.report.step * n * (n + 1) / 2;
+    const Vec3 end = course.scene.bodies[1].pose.position + Vec3(way, 0, 0);
+    return with(course, {{course.moved(1, end), kInPlace, "off its way [voxels]"},
+                         {course.turned(1), turnLimit(kVoxel, 0.5), "turned [deg]"}});
+  });
+}
+
+// Of what hangs tip down by its flanks between edges `mouth` apart, 1 above the ground: the height
+// of its base. Half a voxel into the flanks is three down.
+double held(double mouth) {
+  return 1 + kHigh - kHigh * mouth;
+}
+std::vector<Rule> heldAt(const Course& course, double mouth) {
+  const double sunk = std::abs(held(mouth) - course.report.bodies[1].pose.position.z());
+  return {{sunk * std::sin(kFlank) / course.voxel, kInPlace, "sunk, across the flank [voxels]"},
+          {course.aside(1), kInPlace, "aside [voxels]"},
+          {course.turned(1), turnLimit(course.voxel, mouth / 2), "turned [deg]"}};
+}
+
+// Tip down in a square hole of 0.5, where the four rims hold it half way up.
+Verdict spikeInHole(const Trial& trial) {
+  constexpr double kHole = 0.5;
+  const Plan plan =
+      planOf({fixedBody("hole", squareHole(2, kHole, 1), Pose()),
+              movingBody("spike", spike(), {kUpsideDown, Vec3(0, 0, held(kHole) + kGap)})},
+             2);
+  return judged(trial, plan,
+                [](const Course& course) { return with(course, heldAt(course, kHole)); });
+}
+
+// Tip or edge down in the notch, whose mouth holds both flanks; below it they leave a gap of half a
+// degree to its walls, and 0.05 to its bottom.
+Verdict inCrack(const Trial& trial, const std::string& kind, const Mesh& mesh) {
+  Plan plan = planOf({fixedBody("crack", crack(), Pose()),
+                      movingBody(kind, mesh, {kUpsideDown, Vec3(0, 0, held(kMouth) + kGap)})},
+                     1);
+  plan.voxel = kFineVoxel;
+  plan.spring = springFor(kMass, kMass, 0.1 * kFineVoxel);
+  return judged(trial, plan,
+                [](const Course& course) { return with(course, heldAt(course, kMouth)); });
+}
+
+// Two frusta, top on top, all edges of the one on those of the other.
+Verdict cliffEdges(const Trial& trial) {
+  return judged(trial,
+                planOf({fixedBody("cliff", cliff(), Pose()),
+                        movingBody("cliff", cliff(), {kUpsideDown, Vec3(0, 0, 2 + kGap)})},
+                       2),
+                [](const Course& course) {
+                  std::vector<Rule> rules;
+                  staysPut(rules, course, 1, 0.5);
+                  return with(course, rules);
+                });
+}
+
+// A box slides at 3 m/s over three that stand side by side, one mesh with their walls still in it,
+// and stops after v^2 / (2 mu g): the walls' edges, which are none of the surface, must not catch
+// it.
+Verdict internalEdges(const Trial& trial) {
+  constexpr double kRub = 0.3, kSpeed = 3;
+  const Mesh box = taperedMesh({2, 2}, {2, 2}, 1);
+  Mesh row;
+  for (const double x : {-2, 0, 2}) {
+    const auto first = static_cast<int>(row.vertices.size());
+    for (const Vec3& v : box.vertices) row.vertices.push_back(v + Vec3(x, 0, -1));
+    for (const Eigen::Vector3i& t : box.triangles)
+      row.triangles.push_back(t + Eigen::Vector3i::Constant(first));
+  }
+  const Vec3 start(-1.3, 0, 0);
+  std::vector<SceneBody> bodies{fixedBody("row", row, Pose(), kRub),
+                                movingBody("box", box, {kUpright, start}, kRub)};
+  bodies.back().linearVelocity.x() = kSpeed;
+  return judged(trial, planOf(bodies, 1.5), [&](const Course& course) {
+    // A step takes mu g h off the speed before it moves: v h / 2 less way in all.
+    const double way = kSpeed * kSpeed / (2 * kRub * kGravity) - kSpeed * course.report.step / 2;
+    return with(course, {{course.moved(1, start + Vec3(way, 0, 0)), kInPlace,
+                          "off where it must stop [voxels]"},
+                         {course.turned(1), turnLimit(kVoxel, 1), "turned [deg]"}});
+  });
+}
+
+StabilityScene scene(const std::string& name, const std::string& end, double cost,
+                     std::function<Verdict(const Trial&)> run) {
+  return {name,
+          "Erleben",
+          "penetration [voxels]; " + end + "; no energy gained",
+          {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk},
+          {0.01, 1.0 / 60, 1.0 / 240, 1.0 / 1000},
+          {"stiff", "auto"},
+          cost,
+          std::move(run)};
+}
+
+}  // namespace
+
+std::vector<StabilityScene> erlebenScenes() {
+  return {
+      scene("spikes", "the upper falls aside or balances", 1, spikes),
+      scene("wedges", "the one on two edges stays, the one edge on edge balances", 1, wedges),
+      scene("spike and wedge", "the spike on two edges stays", 1, spikeAndWedge),
+      scene("sliding spike", "it slides as friction lets it", 1,
+            [](const Trial& trial) { return sliding(trial, "spike", spike()); }),
+      scene("sliding wedge", "it slides as friction lets it", 1,
+            [](const Trial& trial) { return sliding(trial, "wedge", wedge()); }),
+      scene("spike in hole", "the rims hold it half way up", 1, spikeInHole),
+      scene("spike in crack", "the mouth holds it", 1,
+            [](const Trial& trial) { return inCrack(trial, "spike", spike()); }),
+      scene("wedge in crack", "the mouth holds it", 1,
+            [](const Trial& trial) { return inCrack(trial, "wedge", wedge()); }),
+      scene("cliff edges", "it stays", 1, cliffEdges),
+      scene("internal edges", "it stops where friction stops it", 1, internalEdges),
+      scene("spike on tips", "it stays", 1, spikeOnTips),
+      scene("wedge on tips", "it stays", 1, wedgeOnTips),
+  };
+}
+
+}  // namespace cloudcontact::program::lab

@@ -1,0 +1,132 @@
+// The laboratory's mechanisms and motion: its meshes against their formulas, its bisection, and
+// that a scene's rule tells what holds from what does not.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "lab/gear_mesh.h"
+#include "lab/moving_parts.h"
+#include "lab/turned_mesh.h"
+
+namespace cloudcontact::program::lab {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Each edge once in either direction: closed, and turned one way.
+void expectClosed(const Mesh& mesh) {
+  std::map<std::pair<int, int>, int> edges;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    ASSERT_TRUE(edges.count({edge.second, edge.first}));
+  }
+}
+
+double volumeOf(const Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles)
+    sum += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
+  return sum;
+}
+
+const StabilityScene& sceneNamed(const std::vector<StabilityScene>& scenes,
+                                 const std::string& name) {
+  for (const StabilityScene& scene : scenes)
+    if (scene.name == name) return scene;
+  throw std::runtime_error("no scene " + name);
+}
+
+TEST(LabMeshes, GearsAreClosedAndNearlyTheirPitchCylinder) {
+  Gear gear;
+  for (const int teeth : {18, 27}) {
+    gear.teeth = teeth;
+    const Mesh mesh = gearMesh(gear);
+    expectClosed(mesh);
+    const double cylinder = kPi * gear.pitchRadius() * gear.pitchRadius() * gear.width;
+    EXPECT_NEAR(volumeOf(mesh), cylinder, 0.05 * cylinder);
+  }
+  gear.teeth = 12;
+  EXPECT_THROW(gearMesh(gear), std::invalid_argument);
+}
+
+// At the pitch circle a tooth is as wide as the gap beside it, less what it is thinned by.
+TEST(LabMeshes, AGearsToothHasItsWidthOnThePitchCircle) {
+  Gear gear;
+  gear.thinned = 0.4e-3;
+  gear.flankSteps = 200;
+  const Mesh mesh = gearMesh(gear);
+  double nearest = 1, half = 0;
+  for (const Vec3& v : mesh.vertices) {
+    const double off = std::abs(v.head<2>().norm() - gear.pitchRadius());
+    const double angle = std::atan2(v.y(), v.x());
+    if (off >= nearest || std::abs(angle) > kPi / gear.teeth) continue;
+    nearest = off;
+    half = std::abs(angle);
+  }
+  const double width = kPi * gear.module / 2 - gear.thinned;
+  EXPECT_NEAR(2 * half * gear.pitchRadius(), width, 0.01 * width);
+}
+
+TEST(LabMeshes, ABowlIsClosedAndHalfAHollowBall) {
+  const Mesh mesh = bowlMesh(0.1, 0.12, 96);
+  expectClosed(mesh);
+  const double volume = 2 * kPi / 3 * (std::pow(0.12, 3) - std::pow(0.1, 3));
+  EXPECT_NEAR(volumeOf(mesh), volume, 0.005 * volume);
+}
+
+TEST(LabBisection, FindsWhereARuleTurns) {
+  EXPECT_NEAR(turningPoint(0, 8, 12, [](double x) { return x < 3.3; }), 3.3, 2e-3);
+  EXPECT_EQ(turningPoint(1, 8, 12, [](double) { return false; }), 1);
+  EXPECT_EQ(turningPoint(1, 8, 12, [](double) { return true; }), 8);
+}
+
+TEST(LabVerdicts, EnergyGainedAndFiguresThatAreNoneFail) {
+  const Verdict held = atLeast(2, 1, "");
+  EXPECT_EQ(held.outcome, Outcome::Holds);
+  EXPECT_EQ(unlessItGains(held, 0.009, 1).outcome, Outcome::Holds);
+  EXPECT_EQ(unlessItGains(held, 0.011, 1).outcome, Outcome::Fails);
+  EXPECT_EQ(atLeast(std::nan(""), 1, "").outcome, Outcome::Fails);
+}
+
+TEST(LabScenes, AreNamedOnceAndRunSomehow) {
+  std::set<std::string> names;
+  for (const auto& scenes : {mechanismScenes(), motionScenes()})
+    for (const StabilityScene& scene : scenes) {
+      EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
+      EXPECT_FALSE(scene.rule.empty());
+      EXPECT_FALSE(scene.methods.empty() || scene.steps.empty() || scene.modes.empty());
+    }
+}
+
+// What holds, and what must not be said to: Bullet's own cylinder is braked by its rigid rows.
+TEST(LabScenes, TellHoldingFromFailing) {
+  const auto scenes = motionScenes();
+  const auto run = [&](const char* name, const Trial& trial) {
+    return sceneNamed(scenes, name).run(trial).outcome;
+  };
+  EXPECT_EQ(run("box dropped on an edge", {Method::Cloud, kStep240, "stiff"}), Outcome::Holds);
+  EXPECT_EQ(run("bouncing, undamped", {Method::Primitive, kStep1000, "stiff"}), Outcome::Holds);
+  EXPECT_EQ(run("rolling cylinder", {Method::Primitive, kStep240, "auto"}), Outcome::Fails);
+}
+
+TEST(LabScenes, ASlopeTellsItsTwoFrictions) {
+  const auto scenes = mechanismScenes();
+  for (const char* name : {"incline at friction 0.49", "incline at friction 0.50"}) {
+    const Verdict verdict = sceneNamed(scenes, name).run({Method::Cloud, kStep240, "stiff"});
+    EXPECT_EQ(verdict.outcome, Outcome::Holds) << name << ": " << verdict.figure;
+  }
+}
+
+TEST(LabScenes, AHullHasNoHole) {
+  const auto scenes = mechanismScenes();
+  EXPECT_THROW(sceneNamed(scenes, "screw's self-locking").run({Method::Gjk, kStep240, "auto"}),
+               std::runtime_error);
+}
+
+}  // namespace
+}  // namespace cloudcontact::program::lab
