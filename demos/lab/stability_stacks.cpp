@@ -313,9 +313,7 @@ std::vector<StabilityScene> stackScenes() {
   const auto make = [](const char* name, const char* rule, std::vector<Method> methods,
                        std::vector<double> steps, double cost,
                        std::function<Verdict(const Trial&)> run) {
-    // The costly ones are run in one mode.
-    const std::vector<std::string> modes = cost > 4 ? std::vector<std::string>{"auto"} : kModes;
-    return StabilityScene{name, "stacks", rule, methods, steps, modes, cost, std::move(run)};
+    return StabilityScene{name, "stacks", rule, methods, steps, kModes, cost, std::move(run)};
   };
   const char* stands = "drift [voxels]; tilt, penetration, no energy gained";
   return {

@@ -1,0 +1,187 @@
+// What each stage of a contact costs a sample, beside what a bare gather of the same bytes costs in
+// the same run: `stages --benchmark_out=FILE` (script/bench). The pair is a torus that lies on its
+// twin, 20 voxels to the tube's radius, a voxel deep: thousands of hits over a curved band.
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <benchmark/benchmark.h>
+#include <btBulletCollisionCommon.h>
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/bullet/registration.h>
+#include <cloudcontact/contact.h>
+#include <cloudcontact/digitize.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "bins.h"
+#include "hits.h"
+#include "patch_force.h"
+
+namespace {
+
+using namespace cloudcontact;
+
+constexpr double kVoxel = 5e-4, kTube = 20 * kVoxel, kRing = 2.5 * kTube;
+constexpr double kCell = 8 * kVoxel;  // a bin's, as ContactFinder takes it
+
+Mesh torusMesh() {
+  constexpr int kAround = 128, kAlong = 320;
+  Mesh mesh;
+  for (int i = 0; i < kAlong; ++i)
+    for (int j = 0; j < kAround; ++j) {
+      const double u = 2 * std::numbers::pi * i / kAlong, v = 2 * std::numbers::pi * j / kAround;
+      const double r = kRing + kTube * std::cos(v);
+      mesh.vertices.emplace_back(r * std::cos(u), r * std::sin(u), kTube * std::sin(v));
+    }
+  const auto at = [](int i, int j) { return i % kAlong * kAround + j % kAround; };
+  for (int i = 0; i < kAlong; ++i)
+    for (int j = 0; j < kAround; ++j) {
+      mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  return mesh;
+}
+
+struct Pair {
+  Cloud cloud;
+  std::shared_ptr<const SurfaceField> field;
+  ContactBody a, b;
+
+  Pair() {
+    DigitizeSettings settings;
+    settings.voxelSize = kVoxel;
+    settings.threads = 1;
+    cloud = digitize(torusMesh(), settings);
+    field = SurfaceField::build(cloud);
+    a.field = b.field = field.get();
+    b.pose.position = {0.37 * kVoxel, 0.61 * kVoxel, 2 * kTube - kVoxel};
+  }
+};
+const Pair& pair() {
+  static const Pair one;
+  return one;
+}
+
+std::vector<Hit> hitsOf(const Pair& p) {
+  std::vector<Hit> hits;
+  HitSearch search;
+  search.run(p.a, p.b, frameOf(p.a, p.b), 0, false, hits);
+  return hits;
+}
+
+// Nanoseconds each, as a column of its own.
+void each(benchmark::State& state, const char* name, double count, double bytes) {
+  state.counters[name] = benchmark::Counter(
+      count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["count"] = count;
+  if (bytes > 0) state.counters["bytes each"] = bytes;
+}
+
+void digitising(benchmark::State& state) {
+  const Mesh mesh = torusMesh();
+  DigitizeSettings settings;
+  settings.voxelSize = kVoxel;
+  settings.threads = 1;
+  for (auto _ : state) benchmark::DoNotOptimize(digitize(mesh, settings));
+  const VoxelCounts counts = pair().cloud.counts();
+  each(state, "s a voxel", double(counts.inside + counts.interface), 1);
+}
+
+void baseVectors(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(SurfaceField::build(pair().cloud));
+  each(state, "s a band voxel", double(pair().field->bandVoxels()), 0);
+}
+
+void testingSamples(benchmark::State& state) {
+  const Pair& p = pair();
+  HitSearch search;
+  std::vector<Hit> hits;
+  const PairFrame frame = frameOf(p.a, p.b);
+  for (auto _ : state) {
+    hits.clear();
+    search.run(p.a, p.b, frame, 0, false, hits);
+  }
+  each(state, "s a hit", double(hits.size()), sizeof(Hit));
+}
+
+void clustering(benchmark::State& state) {
+  const std::vector<Hit> hits = hitsOf(pair());
+  Binner binner;
+  for (auto _ : state) benchmark::DoNotOptimize(binner.patches(hits, kCell, false).data());
+  each(state, "s a hit", double(hits.size()), sizeof(Hit));
+}
+
+void reducing(benchmark::State& state) {
+  const std::vector<Hit> hits = hitsOf(pair());
+  Binner binner;
+  const std::vector<Sums>& patches = binner.patches(hits, kCell, false);
+  for (auto _ : state)
+    for (const Sums& sums : patches) {
+      const PatchForce force = forceOf(sums, false, false, kA);
+      benchmark::DoNotOptimize(pointsOf(sums, force, kVoxel));
+    }
+  each(state, "s a hit", double(hits.size()), 0);
+}
+
+void wholeContact(benchmark::State& state) {
+  const Pair& p = pair();
+  ContactFinder finder;
+  std::size_t samples = 0;
+  for (auto _ : state) samples = finder.find(p.a, p.b, {}).samples;
+  each(state, "s a hit", double(samples), 0);
+}
+
+void manifold(benchmark::State& state) {
+  const Pair& p = pair();
+  CloudContact seam;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  seam.attach(dispatcher);
+  CloudShape shape(p.field);
+  btCollisionObject a, b;
+  a.setCollisionShape(&shape);
+  b.setCollisionShape(&shape);
+  const Vec3& at = p.b.pose.position;
+  const btVector3 place(btScalar(at.x()), btScalar(at.y()), btScalar(at.z()));
+  b.setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
+  const btCollisionObjectWrapper first(nullptr, &shape, &a, a.getWorldTransform(), -1, -1);
+  const btCollisionObjectWrapper second(nullptr, &shape, &b, b.getWorldTransform(), -1, -1);
+  btCollisionAlgorithm* algorithm =
+      dispatcher.findAlgorithm(&first, &second, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  btManifoldResult result(&first, &second);
+  btDispatcherInfo info;
+  for (auto _ : state) algorithm->processCollision(&first, &second, info, &result);
+  algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(algorithm);
+}
+
+// The floor of testing: as many lookups of 8 bytes as there are hits, over as many bytes as the
+// field's band takes, near each other as the surface's voxels are.
+void bareGather(benchmark::State& state) {
+  const std::size_t hits = hitsOf(pair()).size(), band = pair().field->bandVoxels();
+  std::vector<std::uint64_t> field(band, 1);
+  std::vector<std::uint32_t> where(hits);
+  std::mt19937 random(1);
+  for (std::size_t i = 0; i < hits; ++i)
+    where[i] = std::uint32_t((i * band / hits + random() % 64) % band);
+  for (auto _ : state) {
+    std::uint64_t sum = 0;
+    for (const std::uint32_t i : where) sum += field[i];
+    benchmark::DoNotOptimize(sum);
+  }
+  each(state, "s a hit", double(hits), 8);
+}
+
+BENCHMARK(digitising)->Unit(benchmark::kMillisecond);
+BENCHMARK(baseVectors)->Unit(benchmark::kMillisecond);
+BENCHMARK(bareGather)->Unit(benchmark::kMicrosecond);
+BENCHMARK(testingSamples)->Unit(benchmark::kMicrosecond);
+BENCHMARK(clustering)->Unit(benchmark::kMicrosecond);
+BENCHMARK(reducing)->Unit(benchmark::kMicrosecond);
+BENCHMARK(wholeContact)->Unit(benchmark::kMicrosecond);
+BENCHMARK(manifold)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();
