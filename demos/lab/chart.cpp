@@ -11,7 +11,7 @@ namespace cloudcontact::program::lab {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kGrids = 6, kQuickGrids = 2;
+constexpr int kGrids = 6, kQuickGrids = 1;
 constexpr double kFinest = 1.0 / 64, kQuickFinest = 1.0 / 32;
 constexpr double kTimed = 0.15, kQuickTimed = 0.03;  // [s] that a time is taken over
 
@@ -60,12 +60,28 @@ int gridsOf(const LabMethod& method, bool quick) {
   return method.detail < 1.0 / 40 ? std::min(grids, 2) : grids;
 }
 
-ChartRow measured(const LabCase& one, const LabMethod& method, const ChartSettings& settings) {
+// A case's instances, made once for all methods: some truths are minutes of quadrature in all.
+class Instances {
+ public:
+  explicit Instances(const LabCase& one) : case_(one) {}
+  const Instance& with(std::uint64_t seed) {
+    const auto [known, isNew] = made_.try_emplace(seed);
+    if (isNew) known->second = case_.make(seed);
+    return known->second;
+  }
+
+ private:
+  const LabCase& case_;
+  std::map<std::uint64_t, Instance> made_;
+};
+
+ChartRow measured(const LabCase& one, Instances& instances, const LabMethod& method,
+                  const ChartSettings& settings) {
   ChartRow row = rowOf(one, method);
   Errors errors;
   const double detail = method.detail * one.size;
   for (int g = 0; g < gridsOf(method, settings.quick); ++g) {
-    const Instance instance = one.make(static_cast<std::uint64_t>(g) + 1);
+    const Instance& instance = instances.with(static_cast<std::uint64_t>(g) + 1);
     const LabPair pair = method.prepare(instance.a, instance.b, detail);
     for (const Placement& p : instance.placements) {
       const auto points = pair.find(p.b);
@@ -183,10 +199,11 @@ std::vector<ChartRow> runChart(const std::vector<LabCase>& cases,
                                const std::vector<LabMethod>& methods,
                                const ChartSettings& settings) {
   std::vector<ChartRow> rows;
-  for (const LabCase& one : cases)
+  for (const LabCase& one : cases) {
+    Instances instances(one);
     for (const LabMethod& method : methods) {
       try {
-        rows.push_back(measured(one, method, settings));
+        rows.push_back(measured(one, instances, method, settings));
       } catch (const std::exception& error) {  // CannotDo, or a body that it cannot take
         rows.push_back(rowOf(one, method));
         rows.back().why = error.what();
@@ -194,6 +211,7 @@ std::vector<ChartRow> runChart(const std::vector<LabCase>& cases,
       if (settings.progress)
         settings.progress(double(rows.size()) / double(cases.size() * methods.size()));
     }
+  }
   markFrontier(rows);
   return rows;
 }
