@@ -16,8 +16,8 @@ std::string text(const char* form, double value) {
 }
 
 std::string described(const FamilyMark& m) {
-  return m.method + " (" + m.setting + "), " + text("%.3g deg", m.normalDeg) + " in " +
-         text("%.3g us", m.microseconds);
+  const std::string error = m.normalDeg < 1e-3 ? "under 0.001 deg" : text("%.3g deg", m.normalDeg);
+  return m.method + " (" + m.setting + "), " + error + " in " + text("%.3g us", m.microseconds);
 }
 
 // The fastest that stays under an error; none where nothing does.

@@ -113,7 +113,8 @@ def failures(folder, data):
             if row is None:
                 continue
             axis.add_patch(plt.Rectangle((x + 0.04, y + 0.06), 0.92, 0.88, color=colors[row["outcome"]]))
-            text = "\u2013" if row["outcome"] == "cannot" else f"{row['figure']:.2g}"
+            figure_text = "\u221e" if row["figure"] is None else f"{row['figure']:.2g}"  # JSON has no infinity
+            text = "\u2013" if row["outcome"] == "cannot" else figure_text
             axis.text(x + 0.5, y + 0.52, text, ha="center", va="center", fontsize=6.5, color="#333333" if row["outcome"] == "cannot" else "white")
     axis.set_xlim(0, len(columns))
     axis.set_ylim(len(scenes), 0)

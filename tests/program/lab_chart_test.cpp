@@ -71,6 +71,21 @@ TEST(LabCheck, SeesAContactThatIsNotFound) {
   EXPECT_FALSE(faultsOf([](auto& points) { points.clear(); }).empty());
 }
 
+// A ball that bounces as if nothing damped it breaks the damped ball's rule.
+TEST(LabCheck, SeesADampingThatIsDropped) {
+  const auto run = [](const std::string& name) {
+    for (const StabilityScene& scene : motionScenes())
+      if (scene.name == name) return scene.run({Method::Cloud, 1e-3, "stiff"});
+    throw std::runtime_error("no scene " + name);
+  };
+  const Verdict damped = run("bouncing, damping ratio 0.2"), bare = run("bouncing, undamped");
+  StabilityRow row;
+  row.scene = "bouncing", row.trial = {Method::Cloud, 1e-3, "stiff"}, row.verdict = damped;
+  EXPECT_TRUE(ownFaults({}, {row}).empty());
+  row.verdict = within(bare.figure, damped.limit, 0.05, "another rebound");
+  EXPECT_EQ(ownFaults({}, {row}).size(), 1u);
+}
+
 // And our own method, as it is, stands up to it where it is cheap to ask.
 TEST(LabCheck, OursPassesOnSpheres) {
   std::vector<LabMethod> methods = cloudMethods();
