@@ -6,6 +6,7 @@
 #include "lab/case_parts.h"
 #include "lab/oracle.h"
 #include "lab/solids.h"
+#include "lab/turned_mesh.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -161,29 +162,16 @@ std::function<Instance(std::uint64_t)> pegInHole(double clearance) {
   };
 }
 
-// Half a spherical shell, open above; `least` keeps the section off the axis.
-Mesh bowlMesh(double inner, double outer, double tolerance) {
-  const int n = circleSegments(outer, tolerance) / 4;
-  const double least = 1e-6 * outer;
-  Outline section;
-  for (int i = 0; i <= n; ++i) {
-    const double angle = kPi / 2 * i / n;
-    section.emplace_back(std::max(least, outer * std::sin(angle)), -outer * std::cos(angle));
-  }
-  for (int i = n; i >= 0; --i) {
-    const double angle = kPi / 2 * i / n;
-    section.emplace_back(std::max(least, inner * std::sin(angle)), -inner * std::cos(angle));
-  }
-  return revolved(section, 4 * n);
-}
-
 Instance bowlInBowl(std::uint64_t seed) {
   Random random(seed);
   const double gap = 0.2 * kSize;
   LabBody a = meshBody(
-      "bowl", [=](double t) { return bowlMesh(kSize + gap, 1.6 * kSize, t); }, random);
+      "bowl",
+      [=](double t) { return bowlMesh(kSize + gap, 1.6 * kSize, circleSegments(1.6 * kSize, t)); },
+      random);
   LabBody b = meshBody(
-      "bowl", [](double t) { return bowlMesh(0.6 * kSize, kSize, t); }, random);
+      "bowl", [](double t) { return bowlMesh(0.6 * kSize, kSize, circleSegments(kSize, t)); },
+      random);
   return {a, b,
           pressed(
               depthsOf(kSize), [=](double d) { return at(0, 0, -gap - d); },
