@@ -1,6 +1,7 @@
 // Keys of a motion: closed forms, and the promise that nothing strays.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -36,6 +37,19 @@ TEST(Keyframes, OneForABodyAtRest) {
   for (int i = 0; i < 1000; ++i) keyframes.add(0.01 * i, turned(0.3, Vec3(1, 2, 3), Vec3(1, 0, 0)));
   keyframes.finish();
   EXPECT_EQ(keyframes.keys().size(), 1u);
+}
+
+// It lies still, moves on, lies still again: a key where each begins and ends.
+TEST(Keyframes, AreFewHoweverLongABodyRests) {
+  Keyframes keyframes(1, 1e-6);
+  const auto at = [](double t) { return std::clamp(t - 100, 0.0, 1.0); };
+  for (int i = 0; i <= 20000; ++i)
+    keyframes.add(0.01 * i, turned(0.2, Vec3(0, 1, 0), Vec3(at(0.01 * i), 0, 0)));
+  keyframes.finish();
+  EXPECT_LE(keyframes.keys().size(), 8u);
+  EXPECT_DOUBLE_EQ(keyframes.keys().back().time, 200);
+  for (double t = 0; t < 200; t += 0.37)
+    EXPECT_NEAR(shown(keyframes.keys(), t).position.x(), at(t), 2e-6) << t;
 }
 
 TEST(Keyframes, TwoForAStraightLineAndAnEvenTurn) {
