@@ -74,9 +74,11 @@ double wayUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& w
       most = std::max(most, distance.depth(poseOfB.toWorld(p) + moved * way, reach, &hint));
     return most;
   };
-  // Steps shorter than the depth find the first touch; bisection where it is that deep.
+  // As far as the gap is wide nothing can touch; then steps shorter than the depth find the first
+  // touch, and bisection where it is that deep.
   double low = 0, high = 0;
-  while (high < reach && deepest(high) < depth) low = high, high += depth;
+  for (double now = deepest(0); high < reach && now < depth; now = deepest(high))
+    low = high, high += std::max(depth, -now);
   for (int k = 0; k < 12; ++k) {
     const double middle = (low + high) / 2;
     (deepest(middle) < depth ? low : high) = middle;
