@@ -47,13 +47,13 @@ struct CannotDo : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// One mark in the chart: a method and how it is set. `detail` is what its accuracy hangs on, as a
-// length [m]: the voxel, the facets' tolerance.
+// One mark in the chart: a method and how it is set.
 struct LabMethod {
   std::string method;   // as --method names it: cloud, primitive, gjk, ..., fcl, ode, mujoco
   std::string setting;  // "voxel 1/32", "642 vertices"
-  double detail = 0;    // by the case's size: 1/32
-  // Throws CannotDo.
+  // What its accuracy hangs on, the voxel or the facets' tolerance, by the case's size: 1/32.
+  double detail = 0;
+  // `detail` in metres. Throws CannotDo.
   std::function<LabPair(const LabBody& a, const LabBody& b, double detail)> prepare;
 };
 

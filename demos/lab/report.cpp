@@ -92,7 +92,7 @@ std::string setupText(const Json& chart) {
          asHtml(v["bulletPrecision"].get<std::string>()) + "), GCC " +
          asHtml(v["compiler"].get<std::string>()) + "; <code>" +
          asHtml(chart["command"].get<std::string>()) + "</code>, " + cell(chart["seconds"]) +
-         " s. All methods ran in this one run, on one thread.</small></p>";
+         " s. All methods ran in this one run, the times on one thread.</small></p>";
 }
 
 }  // namespace
