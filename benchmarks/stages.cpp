@@ -63,8 +63,8 @@ const Pair& pair() {
   return one;
 }
 
-std::vector<Hit> hitsOf(const Pair& p) {
-  std::vector<Hit> hits;
+HitColumns hitsOf(const Pair& p) {
+  HitColumns hits;
   HitSearch search;
   search.run(p.a, p.b, frameOf(p.a, p.b), 0, false, hits);
   return hits;
@@ -96,7 +96,7 @@ void baseVectors(benchmark::State& state) {
 void testingSamples(benchmark::State& state) {
   const Pair& p = pair();
   HitSearch search;
-  std::vector<Hit> hits;
+  HitColumns hits;
   const PairFrame frame = frameOf(p.a, p.b);
   for (auto _ : state) {
     hits.clear();
@@ -106,14 +106,14 @@ void testingSamples(benchmark::State& state) {
 }
 
 void clustering(benchmark::State& state) {
-  const std::vector<Hit> hits = hitsOf(pair());
+  const HitColumns hits = hitsOf(pair());
   Binner binner;
   for (auto _ : state) benchmark::DoNotOptimize(binner.patches(hits, kCell, false).data());
   each(state, "s a hit", double(hits.size()), sizeof(Hit));
 }
 
 void reducing(benchmark::State& state) {
-  const std::vector<Hit> hits = hitsOf(pair());
+  const HitColumns hits = hitsOf(pair());
   Binner binner;
   const std::vector<Sums>& patches = binner.patches(hits, kCell, false);
   for (auto _ : state)

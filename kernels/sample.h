@@ -3,7 +3,9 @@
 #ifndef CLOUDCONTACT_KERNELS_SAMPLE_H
 #define CLOUDCONTACT_KERNELS_SAMPLE_H
 
-#include "surface_fit.h"
+#include "look_up.h"
+
+#define CC_LEAST_SPREAD 1e-30f  // [m] keeps a division by zero from a branch that is not taken
 
 // Means over the piece of the depth's powers, each with the depth cut off at zero.
 typedef struct {
@@ -18,24 +20,50 @@ typedef struct {
 // Without it the rim of every contact is counted by whole samples: crossed edges turn by 6.3 deg at
 // depth 0.5 instead of 2.2 (FORCE.md), and the force of a shallow cap is 3 % high.
 CC_FN CcWet ccWet(float depth, float spread) {
+  // Without branches, so that samples can be worked out side by side.
   CcWet wet;
-  if (depth >= spread) {
-    wet.share = 1.0f;
-    wet.depth1 = depth;
-    wet.depth2 = depth * depth + spread * spread * (1.0f / 3.0f);
-    wet.depth3 = depth * (depth * depth + spread * spread);
-    return wet;
-  }
+  const int full = depth >= spread;
   const float in = ccMax(depth + spread, 0.0f);
-  if (in <= 0.0f) {
-    wet.share = wet.depth1 = wet.depth2 = wet.depth3 = 0.0f;
-    return wet;
-  }
-  wet.share = in / (2.0f * spread);
-  wet.depth1 = in * wet.share * 0.5f;
-  wet.depth2 = in * in * wet.share * (1.0f / 3.0f);
-  wet.depth3 = in * in * in * wet.share * 0.25f;
+  const float share = in / (2.0f * ccMax(spread, CC_LEAST_SPREAD));
+  wet.share = full ? 1.0f : share;
+  wet.depth1 = full ? depth : in * share * 0.5f;
+  wet.depth2 = full ? depth * depth + spread * spread * (1.0f / 3.0f)
+                    : in * in * share * (1.0f / 3.0f);
+  wet.depth3 = full ? depth * (depth * depth + spread * spread) : in * in * in * share * 0.25f;
   return wet;
+}
+
+// A sample that lies in the other body, or a near miss, seen in the pair's frame.
+typedef struct {
+  float position[3];  // midway between the two surfaces
+  float own[3];       // outward normal of the body that the sample belongs to
+  float other[3];     // of the body that it lies in
+  float facing;       // cosine between own and -other
+  CcWet wet;
+} CcHit;
+
+// `at`: the sample; `spread`: half its width; lengths in metres, all in the pair's frame. The hit
+// lies along the sample's own normal, so that its moment stays what it was.
+CC_FN CcHit ccHitOf(const float* at, const float* own, const float* other, float depth,
+                    float spread) {
+  CcHit hit;
+  hit.facing = -ccDot(own, other);
+  hit.wet = ccWet(depth, spread * CC_SQRT(ccMax(1.0f - hit.facing * hit.facing, 0.0f)));
+  const float in = hit.wet.depth1 > 0.0f ? hit.wet.depth1 / hit.wet.share : depth;
+  for (int i = 0; i < 3; ++i) {
+    hit.own[i] = own[i];
+    hit.other[i] = other[i];
+    hit.position[i] = at[i] - 0.5f * in * own[i];
+  }
+  return hit;
+}
+
+// 1 where a sample beside this one may touch though this one, at `depth`, does not: it lies at most
+// `slope` aside, and both surfaces may bend by `slack`; `facing`: cosine between the surfaces.
+CC_FN int ccNearBeside(float depth, float slack, float slope, float facing) {
+  const float beyond = -depth - slack;
+  const int aside = beyond * beyond < slope * slope * (1.0f - facing * facing);
+  return (beyond < 0.0f) | ((beyond <= slope) & aside);
 }
 
 #endif

@@ -229,14 +229,17 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
   }
 }
 
-const std::vector<Sums>& Binner::patches(const std::vector<Hit>& hits, double cell, bool oneSided) {
+const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided) {
   bins_.clear();
   patches_.clear();
   cells_ = 0;
   perCell_ = 1 / cell;
   if (table_.empty()) table_.resize(256);
   std::fill(table_.begin(), table_.end(), -1);
-  for (const Hit& hit : hits) bins_[binOf(hit, cell)].sums.add(hit, oneSided);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Hit hit = hits[i];
+    bins_[binOf(hit, cell)].sums.add(hit, oneSided);
+  }
   layOut();
   order_.resize(bins_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);

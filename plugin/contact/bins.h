@@ -51,7 +51,7 @@ class Binner {
  public:
   // Sums of each patch, in a fixed order. `oneSided`: the other body is a shape without
   // samples, and each hit stands for its surface too.
-  const std::vector<Sums>& patches(const std::vector<Hit>& hits, double cell, bool oneSided);
+  const std::vector<Sums>& patches(const HitColumns& hits, double cell, bool oneSided);
 
  private:
   struct Bin {

@@ -46,7 +46,7 @@ struct Known {
 }  // namespace
 
 struct ContactFinder::Scratch {
-  std::vector<Hit> hits;
+  HitColumns hits;
   HitSearch search;
   Binner binner;
   std::vector<FoundPatch> found;

@@ -14,9 +14,16 @@ using namespace search;
 constexpr std::size_t kEnoughHits[kLevels] = {0, 120, 1000};
 constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 
-Map mapOf(const Pose& pose, double scaleIn, double scaleOut) {
-  return {(pose.orientation.toRotationMatrix() * (scaleIn / scaleOut)).cast<float>(),
-          (pose.position / scaleOut).cast<float>()};
+void rotation(const Eigen::Quaterniond& turn, double scale, float* rows) {
+  const Eigen::Matrix3d m = turn.toRotationMatrix() * scale;
+  for (int i = 0; i < 9; ++i) rows[i] = static_cast<float>(m(i / 3, i % 3));
+}
+
+CcMap mapOf(const Pose& pose, double scaleIn, double scaleOut) {
+  CcMap map;
+  rotation(pose.orientation, scaleIn / scaleOut, map.turn);
+  for (int i = 0; i < 3; ++i) map.shift[i] = static_cast<float>(pose.position[i] / scaleOut);
+  return map;
 }
 
 Pose gridPose(const Cloud& cloud) {
@@ -29,33 +36,25 @@ const FieldData& dataOf(const ContactBody& body) {
 
 void lookUp(const ContactBody& own, const ContactBody& other, Side side, int level,
             const PairFrame& frame, Candidates& candidates, HitSearch::Misses& misses,
-            std::vector<Hit>& hits) {
+            HitColumns& hits) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const double voxel = samples.cloud().voxelSize();
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
-  Direction dir{
-      samples,
-      samples.samples(),
-      level,
-      side,
-      static_cast<float>(voxel),
-      mapOf(toFrame, voxel, 1.0),
-      toFrame.orientation.toRotationMatrix().cast<float>(),
-      (frame.pose.orientation.conjugate() * other.pose.orientation)
-          .toRotationMatrix()
-          .cast<float>(),
-      M3::Identity(),
-      (other.pose.orientation.conjugate() * own.pose.orientation).toRotationMatrix().cast<float>(),
-      misses};
+  const Eigen::Quaterniond fromOther = frame.pose.orientation.conjugate() * other.pose.orientation;
+  Direction dir{samples, samples.samples(), level, side, static_cast<float>(voxel), {}, {}, {}, {},
+                {},      misses};
+  dir.toFrame = mapOf(toFrame, voxel, 1.0);
+  rotation(toFrame.orientation, 1, dir.frameFromOwn);
+  rotation(fromOther, 1, dir.frameFromOther);
+  rotation(other.pose.orientation.conjugate() * own.pose.orientation, 1, dir.turnToOther);
   if (other.shape)
     return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
   const Cloud& target = dataOf(other).cloud();
-  const Pose toOther = (other.pose * gridPose(target)).inverse() * grid;
-  const Map map = mapOf(toOther, voxel, target.voxelSize());
-  dir.toOther = map.turn;
-  searchField(dir, dataOf(other), map, candidates, hits);
+  dir.toOther =
+      mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
+  searchField(dir, dataOf(other), candidates, hits);
 }
 
 }  // namespace
@@ -85,7 +84,7 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, bool all, std::vector<Hit>& hits) {
+                   double margin, bool all, HitColumns& hits) {
   for (Candidates& c : cells_) c.all = true;
   misses_.list.clear();
   misses_.nearest = -1e30f;
@@ -103,7 +102,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
 }
 
 // Near misses as hits, `within` deep at the nearest.
-void HitSearch::touchLightly(std::vector<Hit>& hits) {
+void HitSearch::touchLightly(HitColumns& hits) {
   const float shift = misses_.within - misses_.nearest;
   gap_ = static_cast<double>(shift);
   for (Hit hit : misses_.list) {

@@ -5,25 +5,11 @@
 #include <cloudcontact/contact.h>
 
 #include "field_data.h"
+#include "hit_columns.h"
 
 #include <vector>
 
 namespace cloudcontact {
-
-enum Side : int { kA = 0, kB = 1 };
-
-// A sample found in (or within reach of) the other body.
-struct Hit {
-  Eigen::Vector3f position;             // midway between the two surfaces, frame body [m]
-  Eigen::Vector3f own;                  // outward normal of the body that the sample belongs to
-  Eigen::Vector3f other;                // outward normal of the body that it lies in
-  float area;                           // [m^2]
-  float share, depth1, depth2, depth3;  // kernels/sample.h [1, m, m^2, m^3]
-  float depth;                          // at the sample itself, negative outside [m]
-  float facing;                         // cosine between own and -other
-  std::int8_t side;                     // whose sample it is
-  std::int8_t deep;                     // 1: deeper than the band knows
-};
 
 struct PairFrame {
   Side body = kA;    // the frame body; always one with a field
@@ -44,13 +30,14 @@ class HitSearch {
   // moved together until they touch lightly, by gap().
   // `all`: whatever a coarser level gives, all samples are asked.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          bool all, std::vector<Hit>& hits);
+          bool all, HitColumns& hits);
   double gap() const { return gap_; }  // [m] 0: the hits are real
 
-  // Cells, by number: those whose finer cells are to be looked at, and those found near.
+  // Runs of samples that are to be looked at, and of the next finer ones near those found near.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
-    std::vector<std::uint32_t> now, next;
+    std::vector<SampleRun> now, next;
+    std::vector<std::uint32_t> bricks;  // that may touch
   };
   // The samples that come nearest without touching.
   struct Misses {
@@ -61,7 +48,7 @@ class HitSearch {
   };
 
  private:
-  void touchLightly(std::vector<Hit>& hits);
+  void touchLightly(HitColumns& hits);
 
   Candidates cells_[2];
   Misses misses_;

@@ -21,7 +21,7 @@ struct FoundPatch {
 struct ShapeInCloud {
   const ContactBody* shape = nullptr;
   const ContactBody* cloud = nullptr;
-  const std::vector<Hit>* hits = nullptr;  // frame: the cloud's
+  const HitColumns* hits = nullptr;  // frame: the cloud's
   int level = 0;                           // of the samples that hit
 };
 

@@ -69,49 +69,47 @@ struct Group {
 
 class Sorter {
  public:
-  explicit Sorter(std::vector<SurfaceSample> pieces) {
+  explicit Sorter(const std::vector<SurfaceSample>& pieces) {
     std::vector<std::pair<Key, std::uint32_t>> order(pieces.size());
     for (std::size_t i = 0; i < order.size(); ++i)
       order[i] = {keyOf(pieces[i]), static_cast<std::uint32_t>(i)};
     std::sort(order.begin(), order.end());
-    std::vector<SurfaceSample>& sorted = set_.levels[0].samples;
-    sorted.reserve(pieces.size());
+    pieces_.reserve(pieces.size());
     for (const auto& [key, index] : order) {
-      sorted.push_back(pieces[index]);
+      pieces_.push_back(pieces[index]);
+      set_.levels[0].samples.push_back(pieces[index]);
       keys_.push_back(key);
     }
   }
 
   SampleSet run() {
+    std::vector<std::uint32_t> level1;  // where each cell of level 1 begins, by its first piece
     runs(0, [&](std::uint32_t begin, std::uint32_t end) {
-      set_.levels[0].cells.push_back({begin, end - begin, 0, 0});
-      merge(set_.levels[1], begin, end, cellsOf(0) - 1, 1);
+      level1.push_back(samplesOf(1));
+      merge(set_.levels[1], begin, end, {begin, end - begin});
+      ends_.push_back(end);
     });
+    level1.push_back(samplesOf(1));
     std::uint32_t fine = 0;
     runs(kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
-      const std::uint32_t firstFine = fine;
-      while (fine < cellsOf(0) && set_.levels[0].cells[fine].first < end) ++fine;
-      merge(set_.levels[2], begin, end, firstFine, fine - firstFine);
+      const std::uint32_t first = level1[fine];
+      while (fine < ends_.size() && ends_[fine] <= end) ++fine;
+      merge(set_.levels[2], begin, end, {first, level1[fine] - first});
+      firstOf2_.push_back(begin);
     });
-    std::uint32_t cell = 0, piece = 0;
+    std::uint32_t cell = 0, sample = 0;
     runs(2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
-      const std::uint32_t firstCell = cell;
-      while (cell < cellsOf(2) && piece < end) piece = nextPiece(cell++);
-      addBrick(begin, end, firstCell, cell - firstCell);
+      const std::uint32_t first = sample;
+      while (cell < firstOf2_.size() && firstOf2_[cell] < end) ++cell;
+      while (sample < samplesOf(2) && set_.levels[2].cellOf[sample] < cell) ++sample;
+      addBrick(begin, end, {first, sample - first});
     });
     return std::move(set_);
   }
 
  private:
-  std::uint32_t cellsOf(int level) const {
-    return static_cast<std::uint32_t>(set_.levels[level].cells.size());
-  }
-
-  // The first piece after a cell of the coarsest level.
-  std::uint32_t nextPiece(std::uint32_t cell) const {
-    const SampleCell& c = set_.levels[2].cells[cell];
-    const SampleCell& last = set_.levels[0].cells[c.child + c.children - 1];
-    return last.first + last.count;
+  std::uint32_t samplesOf(int level) const {
+    return static_cast<std::uint32_t>(set_.levels[level].samples.size());
   }
 
   // Calls `with` for each run of pieces whose keys agree above `shift` bits.
@@ -124,45 +122,53 @@ class Sorter {
     }
   }
 
-  void merge(SampleLevel& level, std::uint32_t begin, std::uint32_t end, std::uint32_t child,
-             std::uint32_t children) {
-    const std::vector<SurfaceSample>& pieces = set_.levels[0].samples;
+  void merge(SampleLevel& level, std::uint32_t begin, std::uint32_t end, SampleRun finer) {
     groups_.clear();
     for (std::uint32_t i = begin; i < end; ++i) {
-      const Eigen::Map<const V3> n(pieces[i].normal);
+      const Eigen::Map<const V3> n(pieces_[i].normal);
       const auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& m) {
         return m.vector.normalized().dot(n) > kAlike;
       });
-      (group == groups_.end() ? groups_.emplace_back() : *group).add(pieces[i], i);
+      (group == groups_.end() ? groups_.emplace_back() : *group).add(pieces_[i], i);
     }
-    const std::uint32_t first = static_cast<std::uint32_t>(level.samples.size());
-    for (const Group& g : groups_) level.samples.push_back(g.sample(pieces));
-    level.cells.push_back({first, static_cast<std::uint32_t>(groups_.size()), child, children});
+    const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
+    for (const Group& g : groups_) {
+      level.samples.push_back(g.sample(pieces_));
+      level.cellOf.push_back(cell);
+    }
+    level.finer.push_back(finer);
   }
 
-  void addBrick(std::uint32_t begin, std::uint32_t end, std::uint32_t first, std::uint32_t count) {
+  void addBrick(std::uint32_t begin, std::uint32_t end, SampleRun run) {
     Eigen::AlignedBox3f box;
-    for (std::uint32_t i = begin; i < end; ++i) box.extend(placeOf(set_.levels[0].samples[i]));
-    const V3 center = box.center();
-    set_.bricks.push_back(
-        {{center.x(), center.y(), center.z()}, 0.5f * box.diagonal().norm(), first, count});
+    for (std::uint32_t i = begin; i < end; ++i) box.extend(placeOf(pieces_[i]));
+    SampleBricks& bricks = set_.bricks;
+    bricks.x.push_back(box.center().x());
+    bricks.y.push_back(box.center().y());
+    bricks.z.push_back(box.center().z());
+    bricks.radius.push_back(0.5f * box.diagonal().norm());
+    bricks.runs.push_back(run);
   }
 
   SampleSet set_;
+  std::vector<SurfaceSample> pieces_;  // sorted
   std::vector<Key> keys_;
+  std::vector<std::uint32_t> ends_;      // of level 1's cells, in pieces
+  std::vector<std::uint32_t> firstOf2_;  // of level 2's cells
   std::vector<Group> groups_;
 };
 
 }  // namespace
 
 SampleSet sortSamples(std::vector<SurfaceSample> pieces) {
-  return Sorter(std::move(pieces)).run();
+  return Sorter(pieces).run();
 }
 
 std::size_t SampleSet::bytes() const {
-  std::size_t sum = bricks.size() * sizeof(SampleBrick);
+  std::size_t sum = bricks.runs.size() * (4 * sizeof(float) + sizeof(SampleRun));
   for (const SampleLevel& level : levels)
-    sum += level.samples.size() * sizeof(SurfaceSample) + level.cells.size() * sizeof(SampleCell);
+    sum += level.samples.bytes() + level.cellOf.size() * sizeof(std::uint32_t) +
+           level.finer.size() * sizeof(SampleRun);
   return sum;
 }
 

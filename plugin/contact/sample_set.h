@@ -1,8 +1,8 @@
-// A surface's samples in levels from coarse to fine, each level's in cells that know the finer
-// cells within them: a search looks at few coarse samples first, then only where these were near.
+// A surface's samples in levels from coarse to fine. Each of a coarse level's cells knows the finer
+// samples within it: a search looks at few coarse samples first, then only where these were near.
 #pragma once
 
-#include <cloudcontact/surface_field.h>
+#include "sample_columns.h"
 
 #include <vector>
 
@@ -11,29 +11,28 @@ namespace cloudcontact {
 constexpr int kLevels =
     3;  // level 0 holds every piece; level 1 has cells of 2 voxels, level 2 of 4
 
-// A run of samples of one level, and the finer level's cells within it (level 0 has none).
-struct SampleCell {
-  std::uint32_t first, count;
-  std::uint32_t child, children;
+// A run of samples.
+struct SampleRun {
+  std::uint32_t first = 0, count = 0;
 };
 
 // Of a cell's pieces those that look the same way are one sample.
 struct SampleLevel {
-  std::vector<SurfaceSample> samples;
-  std::vector<SampleCell> cells;
+  SampleColumns samples;
+  std::vector<std::uint32_t> cellOf;  // each sample's cell; level 0 has none
+  std::vector<SampleRun> finer;       // a cell's samples of the next finer level
 };
 
-// 8x8x8 voxels; `radius` about `center` holds all pieces (grid frame, voxels). Cells of the
+// 8x8x8 voxels; `radius` about the centre holds all pieces (grid frame, voxels). Runs of the
 // coarsest level.
-struct SampleBrick {
-  float center[3];
-  float radius;
-  std::uint32_t first, count;
+struct SampleBricks {
+  std::vector<float> x, y, z, radius;
+  std::vector<SampleRun> runs;
 };
 
 struct SampleSet {
   SampleLevel levels[kLevels];
-  std::vector<SampleBrick> bricks;
+  SampleBricks bricks;
 
   std::size_t bytes() const;
 };

@@ -12,19 +12,20 @@ constexpr float kOneFace = 0.9f;
 class ShapeSearch {
  public:
   ShapeSearch(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-              Candidates& candidates, std::vector<Hit>& hits)
+              Candidates& candidates, HitColumns& hits)
       : dir_(dir), shape_(shape), toShape_(toShape), candidates_(candidates), hits_(hits) {}
 
   void run() {
     candidates_.next.clear();
     if (candidates_.all) {
-      for (const SampleBrick& brick : dir_.samples.bricks) {
-        const V3 center(brick.center[0], brick.center[1], brick.center[2]);
-        if (at(center).depth < -(brick.radius + 0.5f) * dir_.voxel - dir_.misses.margin) continue;
-        for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) lookInto(i);
+      const SampleBricks& bricks = dir_.samples.bricks;
+      for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
+        const V3 center(bricks.x[i], bricks.y[i], bricks.z[i]);
+        const float reach = (bricks.radius[i] + 0.5f) * dir_.voxel + dir_.misses.margin;
+        if (at(center).depth >= -reach) lookInto(bricks.runs[i]);
       }
     } else {
-      eachCandidate(dir_, candidates_, [this](std::uint32_t cell) { lookInto(cell); });
+      for (const SampleRun& run : candidates_.now) lookInto(run);
     }
     std::swap(candidates_.now, candidates_.next);
     candidates_.all = false;
@@ -52,21 +53,23 @@ class ShapeSearch {
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
-  void lookInto(std::uint32_t cell) {
+  void lookInto(const SampleRun& run) {
     const SampleLevel& level = dir_.samples.levels[dir_.level];
-    const SampleCell& c = level.cells[cell];
-    for (std::uint32_t k = c.first; k < c.first + c.count; ++k) {
-      const SurfaceSample& s = level.samples[k];
+    const float slack = kSlack[dir_.level] + dir_.misses.margin / dir_.voxel;
+    for (std::uint32_t k = run.first; k < run.first + run.count; ++k) {
+      const SurfaceSample s = level.samples[k];
+      const V3 own(s.normal[0], s.normal[1], s.normal[2]);
       const ShapePoint p = at(Eigen::Map<const V3>(s.position));
       const float depth = static_cast<float>(p.depth);
       const V3 normal = p.normal.cast<float>();
       if (edgeWithin(s, depth, normal))
         addParts(
             dir_, s, [&](const V3& aside) { return told(s, aside); }, hits_);
-      else if (depth > reachOf(dir_, s))
+      else if (depth > reachOf(dir_, s.width))
         addHit(dir_, s, depth, normal, false, hits_);
-      if (mayTouchBeside(dir_, s, depth / dir_.voxel, normal))
-        handOn(dir_, cell, last_, candidates_);
+      if (dir_.level > 0 && ccNearBeside(depth / dir_.voxel, slack, kSlope[dir_.level],
+                                         turned(dir_.turnToOther, own).dot(normal)))
+        handOn(dir_, k, last_, candidates_);
     }
   }
 
@@ -74,14 +77,14 @@ class ShapeSearch {
   const AnalyticShape& shape_;
   const Pose& toShape_;
   Candidates& candidates_;
-  std::vector<Hit>& hits_;
+  HitColumns& hits_;
   std::uint32_t last_ = kNoCell;
 };
 
 }  // namespace
 
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 Candidates& candidates, std::vector<Hit>& hits) {
+                 Candidates& candidates, HitColumns& hits) {
   ShapeSearch(dir, shape, toShape, candidates, hits).run();
 }
 

@@ -1,0 +1,184 @@
+// The loops over lanes. A pass reads what the one before has left: places, records, planes, kinds,
+// hits; memory is asked for in the second alone, where all lanes' requests are under way together.
+#include "field_lanes.h"
+
+#include "simd.h"
+
+namespace cloudcontact::search {
+
+namespace {
+
+inline CcHit hitIn(const Direction& dir, const Lanes& l, const float* const* s, int lane) {
+  const std::int32_t k = static_cast<std::int32_t>(l.sample[lane]);
+  const float x[3] = {s[0][k], s[1][k], s[2][k]}, n[3] = {s[3][k], s[4][k], s[5][k]};
+  const float m[3] = {l.nx[lane], l.ny[lane], l.nz[lane]};
+  float at[3], own[3], other[3];
+  ccApply(&dir.toFrame, x, at);
+  ccTurn(dir.frameFromOwn, n, own);
+  ccTurn(dir.frameFromOther, m, other);
+  return ccHitOf(at, own, other, l.depth[lane], kHalfWidth * s[7][k] * dir.voxel);
+}
+
+}  // namespace
+
+CC_LANES void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float* const px = samples.x.data();
+  const float* const py = samples.y.data();
+  const float* const pz = samples.z.data();
+  const CcMap map = dir.toOther;
+  const CcBricks bricks = other.records().bricks();
+  const std::int32_t* const firsts = other.records().firsts();
+  const CcVoxel* const records = other.records().records();
+  const int count = lanes.count;
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
+    const float at[3] = {px[k], py[k], pz[k]};
+    float x[3];
+    ccApply(&map, at, x);
+    const CcPlace place = ccPlaceOf(bricks, x);
+    lanes.x[i] = place.r[0];
+    lanes.y[i] = place.r[1];
+    lanes.z[i] = place.r[2];
+    lanes.record[i] = firsts[place.brick] + place.cell;
+  }
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const CcVoxel v = records[lanes.record[i]];
+    lanes.a[i] = v.a;
+    lanes.b[i] = v.b;
+  }
+}
+
+CC_LANES void findDepths(float voxel, Lanes& lanes) {
+  const int count = lanes.count;
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float r[3] = {lanes.x[i], lanes.y[i], lanes.z[i]};
+    const CcDepth d = ccPlaneDepth({lanes.a[i], lanes.b[i]}, r);
+    lanes.depth[i] = d.depth * voxel;
+    lanes.nx[i] = d.normal[0];
+    lanes.ny[i] = d.normal[1];
+    lanes.nz[i] = d.normal[2];
+  }
+}
+
+CC_LANES void findDepths(PlaneLanes& planes) {
+  const int count = planes.count;
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float r[3] = {planes.x[i], planes.y[i], planes.z[i]};
+    const CcDepth d = ccPlaneDepth({planes.a[i], planes.b[i]}, r);
+    planes.depth[i] = d.depth;
+    planes.nx[i] = d.normal[0];
+    planes.ny[i] = d.normal[1];
+    planes.nz[i] = d.normal[2];
+  }
+}
+
+CC_LANES void classify(const Direction& dir, Lanes& lanes) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float* const nx = samples.nx.data();
+  const float* const ny = samples.ny.data();
+  const float* const nz = samples.nz.data();
+  const float* const width = samples.width.data();
+  const int level = dir.level, count = lanes.count;
+  const float half = kHalfWidth * dir.voxel, margin = level == 0 ? dir.misses.margin : 0.0f;
+  const float slack = kSlack[level] + dir.misses.margin / dir.voxel, slope = kSlope[level];
+  const float perVoxel = 1.0f / dir.voxel;
+  const std::int32_t nearby = level > 0 ? kNearby : 0, nearOutside = level > 1 ? kNearby : 0;
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
+    const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
+    float own[3];
+    ccTurn(turn, n, own);
+    const float depth = lanes.depth[i];
+    const float reach = ccMax(half * width[k], margin);
+    const std::int32_t near =
+        ccNearBeside(depth * perVoxel, slack, slope, ccDot(own, m)) ? nearby : 0;
+    const std::int32_t surface = (depth > -reach ? kWet : 0) | near;
+    const std::int32_t plain = lanes.b[i] == kDeepInside    ? kDeep | nearby
+                               : lanes.b[i] == kNearOutside ? nearOutside
+                                                            : 0;
+    lanes.kind[i] = (lanes.a[i] & 0x70000000u) != 0 ? surface : plain;
+  }
+}
+
+CC_LANES int addHits(const Direction& dir, const Lanes& lanes, int count, HitColumns& hits,
+                     std::int32_t* dry) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float* const s[8] = {samples.x.data(),  samples.y.data(),    samples.z.data(),
+                             samples.nx.data(), samples.ny.data(),   samples.nz.data(),
+                             samples.area.data(), samples.width.data()};
+  float in[kLanes];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) in[i] = hitIn(dir, lanes, s, lanes.wet[i]).wet.depth1;
+  std::int32_t wet[kLanes];
+  int some = 0, none = 0;
+  for (int i = 0; i < count; ++i) {
+    wet[some] = dry[none] = lanes.wet[i];
+    const bool is = in[i] > 0.0f;
+    some += is;
+    none += !is;
+  }
+  const HitColumns::Room to = hits.room(static_cast<std::size_t>(some));
+  const float unit = dir.voxel * dir.voxel;
+  CC_INDEPENDENT
+  for (int i = 0; i < some; ++i) {
+    const CcHit h = hitIn(dir, lanes, s, wet[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      to.column[HitColumns::X + axis][i] = h.position[axis];
+      to.column[HitColumns::OwnX + axis][i] = h.own[axis];
+      to.column[HitColumns::OtherX + axis][i] = h.other[axis];
+    }
+    to.column[HitColumns::Area][i] = s[6][lanes.sample[wet[i]]] * unit;
+    to.column[HitColumns::Share][i] = h.wet.share;
+    to.column[HitColumns::Depth1][i] = h.wet.depth1;
+    to.column[HitColumns::Depth2][i] = h.wet.depth2;
+    to.column[HitColumns::Depth3][i] = h.wet.depth3;
+    to.column[HitColumns::Depth][i] = lanes.depth[wet[i]];
+    to.column[HitColumns::Facing][i] = h.facing;
+  }
+  hits.commit(static_cast<std::size_t>(some), dir.side, false);
+  return none;
+}
+
+CC_LANES void nearBricks(const Direction& dir, const FieldData& other,
+                         std::vector<std::uint32_t>& near) {
+  const SampleBricks& from = dir.samples.bricks;
+  const CcBricks bricks = other.records().bricks();
+  const std::int32_t* const between = other.records().between();
+  const CcMap map = dir.toOther;
+  const float ratio = dir.voxel / static_cast<float>(other.cloud().voxelSize());
+  const int all = static_cast<int>(from.runs.size());
+  near.resize(from.runs.size());
+  std::uint32_t* const out = near.data();
+  std::size_t found = 0;
+  for (int first = 0; first < all; first += kLanes) {
+    const int count = std::min(kLanes, all - first);
+    const float *const x = from.x.data() + first, *const y = from.y.data() + first,
+                *const z = from.z.data() + first, *const radius = from.radius.data() + first;
+    std::int32_t touches[kLanes];
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const float c[3] = {x[i], y[i], z[i]};
+      float at[3];
+      ccApply(&map, c, at);
+      int brick;
+      const float away = ccAwayFrom(bricks, at, &brick);
+      const float reach = (radius[i] + 0.5f) * ratio;
+      touches[i] = (away <= reach) & (static_cast<float>(between[brick]) - away <= reach);
+    }
+    for (int i = 0; i < count; ++i) {
+      out[found] = static_cast<std::uint32_t>(first + i);
+      found += static_cast<std::size_t>(touches[i]);
+    }
+  }
+  near.resize(found);
+}
+
+}  // namespace cloudcontact::search

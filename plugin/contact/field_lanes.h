@@ -1,0 +1,53 @@
+// Samples on their way through another body's field, many side by side: each step is a loop over
+// lanes without branches, which the compiler turns into vector instructions (simd.h).
+#pragma once
+
+#include "sample_search.h"
+
+namespace cloudcontact::search {
+
+constexpr int kLanes = 256;
+
+// What has been found of a lane's sample.
+enum Kind : std::int32_t {
+  kWet = 1,      // deep enough to be a hit, or a near miss
+  kDeep = 2,     // below the band
+  kNearby = 4,   // finer samples of its cell may touch
+};
+
+struct Lanes {
+  int count = 0;
+  std::uint32_t sample[kLanes];
+  std::int32_t record[kLanes];  // number of the record
+  float x[kLanes], y[kLanes], z[kLanes];  // from the voxel's centre [voxels]
+  std::uint32_t a[kLanes], b[kLanes];     // the record (kernels/field_voxel.h)
+  float depth[kLanes];                    // [m]
+  float nx[kLanes], ny[kLanes], nz[kLanes];  // of the plane that gave it
+  std::int32_t kind[kLanes];
+  std::int32_t wet[kLanes];  // numbers of the lanes that are
+};
+
+// Planes of records that have several, worked out together.
+struct PlaneLanes {
+  static constexpr int kMost = kLanes;
+  int count = 0;
+  std::uint32_t a[kMost], b[kMost];
+  float x[kMost], y[kMost], z[kMost];
+  float depth[kMost], nx[kMost], ny[kMost], nz[kMost];
+};
+
+// The lanes' records; `voxel` [m] below is the other body's.
+void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
+// Depth and normal by the first plane of each record.
+void findDepths(float voxel, Lanes& lanes);
+void findDepths(PlaneLanes& planes);
+// Kinds, from depths and normals.
+void classify(const Direction& dir, Lanes& lanes);
+// Hits of the first `count` of lanes.wet; returns how many of them are none after all: these come
+// last in `dry`.
+int addHits(const Direction& dir, const Lanes& lanes, int count, HitColumns& hits,
+            std::int32_t* dry);
+// Numbers of the sample bricks that may touch the other body, first to last.
+void nearBricks(const Direction& dir, const FieldData& other, std::vector<std::uint32_t>& near);
+
+}  // namespace cloudcontact::search

@@ -1,0 +1,32 @@
+// Samples of a surface, a column a quantity, so that many are looked up side by side.
+#pragma once
+
+#include <cloudcontact/surface_field.h>
+
+#include <vector>
+
+namespace cloudcontact {
+
+struct SampleColumns {
+  std::vector<float> x, y, z;     // [voxels], grid frame
+  std::vector<float> nx, ny, nz;  // outward unit
+  std::vector<float> area, width;
+
+  std::size_t size() const { return x.size(); }
+  std::size_t bytes() const { return 8 * sizeof(float) * size(); }
+  SurfaceSample operator[](std::size_t k) const {
+    return {{x[k], y[k], z[k]}, {nx[k], ny[k], nz[k]}, area[k], width[k]};
+  }
+  void push_back(const SurfaceSample& s) {
+    x.push_back(s.position[0]);
+    y.push_back(s.position[1]);
+    z.push_back(s.position[2]);
+    nx.push_back(s.normal[0]);
+    ny.push_back(s.normal[1]);
+    nz.push_back(s.normal[2]);
+    area.push_back(s.area);
+    width.push_back(s.width);
+  }
+};
+
+}  // namespace cloudcontact
