@@ -10,6 +10,7 @@
 // Means over the piece of the depth's powers, each with the depth cut off at zero.
 typedef struct {
   float share;   // of the piece that is wet, 0..1
+  float middle;  // mean depth of that share
   float depth1;  // mean of max(d, 0)
   float depth2;  // of its square
   float depth3;  // of its cube
@@ -20,20 +21,21 @@ typedef struct {
 // Without it the rim of every contact is counted by whole samples: crossed edges turn by 6.3 deg at
 // depth 0.5 instead of 2.2 (FORCE.md), and the force of a shallow cap is 3 % high.
 CC_FN CcWet ccWet(float depth, float spread) {
-  // Without branches, so that samples can be worked out side by side.
+  // The depth is evenly spread from `low` to `high`. One choice alone, so that samples can be worked
+  // out side by side.
   CcWet wet;
-  const int full = depth >= spread;
-  const float in = ccMax(depth + spread, 0.0f);
-  const float share = in / (2.0f * ccMax(spread, CC_LEAST_SPREAD));
-  wet.share = full ? 1.0f : share;
-  wet.depth1 = full ? depth : in * share * 0.5f;
-  wet.depth2 = full ? depth * depth + spread * spread * (1.0f / 3.0f)
-                    : in * in * share * (1.0f / 3.0f);
-  wet.depth3 = full ? depth * (depth * depth + spread * spread) : in * in * in * share * 0.25f;
+  const float low = ccMax(depth - spread, 0.0f), high = ccMax(depth + spread, 0.0f);
+  const float part = high / (2.0f * ccMax(spread, CC_LEAST_SPREAD));
+  wet.share = depth >= spread ? 1.0f : part;
+  const float half = 0.5f * (high - low);
+  wet.middle = 0.5f * (low + high);
+  wet.depth1 = wet.share * wet.middle;
+  wet.depth2 = wet.share * (wet.middle * wet.middle + half * half * (1.0f / 3.0f));
+  wet.depth3 = wet.depth1 * (wet.middle * wet.middle + half * half);
   return wet;
 }
 
-// A sample that lies in the other body, or a near miss, seen in the pair's frame.
+// A sample that lies in the other body, seen in the pair's frame.
 typedef struct {
   float position[3];  // midway between the two surfaces
   float own[3];       // outward normal of the body that the sample belongs to
@@ -49,12 +51,16 @@ CC_FN CcHit ccHitOf(const float* at, const float* own, const float* other, float
   CcHit hit;
   hit.facing = -ccDot(own, other);
   hit.wet = ccWet(depth, spread * CC_SQRT(ccMax(1.0f - hit.facing * hit.facing, 0.0f)));
-  const float in = hit.wet.depth1 > 0.0f ? hit.wet.depth1 / hit.wet.share : depth;
-  for (int i = 0; i < 3; ++i) {
-    hit.own[i] = own[i];
-    hit.other[i] = other[i];
-    hit.position[i] = at[i] - 0.5f * in * own[i];
-  }
+  const float back = 0.5f * hit.wet.middle;
+  hit.own[0] = own[0];
+  hit.own[1] = own[1];
+  hit.own[2] = own[2];
+  hit.other[0] = other[0];
+  hit.other[1] = other[1];
+  hit.other[2] = other[2];
+  hit.position[0] = at[0] - back * own[0];
+  hit.position[1] = at[1] - back * own[1];
+  hit.position[2] = at[2] - back * own[2];
   return hit;
 }
 

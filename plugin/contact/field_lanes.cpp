@@ -4,20 +4,46 @@
 
 #include "simd.h"
 
+#include <algorithm>
+
 namespace cloudcontact::search {
 
 namespace {
 
-inline CcHit hitIn(const Direction& dir, const Lanes& l, const float* const* s, int lane) {
-  const std::int32_t k = static_cast<std::int32_t>(l.sample[lane]);
-  const float x[3] = {s[0][k], s[1][k], s[2][k]}, n[3] = {s[3][k], s[4][k], s[5][k]};
-  const float m[3] = {l.nx[lane], l.ny[lane], l.nz[lane]};
-  float at[3], own[3], other[3];
-  ccApply(&dir.toFrame, x, at);
-  ccTurn(dir.frameFromOwn, n, own);
-  ccTurn(dir.frameFromOther, m, other);
-  return ccHitOf(at, own, other, l.depth[lane], kHalfWidth * s[7][k] * dir.voxel);
-}
+// What turns a lane into a hit. A copy, which no store into the hits can seem to change.
+struct HitMaker {
+  CcMap toFrame;
+  float fromOwn[9], fromOther[9];
+  float halfWidth;  // [m] of a sample one voxel wide
+  const float *x, *y, *z, *nx, *ny, *nz, *width;  // of the samples
+  const std::uint32_t* sample;                    // of the lanes, and so on
+  const float *depth, *mx, *my, *mz;
+
+  HitMaker(const Direction& dir, const Lanes& l) : toFrame(dir.toFrame) {
+    std::copy_n(dir.frameFromOwn, 9, fromOwn);
+    std::copy_n(dir.frameFromOther, 9, fromOther);
+    halfWidth = kHalfWidth * dir.voxel;
+    const SampleColumns& s = dir.samples.levels[dir.level].samples;
+    x = s.x.data(), y = s.y.data(), z = s.z.data();
+    nx = s.nx.data(), ny = s.ny.data(), nz = s.nz.data();
+    width = s.width.data();
+    sample = l.sample;
+    depth = l.depth;
+    mx = l.nx, my = l.ny, mz = l.nz;
+  }
+
+  std::int32_t sampleOf(int lane) const { return static_cast<std::int32_t>(sample[lane]); }
+  CcHit operator()(int lane) const {
+    const std::int32_t k = sampleOf(lane);
+    const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
+    const float m[3] = {mx[lane], my[lane], mz[lane]};
+    float at[3], own[3], other[3];
+    ccApply(&toFrame, place, at);
+    ccTurn(fromOwn, n, own);
+    ccTurn(fromOther, m, other);
+    return ccHitOf(at, own, other, depth[lane], halfWidth * width[k]);
+  }
+};
 
 }  // namespace
 
@@ -110,13 +136,10 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
 
 CC_LANES int addHits(const Direction& dir, const Lanes& lanes, int count, HitColumns& hits,
                      std::int32_t* dry) {
-  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
-  const float* const s[8] = {samples.x.data(),  samples.y.data(),    samples.z.data(),
-                             samples.nx.data(), samples.ny.data(),   samples.nz.data(),
-                             samples.area.data(), samples.width.data()};
+  const HitMaker hitIn(dir, lanes);
   float in[kLanes];
   CC_INDEPENDENT
-  for (int i = 0; i < count; ++i) in[i] = hitIn(dir, lanes, s, lanes.wet[i]).wet.depth1;
+  for (int i = 0; i < count; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
   std::int32_t wet[kLanes];
   int some = 0, none = 0;
   for (int i = 0; i < count; ++i) {
@@ -125,23 +148,28 @@ CC_LANES int addHits(const Direction& dir, const Lanes& lanes, int count, HitCol
     some += is;
     none += !is;
   }
-  const HitColumns::Room to = hits.room(static_cast<std::size_t>(some));
+  const HitColumns::Columns<float> to = hits.room(static_cast<std::size_t>(some));
   const float unit = dir.voxel * dir.voxel;
+  const float* const area = dir.samples.levels[dir.level].samples.area.data();
   CC_INDEPENDENT
   for (int i = 0; i < some; ++i) {
-    const CcHit h = hitIn(dir, lanes, s, wet[i]);
-    for (int axis = 0; axis < 3; ++axis) {
-      to.column[HitColumns::X + axis][i] = h.position[axis];
-      to.column[HitColumns::OwnX + axis][i] = h.own[axis];
-      to.column[HitColumns::OtherX + axis][i] = h.other[axis];
-    }
-    to.column[HitColumns::Area][i] = s[6][lanes.sample[wet[i]]] * unit;
-    to.column[HitColumns::Share][i] = h.wet.share;
-    to.column[HitColumns::Depth1][i] = h.wet.depth1;
-    to.column[HitColumns::Depth2][i] = h.wet.depth2;
-    to.column[HitColumns::Depth3][i] = h.wet.depth3;
-    to.column[HitColumns::Depth][i] = lanes.depth[wet[i]];
-    to.column[HitColumns::Facing][i] = h.facing;
+    const CcHit h = hitIn(wet[i]);
+    to.x[i] = h.position[0];
+    to.y[i] = h.position[1];
+    to.z[i] = h.position[2];
+    to.ownX[i] = h.own[0];
+    to.ownY[i] = h.own[1];
+    to.ownZ[i] = h.own[2];
+    to.otherX[i] = h.other[0];
+    to.otherY[i] = h.other[1];
+    to.otherZ[i] = h.other[2];
+    to.area[i] = area[hitIn.sampleOf(wet[i])] * unit;
+    to.share[i] = h.wet.share;
+    to.depth1[i] = h.wet.depth1;
+    to.depth2[i] = h.wet.depth2;
+    to.depth3[i] = h.wet.depth3;
+    to.depth[i] = hitIn.depth[wet[i]];
+    to.facing[i] = h.facing;
   }
   hits.commit(static_cast<std::size_t>(some), dir.side, false);
   return none;

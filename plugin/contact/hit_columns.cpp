@@ -6,34 +6,45 @@
 namespace cloudcontact {
 
 void HitColumns::enlarge(std::size_t size) {
-  const std::size_t room = std::max(size, 2 * side_.size());
-  for (std::vector<float>& c : columns_) c.resize(room);
+  // Rounded up so that no two columns begin at places that a cache holds in one set.
+  const std::size_t room = std::max<std::size_t>({size, 2 * side_.size(), 256}) + 48;
+  std::vector<float> data(kColumns * room);
+  for (std::size_t c = 0; c < kColumns; ++c)
+    std::copy_n(data_.data() + c * side_.size(), size_, data.data() + c * room);
+  data_ = std::move(data);
   side_.resize(room);
   deep_.resize(room);
 }
 
+void HitColumns::commit(std::size_t count, Side side, bool deep) {
+  std::fill_n(side_.data() + size_, count, static_cast<std::int8_t>(side));
+  std::fill_n(deep_.data() + size_, count, static_cast<std::int8_t>(deep));
+  size_ += count;
+}
+
 void HitColumns::push_back(const Hit& h) {
-  const float values[kColumns] = {h.position.x(), h.position.y(), h.position.z(), h.own.x(),
-                                  h.own.y(),      h.own.z(),      h.other.x(),    h.other.y(),
-                                  h.other.z(),    h.area,         h.share,        h.depth1,
-                                  h.depth2,       h.depth3,       h.depth,        h.facing};
-  const Room to = room(1);
-  for (int c = 0; c < kColumns; ++c) *to.column[c] = values[c];
+  const Columns<float> c = room(1);
+  *c.x = h.position.x(), *c.y = h.position.y(), *c.z = h.position.z();
+  *c.ownX = h.own.x(), *c.ownY = h.own.y(), *c.ownZ = h.own.z();
+  *c.otherX = h.other.x(), *c.otherY = h.other.y(), *c.otherZ = h.other.z();
+  *c.area = h.area, *c.share = h.share;
+  *c.depth1 = h.depth1, *c.depth2 = h.depth2, *c.depth3 = h.depth3;
+  *c.depth = h.depth, *c.facing = h.facing;
   commit(1, static_cast<Side>(h.side), h.deep != 0);
 }
 
 Hit HitColumns::operator[](std::size_t i) const {
-  const auto at = [&](Column c) { return columns_[c][i]; };
-  return {{at(X), at(Y), at(Z)},
-          {at(OwnX), at(OwnY), at(OwnZ)},
-          {at(OtherX), at(OtherY), at(OtherZ)},
-          at(Area),
-          at(Share),
-          at(Depth1),
-          at(Depth2),
-          at(Depth3),
-          at(Depth),
-          at(Facing),
+  const Columns<const float> c = at<const float>(data_.data(), i);
+  return {{*c.x, *c.y, *c.z},
+          {*c.ownX, *c.ownY, *c.ownZ},
+          {*c.otherX, *c.otherY, *c.otherZ},
+          *c.area,
+          *c.share,
+          *c.depth1,
+          *c.depth2,
+          *c.depth3,
+          *c.depth,
+          *c.facing,
           side_[i],
           deep_[i]};
 }

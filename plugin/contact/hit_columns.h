@@ -5,7 +5,6 @@
 
 #include <cloudcontact/surface_field.h>
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -28,40 +27,41 @@ struct Hit {
 
 class HitColumns {
  public:
-  enum Column { X, Y, Z, OwnX, OwnY, OwnZ, OtherX, OtherY, OtherZ, Area, Share, Depth1, Depth2,
-                Depth3, Depth, Facing, kColumns };
+  // Where each quantity's column begins, or goes on.
+  template <typename Number>
+  struct Columns {
+    Number *x, *y, *z, *ownX, *ownY, *ownZ, *otherX, *otherY, *otherZ;
+    Number *area, *share, *depth1, *depth2, *depth3, *depth, *facing;
+  };
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   void clear() { size_ = 0; }
-  const float* column(Column c) const { return columns_[c].data(); }
-  std::int8_t side(std::size_t i) const { return side_[i]; }
+  Columns<const float> columns() const { return at<const float>(data_.data(), 0); }
+  const std::int8_t* sides() const { return side_.data(); }
 
   // Room for `more` hits behind the last; `commit` makes the first of them hits of that side.
-  struct Room {
-    float* column[kColumns];
-  };
-  Room room(std::size_t more) {
+  Columns<float> room(std::size_t more) {
     if (size_ + more > side_.size()) enlarge(size_ + more);
-    Room r;
-    for (int c = 0; c < kColumns; ++c) r.column[c] = columns_[static_cast<std::size_t>(c)].data() + size_;
-    return r;
+    return at<float>(data_.data(), size_);
   }
-  void commit(std::size_t count, Side side, bool deep) {
-    for (std::size_t i = size_; i < size_ + count; ++i) {
-      side_[i] = static_cast<std::int8_t>(side);
-      deep_[i] = static_cast<std::int8_t>(deep);
-    }
-    size_ += count;
-  }
+  void commit(std::size_t count, Side side, bool deep);
   void push_back(const Hit& hit);
   Hit operator[](std::size_t i) const;
 
  private:
+  static constexpr std::size_t kColumns = 16;
+
+  template <typename Number>
+  Columns<Number> at(Number* data, std::size_t i) const {
+    const auto c = [&](std::size_t k) { return data + k * side_.size() + i; };
+    return {c(0), c(1), c(2),  c(3),  c(4),  c(5),  c(6),  c(7),
+            c(8), c(9), c(10), c(11), c(12), c(13), c(14), c(15)};
+  }
   void enlarge(std::size_t size);
 
   std::size_t size_ = 0;
-  std::array<std::vector<float>, kColumns> columns_;
+  std::vector<float> data_;  // column after column
   std::vector<std::int8_t> side_, deep_;
 };
 

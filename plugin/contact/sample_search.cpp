@@ -28,6 +28,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
           static_cast<std::int8_t>(deep)};
   if (!miss) return hits.push_back(hit);
   misses.nearest = std::max(misses.nearest, depth);
+  hit.position -= 0.5f * depth * own;
   hit.share = 1;
   hit.depth1 = hit.depth2 = hit.depth3 = 0;
   misses.list.push_back(hit);
