@@ -1,6 +1,8 @@
 // Bins in a flat table, and the patches that grow from the heaviest of them.
 #include "bins.h"
 
+#include "simd.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -19,24 +21,55 @@ constexpr double kDisagree = -0.2;
 // must weigh this share of its patch.
 constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
 constexpr double kMostBox = 4096;  // cells in a box that is looked up directly
+constexpr double kCellVoxels = 8;
 
-float gateOf(const Hit& hit) {
-  return std::clamp(hit.facing / kFacing, 0.0f, 1.0f);
+// Cells wrap around after as many as no grid holds; so do keys.
+constexpr int kKeyBits = 14;
+
+std::uint64_t keyOf(std::int32_t x, std::int32_t y, std::int32_t z, std::int32_t direction) {
+  constexpr std::uint64_t kMask = (1u << kKeyBits) - 1;
+  return (static_cast<std::uint64_t>(x) & kMask) |
+         (static_cast<std::uint64_t>(y) & kMask) << kKeyBits |
+         (static_cast<std::uint64_t>(z) & kMask) << 2 * kKeyBits |
+         static_cast<std::uint64_t>(direction) << 3 * kKeyBits;
 }
 
-// The six axis directions, of the other body's normal less the own one's share.
-std::int32_t directionOf(const Hit& hit, float gate) {
-  // Seen from A to B whoever's sample it is, so that both bodies' samples meet in one bin.
-  const Eigen::Vector3f v = (hit.other - gate * hit.own) * (hit.side == kA ? -1.0f : 1.0f);
-  int axis = 0;
-  v.cwiseAbs().maxCoeff(&axis);
-  return 2 * axis + (v[axis] < 0 ? 1 : 0);
+std::size_t slotOf(std::uint64_t key) {
+  return static_cast<std::size_t>(key * 0x9E3779B97F4A7C15u >> 40);
 }
 
-// As std::floor, which is a call where no newer instructions than SSE2 are asked for.
-std::int32_t floorOf(double x) {
-  const auto whole = static_cast<std::int32_t>(x);
-  return whole - (x < static_cast<double>(whole) ? 1 : 0);
+struct HitKeys {
+  std::int32_t *x, *y, *z, *direction;
+  float* gate;
+};
+
+// Cell and direction of every hit. The direction is one of the six of the axes, of the other body's
+// normal less the own one's share, seen from A to B whoever's sample it is, so that both bodies'
+// samples meet in one bin.
+CC_LANES void keysOf(const HitColumns& hits, float perCell, const HitKeys& keys) {
+  const HitColumns::Columns<const float> c = hits.columns();
+  const std::int8_t* const sides = hits.sides();
+  const HitKeys to = keys;
+  const int count = static_cast<int>(hits.size());
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float u = c.x[i] * perCell, v = c.y[i] * perCell, w = c.z[i] * perCell;
+    const std::int32_t x = static_cast<std::int32_t>(u), y = static_cast<std::int32_t>(v),
+                       z = static_cast<std::int32_t>(w);
+    to.x[i] = x - (u < static_cast<float>(x) ? 1 : 0);
+    to.y[i] = y - (v < static_cast<float>(y) ? 1 : 0);
+    to.z[i] = z - (w < static_cast<float>(z) ? 1 : 0);
+    const float gate = ccMin(ccMax(c.facing[i] * (1.0f / kFacing), 0.0f), 1.0f);
+    to.gate[i] = gate;
+    const float sign = sides[i] == kA ? -1.0f : 1.0f;
+    const float nx = sign * (c.otherX[i] - gate * c.ownX[i]),
+                ny = sign * (c.otherY[i] - gate * c.ownY[i]),
+                nz = sign * (c.otherZ[i] - gate * c.ownZ[i]);
+    const float ax = ccAbs(nx), ay = ccAbs(ny), az = ccAbs(nz);
+    const std::int32_t yz = ay >= az ? 2 + (ny < 0.0f) : 4 + (nz < 0.0f);
+    const std::int32_t xs = 0 + (nx < 0.0f);
+    to.direction[i] = (ax >= ay) & (ax >= az) ? xs : yz;
+  }
 }
 
 double weightOf(const Sums& sums) {
@@ -45,117 +78,78 @@ double weightOf(const Sums& sums) {
 
 }  // namespace
 
-void Sums::add(const Hit& hit, bool oneSided) {
-  const double gate = gateOf(hit), pressed = hit.area * hit.depth1, faced = gate * pressed;
-  const double square = gate * hit.area * hit.depth2, cube = gate * hit.area * hit.depth3;
-  const Vec3 x = hit.position.cast<double>() - origin;
-  const Vec3 n[2] = {(hit.side == kA ? hit.own : hit.other).cast<double>(),
-                     (hit.side == kA ? hit.other : hit.own).cast<double>()};
-  for (int s = 0; s < 2; ++s) {
-    if (s != hit.side && !oneSided) continue;
-    SideSums& sum = side[s];
-    const Vec3 push = pressed * n[s];
-    sum.push += push;
-    sum.moment += x.cross(push);
-    sum.size += pressed;
-    if (gate < 1) sum.wall += (1 - gate) * push;
-    sum.depth[0] += faced;
-    sum.depth[1] += square;
-    sum.depth[2] += cube;
-  }
-  deepest = std::max(deepest, static_cast<double>(hit.depth));
-  if (hit.deep) deep += pressed;
-  ++hits;
-  const double w = gate * hit.area * hit.share;
-  if (w == 0) return;
-  const Vec3 wx = w * x;
-  area += w;
-  width += w * hit.area;
-  facing += faced;
-  first += wx;
-  place += faced * x;
-  middle += faced * hit.depth;
-  apart += faced * (n[0] + n[1]);
-  opening += faced * (n[0] + n[1]).dot(x);
-  second.noalias() += x * wx.transpose();
-  for (int s = 0; s < 2; ++s) {
-    normal[s] += w * n[s];
-    normalBy[s].noalias() += n[s] * wx.transpose();
-  }
-}
-
-void Sums::add(const Sums& other) {
-  const Vec3 shift = other.origin - origin;
-  for (int s = 0; s < 2; ++s) {
-    side[s].push += other.side[s].push;
-    side[s].moment += other.side[s].moment + shift.cross(other.side[s].push);
-    side[s].wall += other.side[s].wall;
-    side[s].size += other.side[s].size;
-    for (int k = 0; k < 3; ++k) side[s].depth[k] += other.side[s].depth[k];
-    normal[s] += other.normal[s];
-    normalBy[s] += other.normalBy[s] + other.normal[s] * shift.transpose();
-  }
-  second += other.second + other.first * shift.transpose() + shift * other.first.transpose() +
-            other.area * shift * shift.transpose();
-  first += other.first + other.area * shift;
-  area += other.area;
-  width += other.width;
-  facing += other.facing;
-  place += other.place + other.facing * shift;
-  middle += other.middle;
-  apart += other.apart;
-  opening += other.opening + shift.dot(other.apart);
-  deep += other.deep;
-  deepest = std::max(deepest, other.deepest);
-  hits += other.hits;
-}
-
-std::int32_t Binner::find(const std::int32_t* cell) const {
-  const std::uint32_t hash = static_cast<std::uint32_t>(cell[0]) * 73856093u ^
-                             static_cast<std::uint32_t>(cell[1]) * 19349663u ^
-                             static_cast<std::uint32_t>(cell[2]) * 83492791u;
-  const std::size_t mask = table_.size() - 1;
-  std::size_t slot = (hash ^ hash >> 15) & mask;
-  while (table_[slot] >= 0) {
-    if (std::equal(cell, cell + 3, bins_[static_cast<std::size_t>(table_[slot])].cell))
-      return table_[slot];
-    slot = (slot + 1) & mask;
-  }
-  return -1 - static_cast<std::int32_t>(slot);
-}
-
-std::size_t Binner::binOf(const Hit& hit, double cell) {
-  std::int32_t at[3];
-  for (int i = 0; i < 3; ++i) at[i] = floorOf(static_cast<double>(hit.position[i]) * perCell_);
-  const std::int32_t direction = directionOf(hit, gateOf(hit));
-  std::int32_t first = find(at);
-  for (std::int32_t i = first; i >= 0; i = bins_[static_cast<std::size_t>(i)].next)
-    if (bins_[static_cast<std::size_t>(i)].direction == direction)
-      return static_cast<std::size_t>(i);
-  const std::int32_t made = static_cast<std::int32_t>(bins_.size());
-  Bin bin{{at[0], at[1], at[2]}, direction, -1, -1, {}};
-  bin.sums.origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
-  if (first >= 0) {
-    bin.next = bins_[static_cast<std::size_t>(first)].next;
-    bins_[static_cast<std::size_t>(first)].next = made;
-  } else {
-    if ((++cells_) * 2 > table_.size()) {
-      enlarge();
-      first = find(at);
+void Binner::findBins(const HitColumns& hits, double cell) {
+  const std::size_t count = hits.size();
+  for (auto* v : {&cellX_, &cellY_, &cellZ_, &direction_})
+    if (v->size() < count) v->resize(count);
+  if (gate_.size() < count) gate_.resize(count);
+  bin_.resize(count);
+  keysOf(hits, static_cast<float>(1 / cell),
+         {cellX_.data(), cellY_.data(), cellZ_.data(), direction_.data(), gate_.data()});
+  bins_.clear();
+  keys_.clear();
+  if (table_.empty()) table_.resize(1024);
+  std::fill(table_.begin(), table_.end(), -1);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t bin = binOf(keyOf(cellX_[i], cellY_[i], cellZ_[i], direction_[i]));
+    if (bin == bins_.size()) {
+      Bin& made = bins_.emplace_back();
+      made.cell[0] = cellX_[i];
+      made.cell[1] = cellY_[i];
+      made.cell[2] = cellZ_[i];
     }
-    table_[static_cast<std::size_t>(-1 - first)] = made;
+    bin_[i] = bin;
+    ++bins_[bin].end;
   }
-  bins_.push_back(bin);
-  return static_cast<std::size_t>(made);
+}
+
+// The key's bin; the one after the last where it has none yet, and then it is its.
+std::uint32_t Binner::binOf(std::uint64_t key) {
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = slotOf(key) & mask;
+  for (; table_[slot] >= 0; slot = (slot + 1) & mask)
+    if (keys_[static_cast<std::size_t>(table_[slot])] == key)
+      return static_cast<std::uint32_t>(table_[slot]);
+  const std::uint32_t made = static_cast<std::uint32_t>(keys_.size());
+  table_[slot] = static_cast<std::int32_t>(made);
+  keys_.push_back(key);
+  if (keys_.size() * 2 > table_.size()) enlarge();
+  return made;
 }
 
 void Binner::enlarge() {
-  std::vector<std::int32_t> old(table_.size() * 2, -1);
-  std::swap(old, table_);
-  for (const std::int32_t first : old)
-    if (first >= 0)
-      table_[static_cast<std::size_t>(-1 - find(bins_[static_cast<std::size_t>(first)].cell))] =
-          first;
+  table_.assign(table_.size() * 4, -1);
+  const std::size_t mask = table_.size() - 1;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    std::size_t slot = slotOf(keys_[i]) & mask;
+    while (table_[slot] >= 0) slot = (slot + 1) & mask;
+    table_[slot] = static_cast<std::int32_t>(i);
+  }
+}
+
+// Hits in the order of their bins, each bin's summed at one go.
+void Binner::sum(const HitColumns& hits, double cell, bool oneSided) {
+  std::uint32_t begin = 0;
+  for (Bin& bin : bins_) {
+    const std::uint32_t count = bin.end;
+    bin.end = begin;
+    begin += count;
+  }
+  order_.resize(hits.size());
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    order_[bins_[bin_[i]].end++] = static_cast<std::uint32_t>(i);
+  sums_.assign(bins_.size(), Sums{});
+  begin = 0;
+  for (std::size_t b = 0; b < bins_.size(); ++b) {
+    Bin& bin = bins_[b];
+    Sums& sums = sums_[b];
+    sums.origin = Vec3(bin.cell[0] + 0.5, bin.cell[1] + 0.5, bin.cell[2] + 0.5) * cell;
+    addHits(hits, gate_.data(), order_.data() + begin, order_.data() + bin.end, oneSided,
+            cell / kCellVoxels, sums);
+    begin = bin.end;
+    bin.weight = weightOf(sums);
+    for (int s = 0; s < 2; ++s) bin.length[s] = sums.normal[s].norm();
+  }
 }
 
 // Neighbours are looked up 27 times a bin, mostly in vain: in a box of cells that is a read each.
@@ -170,30 +164,47 @@ void Binner::layOut() {
       high[i] = std::max(high[i], bin.cell[i]);
     }
   double all = 1;
-  for (int i = 0; i < 3; ++i) all *= static_cast<double>(high[i]) - low_[i] + 1;
-  if (all > kMostBox) return;
-  for (int i = 0; i < 3; ++i) span_[i] = high[i] - low_[i] + 1;
-  box_.assign(static_cast<std::size_t>(all), -1);
-  for (const std::int32_t first : table_) {
-    if (first < 0) continue;
-    const std::int32_t* const c = bins_[static_cast<std::size_t>(first)].cell;
-    const int at = (c[0] - low_[0]) + span_[0] * ((c[1] - low_[1]) + span_[1] * (c[2] - low_[2]));
-    box_[static_cast<std::size_t>(at)] = first;
+  for (int i = 0; i < 3; ++i) all *= static_cast<double>(high[i]) - low_[i] + 3;
+  hashed_ = all > kMostBox;
+  // A cell of margin all around, so that a neighbour is never outside.
+  for (int i = 0; i < 3; ++i) span_[i] = high[i]-- - low_[i]-- + 3;
+  if (!hashed_) box_.assign(static_cast<std::size_t>(all), -1);
+  for (std::size_t b = 0; b < bins_.size(); ++b) {
+    Bin& bin = bins_[b];
+    std::int32_t* first = nullptr;
+    if (hashed_) {
+      const std::uint32_t cell = binOf(keyOf(bin.cell[0], bin.cell[1], bin.cell[2], 7));
+      if (box_.size() + bins_.size() <= cell) box_.push_back(-1);
+      first = &box_[cell - bins_.size()];
+    } else {
+      const std::int32_t* const c = bin.cell;
+      first = &box_[static_cast<std::size_t>(
+          (c[0] - low_[0]) + span_[0] * ((c[1] - low_[1]) + span_[1] * (c[2] - low_[2])))];
+    }
+    bin.next = *first;
+    *first = static_cast<std::int32_t>(b);
   }
 }
 
 std::int32_t Binner::firstIn(const std::int32_t* cell) const {
-  if (box_.empty()) return find(cell);
-  const int x = cell[0] - low_[0], y = cell[1] - low_[1], z = cell[2] - low_[2];
-  if (x < 0 || y < 0 || z < 0 || x >= span_[0] || y >= span_[1] || z >= span_[2]) return -1;
-  return box_[static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z))];
+  if (!hashed_) {
+    const int x = cell[0] - low_[0], y = cell[1] - low_[1], z = cell[2] - low_[2];
+    return box_[static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z))];
+  }
+  const std::uint64_t key = keyOf(cell[0], cell[1], cell[2], 7);
+  const std::size_t mask = table_.size() - 1;
+  for (std::size_t slot = slotOf(key) & mask; table_[slot] >= 0; slot = (slot + 1) & mask)
+    if (keys_[static_cast<std::size_t>(table_[slot])] == key)
+      return box_[static_cast<std::size_t>(table_[slot]) - bins_.size()];
+  return -1;
 }
 
-bool Binner::alike(const Sums& a, const Sums& b, double agree) {
+bool Binner::alike(const Bin& a, const Sums& sumsA, const Sums& b, const double* lengthB,
+                   double agree) const {
   double cosine[2];
   for (int s = 0; s < 2; ++s) {
-    const double length = a.normal[s].norm() * b.normal[s].norm();
-    cosine[s] = length > 0 ? a.normal[s].dot(b.normal[s]) / length : 1.0;
+    const double length = a.length[s] * lengthB[s];
+    cosine[s] = length > 0 ? sumsA.normal[s].dot(b.normal[s]) / length : 1.0;
   }
   return std::max(cosine[0], cosine[1]) >= agree && std::min(cosine[0], cosine[1]) >= kDisagree;
 }
@@ -201,28 +212,33 @@ bool Binner::alike(const Sums& a, const Sums& b, double agree) {
 // Where edges cross, each face of one body meets two of the other: four bins, of which the last
 // shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
 // turn would hang together.
-bool Binner::linked(const Bin& bin, const Bin& from, const Sums& patch, double close) const {
-  if (weightOf(bin.sums) < kLeastLink * weightOf(patch) || !alike(bin.sums, from.sums, kLink))
+bool Binner::linked(std::size_t bin, std::size_t from, double weight, double close) const {
+  if (bins_[bin].weight < kLeastLink * weight ||
+      !alike(bins_[bin], sums_[bin], sums_[from], bins_[from].length, kLink))
     return false;
-  return (bin.sums.center() - from.sums.center()).norm() < close;
+  return (sums_[bin].center() - sums_[from].center()).norm() < close;
 }
 
 // Grows a patch from its heaviest bin over neighbouring bins that look the same way.
 void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double close) {
-  patch = bins_[seed].sums;
+  patch = sums_[seed];
   bins_[seed].patch = number;
   queue_.assign(1, static_cast<std::uint32_t>(seed));
+  double length[2] = {bins_[seed].length[0], bins_[seed].length[1]};
   for (std::size_t next = 0; next < queue_.size(); ++next) {
+    const std::size_t from = queue_[next];
     for (int n = 0; n < 27; ++n) {
-      const Bin& from = bins_[queue_[next]];
-      const std::int32_t cell[3] = {from.cell[0] + n % 3 - 1, from.cell[1] + n / 3 % 3 - 1,
-                                    from.cell[2] + n / 9 - 1};
+      const std::int32_t* const at = bins_[from].cell;
+      const std::int32_t cell[3] = {at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1};
       for (std::int32_t i = firstIn(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
-        Bin& bin = bins_[static_cast<std::size_t>(i)];
-        if (bin.patch >= 0) continue;
-        if (!alike(bin.sums, patch, kAgree) && !linked(bin, from, patch, close)) continue;
-        bin.patch = number;
-        patch.add(bin.sums);
+        const std::size_t b = static_cast<std::size_t>(i);
+        if (bins_[b].patch >= 0) continue;
+        if (!alike(bins_[b], sums_[b], patch, length, kAgree) &&
+            !linked(b, from, weightOf(patch), close))
+          continue;
+        bins_[b].patch = number;
+        patch.add(sums_[b]);
+        for (int s = 0; s < 2; ++s) length[s] = patch.normal[s].norm();
         queue_.push_back(static_cast<std::uint32_t>(i));
       }
     }
@@ -230,22 +246,14 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
 }
 
 const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided) {
-  bins_.clear();
   patches_.clear();
-  cells_ = 0;
-  perCell_ = 1 / cell;
-  if (table_.empty()) table_.resize(256);
-  std::fill(table_.begin(), table_.end(), -1);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const Hit hit = hits[i];
-    bins_[binOf(hit, cell)].sums.add(hit, oneSided);
-  }
+  findBins(hits, cell);
+  sum(hits, cell, oneSided);
   layOut();
   order_.resize(bins_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const double wa = weightOf(bins_[a].sums), wb = weightOf(bins_[b].sums);
-    return wa != wb ? wa > wb : a < b;
+    return bins_[a].weight != bins_[b].weight ? bins_[a].weight > bins_[b].weight : a < b;
   });
   for (const std::uint32_t seed : order_) {
     if (bins_[seed].patch >= 0) continue;

@@ -39,6 +39,8 @@ class HitColumns {
   void clear() { size_ = 0; }
   Columns<const float> columns() const { return at<const float>(data_.data(), 0); }
   const std::int8_t* sides() const { return side_.data(); }
+  Side side(std::size_t i) const { return static_cast<Side>(side_[i]); }
+  bool deep(std::size_t i) const { return deep_[i] != 0; }
 
   // Room for `more` hits behind the last; `commit` makes the first of them hits of that side.
   Columns<float> room(std::size_t more) {
