@@ -28,6 +28,11 @@ struct ContactSettings {
   // [m] Bodies that do not touch but are nearer than this, a voxel at most, get points with a
   // negative depth where they would touch first: a solver can then stop them there within its step.
   double margin = 0;
+  // Model no more than a contact needs: the coarsest of three sets of samples that gives this many
+  // hits is taken (a finer one than the coarsest already at a third of it), all samples where none
+  // does. Fewer are faster and rougher; README.md charts what they cost and give.
+  std::size_t samples = kSamples;
+  static constexpr std::size_t kSamples = 300;
 };
 
 // A place where the bodies touch: what Bullet makes a btManifoldPoint of.

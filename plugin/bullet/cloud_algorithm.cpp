@@ -130,6 +130,7 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const PairSides sides{&a, &b, bodyA->motion, bodyB->motion, inverse > 0 ? 1 / inverse : 0};
   const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
   ContactSettings settings{law.form, law.pair};
+  settings.samples = narrowPhase.settings().samples;
   // Bullet's queries subclass the result to override addContactPoint; its solver never does. In a
   // step, bodies about to touch get points too: without them a body that has lifted off by a
   // micrometre falls freely for a step, 0.04 mm at 480 Hz, and rattles for ever.

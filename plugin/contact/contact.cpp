@@ -164,7 +164,8 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
   // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
   const bool foundation = settings.law == LawForm::Foundation;
-  const int level = s.search.run(a, b, frame, settings.margin, foundation, s.hits);
+  const std::size_t enough = foundation ? HitSearch::kAll : settings.samples;
+  const int level = s.search.run(a, b, frame, settings.margin, enough, s.hits);
   s.result.samples = s.search.gap() > 0 ? 0 : s.hits.size();
   const bool oneSided = a.shape || b.shape;
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);

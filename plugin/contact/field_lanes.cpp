@@ -90,16 +90,51 @@ CC_LANES void findDepths(float voxel, Lanes& lanes) {
   }
 }
 
-CC_LANES void findDepths(PlaneLanes& planes) {
-  const int count = planes.count;
+CC_LANES void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes) {
+  const CcVoxel* const planes = other.planes();
+  std::uint32_t a[kLanes], b[kLanes];  // the records, then a plane of each
+  float x[kLanes], y[kLanes], z[kLanes], size[kLanes], nx[kLanes], ny[kLanes], nz[kLanes];
+  std::int32_t first[kLanes], has[kLanes], unites[kLanes], most = 0;
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
-    const float r[3] = {planes.x[i], planes.y[i], planes.z[i]};
-    const CcDepth d = ccPlaneDepth({planes.a[i], planes.b[i]}, r);
-    planes.depth[i] = d.depth;
-    planes.nx[i] = d.normal[0];
-    planes.ny[i] = d.normal[1];
-    planes.nz[i] = d.normal[2];
+    const std::int32_t lane = lanes.several[i];
+    const std::uint32_t record = lanes.a[lane];
+    first[i] = static_cast<std::int32_t>(lanes.b[lane]);
+    has[i] = static_cast<std::int32_t>(record >> 28 & 7u);
+    unites[i] = static_cast<std::int32_t>(record >> 31);
+    x[i] = lanes.x[lane];
+    y[i] = lanes.y[lane];
+    z[i] = lanes.z[lane];
+    size[i] = 1e30f;  // the least of depths, or, where planes unite, of their negatives
+    nx[i] = ny[i] = nz[i] = 0;
+  }
+  for (int i = 0; i < count; ++i) most = std::max(most, has[i]);
+  // One plane of all lanes after the other; a lane that has no more asks for its first again.
+  for (int k = 0; k < most; ++k) {
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const CcVoxel plane = planes[first[i] + (k < has[i] ? k : 0)];
+      a[i] = plane.a;
+      b[i] = plane.b;
+    }
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const float r[3] = {x[i], y[i], z[i]};
+      const CcDepth d = ccPlaneDepth({a[i], b[i]}, r);
+      const float depth = unites[i] ? -d.depth : d.depth;
+      const bool less = depth < size[i];
+      nx[i] = less ? d.normal[0] : nx[i];
+      ny[i] = less ? d.normal[1] : ny[i];
+      nz[i] = less ? d.normal[2] : nz[i];
+      size[i] = less ? depth : size[i];
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t lane = lanes.several[i];
+    lanes.depth[lane] = (unites[i] ? -size[i] : size[i]) * voxel;
+    lanes.nx[lane] = nx[i];
+    lanes.ny[lane] = ny[i];
+    lanes.nz[lane] = nz[i];
   }
 }
 

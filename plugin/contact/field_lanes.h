@@ -24,23 +24,16 @@ struct Lanes {
   float depth[kLanes];                    // [m]
   float nx[kLanes], ny[kLanes], nz[kLanes];  // of the plane that gave it
   std::int32_t kind[kLanes];
-  std::int32_t wet[kLanes];  // numbers of the lanes that are
-};
-
-// Planes of records that have several, worked out together.
-struct PlaneLanes {
-  static constexpr int kMost = kLanes;
-  int count = 0;
-  std::uint32_t a[kMost], b[kMost];
-  float x[kMost], y[kMost], z[kMost];
-  float depth[kMost], nx[kMost], ny[kMost], nz[kMost];
+  std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits, records of several planes
 };
 
 // The lanes' records; `voxel` [m] below is the other body's.
 void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
 // Depth and normal by the first plane of each record.
 void findDepths(float voxel, Lanes& lanes);
-void findDepths(PlaneLanes& planes);
+// The same for the first `count` of lanes.several, whose records have several planes: by the least,
+// or, where these unite, by the greatest.
+void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
 // Kinds, from depths and normals.
 void classify(const Direction& dir, Lanes& lanes);
 // Hits of the first `count` of lanes.wet; returns how many of them are none after all: these come

@@ -2,6 +2,8 @@
 // sphere against the other's brick distance, then each sample in one 8-byte fetch.
 #include "field_lanes.h"
 
+#include <algorithm>
+
 namespace cloudcontact::search {
 
 namespace {
@@ -60,63 +62,33 @@ class FieldSearch {
   // Lanes whose record has several planes: the one that counts gives depth and normal.
   void takeSeveral() {
     divided_ = 0;
-    int several[kLanes], count = 0;
+    int count = 0;
     for (int i = 0; i < lanes_.count; ++i) {
-      several[count] = i;
-      count += ccPlaneCount({lanes_.a[i], 0}) > 1;
+      lanes_.several[count] = i;
+      count += (lanes_.a[i] >> 28 & 7) > 1;
     }
-    for (int first = 0, next = 0; first < count; first = next) {
-      planes_.count = 0;
-      for (; next < count && planes_.count <= PlaneLanes::kMost - CC_MAX_PLANES; ++next)
-        ask(several[next]);
-      findDepths(planes_);
-      for (int i = first, plane = 0; i < next; ++i) plane = choose(several[i], plane);
+    if (count == 0) return;
+    choosePlanes(other_, voxel_, count, lanes_);
+    if (dir_.level == 2) return;
+    for (int i = 0; i < count; ++i) {
+      const int lane = lanes_.several[i];
+      const float width = samples_.width[lanes_.sample[lane]];
+      if (width > kWide && lanes_.depth[lane] > reachOf(dir_, width) &&
+          edgeWithin(lane, width * dir_.voxel / voxel_))
+        parted_[divided_++] = lane;
     }
   }
 
-  void ask(int lane) {
+  // Whether another of the record's planes may give the depth somewhere within a sample that wide.
+  bool edgeWithin(int lane, float width) const {
+    const V3 n(lanes_.nx[lane], lanes_.ny[lane], lanes_.nz[lane]);
+    const float r[3] = {lanes_.x[lane], lanes_.y[lane], lanes_.z[lane]};
     const CcVoxel record{lanes_.a[lane], lanes_.b[lane]};
-    const uint count = ccPlaneCount(record);
-    for (uint k = 0; k < count; ++k) {
-      const CcVoxel plane = other_.planes()[record.b + k];
-      const int at = planes_.count++;
-      planes_.a[at] = plane.a;
-      planes_.b[at] = plane.b;
-      planes_.x[at] = lanes_.x[lane];
-      planes_.y[at] = lanes_.y[lane];
-      planes_.z[at] = lanes_.z[lane];
-    }
-  }
-
-  // The least of a lane's planes from `first` on, or the greatest where they unite; returns the
-  // next lane's first.
-  int choose(int lane, int first) {
-    const CcVoxel record{lanes_.a[lane], lanes_.b[lane]};
-    const int last = first + static_cast<int>(ccPlaneCount(record));
-    const bool greatest = ccConcave(record) != 0;
-    int best = first;
-    for (int i = first + 1; i < last; ++i)
-      if (greatest ? planes_.depth[i] > planes_.depth[best]
-                   : planes_.depth[i] < planes_.depth[best])
-        best = i;
-    lanes_.depth[lane] = planes_.depth[best] * voxel_;
-    lanes_.nx[lane] = planes_.nx[best];
-    lanes_.ny[lane] = planes_.ny[best];
-    lanes_.nz[lane] = planes_.nz[best];
-    const float width = samples_.width[lanes_.sample[lane]];
-    if (dir_.level < 2 && width > kWide && lanes_.depth[lane] > reachOf(dir_, width) &&
-        edgeWithin(best, first, last, width * dir_.voxel / voxel_))
-      parted_[divided_++] = lane;
-    return last;
-  }
-
-  // Whether another of the planes may give the depth somewhere within a sample that wide.
-  bool edgeWithin(int best, int first, int last, float width) const {
-    const V3 n(planes_.nx[best], planes_.ny[best], planes_.nz[best]);
-    for (int i = first; i < last; ++i) {
-      const float apart = std::abs(planes_.depth[i] - planes_.depth[best]);
-      const V3 other(planes_.nx[i], planes_.ny[i], planes_.nz[i]);
-      if (apart > 0 && apart < kHalfDiagonal * width * (other - n).norm()) return true;
+    for (uint k = 0; k < ccPlaneCount(record); ++k) {
+      const CcDepth d = ccPlaneDepth(other_.planes()[record.b + k], r);
+      const V3 m(d.normal[0], d.normal[1], d.normal[2]);
+      const float apart = std::abs(d.depth * voxel_ - lanes_.depth[lane]);
+      if (apart > 0 && apart < kHalfDiagonal * width * (m - n).norm() * voxel_) return true;
     }
     return false;
   }
@@ -174,7 +146,6 @@ class FieldSearch {
   int divided_ = 0;
   int parted_[kLanes];  // lanes that are taken in parts
   Lanes lanes_;
-  PlaneLanes planes_;
 };
 
 }  // namespace

@@ -24,13 +24,14 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 // Searches both bodies' samples; keeps its memory.
 class HitSearch {
  public:
-  // The hits of the coarsest level that gives enough of them, or of all samples. Returns the level.
+  // The hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or of all
+  // samples. Returns the level.
   // Each level tells which cells of the next need be looked at.
   // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
   // moved together until they touch lightly, by gap().
-  // `all`: whatever a coarser level gives, all samples are asked.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          bool all, HitColumns& hits);
+          std::size_t enough, HitColumns& hits);
+  static constexpr std::size_t kAll = ~std::size_t{0};
   double gap() const { return gap_; }  // [m] 0: the hits are real
 
   // Runs of samples that are to be looked at, and of the next finer ones near those found near.

@@ -18,6 +18,7 @@ struct CloudContactSettings {
   // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
   // decide, and where no body states one the pair is as hard as the step allows.
   std::optional<Material> pair;
+  std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.
