@@ -21,8 +21,8 @@ typedef struct {
 // Without it the rim of every contact is counted by whole samples: crossed edges turn by 6.3 deg at
 // depth 0.5 instead of 2.2 (FORCE.md), and the force of a shallow cap is 3 % high.
 CC_FN CcWet ccWet(float depth, float spread) {
-  // The depth is evenly spread from `low` to `high`. One choice alone, so that samples can be worked
-  // out side by side.
+  // The depth is evenly spread from `low` to `high`. One choice alone, so that samples can be
+  // worked out side by side.
   CcWet wet;
   const float low = ccMax(depth - spread, 0.0f), high = ccMax(depth + spread, 0.0f);
   const float part = high / (2.0f * ccMax(spread, CC_LEAST_SPREAD));

@@ -22,7 +22,7 @@ class Binner {
     std::int32_t cell[3];
     std::int32_t next = -1;  // another bin of the same cell, -1: none
     std::int32_t patch = -1;
-    std::uint32_t end = 0;                // of its hits in order_
+    std::uint32_t end = 0;                  // of its hits in order_
     double weight = 0, length[2] = {0, 0};  // of its forces, of its two mean normals
   };
   void findBins(const HitColumns& hits, double cell);

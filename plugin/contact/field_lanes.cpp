@@ -14,7 +14,7 @@ namespace {
 struct HitMaker {
   CcMap toFrame;
   float fromOwn[9], fromOther[9];
-  float halfWidth;  // [m] of a sample one voxel wide
+  float halfWidth;                                // [m] of a sample one voxel wide
   const float *x, *y, *z, *nx, *ny, *nz, *width;  // of the samples
   const std::uint32_t* sample;                    // of the lanes, and so on
   const float *depth, *mx, *my, *mz;
@@ -224,7 +224,7 @@ CC_LANES void nearBricks(const Direction& dir, const FieldData& other,
   for (int first = 0; first < all; first += kLanes) {
     const int count = std::min(kLanes, all - first);
     const float *const x = from.x.data() + first, *const y = from.y.data() + first,
-                *const z = from.z.data() + first, *const radius = from.radius.data() + first;
+                       *const z = from.z.data() + first, *const radius = from.radius.data() + first;
     std::int32_t touches[kLanes];
     CC_INDEPENDENT
     for (int i = 0; i < count; ++i) {

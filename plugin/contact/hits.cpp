@@ -43,8 +43,9 @@ void lookUp(const ContactBody& own, const ContactBody& other, Side side, int lev
   const Pose grid = own.pose * gridPose(samples.cloud());
   const Pose toFrame = frame.pose.inverse() * grid;
   const Eigen::Quaterniond fromOther = frame.pose.orientation.conjugate() * other.pose.orientation;
-  Direction dir{samples, samples.samples(), level, side, static_cast<float>(voxel), {}, {}, {}, {},
-                {},      misses};
+  Direction dir{
+      samples, samples.samples(), level, side, static_cast<float>(voxel), {}, {}, {}, {}, {},
+      misses};
   dir.toFrame = mapOf(toFrame, voxel, 1.0);
   rotation(toFrame.orientation, 1, dir.frameFromOwn);
   rotation(fromOther, 1, dir.frameFromOther);
@@ -52,8 +53,7 @@ void lookUp(const ContactBody& own, const ContactBody& other, Side side, int lev
   if (other.shape)
     return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
   const Cloud& target = dataOf(other).cloud();
-  dir.toOther =
-      mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
+  dir.toOther = mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
   searchField(dir, dataOf(other), candidates, hits);
 }
 
@@ -95,7 +95,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
     hits.clear();
     lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);
     lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits);
-    // On cylinders of 16 voxels pressed by 0.3 a fifth of 300 puts the force 3.7 % off, a third 3 %.
+    // On cylinders of 16 voxels pressed by 0.3 a fifth of 300 puts the force 3.7 % off, a third 3
+    // %.
     const std::size_t needed = level == kLevels - 1 ? enough : enough / kFinerNeeds;
     if (level > 0 && hits.size() < needed) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);

@@ -24,9 +24,8 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 // Searches both bodies' samples; keeps its memory.
 class HitSearch {
  public:
-  // The hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or of all
-  // samples. Returns the level.
-  // Each level tells which cells of the next need be looked at.
+  // The hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or of
+  // all samples. Returns the level. Each level tells which cells of the next need be looked at.
   // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
   // moved together until they touch lightly, by gap().
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,

@@ -1,5 +1,5 @@
 // Samples of a cloud against a shape's own formula.
-#include "sample_search.h"
+#include "lane_search.h"
 
 namespace cloudcontact::search {
 
@@ -8,84 +8,98 @@ namespace {
 // Cosine: normals that differ by more over a sample meet at an edge, 26 deg.
 constexpr float kOneFace = 0.9f;
 
-// One level's search.
-class ShapeSearch {
- public:
-  ShapeSearch(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-              Candidates& candidates, HitColumns& hits)
-      : dir_(dir), shape_(shape), toShape_(toShape), candidates_(candidates), hits_(hits) {}
+struct ShapeTarget {
+  const Direction& dir;
+  const AnalyticShape& shape;
+  const Pose& toShape;  // from the samples' grid, metres
+  const SampleColumns& samples;
 
-  void run() {
-    candidates_.next.clear();
-    if (candidates_.all) {
-      const SampleBricks& bricks = dir_.samples.bricks;
-      for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
-        const V3 center(bricks.x[i], bricks.y[i], bricks.z[i]);
-        const float reach = (bricks.radius[i] + 0.5f) * dir_.voxel + dir_.misses.margin;
-        if (at(center).depth >= -reach) lookInto(bricks.runs[i]);
-      }
-    } else {
-      for (const SampleRun& run : candidates_.now) lookInto(run);
-    }
-    std::swap(candidates_.now, candidates_.next);
-    candidates_.all = false;
-  }
-
- private:
   ShapePoint at(const V3& grid) const {
-    return shapeAt(shape_, toShape_.toWorld(dir_.body.cloud().voxelSize() * grid.cast<double>()));
+    return shapeAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
   }
-
-  // Whether the shape has an edge over a wide sample; looked for where few samples touch.
-  bool edgeWithin(const SurfaceSample& s, float depth, const V3& normal) const {
-    const float half = kHalfDiagonal * s.width;
-    if (dir_.level > 0 || s.width <= kWide || std::abs(depth) > half * dir_.voxel) return false;
-    float t1[3], t2[3];
-    ccTangents(s.normal, t1, t2);
-    const Eigen::Map<const V3> u(t1), v(t2);
-    for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
-      if (told(s, aside).second.dot(normal) < kOneFace) return true;
-    return false;
-  }
-
-  std::pair<float, V3> told(const SurfaceSample& s, const V3& aside) const {
-    const ShapePoint p = at(Eigen::Map<const V3>(s.position) + aside);
+  std::pair<float, V3> told(const V3& grid) const {
+    const ShapePoint p = at(grid);
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
-  void lookInto(const SampleRun& run) {
-    const SampleLevel& level = dir_.samples.levels[dir_.level];
-    const float slack = kSlack[dir_.level] + dir_.misses.margin / dir_.voxel;
-    for (std::uint32_t k = run.first; k < run.first + run.count; ++k) {
-      const SurfaceSample s = level.samples[k];
-      const V3 own(s.normal[0], s.normal[1], s.normal[2]);
-      const ShapePoint p = at(Eigen::Map<const V3>(s.position));
-      const float depth = static_cast<float>(p.depth);
-      const V3 normal = p.normal.cast<float>();
-      if (edgeWithin(s, depth, normal))
-        addParts(
-            dir_, s, [&](const V3& aside) { return told(s, aside); }, hits_);
-      else if (depth > reachOf(dir_, s.width))
-        addHit(dir_, s, depth, normal, false, hits_);
-      if (dir_.level > 0 && ccNearBeside(depth / dir_.voxel, slack, kSlope[dir_.level],
-                                         turned(dir_.turnToOther, own).dot(normal)))
-        handOn(dir_, k, last_, candidates_);
+  void nearBricks(std::vector<std::uint32_t>& near) const {
+    near.clear();
+    const SampleBricks& bricks = dir.samples.bricks;
+    for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
+      const float reach = (bricks.radius[i] + 0.5f) * dir.voxel + dir.misses.margin;
+      if (at({bricks.x[i], bricks.y[i], bricks.z[i]}).depth >= -reach)
+        near.push_back(static_cast<std::uint32_t>(i));
     }
   }
 
-  const Direction& dir_;
-  const AnalyticShape& shape_;
-  const Pose& toShape_;
-  Candidates& candidates_;
-  HitColumns& hits_;
-  std::uint32_t last_ = kNoCell;
+  int measure(Lanes& lanes) const {
+    const CcVoxel onePlane = ccPackPlanes(0, 1, 0);
+    std::fill_n(lanes.a, lanes.count, onePlane.a);
+    std::fill_n(lanes.b, lanes.count, onePlane.b);
+    if (const HalfSpace* const plane = std::get_if<HalfSpace>(&shape)) {
+      measurePlane(*plane, lanes);
+      return 0;
+    }
+    int divided = 0;
+    for (int i = 0; i < lanes.count; ++i) {
+      const std::uint32_t k = lanes.sample[i];
+      const auto [depth, normal] = told({samples.x[k], samples.y[k], samples.z[k]});
+      lanes.depth[i] = depth;
+      lanes.nx[i] = normal.x();
+      lanes.ny[i] = normal.y();
+      lanes.nz[i] = normal.z();
+      lanes.several[divided] = i;
+      divided += edgeWithin(k, depth, normal);
+    }
+    return divided;
+  }
+
+  // Depth falls by the same along each of the grid's axes everywhere.
+  void measurePlane(const HalfSpace& plane, Lanes& lanes) const {
+    const V3 n = plane.normal.cast<float>();
+    const V3 slope =
+        (dir.body.cloud().voxelSize() * (toShape.orientation.conjugate() * plane.normal))
+            .cast<float>();
+    const float offset = static_cast<float>(plane.offset - plane.normal.dot(toShape.position));
+    for (int i = 0; i < lanes.count; ++i) {
+      const std::uint32_t k = lanes.sample[i];
+      lanes.depth[i] =
+          offset - (slope.x() * samples.x[k] + slope.y() * samples.y[k] + slope.z() * samples.z[k]);
+      lanes.nx[i] = n.x();
+      lanes.ny[i] = n.y();
+      lanes.nz[i] = n.z();
+    }
+  }
+
+  // Whether the shape has an edge over a wide sample; looked for where few samples touch.
+  bool edgeWithin(std::uint32_t k, float depth, const V3& normal) const {
+    if (dir.level > 0) return false;
+    const SurfaceSample s = samples[k];
+    const float half = kHalfDiagonal * s.width;
+    if (s.width <= kWide || std::abs(depth) > half * dir.voxel) return false;
+    float t1[3], t2[3];
+    ccTangents(s.normal, t1, t2);
+    const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
+    for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
+      if (told(middle + aside).second.dot(normal) < kOneFace) return true;
+    return false;
+  }
+
+  auto aside(const Lanes& lanes, int lane) const {
+    const std::uint32_t k = lanes.sample[lane];
+    const V3 middle(samples.x[k], samples.y[k], samples.z[k]);
+    return [this, middle](const V3& away) { return told(middle + away); };
+  }
+
+  float deepAt(const SurfaceSample&) const { return 0; }  // a shape knows its depth everywhere
 };
 
 }  // namespace
 
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
                  Candidates& candidates, HitColumns& hits) {
-  ShapeSearch(dir, shape, toShape, candidates, hits).run();
+  ShapeTarget target{dir, shape, toShape, dir.samples.levels[dir.level].samples};
+  LaneSearch<ShapeTarget>(dir, target, candidates, hits).run();
 }
 
 }  // namespace cloudcontact::search

@@ -42,13 +42,13 @@ Vec3 crossOf(const Eigen::Matrix3d& nx) {
 struct Part {
   Four area = {}, faced = {};  // times (1, x, y, z)
   Rows second, normalOwn, normalOther, apart, pushOwn, pushOther;
-  Four powers = {};                    // pressed, squares, cubes, areas of whole samples
+  Four powers = {};                   // pressed, squares, cubes, areas of whole samples
   Four wallOwn = {}, wallOther = {};  // (0, x, y, z)
   float middle = 0, deepest = -1e30f;
 
   template <bool Both>
-  void add(const HitColumns::Columns<const float>& c, std::size_t i, float gate, const float* origin,
-           float perUnit) {
+  void add(const HitColumns::Columns<const float>& c, std::size_t i, float gate,
+           const float* origin, float perUnit) {
     const float whole = c.area[i] * perUnit * perUnit, pressed = whole * (c.depth1[i] * perUnit);
     const float w = gate * whole * c.share[i], f = gate * pressed, blind = pressed - f;
     const float weighed = gate * whole * perUnit * perUnit;
