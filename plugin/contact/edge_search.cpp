@@ -67,7 +67,7 @@ void EdgeSearch::tryPairs() {
   trials_.clear();
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
-      for (int j = i + 1; j < count_; ++j) tryOne(combine(fields_[i], fields_[j], concave));
+      for (int j = i + 1; j < count_; ++j) tryOne(combine({&fields_[i], &fields_[j]}, concave));
   sortTrials();
 }
 
@@ -78,7 +78,7 @@ void EdgeSearch::tryTriples() {
     const Combination& pair = pairs_[p].faces;
     for (int k = 0; k < count_; ++k)
       if (&fields_[k] != pair.face[0] && &fields_[k] != pair.face[1])
-        tryOne(combine(*pair.face[0], *pair.face[1], fields_[k], pair.concave));
+        tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave));
   }
   sortTrials();
 }
@@ -110,12 +110,12 @@ void EdgeSearch::trySought(const Eigen::Vector3f& mean) {
     const Combination& pair = pairs_[p].faces;
     const Eigen::Vector3f &a = pair.face[0]->face().n, &b = pair.face[1]->face().n;
     const Eigen::Vector3f across = mean - mean.dot(a) * a;
-    guess({{pair.face[0], pair.face[1], &sought_}, 3, pair.concave, {}},
+    guess(combine({pair.face[0], pair.face[1], &sought_}, pair.concave),
           a.dot(b) < kBackToBack ? across : Eigen::Vector3f(a + b));
   }
   for (int i = 0; i < count_; ++i)
     for (bool concave : {false, true})
-      guess({{&fields_[i], &sought_, &sought_}, 2, concave, {}},
+      guess(combine({&fields_[i], &sought_}, concave),
             2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
   sortTrials();
   refineBest(kRefined);
