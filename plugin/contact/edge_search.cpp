@@ -21,6 +21,18 @@ constexpr float kFurther = 0.8f;        // a further face must earn its place
 constexpr float kBackToBack = -0.8f;    // cosine of a plate's two faces
 constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
 
+constexpr int kFewFaces = 3;        // so many are tried in all their combinations
+constexpr float kNeedless = 1.02f;  // a face is left out where that costs less
+
+Combination without(const Combination& c, int face) {
+  Combination fewer;
+  fewer.concave = c.concave;
+  for (int i = 0; i < c.count; ++i)
+    if (i != face) fewer.face[fewer.count++] = c.face[i];
+  measureAngles(fewer);
+  return fewer;
+}
+
 }  // namespace
 
 Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
@@ -40,6 +52,7 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
     tryTriples();
     refineBest(kRefined);
   }
+  if (best_.residual > kHidden) tryTips();
   if (best_.residual > kHidden) trySought(mean);
   return best_;
 }
@@ -81,6 +94,36 @@ void EdgeSearch::tryTriples() {
         tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave));
   }
   sortTrials();
+}
+
+// More faces than three: at the tip of a slender body all that are near bound it. From all of them
+// those are taken away, one by one, without which the block is explained as well.
+void EdgeSearch::tryTips() {
+  trials_.clear();
+  for (const bool concave : {false, true}) {
+    Combination c;
+    c.concave = concave;
+    for (int i = 0; i < count_; ++i) c.face[c.count++] = &fields_[i];
+    measureAngles(c);
+    float residual = residualOf(c);
+    while (c.count > kFewFaces) {
+      Combination best;
+      float least = kNeedless * residual;
+      for (int i = 0; i < c.count; ++i) {
+        const Combination fewer = without(c, i);
+        const float r = residualOf(fewer);
+        if (r > least) continue;
+        least = r;
+        best = fewer;
+      }
+      if (best.count == 0) break;
+      c = best;
+      residual = least;
+    }
+    if (c.count > kFewFaces) trials_.push_back({c, {}, residual});
+  }
+  sortTrials();
+  refineBest(kRefined);
 }
 
 void EdgeSearch::refineBest(std::size_t most) {

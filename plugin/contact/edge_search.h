@@ -29,6 +29,7 @@ class EdgeSearch {
   void sortTrials();
   void tryPairs();
   void tryTriples();
+  void tryTips();
   void refineBest(std::size_t most);
   void trySought(const Eigen::Vector3f& mean);
   void guess(Combination c, const Eigen::Vector3f& normal);

@@ -33,6 +33,9 @@ constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
 // A quadric beside an edge bends towards it and still explains its block to the bound above: what a
 // face says counts by how well it explains its own.
 constexpr float kTypical = 0.0005f;
+// Above this a voxel counts as unexplained, and is tried again when its neighbours know more.
+constexpr float kLost = 0.01f;
+constexpr int kClimbs = 8;            // passes, at most, up a tip
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face
@@ -122,29 +125,44 @@ float boundOf(const SurfaceVoxel& v, const CcSurface& own, float most) {
   return std::min(most, (sharpest(own) > kSharp ? kSharpGain : kEdgeGain) * own.residual);
 }
 
-// One pass over the voxels that are still badly explained; edges leave at most `most`.
-void resolvePass(FieldDraft& draft, float most) {
-  std::vector<Hypothesis> found(draft.voxels.size());
+// What a pass found: voxels by their place in the draft, in rising order.
+struct Found {
+  std::size_t voxel;
+  Hypothesis edge;
+};
+
+bool worthATry(const FieldDraft& draft, const SurfaceVoxel& v) {
+  return draft.pieces[v.first].surface.residual >
+         (v.rule == PieceRule::Smooth ? kEnough : kGoodEdge);
+}
+
+// What explains a voxel better than what it has, and leaves at most `most`; count 0: nothing does.
+Hypothesis edgeOf(const FieldDraft& draft, const SurfaceVoxel& v, float most, EdgeSearch& search) {
+  float block[CC_WINDOW_VOXELS];
+  gatherBlock(draft.cloud, v.x, v.y, v.z, block);
+  const Eigen::Vector3f mean = Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
+  const Hypothesis best = search.run(block, facesNear(draft, v), mean);
+  return best.residual < boundOf(v, draft.pieces[v.first].surface, most) ? best : Hypothesis{};
+}
+
+// One pass over the voxels for which `wanted` holds; edges leave at most `most`.
+template <typename Wanted>
+std::vector<Found> resolvePass(FieldDraft& draft, float most, Wanted&& wanted) {
   const int threads = threadCount(draft.settings.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
-  parallelFor((draft.voxels.size() + 255) / 256, threads, [&](std::size_t chunk, int worker) {
+  std::vector<std::vector<Found>> parts((draft.voxels.size() + 255) / 256);
+  parallelFor(parts.size(), threads, [&](std::size_t chunk, int worker) {
     EdgeSearch& search = searches[static_cast<std::size_t>(worker)];
     const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
     for (std::size_t i = chunk * 256; i < end; ++i) {
-      const SurfaceVoxel& v = draft.voxels[i];
-      const CcSurface& own = draft.pieces[v.first].surface;
-      if (own.residual <= (v.rule == PieceRule::Smooth ? kEnough : kGoodEdge)) continue;
-      float block[CC_WINDOW_VOXELS];
-      gatherBlock(draft.cloud, v.x, v.y, v.z, block);
-      const Eigen::Vector3f mean =
-          Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
-      const Hypothesis best = search.run(block, facesNear(draft, v), mean);
-      if (best.residual < boundOf(v, own, most)) found[i] = best;
+      if (!wanted(draft.voxels[i])) continue;
+      const Hypothesis edge = edgeOf(draft, draft.voxels[i], most, search);
+      if (edge.count > 0) parts[chunk].push_back({i, edge});
     }
   });
-  for (std::size_t i = 0; i < draft.voxels.size(); ++i) {
-    const Hypothesis& h = found[i];
-    if (h.count == 0) continue;
+  std::vector<Found> found;
+  for (const std::vector<Found>& part : parts) found.insert(found.end(), part.begin(), part.end());
+  for (const auto& [i, h] : found) {
     SurfaceVoxel& v = draft.voxels[i];
     v.rule = h.concave ? PieceRule::Concave : PieceRule::Convex;
     v.first = static_cast<std::uint32_t>(draft.pieces.size());
@@ -152,15 +170,39 @@ void resolvePass(FieldDraft& draft, float most) {
     for (int k = 0; k < h.count; ++k)
       draft.pieces.push_back({planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0});
   }
+  return found;
+}
+
+// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
+// faces that one found tell the next. So further passes go where the last one found good edges,
+// over voxels that nothing explains yet.
+void climbTips(FieldDraft& draft, std::vector<Found> last) {
+  BrickGrid<std::uint8_t> changed(draft.cloud.bricks(), 0);
+  for (int pass = 1; pass <= kClimbs && !last.empty(); ++pass) {
+    for (const Found& f : last) {
+      const SurfaceVoxel& v = draft.voxels[f.voxel];
+      if (f.edge.residual <= kGoodEdge)
+        changed.make(v.x, v.y, v.z) = static_cast<std::uint8_t>(pass);
+    }
+    last = resolvePass(draft, kEdgeResidual, [&](const SurfaceVoxel& v) {
+      if (draft.pieces[v.first].surface.residual <= kLost) return false;
+      for (int dz = -kReach; dz <= kReach; ++dz)
+        for (int dy = -kReach; dy <= kReach; ++dy)
+          for (int dx = -kReach; dx <= kReach; ++dx)
+            if (changed.at(v.x + dx, v.y + dy, v.z + dz) == pass) return true;
+      return false;
+    });
+  }
 }
 
 }  // namespace
 
 // Three times: faces that a pass found beside an edge serve their neighbours in the next.
 void resolveEdges(FieldDraft& draft) {
-  resolvePass(draft, kGoodEdge);
-  resolvePass(draft, kEdgeResidual);
-  resolvePass(draft, kEdgeResidual);
+  const auto bad = [&draft](const SurfaceVoxel& v) { return worthATry(draft, v); };
+  resolvePass(draft, kGoodEdge, bad);
+  resolvePass(draft, kEdgeResidual, bad);
+  climbTips(draft, resolvePass(draft, kEdgeResidual, bad));
 }
 
 }  // namespace cloudcontact
