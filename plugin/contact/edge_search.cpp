@@ -21,7 +21,6 @@ constexpr float kFurther = 0.8f;        // a further face must earn its place
 constexpr float kBackToBack = -0.8f;    // cosine of a plate's two faces
 constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
 
-constexpr int kFewFaces = 3;        // so many are tried in all their combinations
 constexpr float kNeedless = 1.02f;  // a face is left out where that costs less
 // All faces together must do this well beside the best few: on ordinary parts nine blocks of ten
 // are sent away at once, of those where it succeeds one of twenty.

@@ -1,4 +1,5 @@
-// What explains a block of voxels that no smooth surface does: two or three faces that meet in it.
+// What explains a block of voxels that no smooth surface does: two or three faces that meet in it,
+// or the four to six of a tip.
 #pragma once
 
 #include "edge_block.h"
@@ -8,6 +9,7 @@
 namespace cloudcontact {
 
 constexpr int kMostNear = 6;  // faces that a search looks at
+constexpr int kFewFaces = 3;  // so many are tried in all their combinations, more only all at once
 
 // Tries combinations of faces on one block, moves the best few into place and keeps the best of
 // these. Holds its memory between blocks.

@@ -173,25 +173,48 @@ std::vector<Found> resolvePass(FieldDraft& draft, float most, Wanted&& wanted) {
   return found;
 }
 
-// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
-// faces that one found tell the next. So further passes go where the last one found good edges,
-// over voxels that nothing explains yet.
-void climbTips(FieldDraft& draft, std::vector<Found> last) {
-  BrickGrid<std::uint8_t> changed(draft.cloud.bricks(), 0);
-  for (int pass = 1; pass <= kClimbs && !last.empty(); ++pass) {
-    for (const Found& f : last) {
-      const SurfaceVoxel& v = draft.voxels[f.voxel];
+// Where the last pass found good edges, and of more faces than three.
+class Changes {
+ public:
+  explicit Changes(const FieldDraft& draft) : draft_(draft), seen_(draft.cloud.bricks(), 0) {}
+
+  void add(int pass, const std::vector<Found>& found) {
+    for (const Found& f : found) {
+      const SurfaceVoxel& v = draft_.voxels[f.voxel];
       if (f.edge.residual <= kGoodEdge)
-        changed.make(v.x, v.y, v.z) = static_cast<std::uint8_t>(pass);
+        seen_.make(v.x, v.y, v.z) =
+            static_cast<std::uint8_t>(2 * pass + (f.edge.count > kFewFaces ? 1 : 0));
     }
-    last = resolvePass(draft, kEdgeResidual, [&](const SurfaceVoxel& v) {
-      if (draft.pieces[v.first].surface.residual <= kLost) return false;
-      for (int dz = -kReach; dz <= kReach; ++dz)
-        for (int dy = -kReach; dy <= kReach; ++dy)
-          for (int dx = -kReach; dx <= kReach; ++dx)
-            if (changed.at(v.x + dx, v.y + dy, v.z + dz) == pass) return true;
-      return false;
-    });
+    least_ = static_cast<std::uint8_t>(2 * pass);
+  }
+
+  // True where the voxel may be explained better by what they say: any change serves one that
+  // nothing explains, an edge that falls a little short is looked at again beside a tip alone.
+  bool concern(const SurfaceVoxel& v) const {
+    const float residual = draft_.pieces[v.first].surface.residual;
+    const bool lost = residual > kLost;
+    if (!lost && (v.rule == PieceRule::Smooth || residual <= kGoodEdge)) return false;
+    for (int dz = -kReach; dz <= kReach; ++dz)
+      for (int dy = -kReach; dy <= kReach; ++dy)
+        for (int dx = -kReach; dx <= kReach; ++dx)
+          if (seen_.at(v.x + dx, v.y + dy, v.z + dz) >= least_ + (lost ? 0 : 1)) return true;
+    return false;
+  }
+
+ private:
+  const FieldDraft& draft_;
+  BrickGrid<std::uint8_t> seen_;
+  std::uint8_t least_ = 0;
+};
+
+// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
+// faces that one found tell the next. So further passes go where the last one found something.
+void climbTips(FieldDraft& draft, std::vector<Found> last) {
+  Changes changes(draft);
+  for (int pass = 1; pass <= kClimbs && !last.empty(); ++pass) {
+    changes.add(pass, last);
+    last = resolvePass(draft, kEdgeResidual,
+                       [&changes](const SurfaceVoxel& v) { return changes.concern(v); });
   }
 }
 
