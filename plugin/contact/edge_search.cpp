@@ -38,7 +38,7 @@ Combination without(const Combination& c, int face) {
 }  // namespace
 
 Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
-                           const Eigen::Vector3f& mean) {
+                           const Eigen::Vector3f& mean, TipsTried tips) {
   wanted_ = wanted;
   best_ = {};
   count_ = 0;
@@ -54,7 +54,7 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
     tryTriples();
     refineBest(kRefined);
   }
-  if (best_.residual > kHidden) tryTips();
+  if (best_.residual > (tips == TipsTried::Soon ? kExplained : kHidden)) tryTips();
   if (best_.residual > kHidden) trySought(mean);
   return best_;
 }

@@ -11,13 +11,18 @@ namespace cloudcontact {
 constexpr int kMostNear = 6;  // faces that a search looks at
 constexpr int kFewFaces = 3;  // so many are tried in all their combinations, more only all at once
 
+// When more than three faces are tried: where fewer leave much, or, beside a known tip, already
+// where they are not exact.
+enum class TipsTried : std::uint8_t { Last, Soon };
+
 // Tries combinations of faces on one block, moves the best few into place and keeps the best of
 // these. Holds its memory between blocks.
 class EdgeSearch {
  public:
   // `wanted` the block's coverage, `faces` those seen near it, the weightiest first (at most
   // kMostNear), `mean` the normal of the block's quadric.
-  Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean);
+  Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
+                 TipsTried tips);
 
  private:
   struct Trial {

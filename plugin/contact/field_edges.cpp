@@ -125,6 +125,11 @@ float boundOf(const SurfaceVoxel& v, const CcSurface& own, float most) {
   return std::min(most, (sharpest(own) > kSharp ? kSharpGain : kEdgeGain) * own.residual);
 }
 
+struct Pass {
+  float most;  // that an edge may leave
+  TipsTried tips = TipsTried::Last;
+};
+
 // What a pass found: voxels by their place in the draft, in rising order.
 struct Found {
   std::size_t voxel;
@@ -137,17 +142,18 @@ bool worthATry(const FieldDraft& draft, const SurfaceVoxel& v) {
 }
 
 // What explains a voxel better than what it has, and leaves at most `most`; count 0: nothing does.
-Hypothesis edgeOf(const FieldDraft& draft, const SurfaceVoxel& v, float most, EdgeSearch& search) {
+Hypothesis edgeOf(const FieldDraft& draft, const SurfaceVoxel& v, const Pass& pass,
+                  EdgeSearch& search) {
   float block[CC_WINDOW_VOXELS];
   gatherBlock(draft.cloud, v.x, v.y, v.z, block);
   const Eigen::Vector3f mean = Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
-  const Hypothesis best = search.run(block, facesNear(draft, v), mean);
-  return best.residual < boundOf(v, draft.pieces[v.first].surface, most) ? best : Hypothesis{};
+  const Hypothesis best = search.run(block, facesNear(draft, v), mean, pass.tips);
+  return best.residual < boundOf(v, draft.pieces[v.first].surface, pass.most) ? best : Hypothesis{};
 }
 
-// One pass over the voxels for which `wanted` holds; edges leave at most `most`.
+// One pass over the voxels for which `wanted` holds.
 template <typename Wanted>
-std::vector<Found> resolvePass(FieldDraft& draft, float most, Wanted&& wanted) {
+std::vector<Found> resolvePass(FieldDraft& draft, const Pass& pass, Wanted&& wanted) {
   const int threads = threadCount(draft.settings.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
   std::vector<std::vector<Found>> parts((draft.voxels.size() + 255) / 256);
@@ -156,7 +162,7 @@ std::vector<Found> resolvePass(FieldDraft& draft, float most, Wanted&& wanted) {
     const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
     for (std::size_t i = chunk * 256; i < end; ++i) {
       if (!wanted(draft.voxels[i])) continue;
-      const Hypothesis edge = edgeOf(draft, draft.voxels[i], most, search);
+      const Hypothesis edge = edgeOf(draft, draft.voxels[i], pass, search);
       if (edge.count > 0) parts[chunk].push_back({i, edge});
     }
   });
@@ -189,11 +195,12 @@ class Changes {
   }
 
   // True where the voxel may be explained better by what they say: any change serves one that
-  // nothing explains, an edge that falls a little short is looked at again beside a tip alone.
+  // nothing explains, what falls a little short is looked at again beside a tip alone. A tip's last
+  // voxel, a hundredth full, is such: its quadric leaves 0.008, and ends a voxel from the tip.
   bool concern(const SurfaceVoxel& v) const {
     const float residual = draft_.pieces[v.first].surface.residual;
     const bool lost = residual > kLost;
-    if (!lost && (v.rule == PieceRule::Smooth || residual <= kGoodEdge)) return false;
+    if (!worthATry(draft_, v)) return false;
     for (int dz = -kReach; dz <= kReach; ++dz)
       for (int dy = -kReach; dy <= kReach; ++dy)
         for (int dx = -kReach; dx <= kReach; ++dx)
@@ -213,7 +220,7 @@ void climbTips(FieldDraft& draft, std::vector<Found> last) {
   Changes changes(draft);
   for (int pass = 1; pass <= kClimbs && !last.empty(); ++pass) {
     changes.add(pass, last);
-    last = resolvePass(draft, kEdgeResidual,
+    last = resolvePass(draft, {kEdgeResidual, TipsTried::Soon},
                        [&changes](const SurfaceVoxel& v) { return changes.concern(v); });
   }
 }
@@ -223,9 +230,9 @@ void climbTips(FieldDraft& draft, std::vector<Found> last) {
 // Three times: faces that a pass found beside an edge serve their neighbours in the next.
 void resolveEdges(FieldDraft& draft) {
   const auto bad = [&draft](const SurfaceVoxel& v) { return worthATry(draft, v); };
-  resolvePass(draft, kGoodEdge, bad);
-  resolvePass(draft, kEdgeResidual, bad);
-  climbTips(draft, resolvePass(draft, kEdgeResidual, bad));
+  resolvePass(draft, {kGoodEdge}, bad);
+  resolvePass(draft, {kEdgeResidual}, bad);
+  climbTips(draft, resolvePass(draft, {kEdgeResidual}, bad));
 }
 
 }  // namespace cloudcontact
