@@ -42,10 +42,12 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
   wanted_ = wanted;
   best_ = {};
   count_ = 0;
+  around_.clear();
   for (const Face& f : faces) {
     // A face that passes the block by says nothing of it.
-    if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>() || count_ == kMostNear) continue;
-    fields_[count_++].set(f);
+    if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>()) continue;
+    if (count_ < kMostNear) fields_[count_++].set(f);
+    around_.push_back(f);
   }
   tryPairs();
   pairs_ = trials_;
@@ -98,14 +100,35 @@ void EdgeSearch::tryTriples() {
   sortTrials();
 }
 
+// Where more faces are around than a record holds, as at the tip of a cone, those that stand for
+// all: of the two that look most alike one goes, the lighter, until no more are left than that.
+const FaceField* EdgeSearch::spreadFaces() {
+  while (around_.size() > kMostFaces) {
+    std::size_t drop = 0;
+    float most = -2;
+    for (std::size_t j = 1; j < around_.size(); ++j)
+      for (std::size_t i = 0; i < j; ++i) {
+        const float alike = around_[i].n.dot(around_[j].n);
+        if (alike <= most) continue;
+        most = alike;
+        drop = j;  // they stand by their weight
+      }
+    around_.erase(around_.begin() + static_cast<std::ptrdiff_t>(drop));
+  }
+  for (std::size_t i = 0; i < kMostFaces; ++i) spread_[i].set(around_[i]);
+  return spread_;
+}
+
 // More faces than three: at the tip of a slender body all that are near bound it. From all of them
 // those are taken away, one by one, without which the block is explained as well.
 void EdgeSearch::tryTips() {
   trials_.clear();
+  if (count_ <= kFewFaces) return;
+  const FaceField* fields = around_.size() > kMostFaces ? spreadFaces() : fields_;
   for (const bool concave : {false, true}) {
     Combination c;
     c.concave = concave;
-    for (int i = 0; i < count_; ++i) c.face[c.count++] = &fields_[i];
+    for (std::size_t i = 0; i < around_.size(); ++i) c.face[c.count++] = &fields[i];
     measureAngles(c);
     float residual = residualOf(c);
     if (residual > kPromising * best_.residual) continue;

@@ -8,7 +8,8 @@
 
 namespace cloudcontact {
 
-constexpr int kMostNear = 6;  // faces that a search looks at
+constexpr int kMostNear = 6;     // faces that a search tries in pairs and triples
+constexpr int kMostAround = 10;  // and those that it chooses a tip's from
 constexpr int kFewFaces = 3;  // so many are tried in all their combinations, more only all at once
 
 // When more than three faces are tried: where fewer leave much, or, beside a known tip, already
@@ -20,7 +21,7 @@ enum class TipsTried : std::uint8_t { Last, Soon };
 class EdgeSearch {
  public:
   // `wanted` the block's coverage, `faces` those seen near it, the weightiest first (at most
-  // kMostNear), `mean` the normal of the block's quadric.
+  // kMostAround), `mean` the normal of the block's quadric.
   Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
                  TipsTried tips);
 
@@ -36,6 +37,7 @@ class EdgeSearch {
   void sortTrials();
   void tryPairs();
   void tryTriples();
+  const FaceField* spreadFaces();
   void tryTips();
   void refineBest(std::size_t most);
   void trySought(const Eigen::Vector3f& mean);
@@ -45,7 +47,8 @@ class EdgeSearch {
   const float* wanted_ = nullptr;
   int count_ = 0;
   FaceField fields_[kMostNear];
-  FaceField sought_, work_[kMostFaces];
+  std::vector<Face> around_;
+  FaceField spread_[kMostFaces], sought_, work_[kMostFaces];
   std::vector<Trial> trials_, pairs_;
   Hypothesis best_;
 };

@@ -155,6 +155,9 @@ std::vector<Tip> tips() {
   for (const int faces : {3, 4, 6})
     for (const double degrees : {8.0, 9.5, 11.3, 13.1, 18.4, 30.0, 45.0})
       all.push_back({faces, degrees, 0.45, 0.25});
+  // Rounder tips have more faces than a voxel holds: slenderer ones are felt up to two voxels late.
+  for (const int faces : {8, 64})
+    for (const double degrees : {30.0, 45.0}) all.push_back({faces, degrees, 0.45, 0.25});
   return all;
 }
 
