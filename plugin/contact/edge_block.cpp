@@ -166,40 +166,47 @@ F4 bentSlope(F4 r, F4 bend) {
   return masked(rising, (r > all(0.0f)) & (r < one));
 }
 
+// How face `j` shares sub-samples with the faces before it: by its angle to the one that matters
+// most there, which leaves the least.
+template <bool kSlopes>
+Joined joinFace(const Combination& c, int j, F4 left, const F4* r) {
+  F4 least = r[0], alike = all(c.between(0, j).alike), opposed = all(c.between(0, j).opposed);
+  for (int i = 1; i < j; ++i) {
+    const I4 former = least < r[i];
+    alike = former ? alike : all(c.between(i, j).alike);
+    opposed = former ? opposed : all(c.between(i, j).opposed);
+    least = former ? least : r[i];
+  }
+  return join<kSlopes>(left, r[j], alike, opposed);
+}
+
 // A voxel's coverage; and its slopes, where asked for. A union of faces is the intersection of
 // their complements.
-template <bool kSlopes>
+template <bool kSlopes, int kCount>
 float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
   const float side = c.concave ? 1.0f : -1.0f;
-  const int last = c.count - 1;
-  const float* f[kMostFaces] = {c.face[0]->outside(voxel), c.face[1]->outside(voxel),
-                                c.face[last]->outside(voxel)};
-  const Angle &a01 = c.angle[0], &a02 = c.angle[1], &a12 = c.angle[2];
   const Points& points = subSamples();
-  F4 sum = all(0), moment[kMostFaces][4] = {};
+  F4 sum = all(0), moment[kCount][4] = {};
   for (int k = 0; k < kPerVoxel; k += kLanes) {
-    F4 ramp[kMostFaces], r[kMostFaces], weight[kMostFaces];
-    for (int i = 0; i < c.count; ++i) {
-      ramp[i] = within(all(0.5f) + side * load(f[i] + k));
+    F4 ramp[kCount], r[kCount], weight[kCount];
+    for (int i = 0; i < kCount; ++i) {
+      ramp[i] = within(all(0.5f) + side * load(c.face[i]->outside(voxel) + k));
       r[i] = bent(ramp[i], all(c.face[i]->bend()));
     }
-    const Joined pair = join<kSlopes>(r[0], r[1], all(a01.alike), all(a01.opposed));
-    F4 left = pair.both;
-    weight[0] = pair.byFirst;
-    weight[1] = pair.bySecond;
-    if (c.count == 3) {
-      const I4 first = r[0] < r[1];  // the face that matters here
-      const Joined triple = join<kSlopes>(pair.both, r[2], first ? all(a02.alike) : all(a12.alike),
-                                          first ? all(a02.opposed) : all(a12.opposed));
-      left = triple.both;
-      weight[0] *= triple.byFirst;
-      weight[1] *= triple.byFirst;
-      weight[2] = triple.bySecond;
+    F4 left = r[0];
+    weight[0] = all(1.0f);
+    for (int j = 1; j < kCount; ++j) {
+      const Joined joined = joinFace<kSlopes>(c, j, left, r);
+      left = joined.both;
+      if constexpr (kSlopes) {
+        for (int i = 0; i < j; ++i) weight[i] *= joined.byFirst;
+        weight[j] = joined.bySecond;
+      }
     }
     sum += left;
     if constexpr (kSlopes) {
       const int at = voxel * kPerVoxel + k;
-      for (int i = 0; i < c.count; ++i) {
+      for (int i = 0; i < kCount; ++i) {
         const F4 w = weight[i] * bentSlope(ramp[i], all(c.face[i]->bend()));
         moment[i][0] += w;
         moment[i][1] += w * load(points.x + at);
@@ -209,7 +216,7 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
     }
   }
   if constexpr (kSlopes)
-    for (int i = 0; i < c.count; ++i) {
+    for (int i = 0; i < kCount; ++i) {
       const float scale = kSub / c.face[i]->face().n.lpNorm<1>() / kPerVoxel;
       slopes[i] = {
           scale * total(moment[i][0]),
@@ -217,6 +224,25 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
     }
   const float share = total(sum) * (1.0f / kPerVoxel);
   return c.concave ? 1.0f - share : share;
+}
+
+// The number of faces is known to the compiler: it unrolls what two and three faces, most edges,
+// need.
+template <bool kSlopes>
+float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
+  static_assert(kMostFaces == 6);
+  switch (c.count) {
+    case 2:
+      return coverVoxel<kSlopes, 2>(c, voxel, slopes);
+    case 3:
+      return coverVoxel<kSlopes, 3>(c, voxel, slopes);
+    case 4:
+      return coverVoxel<kSlopes, 4>(c, voxel, slopes);
+    case 5:
+      return coverVoxel<kSlopes, 5>(c, voxel, slopes);
+    default:
+      return coverVoxel<kSlopes, 6>(c, voxel, slopes);
+  }
 }
 
 float coverageAt(const Combination& c, int voxel) {
@@ -310,23 +336,18 @@ void FaceField::set(const Face& f) {
     middle_[static_cast<std::size_t>(v)] += bent(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
 }
 
-Combination combine(const FaceField& a, const FaceField& b, bool concave) {
-  Combination c{{&a, &b, &b}, 2, concave, {}};
+Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
+  Combination c;
+  c.concave = concave;
+  for (const FaceField* face : faces) c.face[c.count++] = face;
   measureAngles(c);
   return c;
 }
 
-Combination combine(const FaceField& a, const FaceField& b, const FaceField& c, bool concave) {
-  Combination all{{&a, &b, &c}, 3, concave, {}};
-  measureAngles(all);
-  return all;
-}
-
 void measureAngles(Combination& c) {
-  c.angle[0] = angleOf(c.face[0]->face().n, c.face[1]->face().n);
-  if (c.count < 3) return;
-  c.angle[1] = angleOf(c.face[0]->face().n, c.face[2]->face().n);
-  c.angle[2] = angleOf(c.face[1]->face().n, c.face[2]->face().n);
+  Angle* angle = c.angle;
+  for (int j = 1; j < c.count; ++j)
+    for (int i = 0; i < j; ++i) *angle++ = angleOf(c.face[i]->face().n, c.face[j]->face().n);
 }
 
 void coverageOf(const Combination& c, float* coverage) {
@@ -351,7 +372,10 @@ float blockResidual(const float* wanted, const float* found) {
 }
 
 void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
-  Combination c{{&fields[0], &fields[1], &fields[h.count - 1]}, h.count, h.concave, {}};
+  Combination c;
+  c.count = h.count;
+  c.concave = h.concave;
+  for (int i = 0; i < h.count; ++i) c.face[i] = &fields[i];
   const Hypothesis first = h;
   Hypothesis now = h;
   Tangents tangent[kMostFaces];

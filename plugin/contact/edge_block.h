@@ -1,10 +1,11 @@
-// The coverage of a 3x3x3 block of voxels that up to three faces bound together, and the faces that
+// The coverage of a 3x3x3 block of voxels that up to six faces bound together, and the faces that
 // give a wanted coverage. What field_edges.cpp measures its hypotheses by.
 #pragma once
 
 #include "field_builder.h"
 
 #include <array>
+#include <initializer_list>
 
 namespace cloudcontact {
 
@@ -40,7 +41,7 @@ class FaceField {
   alignas(16) std::array<float, kBlockPoints> outside_{};
 };
 
-constexpr int kMostFaces = 3;
+constexpr int kMostFaces = CC_MAX_PLANES;
 
 // How two faces share a sub-sample that both cut: 1 where they look the same way and where they are
 // back to back, 0 from a right angle on.
@@ -53,10 +54,11 @@ struct Combination {
   const FaceField* face[kMostFaces] = {};
   int count = 0;
   bool concave = false;
-  Angle angle[3];  // of faces 0 and 1, 0 and 2, 1 and 2
+  Angle angle[kMostFaces * (kMostFaces - 1) / 2];  // of 0 and 1, 0 and 2, 1 and 2, 0 and 3, ...
+
+  const Angle& between(int i, int j) const { return angle[j * (j - 1) / 2 + i]; }  // i < j
 };
-Combination combine(const FaceField& a, const FaceField& b, bool concave);
-Combination combine(const FaceField& a, const FaceField& b, const FaceField& c, bool concave);
+Combination combine(std::initializer_list<const FaceField*> faces, bool concave);
 void measureAngles(Combination& c);  // anew, after its faces have moved
 
 // The block's coverage under a combination; 27 values.

@@ -1,10 +1,10 @@
 // The second step of the field: edges and corners. A window across an edge sees a blunt surface
 // (30 deg at half a voxel from a right angle). Where a block's quadric does not explain its
 // coverage, the flat or gently curved faces found beside it are continued into the block, and the
-// intersection (a convex edge) or union (a concave one) of two or three of them that reproduces the
-// coverage best is kept, if it does so well enough. Where a face is too narrow to be seen on its
-// own (the crest of a thin thread), the plane midway between two others is tried, put where the
-// mass wants it.
+// intersection (a convex edge) or union (a concave one) of two or three of them, of four to six at
+// a tip, that reproduces the coverage best is kept, if it does so well enough. Where a face is too
+// narrow to be seen on its own (the crest of a thin thread), the plane midway between two others is
+// tried, put where the mass wants it.
 #include "../geometry/parallel.h"
 #include "edge_search.h"
 
@@ -33,6 +33,9 @@ constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
 // A quadric beside an edge bends towards it and still explains its block to the bound above: what a
 // face says counts by how well it explains its own.
 constexpr float kTypical = 0.0005f;
+// Above this a voxel counts as unexplained, and is tried again when its neighbours know more.
+constexpr float kLost = 0.01f;
+constexpr int kClimbs = 8;            // passes, at most, up a tip
 constexpr int kReach = 3;             // faces are sought this far from the block's middle
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also meet are one face
@@ -61,7 +64,7 @@ Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
 
 // The distinct faces near a voxel, each the mean of what its neighbours say; first those that are
 // near and explain their own blocks well.
-std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) {
+std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel, std::size_t most) {
   std::vector<Face> all;
   for (int dz = -kReach; dz <= kReach; ++dz)
     for (int dy = -kReach; dy <= kReach; ++dy)
@@ -84,7 +87,7 @@ std::vector<Face> facesNear(const FieldDraft& draft, const SurfaceVoxel& voxel) 
            !(faces[k].n.dot(f.n) > kSameNormal && std::abs(faces[k].s - f.s) < kSameOffset))
       ++k;
     if (k == faces.size()) {
-      if (k == kMostNear) continue;
+      if (k == most) continue;
       faces.push_back(f);
       sums.emplace_back();
     }
@@ -122,29 +125,52 @@ float boundOf(const SurfaceVoxel& v, const CcSurface& own, float most) {
   return std::min(most, (sharpest(own) > kSharp ? kSharpGain : kEdgeGain) * own.residual);
 }
 
-// One pass over the voxels that are still badly explained; edges leave at most `most`.
-void resolvePass(FieldDraft& draft, float most) {
-  std::vector<Hypothesis> found(draft.voxels.size());
+struct Pass {
+  float most;  // that an edge may leave
+  TipsTried tips = TipsTried::Last;
+};
+
+// What a pass found: voxels by their place in the draft, in rising order.
+struct Found {
+  std::size_t voxel;
+  Hypothesis edge;
+};
+
+bool worthATry(const FieldDraft& draft, const SurfaceVoxel& v) {
+  return draft.pieces[v.first].surface.residual >
+         (v.rule == PieceRule::Smooth ? kEnough : kGoodEdge);
+}
+
+// What explains a voxel better than what it has, and leaves at most `most`; count 0: nothing does.
+Hypothesis edgeOf(const FieldDraft& draft, const SurfaceVoxel& v, const Pass& pass,
+                  EdgeSearch& search) {
+  float block[CC_WINDOW_VOXELS];
+  gatherBlock(draft.cloud, v.x, v.y, v.z, block);
+  const Eigen::Vector3f mean = Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
+  // Many faces only where a tip is sought: they cost a thread's field 9 % more if looked at always.
+  const std::size_t faces = pass.tips == TipsTried::Soon ? kMostAround : kMostNear;
+  const Hypothesis best = search.run(block, facesNear(draft, v, faces), mean, pass.tips);
+  return best.residual < boundOf(v, draft.pieces[v.first].surface, pass.most) ? best : Hypothesis{};
+}
+
+// One pass over the voxels for which `wanted` holds.
+template <typename Wanted>
+std::vector<Found> resolvePass(FieldDraft& draft, const Pass& pass, Wanted&& wanted) {
   const int threads = threadCount(draft.settings.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
-  parallelFor((draft.voxels.size() + 255) / 256, threads, [&](std::size_t chunk, int worker) {
+  std::vector<std::vector<Found>> parts((draft.voxels.size() + 255) / 256);
+  parallelFor(parts.size(), threads, [&](std::size_t chunk, int worker) {
     EdgeSearch& search = searches[static_cast<std::size_t>(worker)];
     const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * 256);
     for (std::size_t i = chunk * 256; i < end; ++i) {
-      const SurfaceVoxel& v = draft.voxels[i];
-      const CcSurface& own = draft.pieces[v.first].surface;
-      if (own.residual <= (v.rule == PieceRule::Smooth ? kEnough : kGoodEdge)) continue;
-      float block[CC_WINDOW_VOXELS];
-      gatherBlock(draft.cloud, v.x, v.y, v.z, block);
-      const Eigen::Vector3f mean =
-          Eigen::Map<const Eigen::Vector3f>(draft.pieces[v.quadric].surface.n);
-      const Hypothesis best = search.run(block, facesNear(draft, v), mean);
-      if (best.residual < boundOf(v, own, most)) found[i] = best;
+      if (!wanted(draft.voxels[i])) continue;
+      const Hypothesis edge = edgeOf(draft, draft.voxels[i], pass, search);
+      if (edge.count > 0) parts[chunk].push_back({i, edge});
     }
   });
-  for (std::size_t i = 0; i < draft.voxels.size(); ++i) {
-    const Hypothesis& h = found[i];
-    if (h.count == 0) continue;
+  std::vector<Found> found;
+  for (const std::vector<Found>& part : parts) found.insert(found.end(), part.begin(), part.end());
+  for (const auto& [i, h] : found) {
     SurfaceVoxel& v = draft.voxels[i];
     v.rule = h.concave ? PieceRule::Concave : PieceRule::Convex;
     v.first = static_cast<std::uint32_t>(draft.pieces.size());
@@ -152,15 +178,63 @@ void resolvePass(FieldDraft& draft, float most) {
     for (int k = 0; k < h.count; ++k)
       draft.pieces.push_back({planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0});
   }
+  return found;
+}
+
+// Where the last pass found good edges, and of more faces than three.
+class Changes {
+ public:
+  explicit Changes(const FieldDraft& draft) : draft_(draft), seen_(draft.cloud.bricks(), 0) {}
+
+  void add(int pass, const std::vector<Found>& found) {
+    for (const Found& f : found) {
+      const SurfaceVoxel& v = draft_.voxels[f.voxel];
+      if (f.edge.residual <= kGoodEdge)
+        seen_.make(v.x, v.y, v.z) =
+            static_cast<std::uint8_t>(2 * pass + (f.edge.count > kFewFaces ? 1 : 0));
+    }
+    least_ = static_cast<std::uint8_t>(2 * pass);
+  }
+
+  // True where the voxel may be explained better by what they say: any change serves one that
+  // nothing explains, what falls a little short is looked at again beside a tip alone. A tip's last
+  // voxel, a hundredth full, is such: its quadric leaves 0.008, and ends a voxel from the tip.
+  bool concern(const SurfaceVoxel& v) const {
+    const float residual = draft_.pieces[v.first].surface.residual;
+    const bool lost = residual > kLost;
+    if (!worthATry(draft_, v)) return false;
+    for (int dz = -kReach; dz <= kReach; ++dz)
+      for (int dy = -kReach; dy <= kReach; ++dy)
+        for (int dx = -kReach; dx <= kReach; ++dx)
+          if (seen_.at(v.x + dx, v.y + dy, v.z + dz) >= least_ + (lost ? 0 : 1)) return true;
+    return false;
+  }
+
+ private:
+  const FieldDraft& draft_;
+  BrickGrid<std::uint8_t> seen_;
+  std::uint8_t least_ = 0;
+};
+
+// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
+// faces that one found tell the next. So further passes go where the last one found something.
+void climbTips(FieldDraft& draft, std::vector<Found> last) {
+  Changes changes(draft);
+  for (int pass = 1; pass <= kClimbs && !last.empty(); ++pass) {
+    changes.add(pass, last);
+    last = resolvePass(draft, {kEdgeResidual, TipsTried::Soon},
+                       [&changes](const SurfaceVoxel& v) { return changes.concern(v); });
+  }
 }
 
 }  // namespace
 
 // Three times: faces that a pass found beside an edge serve their neighbours in the next.
 void resolveEdges(FieldDraft& draft) {
-  resolvePass(draft, kGoodEdge);
-  resolvePass(draft, kEdgeResidual);
-  resolvePass(draft, kEdgeResidual);
+  const auto bad = [&draft](const SurfaceVoxel& v) { return worthATry(draft, v); };
+  resolvePass(draft, {kGoodEdge}, bad);
+  resolvePass(draft, {kEdgeResidual}, bad);
+  climbTips(draft, resolvePass(draft, {kEdgeResidual}, bad));
 }
 
 }  // namespace cloudcontact

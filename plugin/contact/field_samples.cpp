@@ -27,6 +27,9 @@ constexpr float kOwnSliver =
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
 constexpr std::size_t kChunk = 1024;  // voxels that one thread cuts at a time
 constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece is cut into
+// The same at a tip of more than three faces, where pieces are slivers that run to the tip: in
+// halves the last one's middle lies 0.33 voxel from the tip, and a spike was felt that late.
+constexpr float kSmallestAtTip = 0.25f;
 
 // A convex polygon of at most 16 corners.
 struct Polygon {
@@ -176,7 +179,7 @@ void cutBox(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, c
             float edge, bool fine, std::vector<SurfaceSample>& samples) {
   const CutPart part = cutPiece(draft, v, own, low, edge);
   if (part.area == 0) return;
-  if ((!part.met && !fine) || edge < 1.5f * kSmallest) {
+  if ((!part.met && !fine) || edge < 1.5f * (v.count > 3 ? kSmallestAtTip : kSmallest)) {
     const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
     samples.push_back(onSurface(draft.pieces[v.first + own].surface, part, middle));
     return;
