@@ -24,7 +24,7 @@ using namespace cloudcontact;
 
 constexpr double kVoxel = 5e-4, kTube = 20 * kVoxel, kRing = 2.5 * kTube;
 constexpr std::size_t kEnough = 1000;  // hits: so many that stages can be told apart
-constexpr double kCell = 8 * kVoxel;  // a bin's, as ContactFinder takes it
+constexpr double kCell = 8 * kVoxel;   // a bin's, as ContactFinder takes it
 
 Mesh torusMesh() {
   constexpr int kAround = 128, kAlong = 320;
@@ -64,19 +64,34 @@ const Pair& pair() {
   return one;
 }
 
-HitColumns hitsOf(const Pair& p) {
+struct Found {
   HitColumns hits;
-  HitSearch search;
-  search.run(p.a, p.b, frameOf(p.a, p.b), 0, kEnough, hits);
-  return hits;
-}
+  std::size_t asked = 0;  // samples looked up for them
+
+  explicit Found(const Pair& p) {
+    HitSearch search;
+    search.run(p.a, p.b, frameOf(p.a, p.b), 0, kEnough, hits);
+    asked = search.asked();
+  }
+};
+
+// What a lookup must read: a sample's place, normal and width, and the field's record.
+constexpr double kLookUpBytes = 7 * sizeof(float) + sizeof(CcVoxel);
+// And do: the map (18), the place in the grid (20), the plane (35), what becomes of it (30).
+constexpr double kLookUpOperations = 103;
+// A hit is written, and read again, with its key and its number in the order of bins.
+constexpr double kHitBytes = 16 * sizeof(float) + 2, kKeyBytes = 5 * sizeof(float) + 8;
+// 13 vectors of four, each a product and a sum, and what they are made of.
+constexpr double kSumOperations = 130;
 
 // Nanoseconds each, as a column of its own.
-void each(benchmark::State& state, const char* name, double count, double bytes) {
+void each(benchmark::State& state, const char* name, double count, double bytes,
+          double operations = 0) {
   state.counters[name] = benchmark::Counter(
       count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["count"] = count;
   if (bytes > 0) state.counters["bytes each"] = bytes;
+  if (operations > 0) state.counters["operations each"] = operations;
 }
 
 void digitising(benchmark::State& state) {
@@ -103,26 +118,27 @@ void testingSamples(benchmark::State& state) {
     hits.clear();
     search.run(p.a, p.b, frame, 0, kEnough, hits);
   }
-  each(state, "s a hit", double(hits.size()), sizeof(Hit));
+  each(state, "s a sample", double(search.asked()), kLookUpBytes, kLookUpOperations);
+  state.counters["hits"] = double(hits.size());
 }
 
 void clustering(benchmark::State& state) {
-  const HitColumns hits = hitsOf(pair());
+  const Found found(pair());
   Binner binner;
-  for (auto _ : state) benchmark::DoNotOptimize(binner.patches(hits, kCell, false).data());
-  each(state, "s a hit", double(hits.size()), sizeof(Hit));
+  for (auto _ : state) benchmark::DoNotOptimize(binner.patches(found.hits, kCell, false).data());
+  each(state, "s a hit", double(found.hits.size()), kHitBytes + kKeyBytes, kSumOperations);
 }
 
 void reducing(benchmark::State& state) {
-  const HitColumns hits = hitsOf(pair());
+  const Found found(pair());
   Binner binner;
-  const std::vector<Sums>& patches = binner.patches(hits, kCell, false);
+  const std::vector<Sums>& patches = binner.patches(found.hits, kCell, false);
   for (auto _ : state)
     for (const Sums& sums : patches) {
       const PatchForce force = forceOf(sums, false, false, kA);
       benchmark::DoNotOptimize(pointsOf(sums, force, kVoxel));
     }
-  each(state, "s a hit", double(hits.size()), 0);
+  each(state, "s a hit", double(found.hits.size()), 0);
 }
 
 void wholeContact(benchmark::State& state) {
@@ -159,21 +175,28 @@ void manifold(benchmark::State& state) {
   dispatcher.freeCollisionAlgorithm(algorithm);
 }
 
-// The floor of testing: as many lookups of 8 bytes as there are hits, over as many bytes as the
-// field's band takes, near each other as the surface's voxels are.
+// The floor of testing: the same bytes for as many samples, read and summed, nothing else. The
+// samples lie in a row, each with a record some way along the band, as the surface's voxels do.
 void bareGather(benchmark::State& state) {
-  const std::size_t hits = hitsOf(pair()).size(), band = pair().field->bandVoxels();
-  std::vector<std::uint64_t> field(band, 1);
-  std::vector<std::uint32_t> where(hits);
+  const std::size_t asked = Found(pair()).asked, band = pair().field->bandVoxels();
+  std::vector<CcVoxel> field(band, CcVoxel{1, 2});
+  std::vector<float> columns[7];
+  for (auto& c : columns) c.assign(asked, 1.0f);
+  std::vector<std::uint32_t> where(asked);
   std::mt19937 random(1);
-  for (std::size_t i = 0; i < hits; ++i)
-    where[i] = std::uint32_t((i * band / hits + random() % 64) % band);
+  for (std::size_t i = 0; i < asked; ++i)
+    where[i] = std::uint32_t((i * band / asked + random() % 64) % band);
   for (auto _ : state) {
     std::uint64_t sum = 0;
-    for (const std::uint32_t i : where) sum += field[i];
+    for (std::size_t i = 0; i < asked; ++i) {
+      const CcVoxel v = field[where[i]];
+      float sample = 0;
+      for (const auto& c : columns) sample += c[i];
+      sum += v.a + v.b + (sample > 0);
+    }
     benchmark::DoNotOptimize(sum);
   }
-  each(state, "s a hit", double(hits), 8);
+  each(state, "s a sample", double(asked), kLookUpBytes);
 }
 
 BENCHMARK(digitising)->Unit(benchmark::kMillisecond);

@@ -85,7 +85,10 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                    double margin, std::size_t enough, HitColumns& hits) {
-  for (Candidates& c : cells_) c.all = true;
+  for (Candidates& c : cells_) {
+    c.all = true;
+    c.asked = 0;
+  }
   misses_.list.clear();
   misses_.nearest = -1e30f;
   misses_.margin = static_cast<float>(std::min(margin, frame.voxel));

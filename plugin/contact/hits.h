@@ -32,12 +32,15 @@ class HitSearch {
           std::size_t enough, HitColumns& hits);
   static constexpr std::size_t kAll = ~std::size_t{0};
   double gap() const { return gap_; }  // [m] 0: the hits are real
+  // Samples that the last run looked up, of all levels.
+  std::size_t asked() const { return cells_[0].asked + cells_[1].asked; }
 
   // Runs of samples that are to be looked at, and of the next finer ones near those found near.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
     std::vector<SampleRun> now, next;
     std::vector<std::uint32_t> bricks;  // that may touch
+    std::size_t asked = 0;              // samples looked up so far
   };
   // The samples that come nearest without touching.
   struct Misses {

@@ -55,6 +55,7 @@ class LaneSearch {
 
   void flush() {
     if (lanes_.count == 0) return;
+    candidates_.asked += static_cast<std::size_t>(lanes_.count);
     const int divided = target_.measure(lanes_);
     classify(dir_, lanes_);
     for (int i = 0; i < divided; ++i) {
