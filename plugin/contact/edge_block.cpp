@@ -180,6 +180,13 @@ Joined joinFace(const Combination& c, int j, F4 left, const F4* r) {
   return join<kSlopes>(left, r[j], alike, opposed);
 }
 
+// From sums over the voxel's sub-samples: of how each moves with the face, and that times x, y, z.
+Slope slopeOf(const FaceField& face, const F4* sums) {
+  const float scale = kSub / face.face().n.lpNorm<1>() / kPerVoxel;
+  return {scale * total(sums[0]),
+          scale * Eigen::Vector3f(total(sums[1]), total(sums[2]), total(sums[3]))};
+}
+
 // A voxel's coverage; and its slopes, where asked for. A union of faces is the intersection of
 // their complements.
 template <bool kSlopes, int kCount>
@@ -216,12 +223,7 @@ float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
     }
   }
   if constexpr (kSlopes)
-    for (int i = 0; i < kCount; ++i) {
-      const float scale = kSub / c.face[i]->face().n.lpNorm<1>() / kPerVoxel;
-      slopes[i] = {
-          scale * total(moment[i][0]),
-          scale * Eigen::Vector3f(total(moment[i][1]), total(moment[i][2]), total(moment[i][3]))};
-    }
+    for (int i = 0; i < kCount; ++i) slopes[i] = slopeOf(*c.face[i], moment[i]);
   const float share = total(sum) * (1.0f / kPerVoxel);
   return c.concave ? 1.0f - share : share;
 }
