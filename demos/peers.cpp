@@ -6,6 +6,7 @@
 #include <HACD/hacdHACD.h>
 #include <LinearMath/btConvexHullComputer.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -88,7 +89,11 @@ struct PrimitiveMaker {
     return std::make_shared<btCylinderShapeZ>(toBullet(Vec3(s.radius, s.radius, s.halfHeight)));
   }
   Shape operator()(const ConeShape& s) const {
-    return std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
+    // The one primitive that Bullet puts its margin around rather than inside of.
+    auto cone = std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
+    const double least = kMarginOfDiagonal * shapeBounds(s).diagonal().norm();
+    cone->setMargin(btScalar(std::max(least, s.margin)));
+    return cone;
   }
   Shape operator()(const HullShape& s) const {
     std::vector<btVector3> corners;

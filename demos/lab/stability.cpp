@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <thread>
@@ -62,7 +63,10 @@ std::vector<StabilityRow> runStability(const StabilitySettings& settings) {
   std::mutex telling;
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      const auto start = std::chrono::steady_clock::now();
       jobs[i].row.verdict = verdictOf(jobs[i]);
+      jobs[i].row.seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       const std::lock_guard lock(telling);
       ++done;
       if (settings.progress) settings.progress(double(done) / double(jobs.size()));

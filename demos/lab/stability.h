@@ -59,6 +59,7 @@ struct StabilityRow {
   std::string scene, group, rule;
   Trial trial;
   Verdict verdict;
+  double seconds = 0;  // that the trial took, others beside it
 };
 
 struct StabilitySettings {
