@@ -21,11 +21,28 @@ std::string described(const FamilyMark& m) {
   return m.method + " (" + m.setting + "), " + error + " in " + text("%.3g us", m.microseconds);
 }
 
-// Said aloud: by its normal alone such a method would be recommended.
-std::string wrongDepthOf(const FamilyMark& m) {
-  return "Not " + m.method + " (" + m.setting + "): it reports a normal " +
-         text("%.3g deg", m.normalDeg) + " off, but on " + std::to_string(m.wrong) + " of " +
-         std::to_string(m.cases) + " cases " + text("%.3g times the true depth.", m.depthTimes);
+// "73", or "54 to 73".
+std::string range(double low, double high) {
+  const auto number = [](double v) { return text(v < 9.5 ? "%.2g" : "%.0f", v); };
+  const std::string from = number(low), to = number(high);
+  return from == to ? from : from + " to " + to;
+}
+
+// Said aloud: by their normals alone such methods would be recommended.
+std::string wrongDepths(const std::vector<const FamilyMark*>& marks) {
+  std::map<std::string, std::pair<double, double>> methods;
+  for (const FamilyMark* m : marks) {
+    if (!(m->depthTimes > 0)) continue;
+    const auto [known, isNew] = methods.try_emplace(m->method, m->depthTimes, m->depthTimes);
+    known->second.first = std::min(known->second.first, m->depthTimes);
+    known->second.second = std::max(known->second.second, m->depthTimes);
+  }
+  std::string all;
+  for (const auto& [method, times] : methods)
+    all +=
+        (all.empty() ? " Left out, as depths of theirs are wrong whatever their normals: " : ", ") +
+        method + " (" + range(times.first, times.second) + " times the true depth)";
+  return all.empty() ? all : all + ".";
 }
 
 // The fastest that stays under an error; none where nothing does.
@@ -41,10 +58,11 @@ const FamilyMark* fastestUnder(const std::vector<const FamilyMark*>& marks, doub
 std::vector<std::string> advice(const std::vector<ChartRow>& rows) {
   const std::vector<FamilyMark> marks = familyMarks(rows);
   std::vector<std::string> families;
-  std::map<std::string, std::vector<const FamilyMark*>> whole;
+  std::map<std::string, std::vector<const FamilyMark*>> whole, all;
   for (const FamilyMark& m : marks) {
     if (std::find(families.begin(), families.end(), m.family) == families.end())
       families.push_back(m.family);
+    all[m.family].push_back(&m);
     if (m.whole() && std::isfinite(m.normalDeg)) whole[m.family].push_back(&m);
   }
   std::vector<std::string> lines;
@@ -62,9 +80,7 @@ std::vector<std::string> advice(const std::vector<ChartRow>& rows) {
     if (rough && rough != fine) line += "; fastest within 5 deg " + described(*rough);
     if (!rough) line += "; none stays within 5 deg";
     line += ".";
-    for (const FamilyMark& m : marks)
-      if (m.family == family && m.depthTimes > 0) line += " " + wrongDepthOf(m);
-    lines.push_back(line);
+    lines.push_back(line + wrongDepths(all[family]));
   }
   return lines;
 }

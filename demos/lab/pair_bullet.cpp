@@ -86,7 +86,7 @@ class PartsMade {
     const std::lock_guard lock(mutex_);
     for (const auto& [known, shape] : made_)
       if (known.vertices == mesh.vertices && known.triangles == mesh.triangles) return shape;
-    made_.emplace_back(mesh, convexPartsShape(mesh));
+    made_.emplace_back(mesh, convexPartsShape(convexParts(mesh)));
     return made_.back().second;
   }
 

@@ -15,7 +15,7 @@ namespace cloudcontact::program::lab {
 namespace {
 
 constexpr double kFacets =
-    0.002;  // [voxels] of a primitive: adds nothing to digitising's own error
+    0.004;  // [voxels] of a primitive: adds nothing to digitising's own error
 
 struct Side {
   std::shared_ptr<const SurfaceField> field;

@@ -85,7 +85,8 @@ LabMethod atMetreScale(const LabMethod& method) {
   LabMethod scaling = method;
   scaling.metreScale = true;
   scaling.prepare = [prepare = method.prepare](const LabBody& a, const LabBody& b, double detail) {
-    // Primitives have no detail; their reach needs no mesh.
+    // Primitives have no detail, and their reach needs no mesh; what is none cannot be one.
+    if (detail == 0) primitiveOf(a), primitiveOf(b);
     const double smaller = std::min(reachOf(a, detail), reachOf(b, detail));
     const double factor = std::isfinite(smaller) && smaller > 0 ? 1 / smaller : 1;
     return scaledBack(prepare(scaled(a, factor), scaled(b, factor), factor * detail), factor);

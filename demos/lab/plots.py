@@ -33,7 +33,7 @@ def style(method):
 
 def span(times):
     """"25" or "3 to 25"."""
-    low, high = f"{min(times):.2g}", f"{max(times):.2g}"
+    low, high = (f"{t:.0f}" if t >= 9.5 else f"{t:.2g}" for t in (min(times), max(times)))
     return low if low == high else f"{low} to {high}"
 
 
@@ -55,6 +55,10 @@ def panels(count, height):
 
 def chart(folder, data, field, floor, label, title, name):
     families = list(dict.fromkeys(mark["family"] for mark in data["families"]))
+    if not families:  # scenes alone were asked for
+        figure = plt.figure(figsize=(9.5, 0.8))
+        figure.text(0.01, 0.5, "None of the reference cases was run.", fontsize=11, va="center")
+        return save(figure, folder, name)
     figure, axes = panels(len(families), 3.5)
     used = []
     for family, axis in zip(families, axes):
@@ -92,7 +96,7 @@ def chart(folder, data, field, floor, label, title, name):
         notes += [f"{style(m)[2]}: depth {span(times)} times the true one" for m, times in deep.items()]
         if notes:
             text = "\n".join(line for note in notes for line in textwrap.wrap(note, 62))
-            axis.text(0.0, -0.2, text, transform=axis.transAxes, fontsize=6.5, color="#666666", va="top")
+            axis.text(0.0, -0.26, text, transform=axis.transAxes, fontsize=6.5, color="#666666", va="top")
         cases = max((m["cases"] + m["cannot"] for m in data["families"] if m["family"] == family), default=0)
         axis.set_title(f"{family} ({cases} case{'s' if cases != 1 else ''})", fontsize=10, loc="left", fontweight="bold")
         axis.set_xscale("log")

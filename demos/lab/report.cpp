@@ -118,7 +118,10 @@ std::string ratiosTable(const Json& ratios) {
     out += row({textOf(r, "family"), textOf(r, "method"), textOf(r, "setting"), cases,
                 cell(r["normalDeg"]), cell(r["microseconds"]), textOf(r, "ours"),
                 cell(r["oursNormalDeg"]), cell(r["oursMicroseconds"]), verdict},
-               "td", none || slower ? "fails" : "holds");
+               "td",
+               r["wrong"].get<int>() > 0 ? "cannot"
+               : none || slower          ? "fails"
+                                         : "holds");
   }
   return out + "</table></div>";
 }
@@ -134,7 +137,7 @@ std::string ratiosText(const Json& chart) {
   return "<h2>How many times faster, at the same error</h2><p>Against each setting of each peer: "
          "the fastest of ours whose normal is off by no more than the peer's, on the cases that "
          "the peer answers. Times are geometric means, errors means. A peer that tells a wrong "
-         "depth is still taken by its normal.</p><h3>Concave families</h3>" +
+         "depth is still taken by its normal, and its line is grey.</p><h3>Concave families</h3>" +
          ratiosTable(ofFamilies(chart["ratios"], false)) +
          "<h3>Convex families, against GJK and EPA on the hull of the same coarse mesh</h3><p>On "
          "spheres that hull has 642 vertices. Ours may err by 1\u00b0 here, whatever the hull "
