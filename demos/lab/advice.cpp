@@ -18,7 +18,8 @@ std::string text(const char* form, double value) {
 
 std::string described(const FamilyMark& m) {
   const std::string error = m.normalDeg < 1e-3 ? "under 0.001 deg" : text("%.3g deg", m.normalDeg);
-  return m.method + " (" + m.setting + "), " + error + " in " + text("%.3g us", m.microseconds);
+  return shownName(m.method) + " (" + m.setting + "), " + error + " in " +
+         text("%.3g us", m.microseconds);
 }
 
 // "73", or "54 to 73".
@@ -41,7 +42,7 @@ std::string wrongDepths(const std::vector<const FamilyMark*>& marks) {
   for (const auto& [method, times] : methods)
     all +=
         (all.empty() ? " Left out, as depths of theirs are wrong whatever their normals: " : ", ") +
-        method + " (" + range(times.first, times.second) + " times the true depth)";
+        shownName(method) + " (" + range(times.first, times.second) + " times the true depth)";
   return all.empty() ? all : all + ".";
 }
 

@@ -39,6 +39,9 @@ struct ChartRow {
   std::string why;           // where the method cannot
 };
 
+// "CloudContact" for "cloud": what readers of the chart see.
+std::string shownName(const std::string& method);
+
 struct ChartSettings {
   bool quick = false;
   int threads = 2;   // for what is asked; times are taken on one, alone

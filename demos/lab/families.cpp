@@ -44,6 +44,20 @@ bool beats(const FamilyMark& one, const FamilyMark& other) {
 
 }  // namespace
 
+std::string shownName(const std::string& method) {
+  static const std::map<std::string, std::string> names = {{"cloud", "CloudContact"},
+                                                           {"primitive", "Bullet's primitives"},
+                                                           {"gjk", "Bullet GJK/EPA"},
+                                                           {"gimpact", "Bullet GImpact"},
+                                                           {"hacd", "Bullet, HACD parts"},
+                                                           {"sdf", "Bullet btSdf"},
+                                                           {"fcl", "FCL"},
+                                                           {"ode", "ODE"},
+                                                           {"mujoco", "MuJoCo"}};
+  const auto known = names.find(method);
+  return known == names.end() ? method : known->second;
+}
+
 std::vector<FamilyMark> familyMarks(const std::vector<ChartRow>& rows) {
   using Key = std::tuple<std::string, std::string, std::string>;
   std::map<Key, Rows> groups;

@@ -134,7 +134,7 @@ std::string verdictOf(const PeerRatio& ratio) {
 }
 
 std::string inWords(const PeerRatio& ratio) {
-  std::string line = ratio.family + ", " + ratio.method + " (" + ratio.setting +
+  std::string line = ratio.family + ", " + shownName(ratio.method) + " (" + ratio.setting +
                      "): " + degrees(ratio.normalDeg) + text(" in %.3g us", ratio.microseconds);
   if (ratio.cases < ratio.of)
     line += " on " + std::to_string(ratio.cases) + " of " + std::to_string(ratio.of) + " cases";

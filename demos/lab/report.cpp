@@ -6,6 +6,7 @@
 #include <map>
 
 #include "html.h"
+#include "lab/chart.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -20,9 +21,13 @@ constexpr const char* kStyle =
     "code{background:#eef0f3;padding:.1rem .3rem}details{margin:.4rem 0}.scroll{overflow-x:auto}"
     "small{color:#666}";
 
+bool isKnown(const Json& value) {
+  return value.is_number() && std::isfinite(value.get<double>());
+}
+
 // A figure of a table: three digits, a dash where nothing is known.
 std::string cell(const Json& value, double factor = 1) {
-  if (!value.is_number()) return "\u2013";
+  if (!isKnown(value)) return "\u2013";
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", factor * value.get<double>());
   return text;
@@ -50,7 +55,7 @@ std::string chartTable(const Json& chart) {
           "th");
   for (const Json& r : chart["rows"]) {
     const std::string name = asHtml(r["case"].get<std::string>());
-    const std::string method = asHtml(r["method"].get<std::string>());
+    const std::string method = asHtml(shownName(r["method"].get<std::string>()));
     const std::string setting = asHtml(r["setting"].get<std::string>());
     const std::string why = r["why"].get<std::string>();
     if (!why.empty()) {
@@ -97,6 +102,10 @@ std::string textOf(const Json& object, const char* field) {
   return asHtml(object[field].get<std::string>());
 }
 
+std::string methodOf(const Json& row) {
+  return asHtml(shownName(row["method"].get<std::string>()));
+}
+
 std::string ratiosTable(const Json& ratios) {
   if (ratios.empty()) return "<p>Nothing to compare in what was run.</p>";
   std::string out = "<div class=scroll><table>" +
@@ -105,7 +114,7 @@ std::string ratiosTable(const Json& ratios) {
                         "th");
   for (const Json& r : ratios) {
     const Json& times = r["timesFaster"];
-    const bool none = !times.is_number();
+    const bool none = !isKnown(times);
     const bool slower = !none && times.get<double>() < 1;
     const double shown = none ? 0 : slower ? 1 / times.get<double>() : times.get<double>();
     const std::string verdict =
@@ -115,9 +124,9 @@ std::string ratiosTable(const Json& ratios) {
     cases += " of " + std::to_string(r["of"].get<int>());
     if (r["wrong"].get<int>() > 0)
       cases += ", depth wrong on " + std::to_string(r["wrong"].get<int>());
-    out += row({textOf(r, "family"), textOf(r, "method"), textOf(r, "setting"), cases,
-                cell(r["normalDeg"]), cell(r["microseconds"]), textOf(r, "ours"),
-                cell(r["oursNormalDeg"]), cell(r["oursMicroseconds"]), verdict},
+    out += row({textOf(r, "family"), methodOf(r), textOf(r, "setting"), cases, cell(r["normalDeg"]),
+                cell(r["microseconds"]), textOf(r, "ours"), cell(r["oursNormalDeg"]),
+                cell(r["oursMicroseconds"]), verdict},
                "td",
                r["wrong"].get<int>() > 0 ? "cannot"
                : none || slower          ? "fails"
@@ -153,7 +162,7 @@ std::string settingsText(const Json& chart) {
                     textOf(chart, "metreScale") + "</p><div class=scroll><table class=wrapped>" +
                     row({"method", "setting", "how it is set", "scaled to 1 m"}, "th");
   for (const Json& m : chart["methods"])
-    out += row({textOf(m, "method"), textOf(m, "setting"), textOf(m, "told"),
+    out += row({methodOf(m), textOf(m, "setting"), textOf(m, "told"),
                 m["metreScale"].get<bool>() ? "yes" : "no"});
   return out + "</table></div></details>";
 }

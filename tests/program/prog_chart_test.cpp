@@ -37,6 +37,7 @@ TEST(Chart, OfAPairOfOnesOwn) {
   EXPECT_TRUE(json["versions"].contains("bullet") && json["versions"].contains("HACD"));
   const std::string report = place.read("out/report.html");
   EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_EQ(report.find(">nan"), std::string::npos);  // what is not known is a dash
   for (const char* outside : {"src=\"", "href=\"http"})
     EXPECT_EQ(report.find(outside), std::string::npos) << outside;
 }
