@@ -64,7 +64,10 @@ void run(const ChartOptions& options, const std::string& command) {
   const auto start = std::chrono::steady_clock::now();
   lab::LabResults results;
   results.quick = options.quick, results.command = command;
-  lab::ChartSettings chart{options.quick, options.only, progressBar("error against time")};
+  lab::ChartSettings chart;
+  chart.quick = options.quick, chart.only = options.only;
+  chart.progress = progressBar("error against time");
+  results.methods = lab::chartMethods(chart);
   if (!options.a.empty()) {
     const lab::LabCase own = ownPair(options);
     results.subject = own.name;

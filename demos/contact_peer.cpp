@@ -34,7 +34,7 @@ PeerShape shapeOf(const Body& body, double voxel, Method method) {
   const double tolerance = method == Method::Hacd ? kHacdFacetTolerance : kFacetTolerance;
   const Mesh mesh = meshOf(body, tolerance * voxel);
   if (method == Method::Gimpact) return gimpactShape(mesh);
-  return method == Method::Hacd ? convexPartsShape(mesh) : hullShape(mesh);
+  return method == Method::Hacd ? convexPartsShape(convexParts(mesh)) : hullShape(mesh);
 }
 
 // Kelvin-Voigt at each point, which never pulls: the same force as the clouds' points give.

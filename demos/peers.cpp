@@ -6,6 +6,7 @@
 #include <HACD/hacdHACD.h>
 #include <LinearMath/btConvexHullComputer.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -88,7 +89,11 @@ struct PrimitiveMaker {
     return std::make_shared<btCylinderShapeZ>(toBullet(Vec3(s.radius, s.radius, s.halfHeight)));
   }
   Shape operator()(const ConeShape& s) const {
-    return std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
+    // The one primitive that Bullet puts its margin around rather than inside of.
+    auto cone = std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
+    const double least = kMarginOfDiagonal * shapeBounds(s).diagonal().norm();
+    cone->setMargin(btScalar(std::max(least, s.margin)));
+    return cone;
   }
   Shape operator()(const HullShape& s) const {
     std::vector<btVector3> corners;
@@ -176,7 +181,7 @@ PeerShape gimpactShape(const Mesh& mesh) {
   return {{triangles}, shape};
 }
 
-PeerShape convexPartsShape(const Mesh& fine) {
+ConvexParts convexParts(const Mesh& fine) {
   const Mesh mesh = coarsened(mended(fine));
   std::vector<HACD::Vec3<HACD::Real>> points;
   for (const Vec3& v : mesh.vertices) points.emplace_back(v.x(), v.y(), v.z());
@@ -185,15 +190,24 @@ PeerShape convexPartsShape(const Mesh& fine) {
   HACD::HACD hacd;
   prepare(hacd, points, triangles);
   if (!hacd.Compute()) throw std::runtime_error("HACD could not cut the mesh into convex parts");
-  auto compound = std::make_shared<btCompoundShape>();
-  PeerShape result{{}, compound};
+  ConvexParts parts;
+  parts.margin = marginOf(mesh);
   for (std::size_t part = 0; part < hacd.GetNClusters(); ++part) {
     std::vector<HACD::Vec3<HACD::Real>> corners(hacd.GetNPointsCH(part));
     std::vector<HACD::Vec3<long>> faces(hacd.GetNTrianglesCH(part));
     hacd.GetCH(part, corners.data(), faces.data());
-    std::vector<btVector3> hullPoints;
-    for (const auto& c : corners) hullPoints.push_back(toBullet(Vec3(c.X(), c.Y(), c.Z())));
-    auto hull = hullOf(hullPoints, marginOf(mesh));
+    parts.corners.emplace_back();
+    for (const auto& c : corners)
+      parts.corners.back().push_back(toBullet(Vec3(c.X(), c.Y(), c.Z())));
+  }
+  return parts;
+}
+
+PeerShape convexPartsShape(const ConvexParts& parts) {
+  auto compound = std::make_shared<btCompoundShape>();
+  PeerShape result{{}, compound};
+  for (const auto& corners : parts.corners) {
+    auto hull = hullOf(corners, parts.margin);
     compound->addChildShape(btTransform::getIdentity(), hull.get());
     result.keep.push_back(hull);
   }

@@ -24,8 +24,14 @@ struct PeerShape {
 PeerShape hullShape(const Mesh& mesh);
 // The triangles as GImpact takes them.
 PeerShape gimpactShape(const Mesh& mesh);
-// A compound of convex parts by HACD, of a coarsened mesh: up to a minute of work.
-PeerShape convexPartsShape(const Mesh& fine);
+// Convex parts by HACD, of a coarsened mesh: up to a minute of work.
+struct ConvexParts {
+  std::vector<std::vector<btVector3>> corners;  // of each part
+  btScalar margin = 0;
+};
+ConvexParts convexParts(const Mesh& fine);
+// A compound of their hulls.
+PeerShape convexPartsShape(const ConvexParts& parts);
 // Bullet's own sphere, box, capsule, cylinder, cone, hull; btStaticPlaneShape for a half-space.
 PeerShape primitiveShape(const AnalyticShape& shape);
 

@@ -128,8 +128,11 @@ struct SceneShapes::Inertia {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the centre
 };
 
-SceneShapes::SceneShapes(const CommonOptions& options, double voxel)
-    : options_(options), voxel_(voxel) {}
+SceneShapes::SceneShapes(const CommonOptions& options, double voxel,
+                         std::shared_ptr<ShapeStore> store)
+    : options_(options),
+      voxel_(voxel),
+      store_(store ? std::move(store) : std::make_shared<ShapeStore>()) {}
 
 std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
                                               const std::string& body) {
@@ -158,11 +161,14 @@ Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const 
   if (kept.empty()) {
     const auto original = mesh(geometry, body);
     kept = naming(body, [&] {
-      DigitizeSettings settings;
-      settings.voxelSize = voxel_;
-      settings.threads = options_.threads;
-      settings.progress = progressBar("digitising " + body);
-      return digitize(moved(*original, {pose.orientation, Vec3::Zero()}), settings);
+      const Mesh turned = moved(*original, {pose.orientation, Vec3::Zero()});
+      return store_->clouds.get(contentKey(turned) + keyOf(Vec3(voxel_, 0, 0)), [&] {
+        DigitizeSettings settings;
+        settings.voxelSize = voxel_;
+        settings.threads = options_.threads;
+        settings.progress = progressBar("digitising " + body);
+        return digitize(turned, settings);
+      });
     });
   }
   return kept.translated(pose.position);
@@ -208,8 +214,11 @@ SceneShapes::Inertia SceneShapes::bodyInertia(const SceneBody& body) {
 std::shared_ptr<const SurfaceField> SceneShapes::field(const SceneGeometry& geometry,
                                                        const Pose& pose, const std::string& body) {
   auto& kept = fields_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
-  if (!kept) kept = buildField(cloud(geometry, pose, body), body, options_);
-  return kept;
+  if (kept) return kept;
+  const std::string key = contentKey(*mesh(geometry, body)) + keyOf(pose.orientation) +
+                          keyOf(pose.position) + keyOf(Vec3(voxel_, 0, 0));
+  return kept = store_->fields.get(
+             key, [&] { return buildField(cloud(geometry, pose, body), body, options_); });
 }
 
 // Meshes as they are; primitives much coarser than the contact needs them.
@@ -256,7 +265,9 @@ PeerShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose
            const Mesh at = moved(*mesh(geometry, body), pose);
            if (options_.method == Method::Gjk) return hullShape(at);
            if (options_.method == Method::Gimpact) return gimpactShape(at);
-           if (options_.method == Method::Hacd) return convexPartsShape(at);
+           if (options_.method == Method::Hacd)
+             return convexPartsShape(
+                 store_->parts.get(contentKey(at), [&] { return convexParts(at); }));
            throw BadInput("--method " + std::string(nameOf(options_.method)) + ": body '" + body +
                           "' is a mesh; use cloud, gjk, gimpact or hacd");
          });

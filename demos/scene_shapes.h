@@ -13,6 +13,7 @@
 #include "peers.h"
 #include "penetration.h"
 #include "scene.h"
+#include "shape_store.h"
 
 namespace cloudcontact::program {
 
@@ -31,7 +32,9 @@ struct BodyParts {
 class SceneShapes {
  public:
   // `voxel` is the clouds' [m]; masses come from clouds too, whatever the method.
-  SceneShapes(const CommonOptions& options, double voxel);
+  // `store`, where there is one, keeps what takes long for other worlds too.
+  SceneShapes(const CommonOptions& options, double voxel,
+              std::shared_ptr<ShapeStore> store = nullptr);
 
   // Throws BadInput naming the body: a mesh that cannot be used, a primitive asked of a mesh.
   BodyParts make(const SceneBody& body);
@@ -49,6 +52,7 @@ class SceneShapes {
 
   CommonOptions options_;
   double voxel_;
+  std::shared_ptr<ShapeStore> store_;
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;
   std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;

@@ -115,7 +115,7 @@ World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings
 }
 
 void World::Parts::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
-  SceneShapes shapes(settings.common, settings.voxel);
+  SceneShapes shapes(settings.common, settings.voxel, settings.store);
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
 }

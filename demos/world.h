@@ -14,11 +14,14 @@
 
 namespace cloudcontact::program {
 
+struct ShapeStore;  // shape_store.h
+
 struct WorldSettings {
   CommonOptions common;
-  double voxel = 0;     // [m], must be set
-  int iterations = 10;  // of the solver, Bullet's own default
-  bool sleep = false;   // bodies at rest may fall asleep
+  double voxel = 0;                        // [m], must be set
+  int iterations = 10;                     // of the solver, Bullet's own default
+  bool sleep = false;                      // bodies at rest may fall asleep
+  std::shared_ptr<ShapeStore> store = {};  // of worlds that share their bodies' clouds
 };
 
 // A body's state, in the scene body's own frame.

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "lab/chart_files.h"
+#include "lab/families.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -17,7 +18,32 @@ std::string text(const char* form, double value) {
 
 std::string described(const FamilyMark& m) {
   const std::string error = m.normalDeg < 1e-3 ? "under 0.001 deg" : text("%.3g deg", m.normalDeg);
-  return m.method + " (" + m.setting + "), " + error + " in " + text("%.3g us", m.microseconds);
+  return shownName(m.method) + " (" + m.setting + "), " + error + " in " +
+         text("%.3g us", m.microseconds);
+}
+
+// "73", or "54 to 73".
+std::string range(double low, double high) {
+  const auto number = [](double v) { return text(v < 9.5 ? "%.2g" : "%.0f", v); };
+  const std::string from = number(low), to = number(high);
+  return from == to ? from : from + " to " + to;
+}
+
+// Said aloud: by their normals alone such methods would be recommended.
+std::string wrongDepths(const std::vector<const FamilyMark*>& marks) {
+  std::map<std::string, std::pair<double, double>> methods;
+  for (const FamilyMark* m : marks) {
+    if (!(m->depthTimes > 0)) continue;
+    const auto [known, isNew] = methods.try_emplace(m->method, m->depthTimes, m->depthTimes);
+    known->second.first = std::min(known->second.first, m->depthTimes);
+    known->second.second = std::max(known->second.second, m->depthTimes);
+  }
+  std::string all;
+  for (const auto& [method, times] : methods)
+    all +=
+        (all.empty() ? " Left out, as depths of theirs are wrong whatever their normals: " : ", ") +
+        shownName(method) + " (" + range(times.first, times.second) + " times the true depth)";
+  return all.empty() ? all : all + ".";
 }
 
 // The fastest that stays under an error; none where nothing does.
@@ -33,17 +59,18 @@ const FamilyMark* fastestUnder(const std::vector<const FamilyMark*>& marks, doub
 std::vector<std::string> advice(const std::vector<ChartRow>& rows) {
   const std::vector<FamilyMark> marks = familyMarks(rows);
   std::vector<std::string> families;
-  std::map<std::string, std::vector<const FamilyMark*>> whole;
+  std::map<std::string, std::vector<const FamilyMark*>> whole, all;
   for (const FamilyMark& m : marks) {
     if (std::find(families.begin(), families.end(), m.family) == families.end())
       families.push_back(m.family);
-    if (m.cases > 0 && m.cannot == 0 && std::isfinite(m.normalDeg)) whole[m.family].push_back(&m);
+    all[m.family].push_back(&m);
+    if (m.whole() && std::isfinite(m.normalDeg)) whole[m.family].push_back(&m);
   }
   std::vector<std::string> lines;
   for (const std::string& family : families) {
     const auto& able = whole[family];
     if (able.empty()) {
-      lines.push_back(family + ": no method answers all of its cases.");
+      lines.push_back(family + ": no method answers all of its cases rightly.");
       continue;
     }
     const FamilyMark* best = *std::min_element(
@@ -53,7 +80,8 @@ std::vector<std::string> advice(const std::vector<ChartRow>& rows) {
     if (fine) line += "; fastest within 1 deg " + described(*fine);
     if (rough && rough != fine) line += "; fastest within 5 deg " + described(*rough);
     if (!rough) line += "; none stays within 5 deg";
-    lines.push_back(line + ".");
+    line += ".";
+    lines.push_back(line + wrongDepths(all[family]));
   }
   return lines;
 }

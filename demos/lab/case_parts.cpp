@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "lab/solids.h"
 #include "primitive_mesh.h"
 
 namespace cloudcontact::program::lab {
@@ -48,6 +49,13 @@ LabBody meshBody(const std::string& name, std::function<Mesh(double tolerance)> 
   return body;
 }
 
+LabBody torusBody(Random& random, double ring, double wire) {
+  const Pose turned{turnZ(random.uniform(0, 2 * std::numbers::pi)), Vec3::Zero()};
+  return meshBody(
+      "torus", [=](double tolerance) { return moved(torus(ring, wire, tolerance), turned); },
+      random);
+}
+
 Pose at(double x, double y, double z, const Eigen::Quaterniond& turn) {
   return {turn, {x, y, z}};
 }
@@ -66,7 +74,9 @@ std::vector<Placement> pressed(const std::vector<double>& depths,
   std::vector<Placement> placements;
   for (const double depth : depths) {
     placements.push_back({pose(depth), truth});
-    if (truth.depth) placements.back().truth.depth = depth;
+    Truth& known = placements.back().truth;
+    if (known.depth) known.depth = depth;
+    if (known.deepest) *known.deepest *= depth;
   }
   return placements;
 }

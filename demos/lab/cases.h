@@ -21,6 +21,12 @@ struct Truth {
   std::optional<Vec3> centre;      // a point of the force's axis [m]
   // Of a screw about z, by the force along z [m]; centre is then on its axis.
   std::optional<double> torquePerForce;
+  // [m] how deep the deepest point of either surface lies, where that is not `depth`.
+  std::optional<double> deepest = {};
+  // Where two places are pressed unequally, which way the force leans is the law's to say: one that
+  // grows with depth as a spring's points along `direction`, one that grows with its square along
+  // this. Anything between is right.
+  std::optional<Vec3> squareLaw = {};
 };
 
 struct Placement {
@@ -59,7 +65,9 @@ class Random {
 constexpr double kDepths[] = {0.0125, 0.022, 0.031};
 
 std::vector<LabCase> convexCases();   // spheres, cylinders, boxes
-std::vector<LabCase> concaveCases();  // grooves, rings, holes, threads, plates, cracks
+std::vector<LabCase> concaveCases();  // rings, holes, threads, pegs, plates
+std::vector<LabCase> grooveCases();   // capsules and spikes in V grooves
+std::vector<LabCase> deepCases();     // concave bodies deep in each other
 std::vector<LabCase> randomCases();   // meshes thrown together anyhow; truth by oracle.h
 std::vector<LabCase> allCases();
 

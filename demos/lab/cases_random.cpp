@@ -35,32 +35,46 @@ Placement thrown(const Mesh& a, const Mesh& b, Random& random) {
   if (!(force.force.norm() > 0)) return {pose, truth};
   truth.direction = force.force.normalized();
   truth.centre = force.force.cross(force.torque) / force.force.squaredNorm();
+  truth.deepest = force.deepest;
   return {pose, truth};
 }
 
-Instance linkOnLink(std::uint64_t seed) {
-  Random random(seed);
-  Instance instance{meshBody("link", link, random), meshBody("link", link, random), {}};
-  Random throws(99);  // the same ones whatever the grids
-  const Mesh mesh = link(kSize / 500);
-  for (int k = 0; k < kThrows; ++k) instance.placements.push_back(thrown(mesh, mesh, throws));
-  return instance;
+std::vector<Placement> throws(const Mesh& a, const Mesh& b, std::uint64_t seed) {
+  Random random(seed);  // the same ones whatever the grids
+  std::vector<Placement> placements;
+  for (int k = 0; k < kThrows; ++k) placements.push_back(thrown(a, b, random));
+  return placements;
 }
 
-Instance ringOnLink(std::uint64_t seed) {
-  Random random(seed);
-  Instance instance{meshBody("link", link, random), meshBody("ring", ring, random), {}};
-  Random throws(101);
-  const Mesh a = link(kSize / 500), b = ring(kSize / 500);
-  for (int k = 0; k < kThrows; ++k) instance.placements.push_back(thrown(a, b, throws));
-  return instance;
+constexpr double kFine = kSize / 500;
+
+std::function<Instance(std::uint64_t)> linkOnLink() {
+  const auto placements = once<std::vector<Placement>>([] {
+    const Mesh mesh = link(kFine);
+    return throws(mesh, mesh, 99);
+  });
+  return [=](std::uint64_t seed) {
+    Random random(seed);
+    LabBody a = meshBody("link", link, random), b = meshBody("link", link, random);
+    return Instance{a, b, placements()};
+  };
+}
+
+std::function<Instance(std::uint64_t)> ringOnLink() {
+  const auto placements =
+      once<std::vector<Placement>>([] { return throws(link(kFine), ring(kFine), 101); });
+  return [=](std::uint64_t seed) {
+    Random random(seed);
+    LabBody a = meshBody("link", link, random), b = meshBody("ring", ring, random);
+    return Instance{a, b, placements()};
+  };
 }
 
 }  // namespace
 
 std::vector<LabCase> randomCases() {
-  return {{"random", "link thrown on link", false, false, kSize, true, linkOnLink},
-          {"random", "ring thrown on link", false, false, kSize, false, ringOnLink}};
+  return {{"random", "link thrown on link", false, false, kSize, true, linkOnLink()},
+          {"random", "ring thrown on link", false, false, kSize, false, ringOnLink()}};
 }
 
 }  // namespace cloudcontact::program::lab

@@ -1,19 +1,31 @@
-// Measures: errors over several grids and depths, time on the first.
+// Measures: errors over several grids and depths, methods side by side; times on the first grid,
+// each method alone.
 #include "lab/chart.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
-#include <numbers>
-#include <tuple>
+#include <mutex>
+#include <thread>
+
+#include "lab/families.h"
 
 namespace cloudcontact::program::lab {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kGrids = 6, kQuickGrids = 1;
 constexpr double kFinest = 1.0 / 64, kQuickFinest = 1.0 / 32;
 constexpr double kTimed = 0.15, kQuickTimed = 0.03;  // [s] that a time is taken over
+constexpr int kLoopSteps = 24;
+constexpr double kLoopSeconds = 1;  // loops that would take longer are left out
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 double meanOf(const std::vector<double>& values) {
   double sum = 0;
@@ -27,16 +39,31 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(std::ceil(share * double(values.size() - 1)))];
 }
 
+// The sum over tetrahedra.
+double volumeOf(const Mesh& mesh) {
+  double six = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto corner = [&](int k) { return mesh.vertices[static_cast<std::size_t>(t[k])]; };
+    six += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  return six / 6;
+}
+
 struct Errors {
-  std::vector<double> normal, depth, centre, force, torque;
+  std::vector<double> normal, depth, depthTimes, centre, force, torque;
 
   void add(const AnswerError& e) {
     normal.push_back(e.normalDeg);
     const auto known = [](std::vector<double>& to, double v) {
       if (!std::isnan(v)) to.push_back(v);
     };
-    known(depth, e.depth), known(centre, e.centre);
+    known(depth, e.depth), known(depthTimes, e.depthTimes), known(centre, e.centre);
     known(force, e.force), known(torque, e.torque);
+  }
+  void summarise(ChartRow& row) const {
+    row.normalDeg = {meanOf(normal), quantile(normal, 0.95), quantile(normal, 1)};
+    row.depth = meanOf(depth), row.depthTimes = meanOf(depthTimes), row.centre = meanOf(centre);
+    row.force = meanOf(force), row.torque = meanOf(torque);
   }
 };
 
@@ -60,51 +87,164 @@ int gridsOf(const LabMethod& method, bool quick) {
   return method.detail < 1.0 / 40 ? std::min(grids, 2) : grids;
 }
 
-// A case's instances, made once for all methods: some truths are minutes of quadrature in all.
+// A case's instances, made once for all methods.
 class Instances {
  public:
   explicit Instances(const LabCase& one) : case_(one) {}
   const Instance& with(std::uint64_t seed) {
+    const std::lock_guard lock(mutex_);
     const auto [known, isNew] = made_.try_emplace(seed);
     if (isNew) known->second = case_.make(seed);
     return known->second;
   }
 
+  // Of both bodies, by their facets [m^3].
+  double volume() {
+    const Instance& instance = with(1);
+    const std::lock_guard lock(mutex_);
+    for (const LabBody* body : {&instance.a, &instance.b})
+      if (!volumeKnown_) volume_ += volumeOf(body->mesh(kFineVolume * case_.size));
+    volumeKnown_ = true;
+    return volume_;
+  }
+
  private:
+  static constexpr double kFineVolume = 5e-4;  // that facets may lie off the solid, by its size
+
   const LabCase& case_;
   std::map<std::uint64_t, Instance> made_;
+  double volume_ = 0;
+  bool volumeKnown_ = false;
+  std::mutex mutex_;
 };
 
-ChartRow measured(const LabCase& one, Instances& instances, const LabMethod& method,
-                  const ChartSettings& settings) {
-  ChartRow row = rowOf(one, method);
-  Errors errors;
-  const double detail = method.detail * one.size;
-  for (int g = 0; g < gridsOf(method, settings.quick); ++g) {
-    const Instance& instance = instances.with(static_cast<std::uint64_t>(g) + 1);
-    const LabPair pair = method.prepare(instance.a, instance.b, detail);
-    for (const Placement& p : instance.placements) {
-      const auto points = pair.find(p.b);
-      ++row.runs;
-      if (points.empty())
-        ++row.missed;
-      else
-        errors.add(errorOf(points, p.truth, one.size));
-    }
-    if (g > 0) continue;
-    const Placement& middle = instance.placements[instance.placements.size() / 2];
-    row.microseconds =
-        timeOf(pair, middle.b, 1e-3 * one.size / 32, settings.quick ? kQuickTimed : kTimed);
-  }
-  row.normalDeg = {meanOf(errors.normal), quantile(errors.normal, 0.95),
-                   quantile(errors.normal, 1)};
-  row.depth = meanOf(errors.depth), row.centre = meanOf(errors.centre);
-  row.force = meanOf(errors.force), row.torque = meanOf(errors.torque);
-  if (row.missed == row.runs) row.why = "finds nothing though the bodies touch";
-  return row;
+const Placement& middleOf(const Instance& instance) {
+  return instance.placements[instance.placements.size() / 2];
 }
 
-std::vector<LabMethod> methodsOf(const ChartSettings& settings) {
+// A method on a case: what it says, and then how long it takes to say it.
+class Measurement {
+ public:
+  Measurement(const LabCase& one, Instances& instances, const LabMethod& method,
+              const ChartSettings& settings)
+      : case_(one),
+        instances_(instances),
+        method_(method),
+        settings_(settings),
+        row_(rowOf(one, method)) {}
+
+  const std::string& method() const { return method_.method; }
+
+  // May run beside other methods'.
+  void ask() {
+    attempt([this] {
+      for (int g = 0; g < gridsOf(method_, settings_.quick); ++g) askOn(g);
+      errors_.summarise(row_);
+      if (row_.missed == row_.runs) row_.why = "finds nothing though the bodies touch";
+    });
+  }
+  // Alone on the machine.
+  ChartRow timed() {
+    if (first_ && row_.why.empty())
+      attempt([this] {
+        row_.microseconds = timeOf(*first_, middleOf(instances_.with(1)).b, 1e-3 * case_.size / 32,
+                                   settings_.quick ? kQuickTimed : kTimed);
+      });
+    first_.reset();
+    return row_;
+  }
+
+ private:
+  // What throws has no answer: CannotDo, or a body that it cannot take.
+  template <class Work>
+  void attempt(const Work& work) {
+    const auto start = Clock::now();
+    try {
+      work();
+    } catch (const std::exception& error) {
+      row_.why = error.what();
+    }
+    row_.seconds += secondsSince(start);
+  }
+
+  void askOn(int grid) {
+    const Instance& instance = instances_.with(static_cast<std::uint64_t>(grid) + 1);
+    LabPair pair = method_.prepare(instance.a, instance.b, detail());
+    for (const Placement& p : instance.placements) {
+      const auto points = pair.find(p.b);
+      ++row_.runs;
+      if (points.empty()) {
+        ++row_.missed;
+        continue;
+      }
+      const AnswerError error = errorOf(points, p.truth, case_.size);
+      row_.wrongDepth += error.wrongDepth;
+      errors_.add(error);
+    }
+    if (grid > 0) return;
+    first_ = std::move(pair);
+    lookAround(instance);
+    count(instance);
+  }
+
+  // Swapped, and around a loop.
+  void lookAround(const Instance& instance) {
+    const Placement& middle = middleOf(instance);
+    const auto start = Clock::now();
+    const auto points = first_->find(middle.b);
+    if (points.empty()) return;
+    if (secondsSince(start) * kLoopSteps < kLoopSeconds)
+      row_.loopWork = loopWork(*first_, middle.b, middle.truth.direction,
+                               0.5 * kDepths[0] * case_.size, kLoopSteps);
+    const LabPair swapped =
+        first_->swapped ? first_->swapped() : method_.prepare(instance.b, instance.a, detail());
+    row_.swapped = swapError(points, swapped, middle.b);
+  }
+
+  void count(const Instance& instance) {
+    const LabBody* bodies[] = {&instance.a, &instance.b};
+    for (int k = 0; k < 2 && method_.facets; ++k) {
+      if (!bodies[k]->mesh) continue;
+      const Mesh mesh = bodies[k]->mesh(detail());
+      row_.triangles[k] = mesh.triangles.size(), row_.vertices[k] = mesh.vertices.size();
+    }
+    if (first_->volume) row_.volume = std::abs(*first_->volume / instances_.volume() - 1);
+  }
+
+  double detail() const { return method_.detail * case_.size; }
+
+  const LabCase& case_;
+  Instances& instances_;
+  const LabMethod& method_;
+  const ChartSettings& settings_;
+  ChartRow row_;
+  Errors errors_;
+  std::optional<LabPair> first_;  // on the first grid
+};
+
+// Two threads ask different libraries at once, never the same one: ODE and MuJoCo allow no more.
+void askAll(std::vector<Measurement>& all, int threads) {
+  std::vector<std::vector<Measurement*>> lanes;
+  for (Measurement& one : all) {
+    const bool own =
+        one.method() == "cloud" || lanes.empty() || lanes.back().front()->method() != one.method();
+    if (own) lanes.emplace_back();
+    lanes.back().push_back(&one);
+  }
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < lanes.size(); i = next++)
+      for (Measurement* one : lanes[i]) one->ask();
+  };
+  std::vector<std::thread> others;
+  for (int t = 1; t < threads; ++t) others.emplace_back(work);
+  work();
+  for (std::thread& other : others) other.join();
+}
+
+}  // namespace
+
+std::vector<LabMethod> chartMethods(const ChartSettings& settings) {
   std::vector<LabMethod> methods = cloudMethods();
   for (LabMethod& m : bulletMethods()) methods.push_back(std::move(m));
   for (LabMethod& m : otherMethods()) methods.push_back(std::move(m));
@@ -116,98 +256,18 @@ std::vector<LabMethod> methodsOf(const ChartSettings& settings) {
   return methods;
 }
 
-}  // namespace
-
-AnswerError errorOf(const std::vector<LabPoint>& points, const Truth& truth, double size) {
-  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // torque about the true centre, or the origin
-  const Vec3 centre = truth.centre.value_or(Vec3::Zero());
-  double deepest = 0;
-  for (const LabPoint& p : points) {
-    const Vec3 f = p.share * p.depth * p.normal;
-    force += f;
-    torque += (p.position - centre).cross(f);
-    deepest = std::max(deepest, p.depth);
-  }
-  AnswerError error;
-  const double size2 = force.norm();
-  if (!(size2 > 0)) return error;
-  const Vec3 along = truth.direction.normalized();
-  error.normalDeg = std::atan2(force.cross(along).norm(), force.dot(along)) / kDegree;
-  if (truth.depth) {
-    error.depth = std::abs(deepest - *truth.depth);
-    error.force = std::abs(size2 / *truth.depth - 1);
-  }
-  if (truth.centre) {
-    const Vec3 across = torque - torque.dot(force) / size2 * force / size2;
-    error.centre = across.norm() / size2;
-    error.torque = torque.norm() / (size2 * size);
-  }
-  if (truth.torquePerForce) {
-    const double found = torque.z() / force.z();
-    error.torque = std::abs(found / *truth.torquePerForce - 1);
-  }
-  return error;
-}
-
-std::vector<FamilyMark> familyMarks(const std::vector<ChartRow>& rows) {
-  std::map<std::tuple<std::string, std::string, std::string>, std::vector<const ChartRow*>> groups;
-  std::vector<std::tuple<std::string, std::string, std::string>> order;
-  for (const ChartRow& row : rows) {
-    auto& group = groups[{row.family, row.method, row.setting}];
-    if (group.empty()) order.emplace_back(row.family, row.method, row.setting);
-    group.push_back(&row);
-  }
-  std::vector<FamilyMark> marks;
-  for (const auto& key : order) {
-    FamilyMark mark{std::get<0>(key), std::get<1>(key), std::get<2>(key), 0, 0, 0, 0, 0, false};
-    double logTime = 0;
-    for (const ChartRow* row : groups[key]) {
-      if (!row->why.empty()) {
-        ++mark.cannot;
-        continue;
-      }
-      ++mark.cases;
-      logTime += std::log(row->microseconds);
-      mark.normalDeg += row->normalDeg.mean;
-      const double force = std::isnan(row->force) ? 0 : row->force;
-      mark.wrench += std::max(force, std::isnan(row->torque) ? 0 : row->torque);
-    }
-    if (mark.cases > 0) {
-      mark.microseconds = std::exp(logTime / mark.cases);
-      mark.normalDeg /= mark.cases, mark.wrench /= mark.cases;
-    }
-    marks.push_back(mark);
-  }
-  for (FamilyMark& one : marks) {
-    one.frontier = one.cases > 0 && one.cannot == 0;
-    for (const FamilyMark& other : marks)
-      if (other.family == one.family && other.cases > 0 && other.cannot == 0 &&
-          other.microseconds < one.microseconds && other.normalDeg < one.normalDeg)
-        one.frontier = false;
-  }
-  return marks;
-}
-
-void markFrontier(std::vector<ChartRow>& rows) {
-  for (const FamilyMark& mark : familyMarks(rows))
-    for (ChartRow& row : rows)
-      if (row.family == mark.family && row.method == mark.method && row.setting == mark.setting)
-        row.frontier = mark.frontier;
-}
-
 std::vector<ChartRow> runChart(const std::vector<LabCase>& cases,
                                const std::vector<LabMethod>& methods,
                                const ChartSettings& settings) {
   std::vector<ChartRow> rows;
   for (const LabCase& one : cases) {
     Instances instances(one);
-    for (const LabMethod& method : methods) {
-      try {
-        rows.push_back(measured(one, instances, method, settings));
-      } catch (const std::exception& error) {  // CannotDo, or a body that it cannot take
-        rows.push_back(rowOf(one, method));
-        rows.back().why = error.what();
-      }
+    std::vector<Measurement> measurements;
+    for (const LabMethod& method : methods)
+      measurements.emplace_back(one, instances, method, settings);
+    askAll(measurements, settings.threads);
+    for (Measurement& measurement : measurements) {
+      rows.push_back(measurement.timed());
       if (settings.progress)
         settings.progress(double(rows.size()) / double(cases.size() * methods.size()));
     }
@@ -216,28 +276,6 @@ std::vector<ChartRow> runChart(const std::vector<LabCase>& cases,
   return rows;
 }
 
-namespace {
-
-// What a method finds, as the truth for the others.
-Truth asTruth(const std::vector<LabPoint>& points) {
-  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-  double deepest = 0;
-  for (const LabPoint& p : points) {
-    const Vec3 f = p.share * p.depth * p.normal;
-    force += f, torque += p.position.cross(f);
-    deepest = std::max(deepest, p.depth);
-  }
-  if (!(force.norm() > 0))
-    throw std::runtime_error("chart: the bodies do not touch at this --pose; press them together");
-  Truth truth;
-  truth.direction = force.normalized();
-  truth.depth = force.norm();
-  truth.centre = force.cross(torque) / force.squaredNorm();
-  return truth;
-}
-
-}  // namespace
-
 std::vector<ChartRow> runChart(const ChartSettings& settings) {
   std::vector<LabCase> cases = allCases();
   std::erase_if(cases, [&](const LabCase& one) {
@@ -245,26 +283,7 @@ std::vector<ChartRow> runChart(const ChartSettings& settings) {
                         one.family.find(settings.only) != std::string::npos;
     return !wanted || (settings.quick && !one.quick);
   });
-  return runChart(cases, methodsOf(settings), settings);
-}
-
-std::vector<ChartRow> runChart(const LabCase& pair, const ChartSettings& settings) {
-  std::vector<LabMethod> methods = methodsOf({});
-  const auto finest =
-      std::min_element(methods.begin(), methods.end(), [](const LabMethod& a, const LabMethod& b) {
-        return std::pair(a.method != "cloud", a.detail) < std::pair(b.method != "cloud", b.detail);
-      });
-  const Instance instance = pair.make(1000);
-  const LabPair reference = finest->prepare(instance.a, instance.b, finest->detail * pair.size);
-  const Truth truth = asTruth(reference.find(instance.placements.front().b));
-  methods.erase(finest);
-  LabCase known = pair;
-  known.make = [=](std::uint64_t seed) {
-    Instance one = pair.make(seed);
-    for (Placement& p : one.placements) p.truth = truth;
-    return one;
-  };
-  return runChart({known}, methods, settings);
+  return runChart(cases, chartMethods(settings), settings);
 }
 
 }  // namespace cloudcontact::program::lab

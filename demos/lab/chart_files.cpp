@@ -12,6 +12,9 @@
 
 #include "errors.h"
 #include "json.h"
+#include "lab/families.h"
+#include "lab/pair_others.h"
+#include "lab/ratios.h"
 #include "lab/report.h"
 #include "replay/embedded.h"
 #include "whole_file.h"
@@ -32,47 +35,102 @@ Json spreadJson(const Spread& s) {
   return {{"mean", s.mean}, {"p95", s.p95}, {"max", s.max}};
 }
 
+Json versionsJson() {
+  Json json = {{"cloudcontact", CLOUDCONTACT_VERSION},
+               {"bullet", std::to_string(btGetVersion())},
+               {"bulletPrecision", sizeof(btScalar) == 8 ? "double" : "float"},
+               {"HACD", "of Bullet's extras " + std::to_string(btGetVersion())},
+               {"compiler", __VERSION__}};
+  for (const Version& version : peerVersions()) json[version.first] = version.second;
+  return json;
+}
+
+Json methodsJson(const std::vector<LabMethod>& methods) {
+  Json json = Json::array();
+  for (const LabMethod& m : methods)
+    json.push_back({{"method", m.method},
+                    {"setting", m.setting},
+                    {"told", m.told},
+                    {"metreScale", m.metreScale}});
+  return json;
+}
+
+Json rowJson(const ChartRow& r) {
+  return {{"family", r.family},
+          {"case", r.name},
+          {"convex", r.convex},
+          {"smooth", r.smooth},
+          {"method", r.method},
+          {"setting", r.setting},
+          {"detail", r.detail},
+          {"triangles", {r.triangles[0], r.triangles[1]}},
+          {"vertices", {r.vertices[0], r.vertices[1]}},
+          {"microseconds", r.microseconds},
+          {"normalDeg", spreadJson(r.normalDeg)},
+          {"depth", r.depth},
+          {"depthTimes", r.depthTimes},
+          {"wrongDepth", r.wrongDepth},
+          {"centre", r.centre},
+          {"force", r.force},
+          {"torque", r.torque},
+          {"swappedNormalDeg", r.swapped.normalDeg},
+          {"swappedForce", r.swapped.force},
+          {"loopWork", r.loopWork},
+          {"volume", r.volume},
+          {"runs", r.runs},
+          {"missed", r.missed},
+          {"frontier", r.frontier},
+          {"seconds", r.seconds},
+          {"why", r.why}};
+}
+
+Json familyJson(const FamilyMark& m) {
+  return {{"family", m.family},       {"method", m.method},
+          {"setting", m.setting},     {"microseconds", m.microseconds},
+          {"normalDeg", m.normalDeg}, {"wrench", m.wrench},
+          {"cases", m.cases},         {"cannot", m.cannot},
+          {"wrong", m.wrong},         {"depthTimes", m.depthTimes},
+          {"frontier", m.frontier}};
+}
+
+Json ratiosJson(const std::vector<PeerRatio>& ratios) {
+  Json json = Json::array();
+  for (const PeerRatio& r : ratios)
+    json.push_back({{"family", r.family},
+                    {"convex", r.convex},
+                    {"method", r.method},
+                    {"setting", r.setting},
+                    {"cases", r.cases},
+                    {"of", r.of},
+                    {"wrong", r.wrong},
+                    {"microseconds", r.microseconds},
+                    {"normalDeg", r.normalDeg},
+                    {"allowedDeg", r.allowedDeg},
+                    {"ours", r.ours},
+                    {"oursMicroseconds", r.oursMicroseconds},
+                    {"oursNormalDeg", r.oursNormalDeg},
+                    {"timesFaster", r.timesFaster},
+                    {"words", inWords(r)}});
+  return json;
+}
+
 Json chartJson(const LabResults& results) {
   Json json;
   json["machine"] = {{"processor", processor()}, {"threads", std::thread::hardware_concurrency()}};
-  json["versions"] = {{"cloudcontact", CLOUDCONTACT_VERSION},
-                      {"bullet", std::to_string(btGetVersion())},
-                      {"bulletPrecision", sizeof(btScalar) == 8 ? "double" : "float"},
-                      {"compiler", __VERSION__}};
+  json["versions"] = versionsJson();
   json["command"] = results.command;
   json["quick"] = results.quick;
   json["seconds"] = results.seconds;
   if (!results.subject.empty()) json["subject"] = results.subject;
+  json["methods"] = methodsJson(results.methods);
+  json["metreScale"] = whyMetreScale();
+  json["wrongDepth"] = {{"share", kWrongDepth}, {"of", "size"}};
   json["rows"] = Json::array();
-  for (const ChartRow& r : results.chart)
-    json["rows"].push_back({{"family", r.family},
-                            {"case", r.name},
-                            {"convex", r.convex},
-                            {"smooth", r.smooth},
-                            {"method", r.method},
-                            {"setting", r.setting},
-                            {"detail", r.detail},
-                            {"microseconds", r.microseconds},
-                            {"normalDeg", spreadJson(r.normalDeg)},
-                            {"depth", r.depth},
-                            {"centre", r.centre},
-                            {"force", r.force},
-                            {"torque", r.torque},
-                            {"runs", r.runs},
-                            {"missed", r.missed},
-                            {"frontier", r.frontier},
-                            {"why", r.why}});
+  for (const ChartRow& r : results.chart) json["rows"].push_back(rowJson(r));
   json["families"] = Json::array();
-  for (const FamilyMark& m : familyMarks(results.chart))
-    json["families"].push_back({{"family", m.family},
-                                {"method", m.method},
-                                {"setting", m.setting},
-                                {"microseconds", m.microseconds},
-                                {"normalDeg", m.normalDeg},
-                                {"wrench", m.wrench},
-                                {"cases", m.cases},
-                                {"cannot", m.cannot},
-                                {"frontier", m.frontier}});
+  for (const FamilyMark& m : familyMarks(results.chart)) json["families"].push_back(familyJson(m));
+  json["ratios"] = ratiosJson(peerRatios(results.chart));
+  json["hullRatios"] = ratiosJson(hullRatios(results.chart));
   json["advice"] = advice(results.chart);
   json["fallsShort"] = results.faults;
   return json;
@@ -96,6 +154,7 @@ Json failuresJson(const LabResults& results) {
                             {"outcome", nameOf(r.verdict.outcome)},
                             {"figure", r.verdict.figure},
                             {"limit", r.verdict.limit},
+                            {"seconds", r.seconds},
                             {"why", r.verdict.why}});
   return json;
 }

@@ -11,6 +11,7 @@
 namespace cloudcontact::program::lab {
 
 struct LabResults {
+  std::vector<LabMethod> methods;  // that were asked
   std::vector<ChartRow> chart;
   std::vector<StabilityRow> stability;
   std::vector<std::string> faults;  // of our own method (self_check.h)

@@ -1,41 +1,12 @@
-// Bodies, a stepped world, energy and bisection.
+// A stepped world, energy and bisection.
 #include "lab/moving_parts.h"
 
-#include <cloudcontact/analytic_shape.h>
 #include <cloudcontact/law.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "primitive_mesh.h"
-
 namespace cloudcontact::program::lab {
-namespace {
-
-// A mesh peer's facets stay this much of a body's size off what is round.
-constexpr double kRound = 1e-3;
-
-bool takesPrimitives(const Trial& trial) {
-  return trial.method == Method::Cloud || trial.method == Method::Primitive;
-}
-
-// Meshes are told apart by name, and no two sizes may share one.
-SceneGeometry meshOf(const AnalyticShape& shape, double size) {
-  std::ostringstream name;
-  name << "shape " << shape.index() << ' ' << shapeBounds(shape).max().transpose();
-  return meshNamed(name.str(), std::make_shared<const Mesh>(primitiveMesh(shape, kRound * size)));
-}
-
-WorldSettings settingsOf(const Trial& trial, double voxel) {
-  WorldSettings settings;
-  settings.common.method = trial.method;
-  settings.common.threads = 1;  // trials already run side by side
-  settings.voxel = voxel;
-  return settings;
-}
-
-}  // namespace
-
 Matter springy(double mass, double friction, double stiffness, double ratio) {
   return {mass, friction, stiffness, 2 * ratio * std::sqrt(stiffness * mass)};
 }
@@ -66,25 +37,6 @@ SceneBody& addPlane(SceneDescription& scene, double friction) {
   return addBody(scene, "floor", ScenePlane{}, Vec3::Zero(), {0, friction}, {});
 }
 
-SceneGeometry boxFor(const Trial& trial, const Vec3& size) {
-  if (takesPrimitives(trial)) return SceneBox{size};
-  return meshOf(BoxShape{size / 2}, size.norm());
-}
-
-SceneGeometry ballFor(const Trial& trial, double radius) {
-  if (takesPrimitives(trial)) return SceneSphere{radius};
-  return meshOf(SphereShape{radius}, radius);
-}
-
-SceneGeometry cylinderFor(const Trial& trial, double radius, double length) {
-  if (takesPrimitives(trial)) return SceneCylinder{radius, length};
-  return meshOf(CylinderShape{radius, length / 2}, radius);
-}
-
-SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mesh) {
-  return SceneMesh{name, Vec3::Ones(), std::move(mesh)};
-}
-
 double sagOf(const Trial& trial, const Matter& matter, double force) {
   if (isStiff(trial)) return force / matter.stiffness;
   if (trial.method != Method::Cloud) return 0;  // Bullet's rigid rows
@@ -92,7 +44,7 @@ double sagOf(const Trial& trial, const Matter& matter, double force) {
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)
-    : world_(scene, settingsOf(trial, voxel)), step_(trial.step) {}
+    : world_(scene, worldSettings(trial, voxel)), step_(trial.step) {}
 
 void MovingWorld::step() {
   world_.step(step_);

@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "lab/stability.h"
+#include "lab/trial_bodies.h"
 
 namespace cloudcontact::program::lab {
 
 constexpr double kStep60 = 1.0 / 60, kStep240 = 1.0 / 240, kStep1000 = 1e-3;  // [s]
-constexpr double kGravity = 9.8;                                              // [m/s^2]
 
 // A body's mass and surface; stiffness and damping are those of its pairs with bodies that state
 // none, and hold in the mode "stiff" alone.
@@ -27,12 +27,6 @@ bool isStiff(const Trial& trial);
 SceneBody& addBody(SceneDescription& scene, const std::string& name, const SceneGeometry& geometry,
                    const Vec3& position, const Matter& matter, const Trial& trial);
 SceneBody& addPlane(SceneDescription& scene, double friction);
-
-// A primitive, or the mesh of it for methods that take meshes alone.
-SceneGeometry boxFor(const Trial& trial, const Vec3& size);
-SceneGeometry ballFor(const Trial& trial, double radius);
-SceneGeometry cylinderFor(const Trial& trial, double radius, double length);
-SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mesh);
 
 // How deep a pair that carries `force` stands in each other when it rests [m].
 double sagOf(const Trial& trial, const Matter& matter, double force);

@@ -40,6 +40,10 @@ struct LabPair {
   // Of each of `repeat` calls, B moved by `jitter` [m] in another direction before each, so that
   // nothing is answered from memory [us].
   std::function<std::vector<double>(const Pose& b, int repeat, double jitter)> microseconds;
+  // Of both bodies as the method has them [m^3]; empty where it has none.
+  std::optional<double> volume = {};
+  // The pair (b, a) of the same two bodies, where that is cheaper than to make it ready anew.
+  std::function<LabPair()> swapped = {};
 };
 
 // Why a method has no answer for a pair: told in the chart.
@@ -55,6 +59,9 @@ struct LabMethod {
   double detail = 0;
   // `detail` in metres. Throws CannotDo.
   std::function<LabPair(const LabBody& a, const LabBody& b, double detail)> prepare;
+  std::string told = {};    // how it is set, for a stranger: margins, thresholds, solver options
+  bool facets = false;      // takes meshes of facets within `detail`
+  bool metreScale = false;  // sees bodies of about a metre (pair_others.h says why)
 };
 
 // The times of `repeat` runs of `call`, each at a pose jittered as above; one more runs first,

@@ -32,6 +32,10 @@ constexpr double kHacdFacets = 1.0 / 25;
 constexpr double kCoarseSdf = 1.0 / 8;
 constexpr double kFineSdf = 1.0 / 16;
 
+// As demos/peers.cpp sets it.
+constexpr const char* kMargin =
+    "margin a thousandth of a per cent of the diagonal (Bullet's 4 cm would hide errors); in float";
+
 // A half-space has no mesh: with every method it is Bullet's static plane.
 PeerShape planeOr(const LabBody& body, const std::function<PeerShape()>& otherwise) {
   return isHalfSpace(body) ? primitiveShape(*body.shape) : otherwise();
@@ -41,11 +45,10 @@ PeerShape hullOf(const LabBody& body, double tolerance) {
   return planeOr(body, [&] { return hullShape(body.mesh(tolerance)); });
 }
 
-LabPair probed(PeerShape a, PeerShape b, Method method) {
-  const auto shapes = std::make_shared<std::pair<PeerShape, PeerShape>>(std::move(a), std::move(b));
-  const auto probeAt = [shapes, method](const Pose& pose) {
-    return std::make_unique<PairProbe>(*shapes->first.shape, *shapes->second.shape, pose, Motion{},
-                                       method, CloudContactSettings{});
+LabPair probed(const PeerShape& a, const PeerShape& b, Method method) {
+  const auto probeAt = [a, b, method](const Pose& pose) {
+    return std::make_unique<PairProbe>(*a.shape, *b.shape, pose, Motion{}, method,
+                                       CloudContactSettings{});
   };
   return {[probeAt](const Pose& pose) {
             std::vector<LabPoint> points;
@@ -55,21 +58,13 @@ LabPair probed(PeerShape a, PeerShape b, Method method) {
           },
           [probeAt](const Pose& pose, int repeat, double jitter) {
             return probeAt(pose)->microseconds(repeat, jitter);
-          }};
-}
-
-// A cone is the one primitive that Bullet puts its margin of 4 cm around rather than inside of.
-constexpr double kConeMargin = 1e-5;
-
-PeerShape ownShape(const AnalyticShape& shape) {
-  PeerShape made = primitiveShape(shape);
-  if (const auto* cone = std::get_if<ConeShape>(&shape))
-    made.shape->setMargin(btScalar(std::max(kConeMargin, cone->margin)));
-  return made;
+          },
+          {},
+          [a, b, method] { return probed(b, a, method); }};
 }
 
 LabPair primitivePair(const LabBody& a, const LabBody& b, double) {
-  return probed(ownShape(primitiveOf(a)), ownShape(primitiveOf(b)), Method::Primitive);
+  return probed(primitiveShape(primitiveOf(a)), primitiveShape(primitiveOf(b)), Method::Primitive);
 }
 
 LabPair hullPair(const LabBody& a, const LabBody& b, double tolerance) {
@@ -91,7 +86,7 @@ class PartsMade {
     const std::lock_guard lock(mutex_);
     for (const auto& [known, shape] : made_)
       if (known.vertices == mesh.vertices && known.triangles == mesh.triangles) return shape;
-    made_.emplace_back(mesh, convexPartsShape(mesh));
+    made_.emplace_back(mesh, convexPartsShape(convexParts(mesh)));
     return made_.back().second;
   }
 
@@ -102,18 +97,23 @@ class PartsMade {
 
 LabMethod hacdMethod() {
   const auto made = std::make_shared<PartsMade>();
-  return {"hacd", "parts of facets " + fraction(kHacdFacets), kHacdFacets,
-          [made](const LabBody& a, const LabBody& b, double tolerance) {
-            const auto isPart = [](const LabBody& body) {
-              return body.convex || isHalfSpace(body);
-            };
-            if (isPart(a) && isPart(b))
-              throw CannotDo("both bodies are convex: gjk's hulls already");
-            const auto shape = [&](const LabBody& body) {
-              return isPart(body) ? hullOf(body, tolerance) : made->of(body.mesh(tolerance));
-            };
-            return probed(shape(a), shape(b), Method::Hacd);
-          }};
+  LabMethod method = {
+      "hacd", "parts of facets " + fraction(kHacdFacets), kHacdFacets,
+      [made](const LabBody& a, const LabBody& b, double tolerance) {
+        const auto isPart = [](const LabBody& body) { return body.convex || isHalfSpace(body); };
+        if (isPart(a) && isPart(b)) throw CannotDo("both bodies are convex: gjk's hulls already");
+        const auto shape = [&](const LabBody& body) {
+          return isPart(body) ? hullOf(body, tolerance) : made->of(body.mesh(tolerance));
+        };
+        return probed(shape(a), shape(b), Method::Hacd);
+      }};
+  method.told =
+      "concave bodies cut into convex parts by HACD (concavity a hundredth of the "
+      "diagonal, 64 vertices a part) from " +
+      facetsWithin(kHacdFacets) + ", coarsened to 2,000 triangles; convex bodies by their hull; " +
+      kMargin;
+  method.facets = true;
+  return method;
 }
 
 // btSdfCollisionShape. Its one algorithm (btConvexConcaveCollisionAlgorithm) looks the vertices of
@@ -162,7 +162,7 @@ LabPair sdfPair(const LabBody& a, const LabBody& b, double cell) {
                                      : sdfOf(field, cell, isSphere(other) ? reach : 0);
   PeerShape convex = isSphere(other) ? primitiveShape(*other.shape) : hullOf(other, tolerance);
   if (!bakeA) std::swap(sdf, convex);
-  return probed(std::move(sdf), std::move(convex), Method::Sdf);
+  return probed(sdf, convex, Method::Sdf);
 }
 
 // The directions of jitter, the same on every run: evenly over the sphere, never two alike.
@@ -190,17 +190,26 @@ std::vector<double> timedCalls(const Pose& b, int repeat, double jitter,
 }
 
 std::vector<LabMethod> bulletMethods() {
-  const std::string coarse = "facets " + fraction(kCoarseFacets);
-  const std::string fine = "facets " + fraction(kFineFacets);
-  const std::vector<LabMethod> methods = {
-      {"primitive", "Bullet's own shapes", 0, primitivePair},
-      {"gjk", "hull, " + coarse, kCoarseFacets, hullPair},
-      {"gjk", "hull, " + fine, kFineFacets, hullPair},
-      {"gimpact", coarse, kCoarseFacets, gimpactPair},
-      {"gimpact", fine, kFineFacets, gimpactPair},
-      hacdMethod(),
-      {"sdf", "cells " + fraction(kCoarseSdf), kCoarseSdf, sdfPair},
-      {"sdf", "cells " + fraction(kFineSdf), kFineSdf, sdfPair}};
+  std::vector<LabMethod> methods = {{"primitive", "Bullet's own shapes", 0, primitivePair,
+                                     "sphere, box, capsule, cylinder, cone, plane with Bullet's "
+                                     "default margins inside them; a cone's, which Bullet puts "
+                                     "around it, " +
+                                         std::string(kMargin)}};
+  for (const double facets : kFacetLadder)
+    methods.push_back({"gjk", "hull, facets " + fraction(facets), facets, hullPair,
+                       "GJK and EPA on the convex hull of " + facetsWithin(facets) +
+                           ", Bullet's default tolerances, " + kMargin,
+                       true});
+  for (const double facets : kFacetLadder)
+    methods.push_back({"gimpact", "facets " + fraction(facets), facets, gimpactPair,
+                       "btGImpactMeshShape on " + facetsWithin(facets) + ", " + kMargin, true});
+  methods.push_back(hacdMethod());
+  for (const double cells : {kCoarseSdf, kFineSdf})
+    methods.push_back({"sdf", "cells " + fraction(cells), cells, sdfPair,
+                       "btSdfCollisionShape, cubic cells of " + fraction(cells) +
+                           " of the size, baked from the formula or from facets within a tenth of "
+                           "a cell; the other body a sphere or the hull of such facets, " +
+                           kMargin});
   std::vector<LabMethod> all;
   for (const LabMethod& method : methods) all.push_back(atMetreScale(method));
   return all;

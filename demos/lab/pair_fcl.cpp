@@ -12,6 +12,7 @@
 // Convex bodies: FCL's closed forms where it has them (spheres, boxes, planes), else GJK and EPA of
 // libccd 2.1 at FCL's default tolerance of 1e-6, over the primitives or over the facets' vertices
 // as fcl::Convex.
+#include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -131,24 +132,45 @@ class FclPair {
   Geometry a_, b_;
 };
 
-LabMethod fclMethod(const std::string& setting, double detail, GeometryMaker maker) {
-  return {"fcl", setting, detail, [maker](const LabBody& a, const LabBody& b, double tolerance) {
-            const FclPair pair(maker(a, tolerance), maker(b, tolerance));
-            return pairOf([pair](const Pose& pose) { return pair.find(pose); },
-                          [pair](const Pose& pose) {
-                            fcl::CollisionResultd result;
-                            pair.collide(pose, result);
-                          });
-          }};
+LabPair labPair(const Geometry& a, const Geometry& b) {
+  const FclPair pair(a, b);
+  LabPair made = pairOf([pair](const Pose& pose) { return pair.find(pose); },
+                        [pair](const Pose& pose) {
+                          fcl::CollisionResultd result;
+                          pair.collide(pose, result);
+                        });
+  made.swapped = [a, b] { return labPair(b, a); };
+  return made;
+}
+
+LabMethod fclMethod(const std::string& setting, double detail, GeometryMaker maker,
+                    const std::string& told) {
+  const auto prepare = [maker](const LabBody& a, const LabBody& b, double tolerance) {
+    return labPair(maker(a, tolerance), maker(b, tolerance));
+  };
+  return {"fcl", setting, detail, prepare, told, detail > 0};
 }
 
 }  // namespace
 
 std::vector<LabMethod> fclMethods() {
-  return {fclMethod("primitives, libccd", 0, primitive),
-          fclMethod("Convex, libccd, facets " + fraction(kCoarseFacets), kCoarseFacets, convexOf),
-          fclMethod("BVH, facets " + fraction(kCoarseFacets), kCoarseFacets, treeOf),
-          fclMethod("BVH, facets " + fraction(kFineFacets), kFineFacets, treeOf)};
+  std::vector<LabMethod> methods = {
+      fclMethod("primitives, libccd", 0, primitive,
+                "closed forms for spheres, boxes and planes, else GJK and EPA of libccd at FCL's "
+                "default tolerance of 1e-6; contacts on"),
+      fclMethod("Convex, libccd, facets " + fraction(kCoarseFacets), kCoarseFacets, convexOf,
+                "fcl::Convex of " + facetsWithin(kCoarseFacets) +
+                    ", GJK and EPA of libccd at the default tolerance of 1e-6; contacts on")};
+  for (const double facets : kFacetLadder)
+    methods.push_back(fclMethod("BVH, facets " + fraction(facets), facets, treeOf,
+                                "BVHModel<OBBRSS> of " + facetsWithin(facets) +
+                                    ", all contacts asked for, in double; a contact is a pair of "
+                                    "triangles that cross"));
+  return methods;
+}
+
+Version fclVersion() {
+  return {"FCL", FCL_VERSION};
 }
 
 }  // namespace cloudcontact::program::lab

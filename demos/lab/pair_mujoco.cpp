@@ -133,13 +133,21 @@ class MujocoPair {
 using TextMaker = GeomText (*)(const std::string& name, const LabBody& body, double tolerance);
 
 LabMethod mujocoMethod(const std::string& setting, double detail, TextMaker text, bool manyPoints) {
-  return {"mujoco", setting, detail,
-          [text, manyPoints](const LabBody& a, const LabBody& b, double tolerance) {
-            const MujocoPair pair(
-                modelText(text("a", a, tolerance), text("b", b, tolerance), manyPoints));
-            return pairOf([pair](const Pose& pose) { return pair.find(pose); },
-                          [pair](const Pose& pose) { pair.collide(pose); });
-          }};
+  const auto prepare = [text, manyPoints](const LabBody& a, const LabBody& b, double tolerance) {
+    const MujocoPair pair(modelText(text("a", a, tolerance), text("b", b, tolerance), manyPoints));
+    return pairOf([pair](const Pose& pose) { return pair.find(pose); },
+                  [pair](const Pose& pose) { pair.collide(pose); });
+  };
+  const std::string what = detail > 0 ? "convex hull of " + facetsWithin(detail) +
+                                            " through libccd's MPR at MuJoCo's default tolerance"
+                                      : "sphere, box, capsule, cylinder, plane of MuJoCo's own";
+  return {"mujoco",
+          setting,
+          detail,
+          prepare,
+          what + ", margin and gap 0, multiccd " + (manyPoints ? "on" : "off") +
+              "; timed with mj_kinematics of the two bodies",
+          detail > 0};
 }
 
 }  // namespace
@@ -149,6 +157,10 @@ std::vector<LabMethod> mujocoMethods() {
   return {mujocoMethod("primitives", 0, primitiveText, true),
           mujocoMethod("hull, " + facets, kCoarseFacets, hullText, false),
           mujocoMethod("hull, multiccd, " + facets, kCoarseFacets, hullText, true)};
+}
+
+Version mujocoVersion() {
+  return {"MuJoCo", mj_versionString()};
 }
 
 }  // namespace cloudcontact::program::lab

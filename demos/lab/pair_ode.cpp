@@ -7,6 +7,7 @@
 // keeps caches a thread and Debian's build promises nothing of several threads: ask one pair at a
 // time.
 #include <ode/ode.h>
+#include <ode/version.h>
 
 #include <cstdarg>
 #include <memory>
@@ -182,9 +183,18 @@ LabPair triangles(const LabBody& a, const LabBody& b, double tolerance) {
 }  // namespace
 
 std::vector<LabMethod> odeMethods() {
-  return {{"ode", "primitives", 0, primitives},
-          {"ode", "trimesh, facets " + fraction(kCoarseFacets), kCoarseFacets, triangles},
-          {"ode", "trimesh, facets " + fraction(kFineFacets), kFineFacets, triangles}};
+  const std::string most = "up to 65,535 contacts, equal ones merged, in double";
+  std::vector<LabMethod> methods = {
+      {"ode", "primitives", 0, primitives, "ODE's sphere, box, capsule, cylinder, plane; " + most}};
+  for (const double facets : kFacetLadder)
+    methods.push_back({"ode", "trimesh, facets " + fraction(facets), facets, triangles,
+                       "dTriMesh with OPCODE's trees of " + facetsWithin(facets) + "; " + most,
+                       true});
+  return methods;
+}
+
+Version odeVersion() {
+  return {"ODE", dODE_VERSION};
 }
 
 }  // namespace cloudcontact::program::lab

@@ -49,6 +49,24 @@ Pose scaled(const Pose& pose, double factor) {
   return {pose.orientation, factor * pose.position};
 }
 
+// A pair of bodies made larger by the factor, as one of the bodies themselves.
+LabPair scaledBack(const LabPair& pair, double factor) {
+  LabPair back;
+  back.find = [pair, factor](const Pose& pose) {
+    std::vector<LabPoint> points = pair.find(scaled(pose, factor));
+    for (LabPoint& p : points) {
+      p.position /= factor;
+      p.depth /= factor;
+    }
+    return points;
+  };
+  back.microseconds = [pair, factor](const Pose& pose, int repeat, double jitter) {
+    return pair.microseconds(scaled(pose, factor), repeat, factor * jitter);
+  };
+  if (pair.swapped) back.swapped = [pair, factor] { return scaledBack(pair.swapped(), factor); };
+  return back;
+}
+
 }  // namespace
 
 double reachOf(const LabBody& body, double tolerance) {
@@ -65,28 +83,30 @@ double reachOf(const LabBody& body, double tolerance) {
 
 LabMethod atMetreScale(const LabMethod& method) {
   LabMethod scaling = method;
+  scaling.metreScale = true;
   scaling.prepare = [prepare = method.prepare](const LabBody& a, const LabBody& b, double detail) {
-    // Primitives have no detail; their reach needs no mesh.
+    // Primitives have no detail, and their reach needs no mesh; what is none cannot be one.
+    if (detail == 0) primitiveOf(a), primitiveOf(b);
     const double smaller = std::min(reachOf(a, detail), reachOf(b, detail));
     const double factor = std::isfinite(smaller) && smaller > 0 ? 1 / smaller : 1;
-    const LabPair pair = prepare(scaled(a, factor), scaled(b, factor), factor * detail);
-    return LabPair{[pair, factor](const Pose& pose) {
-                     std::vector<LabPoint> points = pair.find(scaled(pose, factor));
-                     for (LabPoint& p : points) {
-                       p.position /= factor;
-                       p.depth /= factor;
-                     }
-                     return points;
-                   },
-                   [pair, factor](const Pose& pose, int repeat, double jitter) {
-                     return pair.microseconds(scaled(pose, factor), repeat, factor * jitter);
-                   }};
+    return scaledBack(prepare(scaled(a, factor), scaled(b, factor), factor * detail), factor);
   };
   return scaling;
 }
 
+std::string whyMetreScale() {
+  return "Peers see both bodies scaled so that the smaller reaches 1 m from its origin, and their "
+         "answers scaled back: their tolerances are in metres, made for bodies of about that size, "
+         "and their users are told to choose units so. At their true size of centimetres several "
+         "would answer worse. CloudContact sees the bodies as they are.";
+}
+
 std::string fraction(double detail) {
   return "1/" + std::to_string(std::lround(1 / detail));
+}
+
+std::string facetsWithin(double detail) {
+  return "facets within " + fraction(detail) + " of the size";
 }
 
 bool isHalfSpace(const LabBody& body) {
@@ -109,10 +129,16 @@ LabPair pairOf(const std::function<std::vector<LabPoint>(const Pose& b)>& find,
   return {[find](const Pose& b) { return touching(find(b)); },
           [narrowPhase](const Pose& b, int repeat, double jitter) {
             return timedCalls(b, repeat, jitter, narrowPhase);
-          }};
+          },
+          {},
+          {}};
 }
 
 #ifdef CLOUDCONTACT_PEERS
+
+std::vector<Version> peerVersions() {
+  return {fclVersion(), odeVersion(), mujocoVersion(), {"libccd", CLOUDCONTACT_CCD_VERSION}};
+}
 
 std::vector<LabMethod> otherMethods() {
   std::vector<LabMethod> all;
@@ -122,6 +148,10 @@ std::vector<LabMethod> otherMethods() {
 }
 
 #else
+
+std::vector<Version> peerVersions() {
+  return {};
+}
 
 std::vector<LabMethod> otherMethods() {
   const auto missing = [](const std::string& method, const std::string& library) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lab/pair.h"
@@ -15,12 +16,25 @@ std::vector<LabMethod> odeMethods();
 std::vector<LabMethod> mujocoMethods();
 
 // How far facets may lie from the solid, by the case's size. On a sphere of that radius 1/100 gives
-// 642 vertices and 1280 triangles, 1/500 2562 and 5120.
+// 642 vertices and 1280 triangles, 1/500 2562 and 5120, 1/2000 10,242 and 20,480; on the tori of
+// the rings 2,112, 9,984 and 37,600 triangles, the last about as many as such parts come with from
+// scanners and CAD.
 constexpr double kCoarseFacets = 1.0 / 100;
 constexpr double kFineFacets = 1.0 / 500;
+constexpr double kFinestFacets = 1.0 / 2000;
+constexpr double kFacetLadder[] = {kCoarseFacets, kFineFacets, kFinestFacets};
 
 // "1/100"
 std::string fraction(double detail);
+// "facets within 1/100 of the size"
+std::string facetsWithin(double detail);
+
+// A library, and which version of it was measured.
+using Version = std::pair<std::string, std::string>;
+std::vector<Version> peerVersions();  // of all but Bullet
+Version fclVersion();
+Version odeVersion();
+Version mujocoVersion();
 
 bool isHalfSpace(const LabBody& body);
 // Throws CannotDo where the body is no primitive.
@@ -43,5 +57,7 @@ LabPair pairOf(const std::function<std::vector<LabPoint>(const Pose& b)>& find,
 // users are told to choose units so: Bullet's EPA in float (1e-4) puts the normal of two 2 cm
 // spheres' hulls, 0.6 mm deep, 15 to 70 degrees off, and answers them well as 1 m spheres.
 LabMethod atMetreScale(const LabMethod& method);
+// The same for whoever reads the chart.
+std::string whyMetreScale();
 
 }  // namespace cloudcontact::program::lab

@@ -3,6 +3,7 @@ import json
 import math
 import os
 import sys
+import textwrap
 
 import matplotlib
 
@@ -30,6 +31,12 @@ def style(method):
     return STYLES.get(method, ("#000000", "*", method))
 
 
+def span(times):
+    """"25" or "3 to 25"."""
+    low, high = (f"{t:.0f}" if t >= 9.5 else f"{t:.2g}" for t in (min(times), max(times)))
+    return low if low == high else f"{low} to {high}"
+
+
 def save(figure, folder, name):
     figure.savefig(os.path.join(folder, name + ".svg"), metadata={"Date": None})
     figure.savefig(os.path.join(folder, name + ".png"), dpi=110)
@@ -48,7 +55,11 @@ def panels(count, height):
 
 def chart(folder, data, field, floor, label, title, name):
     families = list(dict.fromkeys(mark["family"] for mark in data["families"]))
-    figure, axes = panels(len(families), 3.1)
+    if not families:  # scenes alone were asked for
+        figure = plt.figure(figsize=(9.5, 0.8))
+        figure.text(0.01, 0.5, "None of the reference cases was run.", fontsize=11, va="center")
+        return save(figure, folder, name)
+    figure, axes = panels(len(families), 3.5)
     used = []
     for family, axis in zip(families, axes):
         marks = [m for m in data["families"] if m["family"] == family and m["cases"] > 0 and m.get(field) is not None]
@@ -60,12 +71,14 @@ def chart(folder, data, field, floor, label, title, name):
             color, shape, _ = style(method)
             whole = [m for m in own if m["cannot"] == 0]
             part = [m for m in own if m["cannot"] > 0]
+            wrong = [m for m in own if m["wrong"] > 0]
             line = sorted(whole, key=lambda m: m["microseconds"])
             if method == "cloud":
                 axis.plot([m["microseconds"] for m in line], [max(floor, m[field]) for m in line], color=color, lw=1, alpha=0.5)
             for group, face in ((whole, color), (part, "white")):
                 axis.scatter([m["microseconds"] for m in group], [max(floor, m[field]) for m in group], s=42, marker=shape,
                              color=face, edgecolors=color, linewidths=1.3, zorder=3)
+            axis.scatter([m["microseconds"] for m in wrong], [max(floor, m[field]) for m in wrong], s=70, marker="x", color="#c00000", linewidths=1.4, zorder=4)
             if method == "cloud":
                 for m in line:
                     axis.annotate(m["setting"].split("/")[-1].strip(), (m["microseconds"], max(floor, m[field])), textcoords="offset points",
@@ -75,8 +88,15 @@ def chart(folder, data, field, floor, label, title, name):
             axis.step([m["microseconds"] for m in front], [max(floor, m[field]) for m in front], where="post", color="#444444", lw=0.9, ls="--", zorder=1)
         able = {m["method"] for m in data["families"] if m["family"] == family and m["cases"] > 0}
         cannot = sorted({style(m["method"])[2] for m in data["families"] if m["family"] == family} - {style(m)[2] for m in able})
-        if cannot:
-            axis.text(0.02, 0.02, "cannot: " + ", ".join(cannot), transform=axis.transAxes, fontsize=6.5, color="#666666", wrap=True)
+        notes = ["cannot: " + ", ".join(cannot)] if cannot else []
+        deep = {}
+        for m in data["families"]:
+            if m["family"] == family and m["depthTimes"] > 0:
+                deep.setdefault(m["method"], []).append(m["depthTimes"])
+        notes += [f"{style(m)[2]}: depth {span(times)} times the true one" for m, times in deep.items()]
+        if notes:
+            text = "\n".join(line for note in notes for line in textwrap.wrap(note, 62))
+            axis.text(0.0, -0.26, text, transform=axis.transAxes, fontsize=6.5, color="#666666", va="top")
         cases = max((m["cases"] + m["cannot"] for m in data["families"] if m["family"] == family), default=0)
         axis.set_title(f"{family} ({cases} case{'s' if cases != 1 else ''})", fontsize=10, loc="left", fontweight="bold")
         axis.set_xscale("log")
@@ -91,6 +111,8 @@ def chart(folder, data, field, floor, label, title, name):
         axis.set_ylabel(label)
     handles = [Line2D([], [], color=style(m)[0], marker=style(m)[1], ls="", label=style(m)[2]) for m in STYLES if m in used]
     handles.append(Line2D([], [], color="#666666", marker="o", markerfacecolor="white", ls="", label="hollow: some of the cases"))
+    if any(m["wrong"] > 0 for m in data["families"]):
+        handles.append(Line2D([], [], color="#c00000", marker="x", ls="", label="a depth is wrong, or a touch missed"))
     if field == "normalDeg":
         handles.append(Line2D([], [], color="#444444", ls="--", label="frontier"))
     figure.suptitle(title, fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)

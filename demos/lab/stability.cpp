@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <thread>
@@ -32,13 +33,14 @@ std::vector<Job> jobsOf(const StabilitySettings& settings) {
     for (const StabilityScene& scene : scenes) {
       if (scene.name.find(settings.only) == std::string::npos) continue;
       if (settings.quick && scene.cost > kQuickCost) continue;
+      const auto store = std::make_shared<ShapeStore>();
       for (const Method method : scene.methods)
         for (const double step : scene.steps)
           for (const std::string& mode : scene.modes) {
             if (settings.quick && (step != scene.steps[0] || mode != scene.modes[0])) continue;
             Job& job = jobs.emplace_back();
             job.row.scene = scene.name, job.row.group = scene.group, job.row.rule = scene.rule;
-            job.row.trial = {method, step, mode};
+            job.row.trial = {method, step, mode, store};
             job.run = scene.run;
           }
     }
@@ -62,7 +64,11 @@ std::vector<StabilityRow> runStability(const StabilitySettings& settings) {
   std::mutex telling;
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      const auto start = std::chrono::steady_clock::now();
       jobs[i].row.verdict = verdictOf(jobs[i]);
+      jobs[i].row.trial.store.reset();
+      jobs[i].row.seconds =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       const std::lock_guard lock(telling);
       ++done;
       if (settings.progress) settings.progress(double(done) / double(jobs.size()));

@@ -8,6 +8,7 @@
 
 #include "options.h"
 #include "scene.h"
+#include "shape_store.h"
 #include "simulation.h"
 
 namespace cloudcontact::program::lab {
@@ -19,6 +20,7 @@ struct Trial {
   // "stiff": bodies state their stiffness and damping (the law). "auto": nobody states one; the
   // method's own way (for clouds as hard as the step allows, for peers Bullet's rigid rows).
   std::string mode = "auto";
+  std::shared_ptr<ShapeStore> store = {};  // of all trials of the scene
 };
 
 enum class Outcome { Holds, Fails, Cannot };
@@ -59,6 +61,7 @@ struct StabilityRow {
   std::string scene, group, rule;
   Trial trial;
   Verdict verdict;
+  double seconds = 0;  // that the trial took, others beside it
 };
 
 struct StabilitySettings {

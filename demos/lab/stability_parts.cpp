@@ -16,11 +16,6 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kMostLift = 0.1;  // [voxels]
-constexpr double kFacets = 1e-3;   // a sphere's facets are this share of its radius off it
-
-bool takesPrimitives(const Trial& trial) {
-  return trial.method == Method::Cloud || trial.method == Method::Primitive;
-}
 
 // The deepest of many bodies of one collision each: those whose bounding balls are apart are not
 // looked at. World::penetration() looks at all pairs, which a pile cannot afford.
@@ -59,7 +54,7 @@ class NearbyOverlap {
   };
   static std::shared_ptr<const Probed> measured(const SceneGeometry& geometry) {
     if (const auto* box = std::get_if<SceneBox>(&geometry)) {
-      const Mesh mesh = boxMesh(box->size);
+      const Mesh mesh = primitiveMesh(BoxShape{box->size / 2}, box->size.norm());
       return probed(geometry, &mesh);
     }
     const auto* mesh = std::get_if<SceneMesh>(&geometry);
@@ -104,11 +99,7 @@ SimulationReport simulateMany(World& world, const Plan& plan, double step) {
 
 Course follow(const Trial& trial, Plan& plan) {
   prepare(plan.scene, trial, plan.spring);
-  WorldSettings settings;
-  settings.common.method = trial.method;
-  settings.common.threads = 1;
-  settings.voxel = plan.voxel;
-  World world(plan.scene, settings);
+  World world(plan.scene, worldSettings(trial, plan.voxel));
   if (plan.many) return {plan.scene, simulateMany(world, plan, trial.step), plan.voxel};
   SimulationSettings simulation;
   simulation.seconds = plan.seconds;
@@ -137,26 +128,9 @@ Mesh taperedMesh(const Eigen::Vector2d& bottom, const Eigen::Vector2d& top, doub
   return mended(mesh);  // a tip's four corners are one, its empty triangles go
 }
 
-Mesh boxMesh(const Vec3& size) {
-  Mesh mesh = taperedMesh(size.head<2>(), size.head<2>(), size.z());
-  for (Vec3& v : mesh.vertices) v.z() -= size.z() / 2;
-  return mesh;
-}
-
-Mesh prismMesh(const std::vector<Eigen::Vector2d>& polygon, double width) {
-  Mesh mesh;
-  const int n = static_cast<int>(polygon.size());
-  for (const double y : {-width / 2, width / 2})
-    for (const Eigen::Vector2d& p : polygon) mesh.vertices.emplace_back(p.x(), y, p.y());
-  for (int k = 1; k + 1 < n; ++k) {
-    mesh.triangles.emplace_back(0, k, k + 1);
-    mesh.triangles.emplace_back(n, n + k + 1, n + k);
-  }
-  for (int k = 0; k < n; ++k) {
-    const int next = (k + 1) % n;
-    mesh.triangles.emplace_back(k, n + k, n + next);
-    mesh.triangles.emplace_back(k, n + next, next);
-  }
+Mesh prismMesh(const Outline& outline, double width) {
+  Mesh mesh = prism(outline, -width / 2, width / 2);
+  for (Vec3& v : mesh.vertices) v = Vec3(v.x(), -v.z(), v.y());
   return mesh;
 }
 
@@ -175,9 +149,8 @@ SceneBody boxBody(const Trial& trial, const Vec3& size, const Pose& pose, double
                   double friction) {
   const std::string kind =
       "box " + figure(size.x(), 3) + " " + figure(size.y(), 3) + " " + figure(size.z(), 3);
-  SceneBody body =
-      meshBody(kind, std::make_shared<const Mesh>(boxMesh(size)), pose, mass, friction);
-  if (takesPrimitives(trial)) body.collisions[0].geometry = SceneBox{size};
+  SceneBody body = meshBody(kind, {}, pose, mass, friction);
+  body.collisions[0].geometry = boxFor(trial, size);
   return body;
 }
 
@@ -185,11 +158,7 @@ SceneBody sphereBody(const Trial& trial, double radius, const Pose& pose, double
                      double friction) {
   const std::string kind = "sphere " + figure(radius, 3);
   SceneBody body = meshBody(kind, {}, pose, mass, friction);
-  if (takesPrimitives(trial))
-    body.collisions[0].geometry = SceneSphere{radius};
-  else
-    std::get<SceneMesh>(body.collisions[0].geometry).mesh =
-        std::make_shared<const Mesh>(primitiveMesh(SphereShape{radius}, kFacets * radius));
+  body.collisions[0].geometry = ballFor(trial, radius);
   return body;
 }
 

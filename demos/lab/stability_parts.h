@@ -7,22 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "lab/solids.h"
 #include "lab/stability.h"
+#include "lab/trial_bodies.h"
 #include "penetration.h"
 
 namespace cloudcontact::program::lab {
 
-constexpr double kGravity = 9.8;  // [m/s^2]
 // What "in place" means: half a voxel, below which no cloud knows where its surface is.
 constexpr double kInPlace = 0.5;  // [voxels]
 
 // A frustum over 0 <= z <= height between two rectangles about the z axis; a side of 0 makes a
 // wedge's edge or a spike's tip.
 Mesh taperedMesh(const Eigen::Vector2d& bottom, const Eigen::Vector2d& top, double height);
-Mesh boxMesh(const Vec3& size);  // about the origin
-// A polygon of (x, z), counter-clockwise seen from -y, swept over |y| <= width / 2. All of it must
-// be seen from its first corner.
-Mesh prismMesh(const std::vector<Eigen::Vector2d>& polygon, double width);
+// An outline of (x, z), counter-clockwise seen from -y, swept over |y| <= width / 2.
+Mesh prismMesh(const Outline& outline, double width);
 
 // Static where mass is 0. Bodies of one `kind` have one mesh.
 SceneBody meshBody(const std::string& kind, std::shared_ptr<const Mesh> mesh, const Pose& pose,

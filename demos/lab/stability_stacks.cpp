@@ -234,6 +234,22 @@ Verdict wrecking(const Trial& trial) {
   });
 }
 
+// What lies still at the end, after a little fall.
+std::vector<Rule> settled(const Course& course) {
+  double fastest = 0;
+  for (const BodyState& body : course.report.bodies)
+    fastest = std::max(fastest, body.linearVelocity.norm());
+  return {penetrationRule(course),
+          {fastest / course.voxel, kInPlace, "still moves [voxels/s]"},
+          energyRule(course)};
+}
+
+// A little turn about the plumb line, another for each body.
+Eigen::Quaterniond unevenTurn(int body, double upTo) {
+  const double turn = (body * 37 % 13 - 6) / 6.0 * upTo;
+  return Eigen::Quaterniond(Eigen::AngleAxisd(turn, Vec3::UnitZ()));
+}
+
 // Cubes of 1 m in six layers of 6 x 6, every other layer a quarter aside so that most rest on two,
 // each cube turned a little about the plumb line; they fall a little onto each other and are to lie
 // still.
@@ -251,19 +267,36 @@ Verdict pile(const Trial& trial) {
     const int layer = i / kSide / kSide;
     const Vec3 at(kBeside * (i % kSide + 0.25 * (layer % 2)), kBeside * (i / kSide % kSide),
                   0.51 + kAbove * layer);
-    const double turn = (i * 37 % 13 - 6) / 6.0 * kPi / 180;
     plan.scene.bodies.push_back(
-        boxBody(trial, Vec3::Ones(),
-                {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Vec3::UnitZ())), at}, 1000, kFriction));
+        boxBody(trial, Vec3::Ones(), {unevenTurn(i, kPi / 180), at}, 1000, kFriction));
   }
-  return judged(trial, plan, [](const Course& course) {
-    double fastest = 0;
-    for (const BodyState& body : course.report.bodies)
-      fastest = std::max(fastest, body.linearVelocity.norm());
-    return std::vector<Rule>{penetrationRule(course),
-                             {fastest / course.voxel, kInPlace, "still moves [voxels/s]"},
-                             energyRule(course)};
-  });
+  return judged(trial, plan, settled);
+}
+
+// Chain links lying in ten layers of four, side by side and end to end, every other layer turned a
+// quarter so that wires cross: concave bodies that rest on the floor and on each other.
+Verdict linkPile(const Trial& trial) {
+  constexpr int kLayers = 10;
+  constexpr double kThick = 2 * 0.1, kGap = 1e-3;
+  // Apart so far that each link's middle lies between the two wires that carry it.
+  constexpr double kLong = 1.35, kWide = 1.2;
+  const auto mesh = linkMesh();
+  Plan plan;
+  plan.voxel = 0.04;
+  plan.seconds = 2;
+  plan.instants = 10;
+  plan.many = true;
+  plan.spring = springFor(kLinkMass, kLayers * kLinkMass, 0.05 * plan.voxel);
+  plan.scene.bodies.push_back(floorBody(kFriction));
+  for (int i = 0; i < 4 * kLayers; ++i) {
+    const int layer = i / 4;
+    const Eigen::Quaterniond lie(Eigen::AngleAxisd(layer % 2 * kPi / 2, Vec3::UnitZ()));
+    const Vec3 place((i % 2 - 0.5) * kWide, (i / 2 % 2 - 0.5) * kLong, 0);
+    const Vec3 at = lie * place + (kThick / 2 + kGap + (kThick + kGap) * layer) * Vec3::UnitZ();
+    plan.scene.bodies.push_back(
+        meshBody("link", mesh, {lie * unevenTurn(i, kPi / 180), at}, kLinkMass, kFriction));
+  }
+  return judged(trial, plan, settled);
 }
 
 // A minute of rest in which nothing may fall asleep, after a second to settle in.
@@ -331,6 +364,8 @@ std::vector<StabilityScene> stackScenes() {
            {Method::Cloud, Method::Gimpact, Method::Gjk}, kSteps, 5, wrecking),
       make("pile of 216", "penetration [voxels]; lies still, no energy gained",
            {Method::Cloud, Method::Primitive, Method::Gimpact, Method::Gjk}, longer, 8, pile),
+      make("pile of 40 links", "penetration [voxels]; lies still, no energy gained",
+           {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk}, longer, 8, linkPile),
       make("60 s of rest, stack of 3", "drift [voxels]; tilt, penetration, no energy gained", kAll,
            longer, 1, [=](const Trial& t) { return rest(t, three); }),
       make("60 s of rest, pile of 6", "drift [voxels]; tilt, penetration, no energy gained", kAll,

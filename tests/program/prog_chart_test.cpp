@@ -22,7 +22,8 @@ TEST(Chart, OfAPairOfOnesOwn) {
   int answered = 0;
   for (const auto& row : json["rows"]) {
     for (const char* field : {"family", "case", "convex", "method", "setting", "microseconds",
-                              "normalDeg", "depth", "centre", "force", "torque", "frontier"})
+                              "normalDeg", "depth", "centre", "force", "torque", "frontier",
+                              "triangles", "wrongDepth", "swappedNormalDeg", "loopWork", "volume"})
       EXPECT_TRUE(row.contains(field)) << field;
     if (!row["why"].get<std::string>().empty()) continue;
     ++answered;
@@ -30,8 +31,13 @@ TEST(Chart, OfAPairOfOnesOwn) {
     EXPECT_LT(row["normalDeg"]["mean"].get<double>(), 10) << row;  // sphere on face: all agree
   }
   EXPECT_GT(answered, 4);
+  for (const auto& method : json["methods"])
+    EXPECT_GT(method["told"].get<std::string>().size(), 20u) << method;
+  EXPECT_GT(json["ratios"].size(), 3u);
+  EXPECT_TRUE(json["versions"].contains("bullet") && json["versions"].contains("HACD"));
   const std::string report = place.read("out/report.html");
   EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_EQ(report.find(">nan"), std::string::npos);  // what is not known is a dash
   for (const char* outside : {"src=\"", "href=\"http"})
     EXPECT_EQ(report.find(outside), std::string::npos) << outside;
 }
