@@ -129,7 +129,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     point.m_partId1 = sources[i].patch;
     const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
     setFrictionDirections(sources[i].position, slip, load, before[i], point);
-    anchor(slip, before[i], settings.slidingSpeed, point);
+    if (!load.slides()) anchor(slip, before[i], settings.slidingSpeed, point);
     if (before[i]) copyLearnt(*before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);
   }
