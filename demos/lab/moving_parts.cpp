@@ -2,7 +2,7 @@
 #include "lab/moving_parts.h"
 
 #include <cloudcontact/analytic_shape.h>
-#include <cloudcontact/law.h>
+#include <cloudcontact/automatic_spring.h>
 
 #include <cmath>
 #include <sstream>
@@ -85,10 +85,10 @@ SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mes
   return SceneMesh{name, Vec3::Ones(), std::move(mesh)};
 }
 
-double sagOf(const Trial& trial, const Matter& matter, double force) {
+double sagOf(const Trial& trial, const Matter& matter, double force, double voxel) {
   if (isStiff(trial)) return force / matter.stiffness;
   if (trial.method != Method::Cloud) return 0;  // Bullet's rigid rows
-  return force / stepLimited(matter.mass, trial.step).stiffness;
+  return automaticSpring(matter.mass, kGravity, voxel, trial.step).sag(force);
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)

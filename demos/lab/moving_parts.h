@@ -35,7 +35,7 @@ SceneGeometry cylinderFor(const Trial& trial, double radius, double length);
 SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mesh);
 
 // How deep a pair that carries `force` stands in each other when it rests [m].
-double sagOf(const Trial& trial, const Matter& matter, double force);
+double sagOf(const Trial& trial, const Matter& matter, double force, double voxel);
 
 // A world that is stepped and watched.
 class MovingWorld {
