@@ -1,7 +1,7 @@
 // A stepped world, energy and bisection.
 #include "lab/moving_parts.h"
 
-#include <cloudcontact/law.h>
+#include <cloudcontact/automatic_spring.h>
 
 #include <cmath>
 #include <sstream>
@@ -37,10 +37,10 @@ SceneBody& addPlane(SceneDescription& scene, double friction) {
   return addBody(scene, "floor", ScenePlane{}, Vec3::Zero(), {0, friction}, {});
 }
 
-double sagOf(const Trial& trial, const Matter& matter, double force) {
+double sagOf(const Trial& trial, const Matter& matter, double force, double voxel) {
   if (isStiff(trial)) return force / matter.stiffness;
   if (trial.method != Method::Cloud) return 0;  // Bullet's rigid rows
-  return force / stepLimited(matter.mass, trial.step).stiffness;
+  return automaticSpring(matter.mass, kGravity, voxel, trial.step).sag(force);
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)

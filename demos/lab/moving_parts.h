@@ -29,7 +29,7 @@ SceneBody& addBody(SceneDescription& scene, const std::string& name, const Scene
 SceneBody& addPlane(SceneDescription& scene, double friction);
 
 // How deep a pair that carries `force` stands in each other when it rests [m].
-double sagOf(const Trial& trial, const Matter& matter, double force);
+double sagOf(const Trial& trial, const Matter& matter, double force, double voxel);
 
 // A world that is stepped and watched.
 class MovingWorld {

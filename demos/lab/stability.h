@@ -18,7 +18,7 @@ struct Trial {
   Method method = Method::Cloud;
   double step = 1.0 / 240;  // [s]
   // "stiff": bodies state their stiffness and damping (the law). "auto": nobody states one; the
-  // method's own way (for clouds as hard as the step allows, for peers Bullet's rigid rows).
+  // method's own way (for clouds an automatic spring, for peers Bullet's rigid rows).
   std::string mode = "auto";
   std::shared_ptr<ShapeStore> store = {};  // of all trials of the scene
 };

@@ -28,7 +28,7 @@ double slid(const Trial& trial, double friction) {
   scene.gravity = kGravity * Vec3(std::sin(angle), 0, -std::cos(angle));
   const Matter brick = springy(1, friction, 4400, 1);  // sags by 0.1 voxel
   addBody(scene, "incline", boxFor(trial, Vec3(2, 1, 0.2)), Vec3(0, 0, -0.1), {0, 1}, trial);
-  const double sag = sagOf(trial, brick, brick.mass * kGravity * std::cos(angle));
+  const double sag = sagOf(trial, brick, brick.mass * kGravity * std::cos(angle), kVoxel);
   SceneBody& body = addBody(scene, "brick", boxFor(trial, Vec3(0.4, 0.4, 0.1)),
                             Vec3(-0.4, 0, 0.05 - sag), brick, trial);
   body.pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());  // along no axis of the grid

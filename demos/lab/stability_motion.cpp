@@ -24,7 +24,7 @@ Verdict keepsSpeed(const Trial& trial, bool cylinder) {
   SceneDescription scene;
   addBody(scene, "table", boxFor(trial, Vec3(4, 0.6, 0.1)), Vec3(1.5, 0, -0.05), {0, 0.5}, trial);
   const auto shape = cylinder ? cylinderFor(trial, kRadius, 0.2) : ballFor(trial, kRadius);
-  const double height = kRadius - sagOf(trial, matter, kMass * kGravity);
+  const double height = kRadius - sagOf(trial, matter, kMass * kGravity, kVoxel);
   SceneBody& body = addBody(scene, "roller", shape, Vec3(0, 0, height), matter, trial);
   if (cylinder) body.pose.orientation = Eigen::AngleAxisd(kPi / 2, Vec3::UnitX());
   body.linearVelocity = Vec3(kSpeed, 0, 0);
@@ -57,7 +57,8 @@ SceneDescription sceneOf(const Trial& trial, const Matter& matter) {
   add("stem", 0.02, 0.11, 0.085);
   add("disc", kDisc, 0.03, 0.15);
   body.pose.orientation = Eigen::AngleAxisd(kTilt, Vec3::UnitX());
-  body.pose.position.z() = kTip * (1 - std::cos(kTilt)) - sagOf(trial, matter, kMass * kGravity);
+  body.pose.position.z() =
+      kTip * (1 - std::cos(kTilt)) - sagOf(trial, matter, kMass * kGravity, kVoxel);
   body.angularVelocity = kSpin * (body.pose.orientation * Vec3::UnitZ());
   return scene;
 }
@@ -74,7 +75,7 @@ Verdict keepsSpin(const Trial& trial) {
     return false;
   });
   if (tilt > 1) return {Outcome::Fails, 1, 1, "falls over"};
-  const double sag = std::max(sagOf(trial, matter, kMass * kGravity), 1e-3 * kVoxel);
+  const double sag = std::max(sagOf(trial, matter, kMass * kGravity, kVoxel), 1e-3 * kVoxel);
   const double arm = 2.0 / 3 * std::sqrt(2 * kTip * sag) + kTip * std::sin(tilt);
   const double inertia = 0.5 * kMass * kDisc * kDisc;  // nearly all of it is the disc's
   const double mayLose = kFriction * kMass * kGravity * arm / inertia * kSeconds;
@@ -153,7 +154,7 @@ bool stays(const Trial& trial, double beyond) {
   SceneDescription scene;
   addBody(scene, "table", boxFor(trial, Vec3(0.6, 0.6, 0.1)), Vec3(-0.3, 0, -0.05), {0, 0.5},
           trial);
-  const double sag = sagOf(trial, matter, kMass * kGravity);
+  const double sag = sagOf(trial, matter, kMass * kGravity, kVoxel);
   addBody(scene, "box", boxFor(trial, Vec3(0.4, 0.4, 0.1)), Vec3(beyond, 0, 0.05 - sag), matter,
           trial);
   MovingWorld motion(scene, trial, kVoxel);
@@ -233,7 +234,7 @@ constexpr double kVoxel = 0.02, kThick = 2 * kVoxel, kSeconds = 1.5, kMass = 1, 
 
 double sunk(const Trial& trial, double side, double phase) {
   const Matter matter = springy(kMass, 0.5, 4900, 1);
-  const double sag = sagOf(trial, matter, kMass * kGravity);
+  const double sag = sagOf(trial, matter, kMass * kGravity, kVoxel);
   SceneDescription scene;
   scene.gravity = Vec3(0, 0, -side * kGravity);
   SceneBody& plate = addBody(scene, "plate", boxFor(trial, Vec3(1, 0.6, kThick)),

@@ -19,13 +19,13 @@ struct Material {
 };
 
 // Two materials in series: k = kA kB / (kA + kB), c = (cA kB^2 + cB kA^2) / (kA + kB)^2. A body
-// that states none is rigid; where neither states one the result is empty, and the pair is as hard
-// as the step allows (stepLimited).
+// that states none is rigid; where neither states one the result is empty, and the pair's spring is
+// found for it (automatic_spring.h).
 std::optional<Material> inSeries(const std::optional<Material>& a,
                                  const std::optional<Material>& b);
 
 // As hard as a step of `step` seconds allows a pair of effective mass `mass` [kg], at damping
-// ratio 1. DESIGN.md, "The method", 8.
+// ratio 1: the limit of the automatic spring. DESIGN.md, "The method", 8.
 Material stepLimited(double mass, double step);
 
 }  // namespace cloudcontact

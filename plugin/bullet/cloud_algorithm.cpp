@@ -71,14 +71,6 @@ void answer(btManifoldResult& result, const PairSides& sides, const ContactBody&
   result.setPersistentManifold(before);
 }
 
-// Without a stiffness of its own per area, the foundation law shares out the step's limit [N/m] as
-// the contacts' areas are: found with 1 N/m^3, scaled to the whole.
-double sharedScale(const ContactResult& contact, double whole) {
-  double sum = 0;
-  for (const ContactPoint& point : contact.points) sum += point.stiffness;
-  return sum > 0 ? whole / sum : 0;
-}
-
 }  // namespace
 
 struct CloudAlgorithm::State {
@@ -128,21 +120,19 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   const PairSides sides{&a, &b, bodyA->motion, bodyB->motion, inverse > 0 ? 1 / inverse : 0};
-  const PairLaw law = lawOf(narrowPhase.settings(), a, b, info.m_timeStep);
+  const double voxel = voxelOf(*bodyA, *bodyB);
+  const PairLaw law = lawOf(narrowPhase.settings(), a, b, voxel, info.m_timeStep);
   ContactSettings settings{law.form, law.pair};
   settings.samples = narrowPhase.settings().samples;
   // Bullet's queries subclass the result to override addContactPoint; its solver never does. In a
   // step, bodies about to touch get points too: without them a body that has lifted off by a
   // micrometre falls freely for a step, 0.04 mm at 480 Hz, and rattles for ever.
   const bool steps = typeid(result) == typeid(btManifoldResult);
-  if (steps) settings.margin = voxelOf(*bodyA, *bodyB);
-  if (law.shareOut) settings.pair = {1, law.pair.damping / law.pair.stiffness};
+  if (steps) settings.margin = voxel;
   const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
   if (steps) {
-    WriteSettings how{law.form, 1, 0};
-    if (law.shareOut) how.stiffnessScale = sharedScale(contact, law.pair.stiffness);
-    if (info.m_timeStep > 0)
-      how.slidingSpeed = kSlidingVoxelsPerStep * voxelOf(*bodyA, *bodyB) / info.m_timeStep;
+    WriteSettings how{law.form, 0, info.m_timeStep, law.automatic};
+    if (info.m_timeStep > 0) how.slidingSpeed = kSlidingVoxelsPerStep * voxel / info.m_timeStep;
     writer.write(sides, contact, how);
   } else {
     answer(result, sides, *bodyA, *bodyB, contact);

@@ -59,9 +59,33 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
       sides.wrapB->getCollisionObject()->getWorldTransform().invXform(point.m_positionWorldOnB);
 }
 
-void setLaw(const ContactPoint& source, double scale, btManifoldPoint& point) {
-  point.m_combinedContactStiffness1 = static_cast<btScalar>(scale * source.stiffness);
-  point.m_combinedContactDamping1 = static_cast<btScalar>(scale * source.damping);
+// The spring where a pair's points together stand in it. One line for all of them, not each its
+// own: a deep point's would be steeper, and what noise makes of the pressure's slope be magnified
+// (a wedge in a crack gained a voxel of lift).
+SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
+                        const ContactResult& contact, double step) {
+  double whole = 0, depth = 0, closing = 0;
+  for (const ContactPoint& p : contact.points) {
+    const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
+    whole += p.stiffness;
+    depth += p.stiffness * p.depth;
+    closing += p.stiffness * meeting.dot(p.normal);
+  }
+  SpringTangent tangent = spring.tangent(depth / whole, closing / whole, step);
+  tangent.slope /= whole;
+  tangent.damping /= whole;
+  return tangent;
+}
+
+void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tangent, double step,
+            btManifoldPoint& point) {
+  Material law{source.stiffness, source.damping};
+  if (tangent) {
+    const Material part = tangent->row(source.depth, step);
+    law = {part.stiffness * source.stiffness, part.damping * source.stiffness};
+  }
+  point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);
+  point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);
 }
 
 // What Bullet's own algorithms tell the user of a point.
@@ -124,12 +148,12 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     btManifoldPoint& point = manifold.getContactPoint(i);
     point = common;
     setGeometry(sources[i], sides, point);
-    if (settings.law != LawForm::Rigid) setLaw(sources[i], settings.stiffnessScale, point);
+    if (settings.law != LawForm::Rigid) setLaw(sources[i], tangent_, settings.step, point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
     const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
     setFrictionDirections(sources[i].position, slip, load, before[i], point);
-    anchor(slip, before[i], settings.slidingSpeed, point);
+    if (!load.slides()) anchor(slip, before[i], settings.slidingSpeed, point);
     if (before[i]) copyLearnt(*before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);
   }
@@ -151,6 +175,9 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
   remember();
   const btManifoldPoint common = commonOf(sides, settings.law);
   const std::size_t patches = contact.patches.size();
+  tangent_.reset();
+  if (settings.automatic && !contact.points.empty())
+    tangent_ = tangentOf(*settings.automatic, sides, contact, settings.step);
   while (manifolds_.size() < patches) {
     btPersistentManifold* const manifold = dispatcher_.getNewManifold(
         sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject());

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <cloudcontact/automatic_spring.h>
 #include <cloudcontact/contact.h>
 
+#include <optional>
 #include <vector>
 
 class btDispatcher;
@@ -22,8 +24,10 @@ struct PairSides {
 // What a step adds to the points themselves.
 struct WriteSettings {
   LawForm law = LawForm::Paper;
-  double stiffnessScale = 1;  // points' k and c are multiplied by it
-  double slidingSpeed = 0;    // [m/s] slower than this, a point stands and keeps its place
+  double slidingSpeed = 0;  // [m/s] slower than this, a point stands and keeps its place
+  double step = 0;          // [s]
+  // The points' stiffnesses are their parts of this spring; empty: they are what they say.
+  std::optional<AutomaticSpring> automatic;
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm dies. Points are
@@ -54,8 +58,9 @@ class ManifoldWriter {
 
   btDispatcher& dispatcher_;
   std::vector<btPersistentManifold*> manifolds_;
-  std::vector<btManifoldPoint> old_;  // last step's points by id
-  std::vector<char> inherited_;       // which of them live on
+  std::vector<btManifoldPoint> old_;      // last step's points by id
+  std::vector<char> inherited_;           // which of them live on
+  std::optional<SpringTangent> tangent_;  // of WriteSettings::automatic, per part of a point
 };
 
 }  // namespace cloudcontact

@@ -1,10 +1,13 @@
-// Materials of a pair: the settings', the shapes', Bullet's own per body, or the step's limit.
+// Materials of a pair: the settings', the shapes', Bullet's own per body, or none's: a spring that
+// follows from the bodies' masses, gravity, voxel and step.
 #include "pair_law.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <cloudcontact/bullet/cloud_shape.h>
+
+#include <algorithm>
 
 namespace cloudcontact {
 
@@ -23,6 +26,12 @@ std::optional<Material> materialOf(const btCollisionObjectWrapper& body) {
   return std::nullopt;
 }
 
+// [m/s^2] 0 for what no contact moves, and for a multi-body's links, which do not know theirs.
+double gravityOf(const btCollisionObject& object) {
+  const auto* rigid = btRigidBody::upcast(&object);
+  return rigid && rigid->getInvMass() > 0 ? rigid->getGravity().length() : 0.0;
+}
+
 }  // namespace
 
 double inverseMass(const btCollisionObject& object) {
@@ -38,15 +47,18 @@ double inverseMass(const btCollisionObject& object) {
 }
 
 PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-              const btCollisionObjectWrapper& b, double step) {
+              const btCollisionObjectWrapper& b, double voxel, double step) {
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
-  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, false};
-  if (settings.pair) return {settings.law, *settings.pair, false};
+  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, {}};
+  if (settings.pair) return {settings.law, *settings.pair, {}};
   if (const auto stated = inSeries(materialOf(a), materialOf(b)))
-    return {settings.law, *stated, false};
-  const Material limit = stepLimited(1 / inverse, step > 0 ? step : kUnknownStep);
-  return {settings.law, limit, settings.law == LawForm::Foundation};
+    return {settings.law, *stated, {}};
+  const double weight =
+      std::max(gravityOf(*a.getCollisionObject()), gravityOf(*b.getCollisionObject()));
+  return {settings.law,
+          {1, 0},
+          automaticSpring(1 / inverse, weight, voxel, step > 0 ? step : kUnknownStep)};
 }
 
 }  // namespace cloudcontact

@@ -1,6 +1,7 @@
 // Which k and c a pair of collision objects gets.
 #pragma once
 
+#include <cloudcontact/automatic_spring.h>
 #include <cloudcontact/bullet/registration.h>
 
 class btCollisionObject;
@@ -12,14 +13,14 @@ namespace cloudcontact {
 struct PairLaw {
   LawForm form = LawForm::Paper;
   Material pair;
-  // The pair states no stiffness per area: its contacts share out `pair` [N/m] as their areas are.
-  bool shareOut = false;
+  // Where nobody states a stiffness: the contacts share this out as their parts of `pair` are.
+  std::optional<AutomaticSpring> automatic;
 };
 
-// The settings' pair, else the bodies' materials in series, else as hard as `step` [s] allows.
+// The settings' pair, else the bodies' materials in series, else an automatic spring.
 // Rigid where neither body can move: there is nothing to push, but queries still want the points.
 PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-              const btCollisionObjectWrapper& b, double step);
+              const btCollisionObjectWrapper& b, double voxel, double step);
 
 // 1/kg; 0 for what no contact moves.
 double inverseMass(const btCollisionObject& object);

@@ -11,6 +11,9 @@ namespace {
 // its bound, so the directions do not matter and had better not move.
 constexpr double kNearLimit = 0.5;
 
+// The share of the Coulomb limit from which on a patch does not stand but slides.
+constexpr double kSliding = 0.99;
+
 // The share of a standing point's slip that friction takes back each step, and the most slip that
 // it remembers, in steps at the sliding speed. Without it a cube creeps 0.15 voxel in 10 s on a
 // slope of 25 degrees at friction 0.6, with it 1e-8; 0.05 to 0.5 do alike.
@@ -54,6 +57,10 @@ Vec3 PatchLoad::at(const Vec3& position, const Vec3& slip) const {
   const Vec3 held = force_ + spin_.cross(position - center_);
   const Vec3 load = mass_ * slip - held;
   return load.norm() > kNearLimit * limit_ ? load : Vec3::Zero();
+}
+
+bool PatchLoad::slides() const {
+  return force_.norm() > kSliding * limit_;
 }
 
 void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLoad& load,

@@ -28,6 +28,8 @@ class PatchLoad {
   // The way that A would move over B at a place without friction; zero where friction is far from
   // its limit, so that its rows need not turn.
   Vec3 at(const Vec3& position, const Vec3& slip) const;
+  // Friction carried all that it can.
+  bool slides() const;
 
  private:
   int count_ = 0;
@@ -43,7 +45,9 @@ void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLo
 // A standing point, slower than `slidingSpeed` [m/s], goes back to where it stood. Bullet starts
 // friction from nothing every step, so what its iterations leave over is a creep that never stops;
 // here the slip of all steps is summed up, and a share of it asked back as the rows' target
-// velocity, m_contactMotion1/2, in which the sum lives.
+// velocity, m_contactMotion1/2, in which the sum lives. Not for a patch that slides: a sum that
+// goes on while friction holds all it can pulls the body back up the slope later (at 1 kHz a brick
+// stood at friction 0.49 on a slope of 0.5, by leaps forward and back).
 void anchor(const Vec3& slip, const btManifoldPoint* before, double slidingSpeed,
             btManifoldPoint& point);
 

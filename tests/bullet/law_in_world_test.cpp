@@ -1,5 +1,6 @@
 // The Kelvin-Voigt law as Bullet's solver carries it out: against the exact backward Euler
 // recurrence, against m g / k, and against the materials' series formula.
+#include <cloudcontact/automatic_spring.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -106,7 +107,23 @@ double stiffnessOf(BulletWorld& scene) {
   return sum;
 }
 
-TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromTheStep) {
+// What the contacts of a pair that stands still push with is the automatic spring's force at the
+// depth that they tell.
+void expectAutomatic(BulletWorld& scene, double mass, double gravity = kGravity) {
+  scene.detect();
+  double push = 0, whole = 0, depth = 0;
+  for (const btManifoldPoint& p : scene.points()) {
+    push -= p.m_combinedContactStiffness1 * p.m_distance1;
+    depth -= p.m_distance1;
+    whole += 1;
+  }
+  ASSERT_GT(whole, 0);
+  const AutomaticSpring spring = automaticSpring(mass, gravity, kVoxel, 0.01);
+  const double force = spring.force(depth / whole);
+  EXPECT_NEAR(push, force, 0.02 * force) << "at " << depth / whole / kVoxel << " voxels";
+}
+
+TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromNoOne) {
   const auto scene = [](std::optional<Material> cloud, std::optional<Material> ground) {
     auto made = std::make_unique<BulletWorld>();
     btRigidBody& plane = made->addGround();
@@ -120,20 +137,53 @@ TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromTheStep) {
   EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, std::nullopt)), 2000, 0.01);
   EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, Material{700, 1})), 700, 0.01);
   EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, Material{500, 1})), 400, 0.01);
-  // Neither: as the step allows, so twice the mass or half the step changes it alike.
-  const Material limit = stepLimited(3, 0.01);
-  EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, std::nullopt)), limit.stiffness,
-              1e-4 * limit.stiffness);
+  // Neither: the automatic spring of what moves.
+  expectAutomatic(*scene(std::nullopt, std::nullopt), 3);
 }
 
-TEST(LawInWorld, TwoFreeBodiesShareTheStepsLimitByTheirReducedMass) {
+TEST(LawInWorld, TwoFreeBodiesShareAnAutomaticSpringByTheirReducedMass) {
   BulletWorld scene;
   scene.addCloud(cubeField(), 3, at({0, 0, 0}));
   scene.addCloud(cubeField(), 6, at({0, 0, btScalar(0.197)}));
   scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-  const double reduced = 2;  // 3 * 6 / 9
-  EXPECT_NEAR(stiffnessOf(scene), stepLimited(reduced, 0.01).stiffness,
-              1e-4 * stepLimited(reduced, 0.01).stiffness);
+  expectAutomatic(scene, 2);  // 3 * 6 / 9
+}
+
+// A world gives its gravity to the bodies: with none, as on the ground; on the moon, softer.
+TEST(LawInWorld, TheAutomaticSpringKnowsWhatPulls) {
+  for (const double gravity : {0.0, 1.62, 9.81}) {
+    BulletWorld scene;
+    scene.world.setGravity({0, 0, btScalar(-gravity)});
+    scene.addGround();
+    scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.0995)}));
+    scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
+    expectAutomatic(scene, 3, gravity > 0 ? gravity : kGravity);
+  }
+}
+
+TEST(LawInWorld, OwnWeightSagsAlikeAtEveryStepWhereNobodyStatesAStiffness) {
+  const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
+  for (const bool onCloud : {false, true})
+    for (const LawForm form : {LawForm::Paper, LawForm::Foundation})
+      for (const double step : {1. / 60, 1. / 240, 1e-3})
+        for (const double load : {1.0, 5.0, 20.0}) {
+          CloudContactSettings settings;
+          settings.law = form;
+          BulletWorld scene(settings);
+          if (onCloud)
+            scene.addCloud(slab, 0, at({0, 0, btScalar(-0.05)}));
+          else
+            scene.addGround();
+          btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.1)}));
+          for (int i = 0; i < 2 / step; ++i) {
+            cube.applyCentralForce({0, 0, btScalar(-(load - 1) * kGravity)});
+            scene.step(step);
+          }
+          const double sag = automaticSpring(1, kGravity, kVoxel, step).sag(load * kGravity);
+          EXPECT_NEAR(depthOf(cube), sag, std::max(0.02 * kVoxel, 0.05 * sag))
+              << "step " << step << ", " << load << " times its weight"
+              << (onCloud ? " on a cloud" : " on a plane");
+        }
 }
 
 TEST(LawInWorld, FoundationIsStiffnessTimesArea) {
@@ -146,15 +196,14 @@ TEST(LawInWorld, FoundationIsStiffnessTimesArea) {
   EXPECT_NEAR(stiffnessOf(scene), 1e6 * 0.04, 0.03 * 1e6 * 0.04);
 }
 
-TEST(LawInWorld, FoundationWithoutAStiffnessTakesTheStepsLimit) {
+TEST(LawInWorld, FoundationWithoutAStiffnessSharesOutAnAutomaticSpring) {
   CloudContactSettings settings;
   settings.law = LawForm::Foundation;
   BulletWorld scene(settings);
   scene.addGround();
   scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
   scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-  EXPECT_NEAR(stiffnessOf(scene), stepLimited(3, 0.01).stiffness,
-              1e-4 * stepLimited(3, 0.01).stiffness);
+  expectAutomatic(scene, 3);
 }
 
 }  // namespace

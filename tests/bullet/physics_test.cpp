@@ -1,5 +1,6 @@
 // Bodies in motion against mechanics: rest, slopes, rolling, falling, momentum, sleep, and that a
 // run can be repeated to the bit.
+#include <cloudcontact/automatic_spring.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,55 +50,90 @@ TEST(Rest, ACubeStaysWhereItIsPut) {
   }
 }
 
-// A cube on a slope of the given tangent, pressed in by what it will sag there.
+constexpr double kSteps[] = {1. / 60, 1. / 240, 1e-3};
+
+// A box on a slope of the given tangent, pressed in by what it will sag there.
 struct Slope {
   BulletWorld scene;
-  btRigidBody* cube;
+  btRigidBody* box;
   Vec3 down;
   double angle;
+  double step;
 
-  Slope(double tangent, double friction, double yaw) : angle(std::atan(tangent)) {
+  Slope(double tangent, double friction, double yaw, double length, double height,
+        const CloudContactSettings& settings = {})
+      : scene(settings), angle(std::atan(tangent)), step(length) {
     const Vec3 normal(-std::sin(angle) * std::cos(yaw), -std::sin(angle) * std::sin(yaw),
                       std::cos(angle));
     down =
         Vec3(-std::cos(angle) * std::cos(yaw), -std::cos(angle) * std::sin(yaw), -std::sin(angle));
     scene.add(std::make_unique<btStaticPlaneShape>(vector(normal), 0), 0, at({0, 0, 0}))
         .setFriction(1);
-    const double sag = kGravity * std::cos(angle) / stepLimited(1, kStep).stiffness;
+    const double load = kGravity * std::cos(angle);
+    const double sag = settings.pair ? load / settings.pair->stiffness
+                                     : automaticSpring(1, kGravity, kVoxel, step).sag(load);
     const btTransform place =
-        at(vector((0.1 - sag) * normal), shortestArcQuat({0, 0, 1}, vector(normal)));
-    cube = &scene.addCloud(cubeField(), 1, place);
-    cube->setFriction(btScalar(friction));
+        at(vector((height / 2 - sag) * normal), shortestArcQuat({0, 0, 1}, vector(normal)));
+    box = &scene.addCloud(height == 0.2 ? cubeField() : brickField(), 1, place);
+    box->setFriction(btScalar(friction));
+  }
+
+  static std::shared_ptr<const SurfaceField> brickField() {
+    static const auto field = fieldOf(boxMesh({0.4, 0.4, 0.1}), kVoxel);
+    return field;
   }
 
   // How far it goes down in `seconds` [m].
   double run(double seconds) {
-    const btVector3 before = cube->getWorldTransform().getOrigin();
-    for (int i = 0; i < seconds / kStep; ++i) scene.step(kStep);
-    return (cube->getWorldTransform().getOrigin() - before).dot(vector(down));
+    const btVector3 before = box->getWorldTransform().getOrigin();
+    for (int i = 0; i < seconds / step; ++i) scene.step(step);
+    return (box->getWorldTransform().getOrigin() - before).dot(vector(down));
   }
-
-  static constexpr double kStep = 1. / 240;
 };
 
+// g (sin - mu cos) t^2 / 2: what a body that starts at once has slid after 3 s.
+double freeWay(double tangent, double friction) {
+  const double angle = std::atan(tangent);
+  return kGravity * (std::sin(angle) - friction * std::cos(angle)) * 9 / 2;
+}
+
+// As hard as the step allows, so that the cube's start, level, is how it will lean.
 TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
+  CloudContactSettings hard;
+  hard.pair = stepLimited(1, 1. / 240);
   for (const double yaw : {0.0, 0.4}) {
-    EXPECT_LT(Slope(0.5, 0.51, yaw).run(3), 0.1 * kVoxel) << "yaw " << yaw;
-    // g (sin - mu cos) t^2 / 2, and never more; it may start late.
-    const double angle = std::atan(0.5);
-    const double free = kGravity * (std::sin(angle) - 0.48 * std::cos(angle)) * 9 / 2;
-    const double gone = Slope(0.5, 0.48, yaw).run(3);
-    EXPECT_GT(gone, 0.8 * free) << "yaw " << yaw;
-    EXPECT_LT(gone, 1.02 * free) << "yaw " << yaw;
+    EXPECT_LT(Slope(0.5, 0.51, yaw, 1. / 240, 0.2, hard).run(3), 0.1 * kVoxel) << "yaw " << yaw;
+    // Never more than free; it may start late.
+    const double gone = Slope(0.5, 0.48, yaw, 1. / 240, 0.2, hard).run(3);
+    EXPECT_GT(gone, 0.8 * freeWay(0.5, 0.48)) << "yaw " << yaw;
+    EXPECT_LT(gone, 1.02 * freeWay(0.5, 0.48)) << "yaw " << yaw;
   }
 }
 
+// A brick hardly leans. With a stated spring and without, at all steps: what slides must not be
+// pulled back to where it stood, what stands must not creep once it has settled.
+TEST(OnASlope, ABrickTells049From051AtEveryStepWhetherItsSpringIsStatedOrNot) {
+  CloudContactSettings stated;
+  stated.pair = Material{9810, 2 * std::sqrt(9810)};
+  for (const auto& settings : {CloudContactSettings{}, stated})
+    for (const double yaw : {0.0, 0.4})
+      for (const double step : kSteps) {
+        Slope stands(0.5, 0.51, yaw, step, 0.1, settings);
+        stands.run(2);
+        EXPECT_LT(stands.run(1), 0.1 * kVoxel) << "yaw " << yaw << ' ' << step;
+        const double gone = Slope(0.5, 0.49, yaw, step, 0.1, settings).run(3);
+        EXPECT_NEAR(gone, freeWay(0.5, 0.49), 0.2 * freeWay(0.5, 0.49))
+            << "yaw " << yaw << ' ' << step;
+      }
+}
+
 TEST(OnASlope, StandingMeansNoCreep) {
-  for (const double yaw : {0.0, 0.4}) {
-    Slope slope(std::tan(25 * SIMD_RADS_PER_DEG), 0.6, yaw);
-    slope.run(1);
-    EXPECT_LT(std::abs(slope.run(10)), 0.01 * kVoxel) << "yaw " << yaw;
-  }
+  for (const double yaw : {0.0, 0.4})
+    for (const double step : kSteps) {
+      Slope slope(std::tan(25 * SIMD_RADS_PER_DEG), 0.6, yaw, step, 0.2);
+      slope.run(1);
+      EXPECT_LT(std::abs(slope.run(10)), 0.01 * kVoxel) << "yaw " << yaw << ' ' << step;
+    }
 }
 
 TEST(Rolling, ASphereKeepsItsSpeed) {
@@ -114,6 +150,26 @@ TEST(Rolling, ASphereKeepsItsSpeed) {
   EXPECT_LT(sphere.getLinearVelocity().x(), 1.01);
   EXPECT_NEAR(sphere.getWorldTransform().getOrigin().x(), 3, 0.06);
   EXPECT_NEAR(sphere.getAngularVelocity().y() * 0.2, sphere.getLinearVelocity().x(), 0.01);
+}
+
+TEST(Rolling, WhereNobodyStatesAStiffnessABallAndACylinderKeep99PercentIn3Seconds) {
+  const auto ball = fieldOf(sphereMesh(0.2, 1e-5), kVoxel);
+  const auto table = fieldOf(boxMesh({4, 0.6, 0.1}), kVoxel);
+  for (const bool cylinder : {false, true})
+    for (const double step : kSteps) {
+      BulletWorld scene;
+      scene.addCloud(table, 0, at({1.5, 0, btScalar(-0.05)}));
+      const btTransform place = at({0, 0, btScalar(0.199)});
+      btRigidBody& body =
+          cylinder
+              ? scene.add(std::make_unique<btCylinderShape>(btVector3(0.2f, 0.1f, 0.2f)), 1, place)
+              : scene.addCloud(ball, 1, place);
+      body.setLinearVelocity({1, 0, 0});
+      body.setAngularVelocity({0, 5, 0});
+      for (int i = 0; i < 3 / step; ++i) scene.step(step);
+      EXPECT_GT(body.getLinearVelocity().x(), 0.99) << (cylinder ? "cylinder " : "ball ") << step;
+      EXPECT_LT(body.getLinearVelocity().x(), 1.01) << (cylinder ? "cylinder " : "ball ") << step;
+    }
 }
 
 TEST(Falling, NeverGainsEnergyOnAnyCornerOrEdge) {

@@ -16,7 +16,7 @@ namespace cloudcontact {
 struct CloudContactSettings {
   LawForm law = LawForm::Paper;
   // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
-  // decide, and where no body states one the pair is as hard as the step allows.
+  // decide, and where no body states one the spring is automatic (automatic_spring.h).
   std::optional<Material> pair;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
 };
