@@ -19,11 +19,10 @@ struct HitMaker {
   const std::uint32_t* sample;                    // of the lanes, and so on
   const float *depth, *mx, *my, *mz;
 
-  HitMaker(const Direction& dir, const Lanes& l) : toFrame(dir.toFrame) {
+  HitMaker(const Direction& dir, const SampleColumns& s, const Lanes& l) : toFrame(dir.toFrame) {
     std::copy_n(dir.frameFromOwn, 9, fromOwn);
     std::copy_n(dir.frameFromOther, 9, fromOther);
     halfWidth = kHalfWidth * dir.voxel;
-    const SampleColumns& s = dir.samples.levels[dir.level].samples;
     x = s.x.data(), y = s.y.data(), z = s.z.data();
     nx = s.nx.data(), ny = s.ny.data(), nz = s.nz.data();
     width = s.width.data();
@@ -169,9 +168,9 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   }
 }
 
-CC_LANES int addHits(const Direction& dir, const Lanes& lanes, int count, HitColumns& hits,
-                     std::int32_t* dry) {
-  const HitMaker hitIn(dir, lanes);
+CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, const Lanes& lanes,
+                     int count, HitColumns& hits, std::int32_t* dry) {
+  const HitMaker hitIn(dir, samples, lanes);
   float in[kLanes];
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
@@ -185,7 +184,7 @@ CC_LANES int addHits(const Direction& dir, const Lanes& lanes, int count, HitCol
   }
   const HitColumns::Columns<float> to = hits.room(static_cast<std::size_t>(some));
   const float unit = dir.voxel * dir.voxel;
-  const float* const area = dir.samples.levels[dir.level].samples.area.data();
+  const float* const area = samples.area.data();
   CC_INDEPENDENT
   for (int i = 0; i < some; ++i) {
     const CcHit h = hitIn(wet[i]);

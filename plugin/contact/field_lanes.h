@@ -36,10 +36,10 @@ void findDepths(float voxel, Lanes& lanes);
 void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
 // Kinds, from depths and normals.
 void classify(const Direction& dir, Lanes& lanes);
-// Hits of the first `count` of lanes.wet; returns how many of them are none after all: these come
-// last in `dry`.
-int addHits(const Direction& dir, const Lanes& lanes, int count, HitColumns& hits,
-            std::int32_t* dry);
+// Hits of the first `count` of lanes.wet, whose samples are `samples`; returns how many of them are
+// none after all: these come last in `dry`.
+int addHits(const Direction& dir, const SampleColumns& samples, const Lanes& lanes, int count,
+            HitColumns& hits, std::int32_t* dry);
 // Numbers of the sample bricks that may touch the other body, first to last.
 void nearBricks(const Direction& dir, const FieldData& other, std::vector<std::uint32_t>& near);
 

@@ -49,14 +49,9 @@ struct FieldTarget {
     return false;
   }
 
-  auto aside(const Lanes& lanes, int lane) const {
-    const CcVoxel record{lanes.a[lane], lanes.b[lane]};
-    const V3 r(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
-    return [this, record, r](const V3& away) {
-      const V3 x = r + turned(dir.toOther.turn, away);
-      const CcDepth there = ccVoxelDepth(record, other.planes(), x.data());
-      return std::pair(there.depth * voxel, V3(there.normal[0], there.normal[1], there.normal[2]));
-    };
+  void measureParts(Lanes& parts, const SampleColumns&) const {
+    for (int i = 0; i < parts.count; ++i) parts.several[i] = i;
+    choosePlanes(other, voxel, parts.count, parts);
   }
 
   float deepAt(const SurfaceSample& s) const {

@@ -41,6 +41,7 @@ class HitSearch {
     std::vector<SampleRun> now, next;
     std::vector<std::uint32_t> bricks;  // that may touch
     std::size_t asked = 0;              // samples looked up so far
+    SampleColumns parts;                // of samples over an edge
   };
   // The samples that come nearest without touching.
   struct Misses {

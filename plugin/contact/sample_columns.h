@@ -17,6 +17,9 @@ struct SampleColumns {
   SurfaceSample operator[](std::size_t k) const {
     return {{x[k], y[k], z[k]}, {nx[k], ny[k], nz[k]}, area[k], width[k]};
   }
+  void clear() {
+    for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->clear();
+  }
   void push_back(const SurfaceSample& s) {
     x.push_back(s.position[0]);
     y.push_back(s.position[1]);

@@ -4,7 +4,7 @@
 
 #include "hits.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace cloudcontact::search {
 
@@ -55,28 +55,6 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 // The least depth [m] at which a sample may still be wet, or is a near miss.
 inline float reachOf(const Direction& dir, float width) {
   return -std::max(kHalfWidth * width * dir.voxel, dir.level == 0 ? dir.misses.margin : 0.0f);
-}
-
-// The sample in parts; `at` tells depth [m] and normal of the other body at a place aside of the
-// sample's own [its voxels]. Where the other body has an edge, depth is not linear over a wide
-// sample: crossed edges turn by 11 deg at a depth of half a voxel without this.
-template <typename At>
-void addParts(const Direction& dir, const SurfaceSample& s, At&& at, HitColumns& hits) {
-  const int parts = static_cast<int>(std::ceil(s.width / kWide));
-  float t1[3], t2[3];
-  ccTangents(s.normal, t1, t2);
-  SurfaceSample part = s;
-  part.width = s.width / static_cast<float>(parts);
-  part.area = s.area / static_cast<float>(parts * parts);
-  const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
-  for (int k = 0; k < parts * parts; ++k) {
-    const float a = (static_cast<float>(k % parts) - 0.5f * static_cast<float>(parts - 1)),
-                b = (static_cast<float>(k / parts) - 0.5f * static_cast<float>(parts - 1));
-    const V3 aside = part.width * (a * u + b * v);
-    Eigen::Map<V3>(part.position) = middle + aside;
-    const auto [depth, normal] = at(aside);
-    addHit(dir, part, depth, normal, false, hits);
-  }
 }
 
 // A cell near the other body: its finer samples are candidates of the next level. `last` is the

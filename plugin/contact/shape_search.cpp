@@ -22,6 +22,13 @@ struct ShapeTarget {
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
+  static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {
+    lanes.depth[i] = there.first;
+    lanes.nx[i] = there.second.x();
+    lanes.ny[i] = there.second.y();
+    lanes.nz[i] = there.second.z();
+  }
+
   void nearBricks(std::vector<std::uint32_t>& near) const {
     near.clear();
     const SampleBricks& bricks = dir.samples.bricks;
@@ -43,13 +50,10 @@ struct ShapeTarget {
     int divided = 0;
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
-      const auto [depth, normal] = told({samples.x[k], samples.y[k], samples.z[k]});
-      lanes.depth[i] = depth;
-      lanes.nx[i] = normal.x();
-      lanes.ny[i] = normal.y();
-      lanes.nz[i] = normal.z();
+      const std::pair<float, V3> there = told({samples.x[k], samples.y[k], samples.z[k]});
+      set(lanes, i, there);
       lanes.several[divided] = i;
-      divided += edgeWithin(k, depth, normal);
+      divided += edgeWithin(k, there.first, there.second);
     }
     return divided;
   }
@@ -85,10 +89,11 @@ struct ShapeTarget {
     return false;
   }
 
-  auto aside(const Lanes& lanes, int lane) const {
-    const std::uint32_t k = lanes.sample[lane];
-    const V3 middle(samples.x[k], samples.y[k], samples.z[k]);
-    return [this, middle](const V3& away) { return told(middle + away); };
+  void measureParts(Lanes& parts, const SampleColumns& of) const {
+    for (int i = 0; i < parts.count; ++i) {
+      const std::uint32_t k = parts.sample[i];
+      set(parts, i, told({of.x[k], of.y[k], of.z[k]}));
+    }
   }
 
   float deepAt(const SurfaceSample&) const { return 0; }  // a shape knows its depth everywhere
