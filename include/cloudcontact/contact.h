@@ -25,7 +25,7 @@ struct ContactBody {
 struct ContactSettings {
   LawForm law = LawForm::Paper;
   Material pair{1e4, 0};  // the pair's k and c; ignored by LawForm::Rigid
-  // [m] Bodies that do not touch but are nearer than this, a voxel at most, get points with a
+  // [m] Bodies that do not touch but are nearer than this, two voxels at most, get points with a
   // negative depth where they would touch first: a solver can then stop them there within its step.
   double margin = 0;
   // Model no more than a contact needs: the coarsest of three sets of samples that gives this many

@@ -71,6 +71,13 @@ void answer(btManifoldResult& result, const PairSides& sides, const ContactBody&
   result.setPersistentManifold(before);
 }
 
+// How near bodies get points before they touch: a voxel, or as far as fast ones come in a step. A
+// spike of 3 m that falls off another's flank comes 1.3 voxels a step, and was 0.7 inside before
+// anything stopped it.
+double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
+  return std::max(voxel, (a.motion.linear - b.motion.linear).norm() * step);
+}
+
 }  // namespace
 
 struct CloudAlgorithm::State {
@@ -128,7 +135,7 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   // step, bodies about to touch get points too: without them a body that has lifted off by a
   // micrometre falls freely for a step, 0.04 mm at 480 Hz, and rattles for ever.
   const bool steps = typeid(result) == typeid(btManifoldResult);
-  if (steps) settings.margin = voxel;
+  if (steps) settings.margin = reachOf(*bodyA, *bodyB, voxel, info.m_timeStep);
   const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
   if (steps) {
     WriteSettings how{law.form, 0, info.m_timeStep, law.automatic};

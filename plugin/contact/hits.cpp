@@ -12,7 +12,8 @@ using namespace search;
 // A finer level's samples lie closer together, and fewer of them do: it is fine enough with this
 // share of the hits that the coarsest needs.
 constexpr std::size_t kFinerNeeds = 3;
-constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
+constexpr double kMostMargin = 2;  // [voxels] farther out the band knows no planes
+constexpr float kLightly = 0.1f;   // [voxels] depth to which near misses are moved together
 
 void rotation(const Eigen::Quaterniond& turn, double scale, float* rows) {
   const Eigen::Matrix3d m = turn.toRotationMatrix() * scale;
@@ -91,7 +92,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   }
   misses_.list.clear();
   misses_.nearest = -1e30f;
-  misses_.margin = static_cast<float>(std::min(margin, frame.voxel));
+  misses_.margin = static_cast<float>(std::min(margin, kMostMargin * frame.voxel));
   misses_.within = kLightly * static_cast<float>(frame.voxel);
   gap_ = 0;
   for (int level = kLevels - 1;; --level) {

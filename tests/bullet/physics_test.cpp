@@ -192,6 +192,28 @@ TEST(Falling, NeverGainsEnergyOnAnyCornerOrEdge) {
   }
 }
 
+// A body that comes 1.7 voxels a step is seen a step before it touches, wherever that step ends:
+// 0.7 voxel deep at worst if only those within a voxel were.
+TEST(Falling, WhatComesInMoreThanAVoxelAStepIsStoppedAtTheSurface) {
+  const double step = 1. / 100, half = 0.1;
+  const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
+  for (int phase = 0; phase < 8; ++phase) {
+    BulletWorld scene;
+    scene.world.setGravity({0, 0, 0});
+    scene.addCloud(slab, 0, at({0, 0, btScalar(-0.05)}));
+    const double gap = (4 + phase / 8.0 * 1.7) * kVoxel;
+    btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(half + gap)}));
+    cube.setLinearVelocity({0, 0, btScalar(-1.7 * kVoxel / step)});
+    double lowest = 1;
+    for (int i = 0; i < 20; ++i) {
+      scene.step(step);
+      lowest = std::min(lowest, double(cube.getWorldTransform().getOrigin().z()) - half);
+    }
+    EXPECT_GT(lowest, -0.3 * kVoxel) << "phase " << phase;
+    EXPECT_LT(lowest, kVoxel) << "it never came";
+  }
+}
+
 TEST(Momentum, TwoFreeBodiesInContactKeepTheirs) {
   BulletWorld scene;
   scene.world.setGravity({0, 0, 0});
