@@ -40,7 +40,7 @@ SceneBody& addPlane(SceneDescription& scene, double friction) {
 double sagOf(const Trial& trial, const Matter& matter, double force, double voxel) {
   if (isStiff(trial)) return force / matter.stiffness;
   if (trial.method != Method::Cloud) return 0;  // Bullet's rigid rows
-  return automaticSpring(matter.mass, kGravity, voxel, trial.step).sag(force);
+  return automaticSpring(matter.mass, matter.mass * kGravity, voxel, trial.step).sag(force);
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)

@@ -34,8 +34,8 @@ struct AutomaticSpring {
   SpringTangent tangent(double depth, double closing, double step) const;
 };
 
-// `gravity` [m/s^2]: what pulls the bodies; 0 or unknown: as on the ground. Throws as stepLimited
-// does, and where the voxel [m] is not positive.
-AutomaticSpring automaticSpring(double mass, double gravity, double voxel, double step);
+// `weight` [N]: the heavier body's of those that move; 0 or unknown: that of `mass` on the ground.
+// Throws as stepLimited does, and where the voxel [m] is not positive.
+AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step);
 
 }  // namespace cloudcontact

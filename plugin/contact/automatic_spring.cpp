@@ -5,7 +5,7 @@
 // lost 14 % and cylinders 44 % of their speed in 3 s, slopes crept, a screw locked at half of
 // theory, a spike in a hole jumped out. So:
 //
-//   up to `even`, 0.2 voxel, its stiffness is m g / (0.1 voxel): own weight sags by 0.1 voxel, and
+//   up to `even`, 0.2 voxel, its stiffness is weight / (0.1 voxel): that sags by 0.1 voxel, and
 //   what bears a few times that in several places still meets a straight line. With 0.05 a spike
 //   that slides on its flank is 0.9 voxel off its way, and a wedge in a crack rocks; with `even` at
 //   0.15 the wedge rocks, too. The price: a box over a table's edge leans out before it tips.
@@ -71,10 +71,10 @@ Material SpringTangent::row(double depth, double step) const {
   return {secant, damping + step * (slope - secant)};
 }
 
-AutomaticSpring automaticSpring(double mass, double gravity, double voxel, double step) {
+AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step) {
   if (!(voxel > 0)) throw std::invalid_argument("automaticSpring: the voxel must be positive");
   const double hard = stepLimited(mass, step).stiffness;
-  const double weight = mass * (gravity > 0 ? gravity : kOnTheGround);
+  if (!(weight > 0)) weight = mass * kOnTheGround;
   return {mass, std::min(hard, weight / (kSagVoxels * voxel)), hard, kEvenVoxels * voxel,
           kReachVoxels * voxel};
 }

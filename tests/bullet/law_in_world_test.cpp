@@ -109,7 +109,7 @@ double stiffnessOf(BulletWorld& scene) {
 
 // What the contacts of a pair that stands still push with is the automatic spring's force at the
 // depth that they tell.
-void expectAutomatic(BulletWorld& scene, double mass, double gravity = kGravity) {
+void expectAutomatic(BulletWorld& scene, double mass, double weight, double voxel = kVoxel) {
   scene.detect();
   double push = 0, whole = 0, depth = 0;
   for (const btManifoldPoint& p : scene.points()) {
@@ -118,7 +118,7 @@ void expectAutomatic(BulletWorld& scene, double mass, double gravity = kGravity)
     whole += 1;
   }
   ASSERT_GT(whole, 0);
-  const AutomaticSpring spring = automaticSpring(mass, gravity, kVoxel, 0.01);
+  const AutomaticSpring spring = automaticSpring(mass, weight, voxel, 0.01);
   const double force = spring.force(depth / whole);
   EXPECT_NEAR(push, force, 0.02 * force) << "at " << depth / whole / kVoxel << " voxels";
 }
@@ -138,7 +138,7 @@ TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromNoOne) {
   EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, Material{700, 1})), 700, 0.01);
   EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, Material{500, 1})), 400, 0.01);
   // Neither: the automatic spring of what moves.
-  expectAutomatic(*scene(std::nullopt, std::nullopt), 3);
+  expectAutomatic(*scene(std::nullopt, std::nullopt), 3, 3 * kGravity);
 }
 
 TEST(LawInWorld, TwoFreeBodiesShareAnAutomaticSpringByTheirReducedMass) {
@@ -146,7 +146,8 @@ TEST(LawInWorld, TwoFreeBodiesShareAnAutomaticSpringByTheirReducedMass) {
   scene.addCloud(cubeField(), 3, at({0, 0, 0}));
   scene.addCloud(cubeField(), 6, at({0, 0, btScalar(0.197)}));
   scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-  expectAutomatic(scene, 2);  // 3 * 6 / 9
+  // Reduced mass 3 * 6 / 9, the weight of the heavier, lengths a quarter: either may bear more.
+  expectAutomatic(scene, 2, 6 * kGravity, 0.25 * kVoxel);
 }
 
 // A world gives its gravity to the bodies: with none, as on the ground; on the moon, softer.
@@ -157,7 +158,7 @@ TEST(LawInWorld, TheAutomaticSpringKnowsWhatPulls) {
     scene.addGround();
     scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.0995)}));
     scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-    expectAutomatic(scene, 3, gravity > 0 ? gravity : kGravity);
+    expectAutomatic(scene, 3, 3 * (gravity > 0 ? gravity : kGravity));
   }
 }
 
@@ -203,7 +204,7 @@ TEST(LawInWorld, FoundationWithoutAStiffnessSharesOutAnAutomaticSpring) {
   scene.addGround();
   scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
   scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-  expectAutomatic(scene, 3);
+  expectAutomatic(scene, 3, 3 * kGravity);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ constexpr double kVoxel = 0.01, kGravity = 9.81, kSteps[] = {1. / 60, 1. / 240, 
 TEST(AutomaticSpring, OwnWeightSagsByATenthOfAVoxelAndNoMoreThanTheStepAsks) {
   for (const double step : kSteps)
     for (const double voxel : {1e-4, 1e-2, 0.2}) {
-      const AutomaticSpring spring = automaticSpring(2, kGravity, voxel, step);
+      const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, voxel, step);
       const double limit = stepLimited(2, step).stiffness;
       const double sag = std::max(0.1 * voxel, 2 * kGravity / limit);
       EXPECT_NEAR(spring.sag(2 * kGravity), sag, 1e-9 * sag);
@@ -24,12 +24,12 @@ TEST(AutomaticSpring, OwnWeightSagsByATenthOfAVoxelAndNoMoreThanTheStepAsks) {
 
 TEST(AutomaticSpring, WhatBearsTwentyTimesItsWeightSagsByLessThanAThirdOfAVoxel) {
   for (const double step : {1. / 240, 1e-3})
-    EXPECT_LT(automaticSpring(2, kGravity, kVoxel, step).sag(40 * kGravity), 0.31 * kVoxel);
+    EXPECT_LT(automaticSpring(2, 2 * kGravity, kVoxel, step).sag(40 * kGravity), 0.31 * kVoxel);
 }
 
 TEST(AutomaticSpring, StiffnessIsTheForcesDerivativeAndOnlyRises) {
   for (const double step : kSteps) {
-    const AutomaticSpring spring = automaticSpring(2, kGravity, kVoxel, step);
+    const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step);
     double before = 0;
     for (double depth = 1e-3 * kVoxel; depth < kVoxel; depth += 1.01e-3 * kVoxel) {
       const double by = 1e-7 * kVoxel;
@@ -66,7 +66,7 @@ TEST(AutomaticSpring, GivesBackNoMoreThanCameIn) {
   for (const double step : kSteps)
     for (const double way : {1e-3, 0.01, 0.05, 0.1, 0.2, 0.5, 1.0})
       for (const double damping : {0.0, 1.0}) {
-        const AutomaticSpring spring = automaticSpring(2, kGravity, kVoxel, step);
+        const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step);
         const double speed = way * kVoxel / step;
         EXPECT_LE(speedAfter(spring, step, speed, damping), speed) << step << ' ' << way;
       }
