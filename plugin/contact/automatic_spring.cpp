@@ -16,7 +16,8 @@
 // Bullet's row is a straight line over the step. Where bodies part it is the tangent: f is convex,
 // so the line lies below it, and less is given back than was stored. Where they close it is the
 // chord to where they would be without contact: above f all the way, so that more is taken than is
-// stored. A tangent there let a fast body in almost for nothing and threw it out again.
+// stored. With tangents alone nothing was gained either, but a fast body came in almost for nothing
+// and left with 0.46 of its speed; damping ratio 1 means exp(-2) = 0.135 at most.
 #include <cloudcontact/automatic_spring.h>
 
 #include <algorithm>
