@@ -95,8 +95,7 @@ struct PairSums {
 
 double edgeDepth(const ShapeInCloud& s, double most) {
   Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < s.hits->size(); ++i)
-    box.extend((*s.hits)[i].position.cast<double>());
+  for (std::size_t i = 0; i < s.hits->size(); ++i) box.extend((*s.hits)[i].position.cast<double>());
   // Samples of the level stand a voxel, two, or four apart; and they are less deep in the shape
   // than it is in the cloud, for they measure to its nearest face: 0.58 of that at a box's corner,
   // a quarter at a tip of 30 deg. A box that is too large costs time and no accuracy: all that lies

@@ -22,7 +22,7 @@ struct ShapeInCloud {
   const ContactBody* shape = nullptr;
   const ContactBody* cloud = nullptr;
   const HitColumns* hits = nullptr;  // frame: the cloud's
-  int level = 0;                           // of the samples that hit
+  int level = 0;                     // of the samples that hit
 };
 
 // Of all patches together [m]; `voxel` [m] the pair's. `shape` where one body is a plain shape (and

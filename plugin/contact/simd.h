@@ -4,8 +4,8 @@
 #pragma once
 
 // Sanitizers instrument the choosers of clones, which run before a sanitizer is ready.
-#if !defined(CLOUDCONTACT_PLAIN_LANES) && defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(CLOUDCONTACT_PLAIN_LANES) && defined(__GNUC__) && !defined(__clang__) && \
+    defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CC_LANES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define CC_LANES
