@@ -21,7 +21,6 @@ constexpr double kDisagree = -0.2;
 // must weigh this share of its patch.
 constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
 constexpr double kMostBox = 4096;  // cells in a box that is looked up directly
-constexpr double kCellVoxels = 8;
 
 // Cells wrap around after as many as no grid holds; so do keys.
 constexpr int kKeyBits = 14;
@@ -144,8 +143,8 @@ void Binner::sum(const HitColumns& hits, double cell, bool oneSided) {
     Bin& bin = bins_[b];
     Sums& sums = sums_[b];
     sums.origin = Vec3(bin.cell[0] + 0.5, bin.cell[1] + 0.5, bin.cell[2] + 0.5) * cell;
-    addHits(hits, gate_.data(), order_.data() + begin, order_.data() + bin.end, oneSided,
-            cell / kCellVoxels, sums);
+    addHits(hits, gate_.data(), order_.data() + begin, order_.data() + bin.end, oneSided, cell,
+            sums);
     begin = bin.end;
     bin.weight = weightOf(sums);
     for (int s = 0; s < 2; ++s) bin.length[s] = sums.normal[s].norm();

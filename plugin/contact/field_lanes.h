@@ -29,7 +29,7 @@ struct Lanes {
 
 // The lanes' records; `voxel` [m] below is the other body's.
 void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
-// Depth and normal by the first plane of each record.
+// Depth and normal of lanes whose record is one plane; what others get means nothing.
 void findDepths(float voxel, Lanes& lanes);
 // The same for the first `count` of lanes.several, whose records have several planes: by the least,
 // or, where these unite, by the greatest.

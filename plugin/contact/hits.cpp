@@ -10,7 +10,8 @@ namespace {
 using namespace search;
 
 // A finer level's samples lie closer together, and fewer of them do: it is fine enough with this
-// share of the hits that the coarsest needs.
+// share of the hits that the coarsest needs. On cylinders of 16 voxels pressed by 0.3 a fifth puts
+// the force off by 3.7 %, a third by less than 3.
 constexpr std::size_t kFinerNeeds = 3;
 constexpr double kMostMargin = 2;  // [voxels] farther out the band knows no planes
 constexpr float kLightly = 0.1f;   // [voxels] depth to which near misses are moved together
@@ -99,8 +100,6 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
     hits.clear();
     lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);
     lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits);
-    // On cylinders of 16 voxels pressed by 0.3 a fifth of 300 puts the force 3.7 % off, a third 3
-    // %.
     const std::size_t needed = level == kLevels - 1 ? enough : enough / kFinerNeeds;
     if (level > 0 && hits.size() < needed) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);

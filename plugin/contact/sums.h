@@ -43,7 +43,8 @@ struct Sums {
 
 // Adds hits, by their numbers, `first` to `last`, about sums.origin; `gate` holds for every hit how
 // far it faces the other body, 0..1; `oneSided`: the other body is a shape without samples, and
-// each hit stands for its surface too. `unit` [m]: a length of the hits' own size.
+// each hit stands for its surface too. `unit` [m]: a length of the size of
+// what is summed.
 void addHits(const HitColumns& hits, const float* gate, const std::uint32_t* first,
              const std::uint32_t* last, bool oneSided, double unit, Sums& sums);
 
