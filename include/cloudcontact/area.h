@@ -31,6 +31,7 @@ struct CloudArea {
   Pose place;
   // [m] depth below the cloud's surface at each voxel's centre, negative outside; x fastest.
   std::shared_ptr<const std::vector<float>> depth;
+  Eigen::AlignedBox3d matter;  // bounds, in the cloud's frame [m]
 };
 
 using Area = std::variant<SphereArea, BoxArea, EllipsoidArea, CloudArea>;
@@ -46,10 +47,13 @@ Cloud surfaceLayer(const Cloud& tool, double thickness, const Area* where = null
 // Throws std::invalid_argument, naming the length, where an area has no volume or is not finite.
 void requireArea(const Area& area);
 
-// Signed depth of a point inside the area [m]. Exact for spheres and boxes; for ellipsoids along
-// the ray from the centre (exact on the surface); for clouds within a tenth of their voxel near the
-// surface, a quarter deeper in.
+// Signed depth of a point inside the area [m]. Exact for spheres and boxes; for ellipsoids to first
+// order near the surface; for clouds within a tenth of their voxel near the surface, a quarter
+// deeper in.
 double areaDepth(const Area& area, const Vec3& point);
+
+// The outward unit direction in which the depth falls fastest.
+Vec3 areaNormal(const Area& area, const Vec3& point);
 
 // Lowest and highest corner in the frame of the area's owner [m].
 Eigen::AlignedBox3d areaBounds(const Area& area);

@@ -33,10 +33,4 @@ TissueTable tissuesOf(const TissueTable& table, const std::vector<std::string>& 
 // at the figures in tissue.cpp.
 TissueTable dentalTissues(double enamel = 2e4);
 
-// CT values [HU] from `from` on are of the tissue `name`, up to the next range's.
-struct CtRange {
-  double from = 0;
-  std::string name;
-};
-
 }  // namespace cloudcontact

@@ -1,9 +1,6 @@
 // The depth of the deepest point, told from all samples.
 //
-// By moments. If the part of the area deeper than t falls like (1 - t/d)^b (b = 0 a face, 1/2 a
-// cylinder's side, 1 a sphere or an edge, 2 a corner), then of the moments M_k = sum a t^k
-//   M2/M1 = 2 d / (2 + b),  M3/M2 = 3 d / (3 + b),
-// which two ratios give b and d.
+// By moments: depth_moments.h.
 //
 // By curvature. The moments are those of the rim, too, and few samples make a poor rim: two spheres
 // of 16 voxels pressed 0.3 read up to 7 % too deep. Where both surfaces are smooth, depth falls
@@ -14,6 +11,7 @@
 // By the edges themselves, of a plain shape: see shape_edges.cpp.
 #include "pair_depth.h"
 
+#include "depth_moments.h"
 #include "shape_edges.h"
 
 #include <algorithm>
@@ -23,7 +21,6 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kMostPointed = 2.0;  // b of a corner; noise alone would go on
 // Surfaces are smooth where b and what curvature makes of it differ by less than b's noise, one
 // over the root of the number of hits, and not where by more than this many times that. Nor where
 // their normals lean far apart, as at a corner, whose b may agree by chance: a ball of 10 voxels
@@ -39,14 +36,6 @@ constexpr double kDeeper = 4;  // see edgeDepth()
 // 0 up to `none`, 1 from `all` on.
 double ramp(double x, double none, double all) {
   return std::clamp((x - none) / (all - none), 0.0, 1.0);
-}
-
-double deepest(const double* moments) {
-  if (!(moments[0] > 0) || !(moments[1] > 0)) return 0;
-  const double ratio = moments[2] * moments[0] / (moments[1] * moments[1]);
-  const double b =
-      ratio >= 1.4 ? kMostPointed : std::clamp(3 * (ratio - 1) / (1.5 - ratio), 0.0, kMostPointed);
-  return (1 + 0.5 * b) * moments[1] / moments[0];
 }
 
 // Sums over all patches.
@@ -76,7 +65,7 @@ struct PairSums {
 
   // The more coherent body's surface is where depth is measured: by the other body's samples.
   double byMoments(bool oneSided) const {
-    const double byA = deepest(moments[kA]), byB = deepest(moments[kB]);
+    const double byA = deepestByMoments(moments[kA]), byB = deepestByMoments(moments[kB]);
     if (oneSided || byA == 0 || byB == 0) return std::max(byA, byB);
     return (trust * byB + (size - trust) * byA) / size;
   }

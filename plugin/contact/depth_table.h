@@ -1,0 +1,26 @@
+// From how full a window is to how deep its voxel lies (DESIGN.md, "The method", 3).
+#pragma once
+
+#include <cloudcontact/window.h>
+
+#include <vector>
+
+namespace cloudcontact {
+
+// Made for planes, for each of many directions: faces along the grid differ from askew ones.
+class DepthTable {
+ public:
+  DepthTable() = default;
+  explicit DepthTable(const Window& window);
+
+  // [voxels] signed depth of the voxel's centre below a plane with this outward unit normal that
+  // leaves `fraction` of the window full.
+  double at(const Vec3& outward, double fraction) const;
+
+ private:
+  std::size_t direction(const Vec3& outward) const;
+  int edge_ = 0;              // directions along each side of the octahedral map
+  std::vector<float> depth_;  // kFractions + 1 a direction
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,100 @@
+// Cuts an area into the voxels about one voxel: by eight points along each edge of a voxel that the
+// area's surface may cross, each with the weight that the area has there.
+#include <cloudcontact/window.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr int kPoints = 8;               // along a voxel's edge: a sphere of 2.5 voxels is
+                                         // weighed within 0.02 %
+constexpr double kMostVoxels = 1 << 20;  // of C: beyond it the sums could overflow
+constexpr int kFarthest = 1 << 14;       // [voxels] from the voxel: likewise
+
+double weightAt(const WindowSettings& settings, double depth, double greatest) {
+  if (!(depth > 0)) return 0;
+  if (settings.weight == WindowWeight::Even) return 1;
+  // For a sphere 1 - s is r/R: the weight is (1 - r^2/R^2)^2.
+  const double away = 1 - std::min(depth / greatest, 1.0);
+  return (1 - away * away) * (1 - away * away);
+}
+
+// The mean weight over the voxel (x, y, z).
+double meanWeight(const WindowSettings& settings, double voxel, double greatest, const Vec3& at) {
+  double sum = 0;
+  for (int k = 0; k < kPoints * kPoints * kPoints; ++k) {
+    const Vec3 part(k % kPoints, k / kPoints % kPoints, k / (kPoints * kPoints));
+    const Vec3 p = at + (part + Vec3::Constant(0.5)) / kPoints - Vec3::Constant(0.5);
+    sum += weightAt(settings, areaDepth(settings.area, voxel * p), greatest);
+  }
+  return sum / (kPoints * kPoints * kPoints);
+}
+
+double greatestDepth(const Area& area) {
+  struct Greatest {
+    double operator()(const SphereArea& a) const { return a.radius; }
+    double operator()(const BoxArea& a) const { return a.halfExtents.minCoeff(); }
+    double operator()(const EllipsoidArea& a) const { return a.semiAxes.minCoeff(); }
+    double operator()(const CloudArea& a) const {
+      return *std::max_element(a.depth->begin(), a.depth->end());
+    }
+  };
+  return std::visit(Greatest{}, area);
+}
+
+}  // namespace
+
+WindowSettings sphereWindow(double voxelSize, double radiusInVoxels) {
+  return {SphereArea{Vec3::Zero(), radiusInVoxels * voxelSize}, WindowWeight::Smooth, Vec3::Zero()};
+}
+
+Vec3 Window::center() const {
+  Vec3 sum = Vec3::Zero();
+  for (const WindowTap& t : taps) sum += t.weight * Vec3(t.x, t.y, t.z);
+  return sum / static_cast<double>(weights);
+}
+
+Window makeWindow(const WindowSettings& settings, double voxelSize) {
+  if (!(voxelSize > 0) || !std::isfinite(voxelSize))
+    throw std::invalid_argument("makeWindow: the voxel size must be positive and finite");
+  requireArea(settings.area);
+  if (!settings.representative.allFinite())
+    throw std::invalid_argument("makeWindow: the representative point must be finite");
+  const Eigen::AlignedBox3d bounds = areaBounds(settings.area);
+  const Vec3 low = (bounds.min() / voxelSize).array().round();
+  const Vec3 high = (bounds.max() / voxelSize).array().round();
+  if (!((high - low + Vec3::Ones()).prod() <= kMostVoxels) ||
+      low.cwiseAbs().maxCoeff() > kFarthest || high.cwiseAbs().maxCoeff() > kFarthest)
+    throw std::length_error("makeWindow: the cuttable area holds " +
+                            std::to_string((high - low + Vec3::Ones()).prod()) +
+                            " voxels or lies too far away; take a smaller one or larger voxels");
+  Window window;
+  window.representative = settings.representative / voxelSize;
+  window.low = Eigen::Vector3i::Constant(std::numeric_limits<int>::max());
+  window.high = -window.low;
+  const double greatest = greatestDepth(settings.area);
+  const Eigen::Vector3i first = low.cast<int>(), last = high.cast<int>();
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const double share = meanWeight(settings, voxelSize, greatest, Vec3(x, y, z));
+        const auto weight = static_cast<std::uint8_t>(std::lround(255 * share));
+        if (weight == 0) continue;
+        window.taps.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
+                               static_cast<std::int16_t>(z), weight});
+        window.low = window.low.cwiseMin(Eigen::Vector3i(x, y, z));
+        window.high = window.high.cwiseMax(Eigen::Vector3i(x, y, z));
+        window.weights += weight;
+      }
+  if (window.taps.empty())
+    throw std::invalid_argument(
+        "makeWindow: the cuttable area holds no voxel's part; take a larger one");
+  return window;
+}
+
+}  // namespace cloudcontact
