@@ -1,0 +1,43 @@
+// What a tool takes away: voxels go when its ability outdoes their hardness, at a rate that force
+// and speed set (paper, Step 3: cutting ability and cutting difficulty).
+#pragma once
+
+#include <cloudcontact/collision.h>
+
+namespace cloudcontact {
+
+// Archard's law of abrasion (J. Appl. Phys. 24, 1953): the volume that goes is
+// efficiency * force * way / hardness, the way that of the cutting edge over the material.
+struct Cutter {
+  double hardness = 17e9;   // [Pa] of the tool itself; times the ability where a voxel lies, it
+                            // must outdo the voxel's, or nothing goes. 17 GPa: tungsten carbide
+  double efficiency = 0.1;  // of the ploughed volume, what comes off; 1 at most
+  double edgeSpeed = 0;     // [m/s] of the edges, from the spindle; the tool's own motion is added
+};
+
+// Takes matter from the collision's voxels, each by its share, ability and hardness, for `seconds`
+// under `force` [N] with the tool sliding at `speed` [m/s]. What is less than 1/255 of a voxel is
+// kept for the next, so that slow cutting is not lost. Allocates nothing after the first call with
+// as many voxels.
+class CuttingProcess {
+ public:
+  // Throws std::invalid_argument where a value of the cutter is negative, or not finite.
+  explicit CuttingProcess(const Cutter& cutter);
+
+  struct Cut {
+    std::size_t voxels = 0;  // that changed
+    double volume = 0;       // [m^3]
+  };
+  Cut step(BaseVectorField& workpiece, const Collision& collision, double force, double speed,
+           double seconds);
+  // The voxels of the last step, as they are now: what else must be renewed.
+  const std::vector<VoxelCut>& last() const { return cuts_; }
+  void reserve(std::size_t voxels) { cuts_.reserve(voxels); }
+
+ private:
+  Cutter cutter_;
+  double carry_ = 0;  // [1/255 voxel] owed
+  std::vector<VoxelCut> cuts_;
+};
+
+}  // namespace cloudcontact

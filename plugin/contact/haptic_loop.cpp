@@ -1,0 +1,161 @@
+// One tick: the tool follows the hand in steps of a voxel until it touches; where it touches, the
+// digital normal says which way the material pushes and the collision how deep the tool is; along
+// that direction the embedding is searched at which the material's law and the hand's spring are
+// even, and the tool moves there, freely along the surface. What is left of the spring is what the
+// hand feels.
+//
+// The collision is looked at where the tool was, so each tick is a step of Newton's on the true
+// balance of a curved surface; the tool moves a voxel a tick at most, or the surface seen from
+// where it was says nothing of where it goes.
+#include <cloudcontact/haptic_loop.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr std::size_t kReserved = 1 << 14;  // collision voxels
+
+void require(const HapticSettings& s) {
+  const auto positive = [](double value, const char* field) {
+    if (!(value > 0) || !std::isfinite(value))
+      throw std::invalid_argument(std::string("HapticSettings: ") + field +
+                                  " must be positive and finite");
+  };
+  positive(s.step, "step");
+  positive(s.handStiffness, "handStiffness");
+  positive(s.mostForce, "mostForce");
+  if (!(s.handDamping >= 0) || !std::isfinite(s.handDamping))
+    throw std::invalid_argument("HapticSettings: handDamping must be zero or more and finite");
+  if (!(s.branch >= 0) || !std::isfinite(s.branch))
+    throw std::invalid_argument("HapticSettings: branch must be zero or more and finite");
+  if (s.voxelsAStep < 1)
+    throw std::invalid_argument("HapticSettings: voxelsAStep must be positive");
+  if (s.form == HapticLaw::User) validate(s.law);
+  requireArea(s.tool.area);
+}
+
+Vec3 atMost(const Vec3& v, double length) {
+  const double norm = v.norm();
+  return norm > length ? Vec3(v * (length / norm)) : v;
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
+                       const HapticSettings& settings)
+    : workpiece_(&workpiece),
+      workpiecePose_(workpiecePose),
+      settings_(settings),
+      collision_(&none_),
+      process_(settings.cutter.value_or(Cutter{0, 0, 0})) {
+  require(settings);
+  finder_.reserve(kReserved, workpiece.tissues().size());
+  process_->reserve(kReserved);
+  reaction_.tissues.reserve(workpiece.tissues().size());
+  workpiece.reserve();
+}
+
+// Moves the tool towards the hand until it touches or is there.
+bool HapticLoop::follow(const Pose& hand) {
+  const double voxel = workpiece_->voxelSize();
+  output_.tool.orientation = hand.orientation;
+  for (int k = 0; k <= settings_.voxelsAStep; ++k) {
+    collision_ = &finder_.find(*workpiece_, workpiecePose_, settings_.tool, output_.tool);
+    if (!collision_->empty() && collision_->depth > 0) return true;
+    const Vec3 way = hand.position - output_.tool.position;
+    if (way.norm() == 0 || k == settings_.voxelsAStep) return false;
+    output_.tool.position += atMost(way, voxel);
+  }
+  return false;
+}
+
+ViscoelasticLaw HapticLoop::lawNow() const {
+  const double k = collision_->stiffness, c = collision_->damping;
+  switch (settings_.form) {
+    case HapticLaw::Maxwell:
+      return MaxwellLaw{k, c};
+    case HapticLaw::StandardLinearSolid:
+      return StandardLinearSolidLaw{k, settings_.branch * k, settings_.branch * c};
+    case HapticLaw::User:
+      return settings_.law;
+    default:
+      return KelvinVoigtLaw{k, c};
+  }
+}
+
+void HapticLoop::press(const HapticInput& input) {
+  const Vec3 outward = collision_->normal();
+  const Vec3 lead = input.hand.position - output_.tool.position;
+  // How deep the tool would be where the hand is.
+  const double reach = collision_->depth - lead.dot(outward);
+  const ViscoelasticLaw law = lawNow();
+  const Embedding found =
+      embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
+  const double voxel = workpiece_->voxelSize();
+  const double deeper = std::clamp(found.depth - collision_->depth, -voxel, voxel);
+  const double depth = std::max(0.0, collision_->depth + deeper);
+  const Vec3 along = lead - lead.dot(outward) * outward;
+  output_.tool.position += atMost(along, voxel) - deeper * outward;
+  state_ = lawAdvance(law, state_, depth, settings_.step);
+  output_.depth = depth;
+  output_.stiffness = collision_->stiffness;
+  output_.iterations = found.iterations;
+  output_.end = found.end;
+
+  Vec3 force = settings_.handStiffness * (output_.tool.position - input.hand.position);
+  force -= settings_.handDamping * input.velocity;
+  force = atMost(force, settings_.mostForce);
+  react(*collision_, *workpiece_, force.norm(), 1, 0, input.hand.position, Direction::Unit,
+        reaction_);
+  output_.onHand.force = force;
+  output_.onHand.torque = (collision_->center - input.hand.position).cross(force);
+  if (!settings_.cutter) return;
+  const CuttingProcess::Cut cut = process_->step(
+      *workpiece_, *collision_, std::max(0.0, force.dot(outward)),
+      (input.velocity - input.velocity.dot(outward) * outward).norm(), settings_.step);
+  output_.cutVoxels = cut.voxels;
+  output_.cutVolume = cut.volume;
+}
+
+// A force, once told, acts until the next tick: its work over the hand's way is exact.
+void HapticLoop::watchEnergy(const Vec3& hand) {
+  if (started_) output_.energy -= output_.onHand.force.dot(hand - lastHand_);
+  output_.leastEnergy = std::min(output_.leastEnergy, output_.energy);
+  lastHand_ = hand;
+}
+
+const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
+  const bool finite = input.hand.position.allFinite() && input.velocity.allFinite() &&
+                      input.hand.orientation.coeffs().allFinite() &&
+                      input.hand.orientation.norm() > 0.5;
+  if (finite) watchEnergy(input.hand.position);
+  output_.onHand = {};
+  output_.cutVoxels = 0;
+  output_.cutVolume = 0;
+  if (!finite) return output_;
+  if (!started_) output_.tool = input.hand;
+  started_ = true;
+  try {
+    if (follow(input.hand)) {
+      press(input);
+    } else {
+      state_ = {};
+      output_.depth = output_.stiffness = 0;
+      output_.iterations = 0;
+      output_.end = EmbeddingEnd::NotPressed;
+      // Farther behind than a tick can follow: the spring is felt all the same.
+      output_.onHand.force =
+          atMost(settings_.handStiffness * (output_.tool.position - input.hand.position),
+                 settings_.mostForce);
+    }
+  } catch (...) {
+    output_.onHand = {};  // a user's law that throws, or gives no number: no force
+  }
+  return output_;
+}
+
+}  // namespace cloudcontact
