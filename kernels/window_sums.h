@@ -13,8 +13,9 @@ typedef long CcSum;
 typedef int64_t CcSum;
 #endif
 
-// Weights are in 1/255 of a voxel, matter is coverage [1/255] times density [1/255 of the densest].
-// 2^20 voxels of 255 * 65025, 2^15 away, stay below 2^60.
+// Weights are in 1/255 of a voxel, matter is coverage [1/255] times density in 1/CC_DENSEST of the
+// densest. 2^18 voxels of 2^8 * 2^8 * 2^12, 2^13 away, stay below 2^60.
+#define CC_DENSEST 2520  // whole halves, thirds ... tenths
 typedef struct {
   CcSum mass;     // sum of weight * matter
   CcSum x, y, z;  // of weight * matter * place, from the voxel, in voxels

@@ -42,7 +42,7 @@ struct Window {
 };
 
 // Throws std::invalid_argument where C has no volume or holds no voxel's part, std::length_error
-// where it holds more than 2^20 voxels.
+// where it holds more than 2^18 voxels or lies more than 2^13 voxels away.
 Window makeWindow(const WindowSettings& settings, double voxelSize);
 
 }  // namespace cloudcontact

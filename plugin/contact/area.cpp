@@ -61,38 +61,6 @@ Vec3 unit(const Vec3& v) {
   return length > 0 ? Vec3(v / length) : Vec3::UnitZ();
 }
 
-struct Normal {
-  Vec3 point;
-
-  Vec3 operator()(const SphereArea& a) const { return unit(point - a.center); }
-  Vec3 operator()(const BoxArea& a) const {
-    const Vec3 p = a.place.toLocal(point);
-    const Vec3 beyond = p.cwiseAbs() - a.halfExtents;
-    Vec3 n = beyond.cwiseMax(0.0);
-    if (n.isZero()) {
-      int axis;
-      beyond.maxCoeff(&axis);
-      n = Vec3::Unit(axis);
-    }
-    for (int i = 0; i < 3; ++i)
-      if (p[i] < 0) n[i] = -n[i];
-    return a.place.orientation * unit(n);
-  }
-  Vec3 operator()(const EllipsoidArea& a) const {
-    const Vec3 p = a.place.toLocal(point);
-    return a.place.orientation * unit(p.cwiseQuotient(a.semiAxes.cwiseProduct(a.semiAxes)));
-  }
-  Vec3 operator()(const CloudArea& a) const {
-    const Vec3 p = a.place.toLocal(point);
-    const double half = 0.5 * a.cloud->voxelSize();
-    Vec3 n;
-    for (int i = 0; i < 3; ++i)
-      n[i] = depthAt(*a.cloud, *a.depth, p - half * Vec3::Unit(i)) -
-             depthAt(*a.cloud, *a.depth, p + half * Vec3::Unit(i));
-    return a.place.orientation * unit(n);
-  }
-};
-
 void requireSizes(const char* what, const Vec3& sizes, const Pose& place) {
   if (!(sizes.array() > 0).all() || !sizes.allFinite())
     throw std::invalid_argument(std::string(what) + " must be positive and finite");
@@ -120,6 +88,39 @@ double depthOf(const EllipsoidArea& a, const Vec3& point) {
 
 double depthOf(const CloudArea& a, const Vec3& point) {
   return depthAt(*a.cloud, *a.depth, a.place.toLocal(point));
+}
+
+Vec3 normalOf(const SphereArea& a, const Vec3& point) {
+  return unit(point - a.center);
+}
+
+Vec3 normalOf(const BoxArea& a, const Vec3& point) {
+  const Vec3 p = a.place.toLocal(point);
+  const Vec3 beyond = p.cwiseAbs() - a.halfExtents;
+  Vec3 n = beyond.cwiseMax(0.0);
+  if (n.isZero()) {
+    int axis;
+    beyond.maxCoeff(&axis);
+    n = Vec3::Unit(axis);
+  }
+  for (int i = 0; i < 3; ++i)
+    if (p[i] < 0) n[i] = -n[i];
+  return a.place.orientation * unit(n);
+}
+
+Vec3 normalOf(const EllipsoidArea& a, const Vec3& point) {
+  const Vec3 p = a.place.toLocal(point);
+  return a.place.orientation * unit(p.cwiseQuotient(a.semiAxes.cwiseProduct(a.semiAxes)));
+}
+
+Vec3 normalOf(const CloudArea& a, const Vec3& point) {
+  const Vec3 p = a.place.toLocal(point);
+  const double half = 0.5 * a.cloud->voxelSize();
+  Vec3 n;
+  for (int i = 0; i < 3; ++i)
+    n[i] = depthAt(*a.cloud, *a.depth, p - half * Vec3::Unit(i)) -
+           depthAt(*a.cloud, *a.depth, p + half * Vec3::Unit(i));
+  return a.place.orientation * unit(n);
 }
 
 CloudArea cloudArea(const Cloud& cloud, const Pose& place) {
@@ -189,7 +190,7 @@ double areaDepth(const Area& area, const Vec3& point) {
 }
 
 Vec3 areaNormal(const Area& area, const Vec3& point) {
-  return std::visit(Normal{point}, area);
+  return std::visit([&](const auto& a) { return normalOf(a, point); }, area);
 }
 
 Eigen::AlignedBox3d areaBounds(const Area& area) {

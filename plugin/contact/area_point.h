@@ -4,6 +4,8 @@
 
 #include <cloudcontact/area.h>
 
+#include <type_traits>
+
 namespace cloudcontact {
 
 double depthOf(const SphereArea& area, const Vec3& point);
@@ -11,19 +13,14 @@ double depthOf(const BoxArea& area, const Vec3& point);
 double depthOf(const EllipsoidArea& area, const Vec3& point);
 double depthOf(const CloudArea& area, const Vec3& point);
 
-// What areaDepth() gives changes by no more than the way from one point to another.
-constexpr bool isDistance(const SphereArea&) {
-  return true;
-}
-constexpr bool isDistance(const BoxArea&) {
-  return true;
-}
-constexpr bool isDistance(const EllipsoidArea&) {
-  return false;
-}
-constexpr bool isDistance(const CloudArea&) {
-  return false;
-}
+Vec3 normalOf(const SphereArea& area, const Vec3& point);
+Vec3 normalOf(const BoxArea& area, const Vec3& point);
+Vec3 normalOf(const EllipsoidArea& area, const Vec3& point);
+Vec3 normalOf(const CloudArea& area, const Vec3& point);
+
+// Whether the depth changes by no more than the way from one point to another.
+template <typename Kind>
+constexpr bool kIsDistance = !std::is_same_v<Kind, EllipsoidArea>;
 
 inline double depthOf(const SphereArea& area, const Vec3& point) {
   return area.radius - (point - area.center).norm();

@@ -51,7 +51,7 @@ void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
   double densest = 0;
   for (const Tissue& t : tissues) densest = std::max(densest, t.density);
   for (const Tissue& t : tissues)
-    f.density.push_back(std::max(1, static_cast<int>(std::lround(255 * t.density / densest))));
+    f.density.push_back(std::max(1, static_cast<int>(std::lround(CC_DENSEST * t.density / densest))));
   f.sums.resize(kinds);
 }
 

@@ -80,7 +80,7 @@ void addSurface(const View& view, const Kind& area, const Bricks::Weighed& weigh
   const Vec3 at = view.inTool(foot);
   const double depth = depthOf(area, at) / view.field->voxelSize;
   if (depth <= -0.5) return;  // no part of a voxel's width is deeper
-  const double facing = (view.turn * outward).dot(areaNormal(area, at));
+  const double facing = (view.turn * outward).dot(normalOf(area, at));
   const double spread = 0.5 * std::sqrt(std::max(1 - facing * facing, 0.0));
   const CcWet wet = ccWet(static_cast<float>(depth), static_cast<float>(spread));
   sums.moments[0] += weight * static_cast<double>(wet.depth1);
@@ -132,7 +132,7 @@ void searchBrick(const View& view, const Kind& area, BrickPart& part) {
 // The whole brick is farther than a voxel from the area.
 template <typename Kind>
 bool far(const View& view, const Kind& area, const Eigen::Vector3i& brick) {
-  if constexpr (!isDistance(Kind{})) return false;
+  if (!kIsDistance<Kind>) return false;
   const Vec3 middle = (kBrickEdge * brick).cast<double>() + Vec3::Constant(kBrickEdge / 2);
   constexpr double kReach = 1 + kBrickEdge / 2 * 1.7321;
   return depthOf(area, view.inTool(middle)) < -kReach * view.field->voxelSize;

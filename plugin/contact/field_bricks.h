@@ -42,7 +42,7 @@ struct BaseVectorField::Bricks {
   std::vector<std::int32_t> table;  // of each brick, x fastest: a block or kNoBlock
   std::vector<FieldBlock> blocks;   // the first tissues.size() are the shared ones
   TissueTable tissues;
-  std::vector<int> density;        // of each tissue [1/255 of the densest]
+  std::vector<int> density;        // of each tissue [1/CC_DENSEST of the densest]
   std::vector<std::string> names;  // of the cloud's materials, empty where it had none
   Window window;
   Vec3 windowCenter = Vec3::Zero();  // [voxels]

@@ -1,6 +1,7 @@
 // Tables of tissues, and the dental one with its sources.
 #include <cloudcontact/tissue.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>

@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kPoints = 8;               // along a voxel's edge: a sphere of 2.5 voxels is
                                          // weighed within 0.02 %
-constexpr double kMostVoxels = 1 << 20;  // of C: beyond it the sums could overflow
-constexpr int kFarthest = 1 << 14;       // [voxels] from the voxel: likewise
+constexpr double kMostVoxels = 1 << 18;  // of C: beyond it the sums could overflow
+constexpr int kFarthest = 1 << 13;       // [voxels] from the voxel: likewise
 
 double weightAt(const WindowSettings& settings, double depth, double greatest) {
   if (!(depth > 0)) return 0;
