@@ -48,8 +48,11 @@ struct Collision {
   Vec3 mean = Vec3::Zero();  // F: mean base vector (5), (5'): from the workpiece to the tool
   double stiffness = 0, damping = 0;  // k (1), c (2)
   Vec3 center = Vec3::Zero();         // of the touched surface, where the force acts
-  double depth = 0;                   // d as the tool stands: how far it is in
-  double volume = 0;                  // of matter in D [m^3]
+  // Mean of n n^T over the touched surface, n its outward normals: how much of the material's
+  // stiffness meets a motion of the tool in each direction. Trace 1; on a face all of it along n.
+  Eigen::Matrix3d facing = Eigen::Matrix3d::Zero();
+  double depth = 0;   // d as the tool stands: how far it is in
+  double volume = 0;  // of matter in D [m^3]
   bool empty() const { return count <= 0; }
   Vec3 normal() const { return mean.norm() > 0 ? Vec3(mean.normalized()) : Vec3::Zero(); }
 };

@@ -72,6 +72,7 @@ class HapticLoop {
 
  private:
   bool follow(const Pose& hand);
+  Vec3 slide(const Vec3& lead, const Vec3& outward) const;
   void press(const HapticInput& input);
   void watchEnergy(const Vec3& hand);
   ViscoelasticLaw lawNow() const;

@@ -27,10 +27,13 @@ struct WindowSettings {
 // A smooth sphere of 2.5 voxels about the voxel, Gr its centre: the least error for its cost.
 WindowSettings sphereWindow(double voxelSize, double radiusInVoxels = 2.5);
 
-// One voxel of the window, seen from its middle voxel. `weight` in 1/255 of a voxel.
+// One voxel of the window, seen from its middle voxel.
 struct WindowTap {
   std::int16_t x, y, z;
-  std::uint8_t weight;
+  std::uint8_t weight;  // 1/255 of a voxel
+  // The weight times the place of that part of the voxel which lies in C [1/255 voxel^2]: a voxel
+  // cut by C's surface is not weighed at its centre.
+  std::int32_t moment[3];
 };
 
 struct Window {

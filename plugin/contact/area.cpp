@@ -168,7 +168,8 @@ Cloud surfaceLayer(const Cloud& tool, double thickness, const Area* where) {
 void requireArea(const Area& area) {
   struct Check {
     void operator()(const SphereArea& a) const {
-      requireSizes("a sphere area's radius", Vec3::Constant(a.radius), {{}, a.center});
+      requireSizes("a sphere area's radius", Vec3::Constant(a.radius),
+                   {Eigen::Quaterniond::Identity(), a.center});
     }
     void operator()(const BoxArea& a) const {
       requireSizes("a box area's half extents", a.halfExtents, a.place);

@@ -26,6 +26,10 @@ CC_LANES void addRun(const int* taps, const int* weights, int count, int matter,
   for (int k = 0; k < count; ++k) volume[k] += static_cast<CcSum>(coverage) * weights[k];
 }
 
+CcTap tapOf(const WindowTap& t) {
+  return {t.weight, t.moment[0], t.moment[1], t.moment[2]};
+}
+
 // The window turned round, as rows.
 void makeRows(Bricks& f) {
   for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
@@ -34,7 +38,7 @@ void makeRows(Bricks& f) {
     if (!goesOn)
       f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
     ++f.rows.back().count;
-    f.taps.push_back({t->weight, t->weight * t->x, t->weight * t->y, t->weight * t->z});
+    f.taps.push_back({t->weight, t->moment[0], t->moment[1], t->moment[2]});
     f.weights.push_back(t->weight);
   }
 }
@@ -51,7 +55,8 @@ void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
   double densest = 0;
   for (const Tissue& t : tissues) densest = std::max(densest, t.density);
   for (const Tissue& t : tissues)
-    f.density.push_back(std::max(1, static_cast<int>(std::lround(CC_DENSEST * t.density / densest))));
+    f.density.push_back(
+        std::max(1, static_cast<int>(std::lround(CC_DENSEST * t.density / densest))));
   f.sums.resize(kinds);
 }
 
@@ -104,8 +109,7 @@ void gather(const Bricks& f, const Cloud& cloud, const VoxelIndex& v, FieldBlock
     const int coverage = cloud.coverage(at.x(), at.y(), at.z());
     if (coverage == 0) continue;
     const int tissue = f.names.empty() ? 0 : cloud.material(at.x(), at.y(), at.z());
-    const CcTap tap{t.weight, t.weight * t.x, t.weight * t.y, t.weight * t.z};
-    ccWeigh(&moments, tap, coverage * f.density[static_cast<std::size_t>(tissue)]);
+    ccWeigh(&moments, tapOf(t), coverage * f.density[static_cast<std::size_t>(tissue)]);
     volume += static_cast<CcSum>(coverage) * t.weight;
   }
   block.moments[static_cast<std::size_t>(cell)] = moments;
@@ -118,8 +122,7 @@ void fillShared(Bricks& f) {
     CcMoments moments{};
     CcSum volume = 0;
     for (const WindowTap& t : f.window.taps) {
-      ccWeigh(&moments, {t.weight, t.weight * t.x, t.weight * t.y, t.weight * t.z},
-              255 * f.density[tissue]);
+      ccWeigh(&moments, tapOf(t), 255 * f.density[tissue]);
       volume += CcSum{255} * t.weight;
     }
     block.moments.fill(moments);

@@ -30,11 +30,14 @@ using Bricks = BaseVectorField::Bricks;
 struct BrickSums {
   double count = 0, volume = 0;
   Vec3 mean = Vec3::Zero();
-  double moments[3] = {0, 0, 0};  // of the depth over the touched surface
-  Vec3 center = Vec3::Zero();     // times moments[0]
+  double moments[3] = {0, 0, 0};                     // of the depth over the touched surface
+  Vec3 center = Vec3::Zero();                        // times moments[0]
+  double wet = 0;                                    // area
+  Eigen::Matrix3d facing = Eigen::Matrix3d::Zero();  // times it
 
   void add(const BrickSums& other) {
     count += other.count, volume += other.volume, mean += other.mean, center += other.center;
+    wet += other.wet, facing += other.facing;
     for (int k = 0; k < 3; ++k) moments[k] += other.moments[k];
   }
 };
@@ -87,6 +90,8 @@ void addSurface(const View& view, const Kind& area, const Bricks::Weighed& weigh
   sums.moments[1] += weight * static_cast<double>(wet.depth2);
   sums.moments[2] += weight * static_cast<double>(wet.depth3);
   sums.center += weight * static_cast<double>(wet.depth1) * foot;
+  sums.wet += weight * static_cast<double>(wet.share);
+  sums.facing += weight * static_cast<double>(wet.share) * outward * outward.transpose();
 }
 
 void addVoxel(const View& view, const FieldBlock& block, int cell, const VoxelIndex& voxel,
@@ -212,6 +217,7 @@ void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose
   }
   c.count = sums.count;
   c.mean = c.center = Vec3::Zero();
+  c.facing.setZero();
   c.stiffness = c.damping = c.depth = 0;
   c.volume = sums.volume * f.voxelSize * f.voxelSize * f.voxelSize;
   if (!(sums.count > 0)) return;
@@ -221,6 +227,8 @@ void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose
     c.damping += c.tissueCount[t] * f.tissues[t].damping / sums.count;
   }
   c.depth = f.voxelSize * deepestByMoments(sums.moments);
+  const Eigen::Matrix3d turn = workpiecePose.orientation.toRotationMatrix();
+  if (sums.wet > 0) c.facing = turn * (sums.facing / sums.wet) * turn.transpose();
   if (sums.moments[0] > 0)
     c.center = workpiecePose.toWorld(f.origin + f.voxelSize / sums.moments[0] * sums.center);
 }

@@ -42,11 +42,9 @@ void require(const HandSpring& hand, const EmbeddingSettings& settings) {
   if (settings.iterations < 3) throw std::invalid_argument("embed: give at least 3 iterations");
 }
 
-// Where the next evaluation goes. Numbers that a secant puts too near an end are moved a little
-// inwards, so that the bracket closes from both sides.
-double next(const Bracket& b, Search search, double tolerance, int round) {
-  // Every third step halves: no index is slower than three times a bisection.
-  if (search == Search::Bisection || round % 3 == 2) return b.middle();
+// Where the next evaluation goes. A secant that falls too near an end is moved a little inwards, so
+// that the bracket closes from both sides.
+double next(const Bracket& b, double tolerance) {
   const double secant = b.low - b.below * b.width() / (b.above - b.below);
   const double margin = std::min(0.4 * tolerance, 0.25 * b.width());
   return std::clamp(secant, b.low + margin, b.high - margin);
@@ -55,12 +53,18 @@ double next(const Bracket& b, Search search, double tolerance, int round) {
 Embedding search(Balance& g, Bracket b, const EmbeddingSettings& settings, double tolerance) {
   Embedding found{b.middle(), 0, g.evaluations, EmbeddingEnd::NotConverged};
   int side = 0;  // which end stayed: its value is halved when it does so twice (Illinois)
-  for (int round = 0; b.width() > tolerance; ++round) {
+  // Secants that do not halve the bracket in three give way to one halving: no index is slower than
+  // four times a bisection.
+  double width = b.width();
+  int secants = 0;
+  while (b.width() > tolerance) {
     if (g.evaluations >= settings.iterations) {
       found.depth = b.middle(), found.iterations = g.evaluations;
       return found;
     }
-    const double depth = next(b, settings.search, tolerance, round), value = g(depth);
+    const bool halve = settings.search == Search::Bisection || secants == 3;
+    const double depth = halve ? b.middle() : next(b, tolerance), value = g(depth);
+    secants = halve ? 0 : secants + 1;
     if (!std::isfinite(value)) return {b.low, g.force, g.evaluations, EmbeddingEnd::NoNumber};
     if (value == 0) return {depth, g.force, g.evaluations, EmbeddingEnd::Found};
     if (value < 0) {
@@ -72,6 +76,7 @@ Embedding search(Balance& g, Bracket b, const EmbeddingSettings& settings, doubl
       if (side > 0) b.below *= 0.5;
       side = 1;
     }
+    if (b.width() <= 0.5 * width) width = b.width(), secants = 0;
   }
   return {b.middle(), g.force, g.evaluations, EmbeddingEnd::Found};
 }
@@ -80,7 +85,7 @@ Embedding embedWithin(Balance& g, double low, double high, const EmbeddingSettin
   const double tolerance = settings.tolerance * g.hand.reach;
   const double below = g(low);
   if (!std::isfinite(below)) return {0, 0, g.evaluations, EmbeddingEnd::NoNumber};
-  if (below >= 0 && low <= 0) return {0, g.force, g.evaluations, EmbeddingEnd::NotPressed};
+  if (below >= 0) return {low, g.force, g.evaluations, EmbeddingEnd::NotPressed};
   const double above = g(high);
   if (!std::isfinite(above)) return {low, 0, g.evaluations, EmbeddingEnd::NoNumber};
   // At the hand's reach g is the index: not above zero only where nothing resists.
@@ -144,8 +149,8 @@ Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& 
   EmbeddingSettings secants = settings;
   secants.search = Search::Newton;
   Embedding found = from < to ? embedWithin(g, from, to, secants) : Embedding{};
-  const bool outside = from > 0 && (found.end == EmbeddingEnd::NotPressed ||
-                                    (found.end == EmbeddingEnd::TooSoft && to < hand.reach));
+  const bool outside = (found.end == EmbeddingEnd::NotPressed && from > 0) ||
+                       (found.end == EmbeddingEnd::TooSoft && to < hand.reach);
   if (from < to && !outside) return found;
   // What is asked now is not what was tabulated: the whole range.
   return embedWithin(g, 0, hand.reach, secants);

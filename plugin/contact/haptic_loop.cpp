@@ -9,6 +9,7 @@
 // where it was says nothing of where it goes.
 #include <cloudcontact/haptic_loop.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -87,6 +88,15 @@ ViscoelasticLaw HapticLoop::lawNow() const {
   }
 }
 
+// The step along the surface: the hand's spring against its own and the material's stiffness.
+Vec3 HapticLoop::slide(const Vec3& lead, const Vec3& outward) const {
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - outward * outward.transpose();
+  const Eigen::Matrix3d stiffness =
+      Eigen::Matrix3d::Identity() +
+      collision_->stiffness / settings_.handStiffness * across * collision_->facing * across;
+  return across * stiffness.ldlt().solve(across * lead);
+}
+
 void HapticLoop::press(const HapticInput& input) {
   const Vec3 outward = collision_->normal();
   const Vec3 lead = input.hand.position - output_.tool.position;
@@ -98,8 +108,7 @@ void HapticLoop::press(const HapticInput& input) {
   const double voxel = workpiece_->voxelSize();
   const double deeper = std::clamp(found.depth - collision_->depth, -voxel, voxel);
   const double depth = std::max(0.0, collision_->depth + deeper);
-  const Vec3 along = lead - lead.dot(outward) * outward;
-  output_.tool.position += atMost(along, voxel) - deeper * outward;
+  output_.tool.position += atMost(slide(lead, outward), voxel) - deeper * outward;
   state_ = lawAdvance(law, state_, depth, settings_.step);
   output_.depth = depth;
   output_.stiffness = collision_->stiffness;

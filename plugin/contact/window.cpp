@@ -24,15 +24,23 @@ double weightAt(const WindowSettings& settings, double depth, double greatest) {
   return (1 - away * away) * (1 - away * away);
 }
 
-// The mean weight over the voxel (x, y, z).
-double meanWeight(const WindowSettings& settings, double voxel, double greatest, const Vec3& at) {
-  double sum = 0;
+// Means over the voxel about `at`: of the weight, and of the weight times the place.
+struct Weighed {
+  double weight = 0;
+  Vec3 moment = Vec3::Zero();
+};
+Weighed weigh(const WindowSettings& settings, double voxel, double greatest, const Vec3& at) {
+  constexpr double kShare = 1.0 / (kPoints * kPoints * kPoints);
+  Weighed sum;
   for (int k = 0; k < kPoints * kPoints * kPoints; ++k) {
     const Vec3 part(k % kPoints, k / kPoints % kPoints, k / (kPoints * kPoints));
     const Vec3 p = at + (part + Vec3::Constant(0.5)) / kPoints - Vec3::Constant(0.5);
-    sum += weightAt(settings, areaDepth(settings.area, voxel * p), greatest);
+    const double weight =
+        kShare * weightAt(settings, areaDepth(settings.area, voxel * p), greatest);
+    sum.weight += weight;
+    sum.moment += weight * p;
   }
-  return sum / (kPoints * kPoints * kPoints);
+  return sum;
 }
 
 double greatestDepth(const Area& area) {
@@ -55,7 +63,7 @@ WindowSettings sphereWindow(double voxelSize, double radiusInVoxels) {
 
 Vec3 Window::center() const {
   Vec3 sum = Vec3::Zero();
-  for (const WindowTap& t : taps) sum += t.weight * Vec3(t.x, t.y, t.z);
+  for (const WindowTap& t : taps) sum += Vec3(t.moment[0], t.moment[1], t.moment[2]);
   return sum / static_cast<double>(weights);
 }
 
@@ -82,11 +90,17 @@ Window makeWindow(const WindowSettings& settings, double voxelSize) {
   for (int z = first.z(); z <= last.z(); ++z)
     for (int y = first.y(); y <= last.y(); ++y)
       for (int x = first.x(); x <= last.x(); ++x) {
-        const double share = meanWeight(settings, voxelSize, greatest, Vec3(x, y, z));
-        const auto weight = static_cast<std::uint8_t>(std::lround(255 * share));
+        const Weighed w = weigh(settings, voxelSize, greatest, Vec3(x, y, z));
+        const auto weight = static_cast<std::uint8_t>(std::lround(255 * w.weight));
         if (weight == 0) continue;
-        window.taps.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
-                               static_cast<std::int16_t>(z), weight});
+        const auto moment = [&](int axis) {
+          return static_cast<std::int32_t>(std::lround(255 * w.moment[axis]));
+        };
+        window.taps.push_back({static_cast<std::int16_t>(x),
+                               static_cast<std::int16_t>(y),
+                               static_cast<std::int16_t>(z),
+                               weight,
+                               {moment(0), moment(1), moment(2)}});
         window.low = window.low.cwiseMin(Eigen::Vector3i(x, y, z));
         window.high = window.high.cwiseMax(Eigen::Vector3i(x, y, z));
         window.weights += weight;
