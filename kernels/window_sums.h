@@ -1,4 +1,4 @@
-// What a voxel of a workpiece knows of its cuttable area C: sums over C's voxels, in integers, so
+// What a voxel of a workpiece knows of its cuttable area C: sums over C's voxels, of integers, so
 // that matter taken away leaves what a new sum would give. Paper (4) with densities.
 // Plain C for C++ and OpenCL C; offsets are pinned by a test.
 #ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
@@ -6,16 +6,15 @@
 
 #include "plane_cell.h"
 
-#if defined(__OPENCL_VERSION__)
-typedef long CcSum;
-#else
-#include <stdint.h>
-typedef int64_t CcSum;
-#endif
+// Whole numbers below 2^53, which a double holds exactly: any order of sums gives the same. (64-bit
+// integers do the same; their product has no instruction of its own on most machines.)
+typedef double CcSum;
 
 // Weights are in 1/255 of a voxel, matter is coverage [1/255] times density in 1/CC_DENSEST of the
-// densest. 2^18 voxels of 2^8 * 2^8 * 2^12, 2^13 away, stay below 2^60.
-#define CC_DENSEST 2520  // whole halves, thirds ... tenths
+// densest. CC_MOST_MOMENT bounds a window's sum of weight times place.
+#define CC_DENSEST 2520        // whole halves, thirds ... tenths
+#define CC_MOST_MOMENT 1.4e10  // times 255 * 2520: 2^51
+
 typedef struct {
   CcSum mass;     // sum of weight * matter
   CcSum x, y, z;  // of weight * matter * place, from the voxel, in voxels
@@ -28,10 +27,10 @@ typedef struct {
 
 // Matter at the tap grows by `matter` (shrinks where negative).
 CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
-  sums->mass += (CcSum)matter * tap.weight;
-  sums->x += (CcSum)matter * tap.x;
-  sums->y += (CcSum)matter * tap.y;
-  sums->z += (CcSum)matter * tap.z;
+  sums->mass += (CcSum)matter * (CcSum)tap.weight;
+  sums->x += (CcSum)matter * (CcSum)tap.x;
+  sums->y += (CcSum)matter * (CcSum)tap.y;
+  sums->z += (CcSum)matter * (CcSum)tap.z;
 }
 
 // Gr - Gc in voxels; zero where there is no matter.

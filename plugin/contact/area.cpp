@@ -90,10 +90,6 @@ double depthOf(const CloudArea& a, const Vec3& point) {
   return depthAt(*a.cloud, *a.depth, a.place.toLocal(point));
 }
 
-Vec3 normalOf(const SphereArea& a, const Vec3& point) {
-  return unit(point - a.center);
-}
-
 Vec3 normalOf(const BoxArea& a, const Vec3& point) {
   const Vec3 p = a.place.toLocal(point);
   const Vec3 beyond = p.cwiseAbs() - a.halfExtents;

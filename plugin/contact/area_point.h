@@ -13,7 +13,6 @@ double depthOf(const BoxArea& area, const Vec3& point);
 double depthOf(const EllipsoidArea& area, const Vec3& point);
 double depthOf(const CloudArea& area, const Vec3& point);
 
-Vec3 normalOf(const SphereArea& area, const Vec3& point);
 Vec3 normalOf(const BoxArea& area, const Vec3& point);
 Vec3 normalOf(const EllipsoidArea& area, const Vec3& point);
 Vec3 normalOf(const CloudArea& area, const Vec3& point);
@@ -24,6 +23,11 @@ constexpr bool kIsDistance = !std::is_same_v<Kind, EllipsoidArea>;
 
 inline double depthOf(const SphereArea& area, const Vec3& point) {
   return area.radius - (point - area.center).norm();
+}
+inline Vec3 normalOf(const SphereArea& area, const Vec3& point) {
+  const Vec3 from = point - area.center;
+  const double length = from.norm();
+  return length > 0 ? Vec3(from * (1 / length)) : Vec3::UnitZ();
 }
 
 }  // namespace cloudcontact

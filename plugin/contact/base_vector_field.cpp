@@ -4,6 +4,7 @@
 // window turned round about it, walked row by row.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "../geometry/parallel.h"
@@ -16,31 +17,30 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-// Adds matter and coverage times the window's weights to a run of voxels. `taps` as four numbers a
-// voxel, `moments` likewise.
-CC_LANES void addRun(const int* taps, const int* weights, int count, int matter, int coverage,
-                     CcSum* moments, CcSum* volume) {
-  CC_INDEPENDENT
-  for (int k = 0; k < 4 * count; ++k) moments[k] += static_cast<CcSum>(matter) * taps[k];
-  CC_INDEPENDENT
-  for (int k = 0; k < count; ++k) volume[k] += static_cast<CcSum>(coverage) * weights[k];
-}
-
 CcTap tapOf(const WindowTap& t) {
   return {t.weight, t.moment[0], t.moment[1], t.moment[2]};
 }
 
 // The window turned round, as rows.
 void makeRows(Bricks& f) {
+  const auto zeros = [&] {
+    f.taps.insert(f.taps.end(), kBrickEdge, CcMoments{});
+    f.weights.insert(f.weights.end(), kBrickEdge, 0.0);
+  };
+  zeros();
   for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
     const bool goesOn = !f.rows.empty() && f.rows.back().y == -t->y && f.rows.back().z == -t->z &&
                         f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
-    if (!goesOn)
+    if (!goesOn) {
+      if (!f.rows.empty()) zeros();
       f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
+    }
     ++f.rows.back().count;
-    f.taps.push_back({t->weight, t->moment[0], t->moment[1], t->moment[2]});
+    f.taps.push_back({static_cast<CcSum>(t->weight), static_cast<CcSum>(t->moment[0]),
+                      static_cast<CcSum>(t->moment[1]), static_cast<CcSum>(t->moment[2])});
     f.weights.push_back(t->weight);
   }
+  zeros();
 }
 
 void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
@@ -110,7 +110,7 @@ void gather(const Bricks& f, const Cloud& cloud, const VoxelIndex& v, FieldBlock
     if (coverage == 0) continue;
     const int tissue = f.names.empty() ? 0 : cloud.material(at.x(), at.y(), at.z());
     ccWeigh(&moments, tapOf(t), coverage * f.density[static_cast<std::size_t>(tissue)]);
-    volume += static_cast<CcSum>(coverage) * t.weight;
+    volume += static_cast<CcSum>(coverage * t.weight);
   }
   block.moments[static_cast<std::size_t>(cell)] = moments;
   block.volume[static_cast<std::size_t>(cell)] = volume;
@@ -123,7 +123,7 @@ void fillShared(Bricks& f) {
     CcSum volume = 0;
     for (const WindowTap& t : f.window.taps) {
       ccWeigh(&moments, tapOf(t), 255 * f.density[tissue]);
-      volume += CcSum{255} * t.weight;
+      volume += static_cast<CcSum>(255 * t.weight);
     }
     block.moments.fill(moments);
     block.volume.fill(volume);
@@ -196,25 +196,88 @@ FieldBlock& ownBlock(Bricks& f, std::int32_t& entry) {
   return f.blocks[static_cast<std::size_t>(entry)];
 }
 
-// All windows in which v lies lose matter and coverage.
-void spread(Bricks& f, const VoxelIndex& v, int matter, int coverage) {
+// Eight numbers worked on at once, wherever they lie.
+typedef double Eight __attribute__((vector_size(64)));
+
+inline void addEight(const CcSum* taps, double factor, CcSum* sums) {
+  Eight tap, sum;
+  std::memcpy(&tap, taps, sizeof(Eight));
+  std::memcpy(&sum, sums, sizeof(Eight));
+  sum += tap * factor;
+  std::memcpy(sums, &sum, sizeof(Eight));
+}
+
+// Adds matter and coverage times the window's weights to a whole row of a block; `taps` and
+// `weights` those of its first voxel, zero where the window does not reach. A row is always eight
+// voxels: loops of one to five guessed their ends wrongly and took twice as long.
+inline void addRow(const CcMoments* taps, const CcSum* weights, double matter, double coverage,
+                   CcMoments* moments, CcSum* volume) {
+  for (int k = 0; k < kBrickEdge; k += 2) addEight(&taps[k].mass, matter, &moments[k].mass);
+  addEight(weights, coverage, volume);
+}
+
+// The blocks about a brick, out to where a window may reach; null where there is no matter.
+struct Neighbours {
+  static constexpr int kReach = 8;  // [voxels] of a window that one brick beside is enough for
+  Eigen::Vector3i brick = Eigen::Vector3i::Constant(-1);
+  FieldBlock* blocks[27];
+
+  // Every block gets one of its own: what is cut beside it changes it.
+  void gather(Bricks& f, const Eigen::Vector3i& about) {
+    brick = about;
+    for (int k = 0; k < 27; ++k) {
+      const Eigen::Vector3i at =
+          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
+      std::int32_t* const entry = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all()
+                                      ? &f.entry(at.x(), at.y(), at.z())
+                                      : nullptr;
+      if (entry && *entry != kNoBlock) ownBlock(f, *entry);
+    }
+    // Only now do the blocks stay where they are.
+    for (int k = 0; k < 27; ++k) {
+      const Eigen::Vector3i at =
+          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
+      const bool inside = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all();
+      const std::int32_t entry = inside ? f.entry(at.x(), at.y(), at.z()) : kNoBlock;
+      blocks[k] = entry == kNoBlock ? nullptr : &f.blocks[static_cast<std::size_t>(entry)];
+    }
+  }
+};
+
+// All windows in which v lies lose matter and coverage. 1,000 voxels of a window of 81: 0.1 ms.
+CC_LANES void spread(const Bricks& f, const Neighbours& near, const VoxelIndex& v, double matter,
+                     double coverage) {
+  const int vx = v.x() & 7, vy = v.y() & 7, vz = v.z() & 7;
+  for (const WindowRow& row : f.rows) {
+    const int y = vy + row.y, z = vz + row.z, x = vx + row.x;
+    FieldBlock* const* const blocks = near.blocks + 3 * ((y >> 3) + 1) + 9 * ((z >> 3) + 1) + 1;
+    const int line = (y & 7) << 3 | (z & 7) << 6;
+    const int last = (x + static_cast<int>(row.count) - 1) >> 3;
+    for (int b = x >> 3; b <= last; ++b) {
+      FieldBlock* const block = blocks[b];
+      if (!block) continue;
+      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
+      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block->moments[line],
+             &block->volume[line]);
+    }
+  }
+}
+
+// The same for windows that reach farther than the bricks beside.
+void spreadFar(Bricks& f, const VoxelIndex& v, double matter, double coverage) {
   for (const WindowRow& row : f.rows) {
     const int y = v.y() + row.y, z = v.z() + row.z;
     if (y < 0 || z < 0 || y >= kBrickEdge * f.bricks.y() || z >= kBrickEdge * f.bricks.z())
       continue;
-    const int end =
-        std::min(v.x() + row.x + static_cast<int>(row.count), kBrickEdge * f.bricks.x());
-    for (int x = std::max(v.x() + row.x, 0); x < end;) {
-      const int next = std::min((x | 7) + 1, end);
-      std::int32_t& entry = f.entry(x >> 3, y >> 3, z >> 3);
-      if (entry != kNoBlock) {
-        FieldBlock& block = ownBlock(f, entry);
-        const auto cell = static_cast<std::size_t>(Bricks::cell(x, y, z));
-        const std::size_t tap = row.first + static_cast<std::size_t>(x - v.x() - row.x);
-        addRun(f.taps[tap].data(), &f.weights[tap], next - x, matter, coverage,
-               reinterpret_cast<CcSum*>(&block.moments[cell]), &block.volume[cell]);
-      }
-      x = next;
+    const int x = v.x() + row.x, end = x + static_cast<int>(row.count);
+    for (int b = std::max(x >> 3, 0); kBrickEdge * b < end && b < f.bricks.x(); ++b) {
+      std::int32_t& entry = f.entry(b, y >> 3, z >> 3);
+      if (entry == kNoBlock) continue;
+      FieldBlock& block = ownBlock(f, entry);
+      const auto line = static_cast<std::size_t>(Bricks::cell(0, y, z));
+      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
+      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block.moments[line],
+             &block.volume[line]);
     }
   }
 }
@@ -229,17 +292,6 @@ void TissueSums::add(const VoxelIndex& at, std::int64_t coverage) {
   second[3] += coverage * x * y, second[4] += coverage * y * z, second[5] += coverage * z * x;
 }
 
-Bricks::Weighed Bricks::weigh(const FieldBlock& block, int cell) const {
-  const CcMoments& m = block.moments[static_cast<std::size_t>(cell)];
-  if (m.mass <= 0) return {Vec3::Zero(), Vec3::Zero(), 0};
-  const Vec3 center =
-      Vec3(static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z)) /
-      static_cast<double>(m.mass);
-  return {window.representative - center, windowCenter - center,
-          static_cast<double>(block.volume[static_cast<std::size_t>(cell)]) /
-              (255.0 * static_cast<double>(window.weights))};
-}
-
 BaseVectorField::BaseVectorField(const Cloud& cloud, const TissueTable& tissues,
                                  const WindowSettings& window)
     : bricks_(std::make_unique<Bricks>()) {
@@ -251,6 +303,7 @@ BaseVectorField::BaseVectorField(const Cloud& cloud, const TissueTable& tissues,
   fillTissues(f, cloud, tissues);
   f.window = makeWindow(window, cloud.voxelSize());
   f.windowCenter = f.window.center();
+  f.perFull = 1 / (255.0 * static_cast<double>(f.window.weights));
   f.depths = DepthTable(f.window);
   makeRows(f);
   build(f, cloud);
@@ -308,19 +361,29 @@ std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
     if (!f.contains(c.voxel))
       throw std::out_of_range("BaseVectorField::cut: a voxel lies outside the grid");
   const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
+  const bool near = f.window.low.minCoeff() >= -Neighbours::kReach &&
+                    f.window.high.maxCoeff() <= Neighbours::kReach;
+  Neighbours neighbours;
   std::size_t changed = 0;
   for (const VoxelCut& c : voxels) {
-    std::int32_t& entry = f.entry(c.voxel.x() >> 3, c.voxel.y() >> 3, c.voxel.z() >> 3);
+    const Eigen::Vector3i brick = c.voxel / kBrickEdge;
+    std::int32_t& entry = f.entry(brick.x(), brick.y(), brick.z());
     if (entry == kNoBlock) continue;
-    FieldBlock& block = ownBlock(f, entry);
+    FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
     const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
-    const int less = c.coverage - block.coverage[cell];
+    const int less = c.coverage - block->coverage[cell];
     if (less >= 0) continue;
-    const std::uint8_t tissue = block.tissue[cell];
-    block.coverage[cell] = c.coverage;
-    if (c.coverage == 0) block.tissue[cell] = 0;
+    if (near && neighbours.brick != brick) neighbours.gather(f, brick);
+    block = &ownBlock(f, entry);
+    const std::uint8_t tissue = block->tissue[cell];
+    block->coverage[cell] = c.coverage;
+    if (c.coverage == 0) block->tissue[cell] = 0;
     f.sums[tissue].add(c.voxel - middle, less);
-    spread(f, c.voxel, less * f.density[tissue], less);
+    const double matter = less * f.density[tissue];
+    if (near)
+      spread(f, neighbours, c.voxel, matter, less);
+    else
+      spreadFar(f, c.voxel, matter, less);
     ++changed;
   }
   return changed;
@@ -405,7 +468,7 @@ std::uint64_t BaseVectorField::hash() const {
       mix(entry * kBrickVoxels + k);
       mix(static_cast<std::uint64_t>(block.coverage[k]) << 8 | block.tissue[k]);
       for (const CcSum s : {m.mass, m.x, m.y, m.z, block.volume[k]})
-        mix(static_cast<std::uint64_t>(s));
+        mix(static_cast<std::uint64_t>(static_cast<std::int64_t>(s)));
     }
   }
   for (const TissueSums& s : f.sums) {

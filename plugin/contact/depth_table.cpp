@@ -72,25 +72,38 @@ DepthTable::DepthTable(const Window& window)
     for (int u = 0; u < edge_; ++u)
       measure(window, directionAt((2 * u + 1.0) / edge_ - 1, (2 * v + 1.0) / edge_ - 1),
               &depth_[static_cast<std::size_t>(v * edge_ + u) * (kFractions + 1)]);
+  bound();
 }
 
-std::size_t DepthTable::direction(const Vec3& outward) const {
-  const Vec3 n = outward / outward.cwiseAbs().sum();
-  double u = n.x(), v = n.y();
-  if (n.z() < 0) {
-    u = (1 - std::abs(n.y())) * (n.x() < 0 ? -1 : 1);
-    v = (1 - std::abs(n.x())) * (n.y() < 0 ? -1 : 1);
+void DepthTable::bound() {
+  int low = kFractions, high = 0;
+  for (std::size_t k = 0; k < depth_.size(); ++k) {
+    const int mark = static_cast<int>(k % (kFractions + 1));
+    if (depth_[k] > -1) low = std::min(low, mark);
+    if (depth_[k] < 1) high = std::max(high, mark);
   }
-  const auto place = [&](double x) {
-    return std::clamp(static_cast<int>((x * 0.5 + 0.5) * edge_), 0, edge_ - 1);
+  least_ = static_cast<double>(low - 1) / kFractions;
+  most_ = static_cast<double>(high + 1) / kFractions;
+}
+
+std::size_t DepthTable::direction(double x, double y, double z) const {
+  const double scale = 1 / (std::abs(x) + std::abs(y) + std::abs(z));
+  double u = x * scale, v = y * scale;
+  if (z < 0) {
+    const double folded = (1 - std::abs(v)) * (u < 0 ? -1 : 1);
+    v = (1 - std::abs(u)) * (v < 0 ? -1 : 1);
+    u = folded;
+  }
+  const auto place = [&](double t) {
+    return std::clamp(static_cast<int>((t * 0.5 + 0.5) * edge_), 0, edge_ - 1);
   };
   return static_cast<std::size_t>(place(v) * edge_ + place(u)) * (kFractions + 1);
 }
 
-double DepthTable::at(const Vec3& outward, double fraction) const {
+double DepthTable::at(double x, double y, double z, double fraction) const {
   const double f = std::clamp(fraction, 0.0, 1.0) * kFractions;
   const int low = std::min(static_cast<int>(f), kFractions - 1);
-  const float* const d = &depth_[direction(outward) + static_cast<std::size_t>(low)];
+  const float* const d = &depth_[direction(x, y, z) + static_cast<std::size_t>(low)];
   return static_cast<double>(d[0]) + (f - low) * static_cast<double>(d[1] - d[0]);
 }
 

@@ -15,11 +15,19 @@ class DepthTable {
 
   // [voxels] signed depth of the voxel's centre below a plane with this outward unit normal that
   // leaves `fraction` of the window full.
-  double at(const Vec3& outward, double fraction) const;
+  double at(double x, double y, double z, double fraction) const;
+  double at(const Vec3& outward, double fraction) const {
+    return at(outward.x(), outward.y(), outward.z(), fraction);
+  }
+  // No direction's depth lies within one voxel of the surface where the fraction is outside these.
+  double least() const { return least_; }
+  double most() const { return most_; }
 
  private:
-  std::size_t direction(const Vec3& outward) const;
-  int edge_ = 0;              // directions along each side of the octahedral map
+  void bound();
+  std::size_t direction(double x, double y, double z) const;
+  int edge_ = 0;  // directions along each side of the octahedral map
+  double least_ = 0, most_ = 1;
   std::vector<float> depth_;  // kFractions + 1 a direction
 };
 

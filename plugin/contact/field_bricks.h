@@ -13,16 +13,17 @@
 namespace cloudcontact {
 
 struct FieldBlock {
-  alignas(32) std::array<CcMoments, kBrickVoxels> moments;  // of matter
-  std::array<CcSum, kBrickVoxels> volume;                   // sum of weight * coverage
+  alignas(64) std::array<CcMoments, kBrickVoxels> moments;  // of matter
+  alignas(64) std::array<CcSum, kBrickVoxels> volume;       // sum of weight * coverage
   BrickCoverage coverage;
   BrickMaterial tissue;
 };
 
 // A row of the window along x, turned round the voxel: whom a change of this voxel concerns.
 struct WindowRow {
-  int x, y, z;                 // of its first voxel, seen from the one that changes
-  std::uint32_t first, count;  // into taps and weights
+  int x, y, z;  // of its first voxel, seen from the one that changes
+  std::uint32_t first,
+      count;  // into taps and weights, with a brick's width of zeros on either side
 };
 
 // Of one tissue: sums over its voxels of coverage times powers of their indices, seen from
@@ -46,9 +47,10 @@ struct BaseVectorField::Bricks {
   std::vector<std::string> names;  // of the cloud's materials, empty where it had none
   Window window;
   Vec3 windowCenter = Vec3::Zero();  // [voxels]
+  double perFull = 0;                // 1 / (255 * the window's weights)
   std::vector<WindowRow> rows;
-  std::vector<std::array<int, 4>> taps;  // CcTap, row by row, to be read as one run of numbers
-  std::vector<int> weights;
+  std::vector<CcMoments> taps;  // row by row
+  std::vector<CcSum> weights;   // likewise
   std::vector<TissueSums> sums;
   DepthTable depths;
 
@@ -77,7 +79,14 @@ struct BaseVectorField::Bricks {
     Vec3 toRepresentative, outward;
     double fraction;
   };
-  Weighed weigh(const FieldBlock& block, int cell) const;
+  Weighed weigh(const FieldBlock& block, int cell) const {
+    const CcMoments& m = block.moments[static_cast<std::size_t>(cell)];
+    if (m.mass <= 0) return {Vec3::Zero(), Vec3::Zero(), 0};
+    const double scale = 1 / m.mass;
+    const Vec3 center(m.x * scale, m.y * scale, m.z * scale);
+    return {window.representative - center, windowCenter - center,
+            block.volume[static_cast<std::size_t>(cell)] * perFull};
+  }
 };
 
 }  // namespace cloudcontact

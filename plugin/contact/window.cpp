@@ -7,13 +7,15 @@
 #include <limits>
 #include <stdexcept>
 
+#include "window_sums.h"
+
 namespace cloudcontact {
 
 namespace {
 
 constexpr int kPoints = 8;               // along a voxel's edge: a sphere of 2.5 voxels is
                                          // weighed within 0.02 %
-constexpr double kMostVoxels = 1 << 18;  // of C: beyond it the sums could overflow
+constexpr double kMostVoxels = 1 << 18;  // of C
 constexpr int kFarthest = 1 << 13;       // [voxels] from the voxel: likewise
 
 double weightAt(const WindowSettings& settings, double depth, double greatest) {
@@ -105,6 +107,12 @@ Window makeWindow(const WindowSettings& settings, double voxelSize) {
         window.high = window.high.cwiseMax(Eigen::Vector3i(x, y, z));
         window.weights += weight;
       }
+  double moment = 0;
+  for (const WindowTap& t : window.taps)
+    moment += std::max({std::abs(t.moment[0]), std::abs(t.moment[1]), std::abs(t.moment[2])});
+  if (moment > CC_MOST_MOMENT)
+    throw std::length_error(
+        "makeWindow: the cuttable area is too large or too far away for exact sums");
   if (window.taps.empty())
     throw std::invalid_argument(
         "makeWindow: the cuttable area holds no voxel's part; take a larger one");
