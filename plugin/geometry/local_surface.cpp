@@ -16,7 +16,7 @@ using Eigen::Vector3i;
 
 // Beyond this residual of coverage [rms] an edge runs through the block, and no quadric is its
 // surface (surface_fit.h: 0.03 within 1.5 voxels of an edge of 90 deg).
-constexpr float kEdge = 0.12f;
+constexpr float kEdge = 0.3f;
 
 CcSurface fitAt(const Cloud& cloud, const Vector3i& voxel) {
   float block[CC_WINDOW_VOXELS];

@@ -65,10 +65,32 @@ void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Best
     below ? search(middle + 1, last, to, best) : search(first, middle, to, best);
 }
 
+void PointTree::searchOne(std::size_t first, std::size_t last, const Vec3& to, double& square,
+                          const Entry*& best) const {
+  const auto ask = [&](const Entry& e) {
+    if (const double d = (e.position - to).squaredNorm(); d < square) square = d, best = &e;
+  };
+  if (last - first <= kLeaf) {
+    for (std::size_t i = first; i < last; ++i) ask(points_[i]);
+    return;
+  }
+  const std::size_t middle = first + (last - first) / 2;
+  const Entry& e = points_[middle];
+  const double side = to[e.axis] - e.position[e.axis];
+  const bool below = side <= 0;
+  below ? searchOne(first, middle, to, square, best)
+        : searchOne(middle + 1, last, to, square, best);
+  ask(e);
+  if (side * side < square)
+    below ? searchOne(middle + 1, last, to, square, best)
+          : searchOne(first, middle, to, square, best);
+}
+
 std::size_t PointTree::nearest(const Vec3& to) const {
-  Best best{1, {}};
-  search(0, points_.size(), to, best);
-  return best.heap.front().second;
+  double square = std::numeric_limits<double>::infinity();
+  const Entry* best = &points_.front();
+  searchOne(0, points_.size(), to, square, best);
+  return best->index;
 }
 
 void PointTree::nearest(const Vec3& to, std::size_t count, std::vector<std::size_t>& found) const {

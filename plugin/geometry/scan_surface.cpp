@@ -76,31 +76,45 @@ void ScanSurface::findNormals() {
   });
 }
 
-std::size_t ScanSurface::orient(const ScanFlood& flood) {
-  // +1 the normal looks out, -1 in, 0 the flood cannot tell.
+// +1 where the point's normal looks out, -1 in, 0 where the flood cannot tell.
+int ScanSurface::sideOf(std::size_t i, const ScanFlood& flood) const {
+  const auto side = [&](double sign) {
+    for (double far = 1; far <= kWalk; far += 0.5) {
+      const Vec3 at = points_[i] + sign * far * flood.cell() * pieces_[i].normal;
+      if (flood.outside(at)) return 1;
+      if (flood.inside(at)) return -1;
+    }
+    return 0;
+  };
+  const int ahead = side(1), behind = side(-1);
+  return ahead * behind < 0 ? ahead : 0;
+}
+
+ScanSurface::Sides ScanSurface::orient(const ScanFlood& flood) {
   std::vector<int> said(points_.size(), 0);
-  std::size_t turned = 0;
+  Sides sides;
+  if (!flood.closed()) return sides;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const auto side = [&](double sign) {
-      for (double far = 1; far <= kWalk + 2; far += 0.5) {
-        const Vec3 at = points_[i] + sign * far * flood.cell() * pieces_[i].normal;
-        if (flood.outside(at)) return 1;
-        if (flood.inside(at)) return -1;
-      }
-      return 0;
-    };
-    const int ahead = side(1), behind = side(-1);
-    said[i] = ahead > behind ? 1 : ahead < behind ? -1 : 0;
+    said[i] = sideOf(i, flood);
+    sides.told += said[i] != 0;
+  }
+  if (2 * sides.told <= points_.size()) return sides;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
     if (said[i] >= 0) continue;
     pieces_[i].normal = -pieces_[i].normal;
     said[i] = 1;
-    ++turned;
+    ++sides.turned;
   }
-  // The undecided ask the decided about them, round by round.
-  std::vector<std::size_t> near;
-  for (bool any = true; any;) {
-    any = false;
-    std::vector<std::size_t> decided;
+  sides.turned += orientRest(said);
+  return sides;
+}
+
+// The undecided ask the decided about them, round by round.
+std::size_t ScanSurface::orientRest(std::vector<int>& said) {
+  std::size_t turned = 0;
+  std::vector<std::size_t> near, decided;
+  do {
+    decided.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (said[i] != 0) continue;
       double vote = 0;
@@ -111,8 +125,8 @@ std::size_t ScanSurface::orient(const ScanFlood& flood) {
       if (vote < 0) pieces_[i].normal = -pieces_[i].normal, ++turned;
       decided.push_back(i);
     }
-    for (const std::size_t i : decided) said[i] = 1, any = true;
-  }
+    for (const std::size_t i : decided) said[i] = 1;
+  } while (!decided.empty());
   return turned;
 }
 

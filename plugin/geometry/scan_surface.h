@@ -18,9 +18,14 @@ class ScanSurface {
   ScanSurface(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, double distance,
               double smoothing, int threads);
 
-  // Turns normals to look out of what the flood has found to be inside; how many it turned. Points
-  // that the flood cannot tell of go with their neighbours.
-  std::size_t orient(const ScanFlood& flood);
+  // Turns normals to look out of what the flood has found to be inside. Points that the flood
+  // cannot tell of go with their neighbours. Where it tells of less than half of them nothing is
+  // turned: it found no body.
+  struct Sides {
+    std::size_t told = 0;    // points with inside on one side and outside on the other
+    std::size_t turned = 0;  // normals
+  };
+  Sides orient(const ScanFlood& flood);
 
   // The quadric of each point, from the neighbours that look its way. After the normals are
   // settled.
@@ -41,6 +46,8 @@ class ScanSurface {
     double q[6] = {0, 0, 0, 0, 0, 0};  // 1 u v uu uv vv [m]
   };
   void findNormals();
+  int sideOf(std::size_t i, const ScanFlood& flood) const;
+  std::size_t orientRest(std::vector<int>& said);
   void fitPiece(std::size_t i);
   Height heightOver(std::size_t i, const Vec3& place) const;
 

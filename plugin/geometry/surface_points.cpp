@@ -27,7 +27,7 @@ using Eigen::Vector3i;
 
 constexpr std::size_t kFewestPoints = 16;
 constexpr double kHalfDiagonal = 0.8660254037844387;  // of a unit cube
-constexpr int kMostParts = 6;                         // along a voxel's edge
+constexpr int kMostParts = 3;                         // along a voxel's edge
 // A shell ends this many point distances beyond its outermost points.
 constexpr double kRim = 0.75;
 // Spread of a point's neighbours across over along: 0 on a surface, 1 in a volume, 0.2 for a noise
@@ -134,8 +134,8 @@ Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
 [[noreturn]] void refuseOpen(double gap) {
   std::ostringstream text;
   text << "points: they close no volume: holes are wider than " << 2 * gap
-       << " m, or the body thinner; give a larger gap, a shell's thickness, or the spacing of "
-          "points that fill a volume";
+       << " m, or the body thinner; give a shell's thickness (--shell), a larger gap, or "
+          "the spacing of points that fill a volume";
   throw std::invalid_argument(text.str());
 }
 
@@ -193,12 +193,14 @@ Cloud toCloud(const PointCloud& points, const ScanSettings& settings, ScanReport
   const double gap = settings.gap > 0 ? settings.gap : 2 * found.pointDistance;
   const double smoothing = settings.smoothing > 0 ? settings.smoothing : 2.5 * found.pointDistance;
   const ScanFlood flood(points.positions, gap);
-  found.closed = flood.closed();
-  if (!found.closed && settings.shell == 0) refuseOpen(gap);
   std::vector<Vec3> normals;
   for (const Eigen::Vector3f& n : points.normals) normals.push_back(n.cast<double>());
   ScanSurface surface(points.positions, normals, found.pointDistance, smoothing, settings.threads);
-  if (found.closed) found.turned = surface.orient(flood);
+  const ScanSurface::Sides sides = surface.orient(flood);
+  // Where a flood leaks in, pockets may stay dry; the body's inside is behind most of its points.
+  found.closed = 2 * sides.told > points.positions.size();
+  if (!found.closed && settings.shell == 0) refuseOpen(gap);
+  if (found.closed) found.turned = sides.turned;
   surface.fit();
   const double shell = found.closed ? 0 : settings.shell;
   Eigen::AlignedBox3d box;
