@@ -3,6 +3,7 @@
 
 #include <cloudcontact/cloud_file.h>
 #include <cloudcontact/mesh_file.h>
+#include <cloudcontact/point_file.h>
 
 #include <algorithm>
 #include <array>
@@ -114,7 +115,7 @@ auto asBadInput(const std::string& name, const std::string& advice, Load load) {
 }
 
 const char* const kMeshAdvice =
-    "give an STL, OBJ, PLY or glTF file with triangles (point clouds are not there yet)";
+    "give an STL, OBJ, PLY or glTF file with triangles, or points as PLY, PCD or XYZ";
 
 void refuseUnusable(const std::string& name) {
   namespace fs = std::filesystem;
@@ -122,12 +123,10 @@ void refuseUnusable(const std::string& name) {
   std::error_code error;
   if (!fs::exists(file, error))
     throw BadInput(name +
-                   ": no such file; give a mesh file, a .cloud file, sphere:R, box:X,Y,Z, "
+                   ": no such file; give a file of a mesh or of points, a .cloud file, "
+                   "sphere:R, box:X,Y,Z, "
                    "cylinder:R,H, capsule:R,H, cone:R,H or halfspace");
   if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
-  const std::string extension = lowerExtension(file);
-  if (extension == ".pcd" || extension == ".xyz")
-    throw BadInput(name + ": point clouds are not there yet; give a mesh or a .cloud file");
 }
 
 Mesh withInside(const Body& body, const Mesh& whole, double voxel, const CommonOptions& options) {
@@ -160,6 +159,62 @@ void readMesh(Body& body, const CommonOptions& options) {
   if (parts.size() > 1 && parts.size() <= kMostParts) body.parts = std::move(parts);
 }
 
+// What a file's points are taken for.
+DigitalObject readPoints(const std::string& name, const CommonOptions& options) {
+  const PointFile file = asBadInput(name, "give points as PLY, PCD or XYZ, in rows of x y z",
+                                    [&] { return loadPoints(name, options.metresPerUnit); });
+  if (const auto* image = std::get_if<DepthImage>(&file)) return *image;
+  PointCloud points = std::get<PointCloud>(file);
+  recognizeVolume(points);
+  return points;
+}
+
+Cloud scanned(const std::string& name, const PointCloud& points, double voxel,
+              const CommonOptions& options) {
+  ScanSettings settings;
+  settings.voxelSize = voxel;
+  settings.shell = options.shell.value_or(0);
+  settings.threads = options.threads;
+  ScanReport report;
+  const Cloud cloud = toCloud(points, settings, &report);
+  std::cerr << "cloudcontact: " << name << " is " << points.positions.size()
+            << " points of a surface, " << report.pointDistance << " m apart; ";
+  if (report.closed)
+    std::cerr << "filled what they enclose\n";
+  else
+    std::cerr << "they enclose nothing: made a shell " << settings.shell << " m thick "
+              << (points.normals.empty() ? "about" : "behind") << " them (--shell)\n";
+  return cloud;
+}
+
+Cloud pictured(const std::string& name, const DepthImage& image, double voxel,
+               const CommonOptions& options) {
+  DepthCloudSettings settings;
+  settings.voxelSize = voxel;
+  settings.thickness = options.shell.value_or(3 * voxel);
+  settings.image.threads = options.threads;
+  DepthReport report;
+  const Cloud cloud = toCloud(image, settings, &report);
+  std::cerr << "cloudcontact: " << name << " is a depth image of " << image.width << " x "
+            << image.height << " pixels, " << report.seen << " seen, " << report.filled
+            << " filled; made a shell " << settings.thickness
+            << " m thick behind what it saw (--shell)\n";
+  return cloud;
+}
+
+// What is no mesh as a cloud; a message says what points were taken for.
+Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
+  if (const auto* image = std::get_if<DepthImage>(&*body.object))
+    return pictured(body.name, *image, voxel, options);
+  if (const auto* points = std::get_if<PointCloud>(&*body.object)) {
+    if (!points->fillsVolume()) return scanned(body.name, *points, voxel, options);
+    std::cerr << "cloudcontact: " << body.name << " is " << points->positions.size()
+              << " points that fill a volume; took each for a cube of " << points->spacing
+              << " m\n";
+  }
+  return toCloud(*body.object, voxel);
+}
+
 }  // namespace
 
 Body readBody(const std::string& specification, const CommonOptions& options) {
@@ -168,11 +223,18 @@ Body readBody(const std::string& specification, const CommonOptions& options) {
   body.shape = primitiveIn(specification);
   if (body.shape) return body;
   refuseUnusable(specification);
-  if (lowerExtension(specification) == ".cloud")
-    body.cloud = asBadInput(specification, "make it again with cloudcontact digitize",
-                            [&] { return loadCloud(specification); });
-  else
+  if (lowerExtension(specification) == ".cloud") {
+    DigitalObject object = asBadInput(specification, "make it again with cloudcontact digitize",
+                                      [&] { return loadObject(specification); });
+    if (Cloud* cloud = std::get_if<Cloud>(&object))
+      body.cloud = std::move(*cloud);
+    else
+      body.object = std::move(object);
+  } else if (isPointFile(specification)) {
+    body.object = readPoints(specification, options);
+  } else {
     readMesh(body, options);
+  }
   return body;
 }
 
@@ -182,6 +244,7 @@ bool isHalfSpace(const Body& body) {
 
 Eigen::AlignedBox3d boundsOf(const Body& body) {
   if (body.shape) return shapeBounds(*body.shape);
+  if (body.object) return cloudcontact::boundsOf(*body.object);
   Eigen::AlignedBox3d box;
   if (body.cloud) {
     box.extend(body.cloud->origin());
@@ -194,6 +257,8 @@ Eigen::AlignedBox3d boundsOf(const Body& body) {
 }
 
 double defaultVoxel(const Body& body) {
+  if (body.object)
+    return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.object); });
   return body.cloud ? body.cloud->voxelSize() : boundsOf(body).diagonal().norm() / 100;
 }
 
@@ -210,6 +275,9 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     }
     return {*body.cloud, true};
   }
+  if (body.object)
+    return {asBadInput(body.name, "save it again", [&] { return cloudOf(body, voxel, options); }),
+            true};
   return asBadInput(body.name, "repair the mesh so that it encloses a volume", [&] {
     Mesh mesh;
     if (body.shape)
@@ -245,6 +313,9 @@ Mesh meshOf(const Body& body, double tolerance) {
   if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box as large as you need");
   if (body.cloud)
     throw BadInput(body.name + ": a saved cloud has no mesh; use --method cloud or give the mesh");
+  if (body.object)
+    throw BadInput(body.name + ": " + kindName(*body.object) +
+                   " have no mesh; use --method cloud or give the mesh");
   return body.mesh ? *body.mesh : primitiveMesh(*body.shape, tolerance);
 }
 

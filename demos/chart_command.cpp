@@ -22,7 +22,8 @@ struct ChartOptions {
 
 lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {
   const Body body = readBody(specification, options);
-  if (body.cloud) throw BadInput(specification + ": peers need a mesh or a primitive; give one");
+  if (body.cloud || body.object)
+    throw BadInput(specification + ": peers need a mesh or a primitive; give one");
   if (isHalfSpace(body)) return {specification, {}, body.shape, true, {}};
   return {specification,
           [body](double tolerance) { return meshOf(body, tolerance); },

@@ -124,7 +124,10 @@ void addContactCommand(CLI::App& app) {
       "contact",
       "press body B into body A: contacts, force and time.\n"
       "A stands at the origin. Stiffness is 1e4 N/m (1e9 N/m^3 with foundation) if not given.");
-  command.add_option("A", options->a, "mesh file, .cloud file, primitive or halfspace")->required();
+  command
+      .add_option("A", options->a,
+                  "file of a mesh or of points, .cloud file, primitive or halfspace")
+      ->required();
   command.add_option("B", options->b, "the same")->required();
   command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
       ->required()

@@ -135,7 +135,9 @@ void run(const DigitizeOptions& options) {
 void addDigitizeCommand(CLI::App& app) {
   auto options = std::make_shared<DigitizeOptions>();
   CLI::App& command = *app.add_subcommand("digitize", "turn a body into voxels and measure it");
-  command.add_option("BODY", options->body, "mesh file, .cloud file or primitive")->required();
+  command
+      .add_option("BODY", options->body, "file of a mesh or of points, .cloud file or primitive")
+      ->required();
   command.add_option("-o,--output", options->output, "where to save the cloud")
       ->type_name("FILE.cloud");
   command

@@ -1,7 +1,9 @@
-// Clouds kept in `.cloud` files: little-endian, versioned, checked on reading.
+// Clouds, and any other digital object, kept in `.cloud` files: little-endian, versioned, checked
+// on reading.
 #pragma once
 
 #include <cloudcontact/cloud.h>
+#include <cloudcontact/digital_object.h>
 
 #include <filesystem>
 
@@ -12,7 +14,14 @@ namespace cloudcontact {
 void saveCloud(const Cloud& cloud, const std::filesystem::path& file);
 
 // Throws std::runtime_error that names the file where it is missing, not a cloud, of another
-// version, cut short, or says impossible sizes.
+// version or another kind of object, cut short, or says impossible sizes.
 Cloud loadCloud(const std::filesystem::path& file);
+
+// Any kind of object, as it is; voxels as saveCloud writes them. Throws as that does, and for an
+// object that its own check refuses.
+void saveObject(const DigitalObject& object, const std::filesystem::path& file);
+
+// What either of the two saved, in the kind that it was. Throws as loadCloud.
+DigitalObject loadObject(const std::filesystem::path& file);
 
 }  // namespace cloudcontact

@@ -5,18 +5,15 @@
 // u64 FNV-1a of everything before it. Version 2 is for bodies of several materials: behind the
 // stored bricks' number u64 bytes of names and u64 bricks of materials; behind the stored bricks
 // the names, a zero behind each, the table of materials (i32 each) and those bricks (512 bytes
-// each).
+// each). Version 3 is object_file.cpp's.
 #include <cloudcontact/cloud_file.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
-#include <random>
 #include <stdexcept>
 #include <string>
+
+#include "geometry/cloud_bytes.h"
 
 namespace cloudcontact {
 
@@ -24,86 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
-constexpr std::uint32_t kPlain = 1, kWithMaterials = 2;  // versions
 constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 * 8 + 3 * 4 + 8, kMaterialHeader = 2 * 8;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
-
-// Bytes go through here on their way to the file or from it, so that the hash sees them all.
-class Hash {
- public:
-  void add(const void* data, std::size_t bytes) {
-    const auto* p = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 0x100000001B3ull;
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325ull;
-};
-
-// The number with its lowest byte first, whatever the machine; its own inverse.
-template <typename Number>
-Number littleEndian(Number x) {
-  if constexpr (std::endian::native == std::endian::big) {
-    auto* bytes = reinterpret_cast<unsigned char*>(&x);
-    for (std::size_t i = 0; i < sizeof(x) / 2; ++i) std::swap(bytes[i], bytes[sizeof(x) - 1 - i]);
-  }
-  return x;
-}
-
-class Writer {
- public:
-  explicit Writer(std::ostream& out) : out_(out) {}
-  void bytes(const void* data, std::size_t count) {
-    hash_.add(data, count);
-    out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(count));
-  }
-  template <typename Number>
-  void number(Number x) {
-    x = littleEndian(x);
-    bytes(&x, sizeof(x));
-  }
-  std::uint64_t hash() const { return hash_.value(); }
-
- private:
-  std::ostream& out_;
-  Hash hash_;
-};
-
-class Reader {
- public:
-  Reader(std::istream& in, const fs::path& file) : in_(in), file_(file) {}
-  void bytes(void* data, std::size_t count) {
-    in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!in_) refuse(file_, "is cut short; save the cloud again");
-    hash_.add(data, count);
-  }
-  template <typename Number>
-  Number number() {
-    Number x;
-    bytes(&x, sizeof(x));
-    return littleEndian(x);
-  }
-  std::uint64_t hash() const { return hash_.value(); }
-
- private:
-  std::istream& in_;
-  const fs::path& file_;
-  Hash hash_;
-};
-
 void write(const Cloud& cloud, std::ostream& out) {
-  Writer writer(out);
+  CloudWriter writer(out);
   const Cloud::Voxels& voxels = cloud.voxels();
-  writer.bytes(kMagic, sizeof(kMagic));
+  writer.bytes(kCloudMagic, sizeof(kCloudMagic));
   const bool materials = !voxels.materials.empty();
   std::string names;
   for (const std::string& name : voxels.materials) names += name + '\0';
-  writer.number(materials ? kWithMaterials : kPlain);
+  writer.number(materials ? kCloudWithMaterials : kPlainCloud);
   writer.number(cloud.voxelSize());
   for (int k = 0; k < 3; ++k) writer.number(cloud.origin()[k]);
   for (int k = 0; k < 3; ++k) writer.number(static_cast<std::int32_t>(voxels.bricks[k]));
@@ -129,17 +56,12 @@ struct Header {
   std::uint64_t nameBytes = 0, materialBricks = 0;
 };
 
-Header readHeader(Reader& reader, const fs::path& file) {
-  char magic[8];
-  reader.bytes(magic, sizeof(magic));
-  if (std::memcmp(magic, kMagic, sizeof(magic)) != 0)
-    refuse(file, "is not a cloud; make one with `cloudcontact digitize`");
-  const auto version = reader.number<std::uint32_t>();
-  if (version != kPlain && version != kWithMaterials)
-    refuse(file, "is a cloud of version " + std::to_string(version) +
-                     ", this program reads 1 and 2" + "; digitize the body again");
+Header readHeader(CloudReader& reader, const fs::path& file) {
+  const std::uint32_t version = readCloudVersion(reader);
+  if (version == kAnyObject)
+    refuseCloudFile(file, "holds another kind of object than voxels; load it as an object");
   Header header;
-  header.materials = version == kWithMaterials;
+  header.materials = version == kCloudWithMaterials;
   header.voxelSize = reader.number<double>();
   for (int k = 0; k < 3; ++k) header.origin[k] = reader.number<double>();
   for (int k = 0; k < 3; ++k) header.bricks[k] = reader.number<std::int32_t>();
@@ -150,10 +72,11 @@ Header readHeader(Reader& reader, const fs::path& file) {
   }
   header.tableEntries = 1;
   for (int k = 0; k < 3; ++k) {
-    if (header.bricks[k] < 0) refuse(file, "says a negative number of bricks; save it again");
+    if (header.bricks[k] < 0)
+      refuseCloudFile(file, "says a negative number of bricks; save it again");
     const std::uint64_t n = static_cast<std::uint64_t>(header.bricks[k]);
     if (n != 0 && header.tableEntries > std::numeric_limits<std::uint32_t>::max() / n)
-      refuse(file, "says impossible sizes; save it again");
+      refuseCloudFile(file, "says impossible sizes; save it again");
     header.tableEntries *= n;
   }
   return header;
@@ -163,21 +86,23 @@ Header readHeader(Reader& reader, const fs::path& file) {
 void checkLength(const Header& header, const fs::path& file) {
   const std::uint64_t length = fs::file_size(file);
   if (std::max(header.storedBricks, header.materialBricks) > header.tableEntries)
-    refuse(file, "says impossible sizes: more stored bricks than places; save it again");
-  if (header.nameBytes > length) refuse(file, "says impossible sizes: its names; save it again");
+    refuseCloudFile(file, "says impossible sizes: more stored bricks than places; save it again");
+  if (header.nameBytes > length)
+    refuseCloudFile(file, "says impossible sizes: its names; save it again");
   std::uint64_t expected =
       kHeaderBytes + 4 * header.tableEntries + kBrickVoxels * header.storedBricks + 8;
   if (header.materials)
     expected += kMaterialHeader + header.nameBytes + 4 * header.tableEntries +
                 kBrickVoxels * header.materialBricks;
   if (length < expected)
-    refuse(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
-                     std::to_string(expected) + "; save the cloud again");
+    refuseCloudFile(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
+                              std::to_string(expected) + "; save the cloud again");
   if (length > expected)
-    refuse(file, "has " + std::to_string(length - expected) + " bytes too many; save it again");
+    refuseCloudFile(file,
+                    "has " + std::to_string(length - expected) + " bytes too many; save it again");
 }
 
-void readMaterials(Reader& reader, const Header& header, Cloud::Voxels& voxels) {
+void readMaterials(CloudReader& reader, const Header& header, Cloud::Voxels& voxels) {
   std::string names(header.nameBytes, '\0');
   reader.bytes(names.data(), names.size());
   for (std::size_t at = 0, end; (end = names.find('\0', at)) != std::string::npos; at = end + 1)
@@ -188,46 +113,16 @@ void readMaterials(Reader& reader, const Header& header, Cloud::Voxels& voxels) 
   for (BrickMaterial& m : voxels.material) reader.bytes(m.data(), m.size());
 }
 
-// Removes a half-written file on every way out but the good one.
-class Temporary {
- public:
-  explicit Temporary(const fs::path& target) : path_(target) {
-    path_ += "." + std::to_string(std::random_device()()) + ".part";
-  }
-  ~Temporary() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 }  // namespace
 
 void saveCloud(const Cloud& cloud, const fs::path& file) {
-  if (cloud.empty()) refuse(file, "not written: the cloud is empty");
-  if (fs::is_directory(file)) refuse(file, "is a directory; give the name of a file");
-  const Temporary temporary(file);
-  std::ofstream out(temporary.path(), std::ios::binary);
-  if (!out) refuse(file, "cannot be written; check that its folder exists and may be written to");
-  write(cloud, out);
-  out.close();
-  if (!out) refuse(file, "could not be written whole; check the space that is left");
-  std::error_code error;
-  fs::rename(temporary.path(), file, error);
-  if (error) refuse(file, "cannot be replaced: " + error.message());
+  if (cloud.empty()) refuseCloudFile(file, "not written: the cloud is empty");
+  writeWhole(file, [&](std::ostream& out) { write(cloud, out); });
 }
 
 Cloud loadCloud(const fs::path& file) {
-  if (!fs::exists(file)) refuse(file, "no such file");
-  if (!fs::is_regular_file(file)) refuse(file, "is not a file; give a .cloud file");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) refuse(file, "cannot be read; check its permissions");
-  Reader reader(in, file);
+  std::ifstream in = openCloudFile(file);
+  CloudReader reader(in, file);
   const Header header = readHeader(reader, file);
   checkLength(header, file);
   auto voxels = std::make_shared<Cloud::Voxels>();
@@ -237,13 +132,11 @@ Cloud loadCloud(const fs::path& file) {
   voxels->coverage.resize(header.storedBricks);
   for (BrickCoverage& b : voxels->coverage) reader.bytes(b.data(), b.size());
   if (header.materials) readMaterials(reader, header, *voxels);
-  const std::uint64_t hash = reader.hash();
-  if (reader.number<std::uint64_t>() != hash)
-    refuse(file, "is damaged: its bytes do not add up; save the cloud again");
+  checkCloudHash(reader);
   try {
     return Cloud(header.voxelSize, header.origin, std::move(voxels));
   } catch (const std::invalid_argument& e) {
-    refuse(file, e.what());
+    refuseCloudFile(file, e.what());
   }
 }
 

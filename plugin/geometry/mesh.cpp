@@ -8,6 +8,7 @@
 #include "geometry/closing.h"
 #include "geometry/mesh_orientation.h"
 #include "geometry/mesh_topology.h"
+#include "geometry/thicken.h"
 #include "geometry/winding.h"
 
 namespace cloudcontact {
@@ -132,27 +133,9 @@ Mesh shell(const Mesh& mesh, double thickness) {
   if (!(thickness > 0) || !std::isfinite(thickness))
     throw std::invalid_argument("shell: thickness must be positive and finite [m]");
   Mesh result = agreeing(mesh, 0);
-  const std::vector<Vector3d> normals = offsetNormals(result);
-  const std::vector<EdgeSide> sides = sortedEdgeSides(result);
-  const int count = static_cast<int>(result.vertices.size());
-  for (int v = 0; v < count; ++v)
-    result.vertices.push_back(result.vertices[v] - thickness * normals[v]);
-  const std::size_t faces = result.triangles.size();
-  for (std::size_t t = 0; t < faces; ++t) {
-    const Vector3i f = result.triangles[t];
-    result.triangles.emplace_back(f[0] + count, f[2] + count, f[1] + count);
-  }
-  forEachEdge(sides, [&](const EdgeSide* first, const EdgeSide* last) {
-    int excess = 0;
-    for (const EdgeSide* s = first; s != last; ++s) excess += s->forward ? 1 : -1;
-    for (; excess != 0; excess += excess > 0 ? -1 : 1) {
-      const int a = excess > 0 ? first->low : first->high;
-      const int b = excess > 0 ? first->high : first->low;
-      result.triangles.emplace_back(b, a, a + count);
-      result.triangles.emplace_back(b, a + count, b + count);
-    }
-  });
-  return result;
+  std::vector<Vector3d> behind = offsetNormals(result);
+  for (Vector3d& b : behind) b *= -thickness;
+  return thickened(std::move(result), behind);
 }
 
 Mesh merged(const std::vector<NamedMesh>& parts) {

@@ -2,37 +2,17 @@
 #include "geometry/mesh_file_check.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
 #include <optional>
 #include <sstream>
-#include <vector>
+
+#include "geometry/ply.h"
 
 namespace cloudcontact {
 
 namespace {
 
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
-
-// The next word of a text, or nothing at its end.
-std::string_view nextWord(std::string_view& text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-  const auto* begin = std::find_if_not(text.begin(), text.end(), blank);
-  const auto* end = std::find_if(begin, text.end(), blank);
-  const std::string_view word(begin, static_cast<std::size_t>(end - begin));
-  text.remove_prefix(static_cast<std::size_t>(end - text.begin()));
-  return word;
-}
-
-bool isNumber(std::string_view word) {
-  const std::string text(word);
-  char* end = nullptr;
-  std::strtod(text.c_str(), &end);
-  return !text.empty() && *end == '\0';
-}
 
 std::string faultOfStlText(std::string_view text) {
   bool facets = false;
@@ -70,114 +50,6 @@ std::string faultOfStl(std::string_view bytes) {
          std::to_string(bytes.size()) + "; export it again";
 }
 
-// One property of a PLY element: its numbers' size in bytes, and that of a list's length.
-struct PlyProperty {
-  std::size_t size = 0, countSize = 0;  // countSize 0: no list
-  char kind = 'i';                      // f, i, u
-  char countKind = 'u';
-  bool indices = false;  // names vertices
-};
-
-struct PlyElement {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<PlyProperty> properties;
-};
-
-struct PlyHeader {
-  std::string format;
-  std::vector<PlyElement> elements;
-  std::size_t length = 0;
-};
-
-bool plyType(const std::string& name, std::size_t& size, char& kind) {
-  static constexpr struct {
-    const char* name;
-    std::size_t size;
-    char kind;
-  } kTypes[] = {{"char", 1, 'i'},  {"int8", 1, 'i'},    {"uchar", 1, 'u'},  {"uint8", 1, 'u'},
-                {"short", 2, 'i'}, {"int16", 2, 'i'},   {"ushort", 2, 'u'}, {"uint16", 2, 'u'},
-                {"int", 4, 'i'},   {"int32", 4, 'i'},   {"uint", 4, 'u'},   {"uint32", 4, 'u'},
-                {"float", 4, 'f'}, {"float32", 4, 'f'}, {"double", 8, 'f'}, {"float64", 8, 'f'}};
-  for (const auto& type : kTypes)
-    if (name == type.name) return size = type.size, kind = type.kind, true;
-  return false;
-}
-
-// A line `property ...` of the header; false where it is not one.
-bool readProperty(std::istringstream& words, PlyElement& element) {
-  PlyProperty property;
-  std::string type, name;
-  words >> type;
-  if (type == "list") {
-    std::string countType;
-    words >> countType >> type;
-    if (!plyType(countType, property.countSize, property.countKind)) return false;
-  }
-  if (!plyType(type, property.size, property.kind) || !(words >> name)) return false;
-  property.indices = property.countSize > 0 && (name == "vertex_indices" || name == "vertex_index");
-  element.properties.push_back(property);
-  return true;
-}
-
-std::string readHeader(std::string_view bytes, PlyHeader& header) {
-  std::size_t at = 0;
-  for (bool first = true;; first = false) {
-    const std::size_t end = bytes.find('\n', at);
-    if (end == std::string_view::npos)
-      return first ? "is no PLY: it does not begin with `ply`"
-                   : "is cut short: its header has no `end_header`; export it again";
-    std::istringstream words{std::string(bytes.substr(at, end - at))};
-    at = end + 1;
-    std::string word;
-    words >> word;
-    if (first && word != "ply") return "is no PLY: it does not begin with `ply`";
-    if (word == "end_header") break;
-    if (word == "format") words >> header.format;
-    if (word == "element") {
-      PlyElement element;
-      if (!(words >> element.name >> element.count)) return "has a PLY header with a bad element";
-      header.elements.push_back(element);
-    }
-    if (word == "property" &&
-        (header.elements.empty() || !readProperty(words, header.elements.back())))
-      return "has a PLY header with a bad property";
-  }
-  header.length = at;
-  return "";
-}
-
-// The numbers of a PLY file one after the other, as text or bytes.
-class PlyNumbers {
- public:
-  PlyNumbers(std::string_view bytes, const std::string& format)
-      : left_(bytes), text_(format == "ascii"), big_(format == "binary_big_endian") {}
-
-  std::optional<double> next(std::size_t size, char kind) {
-    if (text_) return word();
-    if (left_.size() < size) return std::nullopt;
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < size; ++i)
-      bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(left_[big_ ? size - 1 - i : i]))
-              << (8 * i);
-    left_.remove_prefix(size);
-    if (kind == 'f' && size == 8) return std::bit_cast<double>(bits);
-    if (kind == 'f') return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
-    const std::uint64_t sign = std::uint64_t{1} << (8 * size - 1);
-    const double value = static_cast<double>(bits);
-    return kind == 'i' && (bits & sign) ? value - 2 * static_cast<double>(sign) : value;
-  }
-
- private:
-  std::optional<double> word() {
-    const std::string text(nextWord(left_));
-    if (text.empty()) return std::nullopt;
-    return std::strtod(text.c_str(), nullptr);
-  }
-  std::string_view left_;
-  bool text_, big_;
-};
-
 std::string faultOfList(PlyNumbers& numbers, const PlyProperty& property, double count,
                         double vertices) {
   if (!(count >= 0)) return "has a list of negative length; export it again";
@@ -195,7 +67,7 @@ std::string faultOfList(PlyNumbers& numbers, const PlyProperty& property, double
 
 std::string faultOfPly(std::string_view bytes) {
   PlyHeader header;
-  if (std::string fault = readHeader(bytes, header); !fault.empty()) return fault;
+  if (std::string fault = readPlyHeader(bytes, header); !fault.empty()) return fault;
   if (header.format != "ascii" && !header.format.starts_with("binary_"))
     return "has a PLY header without a known format; export it again";
   double vertices = 0;

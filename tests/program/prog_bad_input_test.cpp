@@ -41,6 +41,11 @@ void writeFiles(const Workplace& place) {
               "property float z\nend_header\n0 0 0\n");
   place.write("points.pcd", "VERSION .7\n");
   place.write("points.xyz", "0 0 0\n1 1 1\n");
+  place.write("nan.xyz", "0 0 0\n1 nan 1\n");
+  std::string open;
+  for (int k = 0; k < 100; ++k)
+    open += std::to_string(k % 10 * 0.001) + ' ' + std::to_string(k / 10 * 0.001) + " 0\n";
+  place.write("open.xyz", open);
   place.write("what.foo", "foo\n");
   place.write("empty.cloud", "");
   place.write("words.cloud", "these are words, not voxels, and there are enough of them here\n");
@@ -100,9 +105,11 @@ std::vector<Case> fileCases() {
   add("range.obj", {"range"});
   add("line.obj", {"volume"});
   add("broken.gltf", {});
-  add("points.ply", {"no triangles"});
-  add("points.pcd", {"point clouds are not there yet"});
-  add("points.xyz", {"point clouds are not there yet"});
+  add("points.ply", {"16 points"});
+  add("points.pcd", {"PCD", "DATA"});
+  add("points.xyz", {"16 points"});
+  add("nan.xyz", {"point 1 is NaN"});
+  add("open.xyz", {"close no volume", "--shell"});
   add("what.foo", {});
   add("empty.cloud", {"cut short"});
   add("words.cloud", {"not a cloud"});

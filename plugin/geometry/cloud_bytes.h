@@ -1,0 +1,104 @@
+// How `.cloud` files are written and read: little-endian numbers, all of them hashed, whole files
+// or none.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cloudcontact {
+
+constexpr char kCloudMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
+// Versions: voxels, voxels of several materials, any kind of object.
+constexpr std::uint32_t kPlainCloud = 1, kCloudWithMaterials = 2, kAnyObject = 3;
+
+// Throws std::runtime_error that begins with the file.
+[[noreturn]] void refuseCloudFile(const std::filesystem::path& file, const std::string& why);
+
+// Bytes go through here on their way to the file or from it, so that the hash sees them all.
+class CloudHash {
+ public:
+  void add(const void* data, std::size_t bytes) {
+    const auto* p = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 0x100000001B3ull;
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xCBF29CE484222325ull;
+};
+
+// The number with its lowest byte first, whatever the machine; its own inverse.
+template <typename Number>
+Number littleEndian(Number x) {
+  if constexpr (std::endian::native == std::endian::big) {
+    auto* bytes = reinterpret_cast<unsigned char*>(&x);
+    for (std::size_t i = 0; i < sizeof(x) / 2; ++i) std::swap(bytes[i], bytes[sizeof(x) - 1 - i]);
+  }
+  return x;
+}
+
+class CloudWriter {
+ public:
+  explicit CloudWriter(std::ostream& out) : out_(out) {}
+  void bytes(const void* data, std::size_t count) {
+    hash_.add(data, count);
+    out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(count));
+  }
+  template <typename Number>
+  void number(Number x) {
+    x = littleEndian(x);
+    bytes(&x, sizeof(x));
+  }
+  std::uint64_t hash() const { return hash_.value(); }
+
+ private:
+  std::ostream& out_;
+  CloudHash hash_;
+};
+
+class CloudReader {
+ public:
+  CloudReader(std::istream& in, const std::filesystem::path& file) : in_(in), file_(file) {}
+  void bytes(void* data, std::size_t count) {
+    in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
+    if (!in_) refuseCloudFile(file_, "is cut short; save the cloud again");
+    hash_.add(data, count);
+    read_ += count;
+  }
+  template <typename Number>
+  Number number() {
+    Number x;
+    bytes(&x, sizeof(x));
+    return littleEndian(x);
+  }
+  std::uint64_t hash() const { return hash_.value(); }
+  std::uint64_t position() const { return read_; }  // bytes read so far
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  std::istream& in_;
+  const std::filesystem::path& file_;
+  CloudHash hash_;
+  std::uint64_t read_ = 0;
+};
+
+// Calls write(stream) for a temporary beside `file`, which then takes its name; throws and leaves
+// nothing behind where any of that fails.
+void writeWhole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
+
+// Opens the file; throws where there is none.
+std::ifstream openCloudFile(const std::filesystem::path& file);
+
+// The version, after the magic word; throws where the file is no cloud or of none of the three.
+std::uint32_t readCloudVersion(CloudReader& reader);
+
+// The hash at the end; throws where it is not that of what was read.
+void checkCloudHash(CloudReader& reader);
+
+}  // namespace cloudcontact
