@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cloudcontact/base_vector_field.h>
+#include <cloudcontact/octree.h>
 #include <cloudcontact/surface_field.h>
 
 #include <random>
@@ -107,6 +108,27 @@ TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
     EXPECT_NE(field.hash(),
               BaseVectorField(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel, radius)).hash());
   }
+}
+
+// The octree follows voxel by voxel, and is then the one of what is left.
+TEST(BaseVectorField, TheOctreeFollowsTheCuts) {
+  BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel));
+  Octree octree(tooth());
+  const Octree whole = octree;
+  std::mt19937 random(11);
+  std::uniform_int_distribution<int> place(2, 32);
+  for (int cut = 0; cut < 10; ++cut) {
+    std::vector<VoxelCut> cuts;
+    const VoxelIndex corner(place(random), place(random), place(random));
+    for (int k = 0; k < 216; ++k)
+      cuts.push_back({corner + VoxelIndex(k % 6, k / 6 % 6, k / 36), std::uint8_t(k % 5 ? 0 : 77)});
+    field.cut(cuts);
+    for (const VoxelCut& c : cuts)
+      octree.set(c.voxel, field.coverage(c.voxel),
+                 static_cast<std::uint8_t>(field.tissue(c.voxel)));
+  }
+  EXPECT_TRUE(octree == Octree(field.cloud()));
+  EXPECT_FALSE(octree == whole);
 }
 
 TEST(BaseVectorField, CutInAnyOrderIsTheSame) {

@@ -1,0 +1,61 @@
+// A haptic loop must not wait for memory: no tick after the first contact allocates, cut or not.
+#include <gtest/gtest.h>
+
+#include <cloudcontact/haptic_loop.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "small_clouds.h"
+
+namespace {
+std::atomic<std::size_t> allocations{0};
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const p = std::malloc(size > 0 ? size : 1)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace cloudcontact {
+namespace {
+
+constexpr double kVoxel = 1e-4;
+
+TEST(NoAllocation, InAHapticTick) {
+  BaseVectorField field(test::smallCloud(
+                            kVoxel, {6, 6, 6}, [](int, int, int z) { return z < 30 ? 255 : 0; },
+                            {"enamel", "dentin"}, [](int, int, int z) { return z > 22 ? 0 : 1; }),
+                        {dentalTissues()[0], dentalTissues()[1]}, sphereWindow(kVoxel));
+  HapticSettings settings;
+  settings.tool.area = SphereArea{Vec3::Zero(), 6 * kVoxel};
+  settings.tool.parts.push_back({SphereArea{Vec3(0, 0, -6 * kVoxel), 3 * kVoxel}, 2});
+  settings.cutter = Cutter{17e9, 0.5, 10};
+  settings.form = HapticLaw::StandardLinearSolid;
+  HapticLoop loop(field, {}, settings);
+  std::size_t before = 0, cut = 0;
+  double deepest = 0;
+  for (int k = 0; k < 2000; ++k) {
+    // Down through the enamel into the dentin, to and fro, and out again.
+    const double down = k < 1500 ? 3e-6 * k : 3e-6 * 1500 - 2e-5 * (k - 1500);
+    const Vec3 place(24 * kVoxel + 5e-4 * std::sin(0.01 * k), 24 * kVoxel, 36.5 * kVoxel - down);
+    const HapticOutput& out = loop.tick({{Eigen::Quaterniond::Identity(), place}});
+    cut += out.cutVoxels;
+    deepest = std::max(deepest, out.depth);
+    if (k == 0) before = allocations;
+  }
+  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_GT(cut, 1000u);
+  EXPECT_GT(deepest, kVoxel);
+}
+
+}  // namespace
+}  // namespace cloudcontact
