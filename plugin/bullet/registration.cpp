@@ -1,15 +1,33 @@
 // CloudContact: the factories, and which of Bullet's shape types they answer for.
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 
+#include <stdexcept>
+
 #include "cloud_algorithm.h"
 #include "narrow_phase.h"
 #include "shape_conversion.h"
 
 namespace cloudcontact {
 
+namespace {
+
+const CloudContactSettings& checked(const CloudContactSettings& settings) {
+  if (!settings.viscoelastic) return settings;
+  if (settings.law != LawForm::Paper)
+    throw std::invalid_argument(
+        "CloudContactSettings::viscoelastic: is one law a pair; set law to LawForm::Paper");
+  if (settings.pair)
+    throw std::invalid_argument(
+        "CloudContactSettings::viscoelastic: pair is a second law; leave one of them empty");
+  validate(*settings.viscoelastic);
+  return settings;
+}
+
+}  // namespace
+
 struct CloudContact::Shared {
   explicit Shared(const CloudContactSettings& settings)
-      : narrowPhase(settings), factory(narrowPhase) {}
+      : narrowPhase(checked(settings)), factory(narrowPhase) {}
 
   NarrowPhase narrowPhase;
   CloudAlgorithm::Factory factory;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/contact.h>
+#include <cloudcontact/viscoelastic.h>
 
 #include <memory>
 #include <string>
@@ -18,6 +19,10 @@ struct CloudContactSettings {
   // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
   // decide, and where no body states one the spring is automatic (automatic_spring.h).
   std::optional<Material> pair;
+  // Another law than Kelvin-Voigt's for every pair, whatever its shapes say: one law a pair, shared
+  // out as LawForm::Paper shares its spring, and what it remembers is kept while the bodies touch.
+  // Needs LawForm::Paper and no `pair`.
+  std::optional<ViscoelasticLaw> viscoelastic;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
 };
 
@@ -34,6 +39,8 @@ struct CloudContactStatistics {
 // Owns the algorithm factories that a dispatcher keeps pointers to: must outlive the dispatcher.
 class CloudContact {
  public:
+  // Throws std::invalid_argument, naming the field, where settings contradict each other or hold a
+  // law that is none (validate).
   explicit CloudContact(const CloudContactSettings& settings = {});
   ~CloudContact();
   CloudContact(const CloudContact&) = delete;
