@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletSoftBody/btSoftBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
@@ -63,6 +64,12 @@ double inverseMass(const btCollisionObject& object) {
     if (collider->m_link < 0 && body.hasFixedBase()) return 0;
     const double mass =
         collider->m_link < 0 ? body.getBaseMass() : body.getLink(collider->m_link).m_mass;
+    return mass > 0 ? 1 / mass : 0;
+  }
+  if (const auto* soft = btSoftBody::upcast(&object)) {
+    double mass = 0;
+    for (int i = 0; i < soft->m_nodes.size(); ++i)
+      if (soft->m_nodes[i].m_im > 0) mass += 1 / soft->m_nodes[i].m_im;
     return mass > 0 ? 1 / mass : 0;
   }
   return 0;

@@ -6,6 +6,7 @@
 #include "cloud_algorithm.h"
 #include "narrow_phase.h"
 #include "shape_conversion.h"
+#include "soft_algorithm.h"
 
 namespace cloudcontact {
 
@@ -27,10 +28,11 @@ const CloudContactSettings& checked(const CloudContactSettings& settings) {
 
 struct CloudContact::Shared {
   explicit Shared(const CloudContactSettings& settings)
-      : narrowPhase(checked(settings)), factory(narrowPhase) {}
+      : narrowPhase(checked(settings)), factory(narrowPhase), softFactory(narrowPhase) {}
 
   NarrowPhase narrowPhase;
   CloudAlgorithm::Factory factory;
+  SoftAlgorithm::Factory softFactory;
 };
 
 CloudContact::CloudContact(const CloudContactSettings& settings)
@@ -44,14 +46,16 @@ void CloudContact::attach(btCollisionDispatcher& dispatcher) {
     dispatcher.registerCollisionCreateFunc(a, b, &shared_->factory);
     dispatcher.registerClosestPointsCreateFunc(a, b, &shared_->factory);
   };
-  // Compounds and soft bodies stay with Bullet: a compound's algorithm asks for its children's
-  // pairs, which then come here. Triangle meshes and terrains stay too, which means no contact.
+  // Compounds stay with Bullet: a compound's algorithm asks for its children's pairs, which then
+  // come here. Triangle meshes and terrains stay too, which means no contact.
   for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
     if (!isConvertible(other)) continue;
     answerFor(kCloud, other);
     answerFor(other, kCloud);
   }
   answerFor(kCloud, kCloud);
+  dispatcher.registerCollisionCreateFunc(kCloud, SOFTBODY_SHAPE_PROXYTYPE, &shared_->softFactory);
+  dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, kCloud, &shared_->softFactory);
 }
 
 const CloudContactSettings& CloudContact::settings() const {
@@ -60,6 +64,11 @@ const CloudContactSettings& CloudContact::settings() const {
 
 CloudContactStatistics CloudContact::statistics() const {
   return shared_->narrowPhase.statistics();
+}
+
+void CloudContact::softContacts(const btSoftBody& soft,
+                                std::vector<SoftContactPoint>& points) const {
+  for (const SoftAlgorithm* pair : shared_->narrowPhase.softPairs()) pair->tell(soft, points);
 }
 
 void CloudContact::resetStatistics() {

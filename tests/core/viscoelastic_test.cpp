@@ -172,7 +172,8 @@ TEST(Viscoelastic, NeverPullsAndNeverPushesApart) {
        {ViscoelasticLaw(KelvinVoigtLaw{300, 20}), ViscoelasticLaw(kMaxwell),
         ViscoelasticLaw(kSolid), ViscoelasticLaw(TableLaw{{{1e-3, 2}}, 30}),
         ViscoelasticLaw(UserLaw{[](double d, double v) { return 50 * d + 20 * v; }})}) {
-    const LawState deep = lawAdvance(law, {}, 2e-3, 1e-3);
+    LawState deep;
+    for (int i = 0; i < 500; ++i) deep = lawAdvance(law, deep, 2e-3, 1e-3);
     EXPECT_EQ(lawForce(law, deep, 1e-4, 1e-3), 0) << law.index();
     EXPECT_EQ(lawForce(law, deep, 0, 1e-3), 0);
     EXPECT_EQ(lawForce(law, deep, -1e-3, 1e-3), 0);

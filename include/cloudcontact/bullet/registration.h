@@ -10,8 +10,11 @@
 
 class btCollisionDispatcher;
 class btDynamicsWorld;
+class btSoftBody;
 
 namespace cloudcontact {
+
+struct SoftContactPoint;  // soft_contact.h
 
 // What all cloud pairs of a world share.
 struct CloudContactSettings {
@@ -46,12 +49,15 @@ class CloudContact {
   CloudContact(const CloudContact&) = delete;
   CloudContact& operator=(const CloudContact&) = delete;
 
-  // The one call. For every shape type in both orders, for contacts and for closest-point queries.
+  // The one call. For every shape type in both orders, for contacts and for closest-point queries;
+  // for soft bodies (soft_contact.h), whose nodes are pushed as contacts are looked for in a step.
   void attach(btCollisionDispatcher& dispatcher);
 
   const CloudContactSettings& settings() const;
   CloudContactStatistics statistics() const;
   void resetStatistics();
+  // Adds the soft body's nodes that touched clouds in the last step.
+  void softContacts(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
 
  private:
   struct Shared;

@@ -21,7 +21,7 @@ std::shared_ptr<const SurfaceField> cubeField() {
   return field;
 }
 std::shared_ptr<const SurfaceField> ballField() {
-  static const auto field = fieldOf(sphereMesh(0.1, 48), kVoxel);
+  static const auto field = fieldOf(sphereMesh(0.1, 1e-5), kVoxel);
   return field;
 }
 
@@ -90,9 +90,7 @@ TEST(ViscoelasticWorld, AHeldBodyIsPushedLessAndLess) {
     scene.world.setGravity({0, 0, 0});
     scene.world.getSolverInfo().m_numIterations = 50;
     scene.addGround();
-    btRigidBody& cube = scene.addCloud(cubeField(), 1000, at({0, 0, btScalar(0.085)}));
-    cube.setLinearFactor({0, 0, 0});
-    cube.setAngularFactor({0, 0, 0});
+    scene.addCloud(cubeField(), 1e9, at({0, 0, btScalar(0.085)}));  // too heavy to be moved
     const double step = 2.5e-4;
     for (int i = 1; i <= 1200; ++i) {
       scene.step(step);
