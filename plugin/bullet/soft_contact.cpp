@@ -63,8 +63,9 @@ void SoftPair::share(const btSoftBody& soft, bool byArea) {
   double all = 0;
   for (int i = 0; i < now.faces; ++i) {
     const btSoftBody::Face& face = soft.m_faces[i];
-    for (const btSoftBody::Node* node : face.m_n) add(node, std::abs(face.m_ra) / 3);
-    all += std::abs(face.m_ra);
+    const double area = std::abs(face.m_ra) / 2;  // what Bullet calls a rest area is twice that
+    for (const btSoftBody::Node* node : face.m_n) add(node, area / 3);
+    all += area;
   }
   for (int i = 0; all == 0 && i < now.links; ++i)
     for (const btSoftBody::Node* node : soft.m_links[i].m_n) add(node, soft.m_links[i].m_rl);

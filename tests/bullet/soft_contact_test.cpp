@@ -175,9 +175,9 @@ TEST(SoftContact, ATinySheetRestsAlike) {
 TEST(SoftContact, AFreeBoxUnderASheetTakesNothingFromItsSag) {
   const double mass = 0.1, stiffness = 50;
   SoftWorld scene;
-  btRigidBody& plane = scene.add(
-      std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(-0.05)), 0, at({0, 0, 0}));
-  plane.setContactStiffnessAndDamping(btScalar(1e5), 500);
+  // Not Bullet's own plane, which pushes soft bodies up to 6 cm above it.
+  scene.addCloud(boxField(), 0, at({0, 0, btScalar(-0.1)}))
+      .setContactStiffnessAndDamping(btScalar(1e5), 500);
   btRigidBody& box = scene.addCloud(boxField(), 0.2);
   btSoftBody& sheet = scene.addSheet(0.15, 8, mass, at({0, 0, btScalar(0.055)}));
   sheet.setContactStiffnessAndDamping(btScalar(stiffness),
@@ -210,28 +210,27 @@ TEST(SoftContact, FoundationIsStiffnessTimesTheFacesArea) {
   EXPECT_TRUE(std::isfinite(middleOf(rope).norm()));
 }
 
+// All nodes sink alike, as one mass on a standard linear solid: by backward Euler, written out
+// here, step by step; in the end by weight / k.
 TEST(SoftContact, ASheetCreepsAsTheSolidSays) {
-  const double mass = 0.02, load = mass * kGravity;
-  const StandardLinearSolidLaw solid{10, 20, 2};  // creep time 0.3 s
+  const double mass = 0.02, load = mass * kGravity, step = 1e-3;
+  const double k = 10, k1 = 20, c1 = 2, keep = c1 / (c1 + step * k1);  // creep time 0.3 s
   CloudContactSettings settings;
-  settings.viscoelastic = solid;
+  settings.viscoelastic = StandardLinearSolidLaw{k, k1, c1};
   SoftWorld scene(settings);
   scene.addCloud(boxField(), 0);
   btSoftBody& sheet = scene.addSheet(0.15, 6, mass, at({0, 0, btScalar(0.05)}));
-  const double step = 5e-4;
-  double depth = 0, rate = 0, held = 0;  // the same, by a fine step of the equations
+  double depth = 0, rate = 0, branch = 0;
   for (int i = 1; i <= 2000; ++i) {
     scene.step(step);
-    for (int n = 0; n < 100; ++n) {
-      const double h = step / 100;
-      rate += h * (load - std::max(0.0, 10 * depth + held)) / mass;
-      depth += h * rate;
-      held += h * (20 * rate - held * 10);
-    }
-    if (i % 200) continue;
-    EXPECT_NEAR(0.05 - middleOf(sheet).z(), depth, std::max(0.01 * depth, 0.02 * kVoxel)) << i;
+    rate = (mass * rate + step * (load - k * depth - keep * branch)) /
+           (mass + step * step * (k + keep * k1));
+    branch = keep * (branch + k1 * step * rate);
+    depth += step * rate;
+    if (i % 50) continue;
+    EXPECT_NEAR(0.05 - middleOf(sheet).z(), depth, std::max(0.01 * depth, 0.01 * kVoxel)) << i;
   }
-  EXPECT_NEAR(depth, load / 10, 0.05 * load / 10);
+  EXPECT_NEAR(depth, load / k, 0.01 * load / k);
 }
 
 // On a slope of 0.5 a sheet stands above friction 0.5 and below slides by g (sin - mu cos).
@@ -259,22 +258,23 @@ TEST(SoftContact, ASheetOnASlopeStandsOrSlidesAsCoulombSays) {
   }
 }
 
-// A rope over a ball, 0.1 m longer on one side: friction holds it, or it runs off.
-double ranOff(double friction, double seconds) {
+// A rope over a ball, 0.1 m longer on one side: how far what lies on top moves once it hangs. The
+// ends go on swinging: nothing damps them.
+double ranOff(double friction) {
   SoftWorld scene(pairOf(2000, 5));
   scene.addCloud(ballField(), 0);
   btSoftBody& rope = scene.addRope({btScalar(-0.25), 0, btScalar(0.102)},
                                    {btScalar(0.35), 0, btScalar(0.102)}, 61, 0.05, friction);
-  for (int i = 0; i < 1500; ++i) scene.step(1e-3);
-  const double before = rope.m_nodes[60].m_x.z();
-  for (int i = 0; i < seconds * 1000; ++i) scene.step(1e-3);
+  for (int i = 0; i < 500; ++i) scene.step(1e-3);
+  const btVector3 before = rope.m_nodes[30].m_x;
+  for (int i = 0; i < 1000; ++i) scene.step(1e-3);
   EXPECT_EQ(scene.clouds.statistics().failures, 0u);
-  return before - rope.m_nodes[60].m_x.z();
+  return (rope.m_nodes[30].m_x - before).length();
 }
 
 TEST(SoftContact, ARopeOverABallIsHeldByFriction) {
-  EXPECT_LT(std::abs(ranOff(0.9, 1)), 0.1 * kVoxel);
-  EXPECT_GT(ranOff(0.02, 0.5), 10 * kVoxel);
+  EXPECT_LT(ranOff(0.9), 0.01 * kVoxel);
+  EXPECT_GT(ranOff(0.02), 10 * kVoxel);
 }
 
 TEST(SoftContact, ASheetAndAFreeCloudKeepTheirMomentumAndGainNoEnergy) {
@@ -290,8 +290,8 @@ TEST(SoftContact, ASheetAndAFreeCloudKeepTheirMomentumAndGainNoEnergy) {
     const Vec3 start = momentum();
     const double energy = energyOf(sheet, 0) + energyOf(ball, 0);
     double most = 0;
-    for (int i = 0; i < 500; ++i) {
-      scene.step(1e-3);
+    for (int i = 0; i < 60; ++i) {
+      scene.step(1. / 240);
       most = std::max(most, energyOf(sheet, 0) + energyOf(ball, 0));
     }
     EXPECT_LT((momentum() - start).norm(), 1e-5 * start.norm());
@@ -326,27 +326,30 @@ TEST(SoftContact, ADroppedSheetGainsNoEnergy) {
   }
 }
 
-// A ball of 1 kg on a pinned sheet of 0.05 kg: the nodes bear its weight.
+// A ball on a sheet as heavy that is pinned all round: the nodes bear its weight. (Much lighter
+// ones would, too, but Bullet's links stretch without end under a load so much heavier.)
 TEST(SoftContact, ATrampolineBearsWhatLiesOnIt) {
   for (const bool stated : {true, false}) {
     SoftWorld scene(stated ? pairOf(5000, 100) : CloudContactSettings{});
-    btSoftBody& sheet = scene.addSheet(0.4, 21, 0.05, at({0, 0, 0}), 0.5, 1 + 2 + 4 + 8);
-    sheet.m_cfg.piterations = 40;
-    sheet.m_cfg.kDP = btScalar(0.01);
-    btRigidBody& ball = scene.addCloud(ballField(), 1, at({0, 0, btScalar(0.101)}));
-    for (int i = 0; i < 3000; ++i) scene.step(1e-3);
+    btSoftBody& sheet = scene.addSheet(0.3, 13, 0.3, at({0, 0, 0}), 0.5);
+    for (int i = 0; i < sheet.m_nodes.size(); ++i)
+      if (i % 13 == 0 || i % 13 == 12 || i / 13 == 0 || i / 13 == 12) sheet.setMass(i, 0);
+    sheet.m_cfg.piterations = 30;
+    sheet.m_cfg.kDP = btScalar(0.02);
+    btRigidBody& ball = scene.addCloud(ballField(), 0.3, at({0, 0, btScalar(0.101)}));
+    for (int i = 0; i < 2000; ++i) scene.step(1e-3);
     double push = 0;
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 500; ++i) {
       scene.step(1e-3);
-      push -= scene.pushOn(sheet) / 0.2;
+      push -= scene.pushOn(sheet) / 0.5;
     }
-    EXPECT_NEAR(push, kGravity, 0.01 * kGravity);
+    EXPECT_NEAR(push, 0.3 * kGravity, 0.01 * 0.3 * kGravity);
     EXPECT_LT(ball.getLinearVelocity().length(), 0.05);
-    EXPECT_GT(ball.getWorldTransform().getOrigin().z(), -0.2);
+    EXPECT_GT(ball.getWorldTransform().getOrigin().z(), 0.02);
   }
 }
 
-// A rope, a sheet and a ball; in which order they are made, and what is looked up between steps,
+// A sheet and a ball; in which order they are made, and what is looked up between steps,
 // changes no bit.
 std::vector<btScalar> endState(bool softFirst, bool look) {
   SoftWorld scene(pairOf(300, 2));
@@ -378,7 +381,7 @@ TEST(SoftContact, NeitherOrderNorLookingChangesABit) {
 
 // A sheet that comes four voxels a step is stopped where it would have passed through the plate.
 TEST(SoftContact, AFastSheetDoesNotPassAPlate) {
-  SoftWorld scene(pairOf(2e4, 20));
+  SoftWorld scene(pairOf(1e6, 450));
   scene.addCloud(fieldOf(boxMesh({0.3, 0.3, 0.04}), kVoxel), 0);
   btSoftBody& sheet = scene.addSheet(0.15, 6, 0.05, at({0, 0, btScalar(0.3)}));
   sheet.setVelocity({0, 0, -40});

@@ -90,7 +90,7 @@ TEST(ViscoelasticWorld, AHeldBodyIsPushedLessAndLess) {
     scene.world.setGravity({0, 0, 0});
     scene.world.getSolverInfo().m_numIterations = 50;
     scene.addGround();
-    scene.addCloud(cubeField(), 1e9, at({0, 0, btScalar(0.085)}));  // too heavy to be moved
+    scene.addCloud(cubeField(), 1e6, at({0, 0, btScalar(0.085)}));  // too heavy to be moved
     const double step = 2.5e-4;
     for (int i = 1; i <= 1200; ++i) {
       scene.step(step);
