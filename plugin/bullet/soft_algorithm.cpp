@@ -39,6 +39,7 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   if (!body->hasContactResponse() || !cloudObject->hasContactResponse()) return;
   const auto& apart = body->m_collisionDisabledObjects;
   if (apart.findLinearSearch(cloudObject) != apart.size()) return;
+  checkSolver(*body);
   if (!steppedSince(*body, cloudSide)) return;
   const auto& field = static_cast<const CloudShape*>(cloudSide.getCollisionShape())->field();
   const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide, field.cloud().voxelSize(),

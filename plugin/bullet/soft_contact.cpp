@@ -104,9 +104,6 @@ void SoftPair::write(btSoftBody& soft, const SoftOpponent& opponent) const {
 
 void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law) {
   contacts_ = nullptr;
-  const btSoftBodySolver* const solver = soft.getSoftBodySolver();
-  if (!solver || solver->getSolverType() != btSoftBodySolver::DEFAULT_SOLVER)
-    throw std::runtime_error(kDeformable);
   ParticleSettings settings;
   settings.step = soft.m_sst.sdt;
   settings.friction = soft.m_cfg.kDF * opponent.wrap->getCollisionObject()->getFriction();
@@ -129,6 +126,12 @@ void SoftPair::tell(std::vector<SoftContactPoint>& points) const {
   if (!contacts_) return;
   for (const ParticleContact& c : *contacts_)
     points.push_back({c.particle, center_ + c.arm, c.normal, c.depth, c.impulse()});
+}
+
+void checkSolver(btSoftBody& soft) {
+  const btSoftBodySolver* const solver = soft.getSoftBodySolver();
+  if (!solver || solver->getSolverType() != btSoftBodySolver::DEFAULT_SOLVER)
+    throw std::runtime_error(kDeformable);
 }
 
 bool steppedSince(btSoftBody& soft, const btCollisionObjectWrapper& opponent) {

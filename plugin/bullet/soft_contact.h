@@ -43,6 +43,10 @@ class SoftPair {
   Vec3 center_ = Vec3::Zero();
 };
 
+// Throws std::runtime_error where the soft body moves by other rules than
+// btSoftRigidDynamicsWorld's.
+void checkSolver(btSoftBody& soft);
+
 // Whether a soft body has been stepped since the last call for this opponent (and this child of
 // it): Bullet also looks for contacts between steps, when nodes must not be pushed. A step empties
 // a soft body's list of rigid contacts; a mark is put there, of no effect in Bullet's solver.

@@ -3,6 +3,9 @@
 // First: Bullet's soft bodies declare a global named seed.
 #include "bullet_world.h"
 
+#include <BulletSoftBody/btDeformableBodySolver.h>
+#include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
+#include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
@@ -387,6 +390,58 @@ TEST(SoftContact, AFastSheetDoesNotPassAPlate) {
   sheet.setVelocity({0, 0, -40});
   for (int i = 0; i < 400; ++i) scene.step(1e-3);
   EXPECT_GT(middleOf(sheet).z(), 0.01);
+}
+
+// Seven voxels deep: the field knows five.
+TEST(SoftContact, DeeperThanTheFieldKnowsASheetIsStillPushedOut) {
+  const double mass = 0.1, stiffness = 14;
+  SoftWorld scene(pairOf(stiffness, 2 * std::sqrt(stiffness * mass)));
+  scene.addCloud(fieldOf(boxMesh({0.3, 0.3, 0.2}), kVoxel), 0);
+  btSoftBody& sheet = scene.addSheet(0.15, 6, mass, at({0, 0, btScalar(0.105)}));
+  for (int i = 0; i < 3000; ++i) scene.step(1e-3);
+  expectSag(scene, sheet, 0.1, mass * kGravity / stiffness, kVoxel);
+}
+
+TEST(SoftContact, AChildOfACompoundTouchesAlike) {
+  const double mass = 0.1, stiffness = 50;
+  SoftWorld scene(pairOf(stiffness, 2 * std::sqrt(stiffness * mass)));
+  CloudShape left(boxField()), right(boxField());
+  auto both = std::make_unique<btCompoundShape>();
+  both->addChildShape(at({btScalar(-0.15), 0, 0}), &left);
+  both->addChildShape(at({btScalar(0.35), 0, btScalar(0.3)}), &right);
+  scene.add(std::move(both), 0, at({btScalar(0.15), 0, 0}));
+  btSoftBody& sheet = scene.addSheet(0.15, 6, mass, at({0, 0, btScalar(0.055)}));
+  for (int i = 0; i < 2000; ++i) scene.step(1e-3);
+  expectSag(scene, sheet, 0.05, mass * kGravity / stiffness, kVoxel);
+}
+
+TEST(SoftContact, ADeformableWorldsBodiesAreToldToBeFailures) {
+  CloudContact clouds;
+  CloudShape shape(boxField());
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  clouds.attach(dispatcher);
+  btDbvtBroadphase broadphase;
+  btDeformableBodySolver deformable;
+  btDeformableMultiBodyConstraintSolver solver;
+  solver.setDeformableSolver(&deformable);
+  btDeformableMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration,
+                                           &deformable);
+  btRigidBody box(0, nullptr, &shape);
+  world.addRigidBody(&box);
+  btSoftBody* const sheet = btSoftBodyHelpers::CreatePatch(
+      world.getWorldInfo(), {btScalar(-0.1), btScalar(-0.1), btScalar(0.04)},
+      {btScalar(0.1), btScalar(-0.1), btScalar(0.04)},
+      {btScalar(-0.1), btScalar(0.1), btScalar(0.04)},
+      {btScalar(0.1), btScalar(0.1), btScalar(0.04)}, 5, 5, 0, true);
+  world.addSoftBody(sheet);
+  for (int i = 0; i < 3; ++i) world.stepSimulation(btScalar(1e-3), 0);
+  EXPECT_GE(clouds.statistics().failures, 3u);
+  EXPECT_NE(clouds.statistics().lastFailure.find("btSoftRigidDynamicsWorld"), std::string::npos);
+  EXPECT_TRUE(std::isfinite(middleOf(*sheet).norm()));
+  world.removeSoftBody(sheet);
+  world.removeRigidBody(&box);
+  delete sheet;
 }
 
 // Bullet by itself has nothing for a soft body beside a cloud: it passes, unharmed.

@@ -22,11 +22,11 @@ struct CloudContactSettings {
   // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
   // decide, and where no body states one the spring is automatic (automatic_spring.h).
   std::optional<Material> pair;
+  std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
   // Another law than Kelvin-Voigt's for every pair, whatever its shapes say: one law a pair, shared
   // out as LawForm::Paper shares its spring, and what it remembers is kept while the bodies touch.
   // Needs LawForm::Paper and no `pair`.
-  std::optional<ViscoelasticLaw> viscoelastic;
-  std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
+  std::optional<ViscoelasticLaw> viscoelastic = std::nullopt;
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.
