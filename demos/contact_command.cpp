@@ -31,6 +31,8 @@ struct ContactOptions {
 ContactQuery readQuery(const ContactOptions& options) {
   if (options.common.law == LawForm::Rigid)
     throw BadInput("--law rigid: has no force until a solver runs; use paper or foundation");
+  if (options.common.viscoelastic)
+    throw BadInput("--law: its force depends on what was before; use paper, or simulate");
   ContactQuery query;
   query.common = options.common;
   query.repeat = options.repeat;

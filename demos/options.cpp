@@ -1,6 +1,7 @@
 // The common options, and strict readers: a value is used as typed or refused by name.
 #include "options.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -97,9 +98,30 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
       ->type_name(type);
 }
 
+// "maxwell:K,C" or "solid:K,K1,C1"; nothing where the text is a plain name.
+std::optional<ViscoelasticLaw> readViscoelastic(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return {};
+  const std::string name = text.substr(0, colon);
+  std::string values = text.substr(colon + 1);
+  std::replace(values.begin(), values.end(), ',', ' ');
+  const std::vector<double> v = numbers(values);
+  if (name == "maxwell" && v.size() == 2 && v[0] > 0 && v[1] > 0) return MaxwellLaw{v[0], v[1]};
+  if (name == "solid" && v.size() == 3 && v[0] > 0 && v[1] > 0 && v[2] > 0)
+    return StandardLinearSolidLaw{v[0], v[1], v[2]};
+  refuse("--law", text, "maxwell:K,C or solid:K,K1,C1, positive, in N/m and N s/m");
+}
+
+void readLaw(const std::string& text, CommonOptions& o) {
+  o.viscoelastic = readViscoelastic(text);
+  o.law = o.viscoelastic ? LawForm::Paper : LawForm(readName("--law", text, lawNames()));
+}
+
 void addLawOptions(CLI::App& command, CommonOptions& o) {
-  add(command, "--law", "contact law: paper (one spring a pair), foundation (stiffness per area)",
-      "LAW", [&o](const std::string& t) { o.law = LawForm(readName("--law", t, lawNames())); });
+  add(command, "--law",
+      "contact law: paper (one spring a pair), foundation (stiffness per area); for simulate also "
+      "maxwell:K,C (spring and dashpot in series), solid:K,K1,C1 (a spring beside such a pair)",
+      "LAW", [&o](const std::string& t) { readLaw(t, o); });
   add(command, "--stiffness", "the pair's k [N/m]; per area [N/m^3] with foundation", "K",
       [&o](const std::string& t) { o.stiffness = readPositive("--stiffness", t); });
   add(command, "--damping", "the pair's c [N s/m]; per area [N s/m^3] with foundation", "C",

@@ -3,6 +3,7 @@
 
 #include <cloudcontact/law.h>
 #include <cloudcontact/pose.h>
+#include <cloudcontact/viscoelastic.h>
 
 #include <CLI/CLI.hpp>
 #include <optional>
@@ -29,6 +30,8 @@ struct CommonOptions {
   Method method = Method::Cloud;
   Backend backend = Backend::Cpu;
   int threads = 0;  // 0: all cores
+  // --law maxwell:K,C or solid:K,K1,C1; `law` is then Paper.
+  std::optional<ViscoelasticLaw> viscoelastic;
   bool json = false;
 };
 

@@ -48,6 +48,10 @@ void checkOptions(const WorldSettings& settings) {
         "or primitive");
   if (o.damping && !o.stiffness)
     throw BadInput("--damping: needs --stiffness beside it, a pair has both or neither");
+  if (o.viscoelastic && (o.stiffness || o.damping))
+    throw BadInput("--law: this law has its own stiffness; leave --stiffness and --damping out");
+  if (o.viscoelastic && o.method != Method::Cloud)
+    throw BadInput("--law: Bullet's own contacts follow Kelvin-Voigt only; use --method cloud");
   if (o.method != Method::Cloud && o.law == LawForm::Foundation)
     throw BadInput("--law foundation: Bullet's own contacts have no area; use --method cloud");
 }
@@ -91,6 +95,7 @@ std::vector<ModelFilter::Body> modelsOf(const SceneDescription& scene) {
 std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
   settings.law = options.law;
+  settings.viscoelastic = options.viscoelastic;
   if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
   return std::make_unique<CloudContact>(settings);
 }

@@ -16,6 +16,7 @@
 #include "manifold_writer.h"
 #include "narrow_phase.h"
 #include "pair_law.h"
+#include "pair_memory.h"
 #include "shape_conversion.h"
 
 namespace cloudcontact {
@@ -92,6 +93,7 @@ struct CloudAlgorithm::State {
   ManifoldWriter writer;
   ContactFinder finder;  // a pair's own: it remembers the last step's patches, to name them again
   ConversionCache shapeA, shapeB;
+  PairMemory memory;  // of a viscoelastic law
 };
 
 std::optional<ContactBody> CloudAlgorithm::State::bodyOf(const btCollisionObjectWrapper& wrap,
@@ -138,9 +140,13 @@ void CloudAlgorithm::State::process(const btCollisionObjectWrapper& a,
   if (steps) settings.margin = reachOf(*bodyA, *bodyB, voxel, info.m_timeStep);
   const ContactResult& contact = finder.find(*bodyA, *bodyB, settings);
   if (steps) {
-    WriteSettings how{law.form, 0, info.m_timeStep, law.automatic};
+    WriteSettings how{law.form, 0, info.m_timeStep, law.automatic, {}};
     if (info.m_timeStep > 0) how.slidingSpeed = kSlidingVoxelsPerStep * voxel / info.m_timeStep;
+    if (law.viscoelastic)
+      how.shared = memory.row(*law.viscoelastic, sides, contact, writer.manifolds(),
+                              knownStep(info.m_timeStep));
     writer.write(sides, contact, how);
+    if (law.viscoelastic) memory.remember(sides, writer.manifolds());
   } else {
     answer(result, sides, *bodyA, *bodyB, contact);
   }

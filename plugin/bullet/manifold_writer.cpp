@@ -77,11 +77,11 @@ SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
   return tangent;
 }
 
-void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tangent, double step,
-            btManifoldPoint& point) {
+void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tangent,
+            const WriteSettings& settings, btManifoldPoint& point) {
   Material law{source.stiffness, source.damping};
-  if (tangent) {
-    const Material part = tangent->row(source.depth, step);
+  if (tangent || settings.shared) {
+    const Material part = tangent ? tangent->row(source.depth, settings.step) : *settings.shared;
     law = {part.stiffness * source.stiffness, part.damping * source.stiffness};
   }
   point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);
@@ -148,7 +148,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     btManifoldPoint& point = manifold.getContactPoint(i);
     point = common;
     setGeometry(sources[i], sides, point);
-    if (settings.law != LawForm::Rigid) setLaw(sources[i], tangent_, settings.step, point);
+    if (settings.law != LawForm::Rigid) setLaw(sources[i], tangent_, settings, point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
     const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);

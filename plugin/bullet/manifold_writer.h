@@ -28,6 +28,8 @@ struct WriteSettings {
   double step = 0;          // [s]
   // The points' stiffnesses are their parts of this spring; empty: they are what they say.
   std::optional<AutomaticSpring> automatic;
+  // Or their parts of these k and c, for such a law as remembers (pair_memory.h).
+  std::optional<Material> shared;
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm dies. Points are

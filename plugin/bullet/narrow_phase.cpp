@@ -27,4 +27,14 @@ void NarrowPhase::resetStatistics() {
   statistics_ = {};
 }
 
+void NarrowPhase::add(const SoftAlgorithm& pair) {
+  const std::lock_guard lock(mutex_);
+  softPairs_.push_back(&pair);
+}
+
+void NarrowPhase::remove(const SoftAlgorithm& pair) {
+  const std::lock_guard lock(mutex_);
+  std::erase(softPairs_, &pair);
+}
+
 }  // namespace cloudcontact

@@ -4,8 +4,11 @@
 #include <cloudcontact/bullet/registration.h>
 
 #include <mutex>
+#include <vector>
 
 namespace cloudcontact {
+
+class SoftAlgorithm;
 
 class NarrowPhase {
  public:
@@ -18,10 +21,16 @@ class NarrowPhase {
   CloudContactStatistics statistics() const;
   void resetStatistics();
 
+  // The pairs with a soft body that live, in the order in which they came.
+  void add(const SoftAlgorithm& pair);
+  void remove(const SoftAlgorithm& pair);
+  const std::vector<const SoftAlgorithm*>& softPairs() const { return softPairs_; }
+
  private:
   CloudContactSettings settings_;
   mutable std::mutex mutex_;  // a user's dispatcher may run pairs in parallel
   CloudContactStatistics statistics_;
+  std::vector<const SoftAlgorithm*> softPairs_;
 };
 
 }  // namespace cloudcontact

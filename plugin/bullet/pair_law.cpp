@@ -5,16 +5,26 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletSoftBody/btSoftBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace cloudcontact {
 
 namespace {
 
-// A query may come before the world's first step, which is when Bullet learns the step's length.
-constexpr double kUnknownStep = 1.0 / 60;
+constexpr const char* kTwoLaws =
+    "a shape with a viscoelastic law of its own meets one with a law or material: state one law "
+    "for the pair, CloudContactSettings::viscoelastic";
+
+const ViscoelasticLaw* ownLaw(const btCollisionObjectWrapper& body) {
+  const btCollisionShape* const shape = body.getCollisionShape();
+  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
+  const auto& own = static_cast<const CloudShape*>(shape)->viscoelastic;
+  return own ? &*own : nullptr;
+}
 
 std::optional<Material> materialOf(const btCollisionObjectWrapper& body) {
   const btCollisionShape* const shape = body.getCollisionShape();
@@ -56,6 +66,12 @@ double inverseMass(const btCollisionObject& object) {
         collider->m_link < 0 ? body.getBaseMass() : body.getLink(collider->m_link).m_mass;
     return mass > 0 ? 1 / mass : 0;
   }
+  if (const auto* soft = btSoftBody::upcast(&object)) {
+    double mass = 0;
+    for (int i = 0; i < soft->m_nodes.size(); ++i)
+      if (soft->m_nodes[i].m_im > 0) mass += 1 / soft->m_nodes[i].m_im;
+    return mass > 0 ? 1 / mass : 0;
+  }
   return 0;
 }
 
@@ -63,14 +79,21 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
               const btCollisionObjectWrapper& b, double voxel, double step) {
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
-  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, {}};
-  if (settings.pair) return {settings.law, *settings.pair, {}};
-  if (const auto stated = inSeries(materialOf(a), materialOf(b)))
-    return {settings.law, *stated, {}};
+  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, {}, nullptr};
+  if (settings.viscoelastic) return {settings.law, {1, 0}, {}, &*settings.viscoelastic};
+  if (settings.pair) return {settings.law, *settings.pair, {}, nullptr};
+  const ViscoelasticLaw *lawA = ownLaw(a), *lawB = ownLaw(b);
+  const auto materialA = materialOf(a), materialB = materialOf(b);
+  if (lawA || lawB) {
+    if ((lawA && (lawB || materialB)) || (lawB && materialA)) throw std::runtime_error(kTwoLaws);
+    return {LawForm::Paper, {1, 0}, {}, lawA ? lawA : lawB};
+  }
+  if (const auto stated = inSeries(materialA, materialB))
+    return {settings.law, *stated, {}, nullptr};
   return {settings.law,
           {1, 0},
-          springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel,
-                   step > 0 ? step : kUnknownStep)};
+          springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step)),
+          nullptr};
 }
 
 }  // namespace cloudcontact

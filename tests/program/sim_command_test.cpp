@@ -129,6 +129,11 @@ TEST_F(CommandTest, RefusesByName) {
       {{"simulate", where, "--method", "sdf", "--voxel", "0.02"}, "--method sdf"},
       {{"simulate", where, "--damping", "5", "--voxel", "0.02"}, "--damping"},
       {{"simulate", where, "--law", "foundation", "--method", "gjk", "--voxel", "0.02"}, "--law"},
+      {{"simulate", where, "--law", "maxwell:3", "--voxel", "0.02"}, "maxwell:K,C"},
+      {{"simulate", where, "--law", "solid:1,2,x", "--voxel", "0.02"}, "solid:K,K1,C1"},
+      {{"simulate", where, "--law", "solid:1,2,3", "--stiffness", "1", "--voxel", "0.02"},
+       "--stiffness"},
+      {{"simulate", where, "--law", "solid:1,2,3", "--method", "gjk", "--voxel", "0.02"}, "--law"},
       {{"demo", "nut"}, "nut_bolt"},
       {{"demo", "chain", "--replay", file("a.mp4")}, "--replay"}};
   for (const auto& [words, says] : table) {

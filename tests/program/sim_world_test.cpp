@@ -191,6 +191,21 @@ TEST(Simulation, AStatedStiffnessSagsByTheWeight) {
   }
 }
 
+// A solid's spring alone bears in the end; Maxwell's dashpot lets a load sink by load / c a second.
+TEST(Simulation, LawsOfTheCommandLineBearAsTheySay) {
+  const auto scene =
+      sceneOf({bodyWith("floor", SceneBox{Vec3(1, 1, 0.2)}, Vec3(0, 0, -0.1), 0),
+               bodyWith("brick", SceneBox{Vec3(0.2, 0.2, 0.2)}, Vec3(0, 0, 0.1), 1)});
+  auto settings = with(Method::Cloud, 0.02);
+  settings.common.viscoelastic = StandardLinearSolidLaw{500, 1000, 100};
+  const double depth = 0.1 - run(scene, settings, 3).bodies[1].pose.position.z();
+  EXPECT_NEAR(depth, kGravity / 500, 0.02 * kGravity / 500);
+  settings.common.viscoelastic = MaxwellLaw{2000, 1000};
+  const double one = run(scene, settings, 1).bodies[1].pose.position.z();
+  const double two = run(scene, settings, 2).bodies[1].pose.position.z();
+  EXPECT_NEAR(one - two, kGravity / 1000, 0.02 * kGravity / 1000);
+}
+
 TEST(Simulation, EqualRunsHaveEqualHashes) {
   SceneBody floor = bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0);
   SceneBody brick = bodyWith("brick", kBrick, Vec3(0, 0, 0.3), 1);

@@ -4,6 +4,7 @@
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <cloudcontact/law.h>
 #include <cloudcontact/surface_field.h>
+#include <cloudcontact/viscoelastic.h>
 
 #include <memory>
 #include <optional>
@@ -20,6 +21,10 @@ class CloudShape : public btConcaveShape {
 
   // The body's own k and c; a body that states none is rigid (law.h, inSeries).
   std::optional<Material> material;
+  // Or the body's own law of another kind; one that has passed validate(). What it meets must be
+  // rigid beside it, without a law or material of its own: such a pair is a failure
+  // (CloudContactStatistics) and has no contacts, for two laws in series are a third.
+  std::optional<ViscoelasticLaw> viscoelastic;
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
   void setLocalScaling(const btVector3& scaling)

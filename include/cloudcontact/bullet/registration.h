@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/contact.h>
+#include <cloudcontact/viscoelastic.h>
 
 #include <memory>
 #include <string>
@@ -9,8 +10,11 @@
 
 class btCollisionDispatcher;
 class btDynamicsWorld;
+class btSoftBody;
 
 namespace cloudcontact {
+
+struct SoftContactPoint;  // soft_contact.h
 
 // What all cloud pairs of a world share.
 struct CloudContactSettings {
@@ -19,6 +23,10 @@ struct CloudContactSettings {
   // decide, and where no body states one the spring is automatic (automatic_spring.h).
   std::optional<Material> pair;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
+  // Another law than Kelvin-Voigt's for every pair, whatever its shapes say: one law a pair, shared
+  // out as LawForm::Paper shares its spring, and what it remembers is kept while the bodies touch.
+  // Needs LawForm::Paper and no `pair`.
+  std::optional<ViscoelasticLaw> viscoelastic = std::nullopt;
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.
@@ -34,17 +42,22 @@ struct CloudContactStatistics {
 // Owns the algorithm factories that a dispatcher keeps pointers to: must outlive the dispatcher.
 class CloudContact {
  public:
+  // Throws std::invalid_argument, naming the field, where settings contradict each other or hold a
+  // law that is none (validate).
   explicit CloudContact(const CloudContactSettings& settings = {});
   ~CloudContact();
   CloudContact(const CloudContact&) = delete;
   CloudContact& operator=(const CloudContact&) = delete;
 
-  // The one call. For every shape type in both orders, for contacts and for closest-point queries.
+  // The one call. For every shape type in both orders, for contacts and for closest-point queries;
+  // for soft bodies (soft_contact.h), whose nodes are pushed as contacts are looked for in a step.
   void attach(btCollisionDispatcher& dispatcher);
 
   const CloudContactSettings& settings() const;
   CloudContactStatistics statistics() const;
   void resetStatistics();
+  // Adds the soft body's nodes that touched clouds in the last step.
+  void softContacts(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
 
  private:
   struct Shared;

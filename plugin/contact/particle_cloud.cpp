@@ -1,0 +1,156 @@
+// One step of a crowd of particles against a cloud.
+//
+// Each particle is looked up in the cloud's field where it stands as the step begins: a depth and a
+// normal, the plane that it is behind for this step. One that the field does not know any more,
+// deeper than five voxels, keeps the plane that it went in by. One that comes more than a voxel a
+// step gets the plane where its way enters the cloud.
+//
+// The pair's law is one spring, shared out once over all particles: each has its share whether the
+// others touch or not, so neither their number nor their resolution changes what a crowd that lies
+// flat sinks in. The paper's (1) shares among those in contact. That would stiffen the ones that
+// stay as others leave, which gives back energy that nobody stored; a pair of clouds has its
+// patches damped, a crowd's particles leave one by one all the time.
+//
+// What binds the particles (a soft body's links) acts after contact within a step, as do the body's
+// other contacts. Contact that knew nothing of it would take the parting that those are going to
+// undo for a true one: a rope over a ball lay seventeen times too deep, and crept, for friction had
+// held against gravity alone. So each side is expected to meet in this step what it met in the
+// last: what all else did to its velocity, as far as two steps agree on it, for a blow does not
+// come twice. In what rests or slides evenly that is exact.
+#include "particle_cloud.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field_ray.h"
+
+namespace cloudcontact {
+
+namespace {
+
+// A particle that stays farther than this outside has no row: [voxels]
+constexpr double kApart = 0.5;
+
+// What two steps have in common.
+Vec3 steady(const Vec3& last, const Vec3& before) {
+  if (!(last.dot(before) > 0)) return Vec3::Zero();
+  return last.squaredNorm() < before.squaredNorm() ? last : before;
+}
+
+bool full(const Cloud& cloud, const Vec3& local) {
+  const Vec3 grid = (local - cloud.origin()) / cloud.voxelSize();
+  if (!(grid.array().abs() < 32767.0).all()) return false;
+  const Eigen::Vector3i v = grid.array().floor().cast<int>();
+  return cloud.coverage(v.x(), v.y(), v.z()) >= 128;
+}
+
+}  // namespace
+
+void ParticleCloud::forget() {
+  memory_.clear();
+  step_ = 0;
+}
+
+std::optional<ParticleCloud::Plane> ParticleCloud::planeOf(const Vec3& local, const Vec3& end,
+                                                           const ParticleBody& body,
+                                                           const Memory& memory) const {
+  if (const auto found = body.field->at(local)) return Plane{found->depth, found->normal};
+  const Cloud& cloud = body.field->cloud();
+  if (memory.near && memory.depth > 0 && full(cloud, local)) {
+    const double depth = memory.depth - (local - memory.local).dot(memory.normal);
+    if (depth > 0) return Plane{depth, memory.normal};
+  }
+  if ((end - local).squaredNorm() < cloud.voxelSize() * cloud.voxelSize()) return std::nullopt;
+  const auto hit = firstEntry(*body.field, local, end);
+  if (!hit) return std::nullopt;
+  const double depth = hit->fraction * (end - local).dot(hit->normal);
+  if (!(depth < 0)) return std::nullopt;  // it starts within, and leaves
+  return Plane{depth, hit->normal};
+}
+
+LawTangent ParticleCloud::lineOf(const Particle& particle, const ParticleBody& body, double depth,
+                                 double closing, Memory& memory,
+                                 const ParticleSettings& settings) const {
+  if (settings.law) {
+    const bool known = memory.near && step_ > 0;
+    memory.state = known ? lawAdvance(*settings.law, memory.state, depth, step_)
+                         : lawAdvance(*settings.law, {}, depth, settings.step);
+    const LawTangent whole = lawTangent(*settings.law, memory.state, closing, settings.step);
+    return {particle.share * whole.force, particle.share * whole.grip};
+  }
+  // A body that lies on particles presses on each with its share, however light they are.
+  const double inverse = body.response.inverseMass.maxCoeff();
+  const double mass = std::max(particle.inverseMass > 0 ? 1 / particle.inverseMass : 0.0,
+                               inverse > 0 ? particle.share / inverse : 0.0);
+  const AutomaticSpring spring = automaticSpring(mass, settings.gravity * mass,
+                                                 body.field->cloud().voxelSize(), settings.step);
+  const SpringTangent line = spring.tangent(depth, closing, settings.step);
+  return {spring.force(depth), settings.step * line.slope + line.damping};
+}
+
+void ParticleCloud::expectOfBody(const ParticleBody& body) {
+  expected_ = body.response;
+  if (step_ > 0) {
+    const Vec3 linear = body.response.linear - linearAfter_;
+    const Vec3 angular = body.response.angular - angularAfter_;
+    expected_.linear += steady(linear, linearOthers_);
+    expected_.angular += steady(angular, angularOthers_);
+    linearOthers_ = linear;
+    angularOthers_ = angular;
+  } else {
+    expected_.linear += body.pull;
+    linearOthers_ = body.pull;
+    angularOthers_.setZero();
+  }
+}
+
+const std::vector<ParticleContact>& ParticleCloud::step(const std::vector<Particle>& particles,
+                                                        const ParticleBody& body,
+                                                        const ParticleSettings& settings) {
+  if (memory_.size() != particles.size()) {
+    forget();
+    memory_.resize(particles.size());
+  }
+  contacts_.clear();
+  expectOfBody(body);
+  const RigidResponse before = expected_;
+  const double voxel = body.field->cloud().voxelSize();
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Particle& p = particles[i];
+    Memory& memory = memory_[i];
+    const Vec3 arm = p.start - body.center;
+    const Vec3 meeting = p.velocity - expected_.at(arm);
+    const Vec3 local = body.pose.toLocal(p.start);
+    const Vec3 end = body.pose.toLocal(p.start + settings.step * meeting);
+    const auto plane = planeOf(local, end, body, memory);
+    if (!plane || !(p.share > 0)) {
+      memory.near = false;
+      continue;
+    }
+    Vec3 others = Vec3::Zero(), expected = Vec3::Zero();
+    if (memory.near && step_ > 0) {
+      others = (p.start - memory.start) / step_ - memory.after;
+      expected = steady(others, memory.others);
+    }
+    const Vec3 normal = body.pose.orientation * plane->normal;
+    const double closing = -(meeting + expected).dot(normal);
+    if (p.inverseMass > 0 || body.response.inverseMass.maxCoeff() > 0) {
+      const LawTangent line = lineOf(p, body, plane->depth, closing, memory, settings);
+      if (plane->depth + settings.step * std::max(0.0, closing) > -kApart * voxel)
+        contacts_.push_back({static_cast<int>(i), normal, arm, plane->depth, line, p.inverseMass,
+                             p.velocity + expected, 0, Vec3::Zero()});
+    }
+    memory = {memory.state, local, plane->normal, plane->depth, p.start, p.velocity, others, true};
+  }
+  solveParticles(contacts_, expected_, settings.friction, settings.step);
+  for (const ParticleContact& c : contacts_)
+    memory_[static_cast<std::size_t>(c.particle)].after += c.inverseMass * c.impulse();
+  linearChange_ = expected_.linear - before.linear;
+  angularChange_ = expected_.angular - before.angular;
+  linearAfter_ = body.response.linear + linearChange_;
+  angularAfter_ = body.response.angular + angularChange_;
+  step_ = settings.step;
+  return contacts_;
+}
+
+}  // namespace cloudcontact
