@@ -149,6 +149,8 @@ bool areNormals(const Read& read) {
 PointCloud asPoints(const fs::path& file, Read read, double metresPerUnit) {
   if (read.positions.empty()) refuse(file, "has no points; export it again");
   PointCloud points;
+  if (areNormals(read))
+    for (const Vector3d& n : read.normals) points.normals.push_back(n.normalized().cast<float>());
   points.positions = std::move(read.positions);
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     Vector3d& p = points.positions[i];
@@ -158,8 +160,6 @@ PointCloud asPoints(const fs::path& file, Read read, double metresPerUnit) {
                        " is NaN or infinite; take such points away (a PCD with rows keeps them as "
                        "holes)");
   }
-  if (areNormals(read))
-    for (const Vector3d& n : read.normals) points.normals.push_back(n.normalized().cast<float>());
   return points;
 }
 

@@ -106,15 +106,6 @@ void SphereTree::build(std::size_t first, std::size_t last) {
     node.radius = 0.5 * (apart + a.radius + b.radius) * (1 + kRounding);
     node.center = a.center + (node.radius - a.radius) / apart * between;
   }
-  // From above: all leaves' own reach may be nearer to the box's middle than the children say.
-  double radius = 0;
-  const Vec3 center = box.center();
-  for (std::size_t i = first; i < last; ++i)
-    radius = std::max(radius, (leaves_[i].center - center).norm() + leaves_[i].radius);
-  radius *= 1 + kRounding;
-  if (radius < node.radius && (a.center - center).norm() + a.radius <= radius &&
-      (b.center - center).norm() + b.radius <= radius)
-    node.center = center, node.radius = radius;
   nodes_[index] = node;
 }
 
