@@ -1,0 +1,36 @@
+// The README's second sample: its lines stand here between the marks, word for word (a test in
+// tests/CMakeLists.txt compares them).
+#include <gtest/gtest.h>
+
+#include <cloudcontact/digitize.h>
+#include <cloudcontact/haptic_loop.h>
+
+#include "test_meshes.h"
+
+namespace cloudcontact {
+namespace {
+
+TEST(Readme, DrillSample) {
+  const std::vector<NamedMesh> parts = {{"enamel", test::sphereMesh(4e-3, 4)},
+                                        {"dentin", test::sphereMesh(2.8e-3, 4)}};
+  const Pose handPose{Eigen::Quaterniond::Identity(), Vec3(0, 0, 4.3e-3)};
+  const Vec3 handVelocity = Vec3::Zero();
+  // README: begin
+  DigitizeSettings settings;
+  settings.voxelSize = 1e-4;                // metres
+  Cloud tooth = digitize(parts, settings);  // meshes named enamel, dentin ...
+  BaseVectorField field(tooth, tissuesOf(dentalTissues(), tooth.materials()),
+                        sphereWindow(tooth.voxelSize()));  // C: 2.5 voxels about each voxel
+
+  HapticSettings haptics;
+  haptics.tool.area = SphereArea{Vec3::Zero(), 0.5e-3};  // D: a round bur of 1 mm
+  haptics.cutter = Cutter{17e9, 0.1, 5};  // tungsten carbide, a tenth comes off, edges at 5 m/s
+  HapticLoop loop(field, Pose{}, haptics);
+  HapticOutput out = loop.tick({handPose, handVelocity});  // every millisecond
+  // README: end
+  EXPECT_GT(out.onHand.force.z(), 0.05);
+  EXPECT_LT(out.onHand.force.z(), 0.2 * 1000 * 1e-3);
+}
+
+}  // namespace
+}  // namespace cloudcontact
