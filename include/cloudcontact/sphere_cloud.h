@@ -27,12 +27,13 @@ Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads = 0);
 
 struct InscribedSettings {
   // How far the spheres' union may stay under the body's surface [voxels]. A flat face takes one
-  // sphere of radius r for each disc of radius sqrt(2 r tolerance): half the tolerance, 1.4 times
-  // the spheres.
+  // sphere of radius r for each disc of radius sqrt(2 r tolerance): half the tolerance, twice the
+  // spheres. A nut of 24 voxels across takes 840 at 0.2, 2,900 at 0.05, 5,300 at 0.02.
   double tolerance = 0.05;
-  double smallest = 0.5;  // radius [voxels]: edges sharper than that stay rounded
-  int perVoxel = 2;       // places asked along a voxel's edge of the surface, 1..8
-  int threads = 0;        // 0: all cores
+  // Radius [voxels]. At sharp edges spheres of it reach beyond the surface, by half of it at most.
+  double smallest = 0.5;
+  int perVoxel = 2;  // places asked along a voxel's edge of the surface, 1..8
+  int threads = 0;   // 0: all cores
 };
 
 struct InscribedReport {

@@ -22,9 +22,9 @@ class PixelFit {
     ++count_;
   }
   int count() const { return count_; }
-  // After the last add; the fewer pixels, the fewer terms: plane under 10, mean under 4.
+  // After the last add; the fewer pixels, the fewer terms: plane under 9, mean under 4.
   void solve() {
-    const int n = count_ >= 10 ? 6 : count_ >= 4 ? 3 : 1;
+    const int n = count_ >= 9 ? 6 : count_ >= 4 ? 3 : 1;
     a_.diagonal().array() += 1e-9 * a_(0, 0);
     q_.setZero();
     q_.topRows(n) = a_.topLeftCorner(n, n).ldlt().solve(b_.topRows(n));

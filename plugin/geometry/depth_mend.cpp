@@ -107,7 +107,7 @@ class Smoother {
 
   double rangeAt(int x, int y) {
     walk(x, y);
-    if (front_.size() < 10) return pixels_.range(x, y);  // too few for a quadratic: left as it is
+    if (front_.size() < 9) return pixels_.range(x, y);  // too few for a quadratic: left as it is
     const double sigma = 0.6 * radius_;
     PixelFit<1> fit;
     for (int pass = 0; pass < 2; ++pass) {

@@ -49,7 +49,7 @@ TEST(Columns, EndWhereTheBodyDoes) {
 TEST(Columns, FollowTheSurfaceWithinAVoxel) {
   const double r = 9;
   const Cloud finer = toCloud(toColumns(ballCloud(r), 2, 4), kH / 4);
-  EXPECT_LT(ballError(finer, r * kH, ballMiddle()), 0.04);
+  EXPECT_LT(ballError(finer, r * kH, ballMiddle()), 0.015);
   const Cloud direct = toCloud(toColumns(ballMesh(r), kH / 4), kH);
   EXPECT_LT(ballError(direct, r * kH, ballMiddle()), 0.003);
 }
