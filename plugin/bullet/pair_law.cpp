@@ -38,11 +38,10 @@ double weightOf(const btCollisionObject& object) {
 constexpr double kJoint = 0.25;
 
 AutomaticSpring springOf(const btCollisionObject& a, const btCollisionObject& b, double voxel,
-                         double step) {
+                         double step, double bears) {
   const double inverseA = inverseMass(a), inverseB = inverseMass(b);
-  const double length = inverseA > 0 && inverseB > 0 ? kJoint * voxel : voxel;
-  return automaticSpring(1 / (inverseA + inverseB), std::max(weightOf(a), weightOf(b)), length,
-                         step);
+  return automaticSpring(1 / (inverseA + inverseB), std::max(weightOf(a), weightOf(b)), voxel, step,
+                         inverseA > 0 && inverseB > 0 ? kJoint : 1, bears);
 }
 
 }  // namespace
@@ -70,7 +69,7 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
   return {settings.law,
           {1, 0},
           springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel,
-                   step > 0 ? step : kUnknownStep)};
+                   step > 0 ? step : kUnknownStep, settings.bears)};
 }
 
 }  // namespace cloudcontact

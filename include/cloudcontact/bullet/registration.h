@@ -19,6 +19,10 @@ struct CloudContactSettings {
   // decide, and where no body states one the spring is automatic (automatic_spring.h).
   std::optional<Material> pair;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
+  // How many times a pair's own mass an automatic spring may be hard enough for, where a light body
+  // bears heavy ones. Bullet's own solver wants 1, ExtrapolatingSolver (extrapolating_solver.h)
+  // takes 10. Below 1, NaN or infinite is refused by CloudContact.
+  double bears = 1;
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.
