@@ -214,32 +214,6 @@ TEST(Falling, WhatComesInMoreThanAVoxelAStepIsStoppedAtTheSurface) {
   }
 }
 
-// The same of a bar's end, whose middle hardly moves.
-TEST(Falling, WhatTurnsMoreThanAVoxelAStepIsStoppedAtTheSurface) {
-  const double step = 1. / 100, arm = 0.4, half = 0.05;
-  const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
-  const auto bar = fieldOf(boxMesh({2 * arm, 2 * half, 2 * half}), kVoxel);
-  for (int phase = 0; phase < 8; ++phase) {
-    BulletWorld scene;
-    scene.world.setGravity({0, 0, 0});
-    scene.addCloud(slab, 0, at({btScalar(arm), 0, btScalar(-0.05)}));
-    const double gap = (4 + phase / 8.0 * 1.7) * kVoxel, lean = std::asin((gap - half) / arm);
-    // Its lower edge at the end comes down to z = 0 when the bar is level.
-    btRigidBody& body = scene.addCloud(
-        bar, 1, at({0, 0, btScalar(half)}, btQuaternion({0, 1, 0}, btScalar(-lean - half / arm))));
-    const double rate = 1.7 * kVoxel / step / arm;
-    body.setAngularVelocity({0, btScalar(rate), 0});
-    double lowest = 1;
-    for (int i = 0; i < 20; ++i) {
-      scene.step(step);
-      const btVector3 end = body.getWorldTransform() * btVector3(arm, 0, -half);
-      lowest = std::min(lowest, double(end.z()));
-    }
-    EXPECT_GT(lowest, -0.3 * kVoxel) << "phase " << phase;
-    EXPECT_LT(lowest, kVoxel) << "it never came";
-  }
-}
-
 TEST(Momentum, TwoFreeBodiesInContactKeepTheirs) {
   BulletWorld scene;
   scene.world.setGravity({0, 0, 0});
