@@ -18,6 +18,8 @@ struct ChartOptions {
   std::string a, b, pose, only;
   std::string out = "bench-results";
   bool quick = false, noStability = false;
+  std::string trials;
+  int iterations = 10;
 };
 
 lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {
@@ -77,6 +79,7 @@ void run(const ChartOptions& options, const std::string& command) {
     results.chart = lab::runChart(chart);
     lab::StabilitySettings stability;
     stability.quick = options.quick, stability.only = options.only;
+    stability.trials = options.trials, stability.iterations = options.iterations;
     stability.progress = progressBar("stability");
     if (!options.noStability) results.stability = lab::runStability(stability);
   }
@@ -107,6 +110,12 @@ void addChartCommand(CLI::App& app) {
   command.add_option("--only", options->only, "cases, families and scenes whose name has this")
       ->type_name("TEXT");
   command.add_flag("--no-stability", options->noStability, "the chart alone");
+  // For who works on the scenes: one trial alone, and whether Bullet's solver is to blame for it.
+  command.add_option("--trials", options->trials, "trials whose name has this: \"cloud 60 stiff\"")
+      ->group("");
+  command.add_option("--iterations", options->iterations, "of Bullet's solver in every trial")
+      ->check(CLI::Range(1, 100000))
+      ->group("");
   addCommonOptions(command, options->common);
   command.callback([options] {
     run(*options, options->quick ? "cloudcontact chart --quick" : "cloudcontact chart");

@@ -18,6 +18,7 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kBears = 10;  // what ExtrapolatingSolver takes
 
 struct WorldBody {
   SceneBody scene;
@@ -96,6 +97,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
   settings.law = options.law;
   settings.viscoelastic = options.viscoelastic;
+  settings.bears = kBears;
   if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
   return std::make_unique<CloudContact>(settings);
 }
@@ -178,7 +180,8 @@ void World::Parts::settle(const WorldSettings& settings) {
   info.m_numIterations = settings.iterations;
   bool springs = settings.common.stiffness.has_value();
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
-  // Bullet's own methods keep Bullet's own settings, unless a law is asked of them.
+  // Bullet's own methods keep Bullet's own solver and settings, unless a law is asked of them.
+  solver.extrapolates = settings.common.method == Method::Cloud;
   if (settings.common.method == Method::Cloud || springs) recommendedSettings(world);
   if (!settings.common.friction) noteFrictionless();
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/extrapolating_solver.h>
 #include <cloudcontact/law.h>
 
 #include <functional>
@@ -48,7 +49,7 @@ class SceneDispatcher : public btCollisionDispatcher {
   double seconds_ = 0;
 };
 
-class TimedSolver : public btSequentialImpulseConstraintSolver {
+class TimedSolver : public ExtrapolatingSolver {
  public:
   btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
                       int manifoldCount, btTypedConstraint** constraints, int constraintCount,

@@ -44,13 +44,14 @@ double sagOf(const Trial& trial, const Matter& matter, double force, double voxe
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)
-    : world_(scene, worldSettings(trial, voxel)), step_(trial.step) {}
+    : world_(scene, worldSettings(trial, voxel)), step_(trial.step), watch_(trial.watch) {}
 
 void MovingWorld::step() {
   world_.step(step_);
   const double energy = world_.moment().energy.ofBodies();
   if (steps_++ == 0) start_ = most_ = energy;
   most_ = std::max(most_, energy);
+  if (watch_) watch_(time(), world_);
 }
 
 void MovingWorld::run(double seconds, const std::function<bool()>& enough) {

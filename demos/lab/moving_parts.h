@@ -49,6 +49,7 @@ class MovingWorld {
  private:
   World world_;
   double step_;
+  std::function<void(double, const World&)> watch_;
   long steps_ = 0;
   double start_ = 0, most_ = 0;
 };

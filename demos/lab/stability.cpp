@@ -20,6 +20,11 @@ Verdict within(double figure, double expected, double share, const std::string& 
   return {holds ? Outcome::Holds : Outcome::Fails, figure, expected, holds ? "" : otherwise};
 }
 
+std::string trialName(const Trial& trial) {
+  return std::string(nameOf(trial.method)) + ' ' + std::to_string(std::llround(1 / trial.step)) +
+         ' ' + trial.mode;
+}
+
 namespace {
 
 struct Job {
@@ -38,9 +43,11 @@ std::vector<Job> jobsOf(const StabilitySettings& settings) {
         for (const double step : scene.steps)
           for (const std::string& mode : scene.modes) {
             if (settings.quick && (step != scene.steps[0] || mode != scene.modes[0])) continue;
+            const Trial trial{method, step, mode, store, settings.iterations};
+            if (trialName(trial).find(settings.trials) == std::string::npos) continue;
             Job& job = jobs.emplace_back();
             job.row.scene = scene.name, job.row.group = scene.group, job.row.rule = scene.rule;
-            job.row.trial = {method, step, mode, store};
+            job.row.trial = trial;
             job.run = scene.run;
           }
     }

@@ -21,7 +21,13 @@ struct Trial {
   // method's own way (for clouds an automatic spring, for peers Bullet's rigid rows).
   std::string mode = "auto";
   std::shared_ptr<ShapeStore> store = {};  // of all trials of the scene
+  int iterations = 10;                     // of Bullet's solver, its own default
+  // Called after each step, to follow one trial closely.
+  std::function<void(double time, const World&)> watch = {};
 };
+
+// "cloud 60 stiff": the method's name on the command line, steps a second, the mode.
+std::string trialName(const Trial& trial);
 
 enum class Outcome { Holds, Fails, Cannot };
 
@@ -67,7 +73,9 @@ struct StabilityRow {
 struct StabilitySettings {
   bool quick = false;
   int threads = 2;
-  std::string only;  // a part of a scene's name; empty: all
+  std::string only;    // a part of a scene's name; empty: all
+  std::string trials;  // of `trialName`; empty: all
+  int iterations = 10;
   std::function<void(double)> progress;
 };
 

@@ -99,6 +99,11 @@ SimulationReport simulateMany(World& world, const Plan& plan, double step) {
 
 Course follow(const Trial& trial, Plan& plan) {
   prepare(plan.scene, trial, plan.spring);
+  if (trial.watch)
+    plan.observe = [own = plan.observe, watch = trial.watch](double time, const World& world) {
+      if (own) own(time, world);
+      watch(time, world);
+    };
   World world(plan.scene, worldSettings(trial, plan.voxel));
   if (plan.many) return {plan.scene, simulateMany(world, plan, trial.step), plan.voxel};
   SimulationSettings simulation;

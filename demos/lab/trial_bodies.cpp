@@ -32,6 +32,7 @@ WorldSettings worldSettings(const Trial& trial, double voxel) {
   settings.common.method = trial.method;
   settings.common.threads = 1;  // trials already run side by side
   settings.voxel = voxel;
+  settings.iterations = trial.iterations;
   settings.store = trial.store;
   return settings;
 }

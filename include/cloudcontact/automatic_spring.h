@@ -21,11 +21,14 @@ struct SpringTangent {
 // Its force depends on depth alone and only rises, ever steeper: nothing is gained on any way in
 // and out. What it is made of, and why, stands in automatic_spring.cpp.
 struct AutomaticSpring {
-  double mass = 0;   // [kg] the pair's effective mass
-  double soft = 0;   // [N/m] up to a depth of `even`
-  double hard = 0;   // [N/m] at most: what the step allows (stepLimited)
-  double even = 0;   // [m]
-  double reach = 0;  // [m] beyond `even`: there it would be without end, were it not for `hard`
+  double mass = 0;     // [kg] the pair's effective mass
+  double soft = 0;     // [N/m] up to a depth of `even`
+  double hard = 0;     // [N/m] at most, up to `deep`: what the step allows (stepLimited)
+  double even = 0;     // [m]
+  double reach = 0;    // [m] beyond `even`: there it would be without end, were it not for `hard`
+  double deep = 0;     // [m] what is pressed in further bears far more than itself
+  double last = 0;     // [m] beyond `deep`: again without end, were it not for `hardest`
+  double hardest = 0;  // [N/m] at most at all; `hard` where nothing bears more than itself
 
   double force(double depth) const;      // [N]
   double stiffness(double depth) const;  // [N/m] the force's derivative
@@ -35,7 +38,11 @@ struct AutomaticSpring {
 };
 
 // `weight` [N]: the heavier body's of those that move; 0 or unknown: that of `mass` on the ground.
-// Throws as stepLimited does, and where the voxel [m] is not positive.
-AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step);
+// `joint`: the part of a voxel that stands for one where the spring is soft (pair_law.cpp).
+// `bears`: for how many times `mass` the spring may be hard where it is pressed in deep; 1 for
+// Bullet's own solver (CloudContactSettings::bears).
+// Throws as stepLimited does, and where voxel [m] or joint is not positive or bears is below 1.
+AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step,
+                                double joint = 1, double bears = 1);
 
 }  // namespace cloudcontact

@@ -48,11 +48,10 @@ double weightOf(const btCollisionObject& object) {
 constexpr double kJoint = 0.25;
 
 AutomaticSpring springOf(const btCollisionObject& a, const btCollisionObject& b, double voxel,
-                         double step) {
+                         double step, double bears) {
   const double inverseA = inverseMass(a), inverseB = inverseMass(b);
-  const double length = inverseA > 0 && inverseB > 0 ? kJoint * voxel : voxel;
-  return automaticSpring(1 / (inverseA + inverseB), std::max(weightOf(a), weightOf(b)), length,
-                         step);
+  return automaticSpring(1 / (inverseA + inverseB), std::max(weightOf(a), weightOf(b)), voxel, step,
+                         inverseA > 0 && inverseB > 0 ? kJoint : 1, bears);
 }
 
 }  // namespace
@@ -92,7 +91,8 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
     return {settings.law, *stated, {}, nullptr};
   return {settings.law,
           {1, 0},
-          springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step)),
+          springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step),
+                   settings.bears),
           nullptr};
 }
 

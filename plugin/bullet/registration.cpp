@@ -1,6 +1,7 @@
 // CloudContact: the factories, and which of Bullet's shape types they answer for.
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 
+#include <cmath>
 #include <stdexcept>
 
 #include "cloud_algorithm.h"
@@ -36,7 +37,10 @@ struct CloudContact::Shared {
 };
 
 CloudContact::CloudContact(const CloudContactSettings& settings)
-    : shared_(std::make_unique<Shared>(settings)) {}
+    : shared_(std::make_unique<Shared>(settings)) {
+  if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
+    throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
+}
 
 CloudContact::~CloudContact() = default;
 

@@ -13,6 +13,14 @@
 //   its slope is that of stepLimited: twenty times the weight sag by 0.3 voxel, not 2, and the
 //   joints of a stack of twenty stiffen as their load grows, which keeps it from buckling.
 //
+// What bears many times its own mass is pressed in by voxels all the same: a ton on a kilogram
+// stands 0.7 voxel deep in it at 240 Hz, the topmost of thirty links 0.7 in the next. Where the
+// solver can bear harder rows (ExtrapolatingSolver) `bears` says for how many times the pair's own
+// mass: from `deep`, 0.3 voxel, on, f = hard x / (1 - x / last) in addition, `last` 0.1 voxel,
+// until its slope is what the step allows for that mass. The damping is then that mass's, too: with
+// the light body's own the ton bounced by a metre. Ten is what ten sweeps carry: with 30 a wrecking
+// ball gains energy at 60 Hz. What stands less deep is not changed.
+//
 // Bullet's row is a straight line over the step. Where bodies part it is the tangent: f is convex,
 // so the line lies below it, and less is given back than was stored. Where they close it is the
 // chord to where they would be without contact: above f all the way, so that more is taken than is
@@ -29,6 +37,7 @@ namespace cloudcontact {
 namespace {
 
 constexpr double kSagVoxels = 0.1, kEvenVoxels = 0.2, kReachVoxels = 0.1;
+constexpr double kDeepVoxels = 0.3, kLastVoxels = 0.1;
 // What bodies weigh that do not say: nothing pulls gears in a void, but things are built to bear
 // what they would on the ground.
 constexpr double kOnTheGround = 9.81;
@@ -38,21 +47,40 @@ double hardFrom(const AutomaticSpring& s) {
   return s.reach * (1 - std::sqrt(s.soft / s.hard));
 }
 
+// The same beyond `deep`.
+double hardestFrom(const AutomaticSpring& s) {
+  return s.last * (1 - std::sqrt(s.hard / s.hardest));
+}
+
 }  // namespace
 
 double AutomaticSpring::force(double depth) const {
   if (!(depth > 0)) return 0;
-  const double beyond = std::max(0.0, depth - even), x = std::min(beyond, hardFrom(*this));
-  return soft * std::min(depth, even) + soft * x / (1 - x / reach) + hard * (beyond - x);
+  const double shallow = std::min(depth, deep), beyond = std::max(0.0, shallow - even),
+               x = std::min(beyond, hardFrom(*this));
+  const double up =
+      soft * std::min(shallow, even) + soft * x / (1 - x / reach) + hard * (beyond - x);
+  const double more = depth - shallow, y = std::min(more, hardestFrom(*this));
+  return up + hard * y / (1 - y / last) + hardest * (more - y);
 }
 
 double AutomaticSpring::stiffness(double depth) const {
+  if (depth > deep) {
+    const double left = 1 - std::min(depth - deep, hardestFrom(*this)) / last;
+    return hard / (left * left);
+  }
   if (depth - even >= hardFrom(*this)) return hard;
   const double left = 1 - std::max(0.0, depth - even) / reach;
   return soft / (left * left);
 }
 
 double AutomaticSpring::sag(double load) const {
+  const double bears = load - force(deep);
+  if (bears > 0) {
+    const double farthest = hardestFrom(*this), carried = hard * farthest / (1 - farthest / last);
+    return deep + (bears < carried ? last * bears / (hard * last + bears)
+                                   : farthest + (bears - carried) / hardest);
+  }
   const double more = load - soft * even, most = hardFrom(*this), held = force(even + most);
   if (more <= 0) return load / soft;
   return even + (load < held ? reach * more / (soft * reach + more) : most + (load - held) / hard);
@@ -62,7 +90,9 @@ SpringTangent AutomaticSpring::tangent(double depth, double closing, double step
   const double from = std::max(0.0, depth), next = depth + step * closing, now = force(depth);
   double slope = stiffness(from);
   if (next > from) slope = std::max(slope, (force(next) - now) / (next - from));
-  return {slope, 2 * std::sqrt(slope * mass), from - now / slope};
+  // Harder than its own mass's limit it is for the mass that it bears.
+  const double borne = mass * std::max(1.0, slope / hard);
+  return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
 }
 
 Material SpringTangent::row(double depth, double step) const {
@@ -72,12 +102,23 @@ Material SpringTangent::row(double depth, double step) const {
   return {secant, damping + step * (slope - secant)};
 }
 
-AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step) {
+AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step, double joint,
+                                double bears) {
   if (!(voxel > 0)) throw std::invalid_argument("automaticSpring: the voxel must be positive");
-  const double hard = stepLimited(mass, step).stiffness;
+  if (!(joint > 0) || joint > 1)
+    throw std::invalid_argument("automaticSpring: joint must be above 0 and at most 1");
+  if (!(bears >= 1) || !std::isfinite(bears))
+    throw std::invalid_argument("automaticSpring: bears must be finite and at least 1");
+  const double hard = stepLimited(mass, step).stiffness, unit = joint * voxel;
   if (!(weight > 0)) weight = mass * kOnTheGround;
-  return {mass, std::min(hard, weight / (kSagVoxels * voxel)), hard, kEvenVoxels * voxel,
-          kReachVoxels * voxel};
+  return {mass,
+          std::min(hard, weight / (kSagVoxels * unit)),
+          hard,
+          kEvenVoxels * unit,
+          kReachVoxels * unit,
+          kDeepVoxels * voxel,
+          kLastVoxels * voxel,
+          bears * hard};
 }
 
 }  // namespace cloudcontact

@@ -141,6 +141,17 @@ double fallOf(const Sums& patch, const Vec3& n, double lean, bool oneSided, Side
   return 0.5 * (bent / std::max(lean, 0.5) + within);
 }
 
+// A body without samples of its own in the patch, as a flank has none where a tooth's tip just
+// touches it, is known by the normals that the other's samples found there (the paper's own base
+// vectors). Gives the side that push; returns its incoherence.
+double lookedUp(const Sums& patch, int s, Vec3* push) {
+  const double found = patch.normal[s].norm();
+  if (!(found > 0)) return 1e3;  // the other decides
+  const double sign = s == kA ? 1.0 : -1.0;
+  push[s] = sign * push[1 - s].norm() / found * patch.normal[s];
+  return std::max(0.0, 1 - found / patch.area) + kCoherenceNoise;
+}
+
 }  // namespace
 
 PatchForce forceOf(const Sums& patch, bool foundation, bool oneSided, Side sampled) {
@@ -171,7 +182,7 @@ PatchForce forceOf(const Sums& patch, bool foundation, bool oneSided, Side sampl
     const bool formula = oneSided && s != sampled;
     incoherence[s] =
         std::max(0.0, 1.0 - push[s].norm() / size) + (formula ? kFormulaNoise : kCoherenceNoise);
-    if (patch.side[s].size == 0) incoherence[s] = 1e3;  // no samples of its own: the other decides
+    if (patch.side[s].size == 0) incoherence[s] = lookedUp(patch, s, push);
   }
   out.trustA = incoherence[1] / (incoherence[0] + incoherence[1]);
   const Vec3 n = unit(out.trustA * push[0] + (1 - out.trustA) * push[1]);

@@ -122,6 +122,15 @@ TEST(LabScenes, ASlopeTellsItsTwoFrictions) {
   }
 }
 
+// Where a tooth's tip just touches a flank none of the flank's own samples is met: with the tip's
+// normals alone it was pushed 46 deg aside, and the teeth caught.
+TEST(LabScenes, GearsWithHalfAVoxelOfPlayTurn) {
+  const auto scenes = mechanismScenes();
+  const Verdict verdict = sceneNamed(scenes, "gear pair, backlash of half a voxel")
+                              .run({Method::Cloud, kStep240, "auto"});
+  EXPECT_EQ(verdict.outcome, Outcome::Holds) << verdict.figure << ' ' << verdict.why;
+}
+
 TEST(LabScenes, AHullHasNoHole) {
   const auto scenes = mechanismScenes();
   EXPECT_THROW(sceneNamed(scenes, "screw's self-locking").run({Method::Gjk, kStep240, "auto"}),

@@ -27,6 +27,10 @@ struct CloudContactSettings {
   // out as LawForm::Paper shares its spring, and what it remembers is kept while the bodies touch.
   // Needs LawForm::Paper and no `pair`.
   std::optional<ViscoelasticLaw> viscoelastic = std::nullopt;
+  // How many times a pair's own mass an automatic spring may be hard enough for, where a light body
+  // bears heavy ones. Bullet's own solver wants 1, ExtrapolatingSolver (extrapolating_solver.h)
+  // takes 10. Below 1, NaN or infinite is refused by CloudContact.
+  double bears = 1;
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.

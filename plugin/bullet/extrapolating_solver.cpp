@@ -1,0 +1,189 @@
+// Sweeps that are extrapolated.
+//
+// A sweep of sequential impulses is a map x -> g(x) of all rows' impulses, and the solution its
+// fixed point. It goes there slowly where a light body stands between heavy ones, or where weight
+// must pass through many: of a ton on a kilogram a sweep carries a kilogram's share, and ten sweeps
+// at 60 Hz make of any contact a spring of 10 m / h^2 of the light one.
+//
+// So the residuals r = g(x) - x of the last few sweeps are combined to the smallest one that they
+// can make, and the next sweep starts at the same combination of their results (Anderson 1965; for
+// rows that are linear it is GMRES with the sweep as preconditioner). Residuals are measured in
+// energy, r^2 times the row's inverse mass, or heavy bodies' rows would drown the light ones'.
+//
+// Rows have limits, so that the map has kinks. What is combined is put back within them, friction's
+// by the new normal impulse; where a residual grew, what went before is another piece's and is
+// forgotten; and the last sweep stands as it is, so that what a step ends with is Bullet's own.
+#include <cloudcontact/bullet/extrapolating_solver.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace cloudcontact {
+
+namespace {
+
+// Differences of residuals that are combined.
+constexpr int kDepth = 5;
+// Below this share of the impulses a residual is rounding.
+constexpr double kRounding = sizeof(btScalar) == 4 ? 1e-12 : 1e-26;  // of the squares
+// Differences that are nearly parallel tell nothing new.
+constexpr double kRegular = sizeof(btScalar) == 4 ? 1e-8 : 1e-12;
+// A residual that grew by more than this (of the squares) belongs to other active limits.
+constexpr double kGrown = 1.0;
+
+using Column = std::vector<double>;
+
+}  // namespace
+
+struct ExtrapolatingSolver::Memory {
+  Column weight, start, result, residual, lastResult, lastResidual, next;
+  std::array<Column, kDepth> residuals, results;  // differences, the oldest overwritten
+  int kept = 0, oldest = 0;
+  double last = 0;  // square of the last residual
+
+  void fit(std::size_t rows) {
+    for (Column* c : {&weight, &start, &result, &residual, &lastResult, &lastResidual, &next})
+      c->resize(rows);
+    for (auto* set : {&residuals, &results})
+      for (Column& c : *set) c.resize(rows);
+  }
+  void forget() { kept = oldest = 0; }
+  double dot(const Column& a, const Column& b) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < weight.size(); ++i) sum += weight[i] * a[i] * b[i];
+    return sum;
+  }
+  void remember();
+  bool combine();
+};
+
+// The way from the last sweep's residual and result to this one's.
+void ExtrapolatingSolver::Memory::remember() {
+  const int at = kept < kDepth ? kept++ : std::exchange(oldest, (oldest + 1) % kDepth);
+  for (std::size_t i = 0; i < weight.size(); ++i) {
+    residuals[at][i] = residual[i] - lastResidual[i];
+    results[at][i] = result[i] - lastResult[i];
+  }
+}
+
+// The smallest residual that the differences leave, by their normal equations. At most kDepth
+// unknowns: Cholesky's root in place.
+bool ExtrapolatingSolver::Memory::combine() {
+  double a[kDepth][kDepth], b[kDepth], most = 0;
+  for (int i = 0; i < kept; ++i) {
+    for (int j = 0; j <= i; ++j) a[i][j] = dot(residuals[i], residuals[j]);
+    b[i] = dot(residuals[i], residual);
+    most = std::max(most, a[i][i]);
+  }
+  if (!(most > 0)) return false;
+  for (int i = 0; i < kept; ++i) {
+    a[i][i] += kRegular * most;
+    for (int j = 0; j <= i; ++j) {
+      for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * a[j][k];
+      if (i == j) {
+        if (!(a[i][i] > 0)) return false;
+        a[i][i] = std::sqrt(a[i][i]);
+      } else {
+        a[i][j] /= a[j][j];
+      }
+    }
+  }
+  for (int i = 0; i < kept; ++i) {
+    for (int k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
+    b[i] /= a[i][i];
+  }
+  for (int i = kept - 1; i >= 0; --i) {
+    for (int k = i + 1; k < kept; ++k) b[i] -= a[k][i] * b[k];
+    b[i] /= a[i][i];
+  }
+  next = result;
+  for (int j = 0; j < kept; ++j)
+    for (std::size_t i = 0; i < next.size(); ++i) next[i] -= b[j] * results[j][i];
+  return true;
+}
+
+ExtrapolatingSolver::ExtrapolatingSolver() : memory_(std::make_unique<Memory>()) {}
+ExtrapolatingSolver::~ExtrapolatingSolver() = default;
+
+// Joints, then contacts, then their friction, then rolling: friction's limits follow the contacts'.
+template <typename Function>
+void ExtrapolatingSolver::forEachRow(Function f) {
+  std::size_t index = 0;
+  for (auto* pool : {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool,
+                     &m_tmpSolverContactFrictionConstraintPool,
+                     &m_tmpSolverContactRollingFrictionConstraintPool})
+    for (int i = 0; i < pool->size(); ++i) f((*pool)[i], index++);
+}
+
+void ExtrapolatingSolver::begin() {
+  Memory& m = *memory_;
+  m.forget();
+  std::size_t rows = 0;
+  forEachRow([&](const btSolverConstraint&, std::size_t) { ++rows; });
+  m.fit(rows);
+  forEachRow([&](const btSolverConstraint& row, std::size_t i) {
+    m.weight[i] = row.m_jacDiagABInv > 0 ? 1 / static_cast<double>(row.m_jacDiagABInv) : 0;
+  });
+}
+
+void ExtrapolatingSolver::read(std::vector<double>& impulses) {
+  forEachRow([&](const btSolverConstraint& row, std::size_t i) {
+    impulses[i] = static_cast<double>(btScalar(row.m_appliedImpulse));
+  });
+}
+
+void ExtrapolatingSolver::moveTo(const std::vector<double>& impulses) {
+  const btSolverConstraint* const friction = m_tmpSolverContactFrictionConstraintPool.size() > 0
+                                                 ? &m_tmpSolverContactFrictionConstraintPool[0]
+                                                 : nullptr;
+  const auto frictions = static_cast<std::size_t>(m_tmpSolverContactFrictionConstraintPool.size());
+  forEachRow([&](btSolverConstraint& row, std::size_t i) {
+    btScalar low = row.m_lowerLimit, high = row.m_upperLimit;
+    if (friction && &row >= friction && &row < friction + frictions) {
+      high = row.m_friction *
+             btScalar(m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse);
+      low = -high;
+    }
+    const btScalar before = row.m_appliedImpulse;
+    const btScalar after = std::clamp(static_cast<btScalar>(impulses[i]), low, high);
+    if (after == before) return;
+    row.m_appliedImpulse = after;
+    btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    a.internalApplyImpulse(row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA,
+                           after - before);
+    b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB,
+                           after - before);
+  });
+}
+
+btScalar ExtrapolatingSolver::solveSingleIteration(
+    int iteration, btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+    int manifoldCount, btTypedConstraint** constraints, int constraintCount,
+    const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  Memory& m = *memory_;
+  const bool last = !extrapolates || iteration >= info.m_numIterations - 1;
+  if (!last && iteration == 0) begin();
+  if (!last) read(m.start);
+  const btScalar left = btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info,
+      drawer);
+  if (last) return left;
+  read(m.result);
+  for (std::size_t i = 0; i < m.result.size(); ++i) m.residual[i] = m.result[i] - m.start[i];
+  const double now = m.dot(m.residual, m.residual);
+  if (iteration > 0 && now <= kGrown * m.last)
+    m.remember();
+  else
+    m.forget();
+  m.last = now;
+  m.lastResult = m.result;
+  m.lastResidual = m.residual;
+  if (m.kept > 0 && now > kRounding * m.dot(m.result, m.result) && m.combine()) moveTo(m.next);
+  return left;
+}
+
+}  // namespace cloudcontact
