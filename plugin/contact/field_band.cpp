@@ -105,7 +105,7 @@ class Spreader {
 
   // Only the voxels of `where`; the bricks' others are what they were.
   Band finish(const VoxelSet& where, const FieldData& before) const {
-    return write(where.bricks(), kKept,
+    return write(where.bricks(), kAsBefore,
                  [&](std::int32_t t, int cell, const Eigen::Vector3i& at, Draught& out) {
                    out.set(cell, where.has(t, cell)
                                      ? recordAt(t, cell, at, out.brick.planes)

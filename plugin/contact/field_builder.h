@@ -91,8 +91,8 @@ struct BandView {
   std::uint32_t planeCount = 0, first = 0;
 };
 
-// The bricks that were made: index into `bricks`, kNoBand, or kKept for one that is as it was.
-constexpr std::int32_t kNoBand = -1, kKept = -2;
+// The bricks that were made: index into `bricks`, kNoBand, or kAsBefore for one that is as it was.
+constexpr std::int32_t kNoBand = -1, kAsBefore = -2;
 constexpr int kBandReach = 5;  // [voxels] no record is made of pieces farther away than this
 struct Band {
   std::vector<std::int32_t> table;

@@ -19,7 +19,7 @@ int blockOf(int cell) {
 BandView BandSource::view(std::size_t brick) const {
   const std::int32_t slot = band_.table[brick];
   if (slot == kNoBand) return {};
-  if (slot == kKept) return before_->bandBrick(brick);
+  if (slot == kAsBefore) return before_->bandBrick(brick);
   const BandBrick& b = band_.bricks[static_cast<std::size_t>(slot)];
   return {b.cells.data(), b.planes.data(), static_cast<std::uint32_t>(b.planes.size()), 0};
 }

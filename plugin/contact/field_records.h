@@ -21,7 +21,7 @@ class BandSource {
 
   std::size_t size() const { return band_.table.size(); }
   BandView view(std::size_t brick) const;
-  bool fresh(std::size_t brick) const { return band_.table[brick] != kKept; }
+  bool fresh(std::size_t brick) const { return band_.table[brick] != kAsBefore; }
   // Which blocks of 4x4x4 voxels of the brick hold voxels of the band, a bit each, x fastest.
   std::uint8_t held(std::size_t brick) const;
 
