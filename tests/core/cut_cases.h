@@ -15,12 +15,13 @@ namespace cloudcontact::testing {
 
 using Solid = std::function<bool(const Vec3&)>;
 
-// The fraction of a voxel that lies in the solid, by 4x4x4 points, in 1/255.
-inline int coverageOf(const Solid& solid, int x, int y, int z) {
+// The fraction of a voxel that lies in the solid, by n x n x n points, in 1/255.
+inline int coverageOf(const Solid& solid, int x, int y, int z, int n = 4) {
   int inside = 0;
-  for (int k = 0; k < 64; ++k)
-    inside += solid(Vec3(x, y, z) + (Vec3(k & 3, k >> 2 & 3, k >> 4) + Vec3::Constant(0.5)) / 4);
-  return (inside * 255 + 32) / 64;
+  const int all = n * n * n;
+  for (int k = 0; k < all; ++k)
+    inside += solid(Vec3(x, y, z) + (Vec3(k % n, k / n % n, k / n / n) + Vec3::Constant(0.5)) / n);
+  return (inside * 255 + all / 2) / all;
 }
 
 inline Cloud cloudOf(const Solid& solid, const Eigen::Vector3i& bricks, double voxel = 1e-3) {
@@ -74,21 +75,22 @@ inline Solid tooth(const Vec3& center) {
 
 // Of all voxels that a tool lies in, what it leaves.
 inline std::vector<VoxelCut> cutsOf(const Cloud& cloud, const Solid& tool, const Vec3& low,
-                                    const Vec3& high) {
+                                    const Vec3& high, int points = 4) {
   std::vector<VoxelCut> cuts;
   const Eigen::Vector3i first = low.array().floor().cast<int>().max(0);
   const Eigen::Vector3i last = high.array().ceil().cast<int>().min(cloud.size().array() - 1);
   for (int z = first.z(); z <= last.z(); ++z)
     for (int y = first.y(); y <= last.y(); ++y)
       for (int x = first.x(); x <= last.x(); ++x)
-        if (const int taken = coverageOf(tool, x, y, z))
+        if (const int taken = coverageOf(tool, x, y, z, points))
           cuts.push_back({{x, y, z}, static_cast<std::uint8_t>(255 - taken)});
   return cuts;
 }
 
-inline std::vector<VoxelCut> bite(const Cloud& cloud, const Vec3& center, double radius) {
+inline std::vector<VoxelCut> bite(const Cloud& cloud, const Vec3& center, double radius,
+                                  int points = 4) {
   return cutsOf(cloud, ball(center, radius), center - Vec3::Constant(radius),
-                center + Vec3::Constant(radius));
+                center + Vec3::Constant(radius), points);
 }
 
 // A saw's cut: all between two planes across x.
