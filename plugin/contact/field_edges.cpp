@@ -168,23 +168,35 @@ bool worthATry(const VoxelState& v) {
   return v.pieces[0].surface.residual > (v.rule() == PieceRule::Smooth ? kEnough : kGoodEdge);
 }
 
-// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
-// faces that one found tell the next. So further passes go where the last one found something good.
-// True where the voxel may be explained better by that: any change serves one that nothing
-// explains, what falls a little short is looked at again beside a tip (of more faces than three)
-// alone. A tip's last voxel, a hundredth full, is such: its quadric leaves 0.008, and ends a voxel
-// from the tip.
-bool besideNews(const FieldDraft& draft, const Spot& spot, const VoxelState& v, int pass) {
-  const bool lost = v.pieces[0].surface.residual > kLost;
+// Whether the last pass changed something within reach that `counts`.
+template <typename Counts>
+bool besideNews(const FieldDraft& draft, const Spot& spot, int pass, Counts&& counts) {
   for (int dz = -kReach; dz <= kReach; ++dz)
     for (int dy = -kReach; dy <= kReach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const VoxelState other = draft.at(spot.x + dx, spot.y + dy, spot.z + dz, pass);
-        if (!other || other.step->pass != pass - 1) continue;
-        if (other.pieces[0].surface.residual > kGoodEdge) continue;
-        if (lost || other.count() > kFewFaces) return true;
+        if (other && other.step->pass == pass - 1 && counts(other)) return true;
       }
   return false;
+}
+
+// Whether a pass may find for a voxel what the ones before did not. The last plain pass asks what
+// the one before it asked: nothing new comes of it where nothing is new.
+//
+// A tip as slender as 8 deg is explained from below, a few voxels of its height a pass: only the
+// faces that one found tell the next. So further passes go where the last one found something good:
+// any change serves a voxel that nothing explains, what falls a little short is looked at again
+// beside a tip (of more faces than three) alone. A tip's last voxel, a hundredth full, is such: its
+// quadric leaves 0.008, and ends a voxel from the tip.
+bool mayFind(const FieldDraft& draft, const Spot& spot, const VoxelState& v, const Pass& pass) {
+  if (!worthATry(v)) return false;
+  if (pass.number < kPlainPasses) return true;
+  if (pass.number == kPlainPasses)
+    return besideNews(draft, spot, pass.number, [](const VoxelState&) { return true; });
+  const bool lost = v.pieces[0].surface.residual > kLost;
+  return besideNews(draft, spot, pass.number, [lost](const VoxelState& other) {
+    return other.pieces[0].surface.residual <= kGoodEdge && (lost || other.count() > kFewFaces);
+  });
 }
 
 // What explains a voxel better than what it has, and leaves no more than the pass allows; count 0:
@@ -192,8 +204,7 @@ bool besideNews(const FieldDraft& draft, const Spot& spot, const VoxelState& v, 
 Hypothesis edgeOf(const FieldDraft& draft, const Spot& spot, const Pass& pass, EdgeSearch& search) {
   const SurfaceBrick& brick = *draft.brick(static_cast<std::size_t>(spot.brick));
   const VoxelState own = brick.state(spot.cell, pass.number);
-  if (!worthATry(own)) return {};
-  if (pass.climbs() && !besideNews(draft, spot, own, pass.number)) return {};
+  if (!mayFind(draft, spot, own, pass)) return {};
   float block[CC_WINDOW_VOXELS];
   gatherBlock(draft.cloud, spot.x, spot.y, spot.z, block);
   const Eigen::Vector3f mean =
