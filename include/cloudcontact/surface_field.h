@@ -18,6 +18,8 @@ namespace cloudcontact {
 struct FieldSettings {
   int threads = 0;                       // 0: all cores
   std::function<void(double)> progress;  // called with 0..1, may be empty
+  // Keeps what renewed() starts from, for bodies that will be cut: doubles the field's memory.
+  bool renewable = false;
 };
 
 // A piece of a cloud's own surface: the paper's collision voxel, as a quadrature point.
@@ -54,6 +56,16 @@ class SurfaceField {
   virtual std::optional<FieldPoint> at(const Vec3& local) const = 0;
   // Lowest and highest corner of the surface, body's frame [m].
   virtual Eigen::AlignedBox3d bounds() const = 0;
+  // Of all that a query reads: equal where two fields are, to the bit.
+  virtual std::uint64_t hash() const = 0;
 };
+
+// The field of a cloud that was cut, or otherwise changed in places: equal to build(after), to the
+// bit, but made anew only as far as the change reaches. `after` lies in the same grid of voxels
+// (its origin may be another), as cutCloud() and pieces() give it. Can itself be renewed; where
+// `before` was not built as renewable, all is built. Throws std::invalid_argument where the grid is
+// another or nothing is left of the surface.
+std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceField>& before,
+                                            const Cloud& after, const FieldSettings& settings = {});
 
 }  // namespace cloudcontact

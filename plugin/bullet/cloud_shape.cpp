@@ -23,13 +23,18 @@ Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
 
 }  // namespace
 
-CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) : field_(std::move(field)) {
-  if (!field_)
-    throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
+CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
+  setField(std::move(field));
   // Free of side effects in Bullet, allowed as a compound's child; CUSTOM_CONCAVE_SHAPE_TYPE is
   // not, for Bullet casts it to its own distance-field shape.
   m_shapeType = HFFLUID_SHAPE_PROXYTYPE;
   m_collisionMargin = 0;
+}
+
+void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
+  if (!field)
+    throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
+  field_ = std::move(field);
 }
 
 void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const {

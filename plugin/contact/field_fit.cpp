@@ -23,24 +23,33 @@ bool crossed(const Cloud& cloud, int x, int y, int z) {
          cloud.coverage(x, y, z - 1) == other || cloud.coverage(x, y, z + 1) == other;
 }
 
-struct FoundVoxel {
-  std::int16_t x, y, z;
-  CcSurface surface;
-};
+// The voxel's quadric; of weight 0 where no surface crosses it. A wisp thinner than 1/255 has no
+// direction: it is not a surface.
+CcSurface fitVoxel(const Cloud& cloud, int x, int y, int z) {
+  CcSurface none{};
+  if (!crossed(cloud, x, y, z)) return none;
+  float block[CC_WINDOW_VOXELS];
+  gatherBlock(cloud, x, y, z, block);
+  return ccFitSurface(block, 0);
+}
 
-void fitBrick(const Cloud& cloud, const Eigen::Vector3i& brick, std::vector<FoundVoxel>& found) {
+std::int16_t addQuadric(SurfaceBrick& brick, const CcSurface& f) {
+  const std::int16_t step = brick.addStep({0, -1, 1, 0, PieceRule::Smooth});
+  brick.pieces.back() = {f, {0, 0, 0}, 0};
+  return step;
+}
+
+void fitBrick(FieldDraft& draft, std::size_t t) {
+  const Eigen::Vector3i low = draft.cornerOf(t);
+  SurfaceBrick* brick = nullptr;
   for (int k = 0; k < kBrickVoxels; ++k) {
-    const int x = brick.x() * 8 + (k & 7), y = brick.y() * 8 + (k >> 3 & 7),
-              z = brick.z() * 8 + (k >> 6);
-    if (!crossed(cloud, x, y, z)) continue;
-    float block[CC_WINDOW_VOXELS];
-    gatherBlock(cloud, x, y, z, block);
-    const CcSurface f = ccFitSurface(block, 0);
-    // A wisp thinner than 1/255 has no direction: it is not a surface.
+    const CcSurface f =
+        fitVoxel(draft.cloud, low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
     if (f.weight == 0.0f) continue;
-    found.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
-                     static_cast<std::int16_t>(z), f});
+    if (!brick) brick = &draft.write(t);
+    brick->voxels.push_back({static_cast<std::int16_t>(k), addQuadric(*brick, f)});
   }
+  if (brick) brick->findPlaces();
 }
 
 // A brick of one kind whose six neighbours are of the same kind holds no surface.
@@ -61,26 +70,62 @@ bool uniform(const Cloud& cloud, const Eigen::Vector3i& brick) {
 }  // namespace
 
 void fitSurfaceVoxels(FieldDraft& draft) {
-  const Cloud& cloud = draft.cloud;
-  const Eigen::Vector3i bricks = cloud.bricks();
-  std::vector<std::vector<FoundVoxel>> found(cloud.voxels().table.size());
-  parallelFor(found.size(), draft.settings.threads, [&](std::size_t i, int) {
-    const int b = static_cast<int>(i);
-    const Eigen::Vector3i at(b % bricks.x(), b / bricks.x() % bricks.y(),
-                             b / bricks.x() / bricks.y());
-    if (!uniform(cloud, at)) fitBrick(cloud, at, found[i]);
+  parallelFor(draft.bricks().size(), draft.settings.threads, [&](std::size_t t, int) {
+    if (!uniform(draft.cloud, draft.cornerOf(t) / kBrickEdge)) fitBrick(draft, t);
   });
-  for (const auto& list : found) {
-    for (const FoundVoxel& v : list) {
-      SurfaceVoxel voxel{v.x, v.y, v.z};
-      voxel.first = static_cast<std::uint32_t>(draft.pieces.size());
-      voxel.quadric = voxel.first;
-      voxel.count = 1;
-      draft.index.make(v.x, v.y, v.z) = static_cast<std::int32_t>(draft.voxels.size());
-      draft.pieces.push_back({v.surface, {0, 0, 0}, 0});
-      draft.voxels.push_back(voxel);
+}
+
+namespace {
+
+// The voxels of a brick that are looked at again, each as it now is; `changed` tells which of them
+// are not what they were.
+void refitBrick(FieldDraft& draft, std::size_t t, const VoxelSet::Rows& where,
+                std::vector<int>& changed) {
+  const Eigen::Vector3i low = draft.cornerOf(t);
+  const SurfaceBrick* const before = draft.brick(t);
+  std::vector<SurfaceVoxel> voxels;
+  for (int k = 0; k < kBrickVoxels; ++k) {
+    const int known = before ? before->place[static_cast<std::size_t>(k)] : -1;
+    const auto keep = [&] {
+      if (known >= 0) voxels.push_back(before->voxels[static_cast<std::size_t>(known)]);
+    };
+    if (!VoxelSet::holds(where, k)) {
+      keep();
+      continue;
     }
+    const CcSurface f =
+        fitVoxel(draft.cloud, low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
+    if (f.weight == 0.0f && known < 0) continue;
+    const VoxelStep quadric{0, -1, 1, 0, PieceRule::Smooth};
+    const SurfacePiece piece{f, {0, 0, 0}, 0};
+    if (f.weight != 0.0f && known >= 0 && same(before->state(k, 1), {&quadric, &piece})) {
+      keep();
+      continue;
+    }
+    changed.push_back(k);
+    if (f.weight != 0.0f)
+      voxels.push_back({static_cast<std::int16_t>(k), addQuadric(draft.write(t), f)});
   }
+  if (changed.empty()) return;
+  SurfaceBrick& brick = draft.write(t);
+  brick.voxels = std::move(voxels);
+  brick.findPlaces();
+}
+
+}  // namespace
+
+VoxelSet refitSurfaceVoxels(FieldDraft& draft, const VoxelSet& where) {
+  VoxelSet all(draft.cloud.bricks());
+  std::vector<int> changed;
+  for (const std::int32_t t : where.bricks()) {
+    changed.clear();
+    const std::size_t brick = static_cast<std::size_t>(t);
+    refitBrick(draft, brick, *where.find(t), changed);
+    const Eigen::Vector3i low = draft.cornerOf(brick);
+    for (const int k : changed)
+      all.add(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
+  }
+  return all;
 }
 
 }  // namespace cloudcontact

@@ -1,6 +1,6 @@
 // Records for every brick: the band's own, or a constant one by what fills the brick and where the
 // band is near.
-#include "field_records.h"
+#include "field_data.h"
 
 #include <map>
 
@@ -16,14 +16,43 @@ int blockOf(int cell) {
 
 }  // namespace
 
+BandView BandSource::view(std::size_t brick) const {
+  const std::int32_t slot = band_.table[brick];
+  if (slot == kNoBand) return {};
+  if (slot == kAsBefore) return before_->bandBrick(brick);
+  const BandBrick& b = band_.bricks[static_cast<std::size_t>(slot)];
+  return {b.cells.data(), b.planes.data(), static_cast<std::uint32_t>(b.planes.size()), 0};
+}
+
+std::uint8_t BandSource::held(std::size_t brick) const {
+  if (!fresh(brick)) return before_->records().held()[brick];
+  const BandView b = view(brick);
+  int mask = 0;
+  for (int k = 0; k < kBrickVoxels && b.cells; ++k)
+    if (ccPlaneCount(b.cells[k]) > 0) mask |= 1 << blockOf(k);
+  return static_cast<std::uint8_t>(mask);
+}
+
+BandPlanes::BandPlanes(const BandSource& source) {
+  firsts.reserve(source.size() + 1);
+  for (std::size_t t = 0; t < source.size(); ++t) {
+    const BandView brick = source.view(t);
+    firsts.push_back(static_cast<std::uint32_t>(planes.size()));
+    planes.insert(planes.end(), brick.planes, brick.planes + brick.planeCount);
+  }
+  firsts.push_back(static_cast<std::uint32_t>(planes.size()));
+}
+
 struct FieldRecords::Builder {
   const Cloud& cloud;
-  const BrickGrid<CcVoxel>& grid;
+  const BandSource& source;
+  const BandPlanes& planes;
+  const std::vector<std::uint8_t>& held;
   std::vector<std::uint8_t> near;  // of each brick, a bit for each block
   std::map<int, std::int32_t> constant;
 
   Eigen::Vector3i brickAt(std::size_t t) const {
-    const int b = static_cast<int>(t), nx = grid.bricks().x(), ny = grid.bricks().y();
+    const int b = static_cast<int>(t), nx = cloud.bricks().x(), ny = cloud.bricks().y();
     return {b % nx, b / nx % ny, b / nx / ny};
   }
   bool inside(const Eigen::Vector3i& low, int cell) const {
@@ -33,26 +62,22 @@ struct FieldRecords::Builder {
 
   // Blocks that hold band voxels, and their 26 neighbours.
   void markNear() {
-    near.assign(grid.table().size(), 0);
-    for (std::size_t t = 0; t < near.size(); ++t) {
-      if (grid.table()[t] < 0) continue;
-      int held = 0;
-      const auto& cells = grid.cells()[static_cast<std::size_t>(grid.table()[t])];
-      for (int k = 0; k < kBrickVoxels; ++k)
-        if (ccPlaneCount(cells[static_cast<std::size_t>(k)]) > 0) held |= 1 << blockOf(k);
-      for (int block = 0; block < kBlocks; ++block)
-        if (held >> block & 1) markAround(brickAt(t), block);
-    }
+    near.assign(held.size(), 0);
+    for (std::size_t t = 0; t < near.size(); ++t)
+      for (int block = 0; held[t] && block < kBlocks; ++block)
+        if (held[t] >> block & 1) markAround(brickAt(t), block);
   }
 
   void markAround(const Eigen::Vector3i& brick, int block) {
+    const Eigen::Vector3i n = 2 * cloud.bricks();
     for (int k = 0; k < 27; ++k) {
-      const int x = brick.x() * 8 + (block & 1) * 4 + (k % 3 - 1) * 4,
-                y = brick.y() * 8 + (block >> 1 & 1) * 4 + (k / 3 % 3 - 1) * 4,
-                z = brick.z() * 8 + (block >> 2) * 4 + (k / 9 - 1) * 4;
-      if (!grid.contains(x, y, z)) continue;
-      near[grid.tableIndex(x, y, z)] |=
-          static_cast<std::uint8_t>(1 << ((x >> 2 & 1) | (y >> 1 & 2) | (z & 4)));
+      const int x = brick.x() * 2 + (block & 1) + k % 3 - 1,
+                y = brick.y() * 2 + (block >> 1 & 1) + k / 3 % 3 - 1,
+                z = brick.z() * 2 + (block >> 2) + k / 9 - 1;
+      if (x < 0 || y < 0 || z < 0 || x >= n.x() || y >= n.y() || z >= n.z()) continue;
+      near[static_cast<std::size_t>((x >> 1) + cloud.bricks().x() *
+                                                   ((y >> 1) + cloud.bricks().y() * (z >> 1)))] |=
+          static_cast<std::uint8_t>(1 << ((x & 1) | (y & 1) << 1 | (z & 1) << 2));
     }
   }
 
@@ -79,38 +104,50 @@ struct FieldRecords::Builder {
     return first;
   }
 
-  std::int32_t bandBrick(std::size_t t, std::vector<CcVoxel>& records) const {
-    const std::int32_t first = static_cast<std::int32_t>(records.size());
-    const auto& cells = grid.cells()[static_cast<std::size_t>(grid.table()[t])];
+  // A brick with planes: they are numbered anew, and what is near outside may have changed with the
+  // bricks beside it.
+  std::int32_t bandBrick(std::size_t t, const BandView& brick, std::vector<CcVoxel>& records,
+                         std::size_t& bandVoxels) const {
+    const std::size_t first = records.size();
+    records.insert(records.end(), brick.cells, brick.cells + kBrickVoxels);
+    const std::uint32_t shift = planes.firsts[t] - brick.first;
     for (int k = 0; k < kBrickVoxels; ++k) {
-      CcVoxel v = cells[static_cast<std::size_t>(k)];
-      if (ccPlaneCount(v) == 0 && v.b != kDeepInside && near[t] >> blockOf(k) & 1)
-        v.b = kNearOutside;
-      records.push_back(v);
+      CcVoxel& v = records[first + static_cast<std::size_t>(k)];
+      const uint count = ccPlaneCount(v);
+      bandVoxels += count > 0;
+      if (count > 1)
+        v.b += shift;
+      else if (count == 0 && v.b != kDeepInside)
+        v.b = near[t] >> blockOf(k) & 1 ? kNearOutside : 0;
     }
-    return first;
+    return static_cast<std::int32_t>(first);
   }
 };
 
-FieldRecords::FieldRecords(const Cloud& cloud, Band& band,
+FieldRecords::FieldRecords(const Cloud& cloud, const BandSource& source, const BandPlanes& planes,
                            const std::vector<std::uint8_t>& distance) {
-  Builder builder{cloud, band.grid, {}, {}};
+  const std::size_t all = source.size();
+  std::size_t bandBricks = 0;
+  for (std::size_t t = 0; t < all; ++t) {
+    held_.push_back(source.held(t));
+    bandBricks += held_.back() > 0;
+  }
+  Builder builder{cloud, source, planes, held_, {}, {}};
   builder.markNear();
-  const Eigen::Vector3i n = band.grid.bricks();
+  const Eigen::Vector3i n = cloud.bricks();
   bricks_ = {n.x(), n.y(), n.z()};
-  const std::size_t all = band.grid.table().size();
   firsts_.reserve(all + 1);
+  between_.reserve(all);
+  records_.reserve((bandBricks + 8) * kBrickVoxels);
   records_.assign(kBrickVoxels, CcVoxel{0, 0});  // the outside
-  records_.reserve((band.grid.cells().size() + 8) * kBrickVoxels);
   for (std::size_t t = 0; t < all; ++t) {
     bool solid = false;
-    firsts_.push_back(band.grid.table()[t] >= 0 ? builder.bandBrick(t, records_)
-                                                : builder.plainBrick(t, records_, solid));
+    firsts_.push_back(held_[t] ? builder.bandBrick(t, source.view(t), records_, bandVoxels_)
+                               : builder.plainBrick(t, records_, solid));
     // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
     between_.push_back(solid ? -kBrickEdge : (static_cast<int>(distance[t]) - 1) * kBrickEdge);
   }
   firsts_.push_back(0);
-  band.grid = BrickGrid<CcVoxel>(Eigen::Vector3i::Zero(), CcVoxel{0, 0});
 }
 
 CcVoxel FieldRecords::at(int x, int y, int z) const {
@@ -123,7 +160,7 @@ CcVoxel FieldRecords::at(int x, int y, int z) const {
 
 std::size_t FieldRecords::bytes() const {
   return records_.size() * sizeof(CcVoxel) +
-         (firsts_.size() + between_.size()) * sizeof(std::int32_t);
+         (firsts_.size() + between_.size()) * sizeof(std::int32_t) + held_.size();
 }
 
 }  // namespace cloudcontact

@@ -25,7 +25,6 @@ constexpr float kSureEdge = 0.01f;  // residual of an edge whose slivers are wor
 constexpr float kOwnSliver =
     0.01f;  // [voxel^2] a smaller one is lumped with its neighbour after all
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] surface of an edge or corner in such a voxel
-constexpr std::size_t kChunk = 1024;  // voxels that one thread cuts at a time
 constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece is cut into
 // The same at a tip of more than three faces, where pieces are slivers that run to the tip: in
 // halves the last one's middle lies 0.33 voxel from the tip, and a spike was felt that late.
@@ -88,12 +87,12 @@ struct CutPart {
 };
 
 // How far a point of piece `own` lies from the nearest edge of the voxel, along the piece.
-float toEdge(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& x) {
-  const Eigen::Map<const V3> n(draft.pieces[v.first + own].surface.n);
+float toEdge(const VoxelState& v, int own, const V3& x) {
+  const Eigen::Map<const V3> n(v.pieces[own].surface.n);
   float nearest = 1e9f;
-  for (std::uint32_t k = 0; k < v.count; ++k) {
+  for (int k = 0; k < v.count(); ++k) {
     if (k == own) continue;
-    const CcSurface& other = draft.pieces[v.first + k].surface;
+    const CcSurface& other = v.pieces[k].surface;
     const Eigen::Map<const V3> m(other.n);
     const float along = (m - n.dot(m) * n).norm();
     if (along > 1e-3f) nearest = std::min(nearest, std::abs(other.s - m.dot(x)) / along);
@@ -102,9 +101,8 @@ float toEdge(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, 
 }
 
 // The part of piece `own` inside the box of that edge, bounded by the voxel's other pieces.
-CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
-                 float edge) {
-  const CcSurface& f = draft.pieces[v.first + own].surface;
+CutPart cutPiece(const VoxelState& v, int own, const V3& low, float edge) {
+  const CcSurface& f = v.pieces[own].surface;
   const Eigen::Map<const V3> n(f.n);
   const float off = n.dot(low + V3::Constant(0.5f * edge)) - f.s;
   if (std::abs(off) > 0.5f * edge * n.lpNorm<1>() + kJitter[kJitters - 1]) return {};
@@ -116,12 +114,12 @@ CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t o
       p.clip(V3::Unit(axis), low[axis] + edge);
       p.clip(-V3::Unit(axis), -low[axis]);
     }
-    if (v.count > 1) p.moments(n, alone, nowhere, unused);
-    for (std::uint32_t k = 0; k < v.count; ++k) {
+    if (v.count() > 1) p.moments(n, alone, nowhere, unused);
+    for (int k = 0; k < v.count(); ++k) {
       if (k == own) continue;
-      const CcSurface& other = draft.pieces[v.first + k].surface;
+      const CcSurface& other = v.pieces[k].surface;
       const Eigen::Map<const V3> m(other.n);
-      const float sign = v.rule == PieceRule::Concave ? -1.0f : 1.0f;
+      const float sign = v.rule() == PieceRule::Concave ? -1.0f : 1.0f;
       p.clip(sign * m, sign * other.s);
     }
     p.moments(n, area, first, second);
@@ -132,7 +130,7 @@ CutPart cutPiece(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t o
   const float spread = second / area - part.centroid.squaredNorm() + across * across;
   part.width = std::sqrt(6 * std::max(spread, 0.0f));
   part.centroid += n * (f.s - n.dot(part.centroid));
-  if (part.met) part.width = std::min(part.width, 2 * toEdge(draft, v, own, part.centroid));
+  if (part.met) part.width = std::min(part.width, 2 * toEdge(v, own, part.centroid));
   return part;
 }
 
@@ -154,63 +152,101 @@ SurfaceSample onSurface(const CcSurface& f, const CutPart& part, const V3& middl
   return s;
 }
 
-// Where a piece's samples lie.
-struct Run {
-  std::uint32_t first = 0, count = 0;
+// Where a voxel is: in its brick, and in the grid.
+struct Spot {
+  std::int32_t brick;
+  std::int16_t cell;
+  int x, y, z;
+
+  V3 middle() const { return V3(float(x) + 0.5f, float(y) + 0.5f, float(z) + 0.5f); }
 };
+
+Spot spotOf(const FieldDraft& draft, std::int32_t brick, std::int16_t cell) {
+  const Eigen::Vector3i low = draft.cornerOf(static_cast<std::size_t>(brick));
+  return {brick, cell, low.x() + (cell & 7), low.y() + (cell >> 3 & 7), low.z() + (cell >> 6)};
+}
+
+// Calls visit(spot, state) for the surface voxels of a brick, or those of them in `of`.
+template <typename Visit>
+void forEachVoxel(const FieldDraft& draft, std::int32_t brick, const VoxelSet* of, Visit&& visit) {
+  const SurfaceBrick* const b = draft.brick(static_cast<std::size_t>(brick));
+  if (!b) return;
+  for (const SurfaceVoxel& v : b->voxels)
+    if (!of || of->has(brick, v.cell)) visit(spotOf(draft, brick, v.cell), b->stateAt(v.last));
+}
 
 // Whether an edge runs through the voxel or one beside it, and the voxel's own surface is a good
 // fit: where it is not, finer samples would only tell its faults in more detail. Samples there are
 // half a voxel wide: wider ones a voxel off reach under a wall's edge by their width alone, and a
 // loop over a table's edge did up to 1.3 % of its work for nothing (0.3 % now).
-bool besideEdge(const FieldDraft& draft, const SurfaceVoxel& v) {
-  if (draft.pieces[v.first].surface.residual > kSureEdge) return false;
+bool besideEdge(const FieldDraft& draft, const Spot& at, const VoxelState& v) {
+  if (v.pieces[0].surface.residual > kSureEdge) return false;
   for (int k = 0; k < 27; ++k) {
-    const std::int32_t other =
-        draft.index.at(v.x + k % 3 - 1, v.y + k / 3 % 3 - 1, v.z + k / 9 - 1);
-    if (other >= 0 && draft.voxels[static_cast<std::size_t>(other)].count > 1) return true;
+    const VoxelState other = draft.at(at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
+    if (other && other.count() > 1) return true;
   }
   return false;
 }
 
 // Samples of a piece inside a box: one, or, where it ends there at another or they shall be `fine`,
 // those of the box's octants, so that samples are small beside an edge and nowhere else.
-void cutBox(const FieldDraft& draft, const SurfaceVoxel& v, std::uint32_t own, const V3& low,
-            float edge, bool fine, std::vector<SurfaceSample>& samples) {
-  const CutPart part = cutPiece(draft, v, own, low, edge);
+void cutBox(const V3& middle, const VoxelState& v, int own, const V3& low, float edge, bool fine,
+            std::vector<SurfaceSample>& samples) {
+  const CutPart part = cutPiece(v, own, low, edge);
   if (part.area == 0) return;
-  if ((!part.met && !fine) || edge < 1.5f * (v.count > 3 ? kSmallestAtTip : kSmallest)) {
-    const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-    samples.push_back(onSurface(draft.pieces[v.first + own].surface, part, middle));
+  if ((!part.met && !fine) || edge < 1.5f * (v.count() > 3 ? kSmallestAtTip : kSmallest)) {
+    samples.push_back(onSurface(v.pieces[own].surface, part, middle));
     return;
   }
   const float half = 0.5f * edge;
   for (int k = 0; k < 8; ++k)
-    cutBox(draft, v, own, low + half * V3(float(k & 1), float(k >> 1 & 1), float(k >> 2)), half,
+    cutBox(middle, v, own, low + half * V3(float(k & 1), float(k >> 1 & 1), float(k >> 2)), half,
            fine, samples);
 }
 
-// Samples of a voxel's own pieces.
-void cutVoxel(FieldDraft& draft, const SurfaceVoxel& v, std::vector<Run>& runs,
-              std::vector<SurfaceSample>& samples) {
-  const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-  const bool fine = besideEdge(draft, v);
-  for (std::uint32_t own = 0; own < v.count; ++own) {
-    SurfacePiece& piece = draft.pieces[v.first + own];
-    const std::size_t begin = samples.size();
-    cutBox(draft, v, own, V3::Constant(-0.5f), 1.0f, fine, samples);
-    runs[v.first + own] = {static_cast<std::uint32_t>(begin),
-                           static_cast<std::uint32_t>(samples.size() - begin)};
-    V3 sum = V3::Zero();
-    for (std::size_t i = begin; i < samples.size(); ++i) {
-      piece.area += samples[i].area;
-      sum += samples[i].area * Eigen::Map<const V3>(samples[i].position);
-    }
-    // A plane without a piece of its own still stands somewhere: at its point nearest the voxel.
-    const Eigen::Map<const V3> n(piece.surface.n);
-    const V3 at = piece.area > 0 ? V3(sum / piece.area) : V3(middle + n * piece.surface.s);
-    for (int i = 0; i < 3; ++i) piece.centroid[i] = at[i];
+// What a piece came to: where its samples lie, its area and its middle.
+struct Run {
+  std::uint32_t first = 0, count = 0;
+};
+
+Run cutOnePiece(const V3& middle, const VoxelState& v, int own, bool fine,
+                std::vector<SurfaceSample>& samples, SurfacePiece& piece) {
+  const std::size_t begin = samples.size();
+  cutBox(middle, v, own, V3::Constant(-0.5f), 1.0f, fine, samples);
+  float area = 0;
+  V3 sum = V3::Zero();
+  for (std::size_t i = begin; i < samples.size(); ++i) {
+    area += samples[i].area;
+    sum += samples[i].area * Eigen::Map<const V3>(samples[i].position);
   }
+  // A plane without a piece of its own still stands somewhere: at its point nearest the voxel.
+  const Eigen::Map<const V3> n(v.pieces[own].surface.n);
+  const V3 at = area > 0 ? V3(sum / area) : V3(middle + n * v.pieces[own].surface.s);
+  piece.area = area;
+  for (int i = 0; i < 3; ++i) piece.centroid[i] = at[i];
+  return {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(samples.size() - begin)};
+}
+
+// A brick's samples; `runs` by its pieces.
+struct BrickCut {
+  std::vector<SurfaceSample> samples;
+  std::vector<SampleOrigin> origins;
+  std::vector<Run> runs;
+};
+
+void cutBrick(FieldDraft& draft, std::int32_t t, const VoxelSet* of, BrickCut& cut) {
+  SurfaceBrick& brick = draft.write(static_cast<std::size_t>(t));
+  cut.runs.resize(brick.pieces.size());
+  forEachVoxel(draft, t, of, [&](const Spot& at, const VoxelState& v) {
+    const bool fine = besideEdge(draft, at, v);
+    const std::size_t begin = cut.samples.size();
+    for (int own = 0; own < v.count(); ++own) {
+      const std::size_t piece = v.step->first + static_cast<std::size_t>(own);
+      cut.runs[piece] = cutOnePiece(at.middle(), v, own, fine, cut.samples, brick.pieces[piece]);
+    }
+    for (std::size_t i = begin; i < cut.samples.size(); ++i)
+      cut.origins.push_back(SampleOrigin::ofVoxel(t, at.cell, static_cast<int>(i - begin)));
+  });
 }
 
 // Slivers. A voxel of which the surface cuts off less than 1/510 counts as full or empty and has no
@@ -221,95 +257,114 @@ void cutVoxel(FieldDraft& draft, const SurfaceVoxel& v, std::vector<Run>& runs,
 // neighbour's samples elsewhere.
 class SliverCutter {
  public:
-  SliverCutter(FieldDraft& draft, const std::vector<Run>& runs, std::vector<SurfaceSample>& samples)
-      : draft_(draft), runs_(runs), samples_(samples), seen_(draft.cloud.bricks(), 0) {}
+  // `of`: the voxels whose samples were cut, null: all; `slots`: brick -> its entry in `cuts`.
+  SliverCutter(const FieldDraft& draft, const VoxelSet* of, const std::vector<std::int32_t>& slots,
+               std::vector<BrickCut>& cuts)
+      : draft_(draft), of_(of), slots_(slots), cuts_(cuts), seen_(draft.cloud.bricks(), 0) {}
 
-  void run() {
-    for (const SurfaceVoxel& v : draft_.voxels)
-      for (int k = 0; k < 27; ++k) {
-        const int x = v.x + k % 3 - 1, y = v.y + k / 3 % 3 - 1, z = v.z + k / 9 - 1;
-        if (!seen_.contains(x, y, z) || draft_.index.at(x, y, z) >= 0) continue;
-        std::uint8_t& seen = seen_.make(x, y, z);
-        if (seen) continue;
-        seen = 1;
-        cut(x, y, z);
-      }
-    samples_.insert(samples_.end(), extra_.begin(), extra_.end());
+  // Goes by the surface voxels of these bricks, or those of them in `by`, in their order: a
+  // sliver's place in the order is that of the first that sees it, and so the same however few are
+  // looked at. Only slivers in `in`, if given.
+  std::vector<CutSample> run(const std::vector<std::int32_t>& bricks, const VoxelSet* by,
+                             const VoxelSet* in) {
+    in_ = in;
+    for (const std::int32_t t : bricks)
+      forEachVoxel(draft_, t, by, [&](const Spot& at, const VoxelState&) {
+        for (int k = 0; k < 27; ++k)
+          see(at, k, at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
+      });
+    return std::move(extra_);
   }
 
  private:
   struct Sliver {
-    const SurfaceVoxel* owner = nullptr;
+    Spot at{};
+    VoxelState owner;
     int pieces = 0;
-    std::uint32_t own[CC_MAX_PLANES] = {};
+    int own[CC_MAX_PLANES] = {};
     CutPart part[CC_MAX_PLANES];
   };
 
-  void cut(int x, int y, int z) {
+  void see(const Spot& from, int k, int x, int y, int z) {
+    if (!seen_.contains(x, y, z) || draft_.at(x, y, z) || (in_ && !in_->has(x, y, z))) return;
+    std::uint8_t& seen = seen_.make(x, y, z);
+    if (seen) return;
+    seen = 1;
+    const Sliver sliver = find(x, y, z);
+    if (sliver.pieces == 0 || (of_ && !of_->has(sliver.at.brick, sliver.at.cell))) return;
+    for (int i = 0; i < sliver.pieces; ++i)
+      give(sliver, i, SampleOrigin::ofSliver(from.brick, from.cell, 8 * k + sliver.own[i]));
+  }
+
+  Sliver find(int x, int y, int z) const {
     const float wanted = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
     Sliver best;
     float nearest = 4;  // squared distance to the owner's middle [voxel^2]
     for (int k = 0; k < 27; ++k) {
-      const std::int32_t other = draft_.index.at(x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1);
-      if (other < 0) continue;
-      const SurfaceVoxel& v = draft_.voxels[static_cast<std::size_t>(other)];
-      const V3 offset(float(x - v.x), float(y - v.y), float(z - v.z));
+      const int u = x + k % 3 - 1, v = y + k / 3 % 3 - 1, w = z + k / 9 - 1;
+      const VoxelState other = draft_.at(u, v, w);
+      if (!other) continue;
+      const V3 offset(float(x - u), float(y - v), float(z - w));
       if (offset.squaredNorm() >= nearest) continue;
-      const Sliver found = sliverOf(v, offset, wanted);
+      Sliver found = sliverOf(other, offset, wanted);
       if (found.pieces == 0) continue;
       nearest = offset.squaredNorm();
       best = found;
+      best.at = {static_cast<std::int32_t>(draft_.brickOf(u, v, w)),
+                 static_cast<std::int16_t>((u & 7) | (v & 7) << 3 | (w & 7) << 6), u, v, w};
     }
-    for (int k = 0; k < best.pieces; ++k) give(best, k);
+    return best;
   }
 
   // The voxel's pieces inside the one at `offset` from it; none where they cut off so much that
   // they cannot be there: the surface has bent away, or ended.
-  Sliver sliverOf(const SurfaceVoxel& v, const V3& offset, float wanted) const {
+  static Sliver sliverOf(const VoxelState& v, const V3& offset, float wanted) {
     Sliver sliver;
-    sliver.owner = &v;
+    sliver.owner = v;
     // A quadric that does not even explain its own block says nothing of the next voxel.
-    if (v.count == 1 && draft_.pieces[v.first].surface.residual > kSound) return sliver;
+    if (v.count() == 1 && v.pieces[0].surface.residual > kSound) return sliver;
     float all = 0;
     // Does it leave the voxel as full or empty as it is? One face alone can empty what faces
     // intersect in, and fill what they unite to; else all must.
-    const bool one = (v.rule == PieceRule::Concave) == (wanted > 0);
+    const bool one = (v.rule() == PieceRule::Concave) == (wanted > 0);
     bool thin = !one;
-    for (std::uint32_t own = 0; own < v.count; ++own) {
-      const SurfacePiece& piece = draft_.pieces[v.first + own];
+    for (int own = 0; own < v.count(); ++own) {
+      const SurfacePiece& piece = v.pieces[own];
       const CcSurface& f = piece.surface;
       const bool plain = ccAbs(ccPredict(&f, offset.data()).volume - wanted) < kSliver;
       thin = one ? thin || plain : thin && plain;
       const Eigen::Map<const V3> n(f.n);
       if (piece.area == 0) continue;
       if (std::abs(n.dot(offset) - f.s) > 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1]) continue;
-      const CutPart part = cutPiece(draft_, v, own, offset - V3::Constant(0.5f), 1.0f);
+      const CutPart part = cutPiece(v, own, offset - V3::Constant(0.5f), 1.0f);
       if (part.area == 0) continue;
       all += part.area;
       sliver.part[sliver.pieces] = part;
       sliver.own[sliver.pieces++] = own;
     }
-    if (!thin && (v.count == 1 || all > kEdgeSliver)) sliver.pieces = 0;
+    if (!thin && (v.count() == 1 || all > kEdgeSliver)) sliver.pieces = 0;
     return sliver;
   }
 
-  void give(const Sliver& sliver, int k) {
-    const SurfaceVoxel& v = *sliver.owner;
-    const std::uint32_t index = v.first + sliver.own[k];
-    const V3 middle(float(v.x) + 0.5f, float(v.y) + 0.5f, float(v.z) + 0.5f);
-    const SurfaceSample more = onSurface(draft_.pieces[index].surface, sliver.part[k], middle);
+  void give(const Sliver& sliver, int k, SampleOrigin origin) {
+    const int own = sliver.own[k];
+    const SurfacePiece& piece = sliver.owner.pieces[own];
+    const SurfaceSample more = onSurface(piece.surface, sliver.part[k], sliver.at.middle());
     // At an edge a sample of its own: lumped with another it would lie too far from the edge, and
     // a wall that is pressed in by half a voxel pushed 2.5 % too little.
-    if (v.count > 1 && more.area > kOwnSliver &&
-        draft_.pieces[index].surface.residual < kSureEdge) {
-      extra_.push_back(more);
+    if (sliver.owner.count() > 1 && more.area > kOwnSliver && piece.surface.residual < kSureEdge) {
+      origin.brick = sliver.at.brick;
+      origin.cell = sliver.at.cell;
+      extra_.push_back({more, origin});
       return;
     }
-    const Run& run = runs_[index];
-    SurfaceSample* into = &samples_[run.first];
+    BrickCut& cut =
+        cuts_[static_cast<std::size_t>(slots_[static_cast<std::size_t>(sliver.at.brick)])];
+    const Run& run = cut.runs[sliver.owner.step->first + static_cast<std::size_t>(own)];
+    SurfaceSample* into = &cut.samples[run.first];
     // Of an edge's pieces the nearest takes it, so that it stays at the edge.
     for (std::uint32_t i = run.first; i < run.first + run.count; ++i)
-      if (away(samples_[i], more) < away(*into, more)) into = &samples_[i];
+      if (away(cut.samples[i], more) < away(*into, more)) into = &cut.samples[i];
     const float share = more.area / (more.area + into->area);
     for (int i = 0; i < 3; ++i) into->position[i] += share * (more.position[i] - into->position[i]);
     into->area += more.area;
@@ -318,35 +373,40 @@ class SliverCutter {
   static float away(const SurfaceSample& a, const SurfaceSample& b) {
     return (Eigen::Map<const V3>(a.position) - Eigen::Map<const V3>(b.position)).squaredNorm();
   }
-  FieldDraft& draft_;
-  const std::vector<Run>& runs_;
-  std::vector<SurfaceSample>& samples_;
-  std::vector<SurfaceSample> extra_;
+  const FieldDraft& draft_;
+  const VoxelSet* of_;
+  const VoxelSet* in_ = nullptr;
+  const std::vector<std::int32_t>& slots_;
+  std::vector<BrickCut>& cuts_;
+  std::vector<CutSample> extra_;
   BrickGrid<std::uint8_t> seen_;
 };
 
 }  // namespace
 
-std::vector<SurfaceSample> cutSamples(FieldDraft& draft) {
-  std::vector<Run> runs(draft.pieces.size());
-  std::vector<std::vector<SurfaceSample>> cut((draft.voxels.size() + kChunk - 1) / kChunk);
-  parallelFor(cut.size(), draft.settings.threads, [&](std::size_t chunk, int) {
-    const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i)
-      cutVoxel(draft, draft.voxels[i], runs, cut[chunk]);
+std::vector<CutSample> cutSamples(FieldDraft& draft, const VoxelSet* of) {
+  const std::vector<std::int32_t> bricks = of ? of->bricks() : draft.surfaceBricks();
+  std::vector<std::int32_t> slots(draft.bricks().size(), -1);
+  std::vector<BrickCut> cuts(bricks.size());
+  for (std::size_t i = 0; i < bricks.size(); ++i)
+    slots[static_cast<std::size_t>(bricks[i])] = static_cast<std::int32_t>(i);
+  parallelFor(bricks.size(), draft.settings.threads, [&](std::size_t i, int) {
+    if (draft.brick(static_cast<std::size_t>(bricks[i]))) cutBrick(draft, bricks[i], of, cuts[i]);
   });
-  std::vector<SurfaceSample> samples;
-  std::size_t all = 0;
-  for (const auto& part : cut) all += part.size();
-  samples.reserve(all);
-  for (std::size_t chunk = 0; chunk < cut.size(); ++chunk) {
-    const std::size_t end = std::min(draft.voxels.size(), (chunk + 1) * kChunk);
-    for (std::size_t i = chunk * kChunk; i < end; ++i)
-      for (std::uint32_t k = 0; k < draft.voxels[i].count; ++k)
-        runs[draft.voxels[i].first + k].first += static_cast<std::uint32_t>(samples.size());
-    samples.insert(samples.end(), cut[chunk].begin(), cut[chunk].end());
+  SliverCutter slivers(draft, of, slots, cuts);
+  // A voxel's slivers lie beside it, and are seen from beside themselves.
+  std::vector<CutSample> extra;
+  if (of) {
+    const VoxelSet in = of->dilated(1), by = of->dilated(2);
+    extra = slivers.run(by.bricks(), &by, &in);
+  } else {
+    extra = slivers.run(bricks, nullptr, nullptr);
   }
-  SliverCutter(draft, runs, samples).run();
+  std::vector<CutSample> samples;
+  for (const BrickCut& cut : cuts)
+    for (std::size_t i = 0; i < cut.samples.size(); ++i)
+      samples.push_back({cut.samples[i], cut.origins[i]});
+  samples.insert(samples.end(), extra.begin(), extra.end());
   return samples;
 }
 

@@ -17,6 +17,15 @@ struct SampleColumns {
   SurfaceSample operator[](std::size_t k) const {
     return {{x[k], y[k], z[k]}, {nx[k], ny[k], nz[k]}, area[k], width[k]};
   }
+  void append(const SampleColumns& from, std::size_t first, std::size_t count) {
+    const auto add = [&](std::vector<float>& to, const std::vector<float>& source) {
+      const auto begin = source.begin() + static_cast<std::ptrdiff_t>(first);
+      to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
+    };
+    add(x, from.x), add(y, from.y), add(z, from.z);
+    add(nx, from.nx), add(ny, from.ny), add(nz, from.nz);
+    add(area, from.area), add(width, from.width);
+  }
   void clear() {
     for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->clear();
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace cloudcontact {
 
@@ -35,6 +36,43 @@ Key keyOf(const SurfaceSample& s) {
   return brick << 2 * kCellBits | four << kCellBits | two;
 }
 
+// A piece by its place.
+struct Keyed {
+  Key key;
+  CutSample piece;
+
+  Key brick() const { return key >> 2 * kCellBits; }
+};
+
+bool inOrder(const Keyed& a, const Keyed& b) {
+  return a.key != b.key ? a.key < b.key : a.piece.origin.order < b.piece.origin.order;
+}
+
+using Pieces = std::span<const Keyed>;
+
+std::vector<Keyed> sorted(const std::vector<CutSample>& pieces) {
+  std::vector<std::pair<Key, std::uint32_t>> order(pieces.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = {keyOf(pieces[i].sample), static_cast<std::uint32_t>(i)};
+  std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first
+                              : pieces[a.second].origin.order < pieces[b.second].origin.order;
+  });
+  std::vector<Keyed> keyed(pieces.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    keyed[i] = {order[i].first, pieces[order[i].second]};
+  return keyed;
+}
+
+// Calls `with(begin, end)` for each run of pieces whose keys agree above `shift` bits.
+template <typename With>
+void runs(Pieces pieces, int shift, With&& with) {
+  for (std::size_t begin = 0, end = 0; begin < pieces.size(); begin = end) {
+    while (end < pieces.size() && pieces[end].key >> shift == pieces[begin].key >> shift) ++end;
+    with(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
+  }
+}
+
 struct Group {
   V3 vector = V3::Zero();  // sum of area times normal
   V3 first = V3::Zero();   // sum of area times position
@@ -48,14 +86,15 @@ struct Group {
     members.push_back(index);
   }
 
-  SurfaceSample sample(const std::vector<SurfaceSample>& samples) const {
+  SurfaceSample sample(Pieces pieces) const {
     const V3 centroid = first / area;
     const auto away = [&](std::uint32_t i) {
-      return (placeOf(samples[i]) - centroid).squaredNorm();
+      return (placeOf(pieces[i].piece.sample) - centroid).squaredNorm();
     };
-    SurfaceSample s = samples[*std::min_element(
-        members.begin(), members.end(),
-        [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); })];
+    const std::uint32_t nearest =
+        *std::min_element(members.begin(), members.end(),
+                          [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
+    SurfaceSample s = pieces[nearest].piece.sample;
     s.area = vector.norm();
     // Within its own plane it moves to the centroid: on a face along the grid all four of a cell
     // are as near, and the first of each would shift a cube's centre of force by 0.37 voxel.
@@ -67,81 +106,68 @@ struct Group {
   }
 };
 
-class Sorter {
+// Puts a set together, brick after brick.
+class Assembler {
  public:
-  explicit Sorter(const std::vector<SurfaceSample>& pieces) {
-    std::vector<std::pair<Key, std::uint32_t>> order(pieces.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-      order[i] = {keyOf(pieces[i]), static_cast<std::uint32_t>(i)};
-    std::sort(order.begin(), order.end());
-    pieces_.reserve(pieces.size());
-    for (const auto& [key, index] : order) {
-      pieces_.push_back(pieces[index]);
-      set_.levels[0].samples.push_back(pieces[index]);
-      keys_.push_back(key);
+  explicit Assembler(std::vector<SampleOrigin>& origins) : origins_(origins) { origins_.clear(); }
+
+  // A brick's pieces, in their order.
+  void add(Pieces pieces) {
+    const std::uint32_t own = samplesOf(0);
+    for (const Keyed& k : pieces) {
+      set_.levels[0].samples.push_back(k.piece.sample);
+      origins_.push_back(k.piece.origin);
     }
+    std::vector<std::uint32_t> firsts, ends;  // of level 1's cells: in that level, in the pieces
+    runs(pieces, 0, [&](std::uint32_t begin, std::uint32_t end) {
+      firsts.push_back(samplesOf(1));
+      merge(set_.levels[1], pieces, begin, end, {own + begin, end - begin});
+      ends.push_back(end);
+    });
+    firsts.push_back(samplesOf(1));
+    const std::uint32_t coarse = samplesOf(2);
+    std::size_t fine = 0;
+    runs(pieces, kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+      const std::uint32_t first = firsts[fine];
+      while (fine < ends.size() && ends[fine] <= end) ++fine;
+      merge(set_.levels[2], pieces, begin, end, {first, firsts[fine] - first});
+    });
+    addBrick(pieces, {coarse, samplesOf(2) - coarse});
   }
 
-  SampleSet run() {
-    std::vector<std::uint32_t> level1;  // where each cell of level 1 begins, by its first piece
-    runs(0, [&](std::uint32_t begin, std::uint32_t end) {
-      level1.push_back(samplesOf(1));
-      merge(set_.levels[1], begin, end, {begin, end - begin});
-      ends_.push_back(end);
-    });
-    level1.push_back(samplesOf(1));
-    std::uint32_t fine = 0;
-    runs(kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
-      const std::uint32_t first = level1[fine];
-      while (fine < ends_.size() && ends_[fine] <= end) ++fine;
-      merge(set_.levels[2], begin, end, {first, level1[fine] - first});
-      firstOf2_.push_back(begin);
-    });
-    std::uint32_t cell = 0, sample = 0;
-    runs(2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
-      const std::uint32_t first = sample;
-      while (cell < firstOf2_.size() && firstOf2_[cell] < end) ++cell;
-      while (sample < samplesOf(2) && set_.levels[2].cellOf[sample] < cell) ++sample;
-      addBrick(begin, end, {first, sample - first});
-    });
-    return std::move(set_);
-  }
+  // Bricks [from, to) of another set as they are.
+  void copy(const SampleSet& other, const std::vector<SampleOrigin>& origins, std::size_t from,
+            std::size_t to);
+
+  SampleSet take() { return std::move(set_); }
 
  private:
   std::uint32_t samplesOf(int level) const {
     return static_cast<std::uint32_t>(set_.levels[level].samples.size());
   }
 
-  // Calls `with` for each run of pieces whose keys agree above `shift` bits.
-  template <typename With>
-  void runs(int shift, With&& with) {
-    const std::size_t count = keys_.size();
-    for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-      while (end < count && keys_[end] >> shift == keys_[begin] >> shift) ++end;
-      with(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
-    }
-  }
-
-  void merge(SampleLevel& level, std::uint32_t begin, std::uint32_t end, SampleRun finer) {
+  void merge(SampleLevel& level, Pieces pieces, std::uint32_t begin, std::uint32_t end,
+             SampleRun finer) {
     groups_.clear();
     for (std::uint32_t i = begin; i < end; ++i) {
-      const Eigen::Map<const V3> n(pieces_[i].normal);
+      const SurfaceSample& s = pieces[i].piece.sample;
+      const Eigen::Map<const V3> n(s.normal);
       const auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& m) {
         return m.vector.normalized().dot(n) > kAlike;
       });
-      (group == groups_.end() ? groups_.emplace_back() : *group).add(pieces_[i], i);
+      (group == groups_.end() ? groups_.emplace_back() : *group).add(s, i);
     }
     const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
     for (const Group& g : groups_) {
-      level.samples.push_back(g.sample(pieces_));
+      level.samples.push_back(g.sample(pieces));
       level.cellOf.push_back(cell);
     }
     level.finer.push_back(finer);
   }
 
-  void addBrick(std::uint32_t begin, std::uint32_t end, SampleRun run) {
+  void addBrick(Pieces pieces, SampleRun run) {
     Eigen::AlignedBox3f box;
-    for (std::uint32_t i = begin; i < end; ++i) box.extend(placeOf(pieces_[i]));
+    for (const Keyed& k : pieces) box.extend(placeOf(k.piece.sample));
     SampleBricks& bricks = set_.bricks;
     bricks.x.push_back(box.center().x());
     bricks.y.push_back(box.center().y());
@@ -151,17 +177,124 @@ class Sorter {
   }
 
   SampleSet set_;
-  std::vector<SurfaceSample> pieces_;  // sorted
-  std::vector<Key> keys_;
-  std::vector<std::uint32_t> ends_;      // of level 1's cells, in pieces
-  std::vector<std::uint32_t> firstOf2_;  // of level 2's cells
+  std::vector<SampleOrigin>& origins_;
   std::vector<Group> groups_;
 };
 
+// The samples that all bricks before this one hold, on each level.
+struct Begins {
+  std::uint32_t samples[kLevels], cells[kLevels];
+
+  Begins(const SampleSet& set, std::size_t brick) {
+    const SampleLevel& coarsest = set.levels[kLevels - 1];
+    const bool end = brick == set.bricks.runs.size();
+    samples[kLevels - 1] =
+        end ? static_cast<std::uint32_t>(coarsest.samples.size()) : set.bricks.runs[brick].first;
+    for (int level = kLevels - 1; level > 0; --level) {
+      const SampleLevel& l = set.levels[level];
+      cells[level] = end ? static_cast<std::uint32_t>(l.finer.size()) : l.cellOf[samples[level]];
+      samples[level - 1] = end ? static_cast<std::uint32_t>(set.levels[level - 1].samples.size())
+                               : l.finer[cells[level]].first;
+    }
+    cells[0] = 0;
+  }
+};
+
+void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& origins,
+                     std::size_t from, std::size_t to) {
+  if (from == to) return;
+  const Begins begin(other, from), end(other, to);
+  std::uint32_t shift[kLevels];
+  for (int level = 0; level < kLevels; ++level)
+    shift[level] = samplesOf(level) - begin.samples[level];
+  origins_.insert(origins_.end(), origins.begin() + begin.samples[0],
+                  origins.begin() + end.samples[0]);
+  for (int level = 0; level < kLevels; ++level) {
+    SampleLevel& own = set_.levels[level];
+    const SampleLevel& l = other.levels[level];
+    const std::uint32_t cells = static_cast<std::uint32_t>(own.finer.size()) - begin.cells[level];
+    own.samples.append(l.samples, begin.samples[level], end.samples[level] - begin.samples[level]);
+    if (level == 0) continue;
+    for (std::uint32_t i = begin.samples[level]; i < end.samples[level]; ++i)
+      own.cellOf.push_back(l.cellOf[i] + cells);
+    for (std::uint32_t i = begin.cells[level]; i < end.cells[level]; ++i)
+      own.finer.push_back({l.finer[i].first + shift[level - 1], l.finer[i].count});
+  }
+  SampleBricks& own = set_.bricks;
+  const SampleBricks& bricks = other.bricks;
+  for (std::size_t i = from; i < to; ++i) {
+    own.x.push_back(bricks.x[i]);
+    own.y.push_back(bricks.y[i]);
+    own.z.push_back(bricks.z[i]);
+    own.radius.push_back(bricks.radius[i]);
+    own.runs.push_back({bricks.runs[i].first + shift[kLevels - 1], bricks.runs[i].count});
+  }
+}
+
+// What is left of a brick's samples, in their order.
+std::vector<Keyed> leftOf(const SampleSet& set, const std::vector<SampleOrigin>& origins,
+                          const VoxelSet& gone, std::size_t brick) {
+  std::vector<Keyed> left;
+  const std::uint32_t end = Begins(set, brick + 1).samples[0];
+  for (std::uint32_t i = Begins(set, brick).samples[0]; i < end; ++i) {
+    if (gone.has(origins[i].brick, origins[i].cell)) continue;
+    const SurfaceSample s = set.levels[0].samples[i];
+    left.push_back({keyOf(s), {s, origins[i]}});
+  }
+  return left;
+}
+
 }  // namespace
 
-SampleSet sortSamples(std::vector<SurfaceSample> pieces) {
-  return Sorter(pieces).run();
+SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {
+  const std::vector<Keyed> keyed = sorted(pieces);
+  Assembler assembler(origins);
+  runs(keyed, 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+    assembler.add(Pieces(keyed).subspan(begin, end - begin));
+  });
+  return assembler.take();
+}
+
+SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>& originsBefore,
+                       const VoxelSet& gone, std::vector<CutSample> fresh,
+                       std::vector<SampleOrigin>& origins) {
+  const std::vector<Keyed> keyed = sorted(fresh);
+  Assembler assembler(origins);
+  auto next = keyed.begin();
+  const auto freshTo = [&](Key brick) {  // end of the fresh pieces in it
+    auto end = next;
+    while (end != keyed.end() && end->brick() == brick) ++end;
+    return end;
+  };
+  std::size_t copied = 0;
+  const std::size_t count = before.bricks.runs.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t first = Begins(before, i).samples[0],
+                        end = Begins(before, i + 1).samples[0];
+    const Key own = keyOf(before.levels[0].samples[first]) >> 2 * kCellBits;
+    bool touched = next != keyed.end() && next->brick() <= own;
+    for (std::uint32_t k = first; k < end && !touched; ++k)
+      touched = gone.has(originsBefore[k].brick, originsBefore[k].cell);
+    if (!touched) continue;
+    assembler.copy(before, originsBefore, copied, i);
+    copied = i + 1;
+    while (next != keyed.end() && next->brick() < own) {
+      const auto to = freshTo(next->brick());
+      assembler.add({next, to});
+      next = to;
+    }
+    std::vector<Keyed> pieces = leftOf(before, originsBefore, gone, i);
+    const auto to = freshTo(own);
+    pieces.insert(pieces.end(), next, to);
+    next = to;
+    std::sort(pieces.begin(), pieces.end(), inOrder);
+    if (!pieces.empty()) assembler.add(pieces);
+  }
+  assembler.copy(before, originsBefore, copied, count);
+  runs(Pieces(next, keyed.end()), 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+    assembler.add(Pieces(next, keyed.end()).subspan(begin, end - begin));
+  });
+  return assembler.take();
 }
 
 std::size_t SampleSet::bytes() const {

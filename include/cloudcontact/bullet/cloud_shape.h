@@ -18,6 +18,9 @@ class CloudShape : public btConcaveShape {
   explicit CloudShape(std::shared_ptr<const SurfaceField> field);
 
   const SurfaceField& field() const { return *field_; }
+  // For a cloud that was cut (renewed() in surface_field.h). Between steps; whoever holds the shape
+  // (a compound, the world) must be told that its bounds changed. See cuttable_body.h.
+  void setField(std::shared_ptr<const SurfaceField> field);
 
   // The body's own k and c; a body that states none is rigid (law.h, inSeries).
   std::optional<Material> material;

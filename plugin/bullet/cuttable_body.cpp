@@ -1,0 +1,315 @@
+// A body's life after a cut. The cloud's frame is fixed to the matter and never moves against it;
+// Bullet's frame (centre of mass, principal axes) is placed anew in it. The cloud hangs in a
+// compound shape, whose child transform takes up the difference: so pairs, which see the child's
+// frame, do not notice that Bullet's moved, and their contacts keep names and impulses.
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <cloudcontact/bullet/cuttable_body.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <stdexcept>
+
+#include "convert.h"
+
+namespace cloudcontact {
+
+namespace {
+
+struct Principal {
+  Pose frame;    // in the cloud's frame
+  Vec3 inertia;  // [kg m^2]
+};
+
+// Axes that lie as near as can be to those of `near`: a small cut shall not make x of y.
+Principal principalOf(const Matter& matter, const Eigen::Quaterniond& near) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matter.inertia);
+  const Eigen::Matrix3d found = solver.eigenvectors(), wanted = near.toRotationMatrix();
+  Eigen::Matrix3d axes;
+  Vec3 inertia;
+  bool taken[3] = {};
+  for (int i = 0; i < 3; ++i) {
+    int best = -1;
+    for (int k = 0; k < 3; ++k)
+      if (!taken[k] && (best < 0 || std::abs(found.col(k).dot(wanted.col(i))) >
+                                        std::abs(found.col(best).dot(wanted.col(i)))))
+        best = k;
+    taken[best] = true;
+    const double side = found.col(best).dot(wanted.col(i)) < 0 ? -1 : 1;
+    axes.col(i) = side * found.col(best);
+    inertia[i] = solver.eigenvalues()[best];
+  }
+  if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
+  return {{Eigen::Quaterniond(axes).normalized(), matter.center}, inertia};
+}
+
+// Rigid matter that turns and moves about a point as the body does.
+MovingMatter moving(const Matter& matter, const Pose& cloud, const Motion& motion) {
+  const Eigen::Matrix3d turn = cloud.orientation.toRotationMatrix();
+  MovingMatter m;
+  m.mass = matter.mass;
+  m.center = cloud.toWorld(matter.center);
+  m.momentum = matter.mass * motion.at(m.center);
+  m.angularMomentum =
+      m.center.cross(m.momentum) + turn * matter.inertia * turn.transpose() * motion.angular;
+  return m;
+}
+
+std::vector<MatterSums> sumOf(const std::vector<MatterSums>& a, const std::vector<MatterSums>& b,
+                              bool less) {
+  std::vector<MatterSums> sum = a;
+  for (std::size_t i = 0; i < sum.size(); ++i) less ? sum[i] -= b[i] : sum[i] += b[i];
+  return sum;
+}
+
+std::int64_t coverageOf(const std::vector<MatterSums>& sums) {
+  std::int64_t all = 0;
+  for (const MatterSums& s : sums) all += s.mass;
+  return all;
+}
+
+// Throws where `after` is not a cut `before`.
+void checkLess(const Cloud& before, const Cloud& after) {
+  if (after.empty() || after.bricks() != before.bricks() ||
+      after.voxelSize() != before.voxelSize() || after.origin() != before.origin() ||
+      after.materials().size() != before.materials().size())
+    throw std::invalid_argument("CuttableBody: the cloud has another grid than the body's");
+  const Cloud::Voxels &a = before.voxels(), &b = after.voxels();
+  for (std::size_t t = 0; t < a.table.size(); ++t) {
+    const std::int32_t old = a.table[t], now = b.table[t];
+    if (now == kEmptyBrick || old == kSolidBrick) continue;
+    bool less = old >= 0 && now >= 0;
+    for (std::size_t k = 0; less && k < kBrickVoxels; ++k)
+      less = b.coverage[static_cast<std::size_t>(now)][k] <=
+             a.coverage[static_cast<std::size_t>(old)][k];
+    if (!less)
+      throw std::invalid_argument(
+          "CuttableBody: a cut only takes away; the cloud has more matter "
+          "somewhere than the body");
+  }
+}
+
+// What a piece takes over from the body that it falls off.
+void inherit(const btRigidBody& from, btRigidBody& to) {
+  to.setFriction(from.getFriction());
+  to.setRollingFriction(from.getRollingFriction());
+  to.setSpinningFriction(from.getSpinningFriction());
+  to.setRestitution(from.getRestitution());
+  to.setDamping(from.getLinearDamping(), from.getAngularDamping());
+  to.setSleepingThresholds(from.getLinearSleepingThreshold(), from.getAngularSleepingThreshold());
+  to.setFlags(from.getFlags());
+  to.setCollisionFlags(from.getCollisionFlags());
+  to.setUserPointer(from.getUserPointer());
+  to.setGravity(from.getGravity());
+  if (from.getActivationState() == DISABLE_DEACTIVATION)
+    to.setActivationState(DISABLE_DEACTIVATION);
+}
+
+}  // namespace
+
+struct CuttableBody::State {
+  CuttableBodySettings settings;
+  Cloud cloud;
+  std::vector<MatterSums> sums;
+  std::shared_ptr<const SurfaceField> field;
+  Pose frame;  // of the rigid body, in the cloud's frame
+  std::unique_ptr<CloudShape> shape;
+  std::unique_ptr<btCompoundShape> compound;
+  std::unique_ptr<btRigidBody> body;
+  btDynamicsWorld* world = nullptr;
+  int group = 0, mask = 0;
+
+  // A body of a piece that is known already; not yet in a world.
+  State(const CuttableBodySettings& how, const Cloud& matter, std::vector<MatterSums> known,
+        std::shared_ptr<const SurfaceField> surface, const Pose& place, const Motion& motion);
+  ~State() {
+    if (world) world->removeRigidBody(body.get());
+  }
+
+  Pose place() const { return toPose(body->getWorldTransform()) * frame.inverse(); }
+  Motion motion() const {
+    return {toVec3(body->getLinearVelocity()), toVec3(body->getAngularVelocity()),
+            toVec3(body->getWorldTransform().getOrigin())};
+  }
+  Matter matter() const { return matterOf(sums, cloud, settings.densities); }
+  void settle(const Pose& cloudPlace, const Motion& motion);
+  std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, bool large) const;
+  void moveContacts(const Pose& byInverse);
+};
+
+CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterCloud,
+                           std::vector<MatterSums> known,
+                           std::shared_ptr<const SurfaceField> surface, const Pose& place,
+                           const Motion& motion)
+    : settings(how), cloud(matterCloud), sums(std::move(known)), field(std::move(surface)) {
+  shape = std::make_unique<CloudShape>(field);
+  shape->material = settings.material;
+  compound = std::make_unique<btCompoundShape>();
+  compound->addChildShape(btTransform::getIdentity(), shape.get());
+  body = std::make_unique<btRigidBody>(
+      btRigidBody::btRigidBodyConstructionInfo(1, nullptr, compound.get(), btVector3(1, 1, 1)));
+  settle(place, motion);
+}
+
+// The rigid body of the matter as it now is: mass, frame, and the velocity that the matter has at
+// the centre.
+void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
+  const Matter m = matter();
+  const Principal principal = principalOf(m, frame.orientation);
+  frame = principal.frame;
+  const Pose where = cloudPlace * frame;
+  compound->updateChildTransform(0, toBullet(frame.inverse()), true);
+  body->setMassProps(static_cast<btScalar>(m.mass), toBullet(principal.inertia));
+  body->setLinearVelocity(toBullet(motion.at(where.position)));
+  body->setAngularVelocity(toBullet(motion.angular));
+  body->setCenterOfMassTransform(toBullet(where));
+  body->updateInertiaTensor();
+}
+
+// A small piece's field is built sooner than a large body's is renewed down to it. Null: it has no
+// surface.
+std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& piece,
+                                                                 bool large) const {
+  FieldSettings how;
+  how.threads = settings.threads;
+  how.renewable = true;
+  try {
+    return large ? renewed(field, piece, how) : SurfaceField::build(piece, how);
+  } catch (const std::invalid_argument&) {
+    return nullptr;
+  }
+}
+
+// Points are kept in the bodies' frames, for Bullet to find them again where the bodies have moved.
+void CuttableBody::State::moveContacts(const Pose& byInverse) {
+  if (!world) return;
+  const btTransform move = toBullet(byInverse);
+  btDispatcher& dispatcher = *world->getDispatcher();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      btManifoldPoint& point = manifold.getContactPoint(k);
+      if (manifold.getBody0() == body.get()) point.m_localPointA = move * point.m_localPointA;
+      if (manifold.getBody1() == body.get()) point.m_localPointB = move * point.m_localPointB;
+    }
+  }
+}
+
+CuttableBody::CuttableBody(const Cloud& cloud, const btTransform& place,
+                           const CuttableBodySettings& settings) {
+  FieldSettings how;
+  how.threads = settings.threads;
+  how.renewable = true;
+  if (!(settings.leastPiece >= 0))
+    throw std::invalid_argument("CuttableBody: leastPiece must not be negative [kg]");
+  std::vector<MatterSums> sums = matterSums(cloud);
+  state_ = std::make_unique<State>(settings, cloud, std::move(sums),
+                                   SurfaceField::build(cloud, how), toPose(place), Motion{});
+}
+
+CuttableBody::CuttableBody(std::unique_ptr<State> state) : state_(std::move(state)) {}
+CuttableBody::~CuttableBody() = default;
+
+btRigidBody& CuttableBody::body() {
+  return *state_->body;
+}
+const btRigidBody& CuttableBody::body() const {
+  return *state_->body;
+}
+CloudShape& CuttableBody::shape() {
+  return *state_->shape;
+}
+const Cloud& CuttableBody::cloud() const {
+  return state_->cloud;
+}
+btTransform CuttableBody::cloudPlace() const {
+  return toBullet(state_->place());
+}
+
+MovingMatter CuttableBody::matter() const {
+  const btRigidBody& body = *state_->body;
+  if (coverageOf(state_->sums) == 0 || body.getInvMass() == 0) return {};
+  const Pose pose = toPose(body.getWorldTransform());
+  const Vec3 inverse = toVec3(body.getInvInertiaDiagLocal());
+  const Matter matter{0, 1 / double(body.getInvMass()), Vec3::Zero(),
+                      Eigen::Matrix3d(inverse.cwiseInverse().asDiagonal())};
+  return moving(matter, pose, state_->motion());
+}
+
+void CuttableBody::addTo(btDynamicsWorld& world, int group, int mask) {
+  leaveWorld();
+  state_->world = &world;
+  state_->group = group;
+  state_->mask = mask;
+  world.addRigidBody(state_->body.get(), group, mask);
+}
+
+void CuttableBody::leaveWorld() {
+  if (state_->world) state_->world->removeRigidBody(state_->body.get());
+  state_->world = nullptr;
+}
+
+CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {
+  return become(cutCloud(state_->cloud, cuts));
+}
+
+CutOutcome CuttableBody::become(const Cloud& after) {
+  State& own = *state_;
+  checkLess(own.cloud, after);
+  struct Piece {
+    Cloud cloud;
+    std::vector<MatterSums> sums;
+    double mass;
+    std::shared_ptr<const SurfaceField> field;
+  };
+  const std::int64_t all = coverageOf(own.sums);
+  std::vector<Piece> left;
+  for (Cloud& cloud : pieces(after)) {
+    Piece piece{std::move(cloud), {}, 0, nullptr};
+    piece.sums = matterSums(piece.cloud);
+    piece.mass = matterOf(piece.sums, piece.cloud, own.settings.densities).mass;
+    if (piece.mass >= own.settings.leastPiece)
+      piece.field = own.fieldOf(piece.cloud, 2 * coverageOf(piece.sums) > all);
+    if (piece.field) left.push_back(std::move(piece));
+  }
+  std::vector<MatterSums> cutAway = own.sums;
+  for (const Piece& piece : left) cutAway = sumOf(cutAway, piece.sums, true);
+
+  const Pose place = own.place(), before = own.frame;
+  const Motion motion = own.motion();
+  CutOutcome outcome;
+  outcome.cutAway = moving(matterOf(cutAway, own.cloud, own.settings.densities), place, motion);
+  std::size_t heaviest = 0;
+  for (std::size_t i = 1; i < left.size(); ++i)
+    if (left[i].mass > left[heaviest].mass) heaviest = i;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (i == heaviest) continue;
+    auto state = std::make_unique<State>(own.settings, left[i].cloud, left[i].sums, left[i].field,
+                                         place, motion);
+    state->shape->material = own.shape->material;
+    inherit(*own.body, *state->body);
+    outcome.fallen.push_back(std::unique_ptr<CuttableBody>(new CuttableBody(std::move(state))));
+    if (own.world) outcome.fallen.back()->addTo(*own.world, own.group, own.mask);
+  }
+  if (left.empty()) {
+    leaveWorld();
+    own.cloud = after;
+    own.sums = matterSums(after);
+    outcome.gone = true;
+    return outcome;
+  }
+  if (coverageOf(left[heaviest].sums) == all) return outcome;  // nothing was cut
+  own.cloud = left[heaviest].cloud;
+  own.sums = left[heaviest].sums;
+  own.field = left[heaviest].field;
+  own.shape->setField(own.field);
+  own.settle(place, motion);
+  outcome.frame = before.inverse() * own.frame;
+  own.moveContacts(own.frame.inverse() * before);
+  if (own.world) own.world->updateSingleAabb(own.body.get());
+  own.body->activate();
+  return outcome;
+}
+
+}  // namespace cloudcontact
