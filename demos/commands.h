@@ -12,5 +12,6 @@ void addContactCommand(CLI::App& app);
 void addSimulateCommand(CLI::App& app);
 void addDemoCommand(CLI::App& app);
 void addChartCommand(CLI::App& app);
+void addDrillCommand(CLI::App& app);
 
 }  // namespace cloudcontact::program

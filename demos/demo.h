@@ -1,8 +1,10 @@
 // A demo: a scene that tells a story and checks its own outcome against physics.
 #pragma once
 
+#include <memory>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "replay/recorder.h"
@@ -11,23 +13,36 @@
 
 namespace cloudcontact::program {
 
+struct Drawing;  // draw/drawing.h
+
 // What a demo runs on: its worlds run here one after the other, with progress shown; where a replay
 // is wanted they are watched, and stand side by side in it.
 class DemoStage {
  public:
-  explicit DemoStage(bool replay) : watched_(replay) {}
+  explicit DemoStage(bool replay, bool pictures = false) : watched_(replay), pictured_(pictures) {}
 
   // `label` tells this run from the demo's others.
   SimulationReport run(const SceneDescription& scene, const WorldSettings& settings,
                        const SimulationSettings& simulation, const std::string& label);
+  // What a demo without worlds shows by itself: a replay's takes, and pictures by their name.
+  bool watched() const { return watched_; }
+  bool pictured() const { return pictured_; }
+  void addTakes(std::vector<ReplayTake> takes, double seconds, const std::string& setup,
+                double voxel);
+  void addPicture(const std::string& name, std::shared_ptr<const Drawing> drawing);
+  using Pictures = std::vector<std::pair<std::string, std::shared_ptr<const Drawing>>>;
+  const Pictures& pictures() const { return pictures_; }
+
   // The takes and how they were set up; the rest is the caller's.
   Replay replay();
 
  private:
-  bool watched_;
+  bool watched_, pictured_;
   Recorder recorder_;
   std::set<std::string> setups_;  // of the runs, in words
-  double voxel_ = 0;
+  double voxel_ = 0, seconds_ = 0;
+  std::vector<ReplayTake> takes_;  // of a demo without worlds
+  Pictures pictures_;
 };
 
 struct Demo {
@@ -36,6 +51,7 @@ struct Demo {
   const char* story;  // what is shown
   const char* watch;  // what to look for
   std::vector<ReplayCheck> (*run)(DemoStage&);
+  bool draws = false;  // pictures
 };
 
 const std::vector<Demo>& demos();
@@ -44,6 +60,8 @@ std::vector<ReplayCheck> runNutBolt(DemoStage& stage);
 std::vector<ReplayCheck> runPegHole(DemoStage& stage);
 std::vector<ReplayCheck> runStack(DemoStage& stage);
 std::vector<ReplayCheck> runChain(DemoStage& stage);
+std::vector<ReplayCheck> runDrill(DemoStage& stage);
+std::vector<ReplayCheck> runScalpel(DemoStage& stage);
 
 // How a body of a demo is made and what its surface is like.
 struct DemoMatter {

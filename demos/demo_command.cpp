@@ -1,5 +1,8 @@
 // `cloudcontact demo [NAME]`: lists the demos, or runs one and says whether it held.
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -7,6 +10,7 @@
 
 #include "commands.h"
 #include "demo.h"
+#include "draw/picture_file.h"
 #include "progress.h"
 #include "replay/replay_file.h"
 #include "replay/words.h"
@@ -45,12 +49,25 @@ void tell(const Demo& demo, const std::vector<ReplayCheck>& checks) {
             << "; was: " << found << std::endl;
 }
 
+// Made where it is not there.
+void checkPictures(const Demo& demo, const std::string& folder) {
+  namespace fs = std::filesystem;
+  if (!demo.draws)
+    throw BadInput(std::string("--pictures: demo ") + demo.name +
+                   " draws none; leave it out, or use --replay");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder, error) || access(folder.c_str(), W_OK) != 0)
+    throw BadInput("--pictures: " + folder + " is no folder that can be written; choose another");
+}
+
 // A demo that fails is one to look at all the more: its replay is written first.
-void run(const std::string& name, const std::string& replay) {
+void run(const std::string& name, const std::string& replay, const std::string& pictures) {
   const Demo& demo = find(name);
   if (!replay.empty()) checkReplay(replay);
+  if (!pictures.empty()) checkPictures(demo, pictures);
   std::cout << demo.title << "\n" << demo.story << "\n" << demo.watch << "\n" << std::endl;
-  DemoStage stage(!replay.empty());
+  DemoStage stage(!replay.empty(), !pictures.empty());
   const std::vector<ReplayCheck> checks = demo.run(stage);
   tell(demo, checks);
   if (!replay.empty()) {
@@ -62,6 +79,12 @@ void run(const std::string& name, const std::string& replay) {
     saveReplay(shown, replay);
     std::cout << "replay: " << replay << std::endl;
   }
+  for (const auto& [file, drawing] : stage.pictures())
+    for (const char* ending : {".svg", ".png"}) {
+      const std::string path = (std::filesystem::path(pictures) / (file + ending)).string();
+      savePicture(*drawing, path);
+      std::cout << "picture: " << path << std::endl;
+    }
   if (!allHold(checks))
     throw WorkFailed(std::string("demo ") + demo.name + ": its own check did not hold");
 }
@@ -89,8 +112,18 @@ const std::vector<Demo>& demos() {
        runStack},
       {"chain", "Ten links of a chain",
        "Ten links hang from the first, which is fixed. Each carries all that is below it.",
-       "They hang still; forces grow from link to link upward, and with them the depth.",
-       runChain}};
+       "They hang still; forces grow from link to link upward, and with them the depth.", runChain},
+      {"drill", "A bur opens a tooth",
+       "A ball bur in a simulated hand drills through enamel into the caries below, down to just "
+       "above the pulp, and clears a cavity along the fissure.",
+       "The force falls as the bur leaves enamel. With --pictures DIR: the force over time by "
+       "tissue, and the opened tooth.",
+       runDrill, true},
+      {"scalpel", "A blade slits skin",
+       "A thin blade whose rim alone cuts is drawn through skin and the muscle below it.",
+       "The slit stays open behind the blade. With --pictures DIR: the force over time, and the "
+       "slab that is left.",
+       runScalpel, true}};
   return all;
 }
 
@@ -112,8 +145,22 @@ SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettin
   return report;
 }
 
+void DemoStage::addTakes(std::vector<ReplayTake> takes, double seconds, const std::string& setup,
+                         double voxel) {
+  for (ReplayTake& take : takes) takes_.push_back(std::move(take));
+  seconds_ = std::max(seconds_, seconds);
+  setups_.insert(setup);
+  voxel_ = std::max(voxel_, voxel);
+}
+
+void DemoStage::addPicture(const std::string& name, std::shared_ptr<const Drawing> drawing) {
+  pictures_.emplace_back(name, std::move(drawing));
+}
+
 Replay DemoStage::replay() {
   Replay replay = recorder_.finish();
+  for (ReplayTake& take : takes_) replay.takes.push_back(std::move(take));
+  replay.seconds = std::max(replay.seconds, seconds_);
   if (setups_.size() == 1) replay.setup = *setups_.begin();  // else the labels tell
   replay.voxel = voxel_;
   return replay;
@@ -158,7 +205,7 @@ std::string figure(double value, int digits, const char* unit) {
 
 void addDemoCommand(CLI::App& app) {
   struct Options {
-    std::string name, replay;
+    std::string name, replay, pictures;
   };
   auto options = std::make_shared<Options>();
   CLI::App& command = *app.add_subcommand(
@@ -168,10 +215,16 @@ void addDemoCommand(CLI::App& app) {
       .add_option("--replay", options->replay,
                   "a replay: an animated glTF file, or a page that any browser shows")
       ->type_name("OUT.glb|OUT.html");
+  command
+      .add_option("--pictures", options->pictures,
+                  "a folder for a demo's pictures, as SVG and PNG: drill, scalpel")
+      ->type_name("DIR");
   command.callback([options] {
     if (options->name.empty() && !options->replay.empty())
       throw BadInput("--replay: of which demo? give its name");
-    options->name.empty() ? list() : run(options->name, options->replay);
+    if (options->name.empty() && !options->pictures.empty())
+      throw BadInput("--pictures: of which demo? give its name");
+    options->name.empty() ? list() : run(options->name, options->replay, options->pictures);
   });
 }
 

@@ -46,6 +46,7 @@ int run(int argc, char** argv) {
   addSimulateCommand(app);
   addDemoCommand(app);
   addChartCommand(app);
+  addDrillCommand(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -28,7 +29,8 @@ constexpr int kColorSteps = 6;        // along each of red, green and blue
 constexpr std::array<double, 3> kBrightness = {0.9, 0.8, 1.0};
 
 struct Blocks {
-  int step = 1;  // voxels along a block's edge
+  int step = 1;                                   // voxels along a block's edge
+  Eigen::Vector3i low = Eigen::Vector3i::Zero();  // the first block's first voxel
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   std::vector<bool> full;
 
@@ -46,15 +48,17 @@ double meanCoverage(const Cloud& cloud, const Eigen::Vector3i& low, int step) {
   return sum / (255.0 * step * step * step);
 }
 
-Blocks blocksOf(const Cloud& cloud) {
+// Of `size` voxels from `low` on.
+Blocks blocksOf(const Cloud& cloud, const Eigen::Vector3i& low, const Eigen::Vector3i& size) {
   Blocks blocks;
-  blocks.step = (cloud.size().maxCoeff() + kMostBlocks - 1) / kMostBlocks;
-  blocks.size = (cloud.size().array() + blocks.step - 1) / blocks.step;
+  blocks.low = low;
+  blocks.step = (size.maxCoeff() + kMostBlocks - 1) / kMostBlocks;
+  blocks.size = (size.array() + blocks.step - 1) / blocks.step;
   for (int z = 0; z < blocks.size.z(); ++z)
     for (int y = 0; y < blocks.size.y(); ++y)
       for (int x = 0; x < blocks.size.x(); ++x)
-        blocks.full.push_back(
-            meanCoverage(cloud, blocks.step * Eigen::Vector3i(x, y, z), blocks.step) >= kMaterial);
+        blocks.full.push_back(meanCoverage(cloud, low + blocks.step * Eigen::Vector3i(x, y, z),
+                                           blocks.step) >= kMaterial);
   return blocks;
 }
 
@@ -155,8 +159,7 @@ class ByColor {
 };
 
 // Centred, and as large as the frame allows for the grid's whole block.
-IsometricView viewOf(const SurfaceField& field, const Rectangle& frame) {
-  const Eigen::AlignedBox3d bounds = field.bounds();
+IsometricView viewOf(const Eigen::AlignedBox3d& bounds, const Rectangle& frame) {
   IsometricView view;
   view.origin = bounds.center();
   Eigen::AlignedBox2d paper;
@@ -166,6 +169,54 @@ IsometricView viewOf(const SurfaceField& field, const Rectangle& frame) {
   const Point size = 1.12 * paper.sizes();
   view.scale = std::min(frame.size().x() / size.x(), frame.size().y() / size.y());
   return view;
+}
+
+// The material that a face shows: of the first voxel with matter behind its middle.
+std::size_t materialAt(const Cloud& cloud, const Blocks& blocks, const Face& face) {
+  Eigen::Vector3i voxel = blocks.low + blocks.step * face.block;
+  for (int axis = 0; axis < 3; ++axis)
+    voxel[axis] += axis == face.axis ? blocks.step - 1 : blocks.step / 2;
+  for (int k = 0; k < blocks.step; ++k, --voxel[face.axis])
+    if (cloud.coverage(voxel.x(), voxel.y(), voxel.z()) > 100)
+      return cloud.material(voxel.x(), voxel.y(), voxel.z());
+  ++voxel[face.axis];
+  return cloud.material(voxel.x(), voxel.y(), voxel.z());
+}
+
+Color shaded(Color color, int axis) {
+  for (std::uint8_t* part : {&color.red, &color.green, &color.blue})
+    *part =
+        static_cast<std::uint8_t>(std::lround(*part * kBrightness[static_cast<std::size_t>(axis)]));
+  return color;
+}
+
+// Draws the faces that can be seen; the scale along the axes [px/m].
+double addFaces(Drawing& drawing, const Cloud& cloud, const Blocks& blocks,
+                const IsometricView& view, const std::function<Color(const Face&)>& colorOf) {
+  const double h = cloud.voxelSize(), block = blocks.step * h;
+  const Vec3 origin = cloud.origin() + h * blocks.low.cast<double>();
+  using FaceName = std::array<int, 4>;
+  std::map<FaceName, std::vector<Triangle>> faces;
+  for (const auto& [triangle, face] : visible(blocks))
+    faces[{face.block.x(), face.block.y(), face.block.z(), face.axis}].push_back(triangle);
+  const bool large = kTilt * block * view.scale >= kLeastOutlined;
+  ByColor polygons(large ? std::optional(Color{255, 255, 255, 0.6}) : std::nullopt,
+                   large ? 0.8 : kSeam);
+  const auto draw = [&](const Ring& ring, const Color& color) {
+    std::vector<Point> points;
+    for (const auto& [u, w] : ring) points.push_back(view.toPaper(origin + block * Vec3(u, w, 0)));
+    polygons.add(color, std::move(points));
+  };
+  for (const auto& [name, triangles] : faces) {
+    const Face face{{name[0], name[1], name[2]}, name[3]};
+    const Color color = colorOf(face);
+    if (triangles.size() == 2)
+      draw(cornersOf(face), color);
+    else
+      draw(cornersOf(triangles.front()), color);
+  }
+  polygons.addTo(drawing);
+  return kTilt * view.scale;
 }
 
 }  // namespace
@@ -184,32 +235,32 @@ Color normalColor(const Vec3& normal) {
 }
 
 double addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame) {
-  const Blocks blocks = blocksOf(field.cloud());
-  const IsometricView view = viewOf(field, frame);
-  const double block = blocks.step * field.cloud().voxelSize();
-  using FaceName = std::array<int, 4>;
-  std::map<FaceName, std::vector<Triangle>> faces;
-  for (const auto& [triangle, face] : visible(blocks))
-    faces[{face.block.x(), face.block.y(), face.block.z(), face.axis}].push_back(triangle);
-  const bool large = kTilt * block * view.scale >= kLeastOutlined;
-  ByColor polygons(large ? std::optional(Color{255, 255, 255, 0.6}) : std::nullopt,
-                   large ? 0.8 : kSeam);
-  const auto draw = [&](const Ring& ring, const Color& color) {
-    std::vector<Point> points;
-    for (const auto& [u, w] : ring)
-      points.push_back(view.toPaper(field.cloud().origin() + block * Vec3(u, w, 0)));
-    polygons.add(color, std::move(points));
+  const Cloud& cloud = field.cloud();
+  const Blocks blocks = blocksOf(cloud, Eigen::Vector3i::Zero(), cloud.size());
+  return addFaces(drawing, cloud, blocks, viewOf(field.bounds(), frame), [&](const Face& face) {
+    return faceColor(normalAt(field, face, blocks.step), face.axis);
+  });
+}
+
+double addMaterialsFromOutside(Drawing& drawing, const Cloud& cloud,
+                               const Eigen::AlignedBox3d& shown, const std::vector<Color>& colors,
+                               const Rectangle& frame) {
+  const double h = cloud.voxelSize();
+  const auto voxelOf = [&](const Vec3& place) -> Eigen::Vector3i {
+    return ((place - cloud.origin()) / h)
+        .array()
+        .round()
+        .max(0)
+        .min(cloud.size().cast<double>().array())
+        .cast<int>();
   };
-  for (const auto& [name, triangles] : faces) {
-    const Face face{{name[0], name[1], name[2]}, name[3]};
-    const Color color = faceColor(normalAt(field, face, blocks.step), face.axis);
-    if (triangles.size() == 2)
-      draw(cornersOf(face), color);
-    else
-      draw(cornersOf(triangles.front()), color);
-  }
-  polygons.addTo(drawing);
-  return kTilt * view.scale;
+  const Eigen::Vector3i low = voxelOf(shown.min()), high = voxelOf(shown.max());
+  if ((high.array() <= low.array()).any()) return 1;
+  const Blocks blocks = blocksOf(cloud, low, high - low);
+  return addFaces(drawing, cloud, blocks, viewOf(shown, frame), [&](const Face& face) {
+    const std::size_t material = materialAt(cloud, blocks, face);
+    return shaded(colors[std::min(material, colors.size() - 1)], face.axis);
+  });
 }
 
 void addNormalBall(Drawing& drawing, const Point& center, double radius) {

@@ -3,6 +3,8 @@
 
 #include <cloudcontact/surface_field.h>
 
+#include <vector>
+
 #include "draw/drawing.h"
 
 namespace cloudcontact::program {
@@ -23,6 +25,12 @@ Color normalColor(const Vec3& normal);
 // Grids finer than the eye are shown in blocks of several voxels. Returns the scale along the
 // axes [px/m].
 double addVoxelsFromOutside(Drawing& drawing, const SurfaceField& field, const Rectangle& frame);
+
+// The same for what of a cloud lies in `shown` (the cloud's frame, metres), coloured by its
+// materials: `colors` has one for each, or one for all. What is cut by the box shows its inside.
+double addMaterialsFromOutside(Drawing& drawing, const Cloud& cloud,
+                               const Eigen::AlignedBox3d& shown, const std::vector<Color>& colors,
+                               const Rectangle& frame);
 
 // A ball coloured by its normals with the three axes: the key to those colours.
 void addNormalBall(Drawing& drawing, const Point& center, double radius);

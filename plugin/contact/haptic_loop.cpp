@@ -33,6 +33,8 @@ void require(const HapticSettings& s) {
     throw std::invalid_argument("HapticSettings: handDamping must be zero or more and finite");
   if (!(s.branch >= 0) || !std::isfinite(s.branch))
     throw std::invalid_argument("HapticSettings: branch must be zero or more and finite");
+  if (!(s.release >= 0) || !std::isfinite(s.release))
+    throw std::invalid_argument("HapticSettings: release must be zero or more and finite");
   if (s.voxelsAStep < 1)
     throw std::invalid_argument("HapticSettings: voxelsAStep must be positive");
   if (s.form == HapticLaw::User) validate(s.law);
@@ -60,17 +62,42 @@ HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
   workpiece.reserve();
 }
 
+// How long the spring must stay after this tick. Where matter goes or an edge ends, nothing holds
+// the tool any more, and the force would be gone in one tick: a click at every voxel that a bur
+// loosens. Instead the spring lets go by a part a tick. Only what the tool's own motion takes from
+// it is slowed, never what the hand's does: it gives back no more than the hand has put in.
+double HapticLoop::leastLead(const Vec3& lead) const {
+  if (settings_.release <= 0 || lead.dot(lastLead_) <= 0) return 0;
+  const double least =
+      std::exp(-settings_.step / settings_.release) * std::min(lead.norm(), lastLead_.norm());
+  return least > 1e-3 * workpiece_->voxelSize() ? least : 0;
+}
+
+// How much of `step` the tool may go before the spring is as short as that.
+double HapticLoop::letGo(const Vec3& lead, const Vec3& step) const {
+  const double least = leastLead(lead);
+  if ((lead - step).norm() >= least) return 1;
+  // |lead - t step| = least: the first of the two roots.
+  const double a = step.squaredNorm(), b = lead.dot(step), c = lead.squaredNorm() - least * least;
+  return std::clamp((b - std::sqrt(std::max(b * b - a * c, 0.0))) / a, 0.0, 1.0);
+}
+
 // Moves the tool towards the hand until it touches or is there.
 bool HapticLoop::follow(const Pose& hand) {
   const double voxel = workpiece_->voxelSize();
   output_.tool.orientation = hand.orientation;
+  const Vec3 lead = hand.position - output_.tool.position;
+  const double least = leastLead(lead);
+  const Vec3 held = least > 0 ? Vec3(least / lead.norm() * lead) : Vec3::Zero();
+  const Vec3 target = hand.position - held;
   for (int k = 0; k <= settings_.voxelsAStep; ++k) {
     collision_ = &finder_.find(*workpiece_, workpiecePose_, settings_.tool, output_.tool);
     if (!collision_->empty() && collision_->depth > 0) return true;
-    const Vec3 way = hand.position - output_.tool.position;
-    if (way.norm() == 0 || k == settings_.voxelsAStep) return false;
+    const Vec3 way = target - output_.tool.position;
+    if (way.norm() == 0 || k == settings_.voxelsAStep) break;
     output_.tool.position += atMost(way, voxel);
   }
+  lastLead_ = held;
   return false;
 }
 
@@ -97,6 +124,21 @@ Vec3 HapticLoop::slide(const Vec3& lead, const Vec3& outward) const {
   return across * stiffness.ldlt().solve(across * lead);
 }
 
+// How much of a step is taken. Between walls, as in the hole that a bur has cut itself, the digital
+// normal turns about within a part of a voxel: the whole step, which knows one surface only, leads
+// from wall to wall and back, tick by tick (forces of 1 N turned round 500 times a second while a
+// bur swept through a tooth). Where a step turns against the one before, the next is the secant's
+// between the two, and whole steps come back by and by.
+void HapticLoop::calm(const Vec3& step) {
+  constexpr double kLeast = 0.05, kGrowth = 1.1;
+  const Vec3 turn = step - lastStep_;
+  if (step.dot(lastStep_) < 0)
+    calm_ = std::clamp(-calm_ * lastStep_.dot(turn) / turn.squaredNorm(), kLeast, 1.0);
+  else
+    calm_ = std::min(1.0, kGrowth * calm_);
+  lastStep_ = step;
+}
+
 void HapticLoop::press(const HapticInput& input) {
   const Vec3 outward = collision_->normal();
   const Vec3 lead = input.hand.position - output_.tool.position;
@@ -106,9 +148,18 @@ void HapticLoop::press(const HapticInput& input) {
   const Embedding found =
       embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
   const double voxel = workpiece_->voxelSize();
-  const double deeper = std::clamp(found.depth - collision_->depth, -voxel, voxel);
+  // A hand that leaves takes the tool with it, and not only as far as the surface: in a hole walls
+  // touch it all the way out, and each tick would win no more than they press it.
+  const double wanted = std::min(found.depth, std::max(reach, 0.0)) + std::min(reach, 0.0);
+  double deeper = std::clamp(wanted - collision_->depth, -voxel, voxel);
+  const Vec3 step = atMost(slide(lead, outward), voxel) - deeper * outward;
+  calm(step);
+  if (lead.dot(outward) > 0) calm_ = 1;  // the hand leaves: nothing holds it back
+  const double part = calm_ * letGo(lead, calm_ * step);
+  deeper *= part;
   const double depth = std::max(0.0, collision_->depth + deeper);
-  output_.tool.position += atMost(slide(lead, outward), voxel) - deeper * outward;
+  output_.tool.position += part * step;
+  lastLead_ = lead.dot(outward) < 0 ? Vec3(lead - part * step) : atMost(lead, leastLead(lead));
   state_ = lawAdvance(law, state_, depth, settings_.step);
   output_.depth = depth;
   output_.stiffness = collision_->stiffness;
@@ -153,6 +204,8 @@ const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
       press(input);
     } else {
       state_ = {};
+      lastStep_.setZero();
+      calm_ = 1;
       output_.depth = output_.stiffness = 0;
       output_.iterations = 0;
       output_.end = EmbeddingEnd::NotPressed;

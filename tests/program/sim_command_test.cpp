@@ -135,7 +135,10 @@ TEST_F(CommandTest, RefusesByName) {
        "--stiffness"},
       {{"simulate", where, "--law", "solid:1,2,3", "--method", "gjk", "--voxel", "0.02"}, "--law"},
       {{"demo", "nut"}, "nut_bolt"},
-      {{"demo", "chain", "--replay", file("a.mp4")}, "--replay"}};
+      {{"demo", "chain", "--replay", file("a.mp4")}, "--replay"},
+      {{"demo", "chain", "--pictures", file("folder")}, "--pictures: demo chain draws none"},
+      {{"demo", "--pictures", file("folder")}, "--pictures: of which demo"},
+      {{"demo", "drill", "--pictures", where}, "--pictures"}};
   for (const auto& [words, says] : table) {
     const std::string message = refusal(words);
     EXPECT_NE(message.find(says), std::string::npos) << message;
@@ -148,9 +151,9 @@ TEST_F(CommandTest, RefusesByName) {
 
 TEST_F(CommandTest, DemosAreListed) {
   const std::string list = run({"demo"});
-  for (const char* name : {"nut_bolt", "peg_hole", "stack", "chain"})
+  for (const char* name : {"nut_bolt", "peg_hole", "stack", "chain", "drill", "scalpel"})
     EXPECT_NE(list.find(name), std::string::npos) << name;
-  EXPECT_EQ(demos().size(), 4u);
+  EXPECT_EQ(demos().size(), 6u);
 }
 
 }  // namespace
