@@ -1,0 +1,145 @@
+// A haptic loop at 1 kHz on one core: a ball bur opens a tooth of two million voxels, and every
+// tick is timed. Beside each an empty wait is timed that should take as long: what the machine
+// itself held back shows there too. Then what cutting costs, beside building the field anew.
+//   haptic [SECONDS]
+#include <cloudcontact/haptic_loop.h>
+#include <cloudcontact/simulated_hand.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "tooth.h"
+
+namespace {
+
+using namespace cloudcontact;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kVoxels = 2e6, kStep = 1e-3;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+}
+
+// The tooth with at least two million voxels of matter.
+Cloud largeTooth() {
+  const Cloud coarse = program::toothCloud(2e-4);
+  const double volume = coarse.massProperties().volume;
+  return program::toothCloud(std::cbrt(volume / (1.02 * kVoxels)));
+}
+
+struct Ticks {
+  std::vector<double> micros, idle;  // [us] of each tick, and what an empty wait took too long
+  std::vector<Vec3> forces;
+  std::vector<bool> cut;
+};
+
+double quantile(std::vector<double> v, double q) {
+  std::sort(v.begin(), v.end());
+  return v[static_cast<std::size_t>(q * static_cast<double>(v.size() - 1))];
+}
+
+// Down through the crown, sweeping, for the whole time.
+Vec3 plan(double time, double seconds, const Vec3& top) {
+  const double depth = 4e-3 * time / seconds;
+  return top + Vec3(1e-3 * std::sin(2.1 * time), 0.8e-3 * std::sin(1.3 * time), 1e-3 - depth);
+}
+
+Ticks drill(BaseVectorField& tooth, const Vec3& top, double seconds, HapticOutput& last) {
+  HapticSettings settings;
+  settings.tool.area = SphereArea{Vec3::Zero(), 0.5e-3};  // a round bur of 1 mm
+  settings.step = kStep;
+  settings.cutter = Cutter{17e9, 0.3, 5};
+  HapticLoop loop(tooth, {}, settings);
+  SimulatedHand hand({}, plan(0, seconds, top));
+  Ticks ticks;
+  const int count = static_cast<int>(seconds / kStep);
+  for (int k = 0; k < count; ++k) {
+    const auto start = Clock::now();
+    last = loop.tick({{Eigen::Quaterniond::Identity(), hand.position()}, hand.velocity()});
+    const double took = since(start);
+    const auto wait = Clock::now();
+    while (since(wait) < took) {
+    }
+    ticks.idle.push_back(since(wait) - took);
+    ticks.micros.push_back(took);
+    ticks.forces.push_back(last.onHand.force);
+    ticks.cut.push_back(last.cutVoxels > 0);
+    hand.advance(plan(kStep * k, seconds, top), last.onHand.force, kStep);
+  }
+  return ticks;
+}
+
+// The largest change of the force from tick to tick, over the force, where that is at least a tenth
+// of the largest.
+double worstStep(const Ticks& t, bool cutting) {
+  double most = 0, worst = 0;
+  for (const Vec3& f : t.forces) most = std::max(most, f.norm());
+  for (std::size_t k = 1; k < t.forces.size(); ++k)
+    if (t.cut[k - 1] == cutting && t.forces[k].norm() > 0.1 * most)
+      worst = std::max(worst, (t.forces[k] - t.forces[k - 1]).norm() / t.forces[k].norm());
+  return worst;
+}
+
+void timeCuts(const BaseVectorField& tooth, const Vec3& top, const TissueTable& tissues) {
+  const auto built = Clock::now();
+  BaseVectorField field(tooth.cloud(), tissues, sphereWindow(tooth.voxelSize()));
+  const double build = since(built);
+  field.reserve();
+  const VoxelIndex at =
+      ((top - field.origin()) / field.voxelSize()).cast<int>() + VoxelIndex(-5, -5, -60);
+  std::vector<double> times;
+  for (int n = 0; n < 25; ++n) {
+    std::vector<VoxelCut> cuts;
+    for (int k = 0; k < 1000; ++k)
+      cuts.push_back(
+          {at + VoxelIndex(12 * (n % 5) - 24 + k % 10, 12 * (n / 5) - 24 + k / 10 % 10, k / 100),
+           0});
+    const auto start = Clock::now();
+    if (field.cut(cuts) > 900) times.push_back(since(start));
+  }
+  if (times.empty()) return;
+  std::printf(
+      "removing 1000 voxels   median %.0f us, worst %.0f of %zu; building anew %.0f times\n",
+      quantile(times, 0.5), quantile(times, 1), times.size(), build / quantile(times, 0.5));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const double seconds = argc > 1 ? std::atof(argv[1]) : 60;
+  const Cloud cloud = largeTooth();
+  const TissueTable tissues = tissuesOf(dentalTissues(), cloud.materials());
+  const VoxelCounts counts = cloud.counts();
+  BaseVectorField tooth(cloud, tissues, sphereWindow(cloud.voxelSize()));
+  // The crown's top above its middle.
+  Vec3 top(0, 0, cloud.origin().z() + cloud.voxelSize() * cloud.size().z());
+  while (top.z() > cloud.origin().z() &&
+         tooth.coverage(((top - tooth.origin()) / tooth.voxelSize()).cast<int>()) == 0)
+    top.z() -= tooth.voxelSize();
+  std::printf("tooth                  %zu voxels of %.1f um, %.0f MB\n",
+              counts.inside + counts.interface, 1e6 * tooth.voxelSize(),
+              static_cast<double>(tooth.bytes()) / 1e6);
+  timeCuts(tooth, top, tissues);
+  HapticOutput last;
+  const double before = tooth.mass().volume;
+  const Ticks t = drill(tooth, top + Vec3(0, 0, 0.5e-3), seconds, last);
+  std::size_t cutting = 0;
+  for (const bool c : t.cut) cutting += c;
+  double most = 0;
+  for (const Vec3& f : t.forces) most = std::max(most, f.norm());
+  std::printf("ticks                  %zu, %zu of them cut; %.2f mm^3 gone, at most %.2f N\n",
+              t.micros.size(), cutting, 1e9 * (before - tooth.mass().volume), most);
+  std::printf("a tick                 median %.1f us, p99 %.1f, worst %.1f\n",
+              quantile(t.micros, 0.5), quantile(t.micros, 0.99), quantile(t.micros, 1));
+  std::printf("the machine's own      p99 %.1f us, worst %.1f\n", quantile(t.idle, 0.99),
+              quantile(t.idle, 1));
+  std::printf("step of the force      %.2f %% without a cut, %.2f %% with one\n",
+              100 * worstStep(t, false), 100 * worstStep(t, true));
+  std::printf("energy                 %.3g J given by the hand, least %.3g\n", last.energy,
+              last.leastEnergy);
+}
