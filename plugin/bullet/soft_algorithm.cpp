@@ -36,9 +36,10 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   auto* const body =
       static_cast<btSoftBody*>(const_cast<btCollisionObject*>(softSide.getCollisionObject()));
   soft = body;
-  if (!body->hasContactResponse() || !cloudObject->hasContactResponse()) return;
   const auto& apart = body->m_collisionDisabledObjects;
-  if (apart.findLinearSearch(cloudObject) != apart.size()) return;
+  if (!body->hasContactResponse() || !cloudObject->hasContactResponse() ||
+      apart.findLinearSearch(cloudObject) != apart.size())
+    return pair.noContact();
   checkSolver(*body);
   if (!steppedSince(*body, cloudSide)) return;
   const auto& field = static_cast<const CloudShape*>(cloudSide.getCollisionShape())->field();

@@ -22,6 +22,7 @@ class SoftPair {
  public:
   // Throws std::runtime_error where the soft body cannot touch, which says why.
   void step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law);
+  void noContact() { contacts_ = nullptr; }
   const std::vector<ParticleContact>* contacts() const { return contacts_; }
   void tell(std::vector<SoftContactPoint>& points) const;
 

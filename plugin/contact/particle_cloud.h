@@ -40,7 +40,7 @@ class ParticleCloud {
  public:
   // Those that touch or will within the step, with their impulses, in the particles' order; the
   // body's answer to them is what `body.response` says afterwards of its velocities, less `before`.
-  // Call it once a step; a call after a pause forgets.
+  // Call it once a step.
   const std::vector<ParticleContact>& step(const std::vector<Particle>& particles,
                                            const ParticleBody& body,
                                            const ParticleSettings& settings);
