@@ -1,9 +1,11 @@
-// The README's second sample: its lines stand here between the marks, word for word (a test in
-// tests/CMakeLists.txt compares them).
+// The README's second sample: compiled and run here, and compared with the README to the letter.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/digitize.h>
 #include <cloudcontact/haptic_loop.h>
+
+#include <fstream>
+#include <sstream>
 
 #include "test_meshes.h"
 
@@ -30,6 +32,29 @@ TEST(Readme, DrillSample) {
   // README: end
   EXPECT_GT(out.onHand.force.z(), 0.05);
   EXPECT_LT(out.onHand.force.z(), 0.2 * 1000 * 1e-3);
+}
+
+// What stands in a file between two marks, the marks' own lines left out.
+std::string between(const std::string& file, const std::string& begin, const std::string& end) {
+  std::ifstream in(std::string(CLOUDCONTACT_SOURCE_DIR) + file);
+  std::stringstream all;
+  all << in.rdbuf();
+  const std::string text = all.str();
+  const std::size_t from = text.find('\n', text.find(begin)) + 1;
+  return text.substr(from, text.find(end, from) - from);
+}
+
+TEST(Readme, DrillSampleStandsInTheReadme) {
+  std::stringstream lines(between("/tests/core/readme_drill_test.cpp",
+                                  "  // README: "
+                                  "begin",
+                                  "  // README: "
+                                  "end"));
+  std::string code;
+  for (std::string line; std::getline(lines, line);)
+    code += (line.size() > 2 ? line.substr(2) : line) + "\n";
+  EXPECT_EQ(between("/README.md", "haptic loop puts it together:\n\n```cpp", "```"),
+            "\n```cpp\n" + code);
 }
 
 }  // namespace
