@@ -41,9 +41,9 @@ void addCavity(std::vector<PathPoint>& path) {
     path.push_back({Vec3(-kSide, -kWide, z), 2 * kMm, 0});
     path.push_back({Vec3(kSide, -kWide, z), 2.5 * kMm, 0.1});
   }
-  path.push_back({Vec3(0, 0, kDeep), 3 * kMm, 0.2});
-  path.push_back({Vec3(0, 0, 4.6 * kMm), 1.2 * kMm, 0});
-  path.push_back({Vec3(0, 0, 6.4 * kMm), 5 * kMm, 0});
+  path.push_back({Vec3(kSide, 0, kDeep), 2 * kMm, 0.1});
+  path.push_back({Vec3(kSide, 0, 4.7 * kMm), 1.2 * kMm, 0});
+  path.push_back({Vec3(kSide, 0, 6.4 * kMm), 5 * kMm, 0});
 }
 
 }  // namespace

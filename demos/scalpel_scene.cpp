@@ -20,8 +20,10 @@ constexpr double kVoxel = 0.2 * kMm;
 constexpr double kSkinToughness = 2800, kMuscleToughness = 550;  // [J/m^2]
 constexpr double kSlab = 8 * kMm;                                // thickness
 constexpr double kLength = 36 * kMm, kWidth = 10 * kMm;
-constexpr double kBelly = 5 * kMm;   // half length and half height of the blade
-constexpr double kEdge = 0.7 * kMm;  // of it, from the rim: what cuts
+constexpr double kBelly = 5 * kMm;  // half length and half height of the blade
+// What of the blade cuts, from its rim. With 0.7 mm half of the skin in the slit stayed: tissue
+// gives way before it is cut, and what the rim leaves nothing takes.
+constexpr double kEdge = 3 * kMm;
 
 NamedMesh box(const char* name, double top) {
   const double height = kSlab + top;  // both stand on z = -kSlab
@@ -55,13 +57,13 @@ CutScene scalpelScene(int threads) {
                           {Vec3(kCutStart - 6 * kMm, 0, kBelly), 5 * kMm, 0},
                           {Vec3(kCutStart, 0, deep), 6 * kMm, 0},
                           {Vec3(kCutEnd, 0, deep), 8 * kMm, 0.1},
-                          {Vec3(kCutEnd - 2 * kMm, 0, above), 10 * kMm, 0}});
+                          {Vec3(kCutEnd - 2 * kMm, 0, above), 5 * kMm, 0}});
   CutScene scene{slab(threads), {}, {{}, {}, path, {}, {}}, {}};
   const auto tissue = [](const char* name, double k, double toughness, double density) {
     return Tissue{name, k, 1e-4 * k, toughness / (2 * kBladeHalfThickness), density};
   };
   scene.tissues = tissuesOf(
-      {tissue("skin", 2e4, kSkinToughness, 1100), tissue("muscle", 8e3, kMuscleToughness, 1060)},
+      {tissue("skin", 4e4, kSkinToughness, 1100), tissue("muscle", 1.6e4, kMuscleToughness, 1060)},
       scene.cloud.materials());
   HapticSettings& haptic = scene.task.haptic;
   haptic.tool = blade();
