@@ -136,6 +136,10 @@ int main(int argc, char** argv) {
               t.micros.size(), cutting, 1e9 * (before - tooth.mass().volume), most);
   std::printf("a tick                 median %.1f us, p99 %.1f, worst %.1f\n",
               quantile(t.micros, 0.5), quantile(t.micros, 0.99), quantile(t.micros, 1));
+  const auto slowest = std::max_element(t.micros.begin(), t.micros.end()) - t.micros.begin();
+  std::printf("the slowest            tick %td, next to it %.1f and %.1f us\n", slowest,
+              t.micros[static_cast<std::size_t>(std::max<std::ptrdiff_t>(slowest - 1, 0))],
+              t.micros[std::min(t.micros.size() - 1, static_cast<std::size_t>(slowest + 1))]);
   std::printf("the machine's own      p99 %.1f us, worst %.1f\n", quantile(t.idle, 0.99),
               quantile(t.idle, 1));
   std::printf("step of the force      %.2f %% without a cut, %.2f %% with one\n",

@@ -393,7 +393,10 @@ void BaseVectorField::reserve() {
   std::size_t shared = 0;
   for (const std::int32_t entry : bricks_->table)
     shared += entry != kNoBlock && static_cast<std::size_t>(entry) < bricks_->tissues.size();
-  bricks_->blocks.reserve(bricks_->blocks.size() + shared);
+  // Touched as well as reserved: a page's first use costs more than what is written on it.
+  const std::size_t used = bricks_->blocks.size();
+  bricks_->blocks.resize(used + shared);
+  bricks_->blocks.resize(used);
 }
 
 BaseVectorField::Mass BaseVectorField::mass() const {
