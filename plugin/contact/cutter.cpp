@@ -18,6 +18,7 @@ CuttingProcess::CuttingProcess(const Cutter& cutter) : cutter_(cutter) {
     if (!(value >= 0) || !std::isfinite(value))
       throw std::invalid_argument(
           "Cutter: hardness, efficiency and edge speed must be zero or more and finite");
+  if (cutter.mostVoxels < 1) throw std::invalid_argument("Cutter: mostVoxels must be positive");
 }
 
 CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Collision& collision,
@@ -28,12 +29,16 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
   const double h = workpiece.voxelSize(), quantum = h * h * h / 255;
   const TissueTable& tissues = workpiece.tissues();
   std::int64_t taken = 0;
-  for (const CollisionVoxel& v : collision.voxels) {
+  const std::size_t count = collision.voxels.size(), most = cutter_.mostVoxels;
+  const std::size_t stride = (count + most - 1) / most;
+  for (std::size_t k = turn_++ % stride; k < count; k += stride) {
+    const CollisionVoxel& v = collision.voxels[k];
     const double ability = static_cast<double>(v.ability), hardness = tissues[v.tissue].hardness;
     if (!(ability * cutter_.hardness > hardness)) continue;
     const int left = workpiece.coverage(v.voxel);
     // Nothing is so soft that a step takes more than there is.
-    carry_ += std::min(ability * static_cast<double>(v.share) / collision.count * work /
+    carry_ += std::min(static_cast<double>(stride) * ability * static_cast<double>(v.share) /
+                           collision.count * work /
                            (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
                        static_cast<double>(left));
     const int less = std::min(left, static_cast<int>(carry_));
