@@ -42,11 +42,11 @@ struct CuttingTask {
 };
 
 struct CuttingTick {
-  double time = 0;           // [s]
-  Vec3 hand, tool;           // [m]
-  Vec3 force;                // on the hand [N]
-  Vec3 center;               // where the tool is touched [m]
-  double depth = 0;          // the tool's embedding, d [m]
+  double time = 0;                                // [s]
+  Vec3 hand = Vec3::Zero(), tool = Vec3::Zero();  // [m]
+  Vec3 force = Vec3::Zero();                      // on the hand [N]
+  Vec3 center = Vec3::Zero();                     // where the tool is touched [m]
+  double depth = 0;                               // the tool's embedding, d [m]
   double cut = 0, work = 0;  // [m^3] so far: gone, and what Archard's law gives for the work
   double energy = 0;         // [J] that the hand has given so far
   float microseconds = 0;    // that the tick took
