@@ -85,7 +85,12 @@ double readUnit(const std::string& text) {
       {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"m", 1}}};
   for (const auto& [name, metres] : units)
     if (name == text) return metres;
-  throw BadInput("--unit: '" + text + "' is not known; use one of mm, cm, in, m");
+  // Models from the net come in any unit: a tooth of 500.
+  if (const std::optional<double> metres = number(text);
+      metres && *metres > 0 && *metres <= kGreatest)
+    return *metres;
+  throw BadInput("--unit: '" + text +
+                 "' is not known; use one of mm, cm, in, m, or a unit's length in metres");
 }
 
 // An option whose text goes through a reader of ours.
@@ -148,8 +153,8 @@ std::string_view nameOf(Backend backend) {
 void addCommonOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
       "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
-  add(command, "--unit", "unit of mesh files: mm, cm, in or m (default m)", "UNIT",
-      [&o](const std::string& t) { o.metresPerUnit = readUnit(t); });
+  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in metres (default m)",
+      "UNIT", [&o](const std::string& t) { o.metresPerUnit = readUnit(t); });
   add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
       [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
   addLawOptions(command, o);
