@@ -49,8 +49,11 @@ struct PointTree::Best {
   }
 };
 
-void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Best& best) const {
-  const auto ask = [&](const Entry& e) { best.offer((e.position - to).squaredNorm(), e.index); };
+// Asks the points of a range, the nearer half first, the other only if `reach`, the square of the
+// distance still wanted, goes beyond the plane between them.
+template <typename Ask, typename Reach>
+void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Ask&& ask,
+                       Reach&& reach) const {
   if (last - first <= kLeaf) {
     for (std::size_t i = first; i < last; ++i) ask(points_[i]);
     return;
@@ -59,37 +62,21 @@ void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Best
   const Entry& e = points_[middle];
   const double side = to[e.axis] - e.position[e.axis];
   const bool below = side <= 0;
-  below ? search(first, middle, to, best) : search(middle + 1, last, to, best);
+  below ? search(first, middle, to, ask, reach) : search(middle + 1, last, to, ask, reach);
   ask(e);
-  if (side * side < best.reach())
-    below ? search(middle + 1, last, to, best) : search(first, middle, to, best);
-}
-
-void PointTree::searchOne(std::size_t first, std::size_t last, const Vec3& to, double& square,
-                          const Entry*& best) const {
-  const auto ask = [&](const Entry& e) {
-    if (const double d = (e.position - to).squaredNorm(); d < square) square = d, best = &e;
-  };
-  if (last - first <= kLeaf) {
-    for (std::size_t i = first; i < last; ++i) ask(points_[i]);
-    return;
-  }
-  const std::size_t middle = first + (last - first) / 2;
-  const Entry& e = points_[middle];
-  const double side = to[e.axis] - e.position[e.axis];
-  const bool below = side <= 0;
-  below ? searchOne(first, middle, to, square, best)
-        : searchOne(middle + 1, last, to, square, best);
-  ask(e);
-  if (side * side < square)
-    below ? searchOne(middle + 1, last, to, square, best)
-          : searchOne(first, middle, to, square, best);
+  if (side * side < reach())
+    below ? search(middle + 1, last, to, ask, reach) : search(first, middle, to, ask, reach);
 }
 
 std::size_t PointTree::nearest(const Vec3& to) const {
   double square = std::numeric_limits<double>::infinity();
   const Entry* best = &points_.front();
-  searchOne(0, points_.size(), to, square, best);
+  search(
+      0, points_.size(), to,
+      [&](const Entry& e) {
+        if (const double d = (e.position - to).squaredNorm(); d < square) square = d, best = &e;
+      },
+      [&] { return square; });
   return best->index;
 }
 
@@ -98,7 +85,10 @@ void PointTree::nearest(const Vec3& to, std::size_t count, std::vector<std::size
   best.heap.reserve(count + 1);
   found.clear();
   if (count == 0) return;
-  search(0, points_.size(), to, best);
+  search(
+      0, points_.size(), to,
+      [&](const Entry& e) { best.offer((e.position - to).squaredNorm(), e.index); },
+      [&] { return best.reach(); });
   std::sort_heap(best.heap.begin(), best.heap.end());
   for (const auto& [square, index] : best.heap) found.push_back(index);
 }

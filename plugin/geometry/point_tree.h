@@ -36,9 +36,8 @@ class PointTree {
   };
   struct Best;
   void build(std::size_t first, std::size_t last);
-  void search(std::size_t first, std::size_t last, const Vec3& to, Best& best) const;
-  void searchOne(std::size_t first, std::size_t last, const Vec3& to, double& square,
-                 const Entry*& best) const;
+  template <typename Ask, typename Reach>
+  void search(std::size_t first, std::size_t last, const Vec3& to, Ask&& ask, Reach&& reach) const;
 
   template <typename Visit>
   void within(std::size_t first, std::size_t last, const Vec3& of, double square,
