@@ -48,8 +48,8 @@ Cloud surfaceLayer(const Cloud& tool, double thickness, const Area* where = null
 void requireArea(const Area& area);
 
 // Signed depth of a point inside the area [m]. Exact for spheres and boxes; for ellipsoids to first
-// order near the surface; for clouds within a tenth of their voxel near the surface, a quarter
-// deeper in.
+// order near the surface; for clouds to their surface as their voxels tell it, rounded at edges by
+// up to a quarter of a voxel.
 double areaDepth(const Area& area, const Vec3& point);
 
 // The outward unit direction in which the depth falls fastest.

@@ -11,8 +11,8 @@ namespace cloudcontact {
 
 enum class WindowWeight : std::uint8_t {
   Even,   // each voxel by how much of it lies in C: the paper's
-  Smooth  // that times (1 - (1 - s)^2)^2, s the depth in C over its greatest: errs a fifth as much
-          // on a plane (DESIGN.md, "The method", 2)
+  Smooth  // that times (1 - (1 - s)^2)^2, s the depth in C over its greatest: on a plane 0.39 deg
+          // off instead of 0.63 (DESIGN.md, "The method", 2)
 };
 
 // C about a voxel whose centre is the origin [m]. Of any shape, size and offset.

@@ -10,7 +10,8 @@
 namespace cloudcontact {
 
 // [1/255] that a voxel loses at once at least, unless less is left: each change concerns the 81
-// voxels of a window, and in shavings of one 60 of them a millisecond cost more than the collision.
+// voxels of a window, and in shavings of one, 60 a millisecond, cutting took a third of
+// a tick.
 constexpr int kLeast = 8;
 
 CuttingProcess::CuttingProcess(const Cutter& cutter) : cutter_(cutter) {

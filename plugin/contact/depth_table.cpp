@@ -12,10 +12,10 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kFractions = 64;  // depths between two marks are off by 0.002 voxel in the middle
+constexpr int kFractions = 64;  // marks of a table; straight lines between
 constexpr int kSteps = 8;       // of the plane a voxel
-// Directions along a side of the map: 17 leave 0.005 voxel between neighbours. Large windows see
-// the grid less and cost more.
+// Directions along a side of the map; odd, so that one is the z axis itself. Large windows see the
+// grid less and cost more.
 constexpr int kEdge = 17, kCoarseEdge = 7;
 constexpr std::size_t kLargeWindow = 400;  // voxels
 

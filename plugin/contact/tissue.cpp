@@ -52,7 +52,8 @@ TissueTable tissuesOf(const TissueTable& table, const std::vector<std::string>& 
 // Crit. Rev. Oral Biol. Med. 14, 2003: 20-25), pulp 2 MPa as finite-element studies take it;
 // caries: as dentin's hardness is to its own. Densities of enamel 2970, dentin 2140 kg/m^3
 // (Manly et al., J. Biol. Chem. 128, 1939). Nobody cuts pulp by its hardness: its modulus, for want
-// of better. Damping: 2 % of what a second of stiffness would be at 1 kHz, ours.
+// of better. Damping, ours: stiffness times
+// 20 microseconds.
 TissueTable dentalTissues(double enamel) {
   if (!(enamel > 0) || !std::isfinite(enamel))
     throw std::invalid_argument("the stiffness of enamel must be positive and finite");

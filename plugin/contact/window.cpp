@@ -13,8 +13,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kPoints = 8;               // along a voxel's edge: a sphere of 2.5 voxels is
-                                         // weighed within 0.02 %
+constexpr int kPoints = 8;               // along a voxel's edge
 constexpr double kMostVoxels = 1 << 18;  // of C
 constexpr int kFarthest = 1 << 13;       // [voxels] from the voxel: likewise
 

@@ -15,7 +15,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr float kClear = 4;  // deviations; with 3 every ball of 16 voxels had wisps about it
+constexpr float kClear = 4;  // deviations; with 3 a ball of 16 voxels had wisps about it
 constexpr int kBorder = 2;   // empty voxels about the values: a field needs its surface inside
 
 void require(const CtVolume& volume, const std::vector<CtRange>& ranges) {
