@@ -39,7 +39,7 @@ void writeBlock(const Workplace& place) {
 
 const Arguments kDrill = {"drill",    "block.obj",   "--unit",       "mm",       "--voxel",
                           "0.0002",   "--bur",       "sphere:0.001", "--tissue", "crust=enamel",
-                          "--tissue", "core=dentin", "--seconds",    "2"};
+                          "--tissue", "core=dentin", "--seconds",    "8"};
 
 Arguments with(Arguments arguments, const Arguments& more) {
   arguments.insert(arguments.end(), more.begin(), more.end());
@@ -73,7 +73,7 @@ TEST(Drill, TellsWhatWasTouchedAndWhatWent) {
                core = result["tissues"][1]["firstTouch"];
   EXPECT_LT(crust, core);
   EXPECT_GT(result["tissues"][0]["meanForce"].get<double>(),
-            result["tissues"][1]["meanForce"].get<double>())
+            1.5 * result["tissues"][1]["meanForce"].get<double>())
       << "enamel is harder";
   // The saved cloud lacks what went; its mass by densities that are the tissues' own.
   const json left = place.run({"digitize", "left.cloud", "--json"}).json();
