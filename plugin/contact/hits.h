@@ -35,13 +35,20 @@ class HitSearch {
   // Samples that the last run looked up, of all levels.
   std::size_t asked() const { return cells_[0].asked + cells_[1].asked; }
 
+  // The record that a part of a sample is measured by, and its place from that voxel's centre.
+  struct Part {
+    CcVoxel record;
+    float x, y, z;
+  };
   // Runs of samples that are to be looked at, and of the next finer ones near those found near.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
     std::vector<SampleRun> now, next;
     std::vector<std::uint32_t> bricks;  // that may touch
     std::size_t asked = 0;              // samples looked up so far
-    SampleColumns parts;                // of samples over an edge
+    std::vector<std::uint32_t> deep;    // samples below the band
+    SampleColumns parts;                // of samples over an edge, and where they lie
+    std::vector<Part> places;
   };
   // The samples that come nearest without touching.
   struct Misses {

@@ -1,6 +1,10 @@
 // One level's search: runs of samples in batches of lanes, measured by a target (a field or a
 // shape), and what becomes of them.
 //
+// Hits come in one order, whatever the batches: whole samples by their number, then those below the
+// band, then parts of samples that lie over an edge. Sums over them are the same to the bit however
+// the work was shared out, between threads or on another device.
+//
 // A target has
 //   void nearBricks(std::vector<std::uint32_t>& near): numbers of the sample bricks that may touch;
 //   int measure(Lanes& lanes): depth and normal of all lanes, with `a` a record of a plane, or none
@@ -31,6 +35,9 @@ class LaneSearch {
 
   void run() {
     candidates_.next.clear();
+    candidates_.deep.clear();
+    candidates_.parts.clear();
+    candidates_.places.clear();
     if (candidates_.all) {
       target_.nearBricks(candidates_.bricks);
       for (const std::uint32_t brick : candidates_.bricks)
@@ -39,6 +46,11 @@ class LaneSearch {
       for (const SampleRun& run : candidates_.now) lookInto(run);
     }
     flush();
+    for (const std::uint32_t k : candidates_.deep) {
+      const SurfaceSample s = samples_[k];
+      addHit(dir_, s, target_.deepAt(s), V3::Zero(), true, hits_);
+    }
+    takeParts();
     std::swap(candidates_.now, candidates_.next);
     candidates_.all = false;
   }
@@ -64,7 +76,6 @@ class LaneSearch {
       lanes_.kind[lanes_.several[i]] &= ~kWet;
       divide(lanes_.several[i]);
     }
-    takeParts();
     sort();
     lanes_.count = 0;
   }
@@ -75,11 +86,8 @@ class LaneSearch {
     for (int i = 0; i < lanes_.count; ++i) {
       lanes_.wet[wet] = i;
       wet += lanes_.kind[i] & kWet;
-      if (lanes_.kind[i] & (kDeep | kNearby)) {
-        const SurfaceSample s = samples_[lanes_.sample[i]];
-        if (lanes_.kind[i] & kNearby) handOn(dir_, lanes_.sample[i], last_, candidates_);
-        if (lanes_.kind[i] & kDeep) addHit(dir_, s, target_.deepAt(s), V3::Zero(), true, hits_);
-      }
+      if (lanes_.kind[i] & kNearby) handOn(dir_, lanes_.sample[i], last_, candidates_);
+      if (lanes_.kind[i] & kDeep) candidates_.deep.push_back(lanes_.sample[i]);
     }
     take(lanes_, samples_, wet);
   }
@@ -96,29 +104,37 @@ class LaneSearch {
     part.area = s.area / static_cast<float>(along * along);
     const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
     for (int k = 0; k < along * along; ++k) {
-      if (parts_.count == kLanes) takeParts();
       const float a = static_cast<float>(k % along) - 0.5f * static_cast<float>(along - 1),
                   b = static_cast<float>(k / along) - 0.5f * static_cast<float>(along - 1);
       const V3 aside = part.width * (a * u + b * v), moved = turned(dir_.toOther.turn, aside);
       Eigen::Map<V3>(part.position) = middle + aside;
       candidates_.parts.push_back(part);
-      const int i = parts_.count++;
-      parts_.sample[i] = static_cast<std::uint32_t>(i);
-      parts_.a[i] = lanes_.a[lane];
-      parts_.b[i] = lanes_.b[lane];
-      parts_.x[i] = lanes_.x[lane] + moved.x();
-      parts_.y[i] = lanes_.y[lane] + moved.y();
-      parts_.z[i] = lanes_.z[lane] + moved.z();
+      candidates_.places.push_back({{lanes_.a[lane], lanes_.b[lane]},
+                                    lanes_.x[lane] + moved.x(),
+                                    lanes_.y[lane] + moved.y(),
+                                    lanes_.z[lane] + moved.z()});
     }
   }
 
   void takeParts() {
-    if (parts_.count == 0) return;
-    target_.measureParts(parts_, candidates_.parts);
-    for (int i = 0; i < parts_.count; ++i) parts_.wet[i] = i;
-    take(parts_, candidates_.parts, parts_.count);
-    parts_.count = 0;
-    candidates_.parts.clear();
+    const std::size_t all = candidates_.places.size();
+    for (std::size_t first = 0; first < all; first += static_cast<std::size_t>(lanes_.count)) {
+      lanes_.count = static_cast<int>(std::min<std::size_t>(kLanes, all - first));
+      for (int i = 0; i < lanes_.count; ++i) {
+        const std::size_t k = first + static_cast<std::size_t>(i);
+        const HitSearch::Part& part = candidates_.places[k];
+        lanes_.sample[i] = static_cast<std::uint32_t>(k);
+        lanes_.a[i] = part.record.a;
+        lanes_.b[i] = part.record.b;
+        lanes_.x[i] = part.x;
+        lanes_.y[i] = part.y;
+        lanes_.z[i] = part.z;
+        lanes_.wet[i] = i;
+      }
+      target_.measureParts(lanes_, candidates_.parts);
+      take(lanes_, candidates_.parts, lanes_.count);
+    }
+    lanes_.count = 0;
   }
 
   // Hits of the wet lanes, and near misses.
@@ -140,7 +156,7 @@ class LaneSearch {
   Candidates& candidates_;
   HitColumns& hits_;
   std::uint32_t last_ = kNoCell;
-  Lanes lanes_, parts_;
+  Lanes lanes_;
 };
 
 }  // namespace cloudcontact::search
