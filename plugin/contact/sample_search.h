@@ -15,7 +15,6 @@ using Candidates = HitSearch::Candidates;
 constexpr float kHalfWidth = 0.5f;
 constexpr float kHalfDiagonal = 0.71f;
 constexpr float kWide = 0.3f;  // [voxels] wider samples are taken in parts at an edge
-constexpr std::uint32_t kNoCell = ~0u;
 
 // A sample farther off the other surface than kSlack [voxels] has no finer sample in its cell that
 // touches: these lie at most kSlope beside it, times the sine between the surfaces, and both may
@@ -55,17 +54,6 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 // The least depth [m] at which a sample may still be wet, or is a near miss.
 inline float reachOf(const Direction& dir, float width) {
   return -std::max(kHalfWidth * width * dir.voxel, dir.level == 0 ? dir.misses.margin : 0.0f);
-}
-
-// A cell near the other body: its finer samples are candidates of the next level. `last` is the
-// cell that was so last.
-inline void handOn(const Direction& dir, std::uint32_t sample, std::uint32_t& last,
-                   Candidates& candidates) {
-  const SampleLevel& level = dir.samples.levels[dir.level];
-  const std::uint32_t cell = level.cellOf[sample];
-  if (cell == last) return;
-  last = cell;
-  candidates.next.push_back(level.finer[cell]);
 }
 
 // Samples of `dir` looked up in another field.
