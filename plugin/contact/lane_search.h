@@ -22,6 +22,8 @@
 
 namespace cloudcontact::search {
 
+constexpr std::uint32_t kNoCell = ~0u;
+
 template <typename Target>
 class LaneSearch {
  public:
@@ -42,7 +44,7 @@ class LaneSearch {
       for (const std::uint32_t brick : candidates_.bricks)
         lookInto(dir_.samples.bricks.runs[brick]);
     } else {
-      for (const SampleRun& run : candidates_.now) lookInto(run);
+      lookNearby();
     }
     flush();
     for (const std::uint32_t k : candidates_.deep) {
@@ -66,6 +68,18 @@ class LaneSearch {
     }
   }
 
+  // The finer samples of the cells that the coarser level found near; samples of a cell follow each
+  // other.
+  void lookNearby() {
+    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
+    std::uint32_t last = kNoCell;
+    for (const std::uint32_t sample : candidates_.now) {
+      const std::uint32_t cell = coarser.cellOf[sample];
+      if (cell != last) lookInto(coarser.finer[cell]);
+      last = cell;
+    }
+  }
+
   void flush() {
     if (lanes_.count == 0) return;
     candidates_.asked += static_cast<std::size_t>(lanes_.count);
@@ -79,15 +93,24 @@ class LaneSearch {
     lanes_.count = 0;
   }
 
-  // What becomes of each lane, by its kind.
+  // What becomes of each lane, by its kind. Without branches: which lanes touch is chance to a
+  // processor, and cost 15 us of 93 on a M16 thread.
   void sort() {
-    int wet = 0;
+    std::uint32_t nearby[kLanes];
+    int wet = 0, near = 0;
+    std::int32_t all = 0;
     for (int i = 0; i < lanes_.count; ++i) {
+      const std::int32_t kind = lanes_.kind[i];
       lanes_.wet[wet] = i;
-      wet += lanes_.kind[i] & CC_WET;
-      if (lanes_.kind[i] & CC_NEARBY) handOn(dir_, lanes_.sample[i], last_, candidates_);
-      if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);
+      wet += (kind & CC_WET) != 0;
+      nearby[near] = lanes_.sample[i];
+      near += (kind & CC_NEARBY) != 0;
+      all |= kind;
     }
+    candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
+    if (all & CC_DEEP)
+      for (int i = 0; i < lanes_.count; ++i)
+        if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);
     take(lanes_, samples_, wet);
   }
 
@@ -154,7 +177,6 @@ class LaneSearch {
   Target& target_;
   Candidates& candidates_;
   HitColumns& hits_;
-  std::uint32_t last_ = kNoCell;
   Lanes lanes_;
 };
 

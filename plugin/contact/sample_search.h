@@ -12,8 +12,6 @@ namespace cloudcontact::search {
 using V3 = Eigen::Vector3f;
 using Candidates = HitSearch::Candidates;
 
-constexpr std::uint32_t kNoCell = ~0u;
-
 // Everything that one direction of the query needs.
 struct Direction {
   const FieldData& body;
@@ -46,17 +44,6 @@ inline V3 turned(const float* turn, const V3& x) {
 // hit, or a near miss.
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
             HitColumns& hits);
-
-// A cell near the other body: its finer samples are candidates of the next level. `last` is the
-// cell that was so last.
-inline void handOn(const Direction& dir, std::uint32_t sample, std::uint32_t& last,
-                   Candidates& candidates) {
-  const SampleLevel& level = dir.samples.levels[dir.level];
-  const std::uint32_t cell = level.cellOf[sample];
-  if (cell == last) return;
-  last = cell;
-  candidates.next.push_back(level.finer[cell]);
-}
 
 // Samples of `dir` looked up in another field.
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
