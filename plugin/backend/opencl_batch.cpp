@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 #include <new>
+#include <stdexcept>
+#include <string>
 
 namespace cloudcontact::opencl {
 
@@ -190,9 +192,16 @@ void OpenClBatch::fetch(std::size_t n, BatchReport& report) {
 
 void OpenClBatch::run(std::span<const Asked> pairs, BatchReport& report) {
   static_assert(sizeof(Sums) == sizeof(CcSums));
-  send(pairs, report);
-  launch(pairs.size());
-  fetch(pairs.size(), report);
+  try {
+    send(pairs, report);
+    launch(pairs.size());
+    fetch(pairs.size(), report);
+  } catch (const cl::Error& e) {
+    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
+      throw std::bad_alloc();
+    throw std::runtime_error("OpenCL: " + device_->name() + " failed: " + e.what() + " gave " +
+                             std::to_string(e.err()));
+  }
 }
 
 std::span<const Sums> OpenClBatch::patches(std::size_t k) const {
