@@ -47,6 +47,7 @@ class Device {
  private:
   Device(const cl::Device& device, bool profiling);
   void build();
+  void checkLayout();
   void test();
 
   struct Noted {
