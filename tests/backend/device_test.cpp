@@ -28,7 +28,9 @@ TEST(Device, TheCpuIsTakenWithoutAWord) {
 
 TEST(Device, TheOneOfTheTestsPassesItsOwn) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (batch.backend() != Backend::OpenCl) GTEST_SKIP() << batch.message();
+  if (batch.message().find("no OpenCL device; install") != std::string::npos)
+    GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   EXPECT_FALSE(batch.device().empty());
   EXPECT_TRUE(batch.message().empty());
   EXPECT_TRUE(batch.find({}).empty());
