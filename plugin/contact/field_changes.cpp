@@ -4,7 +4,7 @@
 // Every brick that is concerned is visited once: the changes about it are laid out in a tile, and
 // each of its rows of eight voxels gathers from the tile what its windows lost, in registers,
 // before it touches the sums. Voxels that go together mostly lie together; taken one by one, each
-// added to the same sums again, 1,000 of them took 250 us.
+// added to the same sums again, 1,000 of them took 234 us, not 105, with all in the cache.
 #include "field_changes.h"
 
 #include <algorithm>
