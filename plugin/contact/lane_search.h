@@ -19,7 +19,6 @@
 #include "field_lanes.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace cloudcontact::search {
 
@@ -87,7 +86,7 @@ class LaneSearch {
     const int divided = target_.measure(lanes_);
     classify(dir_, lanes_);
     for (int i = 0; i < divided; ++i) {
-      lanes_.kind[lanes_.several[i]] &= ~kWet;
+      lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
     }
     sort();
@@ -103,15 +102,15 @@ class LaneSearch {
     for (int i = 0; i < lanes_.count; ++i) {
       const std::int32_t kind = lanes_.kind[i];
       lanes_.wet[wet] = i;
-      wet += (kind & kWet) != 0;
+      wet += (kind & CC_WET) != 0;
       nearby[near] = lanes_.sample[i];
-      near += (kind & kNearby) != 0;
+      near += (kind & CC_NEARBY) != 0;
       all |= kind;
     }
     candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
-    if (all & kDeep)
+    if (all & CC_DEEP)
       for (int i = 0; i < lanes_.count; ++i)
-        if (lanes_.kind[i] & kDeep) candidates_.deep.push_back(lanes_.sample[i]);
+        if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);
     take(lanes_, samples_, wet);
   }
 
@@ -119,17 +118,17 @@ class LaneSearch {
   // edges turn by 11 deg at a depth of half a voxel without this.
   void divide(int lane) {
     const SurfaceSample s = samples_[lanes_.sample[lane]];
-    const int along = static_cast<int>(std::ceil(s.width / kWide));
+    const int along = ccPartsAlong(s.width);
     float t1[3], t2[3];
     ccTangents(s.normal, t1, t2);
     SurfaceSample part = s;
     part.width = s.width / static_cast<float>(along);
     part.area = s.area / static_cast<float>(along * along);
-    const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
+    const Eigen::Map<const V3> middle(s.position);
     for (int k = 0; k < along * along; ++k) {
-      const float a = static_cast<float>(k % along) - 0.5f * static_cast<float>(along - 1),
-                  b = static_cast<float>(k / along) - 0.5f * static_cast<float>(along - 1);
-      const V3 aside = part.width * (a * u + b * v), moved = turned(dir_.toOther.turn, aside);
+      V3 aside;
+      ccPartAside(part.width, along, k, t1, t2, aside.data());
+      const V3 moved = turned(dir_.toOther.turn, aside);
       Eigen::Map<V3>(part.position) = middle + aside;
       candidates_.parts.push_back(part);
       candidates_.places.push_back({{lanes_.a[lane], lanes_.b[lane]},
