@@ -30,6 +30,10 @@ typedef struct {
   float gate;     // how far it faces the other body, 0..1
 } CcBinOfHit;
 
+CC_FN float ccGate(float facing) {
+  return ccMin(ccMax(facing * (1.0f / CC_FACING), 0.0f), 1.0f);
+}
+
 // The direction is one of the six of the axes, of the other body's normal less the own one's share,
 // seen from A to B whoever's sample it is (`side` 0: A's), so that both bodies' samples meet in one
 // bin. `perCell` [1/m].
@@ -41,14 +45,14 @@ CC_FN CcBinOfHit ccBinOf(const float* at, const float* own, const float* other, 
   b.x = x - (u < (float)x ? 1 : 0);
   b.y = y - (v < (float)y ? 1 : 0);
   b.z = z - (w < (float)z ? 1 : 0);
-  b.gate = ccMin(ccMax(facing * (1.0f / CC_FACING), 0.0f), 1.0f);
+  b.gate = ccGate(facing);
   const float sign = side == 0 ? -1.0f : 1.0f;
   const float nx = sign * (other[0] - b.gate * own[0]), ny = sign * (other[1] - b.gate * own[1]),
               nz = sign * (other[2] - b.gate * own[2]);
   const float ax = ccAbs(nx), ay = ccAbs(ny), az = ccAbs(nz);
   const int yz = ay >= az ? 2 + (ny < 0.0f) : 4 + (nz < 0.0f);
   const int xs = 0 + (nx < 0.0f);
-  b.direction = (ax >= ay) & (ax >= az) ? xs : yz;
+  b.direction = ((ax >= ay) & (ax >= az)) != 0 ? xs : yz;
   return b;
 }
 

@@ -23,6 +23,15 @@ CC_FN void ccApply(const CcMap* map, const float* x, float* out) {
   out[2] += map->shift[2];
 }
 
+// One body's samples on their way into another body and into the frame of the pair.
+typedef struct {
+  CcMap toFrame;            // samples' grid -> frame body, metres
+  float frameFromOwn[9];    // turns the samples' normals into the frame
+  float frameFromOther[9];  // turns the other body's normals into the frame
+  float turnToOther[9];     // turns the samples' normals into the other body's frame
+  CcMap toOther;            // samples' grid -> other's grid, voxels; unless that is a shape
+} CcWay;
+
 // A grid of bricks of 8x8x8 voxels. The brick of a point outside it has the number nx ny nz.
 typedef struct {
   int nx, ny, nz;

@@ -27,11 +27,11 @@ CC_FN CcWet ccWet(float depth, float spread) {
   const float low = ccMax(depth - spread, 0.0f), high = ccMax(depth + spread, 0.0f);
   const float part = high / (2.0f * ccMax(spread, CC_LEAST_SPREAD));
   wet.share = depth >= spread ? 1.0f : part;
-  const float half = 0.5f * (high - low);
+  const float range = 0.5f * (high - low);
   wet.middle = 0.5f * (low + high);
   wet.depth1 = wet.share * wet.middle;
-  wet.depth2 = wet.share * (wet.middle * wet.middle + half * half * (1.0f / 3.0f));
-  wet.depth3 = wet.depth1 * (wet.middle * wet.middle + half * half);
+  wet.depth2 = wet.share * (wet.middle * wet.middle + range * range * (1.0f / 3.0f));
+  wet.depth3 = wet.depth1 * (wet.middle * wet.middle + range * range);
   return wet;
 }
 

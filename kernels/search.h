@@ -27,7 +27,7 @@
 // these lie at most `slope` beside it, times the sine between the surfaces, and both may bend by
 // `slack`.
 typedef struct {
-  float half;               // [m] half the width of a sample one voxel wide
+  float halfWidth;          // [m] half the width of a sample one voxel wide
   float margin;             // [m] samples nearer than this are wet, too
   float perVoxel;           // [1/m]
   float slack, slope;       // [voxels]
@@ -37,7 +37,7 @@ typedef struct {
 // `level` of the samples, 0 the finest; `voxel` and `margin` in metres.
 CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
   CcLimits l;
-  l.half = CC_HALF_WIDTH * voxel;
+  l.halfWidth = CC_HALF_WIDTH * voxel;
   l.margin = level == 0 ? margin : 0.0f;
   l.perVoxel = 1.0f / voxel;
   l.slack = (level == 0 ? 0.0f : level == 1 ? 0.25f : 0.8f) + margin / voxel;
@@ -51,7 +51,7 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
 // the two normals in one frame.
 CC_FN int ccKindOf(const CcLimits* limits, CcVoxel record, float depth, const float* own,
                    const float* other, float width) {
-  const float reach = ccMax(limits->half * width, limits->margin);
+  const float reach = ccMax(limits->halfWidth * width, limits->margin);
   const int near =
       ccNearBeside(depth * limits->perVoxel, limits->slack, limits->slope, ccDot(own, other))
           ? limits->nearby
@@ -69,7 +69,7 @@ CC_FN int ccKindOf(const CcLimits* limits, CcVoxel record, float depth, const fl
 CC_FN int ccEdgeWithin(const CcLimits* limits, CcVoxel record, CC_GLOBAL const CcVoxel* planes,
                        const float* place, float depth, const float* normal, float width,
                        float voxel, float own) {
-  if (width <= CC_WIDE || depth <= -ccMax(limits->half * width, limits->margin)) return 0;
+  if (width <= CC_WIDE || depth <= -ccMax(limits->halfWidth * width, limits->margin)) return 0;
   const float far = CC_HALF_DIAGONAL * (width * own);
   for (uint k = 0; k < ccPlaneCount(record); ++k) {
     const CcDepth d = ccPlaneDepth(planes[record.b + k], place);

@@ -90,8 +90,9 @@ class ContactFinder {
   const ContactResult& find(const ContactBody& a, const ContactBody& b,
                             const ContactSettings& settings);
 
+  struct Scratch;  // its memory, which the backends share
+
  private:
-  struct Scratch;
   std::unique_ptr<Scratch> scratch_;
 };
 

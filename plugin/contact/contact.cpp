@@ -4,7 +4,7 @@
 // shared out by area, the force by the patches' own sums.
 #include <cloudcontact/contact.h>
 
-#include "pair_depth.h"
+#include "finder_scratch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,30 +35,7 @@ double shareOf(const FoundPatch& p, double allArea, double allForce) {
   return std::max(p.sums->area / allArea, p.size / (kMostDepth * allForce));
 }
 
-// A patch of the step before, to keep its points' names. In A's frame, for the frame body may be
-// the other one in the next step: where two equal links hung in each other their points lost their
-// names, and the solver what it had learnt, several times a second.
-struct Known {
-  Vec3 center, normal;
-  std::uint32_t id;
-};
-
 }  // namespace
-
-struct ContactFinder::Scratch {
-  HitColumns hits;
-  HitSearch search;
-  Binner binner;
-  std::vector<FoundPatch> found;
-  std::vector<Known> known, now;
-  std::uint32_t nextId = 0;
-  ContactResult result;
-
-  std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
-  void collect(bool foundation, bool oneSided, Side sampled, double voxel);
-  void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
-            double depth, bool oneSided);
-};
 
 ContactFinder::ContactFinder() : scratch_(std::make_unique<Scratch>()) {}
 ContactFinder::~ContactFinder() = default;
@@ -131,7 +108,6 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
                   : patch.confidence < 0.3    ? Doubt::Opposed
                   : p.sums->hits < 4          ? Doubt::FewSamples
                                               : Doubt::None;
-    const double gap = search.gap();
     patch.firstPoint = static_cast<int>(result.points.size());
     patch.points = 4;
     for (int i = 0; i < 4; ++i) {
@@ -150,37 +126,55 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
   }
 }
 
-const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
-                                         const ContactSettings& settings) {
+PairFrame ContactFinder::Scratch::begin(const ContactBody& a, const ContactBody& b) {
   check(a, "A");
   check(b, "B");
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
-  Scratch& s = *scratch_;
-  s.result.clear();
-  s.hits.clear();
-  s.found.clear();
-  const PairFrame frame = frameOf(a, b);
-  // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
-  // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
-  const bool foundation = settings.law == LawForm::Foundation;
-  const std::size_t enough = foundation ? HitSearch::kAll : settings.samples;
-  const int level = s.search.run(a, b, frame, settings.margin, enough, s.hits);
-  s.result.samples = s.search.gap() > 0 ? 0 : s.hits.size();
-  const bool oneSided = a.shape || b.shape;
-  const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
-  for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
-    s.found.push_back({&sums, {}, 0});
-  s.collect(foundation, oneSided, a.shape ? kB : kA, frame.voxel);
-  s.now.clear();
-  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &s.hits, level};
-  const bool touches = oneSided && s.search.gap() == 0;
+  result.clear();
+  hits.clear();
+  found.clear();
+  return frameOf(a, b);
+}
+
+// The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
+// above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
+std::size_t enoughFor(const ContactSettings& settings) {
+  return settings.law == LawForm::Foundation ? HitSearch::kAll : settings.samples;
+}
+
+double cellOf(const PairFrame& frame, int level) {
+  return kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
+}
+
+const ContactResult& ContactFinder::Scratch::finish(const ContactBody& a, const ContactBody& b,
+                                                    const ContactSettings& settings,
+                                                    const PairFrame& frame, Hitting hitting,
+                                                    std::span<const Sums> patches) {
+  const bool foundation = settings.law == LawForm::Foundation, oneSided = a.shape || b.shape;
+  gap = hitting.gap;
+  result.samples = gap > 0 ? 0 : hitting.count;
+  for (const Sums& sums : patches) found.push_back({&sums, {}, 0});
+  collect(foundation, oneSided, a.shape ? kB : kA, frame.voxel);
+  now.clear();
+  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, hitting.level};
+  const bool touches = oneSided && gap == 0;
   // The foundation has no depth of a pair: each patch's own is its force over its area.
   const double depth =
-      foundation ? 0 : pairDepth(s.found, touches ? &shape : nullptr, oneSided, frame.voxel);
-  s.emit(frame, a.pose, settings, depth, oneSided);
-  std::swap(s.known, s.now);
-  return s.result;
+      foundation ? 0 : pairDepth(found, touches ? &shape : nullptr, oneSided, frame.voxel);
+  emit(frame, a.pose, settings, depth, oneSided);
+  std::swap(known, now);
+  return result;
+}
+
+const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
+                                         const ContactSettings& settings) {
+  Scratch& s = *scratch_;
+  const PairFrame frame = s.begin(a, b);
+  const int level = s.search.run(a, b, frame, settings.margin, enoughFor(settings), s.hits);
+  const std::vector<Sums>& patches =
+      s.binner.patches(s.hits, cellOf(frame, level), a.shape || b.shape);
+  return s.finish(a, b, settings, frame, {level, s.hits.size(), s.search.gap()}, patches);
 }
 
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {

@@ -41,6 +41,7 @@ class FieldData final : public SurfaceField {
   const FieldRecords& records() const { return records_; }
   // The planes that records of several lead to.
   const CcVoxel* planes() const { return planes_.planes.data(); }
+  std::size_t planeCount() const { return planes_.planes.size(); }
   const SampleSet& samples() const { return samples_; }
   // How many bricks away (Chebyshev) the nearest brick of the band is, 255 at most; 0 inside the
   // band.
@@ -48,6 +49,8 @@ class FieldData final : public SurfaceField {
   // A brick as the band has it; without cells where it is none of the band's.
   BandView bandBrick(std::size_t brick) const;
   const FieldNotes* notes() const { return notes_.get(); }
+  // Lives as long as the field, for those who keep a copy of what it holds.
+  const std::shared_ptr<const int>& life() const { return life_; }
 
  private:
   FieldData(Cloud cloud, Parts& parts, const BandSource& source);
@@ -59,6 +62,7 @@ class FieldData final : public SurfaceField {
   SampleSet samples_;
   Eigen::AlignedBox3d bounds_;
   std::shared_ptr<const FieldNotes> notes_;
+  std::shared_ptr<const int> life_ = std::make_shared<const int>(0);
 };
 
 }  // namespace cloudcontact

@@ -14,7 +14,8 @@ using namespace search;
 // the force off by 3.7 %, a third by less than 3.
 constexpr std::size_t kFinerNeeds = 3;
 constexpr double kMostMargin = 2;  // [voxels] farther out the band knows no planes
-constexpr float kLightly = 0.1f;   // [voxels] depth to which near misses are moved together
+
+constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 
 void rotation(const Eigen::Quaterniond& turn, double scale, float* rows) {
   const Eigen::Matrix3d m = turn.toRotationMatrix() * scale;
@@ -41,25 +42,32 @@ void lookUp(const ContactBody& own, const ContactBody& other, Side side, int lev
             HitColumns& hits) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
-  const double voxel = samples.cloud().voxelSize();
+  const float voxel = static_cast<float>(samples.cloud().voxelSize());
+  const Direction dir{
+      wayOf(own, other, frame), samples, samples.samples(), level, side, voxel, misses};
+  if (!other.shape) return searchField(dir, dataOf(other), candidates, hits);
   const Pose grid = own.pose * gridPose(samples.cloud());
-  const Pose toFrame = frame.pose.inverse() * grid;
-  const Eigen::Quaterniond fromOther = frame.pose.orientation.conjugate() * other.pose.orientation;
-  Direction dir{
-      samples, samples.samples(), level, side, static_cast<float>(voxel), {}, {}, {}, {}, {},
-      misses};
-  dir.toFrame = mapOf(toFrame, voxel, 1.0);
-  rotation(toFrame.orientation, 1, dir.frameFromOwn);
-  rotation(fromOther, 1, dir.frameFromOther);
-  rotation(other.pose.orientation.conjugate() * own.pose.orientation, 1, dir.turnToOther);
-  if (other.shape)
-    return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
-  const Cloud& target = dataOf(other).cloud();
-  dir.toOther = mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
-  searchField(dir, dataOf(other), candidates, hits);
+  searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
 }
 
 }  // namespace
+
+CcWay wayOf(const ContactBody& own, const ContactBody& other, const PairFrame& frame) {
+  const Cloud& cloud = own.field->cloud();
+  const double voxel = cloud.voxelSize();
+  const Pose grid = own.pose * gridPose(cloud);
+  const Pose toFrame = frame.pose.inverse() * grid;
+  const Eigen::Quaterniond fromOther = frame.pose.orientation.conjugate() * other.pose.orientation;
+  CcWay way{};
+  way.toFrame = mapOf(toFrame, voxel, 1.0);
+  rotation(toFrame.orientation, 1, way.frameFromOwn);
+  rotation(fromOther, 1, way.frameFromOther);
+  rotation(other.pose.orientation.conjugate() * own.pose.orientation, 1, way.turnToOther);
+  if (other.shape) return way;
+  const Cloud& target = other.field->cloud();
+  way.toOther = mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
+  return way;
+}
 
 PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
   PairFrame frame;
@@ -85,6 +93,14 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
   return frame;
 }
 
+std::size_t neededOf(int level, std::size_t enough) {
+  return level == kLevels - 1 ? enough : enough / kFinerNeeds;
+}
+
+float marginOf(double margin, const PairFrame& frame) {
+  return static_cast<float>(std::min(margin, kMostMargin * frame.voxel));
+}
+
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                    double margin, std::size_t enough, HitColumns& hits) {
   for (Candidates& c : cells_) {
@@ -93,15 +109,14 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   }
   misses_.list.clear();
   misses_.nearest = -1e30f;
-  misses_.margin = static_cast<float>(std::min(margin, kMostMargin * frame.voxel));
+  misses_.margin = marginOf(margin, frame);
   misses_.within = kLightly * static_cast<float>(frame.voxel);
   gap_ = 0;
   for (int level = kLevels - 1;; --level) {
     hits.clear();
     lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);
     lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits);
-    const std::size_t needed = level == kLevels - 1 ? enough : enough / kFinerNeeds;
-    if (level > 0 && hits.size() < needed) continue;
+    if (level > 0 && hits.size() < neededOf(level, enough)) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
     return level;
   }

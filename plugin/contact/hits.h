@@ -20,6 +20,12 @@ struct PairFrame {
 // The frame does not depend on which body is called A: the one with fewer samples, and of two
 // equals the one that sees the other on the greater side.
 PairFrame frameOf(const ContactBody& a, const ContactBody& b);
+// The way of a field's samples into the other body.
+CcWay wayOf(const ContactBody& own, const ContactBody& other, const PairFrame& frame);
+// Hits that make a level fine enough, of those that the coarsest needs.
+std::size_t neededOf(int level, std::size_t enough);
+// ContactSettings::margin as a search uses it [m].
+float marginOf(double margin, const PairFrame& frame);
 
 // Searches both bodies' samples; keeps its memory.
 class HitSearch {

@@ -13,17 +13,12 @@ using V3 = Eigen::Vector3f;
 using Candidates = HitSearch::Candidates;
 
 // Everything that one direction of the query needs.
-struct Direction {
+struct Direction : CcWay {
   const FieldData& body;
   const SampleSet& samples;
   int level;
   Side side;
-  float voxel;              // of the samples' body [m]
-  CcMap toFrame;            // samples' grid -> frame body, metres
-  float frameFromOwn[9];    // turns the samples' normals into the frame
-  float frameFromOther[9];  // turns the other body's normals into the frame
-  float turnToOther[9];     // turns the samples' normals into the other body's frame
-  CcMap toOther;            // samples' grid -> other's grid, voxels; unless that is a shape
+  float voxel;  // of the samples' body [m]
   HitSearch::Misses& misses;
 
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }

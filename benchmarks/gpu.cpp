@@ -1,0 +1,201 @@
+// The narrow phase of many pairs in one step, transfers included, on an OpenCL device, on one core
+// and on all of them, with the same bits:
+//   gpu [A.cloud B.cloud] [--pairs N] [--steps N] [--pose Z]
+// B stands at `0 0 Z` in A, each pair a little elsewhere, and in every step elsewhere again.
+// Without files: a rod and a ring with one thread. `cloudcontact digitize FILE --voxel H -o
+// FILE.cloud` makes clouds of meshes. Each step on the device is told beside what it must move, as
+// a share of what a copy moves in the same time.
+#include <cloudcontact/batch.h>
+#include <cloudcontact/cloud_file.h>
+#include <cloudcontact/digitize.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "backend/device_probe.h"
+#include "thread_meshes.h"
+
+namespace {
+
+using namespace cloudcontact;
+using Clock = std::chrono::steady_clock;
+
+struct Arguments {
+  std::vector<std::string> files;
+  std::size_t pairs = 1024;
+  int steps = 20;
+  double pose = 0;
+  bool posed = false;
+
+  Arguments(int count, char** words) {
+    for (int i = 1; i < count; ++i) {
+      const std::string word = words[i];
+      const bool more = i + 1 < count;
+      if (word == "--pairs" && more)
+        pairs = std::strtoul(words[++i], nullptr, 10);
+      else if (word == "--steps" && more)
+        steps = std::atoi(words[++i]);
+      else if (word == "--pose" && more)
+        pose = std::atof(words[++i]), posed = true;
+      else
+        files.push_back(word);
+    }
+    if ((!files.empty() && files.size() != 2) || pairs == 0 || steps < 1)
+      throw std::runtime_error("gpu [A.cloud B.cloud] [--pairs N] [--steps N] [--pose Z]");
+    if (!posed) pose = files.empty() ? 0.0 : 0.0078;
+  }
+};
+
+struct Bodies {
+  std::shared_ptr<const SurfaceField> a, b;
+
+  explicit Bodies(const std::vector<std::string>& files) {
+    if (!files.empty()) {
+      a = SurfaceField::build(loadCloud(files[0]));
+      b = SurfaceField::build(loadCloud(files[1]));
+      return;
+    }
+    const Thread thread;
+    DigitizeSettings settings;
+    settings.voxelSize = 2.5e-4;
+    a = SurfaceField::build(digitize(threadedRod(thread, 24e-3), settings));
+    // Pressed by a fifth of a voxel all around.
+    b = SurfaceField::build(digitize(threadedRing(thread, 13e-3, 12e-3, -5e-5), settings));
+  }
+};
+
+// Poses of a step: up to a tenth of a voxel and a milliradian from the named one.
+void pose(const Arguments& how, const Bodies& bodies, int step, std::vector<BatchPair>& pairs) {
+  std::mt19937 random(static_cast<unsigned>(step));
+  std::uniform_real_distribution<double> any(-1, 1);
+  const double aside = 0.1 * bodies.a->cloud().voxelSize();
+  pairs.resize(how.pairs);
+  for (BatchPair& p : pairs) {
+    p.a.field = bodies.a.get();
+    p.b.field = bodies.b.get();
+    p.b.pose.position = Vec3(0, 0, how.pose) + aside * Vec3(any(random), any(random), any(random));
+    p.b.pose.orientation =
+        Eigen::Quaterniond(1, 5e-4 * any(random), 5e-4 * any(random), 5e-4 * any(random))
+            .normalized();
+  }
+}
+
+bool same(const ContactResult& a, const ContactResult& b) {
+  const auto equal = [](double x, double y) { return std::memcmp(&x, &y, sizeof x) == 0; };
+  bool all = a.points.size() == b.points.size() && a.samples == b.samples;
+  for (std::size_t i = 0; all && i < a.points.size(); ++i) {
+    const ContactPoint &p = a.points[i], &q = b.points[i];
+    for (int k = 0; k < 3; ++k)
+      all = all && equal(p.position[k], q.position[k]) && equal(p.normal[k], q.normal[k]);
+    all = all && equal(p.depth, q.depth) && equal(p.stiffness, q.stiffness) && p.id == q.id;
+  }
+  return all;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+// Seconds of each step; the first two make room and are not counted.
+double timed(ContactBatch& batch, const Arguments& how, const Bodies& bodies, int steps) {
+  std::vector<BatchPair> pairs;
+  std::vector<double> seconds;
+  for (int step = -2; step < steps; ++step) {
+    pose(how, bodies, step + 2, pairs);
+    const auto begin = Clock::now();
+    batch.find(pairs);
+    if (step >= 0) seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+  }
+  return median(seconds);
+}
+
+// What each step on the device must read and write at least [bytes].
+double mustMove(const std::string& name, const BatchReport& r) {
+  const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
+               patches = double(r.patches);
+  constexpr double kHit = 64, kSums = 648, kSprout = 112;
+  if (name.rfind("ccSearch", 0) == 0) return asked * (32 + 4 + 8) + hits * kHit;
+  if (name == "ccBins") return hits * (48 + 8 + 8 + 4 + 4 + 4) + bins * 24;
+  if (name == "ccSums") return hits * (kHit + 4) + bins * (24 + kSums);
+  if (name == "ccSprouts") return bins * (200 + kSprout);
+  if (name == "ccGrow") return bins * (kSprout + 16 + 4);
+  if (name == "ccPatches") return bins * (kSums + 4) + patches * kSums;
+  if (name == "patches fetched") return patches * kSums;
+  if (name == "poses sent") return double(r.sent);
+  return 0;
+}
+
+void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& speeds) {
+  BatchSettings settings{Backend::OpenCl, 0, true};
+  ContactBatch batch(settings);
+  timed(batch, how, bodies, 1);
+  batch.deviceTimes();
+  timed(batch, how, bodies, how.steps);
+  const BatchReport& r = batch.report();
+  std::printf(
+      "a step: %zu samples asked, %zu hits, %zu bins, %zu patches; %zu pairs on the device, "
+      "%zu on the CPU; %.3f MB sent, %.3f MB fetched; %.1f MB on the device\n",
+      r.asked, r.hits, r.bins, r.patches, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
+      1e-6 * double(r.fetched), 1e-6 * double(batch.deviceBytes()));
+  std::printf("%-18s %10s %12s %10s\n", "on the device", "us a step", "must move MB", "of a copy");
+  double all = 0;
+  for (const auto& [name, time] : batch.deviceTimes()) {
+    const double each = time.seconds / (how.steps + 2), bytes = mustMove(name, r);
+    all += each;
+    std::printf("%-18s %10.1f %12.3f %9.1f%%\n", name.c_str(), 1e6 * each, 1e-6 * bytes,
+                100 * bytes / each / speeds.copy);
+  }
+  std::printf("%-18s %10.1f\n", "together", 1e6 * all);
+}
+
+void run(const Arguments& how) {
+  const DeviceSpeeds speeds = measureDevice();
+  std::printf(
+      "%s: copy %.1f GB/s, gather %.2f G/s of 8 bytes, doubles %.0f G/s, upload %.1f GB/s, "
+      "download %.1f GB/s, launch %.1f us\n",
+      speeds.device.c_str(), 1e-9 * speeds.copy, 1e-9 * speeds.gather, 1e-9 * speeds.doubles,
+      1e-9 * speeds.upload, 1e-9 * speeds.download, 1e6 * speeds.launch);
+  const Bodies bodies(how.files);
+  ContactBatch device({Backend::OpenCl, 0, false}), one({Backend::Cpu, 1, false}),
+      cores({Backend::Cpu, 0, false});
+  if (device.backend() != Backend::OpenCl) throw std::runtime_error(device.message());
+  std::vector<BatchPair> pairs;
+  pose(how, bodies, 99, pairs);
+  std::size_t unequal = 0;
+  for (int round = 0; round < 2; ++round) {  // the second finds the room that the first asked for
+    const auto got = device.find(pairs), want = cores.find(pairs);
+    for (std::size_t k = 0; k < pairs.size(); ++k) unequal += !same(*got[k], *want[k]);
+  }
+  std::printf("%zu pairs: %zu unlike the CPU's, to the bit\n", pairs.size(), unequal);
+  const double gpu = timed(device, how, bodies, how.steps);
+  const double all = timed(cores, how, bodies, std::min(how.steps, 5));
+  const double single = timed(one, how, bodies, std::min(how.steps, 3));
+  std::printf(
+      "a step of %zu pairs, median: OpenCL %.3f ms (%.2f us a pair), %u cores %.3f ms "
+      "(%.1f times that), one core %.3f ms (%.1f times)\n",
+      pairs.size(), 1e3 * gpu, 1e6 * gpu / double(pairs.size()),
+      std::thread::hardware_concurrency(), 1e3 * all, all / gpu, 1e3 * single, single / gpu);
+  tellSteps(how, bodies, speeds);
+  if (unequal > 0) throw std::runtime_error("the device's contacts are not the CPU's");
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    run(Arguments(count, words));
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "gpu: %s\n", e.what());
+    return 1;
+  }
+}

@@ -1,0 +1,175 @@
+// Hits to bins: a group for each pair. Bins are numbered as their first hits come, and each bin's
+// hits are listed in their order, so that sums over them are those of a CPU.
+
+#define CC_SLOTS (2 * CC_MOST_BINS)
+#define CC_EMPTY 0x7fffffff
+
+// A hit of a pair: those of the first direction, then those of the second.
+typedef struct {
+  uint first[2], count[2], deep[2][2];
+} CcHits;
+
+uint ccHitAt(const CcHits* h, uint i) {
+  return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
+}
+
+CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirection* directions,
+                uint pair) {
+  CcHits h;
+  for (uint d = 0; d < 2; ++d) {
+    const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
+    h.first[d] = directions[2 * pair + d].hits;
+    h.count[d] = f.whole + f.deep + f.parts;
+    h.deep[d][0] = f.whole;
+    h.deep[d][1] = f.whole + f.deep;
+  }
+  return h;
+}
+
+CcBinOfHit ccBinAt(__global const float4* hits, uint at, int side, float perCell) {
+  const float4 p = hits[4 * (size_t)at], q = hits[4 * (size_t)at + 1],
+               r = hits[4 * (size_t)at + 2];
+  const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
+  return ccBinOf(x, own, other, q.w, side, perCell);
+}
+
+// What a pair's search came to; whether all its hits found room.
+CcAnswer ccAnswerOf(const CcPair* pair, __global const CcFound* found,
+                    __global const CcDirection* directions, uint p) {
+  CcAnswer a;
+  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS);
+  a.failed = 0;
+  a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
+  for (int level = CC_LEVELS - 1; level >= a.level; --level)
+    for (uint d = 0; d < 2; ++d) {
+      const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
+      const uint all = f.whole + f.deep + f.parts;
+      a.wanted = max(a.wanted, all);
+      if (all > directions[2 * p + d].room) a.failed = CC_NO_ROOM;
+      a.asked += f.asked;
+      if (level == a.level) a.hits += all;
+    }
+  if (a.hits == 0 && pair->margin > 0.0f) a.failed |= CC_NO_TOUCH;
+  return a;
+}
+
+// Bins of all hits in the table `slots`: least[k] becomes slot k's first hit. Returns how many bins
+// there are, or more than CC_MOST_BINS.
+uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __global uint* slots,
+                __local int* holder, __local int* least, __local uint* used) {
+  const uint lid = get_local_id(0);
+  for (uint k = lid; k < CC_SLOTS; k += CC_GROUP) holder[k] = least[k] = CC_EMPTY;
+  if (lid == 0) *used = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  for (uint i = lid; i < count; i += CC_GROUP) {
+    const ulong key = keys[ccHitAt(h, i)];
+    uint slot = (uint)(key * 0x9E3779B97F4A7C15ul >> 40) & (CC_SLOTS - 1);
+    for (uint tries = 0; tries < CC_SLOTS; ++tries, slot = (slot + 1) & (CC_SLOTS - 1)) {
+      const int held = atomic_cmpxchg(&holder[slot], CC_EMPTY, (int)i);
+      if (held == CC_EMPTY && atomic_inc(used) >= CC_MOST_BINS) break;
+      if (held == CC_EMPTY || keys[ccHitAt(h, (uint)held)] == key) {
+        atomic_min(&least[slot], (int)i);
+        slots[ccHitAt(h, i)] = slot;
+        break;
+      }
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  return *used;
+}
+
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
+    __global const CcPair* pairs, __global const CcDirection* directions,
+    __global const CcFound* found, __global const float4* hits, __global ulong* keys,
+    __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
+    __global uint* counters, uint binRoom) {
+  __local int holder[CC_SLOTS], least[CC_SLOTS];
+  __local uint counts[CC_MOST_BINS], sums[2 * CC_GROUP], flags[CC_WORDS], used, firstBin;
+  const uint lid = get_local_id(0), p = get_group_id(0);
+  const CcPair pair = pairs[p];
+  CcAnswer answer = ccAnswerOf(&pair, found, directions, p);
+  if (answer.failed || answer.hits == 0) {
+    if (lid == 0) answers[p] = answer;
+    return;
+  }
+  const CcHits h = ccHitsOf(answer.level, found, directions, p);
+  const uint count = answer.hits;
+  const double cell = pair.cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
+  const float perCell = (float)(1.0 / cell);
+  for (uint i = lid; i < count; i += CC_GROUP) {
+    const uint at = ccHitAt(&h, i);
+    const CcBinOfHit b = ccBinAt(hits, at, i < h.count[0] ? 0 : 1, perCell);
+    keys[at] = ccBinKey(b.x, b.y, b.z, b.direction);
+  }
+  const uint all = ccFindBins(&h, count, keys, slots, holder, least, &used);
+  if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&counters[CC_BINS], all) : binRoom;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (firstBin + all > binRoom) {
+    if (lid == 0) {
+      answer.failed = CC_NO_BINS;
+      answer.bins = all;
+      answers[p] = answer;
+    }
+    return;
+  }
+  // Their numbers, in the order of their first hits; the table then leads to them.
+  uint numbered = 0;
+  for (uint base = 0; base < count; base += CC_GROUP) {
+    const uint i = base + lid;
+    const uint at = i < count ? ccHitAt(&h, i) : 0u;
+    const int is = i < count && least[slots[at]] == (int)i;
+    ccFlag(flags, 1, is);
+    if (is) {
+      const uint number = numbered + ccFlagged(flags, 0, lid);
+      const CcBinOfHit b = ccBinAt(hits, at, i < h.count[0] ? 0 : 1, perCell);
+      const CcBin bin = {{b.x, b.y, b.z}, p, 0, 0};
+      bins[firstBin + number] = bin;
+      holder[slots[at]] = (int)number;
+    }
+    numbered += ccFlagged(flags, 0, CC_GROUP);
+  }
+  for (uint b = lid; b < all; b += CC_GROUP) counts[b] = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  for (uint i = lid; i < count; i += CC_GROUP) {
+    const uint at = ccHitAt(&h, i);
+    const uint bin = (uint)holder[slots[at]];
+    slots[at] = bin;
+    atomic_inc(&counts[bin]);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  uint before = 0;
+  for (uint base = 0; base < all; base += CC_GROUP) {
+    const uint b = base + lid;
+    const uint own = b < all ? counts[b] : 0u;
+    const uint upTo = before + ccSumUpTo(sums, own);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (b < all) {
+      counts[b] = upTo - own;
+      bins[firstBin + b].begin = upTo - own;
+      bins[firstBin + b].end = upTo;
+    }
+    if (lid == CC_GROUP - 1) sums[0] = upTo;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    before = sums[0];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  // Each work-item lists the hits of its bins as they come.
+  for (uint base = 0; base < all; base += CC_GROUP)
+    for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
+      barrier(CLK_LOCAL_MEM_FENCE);
+      if (chunk + lid < count) sums[lid] = slots[ccHitAt(&h, chunk + lid)];
+      barrier(CLK_LOCAL_MEM_FENCE);
+      const uint b = base + lid, some = min((uint)CC_GROUP, count - chunk);
+      if (b < all) {
+        uint next = counts[b];
+        for (uint k = 0; k < some; ++k)
+          if (sums[k] == b) order[ccHitAt(&h, next++)] = ccHitAt(&h, chunk + k);
+        counts[b] = next;
+      }
+    }
+  if (lid == 0) {
+    answer.firstBin = firstBin;
+    answer.bins = all;
+    answers[p] = answer;
+  }
+}

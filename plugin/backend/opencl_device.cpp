@@ -1,0 +1,229 @@
+// Finding a device, building the kernels for it, and finding out whether it computes as the CPU.
+//
+// OpenCL lets a device round division and root by several bits and contract a * b + c unless told
+// otherwise; a device that does so gives other contacts. It is told otherwise, asked whether it
+// can, and then tried.
+#include "opencl_device.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <stdexcept>
+
+namespace cloudcontact::opencl {
+
+extern const char* const kKernelSource;  // made by cmake/EmbedKernels.cmake
+
+namespace {
+
+constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt";
+constexpr char kPrelude[] =
+    "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
+constexpr std::size_t kTests = 4096;
+
+std::string said(const cl::Error& e) {
+  return std::string(e.what()) + " gave " + std::to_string(e.err());
+}
+
+// Why a device cannot be meant for this work; empty where it may.
+std::string lacking(const cl::Device& device) {
+  if (!device.getInfo<CL_DEVICE_AVAILABLE>() || !device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>())
+    return "has no compiler";
+  if (device.getInfo<CL_DEVICE_PROFILE>() != "FULL_PROFILE") return "knows no 64-bit integers";
+  if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>()) return "is big-endian";
+  if (device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() == 0) return "knows no doubles";
+  const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
+  if (!(single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)) return "does not round divisions correctly";
+  if (!(single & CL_FP_DENORM)) return "drops numbers below the normal ones";
+  return {};
+}
+
+std::vector<cl::Device> allDevices() {
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {  // the loader's way to say that there is none
+  }
+  std::vector<cl::Device> devices;
+  for (const cl::Platform& platform : platforms) {
+    std::vector<cl::Device> some;
+    try {
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &some);
+    } catch (const cl::Error&) {
+    }
+    devices.insert(devices.end(), some.begin(), some.end());
+  }
+  std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& d) {
+    return (d.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  });
+  return devices;
+}
+
+// Numbers of all sizes, and triples of which x y + z cancels, so that contraction shows.
+struct Trial {
+  std::vector<float> a, b, c;
+
+  Trial() {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> size(-30, 30), mantissa(1, 2);
+    for (std::size_t i = 0; i < kTests; ++i) {
+      const bool tiny = i % 8 == 7;  // products and quotients below 2^-126
+      a.push_back(mantissa(random) * std::exp2(tiny ? -70.0f : std::round(size(random))));
+      b.push_back(mantissa(random) * std::exp2(tiny ? -60.0f : std::round(size(random))));
+      c.push_back(i % 2 ? -(a[i] * b[i]) * (1 + std::exp2(-20.0f)) : mantissa(random));
+    }
+  }
+};
+
+struct Answers {
+  std::vector<float> narrow = std::vector<float>(4 * kTests);
+  std::vector<double> wide = std::vector<double>(3 * kTests);
+};
+
+Answers expected(const Trial& t) {
+  Answers e;
+  for (std::size_t i = 0, n = kTests; i < n; ++i) {
+    const float x = t.a[i], y = t.b[i], z = t.c[i];
+    e.narrow[i] = x / y;
+    e.narrow[n + i] = std::sqrt(x);
+    e.narrow[2 * n + i] = x * y + z;
+    const float u = x * x - y * y, v = z * z;
+    e.narrow[3 * n + i] = 1.0f / std::sqrt(u > v ? u : v);
+    const double p = x, q = y, r = z;
+    e.wide[i] = p / q;
+    e.wide[n + i] = std::sqrt(p);
+    e.wide[2 * n + i] = (p / 3.0) * (q / 7.0) + r / 11.0;
+  }
+  return e;
+}
+
+template <typename Number>
+std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, std::size_t part) {
+  std::size_t count = 0;
+  for (std::size_t i = part * kTests; i < (part + 1) * kTests; ++i)
+    count += std::memcmp(&a[i], &b[i], sizeof(Number)) != 0;
+  return count;
+}
+
+}  // namespace
+
+std::shared_ptr<Device> Device::open(bool profiling) {
+  std::string refused;
+  for (const cl::Device& device : allDevices()) {
+    const std::string name = device.getInfo<CL_DEVICE_NAME>();
+    std::string why;
+    try {
+      why = lacking(device);
+      if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling));
+    } catch (const cl::Error& e) {
+      why = said(e);
+    } catch (const std::runtime_error& e) {
+      why = e.what();
+    }
+    refused += "; " + name + " " + why;
+  }
+  if (refused.empty())
+    throw std::runtime_error(
+        "no OpenCL device; install its driver (pocl-opencl-icd runs on any CPU), or take the CPU");
+  throw std::runtime_error("no OpenCL device that computes as the CPU does" + refused);
+}
+
+Device::Device(const cl::Device& device, bool profiling)
+    : device_(device),
+      context_(device),
+      queue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
+      name_(device.getInfo<CL_DEVICE_NAME>()),
+      memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
+      largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
+      gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
+      profiling_(profiling) {
+  build();
+  test();
+  clock();
+}
+
+void Device::build() {
+  program_ = cl::Program(context_, std::string(kPrelude) + kKernelSource);
+  try {
+    program_.build({device_}, kOptions);
+  } catch (const cl::Error&) {
+    std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
+    log.resize(std::min<std::size_t>(log.size(), 4000));
+    throw std::runtime_error("does not build the kernels: " + log);
+  }
+}
+
+void Device::test() {
+  Trial trial;
+  Answers got;
+  cl::Buffer in[3];
+  int argument = 0;
+  cl::Kernel& tester = kernel("ccSelfTest");
+  for (auto* column : {&trial.a, &trial.b, &trial.c}) {
+    in[argument] = cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                              kTests * sizeof(float), column->data());
+    tester.setArg(static_cast<cl_uint>(argument), in[argument]);
+    ++argument;
+  }
+  const cl::Buffer narrow(context_, CL_MEM_WRITE_ONLY, got.narrow.size() * sizeof(float)),
+      wide(context_, CL_MEM_WRITE_ONLY, got.wide.size() * sizeof(double));
+  tester.setArg(3, narrow);
+  tester.setArg(4, wide);
+  run("ccSelfTest", kTests, 64);
+  queue_.enqueueReadBuffer(narrow, CL_TRUE, 0, got.narrow.size() * sizeof(float),
+                           got.narrow.data());
+  queue_.enqueueReadBuffer(wide, CL_TRUE, 0, got.wide.size() * sizeof(double), got.wide.data());
+  const Answers want = expected(trial);
+  const char* const what[] = {"division", "root", "product and sum", "root of a difference"};
+  std::string wrong;
+  const auto tell = [&](const char* name, std::size_t count) {
+    if (count > 0)
+      wrong += std::string(wrong.empty() ? "" : ", ") + name + " (" + std::to_string(count) +
+               " of " + std::to_string(kTests) + ")";
+  };
+  for (std::size_t part = 0; part < 4; ++part)
+    tell(what[part], unlike(got.narrow, want.narrow, part));
+  for (std::size_t part = 0; part < 3; ++part)
+    tell("the same in double", unlike(got.wide, want.wide, part));
+  if (!wrong.empty()) throw std::runtime_error("rounds otherwise than the CPU: " + wrong);
+}
+
+cl::Kernel& Device::kernel(const std::string& name) {
+  const auto known = kernels_.find(name);
+  if (known != kernels_.end()) return known->second;
+  return kernels_.emplace(name, cl::Kernel(program_, name.c_str())).first->second;
+}
+
+void Device::run(const char* name, std::size_t items, std::size_t group) {
+  run(kernel(name), name, items, group);
+}
+
+void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group) {
+  if (items == 0) return;
+  const std::size_t all = (items + group - 1) / group * group;
+  queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
+                              note(name));
+}
+
+cl::Event* Device::note(const char* name) {
+  if (!profiling_) return nullptr;
+  notes_.push_back(std::make_unique<Noted>(Noted{name, {}}));
+  return &notes_.back()->event;
+}
+
+std::map<std::string, Spent> Device::clock() {
+  queue_.finish();
+  std::map<std::string, Spent> spent;
+  for (const auto& n : notes_) {
+    Spent& s = spent[n->name];
+    s.seconds +=
+        1e-9 * static_cast<double>(n->event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                   n->event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+    ++s.calls;
+  }
+  notes_.clear();
+  return spent;
+}
+
+}  // namespace cloudcontact::opencl

@@ -1,0 +1,68 @@
+// An OpenCL device that computes as the CPU does, to the bit, with the kernels built for it.
+#pragma once
+
+#include "opencl.h"
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cloudcontact::opencl {
+
+// What a kernel or a copy took, summed since the device's clock() was last emptied.
+struct Spent {
+  double seconds = 0;
+  int calls = 0;
+};
+
+class Device {
+ public:
+  // The first device that passes the self-test, GPUs before others. Throws std::runtime_error that
+  // names every device that was refused and why, or says that there is none.
+  // `profiling`: the queue notes when its commands begin and end; costs some time each.
+  static std::shared_ptr<Device> open(bool profiling = false);
+
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const std::string& name() const { return name_; }
+  cl::Context& context() { return context_; }
+  cl::CommandQueue& queue() { return queue_; }
+  cl::Kernel& kernel(const std::string& name);
+  std::size_t memory() const { return memory_; }          // [bytes]
+  std::size_t largestBuffer() const { return largest_; }  // [bytes]
+  bool gpu() const { return gpu_; }
+
+  // Runs a kernel whose arguments are set, noted under its own name or another.
+  void run(const char* name, std::size_t items, std::size_t group);
+  void run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group);
+  // An event to hand to a copy, noted under that name; null where nothing is noted.
+  cl::Event* note(const char* name);
+  // What each took; waits for the queue, and begins anew.
+  std::map<std::string, Spent> clock();
+
+ private:
+  Device(const cl::Device& device, bool profiling);
+  void build();
+  void test();
+
+  struct Noted {
+    std::string name;
+    cl::Event event;
+  };
+
+  cl::Device device_;
+  cl::Context context_;
+  cl::CommandQueue queue_;
+  cl::Program program_;
+  std::map<std::string, cl::Kernel, std::less<>> kernels_;
+  std::vector<std::unique_ptr<Noted>> notes_;
+  std::string name_;
+  std::size_t memory_ = 0, largest_ = 0;
+  bool gpu_ = false, profiling_ = false;
+};
+
+}  // namespace cloudcontact::opencl

@@ -1,0 +1,58 @@
+// A ContactFinder's memory and the last steps of a query, which other backends share: patches to
+// forces, points and names.
+#pragma once
+
+#include "pair_depth.h"
+
+#include <span>
+
+namespace cloudcontact {
+
+// A patch of the step before, to keep its points' names. In A's frame, for the frame body may be
+// the other one in the next step: where two equal links hung in each other their points lost their
+// names, and the solver what it had learnt, several times a second.
+struct Known {
+  Vec3 center, normal;
+  std::uint32_t id;
+};
+
+// What a search came to.
+struct Hitting {
+  int level = 0;          // of the samples that hit
+  std::size_t count = 0;  // hits
+  double gap = 0;         // HitSearch::gap()
+};
+
+// Hits that a query asks its coarsest level for.
+std::size_t enoughFor(const ContactSettings& settings);
+// A bin's edge [m].
+double cellOf(const PairFrame& frame, int level);
+
+struct ContactFinder::Scratch {
+  HitColumns hits;
+  HitSearch search;
+  Binner binner;
+  std::vector<FoundPatch> found;
+  std::vector<Known> known, now;
+  std::uint32_t nextId = 0;
+  double gap = 0;
+  ContactResult result;
+
+  // Of a finder, for those who know how to finish.
+  static Scratch& of(ContactFinder& finder) { return *finder.scratch_; }
+
+  // Checks the bodies (ContactFinder::find() tells what throws), and forgets the last query.
+  PairFrame begin(const ContactBody& a, const ContactBody& b);
+  // The result from the patches' sums.
+  const ContactResult& finish(const ContactBody& a, const ContactBody& b,
+                              const ContactSettings& settings, const PairFrame& frame,
+                              Hitting hitting, std::span<const Sums> patches);
+
+ private:
+  std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
+  void collect(bool foundation, bool oneSided, Side sampled, double voxel);
+  void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
+            double depth, bool oneSided);
+};
+
+}  // namespace cloudcontact
