@@ -5,6 +5,7 @@
 #include <cloudcontact/contact.h>
 
 #include "pair_depth.h"
+#include "patch_names.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +19,6 @@ constexpr double kCellVoxels = 8;      // a bin's cell
 constexpr double kLeastShare = 0.003;  // of the pair's force: lighter patches are dropped
 // No patch is deeper than this many times the pair's depth (a wall wetted over a sliver).
 constexpr double kMostDepth = 1.5;
-constexpr double kSameCosine = 0.7;  // a patch is last step's if its normal is this near ...
-constexpr double kSameVoxels = 8;    // ... and its centre
 
 void check(const ContactBody& body, const char* name) {
   if ((body.field != nullptr) == (body.shape != nullptr))
@@ -35,14 +34,6 @@ double shareOf(const FoundPatch& p, double allArea, double allForce) {
   return std::max(p.sums->area / allArea, p.size / (kMostDepth * allForce));
 }
 
-// A patch of the step before, to keep its points' names. In A's frame, for the frame body may be
-// the other one in the next step: where two equal links hung in each other their points lost their
-// names, and the solver what it had learnt, several times a second.
-struct Known {
-  Vec3 center, normal;
-  std::uint32_t id;
-};
-
 }  // namespace
 
 struct ContactFinder::Scratch {
@@ -50,12 +41,12 @@ struct ContactFinder::Scratch {
   HitSearch search;
   Binner binner;
   std::vector<FoundPatch> found;
-  std::vector<Known> known, now;
-  std::uint32_t nextId = 0;
+  std::vector<NamedPatch> seen;  // of the result, in its order
+  double voxel = 0;              // the pair's [m]
+  PatchNames names;
   ContactResult result;
 
-  std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
-  void collect(bool foundation, bool oneSided, Side sampled, double voxel);
+  void collect(bool foundation, bool oneSided, Side sampled);
   void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
             double depth, bool oneSided);
 };
@@ -65,22 +56,7 @@ ContactFinder::~ContactFinder() = default;
 ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
 ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
 
-std::uint32_t ContactFinder::Scratch::nameOf(const Vec3& center, const Vec3& normal, double voxel) {
-  std::size_t best = known.size();
-  double nearest = kSameVoxels * voxel * kSameVoxels * voxel;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const double far = (known[i].center - center).squaredNorm();
-    if (far > nearest || known[i].normal.dot(normal) < kSameCosine) continue;
-    nearest = far;
-    best = i;
-  }
-  const std::uint32_t id = best < known.size() ? known[best].id : nextId++;
-  if (best < known.size()) known.erase(known.begin() + static_cast<std::ptrdiff_t>(best));
-  now.push_back({center, normal, id});
-  return id;
-}
-
-void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled, double voxel) {
+void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled) {
   double all = 0;
   for (FoundPatch& p : found) {
     p.force = forceOf(*p.sums, foundation, oneSided, sampled);
@@ -121,7 +97,7 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
     const Vec3 n = p.force.force / p.size;
     const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
     const Pose toA = poseOfA.inverse() * frame.pose;
-    const std::uint32_t id = nameOf(toA.toWorld(p.force.center), toA.orientation * n, frame.voxel);
+    seen.push_back({toA.toWorld(p.force.center), toA.orientation * n});
     patch.normal = frame.pose.orientation * n;
     patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);
     const double pushes = oneSided ? std::max(p.sums->side[0].size, p.sums->side[1].size)
@@ -141,7 +117,6 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
       point.depth = patch.depth * points.weight[i] - gap;
       point.stiffness = 0.25 * patch.stiffness;
       point.damping = 0.25 * patch.damping;
-      point.id = id * 4 + static_cast<std::uint32_t>(i);
       point.patch = static_cast<int>(result.patches.size());
       result.points.push_back(point);
     }
@@ -152,6 +127,12 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
 
 const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
                                          const ContactSettings& settings) {
+  search(a, b, settings);
+  return named();
+}
+
+void ContactFinder::search(const ContactBody& a, const ContactBody& b,
+                           const ContactSettings& settings) {
   check(a, "A");
   check(b, "B");
   if (a.shape && b.shape)
@@ -160,7 +141,9 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   s.result.clear();
   s.hits.clear();
   s.found.clear();
+  s.seen.clear();
   const PairFrame frame = frameOf(a, b);
+  s.voxel = frame.voxel;
   // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
   // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
   const bool foundation = settings.law == LawForm::Foundation;
@@ -171,16 +154,29 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
   for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
     s.found.push_back({&sums, {}, 0});
-  s.collect(foundation, oneSided, a.shape ? kB : kA, frame.voxel);
-  s.now.clear();
+  s.collect(foundation, oneSided, a.shape ? kB : kA);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &s.hits, level};
   const bool touches = oneSided && s.search.gap() == 0;
   // The foundation has no depth of a pair: each patch's own is its force over its area.
   const double depth =
       foundation ? 0 : pairDepth(s.found, touches ? &shape : nullptr, oneSided, frame.voxel);
   s.emit(frame, a.pose, settings, depth, oneSided);
-  std::swap(s.known, s.now);
+}
+
+const ContactResult& ContactFinder::named() {
+  Scratch& s = *scratch_;
+  s.names.name(s.seen, s.voxel);
+  for (ContactPoint& point : s.result.points) {
+    const auto patch = static_cast<std::size_t>(point.patch);
+    const int place =
+        static_cast<int>(&point - s.result.points.data()) - s.result.patches[patch].firstPoint;
+    point.id = s.seen[patch].id * 4 + static_cast<std::uint32_t>(place);
+  }
   return s.result;
+}
+
+std::size_t ContactFinder::asked() const {
+  return scratch_->search.asked();
 }
 
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {
