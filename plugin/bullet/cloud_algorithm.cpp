@@ -65,6 +65,11 @@ struct CloudAlgorithm::State {
   void process(CloudAlgorithm& self, const btCollisionObjectWrapper& a,
                const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                btManifoldResult& result);
+  PairQuery read(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step,
+                 bool steps) {
+    const auto lock = narrowPhase.whileReading();
+    return reader.read(narrowPhase.settings(), a, b, step, steps);
+  }
   double answer(const PairQuery& query);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
@@ -112,7 +117,7 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   const bool steps = typeid(result) == typeid(btManifoldResult);
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
-  const PairQuery query = reader.read(narrowPhase.settings(), a, b, info.m_timeStep, steps);
+  const PairQuery query = read(a, b, info.m_timeStep, steps);
   if (query.wrong) {
     narrowPhase.countFailure(query.wrong);
     writer.clear();
@@ -160,7 +165,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   own.answeredStep = 0;
   if (!std::exchange(own.wanted, false)) return 0;
   try {
-    own.ahead = own.reader.read(own.narrowPhase.settings(), a, b, info.m_timeStep, true);
+    own.ahead = own.read(a, b, info.m_timeStep, true);
   } catch (...) {
     return 0;  // processCollision() will meet it too, and tell
   }

@@ -1,19 +1,26 @@
 // Tasks by cost, the dearest first, handed out by a counter.
 #include "look_ahead.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "cloud_algorithm.h"
 
 namespace cloudcontact {
 
 struct LookAhead::Arena {
-  explicit Arena(int threads) : arena(threads) {}
+  explicit Arena(int threads) : arena(threads) {
+    constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
+    const auto wanted = static_cast<std::size_t>(threads);
+    if (wanted > tbb::global_control::active_value(kLimit)) more.emplace(kLimit, wanted);
+  }
+  std::optional<tbb::global_control> more;  // threads than cores, where that is asked for
   tbb::task_arena arena;
   std::atomic<std::size_t> next{0};
 };
