@@ -23,9 +23,11 @@
 
 #if defined(__OPENCL_VERSION__)
 #define CC_SQRT(x) sqrt(x)
+#define CC_SQRT64(x) sqrt(x)
 #else
 #include <math.h>
 #define CC_SQRT(x) sqrtf(x)
+#define CC_SQRT64(x) sqrt(x)
 #endif
 
 // Material where n.x + (k11 u^2 + 2 k12 u v + k22 v^2)/2 < s, u and v along t1 and t2.

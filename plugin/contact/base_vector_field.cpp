@@ -1,15 +1,12 @@
 // Builds a field of base vectors, reads it, and cuts it. The sums are the same integers whichever
-// way they come about: gathered from a window's voxels when the field is built, or changed one by
-// one by what is cut. A voxel that loses matter concerns those voxels in whose window it lies: the
-// window turned round about it, walked row by row.
+// way they come about: gathered from a window's voxels when the field is built, or changed by what
+// is cut (field_changes.h).
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
 #include "../geometry/parallel.h"
 #include "field_bricks.h"
-#include "simd.h"
 
 namespace cloudcontact {
 
@@ -23,24 +20,15 @@ CcTap tapOf(const WindowTap& t) {
 
 // The window turned round, as rows.
 void makeRows(Bricks& f) {
-  const auto zeros = [&] {
-    f.taps.insert(f.taps.end(), kBrickEdge, CcMoments{});
-    f.weights.insert(f.weights.end(), kBrickEdge, 0.0);
-  };
-  zeros();
   for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
     const bool goesOn = !f.rows.empty() && f.rows.back().y == -t->y && f.rows.back().z == -t->z &&
                         f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
-    if (!goesOn) {
-      if (!f.rows.empty()) zeros();
+    if (!goesOn)
       f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
-    }
     ++f.rows.back().count;
     f.taps.push_back({static_cast<CcSum>(t->weight), static_cast<CcSum>(t->moment[0]),
                       static_cast<CcSum>(t->moment[1]), static_cast<CcSum>(t->moment[2])});
-    f.weights.push_back(t->weight);
   }
-  zeros();
 }
 
 void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
@@ -187,99 +175,34 @@ void build(Bricks& f, const Cloud& cloud) {
   sumUp(f);
 }
 
-// Gives a brick that shares its block one of its own.
-FieldBlock& ownBlock(Bricks& f, std::int32_t& entry) {
-  if (static_cast<std::size_t>(entry) < f.tissues.size()) {
-    f.blocks.push_back(FieldBlock(f.blocks[static_cast<std::size_t>(entry)]));
-    entry = static_cast<std::int32_t>(f.blocks.size() - 1);
-  }
-  return f.blocks[static_cast<std::size_t>(entry)];
-}
-
-// Eight numbers worked on at once, wherever they lie.
-typedef double Eight __attribute__((vector_size(64)));
-
-inline void addEight(const CcSum* taps, double factor, CcSum* sums) {
-  Eight tap, sum;
-  std::memcpy(&tap, taps, sizeof(Eight));
-  std::memcpy(&sum, sums, sizeof(Eight));
-  sum += tap * factor;
-  std::memcpy(sums, &sum, sizeof(Eight));
-}
-
-// Adds matter and coverage times the window's weights to a whole row of a block; `taps` and
-// `weights` those of its first voxel, zero where the window does not reach. A row is always eight
-// voxels: loops of one to five guessed their ends wrongly and took a third longer.
-inline void addRow(const CcMoments* taps, const CcSum* weights, double matter, double coverage,
-                   CcMoments* moments, CcSum* volume) {
-  for (int k = 0; k < kBrickEdge; k += 2) addEight(&taps[k].mass, matter, &moments[k].mass);
-  addEight(weights, coverage, volume);
-}
-
-// The blocks about a brick, out to where a window may reach; null where there is no matter.
-struct Neighbours {
-  static constexpr int kReach = 8;  // [voxels] of a window that one brick beside is enough for
-  Eigen::Vector3i brick = Eigen::Vector3i::Constant(-1);
-  FieldBlock* blocks[27];
-
-  // Every block gets one of its own: what is cut beside it changes it.
-  void gather(Bricks& f, const Eigen::Vector3i& about) {
-    brick = about;
-    for (int k = 0; k < 27; ++k) {
-      const Eigen::Vector3i at =
-          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
-      std::int32_t* const entry = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all()
-                                      ? &f.entry(at.x(), at.y(), at.z())
-                                      : nullptr;
-      if (entry && *entry != kNoBlock) ownBlock(f, *entry);
-    }
-    // Only now do the blocks stay where they are.
-    for (int k = 0; k < 27; ++k) {
-      const Eigen::Vector3i at =
-          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
-      const bool inside = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all();
-      const std::int32_t entry = inside ? f.entry(at.x(), at.y(), at.z()) : kNoBlock;
-      blocks[k] = entry == kNoBlock ? nullptr : &f.blocks[static_cast<std::size_t>(entry)];
-    }
-  }
-};
-
-// All windows in which v lies lose matter and coverage. 1,000 voxels of a window of 81: 0.25 ms.
-CC_LANES void spread(const Bricks& f, const Neighbours& near, const VoxelIndex& v, double matter,
-                     double coverage) {
-  const int vx = v.x() & 7, vy = v.y() & 7, vz = v.z() & 7;
-  for (const WindowRow& row : f.rows) {
-    const int y = vy + row.y, z = vz + row.z, x = vx + row.x;
-    FieldBlock* const* const blocks = near.blocks + 3 * ((y >> 3) + 1) + 9 * ((z >> 3) + 1) + 1;
-    const int line = (y & 7) << 3 | (z & 7) << 6;
-    const int last = (x + static_cast<int>(row.count) - 1) >> 3;
-    for (int b = x >> 3; b <= last; ++b) {
-      FieldBlock* const block = blocks[b];
-      if (!block) continue;
-      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
-      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block->moments[line],
-             &block->volume[line]);
-    }
-  }
-}
-
-// The same for windows that reach farther than the bricks beside.
-void spreadFar(Bricks& f, const VoxelIndex& v, double matter, double coverage) {
-  for (const WindowRow& row : f.rows) {
-    const int y = v.y() + row.y, z = v.z() + row.z;
-    if (y < 0 || z < 0 || y >= kBrickEdge * f.bricks.y() || z >= kBrickEdge * f.bricks.z())
+// Cuts the first voxel that is there, and all others of its density: these spread together. Returns
+// whether some of another density are left.
+bool cutOneDensity(Bricks& f, std::span<const VoxelCut> voxels, std::size_t& changed) {
+  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
+  int density = 0;
+  bool others = false;
+  for (const VoxelCut& c : voxels) {
+    std::int32_t& entry = f.entry(c.voxel.x() >> 3, c.voxel.y() >> 3, c.voxel.z() >> 3);
+    if (entry == kNoBlock) continue;
+    FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
+    const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
+    const int less = c.coverage - block->coverage[cell];
+    if (less >= 0) continue;
+    const std::uint8_t tissue = block->tissue[cell];
+    if (density == 0) density = f.density[tissue];
+    if (density != f.density[tissue]) {
+      others = true;
       continue;
-    const int x = v.x() + row.x, end = x + static_cast<int>(row.count);
-    for (int b = std::max(x >> 3, 0); kBrickEdge * b < end && b < f.bricks.x(); ++b) {
-      std::int32_t& entry = f.entry(b, y >> 3, z >> 3);
-      if (entry == kNoBlock) continue;
-      FieldBlock& block = ownBlock(f, entry);
-      const auto line = static_cast<std::size_t>(Bricks::cell(0, y, z));
-      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
-      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block.moments[line],
-             &block.volume[line]);
     }
+    block = &f.own(entry);
+    block->coverage[cell] = c.coverage;
+    if (c.coverage == 0) block->tissue[cell] = 0;
+    f.sums[tissue].add(c.voxel - middle, less);
+    f.changes.add(f, c.voxel, density, less);
+    ++changed;
   }
+  f.changes.spread(f);
+  return others;
 }
 
 }  // namespace
@@ -307,6 +230,7 @@ BaseVectorField::BaseVectorField(const Cloud& cloud, const TissueTable& tissues,
   f.depths = DepthTable(f.window);
   makeRows(f);
   build(f, cloud);
+  f.changes.prepare(f);
 }
 
 BaseVectorField::~BaseVectorField() = default;
@@ -360,32 +284,8 @@ std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
   for (const VoxelCut& c : voxels)
     if (!f.contains(c.voxel))
       throw std::out_of_range("BaseVectorField::cut: a voxel lies outside the grid");
-  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
-  const bool near = f.window.low.minCoeff() >= -Neighbours::kReach &&
-                    f.window.high.maxCoeff() <= Neighbours::kReach;
-  Neighbours neighbours;
   std::size_t changed = 0;
-  for (const VoxelCut& c : voxels) {
-    const Eigen::Vector3i brick = c.voxel / kBrickEdge;
-    std::int32_t& entry = f.entry(brick.x(), brick.y(), brick.z());
-    if (entry == kNoBlock) continue;
-    FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
-    const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
-    const int less = c.coverage - block->coverage[cell];
-    if (less >= 0) continue;
-    if (near && neighbours.brick != brick) neighbours.gather(f, brick);
-    block = &ownBlock(f, entry);
-    const std::uint8_t tissue = block->tissue[cell];
-    block->coverage[cell] = c.coverage;
-    if (c.coverage == 0) block->tissue[cell] = 0;
-    f.sums[tissue].add(c.voxel - middle, less);
-    const double matter = less * f.density[tissue];
-    if (near)
-      spread(f, neighbours, c.voxel, matter, less);
-    else
-      spreadFar(f, c.voxel, matter, less);
-    ++changed;
-  }
+  for (bool more = true; more;) more = cutOneDensity(f, voxels, changed);
   return changed;
 }
 

@@ -4,34 +4,12 @@
 #include "simd.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace cloudcontact {
 
 namespace {
 
-// A sample faces the other body fully where the cosine between the normals exceeds this; at a wall
-// that runs along the other's face it is zero within the fits' noise (0.02).
-constexpr float kFacing = 0.2f;
-// Bins belong together where one body's mean normals agree this well (22 deg) ...
-constexpr double kAgree = 0.93;
-// ... and the other's do not disagree.
-constexpr double kDisagree = -0.2;
-// Bins are close where their centres are nearer than this share of a cell; a bin that only links
-// must weigh this share of its patch.
-constexpr double kClose = 0.5, kLeastLink = 0.05, kLink = 0.7;
 constexpr double kMostBox = 4096;  // cells in a box that is looked up directly
-
-// Cells wrap around after as many as no grid holds; so do keys.
-constexpr int kKeyBits = 14;
-
-std::uint64_t keyOf(std::int32_t x, std::int32_t y, std::int32_t z, std::int32_t direction) {
-  constexpr std::uint64_t kMask = (1u << kKeyBits) - 1;
-  return (static_cast<std::uint64_t>(x) & kMask) |
-         (static_cast<std::uint64_t>(y) & kMask) << kKeyBits |
-         (static_cast<std::uint64_t>(z) & kMask) << 2 * kKeyBits |
-         static_cast<std::uint64_t>(direction) << 3 * kKeyBits;
-}
 
 std::size_t slotOf(std::uint64_t key) {
   return static_cast<std::size_t>(key * 0x9E3779B97F4A7C15u >> 40);
@@ -42,9 +20,7 @@ struct HitKeys {
   float* gate;
 };
 
-// Cell and direction of every hit. The direction is one of the six of the axes, of the other body's
-// normal less the own one's share, seen from A to B whoever's sample it is, so that both bodies'
-// samples meet in one bin.
+// Cell and direction of every hit.
 CC_LANES void keysOf(const HitColumns& hits, float perCell, const HitKeys& keys) {
   const HitColumns::Columns<const float> c = hits.columns();
   const std::int8_t* const sides = hits.sides();
@@ -52,23 +28,24 @@ CC_LANES void keysOf(const HitColumns& hits, float perCell, const HitKeys& keys)
   const int count = static_cast<int>(hits.size());
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
-    const float u = c.x[i] * perCell, v = c.y[i] * perCell, w = c.z[i] * perCell;
-    const std::int32_t x = static_cast<std::int32_t>(u), y = static_cast<std::int32_t>(v),
-                       z = static_cast<std::int32_t>(w);
-    to.x[i] = x - (u < static_cast<float>(x) ? 1 : 0);
-    to.y[i] = y - (v < static_cast<float>(y) ? 1 : 0);
-    to.z[i] = z - (w < static_cast<float>(z) ? 1 : 0);
-    const float gate = ccMin(ccMax(c.facing[i] * (1.0f / kFacing), 0.0f), 1.0f);
-    to.gate[i] = gate;
-    const float sign = sides[i] == kA ? -1.0f : 1.0f;
-    const float nx = sign * (c.otherX[i] - gate * c.ownX[i]),
-                ny = sign * (c.otherY[i] - gate * c.ownY[i]),
-                nz = sign * (c.otherZ[i] - gate * c.ownZ[i]);
-    const float ax = ccAbs(nx), ay = ccAbs(ny), az = ccAbs(nz);
-    const std::int32_t yz = ay >= az ? 2 + (ny < 0.0f) : 4 + (nz < 0.0f);
-    const std::int32_t xs = 0 + (nx < 0.0f);
-    to.direction[i] = (ax >= ay) & (ax >= az) ? xs : yz;
+    const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
+                other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
+    const CcBinOfHit bin = ccBinOf(at, own, other, c.facing[i], sides[i], perCell);
+    to.x[i] = bin.x;
+    to.y[i] = bin.y;
+    to.z[i] = bin.z;
+    to.direction[i] = bin.direction;
+    to.gate[i] = bin.gate;
   }
+}
+
+CcFaces facesOf(const Sums& sums) {
+  CcFaces faces;
+  for (int s = 0; s < 2; ++s) {
+    Eigen::Map<Vec3>(faces.normal[s]) = sums.normal[s];
+    faces.length[s] = ccLength64(faces.normal[s]);
+  }
+  return faces;
 }
 
 double weightOf(const Sums& sums) {
@@ -90,7 +67,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
   if (table_.empty()) table_.resize(1024);
   std::fill(table_.begin(), table_.end(), -1);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t bin = binOf(keyOf(cellX_[i], cellY_[i], cellZ_[i], direction_[i]));
+    const std::uint32_t bin = binOf(ccBinKey(cellX_[i], cellY_[i], cellZ_[i], direction_[i]));
     if (bin == bins_.size()) {
       Bin& made = bins_.emplace_back();
       made.cell[0] = cellX_[i];
@@ -147,7 +124,7 @@ void Binner::sum(const HitColumns& hits, double cell, bool oneSided) {
             sums);
     begin = bin.end;
     bin.weight = weightOf(sums);
-    for (int s = 0; s < 2; ++s) bin.length[s] = sums.normal[s].norm();
+    bin.faces = facesOf(sums);
   }
 }
 
@@ -172,7 +149,7 @@ void Binner::layOut() {
     Bin& bin = bins_[b];
     std::int32_t* first = nullptr;
     if (hashed_) {
-      const std::uint32_t cell = binOf(keyOf(bin.cell[0], bin.cell[1], bin.cell[2], 7));
+      const std::uint32_t cell = binOf(ccBinKey(bin.cell[0], bin.cell[1], bin.cell[2], 7));
       if (box_.size() + bins_.size() <= cell) box_.push_back(-1);
       first = &box_[cell - bins_.size()];
     } else {
@@ -190,7 +167,7 @@ std::int32_t Binner::firstIn(const std::int32_t* cell) const {
     const int x = cell[0] - low_[0], y = cell[1] - low_[1], z = cell[2] - low_[2];
     return box_[static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z))];
   }
-  const std::uint64_t key = keyOf(cell[0], cell[1], cell[2], 7);
+  const std::uint64_t key = ccBinKey(cell[0], cell[1], cell[2], 7);
   const std::size_t mask = table_.size() - 1;
   for (std::size_t slot = slotOf(key) & mask; table_[slot] >= 0; slot = (slot + 1) & mask)
     if (keys_[static_cast<std::size_t>(table_[slot])] == key)
@@ -198,24 +175,10 @@ std::int32_t Binner::firstIn(const std::int32_t* cell) const {
   return -1;
 }
 
-bool Binner::alike(const Bin& a, const Sums& sumsA, const Sums& b, const double* lengthB,
-                   double agree) const {
-  double cosine[2];
-  for (int s = 0; s < 2; ++s) {
-    const double length = a.length[s] * lengthB[s];
-    cosine[s] = length > 0 ? sumsA.normal[s].dot(b.normal[s]) / length : 1.0;
-  }
-  return std::max(cosine[0], cosine[1]) >= agree && std::min(cosine[0], cosine[1]) >= kDisagree;
-}
-
-// Where edges cross, each face of one body meets two of the other: four bins, of which the last
-// shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
-// turn would hang together.
 bool Binner::linked(std::size_t bin, std::size_t from, double weight, double close) const {
-  if (bins_[bin].weight < kLeastLink * weight ||
-      !alike(bins_[bin], sums_[bin], sums_[from], bins_[from].length, kLink))
-    return false;
-  return (sums_[bin].center() - sums_[from].center()).norm() < close;
+  const Vec3 here = sums_[bin].center(), there = sums_[from].center();
+  return ccLinked(&bins_[bin].faces, &bins_[from].faces, bins_[bin].weight, weight, here.data(),
+                  there.data(), close) != 0;
 }
 
 // Grows a patch from its heaviest bin over neighbouring bins that look the same way.
@@ -223,7 +186,7 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
   patch = sums_[seed];
   bins_[seed].patch = number;
   queue_.assign(1, static_cast<std::uint32_t>(seed));
-  double length[2] = {bins_[seed].length[0], bins_[seed].length[1]};
+  CcFaces faces = bins_[seed].faces;
   for (std::size_t next = 0; next < queue_.size(); ++next) {
     const std::size_t from = queue_[next];
     for (int n = 0; n < 27; ++n) {
@@ -232,12 +195,11 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
       for (std::int32_t i = firstIn(cell); i >= 0; i = bins_[static_cast<std::size_t>(i)].next) {
         const std::size_t b = static_cast<std::size_t>(i);
         if (bins_[b].patch >= 0) continue;
-        if (!alike(bins_[b], sums_[b], patch, length, kAgree) &&
-            !linked(b, from, weightOf(patch), close))
+        if (!ccAlike(&bins_[b].faces, &faces, CC_AGREE) && !linked(b, from, weightOf(patch), close))
           continue;
         bins_[b].patch = number;
         patch.add(sums_[b]);
-        for (int s = 0; s < 2; ++s) length[s] = patch.normal[s].norm();
+        faces = facesOf(patch);
         queue_.push_back(static_cast<std::uint32_t>(i));
       }
     }
@@ -257,7 +219,7 @@ const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bo
   for (const std::uint32_t seed : order_) {
     if (bins_[seed].patch >= 0) continue;
     patches_.emplace_back();
-    grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1, kClose * cell);
+    grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1, CC_CLOSE * cell);
   }
   return patches_;
 }

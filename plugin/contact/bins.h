@@ -22,8 +22,9 @@ class Binner {
     std::int32_t cell[3];
     std::int32_t next = -1;  // another bin of the same cell, -1: none
     std::int32_t patch = -1;
-    std::uint32_t end = 0;                  // of its hits in order_
-    double weight = 0, length[2] = {0, 0};  // of its forces, of its two mean normals
+    std::uint32_t end = 0;  // of its hits in order_
+    double weight = 0;      // of its forces
+    CcFaces faces = {};
   };
   void findBins(const HitColumns& hits, double cell);
   std::uint32_t binOf(std::uint64_t key);
@@ -32,8 +33,6 @@ class Binner {
   void layOut();
   // The first bin of a cell, negative where there is none.
   std::int32_t firstIn(const std::int32_t* cell) const;
-  bool alike(const Bin& a, const Sums& sumsA, const Sums& b, const double* lengthB,
-             double agree) const;
   bool linked(std::size_t bin, std::size_t from, double weight, double close) const;
   void grow(std::size_t seed, Sums& patch, std::int32_t number, double close);
 

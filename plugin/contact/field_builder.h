@@ -12,8 +12,8 @@
 #include <cloudcontact/surface_field.h>
 
 #include "brick_grid.h"
-#include "field_voxel.h"
 #include "sample_set.h"
+#include "search.h"
 #include "surface_brick.h"
 #include "voxel_set.h"
 
@@ -77,7 +77,7 @@ std::vector<CutSample> cutSamples(FieldDraft& draft, const VoxelSet* of = nullpt
 
 // A brick of the finished band. A voxel without a plane is far outside, or, where its `b` is this,
 // deeper inside than the band reaches. Records of several planes count them from the brick's first.
-constexpr std::uint32_t kDeepInside = 1;
+constexpr std::uint32_t kDeepInside = CC_DEEP_INSIDE;
 struct BandBrick {
   std::array<CcVoxel, kBrickVoxels> cells;
   std::vector<CcVoxel> planes;

@@ -22,7 +22,7 @@ struct HitMaker {
   HitMaker(const Direction& dir, const SampleColumns& s, const Lanes& l) : toFrame(dir.toFrame) {
     std::copy_n(dir.frameFromOwn, 9, fromOwn);
     std::copy_n(dir.frameFromOther, 9, fromOther);
-    halfWidth = kHalfWidth * dir.voxel;
+    halfWidth = CC_HALF_WIDTH * dir.voxel;
     x = s.x.data(), y = s.y.data(), z = s.z.data();
     nx = s.nx.data(), ny = s.ny.data(), nz = s.nz.data();
     width = s.width.data();
@@ -36,11 +36,7 @@ struct HitMaker {
     const std::int32_t k = sampleOf(lane);
     const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
     const float m[3] = {mx[lane], my[lane], mz[lane]};
-    float at[3], own[3], other[3];
-    ccApply(&toFrame, place, at);
-    ccTurn(fromOwn, n, own);
-    ccTurn(fromOther, m, other);
-    return ccHitOf(at, own, other, depth[lane], halfWidth * width[k]);
+    return ccHitIn(&toFrame, fromOwn, fromOther, place, n, m, depth[lane], halfWidth * width[k]);
   }
 };
 
@@ -143,11 +139,8 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   const float* const ny = samples.ny.data();
   const float* const nz = samples.nz.data();
   const float* const width = samples.width.data();
-  const int level = dir.level, count = lanes.count;
-  const float half = kHalfWidth * dir.voxel, margin = level == 0 ? dir.misses.margin : 0.0f;
-  const float slack = kSlack[level] + dir.misses.margin / dir.voxel, slope = kSlope[level];
-  const float perVoxel = 1.0f / dir.voxel;
-  const std::int32_t nearby = level > 0 ? kNearby : 0, nearOutside = level > 1 ? kNearby : 0;
+  const int count = lanes.count;
+  const CcLimits limits = dir.limits();
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
   CC_INDEPENDENT
@@ -156,15 +149,7 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
     const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
     float own[3];
     ccTurn(turn, n, own);
-    const float depth = lanes.depth[i];
-    const float reach = ccMax(half * width[k], margin);
-    const std::int32_t near =
-        ccNearBeside(depth * perVoxel, slack, slope, ccDot(own, m)) ? nearby : 0;
-    const std::int32_t surface = (depth > -reach ? kWet : 0) | near;
-    const std::int32_t plain = lanes.b[i] == kDeepInside    ? kDeep | nearby
-                               : lanes.b[i] == kNearOutside ? nearOutside
-                                                            : 0;
-    lanes.kind[i] = (lanes.a[i] & 0x70000000u) != 0 ? surface : plain;
+    lanes.kind[i] = ccKindOf(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], own, m, width[k]);
   }
 }
 
@@ -228,12 +213,7 @@ CC_LANES void nearBricks(const Direction& dir, const FieldData& other,
     CC_INDEPENDENT
     for (int i = 0; i < count; ++i) {
       const float c[3] = {x[i], y[i], z[i]};
-      float at[3];
-      ccApply(&map, c, at);
-      int brick;
-      const float away = ccAwayFrom(bricks, at, &brick);
-      const float reach = (radius[i] + 0.5f) * ratio;
-      touches[i] = (away <= reach) & (static_cast<float>(between[brick]) - away <= reach);
+      touches[i] = ccBrickTouches(&map, c, radius[i], ratio, bricks, between);
     }
     for (int i = 0; i < count; ++i) {
       out[found] = static_cast<std::uint32_t>(first + i);

@@ -8,22 +8,15 @@ namespace cloudcontact::search {
 
 constexpr int kLanes = 256;
 
-// What has been found of a lane's sample.
-enum Kind : std::int32_t {
-  kWet = 1,     // deep enough to be a hit, or a near miss
-  kDeep = 2,    // below the band
-  kNearby = 4,  // finer samples of its cell may touch
-};
-
 struct Lanes {
   int count = 0;
   std::uint32_t sample[kLanes];
-  std::int32_t record[kLanes];               // number of the record
-  float x[kLanes], y[kLanes], z[kLanes];     // from the voxel's centre [voxels]
-  std::uint32_t a[kLanes], b[kLanes];        // the record (kernels/field_voxel.h)
-  float depth[kLanes];                       // [m]
-  float nx[kLanes], ny[kLanes], nz[kLanes];  // of the plane that gave it
-  std::int32_t kind[kLanes];
+  std::int32_t record[kLanes];                // number of the record
+  float x[kLanes], y[kLanes], z[kLanes];      // from the voxel's centre [voxels]
+  std::uint32_t a[kLanes], b[kLanes];         // the record (kernels/field_voxel.h)
+  float depth[kLanes];                        // [m]
+  float nx[kLanes], ny[kLanes], nz[kLanes];   // of the plane that gave it
+  std::int32_t kind[kLanes];                  // CC_WET and so on
   std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits, records of several planes
 };
 

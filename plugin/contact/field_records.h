@@ -3,7 +3,7 @@
 #pragma once
 
 #include "field_builder.h"
-#include "look_up.h"
+#include "search.h"
 
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace cloudcontact {
 
 // What `b` of a record without planes says, beside kDeepInside (field_builder.h): empty, and a
 // voxel of the band lies within four.
-constexpr std::uint32_t kNearOutside = 2;
+constexpr std::uint32_t kNearOutside = CC_NEAR_OUTSIDE;
 
 // Where a band's bricks are: fresh ones, and those of an earlier field.
 class BandSource {

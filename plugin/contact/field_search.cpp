@@ -6,12 +6,11 @@ namespace cloudcontact::search {
 
 namespace {
 
-constexpr float kBeyondBand = 5.5f;  // depth given to a sample below the band's last layer [voxels]
-
 struct FieldTarget {
   const Direction& dir;
   const FieldData& other;
   float voxel;  // of the other body [m]
+  CcLimits limits;
 
   void nearBricks(std::vector<std::uint32_t>& near) const { search::nearBricks(dir, other, near); }
 
@@ -34,19 +33,11 @@ struct FieldTarget {
 
   // Whether another of the record's planes may give the depth somewhere within a wide sample.
   bool edgeWithin(const Lanes& lanes, int lane) const {
-    const float own = dir.samples.levels[dir.level].samples.width[lanes.sample[lane]];
-    if (own <= kWide || lanes.depth[lane] <= reachOf(dir, own)) return false;
-    const float width = own * dir.voxel;
-    const V3 n(lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]);
+    const float width = dir.samples.levels[dir.level].samples.width[lanes.sample[lane]];
+    const float n[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
     const float r[3] = {lanes.x[lane], lanes.y[lane], lanes.z[lane]};
-    const CcVoxel record{lanes.a[lane], lanes.b[lane]};
-    for (uint k = 0; k < ccPlaneCount(record); ++k) {
-      const CcDepth d = ccPlaneDepth(other.planes()[record.b + k], r);
-      const V3 m(d.normal[0], d.normal[1], d.normal[2]);
-      const float apart = std::abs(d.depth * voxel - lanes.depth[lane]);
-      if (apart > 0 && apart < kHalfDiagonal * width * (m - n).norm()) return true;
-    }
-    return false;
+    return ccEdgeWithin(&limits, {lanes.a[lane], lanes.b[lane]}, other.planes(), r,
+                        lanes.depth[lane], n, width, voxel, dir.voxel) != 0;
   }
 
   void measureParts(Lanes& parts, const SampleColumns&) const {
@@ -58,7 +49,7 @@ struct FieldTarget {
     const V3 x = applied(dir.toOther, V3(s.position[0], s.position[1], s.position[2]));
     const CcPlace place = ccPlaceOf(other.records().bricks(), x.data());
     const int bricks = other.brickDistance()[static_cast<std::size_t>(place.brick)];
-    return (kBeyondBand + static_cast<float>(std::max(0, bricks - 1) * kBrickEdge)) * voxel;
+    return ccDepthBelow(bricks, voxel);
   }
 };
 
@@ -66,7 +57,7 @@ struct FieldTarget {
 
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
                  HitColumns& hits) {
-  FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize())};
+  FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize()), dir.limits()};
   LaneSearch<FieldTarget>(dir, target, candidates, hits).run();
 }
 

@@ -40,10 +40,10 @@ class HitSearch {
     CcVoxel record;
     float x, y, z;
   };
-  // Runs of samples that are to be looked at, and of the next finer ones near those found near.
+  // Samples whose cells' finer ones are to be looked at, and those found so on this level.
   struct Candidates {
     bool all = true;  // of the coarsest level: every brick
-    std::vector<SampleRun> now, next;
+    std::vector<std::uint32_t> now, next;
     std::vector<std::uint32_t> bricks;  // that may touch
     std::size_t asked = 0;              // samples looked up so far
     std::vector<std::uint32_t> deep;    // samples below the band

@@ -8,7 +8,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
   const V3 at = applied(dir.toFrame, V3(s.position[0], s.position[1], s.position[2]));
   const V3 own = turned(dir.frameFromOwn, V3(s.normal[0], s.normal[1], s.normal[2]));
   const V3 n = deep ? V3(-own) : turned(dir.frameFromOther, other);
-  const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, kHalfWidth * s.width * dir.voxel);
+  const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, dir.limits().half * s.width);
   const bool miss = h.wet.depth1 <= 0.0f;
   HitSearch::Misses& misses = dir.misses;
   if (miss && (dir.level > 0 || depth < std::max(-misses.margin, misses.nearest - misses.within)))

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "hits.h"
+#include "search.h"
 
 #include <algorithm>
 
@@ -10,17 +11,6 @@ namespace cloudcontact::search {
 
 using V3 = Eigen::Vector3f;
 using Candidates = HitSearch::Candidates;
-
-// Half of a sample's width: over it the depth varies by the sine between the surfaces.
-constexpr float kHalfWidth = 0.5f;
-constexpr float kHalfDiagonal = 0.71f;
-constexpr float kWide = 0.3f;  // [voxels] wider samples are taken in parts at an edge
-constexpr std::uint32_t kNoCell = ~0u;
-
-// A sample farther off the other surface than kSlack [voxels] has no finer sample in its cell that
-// touches: these lie at most kSlope beside it, times the sine between the surfaces, and both may
-// bend by kSlack. By level.
-constexpr float kSlack[kLevels] = {0, 0.25f, 0.8f}, kSlope[kLevels] = {0, 1.5f, 3.5f};
 
 // Everything that one direction of the query needs.
 struct Direction {
@@ -35,6 +25,8 @@ struct Direction {
   float turnToOther[9];     // turns the samples' normals into the other body's frame
   CcMap toOther;            // samples' grid -> other's grid, voxels; unless that is a shape
   HitSearch::Misses& misses;
+
+  CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };
 
 inline V3 applied(const CcMap& map, const V3& x) {
@@ -52,21 +44,6 @@ inline V3 turned(const float* turn, const V3& x) {
 // hit, or a near miss.
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
             HitColumns& hits);
-// The least depth [m] at which a sample may still be wet, or is a near miss.
-inline float reachOf(const Direction& dir, float width) {
-  return -std::max(kHalfWidth * width * dir.voxel, dir.level == 0 ? dir.misses.margin : 0.0f);
-}
-
-// A cell near the other body: its finer samples are candidates of the next level. `last` is the
-// cell that was so last.
-inline void handOn(const Direction& dir, std::uint32_t sample, std::uint32_t& last,
-                   Candidates& candidates) {
-  const SampleLevel& level = dir.samples.levels[dir.level];
-  const std::uint32_t cell = level.cellOf[sample];
-  if (cell == last) return;
-  last = cell;
-  candidates.next.push_back(level.finer[cell]);
-}
 
 // Samples of `dir` looked up in another field.
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,

@@ -79,8 +79,8 @@ struct ShapeTarget {
   bool edgeWithin(std::uint32_t k, float depth, const V3& normal) const {
     if (dir.level > 0) return false;
     const SurfaceSample s = samples[k];
-    const float half = kHalfDiagonal * s.width;
-    if (s.width <= kWide || std::abs(depth) > half * dir.voxel) return false;
+    const float half = CC_HALF_DIAGONAL * s.width;
+    if (s.width <= CC_WIDE || std::abs(depth) > half * dir.voxel) return false;
     float t1[3], t2[3];
     ccTangents(s.normal, t1, t2);
     const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);

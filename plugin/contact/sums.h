@@ -2,6 +2,7 @@
 // origin would cancel in them (DESIGN.md, "The method", 10).
 #pragma once
 
+#include "hit_bins.h"
 #include "hit_columns.h"
 
 namespace cloudcontact {
@@ -15,7 +16,8 @@ struct SideSums {
   double depth[3] = {0, 0, 0};  // sum a d^k, of facing samples, k = 1..3
 };
 
-// A bin, or a patch of bins: sums over its hits about `origin` (frame body).
+// A bin, or a patch of bins: sums over its hits about `origin` (frame body). Laid out as CcSums
+// (kernels/hit_sums.h), which adds them up.
 struct Sums {
   Vec3 origin = Vec3::Zero();
   SideSums side[2];           // by whose surface pushes: A's normals, B's normals

@@ -1,0 +1,224 @@
+// What hits add up to, in a bin and in a patch. Nearly all sums are a weight times the vector
+// (1, x, y, z). Plain C for C++ and OpenCL C; offsets are pinned by a test.
+//
+// C++ keeps the vector in a register of four doubles. On a device four work-items share it, each
+// its `lane` of it: one work-item's registers would not hold a bin's sums.
+#ifndef CLOUDCONTACT_KERNELS_HIT_SUMS_H
+#define CLOUDCONTACT_KERNELS_HIT_SUMS_H
+
+#include "sample.h"
+
+#if defined(__OPENCL_VERSION__)
+typedef double CcFour;
+#define CC_FOUR(p, q, r, s) (lane == 0 ? (p) : lane == 1 ? (q) : lane == 2 ? (r) : (s))
+#define CC_NO_FOUR 0.0
+#else
+typedef double CcFour __attribute__((vector_size(32)));
+#define CC_FOUR(p, q, r, s) \
+  CcFour {                  \
+    p, q, r, s              \
+  }
+#define CC_NO_FOUR \
+  CcFour {}
+#endif
+
+#if defined(__OPENCL_VERSION__)
+#define CC_MAY_ALIAS
+#else
+#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ names the same places by its own types
+#endif
+
+// A side's: by whose surface pushes.
+typedef struct CC_MAY_ALIAS {
+  double push[3], moment[3], wall[3];
+  double size;
+  double depth[3];
+} CcSideSums;
+
+// Sums, in C++ (plugin/contact/sums.h tells what each is); matrices by columns.
+typedef struct CC_MAY_ALIAS {
+  double origin[3];
+  CcSideSums side[2];
+  double area, width, facing;
+  double first[3];
+  double second[9];
+  double normal[2][3];
+  double normalBy[2][9];
+  double place[3];
+  double middle;
+  double apart[3];
+  double opening;
+  double deepest;
+  double deep;
+  int hits, unused;
+} CcSums;
+
+// Sums of hits of one body while they are added up, lengths in units; three rows n_j (1, x, y, z)
+// each; own and other: by whose normals.
+typedef struct {
+  CcFour area, faced;  // times (1, x, y, z)
+  CcFour second[3], normalOwn[3], normalOther[3], apart[3], pushOwn[3], pushOther[3];
+  CcFour powers;              // pressed, squares, cubes, areas of whole samples
+  CcFour wallOwn, wallOther;  // (0, x, y, z)
+  double middle;
+  float deepest;
+} CcAdding;
+
+// The same, added up.
+typedef struct {
+  double area[4], faced[4];
+  double second[3][4], normalOwn[3][4], normalOther[3][4], apart[3][4], pushOwn[3][4],
+      pushOther[3][4];
+  double powers[4], wallOwn[4], wallOther[4];
+  double middle, deepest;
+} CcAdded;
+#define CC_ADDED_FOURS 23  // of CcAdding, and of CcAdded
+
+CC_FN CcAdding ccNothingAdded(void) {
+  CcAdding a;
+  a.area = a.faced = a.powers = a.wallOwn = a.wallOther = CC_NO_FOUR;
+  for (int i = 0; i < 3; ++i) {
+    a.second[i] = a.normalOwn[i] = a.normalOther[i] = CC_NO_FOUR;
+    a.apart[i] = a.pushOwn[i] = a.pushOther[i] = CC_NO_FOUR;
+  }
+  a.middle = 0.0;
+  a.deepest = -1e30f;
+  return a;
+}
+
+// Three rows more of (nx, ny, nz) times v.
+CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, CcFour v) {
+  rows[0] += nx * v;
+  rows[1] += ny * v;
+  rows[2] += nz * v;
+}
+
+// One hit more: `at` its place, `area` of its whole sample, `depth` at the sample; `gate` how far
+// it faces the other body, 0..1. `both`: it stands for the other's surface too. `perUnit` [1/m].
+CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const float* other,
+                    float area, const CcWet* wet, float depth, double gate, const double* origin,
+                    double perUnit, int both, int lane) {
+  (void)lane;
+  const double whole = area * perUnit * perUnit, pressed = whole * (wet->depth1 * perUnit);
+  const double w = gate * whole * wet->share, f = gate * pressed, blind = pressed - f;
+  const double weighed = gate * whole * perUnit * perUnit;
+  const double x = (at[0] - origin[0]) * perUnit, y = (at[1] - origin[1]) * perUnit,
+               z = (at[2] - origin[2]) * perUnit;
+  const CcFour v = CC_FOUR(1.0, x, y, z);
+  const double nx = own[0], ny = own[1], nz = own[2];
+  const double mx = other[0], my = other[1], mz = other[2];
+  sums->area += w * v;
+  sums->faced += f * v;
+  ccAddRows(sums->second, w * x, w * y, w * z, v);
+  ccAddRows(sums->normalOwn, w * nx, w * ny, w * nz, v);
+  ccAddRows(sums->normalOther, w * mx, w * my, w * mz, v);
+  ccAddRows(sums->apart, f * (nx + mx), f * (ny + my), f * (nz + mz), v);
+  ccAddRows(sums->pushOwn, pressed * nx, pressed * ny, pressed * nz, v);
+  sums->wallOwn += blind * (CC_FOUR(0.0, nx, ny, nz));
+  if (both) {
+    ccAddRows(sums->pushOther, pressed * mx, pressed * my, pressed * mz, v);
+    sums->wallOther += blind * (CC_FOUR(0.0, mx, my, mz));
+  }
+  sums->powers +=
+      CC_FOUR(pressed, weighed * wet->depth2, weighed * perUnit * wet->depth3, w * whole);
+  sums->middle += f * (depth * perUnit);
+  sums->deepest = ccMax(sums->deepest, depth);
+}
+
+#if defined(__OPENCL_VERSION__)
+#define CC_ADDED __local
+#define CC_SUMS __global
+#else
+#define CC_ADDED
+#define CC_SUMS
+#endif
+
+// A body's surface in a bin: its normals' sums, and, where it pushes, the push.
+CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_ADDED const CcAdded* from, int own,
+                      int pushes, double unit) {
+  const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
+  CC_ADDED const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
+  CC_ADDED const double(*push)[4] = own ? from->pushOwn : from->pushOther;
+  CC_ADDED const double* wall = own ? from->wallOwn : from->wallOther;
+  for (int j = 0; j < 3; ++j) {
+    sums->normal[s][j] += u2 * normal[j][0];
+    for (int i = 0; i < 3; ++i) sums->normalBy[s][3 * i + j] += u3 * normal[j][1 + i];
+  }
+  if (!pushes) return;
+  CC_SUMS CcSideSums* to = &sums->side[s];
+  for (int j = 0; j < 3; ++j) {
+    // The vector that belongs to a matrix n x^T: sum of x cross n.
+    const int p = (j + 1) % 3, q = (j + 2) % 3;
+    to->push[j] += u3 * push[j][0];
+    to->moment[j] += u4 * (push[q][1 + p] - push[p][1 + q]);
+    to->wall[j] += u3 * wall[1 + j];
+  }
+  to->size += u3 * from->powers[0];
+  to->depth[0] += u3 * from->faced[0];
+  to->depth[1] += u4 * from->powers[1];
+  to->depth[2] += u4 * unit * from->powers[2];
+}
+
+// What was added, in lengths of `unit` [m], goes to `sums`; `side`: whose samples these were.
+CC_FN void ccGive(CC_SUMS CcSums* sums, CC_ADDED const CcAdded* from, int hits, int oneSided,
+                  int side, double unit) {
+  const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
+  sums->area += u2 * from->area[0];
+  sums->facing += u3 * from->faced[0];
+  for (int i = 0; i < 3; ++i) {
+    sums->first[i] += u3 * from->area[1 + i];
+    sums->place[i] += u4 * from->faced[1 + i];
+    sums->apart[i] += u3 * from->apart[i][0];
+    for (int j = 0; j < 3; ++j) sums->second[3 * i + j] += u4 * from->second[j][1 + i];
+  }
+  ccGiveSide(sums, side, from, 1, 1, unit);
+  ccGiveSide(sums, 1 - side, from, 0, oneSided, unit);
+  sums->opening += u4 * (from->apart[0][1] + from->apart[1][2] + from->apart[2][3]);
+  sums->width += u4 * from->powers[3];
+  sums->middle += u4 * from->middle;
+  sums->deepest = sums->deepest < from->deepest ? from->deepest : sums->deepest;
+  sums->hits += hits;
+}
+
+// One bin's sums more to a patch's, about the patch's origin.
+CC_FN void ccJoinSums(CcSums* to, CC_SUMS const CcSums* from) {
+  double shift[3];
+  for (int i = 0; i < 3; ++i) shift[i] = from->origin[i] - to->origin[i];
+  for (int s = 0; s < 2; ++s) {
+    CcSideSums* a = &to->side[s];
+    CC_SUMS const CcSideSums* b = &from->side[s];
+    for (int i = 0; i < 3; ++i) {
+      const int p = (i + 1) % 3, q = (i + 2) % 3;
+      a->push[i] += b->push[i];
+      a->moment[i] += b->moment[i] + (shift[p] * b->push[q] - shift[q] * b->push[p]);
+      a->wall[i] += b->wall[i];
+      a->depth[i] += b->depth[i];
+      to->normal[s][i] += from->normal[s][i];
+      for (int j = 0; j < 3; ++j)
+        to->normalBy[s][3 * i + j] += from->normalBy[s][3 * i + j] + from->normal[s][j] * shift[i];
+    }
+    a->size += b->size;
+  }
+  double along = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      to->second[3 * i + j] += from->second[3 * i + j] + from->first[j] * shift[i] +
+                               shift[j] * from->first[i] + from->area * shift[j] * shift[i];
+    along += shift[i] * from->apart[i];
+  }
+  for (int i = 0; i < 3; ++i) {
+    to->first[i] += from->first[i] + from->area * shift[i];
+    to->place[i] += from->place[i] + from->facing * shift[i];
+    to->apart[i] += from->apart[i];
+  }
+  to->area += from->area;
+  to->width += from->width;
+  to->facing += from->facing;
+  to->middle += from->middle;
+  to->opening += from->opening + along;
+  to->deep += from->deep;
+  to->deepest = to->deepest < from->deepest ? from->deepest : to->deepest;
+  to->hits += from->hits;
+}
+
+#endif
