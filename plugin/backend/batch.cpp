@@ -131,9 +131,10 @@ void ContactBatch::Inside::take(std::span<const BatchPair> pairs, std::size_t fi
     if (answer.failed) return;
     const std::size_t k = numbers[first + i];
     const BatchPair& pair = pairs[k];
-    results[k] = &ContactFinder::Scratch::of(finders[k])
-                      .finish(pair.a, pair.b, pair.settings, asked[first + i].frame,
-                              {answer.level, answer.hits, 0}, device->patches(i));
+    ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
+    finder.finish(pair.a, pair.b, pair.settings, asked[first + i].frame,
+                  {answer.level, answer.hits, 0}, device->patches(i));
+    results[k] = &finder.named();
   });
   report.onDevice += count;
 }
