@@ -11,12 +11,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "bins.h"
 #include "hits.h"
 #include "patch_force.h"
+#include "torus.h"
 
 namespace {
 
@@ -26,22 +26,8 @@ constexpr double kVoxel = 5e-4, kTube = 20 * kVoxel, kRing = 2.5 * kTube;
 constexpr std::size_t kEnough = 1000;  // hits: so many that stages can be told apart
 constexpr double kCell = 8 * kVoxel;   // a bin's, as ContactFinder takes it
 
-Mesh torusMesh() {
-  constexpr int kAround = 128, kAlong = 320;
-  Mesh mesh;
-  for (int i = 0; i < kAlong; ++i)
-    for (int j = 0; j < kAround; ++j) {
-      const double u = 2 * std::numbers::pi * i / kAlong, v = 2 * std::numbers::pi * j / kAround;
-      const double r = kRing + kTube * std::cos(v);
-      mesh.vertices.emplace_back(r * std::cos(u), r * std::sin(u), kTube * std::sin(v));
-    }
-  const auto at = [](int i, int j) { return i % kAlong * kAround + j % kAround; };
-  for (int i = 0; i < kAlong; ++i)
-    for (int j = 0; j < kAround; ++j) {
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  return mesh;
+Mesh torus() {
+  return torusMesh(kRing, kTube, 320, 128);
 }
 
 struct Pair {
@@ -53,7 +39,7 @@ struct Pair {
     DigitizeSettings settings;
     settings.voxelSize = kVoxel;
     settings.threads = 1;
-    cloud = digitize(torusMesh(), settings);
+    cloud = digitize(torus(), settings);
     field = SurfaceField::build(cloud);
     a.field = b.field = field.get();
     b.pose.position = {0.37 * kVoxel, 0.61 * kVoxel, 2 * kTube - kVoxel};
@@ -95,7 +81,7 @@ void each(benchmark::State& state, const char* name, double count, double bytes,
 }
 
 void digitising(benchmark::State& state) {
-  const Mesh mesh = torusMesh();
+  const Mesh mesh = torus();
   DigitizeSettings settings;
   settings.voxelSize = kVoxel;
   settings.threads = 1;

@@ -106,7 +106,8 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
 
 World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings)
     : cloudContact(makeCloudContact(settings.common)),
-      dispatcher(&configuration, surfacesOf(scene, settings.common)),
+      dispatcher(&configuration, surfacesOf(scene, settings.common),
+                 settings.common.method == Method::Cloud ? settings.common.threads : 1),
       filter(modelsOf(scene)),
       world(&dispatcher, &broadphase, &solver, &configuration) {
   if (settings.common.method == Method::Cloud)

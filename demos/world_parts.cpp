@@ -28,14 +28,15 @@ double pairFriction(const SurfaceSettings& settings, int a, int b) {
   return muA.value_or(muB.value_or(0));
 }
 
-SceneDispatcher::SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings)
-    : btCollisionDispatcher(configuration), settings_(std::move(settings)) {}
+SceneDispatcher::SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings,
+                                 int threads)
+    : CloudDispatcher(configuration, threads), settings_(std::move(settings)) {}
 
 void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
   const auto start = Clock::now();
-  btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+  CloudDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
   seconds_ += since(start);
   applySurfaces();
   if (onContacts) onContacts();

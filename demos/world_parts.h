@@ -3,6 +3,7 @@
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/bullet/extrapolating_solver.h>
 #include <cloudcontact/law.h>
 
@@ -29,9 +30,10 @@ struct SurfaceSettings {
 // it to the other; where neither does, nothing rubs.
 double pairFriction(const SurfaceSettings& settings, int a, int b);
 
-class SceneDispatcher : public btCollisionDispatcher {
+class SceneDispatcher : public CloudDispatcher {
  public:
-  SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings);
+  // `threads` as CloudDispatcher's, of no use to Bullet's own methods.
+  SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings, int threads);
 
   void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;

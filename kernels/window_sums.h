@@ -33,6 +33,65 @@ CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
   sums->z += (CcSum)matter * (CcSum)tap.z;
 }
 
+#ifndef CC_GLOBAL
+#if defined(__OPENCL_VERSION__)
+#define CC_GLOBAL __global
+#else
+#define CC_GLOBAL
+#endif
+#endif
+#ifndef CC_MAY_ALIAS
+#if defined(__OPENCL_VERSION__)
+#define CC_MAY_ALIAS
+#else
+#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ names the same places by its own types
+#endif
+#endif
+
+#define CC_BRICK_VOXELS 512  // 8x8x8, x fastest
+
+// A brick of a workpiece: what its voxels hold, and what their windows hold.
+typedef struct CC_MAY_ALIAS {
+  CcMoments moments[CC_BRICK_VOXELS];
+  CcSum volume[CC_BRICK_VOXELS];  // sum of weight * coverage
+  unsigned char coverage[CC_BRICK_VOXELS], tissue[CC_BRICK_VOXELS];
+} CcBlock;
+
+// One voxel of C, seen from its middle voxel.
+typedef struct {
+  int x, y, z;
+  CcTap tap;
+} CcWindowTap;
+
+// A workpiece's bricks, x fastest: which block each has, negative where it holds no matter; and
+// each tissue's density [1/CC_DENSEST].
+typedef struct {
+  int nx, ny, nz;
+  CC_GLOBAL const int* table;
+  CC_GLOBAL const CcBlock* blocks;
+  CC_GLOBAL const int* density;
+} CcWorkpiece;
+
+// Sums over the window of voxel (x, y, z).
+CC_FN void ccWindowSum(const CcWorkpiece* w, CC_GLOBAL const CcWindowTap* taps, int count, int x,
+                       int y, int z, CcMoments* moments, CcSum* volume) {
+  moments->mass = moments->x = moments->y = moments->z = 0;
+  *volume = 0;
+  for (int k = 0; k < count; ++k) {
+    const CcWindowTap t = taps[k];
+    const int i = x + t.x, j = y + t.y, l = z + t.z;
+    if ((i < 0) | (j < 0) | (l < 0) | (i >= 8 * w->nx) | (j >= 8 * w->ny) | (l >= 8 * w->nz))
+      continue;
+    const int block = w->table[(i >> 3) + w->nx * ((j >> 3) + w->ny * (l >> 3))];
+    if (block < 0) continue;
+    const int cell = (i & 7) | (j & 7) << 3 | (l & 7) << 6;
+    const int coverage = w->blocks[block].coverage[cell];
+    if (coverage == 0) continue;
+    ccWeigh(moments, t.tap, coverage * w->density[w->blocks[block].tissue[cell]]);
+    *volume += (CcSum)(coverage * t.tap.weight);
+  }
+}
+
 // Gr - Gc in voxels; zero where there is no matter.
 CC_FN void ccToRepresentative(CcMoments sums, const float* representative, float* out) {
   const float scale = sums.mass > 0 ? 1.0f / (float)sums.mass : 0.0f;

@@ -82,6 +82,7 @@ class BaseVectorField {
   // The bricks as a query walks them (plugin/contact/field_bricks.h).
   struct Bricks;
   const Bricks& bricks() const { return *bricks_; }
+  explicit BaseVectorField(std::unique_ptr<Bricks> bricks);  // whole, as a device gives them back
 
  private:
   std::unique_ptr<Bricks> bricks_;

@@ -90,6 +90,14 @@ class ContactFinder {
   const ContactResult& find(const ContactBody& a, const ContactBody& b,
                             const ContactSettings& settings);
 
+  // find() in two halves, for a question that is worked out before it is asked: search() throws as
+  // find() does and remembers nothing of its bodies for a later search, so that it may turn out not
+  // to be wanted; named(), once after a search that is, gives its points their ids.
+  void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
+  const ContactResult& named();
+  // Samples that the last search looked up: what it cost.
+  std::size_t asked() const;
+
   struct Scratch;  // its memory, which the backends share
 
  private:

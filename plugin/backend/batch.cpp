@@ -167,9 +167,10 @@ void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t fir
     if (answer.failed) return;
     const opencl::Asked& one = asked[first + i];
     const std::size_t k = numbers[first + i];
-    results[k] = &ContactFinder::Scratch::of(finders[k])
-                      .finish(one.pair->a, one.pair->b, one.pair->settings, one.frame,
-                              {answer.level, answer.hits, 0}, part.patches(i));
+    ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
+    finder.finish(one.pair->a, one.pair->b, one.pair->settings, one.frame,
+                  {answer.level, answer.hits, 0}, part.patches(i));
+    results[k] = &finder.named();
   });
 }
 

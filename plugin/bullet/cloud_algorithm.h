@@ -25,6 +25,14 @@ class CloudAlgorithm : public btCollisionAlgorithm {
                                  btManifoldResult*) override;
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
+  // For CloudDispatcher: reads what processCollision() will ask in this step if nothing changes
+  // until then. Returns about how many samples that will look up; 0: there is nothing to work out.
+  std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                      const btDispatcherInfo& info) noexcept;
+  // Finds the answer, which processCollision() takes if it asks just that. Different pairs may be
+  // worked out at the same time.
+  void workOut() noexcept;
+
   // Makes the algorithm in the dispatcher's pool.
   class Factory : public btCollisionAlgorithmCreateFunc {
    public:

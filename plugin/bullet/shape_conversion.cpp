@@ -180,6 +180,7 @@ const PlacedShape* ConversionCache::of(const btCollisionShape& shape) {
     scaling_ = scaling;
     margin_ = shape.getMargin();
     vertices_ = vertices;
+    ++conversions_;
   }
   return placed_ ? &*placed_ : nullptr;
 }

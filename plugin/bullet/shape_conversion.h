@@ -31,12 +31,13 @@ class ConversionCache {
   // The conversion, made anew where the shape is another or was scaled, given a margin or more
   // points since; null where it has none.
   const PlacedShape* of(const btCollisionShape& shape);
+  int conversions() const { return conversions_; }  // made so far
 
  private:
   const btCollisionShape* source_ = nullptr;
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;
-  int vertices_ = 0;
+  int vertices_ = 0, conversions_ = 0;
   std::optional<PlacedShape> placed_;
 };
 

@@ -35,6 +35,7 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   auto* const cloudObject = const_cast<btCollisionObject*>(cloudSide.getCollisionObject());
   auto* const body =
       static_cast<btSoftBody*>(const_cast<btCollisionObject*>(softSide.getCollisionObject()));
+  const auto lock = narrowPhase.whilePushing();
   soft = body;
   const auto& apart = body->m_collisionDisabledObjects;
   if (!body->hasContactResponse() || !cloudObject->hasContactResponse() ||

@@ -1,15 +1,11 @@
-// Builds a field of base vectors, reads it, and cuts it. The sums are the same integers whichever
-// way they come about: gathered from a window's voxels when the field is built, or changed one by
-// one by what is cut. A voxel that loses matter concerns those voxels in whose window it lies: the
-// window turned round about it, walked row by row.
+// A field of base vectors, read and cut. The sums are the same integers whichever way they come
+// about: gathered from a window's voxels when the field is built (field_layout.h), or changed by
+// what is cut (field_changes.h).
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
-#include "../geometry/parallel.h"
-#include "field_bricks.h"
-#include "simd.h"
+#include "field_layout.h"
 
 namespace cloudcontact {
 
@@ -17,269 +13,34 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-CcTap tapOf(const WindowTap& t) {
-  return {t.weight, t.moment[0], t.moment[1], t.moment[2]};
-}
-
-// The window turned round, as rows.
-void makeRows(Bricks& f) {
-  const auto zeros = [&] {
-    f.taps.insert(f.taps.end(), kBrickEdge, CcMoments{});
-    f.weights.insert(f.weights.end(), kBrickEdge, 0.0);
-  };
-  zeros();
-  for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
-    const bool goesOn = !f.rows.empty() && f.rows.back().y == -t->y && f.rows.back().z == -t->z &&
-                        f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
-    if (!goesOn) {
-      if (!f.rows.empty()) zeros();
-      f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
-    }
-    ++f.rows.back().count;
-    f.taps.push_back({static_cast<CcSum>(t->weight), static_cast<CcSum>(t->moment[0]),
-                      static_cast<CcSum>(t->moment[1]), static_cast<CcSum>(t->moment[2])});
-    f.weights.push_back(t->weight);
-  }
-  zeros();
-}
-
-void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
-  const std::size_t kinds = std::max<std::size_t>(cloud.materials().size(), 1);
-  requireTissues(tissues);
-  if (tissues.size() != kinds)
-    throw std::invalid_argument("BaseVectorField: the cloud has " + std::to_string(kinds) +
-                                " materials, " + std::to_string(tissues.size()) +
-                                " tissues were given (tissuesOf() finds them by name)");
-  f.tissues = tissues;
-  f.names = cloud.materials();
-  double densest = 0;
-  for (const Tissue& t : tissues) densest = std::max(densest, t.density);
-  for (const Tissue& t : tissues)
-    f.density.push_back(
-        std::max(1, static_cast<int>(std::lround(CC_DENSEST * t.density / densest))));
-  f.sums.resize(kinds);
-}
-
-// What a brick of the cloud holds, in one number: a tissue where it is full of that alone.
-constexpr int kMixed = -1, kVoid = -2;
-std::vector<int> kindsOf(const Cloud& cloud) {
-  const Cloud::Voxels& v = cloud.voxels();
-  std::vector<int> kinds(v.table.size(), kMixed);
-  for (std::size_t k = 0; k < kinds.size(); ++k) {
-    if (v.table[k] == kEmptyBrick) kinds[k] = kVoid;
-    if (v.table[k] == kSolidBrick)
-      kinds[k] = v.materialTable.empty()  ? 0
-                 : v.materialTable[k] < 0 ? -1 - v.materialTable[k]
-                                          : kMixed;
-  }
-  return kinds;
-}
-
-// The tissue of a brick all of whose windows are full of it, or kMixed.
-int deepInside(const Bricks& f, const std::vector<int>& kinds, const Eigen::Vector3i& brick) {
-  const auto brickOf = [](const Eigen::Vector3i& v) {
-    return Eigen::Vector3i(v.unaryExpr([](int x) { return x >> 3; }));
-  };
-  const Eigen::Vector3i corner = kBrickEdge * brick;
-  const Eigen::Vector3i low = brickOf(corner + f.window.low.cwiseMin(0));
-  const Eigen::Vector3i high =
-      brickOf(corner + Eigen::Vector3i::Constant(kBrickEdge - 1) + f.window.high.cwiseMax(0));
-  if ((low.array() < 0).any() || (high.array() >= f.bricks.array()).any()) return kMixed;
-  const auto kind = [&](int x, int y, int z) {
-    return kinds[static_cast<std::size_t>(x) +
-                 static_cast<std::size_t>(f.bricks.x()) *
-                     (static_cast<std::size_t>(y) +
-                      static_cast<std::size_t>(f.bricks.y()) * static_cast<std::size_t>(z))];
-  };
-  const int own = kind(brick.x(), brick.y(), brick.z());
-  if (own < 0) return kMixed;
-  for (int z = low.z(); z <= high.z(); ++z)
-    for (int y = low.y(); y <= high.y(); ++y)
-      for (int x = low.x(); x <= high.x(); ++x)
-        if (kind(x, y, z) != own) return kMixed;
-  return own;
-}
-
-// Sums of one voxel, gathered from the cloud.
-void gather(const Bricks& f, const Cloud& cloud, const VoxelIndex& v, FieldBlock& block, int cell) {
-  CcMoments moments{};
-  CcSum volume = 0;
-  for (const WindowTap& t : f.window.taps) {
-    const VoxelIndex at = v + VoxelIndex(t.x, t.y, t.z);
-    const int coverage = cloud.coverage(at.x(), at.y(), at.z());
-    if (coverage == 0) continue;
-    const int tissue = f.names.empty() ? 0 : cloud.material(at.x(), at.y(), at.z());
-    ccWeigh(&moments, tapOf(t), coverage * f.density[static_cast<std::size_t>(tissue)]);
-    volume += static_cast<CcSum>(coverage * t.weight);
-  }
-  block.moments[static_cast<std::size_t>(cell)] = moments;
-  block.volume[static_cast<std::size_t>(cell)] = volume;
-}
-
-void fillShared(Bricks& f) {
-  for (std::size_t tissue = 0; tissue < f.tissues.size(); ++tissue) {
-    FieldBlock& block = f.blocks[tissue];
-    CcMoments moments{};
-    CcSum volume = 0;
-    for (const WindowTap& t : f.window.taps) {
-      ccWeigh(&moments, tapOf(t), 255 * f.density[tissue]);
-      volume += static_cast<CcSum>(255 * t.weight);
-    }
-    block.moments.fill(moments);
-    block.volume.fill(volume);
-    block.coverage.fill(255);
-    block.tissue.fill(static_cast<std::uint8_t>(tissue));
-  }
-}
-
-void fillBlock(const Bricks& f, const Cloud& cloud, const Eigen::Vector3i& brick,
-               FieldBlock& block) {
-  for (int k = 0; k < kBrickVoxels; ++k) {
-    const VoxelIndex v = kBrickEdge * brick + VoxelIndex(k & 7, k >> 3 & 7, k >> 6);
-    const auto at = static_cast<std::size_t>(k);
-    block.coverage[at] = cloud.coverage(v.x(), v.y(), v.z());
-    block.tissue[at] = f.names.empty() ? std::uint8_t{0} : cloud.material(v.x(), v.y(), v.z());
-    if (block.coverage[at] == 0) block.tissue[at] = 0;
-    gather(f, cloud, v, block, k);
-  }
-}
-
-Eigen::Vector3i brickAt(const Bricks& f, std::size_t entry) {
-  const auto nx = static_cast<std::size_t>(f.bricks.x()),
-             ny = static_cast<std::size_t>(f.bricks.y());
-  return {static_cast<int>(entry % nx), static_cast<int>(entry / nx % ny),
-          static_cast<int>(entry / (nx * ny))};
-}
-
-void sumUp(Bricks& f) {
+// Cuts the first voxel that is there, and all others of its density: these spread together. Returns
+// whether some of another density are left.
+bool cutOneDensity(Bricks& f, std::span<const VoxelCut> voxels, std::size_t& changed) {
   const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
-  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
-    if (f.table[entry] == kNoBlock) continue;
-    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
-    const VoxelIndex corner = kBrickEdge * brickAt(f, entry) - middle;
-    for (int k = 0; k < kBrickVoxels; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      f.sums[block.tissue[at]].add(corner + VoxelIndex(k & 7, k >> 3 & 7, k >> 6),
-                                   block.coverage[at]);
-    }
-  }
-}
-
-void build(Bricks& f, const Cloud& cloud) {
-  const std::vector<int> kinds = kindsOf(cloud);
-  f.table.assign(kinds.size(), kNoBlock);
-  std::vector<std::size_t> own;  // entries with a block of their own
-  for (std::size_t entry = 0; entry < kinds.size(); ++entry) {
-    if (kinds[entry] == kVoid) continue;
-    const int deep = deepInside(f, kinds, brickAt(f, entry));
-    if (deep >= 0)
-      f.table[entry] = deep;
-    else
-      own.push_back(entry);
-  }
-  f.blocks.resize(f.tissues.size() + own.size());
-  fillShared(f);
-  parallelFor(own.size(), 0, [&](std::size_t k, int) {
-    fillBlock(f, cloud, brickAt(f, own[k]), f.blocks[f.tissues.size() + k]);
-  });
-  for (std::size_t k = 0; k < own.size(); ++k)
-    f.table[own[k]] = static_cast<std::int32_t>(f.tissues.size() + k);
-  sumUp(f);
-}
-
-// Gives a brick that shares its block one of its own.
-FieldBlock& ownBlock(Bricks& f, std::int32_t& entry) {
-  if (static_cast<std::size_t>(entry) < f.tissues.size()) {
-    f.blocks.push_back(FieldBlock(f.blocks[static_cast<std::size_t>(entry)]));
-    entry = static_cast<std::int32_t>(f.blocks.size() - 1);
-  }
-  return f.blocks[static_cast<std::size_t>(entry)];
-}
-
-// Eight numbers worked on at once, wherever they lie.
-typedef double Eight __attribute__((vector_size(64)));
-
-inline void addEight(const CcSum* taps, double factor, CcSum* sums) {
-  Eight tap, sum;
-  std::memcpy(&tap, taps, sizeof(Eight));
-  std::memcpy(&sum, sums, sizeof(Eight));
-  sum += tap * factor;
-  std::memcpy(sums, &sum, sizeof(Eight));
-}
-
-// Adds matter and coverage times the window's weights to a whole row of a block; `taps` and
-// `weights` those of its first voxel, zero where the window does not reach. A row is always eight
-// voxels: loops of one to five guessed their ends wrongly and took a third longer.
-inline void addRow(const CcMoments* taps, const CcSum* weights, double matter, double coverage,
-                   CcMoments* moments, CcSum* volume) {
-  for (int k = 0; k < kBrickEdge; k += 2) addEight(&taps[k].mass, matter, &moments[k].mass);
-  addEight(weights, coverage, volume);
-}
-
-// The blocks about a brick, out to where a window may reach; null where there is no matter.
-struct Neighbours {
-  static constexpr int kReach = 8;  // [voxels] of a window that one brick beside is enough for
-  Eigen::Vector3i brick = Eigen::Vector3i::Constant(-1);
-  FieldBlock* blocks[27];
-
-  // Every block gets one of its own: what is cut beside it changes it.
-  void gather(Bricks& f, const Eigen::Vector3i& about) {
-    brick = about;
-    for (int k = 0; k < 27; ++k) {
-      const Eigen::Vector3i at =
-          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
-      std::int32_t* const entry = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all()
-                                      ? &f.entry(at.x(), at.y(), at.z())
-                                      : nullptr;
-      if (entry && *entry != kNoBlock) ownBlock(f, *entry);
-    }
-    // Only now do the blocks stay where they are.
-    for (int k = 0; k < 27; ++k) {
-      const Eigen::Vector3i at =
-          about + Eigen::Vector3i(k % 3, k / 3 % 3, k / 9) - Eigen::Vector3i::Ones();
-      const bool inside = (at.array() >= 0).all() && (at.array() < f.bricks.array()).all();
-      const std::int32_t entry = inside ? f.entry(at.x(), at.y(), at.z()) : kNoBlock;
-      blocks[k] = entry == kNoBlock ? nullptr : &f.blocks[static_cast<std::size_t>(entry)];
-    }
-  }
-};
-
-// All windows in which v lies lose matter and coverage. 1,000 voxels of a window of 81: 0.25 ms.
-CC_LANES void spread(const Bricks& f, const Neighbours& near, const VoxelIndex& v, double matter,
-                     double coverage) {
-  const int vx = v.x() & 7, vy = v.y() & 7, vz = v.z() & 7;
-  for (const WindowRow& row : f.rows) {
-    const int y = vy + row.y, z = vz + row.z, x = vx + row.x;
-    FieldBlock* const* const blocks = near.blocks + 3 * ((y >> 3) + 1) + 9 * ((z >> 3) + 1) + 1;
-    const int line = (y & 7) << 3 | (z & 7) << 6;
-    const int last = (x + static_cast<int>(row.count) - 1) >> 3;
-    for (int b = x >> 3; b <= last; ++b) {
-      FieldBlock* const block = blocks[b];
-      if (!block) continue;
-      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
-      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block->moments[line],
-             &block->volume[line]);
-    }
-  }
-}
-
-// The same for windows that reach farther than the bricks beside.
-void spreadFar(Bricks& f, const VoxelIndex& v, double matter, double coverage) {
-  for (const WindowRow& row : f.rows) {
-    const int y = v.y() + row.y, z = v.z() + row.z;
-    if (y < 0 || z < 0 || y >= kBrickEdge * f.bricks.y() || z >= kBrickEdge * f.bricks.z())
+  int density = 0;
+  bool others = false;
+  for (const VoxelCut& c : voxels) {
+    std::int32_t& entry = f.entry(c.voxel.x() >> 3, c.voxel.y() >> 3, c.voxel.z() >> 3);
+    if (entry == kNoBlock) continue;
+    FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
+    const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
+    const int less = c.coverage - block->coverage[cell];
+    if (less >= 0) continue;
+    const std::uint8_t tissue = block->tissue[cell];
+    if (density == 0) density = f.density[tissue];
+    if (density != f.density[tissue]) {
+      others = true;
       continue;
-    const int x = v.x() + row.x, end = x + static_cast<int>(row.count);
-    for (int b = std::max(x >> 3, 0); kBrickEdge * b < end && b < f.bricks.x(); ++b) {
-      std::int32_t& entry = f.entry(b, y >> 3, z >> 3);
-      if (entry == kNoBlock) continue;
-      FieldBlock& block = ownBlock(f, entry);
-      const auto line = static_cast<std::size_t>(Bricks::cell(0, y, z));
-      const std::size_t tap = row.first + static_cast<std::size_t>(kBrickEdge * b - x);
-      addRow(&f.taps[tap], &f.weights[tap], matter, coverage, &block.moments[line],
-             &block.volume[line]);
     }
+    block = &f.own(entry);
+    block->coverage[cell] = c.coverage;
+    if (c.coverage == 0) block->tissue[cell] = 0;
+    f.sums[tissue].add(c.voxel - middle, less);
+    f.changes.add(f, c.voxel, density, less);
+    ++changed;
   }
+  f.changes.spread(f);
+  return others;
 }
 
 }  // namespace
@@ -294,19 +55,13 @@ void TissueSums::add(const VoxelIndex& at, std::int64_t coverage) {
 
 BaseVectorField::BaseVectorField(const Cloud& cloud, const TissueTable& tissues,
                                  const WindowSettings& window)
-    : bricks_(std::make_unique<Bricks>()) {
-  if (cloud.empty()) throw std::invalid_argument("BaseVectorField: the cloud is empty");
-  Bricks& f = *bricks_;
-  f.voxelSize = cloud.voxelSize();
-  f.origin = cloud.origin();
-  f.bricks = cloud.bricks();
-  fillTissues(f, cloud, tissues);
-  f.window = makeWindow(window, cloud.voxelSize());
-  f.windowCenter = f.window.center();
-  f.perFull = 1 / (255.0 * static_cast<double>(f.window.weights));
-  f.depths = DepthTable(f.window);
-  makeRows(f);
-  build(f, cloud);
+    : bricks_(layOutBricks(cloud, tissues, window)) {
+  sumWindows(*bricks_);
+  bricks_->changes.prepare(*bricks_);
+}
+
+BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks) : bricks_(std::move(bricks)) {
+  bricks_->changes.prepare(*bricks_);
 }
 
 BaseVectorField::~BaseVectorField() = default;
@@ -360,32 +115,8 @@ std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
   for (const VoxelCut& c : voxels)
     if (!f.contains(c.voxel))
       throw std::out_of_range("BaseVectorField::cut: a voxel lies outside the grid");
-  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
-  const bool near = f.window.low.minCoeff() >= -Neighbours::kReach &&
-                    f.window.high.maxCoeff() <= Neighbours::kReach;
-  Neighbours neighbours;
   std::size_t changed = 0;
-  for (const VoxelCut& c : voxels) {
-    const Eigen::Vector3i brick = c.voxel / kBrickEdge;
-    std::int32_t& entry = f.entry(brick.x(), brick.y(), brick.z());
-    if (entry == kNoBlock) continue;
-    FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
-    const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
-    const int less = c.coverage - block->coverage[cell];
-    if (less >= 0) continue;
-    if (near && neighbours.brick != brick) neighbours.gather(f, brick);
-    block = &ownBlock(f, entry);
-    const std::uint8_t tissue = block->tissue[cell];
-    block->coverage[cell] = c.coverage;
-    if (c.coverage == 0) block->tissue[cell] = 0;
-    f.sums[tissue].add(c.voxel - middle, less);
-    const double matter = less * f.density[tissue];
-    if (near)
-      spread(f, neighbours, c.voxel, matter, less);
-    else
-      spreadFar(f, c.voxel, matter, less);
-    ++changed;
-  }
+  for (bool more = true; more;) more = cutOneDensity(f, voxels, changed);
   return changed;
 }
 

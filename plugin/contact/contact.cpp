@@ -18,8 +18,6 @@ constexpr double kCellVoxels = 8;      // a bin's cell
 constexpr double kLeastShare = 0.003;  // of the pair's force: lighter patches are dropped
 // No patch is deeper than this many times the pair's depth (a wall wetted over a sliver).
 constexpr double kMostDepth = 1.5;
-constexpr double kSameCosine = 0.7;  // a patch is last step's if its normal is this near ...
-constexpr double kSameVoxels = 8;    // ... and its centre
 
 void check(const ContactBody& body, const char* name) {
   if ((body.field != nullptr) == (body.shape != nullptr))
@@ -42,22 +40,7 @@ ContactFinder::~ContactFinder() = default;
 ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
 ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
 
-std::uint32_t ContactFinder::Scratch::nameOf(const Vec3& center, const Vec3& normal, double voxel) {
-  std::size_t best = known.size();
-  double nearest = kSameVoxels * voxel * kSameVoxels * voxel;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const double far = (known[i].center - center).squaredNorm();
-    if (far > nearest || known[i].normal.dot(normal) < kSameCosine) continue;
-    nearest = far;
-    best = i;
-  }
-  const std::uint32_t id = best < known.size() ? known[best].id : nextId++;
-  if (best < known.size()) known.erase(known.begin() + static_cast<std::ptrdiff_t>(best));
-  now.push_back({center, normal, id});
-  return id;
-}
-
-void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled, double voxel) {
+void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled) {
   double all = 0;
   for (FoundPatch& p : found) {
     p.force = forceOf(*p.sums, foundation, oneSided, sampled);
@@ -98,7 +81,7 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
     const Vec3 n = p.force.force / p.size;
     const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
     const Pose toA = poseOfA.inverse() * frame.pose;
-    const std::uint32_t id = nameOf(toA.toWorld(p.force.center), toA.orientation * n, frame.voxel);
+    seen.push_back({toA.toWorld(p.force.center), toA.orientation * n});
     patch.normal = frame.pose.orientation * n;
     patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);
     const double pushes = oneSided ? std::max(p.sums->side[0].size, p.sums->side[1].size)
@@ -117,7 +100,6 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
       point.depth = patch.depth * points.weight[i] - gap;
       point.stiffness = 0.25 * patch.stiffness;
       point.damping = 0.25 * patch.damping;
-      point.id = id * 4 + static_cast<std::uint32_t>(i);
       point.patch = static_cast<int>(result.patches.size());
       result.points.push_back(point);
     }
@@ -134,7 +116,10 @@ PairFrame ContactFinder::Scratch::begin(const ContactBody& a, const ContactBody&
   result.clear();
   hits.clear();
   found.clear();
-  return frameOf(a, b);
+  seen.clear();
+  const PairFrame frame = frameOf(a, b);
+  voxel = frame.voxel;
+  return frame;
 }
 
 // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
@@ -147,34 +132,55 @@ double cellOf(const PairFrame& frame, int level) {
   return kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
 }
 
-const ContactResult& ContactFinder::Scratch::finish(const ContactBody& a, const ContactBody& b,
-                                                    const ContactSettings& settings,
-                                                    const PairFrame& frame, Hitting hitting,
-                                                    std::span<const Sums> patches) {
+void ContactFinder::Scratch::finish(const ContactBody& a, const ContactBody& b,
+                                    const ContactSettings& settings, const PairFrame& frame,
+                                    Hitting hitting, std::span<const Sums> patches) {
   const bool foundation = settings.law == LawForm::Foundation, oneSided = a.shape || b.shape;
   gap = hitting.gap;
   result.samples = gap > 0 ? 0 : hitting.count;
   for (const Sums& sums : patches) found.push_back({&sums, {}, 0});
-  collect(foundation, oneSided, a.shape ? kB : kA, frame.voxel);
-  now.clear();
+  collect(foundation, oneSided, a.shape ? kB : kA);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, hitting.level};
   const bool touches = oneSided && gap == 0;
   // The foundation has no depth of a pair: each patch's own is its force over its area.
   const double depth =
       foundation ? 0 : pairDepth(found, touches ? &shape : nullptr, oneSided, frame.voxel);
   emit(frame, a.pose, settings, depth, oneSided);
-  std::swap(known, now);
+}
+
+const ContactResult& ContactFinder::Scratch::named() {
+  names.name(seen, voxel);
+  for (ContactPoint& point : result.points) {
+    const auto patch = static_cast<std::size_t>(point.patch);
+    const int place =
+        static_cast<int>(&point - result.points.data()) - result.patches[patch].firstPoint;
+    point.id = seen[patch].id * 4 + static_cast<std::uint32_t>(place);
+  }
   return result;
 }
 
 const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
                                          const ContactSettings& settings) {
+  search(a, b, settings);
+  return named();
+}
+
+void ContactFinder::search(const ContactBody& a, const ContactBody& b,
+                           const ContactSettings& settings) {
   Scratch& s = *scratch_;
   const PairFrame frame = s.begin(a, b);
   const int level = s.search.run(a, b, frame, settings.margin, enoughFor(settings), s.hits);
   const std::vector<Sums>& patches =
       s.binner.patches(s.hits, cellOf(frame, level), a.shape || b.shape);
-  return s.finish(a, b, settings, frame, {level, s.hits.size(), s.search.gap()}, patches);
+  s.finish(a, b, settings, frame, {level, s.hits.size(), s.search.gap()}, patches);
+}
+
+const ContactResult& ContactFinder::named() {
+  return scratch_->named();
+}
+
+std::size_t ContactFinder::asked() const {
+  return scratch_->search.asked();
 }
 
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {

@@ -1,6 +1,8 @@
 // Coverage of a block by sub-samples: each is full, empty, or on the ramp of half a sub-sample's
-// width on either side of the surface. Four lanes at a time, in a fixed order of summation.
+// width on either side of the surface.
 #include "edge_block.h"
+
+#include "simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +11,6 @@
 namespace cloudcontact {
 
 namespace {
-
-typedef float F4 __attribute__((vector_size(16)));
-typedef int I4 __attribute__((vector_size(16)));
-constexpr int kLanes = 4;
 
 // In sub-sample widths: a voxel's corner is half its edge away, then the ramp, then what a
 // curvature of 0.3 bends over half a voxel.
@@ -31,7 +29,7 @@ constexpr float kSettled = 2e-3f;
 constexpr float kHopeless = 0.3f;  // residual at which it is given up
 
 struct Points {
-  alignas(16) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
+  alignas(64) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
 };
 
 float middleOf(int voxel, int axis) {
@@ -57,25 +55,49 @@ const Points& subSamples() {
   return points;
 }
 
+// A face in sub-sample widths along its normal.
+struct FaceTerms {
+  Eigen::Vector3f n;
+  float s;
+  bool curved;
+  Eigen::Matrix3f half;
+
+  explicit FaceTerms(const Face& f) {
+    const float scale = kSub / f.n.lpNorm<1>();
+    n = f.n * scale;
+    s = f.s * scale;
+    curved = !f.curvature.isZero(0);
+    half = 0.5f * scale * f.curvature;
+  }
+  float flat(float x, float y, float z) const { return n.x() * x + n.y() * y + n.z() * z - s; }
+  float bent(float x, float y, float z) const {
+    return x * (half(0, 0) * x + 2 * half(0, 1) * y) + y * (half(1, 1) * y + 2 * half(1, 2) * z) +
+           z * (half(2, 2) * z + 2 * half(0, 2) * x);
+  }
+  float outside(float x, float y, float z) const {
+    return curved ? flat(x, y, z) + bent(x, y, z) : flat(x, y, z);
+  }
+};
+
+// How far a voxel's sub-samples lie outside a face.
+CC_LANES void findOutside(const FaceTerms& terms, int voxel, float* outside) {
+  const Points& points = subSamples();
+  const float *x = points.x + voxel * kPerVoxel, *y = points.y + voxel * kPerVoxel,
+              *z = points.z + voxel * kPerVoxel;
+  if (terms.curved) {
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k)
+      outside[k] = terms.flat(x[k], y[k], z[k]) + terms.bent(x[k], y[k], z[k]);
+  } else {
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k) outside[k] = terms.flat(x[k], y[k], z[k]);
+  }
+}
+
 float windowWeight(int voxel) {
   const float x = middleOf(voxel, 0), y = middleOf(voxel, 1), z = middleOf(voxel, 2);
   const float q = 1.0f - (x * x + y * y + z * z) / CC_WINDOW_RADIUS2;
   return q * q;
-}
-
-F4 load(const float* p) {
-  F4 v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-F4 all(float v) {
-  return F4{v, v, v, v};
-}
-float total(F4 v) {
-  return (v[0] + v[1]) + (v[2] + v[3]);
-}
-F4 masked(F4 v, I4 mask) {
-  return reinterpret_cast<F4>(reinterpret_cast<I4>(v) & mask);
 }
 
 // What becomes of a voxel.
@@ -128,130 +150,160 @@ Angle angleOf(const Eigen::Vector3f& n, const Eigen::Vector3f& m) {
   return {std::max(1.0f - turn, 0.0f), std::max(turn - 1.0f, 0.0f)};
 }
 
+// What becomes part of the clone that calls it.
+#define CC_INLINE [[gnu::always_inline]] inline
+
 struct Joined {
-  F4 both, byFirst, bySecond;  // and how that moves with each
+  float both, byFirst, bySecond;  // and how that moves with each
 };
 
 template <bool kSlopes>
-Joined join(F4 r, F4 q, F4 alike, F4 opposed) {
-  const F4 product = r * q, least = r < q ? r : q, over = r + q - all(1.0f);
-  const F4 rest = over > all(0.0f) ? over : all(0.0f);
-  Joined j{product + alike * (least - product) + opposed * (rest - product), {}, {}};
+CC_INLINE Joined join(float r, float q, float alike, float opposed) {
+  const float product = r * q, least = r < q ? r : q, over = r + q - 1.0f;
+  const float rest = over > 0.0f ? over : 0.0f;
+  Joined j{product + alike * (least - product) + opposed * (rest - product), 0, 0};
   if constexpr (kSlopes) {
-    const F4 free = all(1.0f) - alike - opposed;
-    const I4 first = r < q;
-    const F4 apart = masked(opposed, over > all(0.0f));
-    j.byFirst = free * q + masked(alike, first) + apart;
-    j.bySecond = free * r + masked(alike, ~first) + apart;
+    const float free = 1.0f - alike - opposed, apart = over > 0.0f ? opposed : 0.0f;
+    j.byFirst = free * q + (r < q ? alike : 0.0f) + apart;
+    j.bySecond = free * r + (r < q ? 0.0f : alike) + apart;
   }
   return j;
 }
 
-F4 within(F4 v) {
-  const F4 low = v > all(0.0f) ? v : all(0.0f);
-  return low < all(1.0f) ? low : all(1.0f);
+CC_INLINE float within(float v) {
+  const float low = v > 0.0f ? v : 0.0f;
+  return low < 1.0f ? low : 1.0f;
 }
 
 // The share of a sub-sample below a face is not a straight ramp but an S, the more so the more
 // obliquely the face runs: the cubic that is as steep as the closed form in the middle. Straight
 // ramps left 0.0045 of residual at a box's edges.
-F4 bent(F4 r, F4 bend) {
-  const F4 one = all(1.0f);
-  return within(r + bend * r * (one - r) * (r + r - one));
+CC_INLINE float bent(float r, float bend) {
+  return within(r + bend * r * (1.0f - r) * (r + r - 1.0f));
 }
 
-F4 bentSlope(F4 r, F4 bend) {
-  const F4 one = all(1.0f), slope = one + bend * (all(6.0f) * r * (one - r) - one);
-  const F4 rising = slope > all(0.0f) ? slope : all(0.0f);
-  return masked(rising, (r > all(0.0f)) & (r < one));
+CC_INLINE float bentSlope(float r, float bend) {
+  const float slope = 1.0f + bend * (6.0f * r * (1.0f - r) - 1.0f);
+  const float rising = slope > 0.0f ? slope : 0.0f;
+  return ((r > 0.0f) & (r < 1.0f)) ? rising : 0.0f;
+}
+
+// A number for each of a voxel's sub-samples. What is done to them is done to all, one step after
+// the other: so the compiler makes whole registers of each step, which it did not of sixteen or
+// four sub-samples on their way through all steps.
+struct Lanes {
+  alignas(64) float at[kPerVoxel];
+};
+
+// Four sums, each of every fourth sub-sample in their order: that, and not the registers, is what
+// results depend on.
+typedef float F4 __attribute__((vector_size(16)));
+CC_INLINE float total(const Lanes& v) {
+  F4 sum{};
+  for (int k = 0; k < kPerVoxel; k += 4) {
+    F4 four;
+    std::memcpy(&four, v.at + k, sizeof four);
+    sum += four;
+  }
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 // How face `j` shares sub-samples with the faces before it: by its angle to the one that matters
 // most there, which leaves the least.
-template <bool kSlopes>
-Joined joinFace(const Combination& c, int j, F4 left, const F4* r) {
-  F4 least = r[0], alike = all(c.between(0, j).alike), opposed = all(c.between(0, j).opposed);
+CC_INLINE void findAngles(const Combination& c, int j, const Lanes* r, Lanes& alike,
+                          Lanes& opposed) {
+  Lanes least = r[0];
+  for (int k = 0; k < kPerVoxel; ++k) alike.at[k] = c.between(0, j).alike;
+  for (int k = 0; k < kPerVoxel; ++k) opposed.at[k] = c.between(0, j).opposed;
   for (int i = 1; i < j; ++i) {
-    const I4 former = least < r[i];
-    alike = former ? alike : all(c.between(i, j).alike);
-    opposed = former ? opposed : all(c.between(i, j).opposed);
-    least = former ? least : r[i];
+    const Angle angle = c.between(i, j);
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k) {
+      const bool former = least.at[k] < r[i].at[k];
+      alike.at[k] = former ? alike.at[k] : angle.alike;
+      opposed.at[k] = former ? opposed.at[k] : angle.opposed;
+      least.at[k] = former ? least.at[k] : r[i].at[k];
+    }
   }
-  return join<kSlopes>(left, r[j], alike, opposed);
 }
 
-// From sums over the voxel's sub-samples: of how each moves with the face, and that times x, y, z.
-Slope slopeOf(const FaceField& face, const F4* sums) {
-  const float scale = kSub / face.face().n.lpNorm<1>() / kPerVoxel;
-  return {scale * total(sums[0]),
-          scale * Eigen::Vector3f(total(sums[1]), total(sums[2]), total(sums[3]))};
-}
-
-// A voxel's coverage; and its slopes, where asked for. A union of faces is the intersection of
-// their complements.
-template <bool kSlopes, int kCount>
-float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
-  const float side = c.concave ? 1.0f : -1.0f;
-  const Points& points = subSamples();
-  F4 sum = all(0), moment[kCount][4] = {};
-  for (int k = 0; k < kPerVoxel; k += kLanes) {
-    F4 ramp[kCount], r[kCount], weight[kCount];
-    for (int i = 0; i < kCount; ++i) {
-      ramp[i] = within(all(0.5f) + side * load(c.face[i]->outside(voxel) + k));
-      r[i] = bent(ramp[i], all(c.face[i]->bend()));
-    }
-    F4 left = r[0];
-    weight[0] = all(1.0f);
-    for (int j = 1; j < kCount; ++j) {
-      const Joined joined = joinFace<kSlopes>(c, j, left, r);
-      left = joined.both;
-      if constexpr (kSlopes) {
-        for (int i = 0; i < j; ++i) weight[i] *= joined.byFirst;
-        weight[j] = joined.bySecond;
-      }
-    }
-    sum += left;
+template <bool kSlopes>
+CC_INLINE void joinFace(const Combination& c, int j, const Lanes* r, Lanes& left, Lanes* weight) {
+  Lanes alike, opposed, byFirst;
+  findAngles(c, j, r, alike, opposed);
+  CC_INDEPENDENT
+  for (int k = 0; k < kPerVoxel; ++k) {
+    const Joined joined = join<kSlopes>(left.at[k], r[j].at[k], alike.at[k], opposed.at[k]);
+    left.at[k] = joined.both;
     if constexpr (kSlopes) {
-      const int at = voxel * kPerVoxel + k;
-      for (int i = 0; i < kCount; ++i) {
-        const F4 w = weight[i] * bentSlope(ramp[i], all(c.face[i]->bend()));
-        moment[i][0] += w;
-        moment[i][1] += w * load(points.x + at);
-        moment[i][2] += w * load(points.y + at);
-        moment[i][3] += w * load(points.z + at);
-      }
+      byFirst.at[k] = joined.byFirst;
+      weight[j].at[k] = joined.bySecond;
     }
   }
   if constexpr (kSlopes)
-    for (int i = 0; i < kCount; ++i) slopes[i] = slopeOf(*c.face[i], moment[i]);
-  const float share = total(sum) * (1.0f / kPerVoxel);
+    for (int i = 0; i < j; ++i)
+      for (int k = 0; k < kPerVoxel; ++k) weight[i].at[k] *= byFirst.at[k];
+}
+
+// From how each of the voxel's sub-samples moves with the face.
+CC_INLINE Slope slopeOf(const FaceField& face, int voxel, const Lanes& moves) {
+  const Points& points = subSamples();
+  float sum[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* const at = (axis == 0 ? points.x : axis == 1 ? points.y : points.z);
+    Lanes moment;
+    for (int k = 0; k < kPerVoxel; ++k) moment.at[k] = moves.at[k] * at[voxel * kPerVoxel + k];
+    sum[axis] = total(moment);
+  }
+  const float scale = kSub / face.face().n.lpNorm<1>() / kPerVoxel;
+  return {scale * total(moves), scale * Eigen::Vector3f(sum[0], sum[1], sum[2])};
+}
+
+// What a face alone leaves of a voxel's sub-samples, and the ramp that it is bent from.
+CC_INLINE void leave(const FaceField& face, int voxel, float side, Lanes& ramp, Lanes& left) {
+  const float* const outside = face.outside(voxel);
+  const float bend = face.bend();
+  CC_INDEPENDENT
+  for (int k = 0; k < kPerVoxel; ++k) {
+    ramp.at[k] = within(0.5f + side * outside[k]);
+    left.at[k] = bent(ramp.at[k], bend);
+  }
+}
+
+// A voxel's coverage by two faces or more; and its slopes, where asked for. A union of faces is the
+// intersection of their complements.
+template <bool kSlopes>
+CC_INLINE float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
+  const float side = c.concave ? 1.0f : -1.0f;
+  Lanes ramp[kMostFaces], r[kMostFaces], weight[kMostFaces];
+  leave(*c.face[0], voxel, side, ramp[0], r[0]);
+  Lanes left = r[0];
+  for (int k = 0; k < kPerVoxel; ++k) weight[0].at[k] = 1.0f;
+  for (int j = 1; j < c.count; ++j) {
+    leave(*c.face[j], voxel, side, ramp[j], r[j]);
+    joinFace<kSlopes>(c, j, r, left, weight);
+  }
+  for (int i = 0; kSlopes && i < c.count; ++i) {
+    const float bend = c.face[i]->bend();
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k) weight[i].at[k] *= bentSlope(ramp[i].at[k], bend);
+    slopes[i] = slopeOf(*c.face[i], voxel, weight[i]);
+  }
+  const float share = total(left) * (1.0f / kPerVoxel);
   return c.concave ? 1.0f - share : share;
 }
 
-// The number of faces is known to the compiler: it unrolls what two and three faces, most edges,
-// need.
-template <bool kSlopes>
-float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
-  static_assert(kMostFaces == 6);
-  switch (c.count) {
-    case 2:
-      return coverVoxel<kSlopes, 2>(c, voxel, slopes);
-    case 3:
-      return coverVoxel<kSlopes, 3>(c, voxel, slopes);
-    case 4:
-      return coverVoxel<kSlopes, 4>(c, voxel, slopes);
-    case 5:
-      return coverVoxel<kSlopes, 5>(c, voxel, slopes);
-    default:
-      return coverVoxel<kSlopes, 6>(c, voxel, slopes);
-  }
+CC_LANES float coverOnly(const Combination& c, int voxel) {
+  return coverVoxel<false>(c, voxel, nullptr);
+}
+CC_LANES float coverWithSlopes(const Combination& c, int voxel, Slope* slopes) {
+  return coverVoxel<true>(c, voxel, slopes);
 }
 
 float coverageAt(const Combination& c, int voxel) {
   const Sight sight = look(c, voxel);
   if (sight.sure) return sight.coverage;
-  return sight.only >= 0 ? cutVoxel(*c.face[sight.only], voxel, nullptr)
-                         : coverVoxel<false>(c, voxel, nullptr);
+  return sight.only >= 0 ? cutVoxel(*c.face[sight.only], voxel, nullptr) : coverOnly(c, voxel);
 }
 
 constexpr int kUnknowns = 3 * kMostFaces;
@@ -298,7 +350,7 @@ struct Equations {
       if (sight.sure) continue;
       Slope slope[kMostFaces];
       coverage[v] = sight.only >= 0 ? cutVoxel(*c.face[sight.only], v, &slope[sight.only])
-                                    : coverVoxel<true>(c, v, slope);
+                                    : coverWithSlopes(c, v, slope);
       for (int i = 0; i < c.count; ++i) {
         const Eigen::Vector2f turn = -tangent[i].transpose() * slope[i].moment;
         g.segment<3>(3 * i) << slope[i].shift, turn;
@@ -314,28 +366,18 @@ struct Equations {
 
 void FaceField::set(const Face& f) {
   face_ = f;
+  known_ = 0;
   const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
   bend_ = std::max(2 * (steep - 1), 0.0f);
-  const float scale = kSub / f.n.lpNorm<1>();
-  const Eigen::Vector3f n = f.n * scale;
-  const float s = f.s * scale;
-  const Points& points = subSamples();
-  for (int k = 0; k < kBlockPoints; ++k)
-    outside_[static_cast<std::size_t>(k)] =
-        n.x() * points.x[k] + n.y() * points.y[k] + n.z() * points.z[k] - s;
+  const FaceTerms terms(f);
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v)
     middle_[static_cast<std::size_t>(v)] =
-        n.x() * middleOf(v, 0) + n.y() * middleOf(v, 1) + n.z() * middleOf(v, 2) - s;
-  if (f.curvature.isZero(0)) return;
-  const Eigen::Matrix3f half = 0.5f * scale * f.curvature;
-  const auto bent = [&](float x, float y, float z) {
-    return x * (half(0, 0) * x + 2 * half(0, 1) * y) + y * (half(1, 1) * y + 2 * half(1, 2) * z) +
-           z * (half(2, 2) * z + 2 * half(0, 2) * x);
-  };
-  for (int k = 0; k < kBlockPoints; ++k)
-    outside_[static_cast<std::size_t>(k)] += bent(points.x[k], points.y[k], points.z[k]);
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v)
-    middle_[static_cast<std::size_t>(v)] += bent(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
+        terms.outside(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
+}
+
+void FaceField::find(int voxel) const {
+  findOutside(FaceTerms(face_), voxel, outside_.data() + voxel * kPerVoxel);
+  known_ |= std::uint32_t{1} << voxel;
 }
 
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {

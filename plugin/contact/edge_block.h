@@ -5,6 +5,7 @@
 #include "field_builder.h"
 
 #include <array>
+#include <cstdint>
 #include <initializer_list>
 
 namespace cloudcontact {
@@ -28,17 +29,25 @@ class FaceField {
  public:
   void set(const Face& face);
   const Face& face() const { return face_; }
-  const float* outside(int voxel) const { return outside_.data() + voxel * kPerVoxel; }
+  // Found when a voxel is first asked for: most are crossed by no other face, and then a closed
+  // form serves. For one thread at a time.
+  const float* outside(int voxel) const {
+    if (!(known_ >> voxel & 1)) find(voxel);
+    return outside_.data() + voxel * kPerVoxel;
+  }
   // At the voxel's middle: where this is far from zero the face does not cross the voxel.
   float middle(int voxel) const { return middle_[static_cast<std::size_t>(voxel)]; }
   // How far from a straight ramp a sub-sample's share is: 0 along an axis, 2.5 along a diagonal.
   float bend() const { return bend_; }
 
  private:
+  void find(int voxel) const;
+
   Face face_;
   float bend_ = 0;
   std::array<float, CC_WINDOW_VOXELS> middle_{};
-  alignas(16) std::array<float, kBlockPoints> outside_{};
+  mutable std::uint32_t known_ = 0;  // a bit a voxel
+  alignas(64) mutable std::array<float, kBlockPoints> outside_{};
 };
 
 constexpr int kMostFaces = CC_MAX_PLANES;

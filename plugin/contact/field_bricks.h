@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "depth_table.h"
+#include "field_changes.h"
 #include "window_sums.h"
 
 namespace cloudcontact {
@@ -23,7 +24,7 @@ struct FieldBlock {
 struct WindowRow {
   int x, y, z;  // of its first voxel, seen from the one that changes
   std::uint32_t first,
-      count;  // into taps and weights, with a brick's width of zeros on either side
+      count;  // into taps
 };
 
 // Of one tissue: sums over its voxels of coverage times powers of their indices, seen from
@@ -50,9 +51,9 @@ struct BaseVectorField::Bricks {
   double perFull = 0;                // 1 / (255 * the window's weights)
   std::vector<WindowRow> rows;
   std::vector<CcMoments> taps;  // row by row
-  std::vector<CcSum> weights;   // likewise
   std::vector<TissueSums> sums;
   DepthTable depths;
+  FieldChanges changes;
 
   std::int32_t& entry(int bx, int by, int bz) {
     return table[static_cast<std::size_t>(bx) +
@@ -72,6 +73,14 @@ struct BaseVectorField::Bricks {
     if (!contains(v)) return nullptr;
     const std::int32_t b = entry(v.x() >> 3, v.y() >> 3, v.z() >> 3);
     return b == kNoBlock ? nullptr : &blocks[static_cast<std::size_t>(b)];
+  }
+  // The block of a brick with matter, its own from now on: a shared one is copied.
+  FieldBlock& own(std::int32_t& entry) {
+    if (static_cast<std::size_t>(entry) < tissues.size()) {
+      blocks.push_back(FieldBlock(blocks[static_cast<std::size_t>(entry)]));
+      entry = static_cast<std::int32_t>(blocks.size() - 1);
+    }
+    return blocks[static_cast<std::size_t>(entry)];
   }
   // What the sums say of a voxel with matter: Gr - Gc and the window's centre of gravity when full
   // less Gc, in voxels, and the share of the window that is matter.

@@ -3,18 +3,11 @@
 #pragma once
 
 #include "pair_depth.h"
+#include "patch_names.h"
 
 #include <span>
 
 namespace cloudcontact {
-
-// A patch of the step before, to keep its points' names. In A's frame, for the frame body may be
-// the other one in the next step: where two equal links hung in each other their points lost their
-// names, and the solver what it had learnt, several times a second.
-struct Known {
-  Vec3 center, normal;
-  std::uint32_t id;
-};
 
 // What a search came to.
 struct Hitting {
@@ -33,8 +26,9 @@ struct ContactFinder::Scratch {
   HitSearch search;
   Binner binner;
   std::vector<FoundPatch> found;
-  std::vector<Known> known, now;
-  std::uint32_t nextId = 0;
+  std::vector<NamedPatch> seen;  // of the result, in its order
+  PatchNames names;
+  double voxel = 0;  // the pair's [m]
   double gap = 0;
   ContactResult result;
 
@@ -43,14 +37,13 @@ struct ContactFinder::Scratch {
 
   // Checks the bodies (ContactFinder::find() tells what throws), and forgets the last query.
   PairFrame begin(const ContactBody& a, const ContactBody& b);
-  // The result from the patches' sums.
-  const ContactResult& finish(const ContactBody& a, const ContactBody& b,
-                              const ContactSettings& settings, const PairFrame& frame,
-                              Hitting hitting, std::span<const Sums> patches);
+  // The result from the patches' sums, but for its points' names.
+  void finish(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+              const PairFrame& frame, Hitting hitting, std::span<const Sums> patches);
+  const ContactResult& named();
 
  private:
-  std::uint32_t nameOf(const Vec3& center, const Vec3& normal, double voxel);
-  void collect(bool foundation, bool oneSided, Side sampled, double voxel);
+  void collect(bool foundation, bool oneSided, Side sampled);
   void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
             double depth, bool oneSided);
 };

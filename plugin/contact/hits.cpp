@@ -1,6 +1,7 @@
 // Both directions of a query, level by level, from few samples to all.
 #include "hits.h"
 
+#include "far_apart.h"
 #include "sample_search.h"
 
 namespace cloudcontact {
@@ -14,7 +15,9 @@ using namespace search;
 // the force off by 3.7 %, a third by less than 3.
 constexpr std::size_t kFinerNeeds = 3;
 constexpr double kMostMargin = 2;  // [voxels] farther out the band knows no planes
-
+// [voxels] Bodies this far apart have neither hits nor near misses: a sample reaches less than two
+// voxels about its middle.
+constexpr double kFarApart = 5;
 constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 
 void rotation(const Eigen::Quaterniond& turn, double scale, float* rows) {
@@ -112,6 +115,11 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   misses_.margin = marginOf(margin, frame);
   misses_.within = kLightly * static_cast<float>(frame.voxel);
   gap_ = 0;
+  hits.clear();
+  // Bullet's boxes are wider than its bodies by 7 cm (gContactBreakingThreshold and a margin of its
+  // tree's), whatever their size: in a box of small
+  // parts most of its pairs are such.
+  if (farApart(a, b, kFarApart * frame.voxel)) return 0;
   for (int level = kLevels - 1;; --level) {
     hits.clear();
     lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);

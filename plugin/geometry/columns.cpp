@@ -140,9 +140,9 @@ SurfaceBricks surfaceBricks(const GridSurface& surface) {
   for (const Vector3i& t : surface.triangles) {
     Polygon triangle;
     for (int k = 0; k < 3; ++k) triangle.add(surface.vertices[t[k]] / kBrickEdge);
-    slice(triangle, 2, [&](int z, const Polygon& slab) {
-      slice(slab, 1, [&](int y, const Polygon& bar) {
-        slice(bar, 0, [&](int x, const Polygon&) {
+    slice<2>(triangle, [&](int z, const Polygon& slab) {
+      slice<1>(slab, [&](int y, const Polygon& bar) {
+        slice<0>(bar, [&](int x, const Polygon&) {
           const Vector3i b = Vector3i(x, y, z).cwiseMin(last);
           const std::size_t entry = frame.entry(b[0], b[1], b[2]);
           if (bricks.touched[entry]) return;

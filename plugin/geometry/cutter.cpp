@@ -22,13 +22,39 @@ constexpr double kClosedSum = 1e-3;
 // Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
 constexpr double kCapArea = 1e-3;
 
+// What of the polygon lies between 0 and kBrickEdge.
+template <int Axis>
+void clip(Polygon& polygon) {
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < polygon.corners; ++i) {
+    low = std::min(low, polygon.p[i][Axis]);
+    high = std::max(high, polygon.p[i][Axis]);
+  }
+  Polygon kept, rest;
+  if (low < 0) split<Axis>(polygon, 0, rest, kept), polygon = kept;
+  if (high > kBrickEdge) split<Axis>(polygon, kBrickEdge, kept, rest), polygon = kept;
+}
+
+// Adds the differences of one cell to the sums of all columns, and tells the coverage they make.
+void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    const double sum = runs.sum[c] + differences[c];
+    runs.sum[c] = sum;
+    runs.least[c] = std::min(runs.least[c], sum);
+    runs.most[c] = std::max(runs.most[c], sum);
+    coverage[c] =
+        static_cast<std::uint8_t>(static_cast<int>(std::clamp(sum, 0.0, 1.0) * 255 + 0.5));
+  }
+}
+
 }  // namespace
 
 Cutter::Cutter(const GridSurface& surface, const Frame& frame)
     : surface_(surface),
       frame_(frame),
       height_(frame.layers * kBrickEdge + 1),
-      differences_(static_cast<std::size_t>(kColumnsPerBrick) * height_, 0.0) {
+      differences_(static_cast<std::size_t>(kColumnsPerBrick) * height_, 0.0),
+      touched_(static_cast<std::size_t>(frame.layers) + 1, 0) {
   if (surface.firstCap < surface.triangles.size()) caps_.resize(differences_.size(), 0.0);
 }
 
@@ -59,9 +85,18 @@ BrickColumn Cutter::cut(int bu, int bv, const int* first, const int* last) {
   return result;
 }
 
+void Cutter::touch(int lowestCell, int highestCell) {
+  for (int layer = lowestCell / kBrickEdge; layer <= highestCell / kBrickEdge; ++layer)
+    touched_[static_cast<std::size_t>(layer)] = 1;
+}
+
 void Cutter::clear() {
-  for (int c = 0; c < kColumnsPerBrick; ++c)
-    std::fill(at(c, lowest_), at(c, std::min(highest_ + 2, height_)), 0.0);
+  for (std::size_t layer = 0; layer < touched_.size(); ++layer) {
+    if (!touched_[layer]) continue;
+    const int first = static_cast<int>(layer) * kBrickEdge;
+    std::fill(at(0, first), at(0, std::min(first + kBrickEdge, height_)), 0.0);
+    touched_[layer] = 0;
+  }
 }
 
 // A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
@@ -79,16 +114,14 @@ void Cutter::cutTriangle(int bu, int bv, int triangle) {
   triangleShell_ = t >= surface_.firstCap       ? kCap
                    : surface_.component.empty() ? 0
                                                 : surface_.component[t];
-  Polygon polygon = inColumn(bu, bv, triangle), other, unused;
-  split(polygon, 0, 0, unused, other);
-  split(other, 0, kBrickEdge, polygon, unused);
-  split(polygon, 1, 0, unused, other);
-  split(other, 1, kBrickEdge, polygon, unused);
+  Polygon polygon = inColumn(bu, bv, triangle);
+  clip<0>(polygon);
+  clip<1>(polygon);
   if (polygon.corners < 3) return;
-  slice(polygon, 1, [&](int v, const Polygon& row) {
-    slice(row, 0, [&](int u, const Polygon& column) {
+  slice<1>(polygon, [&](int v, const Polygon& row) {
+    slice<0>(row, [&](int u, const Polygon& column) {
       const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
-      slice(column, 2, [&](int w, const Polygon& piece) { addPiece(c, w, piece); });
+      slice<2>(column, [&](int w, const Polygon& piece) { addPiece(c, w, piece); });
     });
   });
 }
@@ -105,11 +138,13 @@ void Cutter::addPiece(int column, int cell, const Polygon& piece) {
   const double area = twiceArea / 2, under = sixMoments / 6;
   double* d = at(column, cell);
   d[0] -= area - under;
-  d[1] -= under;
+  d[kColumnsPerBrick] -= under;
+  touched_[static_cast<std::size_t>(cell / kBrickEdge)] = 1;
+  touched_[static_cast<std::size_t>((cell + 1) / kBrickEdge)] = 1;
   lowest_ = std::min(lowest_, cell);
   highest_ = std::max(highest_, cell);
   if (triangleShell_ == kCap)
-    caps_[static_cast<std::size_t>(column) * height_ + cell] += std::abs(area);
+    caps_[place(column, cell)] += std::abs(area);
   else if (shell_[column] != triangleShell_)
     shell_[column] = shell_[column] == kNoShell ? triangleShell_ : kSeveralShells;
 }
@@ -119,7 +154,7 @@ void Cutter::countCaps(BrickColumn& result) {
   for (int c = 0; c < kColumnsPerBrick; ++c) {
     int voxels = 0;
     for (int w = lowest_; w <= highest_; ++w) {
-      double& area = caps_[static_cast<std::size_t>(c) * height_ + w];
+      double& area = caps_[place(c, w)];
       voxels += area > kCapArea;
       area = 0;
     }
@@ -128,22 +163,29 @@ void Cutter::countCaps(BrickColumn& result) {
   }
 }
 
-// Running sums, layer of bricks by layer, and the bricks they make.
+// Running sums, layer of bricks by layer, and the bricks they make. Where no piece lies in a layer
+// the sums stand still, and so does the brick: most layers of a body are such.
 void Cutter::sumUp(BrickColumn& result) {
-  double run[kColumnsPerBrick] = {};
+  Runs runs;
   result.firstLayer = lowest_ / kBrickEdge;
   result.table.clear();
   result.coverage.clear();
   // The sums end one cell above the topmost piece.
   const int lastLayer = std::min(highest_ + 1, height_ - 2) / kBrickEdge;
   BrickCoverage brick;
+  int code = 0;
+  bool changed = true;
   for (int layer = result.firstLayer; layer <= lastLayer; ++layer) {
-    const int code = sumLayer(layer, run, brick);
+    const bool touched = touched_[static_cast<std::size_t>(layer)] != 0;
+    if (touched || changed) code = sumLayer(layer, runs, brick);
+    changed = touched;
     result.table.push_back(code < 0 ? code : static_cast<std::int32_t>(result.coverage.size()));
     if (code >= 0) result.coverage.push_back(brick);
   }
   for (int c = 0; c < kColumnsPerBrick; ++c) {
-    const double left = std::abs(run[c]);
+    if (runs.most[c] > 1 + kClosedSum || runs.least[c] < -kClosedSum)
+      overlapping_ |= std::uint64_t{1} << c;
+    const double left = std::abs(runs.sum[c]);
     result.residue[c] = left > kClosedSum
                             ? static_cast<std::uint8_t>(std::min(255.0, std::ceil(255 * left)))
                             : std::uint8_t{0};
@@ -151,24 +193,26 @@ void Cutter::sumUp(BrickColumn& result) {
 }
 
 // One layer of bricks: kEmptyBrick, kSolidBrick, or 0 where `brick` holds numbers.
-int Cutter::sumLayer(int layer, double* run, BrickCoverage& brick) {
-  int least = 255, most = 0;
-  for (int c = 0; c < kColumnsPerBrick; ++c) {
-    const double* d = at(c, layer * kBrickEdge);
-    int place = c % kBrickEdge * Frame::voxelStride(frame_.u) +
-                c / kBrickEdge * Frame::voxelStride(frame_.v);
-    bool beyond = false;
-    for (int w = 0; w < kBrickEdge; ++w, place += Frame::voxelStride(frame_.w)) {
-      run[c] += d[w];
-      beyond |= run[c] > 1 + kClosedSum || run[c] < -kClosedSum;
-      const int coverage = static_cast<int>(std::clamp(run[c], 0.0, 1.0) * 255 + 0.5);
-      least = std::min(least, coverage);
-      most = std::max(most, coverage);
-      brick[static_cast<std::size_t>(place)] = static_cast<std::uint8_t>(coverage);
-    }
-    if (beyond) overlapping_ |= std::uint64_t{1} << c;
-  }
-  return most == 0 ? kEmptyBrick : least == 255 ? kSolidBrick : 0;
+int Cutter::sumLayer(int layer, Runs& runs, BrickCoverage& brick) {
+  BrickCoverage cells;  // in the order of differences_
+  for (int w = 0; w < kBrickEdge; ++w)
+    addCell(at(0, layer * kBrickEdge + w), runs, cells.data() + w * kColumnsPerBrick);
+  return codeOf(cells, brick);
+}
+
+int Cutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const {
+  std::uint8_t least = 255, most = 0;
+  for (const std::uint8_t c : cells) least = std::min(least, c), most = std::max(most, c);
+  if (most == 0) return kEmptyBrick;
+  if (least == 255) return kSolidBrick;
+  const int strideU = Frame::voxelStride(frame_.u), strideV = Frame::voxelStride(frame_.v),
+            strideW = Frame::voxelStride(frame_.w);
+  const std::uint8_t* cell = cells.data();
+  for (int w = 0; w < kBrickEdge; ++w)
+    for (int v = 0; v < kBrickEdge; ++v)
+      for (int u = 0; u < kBrickEdge; ++u)
+        brick[static_cast<std::size_t>(u * strideU + v * strideV + w * strideW)] = *cell++;
+  return 0;
 }
 
 // In the overlapping columns, differences of the shells' sum become those of their union.
@@ -192,6 +236,7 @@ void Cutter::unite(int bu, int bv, const int* first, const int* last) {
         corners.insert(corners.end(), p.p, p.p + 3);
     }
     uniteShells(corners, u, v, lowest_, coverage);
+    touch(lowest_, end - 1);
     double before = 0;
     for (int w = lowest_; w < end; ++w) {
       const double now = coverage[static_cast<std::size_t>(w - lowest_)];

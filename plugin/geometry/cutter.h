@@ -45,6 +45,11 @@ struct BrickColumn {
   int cappedColumns = 0, cappedVoxels = 0;
 };
 
+// The running sums of a brick column's 64 columns, and their extremes since they were last asked.
+struct Runs {
+  double sum[kColumnsPerBrick] = {}, least[kColumnsPerBrick] = {}, most[kColumnsPerBrick] = {};
+};
+
 // Cuts one brick-wide column at a time; keeps its memory.
 class Cutter {
  public:
@@ -57,22 +62,27 @@ class Cutter {
   static std::size_t bytes(int layers, bool capped);
 
  private:
-  double* at(int column, int cell) {
-    return differences_.data() + static_cast<std::size_t>(column) * height_ + cell;
+  // A cell's columns stand together, and so eight of them make a register's work.
+  double* at(int column, int cell) { return differences_.data() + place(column, cell); }
+  static std::size_t place(int column, int cell) {
+    return static_cast<std::size_t>(cell) * kColumnsPerBrick + static_cast<std::size_t>(column);
   }
+  void touch(int lowestCell, int highestCell);
   void clear();
   Polygon inColumn(int bu, int bv, int triangle) const;
   void cutTriangle(int bu, int bv, int triangle);
   void addPiece(int column, int cell, const Polygon& piece);
   void countCaps(BrickColumn& result);
   void sumUp(BrickColumn& result);
-  int sumLayer(int layer, double* run, BrickCoverage& brick);
+  int sumLayer(int layer, Runs& runs, BrickCoverage& brick);
+  int codeOf(const BrickCoverage& cells, BrickCoverage& brick) const;
   void unite(int bu, int bv, const int* first, const int* last);
 
   const GridSurface& surface_;
   const Frame& frame_;
   int height_;  // cells a column, and one more for what a piece in the topmost passes on
   std::vector<double> differences_;
+  std::vector<char> touched_;      // layers of bricks whose differences are not all zero
   std::vector<double> caps_;       // projected area of closing triangles in each voxel
   int lowest_ = 0, highest_ = -1;  // cells that hold a piece
   int triangleShell_ = 0;          // of the triangle being cut; -1: it closes the surface

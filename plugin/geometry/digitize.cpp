@@ -68,8 +68,10 @@ Prepared prepare(const Mesh& mesh) {
 // Throws where that many copies of the voxels would need too much, and says what would fit.
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes) {
   const double limit = static_cast<double>(settings.maxBytes);
+  const int threads = threadCount(settings.threads);
+  if (fullGridBytes(prepared.closing, settings.voxelSize, passes, threads) <= limit) return;
   const auto bytes = [&](double h) {
-    return cuttingBytes(prepared.closing, h, passes, threadCount(settings.threads), limit);
+    return cuttingBytes(prepared.closing, h, passes, threads, limit);
   };
   const double h = settings.voxelSize, needed = bytes(h);
   if (needed <= limit) return;

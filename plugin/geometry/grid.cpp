@@ -41,6 +41,39 @@ double brickBound(const Mesh& mesh, double voxelSize) {
   return sum;
 }
 
+// The surface in voxels, its shells not told apart.
+GridSurface placed(const Closing& closing, const Grid& grid) {
+  const Mesh& mesh = closing.mesh;
+  GridSurface surface;
+  surface.bricks = grid.bricks.cast<int>();
+  surface.vertices.reserve(mesh.vertices.size());
+  const Vector3d highest = kBrickEdge * grid.bricks;
+  for (const Vector3d& v : mesh.vertices)
+    surface.vertices.push_back(
+        ((v - grid.origin) / grid.voxelSize).cwiseMax(Vector3d::Zero()).cwiseMin(highest));
+  surface.triangles = mesh.triangles;
+  surface.firstCap = closing.firstCap;
+  return surface;
+}
+
+double tableBytes(const Grid& grid) {
+  return sizeof(std::int32_t) * grid.places();
+}
+
+// What cutting holds where that many bricks store numbers.
+double bytesOf(const Closing& closing, const Grid& grid, double bricks, int passes, int threads) {
+  const double layers = std::min(grid.bricks.maxCoeff(), 1e8);
+  const double columns = grid.places() / grid.bricks.minCoeff();
+  const double scratch = static_cast<double>(Cutter::bytes(static_cast<int>(layers), true));
+  // A brick column's own record, and its columns' marks.
+  constexpr double kColumnBytes = sizeof(BrickColumn) + 8 + kColumnsPerBrick;
+  // Topology and copies of the mesh, and the lists of what lies over which column.
+  constexpr double kTriangleBytes = 400;
+  return passes * (tableBytes(grid) + kBrickVoxels * bricks) + kColumnBytes * columns +
+         threads * scratch + kTriangleBytes * static_cast<double>(closing.mesh.triangles.size()) +
+         8 * bricks;
+}
+
 }  // namespace
 
 Grid gridAround(const Mesh& mesh, double voxelSize) {
@@ -59,41 +92,27 @@ Grid gridAround(const Mesh& mesh, double voxelSize) {
 }
 
 GridSurface inGrid(const Closing& closing, const Grid& grid) {
-  const Mesh& mesh = closing.mesh;
-  GridSurface surface;
-  surface.bricks = grid.bricks.cast<int>();
-  surface.vertices.reserve(mesh.vertices.size());
-  const Vector3d highest = kBrickEdge * grid.bricks;
-  for (const Vector3d& v : mesh.vertices)
-    surface.vertices.push_back(
-        ((v - grid.origin) / grid.voxelSize).cwiseMax(Vector3d::Zero()).cwiseMin(highest));
-  surface.triangles = mesh.triangles;
-  surface.firstCap = closing.firstCap;
+  GridSurface surface = placed(closing, grid);
   int shells = 0;
-  surface.component = components(mesh, shells);
+  surface.component = components(closing.mesh, shells);
   if (shells < 2) surface.component.clear();
   return surface;
 }
 
 double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads,
                     double enough) {
-  const Mesh& mesh = closing.mesh;
-  const Grid grid = gridAround(mesh, voxelSize);
-  const double triangles = static_cast<double>(mesh.triangles.size());
-  const double table = sizeof(std::int32_t) * grid.places();
-  if (!(passes * table <= enough)) return passes * table;
-  double bricks = std::min(brickBound(mesh, voxelSize), grid.places());
+  const Grid grid = gridAround(closing.mesh, voxelSize);
+  const double table = passes * tableBytes(grid);
+  if (!(table <= enough)) return table;
+  double bricks = std::min(brickBound(closing.mesh, voxelSize), grid.places());
   if (grid.places() <= kCountable)
-    bricks = std::min(bricks, static_cast<double>(surfaceBricks(inGrid(closing, grid)).count));
-  const double layers = std::min(grid.bricks.maxCoeff(), 1e8);
-  const double columns = grid.places() / grid.bricks.minCoeff();
-  const double scratch = static_cast<double>(Cutter::bytes(static_cast<int>(layers), true));
-  // A brick column's own record, and its columns' marks.
-  constexpr double kColumnBytes = sizeof(BrickColumn) + 8 + kColumnsPerBrick;
-  // Topology and copies of the mesh, and the lists of what lies over which column.
-  constexpr double kTriangleBytes = 400;
-  return passes * (table + kBrickVoxels * bricks) + kColumnBytes * columns + threads * scratch +
-         kTriangleBytes * triangles + 8 * bricks;
+    bricks = std::min(bricks, static_cast<double>(surfaceBricks(placed(closing, grid)).count));
+  return bytesOf(closing, grid, bricks, passes, threads);
+}
+
+double fullGridBytes(const Closing& closing, double voxelSize, int passes, int threads) {
+  const Grid grid = gridAround(closing.mesh, voxelSize);
+  return bytesOf(closing, grid, grid.places(), passes, threads);
 }
 
 }  // namespace cloudcontact

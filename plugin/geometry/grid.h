@@ -25,4 +25,7 @@ GridSurface inGrid(const Closing& closing, const Grid& grid);
 double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads,
                     double enough);
 
+// The same were every brick to store numbers: an upper bound that costs a look at the vertices.
+double fullGridBytes(const Closing& closing, double voxelSize, int passes, int threads);
+
 }  // namespace cloudcontact

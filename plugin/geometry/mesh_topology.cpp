@@ -2,6 +2,7 @@
 #include "geometry/mesh_topology.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -15,18 +16,28 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// For each vertex the lowest-numbered vertex with the same coordinates.
+// A hash of what `==` compares: -0 is 0.
+std::uint64_t hashOf(const Vector3d& v) {
+  std::uint64_t hash = 0;
+  for (int k = 0; k < 3; ++k) {
+    hash = (hash ^ std::bit_cast<std::uint64_t>(v[k] + 0.0)) * 0x9E3779B97F4A7C15ull;
+    hash ^= hash >> 32;
+  }
+  return hash;
+}
+
+// For each vertex the lowest-numbered vertex with the same coordinates. A table that is at most
+// half full: to sort the 77,000 corners that Assimp makes of the M16 bolt took ten times as long.
 std::vector<int> equalVertices(const std::vector<Vector3d>& v) {
-  std::vector<int> order(v.size()), same(v.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto less = [&](int a, int b) {
-    for (int k = 0; k < 3; ++k)
-      if (v[a][k] != v[b][k]) return v[a][k] < v[b][k];
-    return a < b;
-  };
-  std::sort(order.begin(), order.end(), less);
-  for (std::size_t i = 0; i < order.size(); ++i)
-    same[order[i]] = i > 0 && v[order[i]] == v[order[i - 1]] ? same[order[i - 1]] : order[i];
+  const std::size_t mask = std::bit_ceil(2 * v.size() + 1) - 1;
+  std::vector<int> table(mask + 1, -1), same(v.size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    std::size_t place = hashOf(v[i]) & mask;
+    while (table[place] >= 0 && v[static_cast<std::size_t>(table[place])] != v[i])
+      place = (place + 1) & mask;
+    if (table[place] < 0) table[place] = static_cast<int>(i);
+    same[i] = table[place];
+  }
   return same;
 }
 
@@ -139,18 +150,27 @@ Mesh welded(const Mesh& mesh, double tolerance) {
   return result;
 }
 
+// Dealt out by their lower vertex, which has about three, and only those are sorted.
 std::vector<EdgeSide> sortedEdgeSides(const Mesh& mesh) {
-  std::vector<EdgeSide> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
-    }
-  std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
-    return std::tie(a.low, a.high, a.triangle, a.forward) <
-           std::tie(b.low, b.high, b.triangle, b.forward);
-  });
+  std::vector<std::size_t> first(mesh.vertices.size() + 1, 0);
+  const auto forEachSide = [&](auto&& visit) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const int a = mesh.triangles[t][k], b = mesh.triangles[t][k < 2 ? k + 1 : 0];
+        visit(EdgeSide{std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
+      }
+  };
+  forEachSide([&](const EdgeSide& s) { ++first[static_cast<std::size_t>(s.low) + 1]; });
+  for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+  std::vector<EdgeSide> sides(first.back());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  forEachSide([&](const EdgeSide& s) { sides[next[static_cast<std::size_t>(s.low)]++] = s; });
+  for (std::size_t v = 0; v + 1 < first.size(); ++v)
+    std::sort(sides.data() + first[v], sides.data() + first[v + 1],
+              [](const EdgeSide& a, const EdgeSide& b) {
+                return std::tie(a.high, a.triangle, a.forward) <
+                       std::tie(b.high, b.triangle, b.forward);
+              });
   return sides;
 }
 

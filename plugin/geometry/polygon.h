@@ -19,32 +19,36 @@ struct Polygon {
   }
 };
 
-// The parts of `polygon` below and above the plane x[axis] = value. Corners on the plane go to
+// The parts of `polygon` below and above the plane x[Axis] = value. Corners on the plane go to
 // both, so that an area of zero may come out, never a gap.
-inline void split(const Polygon& polygon, int axis, double value, Polygon& below, Polygon& above) {
+template <int Axis>
+void split(const Polygon& polygon, double value, Polygon& below, Polygon& above) {
   below.corners = above.corners = 0;
+  const double first = polygon.p[0][Axis] - value;
+  double da = first;
   for (int i = 0; i < polygon.corners; ++i) {
-    const Eigen::Vector3d& a = polygon.p[i];
-    const Eigen::Vector3d& b = polygon.p[i + 1 < polygon.corners ? i + 1 : 0];
-    const double da = a[axis] - value, db = b[axis] - value;
+    const bool last = i + 1 == polygon.corners;
+    const Eigen::Vector3d &a = polygon.p[i], &b = polygon.p[last ? 0 : i + 1];
+    const double db = last ? first : b[Axis] - value;
     if (da <= 0) below.add(a);
     if (da >= 0) above.add(a);
     if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
       Eigen::Vector3d x = a + (da / (da - db)) * (b - a);
-      x[axis] = value;
+      x[Axis] = value;
       below.add(x);
       above.add(x);
     }
+    da = db;
   }
 }
 
-// Calls visit(cell, piece) for the pieces of `polygon` between whole numbers of x[axis].
-template <typename Visit>
-void slice(const Polygon& polygon, int axis, Visit&& visit) {
-  double low = polygon.p[0][axis], high = low;
+// Calls visit(cell, piece) for the pieces of `polygon` between whole numbers of x[Axis].
+template <int Axis, typename Visit>
+void slice(const Polygon& polygon, Visit&& visit) {
+  double low = polygon.p[0][Axis], high = low;
   for (int i = 1; i < polygon.corners; ++i) {
-    low = std::min(low, polygon.p[i][axis]);
-    high = std::max(high, polygon.p[i][axis]);
+    low = std::min(low, polygon.p[i][Axis]);
+    high = std::max(high, polygon.p[i][Axis]);
   }
   const int first = static_cast<int>(std::floor(low));
   const int last = std::max(first, static_cast<int>(std::ceil(high)) - 1);
@@ -53,7 +57,7 @@ void slice(const Polygon& polygon, int axis, Visit&& visit) {
   const Polygon* rest = &polygon;
   for (int cell = first; cell < last; ++cell) {
     Polygon& above = buffers[cell & 1];
-    split(*rest, axis, cell + 1, piece, above);
+    split<Axis>(*rest, cell + 1, piece, above);
     if (piece.corners > 2) visit(cell, piece);
     rest = &above;
   }

@@ -80,6 +80,16 @@ TEST(DigitizeExact, NeedleAcrossManyVoxels) {
   expectExact(tetrahedronMesh({0, 0, 0}, {0.02, 0, 0.01}, {0, 0.03, 0}, {1.3, 0.9, 0.7}), 0.01);
 }
 
+// Cut along itself a bar has layers of bricks in which no face ends, and walls that run along
+// them: a seventh of each voxel there, a fiftieth at the edges.
+TEST(DigitizeExact, LongBarAlongEachAxisInEveryVoxel) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector3d size(0.615, 0.615, 0.615);
+    size[axis] = 3.01;
+    expectExact(boxMesh(-0.5 * size, 0.5 * size), 0.05);
+  }
+}
+
 // Faces exactly on voxel faces leave no voxel half full, at any size.
 TEST(DigitizeExact, BoxOnTheGridHasNoInterface) {
   for (const double scale : {1.0, 1e-3, 100.0}) {

@@ -1,6 +1,6 @@
-// Prints every bit of the contacts of some pairs in many poses. Built twice: as users get the
-// library, with loops for the machine's own instructions, and with plain ones; both must print the
-// same (DESIGN.md, "One arithmetic").
+// Prints every bit of some fields, by their hashes, and of their contacts in many poses. Built
+// twice: as users get the library, with loops for the machine's own instructions, and with plain
+// ones; both must print the same (DESIGN.md, "One arithmetic").
 #include <cloudcontact/contact.h>
 #include <cloudcontact/digitize.h>
 
@@ -47,6 +47,8 @@ int main() {
     beams.triangles.push_back(t);
   }
   const auto cross = fieldOf(beams, 0.03), drum = fieldOf(cylinderMesh(0.6, 0.8, 1e-4), 0.04);
+  for (const auto& field : {cross, drum})
+    std::printf("%016llx\n", static_cast<unsigned long long>(field->hash()));
   const AnalyticShape shapes[] = {HalfSpace{}, BoxShape{Vec3(0.5, 0.4, 0.3)}};
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);

@@ -1,0 +1,119 @@
+// The heap's world.
+#include "heap.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr int kLayers = 10;
+constexpr double kMass = 0.03, kStep = 1.0 / 240;
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+btScalar s(double x) {
+  return static_cast<btScalar>(x);
+}
+
+}  // namespace
+
+void Heap::TimedDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
+                                                      const btDispatcherInfo& info,
+                                                      btDispatcher* dispatcher) {
+  const auto start = Clock::now();
+  CloudDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+  seconds += since(start);
+}
+
+Heap::Heap(const HeapSettings& settings) : dispatcher_(&configuration_, settings.threads) {
+  // Bullet makes boxes wider by 2 cm and by another 5, whatever the bodies' size.
+  gContactBreakingThreshold = s(settings.voxel);
+  gDbvtMargin = s(settings.voxel);
+  if (settings.clouds) {
+    contact_.attach(dispatcher_);
+    recommendedSettings(world_);
+  }
+  world_.setGravity({0, 0, s(-9.81)});
+  lay(settings);
+}
+
+Heap::~Heap() {
+  for (auto& body : bodies_) world_.removeRigidBody(body.get());
+}
+
+void Heap::addWall(const btVector3& normal, double offset) {
+  walls_.push_back(std::make_shared<btStaticPlaneShape>(normal, s(offset)));
+  bodies_.push_back(std::make_unique<btRigidBody>(
+      btRigidBody::btRigidBodyConstructionInfo(0, nullptr, walls_.back().get())));
+  world_.addRigidBody(bodies_.back().get());
+}
+
+void Heap::addBody(const std::shared_ptr<btCollisionShape>& shape, const btTransform& place) {
+  btVector3 inertia;
+  shape->calculateLocalInertia(s(kMass), inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(s(kMass), nullptr, shape.get(), inertia);
+  info.m_startWorldTransform = place;
+  info.m_friction = s(0.4);
+  shapes_.push_back(shape);
+  bodies_.push_back(std::make_unique<btRigidBody>(info));
+  bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+  world_.addRigidBody(bodies_.back().get());
+}
+
+// Layers of squares, every other one shifted by half a body, each body turned about the upright.
+void Heap::lay(const HeapSettings& settings) {
+  const int side = static_cast<int>(std::ceil(std::sqrt(double(settings.bodies) / kLayers)));
+  const double pitch = settings.across + settings.voxel, rise = settings.height;
+  addWall({0, 0, 1}, 0);
+  for (const double sign : {1.0, -1.0}) {
+    const double at = sign > 0 ? -0.6 * pitch : -pitch * side;
+    addWall({s(sign), 0, 0}, at);
+    addWall({0, s(sign), 0}, at);
+  }
+  for (int i = 0; i < settings.bodies; ++i) {
+    const int layer = i / (side * side), column = i / side % side, row = i % side;
+    const double shift = layer % 2 ? 0.4 : 0;
+    const double angle = 2.4 * i;  // the golden angle: no two alike
+    addBody(settings.shape(),
+            btTransform(btQuaternion({0, 0, 1}, s(angle)),
+                        {s(pitch * (row + shift)), s(pitch * (column + shift)),
+                         s(rise * (layer + 0.5) - 0.1 * settings.voxel * (layer + 1))}));
+  }
+}
+
+void Heap::count(HeapRow& row) {
+  std::vector<std::pair<const void*, const void*>> touching;
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    touching.emplace_back(manifold.getBody0(), manifold.getBody1());
+    row.contacts += manifold.getNumContacts();
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+      row.deepest = std::max(row.deepest, -double(manifold.getContactPoint(k).getDistance()));
+  }
+  std::sort(touching.begin(), touching.end());
+  row.pairs += double(std::unique(touching.begin(), touching.end()) - touching.begin());
+  row.overlaps += broadphase_.getOverlappingPairCache()->getNumOverlappingPairs();
+}
+
+HeapRow Heap::run(int settle, int measured) {
+  for (int i = 0; i < settle; ++i) world_.stepSimulation(s(kStep), 0);
+  HeapRow row;
+  row.bodies = static_cast<int>(shapes_.size());
+  dispatcher_.seconds = 0;
+  const auto start = Clock::now();
+  for (int i = 0; i < measured; ++i) world_.stepSimulation(s(kStep), 0);
+  row.stepSeconds = since(start) / measured;
+  row.narrowSeconds = dispatcher_.seconds / measured;
+  count(row);
+  return row;
+}
+
+}  // namespace cloudcontact

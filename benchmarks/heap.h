@@ -1,0 +1,66 @@
+// Nuts laid in a box, ten layers deep, each on those below: a Bullet world whose narrow phase and
+// step are timed.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <cloudcontact/bullet/registration.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace cloudcontact {
+
+struct HeapSettings {
+  int bodies = 100;
+  double across = 28e-3, height = 13e-3;  // of a body [m], axis z, its middle at the origin
+  double voxel = 1e-3;                    // what lengths are measured by [m]
+  int threads = 1;                        // CloudDispatcher's
+  // One shape a body; equal bodies may share what it holds.
+  std::function<std::shared_ptr<btCollisionShape>()> shape;
+  bool clouds = true;  // the law and the settings for clouds; else Bullet's own
+};
+
+// Times are means over the measured steps, counts those of the last.
+struct HeapRow {
+  int bodies = 0;
+  double overlaps = 0, pairs = 0, contacts = 0;  // of boxes; that have contacts; points
+  double stepSeconds = 0, narrowSeconds = 0;
+  double deepest = 0;  // of any contact [m]
+};
+
+class Heap {
+ public:
+  explicit Heap(const HeapSettings& settings);
+  ~Heap();
+  Heap(const Heap&) = delete;
+  Heap& operator=(const Heap&) = delete;
+
+  HeapRow run(int settle, int measured);
+  const std::vector<std::shared_ptr<btCollisionShape>>& shapes() const { return shapes_; }
+
+ private:
+  class TimedDispatcher : public CloudDispatcher {
+   public:
+    using CloudDispatcher::CloudDispatcher;
+    void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
+                                   btDispatcher* dispatcher) override;
+    double seconds = 0;
+  };
+  void addWall(const btVector3& normal, double offset);
+  void addBody(const std::shared_ptr<btCollisionShape>& shape, const btTransform& place);
+  void lay(const HeapSettings& settings);
+  void count(HeapRow& row);
+
+  CloudContact contact_;
+  btDefaultCollisionConfiguration configuration_;
+  TimedDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  std::vector<std::shared_ptr<btCollisionShape>> shapes_, walls_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,192 @@
+// How a step's time grows with bodies, pairs, contacts and voxels, beside Bullet's convex parts
+// (HACD) of the same nuts, and what memory a field takes.
+//   scale [--quick] [--threads N] [--out FILE.json]
+// A table on stdout; FILE.json holds the same, and FILE.csv beside it the rows.
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/digitize.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "generated_mesh.h"
+#include "heap.h"
+#include "peers.h"
+
+namespace {
+
+using namespace cloudcontact;
+using nlohmann::json;
+
+constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of a M16 nut [m]
+constexpr double kVoxel = 1e-3;
+constexpr int kSettle = 20, kMeasured = 20;  // steps
+
+Mesh nut() {
+  Mesh mesh = program::nutMesh(program::Thread{}, kHeight, kWidth);
+  for (Vec3& v : mesh.vertices) v.z() -= kHeight / 2;
+  return mesh;
+}
+
+std::shared_ptr<const SurfaceField> fieldAt(double voxel) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel;
+  return SurfaceField::build(digitize(nut(), settings));
+}
+
+HeapSettings heapOf(int bodies, double voxel, int threads) {
+  HeapSettings settings;
+  settings.bodies = bodies;
+  settings.across = kWidth / std::cos(0.5235987755982988);  // over the corners
+  settings.height = kHeight;
+  settings.voxel = voxel;
+  settings.threads = threads;
+  return settings;
+}
+
+json rowOf(const char* method, double voxel, std::size_t bandVoxels, const HeapRow& row) {
+  std::printf(
+      "%6s %7d bodies %8.0f pairs %9.0f contacts  step %9.3f ms, narrow phase %9.3f ms, "
+      "deepest %.3f mm\n",
+      method, row.bodies, row.pairs, row.contacts, 1e3 * row.stepSeconds, 1e3 * row.narrowSeconds,
+      1e3 * row.deepest);
+  std::fflush(stdout);
+  return {{"method", method},
+          {"voxel", voxel},
+          {"bandVoxels", bandVoxels},
+          {"bodies", row.bodies},
+          {"overlaps", row.overlaps},
+          {"pairs", row.pairs},
+          {"contacts", row.contacts},
+          {"stepSeconds", row.stepSeconds},
+          {"narrowPhaseSeconds", row.narrowSeconds},
+          {"deepest", row.deepest}};
+}
+
+json cloudRow(const std::shared_ptr<const SurfaceField>& field, int bodies, int threads) {
+  HeapSettings settings = heapOf(bodies, field->cloud().voxelSize(), threads);
+  settings.shape = [&] { return std::make_shared<CloudShape>(field); };
+  Heap heap(settings);
+  json row = rowOf("cloud", settings.voxel, field->bandVoxels(), heap.run(kSettle, kMeasured));
+  std::set<const SurfaceField*> fields;
+  for (const auto& shape : heap.shapes())
+    fields.insert(&static_cast<const CloudShape&>(*shape).field());
+  if (fields.size() != 1) throw std::runtime_error("equal shapes should share one field");
+  row["fieldBytes"] = field->bytes();
+  return row;
+}
+
+json partsRow(const program::ConvexParts& parts, int bodies) {
+  HeapSettings settings = heapOf(bodies, kVoxel, 1);
+  settings.clouds = false;
+  std::vector<std::shared_ptr<void>> keep;
+  settings.shape = [&] {
+    const program::PeerShape made = program::convexPartsShape(parts);
+    keep.insert(keep.end(), made.keep.begin(), made.keep.end());
+    return made.shape;
+  };
+  Heap heap(settings);
+  return rowOf("hacd", 0, 0, heap.run(kSettle, kMeasured));
+}
+
+// The slope of log(time) over log(count), by least squares.
+double exponent(const json& rows, const char* count, const char* time) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const json& row : rows) {
+    const double a = std::log(row[count].get<double>()), b = std::log(row[time].get<double>());
+    n += 1, x += a, y += b, xx += a * a, xy += a * b;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+json exponents(const json& rows, std::initializer_list<const char*> counts) {
+  json out;
+  for (const char* count : counts)
+    for (const char* time : {"narrowPhaseSeconds", "stepSeconds"}) {
+      out[time][count] = exponent(rows, count, time);
+      std::printf("%s ~ %s^%.3f\n", time, count, out[time][count].get<double>());
+    }
+  return out;
+}
+
+void writeFiles(const std::string& path, const json& all) {
+  std::ofstream(path) << all.dump(2) << '\n';
+  std::ofstream csv(path.substr(0, path.rfind('.')) + ".csv");
+  bool first = true;
+  for (const char* group : {"byBodies", "byVoxels", "hacd"})
+    for (const json& row : all[group]) {
+      if (first) {
+        csv << "group";
+        for (const auto& [name, value] : all["byBodies"][0].items()) csv << ',' << name;
+        csv << '\n';
+      }
+      first = false;
+      csv << group;
+      for (const auto& [name, value] : all["byBodies"][0].items()) {
+        csv << ',';
+        if (row.contains(name)) csv << row[name].dump();
+      }
+      csv << '\n';
+    }
+  if (!csv) throw std::runtime_error(path + ": cannot be written");
+}
+
+struct Options {
+  bool quick = false;
+  int threads = 1;
+  std::string out;
+};
+
+Options optionsOf(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--quick")
+      options.quick = true;
+    else if (word == "--threads" && i + 1 < argc)
+      options.threads = std::stoi(argv[++i]);
+    else if (word == "--out" && i + 1 < argc)
+      options.out = argv[++i];
+    else
+      throw std::invalid_argument("'" + word +
+                                  "' is not known; give --quick, --threads N or --out FILE");
+  }
+  return options;
+}
+
+void measure(const Options& options) {
+  json all;
+  const std::vector<int> counts =
+      options.quick ? std::vector{100, 316, 1000} : std::vector{100, 316, 1000, 3162, 10000};
+  const auto field = fieldAt(kVoxel);
+  for (const int bodies : counts)
+    all["byBodies"].push_back(cloudRow(field, bodies, options.threads));
+  all["byBodiesExponents"] = exponents(all["byBodies"], {"bodies", "pairs", "contacts"});
+  for (const double voxel : {2 * kVoxel, kVoxel, kVoxel / 2})
+    all["byVoxels"].push_back(cloudRow(fieldAt(voxel), 100, options.threads));
+  all["byVoxelsExponents"] = exponents(all["byVoxels"], {"bandVoxels"});
+  const program::ConvexParts parts = program::convexParts(nut());
+  for (const int bodies : counts)
+    if (bodies <= 1000) all["hacd"].push_back(partsRow(parts, bodies));
+  all["threads"] = options.threads;
+  all["bytesPerBandVoxel"] = double(field->bytes()) / double(field->bandVoxels());
+  std::printf("a field of %zu band voxels: %.1f bytes each, one for all shapes\n",
+              field->bandVoxels(), all["bytesPerBandVoxel"].get<double>());
+  if (!options.out.empty()) writeFiles(options.out, all);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    measure(optionsOf(argc, argv));
+    return 0;
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "scale: %s\n", failure.what());
+    return 1;
+  }
+}

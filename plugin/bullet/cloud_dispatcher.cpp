@@ -1,0 +1,91 @@
+// Which pairs of a step are cloud pairs, as Bullet's default near callback will find them.
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <cloudcontact/bullet/cloud_dispatcher.h>
+
+#include <stdexcept>
+#include <thread>
+
+#include "cloud_algorithm.h"
+#include "look_ahead.h"
+
+namespace cloudcontact {
+
+namespace {
+
+int countOf(int threads) {
+  if (threads < 0)
+    throw std::invalid_argument("CloudDispatcher: threads must not be negative; 0 means all cores");
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  return threads > 0 ? threads : std::max(1, cores);
+}
+
+bool isCloud(const btCollisionObject& object) {
+  return object.getCollisionShape()->getShapeType() == HFFLUID_SHAPE_PROXYTYPE;
+}
+
+bool isCompound(const btCollisionObject& object) {
+  return object.getCollisionShape()->isCompound();
+}
+
+}  // namespace
+
+CloudDispatcher::CloudDispatcher(btCollisionConfiguration* configuration, int threads)
+    : btCollisionDispatcher(configuration),
+      lookAhead_(std::make_unique<LookAhead>(countOf(threads))) {}
+
+CloudDispatcher::~CloudDispatcher() = default;
+
+int CloudDispatcher::threads() const {
+  return lookAhead_->threads();
+}
+
+CloudDispatcherStatistics CloudDispatcher::statistics() const {
+  return lookAhead_->statistics();
+}
+
+void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
+  for (int i = 0; i < pairs.getNumOverlappingPairs(); ++i) {
+    btBroadphasePair& pair = pairs.getOverlappingPairArrayPtr()[i];
+    const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
+    const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+    const bool compound = isCompound(a) || isCompound(b);
+    if (!compound && !isCloud(a) && !isCloud(b)) continue;
+    if (!needsCollision(&a, &b)) continue;
+    const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(),
+                                         -1, -1);
+    const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(),
+                                         -1, -1);
+    if (compound) {
+      lookAhead_->addChildren(wrapA, wrapB, info);
+      continue;
+    }
+    // Made here as the callback would make it, where it would be a cloud's: that has no effect yet.
+    if (!pair.m_algorithm && getNearCallback() == defaultNearCallback) {
+      auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
+                                                       [b.getCollisionShape()->getShapeType()];
+      if (dynamic_cast<CloudAlgorithm::Factory*>(maker))
+        pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    }
+    if (auto* const cloudPair = dynamic_cast<CloudAlgorithm*>(pair.m_algorithm))
+      lookAhead_->add(*cloudPair, wrapA, wrapB, info);
+  }
+}
+
+void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
+                                                const btDispatcherInfo& info,
+                                                btDispatcher* dispatcher) {
+  if (threads() > 1 && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
+    // Bullet is not exception-safe; what is not worked out ahead is found in its walk.
+    try {
+      lookAhead_->begin();
+      gather(*pairs, info);
+      lookAhead_->work();
+    } catch (...) {
+    }
+  }
+  btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+  lookAhead_->end();
+}
+
+}  // namespace cloudcontact
