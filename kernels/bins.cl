@@ -84,7 +84,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
     __global uint* counters, uint binRoom) {
   __local int holder[CC_SLOTS], least[CC_SLOTS];
-  __local uint counts[CC_MOST_BINS], sums[2 * CC_GROUP], flags[CC_WORDS], used, firstBin;
+  __local uint counts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
+  __local CcFlags flags;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const CcPair pair = pairs[p];
   CcAnswer answer = ccAnswerOf(&pair, found, directions, p);
@@ -113,20 +114,19 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     return;
   }
   // Their numbers, in the order of their first hits; the table then leads to them.
-  uint numbered = 0;
+  ccNoFlags(&flags);
   for (uint base = 0; base < count; base += CC_GROUP) {
     const uint i = base + lid;
     const uint at = i < count ? ccHitAt(&h, i) : 0u;
     const int is = i < count && least[slots[at]] == (int)i;
-    ccFlag(flags, 1, is);
+    ccFlag(&flags, 1, (uint)is);
     if (is) {
-      const uint number = numbered + ccFlagged(flags, 0, lid);
+      const uint number = ccFlagged(&flags, 0);
       const CcBinOfHit b = ccBinAt(hits, at, i < h.count[0] ? 0 : 1, perCell);
       const CcBin bin = {{b.x, b.y, b.z}, p, 0, 0};
       bins[firstBin + number] = bin;
       holder[slots[at]] = (int)number;
     }
-    numbered += ccFlagged(flags, 0, CC_GROUP);
   }
   for (uint b = lid; b < all; b += CC_GROUP) counts[b] = 0u;
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);

@@ -18,26 +18,48 @@ uint ccSumUpTo(__local uint* room, uint value) {
   return room[from + i];
 }
 
-// Flags of all work-items, a bit each, `kinds` of them beside each other.
-void ccFlag(__local uint* flags, int kinds, int mine) {
+// Flags of all work-items, a bit each, `kinds` of them beside each other, and how many had each
+// before these. Begins with ccNoFlags().
+typedef struct {
+  uint words[4 * CC_WORDS], before[4];
+} CcFlags;
+
+void ccNoFlags(__local CcFlags* flags) {
   const uint i = get_local_id(0);
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint k = i; k < (uint)(kinds * CC_WORDS); k += CC_GROUP) flags[k] = 0u;
+  if (i < 4 * CC_WORDS) flags->words[i] = 0u;
+  if (i < 4) flags->before[i] = 0u;
+}
+
+// What was flagged so far counts as before.
+void ccCountFlags(__local CcFlags* flags, uint kinds) {
+  const uint i = get_local_id(0);
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (int kind = 0; kind < kinds; ++kind)
-    if (mine >> kind & 1) atomic_or(&flags[kind * CC_WORDS + (int)(i >> 5)], 1u << (i & 31u));
+  if (i < kinds) {
+    uint count = flags->before[i];
+    for (uint w = 0; w < CC_WORDS; ++w) {
+      count += popcount(flags->words[i * CC_WORDS + w]);
+      flags->words[i * CC_WORDS + w] = 0u;
+    }
+    flags->before[i] = count;
+  }
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// How many work-items before the i-th have the flag.
-uint ccFlagged(__local const uint* flags, int kind, uint i) {
-  uint count = 0;
-  for (uint w = 0; w < CC_WORDS; ++w) {
-    const uint word = flags[kind * CC_WORDS + (int)w];
-    const uint all = w < (i >> 5) ? ~0u : (w == (i >> 5) ? (1u << (i & 31u)) - 1u : 0u);
-    count += popcount(word & all);
-  }
-  return count;
+void ccFlag(__local CcFlags* flags, uint kinds, uint mine) {
+  const uint i = get_local_id(0);
+  ccCountFlags(flags, kinds);
+  for (uint kind = 0; kind < kinds; ++kind)
+    if (mine >> kind & 1u) atomic_or(&flags->words[kind * CC_WORDS + (i >> 5)], 1u << (i & 31u));
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// How many had the flag before this work-item.
+uint ccFlagged(__local const CcFlags* flags, uint kind) {
+  const uint i = get_local_id(0);
+  uint count = flags->before[kind];
+  for (uint w = 0; w < (i >> 5); ++w) count += popcount(flags->words[kind * CC_WORDS + w]);
+  return count + popcount(flags->words[kind * CC_WORDS + (i >> 5)] & ((1u << (i & 31u)) - 1u));
 }
 
 // The first of `count` rising ends that lies beyond k.

@@ -205,15 +205,25 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   }
 }
 
-// Sums of patches, bin by bin in the order in which they came.
-__kernel void ccPatches(__global const CcSums* sums, __global const uint* queues,
-                        __global const CcGrown* grown, __global const uint* counters,
-                        uint patchRoom, __global CcSums* patches) {
+// Sums of patches, bin by bin in the order in which they came; four work-items share a patch.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccPatches(
+    __global const CcSums* sums, __global const uint* queues, __global const CcGrown* grown,
+    __global const uint* counters, uint patchRoom, __global CcSums* patches) {
+  __local CcSums joined[CC_QUADS];
+  const int lane = (int)get_local_id(0) & 3;
+  const uint quad = get_local_id(0) / 4, numbers = sizeof(CcSums) / sizeof(double);
   const uint all = min(counters[CC_PATCHES], patchRoom);
-  for (uint k = get_global_id(0); k < all; k += get_global_size(0)) {
-    const CcGrown g = grown[k];
-    CcSums patch = sums[queues[g.begin]];
-    for (uint i = g.begin + 1; i < g.end; ++i) ccJoinSums(&patch, &sums[queues[i]]);
-    patches[k] = patch;
+  for (uint base = get_group_id(0) * CC_QUADS; base < all; base += get_num_groups(0) * CC_QUADS) {
+    const uint k = base + quad;
+    const CcGrown g = grown[min(k, all - 1)];
+    __global const double* from = (__global const double*)&sums[queues[g.begin]];
+    __local double* near = (__local double*)&joined[quad];
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint i = (uint)lane; i < numbers; i += 4) near[i] = from[i];
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint i = g.begin + 1; i < g.end; ++i) ccJoinSums(&joined[quad], &sums[queues[i]], lane);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    __global double* to = (__global double*)&patches[min(k, all - 1)];
+    for (uint i = (uint)lane; i < numbers && k < all; i += 4) to[i] = near[i];
   }
 }

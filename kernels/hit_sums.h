@@ -126,33 +126,36 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
 }
 
 #if defined(__OPENCL_VERSION__)
-#define CC_ADDED __local
+#define CC_NEAR __local
 #define CC_SUMS __global
+#define CC_TAKES(k) (lane == (k))  // the axis k, or, for 3, what has none
 #else
-#define CC_ADDED
+#define CC_NEAR
 #define CC_SUMS
+#define CC_TAKES(k) 1
 #endif
 
 // A body's surface in a bin: its normals' sums, and, where it pushes, the push.
-CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_ADDED const CcAdded* from, int own,
-                      int pushes, double unit) {
+CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, int own, int pushes,
+                      double unit, int lane) {
+  (void)lane;
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  CC_ADDED const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
-  CC_ADDED const double(*push)[4] = own ? from->pushOwn : from->pushOther;
-  CC_ADDED const double* wall = own ? from->wallOwn : from->wallOther;
-  for (int j = 0; j < 3; ++j) {
-    sums->normal[s][j] += u2 * normal[j][0];
-    for (int i = 0; i < 3; ++i) sums->normalBy[s][3 * i + j] += u3 * normal[j][1 + i];
-  }
-  if (!pushes) return;
+  CC_NEAR const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
+  CC_NEAR const double(*push)[4] = own ? from->pushOwn : from->pushOther;
+  CC_NEAR const double* wall = own ? from->wallOwn : from->wallOther;
   CC_SUMS CcSideSums* to = &sums->side[s];
   for (int j = 0; j < 3; ++j) {
+    if (!CC_TAKES(j)) continue;
+    sums->normal[s][j] += u2 * normal[j][0];
+    for (int i = 0; i < 3; ++i) sums->normalBy[s][3 * i + j] += u3 * normal[j][1 + i];
+    if (!pushes) continue;
     // The vector that belongs to a matrix n x^T: sum of x cross n.
     const int p = (j + 1) % 3, q = (j + 2) % 3;
     to->push[j] += u3 * push[j][0];
     to->moment[j] += u4 * (push[q][1 + p] - push[p][1 + q]);
     to->wall[j] += u3 * wall[1 + j];
   }
+  if (!pushes || !CC_TAKES(3)) return;
   to->size += u3 * from->powers[0];
   to->depth[0] += u3 * from->faced[0];
   to->depth[1] += u4 * from->powers[1];
@@ -160,19 +163,22 @@ CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_ADDED const CcAdded* from,
 }
 
 // What was added, in lengths of `unit` [m], goes to `sums`; `side`: whose samples these were.
-CC_FN void ccGive(CC_SUMS CcSums* sums, CC_ADDED const CcAdded* from, int hits, int oneSided,
-                  int side, double unit) {
+CC_FN void ccGive(CC_SUMS CcSums* sums, CC_NEAR const CcAdded* from, int hits, int oneSided,
+                  int side, double unit, int lane) {
+  (void)lane;
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  sums->area += u2 * from->area[0];
-  sums->facing += u3 * from->faced[0];
   for (int i = 0; i < 3; ++i) {
+    if (!CC_TAKES(i)) continue;
     sums->first[i] += u3 * from->area[1 + i];
     sums->place[i] += u4 * from->faced[1 + i];
     sums->apart[i] += u3 * from->apart[i][0];
     for (int j = 0; j < 3; ++j) sums->second[3 * i + j] += u4 * from->second[j][1 + i];
   }
-  ccGiveSide(sums, side, from, 1, 1, unit);
-  ccGiveSide(sums, 1 - side, from, 0, oneSided, unit);
+  ccGiveSide(sums, side, from, 1, 1, unit, lane);
+  ccGiveSide(sums, 1 - side, from, 0, oneSided, unit, lane);
+  if (!CC_TAKES(3)) return;
+  sums->area += u2 * from->area[0];
+  sums->facing += u3 * from->faced[0];
   sums->opening += u4 * (from->apart[0][1] + from->apart[1][2] + from->apart[2][3]);
   sums->width += u4 * from->powers[3];
   sums->middle += u4 * from->middle;
@@ -181,13 +187,15 @@ CC_FN void ccGive(CC_SUMS CcSums* sums, CC_ADDED const CcAdded* from, int hits, 
 }
 
 // One bin's sums more to a patch's, about the patch's origin.
-CC_FN void ccJoinSums(CcSums* to, CC_SUMS const CcSums* from) {
+CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) {
+  (void)lane;
   double shift[3];
   for (int i = 0; i < 3; ++i) shift[i] = from->origin[i] - to->origin[i];
   for (int s = 0; s < 2; ++s) {
-    CcSideSums* a = &to->side[s];
+    CC_NEAR CcSideSums* a = &to->side[s];
     CC_SUMS const CcSideSums* b = &from->side[s];
     for (int i = 0; i < 3; ++i) {
+      if (!CC_TAKES(i)) continue;
       const int p = (i + 1) % 3, q = (i + 2) % 3;
       a->push[i] += b->push[i];
       a->moment[i] += b->moment[i] + (shift[p] * b->push[q] - shift[q] * b->push[p]);
@@ -197,25 +205,24 @@ CC_FN void ccJoinSums(CcSums* to, CC_SUMS const CcSums* from) {
       for (int j = 0; j < 3; ++j)
         to->normalBy[s][3 * i + j] += from->normalBy[s][3 * i + j] + from->normal[s][j] * shift[i];
     }
-    a->size += b->size;
+    if (CC_TAKES(3)) a->size += b->size;
   }
-  double along = 0.0;
   for (int i = 0; i < 3; ++i) {
+    if (!CC_TAKES(i)) continue;
     for (int j = 0; j < 3; ++j)
       to->second[3 * i + j] += from->second[3 * i + j] + from->first[j] * shift[i] +
                                shift[j] * from->first[i] + from->area * shift[j] * shift[i];
-    along += shift[i] * from->apart[i];
-  }
-  for (int i = 0; i < 3; ++i) {
     to->first[i] += from->first[i] + from->area * shift[i];
     to->place[i] += from->place[i] + from->facing * shift[i];
     to->apart[i] += from->apart[i];
   }
+  if (!CC_TAKES(3)) return;
   to->area += from->area;
   to->width += from->width;
   to->facing += from->facing;
   to->middle += from->middle;
-  to->opening += from->opening + along;
+  to->opening += from->opening + (shift[0] * from->apart[0] + shift[1] * from->apart[1] +
+                                  shift[2] * from->apart[2]);
   to->deep += from->deep;
   to->deepest = to->deepest < from->deepest ? from->deepest : to->deepest;
   to->hits += from->hits;

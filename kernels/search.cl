@@ -126,10 +126,10 @@ void ccTakeDeep(int level, uint count, __global const uint* deep, const CcDirect
 // Parts of samples over an edge, by the samples' numbers; returns how many are hits.
 uint ccTakeParts(int level, uint count, __global const uint* divided, const CcDirection* dir,
                  const CcField* own, const CcField* other, const CcLimits* limits, CcFields all,
-                 __global float4* hits, uint room, __local uint* ends, __local uint* flags) {
+                 __global float4* hits, uint room, __local uint* ends, __local CcFlags* flags) {
   const uint lid = get_local_id(0);
   const float unit = own->voxel * own->voxel;
-  uint found = 0;
+  ccNoFlags(flags);
   for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
     uint parts = 0;
     if (chunk + lid < count) {
@@ -146,7 +146,7 @@ uint ccTakeParts(int level, uint count, __global const uint* divided, const CcDi
       const uint k = base + lid;
       CcHit h;
       float area = 0.0f, depth = 0.0f;
-      int is = 0;
+      uint is = 0;
       if (k < total) {
         const uint run = ccRunOf(ends, CC_GROUP, k);
         const uint part = k - (run > 0 ? ends[run - 1] : 0u);
@@ -170,13 +170,13 @@ uint ccTakeParts(int level, uint count, __global const uint* divided, const CcDi
         depth = d.depth;
       }
       ccFlag(flags, 1, is);
-      const uint at = found + ccFlagged(flags, 0, lid);
-      if (is && at < room) ccPut(hits, at, &h, area, depth);
-      found += ccFlagged(flags, 0, CC_GROUP);
+      const uint at = is ? ccFlagged(flags, 0) : room;
+      if (at < room) ccPut(hits, at, &h, area, depth);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  return found;
+  ccCountFlags(flags, 1);
+  return flags->before[0];
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
@@ -185,7 +185,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     __global const uint2* runs, __global const CcPair* pairs,
     __global const CcDirection* directions, __global CcFound* found, __global uint* nearby,
     __global float4* hits, __global uint* aside) {
-  __local uint ends[2 * CC_GROUP], firsts[CC_GROUP], flags[4 * CC_WORDS];
+  __local uint ends[2 * CC_GROUP], firsts[CC_GROUP];
+  __local CcFlags flags;
   const uint lid = get_local_id(0), d = get_group_id(0);
   const CcPair pair = pairs[d / 2];
   if (level < CC_LEVELS - 1 && ccLastLevel(&pair, found + (d & ~1u) * CC_LEVELS) > level) return;
@@ -209,7 +210,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
   const uint sources = level == CC_LEVELS - 1 ? own.brickCount
                                               : found[d * CC_LEVELS + (uint)level + 1u].nearby;
   const float unit = own.voxel * own.voxel;
-  uint whole = 0, below = 0, over = 0, near = 0, asked = 0;
+  uint asked = 0;
+  ccNoFlags(&flags);
   for (uint chunk = 0; chunk < sources; chunk += CC_GROUP) {
     const CcDirection dirHere = shared;
     const CcField ownHere = sharedOwn, otherHere = sharedOther;
@@ -227,36 +229,37 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
       uint sample = 0;
       CcHit h;
       float area = 0.0f, depth = 0.0f;
-      int is = 0;
+      uint is = 0;
       if (k < total) {
         const CcDirection dirHere = shared;
         const CcField ownHere = sharedOwn, otherHere = sharedOther;
         sample = firsts[ccRunOf(ends, CC_GROUP, k)] + k;
         const CcLooked l = ccLookUp(level, sample, &dirHere, &ownHere, &otherHere, &limits, all);
-        int wet = 0;
+        uint wet = 0;
         if ((l.kind & CC_WET) && !l.divided) {
           h = ccHitFrom(&dirHere, &limits, l.sample.x, l.sample.n, &l.depth, l.sample.width);
           wet = h.wet.depth1 > 0.0f;
         }
         area = l.sample.area * unit;
         depth = l.depth.depth;
-        is = wet | ((l.kind & CC_DEEP) ? 2 : 0) | (l.divided ? 4 : 0) |
-             ((l.kind & CC_NEARBY) ? 8 : 0);
+        is = wet | ((l.kind & CC_DEEP) ? 2u : 0u) | (l.divided ? 4u : 0u) |
+             ((l.kind & CC_NEARBY) ? 8u : 0u);
       }
-      ccFlag(flags, 4, is);
-      const uint w = whole + ccFlagged(flags, 0, lid), b = below + ccFlagged(flags, 1, lid),
-                 o = over + ccFlagged(flags, 2, lid), n = near + ccFlagged(flags, 3, lid);
-      if ((is & 1) && w < dir.room) ccPut(out, w, &h, area, depth);
-      if ((is & 2) && b < dir.room) deep[b] = sample;
-      if ((is & 4) && o < dir.room) divided[o] = sample;
-      if (is & 8) next[n] = sample;
-      whole += ccFlagged(flags, 0, CC_GROUP);
-      below += ccFlagged(flags, 1, CC_GROUP);
-      over += ccFlagged(flags, 2, CC_GROUP);
-      near += ccFlagged(flags, 3, CC_GROUP);
+      ccFlag(&flags, 4, is);
+      const uint room = shared.room;
+      const uint whole = is & 1u ? ccFlagged(&flags, 0) : room,
+                 below = is & 2u ? ccFlagged(&flags, 1) : room,
+                 over = is & 4u ? ccFlagged(&flags, 2) : room;
+      if (whole < room) ccPut(out, whole, &h, area, depth);
+      if (below < room) deep[below] = sample;
+      if (over < room) divided[over] = sample;
+      if (is & 8u) next[ccFlagged(&flags, 3)] = sample;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
+  ccCountFlags(&flags, 4);
+  const uint whole = flags.before[0], below = flags.before[1], over = flags.before[2],
+             near = flags.before[3];
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   uint parts = over;  // where there is no room, at least as many
   if (whole + below + over <= dir.room) {
@@ -264,7 +267,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
                dir.room - whole);
     const uint taken = whole + below;
     parts = ccTakeParts(level, over, divided, &dir, &own, &other, &limits, all,
-                        out + 4 * (size_t)taken, dir.room - taken, ends, flags);
+                        out + 4 * (size_t)taken, dir.room - taken, ends, &flags);
   }
   if (lid == 0) {
     const CcFound f = {whole, below, parts, near, asked};

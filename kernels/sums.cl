@@ -34,19 +34,28 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSums(
       to->deepest = -1e300;
     }
     uint i = bin.begin;
+    // The next hit is on its way while one is added up.
+    uint at = bin.begin < bin.end ? order[ccHitAt(&h, i)] : 0u;
+    float4 p = hits[4 * (size_t)at], q = hits[4 * (size_t)at + 1], r = hits[4 * (size_t)at + 2],
+           s = hits[4 * (size_t)at + 3];
     for (uint side = 0; side < 2; ++side) {
       CcAdding adding = ccNothingAdded();
       const uint begin = i;
       for (; i < bin.end; ++i) {
-        const uint at = order[ccHitAt(&h, i)];
         const uint number = at - h.first[side];
         if (number >= h.count[side]) break;
-        const float4 p = hits[4 * (size_t)at], q = hits[4 * (size_t)at + 1],
-                     r = hits[4 * (size_t)at + 2], s = hits[4 * (size_t)at + 3];
+        const uint next = i + 1 < bin.end ? order[ccHitAt(&h, i + 1)] : at;
+        const float4 pNext = hits[4 * (size_t)next], qNext = hits[4 * (size_t)next + 1],
+                     rNext = hits[4 * (size_t)next + 2], sNext = hits[4 * (size_t)next + 3];
         const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
         const CcWet wet = {s.x, 0.0f, s.y, s.z, s.w};
         ccAddHit(&adding, x, own, other, r.w, &wet, p.w, ccGate(q.w), origin, 1.0 / cell, 0, lane);
         if (number >= h.deep[side][0] && number < h.deep[side][1]) deep += (double)r.w * s.y;
+        at = next;
+        p = pNext;
+        q = qNext;
+        r = rNext;
+        s = sNext;
       }
       const CcFour* fours = &adding.area;
       __local double* rows = &added[quad].area[0];
@@ -56,8 +65,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSums(
         added[quad].deepest = adding.deepest;
       }
       barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-      if (is && lane == 0 && i > begin)
-        ccGive(to, &added[quad], (int)(i - begin), 0, (int)side, cell);
+      if (is && i > begin)
+        ccGive(to, &added[quad], (int)(i - begin), 0, (int)side, cell, lane);
       barrier(CLK_LOCAL_MEM_FENCE);
     }
     if (is && lane == 0) to->deep = deep;

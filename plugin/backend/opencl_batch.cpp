@@ -159,7 +159,7 @@ void OpenClBatch::gather() {
   d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
   give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_,
        patches_.room(d, patchRoom_ * sizeof(CcSums)));
-  d.run("ccPatches", std::min<std::size_t>(kMostItems, patchRoom_), 64);
+  d.run("ccPatches", std::min(kMostItems, std::size_t{4} * patchRoom_), CC_GROUP);
 }
 
 // Reads what there will be by the last batch's number of patches; the rest, where there are more,

@@ -46,13 +46,13 @@ CC_LANES void addHits(const HitColumns& hits, const float* gate, const std::uint
     }
     const CcAdded all = added(adding);
     ccGive(reinterpret_cast<CcSums*>(&sums), &all, static_cast<int>(end - first), oneSided, side,
-           unit);
+           unit, 0);
     first = end;
   }
 }
 
 void Sums::add(const Sums& other) {
-  ccJoinSums(reinterpret_cast<CcSums*>(this), reinterpret_cast<const CcSums*>(&other));
+  ccJoinSums(reinterpret_cast<CcSums*>(this), reinterpret_cast<const CcSums*>(&other), 0);
 }
 
 }  // namespace cloudcontact
