@@ -26,12 +26,20 @@ struct WindowRow {
       count;  // into taps and weights, with a brick's width of zeros on either side
 };
 
+// Of voxels in a row along x: sums of coverage times powers of how far along they stand.
+struct RowSums {
+  std::int64_t zeroth = 0, first = 0, second = 0;
+  void add(int x, int coverage) {
+    zeroth += coverage, first += coverage * x, second += coverage * x * x;
+  }
+};
+
 // Of one tissue: sums over its voxels of coverage times powers of their indices, seen from
 // the grid's middle. Integers, so that what is taken away leaves what a new sum would give.
 struct TissueSums {
   std::int64_t zeroth = 0, first[3] = {0, 0, 0},
-               second[6] = {0, 0, 0, 0, 0, 0};  // xx yy zz xy yz zx
-  void add(const VoxelIndex& fromMiddle, std::int64_t coverage);
+               second[6] = {0, 0, 0, 0, 0, 0};                 // xx yy zz xy yz zx
+  void add(const VoxelIndex& fromMiddle, const RowSums& row);  // of the row's first voxel
 };
 
 constexpr std::int32_t kNoBlock = -1;
