@@ -132,7 +132,7 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
 }
 
 void ContactFinder::search(const ContactBody& a, const ContactBody& b,
-                           const ContactSettings& settings) {
+                           const ContactSettings& settings, const TaskRunner* shareOut) {
   check(a, "A");
   check(b, "B");
   if (a.shape && b.shape)
@@ -148,11 +148,11 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
   const bool foundation = settings.law == LawForm::Foundation;
   const std::size_t enough = foundation ? HitSearch::kAll : settings.samples;
-  const int level = s.search.run(a, b, frame, settings.margin, enough, s.hits);
+  const int level = s.search.run(a, b, frame, settings.margin, enough, s.hits, shareOut);
   s.result.samples = s.search.gap() > 0 ? 0 : s.hits.size();
   const bool oneSided = a.shape || b.shape;
   const double cell = kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
-  for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided))
+  for (const Sums& sums : s.binner.patches(s.hits, cell, oneSided, shareOut))
     s.found.push_back({&sums, {}, 0});
   s.collect(foundation, oneSided, a.shape ? kB : kA);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &s.hits, level};

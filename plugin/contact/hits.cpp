@@ -42,7 +42,7 @@ const FieldData& dataOf(const ContactBody& body) {
 
 void lookUp(const ContactBody& own, const ContactBody& other, Side side, int level,
             const PairFrame& frame, Candidates& candidates, HitSearch::Misses& misses,
-            HitColumns& hits) {
+            HitColumns& hits, HitSearch::Shares& shares) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const double voxel = samples.cloud().voxelSize();
@@ -57,10 +57,10 @@ void lookUp(const ContactBody& own, const ContactBody& other, Side side, int lev
   rotation(fromOther, 1, dir.frameFromOther);
   rotation(other.pose.orientation.conjugate() * own.pose.orientation, 1, dir.turnToOther);
   if (other.shape)
-    return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
+    return searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits, shares);
   const Cloud& target = dataOf(other).cloud();
   dir.toOther = mapOf((other.pose * gridPose(target)).inverse() * grid, voxel, target.voxelSize());
-  searchField(dir, dataOf(other), candidates, hits);
+  searchField(dir, dataOf(other), candidates, hits, shares);
 }
 
 }  // namespace
@@ -90,7 +90,9 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, std::size_t enough, HitColumns& hits) {
+                   double margin, std::size_t enough, HitColumns& hits,
+                   const TaskRunner* shareOut) {
+  shares_.run = shareOut;
   for (Candidates& c : cells_) {
     c.all = true;
     c.asked = 0;
@@ -107,8 +109,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   if (farApart(a, b, kFarApart * frame.voxel)) return 0;
   for (int level = kLevels - 1;; --level) {
     hits.clear();
-    lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);
-    lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits);
+    lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits, shares_);
+    lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits, shares_);
     const std::size_t needed = level == kLevels - 1 ? enough : enough / kFinerNeeds;
     if (level > 0 && hits.size() < needed) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
