@@ -21,6 +21,14 @@ struct Direction : CcWay {
   float voxel;  // of the samples' body [m]
   HitSearch::Misses& misses;
 
+  // The same with misses of its own.
+  Direction with(HitSearch::Misses& own) const {
+    Direction d{body, samples, level, side, voxel, toFrame, {}, {}, {}, toOther, own};
+    std::copy_n(frameFromOwn, 9, d.frameFromOwn);
+    std::copy_n(frameFromOther, 9, d.frameFromOther);
+    std::copy_n(turnToOther, 9, d.turnToOther);
+    return d;
+  }
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };
 
@@ -42,9 +50,9 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 
 // Samples of `dir` looked up in another field.
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
-                 HitColumns& hits);
+                 HitColumns& hits, HitSearch::Shares& shares);
 // Samples of `dir` against a shape's formula; `toShape` from their grid's frame, metres.
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 Candidates& candidates, HitColumns& hits);
+                 Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares);
 
 }  // namespace cloudcontact::search
