@@ -122,7 +122,7 @@ double timed(ContactBatch& batch, const Arguments& how, const Bodies& bodies, in
 double mustMove(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches);
-  constexpr double kHit = 64, kSums = 648, kSprout = 112;
+  constexpr double kHit = 64, kSums = 632, kSprout = 112;
   if (name.rfind("ccSearch", 0) == 0) return asked * (32 + 4 + 8) + hits * kHit;
   if (name == "ccBins") return hits * (48 + 8 + 8 + 4 + 4 + 4) + bins * 24;
   if (name == "ccSums") return hits * (kHit + 4) + bins * (24 + kSums);

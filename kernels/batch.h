@@ -71,8 +71,7 @@ typedef struct {
 typedef struct {
   CcFaces faces;
   double weight, center[3];
-  int cell[3];
-  int patch;  // -1: none yet
+  int cell[3], unused;
 } CcSprout;
 
 // A patch: its bins in the order in which they came.

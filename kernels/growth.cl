@@ -26,117 +26,140 @@ __kernel void ccSprouts(__global const CcBin* bins, __global const CcSums* sums,
       if (area > 0.0) s.center[i] += sums[b].first[i] / area;
       s.cell[i] = bins[b].cell[i];
     }
-    s.patch = -1;
+    s.unused = 0;
     sprouts[b] = s;
   }
 }
 
+// What every work-item of a team asks for again and again, near at hand: a bin's cell and whether it
+// has a patch (w), and its weight.
+typedef struct {
+  int4 cells[CC_MOST_BINS];
+  double weights[CC_MOST_BINS];
+  double best[CC_TEAM];
+  int numbers[CC_TEAM], keys[CC_NEIGHBOURS];
+  uint count, place;
+  int first;
+  CcFaces faces;   // of the patch that grows
+  double size[2];  // of its two sides
+} CcTeam;
+
+void ccTakeIn(__global const CcSprout* bins, uint all, __local CcTeam* team) {
+  for (uint b = get_local_id(0); b < all; b += CC_TEAM) {
+    team->cells[b] = (int4)(bins[b].cell[0], bins[b].cell[1], bins[b].cell[2], 0);
+    team->weights[b] = bins[b].weight;
+  }
+}
+
 // The heaviest bin without a patch, of equals the first; CC_NONE where all have one.
-int ccSeed(__global const CcSprout* bins, uint all, __local double* weights, __local int* numbers) {
+int ccSeed(uint all, __local CcTeam* team) {
   const uint lid = get_local_id(0);
   double weight = -1.0;
   int number = CC_NONE;
+  barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_TEAM)
-    if (bins[b].patch < 0 && (number == CC_NONE || bins[b].weight > weight)) {
-      weight = bins[b].weight;
+    if (team->cells[b].w == 0 && (number == CC_NONE || team->weights[b] > weight)) {
+      weight = team->weights[b];
       number = (int)b;
     }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  weights[lid] = weight;
-  numbers[lid] = number;
+  team->best[lid] = weight;
+  team->numbers[lid] = number;
   for (uint step = CC_TEAM / 2; step > 0; step /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid < step && numbers[lid + step] != CC_NONE &&
-        (numbers[lid] == CC_NONE || weights[lid + step] > weights[lid] ||
-         (weights[lid + step] == weights[lid] && numbers[lid + step] < numbers[lid]))) {
-      weights[lid] = weights[lid + step];
-      numbers[lid] = numbers[lid + step];
+    if (lid >= step) continue;
+    const int other = team->numbers[lid + step], own = team->numbers[lid];
+    const double more = team->best[lid + step] - team->best[lid];
+    if (other != CC_NONE && (own == CC_NONE || more > 0.0 || (more == 0.0 && other < own))) {
+      team->best[lid] = team->best[lid + step];
+      team->numbers[lid] = other;
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  return numbers[0];
+  return team->numbers[0];
+}
+
+int ccKeyOf(int cell, uint bin) {
+  return cell * CC_MOST_BINS + (CC_MOST_BINS - 1) - (int)bin;
+}
+uint ccBinOfKey(int key) {
+  return (uint)((CC_MOST_BINS - 1) - key % CC_MOST_BINS);
 }
 
 // Neighbours of a bin without a patch, by the order in which they are asked: cell by cell, of a
 // cell's bins the last first.
-void ccNeighbours(__global const CcSprout* bins, uint all, uint from, __local int* keys,
-                  __local uint* count) {
-  const uint lid = get_local_id(0);
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  if (lid == 0) *count = 0u;
+void ccNeighbours(uint all, uint from, __local CcTeam* team) {
+  if (get_local_id(0) == 0) team->count = 0u;
   barrier(CLK_LOCAL_MEM_FENCE);
-  const int x = bins[from].cell[0], y = bins[from].cell[1], z = bins[from].cell[2];
-  for (uint b = lid; b < all; b += CC_TEAM) {
-    const int dx = bins[b].cell[0] - x, dy = bins[b].cell[1] - y, dz = bins[b].cell[2] - z;
-    const int near = (dx >= -1) & (dx <= 1) & (dy >= -1) & (dy <= 1) & (dz >= -1) & (dz <= 1);
-    if (near && bins[b].patch < 0) {
-      const uint k = atomic_inc(count);
-      if (k < CC_NEIGHBOURS)
-        keys[k] = (dx + 1 + 3 * (dy + 1) + 9 * (dz + 1)) * CC_MOST_BINS + (CC_MOST_BINS - 1) - (int)b;
+  const int4 middle = team->cells[from];
+  for (uint b = get_local_id(0); b < all; b += CC_TEAM) {
+    const int4 d = team->cells[b] - middle;
+    const int near = (d.x >= -1) & (d.x <= 1) & (d.y >= -1) & (d.y <= 1) & (d.z >= -1) & (d.z <= 1);
+    if (near && team->cells[b].w == 0) {
+      const uint k = atomic_inc(&team->count);
+      if (k < CC_NEIGHBOURS) team->keys[k] = ccKeyOf(d.x + 1 + 3 * (d.y + 1) + 9 * (d.z + 1), b);
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// A patch that grows.
-typedef struct {
-  CcFaces faces;
-  double size[2];
-} CcGrowing;
+void ccJoin(__global const CcSprout* bins, __global const CcSums* sums, uint b,
+            __local CcTeam* team) {
+  const uint s = get_local_id(0);
+  if (s < 2) {
+    double normal[3];
+    for (int i = 0; i < 3; ++i) {
+      normal[i] = team->faces.normal[s][i] + bins[b].faces.normal[s][i];
+      team->faces.normal[s][i] = normal[i];
+    }
+    team->faces.length[s] = ccLength64(normal);
+    team->size[s] += sums[b].side[s].size;
+  }
+  if (s == 2) team->cells[b].w = 1;
+}
 
 // The patch that begins with the bin `seed`; its bins go to `queue`. Returns how many there are.
-uint ccGrowFrom(__global CcSprout* bins, __global const CcSums* sums, uint all, uint seed,
-                int number, double close, __global uint* queue, __local CcGrowing* patch,
-                __local int* keys, __local uint* count, __local int* first) {
+uint ccGrowFrom(__global const CcSprout* bins, __global const CcSums* sums, uint all, uint seed,
+                double close, __global uint* queue, __local CcTeam* team) {
   const uint lid = get_local_id(0);
   uint length = 1;
   if (lid == 0) {
     queue[0] = seed;
-    bins[seed].patch = number;
-    patch->faces = bins[seed].faces;
-    for (int s = 0; s < 2; ++s) patch->size[s] = sums[seed].side[s].size;
+    team->cells[seed].w = 1;
+    team->faces = bins[seed].faces;
+    for (int s = 0; s < 2; ++s) team->size[s] = sums[seed].side[s].size;
   }
   for (uint next = 0; next < length; ++next) {
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
     const uint from = queue[next];
-    ccNeighbours(bins, all, from, keys, count);
-    const CcFaces fromFaces = bins[from].faces;
-    const double fromCenter[3] = {bins[from].center[0], bins[from].center[1], bins[from].center[2]};
-    const uint some = *count;
+    ccNeighbours(all, from, team);
+    const uint some = min(team->count, (uint)CC_NEIGHBOURS);
+    // Nearly always a work-item has one neighbour at most, and keeps it.
+    const CcSprout kept = bins[lid < some ? ccBinOfKey(team->keys[lid]) : from];
     int asked = -1;
-    while (true) {
+    while (some > 0) {
       barrier(CLK_LOCAL_MEM_FENCE);
-      if (lid == 0) *first = CC_NONE;
+      if (lid == 0) team->first = CC_NONE;
       barrier(CLK_LOCAL_MEM_FENCE);
-      const CcFaces faces = patch->faces;
-      const double weight = patch->size[0] + patch->size[1];
+      const CcFaces faces = team->faces;
+      const double weight = team->size[0] + team->size[1];
       for (uint k = lid; k < some; k += CC_TEAM) {
-        const int key = keys[k];
-        if (key <= asked || key > *first) continue;
-        const uint b = (uint)((CC_MOST_BINS - 1) - key % CC_MOST_BINS);
-        const CcFaces own = bins[b].faces;
-        const double center[3] = {bins[b].center[0], bins[b].center[1], bins[b].center[2]};
-        if (ccAlike(&own, &faces, CC_AGREE) ||
-            ccLinked(&own, &fromFaces, bins[b].weight, weight, center, fromCenter, close))
-          atomic_min(first, key);
+        const int key = team->keys[k];
+        if (key <= asked) continue;
+        CcSprout own = kept;
+        if (k != lid) own = bins[ccBinOfKey(key)];
+        int joins = ccAlike(&own.faces, &faces, CC_AGREE);
+        if (!joins && own.weight >= CC_LEAST_LINK * weight) {
+          const CcSprout there = bins[from];
+          joins = ccLinked(&own.faces, &there.faces, own.weight, weight, own.center, there.center,
+                           close);
+        }
+        if (joins) atomic_min(&team->first, key);
       }
       barrier(CLK_LOCAL_MEM_FENCE);
-      asked = *first;
+      asked = team->first;
       if (asked == CC_NONE) break;
-      const uint b = (uint)((CC_MOST_BINS - 1) - asked % CC_MOST_BINS);
-      if (lid < 2) {
-        double normal[3];
-        for (int i = 0; i < 3; ++i) {
-          normal[i] = patch->faces.normal[lid][i] + bins[b].faces.normal[lid][i];
-          patch->faces.normal[lid][i] = normal[i];
-        }
-        patch->faces.length[lid] = ccLength64(normal);
-        patch->size[lid] += sums[b].side[lid].size;
-      }
-      if (lid == 2) {
-        bins[b].patch = number;
-        queue[length] = b;
-      }
+      if (lid == 3) queue[length] = ccBinOfKey(asked);
+      ccJoin(bins, sums, ccBinOfKey(asked), team);
       ++length;
     }
   }
@@ -145,25 +168,22 @@ uint ccGrowFrom(__global CcSprout* bins, __global const CcSums* sums, uint all, 
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
     __global const CcPair* pairs, __global CcAnswer* answers, __global const CcSums* sums,
-    __global CcSprout* sprouts, __global uint* queues, __global CcGrown* scratch,
+    __global const CcSprout* sprouts, __global uint* queues, __global CcGrown* scratch,
     __global CcGrown* grown, __global uint* counters, uint patchRoom) {
-  __local CcGrowing patch;
-  __local double weights[CC_TEAM];
-  __local int numbers[CC_TEAM], keys[CC_NEIGHBOURS], first;
-  __local uint count, place;
+  __local CcTeam team;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const CcAnswer answer = answers[p];
   if (answer.failed || answer.bins == 0) return;
   const double cell = pairs[p].cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
-  __global CcSprout* bins = sprouts + answer.firstBin;
+  __global const CcSprout* bins = sprouts + answer.firstBin;
   __global uint* queue = queues + answer.firstBin;
   __global CcGrown* own = scratch + answer.firstBin;
+  ccTakeIn(bins, answer.bins, &team);
   uint done = 0, patches = 0;
   while (done < answer.bins) {
-    const int seed = ccSeed(bins, answer.bins, weights, numbers);
-    const uint length =
-        ccGrowFrom(bins, sums + answer.firstBin, answer.bins, (uint)seed, (int)patches,
-                   CC_CLOSE * cell, queue + done, &patch, keys, &count, &first);
+    const int seed = ccSeed(answer.bins, &team);
+    const uint length = ccGrowFrom(bins, sums + answer.firstBin, answer.bins, (uint)seed,
+                                   CC_CLOSE * cell, queue + done, &team);
     if (lid == 0) {
       const CcGrown g = {answer.firstBin + done, answer.firstBin + done + length};
       own[patches] = g;
@@ -172,13 +192,11 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
     ++patches;
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   }
-  if (lid == 0) place = atomic_add(&counters[CC_PATCHES], patches);
+  if (lid == 0) team.place = atomic_add(&counters[CC_PATCHES], patches);
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  const uint place = team.place;
   const int fits = place + patches <= patchRoom;
-  for (uint k = lid; k < patches && fits; k += CC_TEAM) {
-    CcGrown g = own[k];
-    grown[place + k] = g;
-  }
+  for (uint k = lid; k < patches && fits; k += CC_TEAM) grown[place + k] = own[k];
   for (uint k = lid; k < answer.bins; k += CC_TEAM) queue[k] += answer.firstBin;
   if (lid == 0) {
     answers[p].firstPatch = place;

@@ -190,8 +190,17 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
   const CcPair pair = pairs[d / 2];
   if (level < CC_LEVELS - 1 && ccLastLevel(&pair, found + (d & ~1u) * CC_LEVELS) > level) return;
   const CcFields all = {floats, records, ints, uints, runs};
-  const CcDirection dir = directions[d];
-  const CcField own = fields[dir.own], other = fields[dir.other];
+  // At hand for all: a copy of its own would take half of each work-item's registers.
+  __local CcDirection shared;
+  __local CcField sharedOwn, sharedOther;
+  if (lid == 0) {
+    shared = directions[d];
+    sharedOwn = fields[shared.own];
+    sharedOther = fields[shared.other];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const CcDirection dir = shared;
+  const CcField own = sharedOwn, other = sharedOther;
   const CcLimits limits = ccLimitsOf(level, own.voxel, pair.margin);
   __global const uint* from = nearby + dir.nearby[level == 0];
   __global uint* next = nearby + dir.nearby[level == 1];
@@ -202,7 +211,10 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
   const float unit = own.voxel * own.voxel;
   uint whole = 0, below = 0, over = 0, near = 0, asked = 0;
   for (uint chunk = 0; chunk < sources; chunk += CC_GROUP) {
-    const uint2 run = ccRunFrom(level, chunk + lid, sources, &dir, &own, &other, all, from);
+    const CcDirection dirHere = shared;
+    const CcField ownHere = sharedOwn, otherHere = sharedOther;
+    const uint2 run =
+        ccRunFrom(level, chunk + lid, sources, &dirHere, &ownHere, &otherHere, all, from);
     const uint upTo = ccSumUpTo(ends, run.y);
     barrier(CLK_LOCAL_MEM_FENCE);
     ends[lid] = upTo;
@@ -217,11 +229,13 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
       float area = 0.0f, depth = 0.0f;
       int is = 0;
       if (k < total) {
+        const CcDirection dirHere = shared;
+        const CcField ownHere = sharedOwn, otherHere = sharedOther;
         sample = firsts[ccRunOf(ends, CC_GROUP, k)] + k;
-        const CcLooked l = ccLookUp(level, sample, &dir, &own, &other, &limits, all);
+        const CcLooked l = ccLookUp(level, sample, &dirHere, &ownHere, &otherHere, &limits, all);
         int wet = 0;
         if ((l.kind & CC_WET) && !l.divided) {
-          h = ccHitFrom(&dir, &limits, l.sample.x, l.sample.n, &l.depth, l.sample.width);
+          h = ccHitFrom(&dirHere, &limits, l.sample.x, l.sample.n, &l.depth, l.sample.width);
           wet = h.wet.depth1 > 0.0f;
         }
         area = l.sample.area * unit;

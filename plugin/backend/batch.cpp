@@ -5,6 +5,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <new>
 #include <stdexcept>
@@ -21,6 +22,8 @@ namespace {
 
 // Hits that a direction is first given room for, and the most that it is given.
 constexpr std::uint32_t kFirstRoom = 2048, kMostRoom = 1u << 20;
+// Parts of a batch under way at once, and the pairs that are worth a part.
+constexpr std::size_t kParts = 4, kPartPairs = 128;
 
 }  // namespace
 
@@ -34,13 +37,17 @@ struct ContactBatch::Inside {
   std::vector<std::size_t> here;  // pairs for the CPU
   BatchReport report;
 #if defined(CLOUDCONTACT_OPENCL)
-  std::unique_ptr<opencl::OpenClBatch> device;
+  std::shared_ptr<opencl::Device> device;
+  std::shared_ptr<opencl::DeviceFields> fields;
+  std::vector<opencl::OpenClBatch> parts;
+  std::vector<PairFrame> frames;
   std::vector<opencl::Asked> asked;
   std::vector<std::size_t> numbers;  // of the pairs that are asked
 
+  void open();
   void onDevice(std::span<const BatchPair> pairs);
-  void askDevice(std::span<const BatchPair> pairs, std::size_t first, std::size_t count);
-  void take(std::span<const BatchPair> pairs, std::size_t first, std::size_t count);
+  void ask(std::size_t first, std::size_t count, std::size_t inParts);
+  void take(const opencl::OpenClBatch& part, std::size_t first, std::size_t count);
 #endif
 
   explicit Inside(const BatchSettings& how);
@@ -57,8 +64,7 @@ ContactBatch::Inside::Inside(const BatchSettings& how)
   if (settings.backend == Backend::Cpu) return;
 #if defined(CLOUDCONTACT_OPENCL)
   try {
-    device = std::make_unique<opencl::OpenClBatch>(opencl::Device::open(settings.timing));
-    name = device->device().name();
+    open();
     return;
   } catch (const std::runtime_error& e) {
     message = e.what();
@@ -81,44 +87,74 @@ void ContactBatch::Inside::onCpu(std::span<const BatchPair> pairs) {
 
 #if defined(CLOUDCONTACT_OPENCL)
 
+void ContactBatch::Inside::open() {
+  device = opencl::Device::open(settings.timing);
+  fields = std::make_shared<opencl::DeviceFields>(device);
+  for (std::size_t k = 0; k < kParts; ++k) parts.emplace_back(device, fields);
+  name = device->name();
+}
+
 void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
+  frames.resize(pairs.size());
+  each(pairs.size(), [&](std::size_t k) {
+    frames[k] = ContactFinder::Scratch::of(finders[k]).begin(pairs[k].a, pairs[k].b);
+  });
   asked.clear();
   numbers.clear();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const PairFrame frame = ContactFinder::Scratch::of(finders[k]).begin(pairs[k].a, pairs[k].b);
     if (pairs[k].a.shape || pairs[k].b.shape) {
       here.push_back(k);
       ++report.shapes;
       continue;
     }
-    asked.push_back({&pairs[k], frame, {rooms[k], rooms[k]}});
+    const auto number = [&](const ContactBody& body) {
+      return fields->numberOf(static_cast<const FieldData&>(*body.field));
+    };
+    asked.push_back({&pairs[k], frames[k], rooms[k], {number(pairs[k].a), number(pairs[k].b)}});
     numbers.push_back(k);
   }
-  askDevice(pairs, 0, asked.size());
+  fields->settle();
+  ask(0, asked.size(), std::clamp<std::size_t>(asked.size() / kPartPairs, 1, kParts));
 }
 
-// A batch too large for the device is asked for in halves.
-void ContactBatch::Inside::askDevice(std::span<const BatchPair> pairs, std::size_t first,
-                                     std::size_t count) {
+// In parts, so that the CPU finishes one while the device works on the next. A part too large for
+// the device is asked for in halves.
+void ContactBatch::Inside::ask(std::size_t first, std::size_t count, std::size_t inParts) {
   if (count == 0) return;
-  try {
-    device->run(std::span(asked).subspan(first, count), report);
-  } catch (const std::bad_alloc&) {
-    if (count == 1) {
-      here.push_back(numbers[first]);
-      ++report.noRoom;
-      return;
+  const auto begin = [&](std::size_t part) { return first + count * part / inParts; };
+  const opencl::Each all = [&](std::size_t n, const std::function<void(std::size_t)>& function) {
+    each(n, function);
+  };
+  std::array<bool, kParts> started{};
+  for (std::size_t k = 0; k < inParts; ++k) {
+    try {
+      parts[k].start(std::span(asked).subspan(begin(k), begin(k + 1) - begin(k)), all, report);
+      started[k] = true;
+    } catch (const std::bad_alloc&) {
     }
-    askDevice(pairs, first, count / 2);
-    return askDevice(pairs, first + count / 2, count - count / 2);
   }
-  take(pairs, first, count);
+  for (std::size_t k = 0; k < inParts; ++k) {
+    if (!started[k]) continue;
+    parts[k].finish(report);
+    take(parts[k], begin(k), begin(k + 1) - begin(k));
+  }
+  for (std::size_t k = 0; k < inParts; ++k) {
+    const std::size_t some = begin(k + 1) - begin(k);
+    if (started[k]) continue;
+    if (some == 1) {
+      here.push_back(numbers[begin(k)]);
+      ++report.noRoom;
+      continue;
+    }
+    ask(begin(k), some / 2, 1);
+    ask(begin(k) + some / 2, some - some / 2, 1);
+  }
 }
 
-void ContactBatch::Inside::take(std::span<const BatchPair> pairs, std::size_t first,
+void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t first,
                                 std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
-    const CcAnswer& answer = device->answer(i);
+    const CcAnswer& answer = part.answer(i);
     const std::size_t k = numbers[first + i];
     rooms[k] =
         std::clamp(answer.wanted + answer.wanted / 4, std::min(rooms[k], kMostRoom), kMostRoom);
@@ -127,16 +163,15 @@ void ContactBatch::Inside::take(std::span<const BatchPair> pairs, std::size_t fi
     ++(answer.failed & CC_NO_TOUCH ? report.nearMisses : report.noRoom);
   }
   each(count, [&](std::size_t i) {
-    const CcAnswer& answer = device->answer(i);
+    const CcAnswer& answer = part.answer(i);
     if (answer.failed) return;
+    const opencl::Asked& one = asked[first + i];
     const std::size_t k = numbers[first + i];
-    const BatchPair& pair = pairs[k];
     ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
-    finder.finish(pair.a, pair.b, pair.settings, asked[first + i].frame,
-                  {answer.level, answer.hits, 0}, device->patches(i));
+    finder.finish(one.pair->a, one.pair->b, one.pair->settings, one.frame,
+                  {answer.level, answer.hits, 0}, part.patches(i));
     results[k] = &finder.named();
   });
-  report.onDevice += count;
 }
 
 #endif
@@ -171,7 +206,7 @@ std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPa
   if (s.device) {
     s.onDevice(pairs);
     s.onCpu(pairs);
-    s.report.onDevice -= s.here.size() - s.report.shapes;
+    s.report.onDevice = pairs.size() - s.here.size();
     return s.results;
   }
 #endif
@@ -182,16 +217,19 @@ std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPa
 
 std::size_t ContactBatch::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
-  if (inside_->device) return inside_->device->bytes();
-#endif
+  std::size_t sum = inside_->fields ? inside_->fields->bytes() : 0;
+  for (const opencl::OpenClBatch& part : inside_->parts) sum += part.bytes();
+  return sum;
+#else
   return 0;
+#endif
 }
 
 std::map<std::string, DeviceTime> ContactBatch::deviceTimes() {
   std::map<std::string, DeviceTime> times;
 #if defined(CLOUDCONTACT_OPENCL)
   if (inside_->device)
-    for (const auto& [name, spent] : inside_->device->device().clock())
+    for (const auto& [name, spent] : inside_->device->clock())
       times[name] = {spent.seconds, spent.calls};
 #endif
   return times;

@@ -13,7 +13,8 @@ namespace {
 
 // Bins and patches that a pair is first given room for: a M16 thread has 80 and 12.
 constexpr std::uint32_t kBins = 128, kPatches = 24;
-constexpr std::size_t kLanes = 4096 * CC_GROUP;  // work-items that take bins or patches in turn
+constexpr std::size_t kHitBytes = 64;
+constexpr std::size_t kMostItems = 4096 * CC_GROUP;  // work-items that take bins or patches in turn
 
 CcPair pairOf(const Asked& asked) {
   CcPair p{};
@@ -52,11 +53,8 @@ const cl::Buffer& Grown::room(Device& device, std::size_t size) {
   return buffer_;
 }
 
-OpenClBatch::OpenClBatch(std::shared_ptr<Device> device)
-    : device_(std::move(device)), fields_(device_) {}
-
 std::size_t OpenClBatch::bytes() const {
-  std::size_t sum = fields_.bytes();
+  std::size_t sum = 0;
   for (const Grown* g : {&pairs_, &directions_, &counters_, &found_, &nearby_, &hits_, &aside_,
                          &keys_, &slots_, &order_, &answersThere_, &bins_, &sums_, &sprouts_,
                          &queues_, &scratch_, &grown_, &patches_})
@@ -64,37 +62,37 @@ std::size_t OpenClBatch::bytes() const {
   return sum;
 }
 
-void OpenClBatch::send(std::span<const Asked> pairs, BatchReport& report) {
+void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
   const std::size_t n = pairs.size(), ways = 2 * n * sizeof(CcDirection);
   unsigned char* const to =
       static_cast<unsigned char*>(sent_.room(*device_, ways + n * sizeof(CcPair)));
   auto* const directions = reinterpret_cast<CcDirection*>(to);
   auto* const tasks = reinterpret_cast<CcPair*>(to + ways);
   std::size_t hits = 0, nearby = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Asked& asked = pairs[k];
-    tasks[k] = pairOf(asked);
-    for (int side = 0; side < 2; ++side) {
-      const ContactBody &own = side == 0 ? asked.pair->a : asked.pair->b,
-                        &other = side == 0 ? asked.pair->b : asked.pair->a;
-      CcDirection& d = directions[2 * k + static_cast<std::size_t>(side)];
-      d.way = wayOf(own, other, asked.frame);
-      d.own = fields_.numberOf(dataOf(own));
-      d.other = fields_.numberOf(dataOf(other));
-      d.hits = static_cast<std::uint32_t>(hits);
-      d.room = asked.room[side];
-      hits += d.room;
-      for (int level : {2, 1}) {
-        d.nearby[level == 1] = static_cast<std::uint32_t>(nearby);
-        nearby += dataOf(own).samples().levels[level].samples.size();
-      }
+  for (std::size_t k = 0; k < 2 * n; ++k) {
+    const Asked& asked = pairs[k / 2];
+    const SampleSet& samples = dataOf(k % 2 == 0 ? asked.pair->a : asked.pair->b).samples();
+    CcDirection& d = directions[k];
+    d.own = asked.fields[k % 2];
+    d.other = asked.fields[1 - k % 2];
+    d.hits = static_cast<std::uint32_t>(hits);
+    d.room = asked.room;
+    hits += d.room;
+    for (int level : {2, 1}) {
+      d.nearby[level == 1] = static_cast<std::uint32_t>(nearby);
+      nearby += samples.levels[level].samples.size();
     }
   }
   if (std::max(hits, nearby) > std::numeric_limits<std::uint32_t>::max() / 4)
     throw std::bad_alloc();
+  each(n, [&](std::size_t k) {
+    const BatchPair& pair = *pairs[k].pair;
+    tasks[k] = pairOf(pairs[k]);
+    directions[2 * k].way = wayOf(pair.a, pair.b, pairs[k].frame);
+    directions[2 * k + 1].way = wayOf(pair.b, pair.a, pairs[k].frame);
+  });
   hitRoom_ = hits;
   nearbyRoom_ = nearby;
-  fields_.settle();
   cl::CommandQueue& queue = device_->queue();
   queue.enqueueWriteBuffer(directions_.room(*device_, ways), CL_FALSE, 0, ways, directions, nullptr,
                            device_->note("poses sent"));
@@ -115,97 +113,131 @@ void give(cl::Kernel& kernel, const Arguments&... arguments) {
 
 }  // namespace
 
-void OpenClBatch::launch(std::size_t n) {
+void OpenClBatch::search() {
   Device& d = *device_;
-  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1), none = 0;
-  binRoom_ = std::max(static_cast<std::uint32_t>(n) * kBins, binsWanted_ + binsWanted_ / 4);
-  patchRoom_ =
-      std::max(static_cast<std::uint32_t>(n) * kPatches, patchesWanted_ + patchesWanted_ / 4);
-  const cl::Buffer &data = fields_.data(), &pairs = pairs_.room(d, none),
-                   &directions = directions_.room(d, none), &counters = counters_.room(d, none);
-  const cl::Buffer& found = found_.room(d, 2 * n * kLevels * sizeof(CcFound));
-  const cl::Buffer& nearby = nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * 4);
-  const cl::Buffer& hitsThere = hits_.room(d, hits * 64);
-  const cl::Buffer& aside = aside_.room(d, hits * 8);
-  const cl::Buffer& keys = keys_.room(d, hits * 8);
-  const cl::Buffer& slots = slots_.room(d, hits * 4);
-  const cl::Buffer& order = order_.room(d, hits * 4);
-  const cl::Buffer& answers = answersThere_.room(d, n * sizeof(CcAnswer));
+  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
+  const cl::Buffer& data = fields_->data();
+  cl::Kernel& search = d.kernel("ccSearch");
+  give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_.buffer(),
+       directions_.buffer(), found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
+       nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
+       hits_.room(d, hits * kHitBytes), aside_.room(d, hits * 2 * sizeof(cl_uint)));
+  static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
+  for (cl_int level = kLevels - 1; level >= 0; --level) {
+    search.setArg(0, level);
+    d.run(search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
+  }
+}
+
+void OpenClBatch::gather() {
+  Device& d = *device_;
+  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
+  const std::uint32_t n = static_cast<std::uint32_t>(count_);
+  binRoom_ = std::max(n * kBins, binsWanted_ + binsWanted_ / 4);
+  patchRoom_ = std::max(n * kPatches, patchesWanted_ + patchesWanted_ / 4);
+  const cl::Buffer &pairs = pairs_.buffer(), &directions = directions_.buffer(),
+                   &counters = counters_.buffer(), &found = found_.buffer(),
+                   &hitsThere = hits_.buffer();
+  const cl::Buffer& order = order_.room(d, hits * sizeof(cl_uint));
+  const cl::Buffer& answers = answersThere_.room(d, count_ * sizeof(CcAnswer));
   const cl::Buffer& bins = bins_.room(d, binRoom_ * sizeof(CcBin));
   const cl::Buffer& sums = sums_.room(d, binRoom_ * sizeof(CcSums));
   const cl::Buffer& sprouts = sprouts_.room(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
-  const cl::Buffer& scratch = scratch_.room(d, binRoom_ * sizeof(CcGrown));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
-  const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
-
-  static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
-  cl::Kernel& search = d.kernel("ccSearch");
-  for (cl_int level = kLevels - 1; level >= 0; --level) {
-    give(search, level, fields_.table(), data, data, data, data, data, pairs, directions, found,
-         nearby, hitsThere, aside);
-    d.run(search, kNames[level], 2 * n * CC_GROUP, CC_GROUP);
-  }
-  give(d.kernel("ccBins"), pairs, directions, found, hitsThere, keys, slots, order, answers, bins,
-       counters, binRoom_);
-  d.run("ccBins", n * CC_GROUP, CC_GROUP);
-  const std::size_t some = std::min(kLanes, std::size_t{4} * binRoom_);
+  give(d.kernel("ccBins"), pairs, directions, found, hitsThere,
+       keys_.room(d, hits * sizeof(cl_ulong)), slots_.room(d, hits * sizeof(cl_uint)), order,
+       answers, bins, counters, binRoom_);
+  d.run("ccBins", count_ * CC_GROUP, CC_GROUP);
   give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, counters,
        binRoom_, sums);
-  d.run("ccSums", some, CC_GROUP);
+  d.run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
   give(d.kernel("ccSprouts"), bins, sums, counters, binRoom_, sprouts);
-  d.run("ccSprouts", std::min(kLanes, std::size_t{binRoom_}), 64);
-  give(d.kernel("ccGrow"), pairs, answers, sums, sprouts, queues, scratch, grown, counters,
-       patchRoom_);
-  d.run("ccGrow", n * CC_TEAM, CC_TEAM);
-  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
-  d.run("ccPatches", std::min(kLanes, std::size_t{patchRoom_}), 64);
+  d.run("ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
+  give(d.kernel("ccGrow"), pairs, answers, sums, sprouts, queues,
+       scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
+  d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
+  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_,
+       patches_.room(d, patchRoom_ * sizeof(CcSums)));
+  d.run("ccPatches", std::min<std::size_t>(kMostItems, patchRoom_), 64);
 }
 
-void OpenClBatch::fetch(std::size_t n, BatchReport& report) {
+// Reads what there will be by the last batch's number of patches; the rest, where there are more,
+// once it is known. On a queue of its own: the next part's kernels need not wait.
+void OpenClBatch::fetch() {
   Device& d = *device_;
-  const std::size_t size = n * sizeof(CcAnswer);
-  auto* const to = static_cast<unsigned char*>(fetched_.room(d, size + 64));
-  auto* const counters = reinterpret_cast<const std::uint32_t*>(to + size);
-  cl::CommandQueue& queue = d.queue();
-  queue.enqueueReadBuffer(answersThere_.room(d, 0), CL_FALSE, 0, size, to, nullptr,
-                          d.note("answers fetched"));
-  queue.enqueueReadBuffer(counters_.room(d, 0), CL_TRUE, 0, CC_COUNTERS * sizeof(cl_uint),
-                          to + size);
+  const std::size_t answers = count_ * sizeof(CcAnswer), counters = CC_COUNTERS * sizeof(cl_uint);
+  auto* const to = static_cast<unsigned char*>(fetched_.room(d, answers + counters));
+  patchesAsked_ = std::min(patchesWanted_ + patchesWanted_ / 16, patchRoom_);
+  void* const sums = sumsHere_.room(d, patchRoom_ * sizeof(CcSums));
+  std::vector<cl::Event> done(1);
+  d.queue().enqueueMarkerWithWaitList(nullptr, &done[0]);
+  d.queue().flush();
+  cl::CommandQueue& down = d.downQueue();
+  if (patchesAsked_ > 0)
+    down.enqueueReadBuffer(patches_.buffer(), CL_FALSE, 0, patchesAsked_ * sizeof(CcSums), sums,
+                           &done, d.note("patches fetched"));
+  down.enqueueReadBuffer(answersThere_.buffer(), CL_FALSE, 0, answers, to, &done,
+                         d.note("answers fetched"));
+  down.enqueueReadBuffer(counters_.buffer(), CL_FALSE, 0, counters, to + answers, &done,
+                         &fetchedAll_);
+  down.flush();
   answers_ = reinterpret_cast<const CcAnswer*>(to);
-  binsWanted_ = counters[CC_BINS];
-  patchesWanted_ = counters[CC_PATCHES];
-  const std::size_t patches = std::min(patchesWanted_, patchRoom_);
-  void* const sums = fetchedSums_.room(d, std::max<std::size_t>(patches, 1) * sizeof(CcSums));
-  if (patches > 0)
-    queue.enqueueReadBuffer(patches_.room(d, 0), CL_TRUE, 0, patches * sizeof(CcSums), sums,
-                            nullptr, d.note("patches fetched"));
-  sumsHere_ = static_cast<const Sums*>(sums);
-  report.fetched += size + patches * sizeof(CcSums);
-  report.bins += counters[CC_BINS];
+  countersHere_ = reinterpret_cast<const std::uint32_t*>(to + answers);
+}
+
+namespace {
+
+// Calls a function that talks to the device; too little memory is told apart.
+template <typename Function>
+void guarded(Device& device, const Function& function) {
+  try {
+    function();
+  } catch (const cl::Error& e) {
+    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
+      throw std::bad_alloc();
+    throw std::runtime_error("OpenCL: " + device.name() + " failed: " + e.what() + " gave " +
+                             std::to_string(e.err()));
+  }
+}
+
+}  // namespace
+
+void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
+  static_assert(sizeof(Sums) == sizeof(CcSums));
+  count_ = pairs.size();
+  guarded(*device_, [&] {
+    send(pairs, each, report);
+    search();
+    gather();
+    fetch();
+  });
+}
+
+void OpenClBatch::finish(BatchReport& report) {
+  guarded(*device_, [&] { fetchedAll_.wait(); });
+  binsWanted_ = countersHere_[CC_BINS];
+  patchesWanted_ = countersHere_[CC_PATCHES];
+  const std::uint32_t patches = std::min(patchesWanted_, patchRoom_);
+  if (patches > patchesAsked_)
+    guarded(*device_, [&] {
+      const std::size_t begin = patchesAsked_ * sizeof(CcSums);
+      device_->downQueue().enqueueReadBuffer(patches_.buffer(), CL_TRUE, begin,
+                                             patches * sizeof(CcSums) - begin,
+                                             static_cast<unsigned char*>(sumsHere_.data()) + begin,
+                                             nullptr, device_->note("patches fetched"));
+    });
+  report.fetched += count_ * sizeof(CcAnswer) + std::max(patches, patchesAsked_) * sizeof(CcSums);
+  report.bins += binsWanted_;
   report.patches += patches;
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < count_; ++k) {
     report.asked += answers_[k].asked;
     report.hits += answers_[k].hits;
   }
 }
 
-void OpenClBatch::run(std::span<const Asked> pairs, BatchReport& report) {
-  static_assert(sizeof(Sums) == sizeof(CcSums));
-  try {
-    send(pairs, report);
-    launch(pairs.size());
-    fetch(pairs.size(), report);
-  } catch (const cl::Error& e) {
-    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
-      throw std::bad_alloc();
-    throw std::runtime_error("OpenCL: " + device_->name() + " failed: " + e.what() + " gave " +
-                             std::to_string(e.err()));
-  }
-}
-
 std::span<const Sums> OpenClBatch::patches(std::size_t k) const {
-  return {sumsHere_ + answers_[k].firstPatch, answers_[k].patches};
+  return {static_cast<const Sums*>(sumsHere_.data()) + answers_[k].firstPatch, answers_[k].patches};
 }
 
 }  // namespace cloudcontact::opencl

@@ -7,6 +7,7 @@
 #include "contact/finder_scratch.h"
 #include "device_fields.h"
 
+#include <functional>
 #include <span>
 
 namespace cloudcontact::opencl {
@@ -15,8 +16,12 @@ namespace cloudcontact::opencl {
 struct Asked {
   const BatchPair* pair = nullptr;
   PairFrame frame;
-  std::uint32_t room[2] = {0, 0};  // hits that each direction may have
+  std::uint32_t room = 0;            // hits that each direction may have
+  std::uint32_t fields[2] = {0, 0};  // numbers of A's and B's
 };
+
+// Calls a function for each number below a count, on whatever cores.
+using Each = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
 
 // Memory that the device copies from and to at full speed, kept as long as nothing larger is
 // needed.
@@ -36,6 +41,7 @@ class Pinned {
 class Grown {
  public:
   const cl::Buffer& room(Device& device, std::size_t size);
+  const cl::Buffer& buffer() const { return buffer_; }
   std::size_t bytes() const { return size_; }
 
  private:
@@ -43,33 +49,40 @@ class Grown {
   std::size_t size_ = 0;
 };
 
+// One part of a batch on its way: several may be, each with memory of its own.
 class OpenClBatch {
  public:
-  explicit OpenClBatch(std::shared_ptr<Device> device);
+  OpenClBatch(std::shared_ptr<Device> device, std::shared_ptr<DeviceFields> fields)
+      : device_(std::move(device)), fields_(std::move(fields)) {}
 
-  Device& device() { return *device_; }
   std::size_t bytes() const;
-  // Runs the chain. Throws std::runtime_error where the device fails.
-  void run(std::span<const Asked> pairs, BatchReport& report);
+  // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
+  // many for the device at once, and std::runtime_error where it fails.
+  void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
+  // Waits for it. Throws std::runtime_error where the device fails.
+  void finish(BatchReport& report);
   // What became of the k-th pair; patches() of it where it did not fail.
   const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
   std::span<const Sums> patches(std::size_t k) const;
 
  private:
-  void send(std::span<const Asked> pairs, BatchReport& report);
-  void launch(std::size_t pairs);
-  void fetch(std::size_t pairs, BatchReport& report);
+  void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
+  void launch();
+  void search();
+  void gather();
+  void fetch();
 
   std::shared_ptr<Device> device_;
-  DeviceFields fields_;
-  Pinned sent_, fetched_, fetchedSums_;
+  std::shared_ptr<DeviceFields> fields_;
+  Pinned sent_, fetched_, sumsHere_;
   Grown pairs_, directions_, counters_, found_, nearby_, hits_, aside_, keys_, slots_, order_,
       answersThere_, bins_, sums_, sprouts_, queues_, scratch_, grown_, patches_;
-  std::size_t hitRoom_ = 0, nearbyRoom_ = 0;
+  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
-  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0;
+  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, patchesAsked_ = 0;
   const CcAnswer* answers_ = nullptr;
-  const Sums* sumsHere_ = nullptr;
+  const std::uint32_t* countersHere_ = nullptr;
+  cl::Event fetchedAll_;
 };
 
 }  // namespace cloudcontact::opencl

@@ -5,8 +5,12 @@
 // can, and then tried.
 #include "opencl_device.h"
 
+#include "batch.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <random>
 #include <stdexcept>
@@ -106,6 +110,20 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
   return count;
 }
 
+// As ccLayout() of kernels/self_test.cl has them.
+constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
+                                             sizeof(CcDirection),
+                                             sizeof(CcPair),
+                                             sizeof(CcFound),
+                                             sizeof(CcAnswer),
+                                             sizeof(CcBin),
+                                             sizeof(CcSums),
+                                             sizeof(CcSprout),
+                                             offsetof(CcPair, enough),
+                                             offsetof(CcDirection, nearby),
+                                             offsetof(CcAnswer, firstPatch),
+                                             offsetof(CcSums, deepest)};
+
 }  // namespace
 
 std::shared_ptr<Device> Device::open(bool profiling) {
@@ -133,12 +151,14 @@ Device::Device(const cl::Device& device, bool profiling)
     : device_(device),
       context_(device),
       queue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
+      downQueue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
       name_(device.getInfo<CL_DEVICE_NAME>()),
       memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
       gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
       profiling_(profiling) {
   build();
+  checkLayout();
   test();
   clock();
 }
@@ -152,6 +172,18 @@ void Device::build() {
     log.resize(std::min<std::size_t>(log.size(), 4000));
     throw std::runtime_error("does not build the kernels: " + log);
   }
+}
+
+void Device::checkLayout() {
+  std::array<cl_uint, kLayout.size()> got{};
+  const cl::Buffer any(context_, CL_MEM_READ_WRITE, 4096),
+      out(context_, CL_MEM_WRITE_ONLY, sizeof got);
+  cl::Kernel& asked = kernel("ccLayout");
+  for (cl_uint k = 0; k < 4; ++k) asked.setArg(k, any);
+  asked.setArg(4, out);
+  run("ccLayout", 1, 1);
+  queue_.enqueueReadBuffer(out, CL_TRUE, 0, sizeof got, got.data());
+  if (got != kLayout) throw std::runtime_error("lays structures out otherwise than the CPU");
 }
 
 void Device::test() {
@@ -214,6 +246,7 @@ cl::Event* Device::note(const char* name) {
 
 std::map<std::string, Spent> Device::clock() {
   queue_.finish();
+  downQueue_.finish();
   std::map<std::string, Spent> spent;
   for (const auto& n : notes_) {
     Spent& s = spent[n->name];

@@ -23,11 +23,7 @@ struct Direction : CcWay {
 
   // The same with misses of its own.
   Direction with(HitSearch::Misses& own) const {
-    Direction d{body, samples, level, side, voxel, toFrame, {}, {}, {}, toOther, own};
-    std::copy_n(frameFromOwn, 9, d.frameFromOwn);
-    std::copy_n(frameFromOther, 9, d.frameFromOther);
-    std::copy_n(turnToOther, 9, d.turnToOther);
-    return d;
+    return {static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own};
   }
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };
