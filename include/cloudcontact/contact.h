@@ -8,6 +8,7 @@
 #include <cloudcontact/surface_field.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -76,6 +77,9 @@ struct Wrench {
 };
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b);
 
+// Runs task(0) to task(count - 1) on any threads, in any order, and returns when all are done.
+using TaskRunner = std::function<void(int count, const std::function<void(int)>& task)>;
+
 // Finds contacts; keeps its memory between calls, so that a step after the first allocates
 // nothing. One finder serves one thread.
 class ContactFinder {
@@ -92,8 +96,10 @@ class ContactFinder {
 
   // find() in two halves, for a question that is worked out before it is asked: search() throws as
   // find() does and remembers nothing of its bodies for a later search, so that it may turn out not
-  // to be wanted; named(), once after a search that is, gives its points their ids.
-  void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
+  // to be wanted; named(), once after a search that is, gives its points their ids. With `shareOut`
+  // a large search is shared out over it; what is found is the same to the bit.
+  void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+              const TaskRunner* shareOut = nullptr);
   const ContactResult& named();
   // Samples that the last search looked up: what it cost.
   std::size_t asked() const;

@@ -173,11 +173,11 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   return 1 + own.finder.asked();
 }
 
-void CloudAlgorithm::workOut() noexcept {
+void CloudAlgorithm::workOut(const TaskRunner* shareOut) noexcept {
   State& own = *state_;
   const auto start = Clock::now();
   try {
-    own.finder.search(own.ahead.a, own.ahead.b, own.ahead.settings);
+    own.finder.search(own.ahead.a, own.ahead.b, own.ahead.settings, shareOut);
     own.answeredStep = own.lookAhead->step();
   } catch (...) {  // as above
   }

@@ -4,6 +4,8 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 
+#include <cloudcontact/contact.h>
+
 #include <memory>
 
 namespace cloudcontact {
@@ -30,8 +32,8 @@ class CloudAlgorithm : public btCollisionAlgorithm {
   std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                       const btDispatcherInfo& info) noexcept;
   // Finds the answer, which processCollision() takes if it asks just that. Different pairs may be
-  // worked out at the same time.
-  void workOut() noexcept;
+  // worked out at the same time; a large one may be shared out.
+  void workOut(const TaskRunner* shareOut) noexcept;
 
   // Makes the algorithm in the dispatcher's pool.
   class Factory : public btCollisionAlgorithmCreateFunc {

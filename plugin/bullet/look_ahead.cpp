@@ -21,6 +21,13 @@ struct LookAhead::Arena {
     if (wanted > tbb::global_control::active_value(kLimit)) more.emplace(kLimit, wanted);
   }
   std::optional<tbb::global_control> more;  // threads than cores, where that is asked for
+  // Whoever waits for the shares of a pair takes no other pair on meanwhile.
+  const TaskRunner shareOut = [](int count, const std::function<void(int)>& task) {
+    tbb::this_task_arena::isolate([&] {
+      tbb::parallel_for(
+          0, count, [&task](int i) { task(i); }, tbb::simple_partitioner());
+    });
+  };
   tbb::task_arena arena;
   std::atomic<std::size_t> next{0};
 };
@@ -51,10 +58,16 @@ void LookAhead::work() {
   std::sort(tasks_.begin(), tasks_.end(),
             [](const Task& x, const Task& y) { return x.cost > y.cost; });
   statistics_.ahead += tasks_.size();
+  std::size_t all = 0;
+  for (const Task& task : tasks_) all += task.cost;
   std::atomic<std::size_t>& next = arena_->next;
   next = 0;
   const auto takeOn = [&](int) {
-    for (std::size_t i = next++; i < tasks_.size(); i = next++) tasks_[i].pair->workOut();
+    for (std::size_t i = next++; i < tasks_.size(); i = next++) {
+      // What would keep one thread busy after the others are done.
+      const bool large = 2 * tasks_[i].cost * static_cast<std::size_t>(threads_) > all;
+      tasks_[i].pair->workOut(large ? &arena_->shareOut : nullptr);
+    }
   };
   const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
   arena_->arena.execute([&] { tbb::parallel_for(0, workers, takeOn, tbb::simple_partitioner()); });

@@ -4,12 +4,14 @@
 #include "simd.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr double kMostBox = 4096;  // cells in a box that is looked up directly
+constexpr std::size_t kShareHits = 1024;  // a share of the summing
+constexpr double kMostBox = 4096;         // cells in a box that is looked up directly
 
 std::size_t slotOf(std::uint64_t key) {
   return static_cast<std::size_t>(key * 0x9E3779B97F4A7C15u >> 40);
@@ -103,8 +105,8 @@ void Binner::enlarge() {
   }
 }
 
-// Hits in the order of their bins, each bin's summed at one go.
-void Binner::sum(const HitColumns& hits, double cell, bool oneSided) {
+// Hits in the order of their bins.
+void Binner::order(const HitColumns& hits) {
   std::uint32_t begin = 0;
   for (Bin& bin : bins_) {
     const std::uint32_t count = bin.end;
@@ -115,8 +117,13 @@ void Binner::sum(const HitColumns& hits, double cell, bool oneSided) {
   for (std::size_t i = 0; i < hits.size(); ++i)
     order_[bins_[bin_[i]].end++] = static_cast<std::uint32_t>(i);
   sums_.assign(bins_.size(), Sums{});
-  begin = 0;
-  for (std::size_t b = 0; b < bins_.size(); ++b) {
+}
+
+// Each bin's hits at one go, of the bins from `first` to `last`.
+void Binner::sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first,
+                 std::size_t last) {
+  std::uint32_t begin = first > 0 ? bins_[first - 1].end : 0;
+  for (std::size_t b = first; b < last; ++b) {
     Bin& bin = bins_[b];
     Sums& sums = sums_[b];
     sums.origin = Vec3(bin.cell[0] + 0.5, bin.cell[1] + 0.5, bin.cell[2] + 0.5) * cell;
@@ -206,10 +213,26 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
   }
 }
 
-const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided) {
+const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
+                                         const TaskRunner* shareOut) {
   patches_.clear();
   findBins(hits, cell);
-  sum(hits, cell, oneSided);
+  order(hits);
+  const int shares = shareOut ? static_cast<int>(hits.size() / kShareHits) : 1;
+  // A share's bins are those whose last hit is in its part of the hits.
+  const auto binAt = [&](int share) {
+    const auto hit = static_cast<std::uint32_t>(hits.size() * static_cast<std::size_t>(share) /
+                                                static_cast<std::size_t>(shares));
+    const auto found =
+        std::lower_bound(bins_.begin(), bins_.end(), hit + 1,
+                         [](const Bin& bin, std::uint32_t end) { return bin.end < end; });
+    return static_cast<std::size_t>(found - bins_.begin());
+  };
+  const auto sumShare = [&](int i) { sum(hits, cell, oneSided, binAt(i), binAt(i + 1)); };
+  if (shares > 1)
+    (*shareOut)(shares, std::cref(sumShare));
+  else
+    sum(hits, cell, oneSided, 0, bins_.size());
   layOut();
   order_.resize(bins_.size());
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);

@@ -2,6 +2,8 @@
 // directions each, and bins grown together to patches.
 #pragma once
 
+#include <cloudcontact/contact.h>
+
 #include "sums.h"
 
 #include <cstdint>
@@ -14,7 +16,9 @@ class Binner {
  public:
   // Sums of each patch, in a fixed order. `cell` [m]: a bin's edge; `oneSided`: the other body is a
   // shape without samples, and each hit stands for its surface too.
-  const std::vector<Sums>& patches(const HitColumns& hits, double cell, bool oneSided);
+  // `shareOut`, where there is one: many hits are summed up over it, to the same bits.
+  const std::vector<Sums>& patches(const HitColumns& hits, double cell, bool oneSided,
+                                   const TaskRunner* shareOut = nullptr);
 
  private:
   // A bin: which cell and direction, and what it came to.
@@ -29,7 +33,8 @@ class Binner {
   void findBins(const HitColumns& hits, double cell);
   std::uint32_t binOf(std::uint64_t key);
   void enlarge();
-  void sum(const HitColumns& hits, double cell, bool oneSided);
+  void order(const HitColumns& hits);
+  void sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first, std::size_t last);
   void layOut();
   // The first bin of a cell, negative where there is none.
   std::int32_t firstIn(const std::int32_t* cell) const;

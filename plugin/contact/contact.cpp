@@ -166,12 +166,13 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
 }
 
 void ContactFinder::search(const ContactBody& a, const ContactBody& b,
-                           const ContactSettings& settings) {
+                           const ContactSettings& settings, const TaskRunner* shareOut) {
   Scratch& s = *scratch_;
   const PairFrame frame = s.begin(a, b);
-  const int level = s.search.run(a, b, frame, settings.margin, enoughFor(settings), s.hits);
+  const int level =
+      s.search.run(a, b, frame, settings.margin, enoughFor(settings), s.hits, shareOut);
   const std::vector<Sums>& patches =
-      s.binner.patches(s.hits, cellOf(frame, level), a.shape || b.shape);
+      s.binner.patches(s.hits, cellOf(frame, level), a.shape || b.shape, shareOut);
   s.finish(a, b, settings, frame, {level, s.hits.size(), s.search.gap()}, patches);
 }
 

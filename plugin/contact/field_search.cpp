@@ -1,6 +1,6 @@
 // Samples of one body looked up in the other's field: bricks of samples first, by their bounding
 // sphere against the other's brick distance, then each sample in one 8-byte fetch.
-#include "lane_search.h"
+#include "shared_search.h"
 
 namespace cloudcontact::search {
 
@@ -56,9 +56,9 @@ struct FieldTarget {
 }  // namespace
 
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
-                 HitColumns& hits) {
+                 HitColumns& hits, HitSearch::Shares& shares) {
   FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize()), dir.limits()};
-  LaneSearch<FieldTarget>(dir, target, candidates, hits).run();
+  searchShared(dir, target, candidates, hits, shares);
 }
 
 }  // namespace cloudcontact::search

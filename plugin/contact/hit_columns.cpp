@@ -33,6 +33,17 @@ void HitColumns::push_back(const Hit& h) {
   commit(1, static_cast<Side>(h.side), h.deep != 0);
 }
 
+void HitColumns::append(const HitColumns& from) {
+  if (from.empty()) return;
+  room(from.size_);
+  for (std::size_t c = 0; c < kColumns; ++c)
+    std::copy_n(from.data_.data() + c * from.side_.size(), from.size_,
+                data_.data() + c * side_.size() + size_);
+  std::copy_n(from.side_.data(), from.size_, side_.data() + size_);
+  std::copy_n(from.deep_.data(), from.size_, deep_.data() + size_);
+  size_ += from.size_;
+}
+
 Hit HitColumns::operator[](std::size_t i) const {
   const Columns<const float> c = at<const float>(data_.data(), i);
   return {{*c.x, *c.y, *c.z},

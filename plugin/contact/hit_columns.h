@@ -49,6 +49,7 @@ class HitColumns {
   }
   void commit(std::size_t count, Side side, bool deep);
   void push_back(const Hit& hit);
+  void append(const HitColumns& from);
   Hit operator[](std::size_t i) const;
 
  private:

@@ -42,15 +42,15 @@ const FieldData& dataOf(const ContactBody& body) {
 
 void lookUp(const ContactBody& own, const ContactBody& other, Side side, int level,
             const PairFrame& frame, Candidates& candidates, HitSearch::Misses& misses,
-            HitColumns& hits) {
+            HitColumns& hits, HitSearch::Shares& shares) {
   if (!own.field) return;
   const FieldData& samples = dataOf(own);
   const float voxel = static_cast<float>(samples.cloud().voxelSize());
   const Direction dir{
       wayOf(own, other, frame), samples, samples.samples(), level, side, voxel, misses};
-  if (!other.shape) return searchField(dir, dataOf(other), candidates, hits);
+  if (!other.shape) return searchField(dir, dataOf(other), candidates, hits, shares);
   const Pose grid = own.pose * gridPose(samples.cloud());
-  searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits);
+  searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits, shares);
 }
 
 }  // namespace
@@ -105,7 +105,9 @@ float marginOf(double margin, const PairFrame& frame) {
 }
 
 int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, std::size_t enough, HitColumns& hits) {
+                   double margin, std::size_t enough, HitColumns& hits,
+                   const TaskRunner* shareOut) {
+  shares_.run = shareOut;
   for (Candidates& c : cells_) {
     c.all = true;
     c.asked = 0;
@@ -122,8 +124,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   if (farApart(a, b, kFarApart * frame.voxel)) return 0;
   for (int level = kLevels - 1;; --level) {
     hits.clear();
-    lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits);
-    lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits);
+    lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits, shares_);
+    lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits, shares_);
     if (level > 0 && hits.size() < neededOf(level, enough)) continue;
     if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
     return level;

@@ -35,7 +35,7 @@ class HitSearch {
   // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
   // moved together until they touch lightly, by gap().
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          std::size_t enough, HitColumns& hits);
+          std::size_t enough, HitColumns& hits, const TaskRunner* shareOut = nullptr);
   static constexpr std::size_t kAll = ~std::size_t{0};
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, of all levels.
@@ -63,12 +63,25 @@ class HitSearch {
     float nearest = -1e30f;  // greatest depth so far, negative [m]
     std::vector<Hit> list;
   };
+  // Of a large level: runs of samples, and what each part of them came to.
+  struct Share {
+    std::size_t last = 0;  // of the runs, behind it
+    Candidates cells;
+    Misses misses;
+    HitColumns hits;
+  };
+  struct Shares {
+    const TaskRunner* run = nullptr;  // null: nothing is shared out
+    std::vector<SampleRun> runs;
+    std::vector<Share> all;
+  };
 
  private:
   void touchLightly(HitColumns& hits);
 
   Candidates cells_[2];
   Misses misses_;
+  Shares shares_;
   double gap_ = 0;
 };
 

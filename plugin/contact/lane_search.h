@@ -35,18 +35,42 @@ class LaneSearch {
         hits_(hits) {}
 
   void run() {
+    clear();
+    eachRun([this](const SampleRun& run) { lookInto(run); });
+    flush();
+    finish();
+  }
+
+  // Its steps, for a search that is shared out (shared_search.h).
+  void clear() {
     candidates_.next.clear();
     candidates_.deep.clear();
     candidates_.parts.clear();
     candidates_.places.clear();
+  }
+  // Whole bricks, or the finer samples of the cells that the coarser level found near; samples of a
+  // cell follow each other.
+  template <typename Visit>
+  void eachRun(const Visit& visit) {
     if (candidates_.all) {
       target_.nearBricks(candidates_.bricks);
-      for (const std::uint32_t brick : candidates_.bricks)
-        lookInto(dir_.samples.bricks.runs[brick]);
-    } else {
-      lookNearby();
+      for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
+      return;
     }
+    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
+    std::uint32_t last = kNoCell;
+    for (const std::uint32_t sample : candidates_.now) {
+      const std::uint32_t cell = coarser.cellOf[sample];
+      if (cell != last) visit(coarser.finer[cell]);
+      last = cell;
+    }
+  }
+  void look(const SampleRun* first, const SampleRun* last) {
+    for (; first != last; ++first) lookInto(*first);
     flush();
+  }
+  // What comes behind all whole samples.
+  void finish() {
     for (const std::uint32_t k : candidates_.deep) {
       const SurfaceSample s = samples_[k];
       addHit(dir_, s, target_.deepAt(s), V3::Zero(), true, hits_);
@@ -65,18 +89,6 @@ class LaneSearch {
       for (std::uint32_t i = 0; i < room; ++i) lanes_.sample[lanes_.count++] = run.first + i;
       run.first += room;
       run.count -= room;
-    }
-  }
-
-  // The finer samples of the cells that the coarser level found near; samples of a cell follow each
-  // other.
-  void lookNearby() {
-    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
-    std::uint32_t last = kNoCell;
-    for (const std::uint32_t sample : candidates_.now) {
-      const std::uint32_t cell = coarser.cellOf[sample];
-      if (cell != last) lookInto(coarser.finer[cell]);
-      last = cell;
     }
   }
 

@@ -21,6 +21,10 @@ struct Direction : CcWay {
   float voxel;  // of the samples' body [m]
   HitSearch::Misses& misses;
 
+  // The same with misses of its own.
+  Direction with(HitSearch::Misses& own) const {
+    return {static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own};
+  }
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };
 
@@ -42,9 +46,9 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 
 // Samples of `dir` looked up in another field.
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
-                 HitColumns& hits);
+                 HitColumns& hits, HitSearch::Shares& shares);
 // Samples of `dir` against a shape's formula; `toShape` from their grid's frame, metres.
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 Candidates& candidates, HitColumns& hits);
+                 Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares);
 
 }  // namespace cloudcontact::search

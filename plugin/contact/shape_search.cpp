@@ -1,5 +1,5 @@
 // Samples of a cloud against a shape's own formula.
-#include "lane_search.h"
+#include "shared_search.h"
 
 namespace cloudcontact::search {
 
@@ -102,9 +102,9 @@ struct ShapeTarget {
 }  // namespace
 
 void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
-                 Candidates& candidates, HitColumns& hits) {
+                 Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares) {
   ShapeTarget target{dir, shape, toShape, dir.samples.levels[dir.level].samples};
-  LaneSearch<ShapeTarget>(dir, target, candidates, hits).run();
+  searchShared(dir, target, candidates, hits, shares);
 }
 
 }  // namespace cloudcontact::search

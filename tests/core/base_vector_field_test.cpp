@@ -110,6 +110,39 @@ TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
   }
 }
 
+// Rows from brick to brick through both tissues, down to what is left of them in three goes, under
+// windows that reach to the bricks beside, beyond them, and to one side alone.
+TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
+  WindowSettings aside = sphereWindow(kVoxel);
+  aside.area = SphereArea{kVoxel * Vec3(4.3, -2.1, 0.4), 2.5 * kVoxel};
+  for (const WindowSettings& window : {sphereWindow(kVoxel), sphereWindow(kVoxel, 9.5), aside}) {
+    BaseVectorField field(tooth(), {kEnamel, kDentin}, window);
+    for (const int left : {200, 90, 0}) {
+      std::vector<VoxelCut> cuts;
+      for (int z = 13; z < 19; ++z)
+        for (int y = 6; y < 10; ++y)
+          for (int x = 3; x < 38; ++x)
+            if ((x * 7 + y + z + left) % 11 > 0)
+              cuts.push_back({{x, y, z}, static_cast<std::uint8_t>(left)});
+      EXPECT_GT(field.cut(cuts), 300u);
+    }
+    const BaseVectorField built(field.cloud(), {kEnamel, kDentin}, window);
+    EXPECT_EQ(field.hash(), built.hash());
+    EXPECT_EQ(field.mass().inertia, built.mass().inertia);
+  }
+}
+
+// Deep inside, bricks share what they hold until a cut comes near: then they get memory of their
+// own, and what lay beside them may move.
+TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
+  const Cloud ball = test::ballCloud(kVoxel, 8, Vec3(32.2, 31.9, 32.1), 30);
+  BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
+  std::vector<VoxelCut> cuts;
+  for (int k = 0; k < 1000; ++k) cuts.push_back({{26 + k % 10, 27 + k / 10 % 10, 25 + k / 100}, 0});
+  EXPECT_EQ(field.cut(cuts), 1000u);
+  EXPECT_EQ(field.hash(), BaseVectorField(field.cloud(), {kEnamel}, sphereWindow(kVoxel)).hash());
+}
+
 // The octree follows voxel by voxel, and is then the one of what is left.
 TEST(BaseVectorField, TheOctreeFollowsTheCuts) {
   BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel));
