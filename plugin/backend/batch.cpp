@@ -21,7 +21,7 @@ namespace cloudcontact {
 namespace {
 
 // Hits that a direction is first given room for, and the most that it is given.
-constexpr std::uint32_t kFirstRoom = 2048, kMostRoom = 1u << 20;
+constexpr std::uint32_t kFirstRoom = 2048, kMoreRoom = 4, kMostRoom = 1u << 20;
 // Parts of a batch under way at once, and the pairs that are worth a part.
 constexpr std::size_t kParts = 4, kPartPairs = 128;
 
@@ -156,8 +156,9 @@ void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t fir
   for (std::size_t i = 0; i < count; ++i) {
     const CcAnswer& answer = part.answer(i);
     const std::size_t k = numbers[first + i];
-    rooms[k] =
-        std::clamp(answer.wanted + answer.wanted / 4, std::min(rooms[k], kMostRoom), kMostRoom);
+    // What found no room was not counted to its end.
+    const std::uint32_t least = answer.failed & CC_NO_ROOM ? kMoreRoom * rooms[k] : rooms[k];
+    rooms[k] = std::min(std::max(answer.wanted + answer.wanted / 4, least), kMostRoom);
     if (!answer.failed) continue;
     here.push_back(k);
     ++(answer.failed & CC_NO_TOUCH ? report.nearMisses : report.noRoom);

@@ -8,30 +8,14 @@
 #include <numbers>
 
 #include "contact_cases.h"
+#include "thread_meshes.h"
 
 namespace cloudcontact::testing {
 namespace {
 
-// A ring with a wound tube, or a rod with a thread: a grid of points over (u, v), closed both ways.
-template <typename Place>
-Mesh wound(int along, int around, Place place) {
-  Mesh mesh;
-  for (int i = 0; i < along; ++i)
-    for (int j = 0; j < around; ++j)
-      mesh.vertices.push_back(
-          place(2 * std::numbers::pi * i / along, 2 * std::numbers::pi * j / around));
-  const auto at = [&](int i, int j) { return i % along * around + j % around; };
-  for (int i = 0; i < along; ++i)
-    for (int j = 0; j < around; ++j) {
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
-      mesh.triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
-    }
-  return mesh;
-}
-
 Mesh torusMesh(double ring, double tube) {
-  return wound(96, 48, [=](double u, double v) {
-    const double r = ring + tube * std::cos(v);
+  return turnedMesh(96, 48, true, [=](double u, double s) {
+    const double v = 2 * std::numbers::pi * s, r = ring + tube * std::cos(v);
     return Vec3(r * std::cos(u), r * std::sin(u), tube * std::sin(v));
   });
 }
@@ -104,6 +88,24 @@ struct Pairs {
       if (k % 9 == 4) pair.settings.margin = 1.5 * v;
       pairs.push_back(pair);
     }
+    addThreads();
+  }
+
+  // A ring pressed onto a rod's thread by a third of a voxel, somewhat turned and shifted.
+  void addThreads() {
+    const double v = maker.voxel;
+    const Thread thread{16 * v, 8 * v, 4.4 * v};
+    add(maker.cloud(threadedRod(thread, 40 * v)), 20 * v);
+    add(maker.cloud(threadedRing(thread, 20 * v, 26 * v, -0.3 * v)), 26 * v);
+    const Body &rod = bodies[bodies.size() - 2], &ring = bodies.back();
+    for (int k = 0; k < 6; ++k) {
+      Pose pose;
+      pose.position = 0.5 * v * maker.random.inCube();
+      pose.orientation = Eigen::Quaterniond(1, 0.01 * maker.random.uniform(), 0.01, 0.01 * k);
+      pose.orientation.normalize();
+      pairs.push_back({rod.at({}), ring.at(pose), {}});
+      if (k % 2) pairs.back().settings.samples = 5000;
+    }
   }
 };
 
@@ -143,6 +145,87 @@ TEST(Batch, OnTheDeviceEqualsTheFinder) {
   ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   equalToFinder(batch, 3);
   EXPECT_GT(batch.report().onDevice, all().pairs.size() / 2);
+}
+
+// A batch on the device for pairs of its own, or nothing where there is no device.
+bool onDevice(const ContactBatch& batch) {
+  return batch.backend() == Backend::OpenCl;
+}
+
+TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  BodyMaker maker{5e-4, Random(5)};
+  const Body slab = maker.box(Vec3(64, 64, 8), true);
+  Pose pose;
+  pose.position = Vec3(0, 0, 7.5 * maker.voxel);
+  BatchPair pair{slab.at({}), slab.at(pose), {}};
+  pair.settings.law = LawForm::Foundation;  // takes all samples: more than 4,000 a side
+  ContactFinder finder;
+  for (int time = 0; time < 2; ++time) {
+    const auto results = batch.find({&pair, 1});
+    expectSame(*results[0], finder.find(pair.a, pair.b, pair.settings));
+    EXPECT_GT(results[0]->samples, 4096u);
+    EXPECT_EQ(batch.report().noRoom, time == 0 ? 1u : 0u);
+    EXPECT_EQ(batch.report().onDevice, time == 0 ? 0u : 1u);
+  }
+}
+
+TEST(Batch, ShapesAndNearMissesAreTheCpus) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  BodyMaker maker{5e-4, Random(6)};
+  const double v = maker.voxel;
+  const Body ball = maker.sphere(10), plane = BodyMaker::shape(HalfSpace{});
+  Pose above, beside;
+  above.position = Vec3(0, 0, 9.5 * v);
+  beside.position = Vec3(21 * v, 0, 0);
+  std::vector<BatchPair> pairs{{plane.at({}), ball.at(above), {}},
+                               {ball.at({}), ball.at(beside), {}},
+                               {ball.at({}), ball.at(beside), {}}};
+  pairs[1].settings.margin = 1.5 * v;
+  const auto results = batch.find(pairs);
+  ContactFinder finders[3];
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    expectSame(*results[k], finders[k].find(pairs[k].a, pairs[k].b, pairs[k].settings));
+  EXPECT_FALSE(results[0]->points.empty());
+  EXPECT_FALSE(results[1]->points.empty());  // a gap of one voxel, within the margin
+  EXPECT_TRUE(results[2]->points.empty());
+  EXPECT_EQ(batch.report().shapes, 1u);
+  EXPECT_EQ(batch.report().nearMisses, 1u);
+  EXPECT_EQ(batch.report().onDevice, 1u);
+}
+
+// A field may be made where one lay that is gone.
+TEST(Batch, FieldsThatGoAreNotMistakenForTheNext) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  BodyMaker maker{5e-4, Random(7)};
+  for (int k = 0; k < 6; ++k) {
+    const Body ball = maker.sphere(6 + k);
+    Pose pose;
+    pose.position = Vec3((11 + 2 * k) * maker.voxel, 0, 0);
+    const BatchPair pair{ball.at({}), ball.at(pose), {}};
+    const auto results = batch.find({&pair, 1});
+    ContactFinder finder;
+    const ContactResult& want = finder.find(pair.a, pair.b, pair.settings);
+    EXPECT_FALSE(want.points.empty());
+    EXPECT_EQ(results[0]->samples, want.samples);
+    ASSERT_EQ(results[0]->points.size(), want.points.size());
+    for (std::size_t i = 0; i < want.points.size(); ++i)
+      same(results[0]->points[i].depth, want.points[i].depth, "depth");
+  }
+}
+
+TEST(Batch, BadPosesAreToldBeforeAnythingRuns) {
+  BodyMaker maker{5e-4, Random(8)};
+  const Body ball = maker.sphere(6);
+  BatchPair pair{ball.at({}), ball.at({}), {}};
+  pair.b.pose.position.x() = std::nan("");
+  for (const Backend backend : {Backend::Cpu, Backend::OpenCl}) {
+    ContactBatch batch({backend, 1, false});
+    EXPECT_THROW(batch.find({&pair, 1}), std::invalid_argument);
+  }
 }
 
 }  // namespace
