@@ -13,6 +13,7 @@ namespace {
 
 // Bins and patches that a pair is first given room for: a M16 thread has 80 and 12.
 constexpr std::uint32_t kBins = 128, kPatches = 24;
+constexpr std::uint32_t kLeastRoom = 2 * CC_MOST_BINS;  // a large pair alone
 constexpr std::size_t kHitBytes = 64;
 constexpr std::size_t kMostItems = 4096 * CC_GROUP;  // work-items that take bins or patches in turn
 
@@ -133,8 +134,8 @@ void OpenClBatch::gather() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
   const std::uint32_t n = static_cast<std::uint32_t>(count_);
-  binRoom_ = std::max(n * kBins, binsWanted_ + binsWanted_ / 4);
-  patchRoom_ = std::max(n * kPatches, patchesWanted_ + patchesWanted_ / 4);
+  binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
+  patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
   const cl::Buffer &pairs = pairs_.buffer(), &directions = directions_.buffer(),
                    &counters = counters_.buffer(), &found = found_.buffer(),
                    &hitsThere = hits_.buffer();
