@@ -30,65 +30,45 @@ CC_FN float ccMax(float a, float b) {
   return a > b ? a : b;
 }
 
-// The lower half of the cubic: alpha in [0, 1/2]. Returns volume, and its slope in *slope.
+// The lower half of the cubic: alpha in [0, 1/2]. Returns volume, and its slope in *slope. All of
+// its pieces are worked out and one is taken: which one it is cannot be foretold, and a loop over
+// voxels without branches becomes one over registers.
 CC_FN float ccCubic(float m1, float m2, float m3, float alpha, float* slope) {
   const float m12 = m1 + m2;
-  if (alpha < m1) {
-    const float d = 1.0f / (6.0f * m1 * m2 * m3);
-    *slope = 3.0f * alpha * alpha * d;
-    return alpha * alpha * alpha * d;
-  }
-  if (alpha < m2) {
-    const float d = 1.0f / (2.0f * m2 * m3);
-    *slope = (2.0f * alpha - m1) * d;
-    return (alpha * (alpha - m1) + m1 * m1 * (1.0f / 3.0f)) * d;
-  }
-  if (alpha >= m12 && m12 <= m3) {
-    *slope = 1.0f / m3;
-    return (2.0f * alpha - m12) / (2.0f * m3);
-  }
-  const float d = 1.0f / (6.0f * m1 * m2 * m3);
+  const float d = 1.0f / (6.0f * m1 * m2 * m3), e = 1.0f / (2.0f * m2 * m3);
   // Written with (alpha - m)^3 so that nothing large cancels.
   const float a1 = alpha - m1, a2 = alpha - m2, a3 = ccMax(alpha - m3, 0.0f);
-  *slope = 3.0f * (alpha * alpha - a1 * a1 - a2 * a2 - a3 * a3) * d;
-  return (alpha * alpha * alpha - a1 * a1 * a1 - a2 * a2 * a2 - a3 * a3 * a3) * d;
+  const float square = alpha * alpha, cube = alpha * alpha * alpha;
+  const int first = alpha < m1, second = alpha < m2, flat = (alpha >= m12) & (m12 <= m3);
+  float s = 3.0f * (square - a1 * a1 - a2 * a2 - a3 * a3) * d;
+  float v = (cube - a1 * a1 * a1 - a2 * a2 * a2 - a3 * a3 * a3) * d;
+  s = flat ? 1.0f / m3 : s;
+  v = flat ? (2.0f * alpha - m12) / (2.0f * m3) : v;
+  s = second ? (2.0f * alpha - m1) * e : s;
+  v = second ? (alpha * (alpha - m1) + m1 * m1 * (1.0f / 3.0f)) * e : v;
+  s = first ? 3.0f * alpha * alpha * d : s;
+  v = first ? cube * d : v;
+  *slope = s;
+  return v;
 }
 
 // The cube [-1/2,1/2]^3 cut by normal . x < offset; (nx, ny, nz) is of length 1.
 CC_FN CcCut ccCutCube(float nx, float ny, float nz, float offset) {
   CcCut cut;
-  float a = ccAbs(nx), b = ccAbs(ny), c = ccAbs(nz), t;
-  if (a > b) {
-    t = a;
-    a = b;
-    b = t;
-  }
-  if (b > c) {
-    t = b;
-    b = c;
-    c = t;
-  }
-  if (a > b) {
-    t = a;
-    a = b;
-    b = t;
-  }
+  const float x = ccAbs(nx), y = ccAbs(ny), z = ccAbs(nz);
+  const float low = ccMin(x, y), high = ccMax(x, y), between = ccMin(high, z);
+  const float a = ccMin(low, between), b = ccMax(low, between), c = ccMax(high, z);
   const float sum = a + b + c;
   const float scale = 1.0f / sum;
-  float m1 = ccMax(a * scale, CC_MIN_COMPONENT), m2 = ccMax(b * scale, CC_MIN_COMPONENT);
+  const float m1 = ccMax(a * scale, CC_MIN_COMPONENT), m2 = ccMax(b * scale, CC_MIN_COMPONENT);
   const float m3 = 1.0f - m1 - m2;
   const float alpha = 0.5f + offset * scale;
-  float slope = 0.0f;
-  if (alpha <= 0.0f) {
-    cut.volume = 0.0f;
-  } else if (alpha >= 1.0f) {
-    cut.volume = 1.0f;
-  } else if (alpha <= 0.5f) {
-    cut.volume = ccCubic(m1, m2, m3, alpha, &slope);
-  } else {
-    cut.volume = 1.0f - ccCubic(m1, m2, m3, 1.0f - alpha, &slope);
-  }
-  cut.area = slope * scale;
+  const int none = alpha <= 0.0f, all = alpha >= 1.0f, lower = alpha <= 0.5f;
+  float slope;
+  const float part = ccCubic(m1, m2, m3, lower ? alpha : 1.0f - alpha, &slope);
+  const float some = lower ? part : 1.0f - part;
+  cut.volume = none ? 0.0f : (all ? 1.0f : some);
+  cut.area = (none | all) ? 0.0f : slope * scale;
   return cut;
 }
 

@@ -96,8 +96,8 @@ CC_FN CcCut ccPredict(const CcSurface* f, const float* x) {
       ccDot(f->n, x) - f->s + 0.5f * (ku * u + kv * v) + (f->k11 + f->k22) * (1.0f / 24.0f);
   float m[3];
   for (int i = 0; i < 3; ++i) m[i] = f->n[i] + ku * f->t1[i] + kv * f->t2[i];
-  const float length = ccNormalize(m);
-  CcCut cut = ccCutCube(m[0], m[1], m[2], -phi / length);
+  const float length = CC_SQRT(ccDot(m, m)), by = length > 0.0f ? length : 1.0f;
+  CcCut cut = ccCutCube(m[0] / by, m[1] / by, m[2] / by, -phi / length);
   cut.area /= length;
   return cut;
 }
@@ -127,15 +127,29 @@ CC_FN int ccSolve6(float* a, float* b) {
   return 1;
 }
 
+// What a surface says of all voxels of the window. One step for all before the next: compilers make
+// whole registers of it, also of the few voxels more that fill the last.
+#define CC_WINDOW_LANES 32
+CC_FN void ccPredictWindow(const CcSurface* f, float* volume, float* area) {
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x[3] = {(float)(k % 3 - 1), (float)(k / 3 % 3 - 1), (float)(k / 9 - 1)};
+    const CcCut cut = ccPredict(f, x);
+    volume[k] = cut.volume;
+    area[k] = cut.area;
+  }
+}
+
 // One Gauss-Newton round. `planar` holds the curvatures at zero.
 CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
   float a[36], b[6], square = 0.0f, weight = 0.0f;
   for (int i = 0; i < 36; ++i) a[i] = 0.0f;
   for (int i = 0; i < 6; ++i) b[i] = 0.0f;
+  float volume[CC_WINDOW_LANES], area[CC_WINDOW_LANES];
+  ccPredictWindow(f, volume, area);
   for (int k = 0; k < CC_WINDOW_VOXELS; ++k) {
     const float x[3] = {(float)(k % 3 - 1), (float)(k / 3 % 3 - 1), (float)(k / 9 - 1)};
     const float q = 1.0f - ccDot(x, x) / CC_WINDOW_RADIUS2;
-    const CcCut cut = ccPredict(f, x);
+    const CcCut cut = {volume[k], area[k]};
     const float r = coverage[k] - cut.volume;
     if (cut.area == 0.0f && ccAbs(r) < 2e-3f) continue;
     const float w = q * q;
@@ -200,11 +214,12 @@ CC_FN CcSurface ccFitSurface(const float* coverage, int planar) {
     if (!ccFitRound(coverage, planar, &f)) break;
   }
   // The residual of what was found, not of the round before.
-  float square = 0.0f, weight = 0.0f;
+  float square = 0.0f, weight = 0.0f, volume[CC_WINDOW_LANES], area[CC_WINDOW_LANES];
+  ccPredictWindow(&f, volume, area);
   for (int k = 0; k < CC_WINDOW_VOXELS; ++k) {
     const float x[3] = {(float)(k % 3 - 1), (float)(k / 3 % 3 - 1), (float)(k / 9 - 1)};
     const float q = 1.0f - ccDot(x, x) / CC_WINDOW_RADIUS2;
-    const CcCut cut = ccPredict(&f, x);
+    const CcCut cut = {volume[k], area[k]};
     const float r = coverage[k] - cut.volume;
     if (cut.area == 0.0f && ccAbs(r) < 2e-3f) continue;
     square += q * q * r * r;

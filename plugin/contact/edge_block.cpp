@@ -127,18 +127,29 @@ struct Slope {
   Eigen::Vector3f moment = Eigen::Vector3f::Zero();
 };
 
-// A voxel that one face crosses: in closed form, the face flat within it.
-float cutVoxel(const FaceField& field, int voxel, Slope* slope) {
-  const Face& f = field.face();
-  const Eigen::Vector3f x(middleOf(voxel, 0), middleOf(voxel, 1), middleOf(voxel, 2));
-  const Eigen::Vector3f m = f.n + f.curvature * x;
-  const float length = m.norm(), outside = field.middle(voxel) * f.n.lpNorm<1>() / (kSub * length);
-  const CcCut cut = ccCutCube(m.x() / length, m.y() / length, m.z() / length, -outside);
-  if (slope) {
-    slope->shift = cut.area / length;
-    slope->moment = slope->shift * (x - outside * m / length);
+CC_LANES [[gnu::flatten]] void cutWindow(const Face& f, float length1, const float* middle,
+                                         FaceCuts& cuts) {
+  const float n[3] = {f.n.x(), f.n.y(), f.n.z()};
+  float c[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = f.curvature(i, j);
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
+                z = static_cast<float>(k / 9 - 1);
+    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
+    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
+    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
+    const float length = std::sqrt(mx * mx + (my * my + mz * mz));
+    const float outside = middle[k] * length1 / (kSub * length);
+    const CcCut cut = ccCutCube(mx / length, my / length, mz / length, -outside);
+    const float shift = cut.area / length;
+    cuts.volume[k] = cut.volume;
+    cuts.shift[k] = shift;
+    cuts.moment[0][k] = shift * (x - outside * mx / length);
+    cuts.moment[1][k] = shift * (y - outside * my / length);
+    cuts.moment[2][k] = shift * (z - outside * mz / length);
   }
-  return cut.volume;
 }
 
 // How much of a sub-sample two faces leave together, when each alone leaves r and q. Faces at right
@@ -303,7 +314,7 @@ CC_LANES float coverWithSlopes(const Combination& c, int voxel, Slope* slopes) {
 float coverageAt(const Combination& c, int voxel) {
   const Sight sight = look(c, voxel);
   if (sight.sure) return sight.coverage;
-  return sight.only >= 0 ? cutVoxel(*c.face[sight.only], voxel, nullptr) : coverOnly(c, voxel);
+  return sight.only >= 0 ? c.face[sight.only]->cuts().volume[voxel] : coverOnly(c, voxel);
 }
 
 constexpr int kUnknowns = 3 * kMostFaces;
@@ -349,8 +360,14 @@ struct Equations {
       coverage[v] = sight.coverage;
       if (sight.sure) continue;
       Slope slope[kMostFaces];
-      coverage[v] = sight.only >= 0 ? cutVoxel(*c.face[sight.only], v, &slope[sight.only])
-                                    : coverWithSlopes(c, v, slope);
+      if (sight.only < 0) {
+        coverage[v] = coverWithSlopes(c, v, slope);
+      } else {
+        const FaceCuts& cuts = c.face[sight.only]->cuts();
+        coverage[v] = cuts.volume[v];
+        slope[sight.only] = {cuts.shift[v],
+                             {cuts.moment[0][v], cuts.moment[1][v], cuts.moment[2][v]}};
+      }
       for (int i = 0; i < c.count; ++i) {
         const Eigen::Vector2f turn = -tangent[i].transpose() * slope[i].moment;
         g.segment<3>(3 * i) << slope[i].shift, turn;
@@ -367,12 +384,18 @@ struct Equations {
 void FaceField::set(const Face& f) {
   face_ = f;
   known_ = 0;
+  isCut_ = false;
   const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
   bend_ = std::max(2 * (steep - 1), 0.0f);
   const FaceTerms terms(f);
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v)
     middle_[static_cast<std::size_t>(v)] =
         terms.outside(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
+}
+
+void FaceField::cut() const {
+  cutWindow(face_, face_.n.lpNorm<1>(), middle_.data(), cuts_);
+  isCut_ = true;
 }
 
 void FaceField::find(int voxel) const {

@@ -23,6 +23,12 @@ constexpr int kSub = 4;  // sub-samples along a voxel's edge
 constexpr int kPerVoxel = kSub * kSub * kSub;
 constexpr int kBlockPoints = CC_WINDOW_VOXELS * kPerVoxel;
 
+// How a face alone cuts each voxel of the block, in closed form, flat within the voxel: how much it
+// leaves of it, how that grows as the face shifts outwards, and that times the place of the cut.
+struct FaceCuts {
+  alignas(64) float volume[CC_WINDOW_LANES], shift[CC_WINDOW_LANES], moment[3][CC_WINDOW_LANES];
+};
+
 // A face, and how far each sub-sample of the block lies outside it, in sub-sample widths along the
 // normal. Stored voxel by voxel, so that a voxel's coverage is a sum over a run.
 class FaceField {
@@ -37,15 +43,23 @@ class FaceField {
   }
   // At the voxel's middle: where this is far from zero the face does not cross the voxel.
   float middle(int voxel) const { return middle_[static_cast<std::size_t>(voxel)]; }
+  // All voxels' at once, when one is first asked for. For one thread at a time.
+  const FaceCuts& cuts() const {
+    if (!isCut_) cut();
+    return cuts_;
+  }
   // How far from a straight ramp a sub-sample's share is: 0 along an axis, 2.5 along a diagonal.
   float bend() const { return bend_; }
 
  private:
   void find(int voxel) const;
+  void cut() const;
 
   Face face_;
   float bend_ = 0;
-  std::array<float, CC_WINDOW_VOXELS> middle_{};
+  std::array<float, CC_WINDOW_LANES> middle_{};
+  mutable bool isCut_ = false;
+  mutable FaceCuts cuts_;
   mutable std::uint32_t known_ = 0;  // a bit a voxel
   alignas(64) mutable std::array<float, kBlockPoints> outside_{};
 };

@@ -1,6 +1,7 @@
 // The first step of the field: which voxels the surface crosses, and its quadric in each.
 #include "../geometry/parallel.h"
 #include "field_builder.h"
+#include "simd.h"
 
 namespace cloudcontact {
 
@@ -23,14 +24,20 @@ bool crossed(const Cloud& cloud, int x, int y, int z) {
          cloud.coverage(x, y, z - 1) == other || cloud.coverage(x, y, z + 1) == other;
 }
 
+// With all that it calls within it, so that the loops over the window are the machine's own.
+CC_LANES [[gnu::flatten]] void fitWindow(const float* block, CcSurface& f) {
+  f = ccFitSurface(block, 0);
+}
+
 // The voxel's quadric; of weight 0 where no surface crosses it. A wisp thinner than 1/255 has no
 // direction: it is not a surface.
 CcSurface fitVoxel(const Cloud& cloud, int x, int y, int z) {
-  CcSurface none{};
-  if (!crossed(cloud, x, y, z)) return none;
+  CcSurface f{};
+  if (!crossed(cloud, x, y, z)) return f;
   float block[CC_WINDOW_VOXELS];
   gatherBlock(cloud, x, y, z, block);
-  return ccFitSurface(block, 0);
+  fitWindow(block, f);
+  return f;
 }
 
 std::int16_t addQuadric(SurfaceBrick& brick, const CcSurface& f) {

@@ -37,11 +37,26 @@ struct Polygon {
 
   // Keeps what lies below the plane n.x < s.
   void clip(const V3& n, float s) {
+    clipWhere([&](const V3& x) { return n.dot(x) - s; });
+  }
+  // Keeps what lies between low and high along an axis.
+  void clip(int axis, float low, float high) {
+    clipWhere([&](const V3& x) { return x[axis] - high; });
+    clipWhere([&](const V3& x) { return low - x[axis]; });
+  }
+
+  // Keeps where beyond() is negative.
+  template <typename Beyond>
+  void clipWhere(Beyond&& beyond) {
+    float far[16], most = -1;
+    for (int i = 0; i < count; ++i) most = std::max(most, far[i] = beyond(corner[i]));
+    if (most <= 0) return;
     V3 kept[16];
     int keep = 0;
     for (int i = 0; i < count; ++i) {
-      const V3 &a = corner[i], &b = corner[(i + 1) % count];
-      const float da = n.dot(a) - s, db = n.dot(b) - s;
+      const int next = i + 1 < count ? i + 1 : 0;
+      const V3 &a = corner[i], &b = corner[next];
+      const float da = far[i], db = far[next];
       if (da <= 0 && keep < 16) kept[keep++] = a;
       if ((da < 0 && db > 0) || (da > 0 && db < 0))
         if (keep < 16) kept[keep++] = a + (b - a) * (da / (da - db));
@@ -110,10 +125,7 @@ CutPart cutPiece(const VoxelState& v, int own, const V3& low, float edge) {
   V3 first = V3::Zero(), nowhere = V3::Zero();
   for (float jitter : kJitter) {
     Polygon p = squareOn(f, jitter);
-    for (int axis = 0; axis < 3; ++axis) {
-      p.clip(V3::Unit(axis), low[axis] + edge);
-      p.clip(-V3::Unit(axis), -low[axis]);
-    }
+    for (int axis = 0; axis < 3; ++axis) p.clip(axis, low[axis], low[axis] + edge);
     if (v.count() > 1) p.moments(n, alone, nowhere, unused);
     for (int k = 0; k < v.count(); ++k) {
       if (k == own) continue;
@@ -273,6 +285,18 @@ class SliverCutter {
         for (int k = 0; k < 27; ++k)
           see(at, k, at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
       });
+    // Found side by side, a part of them at a time lest they take much memory, given in order.
+    std::vector<Sliver> found;
+    for (std::size_t first = 0; first < candidates_.size(); first += kAtOnce) {
+      found.resize(std::min(kAtOnce, candidates_.size() - first));
+      parallelFor((found.size() + kTask - 1) / kTask, draft_.settings.threads,
+                  [&](std::size_t task, int) {
+                    const std::size_t end = std::min(found.size(), (task + 1) * kTask);
+                    for (std::size_t i = task * kTask; i < end; ++i)
+                      found[i] = find(candidates_[first + i]);
+                  });
+      for (std::size_t i = 0; i < found.size(); ++i) give(candidates_[first + i], found[i]);
+    }
     return std::move(extra_);
   }
 
@@ -285,18 +309,30 @@ class SliverCutter {
     CutPart part[CC_MAX_PLANES];
   };
 
+  // A voxel that may be a sliver, and the surface voxel that first sees it, on which side of it.
+  struct Candidate {
+    std::int32_t brick;
+    std::int16_t cell, side;
+    int x, y, z;
+  };
+  static constexpr std::size_t kAtOnce = 8192, kTask = 64;
+
   void see(const Spot& from, int k, int x, int y, int z) {
     if (!seen_.contains(x, y, z) || draft_.at(x, y, z) || (in_ && !in_->has(x, y, z))) return;
     std::uint8_t& seen = seen_.make(x, y, z);
     if (seen) return;
     seen = 1;
-    const Sliver sliver = find(x, y, z);
-    if (sliver.pieces == 0 || (of_ && !of_->has(sliver.at.brick, sliver.at.cell))) return;
-    for (int i = 0; i < sliver.pieces; ++i)
-      give(sliver, i, SampleOrigin::ofSliver(from.brick, from.cell, 8 * k + sliver.own[i]));
+    candidates_.push_back({from.brick, from.cell, static_cast<std::int16_t>(k), x, y, z});
   }
 
-  Sliver find(int x, int y, int z) const {
+  void give(const Candidate& c, const Sliver& sliver) {
+    if (sliver.pieces == 0 || (of_ && !of_->has(sliver.at.brick, sliver.at.cell))) return;
+    for (int i = 0; i < sliver.pieces; ++i)
+      give(sliver, i, SampleOrigin::ofSliver(c.brick, c.cell, 8 * c.side + sliver.own[i]));
+  }
+
+  Sliver find(const Candidate& c) const {
+    const int x = c.x, y = c.y, z = c.z;
     const float wanted = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
     Sliver best;
     float nearest = 4;  // squared distance to the owner's middle [voxel^2]
@@ -378,6 +414,7 @@ class SliverCutter {
   const VoxelSet* in_ = nullptr;
   const std::vector<std::int32_t>& slots_;
   std::vector<BrickCut>& cuts_;
+  std::vector<Candidate> candidates_;
   std::vector<CutSample> extra_;
   BrickGrid<std::uint8_t> seen_;
 };

@@ -101,6 +101,13 @@ TEST(RenewedField, OfAScannedTooth) {
   cutAndCompare(digitize(mesh, settings), 6);
 }
 
+TEST(BuiltField, IsTheSameForAnyNumberOfThreads) {
+  const Cloud cloud = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
+  const std::uint64_t one = SurfaceField::build(cloud, forCuts(1))->hash();
+  for (const int threads : {2, 3, 8})
+    EXPECT_EQ(SurfaceField::build(cloud, forCuts(threads))->hash(), one) << threads;
+}
+
 TEST(RenewedField, OfACloudThatDidNotChange) {
   const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
   const auto field = SurfaceField::build(cloud, forCuts());
