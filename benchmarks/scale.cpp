@@ -24,7 +24,7 @@ using nlohmann::json;
 
 constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of a M16 nut [m]
 constexpr double kVoxel = 1e-3;
-constexpr int kSettle = 20, kMeasured = 20;  // steps
+constexpr int kSettle = 10, kMeasured = 5;  // steps
 
 Mesh nut() {
   Mesh mesh = program::nutMesh(program::Thread{}, kHeight, kWidth);

@@ -21,15 +21,23 @@ struct LookAhead::Arena {
     if (wanted > tbb::global_control::active_value(kLimit)) more.emplace(kLimit, wanted);
   }
   std::optional<tbb::global_control> more;  // threads than cores, where that is asked for
-  // Whoever waits for the shares of a pair takes no other pair on meanwhile.
+  // Whoever waits for the shares of a pair takes no other pair on meanwhile. ThreadSanitizer does
+  // not see how TBB hands them over: that is what the atomics are for.
   const TaskRunner shareOut = [](int count, const std::function<void(int)>& task) {
-    tbb::this_task_arena::isolate([&] {
-      tbb::parallel_for(
-          0, count, [&task](int i) { task(i); }, tbb::simple_partitioner());
-    });
+    std::atomic<int> handed;
+    handed.store(0, std::memory_order_release);
+    const auto share = [&](int i) {
+      handed.load(std::memory_order_acquire);
+      task(i);
+      handed.fetch_add(1, std::memory_order_release);
+    };
+    tbb::this_task_arena::isolate(
+        [&] { tbb::parallel_for(0, count, share, tbb::simple_partitioner()); });
+    handed.load(std::memory_order_acquire);
   };
   tbb::task_arena arena;
   std::atomic<std::size_t> next{0};
+  std::atomic<int> done{0};  // workers; ThreadSanitizer does not see TBB's own waiting
 };
 
 LookAhead::LookAhead(int threads) : threads_(threads), arena_(std::make_unique<Arena>(threads)) {}
@@ -68,9 +76,11 @@ void LookAhead::work() {
       const bool large = 2 * tasks_[i].cost * static_cast<std::size_t>(threads_) > all;
       tasks_[i].pair->workOut(large ? &arena_->shareOut : nullptr);
     }
+    arena_->done.fetch_add(1, std::memory_order_release);
   };
   const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
   arena_->arena.execute([&] { tbb::parallel_for(0, workers, takeOn, tbb::simple_partitioner()); });
+  arena_->done.load(std::memory_order_acquire);
 }
 
 }  // namespace cloudcontact
