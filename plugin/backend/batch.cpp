@@ -157,8 +157,10 @@ void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t fir
     const CcAnswer& answer = part.answer(i);
     const std::size_t k = numbers[first + i];
     // What found no room was not counted to its end.
-    const std::uint32_t least = answer.failed & CC_NO_ROOM ? kMoreRoom * rooms[k] : rooms[k];
-    rooms[k] = std::min(std::max(answer.wanted + answer.wanted / 4, least), kMostRoom);
+    const std::uint32_t room = answer.failed & CC_NO_ROOM
+                                   ? std::max(kMoreRoom * rooms[k], 2 * answer.wanted)
+                                   : std::max(rooms[k], answer.wanted + answer.wanted / 4);
+    rooms[k] = std::min(room, kMostRoom);
     if (!answer.failed) continue;
     here.push_back(k);
     ++(answer.failed & CC_NO_TOUCH ? report.nearMisses : report.noRoom);
