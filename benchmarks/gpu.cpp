@@ -123,7 +123,8 @@ double mustMove(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches);
   constexpr double kHit = 64, kSums = 632, kSprout = 112;
-  if (name.rfind("ccSearch", 0) == 0) return asked * (32 + 4 + 8) + hits * kHit;
+  // Here the coarsest level finds enough; the finer ones have nothing to do.
+  if (name == "ccSearch 2") return asked * (32 + 4 + 8) + hits * kHit;
   if (name == "ccBins") return hits * (48 + 8 + 8 + 4 + 4 + 4) + bins * 24;
   if (name == "ccSums") return hits * (kHit + 4) + bins * (24 + kSums);
   if (name == "ccSprouts") return bins * (200 + kSprout);

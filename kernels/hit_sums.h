@@ -128,11 +128,13 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
 #if defined(__OPENCL_VERSION__)
 #define CC_NEAR __local
 #define CC_SUMS __global
-#define CC_TAKES(k) (lane == (k))  // the axis k, or, for 3, what has none
+#define CC_EACH_AXIS(k) for (int k = lane; k <= lane && k < 3; ++k)
+#define CC_NO_AXIS (lane == 3)
 #else
 #define CC_NEAR
 #define CC_SUMS
-#define CC_TAKES(k) 1
+#define CC_EACH_AXIS(k) for (int k = 0; k < 3; ++k)
+#define CC_NO_AXIS 1
 #endif
 
 // A body's surface in a bin: its normals' sums, and, where it pushes, the push.
@@ -144,8 +146,7 @@ CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, 
   CC_NEAR const double(*push)[4] = own ? from->pushOwn : from->pushOther;
   CC_NEAR const double* wall = own ? from->wallOwn : from->wallOther;
   CC_SUMS CcSideSums* to = &sums->side[s];
-  for (int j = 0; j < 3; ++j) {
-    if (!CC_TAKES(j)) continue;
+  CC_EACH_AXIS(j) {
     sums->normal[s][j] += u2 * normal[j][0];
     for (int i = 0; i < 3; ++i) sums->normalBy[s][3 * i + j] += u3 * normal[j][1 + i];
     if (!pushes) continue;
@@ -155,7 +156,7 @@ CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, 
     to->moment[j] += u4 * (push[q][1 + p] - push[p][1 + q]);
     to->wall[j] += u3 * wall[1 + j];
   }
-  if (!pushes || !CC_TAKES(3)) return;
+  if (!pushes || !CC_NO_AXIS) return;
   to->size += u3 * from->powers[0];
   to->depth[0] += u3 * from->faced[0];
   to->depth[1] += u4 * from->powers[1];
@@ -167,8 +168,7 @@ CC_FN void ccGive(CC_SUMS CcSums* sums, CC_NEAR const CcAdded* from, int hits, i
                   int side, double unit, int lane) {
   (void)lane;
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  for (int i = 0; i < 3; ++i) {
-    if (!CC_TAKES(i)) continue;
+  CC_EACH_AXIS(i) {
     sums->first[i] += u3 * from->area[1 + i];
     sums->place[i] += u4 * from->faced[1 + i];
     sums->apart[i] += u3 * from->apart[i][0];
@@ -176,7 +176,7 @@ CC_FN void ccGive(CC_SUMS CcSums* sums, CC_NEAR const CcAdded* from, int hits, i
   }
   ccGiveSide(sums, side, from, 1, 1, unit, lane);
   ccGiveSide(sums, 1 - side, from, 0, oneSided, unit, lane);
-  if (!CC_TAKES(3)) return;
+  if (!CC_NO_AXIS) return;
   sums->area += u2 * from->area[0];
   sums->facing += u3 * from->faced[0];
   sums->opening += u4 * (from->apart[0][1] + from->apart[1][2] + from->apart[2][3]);
@@ -194,8 +194,7 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
   for (int s = 0; s < 2; ++s) {
     CC_NEAR CcSideSums* a = &to->side[s];
     CC_SUMS const CcSideSums* b = &from->side[s];
-    for (int i = 0; i < 3; ++i) {
-      if (!CC_TAKES(i)) continue;
+    CC_EACH_AXIS(i) {
       const int p = (i + 1) % 3, q = (i + 2) % 3;
       a->push[i] += b->push[i];
       a->moment[i] += b->moment[i] + (shift[p] * b->push[q] - shift[q] * b->push[p]);
@@ -205,10 +204,9 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
       for (int j = 0; j < 3; ++j)
         to->normalBy[s][3 * i + j] += from->normalBy[s][3 * i + j] + from->normal[s][j] * shift[i];
     }
-    if (CC_TAKES(3)) a->size += b->size;
+    if (CC_NO_AXIS) a->size += b->size;
   }
-  for (int i = 0; i < 3; ++i) {
-    if (!CC_TAKES(i)) continue;
+  CC_EACH_AXIS(i) {
     for (int j = 0; j < 3; ++j)
       to->second[3 * i + j] += from->second[3 * i + j] + from->first[j] * shift[i] +
                                shift[j] * from->first[i] + from->area * shift[j] * shift[i];
@@ -216,7 +214,7 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
     to->place[i] += from->place[i] + from->facing * shift[i];
     to->apart[i] += from->apart[i];
   }
-  if (!CC_TAKES(3)) return;
+  if (!CC_NO_AXIS) return;
   to->area += from->area;
   to->width += from->width;
   to->facing += from->facing;
