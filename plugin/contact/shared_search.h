@@ -10,8 +10,8 @@
 
 namespace cloudcontact::search {
 
-// Samples a share, about 10 us of work; a level of fewer than two shares is not shared out.
-constexpr std::size_t kShareSamples = 8192;
+// Samples a share; a level of fewer than two shares is not shared out.
+constexpr std::size_t kShareSamples = 2048;
 
 // Runs to shares; returns how many.
 inline int cut(HitSearch::Shares& shares, std::size_t samples) {
