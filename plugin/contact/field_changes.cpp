@@ -139,7 +139,7 @@ void FieldChanges::prepare(const Bricks& f) {
 
 void FieldChanges::add(Bricks& f, const VoxelIndex& voxel, int density, int coverage) {
   if (far_) return spreadOne(f, voxel, density, coverage);
-  if (density != density_ || used_ == kBricks) spread(f);
+  if (density != density_ || used_ >= kBricks) spread(f);
   density_ = density;
   if (used_ == 0 && few_.size() < kFew) return few_.push_back({voxel, coverage});
   for (const Change& change : few_) keep(change, f);

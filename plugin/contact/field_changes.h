@@ -23,7 +23,9 @@ class FieldChanges {
  private:
   static constexpr std::size_t kBricks = 64;  // changed ones that there is room for
   static constexpr int kReach = 8;  // [voxels] of a window that one brick beside is enough for
-  static constexpr std::size_t kFew = 16;  // changes that are sooner spread one by one
+  // Changes that are sooner spread one by one. A bur's lie apart: with 16 a haptic tick's p99 was
+  // 130 us, with 64 to 256 it is 78.
+  static constexpr std::size_t kFew = 64;
 
   struct Change {
     VoxelIndex voxel;

@@ -143,6 +143,19 @@ TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
   EXPECT_EQ(field.hash(), BaseVectorField(field.cloud(), {kEnamel}, sphereWindow(kVoxel)).hash());
 }
 
+// More bricks than a cut keeps in mind at once, a voxel or two in each.
+TEST(BaseVectorField, AVoxelOfEveryBrickIsTheFieldOfWhatIsLeft) {
+  const Cloud ball = test::ballCloud(kVoxel, 10, Vec3(40.2, 39.9, 40.1), 38);
+  BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
+  std::vector<VoxelCut> cuts;
+  for (int k = 0; k < 2000; ++k)
+    cuts.push_back(
+        {8 * VoxelIndex(k % 10, k / 10 % 10, k / 100 % 10) + VoxelIndex(k % 7, k % 5, 3 + k / 1000),
+         std::uint8_t(k % 100)});
+  EXPECT_GT(field.cut(cuts), 600u);
+  EXPECT_EQ(field.hash(), BaseVectorField(field.cloud(), {kEnamel}, sphereWindow(kVoxel)).hash());
+}
+
 // The octree follows voxel by voxel, and is then the one of what is left.
 TEST(BaseVectorField, TheOctreeFollowsTheCuts) {
   BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel));
