@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "contact_cases.h"
+#include "device_wanted.h"
 #include "thread_meshes.h"
 
 namespace cloudcontact::testing {
@@ -139,22 +140,16 @@ TEST(Batch, OnTheCpuEqualsTheFinder) {
 
 TEST(Batch, OnTheDeviceEqualsTheFinder) {
   ContactBatch batch({Backend::OpenCl, 2});
-  // No device at all is no fault; one that is refused is.
-  if (batch.message().find("no OpenCL device; install") != std::string::npos)
-    GTEST_SKIP() << batch.message();
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
   ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   equalToFinder(batch, 3);
   EXPECT_GT(batch.report().onDevice, all().pairs.size() / 2);
 }
 
-// A batch on the device for pairs of its own, or nothing where there is no device.
-bool onDevice(const ContactBatch& batch) {
-  return batch.backend() == Backend::OpenCl;
-}
-
 TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   BodyMaker maker{5e-4, Random(5)};
   const Body slab = maker.box(Vec3(64, 64, 8), true);
   Pose pose;
@@ -173,7 +168,8 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
 
 TEST(Batch, ShapesAndNearMissesAreTheCpus) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   BodyMaker maker{5e-4, Random(6)};
   const double v = maker.voxel;
   const Body ball = maker.sphere(10), plane = BodyMaker::shape(HalfSpace{});
@@ -199,7 +195,8 @@ TEST(Batch, ShapesAndNearMissesAreTheCpus) {
 // A field may be made where one lay that is gone.
 TEST(Batch, FieldsThatGoAreNotMistakenForTheNext) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (!onDevice(batch)) GTEST_SKIP() << batch.message();
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   BodyMaker maker{5e-4, Random(7)};
   for (int k = 0; k < 6; ++k) {
     const Body ball = maker.sphere(6 + k);

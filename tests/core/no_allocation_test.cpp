@@ -3,27 +3,8 @@
 
 #include <cloudcontact/haptic_loop.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "../counted_new.h"
 #include "small_clouds.h"
-
-namespace {
-std::atomic<std::size_t> allocations{0};
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* const p = std::malloc(size > 0 ? size : 1)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
 
 namespace cloudcontact {
 namespace {
