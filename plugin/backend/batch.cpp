@@ -5,9 +5,9 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
 #include <deque>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "contact/finder_scratch.h"
@@ -22,10 +22,6 @@ namespace {
 
 // Hits that a direction is first given room for, and the most that it is given.
 constexpr std::uint32_t kFirstRoom = 2048, kMoreRoom = 4, kMostRoom = 1u << 20;
-// Parts of a batch under way at once, and the pairs that are worth a part. One: a kernel in which
-// each pair waits for itself takes as long for few pairs as for many. On an H100 growth took 1.03
-// ms in four parts of 256 pairs (0.26 each), and a step 4.0 ms.
-constexpr std::size_t kParts = 1, kPartPairs = 128;
 
 }  // namespace
 
@@ -41,15 +37,15 @@ struct ContactBatch::Inside {
 #if defined(CLOUDCONTACT_OPENCL)
   std::shared_ptr<opencl::Device> device;
   std::shared_ptr<opencl::DeviceFields> fields;
-  std::vector<opencl::OpenClBatch> parts;
+  std::optional<opencl::OpenClBatch> batch;
   std::vector<PairFrame> frames;
   std::vector<opencl::Asked> asked;
   std::vector<std::size_t> numbers;  // of the pairs that are asked
 
   void open();
   void onDevice(std::span<const BatchPair> pairs);
-  void ask(std::size_t first, std::size_t count, std::size_t inParts);
-  void take(const opencl::OpenClBatch& part, std::size_t first, std::size_t count);
+  void ask(std::size_t first, std::size_t count);
+  void take(std::size_t first, std::size_t count);
 #endif
 
   explicit Inside(const BatchSettings& how);
@@ -92,7 +88,7 @@ void ContactBatch::Inside::onCpu(std::span<const BatchPair> pairs) {
 void ContactBatch::Inside::open() {
   device = opencl::Device::open(settings.timing);
   fields = std::make_shared<opencl::DeviceFields>(device);
-  for (std::size_t k = 0; k < kParts; ++k) parts.emplace_back(device, fields);
+  batch.emplace(device, fields);
   name = device->name();
 }
 
@@ -116,47 +112,35 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
     numbers.push_back(k);
   }
   fields->settle();
-  ask(0, asked.size(), std::clamp<std::size_t>(asked.size() / kPartPairs, 1, kParts));
+  ask(0, asked.size());
 }
 
-// In parts, so that the CPU finishes one while the device works on the next. A part too large for
-// the device is asked for in halves.
-void ContactBatch::Inside::ask(std::size_t first, std::size_t count, std::size_t inParts) {
+// All at once: a kernel in which each pair waits for itself takes as long for few pairs as for
+// many. In four parts, the CPU finishing one while the device worked on the next, 1,024 pairs
+// took 4.0 ms on an H100 instead of 3.3. What is too large for the device is asked for in halves.
+void ContactBatch::Inside::ask(std::size_t first, std::size_t count) {
   if (count == 0) return;
-  const auto begin = [&](std::size_t part) { return first + count * part / inParts; };
   const opencl::Each all = [&](std::size_t n, const std::function<void(std::size_t)>& function) {
     each(n, function);
   };
-  std::array<bool, kParts> started{};
-  for (std::size_t k = 0; k < inParts; ++k) {
-    try {
-      parts[k].start(std::span(asked).subspan(begin(k), begin(k + 1) - begin(k)), all, report);
-      started[k] = true;
-    } catch (const std::bad_alloc&) {
+  try {
+    batch->start(std::span(asked).subspan(first, count), all, report);
+  } catch (const std::bad_alloc&) {
+    if (count > 1) {
+      ask(first, count / 2);
+      return ask(first + count / 2, count - count / 2);
     }
+    here.push_back(numbers[first]);
+    ++report.noRoom;
+    return;
   }
-  for (std::size_t k = 0; k < inParts; ++k) {
-    if (!started[k]) continue;
-    parts[k].finish(report);
-    take(parts[k], begin(k), begin(k + 1) - begin(k));
-  }
-  for (std::size_t k = 0; k < inParts; ++k) {
-    const std::size_t some = begin(k + 1) - begin(k);
-    if (started[k]) continue;
-    if (some == 1) {
-      here.push_back(numbers[begin(k)]);
-      ++report.noRoom;
-      continue;
-    }
-    ask(begin(k), some / 2, 1);
-    ask(begin(k) + some / 2, some - some / 2, 1);
-  }
+  batch->finish(report);
+  take(first, count);
 }
 
-void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t first,
-                                std::size_t count) {
+void ContactBatch::Inside::take(std::size_t first, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
-    const CcAnswer& answer = part.answer(i);
+    const CcAnswer& answer = batch->answer(i);
     const std::size_t k = numbers[first + i];
     // What found no room was not counted to its end.
     const std::uint32_t room = answer.failed & CC_NO_ROOM
@@ -168,13 +152,13 @@ void ContactBatch::Inside::take(const opencl::OpenClBatch& part, std::size_t fir
     ++(answer.failed & CC_NO_TOUCH ? report.nearMisses : report.noRoom);
   }
   each(count, [&](std::size_t i) {
-    const CcAnswer& answer = part.answer(i);
+    const CcAnswer& answer = batch->answer(i);
     if (answer.failed) return;
     const opencl::Asked& one = asked[first + i];
     const std::size_t k = numbers[first + i];
     ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
     finder.finish(one.pair->a, one.pair->b, one.pair->settings, one.frame,
-                  {answer.level, answer.hits, 0}, part.patches(i));
+                  {answer.level, answer.hits, 0}, batch->patches(i));
     results[k] = &finder.named();
   });
 }
@@ -223,7 +207,7 @@ std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPa
 std::size_t ContactBatch::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
   std::size_t sum = inside_->fields ? inside_->fields->bytes() : 0;
-  for (const opencl::OpenClBatch& part : inside_->parts) sum += part.bytes();
+  if (inside_->batch) sum += inside_->batch->bytes();
   return sum;
 #else
   return 0;

@@ -164,7 +164,7 @@ void OpenClBatch::gather() {
 }
 
 // Reads what there will be by the last batch's number of patches; the rest, where there are more,
-// once it is known. On a queue of its own: the next part's kernels need not wait.
+// once it is known.
 void OpenClBatch::fetch() {
   Device& d = *device_;
   const std::size_t answers = count_ * sizeof(CcAnswer), counters = CC_COUNTERS * sizeof(cl_uint);

@@ -49,7 +49,7 @@ class Grown {
   std::size_t size_ = 0;
 };
 
-// One part of a batch on its way: several may be, each with memory of its own.
+// A batch on its way, and the memory that it works in.
 class OpenClBatch {
  public:
   OpenClBatch(std::shared_ptr<Device> device, std::shared_ptr<DeviceFields> fields)
