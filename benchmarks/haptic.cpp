@@ -142,6 +142,15 @@ int main(int argc, char** argv) {
               t.micros[std::min(t.micros.size() - 1, static_cast<std::size_t>(slowest + 1))]);
   std::printf("the machine's own      p99 %.1f us, worst %.1f\n", quantile(t.idle, 0.99),
               quantile(t.idle, 1));
+  // What the work itself costs comes again in the same tick of the same run; a pause does not.
+  BaseVectorField untouched(cloud, tissues, sphereWindow(cloud.voxelSize()));
+  const Ticks again = drill(untouched, top + Vec3(0, 0, 0.5e-3), seconds, last);
+  std::vector<double> both;
+  for (std::size_t k = 0; k < t.micros.size(); ++k)
+    both.push_back(std::min(t.micros[k], again.micros[k]));
+  std::printf("run again              worst %.1f us; in both runs %.1f%s\n",
+              quantile(again.micros, 1), quantile(both, 1),
+              again.forces == t.forces ? "" : " (the forces differ!)");
   std::printf("step of the force      %.2f %% without a cut, %.2f %% with one\n",
               100 * worstStep(t, false), 100 * worstStep(t, true));
   std::printf("energy                 %.3g J given by the hand, least %.3g\n", last.energy,
