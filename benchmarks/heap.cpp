@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <random>
 
 namespace cloudcontact {
 
 namespace {
 
 constexpr int kLayers = 10;
-constexpr double kMass = 0.03, kStep = 1.0 / 240;
+constexpr double kStep = 1.0 / 240, kFriction = 0.4;
 
 using Clock = std::chrono::steady_clock;
 
@@ -41,29 +42,34 @@ Heap::Heap(const HeapSettings& settings) : dispatcher_(&configuration_, settings
     recommendedSettings(world_);
   }
   world_.setGravity({0, 0, s(-9.81)});
-  lay(settings);
+  reach_ = std::hypot(settings.across, settings.height) / 2;
+  settings.poured ? pour(settings) : lay(settings);
 }
 
 Heap::~Heap() {
-  for (auto& body : bodies_) world_.removeRigidBody(body.get());
+  for (auto* bodies : {&bodies_, &walls_})
+    for (auto& body : *bodies) world_.removeRigidBody(body.get());
 }
 
 void Heap::addWall(const btVector3& normal, double offset) {
-  walls_.push_back(std::make_shared<btStaticPlaneShape>(normal, s(offset)));
-  bodies_.push_back(std::make_unique<btRigidBody>(
-      btRigidBody::btRigidBodyConstructionInfo(0, nullptr, walls_.back().get())));
-  world_.addRigidBody(bodies_.back().get());
+  planes_.push_back(std::make_shared<btStaticPlaneShape>(normal, s(offset)));
+  btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, planes_.back().get());
+  info.m_friction = s(kFriction);
+  walls_.push_back(std::make_unique<btRigidBody>(info));
+  world_.addRigidBody(walls_.back().get());
 }
 
-void Heap::addBody(const std::shared_ptr<btCollisionShape>& shape, const btTransform& place) {
+void Heap::addBody(const HeapSettings& settings, const btTransform& place) {
+  const std::shared_ptr<btCollisionShape> shape = settings.shape();
   btVector3 inertia;
-  shape->calculateLocalInertia(s(kMass), inertia);
-  btRigidBody::btRigidBodyConstructionInfo info(s(kMass), nullptr, shape.get(), inertia);
+  shape->calculateLocalInertia(s(settings.mass), inertia);
+  btRigidBody::btRigidBodyConstructionInfo info(s(settings.mass), nullptr, shape.get(), inertia);
   info.m_startWorldTransform = place;
-  info.m_friction = s(0.4);
+  info.m_friction = s(kFriction);
   shapes_.push_back(shape);
   bodies_.push_back(std::make_unique<btRigidBody>(info));
   bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+  bodies_.back()->setUserIndex(static_cast<int>(bodies_.size()) - 1);
   world_.addRigidBody(bodies_.back().get());
 }
 
@@ -81,11 +87,68 @@ void Heap::lay(const HeapSettings& settings) {
     const int layer = i / (side * side), column = i / side % side, row = i % side;
     const double shift = layer % 2 ? 0.4 : 0;
     const double angle = 2.4 * i;  // the golden angle: no two alike
-    addBody(settings.shape(),
-            btTransform(btQuaternion({0, 0, 1}, s(angle)),
-                        {s(pitch * (row + shift)), s(pitch * (column + shift)),
-                         s(rise * (layer + 0.5) - 0.1 * settings.voxel * (layer + 1))}));
+    addBody(settings, btTransform(btQuaternion({0, 0, 1}, s(angle)),
+                                  {s(pitch * (row + shift)), s(pitch * (column + shift)),
+                                   s(rise * (layer + 0.5) - 0.1 * settings.voxel * (layer + 1))}));
   }
+}
+
+// A block of bodies that touch nowhere, as wide as it is high, over a box of its own width.
+void Heap::pour(const HeapSettings& settings) {
+  const int side = static_cast<int>(std::ceil(std::cbrt(double(settings.bodies))));
+  const double pitch = 2 * reach_ + settings.voxel;
+  addWall({0, 0, 1}, 0);
+  for (const double sign : {1.0, -1.0}) {
+    const double at = sign > 0 ? 0 : -pitch * side;
+    addWall({s(sign), 0, 0}, at);
+    addWall({0, s(sign), 0}, at);
+  }
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < settings.bodies; ++i) {
+    const auto at = [&](int k) { return s(pitch * (k + 0.5)); };
+    btQuaternion turned(s(normal(random)), s(normal(random)), s(normal(random)), s(normal(random)));
+    turned.normalize();
+    addBody(settings,
+            btTransform(turned, {at(i % side), at(i / side % side), at(i / side / side)}));
+  }
+}
+
+double Heap::step() {
+  const auto start = Clock::now();
+  world_.stepSimulation(s(kStep), 0);
+  return since(start);
+}
+
+Pose Heap::pose(int body) const {
+  const btTransform& at = bodies_[static_cast<std::size_t>(body)]->getWorldTransform();
+  const btQuaternion q = at.getRotation();
+  Pose pose;
+  pose.position = Vec3(at.getOrigin().x(), at.getOrigin().y(), at.getOrigin().z());
+  pose.orientation = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized();
+  return pose;
+}
+
+std::vector<std::pair<int, int>> Heap::near() {
+  std::vector<std::pair<int, int>> found;
+  const btBroadphasePairArray& pairs =
+      broadphase_.getOverlappingPairCache()->getOverlappingPairArray();
+  for (int i = 0; i < pairs.size(); ++i) {
+    const auto numberOf = [](const btBroadphaseProxy* proxy) {
+      return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
+    };
+    const int a = numberOf(pairs[i].m_pProxy0), b = numberOf(pairs[i].m_pProxy1);
+    if (a >= 0 && b >= 0) found.emplace_back(a, b);
+  }
+  return found;
+}
+
+double Heap::fastest() const {
+  double most = 0;
+  for (const auto& body : bodies_)
+    most = std::max(most, double(body->getLinearVelocity().length()) +
+                              reach_ * double(body->getAngularVelocity().length()));
+  return most;
 }
 
 void Heap::count(HeapRow& row) {

@@ -1,5 +1,5 @@
-// Nuts laid in a box, ten layers deep, each on those below: a Bullet world whose narrow phase and
-// step are timed.
+// Nuts in a box, laid ten layers deep, each on those below, or poured: a Bullet world whose narrow
+// phase and step are timed.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace cloudcontact {
@@ -19,7 +20,9 @@ struct HeapSettings {
   int threads = 1;                        // CloudDispatcher's
   // One shape a body; equal bodies may share what it holds.
   std::function<std::shared_ptr<btCollisionShape>()> shape;
-  bool clouds = true;  // the law and the settings for clouds; else Bullet's own
+  bool clouds = true;   // the law and the settings for clouds; else Bullet's own
+  bool poured = false;  // let fall from a loose block, turned every way
+  double mass = 0.03;   // of a body [kg]
 };
 
 // Times are means over the measured steps, counts those of the last.
@@ -38,6 +41,12 @@ class Heap {
   Heap& operator=(const Heap&) = delete;
 
   HeapRow run(int settle, int measured);
+  // One step; its time [s].
+  double step();
+  // Bodies' places, bodies whose boxes overlap, and the fastest point's speed of any body [m/s].
+  Pose pose(int body) const;
+  std::vector<std::pair<int, int>> near();
+  double fastest() const;
   const std::vector<std::shared_ptr<btCollisionShape>>& shapes() const { return shapes_; }
 
  private:
@@ -49,18 +58,20 @@ class Heap {
     double seconds = 0;
   };
   void addWall(const btVector3& normal, double offset);
-  void addBody(const std::shared_ptr<btCollisionShape>& shape, const btTransform& place);
+  void addBody(const HeapSettings& settings, const btTransform& place);
   void lay(const HeapSettings& settings);
+  void pour(const HeapSettings& settings);
   void count(HeapRow& row);
 
+  double reach_ = 0;  // of a body's farthest point from its middle
   CloudContact contact_;
   btDefaultCollisionConfiguration configuration_;
   TimedDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
-  std::vector<std::shared_ptr<btCollisionShape>> shapes_, walls_;
-  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<std::shared_ptr<btCollisionShape>> shapes_, planes_;
+  std::vector<std::unique_ptr<btRigidBody>> walls_, bodies_;
 };
 
 }  // namespace cloudcontact

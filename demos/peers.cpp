@@ -25,7 +25,7 @@ constexpr double kMarginOfDiagonal = 1e-5;
 // HACD in its own units, in which every body's diagonal is 2000. Its time grows faster than the
 // square of the triangles (284: 3 s, 20,480: 6 minutes on one core), so that meshes are made
 // coarser first, as its users do.
-constexpr double kHacdConcavity = 20;  // a hundredth of the diagonal
+constexpr double kHacdDiagonal = 2000;  // HACD's measure of concavity is of a body this large
 constexpr std::size_t kHacdPartVertices = 64;
 constexpr std::size_t kHacdTriangles = 2000;
 
@@ -153,7 +153,6 @@ void prepare(HACD::HACD& hacd, std::vector<HACD::Vec3<HACD::Real>>& points,
   hacd.SetVolumeWeight(0);
   hacd.SetNClusters(1);
   hacd.SetNVerticesPerCH(kHacdPartVertices);
-  hacd.SetConcavity(kHacdConcavity);
   hacd.SetAddExtraDistPoints(false);
   hacd.SetAddNeighboursDistPoints(false);
   hacd.SetAddFacesPoints(false);
@@ -181,7 +180,7 @@ PeerShape gimpactShape(const Mesh& mesh) {
   return {{triangles}, shape};
 }
 
-ConvexParts convexParts(const Mesh& fine) {
+ConvexParts convexParts(const Mesh& fine, double concavity) {
   const Mesh mesh = coarsened(mended(fine));
   std::vector<HACD::Vec3<HACD::Real>> points;
   for (const Vec3& v : mesh.vertices) points.emplace_back(v.x(), v.y(), v.z());
@@ -189,6 +188,7 @@ ConvexParts convexParts(const Mesh& fine) {
   for (const Eigen::Vector3i& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
   HACD::HACD hacd;
   prepare(hacd, points, triangles);
+  hacd.SetConcavity(concavity * kHacdDiagonal);
   if (!hacd.Compute()) throw std::runtime_error("HACD could not cut the mesh into convex parts");
   ConvexParts parts;
   parts.margin = marginOf(mesh);

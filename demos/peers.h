@@ -24,12 +24,13 @@ struct PeerShape {
 PeerShape hullShape(const Mesh& mesh);
 // The triangles as GImpact takes them.
 PeerShape gimpactShape(const Mesh& mesh);
-// Convex parts by HACD, of a coarsened mesh: up to a minute of work.
+// Convex parts by HACD, of a coarsened mesh: up to a minute of work. `concavity` is how far a part
+// may bulge over the mesh, as a share of the diagonal: less of it, more parts.
 struct ConvexParts {
   std::vector<std::vector<btVector3>> corners;  // of each part
   btScalar margin = 0;
 };
-ConvexParts convexParts(const Mesh& fine);
+ConvexParts convexParts(const Mesh& fine, double concavity = 0.01);
 // A compound of their hulls.
 PeerShape convexPartsShape(const ConvexParts& parts);
 // Bullet's own sphere, box, capsule, cylinder, cone, hull; btStaticPlaneShape for a half-space.

@@ -1,0 +1,215 @@
+// One pair at a time, this project's narrow phase beside its peers' in the same run, as ratios: a
+// nut pressed on its bolt, a torus lying on another, a sphere on a sphere; and how far the samples
+// that a contact takes by default lead off from all of them.
+//   pairs [BOLT NUT] [--turns N] [--out FILE.json]
+// BOLT and NUT are meshes in metres; without them a generated M16 bolt and nut. Each turn times
+// every method once over, and medians are told.
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/contact.h>
+#include <cloudcontact/digitize.h>
+#include <cloudcontact/mesh_file.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "generated_mesh.h"
+#include "lab/pair.h"
+#include "pair_probe.h"
+#include "peers.h"
+#include "primitive_mesh.h"
+#include "torus.h"
+
+namespace {
+
+using namespace cloudcontact;
+using nlohmann::json;
+using program::Method;
+using program::PairProbe;
+
+constexpr double kJitter = 1e-3;  // [voxels] between calls, so that nothing comes from memory
+
+struct Case {
+  const char* name;
+  Mesh a, b;
+  Pose pose;     // of b
+  double voxel;  // [m]
+  std::vector<std::string> peers;
+};
+
+Pose placed(double x, double y, double z) {
+  Pose pose;
+  pose.position = Vec3(x, y, z);
+  return pose;
+}
+
+double medianOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// What a method takes for the pair, over and over [us].
+using Timer = std::function<std::vector<double>(int repeat)>;
+
+// A probe and what it points into.
+struct Probed {
+  program::PeerShape a, b;
+  PairProbe probe;
+
+  Probed(program::PeerShape first, program::PeerShape second, const Pose& pose, Method method,
+         const CloudContactSettings& law)
+      : a(std::move(first)),
+        b(std::move(second)),
+        probe(*a.shape, *b.shape, pose, Motion{}, method, law) {}
+};
+
+Timer probed(const program::PeerShape& a, const program::PeerShape& b, const Case& pair,
+             Method method) {
+  const CloudContactSettings law{LawForm::Paper, Material{1e4, 0}};
+  const auto made = std::make_shared<Probed>(a, b, pair.pose, method, law);
+  const double jitter = kJitter * pair.voxel;
+  return [=](int repeat) { return made->probe.microseconds(repeat, jitter); };
+}
+
+Timer peer(const std::string& name, const Case& pair) {
+  if (name == "FCL") {
+    const double jitter = kJitter * pair.voxel;
+    const auto body = [](const Mesh& mesh) {
+      return program::lab::LabBody{"", [mesh](double) { return mesh; }, {}, false, {}};
+    };
+    for (const auto& method : program::lab::otherMethods())
+      if (method.method == "fcl" && method.setting.starts_with("BVH")) {
+        const auto made = method.prepare(body(pair.a), body(pair.b), method.detail);
+        return [=](int repeat) { return made.microseconds(pair.pose, repeat, jitter); };
+      }
+    throw std::runtime_error("FCL is not there");
+  }
+  const bool hull = name == "GJK/EPA";
+  const auto shape = [&](const Mesh& mesh) {
+    return hull ? program::hullShape(mesh) : program::gimpactShape(mesh);
+  };
+  return probed(shape(pair.a), shape(pair.b), pair, hull ? Method::Gjk : Method::Gimpact);
+}
+
+struct Total {
+  Vec3 force = Vec3::Zero();
+  double deepest = 0;
+  std::size_t samples = 0;
+};
+
+Total totalOf(const ContactBody& a, const ContactBody& b, std::size_t samples) {
+  ContactFinder finder;
+  ContactSettings settings;
+  settings.pair = {1, 0};
+  settings.samples = samples;
+  const ContactResult& found = finder.find(a, b, settings);
+  Total total;
+  total.samples = found.samples;
+  for (const ContactPoint& p : found.points) {
+    if (p.depth <= 0) continue;
+    total.force += p.stiffness * p.depth * p.normal;
+    total.deepest = std::max(total.deepest, p.depth);
+  }
+  return total;
+}
+
+// How far the default samples are off all of them.
+json accuracy(const Case& pair, const SurfaceField& a, const SurfaceField& b) {
+  ContactBody at{}, on{};
+  at.field = &a;
+  on.field = &b;
+  on.pose = pair.pose;
+  const Total few = totalOf(at, on, ContactSettings{}.samples), all = totalOf(at, on, SIZE_MAX);
+  const double sine = few.force.cross(all.force).norm(), cosine = few.force.dot(all.force);
+  const double degrees = std::atan2(sine, cosine) * 180 / std::numbers::pi;
+  const double depth = std::abs(few.deepest - all.deepest) / pair.voxel;
+  std::printf("  %zu samples within, of all %zu: direction off by %.3f deg, depth by %.3f voxels\n",
+              few.samples, all.samples, degrees, depth);
+  return {{"samples", few.samples}, {"all", all.samples}, {"degrees", degrees}, {"voxels", depth}};
+}
+
+json measure(const Case& pair, int turns) {
+  DigitizeSettings settings;
+  settings.voxelSize = pair.voxel;
+  const auto a = SurfaceField::build(digitize(pair.a, settings)),
+             b = SurfaceField::build(digitize(pair.b, settings));
+  std::vector<std::pair<std::string, Timer>> timers;
+  const auto cloud = [](const auto& field) {
+    return program::PeerShape{{}, std::make_shared<CloudShape>(field)};
+  };
+  timers.emplace_back("cloud", probed(cloud(a), cloud(b), pair, Method::Cloud));
+  for (const std::string& name : pair.peers) timers.emplace_back(name, peer(name, pair));
+  std::vector<std::vector<double>> times(timers.size());
+  for (int turn = 0; turn < turns; ++turn)
+    for (std::size_t k = 0; k < timers.size(); ++k)
+      times[k].push_back(medianOf(timers[k].second(k == 0 ? 200 : 9)));
+  std::printf("%s: %zu and %zu triangles, voxels of %g mm\n", pair.name, pair.a.triangles.size(),
+              pair.b.triangles.size(), 1e3 * pair.voxel);
+  json row{{"pair", pair.name}, {"voxel", pair.voxel}};
+  const double ours = medianOf(times[0]);
+  for (std::size_t k = 0; k < timers.size(); ++k) {
+    const double took = medianOf(times[k]);
+    std::printf("  %-8s %11.1f us, %8.1f times cloud's\n", timers[k].first.c_str(), took,
+                took / ours);
+    row["microseconds"][timers[k].first] = took;
+  }
+  row["against all samples"] = accuracy(pair, *a, *b);
+  std::fflush(stdout);
+  return row;
+}
+
+std::vector<Case> casesOf(const std::vector<std::string>& files) {
+  program::Thread thread;
+  thread.clearance = 1e-4;
+  const bool given = files.size() == 2;
+  std::vector<Case> cases;
+  cases.push_back({"a M16 nut on its bolt",
+                   given ? loadMesh(files[0]) : program::boltMesh(thread, 40e-3),
+                   given ? loadMesh(files[1]) : program::nutMesh(thread, 13e-3, 24e-3),
+                   placed(0, 0, 0.0078),
+                   0.25e-3,
+                   {"GImpact", "FCL"}});
+  const Mesh torus = torusMesh(2.5, 1, 128, 64);
+  cases.push_back(
+      {"a torus on another", torus, torus, placed(0.1, 0.05, 1.95), 1.0 / 20, {"GImpact"}});
+  const Mesh sphere = program::primitiveMesh(SphereShape{1}, 1.0 / 100);
+  cases.push_back(
+      {"a sphere on another", sphere, sphere, placed(0.3, 0.2, 1.9), 1.0 / 16, {"GJK/EPA"}});
+  return cases;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    int turns = 5;
+    std::string out;
+    std::vector<std::string> files;
+    for (int i = 1; i < argc; ++i) {
+      const std::string word = argv[i];
+      if (word == "--turns" && i + 1 < argc)
+        turns = std::max(1, std::stoi(argv[++i]));
+      else if (word == "--out" && i + 1 < argc)
+        out = argv[++i];
+      else
+        files.push_back(word);
+    }
+    if (files.size() != 0 && files.size() != 2)
+      throw std::invalid_argument("give a bolt's and a nut's mesh, or none");
+    json rows;
+    for (const Case& pair : casesOf(files)) rows.push_back(measure(pair, turns));
+    if (out.empty()) return 0;
+    std::ofstream file(out);
+    file << json{{"rows", rows}}.dump(2) << '\n';
+    if (!file) throw std::runtime_error(out + ": cannot be written");
+    return 0;
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "pairs: %s\n", failure.what());
+    return 1;
+  }
+}

@@ -1,0 +1,173 @@
+// Nuts poured into a box: a step's time, and how deep they stand in each other once they lie, on
+// this project's clouds and on Bullet's convex parts (HACD) of the same nuts.
+//   pour [--bodies N] [--seconds S] [--threads N] [--voxel H] [--limit S] [--out FILE.json]
+// Depths are measured on the nut's triangles, by no method under test. A method that takes longer
+// than the limit of wall time stops there, and the table says how far it came.
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/digitize.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "generated_mesh.h"
+#include "heap.h"
+#include "peers.h"
+#include "penetration.h"
+
+namespace {
+
+using namespace cloudcontact;
+using nlohmann::json;
+
+constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of a M16 nut [m]
+constexpr double kSteps = 240;                     // a second
+
+struct Options {
+  int bodies = 1000, threads = 1;
+  double seconds = 2, voxel = 1e-3, limit = 120;
+  std::string out;
+};
+
+Mesh nut() {
+  Mesh mesh = program::nutMesh(program::Thread{}, kHeight, kWidth);
+  for (Vec3& v : mesh.vertices) v.z() -= kHeight / 2;
+  return mesh;
+}
+
+HeapSettings heapOf(const Options& options) {
+  HeapSettings settings;
+  settings.bodies = options.bodies;
+  settings.across = kWidth / std::cos(0.5235987755982988);  // over the corners
+  settings.height = kHeight;
+  settings.voxel = options.voxel;
+  settings.threads = options.threads;
+  settings.poured = true;
+  return settings;
+}
+
+double at(const std::vector<double>& sorted, double share) {
+  return sorted.empty() ? 0 : sorted[static_cast<std::size_t>(share * double(sorted.size() - 1))];
+}
+
+// How deep each pair that touches stands, sorted [m].
+std::vector<double> depths(Heap& heap, const program::MeasuredBody& body) {
+  std::vector<double> found;
+  for (const auto& [a, b] : heap.near()) {
+    const double depth = program::penetration(body, heap.pose(a), body, heap.pose(b));
+    if (depth > 0) found.push_back(depth);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+json run(const std::string& method, const Options& options, const HeapSettings& settings,
+         const program::MeasuredBody& body) {
+  Heap heap(settings);
+  const int steps = static_cast<int>(std::lround(kSteps * options.seconds));
+  std::vector<double> times;
+  double spent = 0;
+  while (static_cast<int>(times.size()) < steps && spent < options.limit) {
+    times.push_back(heap.step());
+    spent += times.back();
+  }
+  const double ended = double(times.size()) / kSteps;
+  const std::vector<double> deep = depths(heap, body);
+  std::vector<double> last(times.end() - std::min<std::ptrdiff_t>(60, std::ssize(times)),
+                           times.end());
+  std::sort(last.begin(), last.end());
+  double mean = 0;
+  for (const double depth : deep) mean += depth / double(deep.size());
+  std::printf(
+      "%-10s %5.2f of %.2f s: step %8.2f ms on average, %8.2f at the end; fastest %7.1f mm/s; %zu "
+      "pairs deep: mean %.4f, 95 of 100 %.4f, most %.4f mm\n",
+      method.c_str(), ended, options.seconds, 1e3 * spent / double(times.size()),
+      1e3 * at(last, 0.5), 1e3 * heap.fastest(), deep.size(), 1e3 * mean, 1e3 * at(deep, 0.95),
+      1e3 * at(deep, 1));
+  std::fflush(stdout);
+  return {{"method", method},
+          {"bodies", options.bodies},
+          {"seconds", ended},
+          {"stepSeconds", spent / double(times.size())},
+          {"lastStepSeconds", at(last, 0.5)},
+          {"fastest", heap.fastest()},
+          {"deepPairs", deep.size()},
+          {"depth", {{"mean", mean}, {"p95", at(deep, 0.95)}, {"max", at(deep, 1)}}}};
+}
+
+json cloudRow(const Options& options, const program::MeasuredBody& body) {
+  DigitizeSettings how;
+  how.voxelSize = options.voxel;
+  const auto field = SurfaceField::build(digitize(nut(), how));
+  HeapSettings settings = heapOf(options);
+  settings.shape = [&] { return std::make_shared<CloudShape>(field); };
+  return run("cloud", options, settings, body);
+}
+
+json partsRow(const Options& options, const program::MeasuredBody& body, double concavity) {
+  const program::ConvexParts parts = program::convexParts(nut(), concavity);
+  HeapSettings settings = heapOf(options);
+  settings.clouds = false;
+  std::vector<std::shared_ptr<void>> keep;
+  settings.shape = [&] {
+    const program::PeerShape made = program::convexPartsShape(parts);
+    keep.insert(keep.end(), made.keep.begin(), made.keep.end());
+    return made.shape;
+  };
+  return run("hacd " + std::to_string(parts.corners.size()), options, settings, body);
+}
+
+Options optionsOf(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    if (i + 1 == argc) throw std::invalid_argument(name + ": a value is missing");
+    const std::string value = argv[i + 1];
+    if (name == "--bodies")
+      options.bodies = std::stoi(value);
+    else if (name == "--threads")
+      options.threads = std::stoi(value);
+    else if (name == "--seconds")
+      options.seconds = std::stod(value);
+    else if (name == "--voxel")
+      options.voxel = std::stod(value);
+    else if (name == "--limit")
+      options.limit = std::stod(value);
+    else if (name == "--out")
+      options.out = value;
+    else
+      throw std::invalid_argument("'" + name +
+                                  "' is not known; give --bodies, --seconds, --threads, --voxel, "
+                                  "--limit or --out");
+  }
+  return options;
+}
+
+void measure(const Options& options) {
+  const Mesh mesh = nut();
+  const program::MeasuredBody body{{{program::probed(program::SceneMesh{}, &mesh), Pose{}}}};
+  json rows;
+  rows.push_back(cloudRow(options, body));
+  for (const double concavity : {0.1, 0.05, 0.01})
+    rows.push_back(partsRow(options, body, concavity));
+  if (options.out.empty()) return;
+  std::ofstream file(options.out);
+  file << json{{"rows", rows}, {"threads", options.threads}}.dump(2) << '\n';
+  if (!file) throw std::runtime_error(options.out + ": cannot be written");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    measure(optionsOf(argc, argv));
+    return 0;
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "pour: %s\n", failure.what());
+    return 1;
+  }
+}
