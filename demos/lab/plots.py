@@ -153,8 +153,9 @@ def failures(folder, data):
         last = column[0]
     figure.suptitle("Who holds, who fails", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
     figure.legend(handles=[Patch(color=colors["holds"], label="holds"), Patch(color=colors["fails"], label="fails"),
-                           Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="figures: see failures.json for units and limits")],
-                  loc="lower left", ncol=4, frameon=False, fontsize=8)
+                           Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="figures: see failures.json for units and limits"),
+                           Patch(color="white", label="cloud by ExtrapolatingSolver, the others by Bullet's own, ten sweeps each")],
+                  loc="lower left", ncol=5, frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save(figure, folder, "failures")
 

@@ -73,6 +73,11 @@ std::string chartTable(const Json& chart) {
   return out + "</table></div>";
 }
 
+// Part of what is compared, and not of the contacts.
+constexpr const char* kSolvers =
+    "<p>Each world takes ten sweeps of sequential impulses a step. Cloud's worlds have "
+    "ExtrapolatingSolver, which is this project's too, the others Bullet's own.</p>";
+
 std::string failuresTable(const Json& failures) {
   std::string out =
       "<div class=scroll><table>" +
@@ -215,8 +220,8 @@ std::string reportHtml(const Json& chart, const Json& failures, const ReportPict
          listOf(chart["fallsShort"], "nowhere in what was run");
   out += ratiosText(chart) + pictureText(pictures);
   if (!pictures.failures.empty())
-    out += "<h2>Stability where methods fail</h2>" + tally(failures) + pictures.failures +
-           "<details><summary>All trials, with rules and limits</summary>" +
+    out += "<h2>Stability where methods fail</h2>" + tally(failures) + kSolvers +
+           pictures.failures + "<details><summary>All trials, with rules and limits</summary>" +
            failuresTable(failures) + "</details>";
   out += "<details><summary>All cases in figures</summary>" + chartTable(chart) + "</details>";
   out +=
