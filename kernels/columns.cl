@@ -1,0 +1,408 @@
+// A mesh into columns and those into voxels: the steps of plugin/geometry/columns.cpp and
+// cutter.cpp, with the same arithmetic in the same order.
+//
+// Triangles are listed for each brick-wide column, in their order. A work-item cuts one row of a
+// listed triangle, eight columns long, and leaves what each voxel gets; another adds up a column,
+// triangle by triangle, so that its sums are those of a CPU to the bit.
+
+#define CC_ROW_ITEMS 8  // work-items that list a triangle's rows
+
+void ccCornersOf(__global const double* vertices, __global const int* triangles, uint t,
+                 double* p) {
+  for (int k = 0; k < 3; ++k) {
+    __global const double* v = vertices + 3 * (size_t)triangles[3 * (size_t)t + k];
+    p[3 * k] = v[0];
+    p[3 * k + 1] = v[1];
+    p[3 * k + 2] = v[2];
+  }
+}
+
+// Counts the triangles over each brick-wide column; with `first`, lists them.
+void ccOverColumns(const CcColumns* g, __global const double* vertices,
+                   __global const int* triangles, __global uint* counts,
+                   __global const uint* first, __global uint* entries, __global uint* owners) {
+  const uint i = get_global_id(0), t = i / CC_ROW_ITEMS;
+  if (t >= g->triangles) return;
+  double p[9];
+  ccCornersOf(vertices, triangles, t, p);
+  if (fabs(ccTwiceArea(p, p + 3, p + 6, g->u, g->v)) < CC_SMALLEST_AREA) return;
+  const CcCells rows = ccRowsOf(p, g->v, g->depth);
+  for (int row = rows.first + (int)(i % CC_ROW_ITEMS); row <= rows.last; row += CC_ROW_ITEMS) {
+    const CcCells columns = ccColumnsOf(p, g->u, g->v, row, g->width);
+    for (int c = columns.first; c <= columns.last; ++c) {
+      const uint bin = (uint)row * (uint)g->width + (uint)c;
+      const uint place = atomic_inc(&counts[bin]);
+      if (!first) continue;
+      entries[first[bin] + place] = t;
+      owners[first[bin] + place] = bin;
+    }
+  }
+}
+
+__kernel void ccCountColumns(CcColumns g, __global const double* vertices,
+                             __global const int* triangles, __global uint* counts) {
+  ccOverColumns(&g, vertices, triangles, counts, 0, 0, 0);
+}
+
+__kernel void ccListColumns(CcColumns g, __global const double* vertices,
+                            __global const int* triangles, __global uint* counts,
+                            __global const uint* first, __global const uint* counters,
+                            __global uint* entries, __global uint* owners) {
+  if (counters[CC_ENTRIES] > g.entryRoom) return;
+  ccOverColumns(&g, vertices, triangles, counts, first, entries, owners);
+}
+
+// Puts a column's triangles in their order: bitonic, what lies beyond the end counts as largest.
+#define CC_SORT(keys)                                                            \
+  for (uint size = 2; size / 2 < n; size *= 2) {                                 \
+    for (uint half_ = size / 2; half_ > 0; half_ /= 2) {                         \
+      for (uint i = lid; i - i % half_ < n; i += CC_GROUP) {                 \
+        const uint a = i / half_ * 2 * half_ + i % half_;                        \
+        const uint b = half_ == size / 2 ? a + size - 1 - 2 * (i % half_) : a + half_; \
+        if (b < n && keys[a] > keys[b]) {                                        \
+          const uint k = keys[a];                                                \
+          keys[a] = keys[b];                                                     \
+          keys[b] = k;                                                           \
+        }                                                                        \
+      }                                                                          \
+      barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);                       \
+    }                                                                            \
+  }
+
+#define CC_SORT_HERE 1024  // in local memory
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSortColumns(
+    CcColumns g, __global const uint* first, __global const uint* counters,
+    __global uint* entries) {
+  __local uint here[CC_SORT_HERE];
+  const uint lid = get_local_id(0), begin = first[get_group_id(0)],
+             n = first[get_group_id(0) + 1] - begin;
+  if (counters[CC_ENTRIES] > g.entryRoom || n < 2) return;
+  __global uint* const there = entries + begin;
+  if (n > CC_SORT_HERE) {
+    CC_SORT(there)
+    return;
+  }
+  for (uint k = lid; k < n; k += CC_GROUP) here[k] = there[k];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  CC_SORT(here)
+  for (uint k = lid; k < n; k += CC_GROUP) there[k] = here[k];
+}
+
+// The piece of `polygon` in one cell of an axis, null where there is none, as slice() of
+// plugin/geometry/polygon.h gives it; a polygon that lies on the brick's far face is the last
+// cell's. It comes in one of the three, all of which are written to.
+CcPolygon* ccSliceAt(CcPolygon* polygon, const int axis, int cell, CcPolygon* spare,
+                     CcPolygon* piece) {
+  const CcCells cells = ccCells(polygon, axis);
+  if (cells.first == cells.last) return min(cells.first, CC_EDGE - 1) == cell ? polygon : 0;
+  if (cell < cells.first || cell > cells.last) return 0;
+  CcPolygon *rest = polygon, *above = spare;
+  for (int k = cells.first; k < cells.last && k <= cell; ++k) {
+    ccSplit(rest, axis, k + 1, piece, above);
+    if (k == cell) return piece->corners > 2 ? piece : 0;
+    CcPolygon* const used = rest;
+    rest = above;
+    above = used;
+  }
+  return rest->corners > 2 ? rest : 0;
+}
+
+// The row of a triangle that is cut, in the frame of its brick-wide column; null where it has no
+// part in that row. One of the three polygons of `room`.
+CcPolygon* ccRowOf(const CcColumns* g, __global const double* vertices,
+                   __global const int* triangles, uint triangle, uint bin, int row,
+                   CcPolygon* room) {
+  double p[9];
+  ccCornersOf(vertices, triangles, triangle, p);
+  const int bu = (int)(bin % (uint)g->width), bv = (int)(bin / (uint)g->width);
+  CcPolygon* const polygon = room;
+  polygon->corners = 3;
+  for (int k = 0; k < 3; ++k) {
+    polygon->p[k][0] = p[3 * k + g->u] - bu * CC_EDGE;
+    polygon->p[k][1] = p[3 * k + g->v] - bv * CC_EDGE;
+    polygon->p[k][2] = p[3 * k + g->w];
+  }
+  ccClip(polygon, 0, room + 1, room + 2);
+  ccClip(polygon, 1, room + 1, room + 2);
+  if (polygon->corners < 3) return 0;
+  return ccSliceAt(polygon, 1, row, room + 1, room + 2);
+}
+
+// Where a work-item writes the pieces of its row.
+typedef struct {
+  __global double2* pieces;
+  __global int* touched;  // of the brick-wide column, a layer each
+  __global uint* counters;
+  uint begin;
+  int low, cells;  // a column's places are cells low, low + 1 ...
+} CcPieceRoom;
+
+// Cuts what lies in one column at whole numbers, and forgets it. Returns how many pieces there are
+// from `cells`' first on.
+uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint begin,
+                 CcPolygon* spare, CcPolygon* piece) {
+  if (cells.first < to->low || cells.last >= to->low + to->cells) {
+    atomic_inc(&to->counters[CC_LOST]);
+    return 0;
+  }
+  CcPolygon *rest = column, *above = spare;
+  uint some = 0;
+  for (int cell = cells.first; cell <= cells.last; ++cell) {
+    CcPolygon* here = rest;
+    if (cell < cells.last) {
+      ccSplit(rest, 2, cell + 1, piece, above);
+      here = piece;
+      CcPolygon* const used = rest;
+      rest = above;
+      above = used;
+    }
+    double2 out = (double2)(0.0, 0.0);
+    if (here->corners > 2) {
+      const CcPiece part = ccPieceOf(here, cell);
+      out = (double2)(part.area - part.under, part.under);
+      to->touched[cell / CC_EDGE] = 1;
+      to->touched[(cell + 1) / CC_EDGE] = 1;
+      some = 1;
+    }
+    to->pieces[begin + (uint)(cell - to->low)] = out;
+  }
+  return some ? (uint)(cells.last - cells.first + 1) : 0u;
+}
+
+// Cuts a row, and forgets it. `room`: two polygons more than ccRowOf()'s, of which one is the row.
+void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
+              __global CcColumnPieces* found) {
+  CcPolygon* const spare = row == room ? room + 1 : room;
+  CcPolygon* const piece = row == room + 2 ? room + 1 : room + 2;
+  const CcCells columns = ccCells(row, 0);
+  CcPolygon *rest = row, *above = spare;
+  for (int u = columns.first; u <= columns.last; ++u) {
+    CcPolygon* column = rest;
+    if (u < columns.last) {
+      ccSplit(rest, 0, u + 1, piece, above);
+      column = piece;
+      CcPolygon* const used = rest;
+      rest = above;
+      above = used;
+    }
+    if (column->corners < 3) continue;
+    const CcCells cells = ccCells(column, 2);
+    const uint begin = to->begin + (uint)((u - columns.first) * to->cells);
+    const uint count = ccCutColumn(column, cells, to, begin, room + 3, room + 4);
+    if (count == 0u) continue;
+    found[min(u, CC_EDGE - 1)].begin = begin + (uint)(cells.first - to->low);
+    found[min(u, CC_EDGE - 1)].firstCount = (uint)cells.first << 16 | count;
+  }
+}
+
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccCutColumns(
+    CcColumns g, __global const double* vertices, __global const int* triangles,
+    __global const uint* entries, __global const uint* owners, __global uint* counters,
+    __global CcColumnPieces* found, __global double2* pieces, __global int* touched) {
+  __local uint wanted, groupBegin;
+  CcPolygon room[5];
+  const uint i = get_global_id(0), entry = i / CC_EDGE;
+  const uint count = counters[CC_ENTRIES];
+  if (count > g.entryRoom || get_group_id(0) * (CC_GROUP / CC_EDGE) >= count) return;
+  const int v = (int)(i % CC_EDGE);
+  CcPolygon* row = 0;
+  CcPieceRoom to;
+  if (get_local_id(0) == 0) wanted = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint before = 0;
+  if (entry < count) {
+    const uint bin = owners[entry];
+    row = ccRowOf(&g, vertices, triangles, entries[entry], bin, v, room);
+    to.pieces = pieces;
+    to.counters = counters;
+    to.touched = touched + (size_t)bin * (size_t)(g.layers + 1);
+    for (int k = 0; k < CC_EDGE; ++k) found[(size_t)i * CC_EDGE + k].firstCount = 0u;
+  }
+  if (row) {
+    // Rounding may put a cut's corner a hair beyond the polygon.
+    const CcCells cells = ccCells(row, 2), columns = ccCells(row, 0);
+    to.low = cells.first - 1;
+    to.cells = cells.last - cells.first + 3;
+    before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) groupBegin = atomic_add(&counters[CC_PIECES], wanted);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (!row || groupBegin + wanted > g.pieceRoom) return;
+  to.begin = groupBegin + before;
+  ccCutRow(row, &to, room, found + (size_t)i * CC_EDGE);
+}
+
+// The running sum of one column, brick by brick; what a CPU's Runs hold.
+typedef struct {
+  double sum, least, most;
+} CcRun;
+
+// A brick's eight cells of one column, from their differences (null: all zero). Returns bit 0 where
+// one is not empty, bit 1 where one is not full.
+uint ccAddCells(CcRun* run, __global const double* differences, uchar* coverage) {
+  uint seen = 0;
+  for (int w = 0; w < CC_EDGE; ++w) {
+    const double sum = run->sum + (differences ? differences[w * CC_COLUMNS] : 0.0);
+    run->sum = sum;
+    run->least = sum < run->least ? sum : run->least;
+    run->most = run->most < sum ? sum : run->most;
+    coverage[w] = ccCoverage(sum);
+    seen |= (coverage[w] > 0 ? 1u : 0u) | (coverage[w] < 255 ? 2u : 0u);
+  }
+  return seen;
+}
+
+// Adds all of a column's pieces to its differences, triangle by triangle. Returns whether several
+// shells pass through it.
+int ccAddPieces(const CcColumns* g, uint begin, uint end, uint c,
+                __global const CcColumnPieces* found, __global const double2* pieces,
+                __global const uint* entries, __global const int* shells,
+                __global const int* places, __global double* sums) {
+  int shell = -1, several = 0;
+  for (uint e = begin; e < end; ++e) {
+    const CcColumnPieces f = found[(size_t)e * CC_COLUMNS + c];
+    const uint count = f.firstCount & 0xffffu, first = f.firstCount >> 16;
+    if (count == 0u) continue;
+    if (g->shells) {
+      const int own = shells[entries[e]];
+      several |= shell >= 0 && shell != own;
+      shell = own;
+    }
+    for (uint k = 0; k < count; ++k) {
+      const double2 p = pieces[f.begin + k];
+      const uint w = first + k;
+      const int here = places[w / CC_EDGE], next = places[(w + 1) / CC_EDGE];
+      if (here == 0) continue;
+      sums[((size_t)(here - 1) * CC_EDGE + w % CC_EDGE) * CC_COLUMNS + c] -= p.x;
+      if (next > 0)
+        sums[((size_t)(next - 1) * CC_EDGE + (w + 1) % CC_EDGE) * CC_COLUMNS + c] -= p.y;
+    }
+  }
+  return several;
+}
+
+size_t ccTableAt(const CcColumns* g, uint bin, int layer) {
+  int b[3];
+  b[g->u] = (int)(bin % (uint)g->width);
+  b[g->v] = (int)(bin / (uint)g->width);
+  b[g->w] = layer;
+  return (size_t)b[0] + (size_t)g->nx * ((size_t)b[1] + (size_t)g->ny * (size_t)b[2]);
+}
+
+// Gives each layer with a piece in it a brick of differences: place - 1. Returns the first layer
+// and one beyond the last; none where there is no room.
+int2 ccPlaces(const CcColumns* g, __global int* places, __global uint* counters,
+              __local uint* room, __local int* base, __local int* ends) {
+  const uint c = get_local_id(0);
+  const uint layers = (uint)g->layers + 1;
+  uint all = 0;
+  if (c == 0) {
+    ends[0] = g->layers;
+    ends[1] = 0;
+    *base = 0;
+  }
+  for (uint chunk = 0; chunk < layers; chunk += CC_COLUMNS) {
+    const uint layer = chunk + c, is = layer < layers && places[layer] != 0 ? 1u : 0u;
+    const uint upTo = ccSumUpTo(room, is);
+    if (is) {
+      places[layer] = (int)(all + upTo);
+      atomic_min(&ends[0], (int)layer);
+      atomic_max(&ends[1], (int)layer + 1);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (c == CC_COLUMNS - 1) room[0] = upTo;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    all += room[0];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  if (c == 0) *base = (int)atomic_add(&counters[CC_SUM_BRICKS], all);
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  if ((uint)*base + all > g->sumRoom) return (int2)(0, 0);
+  for (uint layer = c; layer < layers; layer += CC_COLUMNS)
+    if (places[layer] != 0) places[layer] += *base;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  return (int2)(ends[0], min(ends[1], g->layers));
+}
+
+// A group for each brick-wide column, a work-item for each of its columns: differences, and which
+// bricks they make.
+__kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColumns(
+    CcColumns g, __global const uint* first, __global const uint* entries,
+    __global const int* shells, __global const CcColumnPieces* found,
+    __global const double2* pieces, __global int* touched, __global double* sums,
+    __global uint* counters, __global int* table, __global uint* stored) {
+  __local uint room[2 * CC_COLUMNS], seen[3];
+  __local int base, ends[2];
+  const uint c = get_local_id(0), bin = get_group_id(0);
+  __global int* const places = touched + (size_t)bin * (size_t)(g.layers + 1);
+  for (int layer = (int)c; layer < g.layers; layer += CC_COLUMNS)
+    table[ccTableAt(&g, bin, layer)] = CC_EMPTY_CODE;
+  if (c == 0) stored[bin] = 0u;
+  if (counters[CC_ENTRIES] > g.entryRoom || counters[CC_PIECES] > g.pieceRoom) return;
+  if (c < 3) seen[c] = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  const int2 layers = ccPlaces(&g, places, counters, room, &base, ends);
+  if (layers.x >= layers.y) return;
+  for (int layer = 0; layer <= g.layers; ++layer)
+    for (int w = 0; w < CC_EDGE && places[layer] > 0; ++w)
+      sums[((size_t)(places[layer] - 1) * CC_EDGE + w) * CC_COLUMNS + c] = 0.0;
+  const int several = ccAddPieces(&g, first[bin], first[bin + 1], c, found, pieces, entries,
+                                  shells, places, sums);
+  CcRun run = {0.0, 0.0, 0.0};
+  uchar coverage[CC_EDGE];
+  int changed = 1, code = 0;
+  uint count = 0, turn = 0;
+  for (int layer = layers.x; layer < layers.y; ++layer) {
+    const int place = places[layer];
+    if (place > 0 || changed) {
+      __global const double* const d =
+          place > 0 ? sums + (size_t)(place - 1) * CC_BRICK_VOXELS + c : 0;
+      __local uint* const both = seen + turn % 3;
+      const uint mine = ccAddCells(&run, d, coverage);
+      if (mine) atomic_or(both, mine);
+      barrier(CLK_LOCAL_MEM_FENCE);
+      code = !(*both & 1u) ? CC_EMPTY_CODE : !(*both & 2u) ? CC_SOLID_CODE : 0;
+      if (c == 0) seen[(turn + 2) % 3] = 0u;
+      ++turn;
+    }
+    changed = place > 0;
+    count += code == 0;
+    if (c == 0) table[ccTableAt(&g, bin, layer)] = code;
+  }
+  if (c == 0) stored[bin] = count;
+  if (fabs(run.sum) > CC_CLOSED_SUM) atomic_inc(&counters[CC_BAD_COLUMNS]);
+  if (several || run.most > 1 + CC_CLOSED_SUM || run.least < -CC_CLOSED_SUM)
+    atomic_inc(&counters[CC_OVERLAPPING]);
+}
+
+// The same sums again, and the bricks that store numbers, each column's in the order of its layers.
+__kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccStoreBricks(
+    CcColumns g, __global const int* touched, __global const double* sums,
+    __global const uint* counters, __global const uint* firstStored, __global int* table,
+    __global uchar* bricks) {
+  const uint c = get_local_id(0), bin = get_group_id(0);
+  __global const int* const places = touched + (size_t)bin * (size_t)(g.layers + 1);
+  uint next = firstStored[bin];
+  if (counters[CC_STORED] > g.brickRoom || next == firstStored[bin + 1]) return;
+  const int strides[3] = {1, CC_EDGE, CC_EDGE * CC_EDGE};
+  const uint corner = (c % CC_EDGE) * (uint)strides[g.u] + c / CC_EDGE * (uint)strides[g.v];
+  CcRun run = {0.0, 0.0, 0.0};
+  uchar coverage[CC_EDGE];
+  int changed = 1;
+  for (int layer = 0; layer < g.layers && next < firstStored[bin + 1]; ++layer) {
+    const int place = places[layer];
+    if (place > 0 || changed) {
+      __global const double* const d =
+          place > 0 ? sums + (size_t)(place - 1) * CC_BRICK_VOXELS + c : 0;
+      ccAddCells(&run, d, coverage);
+    }
+    changed = place > 0;
+    __global int* const entry = table + ccTableAt(&g, bin, layer);
+    if (*entry < 0) continue;
+    __global uchar* const brick = bricks + (size_t)next * CC_BRICK_VOXELS + corner;
+    for (int w = 0; w < CC_EDGE; ++w) brick[w * strides[g.w]] = coverage[w];
+    if (c == 0) *entry = (int)next;
+    ++next;
+  }
+}

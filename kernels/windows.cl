@@ -1,0 +1,152 @@
+// The windows' sums of a body of one tissue (plugin/contact/field_layout.cpp, and the arithmetic of
+// window_sums.h): which bricks have windows of their own, what their voxels hold, and the sums.
+
+// 1 where a brick of the table needs a block of its own: it holds matter, and not all bricks that
+// its windows reach are full.
+__kernel void ccOwnBlocks(CcWindows g, __global const int* table, uint count,
+                          __global uint* own) {
+  const uint e = get_global_id(0);
+  if (e >= count) return;
+  const int x = (int)(e % (uint)g.nx), y = (int)(e / (uint)g.nx % (uint)g.ny),
+            z = (int)(e / (uint)g.nx / (uint)g.ny);
+  const int x0 = (8 * x + min(g.low[0], 0)) >> 3, x1 = (8 * x + 7 + max(g.high[0], 0)) >> 3,
+            y0 = (8 * y + min(g.low[1], 0)) >> 3, y1 = (8 * y + 7 + max(g.high[1], 0)) >> 3,
+            z0 = (8 * z + min(g.low[2], 0)) >> 3, z1 = (8 * z + 7 + max(g.high[2], 0)) >> 3;
+  int deep = table[e] == CC_SOLID_CODE && x0 >= 0 && y0 >= 0 && z0 >= 0 && x1 < g.nx &&
+             y1 < g.ny && z1 < g.nz;
+  for (int k = z0; deep && k <= z1; ++k)
+    for (int j = y0; deep && j <= y1; ++j)
+      for (int i = x0; deep && i <= x1; ++i)
+        deep = table[i + g.nx * (j + g.ny * k)] == CC_SOLID_CODE;
+  own[e] = table[e] != CC_EMPTY_CODE && !deep;
+}
+
+// The table of blocks: the first is that of all full windows. `first`: how many have blocks of
+// their own before; `list`: those that have, in their order.
+__kernel void ccBlockTable(CcWindows g, __global const int* table, uint count,
+                           __global const uint* own, __global const uint* first,
+                           __global int* blockOf, __global uint* list) {
+  const uint e = get_global_id(0);
+  if (e >= count) return;
+  blockOf[e] = own[e] ? (int)(1u + first[e]) : table[e] == CC_EMPTY_CODE ? -1 : 0;
+  if (own[e] && 1u + first[e] < g.blockRoom) list[first[e]] = e;
+}
+
+int ccCoverageAt(const CcWindows* g, __global const int* table, __global const uchar* bricks,
+                 int x, int y, int z) {
+  if ((x < 0) | (y < 0) | (z < 0) | (x >= 8 * g->nx) | (y >= 8 * g->ny) | (z >= 8 * g->nz))
+    return 0;
+  const int brick = table[(x >> 3) + g->nx * ((y >> 3) + g->ny * (z >> 3))];
+  if (brick < 0) return brick == CC_SOLID_CODE ? 255 : 0;
+  return bricks[(size_t)brick * CC_BRICK_VOXELS + ((x & 7) | (y & 7) << 3 | (z & 7) << 6)];
+}
+
+// A voxel of the window, as the kernel below reads it.
+typedef struct {
+  float weight, x, y, z;
+  int offset;  // in the tile
+} CcFlatTap;
+
+#define CC_TILE_ROW 24  // floats: rows of eight voxels then lie in different banks
+#define CC_MINE 4       // voxels of a brick that a work-item sums at once
+
+// Blocks of their own, from the second on. Sums of coverage times weight stay below 2^24, which a
+// float holds exactly, as the host has made sure; the density, a factor of all, comes last.
+__kernel __attribute__((reqd_work_group_size(CC_WINDOW_GROUP, 1, 1))) void ccSumWindows(
+    CcWindows g, __global const int* table, __global const uchar* bricks,
+    __constant CcFlatTap* taps, __global const uint* list, __global const uint* counters,
+    __global CcBlock* blocks) {
+  __local float tile[CC_TILE_CELLS];
+  const uint lid = get_local_id(0), count = counters[CC_OWN_BLOCKS];
+  if (1u + count > g.blockRoom) return;
+  const int edgeX = 8 + g.high[0] - g.low[0], edgeY = 8 + g.high[1] - g.low[1],
+            edgeZ = 8 + g.high[2] - g.low[2];
+  const int here = (int)(lid & 7u) - g.low[0] +
+                   CC_TILE_ROW * ((int)(lid >> 3 & 7u) - g.low[1] +
+                                  edgeY * ((int)(lid >> 6) * CC_MINE - g.low[2]));
+  for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
+    const uint e = list[n];
+    const int x = 8 * (int)(e % (uint)g.nx), y = 8 * (int)(e / (uint)g.nx % (uint)g.ny),
+              z = 8 * (int)(e / (uint)g.nx / (uint)g.ny);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int k = (int)lid; k < edgeX * edgeY * edgeZ; k += CC_WINDOW_GROUP) {
+      const int i = k % edgeX, j = k / edgeX % edgeY, l = k / edgeX / edgeY;
+      tile[i + CC_TILE_ROW * (j + edgeY * l)] = (float)ccCoverageAt(
+          &g, table, bricks, x + g.low[0] + i, y + g.low[1] + j, z + g.low[2] + l);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    float mass[CC_MINE], mx[CC_MINE], my[CC_MINE], mz[CC_MINE];
+    for (int m = 0; m < CC_MINE; ++m) mass[m] = mx[m] = my[m] = mz[m] = 0.0f;
+    for (int t = 0; t < g.taps; ++t) {
+      const CcFlatTap tap = taps[t];
+      for (int m = 0; m < CC_MINE; ++m) {
+        const float c = tile[here + tap.offset + m * CC_TILE_ROW * edgeY];
+        mass[m] += c * tap.weight;
+        mx[m] += c * tap.x;
+        my[m] += c * tap.y;
+        mz[m] += c * tap.z;
+      }
+    }
+    __global CcBlock* const block = blocks + 1u + n;
+    for (int m = 0; m < CC_MINE; ++m) {
+      const int voxel = (int)(lid & 63u) | ((int)(lid >> 6) * CC_MINE + m) << 6;
+      const double density = g.density;
+      vstore4((double4)(density * mass[m], density * mx[m], density * my[m], density * mz[m]), 0,
+              (__global double*)&block->moments[voxel]);
+      block->volume[voxel] = mass[m];
+      block->coverage[voxel] = (uchar)tile[here + m * CC_TILE_ROW * edgeY];
+      block->tissue[voxel] = 0;
+    }
+  }
+}
+
+// The same for windows of any size: first what the blocks hold, then the sums as a CPU has them.
+__kernel void ccFillBlocks(CcWindows g, __global const int* table, __global const uchar* bricks,
+                           __global const uint* list, __global const uint* counters,
+                           __global CcBlock* blocks) {
+  const uint count = counters[CC_OWN_BLOCKS];
+  if (1u + count > g.blockRoom) return;
+  for (size_t i = get_global_id(0); i < ((size_t)count + 1) * CC_BRICK_VOXELS;
+       i += get_global_size(0)) {
+    const size_t n = i / CC_BRICK_VOXELS;
+    const int k = (int)(i % CC_BRICK_VOXELS);
+    blocks[n].tissue[k] = 0;
+    if (n == 0) {
+      blocks[n].coverage[k] = 255;
+      continue;
+    }
+    const uint e = list[n - 1];
+    blocks[n].coverage[k] = (uchar)ccCoverageAt(
+        &g, table, bricks, 8 * (int)(e % (uint)g.nx) + (k & 7),
+        8 * (int)(e / (uint)g.nx % (uint)g.ny) + (k >> 3 & 7),
+        8 * (int)(e / (uint)g.nx / (uint)g.ny) + (k >> 6));
+  }
+}
+
+__kernel void ccSumAnyWindows(CcWindows g, __global const int* blockOf,
+                              __global const CcWindowTap* taps, __global const int* density,
+                              __global const uint* list, __global const uint* counters,
+                              __global CcBlock* blocks) {
+  const uint count = counters[CC_OWN_BLOCKS];
+  if (1u + count > g.blockRoom) return;
+  CcWorkpiece workpiece;
+  workpiece.nx = g.nx;
+  workpiece.ny = g.ny;
+  workpiece.nz = g.nz;
+  workpiece.table = blockOf;
+  workpiece.blocks = blocks;
+  workpiece.density = density;
+  for (size_t i = get_global_id(0); i < (size_t)count * CC_BRICK_VOXELS;
+       i += get_global_size(0)) {
+    const uint e = list[i / CC_BRICK_VOXELS];
+    const int k = (int)(i % CC_BRICK_VOXELS);
+    CcMoments moments;
+    CcSum volume;
+    ccWindowSum(&workpiece, taps, g.taps, 8 * (int)(e % (uint)g.nx) + (k & 7),
+                8 * (int)(e / (uint)g.nx % (uint)g.ny) + (k >> 3 & 7),
+                8 * (int)(e / (uint)g.nx / (uint)g.ny) + (k >> 6), &moments, &volume);
+    __global CcBlock* const block = blocks + 1 + i / CC_BRICK_VOXELS;
+    block->moments[k] = moments;
+    block->volume[k] = volume;
+  }
+}
