@@ -126,6 +126,41 @@ typedef struct {
   double area, under;
 } CcPiece;
 
+// ccPieceOf() as corners come, where they are not kept.
+typedef struct {
+  int corners;
+  double first[3], last[3];
+  double twiceArea, sixMoments;
+} CcFan;
+
+CC_FN void ccOpenFan(CcFan* fan) {
+  fan->corners = 0;
+  for (int k = 0; k < 3; ++k) fan->first[k] = fan->last[k] = 0;
+  fan->twiceArea = fan->sixMoments = 0;
+}
+
+CC_FN void ccAddToFan(CcFan* fan, const double* x, int cell) {
+  if (fan->corners >= CC_CORNERS) return;
+  double* const a = fan->first;
+  double* const b = fan->last;
+  if (fan->corners == 0) {
+    for (int k = 0; k < 3; ++k) a[k] = x[k];
+  } else if (fan->corners > 1) {
+    const double cross = ccTwiceArea(a, b, x, 0, 1);
+    fan->twiceArea += cross;
+    fan->sixMoments += cross * ((a[2] - cell) + (b[2] - cell) + (x[2] - cell));
+  }
+  for (int k = 0; k < 3; ++k) b[k] = x[k];
+  ++fan->corners;
+}
+
+CC_FN CcPiece ccPieceOfFan(const CcFan* fan) {
+  CcPiece piece;
+  piece.area = fan->twiceArea / 2;
+  piece.under = fan->sixMoments / 6;
+  return piece;
+}
+
 CC_FN CcPiece ccPieceOf(const CcPolygon* polygon, int cell) {
   double twiceArea = 0, sixMoments = 0;
   const double* a = polygon->p[0];
@@ -139,6 +174,29 @@ CC_FN CcPiece ccPieceOf(const CcPolygon* polygon, int cell) {
   piece.area = twiceArea / 2;
   piece.under = sixMoments / 6;
   return piece;
+}
+
+// ccSplit() at the top of a cell, where of the part below no more than its sums is asked for.
+CC_FN void ccCutCell(const CcPolygon* polygon, int cell, CcFan* below, CcPolygon* above) {
+  ccOpenFan(below);
+  above->corners = 0;
+  const double value = cell + 1;
+  const double first = polygon->p[0][2] - value;
+  double da = first;
+  for (int i = 0; i < polygon->corners; ++i) {
+    const int last = i + 1 == polygon->corners;
+    const double *a = polygon->p[i], *b = polygon->p[last ? 0 : i + 1];
+    const double db = last ? first : b[2] - value;
+    if (da <= 0) ccAddToFan(below, a, cell);
+    if (da >= 0) ccAddCorner(above, a);
+    if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
+      const double part = da / (da - db);
+      const double x[3] = {a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), value};
+      ccAddToFan(below, x, cell);
+      ccAddCorner(above, x);
+    }
+    da = db;
+  }
 }
 
 // Which of `count` bricks along an axis holds x [voxels].

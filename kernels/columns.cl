@@ -115,6 +115,9 @@ CcPolygon* ccRowOf(const CcColumns* g, __global const double* vertices,
   double p[9];
   ccCornersOf(vertices, triangles, triangle, p);
   const int bu = (int)(bin % (uint)g->width), bv = (int)(bin / (uint)g->width);
+  const double low = fmin(p[g->v], fmin(p[3 + g->v], p[6 + g->v])) - bv * CC_EDGE,
+               high = fmax(p[g->v], fmax(p[3 + g->v], p[6 + g->v])) - bv * CC_EDGE;
+  if (low > row + 1 + CC_COLUMN_SLACK || high < row - CC_COLUMN_SLACK) return 0;
   CcPolygon* const polygon = room;
   polygon->corners = 3;
   for (int k = 0; k < 3; ++k) {
@@ -140,7 +143,7 @@ typedef struct {
 // Cuts what lies in one column at whole numbers, and forgets it. Returns how many pieces there are
 // from `cells`' first on.
 uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint begin,
-                 CcPolygon* spare, CcPolygon* piece) {
+                 CcPolygon* spare) {
   if (cells.first < to->low || cells.last >= to->low + to->cells) {
     atomic_inc(&to->counters[CC_LOST]);
     return 0;
@@ -148,17 +151,22 @@ uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint b
   CcPolygon *rest = column, *above = spare;
   uint some = 0;
   for (int cell = cells.first; cell <= cells.last; ++cell) {
-    CcPolygon* here = rest;
+    CcPiece part;
+    int corners;
     if (cell < cells.last) {
-      ccSplit(rest, 2, cell + 1, piece, above);
-      here = piece;
+      CcFan below;
+      ccCutCell(rest, cell, &below, above);
       CcPolygon* const used = rest;
       rest = above;
       above = used;
+      part = ccPieceOfFan(&below);
+      corners = below.corners;
+    } else {
+      part = ccPieceOf(rest, cell);
+      corners = rest->corners;
     }
     double2 out = (double2)(0.0, 0.0);
-    if (here->corners > 2) {
-      const CcPiece part = ccPieceOf(here, cell);
+    if (corners > 2) {
       out = (double2)(part.area - part.under, part.under);
       to->touched[cell / CC_EDGE] = 1;
       to->touched[(cell + 1) / CC_EDGE] = 1;
@@ -169,7 +177,7 @@ uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint b
   return some ? (uint)(cells.last - cells.first + 1) : 0u;
 }
 
-// Cuts a row, and forgets it. `room`: two polygons more than ccRowOf()'s, of which one is the row.
+// Cuts a row, and forgets it. `room`: a polygon more than ccRowOf()'s, of which one is the row.
 void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
               __global CcColumnPieces* found) {
   CcPolygon* const spare = row == room ? room + 1 : room;
@@ -188,22 +196,22 @@ void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
     if (column->corners < 3) continue;
     const CcCells cells = ccCells(column, 2);
     const uint begin = to->begin + (uint)((u - columns.first) * to->cells);
-    const uint count = ccCutColumn(column, cells, to, begin, room + 3, room + 4);
+    const uint count = ccCutColumn(column, cells, to, begin, room + 3);
     if (count == 0u) continue;
     found[min(u, CC_EDGE - 1)].begin = begin + (uint)(cells.first - to->low);
     found[min(u, CC_EDGE - 1)].firstCount = (uint)cells.first << 16 | count;
   }
 }
 
-__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccCutColumns(
+__kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutColumns(
     CcColumns g, __global const double* vertices, __global const int* triangles,
     __global const uint* entries, __global const uint* owners, __global uint* counters,
     __global CcColumnPieces* found, __global double2* pieces, __global int* touched) {
   __local uint wanted, groupBegin;
-  CcPolygon room[5];
+  CcPolygon room[4];
   const uint i = get_global_id(0), entry = i / CC_EDGE;
   const uint count = counters[CC_ENTRIES];
-  if (count > g.entryRoom || get_group_id(0) * (CC_GROUP / CC_EDGE) >= count) return;
+  if (count > g.entryRoom || get_group_id(0) * (CC_CUT_GROUP / CC_EDGE) >= count) return;
   const int v = (int)(i % CC_EDGE);
   CcPolygon* row = 0;
   CcPieceRoom to;
@@ -233,6 +241,94 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccCutColumns
   ccCutRow(row, &to, room, found + (size_t)i * CC_EDGE);
 }
 
+size_t ccTableAt(const CcColumns* g, uint bin, int layer) {
+  int b[3];
+  b[g->u] = (int)(bin % (uint)g->width);
+  b[g->v] = (int)(bin / (uint)g->width);
+  b[g->w] = layer;
+  return (size_t)b[0] + (size_t)g->nx * ((size_t)b[1] + (size_t)g->ny * (size_t)b[2]);
+}
+
+// A group for each brick-wide column: each layer with a piece in it gets a brick of differences,
+// its place - 1 in `touched`, listed by its number in that. No order is needed among them.
+__kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccPlaceLayers(
+    CcColumns g, __global int* touched, __global uint* counters, __global uint* placed) {
+  __local uint room[2 * CC_COLUMNS], base;
+  const uint c = get_local_id(0), layers = (uint)g.layers + 1;
+  if (counters[CC_ENTRIES] > g.entryRoom || counters[CC_PIECES] > g.pieceRoom) return;
+  const uint from = get_group_id(0) * layers;
+  uint all = 0;
+  for (uint chunk = 0; chunk < layers; chunk += CC_COLUMNS) {
+    const uint layer = chunk + c, is = layer < layers && touched[from + layer] != 0 ? 1u : 0u;
+    const uint upTo = ccSumUpTo(room, is);
+    if (is) touched[from + layer] = (int)(all + upTo);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (c == CC_COLUMNS - 1) room[0] = upTo;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    all += room[0];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  if (c == 0) base = atomic_add(&counters[CC_SUM_BRICKS], all);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint layer = c; layer < layers; layer += CC_COLUMNS) {
+    if (touched[from + layer] == 0) continue;
+    const uint place = base + (uint)touched[from + layer];
+    touched[from + layer] = place <= g.sumRoom ? (int)place : 0;
+    if (place <= g.sumRoom) placed[place - 1] = from + layer;
+  }
+}
+
+#define CC_AHEAD 8  // triangles looked at together: their reads do not wait for each other
+
+// The differences of the bricks that have some: a work-item for each of a brick's columns adds up
+// its pieces, triangle by triangle.
+__kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccAddPieces(
+    CcColumns g, __global const uint* restrict first, __global const uint* restrict placed,
+    __global const uint2* restrict found, __global const double2* restrict pieces,
+    __global const uint* restrict counters, __global double* restrict sums) {
+  __local double d[(CC_EDGE + 1) * CC_COLUMNS];
+  const uint c = get_local_id(0), bricks = counters[CC_SUM_BRICKS], layers = (uint)g.layers + 1;
+  if (bricks > g.sumRoom) return;
+  for (uint n = get_group_id(0); n < bricks; n += get_num_groups(0)) {
+    const uint bin = placed[n] / layers, low = placed[n] % layers * CC_EDGE, high = low + CC_EDGE;
+    const uint end = first[bin + 1];
+    // The cell before the brick's own leaves a part in the first; its rest is not used.
+    __local double* const mine = d + c;
+    for (int w = 0; w < CC_EDGE + 1; ++w) mine[w * CC_COLUMNS] = 0.0;
+    for (uint e = first[bin]; e < end; e += CC_AHEAD) {
+      uint2 f[CC_AHEAD];
+      for (uint k = 0; k < CC_AHEAD; ++k)
+        f[k] = e + k < end ? found[(size_t)(e + k) * CC_COLUMNS + c] : (uint2)(0u, 0u);
+      for (uint k = 0; k < CC_AHEAD; ++k) {
+        const uint count = f[k].y & 0xffffu, from = f[k].y >> 16;
+        if (count == 0u || from >= high || from + count < low) continue;
+        for (uint w = max(from + 1u, low) - 1u; w < min(from + count, high); ++w) {
+          const double2 p = pieces[f[k].x + w - from];
+          if (w >= low) mine[(w - low) * CC_COLUMNS] -= p.x;
+          mine[(w + 1u - low) * CC_COLUMNS] -= p.y;
+        }
+      }
+    }
+    for (int w = 0; w < CC_EDGE; ++w)
+      sums[((size_t)n * CC_EDGE + (size_t)w) * CC_COLUMNS + c] = mine[w * CC_COLUMNS];
+  }
+}
+
+// Whether triangles of several shells have pieces in a column; those that close a surface are of
+// none.
+int ccSeveralShells(uint begin, uint end, uint c, __global const uint2* found,
+                    __global const uint* entries, __global const int* shells) {
+  int shell = -1, several = 0;
+  for (uint e = begin; e < end; ++e) {
+    if ((found[(size_t)e * CC_COLUMNS + c].y & 0xffffu) == 0u) continue;
+    const int own = shells[entries[e]];
+    if (own < 0) continue;
+    several |= shell >= 0 && shell != own;
+    shell = own;
+  }
+  return several;
+}
+
 // The running sum of one column, brick by brick; what a CPU's Runs hold.
 typedef struct {
   double sum, least, most;
@@ -242,8 +338,10 @@ typedef struct {
 // one is not empty, bit 1 where one is not full.
 uint ccAddCells(CcRun* run, __global const double* differences, uchar* coverage) {
   uint seen = 0;
+  double d[CC_EDGE];
+  for (int w = 0; w < CC_EDGE; ++w) d[w] = differences ? differences[w * CC_COLUMNS] : 0.0;
   for (int w = 0; w < CC_EDGE; ++w) {
-    const double sum = run->sum + (differences ? differences[w * CC_COLUMNS] : 0.0);
+    const double sum = run->sum + d[w];
     run->sum = sum;
     run->least = sum < run->least ? sum : run->least;
     run->most = run->most < sum ? sum : run->most;
@@ -253,107 +351,29 @@ uint ccAddCells(CcRun* run, __global const double* differences, uchar* coverage)
   return seen;
 }
 
-// Adds all of a column's pieces to its differences, triangle by triangle. Returns whether several
-// shells pass through it.
-int ccAddPieces(const CcColumns* g, uint begin, uint end, uint c,
-                __global const CcColumnPieces* found, __global const double2* pieces,
-                __global const uint* entries, __global const int* shells,
-                __global const int* places, __global double* sums) {
-  int shell = -1, several = 0;
-  for (uint e = begin; e < end; ++e) {
-    const CcColumnPieces f = found[(size_t)e * CC_COLUMNS + c];
-    const uint count = f.firstCount & 0xffffu, first = f.firstCount >> 16;
-    if (count == 0u) continue;
-    if (g->shells) {
-      const int own = shells[entries[e]];
-      several |= shell >= 0 && shell != own;
-      shell = own;
-    }
-    for (uint k = 0; k < count; ++k) {
-      const double2 p = pieces[f.begin + k];
-      const uint w = first + k;
-      const int here = places[w / CC_EDGE], next = places[(w + 1) / CC_EDGE];
-      if (here == 0) continue;
-      sums[((size_t)(here - 1) * CC_EDGE + w % CC_EDGE) * CC_COLUMNS + c] -= p.x;
-      if (next > 0)
-        sums[((size_t)(next - 1) * CC_EDGE + (w + 1) % CC_EDGE) * CC_COLUMNS + c] -= p.y;
-    }
-  }
-  return several;
-}
-
-size_t ccTableAt(const CcColumns* g, uint bin, int layer) {
-  int b[3];
-  b[g->u] = (int)(bin % (uint)g->width);
-  b[g->v] = (int)(bin / (uint)g->width);
-  b[g->w] = layer;
-  return (size_t)b[0] + (size_t)g->nx * ((size_t)b[1] + (size_t)g->ny * (size_t)b[2]);
-}
-
-// Gives each layer with a piece in it a brick of differences: place - 1. Returns the first layer
-// and one beyond the last; none where there is no room.
-int2 ccPlaces(const CcColumns* g, __global int* places, __global uint* counters,
-              __local uint* room, __local int* base, __local int* ends) {
-  const uint c = get_local_id(0);
-  const uint layers = (uint)g->layers + 1;
-  uint all = 0;
-  if (c == 0) {
-    ends[0] = g->layers;
-    ends[1] = 0;
-    *base = 0;
-  }
-  for (uint chunk = 0; chunk < layers; chunk += CC_COLUMNS) {
-    const uint layer = chunk + c, is = layer < layers && places[layer] != 0 ? 1u : 0u;
-    const uint upTo = ccSumUpTo(room, is);
-    if (is) {
-      places[layer] = (int)(all + upTo);
-      atomic_min(&ends[0], (int)layer);
-      atomic_max(&ends[1], (int)layer + 1);
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (c == CC_COLUMNS - 1) room[0] = upTo;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    all += room[0];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
-  if (c == 0) *base = (int)atomic_add(&counters[CC_SUM_BRICKS], all);
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  if ((uint)*base + all > g->sumRoom) return (int2)(0, 0);
-  for (uint layer = c; layer < layers; layer += CC_COLUMNS)
-    if (places[layer] != 0) places[layer] += *base;
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  return (int2)(ends[0], min(ends[1], g->layers));
-}
-
-// A group for each brick-wide column, a work-item for each of its columns: differences, and which
-// bricks they make.
+// A group for each brick-wide column, a work-item for each of its columns: which bricks the running
+// sums make, and how many store numbers.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColumns(
     CcColumns g, __global const uint* first, __global const uint* entries,
-    __global const int* shells, __global const CcColumnPieces* found,
-    __global const double2* pieces, __global int* touched, __global double* sums,
-    __global uint* counters, __global int* table, __global uint* stored) {
-  __local uint room[2 * CC_COLUMNS], seen[3];
-  __local int base, ends[2];
+    __global const int* shells, __global const uint2* found, __global const int* touched,
+    __global const double* restrict sums, __global uint* counters, __global int* table,
+    __global uint* stored) {
+  __local uint seen[3];
   const uint c = get_local_id(0), bin = get_group_id(0);
-  __global int* const places = touched + (size_t)bin * (size_t)(g.layers + 1);
-  for (int layer = (int)c; layer < g.layers; layer += CC_COLUMNS)
-    table[ccTableAt(&g, bin, layer)] = CC_EMPTY_CODE;
-  if (c == 0) stored[bin] = 0u;
-  if (counters[CC_ENTRIES] > g.entryRoom || counters[CC_PIECES] > g.pieceRoom) return;
+  __global const int* const places = touched + (size_t)bin * (size_t)(g.layers + 1);
   if (c < 3) seen[c] = 0u;
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  const int2 layers = ccPlaces(&g, places, counters, room, &base, ends);
-  if (layers.x >= layers.y) return;
-  for (int layer = 0; layer <= g.layers; ++layer)
-    for (int w = 0; w < CC_EDGE && places[layer] > 0; ++w)
-      sums[((size_t)(places[layer] - 1) * CC_EDGE + w) * CC_COLUMNS + c] = 0.0;
-  const int several = ccAddPieces(&g, first[bin], first[bin + 1], c, found, pieces, entries,
-                                  shells, places, sums);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const int sound = counters[CC_ENTRIES] <= g.entryRoom && counters[CC_PIECES] <= g.pieceRoom &&
+                    counters[CC_SUM_BRICKS] <= g.sumRoom;
+  int end = 0;  // beyond the last layer with a piece, whatever a bad column's sum leaves there
+  for (int layer = 0; sound && layer < g.layers; ++layer) end = places[layer] > 0 ? layer + 1 : end;
   CcRun run = {0.0, 0.0, 0.0};
   uchar coverage[CC_EDGE];
-  int changed = 1, code = 0;
+  int changed = 0, code = CC_EMPTY_CODE;
   uint count = 0, turn = 0;
-  for (int layer = layers.x; layer < layers.y; ++layer) {
+  for (int layer = (int)c; layer < g.layers; layer += CC_COLUMNS)
+    if (layer >= end) table[ccTableAt(&g, bin, layer)] = CC_EMPTY_CODE;
+  for (int layer = 0; layer < end; ++layer) {
     const int place = places[layer];
     if (place > 0 || changed) {
       __global const double* const d =
@@ -372,8 +392,10 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColum
   }
   if (c == 0) stored[bin] = count;
   if (fabs(run.sum) > CC_CLOSED_SUM) atomic_inc(&counters[CC_BAD_COLUMNS]);
-  if (several || run.most > 1 + CC_CLOSED_SUM || run.least < -CC_CLOSED_SUM)
-    atomic_inc(&counters[CC_OVERLAPPING]);
+  int several = run.most > 1 + CC_CLOSED_SUM || run.least < -CC_CLOSED_SUM;
+  if (g.shells && sound)
+    several |= ccSeveralShells(first[bin], first[bin + 1], c, found, entries, shells);
+  if (several) atomic_inc(&counters[CC_OVERLAPPING]);
 }
 
 // The same sums again, and the bricks that store numbers, each column's in the order of its layers.
@@ -389,7 +411,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccStoreBri
   const uint corner = (c % CC_EDGE) * (uint)strides[g.u] + c / CC_EDGE * (uint)strides[g.v];
   CcRun run = {0.0, 0.0, 0.0};
   uchar coverage[CC_EDGE];
-  int changed = 1;
+  int changed = 0;
   for (int layer = 0; layer < g.layers && next < firstStored[bin + 1]; ++layer) {
     const int place = places[layer];
     if (place > 0 || changed) {

@@ -40,6 +40,7 @@ typedef struct {
 #define CC_TALLEST 65535  // cells of a column
 
 #define CC_GROUP 128  // as batch.h has it
+#define CC_CUT_GROUP 128
 #define CC_SCAN_GROUP 256
 
 // The bricks of a field of base vectors to be summed, of one tissue.

@@ -50,51 +50,79 @@ typedef struct {
 #define CC_TILE_ROW 24  // floats: rows of eight voxels then lie in different banks
 #define CC_MINE 4       // voxels of a brick that a work-item sums at once
 
+// One rounding or two: the sums are whole numbers that a float holds.
+#if defined(FP_FAST_FMAF) || defined(__NV_CL_C_VERSION)
+#define CC_ADD_PRODUCT(a, b, c) fma(a, b, c)
+#else
+#define CC_ADD_PRODUCT(a, b, c) ((a) * (b) + (c))
+#endif
+
 // Blocks of their own, from the second on. Sums of coverage times weight stay below 2^24, which a
 // float holds exactly, as the host has made sure; the density, a factor of all, comes last.
+// `tile`: the coverages of a brick and of what its windows reach; `places`: of each of its voxels,
+// its place there << 16, which of the 27 bricks about it is in << 9, and its place in that.
 __kernel __attribute__((reqd_work_group_size(CC_WINDOW_GROUP, 1, 1))) void ccSumWindows(
-    CcWindows g, __global const int* table, __global const uchar* bricks,
-    __constant CcFlatTap* taps, __global const uint* list, __global const uint* counters,
-    __global CcBlock* blocks) {
-  __local float tile[CC_TILE_CELLS];
+    CcWindows g, __global const int* restrict table, __global const uchar* restrict bricks,
+    __constant CcFlatTap* taps, __global const uint* restrict list,
+    __global const uint* restrict counters, __global CcBlock* restrict blocks,
+    __local float* tile, __local uint* places) {
+  __local int about[27];
   const uint lid = get_local_id(0), count = counters[CC_OWN_BLOCKS];
   if (1u + count > g.blockRoom) return;
   const int edgeX = 8 + g.high[0] - g.low[0], edgeY = 8 + g.high[1] - g.low[1],
             edgeZ = 8 + g.high[2] - g.low[2];
+  const uint cells = (uint)(edgeX * edgeY * edgeZ);
+  for (uint k = lid; k < cells; k += CC_WINDOW_GROUP) {
+    const int i = (int)k % edgeX, j = (int)k / edgeX % edgeY, l = (int)k / edgeX / edgeY;
+    const int x = i + g.low[0] + 8, y = j + g.low[1] + 8, z = l + g.low[2] + 8;
+    places[k] = (uint)(i + CC_TILE_ROW * (j + edgeY * l)) << 16 |
+                (uint)((x >> 3) + 3 * (y >> 3) + 9 * (z >> 3)) << 9 |
+                (uint)((x & 7) | (y & 7) << 3 | (z & 7) << 6);
+  }
   const int here = (int)(lid & 7u) - g.low[0] +
                    CC_TILE_ROW * ((int)(lid >> 3 & 7u) - g.low[1] +
                                   edgeY * ((int)(lid >> 6) * CC_MINE - g.low[2]));
+  const int layer = CC_TILE_ROW * edgeY;
+  const double density = g.density;
   for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
     const uint e = list[n];
-    const int x = 8 * (int)(e % (uint)g.nx), y = 8 * (int)(e / (uint)g.nx % (uint)g.ny),
-              z = 8 * (int)(e / (uint)g.nx / (uint)g.ny);
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (int k = (int)lid; k < edgeX * edgeY * edgeZ; k += CC_WINDOW_GROUP) {
-      const int i = k % edgeX, j = k / edgeX % edgeY, l = k / edgeX / edgeY;
-      tile[i + CC_TILE_ROW * (j + edgeY * l)] = (float)ccCoverageAt(
-          &g, table, bricks, x + g.low[0] + i, y + g.low[1] + j, z + g.low[2] + l);
+    if (lid < 27u) {
+      const int x = (int)(e % (uint)g.nx) + (int)(lid % 3u) - 1,
+                y = (int)(e / (uint)g.nx % (uint)g.ny) + (int)(lid / 3u % 3u) - 1,
+                z = (int)(e / (uint)g.nx / (uint)g.ny) + (int)(lid / 9u) - 1;
+      const int inside = (x >= 0) & (y >= 0) & (z >= 0) & (x < g.nx) & (y < g.ny) & (z < g.nz);
+      about[lid] = inside ? table[x + g.nx * (y + g.ny * z)] : CC_EMPTY_CODE;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint k = lid; k < cells; k += CC_WINDOW_GROUP) {
+      const uint place = places[k];
+      const int brick = about[place >> 9 & 31u];
+      float coverage = brick == CC_SOLID_CODE ? 255.0f : 0.0f;
+      if (brick >= 0) coverage = (float)bricks[(size_t)brick * CC_BRICK_VOXELS + (place & 511u)];
+      tile[place >> 16] = coverage;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     float mass[CC_MINE], mx[CC_MINE], my[CC_MINE], mz[CC_MINE];
     for (int m = 0; m < CC_MINE; ++m) mass[m] = mx[m] = my[m] = mz[m] = 0.0f;
     for (int t = 0; t < g.taps; ++t) {
       const CcFlatTap tap = taps[t];
+      __local const float* const seen = tile + here + tap.offset;
       for (int m = 0; m < CC_MINE; ++m) {
-        const float c = tile[here + tap.offset + m * CC_TILE_ROW * edgeY];
-        mass[m] += c * tap.weight;
-        mx[m] += c * tap.x;
-        my[m] += c * tap.y;
-        mz[m] += c * tap.z;
+        const float c = seen[m * layer];
+        mass[m] = CC_ADD_PRODUCT(c, tap.weight, mass[m]);
+        mx[m] = CC_ADD_PRODUCT(c, tap.x, mx[m]);
+        my[m] = CC_ADD_PRODUCT(c, tap.y, my[m]);
+        mz[m] = CC_ADD_PRODUCT(c, tap.z, mz[m]);
       }
     }
     __global CcBlock* const block = blocks + 1u + n;
     for (int m = 0; m < CC_MINE; ++m) {
       const int voxel = (int)(lid & 63u) | ((int)(lid >> 6) * CC_MINE + m) << 6;
-      const double density = g.density;
       vstore4((double4)(density * mass[m], density * mx[m], density * my[m], density * mz[m]), 0,
               (__global double*)&block->moments[voxel]);
       block->volume[voxel] = mass[m];
-      block->coverage[voxel] = (uchar)tile[here + m * CC_TILE_ROW * edgeY];
+      block->coverage[voxel] = (uchar)tile[here + m * layer];
       block->tissue[voxel] = 0;
     }
   }

@@ -69,13 +69,28 @@ Digitizer::Inside::Inside(const DigitizerSettings& how) : settings(how) {
 
 #if defined(CLOUDCONTACT_OPENCL)
 
+namespace {
+
+// In how many columns the triangles that close a surface take part: there are few of them.
+std::size_t cappedColumns(const GridSurface& surface, int axis) {
+  if (surface.firstCap == surface.triangles.size()) return 0;
+  GridSurface caps = surface;
+  caps.triangles.erase(caps.triangles.begin(),
+                       caps.triangles.begin() + static_cast<std::ptrdiff_t>(caps.firstCap));
+  caps.component.clear();
+  caps.firstCap = 0;
+  return cutColumns(caps, axis, 0, {}).cappedColumns;
+}
+
+}  // namespace
+
 // Why the CPU must do it; empty where it is done.
 std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSettings& how,
                                          const FieldWanted* wanted) {
   if (wanted && wanted->tissue.size() > 1) return "a body of several tissues";
   const Prepared prepared = prepare(mesh);
   checkSize(prepared, how, prepared.passes());
-  if (!prepared.wasClosed) return "the surface lacks a part";
+  if (!prepared.closable) return "the surface lacks much";
   grid = gridAround(prepared.closing.mesh, how.voxelSize);
   const GridSurface surface = inGrid(prepared, grid);
   opencl::OpenClDigitizer::StartField start;
@@ -85,12 +100,13 @@ std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSetting
                            wanted->tissue, wanted->window);
       return bricks.get();
     };
-  const std::string why = digitizer->run(surface, cheapestAxis(surface), start);
+  const int axis = cheapestAxis(surface);
+  const std::string why = digitizer->run(surface, axis, start);
   onDevice = digitizer->report();
   if (!why.empty()) return why;
   // Nothing stored may still be solid bricks, which the CPU tells from nothing at all.
   if (onDevice.stored == 0) return "it stores no brick";
-  report = {true, digitizer->badColumns(), 0};
+  report = {prepared.wasClosed, digitizer->badColumns() + cappedColumns(surface, axis), 0};
   return {};
 }
 

@@ -24,7 +24,8 @@ struct FlatTap {
 constexpr int kTileRow = 24;                 // CC_TILE_ROW
 constexpr std::size_t kMostFlatTaps = 1600;  // 32 kB of constant memory
 constexpr double kExactInFloat = 1 << 24;
-constexpr std::size_t kWindowGroups = 132 * 32;   // that take blocks in turn
+constexpr std::size_t kGroups = 1 << 15;          // that take bricks in turn
+constexpr std::size_t kWindowGroups = 132 * 12;   // the same, where each has much to lay out first
 constexpr std::size_t kMostPlaces = 0xffffffffu;  // that 32 bits count
 // What a chain is first given room for, by the triangles listed over columns. The M16 bolt at 512
 // voxels asks for TODO.
@@ -156,7 +157,9 @@ void OpenClDigitizer::send(const GridSurface& surface) {
                 sizeof(Eigen::Vector3i) == 3 * sizeof(cl_int));
   std::memcpy(to, surface.vertices.data(), vertices);
   std::memcpy(to + vertices, surface.triangles.data(), triangles);
-  if (shells > 0) std::memcpy(to + vertices + triangles, surface.component.data(), shells);
+  auto* const shellsHere = reinterpret_cast<cl_int*>(to + vertices + triangles);
+  std::copy(surface.component.begin(), surface.component.end(), shellsHere);
+  if (shells > 0) std::fill(shellsHere + surface.firstCap, shellsHere + t, cl_int{-1});
   const auto write = [&](Grown& buffer, std::size_t begin, std::size_t size) {
     const cl::Buffer& there = buffer.room(d, std::max<std::size_t>(size, 16));
     if (size > 0)
@@ -184,6 +187,7 @@ void OpenClDigitizer::makeRoom() {
   owners_.room(d, grid_.entryRoom * sizeof(cl_uint));
   found_.room(d, std::size_t{grid_.entryRoom} * CC_COLUMNS * sizeof(CcColumnPieces));
   pieces_.room(d, std::size_t{grid_.pieceRoom} * 2 * sizeof(double));
+  placed_.room(d, grid_.sumRoom * sizeof(cl_uint));
   sums_.room(d, std::size_t{grid_.sumRoom} * CC_BRICK_VOXELS * sizeof(double));
   tableThere_.room(d, table_ * sizeof(cl_int));
   stored_.room(d, bins_ * sizeof(cl_uint));
@@ -212,16 +216,20 @@ void OpenClDigitizer::cut() {
   d.run("ccSortColumns", bins_ * CC_GROUP, CC_GROUP);
   give(d.kernel("ccCutColumns"), grid_, vertices, triangles, entries, owners_.buffer(), counters,
        found_.buffer(), pieces_.buffer(), touched_.buffer());
-  d.run("ccCutColumns", std::size_t{grid_.entryRoom} * CC_EDGE, CC_GROUP);
+  d.run("ccCutColumns", std::size_t{grid_.entryRoom} * CC_EDGE, CC_CUT_GROUP);
 }
 
 void OpenClDigitizer::sum() {
   Device& d = *device_;
   const cl::Buffer &counters = countersThere_.buffer(), &table = tableThere_.buffer(),
                    &stored = stored_.buffer(), &firstStored = firstStored_.buffer();
+  give(d.kernel("ccPlaceLayers"), grid_, touched_.buffer(), counters, placed_.buffer());
+  d.run("ccPlaceLayers", bins_ * CC_COLUMNS, CC_COLUMNS);
+  give(d.kernel("ccAddPieces"), grid_, first_.buffer(), placed_.buffer(), found_.buffer(),
+       pieces_.buffer(), counters, sums_.buffer());
+  d.run("ccAddPieces", std::min<std::size_t>(grid_.sumRoom, kGroups) * CC_COLUMNS, CC_COLUMNS);
   give(d.kernel("ccSumColumns"), grid_, first_.buffer(), entries_.buffer(), shells_.buffer(),
-       found_.buffer(), pieces_.buffer(), touched_.buffer(), sums_.buffer(), counters, table,
-       stored);
+       found_.buffer(), touched_.buffer(), sums_.buffer(), counters, table, stored);
   d.run("ccSumColumns", bins_ * CC_COLUMNS, CC_COLUMNS);
   give(d.kernel("ccScan"), stored, static_cast<cl_uint>(bins_), firstStored, counters,
        cl_uint{CC_STORED});
@@ -251,6 +259,10 @@ void OpenClDigitizer::sendWindow(const Bricks& field) {
     windows_.low[k] = field.window.low[k];
     windows_.high[k] = field.window.high[k];
   }
+  const Eigen::Vector3i edge =
+      Eigen::Vector3i::Constant(kBrickEdge) + field.window.high - field.window.low;
+  tile_ = static_cast<std::size_t>(kTileRow * edge.y() * edge.z());
+  tileCells_ = static_cast<std::size_t>(edge.prod());
   report_.taps = any.size();
   report_.sent += kBlock + sizeof(cl_int) + size;
   const auto write = [&](Grown& buffer, std::size_t begin, std::size_t bytes) {
@@ -282,7 +294,8 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   d.run("ccBlockTable", table_, CC_GROUP);
   const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kWindowGroups);
   if (flat_) {
-    give(d.kernel("ccSumWindows"), windows_, table, bricks, taps_.buffer(), list, counters, blocks);
+    give(d.kernel("ccSumWindows"), windows_, table, bricks, taps_.buffer(), list, counters, blocks,
+         cl::Local(tile_ * sizeof(float)), cl::Local(tileCells_ * sizeof(cl_uint)));
     d.run("ccSumWindows", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP);
     return;
   }

@@ -104,13 +104,12 @@ void Cutter::cutTriangle(int bu, int bv, int triangle) {
   slice<1>(polygon, [&](int v, const CcPolygon& row) {
     slice<0>(row, [&](int u, const CcPolygon& column) {
       const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
-      slice<2>(column, [&](int w, const CcPolygon& piece) { addPiece(c, w, piece); });
+      forEachPiece(column, [&](int w, const CcPiece& piece) { addPiece(c, w, piece); });
     });
   });
 }
 
-void Cutter::addPiece(int column, int cell, const CcPolygon& piece) {
-  const CcPiece part = ccPieceOf(&piece, cell);
+void Cutter::addPiece(int column, int cell, const CcPiece& part) {
   double* d = at(column, cell);
   d[0] -= part.area - part.under;
   d[kColumnsPerBrick] -= part.under;

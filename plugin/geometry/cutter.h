@@ -71,7 +71,7 @@ class Cutter {
   void clear();
   CcPolygon inColumn(int bu, int bv, int triangle) const;
   void cutTriangle(int bu, int bv, int triangle);
-  void addPiece(int column, int cell, const CcPolygon& piece);
+  void addPiece(int column, int cell, const CcPiece& part);
   void countCaps(BrickColumn& result);
   void sumUp(BrickColumn& result);
   int sumLayer(int layer, Runs& runs, BrickCoverage& brick);

@@ -27,4 +27,20 @@ void slice(const CcPolygon& polygon, Visit&& visit) {
   if (rest->corners > 2) visit(cells.last, *rest);
 }
 
+// slice<2>() for the pieces' sums alone.
+template <typename Visit>
+void forEachPiece(const CcPolygon& polygon, Visit&& visit) {
+  const CcCells cells = ccCells(&polygon, 2);
+  CcPolygon buffers[2];
+  CcFan below;
+  const CcPolygon* rest = &polygon;
+  for (int cell = cells.first; cell < cells.last; ++cell) {
+    CcPolygon& above = buffers[cell & 1];
+    ccCutCell(rest, cell, &below, &above);
+    if (below.corners > 2) visit(cell, ccPieceOfFan(&below));
+    rest = &above;
+  }
+  if (rest->corners > 2) visit(cells.last, ccPieceOf(rest, cells.last));
+}
+
 }  // namespace cloudcontact
