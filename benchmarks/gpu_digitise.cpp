@@ -138,8 +138,9 @@ Floor floorOf(const std::string& step, const DigitizerReport& r, double surface)
   if (step == "ccSortColumns") return {8 * listed, 0};
   if (step == "ccCutColumns")
     return {listed * (8 + kTriangle + kFound) + surface * kPiece, surface * kPieceOperations};
-  if (step == "ccSumColumns")
-    return {listed * kFound + surface * kPiece + touched * 4096, touched * 512 * 3 + surface * 2};
+  if (step == "ccAddPieces")
+    return {listed * kFound + surface * kPiece + touched * 4096, surface * 2};
+  if (step == "ccSumColumns") return {touched * 4096, touched * 512 * 3};
   if (step == "ccStoreBricks") return {touched * 4096 + stored * 512, touched * 512 * 3};
   if (step == "ccSumWindows" || step == "ccSumAnyWindows")
     return {stored * 512 + blocks * sizeof(FieldBlock), blocks * 512 * double(r.taps) * 8};

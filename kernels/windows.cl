@@ -1,35 +1,46 @@
 // The windows' sums of a body of one tissue (plugin/contact/field_layout.cpp, and the arithmetic of
 // window_sums.h): which bricks have windows of their own, what their voxels hold, and the sums.
 
-// 1 where a brick of the table needs a block of its own: it holds matter, and not all bricks that
+// Whether a brick of the table needs a block of its own: it holds matter, and not all bricks that
 // its windows reach are full.
-__kernel void ccOwnBlocks(CcWindows g, __global const int* table, uint count,
-                          __global uint* own) {
-  const uint e = get_global_id(0);
-  if (e >= count) return;
-  const int x = (int)(e % (uint)g.nx), y = (int)(e / (uint)g.nx % (uint)g.ny),
-            z = (int)(e / (uint)g.nx / (uint)g.ny);
-  const int x0 = (8 * x + min(g.low[0], 0)) >> 3, x1 = (8 * x + 7 + max(g.high[0], 0)) >> 3,
-            y0 = (8 * y + min(g.low[1], 0)) >> 3, y1 = (8 * y + 7 + max(g.high[1], 0)) >> 3,
-            z0 = (8 * z + min(g.low[2], 0)) >> 3, z1 = (8 * z + 7 + max(g.high[2], 0)) >> 3;
-  int deep = table[e] == CC_SOLID_CODE && x0 >= 0 && y0 >= 0 && z0 >= 0 && x1 < g.nx &&
-             y1 < g.ny && z1 < g.nz;
+int ccOwnsBlock(const CcWindows* g, __global const int* table, uint e) {
+  const int x = (int)(e % (uint)g->nx), y = (int)(e / (uint)g->nx % (uint)g->ny),
+            z = (int)(e / (uint)g->nx / (uint)g->ny);
+  const int x0 = (8 * x + min(g->low[0], 0)) >> 3, x1 = (8 * x + 7 + max(g->high[0], 0)) >> 3,
+            y0 = (8 * y + min(g->low[1], 0)) >> 3, y1 = (8 * y + 7 + max(g->high[1], 0)) >> 3,
+            z0 = (8 * z + min(g->low[2], 0)) >> 3, z1 = (8 * z + 7 + max(g->high[2], 0)) >> 3;
+  int deep = table[e] == CC_SOLID_CODE && x0 >= 0 && y0 >= 0 && z0 >= 0 && x1 < g->nx &&
+             y1 < g->ny && z1 < g->nz;
   for (int k = z0; deep && k <= z1; ++k)
     for (int j = y0; deep && j <= y1; ++j)
       for (int i = x0; deep && i <= x1; ++i)
-        deep = table[i + g.nx * (j + g.ny * k)] == CC_SOLID_CODE;
-  own[e] = table[e] != CC_EMPTY_CODE && !deep;
+        deep = table[i + g->nx * (j + g->ny * k)] == CC_SOLID_CODE;
+  return table[e] != CC_EMPTY_CODE && !deep;
 }
 
-// The table of blocks: the first is that of all full windows. `first`: how many have blocks of
-// their own before; `list`: those that have, in their order.
-__kernel void ccBlockTable(CcWindows g, __global const int* table, uint count,
-                           __global const uint* own, __global const uint* first,
-                           __global int* blockOf, __global uint* list) {
+// Of each brick with a block of its own, which it is of its group's, from 1; the groups' numbers of
+// such bricks.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccOwnBlocks(
+    CcWindows g, __global const int* table, uint count, __global uint* own,
+    __global uint* groups) {
+  __local uint room[2 * CC_GROUP];
+  const uint e = get_global_id(0);
+  const uint is = e < count && ccOwnsBlock(&g, table, e) ? 1u : 0u;
+  const uint upTo = ccSumUpTo(room, is);
+  if (e < count) own[e] = is ? upTo : 0u;
+  if (get_local_id(0) == CC_GROUP - 1) groups[get_group_id(0)] = upTo;
+}
+
+// The table of blocks: the first is that of all full windows. `first`: how many the groups before
+// have; `list`: the bricks with blocks of their own, in their order.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBlockTable(
+    CcWindows g, __global const int* table, uint count, __global const uint* own,
+    __global const uint* first, __global int* blockOf, __global uint* list) {
   const uint e = get_global_id(0);
   if (e >= count) return;
-  blockOf[e] = own[e] ? (int)(1u + first[e]) : table[e] == CC_EMPTY_CODE ? -1 : 0;
-  if (own[e] && 1u + first[e] < g.blockRoom) list[first[e]] = e;
+  const uint block = first[get_group_id(0)] + own[e];
+  blockOf[e] = own[e] ? (int)block : table[e] == CC_EMPTY_CODE ? -1 : 0;
+  if (own[e] && block < g.blockRoom) list[block - 1] = e;
 }
 
 int ccCoverageAt(const CcWindows* g, __global const int* table, __global const uchar* bricks,
@@ -41,14 +52,15 @@ int ccCoverageAt(const CcWindows* g, __global const int* table, __global const u
   return bricks[(size_t)brick * CC_BRICK_VOXELS + ((x & 7) | (y & 7) << 3 | (z & 7) << 6)];
 }
 
-// A voxel of the window, as the kernel below reads it.
+// A voxel of the window, as the kernel below reads it. Voxels above each other along z stand
+// together.
 typedef struct {
   float weight, x, y, z;
   int offset;  // in the tile
+  int above;   // whether it lies above the one before
 } CcFlatTap;
 
 #define CC_TILE_ROW 24  // floats: rows of eight voxels then lie in different banks
-#define CC_MINE 4       // voxels of a brick that a work-item sums at once
 
 // One rounding or two: the sums are whole numbers that a float holds.
 #if defined(FP_FAST_FMAF) || defined(__NV_CL_C_VERSION)
@@ -57,32 +69,38 @@ typedef struct {
 #define CC_ADD_PRODUCT(a, b, c) ((a) * (b) + (c))
 #endif
 
-// Blocks of their own, from the second on. Sums of coverage times weight stay below 2^24, which a
-// float holds exactly, as the host has made sure; the density, a factor of all, comes last.
-// `tile`: the coverages of a brick and of what its windows reach; `places`: of each of its voxels,
-// its place there << 16, which of the 27 bricks about it is in << 9, and its place in that.
-__kernel __attribute__((reqd_work_group_size(CC_WINDOW_GROUP, 1, 1))) void ccSumWindows(
+// The coverages of a brick and of what its windows reach. `about`: the 27 bricks.
+void ccLayOutTile(const CcWindows* g, __local const int* about, __global const uchar* bricks,
+                  __local float* tile) {
+  const int edgeX = 8 + g->high[0] - g->low[0], edgeY = 8 + g->high[1] - g->low[1],
+            edgeZ = 8 + g->high[2] - g->low[2];
+  for (int row = (int)get_local_id(0); row < edgeY * edgeZ; row += CC_COLUMNS) {
+    const int y = row % edgeY + g->low[1] + 8, z = row / edgeY + g->low[2] + 8;
+    const int first = 3 * (y >> 3) + 9 * (z >> 3);
+    const uint cell = (uint)((y & 7) << 3 | (z & 7) << 6);
+    for (int i = 0; i < edgeX; ++i) {
+      const int x = i + g->low[0] + 8, brick = about[first + (x >> 3)];
+      float coverage = brick == CC_SOLID_CODE ? 255.0f : 0.0f;
+      if (brick >= 0) coverage = bricks[(size_t)brick * CC_BRICK_VOXELS + (cell | (uint)(x & 7))];
+      tile[i + CC_TILE_ROW * row] = coverage;
+    }
+  }
+}
+
+// Blocks of their own, from the second on; a work-item sums the windows of eight voxels above each
+// other. Sums of coverage times weight stay below 2^24, which a float holds exactly, as the host
+// has made sure; the density, a factor of all, comes last.
+__kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindows(
     CcWindows g, __global const int* restrict table, __global const uchar* restrict bricks,
     __constant CcFlatTap* taps, __global const uint* restrict list,
     __global const uint* restrict counters, __global CcBlock* restrict blocks,
-    __local float* tile, __local uint* places) {
+    __local float* tile) {
   __local int about[27];
   const uint lid = get_local_id(0), count = counters[CC_OWN_BLOCKS];
   if (1u + count > g.blockRoom) return;
-  const int edgeX = 8 + g.high[0] - g.low[0], edgeY = 8 + g.high[1] - g.low[1],
-            edgeZ = 8 + g.high[2] - g.low[2];
-  const uint cells = (uint)(edgeX * edgeY * edgeZ);
-  for (uint k = lid; k < cells; k += CC_WINDOW_GROUP) {
-    const int i = (int)k % edgeX, j = (int)k / edgeX % edgeY, l = (int)k / edgeX / edgeY;
-    const int x = i + g.low[0] + 8, y = j + g.low[1] + 8, z = l + g.low[2] + 8;
-    places[k] = (uint)(i + CC_TILE_ROW * (j + edgeY * l)) << 16 |
-                (uint)((x >> 3) + 3 * (y >> 3) + 9 * (z >> 3)) << 9 |
-                (uint)((x & 7) | (y & 7) << 3 | (z & 7) << 6);
-  }
+  const int layer = CC_TILE_ROW * (8 + g.high[1] - g.low[1]);
   const int here = (int)(lid & 7u) - g.low[0] +
-                   CC_TILE_ROW * ((int)(lid >> 3 & 7u) - g.low[1] +
-                                  edgeY * ((int)(lid >> 6) * CC_MINE - g.low[2]));
-  const int layer = CC_TILE_ROW * edgeY;
+                   CC_TILE_ROW * ((int)(lid >> 3) - g.low[1]) - layer * g.low[2];
   const double density = g.density;
   for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
     const uint e = list[n];
@@ -95,30 +113,29 @@ __kernel __attribute__((reqd_work_group_size(CC_WINDOW_GROUP, 1, 1))) void ccSum
       about[lid] = inside ? table[x + g.nx * (y + g.ny * z)] : CC_EMPTY_CODE;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint k = lid; k < cells; k += CC_WINDOW_GROUP) {
-      const uint place = places[k];
-      const int brick = about[place >> 9 & 31u];
-      float coverage = brick == CC_SOLID_CODE ? 255.0f : 0.0f;
-      if (brick >= 0) coverage = (float)bricks[(size_t)brick * CC_BRICK_VOXELS + (place & 511u)];
-      tile[place >> 16] = coverage;
-    }
+    ccLayOutTile(&g, about, bricks, tile);
     barrier(CLK_LOCAL_MEM_FENCE);
-    float mass[CC_MINE], mx[CC_MINE], my[CC_MINE], mz[CC_MINE];
-    for (int m = 0; m < CC_MINE; ++m) mass[m] = mx[m] = my[m] = mz[m] = 0.0f;
+    float mass[8], mx[8], my[8], mz[8], c[8];
+    for (int m = 0; m < 8; ++m) mass[m] = mx[m] = my[m] = mz[m] = c[m] = 0.0f;
     for (int t = 0; t < g.taps; ++t) {
       const CcFlatTap tap = taps[t];
       __local const float* const seen = tile + here + tap.offset;
-      for (int m = 0; m < CC_MINE; ++m) {
-        const float c = seen[m * layer];
-        mass[m] = CC_ADD_PRODUCT(c, tap.weight, mass[m]);
-        mx[m] = CC_ADD_PRODUCT(c, tap.x, mx[m]);
-        my[m] = CC_ADD_PRODUCT(c, tap.y, my[m]);
-        mz[m] = CC_ADD_PRODUCT(c, tap.z, mz[m]);
+      if (tap.above) {
+        for (int m = 0; m < 7; ++m) c[m] = c[m + 1];
+      } else {
+        for (int m = 0; m < 7; ++m) c[m] = seen[m * layer];
+      }
+      c[7] = seen[7 * layer];
+      for (int m = 0; m < 8; ++m) {
+        mass[m] = CC_ADD_PRODUCT(c[m], tap.weight, mass[m]);
+        mx[m] = CC_ADD_PRODUCT(c[m], tap.x, mx[m]);
+        my[m] = CC_ADD_PRODUCT(c[m], tap.y, my[m]);
+        mz[m] = CC_ADD_PRODUCT(c[m], tap.z, mz[m]);
       }
     }
     __global CcBlock* const block = blocks + 1u + n;
-    for (int m = 0; m < CC_MINE; ++m) {
-      const int voxel = (int)(lid & 63u) | ((int)(lid >> 6) * CC_MINE + m) << 6;
+    for (int m = 0; m < 8; ++m) {
+      const uint voxel = lid | (uint)m << 6;
       vstore4((double4)(density * mass[m], density * mx[m], density * my[m], density * mz[m]), 0,
               (__global double*)&block->moments[voxel]);
       block->volume[voxel] = mass[m];

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <tuple>
 
 namespace cloudcontact::opencl {
 
@@ -19,13 +20,12 @@ using Bricks = BaseVectorField::Bricks;
 // As kernels/windows.cl has it.
 struct FlatTap {
   float weight, x, y, z;
-  cl_int offset;
+  cl_int offset, above;
 };
 constexpr int kTileRow = 24;                 // CC_TILE_ROW
 constexpr std::size_t kMostFlatTaps = 1600;  // 32 kB of constant memory
 constexpr double kExactInFloat = 1 << 24;
 constexpr std::size_t kGroups = 1 << 15;          // that take bricks in turn
-constexpr std::size_t kWindowGroups = 132 * 12;   // the same, where each has much to lay out first
 constexpr std::size_t kMostPlaces = 0xffffffffu;  // that 32 bits count
 // What a chain is first given room for, by the triangles listed over columns. The M16 bolt at 512
 // voxels asks for TODO.
@@ -59,23 +59,36 @@ double mostListed(const GridSurface& surface, const Frame& frame) {
   return sum;
 }
 
-// Taps for the kernel that keeps a brick's surroundings in local memory and sums in floats; empty
-// where these would be too many, too far away, or not exact.
-std::vector<FlatTap> flatTaps(const Window& window) {
+// Whether a kernel may keep a brick's surroundings in local memory and sum in floats: these would
+// not be too many, nor too far away, and exact.
+bool mayBeFlat(const Window& window) {
   const Eigen::Vector3i edge = Eigen::Vector3i::Constant(8) + window.high - window.low;
   double most[4] = {0, 0, 0, 0};
-  std::vector<FlatTap> taps;
   for (const WindowTap& t : window.taps) {
-    taps.push_back({float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2]),
-                    t.x + kTileRow * (t.y + edge.y() * t.z)});
     most[3] += 255.0 * t.weight;
     for (int k = 0; k < 3; ++k) most[k] += 255.0 * std::abs(t.moment[k]);
   }
-  const bool fits =
-      (window.low.array() <= 0).all() && (window.high.array() >= 0).all() && edge.x() <= kTileRow &&
-      std::int64_t{kTileRow} * edge.y() * edge.z() <= CC_TILE_CELLS &&
-      taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat;
-  if (!fits) taps.clear();
+  return (window.low.array() <= 0).all() && (window.high.array() >= 0).all() &&
+         (window.low.array() >= -8).all() && (window.high.array() <= 8).all() &&
+         edge.x() <= kTileRow && std::int64_t{kTileRow} * edge.y() * edge.z() <= CC_TILE_CELLS &&
+         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat;
+}
+
+// Taps for that kernel, those above each other one after another.
+std::vector<FlatTap> flatTaps(const Window& window) {
+  std::vector<WindowTap> sorted = window.taps;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const WindowTap& a, const WindowTap& b) {
+    return std::tie(a.y, a.x, a.z) < std::tie(b.y, b.x, b.z);
+  });
+  const int edgeY = 8 + window.high.y() - window.low.y();
+  std::vector<FlatTap> taps;
+  const WindowTap* before = nullptr;
+  for (const WindowTap& t : sorted) {
+    const bool above = before && before->x == t.x && before->y == t.y && before->z + 1 == t.z;
+    taps.push_back({float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2]),
+                    t.x + kTileRow * (t.y + edgeY * t.z), above});
+    before = &t;
+  }
   return taps;
 }
 
@@ -241,9 +254,9 @@ void OpenClDigitizer::sum() {
 
 void OpenClDigitizer::sendWindow(const Bricks& field) {
   Device& d = *device_;
-  const std::vector<FlatTap> taps = flatTaps(field.window);
+  flat_ = mayBeFlat(field.window);
+  const std::vector<FlatTap> taps = flat_ ? flatTaps(field.window) : std::vector<FlatTap>();
   const std::vector<CcWindowTap> any = windowTaps(field.window);
-  flat_ = !taps.empty();
   const std::size_t size = flat_ ? taps.size() * sizeof(FlatTap) : any.size() * sizeof(CcWindowTap);
   constexpr std::size_t kBlock = sizeof(FieldBlock);
   auto* const to = static_cast<unsigned char*>(sentWindow_.room(d, kBlock + sizeof(cl_int) + size));
@@ -262,7 +275,6 @@ void OpenClDigitizer::sendWindow(const Bricks& field) {
   const Eigen::Vector3i edge =
       Eigen::Vector3i::Constant(kBrickEdge) + field.window.high - field.window.low;
   tile_ = static_cast<std::size_t>(kTileRow * edge.y() * edge.z());
-  tileCells_ = static_cast<std::size_t>(edge.prod());
   report_.taps = any.size();
   report_.sent += kBlock + sizeof(cl_int) + size;
   const auto write = [&](Grown& buffer, std::size_t begin, std::size_t bytes) {
@@ -278,25 +290,27 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   const auto count = static_cast<cl_uint>(table_);
   const cl::Buffer &table = tableThere_.buffer(), &counters = countersThere_.buffer(),
                    &bricks = bricks_.buffer();
+  const auto groupsOwn = static_cast<cl_uint>((table_ + CC_GROUP - 1) / CC_GROUP);
   const cl::Buffer& own = own_.room(d, table_ * sizeof(cl_uint));
-  const cl::Buffer& firstOwn = firstOwn_.room(d, (table_ + 1) * sizeof(cl_uint));
+  const cl::Buffer& ownGroups = ownGroups_.room(d, groupsOwn * sizeof(cl_uint));
+  const cl::Buffer& firstOwn = firstOwn_.room(d, (std::size_t{groupsOwn} + 1) * sizeof(cl_uint));
   const cl::Buffer& blockOf = blockOf_.room(d, table_ * sizeof(cl_int));
   const cl::Buffer& list = list_.room(d, windows_.blockRoom * sizeof(cl_uint));
   const cl::Buffer& blocks = blocks_.room(d, std::size_t{windows_.blockRoom} * sizeof(CcBlock));
   d.queue().enqueueWriteBuffer(blocks, CL_FALSE, 0, sizeof(CcBlock), sentWindow_.data(), nullptr,
                                d.note("window sent"));
   static_assert(sizeof(CcBlock) == sizeof(field.blocks[0]));
-  give(d.kernel("ccOwnBlocks"), windows_, table, count, own);
+  give(d.kernel("ccOwnBlocks"), windows_, table, count, own, ownGroups);
   d.run("ccOwnBlocks", table_, CC_GROUP);
-  give(d.kernel("ccScan"), own, count, firstOwn, counters, cl_uint{CC_OWN_BLOCKS});
+  give(d.kernel("ccScan"), ownGroups, groupsOwn, firstOwn, counters, cl_uint{CC_OWN_BLOCKS});
   d.run("ccScan", CC_SCAN_GROUP, CC_SCAN_GROUP);
   give(d.kernel("ccBlockTable"), windows_, table, count, own, firstOwn, blockOf, list);
   d.run("ccBlockTable", table_, CC_GROUP);
-  const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kWindowGroups);
+  const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kGroups);
   if (flat_) {
     give(d.kernel("ccSumWindows"), windows_, table, bricks, taps_.buffer(), list, counters, blocks,
-         cl::Local(tile_ * sizeof(float)), cl::Local(tileCells_ * sizeof(cl_uint)));
-    d.run("ccSumWindows", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP);
+         cl::Local(tile_ * sizeof(float)));
+    d.run("ccSumWindows", groups * CC_COLUMNS, CC_COLUMNS);
     return;
   }
   give(d.kernel("ccFillBlocks"), windows_, table, bricks, list, counters, blocks);
