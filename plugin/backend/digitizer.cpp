@@ -1,11 +1,15 @@
 // Digitizer: which meshes go to the device, and what the CPU does.
 #include <cloudcontact/device_digitize.h>
 
+#include <exception>
+#include <functional>
+#include <future>
 #include <new>
 #include <optional>
 #include <stdexcept>
 
 #include "contact/field_layout.h"
+#include "geometry/mesh_topology.h"
 #include "geometry/preparation.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
@@ -40,6 +44,7 @@ struct Digitizer::Inside {
   std::shared_ptr<opencl::Device> device;
   std::optional<opencl::OpenClDigitizer> digitizer;
 
+  std::string cut(const Prepared& prepared, const DigitizeSettings& how, const FieldWanted* wanted);
   std::string tryDevice(const Mesh& mesh, const DigitizeSettings& how, const FieldWanted* wanted);
   std::string guarded(const Mesh& mesh, const DigitizeSettings& how, const FieldWanted* wanted);
 #endif
@@ -85,10 +90,8 @@ std::size_t cappedColumns(const GridSurface& surface, int axis) {
 }  // namespace
 
 // Why the CPU must do it; empty where it is done.
-std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSettings& how,
-                                         const FieldWanted* wanted) {
-  if (wanted && wanted->tissue.size() > 1) return "a body of several tissues";
-  const Prepared prepared = prepare(mesh);
+std::string Digitizer::Inside::cut(const Prepared& prepared, const DigitizeSettings& how,
+                                   const FieldWanted* wanted) {
   checkSize(prepared, how, prepared.passes());
   if (!prepared.closable) return "the surface lacks much";
   grid = gridAround(prepared.closing.mesh, how.voxelSize);
@@ -108,6 +111,28 @@ std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSetting
   if (onDevice.stored == 0) return "it stores no brick";
   report = {prepared.wasClosed, digitizer->badColumns() + cappedColumns(surface, axis), 0};
   return {};
+}
+
+// Most meshes are one closed surface: that is found out while the device already works.
+std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSettings& how,
+                                         const FieldWanted* wanted) {
+  if (wanted && wanted->tissue.size() > 1) return "a body of several tissues";
+  if (const std::optional<Prepared> whole = preparedAsWhole(mesh)) {
+    std::future<bool> is =
+        std::async(std::launch::async, isOneClosedSurface, std::cref(whole->closing.mesh));
+    std::exception_ptr failure;
+    std::string why;
+    try {
+      why = cut(*whole, how, wanted);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    if (is.get()) {
+      if (failure) std::rethrow_exception(failure);
+      return why;
+    }
+  }
+  return cut(prepare(mesh), how, wanted);
 }
 
 // The same, where the device's own failures are told apart.

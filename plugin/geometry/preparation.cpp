@@ -27,19 +27,6 @@ std::string digits(double x) {
   return text.str();
 }
 
-// What mended() would make of a mesh that is one closed surface, where that is plain to see: of the
-// M16 bolt in 1.3 ms instead of 5.1.
-std::optional<Mesh> alreadyWhole(const Mesh& mesh) {
-  checkMesh(mesh);
-  std::optional<Mesh> whole = welded(mesh, 0);
-  if (!isOneClosedSurface(*whole)) return std::nullopt;
-  const double volume = sixVolumes(*whole, middleOf(*whole));
-  if (volume == 0) return std::nullopt;
-  if (volume < 0)
-    for (Eigen::Vector3i& t : whole->triangles) flip(t);
-  return whole;
-}
-
 }  // namespace
 
 void checkVoxelSize(double voxelSize) {
@@ -54,18 +41,29 @@ void checkSettings(const DigitizeSettings& settings) {
     throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
 }
 
+std::optional<Prepared> preparedAsWhole(const Mesh& mesh) {
+  checkMesh(mesh);
+  Prepared prepared;
+  Mesh& whole = prepared.closing.mesh;
+  whole = welded(mesh, 0);
+  const double volume = sixVolumes(whole, middleOf(whole));
+  if (volume == 0) return std::nullopt;
+  if (volume < 0)
+    for (Eigen::Vector3i& t : whole.triangles) flip(t);
+  prepared.closing.firstCap = whole.triangles.size();
+  prepared.wasClosed = prepared.closable = prepared.oneShell = true;
+  return prepared;
+}
+
 Prepared prepare(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("digitize: the mesh has no triangles");
-  Prepared prepared;
-  if (std::optional<Mesh> whole = alreadyWhole(mesh)) {
-    const std::size_t triangles = whole->triangles.size();
-    prepared.closing = {std::move(*whole), triangles, 0};
-    prepared.wasClosed = prepared.closable = prepared.oneShell = true;
-    return prepared;
-  }
+  if (std::optional<Prepared> whole = preparedAsWhole(mesh);
+      whole && isOneClosedSurface(whole->closing.mesh))
+    return std::move(*whole);
   Mesh surface = mended(mesh);
   if (surface.triangles.empty())
     throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
+  Prepared prepared;
   prepared.closing = closeSurface(surface);
   prepared.wasClosed = prepared.closing.wasClosed();
   prepared.closable = prepared.closing.capArea <= kSmallCaps * totalArea(surface);

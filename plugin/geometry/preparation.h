@@ -3,6 +3,8 @@
 
 #include <cloudcontact/digitize.h>
 
+#include <optional>
+
 #include "geometry/grid.h"
 
 namespace cloudcontact {
@@ -17,6 +19,11 @@ struct Prepared {
   // Copies of the voxels that exist at once: a pass and its parts; or three, and their vote.
   int passes() const { return closable ? 2 : 5; }
 };
+
+// What prepare() makes of a mesh that is one closed surface once its vertices are welded
+// (isOneClosedSurface(), mesh_topology.h), on the supposition that it is: of the M16 bolt in 0.5
+// ms. To find out takes 0.9 ms more, to mend it 5. Nothing where it has no volume.
+std::optional<Prepared> preparedAsWhole(const Mesh& mesh);
 
 // Throws std::invalid_argument where the mesh bounds nothing.
 Prepared prepare(const Mesh& mesh);
