@@ -102,17 +102,22 @@ CC_FN CcCells ccCells(const CcPolygon* polygon, const int axis) {
   return cells;
 }
 
-// What of the polygon lies between 0 and a brick's edge; `kept` and `rest` are room to work in.
-CC_FN void ccClip(CcPolygon* polygon, const int axis, CcPolygon* kept, CcPolygon* rest) {
+// What of the polygon lies between 0 and a brick's edge: in `polygon` or in `spare`, which both are
+// written to, as is `rest`.
+CC_FN CcPolygon* ccClip(CcPolygon* polygon, const int axis, CcPolygon* spare, CcPolygon* rest) {
+  if (polygon->corners < 3) return polygon;
   const CcSpan s = ccSpan(polygon, axis);
   if (s.low < 0) {
-    ccSplit(polygon, axis, 0, rest, kept);
-    *polygon = *kept;
+    ccSplit(polygon, axis, 0, rest, spare);
+    CcPolygon* const used = polygon;
+    polygon = spare;
+    spare = used;
   }
-  if (s.high > CC_EDGE) {
-    ccSplit(polygon, axis, CC_EDGE, kept, rest);
-    *polygon = *kept;
+  if (s.high > CC_EDGE && polygon->corners > 2) {
+    ccSplit(polygon, axis, CC_EDGE, spare, rest);
+    polygon = spare;
   }
+  return polygon;
 }
 
 // Twice the projected area of a triangle, positive where it faces up.

@@ -115,20 +115,31 @@ CcPolygon* ccRowOf(const CcColumns* g, __global const double* vertices,
   double p[9];
   ccCornersOf(vertices, triangles, triangle, p);
   const int bu = (int)(bin % (uint)g->width), bv = (int)(bin / (uint)g->width);
-  const double low = fmin(p[g->v], fmin(p[3 + g->v], p[6 + g->v])) - bv * CC_EDGE,
-               high = fmax(p[g->v], fmax(p[3 + g->v], p[6 + g->v])) - bv * CC_EDGE;
-  if (low > row + 1 + CC_COLUMN_SLACK || high < row - CC_COLUMN_SLACK) return 0;
-  CcPolygon* const polygon = room;
-  polygon->corners = 3;
+  room->corners = 3;
   for (int k = 0; k < 3; ++k) {
-    polygon->p[k][0] = p[3 * k + g->u] - bu * CC_EDGE;
-    polygon->p[k][1] = p[3 * k + g->v] - bv * CC_EDGE;
-    polygon->p[k][2] = p[3 * k + g->w];
+    room->p[k][0] = p[3 * k + g->u] - bu * CC_EDGE;
+    room->p[k][1] = p[3 * k + g->v] - bv * CC_EDGE;
+    room->p[k][2] = p[3 * k + g->w];
   }
-  ccClip(polygon, 0, room + 1, room + 2);
-  ccClip(polygon, 1, room + 1, room + 2);
+  CcPolygon* const inU = ccClip(room, 0, room + 1, room + 2);
+  CcPolygon* const spare = inU == room ? room + 1 : room;
+  CcPolygon* const polygon = ccClip(inU, 1, spare, room + 2);
   if (polygon->corners < 3) return 0;
-  return ccSliceAt(polygon, 1, row, room + 1, room + 2);
+  return ccSliceAt(polygon, 1, row, polygon == inU ? spare : inU, room + 2);
+}
+
+// Rows of a brick-wide column in which the triangle may have a part.
+CcCells ccRowsInColumn(const CcColumns* g, __global const double* vertices,
+                       __global const int* triangles, uint triangle, uint bin) {
+  double v[3];
+  for (int k = 0; k < 3; ++k)
+    v[k] = vertices[3 * (size_t)triangles[3 * (size_t)triangle + k] + g->v] -
+           (int)(bin / (uint)g->width) * CC_EDGE;
+  CcCells rows;
+  rows.first = max((int)floor(fmin(v[0], fmin(v[1], v[2])) - CC_COLUMN_SLACK), 0);
+  rows.last =
+      min((int)floor(fmax(v[0], fmax(v[1], v[2])) + CC_COLUMN_SLACK), CC_EDGE - 1);
+  return rows;
 }
 
 // Where a work-item writes the pieces of its row.
@@ -203,42 +214,63 @@ void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
   }
 }
 
+// A group takes a triangle over a column for each work-item, and hands out their rows in turn: fewer
+// than half of them have a part of the triangle.
 __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutColumns(
     CcColumns g, __global const double* vertices, __global const int* triangles,
     __global const uint* entries, __global const uint* owners, __global uint* counters,
     __global CcColumnPieces* found, __global double2* pieces, __global int* touched) {
-  __local uint wanted, groupBegin;
-  CcPolygon room[4];
-  const uint i = get_global_id(0), entry = i / CC_EDGE;
-  const uint count = counters[CC_ENTRIES];
-  if (count > g.entryRoom || get_group_id(0) * (CC_CUT_GROUP / CC_EDGE) >= count) return;
-  const int v = (int)(i % CC_EDGE);
-  CcPolygon* row = 0;
-  CcPieceRoom to;
-  if (get_local_id(0) == 0) wanted = 0u;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  uint before = 0;
-  if (entry < count) {
-    const uint bin = owners[entry];
-    row = ccRowOf(&g, vertices, triangles, entries[entry], bin, v, room);
-    to.pieces = pieces;
-    to.counters = counters;
-    to.touched = touched + (size_t)bin * (size_t)(g.layers + 1);
-    for (int k = 0; k < CC_EDGE; ++k) found[(size_t)i * CC_EDGE + k].firstCount = 0u;
+  __local uint wanted, groupBegin, sums[2 * CC_CUT_GROUP];
+  __local ushort items[CC_CUT_GROUP * CC_EDGE];  // entry * 8 + row
+  const uint lid = get_local_id(0), base = get_group_id(0) * CC_CUT_GROUP;
+  const uint all = counters[CC_ENTRIES];
+  if (all > g.entryRoom || base >= all) return;
+  const uint some = min(all - base, (uint)CC_CUT_GROUP);
+  CcCells rows;
+  rows.first = 0;
+  rows.last = -1;
+  if (lid < some)
+    rows = ccRowsInColumn(&g, vertices, triangles, entries[base + lid], owners[base + lid]);
+  const uint own = (uint)max(rows.last - rows.first + 1, 0);
+  const uint upTo = ccSumUpTo(sums, own);
+  for (uint k = 0; k < own; ++k)
+    items[upTo - own + k] = (ushort)(lid * CC_EDGE + (uint)rows.first + k);
+  for (uint k = lid; k < some * CC_COLUMNS; k += CC_CUT_GROUP)
+    found[(size_t)base * CC_COLUMNS + k].firstCount = 0u;
+  if (lid == CC_CUT_GROUP - 1) groupBegin = upTo;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  const uint count = groupBegin;
+  for (uint turn = 0; turn < count; turn += CC_CUT_GROUP) {
+    CcPolygon room[4];
+    CcPolygon* row = 0;
+    CcPieceRoom to;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lid == 0) wanted = 0u;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint before = 0, item = 0;
+    if (turn + lid < count) {
+      item = items[turn + lid];
+      const uint entry = base + item / CC_EDGE, bin = owners[entry];
+      row = ccRowOf(&g, vertices, triangles, entries[entry], bin, (int)(item % CC_EDGE), room);
+      to.pieces = pieces;
+      to.counters = counters;
+      to.touched = touched + (size_t)bin * (size_t)(g.layers + 1);
+    }
+    if (row) {
+      // Rounding may put a cut's corner a hair beyond the polygon.
+      const CcCells cells = ccCells(row, 2), columns = ccCells(row, 0);
+      to.low = cells.first - 1;
+      to.cells = cells.last - cells.first + 3;
+      before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lid == 0) groupBegin = atomic_add(&counters[CC_PIECES], wanted);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (row && groupBegin + wanted <= g.pieceRoom) {
+      to.begin = groupBegin + before;
+      ccCutRow(row, &to, room, found + ((size_t)base * CC_EDGE + item) * CC_EDGE);
+    }
   }
-  if (row) {
-    // Rounding may put a cut's corner a hair beyond the polygon.
-    const CcCells cells = ccCells(row, 2), columns = ccCells(row, 0);
-    to.low = cells.first - 1;
-    to.cells = cells.last - cells.first + 3;
-    before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) == 0) groupBegin = atomic_add(&counters[CC_PIECES], wanted);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (!row || groupBegin + wanted > g.pieceRoom) return;
-  to.begin = groupBegin + before;
-  ccCutRow(row, &to, room, found + (size_t)i * CC_EDGE);
 }
 
 size_t ccTableAt(const CcColumns* g, uint bin, int layer) {

@@ -55,9 +55,9 @@ int ccCoverageAt(const CcWindows* g, __global const int* table, __global const u
 // A voxel of the window, as the kernel below reads it. Voxels above each other along z stand
 // together.
 typedef struct {
-  float weight, x, y, z;
-  int offset;  // in the tile
-  int above;   // whether it lies above the one before
+  float4 by;   // weight, and weight times place
+  int2 place;  // offset in the tile; whether it lies above the one before
+  int2 unused;
 } CcFlatTap;
 
 #define CC_TILE_ROW 24  // floats: rows of eight voxels then lie in different banks
@@ -78,6 +78,7 @@ void ccLayOutTile(const CcWindows* g, __local const int* about, __global const u
     const int y = row % edgeY + g->low[1] + 8, z = row / edgeY + g->low[2] + 8;
     const int first = 3 * (y >> 3) + 9 * (z >> 3);
     const uint cell = (uint)((y & 7) << 3 | (z & 7) << 6);
+#pragma unroll 4
     for (int i = 0; i < edgeX; ++i) {
       const int x = i + g->low[0] + 8, brick = about[first + (x >> 3)];
       float coverage = brick == CC_SOLID_CODE ? 255.0f : 0.0f;
@@ -118,19 +119,20 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
     float mass[8], mx[8], my[8], mz[8], c[8];
     for (int m = 0; m < 8; ++m) mass[m] = mx[m] = my[m] = mz[m] = c[m] = 0.0f;
     for (int t = 0; t < g.taps; ++t) {
-      const CcFlatTap tap = taps[t];
-      __local const float* const seen = tile + here + tap.offset;
-      if (tap.above) {
+      const float4 by = taps[t].by;
+      const int2 place = taps[t].place;
+      __local const float* const seen = tile + here + place.x;
+      if (place.y) {
         for (int m = 0; m < 7; ++m) c[m] = c[m + 1];
       } else {
         for (int m = 0; m < 7; ++m) c[m] = seen[m * layer];
       }
       c[7] = seen[7 * layer];
       for (int m = 0; m < 8; ++m) {
-        mass[m] = CC_ADD_PRODUCT(c[m], tap.weight, mass[m]);
-        mx[m] = CC_ADD_PRODUCT(c[m], tap.x, mx[m]);
-        my[m] = CC_ADD_PRODUCT(c[m], tap.y, my[m]);
-        mz[m] = CC_ADD_PRODUCT(c[m], tap.z, mz[m]);
+        mass[m] = CC_ADD_PRODUCT(c[m], by.x, mass[m]);
+        mx[m] = CC_ADD_PRODUCT(c[m], by.y, mx[m]);
+        my[m] = CC_ADD_PRODUCT(c[m], by.z, my[m]);
+        mz[m] = CC_ADD_PRODUCT(c[m], by.w, mz[m]);
       }
     }
     __global CcBlock* const block = blocks + 1u + n;

@@ -20,7 +20,7 @@ using Bricks = BaseVectorField::Bricks;
 // As kernels/windows.cl has it.
 struct FlatTap {
   float weight, x, y, z;
-  cl_int offset, above;
+  cl_int offset, above, unused[2];
 };
 constexpr int kTileRow = 24;                 // CC_TILE_ROW
 constexpr std::size_t kMostFlatTaps = 1600;  // 32 kB of constant memory
@@ -85,8 +85,13 @@ std::vector<FlatTap> flatTaps(const Window& window) {
   const WindowTap* before = nullptr;
   for (const WindowTap& t : sorted) {
     const bool above = before && before->x == t.x && before->y == t.y && before->z + 1 == t.z;
-    taps.push_back({float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2]),
-                    t.x + kTileRow * (t.y + edgeY * t.z), above});
+    taps.push_back({float(t.weight),
+                    float(t.moment[0]),
+                    float(t.moment[1]),
+                    float(t.moment[2]),
+                    t.x + kTileRow * (t.y + edgeY * t.z),
+                    above,
+                    {}});
     before = &t;
   }
   return taps;
@@ -111,6 +116,9 @@ void OpenClDigitizer::guess(const GridSurface& surface, int axis) {
            before.pieceRoom,
            before.sumRoom,
            before.brickRoom};
+  const bool asBefore = grid_.triangles == before.triangles && grid_.width == before.width &&
+                        grid_.depth == before.depth && grid_.layers == before.layers;
+  if (asBefore) return;
   bins_ = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.depth);
   table_ = bins_ * static_cast<std::size_t>(frame.layers);
   const double listed = mostListed(surface, frame), all = static_cast<double>(table_ + bins_);
@@ -229,7 +237,7 @@ void OpenClDigitizer::cut() {
   d.run("ccSortColumns", bins_ * CC_GROUP, CC_GROUP);
   give(d.kernel("ccCutColumns"), grid_, vertices, triangles, entries, owners_.buffer(), counters,
        found_.buffer(), pieces_.buffer(), touched_.buffer());
-  d.run("ccCutColumns", std::size_t{grid_.entryRoom} * CC_EDGE, CC_CUT_GROUP);
+  d.run("ccCutColumns", grid_.entryRoom, CC_CUT_GROUP);
 }
 
 void OpenClDigitizer::sum() {

@@ -97,11 +97,11 @@ void Cutter::cutTriangle(int bu, int bv, int triangle) {
   triangleShell_ = t >= surface_.firstCap       ? kCap
                    : surface_.component.empty() ? 0
                                                 : surface_.component[t];
-  CcPolygon polygon = inColumn(bu, bv, triangle), kept, rest;
-  ccClip(&polygon, 0, &kept, &rest);
-  ccClip(&polygon, 1, &kept, &rest);
-  if (polygon.corners < 3) return;
-  slice<1>(polygon, [&](int v, const CcPolygon& row) {
+  CcPolygon whole = inColumn(bu, bv, triangle), spare, rest;
+  CcPolygon* const inU = ccClip(&whole, 0, &spare, &rest);
+  const CcPolygon* const polygon = ccClip(inU, 1, inU == &whole ? &spare : &whole, &rest);
+  if (polygon->corners < 3) return;
+  slice<1>(*polygon, [&](int v, const CcPolygon& row) {
     slice<0>(row, [&](int u, const CcPolygon& column) {
       const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
       forEachPiece(column, [&](int w, const CcPiece& piece) { addPiece(c, w, piece); });
