@@ -53,6 +53,6 @@ typedef struct {
 } CcWindows;
 
 #define CC_WINDOW_GROUP 128
-#define CC_TILE_CELLS 6144  // floats: of the voxels that a brick's windows reach, with the brick
+#define CC_TILE_CELLS 6144  // of the voxels that a brick's windows reach, with the brick
 
 #endif

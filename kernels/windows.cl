@@ -52,15 +52,16 @@ int ccCoverageAt(const CcWindows* g, __global const int* table, __global const u
   return bricks[(size_t)brick * CC_BRICK_VOXELS + ((x & 7) | (y & 7) << 3 | (z & 7) << 6)];
 }
 
-// A voxel of the window, as the kernel below reads it. Voxels above each other along z stand
-// together.
+// Voxels of the window above each other along z, as the kernel below reads them; `by`: of each, its
+// weight, and that times its place.
 typedef struct {
-  float4 by;   // weight, and weight times place
-  int2 place;  // offset in the tile; whether it lies above the one before
-  int2 unused;
-} CcFlatTap;
+  int offset;  // of the lowest in the tile
+  int first, count;
+  int unused;
+} CcFlatRun;
 
-#define CC_TILE_ROW 24  // floats: rows of eight voxels then lie in different banks
+#define CC_TILE_ROW 24  // halves: rows of eight voxels then lie in different banks
+#define CC_RUN 8        // voxels of the window that lie above each other at most
 
 // One rounding or two: the sums are whole numbers that a float holds.
 #if defined(FP_FAST_FMAF) || defined(__NV_CL_C_VERSION)
@@ -69,33 +70,36 @@ typedef struct {
 #define CC_ADD_PRODUCT(a, b, c) ((a) * (b) + (c))
 #endif
 
-// The coverages of a brick and of what its windows reach. `about`: the 27 bricks.
+// The coverages of a brick and of what its windows reach, as halves, which hold them exactly.
+// `about`: the 27 bricks. A work-item takes what of a row lies in one brick.
 void ccLayOutTile(const CcWindows* g, __local const int* about, __global const uchar* bricks,
-                  __local float* tile) {
-  const int edgeX = 8 + g->high[0] - g->low[0], edgeY = 8 + g->high[1] - g->low[1],
-            edgeZ = 8 + g->high[2] - g->low[2];
-  for (int row = (int)get_local_id(0); row < edgeY * edgeZ; row += CC_COLUMNS) {
+                  __local half* tile) {
+  const int edgeY = 8 + g->high[1] - g->low[1], edgeZ = 8 + g->high[2] - g->low[2];
+  const int rows = edgeY * edgeZ;
+  for (int item = (int)get_local_id(0); item < 3 * rows; item += CC_COLUMNS) {
+    const int part = item / rows, row = item - part * rows;
     const int y = row % edgeY + g->low[1] + 8, z = row / edgeY + g->low[2] + 8;
-    const int first = 3 * (y >> 3) + 9 * (z >> 3);
-    const uint cell = (uint)((y & 7) << 3 | (z & 7) << 6);
-#pragma unroll 4
-    for (int i = 0; i < edgeX; ++i) {
-      const int x = i + g->low[0] + 8, brick = about[first + (x >> 3)];
-      float coverage = brick == CC_SOLID_CODE ? 255.0f : 0.0f;
-      if (brick >= 0) coverage = bricks[(size_t)brick * CC_BRICK_VOXELS + (cell | (uint)(x & 7))];
-      tile[i + CC_TILE_ROW * row] = coverage;
-    }
+    const int brick = about[part + 3 * (y >> 3) + 9 * (z >> 3)];
+    uchar8 coverage = brick == CC_SOLID_CODE ? (uchar8)(255) : (uchar8)(0);
+    if (brick >= 0)
+      coverage = vload8(0, bricks + (size_t)brick * CC_BRICK_VOXELS + ((y & 7) << 3 | (z & 7) << 6));
+    uchar c[8];
+    vstore8(coverage, 0, c);
+    const int begin = part == 0 ? 8 + g->low[0] : 0, end = part == 2 ? g->high[0] : 8;
+    __local half* const to = tile + CC_TILE_ROW * row + 8 * part - 8 - g->low[0];
+    for (int x = 0; x < 8; ++x)
+      if (x >= begin && x < end) vstore_half((float)c[x], x, to);
   }
 }
 
 // Blocks of their own, from the second on; a work-item sums the windows of eight voxels above each
-// other. Sums of coverage times weight stay below 2^24, which a float holds exactly, as the host
-// has made sure; the density, a factor of all, comes last.
+// other, of which the next tap sees seven again. Sums of coverage times weight stay below 2^24,
+// which a float holds exactly, as the host has made sure; the density, a factor of all, comes last.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindows(
     CcWindows g, __global const int* restrict table, __global const uchar* restrict bricks,
-    __constant CcFlatTap* taps, __global const uint* restrict list,
-    __global const uint* restrict counters, __global CcBlock* restrict blocks,
-    __local float* tile) {
+    __constant float4* by, __constant CcFlatRun* runs, uint runCount,
+    __global const uint* restrict list, __global const uint* restrict counters,
+    __global CcBlock* restrict blocks, __local half* tile) {
   __local int about[27];
   const uint lid = get_local_id(0), count = counters[CC_OWN_BLOCKS];
   if (1u + count > g.blockRoom) return;
@@ -117,22 +121,25 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
     ccLayOutTile(&g, about, bricks, tile);
     barrier(CLK_LOCAL_MEM_FENCE);
     float mass[8], mx[8], my[8], mz[8], c[8];
-    for (int m = 0; m < 8; ++m) mass[m] = mx[m] = my[m] = mz[m] = c[m] = 0.0f;
-    for (int t = 0; t < g.taps; ++t) {
-      const float4 by = taps[t].by;
-      const int2 place = taps[t].place;
-      __local const float* const seen = tile + here + place.x;
-      if (place.y) {
-        for (int m = 0; m < 7; ++m) c[m] = c[m + 1];
-      } else {
-        for (int m = 0; m < 7; ++m) c[m] = seen[m * layer];
-      }
-      c[7] = seen[7 * layer];
-      for (int m = 0; m < 8; ++m) {
-        mass[m] = CC_ADD_PRODUCT(c[m], by.x, mass[m]);
-        mx[m] = CC_ADD_PRODUCT(c[m], by.y, mx[m]);
-        my[m] = CC_ADD_PRODUCT(c[m], by.z, my[m]);
-        mz[m] = CC_ADD_PRODUCT(c[m], by.w, mz[m]);
+    for (int m = 0; m < 8; ++m) mass[m] = mx[m] = my[m] = mz[m] = 0.0f;
+    for (uint r = 0; r < runCount; ++r) {
+      const int taps = runs[r].count;
+      __constant const float4* const own = by + runs[r].first;
+      __local const half* const seen = tile + here + runs[r].offset;
+#pragma unroll
+      for (int m = 0; m < 7; ++m) c[m] = vload_half(m * layer, seen);
+#pragma unroll
+      for (int t = 0; t < CC_RUN; ++t) {
+        if (t >= taps) break;
+        const float4 w = own[t];
+        c[(t + 7) & 7] = vload_half((t + 7) * layer, seen);
+#pragma unroll
+        for (int m = 0; m < 8; ++m) {
+          mass[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.x, mass[m]);
+          mx[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.y, mx[m]);
+          my[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.z, my[m]);
+          mz[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.w, mz[m]);
+        }
       }
     }
     __global CcBlock* const block = blocks + 1u + n;
@@ -141,7 +148,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
       vstore4((double4)(density * mass[m], density * mx[m], density * my[m], density * mz[m]), 0,
               (__global double*)&block->moments[voxel]);
       block->volume[voxel] = mass[m];
-      block->coverage[voxel] = (uchar)tile[here + m * layer];
+      block->coverage[voxel] = (uchar)vload_half(here + m * layer, tile);
       block->tissue[voxel] = 0;
     }
   }

@@ -48,14 +48,16 @@ class OpenClDigitizer {
   CcColumns grid_{};
   CcWindows windows_{};
   bool flat_ = false;     // windows that the faster kernel can sum
-  std::size_t tile_ = 0;  // floats, of its tile
-  std::size_t bins_ = 0, table_ = 0, vertices_ = 0;
+  std::size_t tile_ = 0;  // halves, of its tile
+  std::size_t sentBytes_ = 0;
+  cl_uint runCount_ = 0;
+  std::size_t bins_ = 0, table_ = 0;
   Counters counters_{};
   DigitizerReport report_;
-  Pinned sent_, sentWindow_, fetched_;
+  Pinned sent_, sentWindow_;
   Grown surface_, triangles_, shells_, countersThere_, counts_, first_, entries_, owners_, found_,
       pieces_, touched_, placed_, sums_, tableThere_, stored_, firstStored_, bricks_, own_,
-      ownGroups_, firstOwn_, blockOf_, list_, taps_, density_, blocks_;
+      ownGroups_, firstOwn_, blockOf_, list_, taps_, runs_, density_, blocks_;
 };
 
 }  // namespace cloudcontact::opencl
