@@ -130,15 +130,16 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
       for (int m = 0; m < 7; ++m) c[m] = vload_half(m * layer, seen);
 #pragma unroll
       for (int t = 0; t < CC_RUN; ++t) {
-        if (t >= taps) break;
-        const float4 w = own[t];
-        c[(t + 7) & 7] = vload_half((t + 7) * layer, seen);
+        if (t < taps) {
+          const float4 w = own[t];
+          c[(t + 7) & 7] = vload_half((t + 7) * layer, seen);
 #pragma unroll
-        for (int m = 0; m < 8; ++m) {
-          mass[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.x, mass[m]);
-          mx[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.y, mx[m]);
-          my[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.z, my[m]);
-          mz[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.w, mz[m]);
+          for (int m = 0; m < 8; ++m) {
+            mass[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.x, mass[m]);
+            mx[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.y, mx[m]);
+            my[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.z, my[m]);
+            mz[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.w, mz[m]);
+          }
         }
       }
     }
