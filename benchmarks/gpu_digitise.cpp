@@ -121,9 +121,10 @@ bool same(const BaseVectorField& a, const BaseVectorField& b) {
                      p.blocks.size() * sizeof(FieldBlock)) == 0;
 }
 
-// What a step must move at least [bytes], and compute [operations].
+// What a step must move at least [bytes], and compute [operations], in doubles or in floats.
 struct Floor {
   double bytes = 0, operations = 0;
+  bool floats = false;
 };
 
 // The pieces of triangles in voxels are at least the voxels on the surface; a piece costs a cut
@@ -143,7 +144,8 @@ Floor floorOf(const std::string& step, const DigitizerReport& r, double surface)
   if (step == "ccSumColumns") return {touched * 4096, touched * 512 * 3};
   if (step == "ccStoreBricks") return {touched * 4096 + stored * 512, touched * 512 * 3};
   if (step == "ccSumWindows" || step == "ccSumAnyWindows")
-    return {stored * 512 + blocks * sizeof(FieldBlock), blocks * 512 * double(r.taps) * 8};
+    return {stored * 512 + blocks * sizeof(FieldBlock), blocks * 512 * double(r.taps) * 8,
+            step == "ccSumWindows"};
   if (step == "mesh sent") return {double(r.sent), 0};
   return {};
 }
@@ -168,9 +170,12 @@ void tellSteps(const Arguments& how, const Case& c, const DeviceSpeeds& speeds, 
     const double each = time.seconds / how.turns;
     const Floor f = floorOf(name, r, surface);
     all += each;
-    std::printf("%-18s %10.1f %13.3f %9.1f%% %15.1f %11.1f%%\n", name.c_str(), 1e6 * each,
-                1e-6 * f.bytes, 100 * f.bytes / each / speeds.copy, 1e-6 * f.operations,
-                100 * f.operations / each / speeds.doubles);
+    std::printf("%-18s %10.1f %13.3f %9.1f%% %15.1f ", name.c_str(), 1e6 * each, 1e-6 * f.bytes,
+                100 * f.bytes / each / speeds.copy, 1e-6 * f.operations);
+    if (f.floats)
+      std::printf("%12s\n", "floats");
+    else
+      std::printf("%11.1f%%\n", 100 * f.operations / each / speeds.doubles);
   }
   std::printf("%-18s %10.1f\n", "together", 1e6 * all);
 }
