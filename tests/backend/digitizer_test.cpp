@@ -8,6 +8,8 @@
 
 #include "contact/field_bricks.h"
 #include "device_wanted.h"
+#include "geometry/mesh_topology.h"
+#include "geometry/preparation.h"
 #include "test_meshes.h"
 #include "thread_meshes.h"
 
@@ -114,6 +116,32 @@ TEST(Digitizer, OnTheDeviceEqualsTheCpu) {
     EXPECT_EQ(digitizer.report().badColumns, report.badColumns);
     EXPECT_GT(want.voxels().coverage.size(), 0u);
   }
+}
+
+// A mesh is told whole, and then not mended, only where mending would give the same.
+TEST(Digitizer, WholeMeshesAreThoseThatMendingLeavesAlone) {
+  const auto whole = [](const Mesh& mesh) {
+    const auto prepared = preparedAsWhole(mesh);
+    return prepared && isOneClosedSurface(prepared->closing.mesh);
+  };
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    const bool oneSurface = std::string(c.name) != "two balls" &&
+                            std::string(c.name) != "with cracks and missing facets";
+    EXPECT_EQ(whole(c.mesh), oneSurface);
+    if (!oneSurface) continue;
+    const Mesh mended = cloudcontact::mended(c.mesh);
+    const Prepared prepared = *preparedAsWhole(c.mesh);
+    EXPECT_EQ(prepared.closing.mesh.vertices, mended.vertices);
+    EXPECT_EQ(prepared.closing.mesh.triangles, mended.triangles);
+    EXPECT_EQ(prepared.closing.firstCap, mended.triangles.size());
+  }
+  Mesh turned = sphereMesh(8, 2), doubled = turned, flat;
+  std::swap(turned.triangles[5][0], turned.triangles[5][1]);
+  doubled.triangles.push_back(doubled.triangles[7]);
+  flat = Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
+  for (const Mesh& mesh : {turned, doubled, flat, sheetMesh(8, 4), openBox()})
+    EXPECT_FALSE(whole(mesh));
 }
 
 // Windows that the quick kernel takes, and those that are too wide or lie aside.
