@@ -264,10 +264,11 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
       before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid == 0) groupBegin = atomic_add(&counters[CC_PIECES], wanted);
+    const uint units = (wanted + CC_PIECE_UNIT - 1) / CC_PIECE_UNIT;
+    if (lid == 0) groupBegin = atomic_add(&counters[CC_PIECES], units);
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (row && groupBegin + wanted <= g.pieceRoom) {
-      to.begin = groupBegin + before;
+    if (row && groupBegin + units <= g.pieceRoom) {
+      to.begin = groupBegin * CC_PIECE_UNIT + before;
       ccCutRow(row, &to, room, found + ((size_t)base * CC_EDGE + item) * CC_EDGE);
     }
   }

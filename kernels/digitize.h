@@ -23,7 +23,7 @@ typedef struct {
 
 // Counters, as wanted: beyond its room nothing is written, and the host asks again with more.
 #define CC_ENTRIES 0      // triangles over brick-wide columns
-#define CC_PIECES 1       // places for pieces of triangles in voxels
+#define CC_PIECES 1       // places for pieces of triangles in voxels, in units of CC_PIECE_UNIT
 #define CC_SUM_BRICKS 2   // bricks that a piece lies in
 #define CC_STORED 3       // bricks that store numbers
 #define CC_BAD_COLUMNS 4  // columns whose sum does not come back to zero
@@ -31,6 +31,7 @@ typedef struct {
 #define CC_LOST 6         // pieces that lay where none may
 #define CC_OWN_BLOCKS 7   // bricks with windows of their own
 #define CC_CUT_COUNTERS 8
+#define CC_PIECE_UNIT 256  // so that a count of 32 bits does not run over before memory does
 
 // What a triangle leaves in one column: its pieces, cell by cell.
 typedef struct {

@@ -27,6 +27,8 @@ constexpr std::size_t kMostFlatTaps = 1024;  // twice 16 kB of constant memory
 constexpr double kExactInFloat = 1 << 24;
 constexpr std::size_t kGroups = 1 << 15;          // that take bricks in turn
 constexpr std::size_t kMostPlaces = 0xffffffffu;  // that 32 bits count
+constexpr double kMostUnits = double(kMostPlaces) / CC_PIECE_UNIT - 1;
+constexpr double kMostListed = 1e9;
 // Places for pieces that a chain is first given, by the triangles listed over columns: the M16 bolt
 // at 512 voxels takes 40.
 constexpr std::size_t kPieces = 64;
@@ -40,10 +42,8 @@ std::string megabytes(double bytes) {
   return std::to_string(std::llround(bytes / 1e6)) + " MB";
 }
 
-// How many triangles at most will be listed, were each to fill its box; counted up to some
-// millions.
+// How many triangles at most will be listed, were each to fill its box.
 double mostListed(const GridSurface& surface, const Frame& frame) {
-  constexpr double kEnough = 4e6;
   double sum = 0;
   for (const Eigen::Vector3i& t : surface.triangles) {
     const Vec3 &a = surface.vertices[static_cast<std::size_t>(t[0])],
@@ -54,7 +54,6 @@ double mostListed(const GridSurface& surface, const Frame& frame) {
       return std::floor((high + 1e-3) / kBrickEdge) - std::floor((low - 1e-3) / kBrickEdge) + 1;
     };
     sum += bricks(frame.u) * bricks(frame.v);
-    if (sum > kEnough) return kEnough;
   }
   return sum;
 }
@@ -123,12 +122,14 @@ void OpenClDigitizer::guess(const GridSurface& surface, int axis) {
   if (asBefore) return;
   bins_ = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.depth);
   table_ = bins_ * static_cast<std::size_t>(frame.layers);
-  const double listed = mostListed(surface, frame), all = static_cast<double>(table_ + bins_);
+  constexpr double kEnough = 4e6;  // to begin with
+  const double listed = std::min(mostListed(surface, frame), kEnough),
+               all = static_cast<double>(table_ + bins_);
   const auto raise = [](cl_uint& room, std::size_t wanted) {
     room = std::max(room, static_cast<cl_uint>(std::min(wanted, kMostPlaces)));
   };
   raise(grid_.entryRoom, bounded(listed, 1e9));
-  raise(grid_.pieceRoom, bounded(kPieces * listed, 1e9));
+  raise(grid_.pieceRoom, bounded(kPieces * listed / CC_PIECE_UNIT, kMostUnits));
   raise(grid_.sumRoom, bounded(listed / 2, all));
   raise(grid_.brickRoom, bounded(listed / 2, all));
 }
@@ -137,7 +138,7 @@ void OpenClDigitizer::guess(const GridSurface& surface, int axis) {
 std::string OpenClDigitizer::lacking(bool field) const {
   const double needs[] = {
       double(grid_.entryRoom) * CC_COLUMNS * sizeof(CcColumnPieces),
-      double(grid_.pieceRoom) * 2 * sizeof(double),
+      double(grid_.pieceRoom) * CC_PIECE_UNIT * 2 * sizeof(double),
       double(grid_.sumRoom) * CC_BRICK_VOXELS * sizeof(double),
       double(grid_.brickRoom) * CC_BRICK_VOXELS,
       double(bins_) * (grid_.layers + 1) * sizeof(cl_int),
@@ -164,6 +165,7 @@ bool OpenClDigitizer::enlarge(bool field) {
   };
   enough(grid_.entryRoom, CC_ENTRIES);
   enough(grid_.pieceRoom, CC_PIECES);
+  grid_.pieceRoom = static_cast<cl_uint>(std::min<double>(grid_.pieceRoom, kMostUnits));
   enough(grid_.sumRoom, CC_SUM_BRICKS);
   enough(grid_.brickRoom, CC_STORED);
   if (field) enough(windows_.blockRoom, CC_OWN_BLOCKS, 1);
@@ -209,7 +211,7 @@ void OpenClDigitizer::makeRoom() {
   entries_.room(d, grid_.entryRoom * sizeof(cl_uint));
   owners_.room(d, grid_.entryRoom * sizeof(cl_uint));
   found_.room(d, std::size_t{grid_.entryRoom} * CC_COLUMNS * sizeof(CcColumnPieces));
-  pieces_.room(d, std::size_t{grid_.pieceRoom} * 2 * sizeof(double));
+  pieces_.room(d, std::size_t{grid_.pieceRoom} * CC_PIECE_UNIT * 2 * sizeof(double));
   placed_.room(d, grid_.sumRoom * sizeof(cl_uint));
   sums_.room(d, std::size_t{grid_.sumRoom} * CC_BRICK_VOXELS * sizeof(double));
   tableThere_.room(d, table_ * sizeof(cl_int));
@@ -343,6 +345,10 @@ std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const Sta
   report_.triangles = surface.triangles.size();
   if (static_cast<double>(surface.bricks[axis]) * kBrickEdge + 1 > CC_TALLEST)
     return "its columns are taller than " + std::to_string(CC_TALLEST) + " voxels";
+  const Frame frame(surface, axis);
+  if (double(surface.triangles.size()) * frame.width * frame.depth > kMostListed &&
+      mostListed(surface, frame) > kMostListed)
+    return "its triangles lie over more columns than can be listed";
   guess(surface, axis);
   const BaseVectorField::Bricks* field = nullptr;
   const bool wanted = static_cast<bool>(start);
@@ -366,7 +372,7 @@ std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const Sta
     if (!enlarge(wanted)) break;
   }
   report_.listed = counters_[CC_ENTRIES];
-  report_.places = counters_[CC_PIECES];
+  report_.places = std::size_t{counters_[CC_PIECES]} * CC_PIECE_UNIT;
   report_.touched = counters_[CC_SUM_BRICKS];
   report_.stored = counters_[CC_STORED];
   report_.blocks = counters_[CC_OWN_BLOCKS];
