@@ -1,4 +1,4 @@
-# Writes kernels/ as one C++ string: cmake -DOUTPUT=FILE -DSOURCES="a.h;b.h;c.cl" -P EmbedKernels.cmake
+# Writes kernels as one C++ string: cmake -DOUTPUT=FILE -DNAME=kName -DSOURCES="a.h;b.h;c.cl" -P EmbedKernels.cmake
 # The sources come in an order in which each follows what it includes, so their own #include "..."
 # lines are left out.
 set(text "")
@@ -10,6 +10,6 @@ foreach(source ${SOURCES})
 endforeach()
 file(WRITE ${OUTPUT} "// Made by cmake/EmbedKernels.cmake from kernels/.\n"
   "namespace cloudcontact::opencl {\n"
-  "extern const char* const kKernelSource;\n"
-  "const char* const kKernelSource = R\"kernels(${text})kernels\";\n"
+  "extern const char* const ${NAME};\n"
+  "const char* const ${NAME} = R\"kernels(${text})kernels\";\n"
   "}  // namespace cloudcontact::opencl\n")

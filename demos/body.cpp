@@ -2,6 +2,7 @@
 #include "body.h"
 
 #include <cloudcontact/cloud_file.h>
+#include <cloudcontact/device_digitize.h>
 #include <cloudcontact/mesh_file.h>
 #include <cloudcontact/point_file.h>
 
@@ -215,6 +216,21 @@ Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
   return toCloud(*body.object, voxel);
 }
 
+// On what --backend names.
+DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
+                           const CommonOptions& options) {
+  if (options.backend == Backend::Cpu) {
+    DigitizeReport report;
+    Cloud cloud = digitize(mesh, settings, &report);
+    return {std::move(cloud), report.closed, Backend::Cpu};
+  }
+  Digitizer digitizer({options.backend});
+  digitizer.run(mesh, settings);
+  if (!digitizer.message().empty()) tellOfCpu(digitizer.message());
+  return {digitizer.cloud(), digitizer.report().closed,
+          digitizer.deviceReport().onDevice ? Backend::OpenCl : Backend::Cpu};
+}
+
 }  // namespace
 
 Body readBody(const std::string& specification, const CommonOptions& options) {
@@ -273,11 +289,11 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
               << " m; leave --voxel out or digitise its mesh again";
       throw BadInput(message.str());
     }
-    return {*body.cloud, true};
+    return {*body.cloud, true, Backend::Cpu};
   }
   if (body.object)
     return {asBadInput(body.name, "save it again", [&] { return cloudOf(body, voxel, options); }),
-            true};
+            true, Backend::Cpu};
   return asBadInput(body.name, "repair the mesh so that it encloses a volume", [&] {
     Mesh mesh;
     if (body.shape)
@@ -289,14 +305,12 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     settings.voxelSize = voxel;
     settings.threads = options.threads;
     settings.progress = progressBar("digitising " + body.name);
-    DigitizeReport report;
-    DigitizedBody result;
     // A sheet that was given a thickness is no longer its parts.
-    const bool ofParts = !body.parts.empty() && !isSheet(*body.mesh);
-    result.cloud =
-        ofParts ? digitize(body.parts, settings, &report) : digitize(mesh, settings, &report);
-    result.closed = report.closed;
-    return result;
+    if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
+    if (options.backend == Backend::OpenCl) tellOfCpu(body.name + " is of several materials");
+    DigitizeReport report;
+    Cloud cloud = digitize(body.parts, settings, &report);
+    return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
   });
 }
 

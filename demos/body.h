@@ -42,7 +42,8 @@ double defaultVoxel(const Body& body);
 
 struct DigitizedBody {
   Cloud cloud;
-  bool closed = true;  // the mesh's every edge belonged to two faces
+  bool closed = true;              // the mesh's every edge belonged to two faces
+  Backend backend = Backend::Cpu;  // that digitised it
 };
 
 // The body as a cloud: a mesh digitised (a sheet as a shell, with a message on stderr; parts as
@@ -50,7 +51,8 @@ struct DigitizedBody {
 // by way of its mesh, a saved cloud as it is, points as what they are found to be (a message on
 // stderr says it): a volume, a closed surface, a shell where --shell is given. Throws BadInput for
 // a half-space, a voxel that does not fit in memory, or a saved cloud of another voxel size than
-// the one asked for.
+// the one asked for. With --backend opencl a device digitises a mesh of one material, where it can;
+// a message on stderr says why it does not.
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options);
 
 // The cloud's field, with a progress bar. Throws BadInput naming the body.

@@ -1,8 +1,11 @@
 // `contact --method cloud`: the contact in double from ContactFinder, which Bullet's manifolds
-// are made of, timed through a Bullet dispatcher as a simulation would call it.
+// are made of, timed through a Bullet dispatcher as a simulation would call it; on an OpenCL device
+// from a batch of one pair.
+#include <cloudcontact/batch.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -32,7 +35,8 @@ struct Side {
   }
 };
 
-Side makeSide(const Body& body, double voxel, const CommonOptions& options) {
+Side makeSide(const Body& body, double voxel, CommonOptions options) {
+  options.backend = Backend::Cpu;  // the field, which takes most of the time, is the CPU's
   Side side;
   if (isHalfSpace(body)) {
     side.plane = body.shape;
@@ -64,6 +68,41 @@ ContactReport asReport(const ContactResult& result, const Motion& motionB) {
   return report;
 }
 
+// Microseconds of each of so many steps of a batch of this pair, B elsewhere by `jitter` [m] in
+// each.
+std::vector<double> batchTimes(ContactBatch& batch, BatchPair pair, int repeat, double jitter) {
+  using Clock = std::chrono::steady_clock;
+  const Vec3 place = pair.b.pose.position;
+  std::vector<double> times;
+  for (int k = 0; k < repeat; ++k) {
+    pair.b.pose.position = place + jitter * Vec3(k % 3 - 1, k % 5 - 2, k % 7 - 3).normalized();
+    const auto start = Clock::now();
+    batch.find({&pair, 1});
+    times.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+  }
+  return times;
+}
+
+// The pair on a device; nothing, and a message, where that is not to be.
+std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery& query,
+                                      double jitter) {
+  ContactBatch batch({query.common.backend, query.common.threads, false});
+  if (batch.backend() != Backend::OpenCl) {
+    tellOfCpu(batch.message());
+    return std::nullopt;
+  }
+  const std::span<const BatchPair> one(&pair, 1);
+  batch.find(one);  // the first makes room
+  ContactReport report = asReport(*batch.find(one)[0], query.motion);
+  if (batch.report().onDevice == 0) {
+    tellOfCpu("half-spaces, near misses and contacts too large for the device are the CPU's");
+    return std::nullopt;
+  }
+  report.backend = Backend::OpenCl;
+  report.microseconds = batchTimes(batch, pair, query.repeat, jitter);
+  return report;
+}
+
 }  // namespace
 
 ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
@@ -73,9 +112,9 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   ContactSettings settings;
   settings.law = query.common.law;
   settings.pair = pairMaterial(query.common);
+  const BatchPair pair{a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings};
   ContactFinder finder;
-  const ContactResult& result =
-      finder.find(a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings);
+  const ContactResult& result = finder.find(pair.a, pair.b, settings);
   ContactReport report = asReport(result, query.motion);
   if (scene)
     *scene = {{query.a.name, a.field, a.plane, Pose{}},
@@ -84,6 +123,8 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
               query.motion,
               std::max(a.voxel(), b.voxel())};
 
+  if (query.common.backend == Backend::OpenCl)
+    if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud,
                   {settings.law, settings.pair});
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);

@@ -56,7 +56,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 Json reportJson(const ContactReport& report, const CommonOptions& options) {
   Json json;
   json["method"] = nameOf(options.method);
-  json["backend"] = nameOf(options.backend);
+  json["backend"] = nameOf(report.backend);
   json["force"] = asJson(report.onB.force);
   json["torque"] = asJson(report.onB.torque);
   json["contacts"] = Json::array();
@@ -90,7 +90,10 @@ void printText(const Json& j) {
 }
 
 ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
-  if (query.common.method != Method::Cloud) return peerContact(query);
+  if (query.common.method != Method::Cloud) {
+    if (query.common.backend == Backend::OpenCl) tellOfCpu("it is for --method cloud");
+    return peerContact(query);
+  }
   if (!picture) return cloudContact(query);
   ContactScene scene;
   ContactReport report = cloudContact(query, &scene);
@@ -151,7 +154,7 @@ void addContactCommand(CLI::App& app) {
           "--picture", [options](const std::string& text) { options->picture = text; },
           "where to draw the contact, in a cut through it")
       ->type_name("FILE.png|FILE.svg");
-  addCommonOptions(command, options->common);
+  addCommonOptions(command, options->common, Devices::OpenCl);
   command.callback([options] { run(*options); });
 }
 

@@ -33,6 +33,7 @@ struct ContactReport {
   std::size_t patches = 0, samples = 0;
   Wrench onB;                        // torque about the world's origin
   std::vector<double> microseconds;  // of each repeat
+  Backend backend = Backend::Cpu;    // that found them
 };
 
 // The pair's k and c: as given, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.

@@ -32,6 +32,7 @@ struct DigitizeOptions {
 struct Digitized {
   Cloud cloud;
   bool closed = true;
+  Backend backend = Backend::Cpu;
   std::shared_ptr<const SurfaceField> field;
   double cloudMilliseconds = 0, fieldMilliseconds = 0;
 };
@@ -43,11 +44,14 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
 
 Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
   const double voxel = options.common.voxel.value_or(defaultVoxel(body));
+  if (options.common.backend == Backend::OpenCl && (body.cloud || body.object))
+    tellOfCpu(options.body + " is no mesh");
   Digitized result;
   const auto start = std::chrono::steady_clock::now();
   DigitizedBody digitized = digitizeBody(body, voxel, options.common);
   result.cloud = std::move(digitized.cloud);
   result.closed = digitized.closed;
+  result.backend = digitized.backend;
   result.cloudMilliseconds = millisecondsSince(start);
   const auto middle = std::chrono::steady_clock::now();
   result.field = buildField(result.cloud, body.name, options.common);
@@ -75,6 +79,7 @@ Json resultJson(const Digitized& d, double density) {
   const VoxelCounts counts = d.cloud.counts();
   const MassProperties mass = d.cloud.massProperties();
   Json json;
+  json["backend"] = nameOf(d.backend);
   json["voxelSize"] = d.cloud.voxelSize();
   json["voxels"] = counts.inside + counts.interface;
   json["bandVoxels"] = d.field->bandVoxels();
@@ -153,7 +158,7 @@ void addDigitizeCommand(CLI::App& app) {
           },
           "density for mass and inertia [kg/m^3] (default 1000)")
       ->type_name("RHO");
-  addCommonOptions(command, options->common);
+  addCommonOptions(command, options->common, Devices::OpenCl);
   command.callback([options] { run(*options); });
 }
 

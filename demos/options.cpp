@@ -150,7 +150,11 @@ std::string_view nameOf(Backend backend) {
   return nameIn(backendNames(), int(backend));
 }
 
-void addCommonOptions(CLI::App& command, CommonOptions& o) {
+void tellOfCpu(const std::string& why) {
+  std::cerr << "cloudcontact: --backend opencl: " << why << "; using cpu\n";
+}
+
+void addCommonOptions(CLI::App& command, CommonOptions& o, Devices devices) {
   add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
       "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
   add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in metres (default m)",
@@ -160,12 +164,14 @@ void addCommonOptions(CLI::App& command, CommonOptions& o) {
   addLawOptions(command, o);
   add(command, "--method", "cloud, or Bullet's gjk, gimpact, hacd, primitive, sdf", "METHOD",
       [&o](const std::string& t) { o.method = Method(readName("--method", t, methodNames())); });
-  add(command, "--backend", "cpu or opencl", "BACKEND", [&o](const std::string& t) {
-    o.backend = Backend(readName("--backend", t, backendNames()));
-    if (o.backend != Backend::OpenCl) return;
-    std::cerr << "cloudcontact: --backend opencl is not built yet; using cpu\n";
-    o.backend = Backend::Cpu;
-  });
+  const bool none = devices == Devices::None;
+  add(command, "--backend", none ? "cpu" : "cpu, or opencl: a GPU, where there is one", "BACKEND",
+      [&o, none, name = command.get_name()](const std::string& t) {
+        o.backend = Backend(readName("--backend", t, backendNames()));
+        if (o.backend != Backend::OpenCl || !none) return;
+        tellOfCpu(name + " has nothing for a device");
+        o.backend = Backend::Cpu;
+      });
   add(command, "--threads", "threads to use; 0 means all cores (default)", "N",
       [&o](const std::string& t) { o.threads = readCount("--threads", t, 0, 1024); });
   command.add_flag("--json", o.json, "print the result as JSON");

@@ -1,6 +1,7 @@
 // The options that several commands share, and strict readers for what users type.
 #pragma once
 
+#include <cloudcontact/batch.h>
 #include <cloudcontact/law.h>
 #include <cloudcontact/pose.h>
 #include <cloudcontact/viscoelastic.h>
@@ -13,7 +14,6 @@
 namespace cloudcontact::program {
 
 enum class Method { Cloud, Gjk, Gimpact, Hacd, Primitive, Sdf };
-enum class Backend { Cpu, OpenCl };
 
 std::string_view nameOf(Method method);
 std::string_view nameOf(Backend backend);
@@ -35,9 +35,16 @@ struct CommonOptions {
   bool json = false;
 };
 
+// Whether a command has something to do on an OpenCL device.
+enum class Devices { None, OpenCl };
+
 // Adds the options to a command; they fill `options`, which must live until the command has run.
-// Values are checked as they are read: BadInput names the option and what it takes.
-void addCommonOptions(CLI::App& command, CommonOptions& options);
+// Values are checked as they are read: BadInput names the option and what it takes. A command
+// without use for a device takes the CPU, and says so.
+void addCommonOptions(CLI::App& command, CommonOptions& options, Devices devices = Devices::None);
+
+// Says on stderr why the CPU does what --backend opencl was to do.
+void tellOfCpu(const std::string& why);
 
 // The readers. `option` is the name users know the value by, and starts the message of BadInput.
 double readNumber(std::string_view option, const std::string& text);    // finite

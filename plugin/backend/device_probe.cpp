@@ -1,7 +1,7 @@
 // Each speed is the best of some tries, by the device's own clock where it has one for it.
 #include "device_probe.h"
 
-#include "opencl_batch.h"
+#include "device_memory.h"
 
 #include <algorithm>
 #include <chrono>

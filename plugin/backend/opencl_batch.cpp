@@ -35,25 +35,6 @@ const FieldData& dataOf(const ContactBody& body) {
 
 }  // namespace
 
-void* Pinned::room(Device& device, std::size_t size) {
-  if (size <= size_) return data_;
-  if (data_) device.queue().enqueueUnmapMemObject(buffer_, data_);
-  size_ = size + size / 4;
-  buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size_);
-  data_ = device.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size_);
-  return data_;
-}
-
-const cl::Buffer& Grown::room(Device& device, std::size_t size) {
-  if (size > size_) {
-    buffer_ = cl::Buffer();
-    size_ = size + size / 4;
-    if (size_ > device.largestBuffer()) throw std::bad_alloc();  // the batch is halved
-    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, size_);
-  }
-  return buffer_;
-}
-
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
   for (const Grown* g : {&pairs_, &directions_, &counters_, &found_, &nearby_, &hits_, &aside_,
@@ -103,16 +84,6 @@ void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchRepo
                           CC_COUNTERS * sizeof(cl_uint));
   report.sent += ways + n * sizeof(CcPair);
 }
-
-namespace {
-
-template <typename... Arguments>
-void give(cl::Kernel& kernel, const Arguments&... arguments) {
-  cl_uint k = 0;
-  (kernel.setArg(k++, arguments), ...);
-}
-
-}  // namespace
 
 void OpenClBatch::search() {
   Device& d = *device_;

@@ -6,6 +6,7 @@
 
 #include "contact/finder_scratch.h"
 #include "device_fields.h"
+#include "device_memory.h"
 
 #include <functional>
 #include <span>
@@ -22,32 +23,6 @@ struct Asked {
 
 // Calls a function for each number below a count, on whatever cores.
 using Each = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
-
-// Memory that the device copies from and to at full speed, kept as long as nothing larger is
-// needed.
-class Pinned {
- public:
-  // At least `size` bytes; what was there is lost where it grows.
-  void* room(Device& device, std::size_t size);
-  void* data() const { return data_; }
-
- private:
-  cl::Buffer buffer_;
-  void* data_ = nullptr;
-  std::size_t size_ = 0;
-};
-
-// A device's buffer that only grows.
-class Grown {
- public:
-  const cl::Buffer& room(Device& device, std::size_t size);
-  const cl::Buffer& buffer() const { return buffer_; }
-  std::size_t bytes() const { return size_; }
-
- private:
-  cl::Buffer buffer_;
-  std::size_t size_ = 0;
-};
 
 // A batch on its way, and the memory that it works in.
 class OpenClBatch {

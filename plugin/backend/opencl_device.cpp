@@ -17,7 +17,9 @@
 
 namespace cloudcontact::opencl {
 
-extern const char* const kKernelSource;  // made by cmake/EmbedKernels.cmake
+// Made by cmake/EmbedKernels.cmake.
+extern const char* const kContactKernels;
+extern const char* const kDigitizeKernels;
 
 namespace {
 
@@ -110,7 +112,7 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
   return count;
 }
 
-// As ccLayout() of kernels/self_test.cl has them.
+// As ccLayout() of kernels/layout.cl has them.
 constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
@@ -126,14 +128,14 @@ constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
 
 }  // namespace
 
-std::shared_ptr<Device> Device::open(bool profiling) {
+std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   std::string refused;
   for (const cl::Device& device : allDevices()) {
     const std::string name = device.getInfo<CL_DEVICE_NAME>();
     std::string why;
     try {
       why = lacking(device);
-      if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling));
+      if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling, kernels));
     } catch (const cl::Error& e) {
       why = said(e);
     } catch (const std::runtime_error& e) {
@@ -147,7 +149,7 @@ std::shared_ptr<Device> Device::open(bool profiling) {
   throw std::runtime_error("no OpenCL device that computes as the CPU does" + refused);
 }
 
-Device::Device(const cl::Device& device, bool profiling)
+Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
     : device_(device),
       context_(device),
       queue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
@@ -157,14 +159,14 @@ Device::Device(const cl::Device& device, bool profiling)
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
       gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
       profiling_(profiling) {
-  build();
-  checkLayout();
+  build(kernels == Kernels::Contact ? kContactKernels : kDigitizeKernels);
+  if (kernels == Kernels::Contact) checkLayout();
   test();
   clock();
 }
 
-void Device::build() {
-  program_ = cl::Program(context_, std::string(kPrelude) + kKernelSource);
+void Device::build(const char* source) {
+  program_ = cl::Program(context_, std::string(kPrelude) + source);
   try {
     program_.build({device_}, kOptions);
   } catch (const cl::Error&) {

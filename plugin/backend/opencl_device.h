@@ -18,12 +18,15 @@ struct Spent {
   int calls = 0;
 };
 
+// What a device is to run: each is a program of its own, which takes its compiler some time.
+enum class Kernels { Contact, Digitize };
+
 class Device {
  public:
   // The first device that passes the self-test, GPUs before others. Throws std::runtime_error that
   // names every device that was refused and why, or says that there is none.
   // `profiling`: the queue notes when its commands begin and end; costs some time each.
-  static std::shared_ptr<Device> open(bool profiling = false);
+  static std::shared_ptr<Device> open(bool profiling = false, Kernels kernels = Kernels::Contact);
 
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -46,8 +49,8 @@ class Device {
   std::map<std::string, Spent> clock();
 
  private:
-  Device(const cl::Device& device, bool profiling);
-  void build();
+  Device(const cl::Device& device, bool profiling, Kernels kernels);
+  void build(const char* source);
   void checkLayout();
   void test();
 

@@ -32,15 +32,15 @@ void makeRows(Bricks& f) {
   }
 }
 
-void fillTissues(Bricks& f, const Cloud& cloud, const TissueTable& tissues) {
-  const std::size_t kinds = std::max<std::size_t>(cloud.materials().size(), 1);
+void fillTissues(Bricks& f, const std::vector<std::string>& names, const TissueTable& tissues) {
+  const std::size_t kinds = std::max<std::size_t>(names.size(), 1);
   requireTissues(tissues);
   if (tissues.size() != kinds)
     throw std::invalid_argument("BaseVectorField: the cloud has " + std::to_string(kinds) +
                                 " materials, " + std::to_string(tissues.size()) +
                                 " tissues were given (tissuesOf() finds them by name)");
   f.tissues = tissues;
-  f.names = cloud.materials();
+  f.names = names;
   double densest = 0;
   for (const Tissue& t : tissues) densest = std::max(densest, t.density);
   for (const Tissue& t : tissues)
@@ -90,6 +90,7 @@ int deepInside(const Bricks& f, const std::vector<int>& kinds, const Eigen::Vect
 }
 
 void fillShared(Bricks& f) {
+  f.blocks.resize(f.tissues.size());
   for (std::size_t tissue = 0; tissue < f.tissues.size(); ++tissue) {
     FieldBlock& block = f.blocks[tissue];
     CcMoments moments{};
@@ -134,7 +135,6 @@ void fillTable(Bricks& f, const Cloud& cloud) {
     f.table[entry] = deep >= 0 ? deep : static_cast<std::int32_t>(blocks++);
   }
   f.blocks.resize(blocks);
-  fillShared(f);
   const std::vector<std::int32_t> own = ownBricks(f);
   parallelFor(own.size(), 0, [&](std::size_t k, int) {
     fillBlock(f, cloud, brickAt(f, static_cast<std::size_t>(own[k])),
@@ -142,24 +142,52 @@ void fillTable(Bricks& f, const Cloud& cloud) {
   });
 }
 
+// The tissues' sums, of the voxels as they are.
+void sumTissues(Bricks& f) {
+  for (TissueSums& sums : f.sums) sums = {};
+  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
+  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
+    if (f.table[entry] == kNoBlock) continue;
+    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
+    const VoxelIndex corner = kBrickEdge * brickAt(f, entry) - middle;
+    for (int k = 0; k < kBrickVoxels; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      f.sums[block.tissue[at]].add(corner + VoxelIndex(k & 7, k >> 3 & 7, k >> 6),
+                                   block.coverage[at]);
+    }
+  }
+}
+
 }  // namespace
+
+std::unique_ptr<Bricks> startBricks(const FieldGrid& grid, const TissueTable& tissues,
+                                    const WindowSettings& window) {
+  auto field = std::make_unique<Bricks>();
+  Bricks& f = *field;
+  f.voxelSize = grid.voxelSize;
+  f.origin = grid.origin;
+  f.bricks = grid.bricks;
+  fillTissues(f, grid.materials, tissues);
+  f.window = makeWindow(window, grid.voxelSize);
+  f.windowCenter = f.window.center();
+  f.perFull = 1 / (255.0 * static_cast<double>(f.window.weights));
+  makeRows(f);
+  fillShared(f);
+  return field;
+}
+
+void finishBricks(Bricks& f) {
+  f.depths = DepthTable(f.window);
+  sumTissues(f);
+}
 
 std::unique_ptr<Bricks> layOutBricks(const Cloud& cloud, const TissueTable& tissues,
                                      const WindowSettings& window) {
   if (cloud.empty()) throw std::invalid_argument("BaseVectorField: the cloud is empty");
-  auto field = std::make_unique<Bricks>();
-  Bricks& f = *field;
-  f.voxelSize = cloud.voxelSize();
-  f.origin = cloud.origin();
-  f.bricks = cloud.bricks();
-  fillTissues(f, cloud, tissues);
-  f.window = makeWindow(window, cloud.voxelSize());
-  f.windowCenter = f.window.center();
-  f.perFull = 1 / (255.0 * static_cast<double>(f.window.weights));
-  f.depths = DepthTable(f.window);
-  makeRows(f);
-  fillTable(f, cloud);
-  sumTissues(f);
+  auto field = startBricks({cloud.voxelSize(), cloud.origin(), cloud.bricks(), cloud.materials()},
+                           tissues, window);
+  fillTable(*field, cloud);
+  finishBricks(*field);
   return field;
 }
 
@@ -200,21 +228,6 @@ void sumWindows(Bricks& f) {
                   &block.moments[static_cast<std::size_t>(k)],
                   &block.volume[static_cast<std::size_t>(k)]);
   });
-}
-
-void sumTissues(Bricks& f) {
-  for (TissueSums& sums : f.sums) sums = {};
-  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
-  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
-    if (f.table[entry] == kNoBlock) continue;
-    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
-    const VoxelIndex corner = kBrickEdge * brickAt(f, entry) - middle;
-    for (int k = 0; k < kBrickVoxels; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      f.sums[block.tissue[at]].add(corner + VoxelIndex(k & 7, k >> 3 & 7, k >> 6),
-                                   block.coverage[at]);
-    }
-  }
 }
 
 }  // namespace cloudcontact

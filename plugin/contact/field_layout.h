@@ -6,6 +6,22 @@
 
 namespace cloudcontact {
 
+// Where a field's voxels lie, and the materials that they may be of (none: of one).
+struct FieldGrid {
+  double voxelSize = 0;  // [m]
+  Vec3 origin = Vec3::Zero();
+  Eigen::Vector3i bricks = Eigen::Vector3i::Zero();
+  std::vector<std::string> materials;
+};
+
+// All that does not depend on which voxels hold matter; the blocks are the shared ones. Throws as
+// BaseVectorField does.
+std::unique_ptr<BaseVectorField::Bricks> startBricks(const FieldGrid& grid,
+                                                     const TissueTable& tissues,
+                                                     const WindowSettings& window);
+// What is left to do once the table and the blocks are there.
+void finishBricks(BaseVectorField::Bricks& field);
+
 // All but the sums of the blocks that bricks have for themselves. Throws as BaseVectorField does.
 std::unique_ptr<BaseVectorField::Bricks> layOutBricks(const Cloud& cloud,
                                                       const TissueTable& tissues,
@@ -19,8 +35,5 @@ std::vector<CcWindowTap> windowTaps(const Window& window);
 
 // The sums of all these blocks, on all cores.
 void sumWindows(BaseVectorField::Bricks& field);
-
-// The tissues' sums, of the voxels as they are.
-void sumTissues(BaseVectorField::Bricks& field);
 
 }  // namespace cloudcontact

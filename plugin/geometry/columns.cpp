@@ -37,39 +37,19 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// Smallest projected area of a triangle that is cut [voxel^2]: what is less changes no voxel, even
-// summed over a million triangles, and is the rounding of a face that is parallel to the columns.
-constexpr double kSmallestArea = 1e-12;
 // For each brick-wide column the triangles over it, in their order.
 struct Bins {
   std::vector<std::size_t> first;  // one more than there are columns
   std::vector<int> triangles;
 };
 
-// Calls visit(column) for each brick-wide column that the triangle's projection may touch: row by
-// row, so that a long oblique triangle is listed along its length and not all over its box.
+// Calls visit(column) for each brick-wide column that the triangle's projection may touch.
 template <typename Visit>
-void forEachBrickColumn(const Frame& frame, const Vector3d (&p)[3], Visit&& visit) {
-  constexpr double kSlack = 1e-6;  // a column too many costs time, one too few a hole
-  const auto brick = [](double x, int count) {
-    return std::clamp(static_cast<int>(std::floor(x / kBrickEdge)), 0, count - 1);
-  };
-  const auto [lowV, highV] = std::minmax({p[0][frame.v], p[1][frame.v], p[2][frame.v]});
-  for (int row = brick(lowV - kSlack, frame.depth); row <= brick(highV + kSlack, frame.depth);
-       ++row) {
-    const double below = row * kBrickEdge - kSlack, above = (row + 1) * kBrickEdge + kSlack;
-    double lowU = 1e300, highU = -1e300;
-    const auto reach = [&](double x) { lowU = std::min(lowU, x), highU = std::max(highU, x); };
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d &a = p[k], &b = p[(k + 1) % 3];
-      if (a[frame.v] >= below && a[frame.v] <= above) reach(a[frame.u]);
-      for (const double line : {below, above})
-        if ((a[frame.v] < line) != (b[frame.v] < line))
-          reach(a[frame.u] +
-                (line - a[frame.v]) / (b[frame.v] - a[frame.v]) * (b[frame.u] - a[frame.u]));
-    }
-    if (lowU > highU) continue;
-    for (int c = brick(lowU - kSlack, frame.width); c <= brick(highU + kSlack, frame.width); ++c)
+void forEachBrickColumn(const Frame& frame, const double* p, Visit&& visit) {
+  const CcCells rows = ccRowsOf(p, frame.v, frame.depth);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    const CcCells columns = ccColumnsOf(p, frame.u, frame.v, row, frame.width);
+    for (int c = columns.first; c <= columns.last; ++c)
       visit(static_cast<std::size_t>(row) * frame.width + c);
   }
 }
@@ -80,10 +60,9 @@ Bins binTriangles(const GridSurface& surface, const Frame& frame) {
   const auto forEach = [&](auto&& visit) {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
       const Vector3i& i = surface.triangles[t];
-      const Vector3d p[3] = {surface.vertices[i[0]], surface.vertices[i[1]],
-                             surface.vertices[i[2]]};
-      if (std::abs(twiceProjectedArea(p[0], p[1], p[2], frame.u, frame.v)) < kSmallestArea)
-        continue;
+      double p[9];
+      for (int k = 0; k < 9; ++k) p[k] = surface.vertices[i[k / 3]][k % 3];
+      if (std::abs(ccTwiceArea(p, p + 3, p + 6, frame.u, frame.v)) < CC_SMALLEST_AREA) continue;
       forEachBrickColumn(frame, p, [&](std::size_t c) { visit(c, static_cast<int>(t)); });
     }
   };
@@ -138,11 +117,12 @@ SurfaceBricks surfaceBricks(const GridSurface& surface) {
   SurfaceBricks bricks;
   bricks.touched.resize(static_cast<std::size_t>(frame.width) * frame.depth * frame.layers);
   for (const Vector3i& t : surface.triangles) {
-    Polygon triangle;
-    for (int k = 0; k < 3; ++k) triangle.add(surface.vertices[t[k]] / kBrickEdge);
-    slice<2>(triangle, [&](int z, const Polygon& slab) {
-      slice<1>(slab, [&](int y, const Polygon& bar) {
-        slice<0>(bar, [&](int x, const Polygon&) {
+    CcPolygon triangle;
+    triangle.corners = 0;
+    for (int k = 0; k < 3; ++k) addCorner(triangle, surface.vertices[t[k]] / kBrickEdge);
+    slice<2>(triangle, [&](int z, const CcPolygon& slab) {
+      slice<1>(slab, [&](int y, const CcPolygon& bar) {
+        slice<0>(bar, [&](int x, const CcPolygon&) {
           const Vector3i b = Vector3i(x, y, z).cwiseMin(last);
           const std::size_t entry = frame.entry(b[0], b[1], b[2]);
           if (bricks.touched[entry]) return;
@@ -164,7 +144,7 @@ int cheapestAxis(const GridSurface& surface) {
                    &c = surface.vertices[t[2]];
     const Vector3d twice = (b - a).cross(c - a);
     for (int k = 0; k < 3; ++k)
-      if (std::abs(twice[k]) >= kSmallestArea) cost[k] += twice.norm() + 1;
+      if (std::abs(twice[k]) >= CC_SMALLEST_AREA) cost[k] += twice.norm() + 1;
   }
   int best = 0;
   for (int k = 1; k < 3; ++k) {

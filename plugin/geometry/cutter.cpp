@@ -15,25 +15,8 @@ namespace {
 
 constexpr int kNoShell = -1, kSeveralShells = -2, kCap = -1;
 
-// Largest sum that a column may leave at its end and yet count as closed [voxel^2]. Rounding leaves
-// 1e-12; a crack may leave more, which is carried along the column and must round to no coverage
-// (1/510), lest the crack draw a streak through the empty voxels above it.
-constexpr double kClosedSum = 1e-3;
 // Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
 constexpr double kCapArea = 1e-3;
-
-// What of the polygon lies between 0 and kBrickEdge.
-template <int Axis>
-void clip(Polygon& polygon) {
-  double low = INFINITY, high = -INFINITY;
-  for (int i = 0; i < polygon.corners; ++i) {
-    low = std::min(low, polygon.p[i][Axis]);
-    high = std::max(high, polygon.p[i][Axis]);
-  }
-  Polygon kept, rest;
-  if (low < 0) split<Axis>(polygon, 0, rest, kept), polygon = kept;
-  if (high > kBrickEdge) split<Axis>(polygon, kBrickEdge, kept, rest), polygon = kept;
-}
 
 // Adds the differences of one cell to the sums of all columns, and tells the coverage they make.
 void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
@@ -42,8 +25,7 @@ void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
     runs.sum[c] = sum;
     runs.least[c] = std::min(runs.least[c], sum);
     runs.most[c] = std::max(runs.most[c], sum);
-    coverage[c] =
-        static_cast<std::uint8_t>(static_cast<int>(std::clamp(sum, 0.0, 1.0) * 255 + 0.5));
+    coverage[c] = ccCoverage(sum);
   }
 }
 
@@ -100,11 +82,12 @@ void Cutter::clear() {
 }
 
 // A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
-Polygon Cutter::inColumn(int bu, int bv, int triangle) const {
-  Polygon polygon;
+CcPolygon Cutter::inColumn(int bu, int bv, int triangle) const {
+  CcPolygon polygon;
+  polygon.corners = 0;
   for (int k = 0; k < 3; ++k) {
     const Vector3d& p = surface_.vertices[surface_.triangles[triangle][k]];
-    polygon.add({p[frame_.u] - bu * kBrickEdge, p[frame_.v] - bv * kBrickEdge, p[frame_.w]});
+    addCorner(polygon, {p[frame_.u] - bu * kBrickEdge, p[frame_.v] - bv * kBrickEdge, p[frame_.w]});
   }
   return polygon;
 }
@@ -114,37 +97,28 @@ void Cutter::cutTriangle(int bu, int bv, int triangle) {
   triangleShell_ = t >= surface_.firstCap       ? kCap
                    : surface_.component.empty() ? 0
                                                 : surface_.component[t];
-  Polygon polygon = inColumn(bu, bv, triangle);
-  clip<0>(polygon);
-  clip<1>(polygon);
-  if (polygon.corners < 3) return;
-  slice<1>(polygon, [&](int v, const Polygon& row) {
-    slice<0>(row, [&](int u, const Polygon& column) {
+  CcPolygon whole = inColumn(bu, bv, triangle), spare, rest;
+  CcPolygon* const inU = ccClip(&whole, 0, &spare, &rest);
+  const CcPolygon* const polygon = ccClip(inU, 1, inU == &whole ? &spare : &whole, &rest);
+  if (polygon->corners < 3) return;
+  slice<1>(*polygon, [&](int v, const CcPolygon& row) {
+    slice<0>(row, [&](int u, const CcPolygon& column) {
       const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
-      slice<2>(column, [&](int w, const Polygon& piece) { addPiece(c, w, piece); });
+      forEachPiece(column, [&](int w, const CcPiece& piece) { addPiece(c, w, piece); });
     });
   });
 }
 
-void Cutter::addPiece(int column, int cell, const Polygon& piece) {
-  double twiceArea = 0, sixMoments = 0;
-  const Vector3d& a = piece.p[0];
-  for (int i = 2; i < piece.corners; ++i) {
-    const Vector3d &b = piece.p[i - 1], &c = piece.p[i];
-    const double cross = twiceProjectedArea(a, b, c, 0, 1);
-    twiceArea += cross;
-    sixMoments += cross * ((a[2] - cell) + (b[2] - cell) + (c[2] - cell));
-  }
-  const double area = twiceArea / 2, under = sixMoments / 6;
+void Cutter::addPiece(int column, int cell, const CcPiece& part) {
   double* d = at(column, cell);
-  d[0] -= area - under;
-  d[kColumnsPerBrick] -= under;
+  d[0] -= part.area - part.under;
+  d[kColumnsPerBrick] -= part.under;
   touched_[static_cast<std::size_t>(cell / kBrickEdge)] = 1;
   touched_[static_cast<std::size_t>((cell + 1) / kBrickEdge)] = 1;
   lowest_ = std::min(lowest_, cell);
   highest_ = std::max(highest_, cell);
   if (triangleShell_ == kCap)
-    caps_[place(column, cell)] += std::abs(area);
+    caps_[place(column, cell)] += std::abs(part.area);
   else if (shell_[column] != triangleShell_)
     shell_[column] = shell_[column] == kNoShell ? triangleShell_ : kSeveralShells;
 }
@@ -183,10 +157,10 @@ void Cutter::sumUp(BrickColumn& result) {
     if (code >= 0) result.coverage.push_back(brick);
   }
   for (int c = 0; c < kColumnsPerBrick; ++c) {
-    if (runs.most[c] > 1 + kClosedSum || runs.least[c] < -kClosedSum)
+    if (runs.most[c] > 1 + CC_CLOSED_SUM || runs.least[c] < -CC_CLOSED_SUM)
       overlapping_ |= std::uint64_t{1} << c;
     const double left = std::abs(runs.sum[c]);
-    result.residue[c] = left > kClosedSum
+    result.residue[c] = left > CC_CLOSED_SUM
                             ? static_cast<std::uint8_t>(std::min(255.0, std::ceil(255 * left)))
                             : std::uint8_t{0};
   }
@@ -226,14 +200,13 @@ void Cutter::unite(int bu, int bv, const int* first, const int* last) {
     double run = 0;
     coverage.clear();
     for (int w = lowest_; w < end; ++w) coverage.push_back(run += *at(c, w));
-    if (std::abs(run) > kClosedSum) continue;  // rays would fail where the sum does
+    if (std::abs(run) > CC_CLOSED_SUM) continue;  // rays would fail where the sum does
     corners.clear();
     for (const int* t = first; t != last; ++t) {
-      const Polygon p = inColumn(bu, bv, *t);
-      const auto [lowU, highU] = std::minmax({p.p[0][0], p.p[1][0], p.p[2][0]});
-      const auto [lowV, highV] = std::minmax({p.p[0][1], p.p[1][1], p.p[2][1]});
-      if (lowU < u + 1 && highU > u && lowV < v + 1 && highV > v)
-        corners.insert(corners.end(), p.p, p.p + 3);
+      const CcPolygon p = inColumn(bu, bv, *t);
+      const CcSpan alongU = ccSpan(&p, 0), alongV = ccSpan(&p, 1);
+      if (alongU.low < u + 1 && alongU.high > u && alongV.low < v + 1 && alongV.high > v)
+        for (int k = 0; k < 3; ++k) corners.emplace_back(p.p[k]);
     }
     uniteShells(corners, u, v, lowest_, coverage);
     touch(lowest_, end - 1);

@@ -69,9 +69,9 @@ class Cutter {
   }
   void touch(int lowestCell, int highestCell);
   void clear();
-  Polygon inColumn(int bu, int bv, int triangle) const;
+  CcPolygon inColumn(int bu, int bv, int triangle) const;
   void cutTriangle(int bu, int bv, int triangle);
-  void addPiece(int column, int cell, const Polygon& piece);
+  void addPiece(int column, int cell, const CcPiece& part);
   void countCaps(BrickColumn& result);
   void sumUp(BrickColumn& result);
   int sumLayer(int layer, Runs& runs, BrickCoverage& brick);

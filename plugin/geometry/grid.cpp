@@ -91,8 +91,9 @@ Grid gridAround(const Mesh& mesh, double voxelSize) {
   return grid;
 }
 
-GridSurface inGrid(const Closing& closing, const Grid& grid) {
+GridSurface inGrid(const Closing& closing, const Grid& grid, bool oneShell) {
   GridSurface surface = placed(closing, grid);
+  if (oneShell) return surface;
   int shells = 0;
   surface.component = components(closing.mesh, shells);
   if (shells < 2) surface.component.clear();

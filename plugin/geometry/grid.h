@@ -17,8 +17,8 @@ struct Grid {
 
 Grid gridAround(const Mesh& mesh, double voxelSize);
 
-// The surface in voxels, its shells told apart.
-GridSurface inGrid(const Closing& closing, const Grid& grid);
+// The surface in voxels, its shells told apart unless it is known to be one.
+GridSurface inGrid(const Closing& closing, const Grid& grid, bool oneShell = false);
 
 // What cutting the surface into columns holds at most [bytes]; `passes` is how many copies of the
 // result exist at once. Where the empty grid alone takes more than `enough` it looks no closer.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 namespace cloudcontact {
 
@@ -189,6 +190,49 @@ std::vector<int> components(const Mesh& mesh, int& count) {
     number[t] = root == static_cast<int>(t) ? count++ : number[root];
   }
   return number;
+}
+
+// Sides are dealt out by their lower vertex, and each finds its other among the few there.
+bool isOneClosedSurface(const Mesh& mesh) {
+  constexpr std::uint64_t kMost = 100;          // looks at another side, for each
+  if (mesh.triangles.size() < 4) return false;  // two back to back are no surface
+  struct Side {
+    int high, triangle;
+    bool forward;
+  };
+  std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
+  for (const Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) ++first[static_cast<std::size_t>(std::min(t[k], t[(k + 1) % 3]))];
+  std::uint32_t all = 0;
+  std::uint64_t looks = 0;
+  for (std::uint32_t& f : first) {
+    looks += std::uint64_t{f} * f;
+    f = std::exchange(all, all + f);
+  }
+  if (looks > kMost * all) return false;
+  std::vector<Side> sides(all);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][k], b = mesh.triangles[t][k < 2 ? k + 1 : 0];
+      sides[first[static_cast<std::size_t>(std::min(a, b))]++] = {std::max(a, b),
+                                                                  static_cast<int>(t), a < b};
+    }
+  std::vector<int> parent(mesh.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  std::size_t parts = parent.size();
+  for (std::size_t v = 0, begin = 0; v < mesh.vertices.size(); begin = first[v++])
+    for (std::size_t i = begin; i < first[v]; ++i) {
+      int others = 0;
+      for (std::size_t j = begin; j < first[v]; ++j) {
+        if (j == i || sides[j].high != sides[i].high) continue;
+        if (++others > 1 || sides[j].forward == sides[i].forward) return false;
+        const int a = rootOf(parent, sides[i].triangle), b = rootOf(parent, sides[j].triangle);
+        parts -= a != b;
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+      if (others == 0) return false;
+    }
+  return parts == 1;
 }
 
 std::vector<std::vector<int>> boundaryLoops(const Mesh& mesh) {

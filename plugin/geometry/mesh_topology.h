@@ -39,6 +39,10 @@ void forEachEdge(const std::vector<EdgeSide>& sides, Visit&& visit) {
 // together where they share an edge that is theirs alone.
 std::vector<int> components(const Mesh& mesh, int& count);
 
+// Whether a welded mesh is one surface without boundary, every edge of which two triangles share
+// that agree in their direction. May say no where a vertex has very many triangles.
+bool isOneClosedSurface(const Mesh& mesh);
+
 // Closed loops of vertices that, each filled by a surface that runs along the loop, complete the
 // mesh to a surface without boundary (a cycle in the sense of homology: a wrongly turned triangle
 // shows as a loop run twice, a doubled one as a loop that takes the double away).

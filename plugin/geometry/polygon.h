@@ -1,73 +1,46 @@
-// Convex polygons, cut at whole numbers of one coordinate.
+// Convex polygons, cut at whole numbers of one coordinate (kernels/column_cut.h).
 #pragma once
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
+
+#include "column_cut.h"
 
 namespace cloudcontact {
 
-// A convex polygon. A triangle cut by at most six planes has at most nine corners; the room beyond
-// is for slivers that rounding makes cross a plane more than twice, and what they have beyond that
-// room has no area to lose.
-struct Polygon {
-  static constexpr int kMost = 16;
-  int corners = 0;
-  Eigen::Vector3d p[kMost];
-  void add(const Eigen::Vector3d& x) {
-    if (corners < kMost) p[corners++] = x;
-  }
-};
-
-// The parts of `polygon` below and above the plane x[Axis] = value. Corners on the plane go to
-// both, so that an area of zero may come out, never a gap.
-template <int Axis>
-void split(const Polygon& polygon, double value, Polygon& below, Polygon& above) {
-  below.corners = above.corners = 0;
-  const double first = polygon.p[0][Axis] - value;
-  double da = first;
-  for (int i = 0; i < polygon.corners; ++i) {
-    const bool last = i + 1 == polygon.corners;
-    const Eigen::Vector3d &a = polygon.p[i], &b = polygon.p[last ? 0 : i + 1];
-    const double db = last ? first : b[Axis] - value;
-    if (da <= 0) below.add(a);
-    if (da >= 0) above.add(a);
-    if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-      Eigen::Vector3d x = a + (da / (da - db)) * (b - a);
-      x[Axis] = value;
-      below.add(x);
-      above.add(x);
-    }
-    da = db;
-  }
+inline void addCorner(CcPolygon& polygon, const Eigen::Vector3d& x) {
+  ccAddCorner(&polygon, x.data());
 }
 
 // Calls visit(cell, piece) for the pieces of `polygon` between whole numbers of x[Axis].
 template <int Axis, typename Visit>
-void slice(const Polygon& polygon, Visit&& visit) {
-  double low = polygon.p[0][Axis], high = low;
-  for (int i = 1; i < polygon.corners; ++i) {
-    low = std::min(low, polygon.p[i][Axis]);
-    high = std::max(high, polygon.p[i][Axis]);
-  }
-  const int first = static_cast<int>(std::floor(low));
-  const int last = std::max(first, static_cast<int>(std::ceil(high)) - 1);
-  if (first == last) return visit(first, polygon);
-  Polygon buffers[2], piece;
-  const Polygon* rest = &polygon;
-  for (int cell = first; cell < last; ++cell) {
-    Polygon& above = buffers[cell & 1];
-    split<Axis>(*rest, cell + 1, piece, above);
+void slice(const CcPolygon& polygon, Visit&& visit) {
+  const CcCells cells = ccCells(&polygon, Axis);
+  if (cells.first == cells.last) return visit(cells.first, polygon);
+  CcPolygon buffers[2], piece;
+  const CcPolygon* rest = &polygon;
+  for (int cell = cells.first; cell < cells.last; ++cell) {
+    CcPolygon& above = buffers[cell & 1];
+    ccSplit(rest, Axis, cell + 1, &piece, &above);
     if (piece.corners > 2) visit(cell, piece);
     rest = &above;
   }
-  if (rest->corners > 2) visit(last, *rest);
+  if (rest->corners > 2) visit(cells.last, *rest);
 }
 
-// Twice the projected area, positive where the triangle faces up.
-inline double twiceProjectedArea(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                 const Eigen::Vector3d& c, int u, int v) {
-  return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+// slice<2>() for the pieces' sums alone.
+template <typename Visit>
+void forEachPiece(const CcPolygon& polygon, Visit&& visit) {
+  const CcCells cells = ccCells(&polygon, 2);
+  CcPolygon buffers[2];
+  CcFan below;
+  const CcPolygon* rest = &polygon;
+  for (int cell = cells.first; cell < cells.last; ++cell) {
+    CcPolygon& above = buffers[cell & 1];
+    ccCutCell(rest, cell, &below, &above);
+    if (below.corners > 2) visit(cell, ccPieceOfFan(&below));
+    rest = &above;
+  }
+  if (rest->corners > 2) visit(cells.last, ccPieceOf(rest, cells.last));
 }
 
 }  // namespace cloudcontact

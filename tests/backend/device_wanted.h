@@ -3,14 +3,14 @@
 // refused it may never.
 #pragma once
 
-#include <cloudcontact/batch.h>
-
 #include <cstdlib>
+#include <string>
 
 namespace cloudcontact::test {
 
-inline bool mayDoWithout(const ContactBatch& batch) {
-  return batch.message().find("no OpenCL device; install") != std::string::npos &&
+template <typename Runner>  // ContactBatch, Digitizer
+bool mayDoWithout(const Runner& runner) {
+  return runner.message().find("no OpenCL device; install") != std::string::npos &&
          std::getenv("CLOUDCONTACT_NEEDS_OPENCL") == nullptr;
 }
 

@@ -1,5 +1,5 @@
 // The structures that host and device share, and those that C++ names twice, byte by byte. A device
-// is asked for its own layout as it is opened (kernels/self_test.cl).
+// is asked for its own layout as it is opened (kernels/layout.cl).
 #include <gtest/gtest.h>
 
 #include <cstddef>

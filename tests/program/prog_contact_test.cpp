@@ -152,13 +152,34 @@ TEST(Contact, APrimitiveIsTheSameAsItsMesh) {
   EXPECT_LT((force("box.obj") - force("box:0.02,0.02,0.02")).norm(), 1e-4 * 5);
 }
 
-TEST(Contact, SaysThatOpenClIsNotThereAndUsesTheCpu) {
+TEST(Contact, SaysWhatOpenClCannotDoAndUsesTheCpu) {
   const Workplace place;
   const Outcome outcome = place.run({"contact", "halfspace", "sphere:0.02", "--voxel", "0.002",
                                      "--pose", "0 0 0.019", "--backend", "opencl", "--json"});
   EXPECT_EQ(outcome.exitCode, 0);
-  EXPECT_NE(outcome.err.find("opencl"), std::string::npos);
+  EXPECT_NE(outcome.err.find("--backend opencl: "), std::string::npos) << outcome.err;
   EXPECT_EQ(outcome.json()["backend"], "cpu");
+}
+
+// To the last digit that is printed.
+TEST(Contact, OpenClFindsWhatTheCpuFinds) {
+  const Workplace place;
+  const auto contact = [&](const char* backend) {
+    const Outcome outcome =
+        place.run({"contact", "sphere:0.02", "sphere:0.01", "--voxel", "0.001", "--pose",
+                   "0.001 0 0.0291", "--repeat", "2", "--backend", backend, "--json"});
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return outcome;
+  };
+  const Outcome device = contact("opencl"), cpu = contact("cpu");
+  const nlohmann::json got = device.json(), want = cpu.json();
+  EXPECT_EQ(got["force"], want["force"]);
+  EXPECT_EQ(got["contacts"], want["contacts"]);
+  EXPECT_EQ(want["backend"], "cpu");
+  EXPECT_GT(want["contacts"].size(), 0U);
+  if (got["backend"] == "opencl") return;
+  EXPECT_NE(device.err.find("install"), std::string::npos) << device.err;
+  EXPECT_EQ(std::getenv("CLOUDCONTACT_NEEDS_OPENCL"), nullptr) << device.err;
 }
 
 }  // namespace

@@ -115,4 +115,28 @@ TEST(Digitize, ThreadsChangeNothing) {
   EXPECT_EQ(one, two);
 }
 
+// A device's cloud file is the CPU's, byte by byte; where a device cannot, it says why.
+TEST(Digitize, OpenClMakesWhatTheCpuMakes) {
+  const Workplace place;
+  const auto made = [&](const char* backend, const std::string& body) {
+    return place.run({"digitize", body, "--voxel", "0.001", "--backend", backend, "-o",
+                      std::string(backend) + ".cloud", "--json"});
+  };
+  const Outcome device = made("opencl", "sphere:0.0123"), cpu = made("cpu", "sphere:0.0123");
+  ASSERT_EQ(device.exitCode, 0) << device.err;
+  ASSERT_EQ(cpu.exitCode, 0) << cpu.err;
+  EXPECT_EQ(place.read("opencl.cloud"), place.read("cpu.cloud"));
+  EXPECT_EQ(cpu.json()["backend"], "cpu");
+  EXPECT_EQ(cpu.err, "");
+  if (device.json()["backend"] == "cpu") {
+    EXPECT_NE(device.err.find("install"), std::string::npos) << device.err;
+    EXPECT_EQ(std::getenv("CLOUDCONTACT_NEEDS_OPENCL"), nullptr) << device.err;
+  }
+  const Outcome saved = place.run({"digitize", "cpu.cloud", "--backend", "opencl", "--json"});
+  EXPECT_EQ(saved.exitCode, 0);
+  EXPECT_NE(saved.err.find("--backend opencl: cpu.cloud is no mesh"), std::string::npos)
+      << saved.err;
+  EXPECT_EQ(saved.json()["backend"], "cpu");
+}
+
 }  // namespace

@@ -1,0 +1,17 @@
+// Sizes and places in the structures that host and device share.
+__kernel void ccLayout(__global const CcPair* pairs, __global const CcDirection* directions,
+                       __global const CcAnswer* answers, __global const CcSums* sums,
+                       __global uint* out) {
+  out[0] = sizeof(CcField);
+  out[1] = sizeof(CcDirection);
+  out[2] = sizeof(CcPair);
+  out[3] = sizeof(CcFound);
+  out[4] = sizeof(CcAnswer);
+  out[5] = sizeof(CcBin);
+  out[6] = sizeof(CcSums);
+  out[7] = sizeof(CcSprout);
+  out[8] = (uint)((__global const char*)&pairs->enough[0] - (__global const char*)pairs);
+  out[9] = (uint)((__global const char*)&directions->nearby[0] - (__global const char*)directions);
+  out[10] = (uint)((__global const char*)&answers->firstPatch - (__global const char*)answers);
+  out[11] = (uint)((__global const char*)&sums->deepest - (__global const char*)sums);
+}

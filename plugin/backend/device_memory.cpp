@@ -1,0 +1,27 @@
+// Memory that only grows: see device_memory.h.
+#include "device_memory.h"
+
+#include <new>
+
+namespace cloudcontact::opencl {
+
+void* Pinned::room(Device& device, std::size_t size) {
+  if (size <= size_) return data_;
+  if (data_) device.queue().enqueueUnmapMemObject(buffer_, data_);
+  size_ = size + size / 4;
+  buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size_);
+  data_ = device.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size_);
+  return data_;
+}
+
+const cl::Buffer& Grown::room(Device& device, std::size_t size) {
+  if (size > size_) {
+    buffer_ = cl::Buffer();
+    size_ = size + size / 4;
+    if (size_ > device.largestBuffer()) throw std::bad_alloc();
+    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, size_);
+  }
+  return buffer_;
+}
+
+}  // namespace cloudcontact::opencl

@@ -1,0 +1,63 @@
+// Digitising on an OpenCL device: a surface goes up, one chain of kernels makes voxels of it and
+// sums their windows, and what is asked for comes down.
+#pragma once
+
+#include <cloudcontact/device_digitize.h>
+
+#include "contact/field_layout.h"
+#include "device_memory.h"
+#include "digitize.h"
+#include "geometry/columns.h"
+
+#include <array>
+#include <functional>
+
+namespace cloudcontact::opencl {
+
+class OpenClDigitizer {
+ public:
+  explicit OpenClDigitizer(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+
+  // Makes voxels of a surface without boundary, and the sums of its windows where `window` gives a
+  // field's grid and window; it is called while the device works. Returns why the CPU must do it;
+  // nothing where it is done. Throws std::runtime_error where the device fails.
+  using StartField = std::function<const BaseVectorField::Bricks*()>;
+  std::string run(const GridSurface& surface, int axis, const StartField& field);
+
+  const DigitizerReport& report() const { return report_; }
+  std::size_t badColumns() const { return counters_[CC_BAD_COLUMNS]; }
+  std::size_t bytes() const;
+
+  Cloud::Voxels voxels();                        // fetched
+  void fetchField(BaseVectorField::Bricks& to);  // table and blocks
+
+ private:
+  using Counters = std::array<cl_uint, CC_CUT_COUNTERS>;
+
+  void guess(const GridSurface& surface, int axis);
+  std::string lacking(bool field) const;
+  bool enlarge(bool field);
+  void send(const GridSurface& surface);
+  void makeRoom();
+  void cut();
+  void sum();
+  void sumWindows(const BaseVectorField::Bricks& field);
+  void sendWindow(const BaseVectorField::Bricks& field);
+
+  std::shared_ptr<Device> device_;
+  CcColumns grid_{};
+  CcWindows windows_{};
+  bool flat_ = false;     // windows that the faster kernel can sum
+  std::size_t tile_ = 0;  // halves, of its tile
+  std::size_t sentBytes_ = 0;
+  cl_uint runCount_ = 0;
+  std::size_t bins_ = 0, table_ = 0;
+  Counters counters_{};
+  DigitizerReport report_;
+  Pinned sent_, sentWindow_;
+  Grown surface_, triangles_, shells_, countersThere_, counts_, first_, entries_, owners_, found_,
+      pieces_, touched_, placed_, sums_, tableThere_, stored_, firstStored_, bricks_, own_,
+      ownGroups_, firstOwn_, blockOf_, list_, taps_, runs_, density_, blocks_;
+};
+
+}  // namespace cloudcontact::opencl
