@@ -1,5 +1,5 @@
 // Parts of samples over an edge: behind a level of the search that takes samples in parts, for
-// directions that have some. A kernel of its own: it would cost the search half of its work-items.
+// directions that have some. A kernel of its own, so that the search stays small.
 
 // The part-th part of a sample over an edge.
 uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, CcHit* h, float* area,
