@@ -3,8 +3,9 @@
 //   gpu [A.cloud B.cloud] [--pairs N] [--steps N] [--pose Z]
 // B stands at `0 0 Z` in A, each pair a little elsewhere, and in every step elsewhere again.
 // Without files: a rod and a ring with one thread. `cloudcontact digitize FILE --voxel H -o
-// FILE.cloud` makes clouds of meshes. Each step on the device is told beside what it must move, as
-// a share of what a copy moves in the same time.
+// FILE.cloud` makes clouds of meshes. Each step on the device is told beside the least time that
+// the device's ceilings, measured in the same run, leave it: a copy's bytes, records gathered from
+// anywhere, sums and products of doubles, transfers.
 #include <cloudcontact/batch.h>
 #include <cloudcontact/cloud_file.h>
 #include <cloudcontact/digitize.h>
@@ -18,6 +19,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "backend/device_probe.h"
 #include "thread_meshes.h"
@@ -118,21 +120,36 @@ double timed(ContactBatch& batch, const Arguments& how, const Bodies& bodies, in
   return median(seconds);
 }
 
-// What each step on the device must read and write at least [bytes].
-double mustMove(const std::string& name, const BatchReport& r) {
+// What a step on the device must do at least: bytes that it reads and writes in turn, 8-byte
+// records that it fetches from anywhere, sums and products of doubles.
+struct Need {
+  double bytes = 0, gathers = 0, doubles = 0;
+};
+
+Need needOf(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches);
-  constexpr double kHit = 64, kSums = 632, kSprout = 112;
-  // Here the coarsest level finds enough; the finer ones have nothing to do.
-  if (name == "ccSearch 2") return asked * (32 + 4 + 8) + hits * kHit;
-  if (name == "ccBins") return hits * (48 + 8 + 8 + 4 + 4 + 4) + bins * 24;
-  if (name == "ccSums") return hits * (kHit + 4) + bins * (24 + kSums);
-  if (name == "ccSprouts") return bins * (200 + kSprout);
-  if (name == "ccGrow") return bins * (kSprout + 16 + 4);
-  if (name == "ccPatches") return bins * (kSums + 4) + patches * kSums;
-  if (name == "patches fetched") return patches * kSums;
-  if (name == "poses sent") return double(r.sent);
-  return 0;
+  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120;
+  // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
+  // level finds enough; the finer ones have nothing to do.
+  if (name == "ccSearch 2") return {asked * 32 + hits * (kHit + kKey), 2 * asked, 0};
+  if (name == "ccBins") return {hits * (2 * kKey + 6 * kNumber) + bins * (48 + kBin), 0, 0};
+  if (name == "ccQueue") return {bins * (kBin + kNumber), 0, 0};
+  // 64 sums of products, and 30 to weigh a hit.
+  if (name == "ccSums")
+    return {hits * (kHit + kNumber) + bins * (kBin + kNumber + kSums), 0, hits * (2 * 64 + 30)};
+  if (name == "ccSprouts") return {bins * (200 + kBin + kSprout), 0, 0};
+  if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
+  if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
+  return {};
+}
+
+// The most that a ceiling asks for a step [s], and which.
+std::pair<double, const char*> floorOf(const Need& need, const DeviceSpeeds& speeds) {
+  const std::pair<double, const char*> floors[] = {{need.bytes / speeds.copy, "copy"},
+                                                   {need.gathers / speeds.gather, "gather"},
+                                                   {need.doubles / speeds.doubles, "doubles"}};
+  return *std::max_element(std::begin(floors), std::end(floors));
 }
 
 void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& speeds) {
@@ -147,13 +164,18 @@ void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& s
       "%zu on the CPU; %.3f MB sent, %.3f MB fetched; %.1f MB on the device\n",
       r.asked, r.hits, r.bins, r.patches, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
       1e-6 * double(r.fetched), 1e-6 * double(batch.deviceBytes()));
-  std::printf("%-18s %10s %12s %10s\n", "on the device", "us a step", "must move MB", "of a copy");
+  std::printf("%-18s %10s %10s %8s  %s\n", "on the device", "us a step", "floor us", "share",
+              "of the ceiling");
   double all = 0;
   for (const auto& [name, time] : batch.deviceTimes()) {
-    const double each = time.seconds / (how.steps + 2), bytes = mustMove(name, r);
+    const double each = time.seconds / (how.steps + 2);
+    auto [floor, ceiling] = floorOf(needOf(name, r), speeds);
+    if (name == "poses sent") floor = double(r.sent) / speeds.upload, ceiling = "upload";
+    if (name == "patches fetched")
+      floor = double(r.fetched) / speeds.download, ceiling = "download";
     all += each;
-    std::printf("%-18s %10.1f %12.3f %9.1f%%\n", name.c_str(), 1e6 * each, 1e-6 * bytes,
-                100 * bytes / each / speeds.copy);
+    std::printf("%-18s %10.1f %10.1f %7.1f%%  %s\n", name.c_str(), 1e6 * each, 1e6 * floor,
+                100 * floor / each, floor > 0 ? ceiling : "-");
   }
   std::printf("%-18s %10.1f\n", "together", 1e6 * all);
 }

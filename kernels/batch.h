@@ -61,16 +61,16 @@ typedef struct {
 #define CC_NO_BINS 2   // for bins, or for patches
 #define CC_NO_TOUCH 4  // no hits, but a margin: near misses are the CPU's
 
-// A bin: its cell, its pair, and its hits in the pair's order.
+// A bin: its cell, its pair, and its hits in the pair's list of them, B's from `middle` on.
 typedef struct {
   int cell[3];
-  uint pair, begin, end;
+  uint pair, begin, middle, end, unused;
 } CcBin;
 
 // What growing asks of a bin.
 typedef struct {
   CcFaces faces;
-  double weight, center[3];
+  double size[2], center[3];  // of its sides' pushes
   int cell[3], unused;
 } CcSprout;
 
@@ -84,17 +84,18 @@ typedef struct {
 #define CC_PATCHES 1
 #define CC_COUNTERS 4
 
-// The level that a pair's search came to an end on; `found` of its two directions on all levels.
-CC_FN int ccLastLevel(const CcPair* pair, CC_GLOBAL const CcFound* found) {
-  for (int level = CC_LEVELS - 1; level > 0; --level) {
+// The level that a pair's search came to an end on, of those from `from` on; `found` of its two
+// directions on all levels. One less where it has not come to an end.
+CC_FN int ccLastLevel(CC_GLOBAL const CcPair* pair, CC_GLOBAL const CcFound* found, int from) {
+  for (int level = CC_LEVELS - 1; level >= from && level > 0; --level) {
     uint hits = 0;
     for (int d = 0; d < 2; ++d) {
-      const CcFound f = found[d * CC_LEVELS + level];
-      hits += f.whole + f.deep + f.parts;
+      CC_GLOBAL const CcFound* f = &found[d * CC_LEVELS + level];
+      hits += f->whole + f->deep + f->parts;
     }
     if (hits >= pair->enough[level]) return level;
   }
-  return 0;
+  return from - 1 > 0 ? from - 1 : 0;
 }
 
 #endif

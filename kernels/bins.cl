@@ -3,14 +3,22 @@
 
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
+#define CC_NO_BIN 0xffffffffu  // in the queue, where a pair found no room for its own
 
 // A hit of a pair: those of the first direction, then those of the second.
 typedef struct {
-  uint first[2], count[2], deep[2][2];
+  uint first[2], room[2], count[2], deep[2][2];
 } CcHits;
 
+// Its number among all pairs' hits.
 uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
+}
+
+// The first of its four columns, which are h->room apart.
+__global const float4* ccHitIn4(const CcHits* h, __global const float4* hits, uint i) {
+  return i < h->count[0] ? hits + 4 * (size_t)h->first[0] + i
+                         : hits + 4 * (size_t)h->first[1] + (i - h->count[0]);
 }
 
 CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirection* directions,
@@ -19,6 +27,7 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
   for (uint d = 0; d < 2; ++d) {
     const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
     h.first[d] = directions[2 * pair + d].hits;
+    h.room[d] = directions[2 * pair + d].room;
     h.count[d] = f.whole + f.deep + f.parts;
     h.deep[d][0] = f.whole;
     h.deep[d][1] = f.whole + f.deep;
@@ -26,18 +35,20 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
   return h;
 }
 
-CcBinOfHit ccBinAt(__global const float4* hits, uint at, int side, float perCell) {
-  const float4 p = hits[4 * (size_t)at], q = hits[4 * (size_t)at + 1],
-               r = hits[4 * (size_t)at + 2];
+CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float perCell) {
+  const int side = i < h->count[0] ? 0 : 1;
+  const size_t room = side == 0 ? h->room[0] : h->room[1];
+  __global const float4* at = ccHitIn4(h, hits, i);
+  const float4 p = at[0], q = at[room], r = at[2 * room];
   const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
   return ccBinOf(x, own, other, q.w, side, perCell);
 }
 
 // What a pair's search came to; whether all its hits found room.
-CcAnswer ccAnswerOf(const CcPair* pair, __global const CcFound* found,
+CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
                     __global const CcDirection* directions, uint p) {
   CcAnswer a;
-  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS);
+  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, 0);
   a.failed = 0;
   a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
   for (int level = CC_LEVELS - 1; level >= a.level; --level)
@@ -80,32 +91,27 @@ uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __globa
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global const CcPair* pairs, __global const CcDirection* directions,
-    __global const CcFound* found, __global const float4* hits, __global ulong* keys,
+    __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
-    __global uint* counters, uint binRoom) {
+    __global uint* queue, __global uint* counters, uint binRoom) {
   __local int holder[CC_SLOTS], least[CC_SLOTS];
   __local uint counts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
   __local CcFlags flags;
   const uint lid = get_local_id(0), p = get_group_id(0);
-  const CcPair pair = pairs[p];
-  CcAnswer answer = ccAnswerOf(&pair, found, directions, p);
+  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p);
   if (answer.failed || answer.hits == 0) {
     if (lid == 0) answers[p] = answer;
     return;
   }
   const CcHits h = ccHitsOf(answer.level, found, directions, p);
   const uint count = answer.hits;
-  const double cell = pair.cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
+  const double cell = pairs[p].cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
   const float perCell = (float)(1.0 / cell);
-  for (uint i = lid; i < count; i += CC_GROUP) {
-    const uint at = ccHitAt(&h, i);
-    const CcBinOfHit b = ccBinAt(hits, at, i < h.count[0] ? 0 : 1, perCell);
-    keys[at] = ccBinKey(b.x, b.y, b.z, b.direction);
-  }
   const uint all = ccFindBins(&h, count, keys, slots, holder, least, &used);
   if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&counters[CC_BINS], all) : binRoom;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (firstBin + all > binRoom) {
+    for (uint b = firstBin + lid; b < binRoom; b += CC_GROUP) queue[b] = CC_NO_BIN;
     if (lid == 0) {
       answer.failed = CC_NO_BINS;
       answer.bins = all;
@@ -122,8 +128,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     ccFlag(&flags, 1, (uint)is);
     if (is) {
       const uint number = ccFlagged(&flags, 0);
-      const CcBinOfHit b = ccBinAt(hits, at, i < h.count[0] ? 0 : 1, perCell);
-      const CcBin bin = {{b.x, b.y, b.z}, p, 0, 0};
+      const CcBinOfHit b = ccBinAt(&h, hits, i, perCell);
+      const CcBin bin = {{b.x, b.y, b.z}, p, 0, 0, 0, 0};
       bins[firstBin + number] = bin;
       holder[slots[at]] = (int)number;
     }
@@ -153,23 +159,49 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     before = sums[0];
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  // Each work-item lists the hits of its bins as they come.
-  for (uint base = 0; base < all; base += CC_GROUP)
+  // Each work-item lists the hits of its bins as they come, by their numbers in their direction.
+  for (uint base = 0; base < all; base += CC_GROUP) {
+    const uint b = base + lid;
+    uint next = b < all ? counts[b] : 0u, ofFirst = next;
     for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
       barrier(CLK_LOCAL_MEM_FENCE);
       if (chunk + lid < count) sums[lid] = slots[ccHitAt(&h, chunk + lid)];
       barrier(CLK_LOCAL_MEM_FENCE);
-      const uint b = base + lid, some = min((uint)CC_GROUP, count - chunk);
-      if (b < all) {
-        uint next = counts[b];
-        for (uint k = 0; k < some; ++k)
-          if (sums[k] == b) order[ccHitAt(&h, next++)] = ccHitAt(&h, chunk + k);
-        counts[b] = next;
-      }
+      const uint some = b < all ? min((uint)CC_GROUP, count - chunk) : 0u;
+      for (uint k = 0; k < some; ++k)
+        if (sums[k] == b) {
+          const int second = chunk + k >= h.count[0];
+          if (!second) ofFirst = next + 1;
+          order[h.first[0] + next++] = chunk + k - (second ? h.count[0] : 0u);
+        }
     }
+    if (b < all) bins[firstBin + b].middle = ofFirst;
+  }
   if (lid == 0) {
     answer.firstBin = firstBin;
     answer.bins = all;
     answers[p] = answer;
   }
+}
+
+// A pair's bins by how many hits they have, most first, so that work-items side by side sum up as
+// many.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccQueue(
+    __global const CcAnswer* answers, __global const CcBin* bins, __global uint* queue) {
+  __local uint places[CC_GROUP], sums[2 * CC_GROUP];
+  const uint lid = get_local_id(0), last = CC_GROUP - 1;
+  __global const CcAnswer* answer = &answers[get_group_id(0)];
+  const uint all = answer->failed ? 0u : answer->bins, first = answer->firstBin;
+  places[lid] = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint b = lid; b < all; b += CC_GROUP)
+    atomic_inc(&places[last - min(bins[first + b].end - bins[first + b].begin, last)]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint own = places[lid], upTo = ccSumUpTo(sums, own);
+  places[lid] = upTo - own;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint b = lid; b < all; b += CC_GROUP)
+    queue[first +
+          atomic_inc(&places[last - min(bins[first + b].end - bins[first + b].begin, last)])] =
+        first + b;
 }

@@ -75,14 +75,24 @@ CC_FN double ccLength64(const double* a) {
   return CC_SQRT64(ccDot64(a, a));
 }
 
+// Whether dot / length is at least that, without the division where it cannot matter; nothing is as
+// long as it likes.
+CC_FN int ccAtLeast(double dot, double length, double least) {
+  if (!(length > 0.0)) return 1.0 >= least;
+  const double beyond = dot - least * length, doubt = 1e-14 * length;
+  if (beyond > doubt) return 1;
+  if (beyond < -doubt) return 0;
+  return dot / length >= least;
+}
+
 CC_FN int ccAlike(const CcFaces* a, const CcFaces* b, double agree) {
-  double cosine[2];
+  double dot[2], length[2];
   for (int s = 0; s < 2; ++s) {
-    const double length = a->length[s] * b->length[s];
-    cosine[s] = length > 0.0 ? ccDot64(a->normal[s], b->normal[s]) / length : 1.0;
+    dot[s] = ccDot64(a->normal[s], b->normal[s]);
+    length[s] = a->length[s] * b->length[s];
   }
-  const int less = cosine[1] < cosine[0];
-  return cosine[1 - less] >= agree && cosine[less] >= CC_DISAGREE;
+  return (ccAtLeast(dot[0], length[0], agree) || ccAtLeast(dot[1], length[1], agree)) &&
+         ccAtLeast(dot[0], length[0], CC_DISAGREE) && ccAtLeast(dot[1], length[1], CC_DISAGREE);
 }
 
 // Where edges cross, each face of one body meets two of the other: four bins, of which the last

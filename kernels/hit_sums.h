@@ -2,25 +2,12 @@
 // (1, x, y, z). Plain C for C++ and OpenCL C; offsets are pinned by a test.
 //
 // C++ keeps the vector in a register of four doubles. On a device four work-items share it, each
-// its `lane` of it: one work-item's registers would not hold a bin's sums.
+// its part of it: one work-item's registers would not hold a bin's sums. They add up the same
+// products in the same order (sums.cl, growth.cl).
 #ifndef CLOUDCONTACT_KERNELS_HIT_SUMS_H
 #define CLOUDCONTACT_KERNELS_HIT_SUMS_H
 
 #include "sample.h"
-
-#if defined(__OPENCL_VERSION__)
-typedef double CcFour;
-#define CC_FOUR(p, q, r, s) (lane == 0 ? (p) : lane == 1 ? (q) : lane == 2 ? (r) : (s))
-#define CC_NO_FOUR 0.0
-#else
-typedef double CcFour __attribute__((vector_size(32)));
-#define CC_FOUR(p, q, r, s) \
-  CcFour {                  \
-    p, q, r, s              \
-  }
-#define CC_NO_FOUR \
-  CcFour {}
-#endif
 
 #if defined(__OPENCL_VERSION__)
 #define CC_MAY_ALIAS
@@ -52,6 +39,39 @@ typedef struct CC_MAY_ALIAS {
   double deep;
   int hits, unused;
 } CcSums;
+
+// What a hit weighs, in units.
+typedef struct {
+  double whole, pressed;  // area, and area times depth
+  double w, f, blind;     // wet and pressed as far as it faces the other body; the rest of pressed
+  double weighed;
+  double x[3];
+} CcWeights;
+
+// `at` the hit's place, `area` of its whole sample; `gate` how far it faces the other body, 0..1;
+// `perUnit` [1/m].
+CC_FN CcWeights ccWeightsOf(const float* at, float area, const CcWet* wet, double gate,
+                            const double* origin, double perUnit) {
+  CcWeights h;
+  h.whole = area * perUnit * perUnit;
+  h.pressed = h.whole * (wet->depth1 * perUnit);
+  h.w = gate * h.whole * wet->share;
+  h.f = gate * h.pressed;
+  h.blind = h.pressed - h.f;
+  h.weighed = gate * h.whole * perUnit * perUnit;
+  for (int i = 0; i < 3; ++i) h.x[i] = (at[i] - origin[i]) * perUnit;
+  return h;
+}
+
+#if !defined(__OPENCL_VERSION__)
+
+typedef double CcFour __attribute__((vector_size(32)));
+#define CC_FOUR(p, q, r, s) \
+  CcFour {                  \
+    p, q, r, s              \
+  }
+#define CC_NO_FOUR \
+  CcFour {}
 
 // Sums of hits of one body while they are added up, lengths in units; three rows n_j (1, x, y, z)
 // each; own and other: by whose normals.
@@ -93,60 +113,41 @@ CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, CcFour v) {
   rows[2] += nz * v;
 }
 
-// One hit more: `at` its place, `area` of its whole sample, `depth` at the sample; `gate` how far
-// it faces the other body, 0..1. `both`: it stands for the other's surface too. `perUnit` [1/m].
+// One hit more: `depth` at the sample. `both`: it stands for the other's surface too.
 CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const float* other,
                     float area, const CcWet* wet, float depth, double gate, const double* origin,
-                    double perUnit, int both, int lane) {
-  (void)lane;
-  const double whole = area * perUnit * perUnit, pressed = whole * (wet->depth1 * perUnit);
-  const double w = gate * whole * wet->share, f = gate * pressed, blind = pressed - f;
-  const double weighed = gate * whole * perUnit * perUnit;
-  const double x = (at[0] - origin[0]) * perUnit, y = (at[1] - origin[1]) * perUnit,
-               z = (at[2] - origin[2]) * perUnit;
+                    double perUnit, int both) {
+  const CcWeights h = ccWeightsOf(at, area, wet, gate, origin, perUnit);
+  const double x = h.x[0], y = h.x[1], z = h.x[2];
   const CcFour v = CC_FOUR(1.0, x, y, z);
   const double nx = own[0], ny = own[1], nz = own[2];
   const double mx = other[0], my = other[1], mz = other[2];
-  sums->area += w * v;
-  sums->faced += f * v;
-  ccAddRows(sums->second, w * x, w * y, w * z, v);
-  ccAddRows(sums->normalOwn, w * nx, w * ny, w * nz, v);
-  ccAddRows(sums->normalOther, w * mx, w * my, w * mz, v);
-  ccAddRows(sums->apart, f * (nx + mx), f * (ny + my), f * (nz + mz), v);
-  ccAddRows(sums->pushOwn, pressed * nx, pressed * ny, pressed * nz, v);
-  sums->wallOwn += blind * (CC_FOUR(0.0, nx, ny, nz));
+  sums->area += h.w * v;
+  sums->faced += h.f * v;
+  ccAddRows(sums->second, h.w * x, h.w * y, h.w * z, v);
+  ccAddRows(sums->normalOwn, h.w * nx, h.w * ny, h.w * nz, v);
+  ccAddRows(sums->normalOther, h.w * mx, h.w * my, h.w * mz, v);
+  ccAddRows(sums->apart, h.f * (nx + mx), h.f * (ny + my), h.f * (nz + mz), v);
+  ccAddRows(sums->pushOwn, h.pressed * nx, h.pressed * ny, h.pressed * nz, v);
+  sums->wallOwn += h.blind * (CC_FOUR(0.0, nx, ny, nz));
   if (both) {
-    ccAddRows(sums->pushOther, pressed * mx, pressed * my, pressed * mz, v);
-    sums->wallOther += blind * (CC_FOUR(0.0, mx, my, mz));
+    ccAddRows(sums->pushOther, h.pressed * mx, h.pressed * my, h.pressed * mz, v);
+    sums->wallOther += h.blind * (CC_FOUR(0.0, mx, my, mz));
   }
   sums->powers +=
-      CC_FOUR(pressed, weighed * wet->depth2, weighed * perUnit * wet->depth3, w * whole);
-  sums->middle += f * (depth * perUnit);
+      CC_FOUR(h.pressed, h.weighed * wet->depth2, h.weighed * perUnit * wet->depth3, h.w * h.whole);
+  sums->middle += h.f * (depth * perUnit);
   sums->deepest = ccMax(sums->deepest, depth);
 }
 
-#if defined(__OPENCL_VERSION__)
-#define CC_NEAR __local
-#define CC_SUMS __global
-#define CC_EACH_AXIS(k) for (int k = lane; k <= lane && k < 3; ++k)
-#define CC_NO_AXIS (lane == 3)
-#else
-#define CC_NEAR
-#define CC_SUMS
-#define CC_EACH_AXIS(k) for (int k = 0; k < 3; ++k)
-#define CC_NO_AXIS 1
-#endif
-
 // A body's surface in a bin: its normals' sums, and, where it pushes, the push.
-CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, int own, int pushes,
-                      double unit, int lane) {
-  (void)lane;
+CC_FN void ccGiveSide(CcSums* sums, int s, const CcAdded* from, int own, int pushes, double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  CC_NEAR const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
-  CC_NEAR const double(*push)[4] = own ? from->pushOwn : from->pushOther;
-  CC_NEAR const double* wall = own ? from->wallOwn : from->wallOther;
-  CC_SUMS CcSideSums* to = &sums->side[s];
-  CC_EACH_AXIS(j) {
+  const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
+  const double(*push)[4] = own ? from->pushOwn : from->pushOther;
+  const double* wall = own ? from->wallOwn : from->wallOther;
+  CcSideSums* to = &sums->side[s];
+  for (int j = 0; j < 3; ++j) {
     sums->normal[s][j] += u2 * normal[j][0];
     for (int i = 0; i < 3; ++i) sums->normalBy[s][3 * i + j] += u3 * normal[j][1 + i];
     if (!pushes) continue;
@@ -156,7 +157,7 @@ CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, 
     to->moment[j] += u4 * (push[q][1 + p] - push[p][1 + q]);
     to->wall[j] += u3 * wall[1 + j];
   }
-  if (!pushes || !CC_NO_AXIS) return;
+  if (!pushes) return;
   to->size += u3 * from->powers[0];
   to->depth[0] += u3 * from->faced[0];
   to->depth[1] += u4 * from->powers[1];
@@ -164,19 +165,17 @@ CC_FN void ccGiveSide(CC_SUMS CcSums* sums, int s, CC_NEAR const CcAdded* from, 
 }
 
 // What was added, in lengths of `unit` [m], goes to `sums`; `side`: whose samples these were.
-CC_FN void ccGive(CC_SUMS CcSums* sums, CC_NEAR const CcAdded* from, int hits, int oneSided,
-                  int side, double unit, int lane) {
-  (void)lane;
+CC_FN void ccGive(CcSums* sums, const CcAdded* from, int hits, int oneSided, int side,
+                  double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  CC_EACH_AXIS(i) {
+  for (int i = 0; i < 3; ++i) {
     sums->first[i] += u3 * from->area[1 + i];
     sums->place[i] += u4 * from->faced[1 + i];
     sums->apart[i] += u3 * from->apart[i][0];
     for (int j = 0; j < 3; ++j) sums->second[3 * i + j] += u4 * from->second[j][1 + i];
   }
-  ccGiveSide(sums, side, from, 1, 1, unit, lane);
-  ccGiveSide(sums, 1 - side, from, 0, oneSided, unit, lane);
-  if (!CC_NO_AXIS) return;
+  ccGiveSide(sums, side, from, 1, 1, unit);
+  ccGiveSide(sums, 1 - side, from, 0, oneSided, unit);
   sums->area += u2 * from->area[0];
   sums->facing += u3 * from->faced[0];
   sums->opening += u4 * (from->apart[0][1] + from->apart[1][2] + from->apart[2][3]);
@@ -187,14 +186,13 @@ CC_FN void ccGive(CC_SUMS CcSums* sums, CC_NEAR const CcAdded* from, int hits, i
 }
 
 // One bin's sums more to a patch's, about the patch's origin.
-CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) {
-  (void)lane;
+CC_FN void ccJoinSums(CcSums* to, const CcSums* from) {
   double shift[3];
   for (int i = 0; i < 3; ++i) shift[i] = from->origin[i] - to->origin[i];
   for (int s = 0; s < 2; ++s) {
-    CC_NEAR CcSideSums* a = &to->side[s];
-    CC_SUMS const CcSideSums* b = &from->side[s];
-    CC_EACH_AXIS(i) {
+    CcSideSums* a = &to->side[s];
+    const CcSideSums* b = &from->side[s];
+    for (int i = 0; i < 3; ++i) {
       const int p = (i + 1) % 3, q = (i + 2) % 3;
       a->push[i] += b->push[i];
       a->moment[i] += b->moment[i] + (shift[p] * b->push[q] - shift[q] * b->push[p]);
@@ -204,9 +202,9 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
       for (int j = 0; j < 3; ++j)
         to->normalBy[s][3 * i + j] += from->normalBy[s][3 * i + j] + from->normal[s][j] * shift[i];
     }
-    if (CC_NO_AXIS) a->size += b->size;
+    a->size += b->size;
   }
-  CC_EACH_AXIS(i) {
+  for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
       to->second[3 * i + j] += from->second[3 * i + j] + from->first[j] * shift[i] +
                                shift[j] * from->first[i] + from->area * shift[j] * shift[i];
@@ -214,7 +212,6 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
     to->place[i] += from->place[i] + from->facing * shift[i];
     to->apart[i] += from->apart[i];
   }
-  if (!CC_NO_AXIS) return;
   to->area += from->area;
   to->width += from->width;
   to->facing += from->facing;
@@ -225,5 +222,7 @@ CC_FN void ccJoinSums(CC_NEAR CcSums* to, CC_SUMS const CcSums* from, int lane) 
   to->deepest = to->deepest < from->deepest ? from->deepest : to->deepest;
   to->hits += from->hits;
 }
+
+#endif
 
 #endif

@@ -4,19 +4,27 @@
 
 #include "surface_fit.h"
 
+// On a device, what a group of work-items shares: with copies of their own each of the search's had
+// 760 bytes on its stack.
+#if defined(__OPENCL_VERSION__)
+#define CC_NEAR __local
+#else
+#define CC_NEAR
+#endif
+
 // A rigid map with a scale, x -> turn x + shift; `turn` by rows.
 typedef struct {
   float turn[9];
   float shift[3];
 } CcMap;
 
-CC_FN void ccTurn(const float* turn, const float* v, float* out) {
+CC_FN void ccTurn(CC_NEAR const float* turn, const float* v, float* out) {
   out[0] = turn[0] * v[0] + turn[1] * v[1] + turn[2] * v[2];
   out[1] = turn[3] * v[0] + turn[4] * v[1] + turn[5] * v[2];
   out[2] = turn[6] * v[0] + turn[7] * v[1] + turn[8] * v[2];
 }
 
-CC_FN void ccApply(const CcMap* map, const float* x, float* out) {
+CC_FN void ccApply(CC_NEAR const CcMap* map, const float* x, float* out) {
   ccTurn(map->turn, x, out);
   out[0] += map->shift[0];
   out[1] += map->shift[1];

@@ -49,7 +49,7 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
 
 // The kind of a sample `width` voxels wide, at `depth` [m] in the other body; `own` and `other` are
 // the two normals in one frame.
-CC_FN int ccKindOf(const CcLimits* limits, CcVoxel record, float depth, const float* own,
+CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, const float* own,
                    const float* other, float width) {
   const float reach = ccMax(limits->halfWidth * width, limits->margin);
   const int near =
@@ -63,12 +63,19 @@ CC_FN int ccKindOf(const CcLimits* limits, CcVoxel record, float depth, const fl
   return (record.a & 0x70000000u) != 0 ? surface : plain;
 }
 
+// Whether a sample that ccKindOf() calls wet may come to a hit; never 0 where it does. `facing`:
+// cosine between the normals, to 1e-5.
+CC_FN int ccMayHit(CC_NEAR const CcLimits* limits, float depth, float facing, float width) {
+  const float reach = limits->halfWidth * width;
+  return (depth > 0.0f) | (depth * depth <= reach * reach * (1.0f - facing * facing + 1e-4f));
+}
+
 // Whether another of the record's planes than that of `depth` [m] and `normal` may give the depth
 // somewhere within a sample `width` voxels wide; `place` from the record's voxel, `voxel` [m] the
 // record's, `own` [m] the sample's.
-CC_FN int ccEdgeWithin(const CcLimits* limits, CcVoxel record, CC_GLOBAL const CcVoxel* planes,
-                       const float* place, float depth, const float* normal, float width,
-                       float voxel, float own) {
+CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
+                       CC_GLOBAL const CcVoxel* planes, const float* place, float depth,
+                       const float* normal, float width, float voxel, float own) {
   if (width <= CC_WIDE || depth <= -ccMax(limits->halfWidth * width, limits->margin)) return 0;
   const float far = CC_HALF_DIAGONAL * (width * own);
   for (uint k = 0; k < ccPlaneCount(record); ++k) {
@@ -104,8 +111,8 @@ CC_FN float ccDepthBelow(int bricks, float voxel) {
 
 // A brick of samples within `radius` about `center` may touch the other body; `ratio` of the
 // voxels, own to other; `between` of the other's bricks (voxels to its band).
-CC_FN int ccBrickTouches(const CcMap* toOther, const float* center, float radius, float ratio,
-                         CcBricks bricks, CC_GLOBAL const int* between) {
+CC_FN int ccBrickTouches(CC_NEAR const CcMap* toOther, const float* center, float radius,
+                         float ratio, CcBricks bricks, CC_GLOBAL const int* between) {
   float at[3];
   ccApply(toOther, center, at);
   int brick;
@@ -115,9 +122,9 @@ CC_FN int ccBrickTouches(const CcMap* toOther, const float* center, float radius
 }
 
 // A sample as a hit: `at`, its normal and the other's there turned into the pair's frame.
-CC_FN CcHit ccHitIn(const CcMap* toFrame, const float* fromOwn, const float* fromOther,
-                    const float* at, const float* normal, const float* other, float depth,
-                    float spread) {
+CC_FN CcHit ccHitIn(CC_NEAR const CcMap* toFrame, CC_NEAR const float* fromOwn,
+                    CC_NEAR const float* fromOther, const float* at, const float* normal,
+                    const float* other, float depth, float spread) {
   float place[3], own[3], there[3];
   ccApply(toFrame, at, place);
   ccTurn(fromOwn, normal, own);

@@ -38,7 +38,6 @@ struct ContactBatch::Inside {
   std::shared_ptr<opencl::Device> device;
   std::shared_ptr<opencl::DeviceFields> fields;
   std::optional<opencl::OpenClBatch> batch;
-  std::vector<PairFrame> frames;
   std::vector<opencl::Asked> asked;
   std::vector<std::size_t> numbers;  // of the pairs that are asked
 
@@ -93,22 +92,28 @@ void ContactBatch::Inside::open() {
 }
 
 void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
-  frames.resize(pairs.size());
-  each(pairs.size(), [&](std::size_t k) {
-    frames[k] = ContactFinder::Scratch::of(finders[k]).begin(pairs[k].a, pairs[k].b);
-  });
   asked.clear();
   numbers.clear();
+  // Pairs of the same two fields nearly always follow each other: a field is asked for once, not
+  // looked up 2,048 times.
+  const SurfaceField* fieldOf[2] = {nullptr, nullptr};
+  std::uint32_t numberOf[2] = {0, 0};
+  const auto number = [&](const ContactBody& body, int side) {
+    if (body.field == fieldOf[side]) return;
+    fieldOf[side] = body.field;
+    numberOf[side] = fields->numberOf(static_cast<const FieldData&>(*body.field));
+  };
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     if (pairs[k].a.shape || pairs[k].b.shape) {
       here.push_back(k);
       ++report.shapes;
       continue;
     }
-    const auto number = [&](const ContactBody& body) {
-      return fields->numberOf(static_cast<const FieldData&>(*body.field));
-    };
-    asked.push_back({&pairs[k], frames[k], rooms[k], {number(pairs[k].a), number(pairs[k].b)}});
+    if (!pairs[k].a.field || !pairs[k].b.field)  // throws, and says which
+      ContactFinder::Scratch::of(finders[k]).begin(pairs[k].a, pairs[k].b);
+    number(pairs[k].a, 0);
+    number(pairs[k].b, 1);
+    asked.push_back({&pairs[k], {}, rooms[k], {numberOf[0], numberOf[1]}});
     numbers.push_back(k);
   }
   fields->settle();
@@ -120,8 +125,14 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
 // took 4.0 ms on an H100 instead of 3.3. What is too large for the device is asked for in halves.
 void ContactBatch::Inside::ask(std::size_t first, std::size_t count) {
   if (count == 0) return;
+  // One loop over the pairs for all that comes before the device.
   const opencl::Each all = [&](std::size_t n, const std::function<void(std::size_t)>& function) {
-    each(n, function);
+    each(n, [&](std::size_t i) {
+      opencl::Asked& one = asked[first + i];
+      ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[numbers[first + i]]);
+      one.frame = finder.begin(one.pair->a, one.pair->b);
+      function(i);
+    });
   };
   try {
     batch->start(std::span(asked).subspan(first, count), all, report);

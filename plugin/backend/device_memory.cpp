@@ -24,4 +24,9 @@ const cl::Buffer& Grown::room(Device& device, std::size_t size) {
   return buffer_;
 }
 
+cl::Buffer Grown::part(std::size_t begin, std::size_t size) {
+  const cl_buffer_region region{begin, size};
+  return buffer_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
+}
+
 }  // namespace cloudcontact::opencl

@@ -24,6 +24,8 @@ class Grown {
  public:
   const cl::Buffer& room(Device& device, std::size_t size);
   const cl::Buffer& buffer() const { return buffer_; }
+  // Some of its bytes as a buffer of their own; `begin` a multiple of what the device asks for.
+  cl::Buffer part(std::size_t begin, std::size_t size);
   std::size_t bytes() const { return size_; }
 
  private:

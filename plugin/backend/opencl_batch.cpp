@@ -17,6 +17,11 @@ constexpr std::uint32_t kLeastRoom = 2 * CC_MOST_BINS;  // a large pair alone
 constexpr std::size_t kHitBytes = 64;
 constexpr std::size_t kMostItems = 4096 * CC_GROUP;  // work-items that take bins or patches in turn
 
+// Of parts of a buffer: a multiple of what devices ask for.
+std::size_t aligned(std::size_t size) {
+  return (size + 4095) / 4096 * 4096;
+}
+
 CcPair pairOf(const Asked& asked) {
   CcPair p{};
   p.voxel = asked.frame.voxel;
@@ -37,17 +42,16 @@ const FieldData& dataOf(const ContactBody& body) {
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g : {&pairs_, &directions_, &counters_, &found_, &nearby_, &hits_, &aside_,
-                         &keys_, &slots_, &order_, &answersThere_, &bins_, &sums_, &sprouts_,
-                         &queues_, &scratch_, &grown_, &patches_})
+  for (const Grown* g : {&tasks_, &results_, &found_, &nearby_, &hits_, &aside_, &keys_, &slots_,
+                         &order_, &bins_, &sums_, &sprouts_, &queues_, &scratch_, &grown_})
     sum += g->bytes();
   return sum;
 }
 
 void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
-  const std::size_t n = pairs.size(), ways = 2 * n * sizeof(CcDirection);
-  unsigned char* const to =
-      static_cast<unsigned char*>(sent_.room(*device_, ways + n * sizeof(CcPair)));
+  const std::size_t n = pairs.size(), ways = aligned(2 * n * sizeof(CcDirection)),
+                    all = ways + n * sizeof(CcPair);
+  unsigned char* const to = static_cast<unsigned char*>(sent_.room(*device_, all));
   auto* const directions = reinterpret_cast<CcDirection*>(to);
   auto* const tasks = reinterpret_cast<CcPair*>(to + ways);
   std::size_t hits = 0, nearby = 0;
@@ -75,14 +79,24 @@ void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchRepo
   });
   hitRoom_ = hits;
   nearbyRoom_ = nearby;
-  cl::CommandQueue& queue = device_->queue();
-  queue.enqueueWriteBuffer(directions_.room(*device_, ways), CL_FALSE, 0, ways, directions, nullptr,
-                           device_->note("poses sent"));
-  queue.enqueueWriteBuffer(pairs_.room(*device_, n * sizeof(CcPair)), CL_FALSE, 0,
-                           n * sizeof(CcPair), tasks, nullptr, device_->note("poses sent"));
-  queue.enqueueFillBuffer(counters_.room(*device_, CC_COUNTERS * sizeof(cl_uint)), cl_uint{0}, 0,
-                          CC_COUNTERS * sizeof(cl_uint));
-  report.sent += ways + n * sizeof(CcPair);
+  device_->queue().enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
+                                      device_->note("poses sent"));
+  directions_ = tasks_.part(0, ways);
+  pairs_ = tasks_.part(ways, n * sizeof(CcPair));
+  report.sent += all;
+}
+
+// Where what is fetched goes: answers and counters, then patches.
+void OpenClBatch::makeRoom() {
+  const auto n = static_cast<std::uint32_t>(count_);
+  binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
+  patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
+  const std::size_t counters = aligned(count_ * sizeof(CcAnswer));
+  patchesBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
+  results_.room(*device_, patchesBegin_ + patchRoom_ * sizeof(CcSums));
+  answersThere_ = results_.part(0, counters);
+  counters_ = results_.part(counters, CC_COUNTERS * sizeof(cl_uint));
+  patches_ = results_.part(patchesBegin_, patchRoom_ * sizeof(CcSums));
 }
 
 void OpenClBatch::search() {
@@ -90,72 +104,66 @@ void OpenClBatch::search() {
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
   const cl::Buffer& data = fields_->data();
   cl::Kernel& search = d.kernel("ccSearch");
-  give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_.buffer(),
-       directions_.buffer(), found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
+  give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
+       found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
        nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
-       hits_.room(d, hits * kHitBytes), aside_.room(d, hits * 2 * sizeof(cl_uint)));
+       hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
+       aside_.room(d, hits * 2 * sizeof(cl_uint)), counters_);
+  cl::Kernel& parts = d.kernel("ccParts");
+  give(parts, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
+       found_.buffer(), hits_.buffer(), keys_.buffer(), aside_.buffer());
   static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
   for (cl_int level = kLevels - 1; level >= 0; --level) {
     search.setArg(0, level);
     d.run(search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
+    if (level == kLevels - 1) continue;  // the coarsest takes no sample in parts
+    parts.setArg(0, level);
+    d.run(parts, "ccParts", 2 * count_ * CC_GROUP, CC_GROUP);
   }
 }
 
 void OpenClBatch::gather() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
-  const std::uint32_t n = static_cast<std::uint32_t>(count_);
-  binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
-  patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
-  const cl::Buffer &pairs = pairs_.buffer(), &directions = directions_.buffer(),
-                   &counters = counters_.buffer(), &found = found_.buffer(),
-                   &hitsThere = hits_.buffer();
+  const cl::Buffer &pairs = pairs_, &directions = directions_, &counters = counters_,
+                   &answers = answersThere_, &found = found_.buffer(), &hitsThere = hits_.buffer();
   const cl::Buffer& order = order_.room(d, hits * sizeof(cl_uint));
-  const cl::Buffer& answers = answersThere_.room(d, count_ * sizeof(CcAnswer));
   const cl::Buffer& bins = bins_.room(d, binRoom_ * sizeof(CcBin));
   const cl::Buffer& sums = sums_.room(d, binRoom_ * sizeof(CcSums));
   const cl::Buffer& sprouts = sprouts_.room(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
-  give(d.kernel("ccBins"), pairs, directions, found, hitsThere,
-       keys_.room(d, hits * sizeof(cl_ulong)), slots_.room(d, hits * sizeof(cl_uint)), order,
-       answers, bins, counters, binRoom_);
+  give(d.kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
+       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_);
   d.run("ccBins", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, counters,
-       binRoom_, sums);
+  give(d.kernel("ccQueue"), answers, bins, queues);
+  d.run("ccQueue", count_ * CC_GROUP, CC_GROUP);
+  give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
+       counters, binRoom_, sums);
   d.run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
   give(d.kernel("ccSprouts"), bins, sums, counters, binRoom_, sprouts);
   d.run("ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
-  give(d.kernel("ccGrow"), pairs, answers, sums, sprouts, queues,
+  give(d.kernel("ccGrow"), pairs, answers, sprouts, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
   d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
-  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_,
-       patches_.room(d, patchRoom_ * sizeof(CcSums)));
-  d.run("ccPatches", std::min(kMostItems, std::size_t{4} * patchRoom_), CC_GROUP);
+  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches_);
+  d.run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
 }
 
 // Reads what there will be by the last batch's number of patches; the rest, where there are more,
 // once it is known.
 void OpenClBatch::fetch() {
   Device& d = *device_;
-  const std::size_t answers = count_ * sizeof(CcAnswer), counters = CC_COUNTERS * sizeof(cl_uint);
-  auto* const to = static_cast<unsigned char*>(fetched_.room(d, answers + counters));
   patchesAsked_ = std::min(patchesWanted_ + patchesWanted_ / 16, patchRoom_);
-  void* const sums = sumsHere_.room(d, patchRoom_ * sizeof(CcSums));
-  std::vector<cl::Event> done(1);
-  d.queue().enqueueMarkerWithWaitList(nullptr, &done[0]);
+  const std::size_t all = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
+  auto* const to =
+      static_cast<unsigned char*>(fetched_.room(d, patchesBegin_ + patchRoom_ * sizeof(CcSums)));
+  d.queue().enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
+  if (cl::Event* const noted = d.note("patches fetched")) *noted = fetchedAll_;
   d.queue().flush();
-  cl::CommandQueue& down = d.downQueue();
-  if (patchesAsked_ > 0)
-    down.enqueueReadBuffer(patches_.buffer(), CL_FALSE, 0, patchesAsked_ * sizeof(CcSums), sums,
-                           &done, d.note("patches fetched"));
-  down.enqueueReadBuffer(answersThere_.buffer(), CL_FALSE, 0, answers, to, &done,
-                         d.note("answers fetched"));
-  down.enqueueReadBuffer(counters_.buffer(), CL_FALSE, 0, counters, to + answers, &done,
-                         &fetchedAll_);
-  down.flush();
   answers_ = reinterpret_cast<const CcAnswer*>(to);
-  countersHere_ = reinterpret_cast<const std::uint32_t*>(to + answers);
+  countersHere_ = reinterpret_cast<const std::uint32_t*>(to + aligned(count_ * sizeof(CcAnswer)));
+  sumsHere_ = reinterpret_cast<const Sums*>(to + patchesBegin_);
 }
 
 namespace {
@@ -180,6 +188,7 @@ void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchRep
   count_ = pairs.size();
   guarded(*device_, [&] {
     send(pairs, each, report);
+    makeRoom();
     search();
     gather();
     fetch();
@@ -193,13 +202,13 @@ void OpenClBatch::finish(BatchReport& report) {
   const std::uint32_t patches = std::min(patchesWanted_, patchRoom_);
   if (patches > patchesAsked_)
     guarded(*device_, [&] {
-      const std::size_t begin = patchesAsked_ * sizeof(CcSums);
-      device_->downQueue().enqueueReadBuffer(patches_.buffer(), CL_TRUE, begin,
-                                             patches * sizeof(CcSums) - begin,
-                                             static_cast<unsigned char*>(sumsHere_.data()) + begin,
-                                             nullptr, device_->note("patches fetched"));
+      const std::size_t begin = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
+      device_->queue().enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
+                                         patchesBegin_ + patches * sizeof(CcSums) - begin,
+                                         static_cast<unsigned char*>(fetched_.data()) + begin,
+                                         nullptr, device_->note("patches fetched"));
     });
-  report.fetched += count_ * sizeof(CcAnswer) + std::max(patches, patchesAsked_) * sizeof(CcSums);
+  report.fetched += patchesBegin_ + std::max(patches, patchesAsked_) * sizeof(CcSums);
   report.bins += binsWanted_;
   report.patches += patches;
   for (std::size_t k = 0; k < count_; ++k) {
@@ -209,7 +218,7 @@ void OpenClBatch::finish(BatchReport& report) {
 }
 
 std::span<const Sums> OpenClBatch::patches(std::size_t k) const {
-  return {static_cast<const Sums*>(sumsHere_.data()) + answers_[k].firstPatch, answers_[k].patches};
+  return {sumsHere_ + answers_[k].firstPatch, answers_[k].patches};
 }
 
 }  // namespace cloudcontact::opencl

@@ -42,21 +42,24 @@ class OpenClBatch {
 
  private:
   void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
-  void launch();
+  void makeRoom();
   void search();
   void gather();
   void fetch();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
-  Pinned sent_, fetched_, sumsHere_;
-  Grown pairs_, directions_, counters_, found_, nearby_, hits_, aside_, keys_, slots_, order_,
-      answersThere_, bins_, sums_, sprouts_, queues_, scratch_, grown_, patches_;
-  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0;
+  Pinned sent_, fetched_;
+  Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
+      sprouts_, queues_, scratch_, grown_;
+  cl::Buffer directions_, pairs_;                 // parts of tasks_
+  cl::Buffer answersThere_, counters_, patches_;  // of results_
+  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, patchesBegin_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
   std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, patchesAsked_ = 0;
   const CcAnswer* answers_ = nullptr;
   const std::uint32_t* countersHere_ = nullptr;
+  const Sums* sumsHere_ = nullptr;
   cl::Event fetchedAll_;
 };
 

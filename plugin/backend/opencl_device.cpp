@@ -153,7 +153,6 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
     : device_(device),
       context_(device),
       queue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
-      downQueue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
       name_(device.getInfo<CL_DEVICE_NAME>()),
       memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
@@ -248,7 +247,6 @@ cl::Event* Device::note(const char* name) {
 
 std::map<std::string, Spent> Device::clock() {
   queue_.finish();
-  downQueue_.finish();
   std::map<std::string, Spent> spent;
   for (const auto& n : notes_) {
     Spent& s = spent[n->name];

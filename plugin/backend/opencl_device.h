@@ -34,7 +34,6 @@ class Device {
   const std::string& name() const { return name_; }
   cl::Context& context() { return context_; }
   cl::CommandQueue& queue() { return queue_; }
-  cl::CommandQueue& downQueue() { return downQueue_; }  // for what is fetched beside other work
   cl::Kernel& kernel(const std::string& name);
   std::size_t memory() const { return memory_; }          // [bytes]
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
@@ -61,7 +60,7 @@ class Device {
 
   cl::Device device_;
   cl::Context context_;
-  cl::CommandQueue queue_, downQueue_;
+  cl::CommandQueue queue_;
   cl::Program program_;
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
   std::vector<std::unique_ptr<Noted>> notes_;

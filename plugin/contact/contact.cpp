@@ -61,6 +61,7 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
     force += p.size;
     area += p.sums->area;
   }
+  const Pose toA = poseOfA.inverse() * frame.pose;
   double shares = 0;
   for (const FoundPatch& p : found) shares += shareOf(p, area, force);
   for (const FoundPatch& p : found) {
@@ -80,7 +81,6 @@ void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
     }
     const Vec3 n = p.force.force / p.size;
     const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
-    const Pose toA = poseOfA.inverse() * frame.pose;
     seen.push_back({toA.toWorld(p.force.center), toA.orientation * n});
     patch.normal = frame.pose.orientation * n;
     patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);

@@ -38,21 +38,21 @@ CC_LANES void addHits(const HitColumns& hits, const float* gate, const std::uint
       const CcWet wet{c.share[i], 0, c.depth1[i], c.depth2[i], c.depth3[i]};
       if (oneSided)
         ccAddHit(&adding, at, own, other, c.area[i], &wet, c.depth[i], gate[i], origin.data(),
-                 perUnit, 1, 0);
+                 perUnit, 1);
       else
         ccAddHit(&adding, at, own, other, c.area[i], &wet, c.depth[i], gate[i], origin.data(),
-                 perUnit, 0, 0);
+                 perUnit, 0);
       if (hits.deep(i)) sums.deep += static_cast<double>(c.area[i]) * c.depth1[i];
     }
     const CcAdded all = added(adding);
     ccGive(reinterpret_cast<CcSums*>(&sums), &all, static_cast<int>(end - first), oneSided, side,
-           unit, 0);
+           unit);
     first = end;
   }
 }
 
 void Sums::add(const Sums& other) {
-  ccJoinSums(reinterpret_cast<CcSums*>(this), reinterpret_cast<const CcSums*>(&other), 0);
+  ccJoinSums(reinterpret_cast<CcSums*>(this), reinterpret_cast<const CcSums*>(&other));
 }
 
 }  // namespace cloudcontact

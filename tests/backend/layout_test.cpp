@@ -21,8 +21,8 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(offsetof(CcPair, enough), 20u);
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);
-  EXPECT_EQ(sizeof(CcBin), 24u);
-  EXPECT_EQ(sizeof(CcSprout), 112u);
+  EXPECT_EQ(sizeof(CcBin), 32u);
+  EXPECT_EQ(sizeof(CcSprout), 120u);
   EXPECT_EQ(sizeof(CcVoxel), 8u);
 }
 
