@@ -80,8 +80,9 @@ Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b)
 // Runs task(0) to task(count - 1) on any threads, in any order, and returns when all are done.
 using TaskRunner = std::function<void(int count, const std::function<void(int)>& task)>;
 
-// Finds contacts; keeps its memory between calls, so that a step after the first allocates
-// nothing. One finder serves one thread.
+// Finds contacts. It keeps its results and their names between calls; what it works with is lent by
+// the process, as many times as queries run at once, and kept there, so that a step after the first
+// allocates nothing. One finder serves one thread.
 class ContactFinder {
  public:
   ContactFinder();
@@ -103,6 +104,11 @@ class ContactFinder {
   const ContactResult& named();
   // Samples that the last search looked up: what it cost.
   std::size_t asked() const;
+
+  // Where several threads search: gives what is lent the room that any query has needed, `threads`
+  // times, so that none has to ask for more which another thread had asked for before. Between
+  // steps.
+  static void makeRoom(int threads);
 
   struct Scratch;  // its memory, which the backends share
 

@@ -79,6 +79,7 @@ void ContactBatch::Inside::onCpu(std::span<const BatchPair> pairs) {
     const std::size_t k = here[i];
     results[k] = &finders[k].find(pairs[k].a, pairs[k].b, pairs[k].settings);
   });
+  ContactFinder::makeRoom(arena.max_concurrency());
   report.onCpu += here.size();
 }
 

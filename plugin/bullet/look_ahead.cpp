@@ -81,6 +81,7 @@ void LookAhead::work() {
   const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
   arena_->arena.execute([&] { tbb::parallel_for(0, workers, takeOn, tbb::simple_partitioner()); });
   arena_->done.load(std::memory_order_acquire);
+  ContactFinder::makeRoom(threads_);
 }
 
 }  // namespace cloudcontact

@@ -11,6 +11,7 @@ namespace cloudcontact {
 namespace {
 
 constexpr std::size_t kShareHits = 1024;  // a share of the summing
+constexpr std::size_t kFewSlots = 1024;   // of bins by key, to begin with
 constexpr double kMostBox = 4096;         // cells in a box that is looked up directly
 
 std::size_t slotOf(std::uint64_t key) {
@@ -56,6 +57,15 @@ double weightOf(const Sums& sums) {
 
 }  // namespace
 
+void Binner::fit(const Binner& other) {
+  const auto fit = [](auto& to, const auto& from) { to.reserve(from.capacity()); };
+  fit(cellX_, other.cellX_), fit(cellY_, other.cellY_), fit(cellZ_, other.cellZ_);
+  fit(direction_, other.direction_), fit(gate_, other.gate_), fit(bin_, other.bin_);
+  fit(bins_, other.bins_), fit(sums_, other.sums_), fit(keys_, other.keys_);
+  fit(table_, other.table_), fit(box_, other.box_), fit(order_, other.order_);
+  fit(queue_, other.queue_), fit(patches_, other.patches_);
+}
+
 void Binner::findBins(const HitColumns& hits, double cell) {
   const std::size_t count = hits.size();
   for (auto* v : {&cellX_, &cellY_, &cellZ_, &direction_})
@@ -66,8 +76,8 @@ void Binner::findBins(const HitColumns& hits, double cell) {
          {cellX_.data(), cellY_.data(), cellZ_.data(), direction_.data(), gate_.data()});
   bins_.clear();
   keys_.clear();
-  if (table_.empty()) table_.resize(1024);
-  std::fill(table_.begin(), table_.end(), -1);
+  slots_ = kFewSlots;
+  clearSlots();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t bin = binOf(ccBinKey(cellX_[i], cellY_[i], cellZ_[i], direction_[i]));
     if (bin == bins_.size()) {
@@ -83,7 +93,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
 
 // The key's bin; the one after the last where it has none yet, and then it is its.
 std::uint32_t Binner::binOf(std::uint64_t key) {
-  const std::size_t mask = table_.size() - 1;
+  const std::size_t mask = slots_ - 1;
   std::size_t slot = slotOf(key) & mask;
   for (; table_[slot] >= 0; slot = (slot + 1) & mask)
     if (keys_[static_cast<std::size_t>(table_[slot])] == key)
@@ -91,13 +101,19 @@ std::uint32_t Binner::binOf(std::uint64_t key) {
   const std::uint32_t made = static_cast<std::uint32_t>(keys_.size());
   table_[slot] = static_cast<std::int32_t>(made);
   keys_.push_back(key);
-  if (keys_.size() * 2 > table_.size()) enlarge();
+  if (keys_.size() * 2 > slots_) enlarge();
   return made;
 }
 
+void Binner::clearSlots() {
+  if (table_.size() < slots_) table_.resize(slots_);
+  std::fill_n(table_.begin(), slots_, -1);
+}
+
 void Binner::enlarge() {
-  table_.assign(table_.size() * 4, -1);
-  const std::size_t mask = table_.size() - 1;
+  slots_ *= 4;
+  clearSlots();
+  const std::size_t mask = slots_ - 1;
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     std::size_t slot = slotOf(keys_[i]) & mask;
     while (table_[slot] >= 0) slot = (slot + 1) & mask;
@@ -175,7 +191,7 @@ std::int32_t Binner::firstIn(const std::int32_t* cell) const {
     return box_[static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z))];
   }
   const std::uint64_t key = ccBinKey(cell[0], cell[1], cell[2], 7);
-  const std::size_t mask = table_.size() - 1;
+  const std::size_t mask = slots_ - 1;
   for (std::size_t slot = slotOf(key) & mask; table_[slot] >= 0; slot = (slot + 1) & mask)
     if (keys_[static_cast<std::size_t>(table_[slot])] == key)
       return box_[static_cast<std::size_t>(table_[slot]) - bins_.size()];

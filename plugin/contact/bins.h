@@ -19,6 +19,8 @@ class Binner {
   // `shareOut`, where there is one: many hits are summed up over it, to the same bits.
   const std::vector<Sums>& patches(const HitColumns& hits, double cell, bool oneSided,
                                    const TaskRunner* shareOut = nullptr);
+  // Room for what the other has room for.
+  void fit(const Binner& other);
 
  private:
   // A bin: which cell and direction, and what it came to.
@@ -33,6 +35,7 @@ class Binner {
   void findBins(const HitColumns& hits, double cell);
   std::uint32_t binOf(std::uint64_t key);
   void enlarge();
+  void clearSlots();
   void order(const HitColumns& hits);
   void sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first, std::size_t last);
   void layOut();
@@ -50,6 +53,7 @@ class Binner {
   std::vector<Sums> sums_;           // of each bin
   std::vector<std::uint64_t> keys_;  // of each bin
   std::vector<std::int32_t> table_;  // a key's bin, open addressing, -1 empty
+  std::size_t slots_ = 0;            // of it that are in use: the last pair's may have been many
   std::vector<std::int32_t> box_;    // a cell's first bin, by place in the bins' box or by hash
   bool hashed_ = false;
   std::int32_t low_[3] = {}, span_[3] = {};

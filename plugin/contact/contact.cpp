@@ -5,6 +5,7 @@
 #include <cloudcontact/contact.h>
 
 #include "finder_scratch.h"
+#include "finder_work.h"
 
 #include <algorithm>
 #include <cmath>
@@ -114,8 +115,8 @@ PairFrame ContactFinder::Scratch::begin(const ContactBody& a, const ContactBody&
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
   result.clear();
-  hits.clear();
   found.clear();
+  asked = 0;
   seen.clear();
   const PairFrame frame = frameOf(a, b);
   voxel = frame.voxel;
@@ -134,13 +135,14 @@ double cellOf(const PairFrame& frame, int level) {
 
 void ContactFinder::Scratch::finish(const ContactBody& a, const ContactBody& b,
                                     const ContactSettings& settings, const PairFrame& frame,
-                                    Hitting hitting, std::span<const Sums> patches) {
+                                    Hitting hitting, std::span<const Sums> patches,
+                                    const HitColumns* hits) {
   const bool foundation = settings.law == LawForm::Foundation, oneSided = a.shape || b.shape;
   gap = hitting.gap;
   result.samples = gap > 0 ? 0 : hitting.count;
   for (const Sums& sums : patches) found.push_back({&sums, {}, 0});
   collect(foundation, oneSided, a.shape ? kB : kA);
-  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, hitting.level};
+  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, hits, hitting.level};
   const bool touches = oneSided && gap == 0;
   // The foundation has no depth of a pair: each patch's own is its force over its area.
   const double depth =
@@ -169,11 +171,14 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const TaskRunner* shareOut) {
   Scratch& s = *scratch_;
   const PairFrame frame = s.begin(a, b);
+  BorrowedWork work;
   const int level =
-      s.search.run(a, b, frame, settings.margin, enoughFor(settings), s.hits, shareOut);
+      work->search.run(a, b, frame, settings.margin, enoughFor(settings), work->hits, shareOut);
   const std::vector<Sums>& patches =
-      s.binner.patches(s.hits, cellOf(frame, level), a.shape || b.shape, shareOut);
-  s.finish(a, b, settings, frame, {level, s.hits.size(), s.search.gap()}, patches);
+      work->binner.patches(work->hits, cellOf(frame, level), a.shape || b.shape, shareOut);
+  s.asked = work->search.asked();
+  s.finish(a, b, settings, frame, {level, work->hits.size(), work->search.gap()}, patches,
+           &work->hits);
 }
 
 const ContactResult& ContactFinder::named() {
@@ -181,7 +186,11 @@ const ContactResult& ContactFinder::named() {
 }
 
 std::size_t ContactFinder::asked() const {
-  return scratch_->search.asked();
+  return scratch_->asked;
+}
+
+void ContactFinder::makeRoom(int threads) {
+  levelWorks(threads);
 }
 
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {

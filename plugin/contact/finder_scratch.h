@@ -22,14 +22,12 @@ std::size_t enoughFor(const ContactSettings& settings);
 double cellOf(const PairFrame& frame, int level);
 
 struct ContactFinder::Scratch {
-  HitColumns hits;
-  HitSearch search;
-  Binner binner;
   std::vector<FoundPatch> found;
   std::vector<NamedPatch> seen;  // of the result, in its order
   PatchNames names;
   double voxel = 0;  // the pair's [m]
   double gap = 0;
+  std::size_t asked = 0;  // samples looked up
   ContactResult result;
 
   // Of a finder, for those who know how to finish.
@@ -37,9 +35,10 @@ struct ContactFinder::Scratch {
 
   // Checks the bodies (ContactFinder::find() tells what throws), and forgets the last query.
   PairFrame begin(const ContactBody& a, const ContactBody& b);
-  // The result from the patches' sums, but for its points' names.
+  // The result from the patches' sums, but for its points' names; `hits` where a body is a shape.
   void finish(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-              const PairFrame& frame, Hitting hitting, std::span<const Sums> patches);
+              const PairFrame& frame, Hitting hitting, std::span<const Sums> patches,
+              const HitColumns* hits = nullptr);
   const ContactResult& named();
 
  private:

@@ -7,7 +7,11 @@ namespace cloudcontact {
 
 void HitColumns::enlarge(std::size_t size) {
   // Rounded up so that no two columns begin at places that a cache holds in one set.
-  const std::size_t room = std::max<std::size_t>({size, 2 * side_.size(), 256}) + 48;
+  move(std::max<std::size_t>({size, 2 * side_.size(), 256}) + 48);
+}
+
+// To columns of that size.
+void HitColumns::move(std::size_t room) {
   std::vector<float> data(kColumns * room);
   for (std::size_t c = 0; c < kColumns; ++c)
     std::copy_n(data_.data() + c * side_.size(), size_, data.data() + c * room);

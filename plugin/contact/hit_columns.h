@@ -50,6 +50,10 @@ class HitColumns {
   void commit(std::size_t count, Side side, bool deep);
   void push_back(const Hit& hit);
   void append(const HitColumns& from);
+  // Room for what the other has room for.
+  void fit(const HitColumns& other) {
+    if (other.side_.size() > side_.size()) move(other.side_.size());
+  }
   Hit operator[](std::size_t i) const;
 
  private:
@@ -62,6 +66,7 @@ class HitColumns {
             c(8), c(9), c(10), c(11), c(12), c(13), c(14), c(15)};
   }
   void enlarge(std::size_t size);
+  void move(std::size_t room);
 
   std::size_t size_ = 0;
   std::vector<float> data_;  // column after column

@@ -132,6 +132,30 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   }
 }
 
+void HitSearch::Candidates::fit(const Candidates& other) {
+  now.reserve(other.now.capacity());
+  next.reserve(other.next.capacity());
+  // These two change places.
+  now.reserve(other.next.capacity());
+  next.reserve(other.now.capacity());
+  bricks.reserve(other.bricks.capacity());
+  deep.reserve(other.deep.capacity());
+  parts.fit(other.parts);
+  places.reserve(other.places.capacity());
+}
+
+void HitSearch::fit(const HitSearch& other) {
+  for (int side = 0; side < 2; ++side) cells_[side].fit(other.cells_[side]);
+  misses_.list.reserve(other.misses_.list.capacity());
+  shares_.runs.reserve(other.shares_.runs.capacity());
+  if (shares_.all.size() < other.shares_.all.size()) shares_.all.resize(other.shares_.all.size());
+  for (std::size_t i = 0; i < other.shares_.all.size(); ++i) {
+    shares_.all[i].cells.fit(other.shares_.all[i].cells);
+    shares_.all[i].misses.list.reserve(other.shares_.all[i].misses.list.capacity());
+    shares_.all[i].hits.fit(other.shares_.all[i].hits);
+  }
+}
+
 // Near misses as hits, `within` deep at the nearest.
 void HitSearch::touchLightly(HitColumns& hits) {
   const float shift = misses_.within - misses_.nearest;

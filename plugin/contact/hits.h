@@ -40,6 +40,8 @@ class HitSearch {
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, of all levels.
   std::size_t asked() const { return cells_[0].asked + cells_[1].asked; }
+  // Room for what the other has room for.
+  void fit(const HitSearch& other);
 
   // The record that a part of a sample is measured by, and its place from that voxel's centre.
   struct Part {
@@ -55,6 +57,8 @@ class HitSearch {
     std::vector<std::uint32_t> deep;    // samples below the band
     SampleColumns parts;                // of samples over an edge, and where they lie
     std::vector<Part> places;
+
+    void fit(const Candidates& other);
   };
   // The samples that come nearest without touching.
   struct Misses {

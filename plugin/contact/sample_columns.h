@@ -26,6 +26,11 @@ struct SampleColumns {
     add(nx, from.nx), add(ny, from.ny), add(nz, from.nz);
     add(area, from.area), add(width, from.width);
   }
+  // Room for what the other has room for.
+  void fit(const SampleColumns& other) {
+    for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width})
+      column->reserve(other.x.capacity());
+  }
   void clear() {
     for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->clear();
   }
