@@ -152,8 +152,7 @@ void measure(const Options& options) {
   const program::MeasuredBody body{{{program::probed(program::SceneMesh{}, &mesh), Pose{}}}};
   json rows;
   rows.push_back(cloudRow(options, body));
-  for (const double concavity : {0.1, 0.01})
-    rows.push_back(partsRow(options, body, concavity));
+  for (const double concavity : {0.1, 0.01}) rows.push_back(partsRow(options, body, concavity));
   if (options.out.empty()) return;
   std::ofstream file(options.out);
   file << json{{"rows", rows}, {"threads", options.threads}}.dump(2) << '\n';

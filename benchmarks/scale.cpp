@@ -176,7 +176,8 @@ void measure(const Options& options) {
   const program::ConvexParts parts = program::convexParts(nut(), kConcavity);
   all["hacdParts"] = parts.corners.size();
   for (const int bodies : counts)
-    if (bodies <= (options.quick ? 100 : kMostParts)) all["hacd"].push_back(partsRow(parts, bodies));
+    if (bodies <= (options.quick ? 100 : kMostParts))
+      all["hacd"].push_back(partsRow(parts, bodies));
   all["threads"] = options.threads;
   all["bytesPerBandVoxel"] = double(field->bytes()) / double(field->bandVoxels());
   std::printf("a field of %zu band voxels: %.1f bytes each, one for all shapes\n",
