@@ -18,13 +18,13 @@ def panel(axis, data, count, label):
     for name, key, color in (("whole step", "stepSeconds", "#0072b2"), ("narrow phase", "narrowPhaseSeconds", "#56b4e9")):
         slope = fits[key][count]
         y = [1e3 * row[key] for row in rows]
-        axis.loglog(x, y, "o", color=color, label=f"{name}: grows as {label} to the {slope:.2f}")
+        axis.loglog(x, y, "o", color=color, label=f"{name}: to the {slope:.2f}")
         middle = len(x) // 2
         axis.loglog(x, [y[middle] * (v / x[middle]) ** slope for v in x], color=color, lw=1)
     parts = data.get("hacd", [])
     if parts:
         axis.loglog([row[count] for row in parts], [1e3 * row["stepSeconds"] for row in parts], "v", color="#cc79a7",
-                    label=f"Bullet's convex parts ({data['hacdParts']} a nut), whole step")
+                    label=f"{data['hacdParts']} convex parts (HACD)")
     axis.set_xlabel(label)
     axis.grid(alpha=0.25)
 
