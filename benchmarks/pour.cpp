@@ -14,9 +14,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "generated_mesh.h"
-#include "heap.h"
-#include "peers.h"
+#include "nuts.h"
 #include "penetration.h"
 
 namespace {
@@ -24,8 +22,7 @@ namespace {
 using namespace cloudcontact;
 using nlohmann::json;
 
-constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of a M16 nut [m]
-constexpr double kSteps = 240;                     // a second
+constexpr double kSteps = 240;  // a second
 
 struct Options {
   int bodies = 1000, threads = 1;
@@ -33,19 +30,8 @@ struct Options {
   std::string out;
 };
 
-Mesh nut() {
-  Mesh mesh = program::nutMesh(program::Thread{}, kHeight, kWidth);
-  for (Vec3& v : mesh.vertices) v.z() -= kHeight / 2;
-  return mesh;
-}
-
-HeapSettings heapOf(const Options& options) {
-  HeapSettings settings;
-  settings.bodies = options.bodies;
-  settings.across = kWidth / std::cos(0.5235987755982988);  // over the corners
-  settings.height = kHeight;
-  settings.voxel = options.voxel;
-  settings.threads = options.threads;
+HeapSettings pouredNuts(const Options& options) {
+  HeapSettings settings = nutHeap(options.bodies, options.voxel, options.threads);
   settings.poured = true;
   return settings;
 }
@@ -103,21 +89,16 @@ json cloudRow(const Options& options, const program::MeasuredBody& body) {
   DigitizeSettings how;
   how.voxelSize = options.voxel;
   const auto field = SurfaceField::build(digitize(nut(), how));
-  HeapSettings settings = heapOf(options);
+  HeapSettings settings = pouredNuts(options);
   settings.shape = [&] { return std::make_shared<CloudShape>(field); };
   return run("cloud", options, settings, body);
 }
 
 json partsRow(const Options& options, const program::MeasuredBody& body, double concavity) {
   const program::ConvexParts parts = program::convexParts(nut(), concavity);
-  HeapSettings settings = heapOf(options);
-  settings.clouds = false;
+  HeapSettings settings = pouredNuts(options);
   std::vector<std::shared_ptr<void>> keep;
-  settings.shape = [&] {
-    const program::PeerShape made = program::convexPartsShape(parts);
-    keep.insert(keep.end(), made.keep.begin(), made.keep.end());
-    return made.shape;
-  };
+  makeOfParts(settings, parts, keep);
   return run("hacd " + std::to_string(parts.corners.size()), options, settings, body);
 }
 

@@ -13,16 +13,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "generated_mesh.h"
-#include "heap.h"
-#include "peers.h"
+#include "nuts.h"
 
 namespace {
 
 using namespace cloudcontact;
 using nlohmann::json;
 
-constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of a M16 nut [m]
 constexpr double kVoxel = 1e-3;
 constexpr int kSettle = 10, kMeasured = 5;  // steps
 // Parts that bulge a tenth of the diagonal: 23 of them. At a hundredth there are 170, and thirty
@@ -30,26 +27,10 @@ constexpr int kSettle = 10, kMeasured = 5;  // steps
 constexpr double kConcavity = 0.1;
 constexpr int kMostParts = 316;  // bodies, which take seconds a step
 
-Mesh nut() {
-  Mesh mesh = program::nutMesh(program::Thread{}, kHeight, kWidth);
-  for (Vec3& v : mesh.vertices) v.z() -= kHeight / 2;
-  return mesh;
-}
-
 std::shared_ptr<const SurfaceField> fieldAt(double voxel) {
   DigitizeSettings settings;
   settings.voxelSize = voxel;
   return SurfaceField::build(digitize(nut(), settings));
-}
-
-HeapSettings heapOf(int bodies, double voxel, int threads) {
-  HeapSettings settings;
-  settings.bodies = bodies;
-  settings.across = kWidth / std::cos(0.5235987755982988);  // over the corners
-  settings.height = kHeight;
-  settings.voxel = voxel;
-  settings.threads = threads;
-  return settings;
 }
 
 json rowOf(const char* method, double voxel, std::size_t bandVoxels, const HeapRow& row) {
@@ -72,7 +53,7 @@ json rowOf(const char* method, double voxel, std::size_t bandVoxels, const HeapR
 }
 
 json cloudRow(const std::shared_ptr<const SurfaceField>& field, int bodies, int threads) {
-  HeapSettings settings = heapOf(bodies, field->cloud().voxelSize(), threads);
+  HeapSettings settings = nutHeap(bodies, field->cloud().voxelSize(), threads);
   settings.shape = [&] { return std::make_shared<CloudShape>(field); };
   Heap heap(settings);
   json row = rowOf("cloud", settings.voxel, field->bandVoxels(), heap.run(kSettle, kMeasured));
@@ -85,14 +66,9 @@ json cloudRow(const std::shared_ptr<const SurfaceField>& field, int bodies, int 
 }
 
 json partsRow(const program::ConvexParts& parts, int bodies) {
-  HeapSettings settings = heapOf(bodies, kVoxel, 1);
-  settings.clouds = false;
+  HeapSettings settings = nutHeap(bodies, kVoxel, 1);
   std::vector<std::shared_ptr<void>> keep;
-  settings.shape = [&] {
-    const program::PeerShape made = program::convexPartsShape(parts);
-    keep.insert(keep.end(), made.keep.begin(), made.keep.end());
-    return made.shape;
-  };
+  makeOfParts(settings, parts, keep);
   Heap heap(settings);
   return rowOf("hacd", 0, 0, heap.run(2, 3));
 }

@@ -12,6 +12,15 @@ namespace {
 struct Works {
   std::mutex mutex;
   std::vector<std::unique_ptr<FinderWork>> spare;
+  std::size_t made = 0;
+
+  // Room is kept for all to come back: giving one back cannot fail.
+  std::unique_ptr<FinderWork> make() {
+    spare.reserve(made + 1);
+    auto work = std::make_unique<FinderWork>();
+    ++made;
+    return work;
+  }
 };
 
 // Never destroyed: finders may outlive everything else.
@@ -31,18 +40,17 @@ void FinderWork::fit(const FinderWork& other) {
 }
 
 BorrowedWork::BorrowedWork() {
-  {
-    Works& all = works();
-    const std::lock_guard lock(all.mutex);
-    if (!all.spare.empty()) {
-      auto found = std::find_if(all.spare.begin(), all.spare.end(),
-                                [](const auto& work) { return work.get() == last; });
-      if (found == all.spare.end()) --found;
-      work_ = std::move(*found);
-      all.spare.erase(found);
-    }
+  Works& all = works();
+  const std::lock_guard lock(all.mutex);
+  if (all.spare.empty()) {
+    work_ = all.make();
+  } else {
+    auto found = std::find_if(all.spare.begin(), all.spare.end(),
+                              [](const auto& work) { return work.get() == last; });
+    if (found == all.spare.end()) --found;
+    work_ = std::move(*found);
+    all.spare.erase(found);
   }
-  if (!work_) work_ = std::make_unique<FinderWork>();
   last = work_.get();
 }
 
@@ -55,8 +63,7 @@ BorrowedWork::~BorrowedWork() {
 void levelWorks(int threads) {
   Works& all = works();
   const std::lock_guard lock(all.mutex);
-  while (static_cast<int>(all.spare.size()) < threads)
-    all.spare.push_back(std::make_unique<FinderWork>());
+  while (static_cast<int>(all.spare.size()) < threads) all.spare.push_back(all.make());
   FinderWork& largest = *all.spare.front();
   for (const auto& work : all.spare)
     if (work.get() != &largest) largest.fit(*work);

@@ -1,0 +1,45 @@
+// The nuts that heaps are made of, and how their heaps are set.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "generated_mesh.h"
+#include "heap.h"
+#include "peers.h"
+
+namespace cloudcontact {
+
+constexpr double kNutHeight = 13e-3, kNutWidth = 24e-3;  // of a M16 nut [m]
+
+// Its middle at the origin.
+inline Mesh nut() {
+  Mesh mesh = program::nutMesh(program::Thread{}, kNutHeight, kNutWidth);
+  for (Vec3& v : mesh.vertices) v.z() -= kNutHeight / 2;
+  return mesh;
+}
+
+// But for the bodies' shapes.
+inline HeapSettings nutHeap(int bodies, double voxel, int threads) {
+  HeapSettings settings;
+  settings.bodies = bodies;
+  settings.across = kNutWidth / std::cos(0.5235987755982988);  // over the corners
+  settings.height = kNutHeight;
+  settings.voxel = voxel;
+  settings.threads = threads;
+  return settings;
+}
+
+// Bullet's convex parts for the bodies, by Bullet's own law; `keep` outlives the heap.
+inline void makeOfParts(HeapSettings& settings, const program::ConvexParts& parts,
+                        std::vector<std::shared_ptr<void>>& keep) {
+  settings.clouds = false;
+  settings.shape = [&] {
+    const program::PeerShape made = program::convexPartsShape(parts);
+    keep.insert(keep.end(), made.keep.begin(), made.keep.end());
+    return made.shape;
+  };
+}
+
+}  // namespace cloudcontact
