@@ -172,8 +172,8 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   Scratch& s = *scratch_;
   const PairFrame frame = s.begin(a, b);
   BorrowedWork work;
-  const int level =
-      work->search.run(a, b, frame, settings.margin, enoughFor(settings), work->hits, shareOut);
+  const int level = work->search.run(a, b, frame, settings.margin, enoughFor(settings), work->hits,
+                                     shareOut, &s.lists);
   const std::vector<Sums>& patches =
       work->binner.patches(work->hits, cellOf(frame, level), a.shape || b.shape, shareOut);
   s.asked = work->search.asked();

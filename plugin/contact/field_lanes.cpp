@@ -133,6 +133,17 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int count, Lanes
   }
 }
 
+int measure(const FieldData& other, float voxel, Lanes& lanes) {
+  findDepths(voxel, lanes);
+  int count = 0;
+  for (int i = 0; i < lanes.count; ++i) {
+    lanes.several[count] = i;
+    count += (lanes.a[i] >> 28 & 7) > 1;
+  }
+  if (count > 0) choosePlanes(other, voxel, count, lanes);
+  return count;
+}
+
 CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float* const nx = samples.nx.data();
@@ -194,7 +205,7 @@ CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, const L
   return none;
 }
 
-CC_LANES void nearBricks(const Direction& dir, const FieldData& other,
+CC_LANES void nearBricks(const Direction& dir, const FieldData& other, float aside,
                          std::vector<std::uint32_t>& near) {
   const SampleBricks& from = dir.samples.bricks;
   const CcBricks bricks = other.records().bricks();
@@ -213,7 +224,7 @@ CC_LANES void nearBricks(const Direction& dir, const FieldData& other,
     CC_INDEPENDENT
     for (int i = 0; i < count; ++i) {
       const float c[3] = {x[i], y[i], z[i]};
-      touches[i] = ccBrickTouches(&map, c, radius[i], ratio, bricks, between);
+      touches[i] = ccBrickTouches(&map, c, radius[i] + aside, ratio, bricks, between);
     }
     for (int i = 0; i < count; ++i) {
       out[found] = static_cast<std::uint32_t>(first + i);

@@ -27,13 +27,17 @@ void findDepths(float voxel, Lanes& lanes);
 // The same for the first `count` of lanes.several, whose records have several planes: by the least,
 // or, where these unite, by the greatest.
 void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
+// Both. How many of lanes.several have several planes.
+int measure(const FieldData& other, float voxel, Lanes& lanes);
 // Kinds, from depths and normals.
 void classify(const Direction& dir, Lanes& lanes);
 // Hits of the first `count` of lanes.wet, whose samples are `samples`; returns how many of them are
 // none after all: these come last in `dry`.
 int addHits(const Direction& dir, const SampleColumns& samples, const Lanes& lanes, int count,
             HitColumns& hits, std::int32_t* dry);
-// Numbers of the sample bricks that may touch the other body, first to last.
-void nearBricks(const Direction& dir, const FieldData& other, std::vector<std::uint32_t>& near);
+// Numbers of the sample bricks that may touch the other body where they are, or `aside` [own
+// voxels] from there, first to last.
+void nearBricks(const Direction& dir, const FieldData& other, float aside,
+                std::vector<std::uint32_t>& near);
 
 }  // namespace cloudcontact::search

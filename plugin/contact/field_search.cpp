@@ -12,19 +12,14 @@ struct FieldTarget {
   float voxel;  // of the other body [m]
   CcLimits limits;
 
-  void nearBricks(std::vector<std::uint32_t>& near) const { search::nearBricks(dir, other, near); }
+  void nearBricks(std::vector<std::uint32_t>& near) const {
+    search::nearBricks(dir, other, 0, near);
+  }
 
   int measure(Lanes& lanes) const {
     findRecords(dir, other, lanes);
-    findDepths(voxel, lanes);
-    int count = 0;
-    for (int i = 0; i < lanes.count; ++i) {
-      lanes.several[count] = i;
-      count += (lanes.a[i] >> 28 & 7) > 1;
-    }
-    if (count == 0) return 0;
-    choosePlanes(other, voxel, count, lanes);
-    if (dir.level == 2) return 0;
+    const int count = search::measure(other, voxel, lanes);
+    if (dir.level == kLevels - 1) return 0;
     int divided = 0;
     for (int i = 0; i < count; ++i)
       if (edgeWithin(lanes, lanes.several[i])) lanes.several[divided++] = lanes.several[i];

@@ -4,6 +4,7 @@
 
 #include "pair_depth.h"
 #include "patch_names.h"
+#include "shortlist.h"
 
 #include <span>
 
@@ -25,6 +26,7 @@ struct ContactFinder::Scratch {
   std::vector<FoundPatch> found;
   std::vector<NamedPatch> seen;  // of the result, in its order
   PatchNames names;
+  Shortlists lists;
   double voxel = 0;  // the pair's [m]
   double gap = 0;
   std::size_t asked = 0;  // samples looked up

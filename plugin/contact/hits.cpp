@@ -3,6 +3,7 @@
 
 #include "far_apart.h"
 #include "sample_search.h"
+#include "shortlist_maker.h"
 
 namespace cloudcontact {
 
@@ -38,19 +39,6 @@ Pose gridPose(const Cloud& cloud) {
 
 const FieldData& dataOf(const ContactBody& body) {
   return static_cast<const FieldData&>(*body.field);
-}
-
-void lookUp(const ContactBody& own, const ContactBody& other, Side side, int level,
-            const PairFrame& frame, Candidates& candidates, HitSearch::Misses& misses,
-            HitColumns& hits, HitSearch::Shares& shares) {
-  if (!own.field) return;
-  const FieldData& samples = dataOf(own);
-  const float voxel = static_cast<float>(samples.cloud().voxelSize());
-  const Direction dir{
-      wayOf(own, other, frame), samples, samples.samples(), level, side, voxel, misses};
-  if (!other.shape) return searchField(dir, dataOf(other), candidates, hits, shares);
-  const Pose grid = own.pose * gridPose(samples.cloud());
-  searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates, hits, shares);
 }
 
 }  // namespace
@@ -104,16 +92,53 @@ float marginOf(double margin, const PairFrame& frame) {
   return static_cast<float>(std::min(margin, kMostMargin * frame.voxel));
 }
 
-int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                   double margin, std::size_t enough, HitColumns& hits,
-                   const TaskRunner* shareOut) {
-  shares_.run = shareOut;
-  for (Candidates& c : cells_) {
-    c.all = true;
-    c.asked = 0;
-  }
+struct HitSearch::Query {
+  const ContactBody* bodies[2];
+  CcWay ways[2];  // of the samples that a body has
+  std::size_t enough;
+
+  bool ofFields() const { return bodies[0]->field && bodies[1]->field; }
+};
+
+HitSearch::HitSearch() : maker_(std::make_unique<ShortlistMaker>()) {}
+HitSearch::~HitSearch() = default;
+
+void HitSearch::lookUp(const Query& query, Side side, int level, HitColumns& hits,
+                       const Shortlists* lists) {
+  const ContactBody &own = *query.bodies[side], &other = *query.bodies[1 - side];
+  if (!own.field) return;
+  const FieldData& samples = dataOf(own);
+  const float voxel = static_cast<float>(samples.cloud().voxelSize());
+  std::span<const std::uint32_t> listed;
+  if (lists) listed = lists->of(side).of(level);
+  const Direction dir{
+      query.ways[side],         samples, samples.samples(), level, side, voxel, misses_,
+      lists ? &listed : nullptr};
+  if (!other.shape) return searchField(dir, dataOf(other), cells_[side], hits, shares_);
+  const Pose grid = own.pose * gridPose(samples.cloud());
+  searchShape(dir, *other.shape, other.pose.inverse() * grid, cells_[side], hits, shares_);
+}
+
+// Level after level; negative where the lists end before there are enough hits.
+int HitSearch::look(const Query& query, HitColumns& hits, const Shortlists* lists) {
+  for (Candidates& c : cells_) c.all = true;
   misses_.list.clear();
   misses_.nearest = -1e30f;
+  for (int level = kLevels - 1;; --level) {
+    if (lists && level < lists->level()) return -1;
+    hits.clear();
+    lookUp(query, kA, level, hits, lists);
+    lookUp(query, kB, level, hits, lists);
+    if (level == 0 || hits.size() >= neededOf(level, query.enough)) return level;
+  }
+}
+
+int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                   double margin, std::size_t enough, HitColumns& hits, const TaskRunner* shareOut,
+                   Shortlists* lists) {
+  shares_.run = shareOut;
+  for (Candidates& c : cells_) c.asked = 0;
+  misses_.list.clear();
   misses_.margin = marginOf(margin, frame);
   misses_.within = kLightly * static_cast<float>(frame.voxel);
   gap_ = 0;
@@ -122,14 +147,21 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   // tree's), whatever their size: in a box of small
   // parts most of its pairs are such.
   if (farApart(a, b, kFarApart * frame.voxel)) return 0;
-  for (int level = kLevels - 1;; --level) {
-    hits.clear();
-    lookUp(a, b, kA, level, frame, cells_[kA], misses_, hits, shares_);
-    lookUp(b, a, kB, level, frame, cells_[kB], misses_, hits, shares_);
-    if (level > 0 && hits.size() < neededOf(level, enough)) continue;
-    if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
-    return level;
+  Query query{{&a, &b}, {}, enough};
+  if (a.field) query.ways[kA] = wayOf(a, b, frame);
+  if (b.field) query.ways[kB] = wayOf(b, a, frame);
+  if (!query.ofFields()) lists = nullptr;
+  const float reach = misses_.margin;
+  const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways, reach);
+  int level = listed ? look(query, hits, lists) : -1;
+  if (level < 0) {
+    if (listed) lists->drop();
+    level = look(query, hits, nullptr);
+    if (lists) lists->giveRoom(cells_[kA].asked, cells_[kB].asked);
+    if (lists && lists->wanted()) lists->make(dataOf(a), dataOf(b), level, reach, *maker_);
   }
+  if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
+  return level;
 }
 
 void HitSearch::Candidates::fit(const Candidates& other) {

@@ -11,6 +11,9 @@
 
 namespace cloudcontact {
 
+class ShortlistMaker;
+class Shortlists;
+
 struct PairFrame {
   Side body = kA;    // the frame body; always one with a field
   Pose pose;         // its pose
@@ -30,12 +33,17 @@ float marginOf(double margin, const PairFrame& frame);
 // Searches both bodies' samples; keeps its memory.
 class HitSearch {
  public:
+  HitSearch();
+  ~HitSearch();
+
   // The hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or of
   // all samples. Returns the level. Each level tells which cells of the next need be looked at.
   // Where nothing is hit and the bodies are nearer than `margin` [m], the hits are those of bodies
   // moved together until they touch lightly, by gap().
+  // With `lists`, the pair's own, samples that cannot touch are passed over.
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-          std::size_t enough, HitColumns& hits, const TaskRunner* shareOut = nullptr);
+          std::size_t enough, HitColumns& hits, const TaskRunner* shareOut = nullptr,
+          Shortlists* lists = nullptr);
   static constexpr std::size_t kAll = ~std::size_t{0};
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, of all levels.
@@ -81,8 +89,12 @@ class HitSearch {
   };
 
  private:
+  struct Query;
+  int look(const Query& query, HitColumns& hits, const Shortlists* lists);
+  void lookUp(const Query& query, Side side, int level, HitColumns& hits, const Shortlists* lists);
   void touchLightly(HitColumns& hits);
 
+  std::unique_ptr<ShortlistMaker> maker_;
   Candidates cells_[2];
   Misses misses_;
   Shares shares_;

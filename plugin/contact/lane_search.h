@@ -52,18 +52,8 @@ class LaneSearch {
   // cell follow each other.
   template <typename Visit>
   void eachRun(const Visit& visit) {
-    if (candidates_.all) {
-      target_.nearBricks(candidates_.bricks);
-      for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
-      return;
-    }
-    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
-    std::uint32_t last = kNoCell;
-    for (const std::uint32_t sample : candidates_.now) {
-      const std::uint32_t cell = coarser.cellOf[sample];
-      if (cell != last) visit(coarser.finer[cell]);
-      last = cell;
-    }
+    if (dir_.listed) return eachListed(visit);
+    eachWhole(visit);
   }
   void look(const SampleRun* first, const SampleRun* last) {
     for (; first != last; ++first) lookInto(*first);
@@ -81,6 +71,44 @@ class LaneSearch {
   }
 
  private:
+  template <typename Visit>
+  void eachWhole(const Visit& visit) {
+    if (candidates_.all) {
+      target_.nearBricks(candidates_.bricks);
+      for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
+      return;
+    }
+    const SampleLevel& coarser = dir_.samples.levels[dir_.level + 1];
+    std::uint32_t last = kNoCell;
+    for (const std::uint32_t sample : candidates_.now) {
+      const std::uint32_t cell = coarser.cellOf[sample];
+      if (cell != last) visit(coarser.finer[cell]);
+      last = cell;
+    }
+  }
+
+  // What of these runs is listed, in runs again.
+  template <typename Visit>
+  void eachListed(const Visit& visit) {
+    const std::uint32_t* next = dir_.listed->data();
+    const std::uint32_t* const end = next + dir_.listed->size();
+    const auto within = [&](const SampleRun& run) {
+      while (next != end && *next < run.first) ++next;
+      while (next != end && *next < run.first + run.count) {
+        const std::uint32_t first = *next++;
+        std::uint32_t count = 1;
+        while (next != end && *next == first + count && *next < run.first + run.count)
+          ++next, ++count;
+        visit(SampleRun{first, count});
+      }
+    };
+    // Of the coarsest level no brick need be asked: what is listed is near.
+    if (candidates_.all)
+      within({0, ~0u});
+    else
+      eachWhole(within);
+  }
+
   void lookInto(SampleRun run) {
     while (run.count > 0) {
       if (lanes_.count == kLanes) flush();

@@ -6,6 +6,7 @@
 #include "search.h"
 
 #include <algorithm>
+#include <span>
 
 namespace cloudcontact::search {
 
@@ -20,10 +21,12 @@ struct Direction : CcWay {
   Side side;
   float voxel;  // of the samples' body [m]
   HitSearch::Misses& misses;
+  // The level's samples that need be looked up, ascending; null: all of them.
+  const std::span<const std::uint32_t>* listed = nullptr;
 
   // The same with misses of its own.
   Direction with(HitSearch::Misses& own) const {
-    return {static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own};
+    return {static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own, listed};
   }
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };
