@@ -140,6 +140,73 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
   sums->deepest = ccMax(sums->deepest, depth);
 }
 
+// The same for eight bins side by side, a lane each, of contacts in which both bodies have samples:
+// the numbers that ccGive() reads of such, `CC_LANE_SUMS` rows of eight.
+#define CC_SUM_LANES 8
+#define CC_LANE_SUMS 64
+
+// `lane` of `sums`: one hit more, with the products that ccAddHit() makes.
+CC_FN void ccAddInLane(double (*sums)[CC_SUM_LANES], int lane, const CcWeights* h, const float* own,
+                       const float* other, const CcWet* wet, float depth, double perUnit) {
+  const double x = h->x[0], y = h->x[1], z = h->x[2];
+  const double nx = own[0], ny = own[1], nz = own[2], mx = other[0], my = other[1], mz = other[2];
+#define CC_ADD(k, value) sums[k][lane] += (value)
+#define CC_ADD_FOUR(k, value)                                               \
+  CC_ADD(k, value), CC_ADD((k) + 1, (value)*x), CC_ADD((k) + 2, (value)*y), \
+      CC_ADD((k) + 3, (value)*z)
+#define CC_ADD_THREE(k, value) \
+  CC_ADD(k, (value)*x), CC_ADD((k) + 1, (value)*y), CC_ADD((k) + 2, (value)*z)
+  CC_ADD_FOUR(0, h->w), CC_ADD_FOUR(4, h->f);
+  CC_ADD_THREE(8, h->w * x), CC_ADD_THREE(11, h->w * y), CC_ADD_THREE(14, h->w * z);
+  CC_ADD_FOUR(17, h->w * nx), CC_ADD_FOUR(21, h->w * ny), CC_ADD_FOUR(25, h->w * nz);
+  CC_ADD_FOUR(29, h->w * mx), CC_ADD_FOUR(33, h->w * my), CC_ADD_FOUR(37, h->w * mz);
+  const double ax = h->f * (nx + mx), ay = h->f * (ny + my), az = h->f * (nz + mz);
+  CC_ADD(41, ax), CC_ADD(42, ax * x), CC_ADD(43, ay), CC_ADD(44, ay * y), CC_ADD(45, az);
+  CC_ADD(46, az * z);
+  const double px = h->pressed * nx, py = h->pressed * ny, pz = h->pressed * nz;
+  CC_ADD(47, px), CC_ADD(48, px * y), CC_ADD(49, px * z), CC_ADD(50, py), CC_ADD(51, py * x);
+  CC_ADD(52, py * z), CC_ADD(53, pz), CC_ADD(54, pz * x), CC_ADD(55, pz * y);
+  CC_ADD(56, h->blind * nx), CC_ADD(57, h->blind * ny), CC_ADD(58, h->blind * nz);
+  CC_ADD(59, h->pressed), CC_ADD(60, h->weighed * wet->depth2);
+  CC_ADD(61, h->weighed * perUnit * wet->depth3), CC_ADD(62, h->w * h->whole);
+  CC_ADD(63, h->f * (depth * perUnit));
+#undef CC_ADD
+#undef CC_ADD_FOUR
+#undef CC_ADD_THREE
+}
+
+// Takes a lane's sums out, and leaves it empty.
+CC_FN CcAdded ccTakeLane(double (*sums)[CC_SUM_LANES], int lane, double deepest) {
+  double all[CC_LANE_SUMS];
+  for (int k = 0; k < CC_LANE_SUMS; ++k) {
+    all[k] = sums[k][lane];
+    sums[k][lane] = 0.0;
+  }
+  CcAdded a;
+  for (int i = 0; i < 4; ++i) {
+    a.area[i] = all[i];
+    a.faced[i] = all[4 + i];
+    for (int j = 0; j < 3; ++j) {
+      a.second[j][i] = i > 0 ? all[8 + 3 * j + i - 1] : 0.0;
+      a.normalOwn[j][i] = all[17 + 4 * j + i];
+      a.normalOther[j][i] = all[29 + 4 * j + i];
+      a.apart[j][i] = i == 0 ? all[41 + 2 * j] : i == j + 1 ? all[42 + 2 * j] : 0.0;
+      a.pushOther[j][i] = 0.0;
+    }
+    a.powers[i] = all[59 + i];
+    a.wallOwn[i] = i > 0 ? all[56 + i - 1] : 0.0;
+    a.wallOther[i] = 0.0;
+  }
+  const double pushed[3][4] = {{all[47], 0.0, all[48], all[49]},
+                               {all[50], all[51], 0.0, all[52]},
+                               {all[53], all[54], all[55], 0.0}};
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 4; ++i) a.pushOwn[j][i] = pushed[j][i];
+  a.middle = all[63];
+  a.deepest = deepest;
+  return a;
+}
+
 // A body's surface in a bin: its normals' sums, and, where it pushes, the push.
 CC_FN void ccGiveSide(CcSums* sums, int s, const CcAdded* from, int own, int pushes, double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;

@@ -65,7 +65,7 @@ void Binner::fit(const Binner& other) {
   fit(direction_, other.direction_), fit(gate_, other.gate_), fit(bin_, other.bin_);
   fit(bins_, other.bins_), fit(sums_, other.sums_), fit(keys_, other.keys_);
   fit(table_, other.table_), fit(box_, other.box_), fit(order_, other.order_);
-  fit(queue_, other.queue_), fit(patches_, other.patches_);
+  fit(queue_, other.queue_), fit(patches_, other.patches_), fit(runs_, other.runs_);
 }
 
 // The box of the hits' cells, with a cell of margin all around, so that a neighbour is never
@@ -103,6 +103,8 @@ void Binner::findBins(const HitColumns& hits, double cell) {
   bins_.clear();
   keys_.clear();
   bin_.resize(count);
+  cells_ = 0;
+  hashed_ = false;
   if (count == 0) return;
   for (auto* v : {&cellX_, &cellY_, &cellZ_, &direction_})
     if (v->size() < count) v->resize(count);
@@ -183,21 +185,40 @@ void Binner::order(const HitColumns& hits) {
   for (std::size_t i = 0; i < hits.size(); ++i)
     order_[bins_[bin_[i]].end++] = static_cast<std::uint32_t>(i);
   sums_.assign(bins_.size(), Sums{});
+  runs_.clear();
+  begin = 0;
+  for (std::size_t b = 0; b < bins_.size(); ++b) {
+    Bin& bin = bins_[b];
+    const std::uint32_t *const first = order_.data() + begin, *const last = order_.data() + bin.end;
+    const std::uint32_t* const split = std::find_if(
+        first, last, [&](std::uint32_t i) { return hits.side(i) != hits.side(*first); });
+    bin.run = runs_.size();
+    runs_.push_back({first, split, &sums_[b], hits.side(*first)});
+    if (split != last) runs_.push_back({split, last, &sums_[b], hits.side(*split)});
+    begin = bin.end;
+  }
 }
 
 // Each bin's hits at one go, of the bins from `first` to `last`.
 void Binner::sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first,
                  std::size_t last) {
-  std::uint32_t begin = first > 0 ? bins_[first - 1].end : 0;
+  if (first == last) return;
   for (std::size_t b = first; b < last; ++b) {
-    Bin& bin = bins_[b];
-    Sums& sums = sums_[b];
-    sums.origin = Vec3(bin.cell[0] + 0.5, bin.cell[1] + 0.5, bin.cell[2] + 0.5) * cell;
-    addHits(hits, gate_.data(), order_.data() + begin, order_.data() + bin.end, oneSided, cell,
-            sums);
-    begin = bin.end;
-    bin.weight = weightOf(sums);
-    bin.faces = facesOf(sums);
+    const std::int32_t* const at = bins_[b].cell;
+    sums_[b].origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
+  }
+  const std::size_t begin = bins_[first].run,
+                    end = last < bins_.size() ? bins_[last].run : runs_.size();
+  const std::span<const HitRun> runs(runs_.data() + begin, end - begin);
+  if (oneSided)
+    for (const HitRun& run : runs) addHits(hits, gate_.data(), run, cell);
+  else
+    addRuns(hits, gate_.data(), runs, cell);
+  if (hits.anyDeep())
+    for (const HitRun& run : runs) addDeep(hits, run);
+  for (std::size_t b = first; b < last; ++b) {
+    bins_[b].weight = weightOf(sums_[b]);
+    bins_[b].faces = facesOf(sums_[b]);
   }
 }
 

@@ -29,6 +29,7 @@ class Binner {
     std::int32_t next = -1;  // another free bin of the same cell, -1: none
     std::int32_t patch = -1;
     std::uint32_t end = 0;  // of its hits in order_
+    std::size_t run = 0;    // its first of runs_
     double weight = 0;      // of its forces
     CcFaces faces = {};
   };
@@ -65,6 +66,7 @@ class Binner {
   bool hashed_ = false;
   std::int32_t low_[3] = {}, span_[3] = {};
   std::vector<std::uint32_t> order_, queue_;  // order_: hits by bin, then bins by weight
+  std::vector<HitRun> runs_;                  // of the bins, in their order
   std::vector<Sums> patches_;
 };
 

@@ -23,6 +23,7 @@ void HitColumns::move(std::size_t room) {
 void HitColumns::commit(std::size_t count, Side side, bool deep) {
   std::fill_n(side_.data() + size_, count, static_cast<std::int8_t>(side));
   std::fill_n(deep_.data() + size_, count, static_cast<std::int8_t>(deep));
+  anyDeep_ = anyDeep_ || (deep && count > 0);
   size_ += count;
 }
 
@@ -45,6 +46,7 @@ void HitColumns::append(const HitColumns& from) {
                 data_.data() + c * side_.size() + size_);
   std::copy_n(from.side_.data(), from.size_, side_.data() + size_);
   std::copy_n(from.deep_.data(), from.size_, deep_.data() + size_);
+  anyDeep_ = anyDeep_ || from.anyDeep_;
   size_ += from.size_;
 }
 

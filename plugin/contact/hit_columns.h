@@ -36,11 +36,15 @@ class HitColumns {
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  void clear() { size_ = 0; }
+  void clear() {
+    size_ = 0;
+    anyDeep_ = false;
+  }
   Columns<const float> columns() const { return at<const float>(data_.data(), 0); }
   const std::int8_t* sides() const { return side_.data(); }
   Side side(std::size_t i) const { return static_cast<Side>(side_[i]); }
   bool deep(std::size_t i) const { return deep_[i] != 0; }
+  bool anyDeep() const { return anyDeep_; }
 
   // Room for `more` hits behind the last; `commit` makes the first of them hits of that side.
   Columns<float> room(std::size_t more) {
@@ -69,6 +73,7 @@ class HitColumns {
   void move(std::size_t room);
 
   std::size_t size_ = 0;
+  bool anyDeep_ = false;
   std::vector<float> data_;  // column after column
   std::vector<std::int8_t> side_, deep_;
 };

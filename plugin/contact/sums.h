@@ -5,6 +5,8 @@
 #include "hit_bins.h"
 #include "hit_columns.h"
 
+#include <span>
+
 namespace cloudcontact {
 
 // What one body's samples say (outward normals of that body; forces in units of area times depth).
@@ -43,11 +45,22 @@ struct Sums {
   Vec3 center() const { return area > 0 ? Vec3(origin + first / area) : origin; }
 };
 
-// Adds hits, by their numbers, `first` to `last`, about sums.origin; `gate` holds for every hit how
-// far it faces the other body, 0..1; `oneSided`: the other body is a shape without samples, and
-// each hit stands for its surface too. `unit` [m]: a length of the size of
-// what is summed.
-void addHits(const HitColumns& hits, const float* gate, const std::uint32_t* first,
-             const std::uint32_t* last, bool oneSided, double unit, Sums& sums);
+// Hits of one body in one bin, by their numbers, at least one, and where they are added up: about
+// to->origin.
+struct HitRun {
+  const std::uint32_t *first, *last;
+  Sums* to;
+  Side side;
+};
+
+// Adds runs up, all but Sums::deep; `gate` holds for every hit how far it faces the other body,
+// 0..1; `unit` [m]: a length of the size of what is summed. Of contacts in which both bodies have
+// samples: eight runs side by side.
+void addRuns(const HitColumns& hits, const float* gate, std::span<const HitRun> runs, double unit);
+// A run of a contact in which the other body is a shape without samples, and each hit stands for
+// its surface too.
+void addHits(const HitColumns& hits, const float* gate, const HitRun& run, double unit);
+// Sums::deep.
+void addDeep(const HitColumns& hits, const HitRun& run);
 
 }  // namespace cloudcontact
