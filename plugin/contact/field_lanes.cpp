@@ -51,7 +51,7 @@ CC_LANES void findRecords(const Direction& dir, const FieldData& other, Lanes& l
   const CcBricks bricks = other.records().bricks();
   const std::int32_t* const firsts = other.records().firsts();
   const CcVoxel* const records = other.records().records();
-  const int count = lanes.count;
+  const int count = padded(lanes.count);
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
@@ -73,7 +73,7 @@ CC_LANES void findRecords(const Direction& dir, const FieldData& other, Lanes& l
 }
 
 CC_LANES void findDepths(float voxel, Lanes& lanes) {
-  const int count = lanes.count;
+  const int count = padded(lanes.count);
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const float r[3] = {lanes.x[i], lanes.y[i], lanes.z[i]};
@@ -85,7 +85,10 @@ CC_LANES void findDepths(float voxel, Lanes& lanes) {
   }
 }
 
-CC_LANES void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes) {
+CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lanes& lanes) {
+  if (wanted == 0) return;
+  pad(lanes.several, wanted);
+  const int count = padded(wanted);
   const CcVoxel* const planes = other.planes();
   std::uint32_t a[kLanes], b[kLanes];  // the records, then a plane of each
   float x[kLanes], y[kLanes], z[kLanes], size[kLanes], nx[kLanes], ny[kLanes], nz[kLanes];
@@ -124,7 +127,7 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int count, Lanes
       size[i] = less ? depth : size[i];
     }
   }
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < wanted; ++i) {
     const std::int32_t lane = lanes.several[i];
     lanes.depth[lane] = (unites[i] ? -size[i] : size[i]) * voxel;
     lanes.nx[lane] = nx[i];
@@ -140,7 +143,7 @@ int measure(const FieldData& other, float voxel, Lanes& lanes) {
     lanes.several[count] = i;
     count += (lanes.a[i] >> 28 & 7) > 1;
   }
-  if (count > 0) choosePlanes(other, voxel, count, lanes);
+  choosePlanes(other, voxel, count, lanes);
   return count;
 }
 
@@ -150,7 +153,7 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   const float* const ny = samples.ny.data();
   const float* const nz = samples.nz.data();
   const float* const width = samples.width.data();
-  const int count = lanes.count;
+  const int count = padded(lanes.count);
   const CcLimits limits = dir.limits();
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
@@ -164,12 +167,15 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   }
 }
 
-CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, const Lanes& lanes,
-                     int count, HitColumns& hits, std::int32_t* dry) {
+CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
+                     HitColumns& hits, std::int32_t* dry) {
+  if (count == 0) return 0;
   const HitMaker hitIn(dir, samples, lanes);
   float in[kLanes];
+  pad(lanes.wet, count);
+  const int tried = padded(count);
   CC_INDEPENDENT
-  for (int i = 0; i < count; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
+  for (int i = 0; i < tried; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
   std::int32_t wet[kLanes];
   int some = 0, none = 0;
   for (int i = 0; i < count; ++i) {
@@ -178,11 +184,14 @@ CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, const L
     some += is;
     none += !is;
   }
-  const HitColumns::Columns<float> to = hits.room(static_cast<std::size_t>(some));
+  if (some == 0) return none;
+  pad(wet, some);
+  const int made = padded(some);
+  const HitColumns::Columns<float> to = hits.room(static_cast<std::size_t>(made));
   const float unit = dir.voxel * dir.voxel;
   const float* const area = samples.area.data();
   CC_INDEPENDENT
-  for (int i = 0; i < some; ++i) {
+  for (int i = 0; i < made; ++i) {
     const CcHit h = hitIn(wet[i]);
     to.x[i] = h.position[0];
     to.y[i] = h.position[1];

@@ -6,7 +6,17 @@
 
 namespace cloudcontact::search {
 
-constexpr int kLanes = 256;
+constexpr int kLanes = 256, kVector = 16;
+
+// Loops go on to a whole number of vectors: what is left over would be done one by one, which cost
+// as much as half a batch. A few lanes behind the last repeat it, and nobody looks at them.
+constexpr int padded(int count) {
+  return (count + kVector - 1) & ~(kVector - 1);
+}
+template <typename Number>
+void pad(Number* lanes, int count) {
+  for (int i = count; i < padded(count); ++i) lanes[i] = lanes[count - 1];
+}
 
 struct Lanes {
   int count = 0;
@@ -33,7 +43,7 @@ int measure(const FieldData& other, float voxel, Lanes& lanes);
 void classify(const Direction& dir, Lanes& lanes);
 // Hits of the first `count` of lanes.wet, whose samples are `samples`; returns how many of them are
 // none after all: these come last in `dry`.
-int addHits(const Direction& dir, const SampleColumns& samples, const Lanes& lanes, int count,
+int addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
             HitColumns& hits, std::int32_t* dry);
 // Numbers of the sample bricks that may touch the other body where they are, or `aside` [own
 // voxels] from there, first to last.

@@ -111,9 +111,15 @@ void HitSearch::lookUp(const Query& query, Side side, int level, HitColumns& hit
   const float voxel = static_cast<float>(samples.cloud().voxelSize());
   std::span<const std::uint32_t> listed;
   if (lists) listed = lists->of(side).of(level);
-  const Direction dir{
-      query.ways[side],         samples, samples.samples(), level, side, voxel, misses_,
-      lists ? &listed : nullptr};
+  const Direction dir{query.ways[side],
+                      samples,
+                      samples.samples(),
+                      level,
+                      side,
+                      voxel,
+                      misses_,
+                      lists ? &listed : nullptr,
+                      neededOf(level, query.enough)};
   if (!other.shape) return searchField(dir, dataOf(other), cells_[side], hits, shares_);
   const Pose grid = own.pose * gridPose(samples.cloud());
   searchShape(dir, *other.shape, other.pose.inverse() * grid, cells_[side], hits, shares_);

@@ -36,7 +36,10 @@ class LaneSearch {
 
   void run() {
     clear();
-    eachRun([this](const SampleRun& run) { lookInto(run); });
+    if (dir_.listed && candidates_.all)
+      lookAt(*dir_.listed);
+    else
+      eachRun([this](const SampleRun& run) { lookInto(run); });
     flush();
     finish();
   }
@@ -109,6 +112,17 @@ class LaneSearch {
       eachWhole(within);
   }
 
+  void lookAt(std::span<const std::uint32_t> samples) {
+    while (!samples.empty()) {
+      if (lanes_.count == kLanes) flush();
+      const std::size_t room =
+          std::min(samples.size(), static_cast<std::size_t>(kLanes - lanes_.count));
+      std::copy_n(samples.data(), room, lanes_.sample + lanes_.count);
+      lanes_.count += static_cast<int>(room);
+      samples = samples.subspan(room);
+    }
+  }
+
   void lookInto(SampleRun run) {
     while (run.count > 0) {
       if (lanes_.count == kLanes) flush();
@@ -123,6 +137,7 @@ class LaneSearch {
   void flush() {
     if (lanes_.count == 0) return;
     candidates_.asked += static_cast<std::size_t>(lanes_.count);
+    pad(lanes_.sample, lanes_.count);
     const int divided = target_.measure(lanes_);
     classify(dir_, lanes_);
     for (int i = 0; i < divided; ++i) {
@@ -147,7 +162,9 @@ class LaneSearch {
       near += (kind & CC_NEARBY) != 0;
       all |= kind;
     }
-    candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
+    // With enough hits no finer level is asked, nor is it wanted to know where.
+    if (hits_.size() < dir_.needed)
+      candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
     if (all & CC_DEEP)
       for (int i = 0; i < lanes_.count; ++i)
         if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);
@@ -200,7 +217,7 @@ class LaneSearch {
   }
 
   // Hits of the wet lanes, and near misses.
-  void take(const Lanes& lanes, const SampleColumns& samples, int wet) {
+  void take(Lanes& lanes, const SampleColumns& samples, int wet) {
     std::int32_t dry[kLanes];
     const int missed = addHits(dir_, samples, lanes, wet, hits_, dry);
     if (dir_.level > 0 || dir_.misses.margin == 0) return;

@@ -23,10 +23,12 @@ struct Direction : CcWay {
   HitSearch::Misses& misses;
   // The level's samples that need be looked up, ascending; null: all of them.
   const std::span<const std::uint32_t>* listed = nullptr;
+  std::size_t needed = HitSearch::kAll;  // hits of both bodies with which the level is fine enough
 
   // The same with misses of its own.
   Direction with(HitSearch::Misses& own) const {
-    return {static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own, listed};
+    return {
+        static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own, listed, needed};
   }
   CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
 };

@@ -106,6 +106,7 @@ void ShortlistMaker::look(const Direction& dir, const FieldData& other, const Te
   for (std::size_t first = 0; first < samples_.size(); first += kLanes) {
     lanes_.count = static_cast<int>(std::min<std::size_t>(kLanes, samples_.size() - first));
     std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(first), lanes_.count, lanes_.sample);
+    pad(lanes_.sample, lanes_.count);
     findRecords(dir, other, lanes_);
     measure(other, test.voxel, lanes_);
     std::int32_t may[kLanes];
