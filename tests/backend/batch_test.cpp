@@ -8,7 +8,7 @@
 
 #include "contact_cases.h"
 #include "device_wanted.h"
-#include "same_contact.h"
+#include "../same_contact.h"
 #include "thread_meshes.h"
 
 namespace cloudcontact::testing {

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "../backend/device_wanted.h"
-#include "../backend/same_contact.h"
+#include "../same_contact.h"
 #include "lab/cases.h"
 #include "lab/solids.h"
 

@@ -22,7 +22,11 @@ inline void same(const Vec3& a, const Vec3& b, const char* what) {
   for (int i = 0; i < 3; ++i) same(a[i], b[i], what);
 }
 
-inline void expectSame(const ContactResult& got, const ContactResult& want) {
+// Names of points last from step to step: finders with another past give others.
+enum class Ids { Compared, Ignored };
+
+inline void expectSame(const ContactResult& got, const ContactResult& want,
+                       Ids ids = Ids::Compared) {
   EXPECT_EQ(got.samples, want.samples);
   ASSERT_EQ(got.patches.size(), want.patches.size());
   ASSERT_EQ(got.points.size(), want.points.size());
@@ -42,7 +46,9 @@ inline void expectSame(const ContactResult& got, const ContactResult& want) {
     same(p.depth, q.depth, "depth");
     same(p.stiffness, q.stiffness, "stiffness");
     same(p.damping, q.damping, "damping");
-    EXPECT_EQ(p.id, q.id);
+    if (ids == Ids::Compared) {
+      EXPECT_EQ(p.id, q.id);
+    }
   }
 }
 
