@@ -113,6 +113,9 @@ void clustering(benchmark::State& state) {
   Binner binner;
   for (auto _ : state) benchmark::DoNotOptimize(binner.patches(found.hits, kCell, false).data());
   each(state, "s a hit", double(found.hits.size()), kHitBytes + kKeyBytes, kSumOperations);
+  state.counters["s a sample"] =
+      benchmark::Counter(double(found.asked), benchmark::Counter::kIsIterationInvariantRate |
+                                                  benchmark::Counter::kInvert);
 }
 
 void reducing(benchmark::State& state) {
@@ -133,6 +136,7 @@ void wholeContact(benchmark::State& state) {
   std::size_t samples = 0;
   ContactSettings settings;
   settings.samples = kEnough;
+  settings.lists = state.range(0) != 0;
   for (auto _ : state) samples = finder.find(p.a, p.b, settings).samples;
   each(state, "s a hit", double(samples), 0);
 }
@@ -191,7 +195,7 @@ BENCHMARK(bareGather)->Unit(benchmark::kMicrosecond);
 BENCHMARK(testingSamples)->Unit(benchmark::kMicrosecond);
 BENCHMARK(clustering)->Unit(benchmark::kMicrosecond);
 BENCHMARK(reducing)->Unit(benchmark::kMicrosecond);
-BENCHMARK(wholeContact)->Unit(benchmark::kMicrosecond);
+BENCHMARK(wholeContact)->ArgName("lists")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 BENCHMARK(manifold)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -125,8 +125,11 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
 
   if (query.common.backend == Backend::OpenCl)
     if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
-  PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud,
-                  {settings.law, settings.pair});
+  CloudContactSettings seam;
+  seam.law = settings.law;
+  seam.pair = settings.pair;
+  seam.lists = false;  // nothing is to be answered from memory
+  PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);
   return report;
 }

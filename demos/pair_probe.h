@@ -35,7 +35,8 @@ class PairProbe {
   std::vector<ProbedPoint> points();
 
   // Microseconds of each of `repeat` calls of processCollision, B moved by `jitter` [m] in another
-  // direction before each, so that nothing is answered from memory. One call more runs first,
+  // direction before each, so that nothing is answered from memory; nor is a cloud's query where
+  // the settings' `lists` are off. One call more runs first,
   // untimed: it allocates.
   std::vector<double> microseconds(int repeat, double jitter);
 

@@ -126,6 +126,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   query.settings.law = query.law.form;
   query.settings.pair = query.law.pair;
   query.settings.samples = settings.samples;
+  query.settings.lists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
   return query;
 }

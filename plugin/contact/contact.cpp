@@ -173,7 +173,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   const PairFrame frame = s.begin(a, b);
   BorrowedWork work;
   const int level = work->search.run(a, b, frame, settings.margin, enoughFor(settings), work->hits,
-                                     shareOut, &s.lists);
+                                     shareOut, settings.lists ? &s.lists : nullptr);
   const std::vector<Sums>& patches =
       work->binner.patches(work->hits, cellOf(frame, level), a.shape || b.shape, shareOut);
   s.asked = work->search.asked();

@@ -31,6 +31,7 @@ struct CloudContactSettings {
   // bears heavy ones. Bullet's own solver wants 1, ExtrapolatingSolver (extrapolating_solver.h)
   // takes 10. Below 1, NaN or infinite is refused by CloudContact.
   double bears = 1;
+  bool lists = true;  // ContactSettings::lists, of every pair
 };
 
 // Time spent and work done by the cloud narrow phase since the last reset.
