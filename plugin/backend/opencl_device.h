@@ -19,7 +19,7 @@ struct Spent {
 };
 
 // What a device is to run: each is a program of its own, which takes its compiler some time.
-enum class Kernels { Contact, Digitize };
+enum class Kernels { Contact, Digitize, Cut };
 
 class Device {
  public:

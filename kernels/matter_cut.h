@@ -1,0 +1,40 @@
+// What the host hands to a device that takes matter from a workpiece, and what lies there. Plain C
+// for C++ and OpenCL C.
+#ifndef CLOUDCONTACT_KERNELS_MATTER_CUT_H
+#define CLOUDCONTACT_KERNELS_MATTER_CUT_H
+
+#include "flat_window.h"
+#include "window_sums.h"
+
+#if !defined(__OPENCL_VERSION__)
+typedef unsigned int uint;
+typedef unsigned short ushort;
+#endif
+
+// A workpiece and its window.
+typedef struct {
+  int nx, ny, nz;       // bricks
+  int low[3], high[3];  // the window's reach [voxels]
+  int taps;             // of the window
+  int kinds;            // of density
+} CcCutting;
+
+// A voxel that a step names: where it is, and what is to be left of it [1/255].
+typedef struct {
+  ushort x, y, z, left;
+} CcVoxelLeft;
+#define CC_WIDEST 65536  // voxels along an axis
+
+// What a step sends: counters, all zero, and then its voxels.
+#define CC_CHANGED 0   // voxels that lost matter, as BaseVectorField::cut() counts them
+#define CC_AFFECTED 1  // bricks whose windows see that
+#define CC_STEP_HEAD 4
+
+#define CC_NO_CHANGE 0xffffffffu  // of a voxel named that keeps what it has
+#define CC_STEP_GROUP 128
+#define CC_RENEW_GROUP 64  // a brick's columns of voxels
+
+// What a voxel lost in a step, and of which tissue; zero where nothing.
+#define CC_LOST(lost, tissue) ((ushort)((lost) | (tissue) << 8))
+
+#endif

@@ -1,0 +1,167 @@
+// DeviceWorkpiece: which workpieces go to the device, and what the CPU does.
+#include <cloudcontact/device_cut.h>
+
+#include <new>
+#include <optional>
+#include <stdexcept>
+
+#include "contact/field_layout.h"
+
+#if defined(CLOUDCONTACT_OPENCL)
+#include "opencl_workpiece.h"
+#endif
+
+namespace cloudcontact {
+
+namespace {
+
+using Bricks = BaseVectorField::Bricks;
+
+}  // namespace
+
+struct DeviceWorkpiece::Inside {
+  DeviceWorkpieceSettings settings;
+  std::string message, name;
+  BaseVectorField field;  // on the device: without its bricks' own blocks
+  DeviceCutReport report;
+#if defined(CLOUDCONTACT_OPENCL)
+  std::shared_ptr<opencl::Device> device;
+  std::optional<opencl::OpenClWorkpiece> piece;
+
+  std::string takeOver();
+  template <typename Work>
+  auto guarded(Work&& work);
+#endif
+
+  Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how);
+  void requireInside(std::span<const VoxelCut> voxels) const;
+};
+
+DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how)
+    : settings(how), field(std::move(whole)) {
+  if (settings.backend == Backend::Cpu) return;
+#if defined(CLOUDCONTACT_OPENCL)
+  std::string why = takeOver();
+  if (why.empty()) return;
+  piece.reset();
+  device.reset();
+#else
+  const std::string why =
+      "built without OpenCL; install ocl-icd-opencl-dev and opencl-clhpp-headers and build again";
+#endif
+  message = "the CPU cuts: " + why;
+  name.clear();
+  settings.backend = Backend::Cpu;
+}
+
+#if defined(CLOUDCONTACT_OPENCL)
+
+// Why the CPU must keep it; empty where the device has it.
+std::string DeviceWorkpiece::Inside::takeOver() {
+  const std::string noRoom = "the device has no room for it";
+  try {
+    device = opencl::Device::open(settings.timing, opencl::Kernels::Cut);
+    name = device->name();
+    piece.emplace(device);
+    const std::string why = piece->take(field.bricks());
+    if (!why.empty()) return why;
+  } catch (const std::bad_alloc&) {
+    return noRoom;
+  } catch (const cl::Error& e) {
+    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
+      return noRoom;
+    throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
+                             std::to_string(e.err()));
+  } catch (const std::runtime_error& e) {
+    return e.what();
+  }
+  auto rest = std::make_unique<Bricks>(field.bricks());
+  rest->blocks.resize(rest->tissues.size());
+  rest->blocks.shrink_to_fit();
+  field = BaseVectorField(std::move(rest));
+  return {};
+}
+
+template <typename Work>
+auto DeviceWorkpiece::Inside::guarded(Work&& work) {
+  try {
+    return work();
+  } catch (const cl::Error& e) {
+    throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
+                             std::to_string(e.err()));
+  }
+}
+
+#endif
+
+void DeviceWorkpiece::Inside::requireInside(std::span<const VoxelCut> voxels) const {
+  const Bricks& f = field.bricks();
+  for (const VoxelCut& c : voxels)
+    if (!f.contains(c.voxel))
+      throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
+}
+
+DeviceWorkpiece::DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings)
+    : inside_(std::make_unique<Inside>(std::move(field), settings)) {}
+DeviceWorkpiece::~DeviceWorkpiece() = default;
+DeviceWorkpiece::DeviceWorkpiece(DeviceWorkpiece&&) noexcept = default;
+DeviceWorkpiece& DeviceWorkpiece::operator=(DeviceWorkpiece&&) noexcept = default;
+
+Backend DeviceWorkpiece::backend() const {
+  return inside_->settings.backend;
+}
+const std::string& DeviceWorkpiece::device() const {
+  return inside_->name;
+}
+const std::string& DeviceWorkpiece::message() const {
+  return inside_->message;
+}
+const DeviceCutReport& DeviceWorkpiece::report() const {
+  return inside_->report;
+}
+
+std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
+  Inside& s = *inside_;
+  s.report = {};
+#if defined(CLOUDCONTACT_OPENCL)
+  if (s.piece) {
+    s.requireInside(voxels);
+    const std::size_t changed = s.guarded([&] { return s.piece->cut(voxels); });
+    s.report = s.piece->report();
+    return changed;
+  }
+#endif
+  return s.field.cut(voxels);
+}
+
+BaseVectorField DeviceWorkpiece::field() const {
+  Inside& s = *inside_;
+  auto whole = std::make_unique<Bricks>(s.field.bricks());
+#if defined(CLOUDCONTACT_OPENCL)
+  if (s.piece) {
+    s.guarded([&] { s.piece->fetch(*whole); });
+    finishBricks(*whole);
+  }
+#endif
+  return BaseVectorField(std::move(whole));
+}
+
+std::size_t DeviceWorkpiece::deviceBytes() const {
+#if defined(CLOUDCONTACT_OPENCL)
+  return inside_->piece ? inside_->piece->bytes() : 0;
+#else
+  return 0;
+#endif
+}
+
+std::map<std::string, DeviceTime> DeviceWorkpiece::deviceTimes() {
+  std::map<std::string, DeviceTime> times;
+#if defined(CLOUDCONTACT_OPENCL)
+  if (inside_->device)
+    for (const auto& [what, spent] : inside_->device->clock())
+      times[what] = {spent.seconds, spent.calls};
+#endif
+  return times;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,215 @@
+// One upload, three kernels, one download a step: see opencl_workpiece.h.
+#include "opencl_workpiece.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "contact/field_layout.h"
+#include "flat_taps.h"
+
+namespace cloudcontact::opencl {
+
+namespace {
+
+using Bricks = BaseVectorField::Bricks;
+
+constexpr std::size_t kMostAtOnce = 1 << 20;  // voxels of a step; more are several
+constexpr std::size_t kGroups = 1 << 14;      // that take bricks in turn
+constexpr std::size_t kHead = CC_STEP_HEAD * sizeof(cl_uint);
+
+// In how many bricks a window may reach one voxel.
+std::size_t mostBricks(const Window& window) {
+  std::size_t product = 1;
+  for (int k = 0; k < 3; ++k)
+    product *= static_cast<std::size_t>(
+        (std::max(window.high[k], 0) - std::min(window.low[k], 0) + 2 * kBrickEdge - 2) /
+        kBrickEdge);
+  return product + 1;
+}
+
+}  // namespace
+
+// What does not fit into the device; empty where all does.
+std::string OpenClWorkpiece::lacking(const Bricks& field) const {
+  if ((kBrickEdge * field.bricks).maxCoeff() > CC_WIDEST)
+    return "its grid is wider than " + std::to_string(CC_WIDEST) + " voxels";
+  const double blocks = static_cast<double>(blocks_) * sizeof(CcBlock);
+  const double all = blocks + static_cast<double>(blocks_) * CC_BRICK_VOXELS * 6;
+  const double margin = 1.25;  // Grown's
+  if (margin * blocks <= double(device_->largestBuffer()) &&
+      margin * all <= 0.9 * double(device_->memory()))
+    return {};
+  return "it would take " + std::to_string(std::llround(1e-6 * margin * all)) +
+         " MB on the device, most of them in one buffer";
+}
+
+// Of each brick with matter the block that is its own, or will be.
+void OpenClWorkpiece::giveHomes(const Bricks& field) {
+  table_.assign(field.table.begin(), field.table.end());
+  homeOf_ = table_;
+  shared_ = field.tissues.size();
+  blocks_ = field.blocks.size();
+  for (cl_int& home : homeOf_)
+    if (home != kNoBlock && static_cast<std::size_t>(home) < shared_)
+      home = static_cast<cl_int>(blocks_++);
+}
+
+void OpenClWorkpiece::sendWindow(const Bricks& field) {
+  Device& d = *device_;
+  const auto write = [&](Grown& buffer, const auto& values) {
+    const std::size_t bytes = values.size() * sizeof(values[0]);
+    d.queue().enqueueWriteBuffer(buffer.room(d, bytes), CL_TRUE, 0, bytes,
+                                 static_cast<const void*>(values.data()), nullptr,
+                                 d.note("field sent"));
+  };
+  // Tissues of one density are one kind.
+  std::vector<cl_int> densities;
+  std::vector<cl_uchar> kindOf;
+  for (const int density : field.density) {
+    const auto known = std::find(densities.begin(), densities.end(), density);
+    kindOf.push_back(static_cast<cl_uchar>(known - densities.begin()));
+    if (known == densities.end()) densities.push_back(density);
+  }
+  write(kindOf_, kindOf);
+  write(densities_, densities);
+  flat_ = mayBeFlat(field.window);
+  if (flat_) {
+    const FlatTaps taps(field.window);
+    runCount_ = static_cast<cl_uint>(taps.runs.size());
+    tile_ = flatTile(field.window);
+    write(taps_, taps.by);
+    write(runs_, taps.runs);
+  } else {
+    write(taps_, windowTaps(field.window));
+  }
+  write(home_, homeOf_);
+  write(tableThere_, table_);
+  grid_.kinds = static_cast<cl_int>(densities.size());
+}
+
+std::string OpenClWorkpiece::take(const Bricks& field) {
+  Device& d = *device_;
+  giveHomes(field);
+  if (const std::string why = lacking(field); !why.empty()) return why;
+  grid_ = {field.bricks.x(),
+           field.bricks.y(),
+           field.bricks.z(),
+           {0, 0, 0},
+           {0, 0, 0},
+           static_cast<cl_int>(field.window.taps.size()),
+           0};
+  for (int k = 0; k < 3; ++k) {
+    grid_.low[k] = field.window.low[k];
+    grid_.high[k] = field.window.high[k];
+  }
+  most_ = mostBricks(field.window);
+  sendWindow(field);
+  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
+  d.queue().enqueueWriteBuffer(blocksThere_.room(d, blocks_ * sizeof(CcBlock)), CL_TRUE, 0,
+                               field.blocks.size() * sizeof(CcBlock),
+                               static_cast<const void*>(field.blocks.data()), nullptr,
+                               d.note("field sent"));
+  const auto clear = [&](Grown& buffer, std::size_t bytes) {
+    d.queue().enqueueFillBuffer(buffer.room(d, bytes), cl_uint{0}, 0, bytes, nullptr,
+                                d.note("cleared"));
+  };
+  clear(last_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_uint));
+  clear(lost_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
+  clear(listed_, table_.size() * sizeof(cl_uint));
+  list_.room(d, table_.size() * sizeof(cl_uint));
+  d.queue().finish();
+  before_ = 0;
+  return {};
+}
+
+void OpenClWorkpiece::cutSome(std::span<const VoxelCut> voxels) {
+  Device& d = *device_;
+  const std::size_t bytes = kHead + voxels.size() * sizeof(CcVoxelLeft);
+  auto* const head = static_cast<cl_uint*>(sent_.room(d, bytes));
+  std::fill_n(head, CC_STEP_HEAD, cl_uint{0});
+  auto* const named = reinterpret_cast<CcVoxelLeft*>(head + CC_STEP_HEAD);
+  for (std::size_t k = 0; k < voxels.size(); ++k) {
+    const VoxelCut& c = voxels[k];
+    named[k] = {static_cast<cl_ushort>(c.voxel.x()), static_cast<cl_ushort>(c.voxel.y()),
+                static_cast<cl_ushort>(c.voxel.z()), c.coverage};
+  }
+  const cl::Buffer &step = steps_[turn_].room(d, bytes), &before = steps_[1 - turn_].room(d, kHead),
+                   &next = next_.room(d, voxels.size() * sizeof(cl_uint));
+  auto* const counted = static_cast<cl_uint*>(fetched_.room(d, kHead));
+  d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, head, nullptr, d.note("step sent"));
+  const auto count = static_cast<cl_uint>(voxels.size()),
+             countBefore = static_cast<cl_uint>(before_);
+  const cl::Buffer &home = home_.buffer(), &table = tableThere_.buffer(),
+                   &blocks = blocksThere_.buffer(), &last = last_.buffer(), &lost = lost_.buffer(),
+                   &listed = listed_.buffer(), &list = list_.buffer();
+  give(d.kernel("ccStringCuts"), grid_, home, table, blocks, step, count, before, countBefore, next,
+       last, lost);
+  d.run("ccStringCuts", std::max(voxels.size(), before_), CC_STEP_GROUP);
+  give(d.kernel("ccNoteLosses"), grid_, home, table, blocks, step, count, next, last, lost, listed,
+       list);
+  d.run("ccNoteLosses", voxels.size(), CC_STEP_GROUP);
+  before_ = voxels.size();
+  turn_ = 1 - turn_;
+  const std::size_t groups =
+      std::min({blocks_ - shared_, voxels.size() * most_, kGroups}) * CC_RENEW_GROUP;
+  if (flat_) {
+    give(d.kernel("ccRenewWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
+         kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(), runCount_,
+         cl::Local(tile_ * sizeof(cl_half)));
+    d.run("ccRenewWindows", groups, CC_RENEW_GROUP);
+  } else {
+    give(d.kernel("ccRenewAnyWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
+         kindOf_.buffer(), densities_.buffer(), taps_.buffer());
+    d.run("ccRenewAnyWindows", groups, CC_RENEW_GROUP);
+  }
+  d.queue().enqueueReadBuffer(step, CL_TRUE, 0, kHead, counted, nullptr, d.note("counts fetched"));
+  report_.named += voxels.size();
+  report_.changed += counted[CC_CHANGED];
+  report_.bricks += counted[CC_AFFECTED];
+  report_.sent += bytes;
+  report_.fetched += kHead;
+}
+
+std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
+  report_ = {};
+  for (; !voxels.empty(); voxels = voxels.subspan(std::min(voxels.size(), kMostAtOnce)))
+    cutSome(voxels.first(std::min(voxels.size(), kMostAtOnce)));
+  return report_.changed;
+}
+
+void OpenClWorkpiece::fetch(Bricks& to) {
+  Device& d = *device_;
+  d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
+                              table_.data(), nullptr, d.note("field fetched"));
+  // Homes in use, by their numbers: those that the field came with first, then in the table's
+  // order.
+  std::vector<std::pair<cl_int, std::size_t>> used;
+  for (std::size_t e = 0; e < table_.size(); ++e)
+    if (table_[e] >= static_cast<cl_int>(shared_)) used.emplace_back(table_[e], e);
+  std::sort(used.begin(), used.end());
+  to.table.assign(table_.begin(), table_.end());
+  to.blocks.resize(shared_ + used.size());
+  const auto read = [&](std::size_t from, std::size_t first, std::size_t count) {
+    d.queue().enqueueReadBuffer(
+        blocksThere_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
+        static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
+  };
+  read(0, 0, shared_);
+  for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
+    for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
+      to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
+    read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
+  }
+  d.queue().finish();
+}
+
+std::size_t OpenClWorkpiece::bytes() const {
+  std::size_t sum = 0;
+  for (const Grown* g : {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &tableThere_,
+                         &blocksThere_, &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_})
+    sum += g->bytes();
+  return sum;
+}
+
+}  // namespace cloudcontact::opencl

@@ -1,0 +1,50 @@
+// A workpiece on an OpenCL device: its blocks stay there; what a step names goes up, one chain of
+// kernels takes it, and two counts come down.
+#pragma once
+
+#include <cloudcontact/device_cut.h>
+
+#include "contact/field_bricks.h"
+#include "device_memory.h"
+#include "matter_cut.h"
+
+namespace cloudcontact::opencl {
+
+class OpenClWorkpiece {
+ public:
+  explicit OpenClWorkpiece(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+
+  // Takes the field over; returns why the CPU must keep it, nothing where it is done. Throws
+  // std::bad_alloc and cl::Error where the device fails.
+  std::string take(const BaseVectorField::Bricks& field);
+  // As BaseVectorField::cut(), of voxels that lie in the grid.
+  std::size_t cut(std::span<const VoxelCut> voxels);
+  // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
+  void fetch(BaseVectorField::Bricks& to);
+
+  const DeviceCutReport& report() const { return report_; }
+  std::size_t bytes() const;
+
+ private:
+  std::string lacking(const BaseVectorField::Bricks& field) const;
+  void giveHomes(const BaseVectorField::Bricks& field);
+  void sendWindow(const BaseVectorField::Bricks& field);
+  void cutSome(std::span<const VoxelCut> voxels);
+
+  std::shared_ptr<Device> device_;
+  CcCutting grid_{};
+  bool flat_ = false;
+  std::size_t tile_ = 0;                 // halves, of the faster kernel's
+  std::size_t shared_ = 0, blocks_ = 0;  // shared blocks; these and a home for every brick
+  std::size_t most_ = 0;                 // bricks that see a voxel
+  cl_uint runCount_ = 0;
+  std::vector<cl_int> table_, homeOf_;
+  int turn_ = 0;            // which of two steps_ the next step goes into
+  std::size_t before_ = 0;  // voxels named in the other
+  DeviceCutReport report_;
+  Pinned sent_, fetched_;
+  Grown steps_[2], next_, last_, lost_, home_, tableThere_, blocksThere_, listed_, list_, kindOf_,
+      densities_, taps_, runs_;
+};
+
+}  // namespace cloudcontact::opencl
