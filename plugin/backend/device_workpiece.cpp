@@ -34,7 +34,6 @@ struct DeviceWorkpiece::Inside {
 #endif
 
   Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how);
-  void requireInside(std::span<const VoxelCut> voxels) const;
 };
 
 DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how)
@@ -94,13 +93,6 @@ auto DeviceWorkpiece::Inside::guarded(Work&& work) {
 
 #endif
 
-void DeviceWorkpiece::Inside::requireInside(std::span<const VoxelCut> voxels) const {
-  const Bricks& f = field.bricks();
-  for (const VoxelCut& c : voxels)
-    if (!f.contains(c.voxel))
-      throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
-}
-
 DeviceWorkpiece::DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings)
     : inside_(std::make_unique<Inside>(std::move(field), settings)) {}
 DeviceWorkpiece::~DeviceWorkpiece() = default;
@@ -125,7 +117,6 @@ std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
   s.report = {};
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
-    s.requireInside(voxels);
     const std::size_t changed = s.guarded([&] { return s.piece->cut(voxels); });
     s.report = s.piece->report();
     return changed;

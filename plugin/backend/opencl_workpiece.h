@@ -17,7 +17,7 @@ class OpenClWorkpiece {
   // Takes the field over; returns why the CPU must keep it, nothing where it is done. Throws
   // std::bad_alloc and cl::Error where the device fails.
   std::string take(const BaseVectorField::Bricks& field);
-  // As BaseVectorField::cut(), of voxels that lie in the grid.
+  // As BaseVectorField::cut().
   std::size_t cut(std::span<const VoxelCut> voxels);
   // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
   void fetch(BaseVectorField::Bricks& to);
@@ -29,7 +29,7 @@ class OpenClWorkpiece {
   std::string lacking(const BaseVectorField::Bricks& field) const;
   void giveHomes(const BaseVectorField::Bricks& field);
   void sendWindow(const BaseVectorField::Bricks& field);
-  void cutSome(std::span<const VoxelCut> voxels);
+  void run(const void* packed, std::size_t voxels);
 
   std::shared_ptr<Device> device_;
   CcCutting grid_{};
