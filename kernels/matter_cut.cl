@@ -42,21 +42,40 @@ __kernel void ccStringCuts(CcCutting g, __global const int* home, __global const
     next[i] = atomic_xchg(&last[place], i + 1u);
 }
 
-// Lists the bricks in which a window may reach the voxel, and its own.
+void ccListBrick(uint e, __global uint* step, __global uint* listed, __global uint* list) {
+  if (atomic_xchg(&listed[e], 1u) == 0u) list[atomic_inc(&step[CC_AFFECTED])] = e;
+}
+
+// Lists the bricks in which a window may reach the voxel, and its own. Mostly these are at most two
+// along each axis: then all are looked at before the first is listed.
 void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, __global uint* step,
                   __global uint* listed, __global uint* list) {
-  const int x0 = max((v.x - max(g->high[0], 0)) >> 3, 0), y0 = max((v.y - max(g->high[1], 0)) >> 3, 0),
+  const int x0 = max((v.x - max(g->high[0], 0)) >> 3, 0),
+            y0 = max((v.y - max(g->high[1], 0)) >> 3, 0),
             z0 = max((v.z - max(g->high[2], 0)) >> 3, 0),
             x1 = min((v.x - min(g->low[0], 0)) >> 3, g->nx - 1),
             y1 = min((v.y - min(g->low[1], 0)) >> 3, g->ny - 1),
             z1 = min((v.z - min(g->low[2], 0)) >> 3, g->nz - 1);
-  for (int z = z0; z <= z1; ++z)
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0; x <= x1; ++x) {
-        const uint e = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
-        if (home[e] < 0 || listed[e] != 0u) continue;
-        if (atomic_xchg(&listed[e], 1u) == 0u) list[atomic_inc(&step[CC_AFFECTED])] = e;
-      }
+  if (x1 - x0 > 1 || y1 - y0 > 1 || z1 - z0 > 1) {
+    for (int z = z0; z <= z1; ++z)
+      for (int y = y0; y <= y1; ++y)
+        for (int x = x0; x <= x1; ++x) {
+          const uint e = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
+          if (home[e] >= 0 && listed[e] == 0u) ccListBrick(e, step, listed, list);
+        }
+    return;
+  }
+  uint open = 0, e[8];
+#pragma unroll
+  for (int k = 0; k < 8; ++k) {
+    const int x = k & 1 ? x1 : x0, y = k & 2 ? y1 : y0, z = k & 4 ? z1 : z0;
+    e[k] = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
+    const int again = (k & 1 && x1 == x0) || (k & 2 && y1 == y0) || (k & 4 && z1 == z0);
+    open |= (uint)(!again & (home[e[k]] >= 0) & (listed[e[k]] == 0u)) << k;
+  }
+#pragma unroll
+  for (int k = 0; k < 8; ++k)
+    if (open >> k & 1u) ccListBrick(e[k], step, listed, list);
 }
 
 // Of the times that a voxel is named, those count that lower it when all are taken in their order;
@@ -92,26 +111,34 @@ __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteL
   if (get_local_id(0) == 0 && changed > 0u) atomic_add(&step[CC_CHANGED], changed);
 }
 
-// The column of eight voxels that a work-item renews. Whoever shared a block gets its own, and the
-// voxels lose what was noted.
+// The voxels that a work-item renews: CC_DEEP above each other, from this one on.
+int ccFirstVoxel(void) {
+  const uint lid = get_local_id(0);
+  return (int)((lid & 63u) | (lid >> 6) * CC_DEEP << 6);
+}
+
+// They lose what was noted; what a brick shared it has by itself from now on.
 void ccTakeMatter(int from, int home, __global CcBlock* blocks, __global const ushort* lost,
                   __global uint* last) {
   __global const CcBlock* const old = blocks + from;
   __global CcBlock* const block = blocks + home;
-  for (int voxel = (int)get_local_id(0); voxel < CC_BRICK_VOXELS; voxel += CC_RENEW_GROUP) {
-    const size_t place = (size_t)home * CC_BRICK_VOXELS + voxel;
-    const int loss = lost[place] & 255;
+  const int first = ccFirstVoxel();
+  const size_t places = (size_t)home * CC_BRICK_VOXELS;
+  int loss[CC_DEEP];
+  for (int m = 0; m < CC_DEEP; ++m) loss[m] = lost[places + (first | m << 6)] & 255;
+  for (int m = 0; m < CC_DEEP; ++m) {
+    const int voxel = first | m << 6;
     if (from != home) {
       block->moments[voxel] = old->moments[voxel];
       block->volume[voxel] = old->volume[voxel];
       block->coverage[voxel] = old->coverage[voxel];
       block->tissue[voxel] = old->tissue[voxel];
     }
-    if (loss == 0) continue;
-    const int left = block->coverage[voxel] - loss;
+    if (loss[m] == 0) continue;
+    const int left = block->coverage[voxel] - loss[m];
     block->coverage[voxel] = (uchar)left;
     if (left == 0) block->tissue[voxel] = 0;
-    last[place] = 0u;
+    last[places + voxel] = 0u;
   }
 }
 
@@ -152,10 +179,68 @@ void ccLayOutLosses(const CcCutting* g, __local const int* about, __global const
   }
 }
 
-// Bricks that were listed; a work-item renews eight voxels above each other, of which the next tap
-// sees seven again. Most columns of a tile lost nothing where a cut is sparse: they are passed by.
+// What a work-item's voxels lost: sums of losses times weight, and times places.
+typedef struct {
+  float mass[CC_DEEP], x[CC_DEEP], y[CC_DEEP], z[CC_DEEP];
+} CcLosses;
+
+// Sums over the window's taps, of which the next sees all but one voxel of a work-item's again.
+// Most columns of a tile lost nothing where a cut is sparse: they are passed by. `column`: the
+// work-item's own, and `up` its first voxel's layer, in the tile of the window's lowest corner.
+void ccSumLosses(const CcCutting* g, __constant float4* by, __constant CcFlatRun* runs,
+                 uint runCount, __local const half* tile, __local const uint* columns, int column,
+                 int up, CcLosses* sums) {
+  const int layer = CC_TILE_ROW * (8 + g->high[1] - g->low[1]);
+  for (int m = 0; m < CC_DEEP; ++m) sums->mass[m] = sums->x[m] = sums->y[m] = sums->z[m] = 0.0f;
+  for (uint r = 0; r < runCount; ++r) {
+    const CcFlatRun run = runs[r];
+    const int there = column + run.offset - layer * (run.above + g->low[2]);
+    const int low = up + run.above;
+    if (!(columns[there] >> low & ((1u << (run.count + CC_DEEP - 1)) - 1u))) continue;
+    __constant const float4* const weights = by + run.first;
+    __local const half* const seen = tile + there + layer * low;
+    float c[CC_DEEP];
+#pragma unroll
+    for (int m = 0; m < CC_DEEP - 1; ++m) c[m] = vload_half(m * layer, seen);
+#pragma unroll
+    for (int t = 0; t < CC_RUN; ++t) {
+      if (t < run.count) {
+        const float4 w = weights[t];
+        c[(t + CC_DEEP - 1) % CC_DEEP] = vload_half((t + CC_DEEP - 1) * layer, seen);
+#pragma unroll
+        for (int m = 0; m < CC_DEEP; ++m) {
+          const float loss = c[(m + t) % CC_DEEP];
+          sums->mass[m] = CC_ADD_PRODUCT(loss, w.x, sums->mass[m]);
+          sums->x[m] = CC_ADD_PRODUCT(loss, w.y, sums->x[m]);
+          sums->y[m] = CC_ADD_PRODUCT(loss, w.z, sums->y[m]);
+          sums->z[m] = CC_ADD_PRODUCT(loss, w.w, sums->z[m]);
+        }
+      }
+    }
+  }
+}
+
 // Sums of losses times weight stay below 2^24, which a float holds exactly, as the host has made
-// sure; the density, a factor of all, comes last.
+// sure; the density, a factor of all, comes last. All voxels are read before the first is written.
+void ccTakeLosses(const CcLosses* sums, double density, __global CcBlock* block) {
+  const int first = ccFirstVoxel();
+  double4 moments[CC_DEEP];
+  double volume[CC_DEEP];
+  for (int m = 0; m < CC_DEEP; ++m) {
+    if (sums->mass[m] == 0.0f) continue;  // weights are positive
+    moments[m] = vload4(0, (__global double*)&block->moments[first | m << 6]);
+    volume[m] = block->volume[first | m << 6];
+  }
+  for (int m = 0; m < CC_DEEP; ++m) {
+    if (sums->mass[m] == 0.0f) continue;
+    const double4 less = (double4)(density * sums->mass[m], density * sums->x[m],
+                                   density * sums->y[m], density * sums->z[m]);
+    vstore4(moments[m] - less, 0, (__global double*)&block->moments[first | m << 6]);
+    block->volume[first | m << 6] = volume[m] - sums->mass[m];
+  }
+}
+
+// Bricks that were listed, one after the other.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRenewWindows(
     CcCutting g, __global const int* restrict home, __global int* restrict table,
     __global CcBlock* restrict blocks, __global const ushort* restrict lost,
@@ -165,57 +250,24 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
     __constant float4* by, __constant CcFlatRun* runs, uint runCount, __local half* tile) {
   __local int about[27];
   __local uint columns[CC_TILE_ROW * CC_TILE_ROW];
-  const uint lid = get_local_id(0), count = step[CC_AFFECTED];
-  const int edgeY = 8 + g.high[1] - g.low[1], layer = CC_TILE_ROW * edgeY;
-  const int column = (int)(lid & 7u) - g.low[0] + CC_TILE_ROW * ((int)(lid >> 3) - g.low[1]);
-  const int here = column - layer * g.low[2];
+  const int lid = (int)get_local_id(0), first = ccFirstVoxel();
+  const uint count = step[CC_AFFECTED];
+  const int layer = CC_TILE_ROW * (8 + g.high[1] - g.low[1]);
+  const int column = (first & 7) - g.low[0] + CC_TILE_ROW * ((first >> 3 & 7) - g.low[1]);
   for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
     const uint e = list[n];
     const int own = home[e];
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid < 27u) about[lid] = ccHomeBeside(&g, home, e, lid);
+    if (lid < 27) about[lid] = ccHomeBeside(&g, home, e, (uint)lid);
     ccTakeMatter(table[e], own, blocks, lost, last);
     for (int kind = 0; kind < g.kinds; ++kind) {
-      for (int k = (int)lid; k < layer; k += CC_RENEW_GROUP) columns[k] = 0u;
+      for (int k = lid; k < layer; k += CC_RENEW_GROUP) columns[k] = 0u;
       barrier(CLK_LOCAL_MEM_FENCE);
       ccLayOutLosses(&g, about, lost, kindOf, kind, tile, columns);
       barrier(CLK_LOCAL_MEM_FENCE);
-      float mass[8], mx[8], my[8], mz[8], c[8];
-      for (int m = 0; m < 8; ++m) mass[m] = mx[m] = my[m] = mz[m] = 0.0f;
-      for (uint r = 0; r < runCount; ++r) {
-        const CcFlatRun run = runs[r];
-        const int aside = run.offset - layer * (run.above + g.low[2]);
-        if (!(columns[column + aside] >> run.above & ((1u << (run.count + 7)) - 1u))) continue;
-        __constant const float4* const own4 = by + run.first;
-        __local const half* const seen = tile + here + run.offset;
-#pragma unroll
-        for (int m = 0; m < 7; ++m) c[m] = vload_half(m * layer, seen);
-#pragma unroll
-        for (int t = 0; t < CC_RUN; ++t) {
-          if (t < run.count) {
-            const float4 w = own4[t];
-            c[(t + 7) & 7] = vload_half((t + 7) * layer, seen);
-#pragma unroll
-            for (int m = 0; m < 8; ++m) {
-              mass[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.x, mass[m]);
-              mx[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.y, mx[m]);
-              my[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.z, my[m]);
-              mz[m] = CC_ADD_PRODUCT(c[(m + t) & 7], w.w, mz[m]);
-            }
-          }
-        }
-      }
-      const double density = densities[kind];
-      __global CcBlock* const block = blocks + own;
-      for (int m = 0; m < 8; ++m) {
-        if (mass[m] == 0.0f) continue;  // weights are positive
-        const uint voxel = lid | (uint)m << 6;
-        __global double* const moments = (__global double*)&block->moments[voxel];
-        vstore4(vload4(0, moments) -
-                    (double4)(density * mass[m], density * mx[m], density * my[m], density * mz[m]),
-                0, moments);
-        block->volume[voxel] -= mass[m];
-      }
+      CcLosses sums;
+      ccSumLosses(&g, by, runs, runCount, tile, columns, column, first >> 6, &sums);
+      ccTakeLosses(&sums, densities[kind], blocks + own);
       barrier(CLK_LOCAL_MEM_FENCE);
     }
     if (lid == 0) {
@@ -238,7 +290,8 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
     const int x = 8 * (int)(e % (uint)g.nx), y = 8 * (int)(e / (uint)g.nx % (uint)g.ny),
               z = 8 * (int)(e / (uint)g.nx / (uint)g.ny);
     ccTakeMatter(table[e], own, blocks, lost, last);
-    for (int k = (int)get_local_id(0); k < CC_BRICK_VOXELS; k += CC_RENEW_GROUP) {
+    for (int m = 0; m < CC_DEEP; ++m) {
+      const int k = ccFirstVoxel() | m << 6;
       CcMoments moments = blocks[own].moments[k];
       CcSum volume = blocks[own].volume[k];
       for (int t = 0; t < g.taps; ++t) {

@@ -32,7 +32,11 @@ typedef struct {
 
 #define CC_NO_CHANGE 0xffffffffu  // of a voxel named that keeps what it has
 #define CC_STEP_GROUP 128
-#define CC_RENEW_GROUP 64  // a brick's columns of voxels
+// Voxels above each other that a work-item renews, and the work-items of a brick.
+#ifndef CC_DEEP
+#define CC_DEEP 2
+#endif
+#define CC_RENEW_GROUP (512 / CC_DEEP)
 
 // What a voxel lost in a step, and of which tissue; zero where nothing.
 #define CC_LOST(lost, tissue) ((ushort)((lost) | (tissue) << 8))
