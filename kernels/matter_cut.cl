@@ -42,12 +42,7 @@ __kernel void ccStringCuts(CcCutting g, __global const int* home, __global const
     next[i] = atomic_xchg(&last[place], i + 1u);
 }
 
-void ccListBrick(uint e, __global uint* step, __global uint* listed, __global uint* list) {
-  if (atomic_xchg(&listed[e], 1u) == 0u) list[atomic_inc(&step[CC_AFFECTED])] = e;
-}
-
-// Lists the bricks in which a window may reach the voxel, and its own. Mostly these are at most two
-// along each axis: then all are looked at before the first is listed.
+// Lists the bricks in which a window may reach the voxel, and its own.
 void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, __global uint* step,
                   __global uint* listed, __global uint* list) {
   const int x0 = max((v.x - max(g->high[0], 0)) >> 3, 0),
@@ -56,26 +51,13 @@ void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, _
             x1 = min((v.x - min(g->low[0], 0)) >> 3, g->nx - 1),
             y1 = min((v.y - min(g->low[1], 0)) >> 3, g->ny - 1),
             z1 = min((v.z - min(g->low[2], 0)) >> 3, g->nz - 1);
-  if (x1 - x0 > 1 || y1 - y0 > 1 || z1 - z0 > 1) {
-    for (int z = z0; z <= z1; ++z)
-      for (int y = y0; y <= y1; ++y)
-        for (int x = x0; x <= x1; ++x) {
-          const uint e = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
-          if (home[e] >= 0 && listed[e] == 0u) ccListBrick(e, step, listed, list);
-        }
-    return;
-  }
-  uint open = 0, e[8];
-#pragma unroll
-  for (int k = 0; k < 8; ++k) {
-    const int x = k & 1 ? x1 : x0, y = k & 2 ? y1 : y0, z = k & 4 ? z1 : z0;
-    e[k] = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
-    const int again = (k & 1 && x1 == x0) || (k & 2 && y1 == y0) || (k & 4 && z1 == z0);
-    open |= (uint)(!again & (home[e[k]] >= 0) & (listed[e[k]] == 0u)) << k;
-  }
-#pragma unroll
-  for (int k = 0; k < 8; ++k)
-    if (open >> k & 1u) ccListBrick(e[k], step, listed, list);
+  for (int z = z0; z <= z1; ++z)
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x) {
+        const uint e = (uint)x + (uint)g->nx * ((uint)y + (uint)g->ny * (uint)z);
+        if (listed[e] != 0u || home[e] < 0) continue;
+        if (atomic_xchg(&listed[e], 1u) == 0u) list[atomic_inc(&step[CC_AFFECTED])] = e;
+      }
 }
 
 // Of the times that a voxel is named, those count that lower it when all are taken in their order;
@@ -103,7 +85,7 @@ __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteL
     if (lowers & least) {
       __global const CcBlock* const block = blocks + table[brick];
       const int cell = (int)(place % CC_BRICK_VOXELS);
-      lost[place] = CC_LOST(block->coverage[cell] - v.left, block->tissue[cell]);
+      lost[place] = CC_LOSS_OF(block->coverage[cell] - v.left, block->tissue[cell]);
       ccListBricks(&g, home, v, step, listed, list);
     }
   }
@@ -158,10 +140,10 @@ void ccLayOutLosses(const CcCutting* g, __local const int* about, __global const
                     __global const uchar* kindOf, int kind, __local half* tile,
                     __local uint* columns) {
   const int edgeY = 8 + g->high[1] - g->low[1], edgeZ = 8 + g->high[2] - g->low[2];
-  const int rows = edgeY * edgeZ;
+  const int rows = edgeY * edgeZ, perY = ((1 << 16) + edgeY - 1) / edgeY;
   for (int item = (int)get_local_id(0); item < 3 * rows; item += CC_RENEW_GROUP) {
-    const int part = item / rows, row = item - part * rows;
-    const int rowZ = row / edgeY, rowY = row - edgeY * rowZ;
+    const int part = (item >= rows) + (item >= 2 * rows), row = item - part * rows;
+    const int rowZ = row * perY >> 16, rowY = row - edgeY * rowZ;
     const int y = rowY + g->low[1] + 8, z = rowZ + g->low[2] + 8;
     const int begin = part == 0 ? 8 + g->low[0] : 0, end = part == 2 ? g->high[0] : 8;
     const int home = about[part + 3 * (y >> 3) + 9 * (z >> 3)];
@@ -187,7 +169,7 @@ typedef struct {
 // Sums over the window's taps, of which the next sees all but one voxel of a work-item's again.
 // Most columns of a tile lost nothing where a cut is sparse: they are passed by. `column`: the
 // work-item's own, and `up` its first voxel's layer, in the tile of the window's lowest corner.
-void ccSumLosses(const CcCutting* g, __constant float4* by, __constant CcFlatRun* runs,
+void ccSumLosses(const CcCutting* g, __local const float4* by, __local const CcFlatRun* runs,
                  uint runCount, __local const half* tile, __local const uint* columns, int column,
                  int up, CcLosses* sums) {
   const int layer = CC_TILE_ROW * (8 + g->high[1] - g->low[1]);
@@ -197,7 +179,7 @@ void ccSumLosses(const CcCutting* g, __constant float4* by, __constant CcFlatRun
     const int there = column + run.offset - layer * (run.above + g->low[2]);
     const int low = up + run.above;
     if (!(columns[there] >> low & ((1u << (run.count + CC_DEEP - 1)) - 1u))) continue;
-    __constant const float4* const weights = by + run.first;
+    __local const float4* const weights = by + run.first;
     __local const half* const seen = tile + there + layer * low;
     float c[CC_DEEP];
 #pragma unroll
@@ -247,13 +229,17 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
     __global uint* restrict last, __global uint* restrict listed,
     __global const uint* restrict list, __global const uint* restrict step,
     __global const uchar* restrict kindOf, __global const int* restrict densities,
-    __constant float4* by, __constant CcFlatRun* runs, uint runCount, __local half* tile) {
+    __global const float4* restrict by, __global const CcFlatRun* restrict runs, uint runCount,
+    __local float4* ownBy, __local CcFlatRun* ownRuns, __local half* tile) {
   __local int about[27];
   __local uint columns[CC_TILE_ROW * CC_TILE_ROW];
   const int lid = (int)get_local_id(0), first = ccFirstVoxel();
   const uint count = step[CC_AFFECTED];
   const int layer = CC_TILE_ROW * (8 + g.high[1] - g.low[1]);
   const int column = (first & 7) - g.low[0] + CC_TILE_ROW * ((first >> 3 & 7) - g.low[1]);
+  if (get_group_id(0) >= count) return;
+  for (int k = lid; k < g.taps; k += CC_RENEW_GROUP) ownBy[k] = by[k];
+  for (int k = lid; k < (int)runCount; k += CC_RENEW_GROUP) ownRuns[k] = runs[k];
   for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
     const uint e = list[n];
     const int own = home[e];
@@ -266,7 +252,7 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
       ccLayOutLosses(&g, about, lost, kindOf, kind, tile, columns);
       barrier(CLK_LOCAL_MEM_FENCE);
       CcLosses sums;
-      ccSumLosses(&g, by, runs, runCount, tile, columns, column, first >> 6, &sums);
+      ccSumLosses(&g, ownBy, ownRuns, runCount, tile, columns, column, first >> 6, &sums);
       ccTakeLosses(&sums, densities[kind], blocks + own);
       barrier(CLK_LOCAL_MEM_FENCE);
     }

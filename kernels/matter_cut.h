@@ -39,6 +39,6 @@ typedef struct {
 #define CC_RENEW_GROUP (512 / CC_DEEP)
 
 // What a voxel lost in a step, and of which tissue; zero where nothing.
-#define CC_LOST(lost, tissue) ((ushort)((lost) | (tissue) << 8))
+#define CC_LOSS_OF(lost, tissue) ((ushort)((lost) | (tissue) << 8))
 
 #endif

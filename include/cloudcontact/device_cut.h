@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cloudcontact/base_vector_field.h>
-#include <cloudcontact/batch.h>
+#include <cloudcontact/device_digitize.h>
 
 #include <map>
 #include <memory>
@@ -33,6 +33,9 @@ class DeviceWorkpiece {
   // block [21 kB] for every brick with matter), the CPU cuts, and message() says why. Throws
   // std::runtime_error where the device fails.
   explicit DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings = {});
+  // The field of the digitiser's last run, on what that ran on; it never leaves the device. Throws
+  // as Digitizer::field() does, too.
+  explicit DeviceWorkpiece(Digitizer& digitizer);
   ~DeviceWorkpiece();
   DeviceWorkpiece(DeviceWorkpiece&&) noexcept;
   DeviceWorkpiece& operator=(DeviceWorkpiece&&) noexcept;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "contact/field_layout.h"
+#include "digitizer_inside.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
 #include "opencl_workpiece.h"
@@ -28,25 +29,32 @@ struct DeviceWorkpiece::Inside {
   std::shared_ptr<opencl::Device> device;
   std::optional<opencl::OpenClWorkpiece> piece;
 
-  std::string takeOver();
+  template <typename Take>
+  std::string takeOver(Take&& take);
+  std::string upload();
   template <typename Work>
   auto guarded(Work&& work);
 #endif
 
   Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how);
+  void fallBack(const std::string& why);
 };
 
 DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how)
     : settings(how), field(std::move(whole)) {
   if (settings.backend == Backend::Cpu) return;
 #if defined(CLOUDCONTACT_OPENCL)
-  std::string why = takeOver();
-  if (why.empty()) return;
+  if (const std::string why = upload(); !why.empty()) fallBack(why);
+#else
+  fallBack(
+      "built without OpenCL; install ocl-icd-opencl-dev and opencl-clhpp-headers and build again");
+#endif
+}
+
+void DeviceWorkpiece::Inside::fallBack(const std::string& why) {
+#if defined(CLOUDCONTACT_OPENCL)
   piece.reset();
   device.reset();
-#else
-  const std::string why =
-      "built without OpenCL; install ocl-icd-opencl-dev and opencl-clhpp-headers and build again";
 #endif
   message = "the CPU cuts: " + why;
   name.clear();
@@ -55,15 +63,13 @@ DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSett
 
 #if defined(CLOUDCONTACT_OPENCL)
 
-// Why the CPU must keep it; empty where the device has it.
-std::string DeviceWorkpiece::Inside::takeOver() {
+// Why the CPU must keep it; empty where the device has it. `take` opens the device and tells the
+// same.
+template <typename Take>
+std::string DeviceWorkpiece::Inside::takeOver(Take&& take) {
   const std::string noRoom = "the device has no room for it";
   try {
-    device = opencl::Device::open(settings.timing, opencl::Kernels::Cut);
-    name = device->name();
-    piece.emplace(device);
-    const std::string why = piece->take(field.bricks());
-    if (!why.empty()) return why;
+    return take();
   } catch (const std::bad_alloc&) {
     return noRoom;
   } catch (const cl::Error& e) {
@@ -71,9 +77,18 @@ std::string DeviceWorkpiece::Inside::takeOver() {
       return noRoom;
     throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
                              std::to_string(e.err()));
+  }
+}
+
+std::string DeviceWorkpiece::Inside::upload() {
+  try {
+    device = opencl::Device::open(settings.timing, opencl::Kernels::Cut);
   } catch (const std::runtime_error& e) {
     return e.what();
   }
+  name = device->name();
+  const std::string why = takeOver([&] { return piece.emplace(device).take(field.bricks()); });
+  if (!why.empty()) return why;
   auto rest = std::make_unique<Bricks>(field.bricks());
   rest->blocks.resize(rest->tissues.size());
   rest->blocks.shrink_to_fit();
@@ -95,6 +110,34 @@ auto DeviceWorkpiece::Inside::guarded(Work&& work) {
 
 DeviceWorkpiece::DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings)
     : inside_(std::make_unique<Inside>(std::move(field), settings)) {}
+
+DeviceWorkpiece::DeviceWorkpiece(Digitizer& digitizer) {
+  Digitizer::Inside& from = *digitizer.inside_;
+  const DeviceWorkpieceSettings settings{digitizer.backend(), from.settings.timing};
+#if defined(CLOUDCONTACT_OPENCL)
+  if (from.ran && from.field && from.onDevice.onDevice) {
+    auto rest = std::make_unique<Bricks>(*from.bricks);
+    from.digitizer->fetchTable(*rest);
+    inside_ = std::make_unique<Inside>(BaseVectorField(std::move(rest)),
+                                       DeviceWorkpieceSettings{Backend::Cpu, settings.timing});
+    Inside& s = *inside_;
+    s.device = opencl::Device::beside(*from.device, opencl::Kernels::Cut);
+    s.name = s.device->name();
+    s.settings.backend = Backend::OpenCl;
+    const std::string why = s.takeOver([&] {
+      return s.piece.emplace(s.device).take(s.field.bricks(), from.digitizer->blocks(),
+                                            from.digitizer->blockCount());
+    });
+    if (why.empty()) return;
+    s.fallBack(why);
+    s.field = digitizer.field();
+    return;
+  }
+#endif
+  inside_ = std::make_unique<Inside>(digitizer.field(), settings);
+  if (!from.noDevice.empty()) inside_->fallBack(from.noDevice);
+}
+
 DeviceWorkpiece::~DeviceWorkpiece() = default;
 DeviceWorkpiece::DeviceWorkpiece(DeviceWorkpiece&&) noexcept = default;
 DeviceWorkpiece& DeviceWorkpiece::operator=(DeviceWorkpiece&&) noexcept = default;

@@ -165,6 +165,26 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
       gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
       profiling_(profiling) {
+  begin(kernels);
+}
+
+Device::Device(const Device& other, Kernels kernels)
+    : device_(other.device_),
+      context_(other.context_),
+      queue_(other.queue_),
+      name_(other.name_),
+      memory_(other.memory_),
+      largest_(other.largest_),
+      gpu_(other.gpu_),
+      profiling_(other.profiling_) {
+  begin(kernels);
+}
+
+std::shared_ptr<Device> Device::beside(const Device& other, Kernels kernels) {
+  return std::shared_ptr<Device>(new Device(other, kernels));
+}
+
+void Device::begin(Kernels kernels) {
   build(sourceOf(kernels));
   if (kernels == Kernels::Contact) checkLayout();
   test();

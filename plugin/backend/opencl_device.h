@@ -28,6 +28,9 @@ class Device {
   // `profiling`: the queue notes when its commands begin and end; costs some time each.
   static std::shared_ptr<Device> open(bool profiling = false, Kernels kernels = Kernels::Contact);
 
+  // The same device, memory and queue with other kernels.
+  static std::shared_ptr<Device> beside(const Device& other, Kernels kernels);
+
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
@@ -49,6 +52,8 @@ class Device {
 
  private:
   Device(const cl::Device& device, bool profiling, Kernels kernels);
+  Device(const Device& other, Kernels kernels);
+  void begin(Kernels kernels);
   void build(const char* source);
   void checkLayout();
   void test();

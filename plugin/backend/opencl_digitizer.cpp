@@ -361,12 +361,17 @@ Cloud::Voxels OpenClDigitizer::voxels() {
   return voxels;
 }
 
-void OpenClDigitizer::fetchField(Bricks& to) {
+void OpenClDigitizer::fetchTable(Bricks& to) {
   Device& d = *device_;
   to.table.resize(table_);
-  to.blocks.resize(counters_[CC_OWN_BLOCKS] + std::size_t{1});
   d.queue().enqueueReadBuffer(blockOf_.buffer(), CL_TRUE, 0, table_ * sizeof(cl_int),
                               to.table.data(), nullptr, d.note("field fetched"));
+}
+
+void OpenClDigitizer::fetchField(Bricks& to) {
+  Device& d = *device_;
+  fetchTable(to);
+  to.blocks.resize(blockCount());
   d.queue().enqueueReadBuffer(blocks_.buffer(), CL_TRUE, 0, to.blocks.size() * sizeof(FieldBlock),
                               static_cast<void*>(to.blocks.data()), nullptr,
                               d.note("field fetched"));

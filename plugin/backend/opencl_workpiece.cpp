@@ -77,11 +77,11 @@ std::string OpenClWorkpiece::lacking(const Bricks& field) const {
 }
 
 // Of each brick with matter the block that is its own, or will be.
-void OpenClWorkpiece::giveHomes(const Bricks& field) {
+void OpenClWorkpiece::giveHomes(const Bricks& field, std::size_t blocks) {
   table_.assign(field.table.begin(), field.table.end());
   homeOf_ = table_;
   shared_ = field.tissues.size();
-  blocks_ = field.blocks.size();
+  blocks_ = blocks;
   for (cl_int& home : homeOf_)
     if (home != kNoBlock && static_cast<std::size_t>(home) < shared_)
       home = static_cast<cl_int>(blocks_++);
@@ -120,28 +120,22 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   grid_.kinds = static_cast<cl_int>(densities.size());
 }
 
-std::string OpenClWorkpiece::take(const Bricks& field) {
+// All but what the blocks hold.
+std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
   Device& d = *device_;
-  giveHomes(field);
+  giveHomes(field, blocks);
   if (const std::string why = lacking(field); !why.empty()) return why;
+  const Window& w = field.window;
   grid_ = {field.bricks.x(),
            field.bricks.y(),
            field.bricks.z(),
-           {0, 0, 0},
-           {0, 0, 0},
-           static_cast<cl_int>(field.window.taps.size()),
+           {w.low.x(), w.low.y(), w.low.z()},
+           {w.high.x(), w.high.y(), w.high.z()},
+           static_cast<cl_int>(w.taps.size()),
            0};
-  for (int k = 0; k < 3; ++k) {
-    grid_.low[k] = field.window.low[k];
-    grid_.high[k] = field.window.high[k];
-  }
-  most_ = mostBricks(field.window);
+  most_ = mostBricks(w);
   sendWindow(field);
-  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
-  d.queue().enqueueWriteBuffer(blocksThere_.room(d, blocks_ * sizeof(CcBlock)), CL_TRUE, 0,
-                               field.blocks.size() * sizeof(CcBlock),
-                               static_cast<const void*>(field.blocks.data()), nullptr,
-                               d.note("field sent"));
+  blocksThere_.room(d, blocks_ * sizeof(CcBlock));
   const auto clear = [&](Grown& buffer, std::size_t bytes) {
     d.queue().enqueueFillBuffer(buffer.room(d, bytes), cl_uint{0}, 0, bytes, nullptr,
                                 d.note("cleared"));
@@ -150,8 +144,24 @@ std::string OpenClWorkpiece::take(const Bricks& field) {
   clear(lost_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
   clear(listed_, table_.size() * sizeof(cl_uint));
   list_.room(d, table_.size() * sizeof(cl_uint));
-  d.queue().finish();
   before_ = 0;
+  return {};
+}
+
+std::string OpenClWorkpiece::take(const Bricks& field) {
+  if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
+  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
+  device_->queue().enqueueWriteBuffer(
+      blocksThere_.buffer(), CL_TRUE, 0, field.blocks.size() * sizeof(CcBlock),
+      static_cast<const void*>(field.blocks.data()), nullptr, device_->note("field sent"));
+  return {};
+}
+
+std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, std::size_t count) {
+  if (const std::string why = prepare(rest, count); !why.empty()) return why;
+  device_->queue().enqueueCopyBuffer(blocks, blocksThere_.buffer(), 0, 0, count * sizeof(CcBlock),
+                                     nullptr, device_->note("field copied"));
+  device_->queue().finish();
   return {};
 }
 
@@ -180,7 +190,8 @@ void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
   if (flat_) {
     give(d.kernel("ccRenewWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
          kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(), runCount_,
-         cl::Local(tile_ * sizeof(cl_half)));
+         cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
+         cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
     d.run("ccRenewWindows", groups, CC_RENEW_GROUP);
   } else {
     give(d.kernel("ccRenewAnyWindows"), grid_, home, table, blocks, lost, last, listed, list, step,

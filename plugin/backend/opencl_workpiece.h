@@ -14,9 +14,11 @@ class OpenClWorkpiece {
  public:
   explicit OpenClWorkpiece(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
-  // Takes the field over; returns why the CPU must keep it, nothing where it is done. Throws
-  // std::bad_alloc and cl::Error where the device fails.
+  // Takes the field over; returns why the CPU must keep it, nothing where it is done. Its blocks
+  // may lie on this device already. Throws std::bad_alloc and cl::Error where the device fails.
   std::string take(const BaseVectorField::Bricks& field);
+  std::string take(const BaseVectorField::Bricks& rest, const cl::Buffer& blocks,
+                   std::size_t count);
   // As BaseVectorField::cut().
   std::size_t cut(std::span<const VoxelCut> voxels);
   // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
@@ -27,7 +29,8 @@ class OpenClWorkpiece {
 
  private:
   std::string lacking(const BaseVectorField::Bricks& field) const;
-  void giveHomes(const BaseVectorField::Bricks& field);
+  std::string prepare(const BaseVectorField::Bricks& field, std::size_t blocks);
+  void giveHomes(const BaseVectorField::Bricks& field, std::size_t blocks);
   void sendWindow(const BaseVectorField::Bricks& field);
   void run(const void* packed, std::size_t voxels);
 

@@ -10,6 +10,7 @@
 #include "contact/field_bricks.h"
 #include "device_wanted.h"
 #include "small_clouds.h"
+#include "test_meshes.h"
 
 namespace cloudcontact::test {
 namespace {
@@ -202,6 +203,47 @@ TEST(DeviceCut, WindowsOfAnyShapeAreTheCpus) {
   }
 }
 
+// Digitised on the device, cut there, and only then fetched; the digitiser keeps what it made.
+TEST(DeviceCut, WhatWasDigitisedOnTheDeviceIsCutThere) {
+  Digitizer digitizer({Backend::OpenCl});
+  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  EXPECT_THROW(DeviceWorkpiece{digitizer}, std::logic_error);
+  const Mesh mesh = sphereMesh(27.3, 4);
+  DigitizeSettings settings;
+  settings.voxelSize = 1;
+  digitizer.run(mesh, settings, {kEnamel}, sphereWindow(1));
+  ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+  const BaseVectorField untouched(digitize(mesh, settings), {kEnamel}, sphereWindow(1));
+  BaseVectorField cpu(digitize(mesh, settings), {kEnamel}, sphereWindow(1));
+  DeviceWorkpiece piece(digitizer);
+  ASSERT_EQ(piece.backend(), Backend::OpenCl) << piece.message();
+  expectSame(piece.field(), cpu);
+  std::mt19937 random(4);
+  for (int k = 0; k < 10; ++k) {
+    const std::vector<VoxelCut> cuts = cluster(random, cpu.size().minCoeff());
+    EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
+  }
+  expectSame(piece.field(), cpu);
+  expectSame(digitizer.field(), untouched);
+}
+
+// What the CPU digitised goes up to the device.
+TEST(DeviceCut, WhatTheCpuDigitisedIsCutOnTheDevice) {
+  Digitizer digitizer({Backend::OpenCl});
+  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  const Mesh mesh = joined(sphereMesh(12.3, 3), sphereMesh(9.3, 3));  // one within the other
+  DigitizeSettings settings;
+  settings.voxelSize = 1;
+  digitizer.run(mesh, settings, {kEnamel}, sphereWindow(1));
+  ASSERT_FALSE(digitizer.deviceReport().onDevice);
+  BaseVectorField cpu(digitize(mesh, settings), {kEnamel}, sphereWindow(1));
+  DeviceWorkpiece piece(digitizer);
+  ASSERT_EQ(piece.backend(), Backend::OpenCl) << piece.message();
+  const std::vector<VoxelCut> cuts = boxOf({3, 12, 12}, {20, 15, 16}, 0);
+  EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
+  expectSame(piece.field(), cpu);
+}
+
 TEST(DeviceCut, OutsideTheGridThrowsBeforeAnythingIsCut) {
   MAKE_BOTH(both, ball());
   for (const VoxelIndex& bad : {VoxelIndex(28, 28, 56), VoxelIndex(-1, 28, 28)}) {
@@ -228,6 +270,14 @@ TEST(DeviceCut, WithoutADeviceTheCpuCutsAndSaysSo) {
   expectSame(piece.field(), cpu);
   DeviceWorkpiece silent(tooth().field());
   EXPECT_TRUE(silent.message().empty());
+  Digitizer digitizer({Backend::OpenCl});
+  DigitizeSettings settings;
+  settings.voxelSize = 1;
+  digitizer.run(sphereMesh(8, 2), settings, {kEnamel}, sphereWindow(1));
+  DeviceWorkpiece other(digitizer);
+  EXPECT_EQ(other.backend(), Backend::Cpu);
+  EXPECT_NE(other.message().find("no OpenCL device"), std::string::npos) << other.message();
+  expectSame(other.field(), digitizer.field());
 }
 
 // Wider than the device counts: the CPU's, told so.
