@@ -99,6 +99,52 @@ int ccFirstVoxel(void) {
   return (int)((lid & 63u) | (lid >> 6) * CC_DEEP << 6);
 }
 
+// Notes what all voxels lose that lie in an area, a group a brick: `bricks` along each axis from the
+// one of its lowest voxel on.
+__kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccNoteArea(
+    CcCutting g, CcArea area, int bricksX, int bricksY, __global const int* home,
+    __global const int* table, __global const CcBlock* blocks, __global uint* step,
+    __global ushort* lost, __global uint* listed, __global uint* list) {
+  __local uint changed;
+  const int n = (int)get_group_id(0);
+  const int bx = (area.low[0] >> 3) + n % bricksX, by = (area.low[1] >> 3) + n / bricksX % bricksY,
+            bz = (area.low[2] >> 3) + n / bricksX / bricksY;
+  const int e = bx + g.nx * (by + g.ny * bz), h = home[e];
+  if (h < 0) return;
+  if (get_local_id(0) == 0) changed = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  __global const CcBlock* const block = blocks + table[e];
+  for (int m = 0; m < CC_DEEP; ++m) {
+    const int voxel = ccFirstVoxel() | m << 6;
+    const int x = 8 * bx + (voxel & 7), y = 8 * by + (voxel >> 3 & 7), z = 8 * bz + (voxel >> 6);
+    if (x < area.low[0] || y < area.low[1] || z < area.low[2] || x > area.high[0] ||
+        y > area.high[1] || z > area.high[2])
+      continue;
+    const int left = ccAreaLeaves(&area, x, y, z), coverage = block->coverage[voxel];
+    if (coverage <= left) continue;
+    CcVoxelLeft v;
+    v.x = (ushort)x;
+    v.y = (ushort)y;
+    v.z = (ushort)z;
+    v.left = (ushort)left;
+    lost[ccPlace(h, v)] = CC_LOSS_OF(coverage - left, block->tissue[voxel]);
+    atomic_inc(&changed);
+    ccListBricks(&g, home, v, step, listed, list);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0 && changed > 0u) atomic_add(&step[CC_CHANGED], changed);
+}
+
+// What an area's step noted is done with.
+__kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccForgetArea(
+    __global const int* home, __global const uint* list, __global const uint* step,
+    __global ushort* lost) {
+  const uint count = step[CC_AFFECTED];
+  for (uint n = get_group_id(0); n < count; n += get_num_groups(0))
+    for (int m = 0; m < CC_DEEP; ++m)
+      lost[(size_t)home[list[n]] * CC_BRICK_VOXELS + (ccFirstVoxel() | m << 6)] = 0;
+}
+
 // They lose what was noted; what a brick shared it has by itself from now on.
 void ccTakeMatter(int from, int home, __global CcBlock* blocks, __global const ushort* lost,
                   __global uint* last) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cloudcontact/base_vector_field.h>
+#include <cloudcontact/cutter.h>
 #include <cloudcontact/device_digitize.h>
 
 #include <map>
@@ -49,6 +50,9 @@ class DeviceWorkpiece {
   // std::runtime_error where the device fails: what is left there is then not known. Allocates
   // nothing, here or there, once it was called with as many voxels.
   std::size_t cut(std::span<const VoxelCut> voxels);
+  // The same with cutsOf() of a tool (cutter.h), whose pose alone goes to the device unless its
+  // area is a cloud's. Throws as that does.
+  std::size_t cut(const Area& area, const Pose& tool);
 
   // The workpiece as it is now; from the device it is fetched.
   BaseVectorField field() const;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "contact/area_cut.h"
 #include "contact/field_layout.h"
 #include "digitizer_inside.h"
 
@@ -25,6 +26,7 @@ struct DeviceWorkpiece::Inside {
   std::string message, name;
   BaseVectorField field;  // on the device: without its bricks' own blocks
   DeviceCutReport report;
+  std::vector<VoxelCut> cuts;  // of an area
 #if defined(CLOUDCONTACT_OPENCL)
   std::shared_ptr<opencl::Device> device;
   std::optional<opencl::OpenClWorkpiece> piece;
@@ -166,6 +168,22 @@ std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
   }
 #endif
   return s.field.cut(voxels);
+}
+
+std::size_t DeviceWorkpiece::cut(const Area& area, const Pose& tool) {
+  Inside& s = *inside_;
+  const VoxelGrid grid{s.field.voxelSize(), s.field.origin(), s.field.size()};
+#if defined(CLOUDCONTACT_OPENCL)
+  if (s.piece && !std::holds_alternative<CloudArea>(area)) {
+    const CcArea there = areaInGrid(grid, area, tool);
+    const std::size_t changed = s.guarded([&] { return s.piece->cut(there); });
+    s.report = s.piece->report();
+    return changed;
+  }
+#endif
+  s.cuts.clear();
+  listCuts(grid, area, tool, s.cuts);
+  return cut(s.cuts);
 }
 
 BaseVectorField DeviceWorkpiece::field() const {

@@ -165,45 +165,92 @@ std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, 
   return {};
 }
 
-// One step, packed: its head and so many voxels.
-void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
+// Voxels named in a step's buffer; what the one before noted is cleared.
+void OpenClWorkpiece::string(std::size_t voxels) {
   Device& d = *device_;
-  const std::size_t bytes = kHead + voxels * sizeof(CcVoxelLeft);
-  const cl::Buffer &step = steps_[turn_].room(d, bytes), &before = steps_[1 - turn_].room(d, kHead),
-                   &next = next_.room(d, voxels * sizeof(cl_uint));
-  auto* const counted = static_cast<cl_uint*>(fetched_.room(d, kHead));
-  d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, packed, nullptr, d.note("step sent"));
-  const auto count = static_cast<cl_uint>(voxels), countBefore = static_cast<cl_uint>(before_);
+  const cl::Buffer &before = steps_[1 - turn_].room(d, kHead),
+                   &next = next_.room(d, std::max<std::size_t>(voxels, 1) * sizeof(cl_uint));
+  give(d.kernel("ccStringCuts"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       steps_[turn_].buffer(), static_cast<cl_uint>(voxels), before, static_cast<cl_uint>(before_),
+       next, last_.buffer(), lost_.buffer());
+  d.run("ccStringCuts", std::max(voxels, before_), CC_STEP_GROUP);
+}
+
+// The windows of the bricks that were listed, `bricks` at most.
+void OpenClWorkpiece::renew(std::size_t bricks) {
+  Device& d = *device_;
   const cl::Buffer &home = home_.buffer(), &table = tableThere_.buffer(),
                    &blocks = blocksThere_.buffer(), &last = last_.buffer(), &lost = lost_.buffer(),
-                   &listed = listed_.buffer(), &list = list_.buffer();
-  give(d.kernel("ccStringCuts"), grid_, home, table, blocks, step, count, before, countBefore, next,
-       last, lost);
-  d.run("ccStringCuts", std::max(voxels, before_), CC_STEP_GROUP);
-  give(d.kernel("ccNoteLosses"), grid_, home, table, blocks, step, count, next, last, lost, listed,
-       list);
-  d.run("ccNoteLosses", voxels, CC_STEP_GROUP);
-  before_ = voxels;
-  turn_ = 1 - turn_;
-  const std::size_t groups =
-      std::min({blocks_ - shared_, voxels * most_, kGroups}) * CC_RENEW_GROUP;
+                   &listed = listed_.buffer(), &list = list_.buffer(),
+                   &step = steps_[turn_].buffer();
+  const std::size_t items =
+      std::min({blocks_ - shared_, bricks, kGroups}) * std::size_t{CC_RENEW_GROUP};
   if (flat_) {
     give(d.kernel("ccRenewWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
          kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(), runCount_,
          cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
          cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
-    d.run("ccRenewWindows", groups, CC_RENEW_GROUP);
+    d.run("ccRenewWindows", items, CC_RENEW_GROUP);
   } else {
     give(d.kernel("ccRenewAnyWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
          kindOf_.buffer(), densities_.buffer(), taps_.buffer());
-    d.run("ccRenewAnyWindows", groups, CC_RENEW_GROUP);
+    d.run("ccRenewAnyWindows", items, CC_RENEW_GROUP);
   }
-  d.queue().enqueueReadBuffer(step, CL_TRUE, 0, kHead, counted, nullptr, d.note("counts fetched"));
-  report_.named += voxels;
+}
+
+// Of the step that ends.
+void OpenClWorkpiece::readCounts() {
+  Device& d = *device_;
+  auto* const counted = static_cast<cl_uint*>(fetched_.room(d, kHead));
+  d.queue().enqueueReadBuffer(steps_[turn_].buffer(), CL_TRUE, 0, kHead, counted, nullptr,
+                              d.note("counts fetched"));
   report_.changed += counted[CC_CHANGED];
   report_.bricks += counted[CC_AFFECTED];
-  report_.sent += bytes;
   report_.fetched += kHead;
+  turn_ = 1 - turn_;
+}
+
+// One step, packed: its head and so many voxels.
+void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
+  Device& d = *device_;
+  const std::size_t bytes = kHead + voxels * sizeof(CcVoxelLeft);
+  const cl::Buffer& step = steps_[turn_].room(d, bytes);
+  d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, packed, nullptr, d.note("step sent"));
+  string(voxels);
+  give(d.kernel("ccNoteLosses"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       step, static_cast<cl_uint>(voxels), next_.buffer(), last_.buffer(), lost_.buffer(),
+       listed_.buffer(), list_.buffer());
+  d.run("ccNoteLosses", voxels, CC_STEP_GROUP);
+  before_ = voxels;
+  renew(voxels * most_);
+  readCounts();
+  report_.named += voxels;
+  report_.sent += bytes;
+}
+
+std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+  Device& d = *device_;
+  report_ = {};
+  std::size_t bricks[3], count = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (area.low[k] > area.high[k]) return 0;
+    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
+    count *= bricks[k];
+  }
+  const cl::Buffer& step = steps_[turn_].room(d, kHead);
+  d.queue().enqueueFillBuffer(step, cl_uint{0}, 0, kHead, nullptr, d.note("step sent"));
+  if (before_ > 0) string(0);
+  before_ = 0;
+  give(d.kernel("ccNoteArea"), grid_, area, static_cast<cl_int>(bricks[0]),
+       static_cast<cl_int>(bricks[1]), home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       step, lost_.buffer(), listed_.buffer(), list_.buffer());
+  d.run("ccNoteArea", count * CC_RENEW_GROUP, CC_RENEW_GROUP);
+  renew(kGroups);
+  give(d.kernel("ccForgetArea"), home_.buffer(), list_.buffer(), step, lost_.buffer());
+  d.run("ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP);
+  readCounts();
+  report_.sent = sizeof area;
+  return report_.changed;
 }
 
 std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {

@@ -4,6 +4,7 @@
 
 #include <cloudcontact/device_cut.h>
 
+#include "area_left.h"
 #include "contact/field_bricks.h"
 #include "device_memory.h"
 #include "matter_cut.h"
@@ -21,6 +22,8 @@ class OpenClWorkpiece {
                    std::size_t count);
   // As BaseVectorField::cut().
   std::size_t cut(std::span<const VoxelCut> voxels);
+  // Of all voxels that lie in an area.
+  std::size_t cut(const CcArea& area);
   // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
   void fetch(BaseVectorField::Bricks& to);
 
@@ -33,6 +36,9 @@ class OpenClWorkpiece {
   void giveHomes(const BaseVectorField::Bricks& field, std::size_t blocks);
   void sendWindow(const BaseVectorField::Bricks& field);
   void run(const void* packed, std::size_t voxels);
+  void string(std::size_t voxels);
+  void renew(std::size_t bricks);
+  void readCounts();
 
   std::shared_ptr<Device> device_;
   CcCutting grid_{};

@@ -184,6 +184,21 @@ TEST(DeviceCut, VoxelsNamedTwiceAreTheCpus) {
   both.compare();
 }
 
+// More voxels than a step takes: each is named 36 times, the last time in another step.
+TEST(DeviceCut, AMillionVoxelsAtOnceAreTheCpus) {
+  MAKE_BOTH(both, block({4, 3, 5}));
+  std::vector<VoxelCut> cuts;
+  for (int k = 0; k < 36; ++k)
+    for (const VoxelCut& c : boxOf({0, 0, 0}, {32, 24, 40}, 250 - k * 37 % 101 - k))
+      cuts.push_back(c);
+  ASSERT_GT(cuts.size(), std::size_t{1} << 20);
+  both.cut(cuts);
+  both.compare();
+  cuts.push_back({{32, 0, 0}, 0});
+  EXPECT_THROW(both.device.cut(cuts), std::out_of_range);
+  both.compare();
+}
+
 // Windows that are wide, reach to one side, or whose sums a float would not hold.
 TEST(DeviceCut, WindowsOfAnyShapeAreTheCpus) {
   WindowSettings aside = sphereWindow(kVoxel);
@@ -201,6 +216,35 @@ TEST(DeviceCut, WindowsOfAnyShapeAreTheCpus) {
     both.cut(boxOf({3, 15, 13}, {38, 18, 16}, 0));
     both.compare();
   }
+}
+
+// Only the pose goes up; between passes voxels are named, too.
+TEST(DeviceCut, ToolsPassesAreTheCpus) {
+  MAKE_BOTH(both, tooth());
+  const Cloud burr = ballCloud(kVoxel, 2, Vec3(8, 8, 8), 6.3);
+  const Area areas[] = {SphereArea{kVoxel * Vec3(1, 0, 2), 5.3 * kVoxel},
+                        BoxArea{{}, kVoxel * Vec3(2.2, 9.1, 4.3)},
+                        EllipsoidArea{{}, kVoxel * Vec3(3.2, 4.1, 8.3)}, cloudArea(burr)};
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> place(-3, 43), turn(-1, 1);
+  std::size_t taken = 0, missed = 0;
+  for (int k = 0; k < 40; ++k) {
+    Pose pose;
+    pose.position = kVoxel * Vec3(place(random), place(random), place(random));
+    pose.orientation = Eigen::Quaterniond(1, turn(random), turn(random), turn(random)).normalized();
+    const Area& area = areas[k % 4];
+    const std::size_t changed = both.device.cut(area, pose);
+    EXPECT_EQ(changed, both.cpu.cut(cutsOf(both.cpu, area, pose))) << k;
+    taken += changed;
+    missed += changed == 0;
+    if (k % 5 == 0) both.cut(cluster(random, 40));
+  }
+  EXPECT_GT(taken, 3000u);
+  EXPECT_GT(missed, 0u);
+  both.compare();
+  EXPECT_EQ(both.device.cut(areas[0], {Eigen::Quaterniond::Identity(), Vec3(1, 0, 0)}), 0u);
+  EXPECT_THROW(both.device.cut(SphereArea{}, {}), std::invalid_argument);
+  both.compare();
 }
 
 // Digitised on the device, cut there, and only then fetched; the digitiser keeps what it made.
