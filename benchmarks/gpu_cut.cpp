@@ -2,9 +2,9 @@
 // the same bits:
 //   gpu_cut [--radius R] [--turns N]
 // The workpiece is a ball of R voxels' radius (79.4: 2.1 million). Each turn takes a part of the
-// matter of 1,000 or 100,000 voxels, lying together or apart. Each step on the device is told
-// beside what it must move at least: the sums of all voxels whose windows see the cut, read and
-// written.
+// matter of 1,000 or 100,000 voxels, lying together or apart, or is a ball's pass. Each step on the
+// device is told beside what it must move at least: the sums of all voxels whose windows see the
+// cut, read and written.
 #include <cloudcontact/device_cut.h>
 
 #include <algorithm>
@@ -207,6 +207,43 @@ bool compare(const char* name, const BaseVectorField& whole, const Steps& steps,
   return equal;
 }
 
+// A ball goes through the workpiece, half of it new in each turn: the device is told its pose
+// alone.
+bool comparePasses(const BaseVectorField& whole, int turns) {
+  const auto copy = [&] {
+    return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
+  };
+  const double width = kVoxel * whole.size().x(), radius = 0.16 * width;
+  const SphereArea ball{Vec3::Zero(), radius};
+  BaseVectorField cpu = copy();
+  DeviceWorkpiece device(copy(), {Backend::OpenCl});
+  const std::vector<VoxelCut> first = shaving(whole);
+  if (cpu.cut(first) != device.cut(first)) return false;
+  std::vector<double> onCpu, there;
+  std::size_t changed = 0, least = ~std::size_t{0}, most = 0;
+  bool equal = true;
+  for (int t = 0; t < turns; ++t) {
+    Pose pose;
+    const double angle = 0.6 * t, far = 0.3 * width * std::sqrt((t + 0.5) / turns);
+    pose.position = Vec3::Constant(0.5 * width) +
+                    far * Vec3(std::cos(angle), std::sin(angle), 0.7 * std::cos(2.3 * angle));
+    onCpu.push_back(seconds([&] { changed = cpu.cut(cutsOf(cpu, ball, pose)); }));
+    there.push_back(seconds([&] { equal = device.cut(ball, pose) == changed && equal; }));
+    least = std::min(least, changed), most = std::max(most, changed);
+  }
+  const auto middle = [](std::vector<double> v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  equal = equal && same(device.field(), cpu);
+  std::printf(
+      "a ball's passes, %zu to %zu voxels each: the CPU %.3f ms, the device %.3f ms, %.1f "
+      "times; %s\n",
+      least, most, 1e3 * middle(onCpu), 1e3 * middle(there), middle(onCpu) / middle(there),
+      equal ? "equal to the bit" : "UNLIKE");
+  return equal;
+}
+
 void run(double radius, int turns) {
   const DeviceSpeeds speeds = measureDevice();
   std::printf("%s: copy %.1f GB/s, upload %.1f GB/s, launch %.1f us\n", speeds.device.c_str(),
@@ -231,7 +268,7 @@ void run(double radius, int turns) {
       compare("together", whole, together(whole, {10, 10, 10}, turns), speeds),
       compare("apart", whole, apart(whole, 1000, turns), speeds),
       compare("together", whole, together(whole, {wide, wide, thick}, turns), speeds),
-      compare("apart", whole, apart(whole, 100000, turns), speeds)};
+      compare("apart", whole, apart(whole, 100000, turns), speeds), comparePasses(whole, turns)};
   if (!std::all_of(std::begin(equal), std::end(equal), [](bool e) { return e; }))
     throw std::runtime_error("what the device leaves is not what the CPU leaves");
 }
