@@ -279,12 +279,18 @@ int main(int count, char** words) {
   try {
     double radius = 79.4;
     int turns = 40;
+    bool wrong = count % 2 == 0;
     for (int i = 1; i + 1 < count; i += 2) {
       const std::string word = words[i];
-      if (word == "--radius") radius = std::atof(words[i + 1]);
-      if (word == "--turns") turns = std::atoi(words[i + 1]);
+      if (word == "--radius")
+        radius = std::atof(words[i + 1]);
+      else if (word == "--turns")
+        turns = std::atoi(words[i + 1]);
+      else
+        wrong = true;
     }
-    if (!(radius >= 10) || turns < 3) throw std::runtime_error("gpu_cut [--radius R] [--turns N]");
+    if (wrong || !(radius >= 10) || turns < 3)
+      throw std::runtime_error("gpu_cut [--radius R] [--turns N]: R from 10, N from 3 on");
     run(radius, turns);
     return 0;
   } catch (const std::exception& e) {
