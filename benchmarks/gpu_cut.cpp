@@ -263,7 +263,7 @@ void run(double radius, int turns) {
       1e3 * fetch);
   piece.reset();
   const int wide = static_cast<int>(kInner * whole.size().x()),
-            thick = (100000 + wide * wide - 1) / (wide * wide);
+            thick = std::min(wide, (100000 + wide * wide - 1) / (wide * wide));
   const bool equal[] = {
       compare("together", whole, together(whole, {10, 10, 10}, turns), speeds),
       compare("apart", whole, apart(whole, 1000, turns), speeds),
