@@ -199,7 +199,8 @@ bool compare(const char* name, const BaseVectorField& whole, const Steps& steps,
   const std::vector<VoxelCut> first = shaving(whole);
   if (cpu.cut(first) != device.cut(first)) return false;
   const double one = median(cpu, steps, onCpu), there = median(device, steps, onDevice);
-  const bool equal = onCpu == onDevice && same(device.field(), cpu);
+  const bool equal =
+      onCpu == onDevice && same(device.field(), cpu) && device.mass().inertia == cpu.mass().inertia;
   std::printf("%-16s %6zu voxels a turn: the CPU %.3f ms, the device %.3f ms, %.1f times; %s\n",
               name, steps[0].size(), 1e3 * one, 1e3 * there, one / there,
               equal ? "equal to the bit" : "UNLIKE");
@@ -256,11 +257,15 @@ void run(double radius, int turns) {
                                               DeviceWorkpieceSettings{Backend::OpenCl});
   });
   const double fetch = seconds([&] { piece->field(); });
+  piece->mass();
+  const double mass = seconds([&] { piece->mass(); });
   const VoxelCounts counts = cloud.counts();
   std::printf(
-      "%zu voxels, %.0f MB on the device; made and taken over in %.0f ms, fetched in %.0f\n",
+      "%zu voxels, %.0f MB on the device; made and taken over in %.0f ms, fetched in %.0f, its "
+      "mass "
+      "in %.3f\n",
       counts.inside + counts.interface, 1e-6 * double(piece->deviceBytes()), 1e3 * take,
-      1e3 * fetch);
+      1e3 * fetch, 1e3 * mass);
   piece.reset();
   const int wide = static_cast<int>(kInner * whole.size().x()),
             thick = std::min(wide, (100000 + wide * wide - 1) / (wide * wide));

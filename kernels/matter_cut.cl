@@ -268,7 +268,9 @@ void ccTakeLosses(const CcLosses* sums, double density, __global CcBlock* block)
   }
 }
 
-// Bricks that were listed, one after the other.
+// Bricks that were listed, one after the other. The window's weights are copied beside the tile: in
+// constant memory, where they come in one by one, a cut of 1,000 voxels took 22 us, not 16, and
+// 100,000 anywhere 188, not 145.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRenewWindows(
     CcCutting g, __global const int* restrict home, __global int* restrict table,
     __global CcBlock* restrict blocks, __global const ushort* restrict lost,
@@ -346,6 +348,53 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
     if (get_local_id(0) == 0) {
       table[e] = own;
       listed[e] = 0u;
+    }
+  }
+}
+
+// What a brick holds of each tissue: sums of coverage times powers of the places in the brick. Rows
+// along x are summed first, a work-item each. `bricks`: of each home, beginning with the first that
+// is no shared block's.
+__kernel __attribute__((reqd_work_group_size(CC_ROWS, 1, 1))) void ccSumTissues(
+    __global const int* table, __global const CcBlock* blocks, __global const uint* bricks,
+    uint count, uint tissues, __global CcTissueSums* sums) {
+  __local int zeroth[CC_ROWS], first[CC_ROWS], second[CC_ROWS];
+  const int row = (int)get_local_id(0);
+  for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
+    __global const CcBlock* const block = blocks + table[bricks[n]];
+    uchar coverage[8], tissue[8];
+    vstore8(vload8(row, block->coverage), 0, coverage);
+    vstore8(vload8(row, block->tissue), 0, tissue);
+    for (uint t = 0; t < tissues; ++t) {
+      int s0 = 0, s1 = 0, s2 = 0;
+      for (int x = 0; x < 8; ++x) {
+        const int c = tissue[x] == t ? coverage[x] : 0;
+        s0 += c;
+        s1 += c * x;
+        s2 += c * x * x;
+      }
+      barrier(CLK_LOCAL_MEM_FENCE);
+      zeroth[row] = s0;
+      first[row] = s1;
+      second[row] = s2;
+      barrier(CLK_LOCAL_MEM_FENCE);
+      if (row < CC_TISSUE_SUMS) {
+        int sum = 0;
+        for (int k = 0; k < CC_ROWS; ++k) {
+          const int y = k & 7, z = k >> 3;
+          sum += row == CC_SUM_X    ? first[k]
+                 : row == CC_SUM_XX ? second[k]
+                 : row == CC_SUM_XY ? first[k] * y
+                 : row == CC_SUM_ZX ? first[k] * z
+                 : row == CC_SUM_Y  ? zeroth[k] * y
+                 : row == CC_SUM_Z  ? zeroth[k] * z
+                 : row == CC_SUM_YY ? zeroth[k] * y * y
+                 : row == CC_SUM_ZZ ? zeroth[k] * z * z
+                 : row == CC_SUM_YZ ? zeroth[k] * y * z
+                                    : zeroth[k];
+        }
+        sums[(size_t)n * tissues + t].sum[row] = sum;
+      }
     }
   }
 }

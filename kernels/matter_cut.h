@@ -32,7 +32,9 @@ typedef struct {
 
 #define CC_NO_CHANGE 0xffffffffu  // of a voxel named that keeps what it has
 #define CC_STEP_GROUP 128
-// Voxels above each other that a work-item renews, and the work-items of a brick.
+// Voxels above each other that a work-item renews, and the work-items of a brick. On an H100 the
+// bricks of 100,000 voxels anywhere took 145 us with two, 175 with eight; a cut of 1,000 that lie
+// together 16 us and 21.
 #ifndef CC_DEEP
 #define CC_DEEP 2
 #endif
@@ -40,5 +42,23 @@ typedef struct {
 
 // What a voxel lost in a step, and of which tissue; zero where nothing.
 #define CC_LOSS_OF(lost, tissue) ((ushort)((lost) | (tissue) << 8))
+
+// What a brick holds of one tissue: sums of coverage times powers of the places in the brick, below
+// 2^23.
+#define CC_SUM_1 0
+#define CC_SUM_X 1
+#define CC_SUM_Y 2
+#define CC_SUM_Z 3
+#define CC_SUM_XX 4
+#define CC_SUM_YY 5
+#define CC_SUM_ZZ 6
+#define CC_SUM_XY 7
+#define CC_SUM_YZ 8
+#define CC_SUM_ZX 9
+#define CC_TISSUE_SUMS 10
+typedef struct {
+  int sum[CC_TISSUE_SUMS];
+} CcTissueSums;
+#define CC_ROWS 64  // of a brick's voxels along x
 
 #endif

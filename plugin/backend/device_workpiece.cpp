@@ -198,6 +198,14 @@ BaseVectorField DeviceWorkpiece::field() const {
   return BaseVectorField(std::move(whole));
 }
 
+BaseVectorField::Mass DeviceWorkpiece::mass() const {
+  Inside& s = *inside_;
+#if defined(CLOUDCONTACT_OPENCL)
+  if (s.piece) return massOf(s.field.bricks(), s.guarded([&] { return s.piece->tissueSums(); }));
+#endif
+  return s.field.mass();
+}
+
 std::size_t DeviceWorkpiece::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
   return inside_->piece ? inside_->piece->bytes() : 0;

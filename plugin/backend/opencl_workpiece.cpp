@@ -60,6 +60,20 @@ bool packTogether(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size,
   return inside;
 }
 
+// A brick's sums, seen from its corner, added to those seen from the grid's middle.
+void addFrom(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to) {
+  const std::int64_t n = brick.sum[CC_SUM_1];
+  to.zeroth += n;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const std::int64_t x = corner[i], y = corner[j], byX = brick.sum[CC_SUM_X + i],
+                       byY = brick.sum[CC_SUM_X + j];
+    to.first[i] += n * x + byX;
+    to.second[i] += n * x * x + 2 * x * byX + brick.sum[CC_SUM_XX + i];
+    to.second[3 + i] += n * x * y + x * byY + y * byX + brick.sum[CC_SUM_XY + i];
+  }
+}
+
 }  // namespace
 
 // What does not fit into the device; empty where all does.
@@ -85,6 +99,10 @@ void OpenClWorkpiece::giveHomes(const Bricks& field, std::size_t blocks) {
   for (cl_int& home : homeOf_)
     if (home != kNoBlock && static_cast<std::size_t>(home) < shared_)
       home = static_cast<cl_int>(blocks_++);
+  bricks_.assign(blocks_ - shared_, 0);
+  for (std::size_t e = 0; e < homeOf_.size(); ++e)
+    if (homeOf_[e] != kNoBlock)
+      bricks_[static_cast<std::size_t>(homeOf_[e]) - shared_] = static_cast<cl_uint>(e);
 }
 
 void OpenClWorkpiece::sendWindow(const Bricks& field) {
@@ -117,6 +135,7 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   }
   write(home_, homeOf_);
   write(tableThere_, table_);
+  write(bricksThere_, bricks_);
   grid_.kinds = static_cast<cl_int>(densities.size());
 }
 
@@ -274,6 +293,26 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
   return report_.changed;
 }
 
+std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
+  Device& d = *device_;
+  const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
+  give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
+       static_cast<cl_uint>(count), static_cast<cl_uint>(shared_), sums_.room(d, bytes));
+  d.run("ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS);
+  auto* const sums = static_cast<CcTissueSums*>(fetchedSums_.room(d, bytes));
+  d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
+                              d.note("sums fetched"));
+  const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
+  std::vector<TissueSums> all(shared_);
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto e = static_cast<int>(bricks_[n]);
+    const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);
+    const VoxelIndex corner = kBrickEdge * brick - kBrickEdge / 2 * bricks;
+    for (std::size_t t = 0; t < shared_; ++t) addFrom(sums[n * shared_ + t], corner, all[t]);
+  }
+  return all;
+}
+
 void OpenClWorkpiece::fetch(Bricks& to) {
   Device& d = *device_;
   d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
@@ -302,8 +341,9 @@ void OpenClWorkpiece::fetch(Bricks& to) {
 
 std::size_t OpenClWorkpiece::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g : {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &tableThere_,
-                         &blocksThere_, &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_})
+  for (const Grown* g :
+       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &tableThere_, &blocksThere_,
+        &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_, &bricksThere_, &sums_})
     sum += g->bytes();
   return sum;
 }

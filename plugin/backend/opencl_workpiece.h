@@ -24,6 +24,8 @@ class OpenClWorkpiece {
   std::size_t cut(std::span<const VoxelCut> voxels);
   // Of all voxels that lie in an area.
   std::size_t cut(const CcArea& area);
+  // Of all that is left.
+  std::vector<TissueSums> tissueSums();
   // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
   void fetch(BaseVectorField::Bricks& to);
 
@@ -48,12 +50,13 @@ class OpenClWorkpiece {
   std::size_t most_ = 0;                 // bricks that see a voxel
   cl_uint runCount_ = 0;
   std::vector<cl_int> table_, homeOf_;
-  int turn_ = 0;            // which of two steps_ the next step goes into
-  std::size_t before_ = 0;  // voxels named in the other
+  std::vector<cl_uint> bricks_;  // of each home
+  int turn_ = 0;                 // which of two steps_ the next step goes into
+  std::size_t before_ = 0;       // voxels named in the other
   DeviceCutReport report_;
-  Pinned sent_, fetched_;
+  Pinned sent_, fetched_, fetchedSums_;
   Grown steps_[2], next_, last_, lost_, home_, tableThere_, blocksThere_, listed_, list_, kindOf_,
-      densities_, taps_, runs_;
+      densities_, taps_, runs_, bricksThere_, sums_;
 };
 
 }  // namespace cloudcontact::opencl

@@ -86,7 +86,14 @@ struct Both {
       : cpu(piece.field()), device(piece.field(), {Backend::OpenCl}) {}
 
   void cut(std::span<const VoxelCut> cuts) { EXPECT_EQ(device.cut(cuts), cpu.cut(cuts)); }
-  void compare() const { expectSame(device.field(), cpu); }
+  void compare() const {
+    expectSame(device.field(), cpu);
+    const BaseVectorField::Mass got = device.mass(), want = cpu.mass();
+    EXPECT_EQ(got.volume, want.volume);
+    EXPECT_EQ(got.mass, want.mass);
+    EXPECT_EQ(got.centerOfMass, want.centerOfMass);
+    EXPECT_EQ(got.inertia, want.inertia);
+  }
 };
 
 #define MAKE_BOTH(both, piece)                                          \
@@ -312,6 +319,7 @@ TEST(DeviceCut, WithoutADeviceTheCpuCutsAndSaysSo) {
   const std::vector<VoxelCut> cuts = cluster(random, 40);
   EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
   expectSame(piece.field(), cpu);
+  EXPECT_EQ(piece.mass().inertia, cpu.mass().inertia);
   DeviceWorkpiece silent(tooth().field());
   EXPECT_TRUE(silent.message().empty());
   Digitizer digitizer({Backend::OpenCl});
