@@ -139,7 +139,16 @@ TEST(DeviceCut, OneCutAcrossBricksIsTheCpus) {
 TEST(DeviceCut, FiftyRandomCutsAreTheCpus) {
   MAKE_BOTH(both, ball());
   std::mt19937 random(7);
-  for (int k = 0; k < 50; ++k) both.cut(cluster(random, 56));
+  std::vector<std::vector<VoxelCut>> cuts;
+  for (int k = 0; k < 50; ++k) cuts.push_back(cluster(random, 56));
+  std::sort(cuts.begin(), cuts.end(),
+            [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  both.cut(cuts[0]);
+  both.cut(cuts[1]);
+  const std::size_t bytes = both.device.deviceBytes();
+  EXPECT_GT(bytes, both.cpu.bytes());
+  for (int k = 2; k < 50; ++k) both.cut(cuts[std::size_t(k)]);
+  EXPECT_EQ(both.device.deviceBytes(), bytes) << "a step took more memory";
   both.compare();
 }
 
