@@ -19,6 +19,13 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
+#if defined(CLOUDCONTACT_OPENCL)
+std::runtime_error failure(const std::string& device, const cl::Error& e) {
+  return std::runtime_error("OpenCL: " + device + " failed: " + e.what() + " gave " +
+                            std::to_string(e.err()));
+}
+#endif
+
 }  // namespace
 
 struct DeviceWorkpiece::Inside {
@@ -65,8 +72,7 @@ void DeviceWorkpiece::Inside::fallBack(const std::string& why) {
 
 #if defined(CLOUDCONTACT_OPENCL)
 
-// Why the CPU must keep it; empty where the device has it. `take` opens the device and tells the
-// same.
+// Why the CPU must keep it, empty where the device has it: what `take` says, or its failure.
 template <typename Take>
 std::string DeviceWorkpiece::Inside::takeOver(Take&& take) {
   const std::string noRoom = "the device has no room for it";
@@ -77,8 +83,7 @@ std::string DeviceWorkpiece::Inside::takeOver(Take&& take) {
   } catch (const cl::Error& e) {
     if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
       return noRoom;
-    throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
-                             std::to_string(e.err()));
+    throw failure(name, e);
   }
 }
 
@@ -91,7 +96,7 @@ std::string DeviceWorkpiece::Inside::upload() {
   name = device->name();
   const std::string why = takeOver([&] { return piece.emplace(device).take(field.bricks()); });
   if (!why.empty()) return why;
-  auto rest = std::make_unique<Bricks>(field.bricks());
+  std::unique_ptr<Bricks> rest = std::move(field).takeBricks();
   rest->blocks.resize(rest->tissues.size());
   rest->blocks.shrink_to_fit();
   field = BaseVectorField(std::move(rest));
@@ -103,8 +108,7 @@ auto DeviceWorkpiece::Inside::guarded(Work&& work) {
   try {
     return work();
   } catch (const cl::Error& e) {
-    throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
-                             std::to_string(e.err()));
+    throw failure(name, e);
   }
 }
 
@@ -120,13 +124,14 @@ DeviceWorkpiece::DeviceWorkpiece(Digitizer& digitizer) {
   if (from.ran && from.field && from.onDevice.onDevice) {
     auto rest = std::make_unique<Bricks>(*from.bricks);
     from.digitizer->fetchTable(*rest);
+    rest->depths = DepthTable(rest->window);
     inside_ = std::make_unique<Inside>(BaseVectorField(std::move(rest)),
                                        DeviceWorkpieceSettings{Backend::Cpu, settings.timing});
     Inside& s = *inside_;
-    s.device = opencl::Device::beside(*from.device, opencl::Kernels::Cut);
-    s.name = s.device->name();
+    s.name = from.name;
     s.settings.backend = Backend::OpenCl;
     const std::string why = s.takeOver([&] {
+      s.device = opencl::Device::beside(*from.device, opencl::Kernels::Cut);
       return s.piece.emplace(s.device).take(s.field.bricks(), from.digitizer->blocks(),
                                             from.digitizer->blockCount());
     });
@@ -191,8 +196,10 @@ BaseVectorField DeviceWorkpiece::field() const {
   auto whole = std::make_unique<Bricks>(s.field.bricks());
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
-    s.guarded([&] { s.piece->fetch(*whole); });
-    finishBricks(*whole);
+    s.guarded([&] {
+      s.piece->fetch(*whole);
+      whole->sums = s.piece->tissueSums();
+    });
   }
 #endif
   return BaseVectorField(std::move(whole));

@@ -64,6 +64,10 @@ BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks) : bricks_(std::
   bricks_->changes.prepare(*bricks_);
 }
 
+std::unique_ptr<Bricks> BaseVectorField::takeBricks() && {
+  return std::move(bricks_);
+}
+
 BaseVectorField::~BaseVectorField() = default;
 BaseVectorField::BaseVectorField(BaseVectorField&&) noexcept = default;
 BaseVectorField& BaseVectorField::operator=(BaseVectorField&&) noexcept = default;
