@@ -61,7 +61,8 @@ void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, _
 }
 
 // Of the times that a voxel is named, those count that lower it when all are taken in their order;
-// the first that names the least notes what the voxel loses.
+// the first that names the least notes what the voxel loses. Each looks through all of the voxel's:
+// these are few.
 __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteLosses(
     CcCutting g, __global const int* home, __global const int* table,
     __global const CcBlock* blocks, __global uint* step, uint count, __global const uint* next,
@@ -99,7 +100,7 @@ int ccFirstVoxel(void) {
   return (int)((lid & 63u) | (lid >> 6) * CC_DEEP << 6);
 }
 
-// Notes what all voxels lose that lie in an area, a group a brick: `bricks` along each axis from the
+// Notes what all voxels lose that lie in an area, a group a brick: so many along x and y from the
 // one of its lowest voxel on.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccNoteArea(
     CcCutting g, CcArea area, int bricksX, int bricksY, __global const int* home,

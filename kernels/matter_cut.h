@@ -35,9 +35,7 @@ typedef struct {
 // Voxels above each other that a work-item renews, and the work-items of a brick. On an H100 the
 // bricks of 100,000 voxels anywhere took 145 us with two, 175 with eight; a cut of 1,000 that lie
 // together 16 us and 21.
-#ifndef CC_DEEP
 #define CC_DEEP 2
-#endif
 #define CC_RENEW_GROUP (512 / CC_DEEP)
 
 // What a voxel lost in a step, and of which tissue; zero where nothing.
