@@ -54,6 +54,5 @@ typedef struct {
 } CcWindows;
 
 #define CC_WINDOW_GROUP 128
-#define CC_TILE_CELLS 6144  // of the voxels that a brick's windows reach, with the brick
 
 #endif

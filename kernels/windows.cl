@@ -52,24 +52,6 @@ int ccCoverageAt(const CcWindows* g, __global const int* table, __global const u
   return bricks[(size_t)brick * CC_BRICK_VOXELS + ((x & 7) | (y & 7) << 3 | (z & 7) << 6)];
 }
 
-// Voxels of the window above each other along z, as the kernel below reads them; `by`: of each, its
-// weight, and that times its place.
-typedef struct {
-  int offset;  // of the lowest in the tile
-  int first, count;
-  int unused;
-} CcFlatRun;
-
-#define CC_TILE_ROW 24  // halves: rows of eight voxels then lie in different banks
-#define CC_RUN 8        // voxels of the window that lie above each other at most
-
-// One rounding or two: the sums are whole numbers that a float holds.
-#if defined(FP_FAST_FMAF) || defined(__NV_CL_C_VERSION)
-#define CC_ADD_PRODUCT(a, b, c) fma(a, b, c)
-#else
-#define CC_ADD_PRODUCT(a, b, c) ((a) * (b) + (c))
-#endif
-
 // The coverages of a brick and of what its windows reach, as halves, which hold them exactly.
 // `about`: the 27 bricks. A work-item takes what of a row lies in one brick.
 void ccLayOutTile(const CcWindows* g, __local const int* about, __global const uchar* bricks,

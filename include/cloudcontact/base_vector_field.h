@@ -83,6 +83,7 @@ class BaseVectorField {
   struct Bricks;
   const Bricks& bricks() const { return *bricks_; }
   explicit BaseVectorField(std::unique_ptr<Bricks> bricks);  // whole, as a device gives them back
+  std::unique_ptr<Bricks> takeBricks() &&;  // as a device takes them; the field is none after that
 
  private:
   std::unique_ptr<Bricks> bricks_;

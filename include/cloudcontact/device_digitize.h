@@ -65,6 +65,7 @@ class Digitizer {
   std::map<std::string, DeviceTime> deviceTimes();  // DigitizerSettings::timing
 
  private:
+  friend class DeviceWorkpiece;  // takes a field over where it lies
   struct Inside;
   std::unique_ptr<Inside> inside_;
 };

@@ -17,9 +17,11 @@ void* Pinned::room(Device& device, std::size_t size) {
 const cl::Buffer& Grown::room(Device& device, std::size_t size) {
   if (size > size_) {
     buffer_ = cl::Buffer();
-    size_ = size + size / 4;
-    if (size_ > device.largestBuffer()) throw std::bad_alloc();
-    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, size_);
+    size_ = 0;  // until there is more: making it may throw
+    const std::size_t more = size + size / 4;
+    if (more > device.largestBuffer()) throw std::bad_alloc();
+    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, more);
+    size_ = more;
   }
   return buffer_;
 }

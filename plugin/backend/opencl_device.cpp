@@ -20,6 +20,7 @@ namespace cloudcontact::opencl {
 // Made by cmake/EmbedKernels.cmake.
 extern const char* const kContactKernels;
 extern const char* const kDigitizeKernels;
+extern const char* const kCutKernels;
 
 namespace {
 
@@ -27,6 +28,12 @@ constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqr
 constexpr char kPrelude[] =
     "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
 constexpr std::size_t kTests = 4096;
+
+const char* sourceOf(Kernels kernels) {
+  return kernels == Kernels::Contact    ? kContactKernels
+         : kernels == Kernels::Digitize ? kDigitizeKernels
+                                        : kCutKernels;
+}
 
 std::string said(const cl::Error& e) {
   return std::string(e.what()) + " gave " + std::to_string(e.err());
@@ -158,7 +165,27 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
       gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
       profiling_(profiling) {
-  build(kernels == Kernels::Contact ? kContactKernels : kDigitizeKernels);
+  begin(kernels);
+}
+
+Device::Device(const Device& other, Kernels kernels)
+    : device_(other.device_),
+      context_(other.context_),
+      queue_(other.queue_),
+      name_(other.name_),
+      memory_(other.memory_),
+      largest_(other.largest_),
+      gpu_(other.gpu_),
+      profiling_(other.profiling_) {
+  begin(kernels);
+}
+
+std::shared_ptr<Device> Device::beside(const Device& other, Kernels kernels) {
+  return std::shared_ptr<Device>(new Device(other, kernels));
+}
+
+void Device::begin(Kernels kernels) {
+  build(sourceOf(kernels));
   if (kernels == Kernels::Contact) checkLayout();
   test();
   clock();

@@ -19,7 +19,7 @@ struct Spent {
 };
 
 // What a device is to run: each is a program of its own, which takes its compiler some time.
-enum class Kernels { Contact, Digitize };
+enum class Kernels { Contact, Digitize, Cut };
 
 class Device {
  public:
@@ -27,6 +27,9 @@ class Device {
   // names every device that was refused and why, or says that there is none.
   // `profiling`: the queue notes when its commands begin and end; costs some time each.
   static std::shared_ptr<Device> open(bool profiling = false, Kernels kernels = Kernels::Contact);
+
+  // The same device, memory and queue with other kernels.
+  static std::shared_ptr<Device> beside(const Device& other, Kernels kernels);
 
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -49,6 +52,8 @@ class Device {
 
  private:
   Device(const cl::Device& device, bool profiling, Kernels kernels);
+  Device(const Device& other, Kernels kernels);
+  void begin(Kernels kernels);
   void build(const char* source);
   void checkLayout();
   void test();

@@ -2,6 +2,7 @@
 // chain runs again with as much as it asked for.
 #include "opencl_digitizer.h"
 
+#include "flat_taps.h"
 #include "geometry/cutter.h"
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include <cstring>
 #include <limits>
 #include <new>
-#include <tuple>
 
 namespace cloudcontact::opencl {
 
@@ -17,14 +17,6 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-// As kernels/windows.cl has it.
-struct FlatRun {
-  cl_int offset, first, count, unused;
-};
-constexpr int kTileRow = 24;                 // CC_TILE_ROW
-constexpr int kRun = 8;                      // CC_RUN
-constexpr std::size_t kMostFlatTaps = 1024;  // twice 16 kB of constant memory
-constexpr double kExactInFloat = 1 << 24;
 constexpr std::size_t kGroups = 1 << 15;          // that take bricks in turn
 constexpr std::size_t kMostPlaces = 0xffffffffu;  // that 32 bits count
 constexpr double kMostUnits = double(kMostPlaces) / CC_PIECE_UNIT - 1;
@@ -57,46 +49,6 @@ double mostListed(const GridSurface& surface, const Frame& frame) {
   }
   return sum;
 }
-
-// Whether a kernel may keep a brick's surroundings in local memory and sum in floats: these would
-// not be too many, nor too far away, and exact.
-bool mayBeFlat(const Window& window) {
-  const Eigen::Vector3i edge = Eigen::Vector3i::Constant(8) + window.high - window.low;
-  double most[4] = {0, 0, 0, 0};
-  for (const WindowTap& t : window.taps) {
-    most[3] += 255.0 * t.weight;
-    for (int k = 0; k < 3; ++k) most[k] += 255.0 * std::abs(t.moment[k]);
-  }
-  return (window.low.array() <= 0).all() && (window.high.array() >= 0).all() &&
-         (window.low.array() >= -8).all() && (window.high.array() <= 8).all() &&
-         edge.x() <= kTileRow && std::int64_t{kTileRow} * edge.y() * edge.z() <= CC_TILE_CELLS &&
-         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat;
-}
-
-// Taps for that kernel, in runs along z.
-struct FlatTaps {
-  std::vector<cl_float4> by;
-  std::vector<FlatRun> runs;
-
-  explicit FlatTaps(const Window& window) {
-    std::vector<WindowTap> sorted = window.taps;
-    std::stable_sort(sorted.begin(), sorted.end(), [](const WindowTap& a, const WindowTap& b) {
-      return std::tie(a.y, a.x, a.z) < std::tie(b.y, b.x, b.z);
-    });
-    const int edgeY = 8 + window.high.y() - window.low.y();
-    const WindowTap* before = nullptr;
-    for (const WindowTap& t : sorted) {
-      const bool above = before && before->x == t.x && before->y == t.y && before->z + 1 == t.z &&
-                         runs.back().count < kRun;
-      if (!above)
-        runs.push_back(
-            {t.x + kTileRow * (t.y + edgeY * t.z), static_cast<cl_int>(by.size()), 0, 0});
-      ++runs.back().count;
-      by.push_back({{float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2])}});
-      before = &t;
-    }
-  }
-};
 
 }  // namespace
 
@@ -277,7 +229,7 @@ void OpenClDigitizer::sendWindow(const Bricks& field) {
                                  d.note("window sent"));
   };
   sentWindow_.room(d, sizeof(FieldBlock) + (any.size() + 1) * sizeof(CcWindowTap) +
-                          any.size() * (sizeof(cl_float4) + sizeof(FlatRun)));
+                          any.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)));
   std::memcpy(sentWindow_.data(), static_cast<const void*>(field.blocks.data()),
               sizeof(FieldBlock));
   sentBytes_ = sizeof(FieldBlock);
@@ -297,9 +249,7 @@ void OpenClDigitizer::sendWindow(const Bricks& field) {
     windows_.low[k] = field.window.low[k];
     windows_.high[k] = field.window.high[k];
   }
-  const Eigen::Vector3i edge =
-      Eigen::Vector3i::Constant(kBrickEdge) + field.window.high - field.window.low;
-  tile_ = static_cast<std::size_t>(kTileRow * edge.y() * edge.z());
+  tile_ = flatTile(field.window);
   report_.taps = any.size();
   report_.sent += sentBytes_;
 }
@@ -411,12 +361,17 @@ Cloud::Voxels OpenClDigitizer::voxels() {
   return voxels;
 }
 
-void OpenClDigitizer::fetchField(Bricks& to) {
+void OpenClDigitizer::fetchTable(Bricks& to) {
   Device& d = *device_;
   to.table.resize(table_);
-  to.blocks.resize(counters_[CC_OWN_BLOCKS] + std::size_t{1});
   d.queue().enqueueReadBuffer(blockOf_.buffer(), CL_TRUE, 0, table_ * sizeof(cl_int),
                               to.table.data(), nullptr, d.note("field fetched"));
+}
+
+void OpenClDigitizer::fetchField(Bricks& to) {
+  Device& d = *device_;
+  fetchTable(to);
+  to.blocks.resize(blockCount());
   d.queue().enqueueReadBuffer(blocks_.buffer(), CL_TRUE, 0, to.blocks.size() * sizeof(FieldBlock),
                               static_cast<void*>(to.blocks.data()), nullptr,
                               d.note("field fetched"));

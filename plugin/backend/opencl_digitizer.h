@@ -30,6 +30,10 @@ class OpenClDigitizer {
 
   Cloud::Voxels voxels();                        // fetched
   void fetchField(BaseVectorField::Bricks& to);  // table and blocks
+  void fetchTable(BaseVectorField::Bricks& to);
+  // The field's blocks, of which the first is the shared one.
+  const cl::Buffer& blocks() const { return blocks_.buffer(); }
+  std::size_t blockCount() const { return counters_[CC_OWN_BLOCKS] + std::size_t{1}; }
 
  private:
   using Counters = std::array<cl_uint, CC_CUT_COUNTERS>;

@@ -64,6 +64,10 @@ BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks) : bricks_(std::
   bricks_->changes.prepare(*bricks_);
 }
 
+std::unique_ptr<Bricks> BaseVectorField::takeBricks() && {
+  return std::move(bricks_);
+}
+
 BaseVectorField::~BaseVectorField() = default;
 BaseVectorField::BaseVectorField(BaseVectorField&&) noexcept = default;
 BaseVectorField& BaseVectorField::operator=(BaseVectorField&&) noexcept = default;
@@ -131,13 +135,16 @@ void BaseVectorField::reserve() {
 }
 
 BaseVectorField::Mass BaseVectorField::mass() const {
-  const Bricks& f = *bricks_;
+  return massOf(*bricks_, bricks_->sums);
+}
+
+BaseVectorField::Mass massOf(const Bricks& f, const std::vector<TissueSums>& sums) {
   const double h = f.voxelSize, voxel = h * h * h;
-  Mass result;
+  BaseVectorField::Mass result;
   Vec3 first = Vec3::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (std::size_t k = 0; k < f.sums.size(); ++k) {
-    const TissueSums& s = f.sums[k];
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const TissueSums& s = sums[k];
     const auto d = [&](std::int64_t sum) { return static_cast<double>(sum) / 255; };
     Eigen::Matrix3d m;
     m << d(s.second[0]), d(s.second[3]), d(s.second[5]), d(s.second[3]), d(s.second[1]),

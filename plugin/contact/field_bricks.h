@@ -35,6 +35,10 @@ struct TissueSums {
   void add(const VoxelIndex& fromMiddle, std::int64_t coverage);
 };
 
+// By the tissues' densities and sums.
+BaseVectorField::Mass massOf(const BaseVectorField::Bricks& field,
+                             const std::vector<TissueSums>& sums);
+
 constexpr std::int32_t kNoBlock = -1;
 
 struct BaseVectorField::Bricks {

@@ -4,8 +4,10 @@
 
 #include <cstddef>
 
+#include "area_left.h"
 #include "batch.h"
 #include "contact/sums.h"
+#include "matter_cut.h"
 
 namespace cloudcontact {
 namespace {
@@ -24,6 +26,18 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcBin), 32u);
   EXPECT_EQ(sizeof(CcSprout), 120u);
   EXPECT_EQ(sizeof(CcVoxel), 8u);
+}
+
+TEST(Layout, CuttingStructures) {
+  EXPECT_EQ(sizeof(CcCutting), 44u);
+  EXPECT_EQ(sizeof(CcVoxelLeft), 8u);
+  EXPECT_EQ(offsetof(CcVoxelLeft, left), 6u);
+  EXPECT_EQ(sizeof(CcArea), 152u);
+  EXPECT_EQ(offsetof(CcArea, turn), 32u);
+  EXPECT_EQ(offsetof(CcArea, middle), 104u);
+  EXPECT_EQ(sizeof(CcFlatRun), 16u);
+  EXPECT_EQ(sizeof(CcBlock), 42u * CC_BRICK_VOXELS);
+  EXPECT_EQ(offsetof(CcBlock, volume), 32u * CC_BRICK_VOXELS);
 }
 
 // Sums is CcSums under C++'s names (plugin/contact/sums.cpp).

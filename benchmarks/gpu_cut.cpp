@@ -1,0 +1,305 @@
+// Voxels cut from a workpiece on an OpenCL device, beside the CPU (whose cut is one core's), with
+// the same bits:
+//   gpu_cut [--radius R] [--turns N]
+// The workpiece is a ball of R voxels' radius (79.4: 2.1 million). Each turn takes a part of the
+// matter of 1,000 or 100,000 voxels, lying together or apart, or is a ball's pass. Each step on the
+// device is told beside what it must move at least: the sums of all voxels whose windows see the
+// cut, read and written.
+#include <cloudcontact/device_cut.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "backend/device_probe.h"
+#include "contact/field_bricks.h"
+
+namespace {
+
+using namespace cloudcontact;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kVoxel = 1e-4;  // [m]
+const TissueTable kTissue{{"bone", 2e4, .4, 3e9, 1900}};
+constexpr double kInner = 0.55;  // of the ball's width: a box within it
+constexpr int kGoes = 12;        // of 20/255 each, of the same voxels
+
+Cloud ballCloud(double radius) {
+  auto v = std::make_shared<Cloud::Voxels>();
+  const int bricks = static_cast<int>(std::ceil((2 * radius + 2) / kBrickEdge));
+  v->bricks = Eigen::Vector3i::Constant(bricks);
+  const Vec3 center = Vec3::Constant(0.5 * kBrickEdge * bricks);
+  for (int e = 0; e < bricks * bricks * bricks; ++e) {
+    const Eigen::Vector3i low =
+        kBrickEdge * Eigen::Vector3i(e % bricks, e / bricks % bricks, e / bricks / bricks);
+    BrickCoverage brick;
+    int least = 255, most = 0;
+    for (int k = 0; k < kBrickVoxels; ++k) {
+      const Vec3 at = (low + Eigen::Vector3i(k & 7, k >> 3 & 7, k >> 6)).cast<double>();
+      const double in = radius - (at + Vec3::Constant(0.5) - center).norm() + 0.5;
+      const int c = static_cast<int>(255 * std::clamp(in, 0.0, 1.0));
+      brick[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(c);
+      least = std::min(least, c), most = std::max(most, c);
+    }
+    v->table.push_back(least == 255 ? kSolidBrick
+                       : most == 0  ? kEmptyBrick
+                                    : static_cast<std::int32_t>(v->coverage.size()));
+    if (v->table.back() >= 0) v->coverage.push_back(brick);
+  }
+  return Cloud(kVoxel, Vec3::Zero(), std::move(v));
+}
+
+using Steps = std::vector<std::vector<VoxelCut>>;
+
+std::uint8_t leftAfter(std::size_t go) {
+  return static_cast<std::uint8_t>(240 - 20 * (go % kGoes));
+}
+
+// Boxes beside each other about the ball's middle, a part of each in every go.
+Steps together(const BaseVectorField& field, const Eigen::Vector3i& box, int turns) {
+  const Eigen::Vector3i size = field.size(), n = (kInner * size.cast<double>()).cast<int>();
+  std::vector<Eigen::Vector3i> corners;
+  const Eigen::Vector3i first = (size - n) / 2;
+  for (int z = 0; z + box.z() <= n.z(); z += box.z())
+    for (int y = 0; y + box.y() <= n.y(); y += box.y())
+      for (int x = 0; x + box.x() <= n.x(); x += box.x())
+        corners.push_back(first + Eigen::Vector3i(x, y, z));
+  Steps steps(static_cast<std::size_t>(turns));
+  for (std::size_t t = 0; t < steps.size(); ++t)
+    for (int k = 0; k < box.prod(); ++k)
+      steps[t].push_back(
+          {corners[t % corners.size()] +
+               Eigen::Vector3i(k % box.x(), k / box.x() % box.y(), k / box.x() / box.y()),
+           leftAfter(t / corners.size())});
+  return steps;
+}
+
+// A shaving off every full voxel: bricks that share what they hold have it by themselves then.
+std::vector<VoxelCut> shaving(const BaseVectorField& field) {
+  std::vector<VoxelCut> all;
+  const Eigen::Vector3i n = field.size();
+  for (int k = 0; k < n.prod(); ++k) {
+    const VoxelIndex v(k % n.x(), k / n.x() % n.y(), k / n.x() / n.y());
+    if (field.coverage(v) == 255) all.push_back({v, 254});
+  }
+  return all;
+}
+
+// Voxels anywhere, some of them twice.
+Steps apart(const BaseVectorField& field, int count, int turns) {
+  std::mt19937 random(3);
+  const std::vector<VoxelCut> all = shaving(field);
+  std::uniform_int_distribution<std::size_t> which(0, all.size() - 1);
+  std::vector<std::uint8_t> goes(all.size());
+  Steps steps(static_cast<std::size_t>(turns));
+  for (auto& step : steps)
+    for (int k = 0; k < count; ++k) {
+      const std::size_t i = which(random);
+      step.push_back({all[i].voxel, leftAfter(goes[i]++)});
+    }
+  return steps;
+}
+
+template <typename Work>
+double seconds(Work&& work) {
+  const auto begin = Clock::now();
+  work();
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// The first two turns make room and are not counted.
+template <typename Piece>
+double median(Piece& piece, const Steps& steps, std::vector<std::size_t>& changed) {
+  std::vector<double> took;
+  changed.clear();
+  for (const auto& step : steps)
+    took.push_back(seconds([&] { changed.push_back(piece.cut(step)); }));
+  took.erase(took.begin(), took.begin() + 2);
+  std::nth_element(took.begin(), took.begin() + std::ptrdiff_t(took.size() / 2), took.end());
+  return took[took.size() / 2];
+}
+
+bool same(const BaseVectorField& a, const BaseVectorField& b) {
+  const BaseVectorField::Bricks &p = a.bricks(), &q = b.bricks();
+  for (std::size_t e = 0; e < p.table.size(); ++e) {
+    if ((p.table[e] == kNoBlock) != (q.table[e] == kNoBlock)) return false;
+    if (p.table[e] != kNoBlock &&
+        std::memcmp(static_cast<const void*>(&p.blocks[std::size_t(p.table[e])]),
+                    static_cast<const void*>(&q.blocks[std::size_t(q.table[e])]),
+                    sizeof(FieldBlock)) != 0)
+      return false;
+  }
+  return a.hash() == b.hash() && a.mass().inertia == b.mass().inertia;
+}
+
+// Voxels with matter about whose windows see one of a step.
+std::size_t touchedBy(const BaseVectorField& field, const std::vector<VoxelCut>& step) {
+  const Eigen::Vector3i n = field.size();
+  std::vector<bool> seen(static_cast<std::size_t>(n.prod()));
+  std::size_t count = 0;
+  for (const VoxelCut& c : step)
+    for (const WindowTap& t : field.window().taps) {
+      const VoxelIndex v = c.voxel - VoxelIndex(t.x, t.y, t.z);
+      if (!field.bricks().blockOf(v)) continue;
+      const auto at = static_cast<std::size_t>(v.x() + n.x() * (v.y() + n.y() * v.z()));
+      count += !seen[at];
+      seen[at] = true;
+    }
+  return count;
+}
+
+void tellSteps(const BaseVectorField& whole, const Steps& steps, const DeviceSpeeds& speeds) {
+  const auto copy = [&] {
+    return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
+  };
+  DeviceWorkpiece piece(copy(), {Backend::OpenCl, true});
+  piece.cut(shaving(whole));
+  for (std::size_t t = 0; t < 2; ++t) piece.cut(steps[t]);
+  piece.deviceTimes();
+  for (std::size_t t = 2; t < steps.size(); ++t) piece.cut(steps[t]);
+  const double turns = static_cast<double>(steps.size() - 2);
+  const DeviceCutReport r = piece.report();
+  const double named = double(r.named), touched = double(touchedBy(whole, steps.back()));
+  std::printf("  %zu bricks and %.0f voxels see it; %.3f MB sent\n", r.bricks, touched,
+              1e-6 * double(r.sent));
+  double all = 0;
+  for (const auto& [name, time] : piece.deviceTimes()) {
+    const double each = time.seconds / turns;
+    all += each;
+    // A voxel named, its coverage and place in the string; its tissue and loss; sums of 40 bytes.
+    const double bytes = name == "ccStringCuts"     ? named * (8 + 1 + 4 + 4)
+                         : name == "ccNoteLosses"   ? named * (8 + 4 + 4 + 2 + 2)
+                         : name == "ccRenewWindows" ? touched * 2 * 40 + named * 2 * 2
+                         : name == "step sent"      ? double(r.sent)
+                                                    : 0;
+    std::printf("  %-16s %8.1f us, must move %7.3f MB: %5.1f%% of a copy\n", name.c_str(),
+                1e6 * each, 1e-6 * bytes, 100 * bytes / each / speeds.copy);
+  }
+  std::printf("  %-16s %8.1f us\n", "together", 1e6 * all);
+}
+
+bool compare(const char* name, const BaseVectorField& whole, const Steps& steps,
+             const DeviceSpeeds& speeds) {
+  const auto copy = [&] {
+    return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
+  };
+  BaseVectorField cpu = copy();
+  DeviceWorkpiece device(copy(), {Backend::OpenCl});
+  if (device.backend() != Backend::OpenCl) throw std::runtime_error(device.message());
+  std::vector<std::size_t> onCpu, onDevice;
+  const std::vector<VoxelCut> first = shaving(whole);
+  if (cpu.cut(first) != device.cut(first)) return false;
+  const double one = median(cpu, steps, onCpu), there = median(device, steps, onDevice);
+  const bool equal =
+      onCpu == onDevice && same(device.field(), cpu) && device.mass().inertia == cpu.mass().inertia;
+  std::printf("%-16s %6zu voxels a turn: the CPU %.3f ms, the device %.3f ms, %.1f times; %s\n",
+              name, steps[0].size(), 1e3 * one, 1e3 * there, one / there,
+              equal ? "equal to the bit" : "UNLIKE");
+  tellSteps(whole, steps, speeds);
+  return equal;
+}
+
+// A ball goes through the workpiece, half of it new in each turn: the device is told its pose
+// alone.
+bool comparePasses(const BaseVectorField& whole, int turns) {
+  const auto copy = [&] {
+    return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
+  };
+  const double width = kVoxel * whole.size().x(), radius = 0.16 * width;
+  const SphereArea ball{Vec3::Zero(), radius};
+  BaseVectorField cpu = copy();
+  DeviceWorkpiece device(copy(), {Backend::OpenCl});
+  const std::vector<VoxelCut> first = shaving(whole);
+  if (cpu.cut(first) != device.cut(first)) return false;
+  std::vector<double> onCpu, there;
+  std::size_t changed = 0, least = ~std::size_t{0}, most = 0;
+  bool equal = true;
+  for (int t = 0; t < turns; ++t) {
+    Pose pose;
+    const double angle = 0.6 * t, far = 0.3 * width * std::sqrt((t + 0.5) / turns);
+    pose.position = Vec3::Constant(0.5 * width) +
+                    far * Vec3(std::cos(angle), std::sin(angle), 0.7 * std::cos(2.3 * angle));
+    onCpu.push_back(seconds([&] { changed = cpu.cut(cutsOf(cpu, ball, pose)); }));
+    there.push_back(seconds([&] { equal = device.cut(ball, pose) == changed && equal; }));
+    least = std::min(least, changed), most = std::max(most, changed);
+  }
+  const auto middle = [](std::vector<double> v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  equal = equal && same(device.field(), cpu);
+  std::printf(
+      "a ball's passes, %zu to %zu voxels each: the CPU %.3f ms, the device %.3f ms, %.1f "
+      "times; %s\n",
+      least, most, 1e3 * middle(onCpu), 1e3 * middle(there), middle(onCpu) / middle(there),
+      equal ? "equal to the bit" : "UNLIKE");
+  return equal;
+}
+
+void run(double radius, int turns) {
+  const DeviceSpeeds speeds = measureDevice();
+  std::printf("%s: copy %.1f GB/s, upload %.1f GB/s, launch %.1f us\n", speeds.device.c_str(),
+              1e-9 * speeds.copy, 1e-9 * speeds.upload, 1e6 * speeds.launch);
+  const Cloud cloud = ballCloud(radius);
+  const BaseVectorField whole(cloud, kTissue, sphereWindow(kVoxel));
+  std::unique_ptr<DeviceWorkpiece> piece;
+  const double take = seconds([&] {
+    piece = std::make_unique<DeviceWorkpiece>(BaseVectorField(cloud, kTissue, sphereWindow(kVoxel)),
+                                              DeviceWorkpieceSettings{Backend::OpenCl});
+  });
+  const double fetch = seconds([&] { piece->field(); });
+  piece->mass();
+  const double mass = seconds([&] { piece->mass(); });
+  const VoxelCounts counts = cloud.counts();
+  std::printf(
+      "%zu voxels, %.0f MB on the device; made and taken over in %.0f ms, fetched in %.0f, its "
+      "mass "
+      "in %.3f\n",
+      counts.inside + counts.interface, 1e-6 * double(piece->deviceBytes()), 1e3 * take,
+      1e3 * fetch, 1e3 * mass);
+  piece.reset();
+  const int wide = static_cast<int>(kInner * whole.size().x()),
+            thick = std::min(wide, (100000 + wide * wide - 1) / (wide * wide));
+  const bool equal[] = {
+      compare("together", whole, together(whole, {10, 10, 10}, turns), speeds),
+      compare("apart", whole, apart(whole, 1000, turns), speeds),
+      compare("together", whole, together(whole, {wide, wide, thick}, turns), speeds),
+      compare("apart", whole, apart(whole, 100000, turns), speeds), comparePasses(whole, turns)};
+  if (!std::all_of(std::begin(equal), std::end(equal), [](bool e) { return e; }))
+    throw std::runtime_error("what the device leaves is not what the CPU leaves");
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    double radius = 79.4;
+    int turns = 40;
+    bool wrong = count % 2 == 0;
+    for (int i = 1; i + 1 < count; i += 2) {
+      const std::string word = words[i];
+      if (word == "--radius")
+        radius = std::atof(words[i + 1]);
+      else if (word == "--turns")
+        turns = std::atoi(words[i + 1]);
+      else
+        wrong = true;
+    }
+    if (wrong || !(radius >= 10) || turns < 3)
+      throw std::runtime_error("gpu_cut [--radius R] [--turns N]: R from 10, N from 3 on");
+    run(radius, turns);
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "gpu_cut: %s\n", e.what());
+    return 1;
+  }
+}

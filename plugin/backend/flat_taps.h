@@ -1,0 +1,26 @@
+// Windows as kernels/flat_window.h has them.
+#pragma once
+
+#include <cloudcontact/window.h>
+
+#include <vector>
+
+#include "flat_window.h"
+#include "opencl.h"
+
+namespace cloudcontact::opencl {
+
+// Whether a kernel may keep a brick's surroundings in local memory and sum in floats: these would
+// not be too many, nor too far away, and exact.
+bool mayBeFlat(const Window& window);
+
+struct FlatTaps {
+  explicit FlatTaps(const Window& window);
+  std::vector<cl_float4> by;  // weights, and these times their places
+  std::vector<CcFlatRun> runs;
+};
+
+// Halves of a brick's tile.
+std::size_t flatTile(const Window& window);
+
+}  // namespace cloudcontact::opencl
