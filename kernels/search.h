@@ -70,6 +70,16 @@ CC_FN int ccMayHit(CC_NEAR const CcLimits* limits, float depth, float facing, fl
   return (depth > 0.0f) | (depth * depth <= reach * reach * (1.0f - facing * facing + 1e-4f));
 }
 
+// Whether the plane may give the depth within `far` [m] of the sample, where another gave `depth`
+// [m] and `normal`; `place` from the record's voxel, `voxel` [m] the record's.
+CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const float* normal,
+                        float far, float voxel) {
+  const CcDepth d = ccPlaneDepth(plane, place);
+  const float turn[3] = {d.normal[0] - normal[0], d.normal[1] - normal[1], d.normal[2] - normal[2]};
+  const float apart = ccAbs(d.depth * voxel - depth);
+  return (apart > 0.0f) & (apart < far * CC_SQRT(ccDot(turn, turn)));
+}
+
 // Whether another of the record's planes than that of `depth` [m] and `normal` may give the depth
 // somewhere within a sample `width` voxels wide; `place` from the record's voxel, `voxel` [m] the
 // record's, `own` [m] the sample's.
@@ -79,11 +89,7 @@ CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
   if (width <= CC_WIDE || depth <= -ccMax(limits->halfWidth * width, limits->margin)) return 0;
   const float far = CC_HALF_DIAGONAL * (width * own);
   for (uint k = 0; k < ccPlaneCount(record); ++k) {
-    const CcDepth d = ccPlaneDepth(planes[record.b + k], place);
-    const float turn[3] = {d.normal[0] - normal[0], d.normal[1] - normal[1],
-                           d.normal[2] - normal[2]};
-    const float apart = ccAbs(d.depth * voxel - depth);
-    if (apart > 0.0f && apart < far * CC_SQRT(ccDot(turn, turn))) return 1;
+    if (ccPlaneWithin(planes[record.b + k], place, depth, normal, far, voxel)) return 1;
   }
   return 0;
 }

@@ -136,6 +136,73 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lane
   }
 }
 
+namespace {
+
+// Of lanes.several those whose samples are wide and near enough, to its front: most are not.
+CC_LANES int wideAndNear(const Direction& dir, int count, Lanes& lanes) {
+  const float* const width = dir.samples.levels[dir.level].samples.width.data();
+  const CcLimits limits = dir.limits();
+  pad(lanes.several, count);
+  std::int32_t is[kLanes];
+  const int all = padded(count);
+  CC_INDEPENDENT
+  for (int i = 0; i < all; ++i) {
+    const std::int32_t lane = lanes.several[i];
+    const float w = width[static_cast<std::int32_t>(lanes.sample[lane])];
+    const float reach = ccMax(limits.halfWidth * w, limits.margin);
+    is[i] = (w > CC_WIDE) & (lanes.depth[lane] > -reach);
+  }
+  int found = 0;
+  for (int i = 0; i < count; ++i) {
+    lanes.several[found] = lanes.several[i];
+    found += is[i];
+  }
+  return found;
+}
+
+}  // namespace
+
+CC_LANES int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int wanted,
+                         Lanes& lanes) {
+  wanted = wideAndNear(dir, wanted, lanes);
+  if (wanted == 0) return 0;
+  pad(lanes.several, wanted);
+  const int count = padded(wanted);
+  const float* const width = dir.samples.levels[dir.level].samples.width.data();
+  const CcVoxel* const planes = other.planes();
+  const float own = dir.voxel;
+  float x[kLanes], y[kLanes], z[kLanes], nx[kLanes], ny[kLanes], nz[kLanes], depth[kLanes],
+      far[kLanes];
+  std::int32_t first[kLanes], has[kLanes], within[kLanes], most = 0;
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t lane = lanes.several[i];
+    const std::uint32_t record = lanes.a[lane];
+    first[i] = static_cast<std::int32_t>(lanes.b[lane]);
+    has[i] = static_cast<std::int32_t>(record >> 28 & 7u);
+    x[i] = lanes.x[lane], y[i] = lanes.y[lane], z[i] = lanes.z[lane];
+    nx[i] = lanes.nx[lane], ny[i] = lanes.ny[lane], nz[i] = lanes.nz[lane];
+    depth[i] = lanes.depth[lane];
+    far[i] = CC_HALF_DIAGONAL * (width[static_cast<std::int32_t>(lanes.sample[lane])] * own);
+    within[i] = 0;
+  }
+  for (int i = 0; i < count; ++i) most = std::max(most, has[i]);
+  for (int k = 0; k < most; ++k) {
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const CcVoxel plane = planes[first[i] + (k < has[i] ? k : 0)];
+      const float r[3] = {x[i], y[i], z[i]}, n[3] = {nx[i], ny[i], nz[i]};
+      within[i] |= ccPlaneWithin(plane, r, depth[i], n, far[i], voxel);
+    }
+  }
+  int found = 0;
+  for (int i = 0; i < wanted; ++i) {
+    lanes.several[found] = lanes.several[i];
+    found += within[i];
+  }
+  return found;
+}
+
 int measure(const FieldData& other, float voxel, Lanes& lanes) {
   findDepths(voxel, lanes);
   int count = 0;

@@ -39,6 +39,9 @@ void findDepths(float voxel, Lanes& lanes);
 void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
 // Both. How many of lanes.several have several planes.
 int measure(const FieldData& other, float voxel, Lanes& lanes);
+// Of the first `count` of lanes.several, measured, those first over which another of the record's
+// planes than the one that gave the depth may give it (ccEdgeWithin()). Returns how many.
+int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
 // Kinds, from depths and normals.
 void classify(const Direction& dir, Lanes& lanes);
 // Hits of the first `count` of lanes.wet, whose samples are `samples`; returns how many of them are

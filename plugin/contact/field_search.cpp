@@ -10,7 +10,6 @@ struct FieldTarget {
   const Direction& dir;
   const FieldData& other;
   float voxel;  // of the other body [m]
-  CcLimits limits;
 
   void nearBricks(std::vector<std::uint32_t>& near) const {
     search::nearBricks(dir, other, 0, near);
@@ -20,19 +19,7 @@ struct FieldTarget {
     findRecords(dir, other, lanes);
     const int count = search::measure(other, voxel, lanes);
     if (dir.level == kLevels - 1) return 0;
-    int divided = 0;
-    for (int i = 0; i < count; ++i)
-      if (edgeWithin(lanes, lanes.several[i])) lanes.several[divided++] = lanes.several[i];
-    return divided;
-  }
-
-  // Whether another of the record's planes may give the depth somewhere within a wide sample.
-  bool edgeWithin(const Lanes& lanes, int lane) const {
-    const float width = dir.samples.levels[dir.level].samples.width[lanes.sample[lane]];
-    const float n[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
-    const float r[3] = {lanes.x[lane], lanes.y[lane], lanes.z[lane]};
-    return ccEdgeWithin(&limits, {lanes.a[lane], lanes.b[lane]}, other.planes(), r,
-                        lanes.depth[lane], n, width, voxel, dir.voxel) != 0;
+    return edgesWithin(dir, other, voxel, count, lanes);
   }
 
   void measureParts(Lanes& parts, const SampleColumns&) const {
@@ -52,7 +39,7 @@ struct FieldTarget {
 
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
                  HitColumns& hits, HitSearch::Shares& shares) {
-  FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize()), dir.limits()};
+  FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize())};
   searchShared(dir, target, candidates, hits, shares);
 }
 

@@ -220,7 +220,8 @@ class LaneSearch {
   void take(Lanes& lanes, const SampleColumns& samples, int wet) {
     std::int32_t dry[kLanes];
     const int missed = addHits(dir_, samples, lanes, wet, hits_, dry);
-    if (dir_.level > 0 || dir_.misses.margin == 0) return;
+    // Where there is a hit nobody asks for near misses.
+    if (dir_.level > 0 || dir_.misses.margin == 0 || !hits_.empty()) return;
     for (int i = 0; i < missed; ++i) {
       const int lane = dry[i];
       if (lanes.depth[lane] >= dir_.misses.nearest - dir_.misses.within)
