@@ -3,6 +3,7 @@
 #ifndef CLOUDCONTACT_KERNELS_BATCH_H
 #define CLOUDCONTACT_KERNELS_BATCH_H
 
+#include "contact_patch.h"
 #include "hit_bins.h"
 #include "search.h"
 
@@ -35,7 +36,7 @@ typedef struct {
 } CcDirection;
 
 typedef struct {
-  double voxel;            // the larger of the bodies' [m]
+  CcTerms terms;
   double cell;             // a bin's edge [m], of fine samples; twice that of the coarsest
   float margin;            // [m]
   uint enough[CC_LEVELS];  // hits that make a level fine enough
@@ -54,7 +55,7 @@ typedef struct {
   uint hits, asked, wanted;  // `wanted`: the most that one direction asked room for
   int failed;                // CC_NO_ROOM ...
   uint firstBin, bins;
-  uint firstPatch, patches;
+  uint firstPatch, patches;  // at last of its contacts
 } CcAnswer;
 
 #define CC_NO_ROOM 1   // for hits
@@ -82,6 +83,7 @@ typedef struct {
 // Counters of a batch.
 #define CC_BINS 0
 #define CC_PATCHES 1
+#define CC_CONTACTS 2
 #define CC_COUNTERS 4
 
 // The level that a pair's search came to an end on, of those from `from` on; `found` of its two

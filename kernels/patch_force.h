@@ -231,11 +231,11 @@ CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
   const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
                uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
   // The flatness of both eigenvalues, middle -+ apart, by the matrix itself.
-  const double middle = 0.5 * (uu + vv), half = 0.5 * (uu - vv),
-               apart = CC_SQRT64(half * half + uv * uv);
+  const double middle = 0.5 * (uu + vv), lean = 0.5 * (uu - vv),
+               apart = CC_SQRT64(lean * lean + uv * uv);
   const double low = ccFlatness(middle - apart), high = ccFlatness(middle + apart);
   const double mean = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
-  const CcSymmetric2 flatness = {mean + slope * half, slope * uv, mean - slope * half};
+  const CcSymmetric2 flatness = {mean + slope * lean, slope * uv, mean - slope * lean};
   const CcMatrix2 across = {0.5 * (a.uu - b.uu), 0.5 * (a.uv - b.uv), 0.5 * (a.vu - b.vu),
                             0.5 * (a.vv - b.vv)};
   CcExtent e;

@@ -104,9 +104,9 @@ CC_FN CcSymmetric2 ccRootOf(CcSymmetric2 m) {
 
 // r m r.
 CC_FN CcSymmetric2 ccBothSides(CcSymmetric2 r, CcSymmetric2 m) {
-  const CcMatrix2 full = {r.uu, r.uv, r.uv, r.vv}, half = ccTimesSymmetric(full, m);
-  const CcSymmetric2 both = {half.uu * r.uu + half.uv * r.uv, half.uu * r.uv + half.uv * r.vv,
-                             half.vu * r.uv + half.vv * r.vv};
+  const CcMatrix2 full = {r.uu, r.uv, r.uv, r.vv}, once = ccTimesSymmetric(full, m);
+  const CcSymmetric2 both = {once.uu * r.uu + once.uv * r.uv, once.uu * r.uv + once.uv * r.vv,
+                             once.vu * r.uv + once.vv * r.vv};
   return both;
 }
 

@@ -166,11 +166,10 @@ void ContactBatch::Inside::take(std::size_t first, std::size_t count) {
   each(count, [&](std::size_t i) {
     const CcAnswer& answer = batch->answer(i);
     if (answer.failed) return;
-    const opencl::Asked& one = asked[first + i];
     const std::size_t k = numbers[first + i];
     ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
-    finder.finish(one.pair->a, one.pair->b, one.pair->settings, one.frame,
-                  {answer.level, answer.hits, 0}, batch->patches(i));
+    finder.result.samples = answer.hits;
+    for (const CcContactPatch& contact : batch->contacts(i)) finder.take(contact);
     results[k] = &finder.named();
   });
 }

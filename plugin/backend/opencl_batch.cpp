@@ -24,7 +24,7 @@ std::size_t aligned(std::size_t size) {
 
 CcPair pairOf(const Asked& asked) {
   CcPair p{};
-  p.voxel = asked.frame.voxel;
+  p.terms = termsOf(asked.pair->a, asked.pair->b, asked.pair->settings, asked.frame);
   p.cell = cellOf(asked.frame, 0);
   p.margin = marginOf(asked.pair->settings.margin, asked.frame);
   const std::size_t enough = enoughFor(asked.pair->settings);
@@ -42,8 +42,9 @@ const FieldData& dataOf(const ContactBody& body) {
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g : {&tasks_, &results_, &found_, &nearby_, &hits_, &aside_, &keys_, &slots_,
-                         &order_, &bins_, &sums_, &sprouts_, &queues_, &scratch_, &grown_})
+  for (const Grown* g :
+       {&tasks_, &results_, &found_, &nearby_, &hits_, &aside_, &keys_, &slots_, &order_, &bins_,
+        &sums_, &sprouts_, &queues_, &scratch_, &grown_, &patches_, &forces_, &kept_})
     sum += g->bytes();
   return sum;
 }
@@ -86,17 +87,17 @@ void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchRepo
   report.sent += all;
 }
 
-// Where what is fetched goes: answers and counters, then patches.
+// Where what is fetched goes: answers and counters, then contacts.
 void OpenClBatch::makeRoom() {
   const auto n = static_cast<std::uint32_t>(count_);
   binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
   patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
   const std::size_t counters = aligned(count_ * sizeof(CcAnswer));
-  patchesBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
-  results_.room(*device_, patchesBegin_ + patchRoom_ * sizeof(CcSums));
+  contactsBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
+  results_.room(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
   answersThere_ = results_.part(0, counters);
   counters_ = results_.part(counters, CC_COUNTERS * sizeof(cl_uint));
-  patches_ = results_.part(patchesBegin_, patchRoom_ * sizeof(CcSums));
+  contacts_ = results_.part(contactsBegin_, patchRoom_ * sizeof(CcContactPatch));
 }
 
 void OpenClBatch::search() {
@@ -146,24 +147,29 @@ void OpenClBatch::gather() {
   give(d.kernel("ccGrow"), pairs, answers, sprouts, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
   d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
-  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches_);
+  const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
+  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
   d.run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  give(d.kernel("ccContacts"), pairs, answers, patches,
+       forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
+       kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
+  d.run("ccContacts", count_ * CC_TEAM, CC_TEAM);
 }
 
-// Reads what there will be by the last batch's number of patches; the rest, where there are more,
+// Reads what there will be by the last batch's number of contacts; the rest, where there are more,
 // once it is known.
 void OpenClBatch::fetch() {
   Device& d = *device_;
-  patchesAsked_ = std::min(patchesWanted_ + patchesWanted_ / 16, patchRoom_);
-  const std::size_t all = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
-  auto* const to =
-      static_cast<unsigned char*>(fetched_.room(d, patchesBegin_ + patchRoom_ * sizeof(CcSums)));
+  contactsAsked_ = std::min(contactsWanted_ + contactsWanted_ / 16, patchRoom_);
+  const std::size_t all = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
+  auto* const to = static_cast<unsigned char*>(
+      fetched_.room(d, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch)));
   d.queue().enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
-  if (cl::Event* const noted = d.note("patches fetched")) *noted = fetchedAll_;
+  if (cl::Event* const noted = d.note("contacts fetched")) *noted = fetchedAll_;
   d.queue().flush();
   answers_ = reinterpret_cast<const CcAnswer*>(to);
   countersHere_ = reinterpret_cast<const std::uint32_t*>(to + aligned(count_ * sizeof(CcAnswer)));
-  sumsHere_ = reinterpret_cast<const Sums*>(to + patchesBegin_);
+  contactsHere_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
 }
 
 namespace {
@@ -184,7 +190,6 @@ void guarded(Device& device, const Function& function) {
 }  // namespace
 
 void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
-  static_assert(sizeof(Sums) == sizeof(CcSums));
   count_ = pairs.size();
   guarded(*device_, [&] {
     send(pairs, each, report);
@@ -199,26 +204,29 @@ void OpenClBatch::finish(BatchReport& report) {
   guarded(*device_, [&] { fetchedAll_.wait(); });
   binsWanted_ = countersHere_[CC_BINS];
   patchesWanted_ = countersHere_[CC_PATCHES];
-  const std::uint32_t patches = std::min(patchesWanted_, patchRoom_);
-  if (patches > patchesAsked_)
+  contactsWanted_ = countersHere_[CC_CONTACTS];
+  if (contactsWanted_ > contactsAsked_)
     guarded(*device_, [&] {
-      const std::size_t begin = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
-      device_->queue().enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
-                                         patchesBegin_ + patches * sizeof(CcSums) - begin,
-                                         static_cast<unsigned char*>(fetched_.data()) + begin,
-                                         nullptr, device_->note("patches fetched"));
+      const std::size_t begin = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
+      device_->queue().enqueueReadBuffer(
+          results_.buffer(), CL_TRUE, begin,
+          contactsBegin_ + contactsWanted_ * sizeof(CcContactPatch) - begin,
+          static_cast<unsigned char*>(fetched_.data()) + begin, nullptr,
+          device_->note("contacts fetched"));
     });
-  report.fetched += patchesBegin_ + std::max(patches, patchesAsked_) * sizeof(CcSums);
+  report.fetched +=
+      contactsBegin_ + std::max(contactsWanted_, contactsAsked_) * sizeof(CcContactPatch);
   report.bins += binsWanted_;
-  report.patches += patches;
+  report.patches += std::min(patchesWanted_, patchRoom_);
+  report.contacts += contactsWanted_;
   for (std::size_t k = 0; k < count_; ++k) {
     report.asked += answers_[k].asked;
     report.hits += answers_[k].hits;
   }
 }
 
-std::span<const Sums> OpenClBatch::patches(std::size_t k) const {
-  return {sumsHere_ + answers_[k].firstPatch, answers_[k].patches};
+std::span<const CcContactPatch> OpenClBatch::contacts(std::size_t k) const {
+  return {contactsHere_ + answers_[k].firstPatch, answers_[k].patches};
 }
 
 }  // namespace cloudcontact::opencl

@@ -1,5 +1,5 @@
 // The batched narrow phase on an OpenCL device: poses go up, one chain of kernels runs for all
-// pairs, the patches' sums come down.
+// pairs, its contacts come down.
 #pragma once
 
 #include <cloudcontact/batch.h>
@@ -36,9 +36,9 @@ class OpenClBatch {
   void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   // Waits for it. Throws std::runtime_error where the device fails.
   void finish(BatchReport& report);
-  // What became of the k-th pair; patches() of it where it did not fail.
+  // What became of the k-th pair; contacts() of it where it did not fail.
   const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
-  std::span<const Sums> patches(std::size_t k) const;
+  std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
   void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
@@ -51,15 +51,15 @@ class OpenClBatch {
   std::shared_ptr<DeviceFields> fields_;
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
-      sprouts_, queues_, scratch_, grown_;
-  cl::Buffer directions_, pairs_;                 // parts of tasks_
-  cl::Buffer answersThere_, counters_, patches_;  // of results_
-  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, patchesBegin_ = 0;
+      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_;
+  cl::Buffer directions_, pairs_;                  // parts of tasks_
+  cl::Buffer answersThere_, counters_, contacts_;  // of results_
+  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
-  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, patchesAsked_ = 0;
+  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, contactsWanted_ = 0, contactsAsked_ = 0;
   const CcAnswer* answers_ = nullptr;
   const std::uint32_t* countersHere_ = nullptr;
-  const Sums* sumsHere_ = nullptr;
+  const CcContactPatch* contactsHere_ = nullptr;
   cl::Event fetchedAll_;
 };
 

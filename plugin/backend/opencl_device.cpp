@@ -113,7 +113,7 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
 }
 
 // As ccLayout() of kernels/layout.cl has them.
-constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
+constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
                                              sizeof(CcFound),
@@ -124,7 +124,11 @@ constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
                                              offsetof(CcPair, enough),
                                              offsetof(CcDirection, nearby),
                                              offsetof(CcAnswer, firstPatch),
-                                             offsetof(CcSums, deepest)};
+                                             offsetof(CcSums, deepest),
+                                             sizeof(CcContactPatch),
+                                             sizeof(CcPatchForce),
+                                             offsetof(CcContactPatch, points),
+                                             offsetof(CcPair, cell)};
 
 }  // namespace
 
@@ -180,8 +184,8 @@ void Device::checkLayout() {
   const cl::Buffer any(context_, CL_MEM_READ_WRITE, 4096),
       out(context_, CL_MEM_WRITE_ONLY, sizeof got);
   cl::Kernel& asked = kernel("ccLayout");
-  for (cl_uint k = 0; k < 4; ++k) asked.setArg(k, any);
-  asked.setArg(4, out);
+  for (cl_uint k = 0; k < 5; ++k) asked.setArg(k, any);
+  asked.setArg(5, out);
   run("ccLayout", 1, 1);
   queue_.enqueueReadBuffer(out, CL_TRUE, 0, sizeof got, got.data());
   if (got != kLayout) throw std::runtime_error("lays structures out otherwise than the CPU");
