@@ -21,6 +21,7 @@ namespace cloudcontact {
 namespace {
 
 // Hits that a direction is first given room for, and the most that it is given.
+constexpr std::size_t kParts = 2, kWorthAPart = 128;
 constexpr std::uint32_t kFirstRoom = 2048, kMoreRoom = 4, kMostRoom = 1u << 20;
 
 }  // namespace
@@ -37,14 +38,17 @@ struct ContactBatch::Inside {
 #if defined(CLOUDCONTACT_OPENCL)
   std::shared_ptr<opencl::Device> device;
   std::shared_ptr<opencl::DeviceFields> fields;
-  std::optional<opencl::OpenClBatch> batch;
+  std::deque<opencl::OpenClBatch> batches;
   std::vector<opencl::Asked> asked;
   std::vector<std::size_t> numbers;  // of the pairs that are asked
 
   void open();
   void onDevice(std::span<const BatchPair> pairs);
+  void askParts();
   void ask(std::size_t first, std::size_t count);
-  void take(std::size_t first, std::size_t count);
+  bool start(opencl::OpenClBatch& batch, std::size_t first, std::size_t count);
+  void finish(opencl::OpenClBatch& batch, std::size_t first, std::size_t count);
+  void take(const opencl::OpenClBatch& batch, std::size_t first, std::size_t count);
 #endif
 
   explicit Inside(const BatchSettings& how);
@@ -88,7 +92,7 @@ void ContactBatch::Inside::onCpu(std::span<const BatchPair> pairs) {
 void ContactBatch::Inside::open() {
   device = opencl::Device::open(settings.timing);
   fields = std::make_shared<opencl::DeviceFields>(device);
-  batch.emplace(device, fields);
+  for (std::size_t k = 0; k < kParts; ++k) batches.emplace_back(device, fields);
   name = device->name();
 }
 
@@ -118,14 +122,36 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
     numbers.push_back(k);
   }
   fields->settle();
-  ask(0, asked.size());
+  askParts();
 }
 
-// All at once: a kernel in which each pair waits for itself takes as long for few pairs as for
-// many. In four parts, the CPU finishing one while the device worked on the next, 1,024 pairs
-// took 4.0 ms on an H100 instead of 3.3. What is too large for the device is asked for in halves.
+// In parts, each in a queue of its own: the CPU prepares and finishes one while the device works on
+// the others, and kernels in which pairs wait for themselves run beside those that fill the device.
+void ContactBatch::Inside::askParts() {
+  const std::size_t n = asked.size(), parts = n < kParts * kWorthAPart ? 1 : kParts;
+  bool started[kParts] = {};
+  for (std::size_t k = 0; k < parts; ++k)
+    started[k] = start(batches[k], n * k / parts, n * (k + 1) / parts - n * k / parts);
+  for (std::size_t k = 0; k < parts; ++k)
+    if (started[k]) finish(batches[k], n * k / parts, n * (k + 1) / parts - n * k / parts);
+  for (std::size_t k = 0; k < parts; ++k)
+    if (!started[k]) ask(n * k / parts, n * (k + 1) / parts - n * k / parts);
+}
+
+// What is too large for the device is asked for in halves.
 void ContactBatch::Inside::ask(std::size_t first, std::size_t count) {
   if (count == 0) return;
+  if (start(batches[0], first, count)) return finish(batches[0], first, count);
+  if (count > 1) {
+    ask(first, count / 2);
+    return ask(first + count / 2, count - count / 2);
+  }
+  here.push_back(numbers[first]);
+  ++report.noRoom;
+}
+
+// Whether the device has room for them.
+bool ContactBatch::Inside::start(opencl::OpenClBatch& batch, std::size_t first, std::size_t count) {
   // One loop over the pairs for all that comes before the device.
   const opencl::Each all = [&](std::size_t n, const std::function<void(std::size_t)>& function) {
     each(n, [&](std::size_t i) {
@@ -136,23 +162,23 @@ void ContactBatch::Inside::ask(std::size_t first, std::size_t count) {
     });
   };
   try {
-    batch->start(std::span(asked).subspan(first, count), all, report);
+    batch.start(std::span(asked).subspan(first, count), all, report);
+    return true;
   } catch (const std::bad_alloc&) {
-    if (count > 1) {
-      ask(first, count / 2);
-      return ask(first + count / 2, count - count / 2);
-    }
-    here.push_back(numbers[first]);
-    ++report.noRoom;
-    return;
+    return false;
   }
-  batch->finish(report);
-  take(first, count);
 }
 
-void ContactBatch::Inside::take(std::size_t first, std::size_t count) {
+void ContactBatch::Inside::finish(opencl::OpenClBatch& batch, std::size_t first,
+                                  std::size_t count) {
+  batch.finish(report);
+  take(batch, first, count);
+}
+
+void ContactBatch::Inside::take(const opencl::OpenClBatch& batch, std::size_t first,
+                                std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
-    const CcAnswer& answer = batch->answer(i);
+    const CcAnswer& answer = batch.answer(i);
     const std::size_t k = numbers[first + i];
     // What found no room was not counted to its end.
     const std::uint32_t room = answer.failed & CC_NO_ROOM
@@ -164,12 +190,12 @@ void ContactBatch::Inside::take(std::size_t first, std::size_t count) {
     ++(answer.failed & CC_NO_TOUCH ? report.nearMisses : report.noRoom);
   }
   each(count, [&](std::size_t i) {
-    const CcAnswer& answer = batch->answer(i);
+    const CcAnswer& answer = batch.answer(i);
     if (answer.failed) return;
     const std::size_t k = numbers[first + i];
     ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
     finder.result.samples = answer.hits;
-    for (const CcContactPatch& contact : batch->contacts(i)) finder.take(contact);
+    for (const CcContactPatch& contact : batch.contacts(i)) finder.take(contact);
     results[k] = &finder.named();
   });
 }
@@ -218,7 +244,7 @@ std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPa
 std::size_t ContactBatch::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
   std::size_t sum = inside_->fields ? inside_->fields->bytes() : 0;
-  if (inside_->batch) sum += inside_->batch->bytes();
+  for (const auto& batch : inside_->batches) sum += batch.bytes();
   return sum;
 #else
   return 0;

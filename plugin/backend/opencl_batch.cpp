@@ -80,8 +80,8 @@ void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchRepo
   });
   hitRoom_ = hits;
   nearbyRoom_ = nearby;
-  device_->queue().enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
-                                      device_->note("poses sent"));
+  queue_.enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
+                            device_->note("poses sent"));
   directions_ = tasks_.part(0, ways);
   pairs_ = tasks_.part(ways, n * sizeof(CcPair));
   report.sent += all;
@@ -116,10 +116,10 @@ void OpenClBatch::search() {
   static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
   for (cl_int level = kLevels - 1; level >= 0; --level) {
     search.setArg(0, level);
-    d.run(search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
+    d.run(queue_, "ccSearch", 2 * count_ * CC_GROUP, CC_GROUP, kNames[level]);
     if (level == kLevels - 1) continue;  // the coarsest takes no sample in parts
     parts.setArg(0, level);
-    d.run(parts, "ccParts", 2 * count_ * CC_GROUP, CC_GROUP);
+    d.run(queue_, "ccParts", 2 * count_ * CC_GROUP, CC_GROUP);
   }
 }
 
@@ -136,24 +136,24 @@ void OpenClBatch::gather() {
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
   give(d.kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
        slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_);
-  d.run("ccBins", count_ * CC_GROUP, CC_GROUP);
+  d.run(queue_, "ccBins", count_ * CC_GROUP, CC_GROUP);
   give(d.kernel("ccQueue"), answers, bins, queues);
-  d.run("ccQueue", count_ * CC_GROUP, CC_GROUP);
+  d.run(queue_, "ccQueue", count_ * CC_GROUP, CC_GROUP);
   give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
        counters, binRoom_, sums);
-  d.run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
+  d.run(queue_, "ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
   give(d.kernel("ccSprouts"), bins, sums, counters, binRoom_, sprouts);
-  d.run("ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
+  d.run(queue_, "ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
   give(d.kernel("ccGrow"), pairs, answers, sprouts, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
-  d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
+  d.run(queue_, "ccGrow", count_ * CC_TEAM, CC_TEAM);
   const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
   give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
-  d.run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  d.run(queue_, "ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
   give(d.kernel("ccContacts"), pairs, answers, patches,
        forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
        kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
-  d.run("ccContacts", count_ * CC_TEAM, CC_TEAM);
+  d.run(queue_, "ccContacts", count_ * CC_TEAM, CC_TEAM);
 }
 
 // Reads what there will be by the last batch's number of contacts; the rest, where there are more,
@@ -164,9 +164,9 @@ void OpenClBatch::fetch() {
   const std::size_t all = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
   auto* const to = static_cast<unsigned char*>(
       fetched_.room(d, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch)));
-  d.queue().enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
+  queue_.enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
   if (cl::Event* const noted = d.note("contacts fetched")) *noted = fetchedAll_;
-  d.queue().flush();
+  queue_.flush();
   answers_ = reinterpret_cast<const CcAnswer*>(to);
   countersHere_ = reinterpret_cast<const std::uint32_t*>(to + aligned(count_ * sizeof(CcAnswer)));
   contactsHere_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
@@ -208,11 +208,10 @@ void OpenClBatch::finish(BatchReport& report) {
   if (contactsWanted_ > contactsAsked_)
     guarded(*device_, [&] {
       const std::size_t begin = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
-      device_->queue().enqueueReadBuffer(
-          results_.buffer(), CL_TRUE, begin,
-          contactsBegin_ + contactsWanted_ * sizeof(CcContactPatch) - begin,
-          static_cast<unsigned char*>(fetched_.data()) + begin, nullptr,
-          device_->note("contacts fetched"));
+      queue_.enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
+                               contactsBegin_ + contactsWanted_ * sizeof(CcContactPatch) - begin,
+                               static_cast<unsigned char*>(fetched_.data()) + begin, nullptr,
+                               device_->note("contacts fetched"));
     });
   report.fetched +=
       contactsBegin_ + std::max(contactsWanted_, contactsAsked_) * sizeof(CcContactPatch);

@@ -24,11 +24,11 @@ struct Asked {
 // Calls a function for each number below a count, on whatever cores.
 using Each = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
 
-// A batch on its way, and the memory that it works in.
+// A batch on its way, its queue and the memory that it works in.
 class OpenClBatch {
  public:
   OpenClBatch(std::shared_ptr<Device> device, std::shared_ptr<DeviceFields> fields)
-      : device_(std::move(device)), fields_(std::move(fields)) {}
+      : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->another()) {}
 
   std::size_t bytes() const;
   // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
@@ -49,6 +49,7 @@ class OpenClBatch {
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
+  cl::CommandQueue queue_;
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
       sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_;

@@ -237,10 +237,25 @@ void Device::run(const char* name, std::size_t items, std::size_t group) {
 }
 
 void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group) {
+  launch(queue_, kernel, name, items, group);
+}
+
+void Device::run(cl::CommandQueue& queue, const char* name, std::size_t items, std::size_t group,
+                 const char* as) {
+  launch(queue, kernel(name), as ? as : name, items, group);
+}
+
+void Device::launch(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name,
+                    std::size_t items, std::size_t group) {
   if (items == 0) return;
   const std::size_t all = (items + group - 1) / group * group;
-  queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
-                              note(name));
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
+                             note(name));
+}
+
+cl::CommandQueue Device::another() {
+  return {context_, device_,
+          profiling_ ? cl_command_queue_properties{CL_QUEUE_PROFILING_ENABLE} : 0};
 }
 
 cl::Event* Device::note(const char* name) {

@@ -42,13 +42,20 @@ class Device {
   // Runs a kernel whose arguments are set, noted under its own name or another.
   void run(const char* name, std::size_t items, std::size_t group);
   void run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group);
+  void run(cl::CommandQueue& queue, const char* name, std::size_t items, std::size_t group,
+           const char* as = nullptr);
+  // A queue beside the device's own: its commands may run while that one's do.
+  cl::CommandQueue another();
   // An event to hand to a copy, noted under that name; null where nothing is noted.
   cl::Event* note(const char* name);
-  // What each took; waits for the queue, and begins anew.
+  // What each took; waits for the device's own queue, and begins anew. Other queues are to have
+  // come to their ends.
   std::map<std::string, Spent> clock();
 
  private:
   Device(const cl::Device& device, bool profiling, Kernels kernels);
+  void launch(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
+              std::size_t group);
   void build(const char* source);
   void checkLayout();
   void test();
