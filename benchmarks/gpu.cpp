@@ -129,7 +129,7 @@ struct Need {
 Need needOf(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches), contacts = double(r.contacts);
-  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120,
+  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 112,
                    kForce = 104, kContact = 368;
   // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
   // level finds enough; the finer ones have nothing to do.

@@ -42,9 +42,9 @@ const FieldData& dataOf(const ContactBody& body) {
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g :
-       {&tasks_, &results_, &found_, &nearby_, &hits_, &aside_, &keys_, &slots_, &order_, &bins_,
-        &sums_, &sprouts_, &queues_, &scratch_, &grown_, &patches_, &forces_, &kept_})
+  for (const Grown* g : {&tasks_, &results_, &found_,  &nearby_, &hits_,     &aside_,  &keys_,
+                         &slots_, &order_,   &bins_,   &sums_,   &sprouts_,  &queues_, &scratch_,
+                         &grown_, &patches_, &forces_, &kept_,   &heaviest_, &near_})
     sum += g->bytes();
   return sum;
 }
@@ -142,9 +142,11 @@ void OpenClBatch::gather() {
   give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
        counters, binRoom_, sums);
   d.run(queue_, "ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
-  give(d.kernel("ccSprouts"), bins, sums, counters, binRoom_, sprouts);
-  d.run(queue_, "ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
-  give(d.kernel("ccGrow"), pairs, answers, sprouts, queues,
+  const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
+  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEAR_MEAN * sizeof(cl_uint));
+  give(d.kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
+  d.run(queue_, "ccSprouts", count_ * CC_GROUP, CC_GROUP);
+  give(d.kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
   d.run(queue_, "ccGrow", count_ * CC_TEAM, CC_TEAM);
   const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));

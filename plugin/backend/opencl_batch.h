@@ -52,7 +52,7 @@ class OpenClBatch {
   cl::CommandQueue queue_;
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
-      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_;
+      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_;
   cl::Buffer directions_, pairs_;                  // parts of tasks_
   cl::Buffer answersThere_, counters_, contacts_;  // of results_
   std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;

@@ -171,7 +171,8 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
 void Device::build(const char* source) {
   program_ = cl::Program(context_, std::string(kPrelude) + source);
   try {
-    program_.build({device_}, kOptions);
+    const bool nvidia = device_.getInfo<CL_DEVICE_VENDOR>().find("NVIDIA") != std::string::npos;
+    program_.build({device_}, (std::string(kOptions) + (nvidia ? " -DCC_NVIDIA" : "")).c_str());
   } catch (const cl::Error&) {
     std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
     log.resize(std::min<std::size_t>(log.size(), 4000));

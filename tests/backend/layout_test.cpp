@@ -23,7 +23,7 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);
   EXPECT_EQ(sizeof(CcBin), 32u);
-  EXPECT_EQ(sizeof(CcSprout), 120u);
+  EXPECT_EQ(sizeof(CcSprout), 112u);
   EXPECT_EQ(sizeof(CcPatchForce), 104u);
   EXPECT_EQ(sizeof(CcContactPatch), 368u);
   EXPECT_EQ(offsetof(CcContactPatch, points), 136u);
