@@ -133,7 +133,8 @@ Need needOf(const std::string& name, const BatchReport& r) {
                    kForce = 104, kContact = 368;
   // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
   // level finds enough; the finer ones have nothing to do.
-  if (name == "ccSearch 2") return {asked * 32 + hits * (kHit + kKey), 2 * asked, 0};
+  if (name == "ccSearch 2") return {asked * 32, 2 * asked, 0};
+  if (name == "ccHits 2") return {hits * (32 + kHit + kKey), 2 * hits, 0};
   if (name == "ccBins") return {hits * (2 * kKey + 6 * kNumber) + bins * (48 + kBin), 0, 0};
   if (name == "ccQueue") return {bins * (kBin + kNumber), 0, 0};
   // 64 sums of products, and 30 to weigh a hit.

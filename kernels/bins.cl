@@ -7,18 +7,12 @@
 
 // A hit of a pair: those of the first direction, then those of the second.
 typedef struct {
-  uint first[2], room[2], count[2], deep[2][2];
+  uint first[2], count[2], deep[2][2];
 } CcHits;
 
 // Its number among all pairs' hits.
 uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
-}
-
-// The first of its four columns, which are h->room apart.
-__global const float4* ccHitIn4(const CcHits* h, __global const float4* hits, uint i) {
-  return i < h->count[0] ? hits + 4 * (size_t)h->first[0] + i
-                         : hits + 4 * (size_t)h->first[1] + (i - h->count[0]);
 }
 
 CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirection* directions,
@@ -27,7 +21,6 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
   for (uint d = 0; d < 2; ++d) {
     const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
     h.first[d] = directions[2 * pair + d].hits;
-    h.room[d] = directions[2 * pair + d].room;
     h.count[d] = f.whole + f.deep + f.parts;
     h.deep[d][0] = f.whole;
     h.deep[d][1] = f.whole + f.deep;
@@ -37,9 +30,8 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
 
 CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float perCell) {
   const int side = i < h->count[0] ? 0 : 1;
-  const size_t room = side == 0 ? h->room[0] : h->room[1];
-  __global const float4* at = ccHitIn4(h, hits, i);
-  const float4 p = at[0], q = at[room], r = at[2 * room];
+  __global const float4* at = hits + 4 * (size_t)ccHitAt(h, i);
+  const float4 p = at[0], q = at[1], r = at[2];
   const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
   return ccBinOf(x, own, other, q.w, side, perCell);
 }

@@ -16,6 +16,8 @@
 // A bin's cell from that of the pair's first, and by which order neighbours are asked: cell by
 // cell, of a cell's bins the last first. No grid holds more cells than these numbers (CC_KEY_BITS).
 typedef struct {
+  CcFaces faces[CC_NEAR_BINS];
+  double centers[CC_NEAR_BINS][3];
   short4 cells[CC_MOST_BINS];
   double weights[CC_MOST_BINS];
   ushort sorted[CC_MOST_BINS];
@@ -34,7 +36,7 @@ int ccBeside(short4 a, short4 b) {
   return (x >= -1) & (x <= 1) & (y >= -1) & (y <= 1) & (z >= -1) & (z <= 1);
 }
 
-void ccSprout(__global const CcBin* bin, __global const CcSums* sums, __global CcSprout* to) {
+CcSprout ccSproutOf(__global const CcSums* sums) {
   CcSprout s;
   for (int side = 0; side < 2; ++side) {
     for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sums->normal[side][i];
@@ -47,7 +49,25 @@ void ccSprout(__global const CcBin* bin, __global const CcSums* sums, __global C
     if (area > 0.0) s.center[i] += sums->first[i] / area;
   }
   s.begin = s.end = 0u;
-  *to = s;
+  return s;
+}
+
+// Whether two bins may be linked, whatever the patch.
+int ccMayLink(__global const CcSprout* sprouts, uint bin, uint from, double close,
+              __local const CcSproutRoom* r) {
+  CcSprout a, b;
+  if (bin < CC_NEAR_BINS && from < CC_NEAR_BINS) {
+    a.faces = r->faces[bin];
+    b.faces = r->faces[from];
+    for (int i = 0; i < 3; ++i) {
+      a.center[i] = r->centers[bin][i];
+      b.center[i] = r->centers[from][i];
+    }
+  } else {
+    a = sprouts[bin];
+    b = sprouts[from];
+  }
+  return ccLinked(&a.faces, &b.faces, 1.0, 1.0, a.center, b.center, close);
 }
 
 // Lists of all bins' neighbours in the order in which they are asked; returns how many there are
@@ -91,11 +111,15 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   __global CcSprout* sprouts = allSprouts + first;
   __global uint* near = allNear + (size_t)first * CC_NEAR_MEAN;
   for (uint b = lid; b < all; b += CC_GROUP) {
-    ccSprout(&bins[b], &allSums[first + b], &sprouts[b]);
+    const CcSprout sprout = ccSproutOf(&allSums[first + b]);
+    sprouts[b] = sprout;
     r.cells[b] = (short4)((short)(bins[b].cell[0] - bins[0].cell[0]),
                           (short)(bins[b].cell[1] - bins[0].cell[1]),
                           (short)(bins[b].cell[2] - bins[0].cell[2]), 0);
-    r.weights[b] = sprouts[b].size[0] + sprouts[b].size[1];
+    r.weights[b] = sprout.size[0] + sprout.size[1];
+    if (b >= CC_NEAR_BINS) continue;
+    r.faces[b] = sprout.faces;
+    for (int i = 0; i < 3; ++i) r.centers[b][i] = sprout.center[i];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
@@ -117,10 +141,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   for (uint i = lid; i < count; i += CC_GROUP) {
-    const CcSprout bin = sprouts[near[i] & CC_NEAR_BIN], from = sprouts[near[i] >> CC_NEAR_FROM];
-    const int link = ccLinked(&bin.faces, &from.faces, 1.0, 1.0, bin.center, from.center,
-                              CC_CLOSE * cell);
-    near[i] = (near[i] & CC_NEAR_BIN) | (link ? CC_MAY_LINK : 0u);
+    const uint bin = near[i] & CC_NEAR_BIN, from = near[i] >> CC_NEAR_FROM;
+    near[i] = bin | (ccMayLink(sprouts, bin, from, CC_CLOSE * cell, &r) ? CC_MAY_LINK : 0u);
   }
 }
 
@@ -350,7 +372,17 @@ double ccJoined(double to, __local const double* from, const CcMove* m, int k) {
   return to + more;
 }
 
-#define CC_STAGE 8  // bins at hand
+#define CC_STAGE 4  // bins at hand
+#define CC_STAGE_ROUNDS ((CC_STAGE * CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
+
+// A work-item's share of the numbers of `some` bins, on their way.
+void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some, double* numbers) {
+  for (int n = 0; n < CC_STAGE_ROUNDS; ++n) {
+    const int at = (int)get_local_id(0) + n * CC_TEAM, r = at / CC_SUMS_NUMBERS;
+    if (at < some * CC_SUMS_NUMBERS)
+      numbers[n] = ((__global const double*)&sums[bins[r]])[at - r * CC_SUMS_NUMBERS];
+  }
+}
 
 // Sums of patches, bin by bin in the order in which they came: a team shares a patch, each of its
 // work-items some of the numbers.
@@ -358,7 +390,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
     __global const CcSums* sums, __global const uint* queues, __global const CcGrown* grown,
     __global const uint* counters, uint patchRoom, __global CcSums* patches) {
   __local double held[CC_STAGE * CC_SUMS_NUMBERS], origin[3];
-  __local uint bins[CC_STAGE];
+  __local uint bins[CC_TEAM];
   const int lane = (int)get_local_id(0);
   const uint all = min(counters[CC_PATCHES], patchRoom);
   CcMove moves[CC_TEAM_ROUNDS];
@@ -366,28 +398,33 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
   for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
     const CcGrown g = grown[k];
     __global const double* first = (__global const double*)&sums[queues[g.begin]];
-    double joined[CC_TEAM_ROUNDS];
+    double joined[CC_TEAM_ROUNDS], coming[CC_STAGE_ROUNDS];
     for (int n = 0; n < CC_TEAM_ROUNDS; ++n)
       joined[n] = lane + n * CC_TEAM < CC_SUMS_NUMBERS ? first[lane + n * CC_TEAM] : 0.0;
     if (lane < 3) origin[lane] = joined[0];
-    for (uint i = g.begin + 1; i < g.end; i += CC_STAGE) {
-      const int some = (int)min((uint)CC_STAGE, g.end - i);
+    for (uint i = g.begin + 1; i < g.end; i += CC_TEAM) {
+      const int count = (int)min((uint)CC_TEAM, g.end - i);
+      if (lane < count) bins[lane] = queues[i + (uint)lane];
       barrier(CLK_LOCAL_MEM_FENCE);
-      if (lane < some) bins[lane] = queues[i + (uint)lane];
-      barrier(CLK_LOCAL_MEM_FENCE);
-      for (int at = lane; at < some * CC_SUMS_NUMBERS; at += CC_TEAM) {
-        const int r = at / CC_SUMS_NUMBERS, place = at - r * CC_SUMS_NUMBERS;
-        const double number = ((__global const double*)&sums[bins[r]])[place];
-        held[at] = place < CC_SIDES ? number - origin[place] : number;
-      }
-      barrier(CLK_LOCAL_MEM_FENCE);
-      for (int r = 0; r < some; ++r) {
-        __local const double* from = held + r * CC_SUMS_NUMBERS;
-        for (int n = 0; n < CC_TEAM_ROUNDS; ++n) {
-          const int at = lane + n * CC_TEAM;
-          if (at >= CC_SIDES && at < CC_SUMS_NUMBERS)
-            joined[n] = ccJoined(joined[n], from, &moves[n], at);
+      ccOnTheWay(sums, bins, min(CC_STAGE, count), coming);
+      for (int done = 0; done < count; done += CC_STAGE) {
+        const int some = min(CC_STAGE, count - done), next = done + CC_STAGE;
+        for (int n = 0; n < CC_STAGE_ROUNDS; ++n) {
+          const int at = lane + n * CC_TEAM, place = at % CC_SUMS_NUMBERS;
+          if (at < some * CC_SUMS_NUMBERS)
+            held[at] = place < CC_SIDES ? coming[n] - origin[place] : coming[n];
         }
+        barrier(CLK_LOCAL_MEM_FENCE);
+        if (next < count) ccOnTheWay(sums, bins + next, min(CC_STAGE, count - next), coming);
+        for (int r = 0; r < some; ++r) {
+          __local const double* from = held + r * CC_SUMS_NUMBERS;
+          for (int n = 0; n < CC_TEAM_ROUNDS; ++n) {
+            const int at = lane + n * CC_TEAM;
+            if (at >= CC_SIDES && at < CC_SUMS_NUMBERS)
+              joined[n] = ccJoined(joined[n], from, &moves[n], at);
+          }
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
       }
     }
     barrier(CLK_LOCAL_MEM_FENCE);

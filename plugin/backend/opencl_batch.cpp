@@ -108,18 +108,18 @@ void OpenClBatch::search() {
   give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
        found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
        nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
-       hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
-       aside_.room(d, hits * 2 * sizeof(cl_uint)), counters_);
-  cl::Kernel& parts = d.kernel("ccParts");
-  give(parts, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
-       found_.buffer(), hits_.buffer(), keys_.buffer(), aside_.buffer());
-  static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
+       aside_.room(d, hits * 3 * sizeof(cl_uint)), counters_);
+  cl::Kernel& taken = d.kernel("ccHits");
+  give(taken, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
+       found_.buffer(), hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
+       aside_.buffer());
+  static constexpr const char *kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
+                              *kTaken[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
   for (cl_int level = kLevels - 1; level >= 0; --level) {
     search.setArg(0, level);
     d.run(queue_, "ccSearch", 2 * count_ * CC_GROUP, CC_GROUP, kNames[level]);
-    if (level == kLevels - 1) continue;  // the coarsest takes no sample in parts
-    parts.setArg(0, level);
-    d.run(queue_, "ccParts", 2 * count_ * CC_GROUP, CC_GROUP);
+    taken.setArg(0, level);
+    d.run(queue_, "ccHits", 2 * count_ * CC_GROUP, CC_GROUP, kTaken[level]);
   }
 }
 
