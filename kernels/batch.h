@@ -61,6 +61,7 @@ typedef struct {
 
 #define CC_NO_ROOM 1   // for hits
 #define CC_NO_BINS 2   // for bins, or for patches
+#define CC_FINER 8     // on levels that were not searched
 #define CC_NO_TOUCH 4  // no hits, but a margin: near misses are the CPU's
 
 // A bin: its cell, its pair, and its hits in the pair's list of them, B's from `middle` on.

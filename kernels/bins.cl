@@ -39,17 +39,17 @@ CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float p
 
 // What a pair's search came to; whether all its hits found room.
 CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
-                    __global const CcDirection* directions, uint p) {
+                    __global const CcDirection* directions, uint p, int finest) {
   CcAnswer a;
-  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, 0);
-  a.failed = 0;
+  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, finest);
+  a.failed = a.level < finest ? CC_FINER : 0;
   a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
-  for (int level = CC_LEVELS - 1; level >= a.level; --level)
+  for (int level = CC_LEVELS - 1; level >= max(a.level, finest); --level)
     for (uint d = 0; d < 2; ++d) {
       const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
       const uint all = f.whole + f.deep + f.parts;
       a.wanted = max(a.wanted, all);
-      if (all > directions[2 * p + d].room) a.failed = CC_NO_ROOM;
+      if (all > directions[2 * p + d].room) a.failed |= CC_NO_ROOM;
       a.asked += f.asked;
       if (level == a.level) a.hits += all;
     }
@@ -113,14 +113,14 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
-    __global uint* queue, __global uint* counters, uint binRoom) {
+    __global uint* queue, __global uint* counters, uint binRoom, int finest) {
   // First a table of keys, then where the next hits of four teams go.
   __local uint table[CC_TEAMS * CC_MOST_BINS];
   __local int *holder = (__local int*)table, *least = holder + CC_SLOTS;
   __local uint counts[CC_MOST_BINS], firsts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
   __local CcFlags flags;
   const uint lid = get_local_id(0), p = get_group_id(0);
-  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p);
+  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p, finest);
   if (answer.failed || answer.hits == 0) {
     if (lid == 0) answers[p] = answer;
     return;

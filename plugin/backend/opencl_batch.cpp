@@ -6,6 +6,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 namespace cloudcontact::opencl {
 
@@ -39,6 +40,16 @@ const FieldData& dataOf(const ContactBody& body) {
 }
 
 }  // namespace
+
+cl::Kernel& OpenClBatch::kernel(const char* name) {
+  const auto known = kernels_.find(name);
+  if (known != kernels_.end()) return known->second;
+  return kernels_.emplace(name, device_->another(name)).first->second;
+}
+
+void OpenClBatch::run(const char* name, std::size_t items, std::size_t group) {
+  device_->run(queue_, kernel(name), name, items, group);
+}
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -104,22 +115,22 @@ void OpenClBatch::search() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
   const cl::Buffer& data = fields_->data();
-  cl::Kernel& search = d.kernel("ccSearch");
+  cl::Kernel& search = kernel("ccSearch");
   give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
        found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
        nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
        aside_.room(d, hits * 3 * sizeof(cl_uint)), counters_);
-  cl::Kernel& taken = d.kernel("ccHits");
+  cl::Kernel& taken = kernel("ccHits");
   give(taken, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
        found_.buffer(), hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
        aside_.buffer());
   static constexpr const char *kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
                               *kTaken[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
-  for (cl_int level = kLevels - 1; level >= 0; --level) {
+  for (cl_int level = kLevels - 1; level >= finest_; --level) {
     search.setArg(0, level);
-    d.run(queue_, "ccSearch", 2 * count_ * CC_GROUP, CC_GROUP, kNames[level]);
+    d.run(queue_, search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
     taken.setArg(0, level);
-    d.run(queue_, "ccHits", 2 * count_ * CC_GROUP, CC_GROUP, kTaken[level]);
+    d.run(queue_, taken, kTaken[level], 2 * count_ * CC_GROUP, CC_GROUP);
   }
 }
 
@@ -134,28 +145,29 @@ void OpenClBatch::gather() {
   const cl::Buffer& sprouts = sprouts_.room(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
-  give(d.kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
-       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_);
-  d.run(queue_, "ccBins", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccQueue"), answers, bins, queues);
-  d.run(queue_, "ccQueue", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
+  give(kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
+       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_,
+       finest_);
+  run("ccBins", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccQueue"), answers, bins, queues);
+  run("ccQueue", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
        counters, binRoom_, sums);
-  d.run(queue_, "ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
+  run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
   const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
   const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEAR_MEAN * sizeof(cl_uint));
-  give(d.kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
-  d.run(queue_, "ccSprouts", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
+  give(kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
+  run("ccSprouts", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
-  d.run(queue_, "ccGrow", count_ * CC_TEAM, CC_TEAM);
+  run("ccGrow", count_ * CC_TEAM, CC_TEAM);
   const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
-  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
-  d.run(queue_, "ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
-  give(d.kernel("ccContacts"), pairs, answers, patches,
+  give(kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
+  run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  give(kernel("ccContacts"), pairs, answers, patches,
        forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
        kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
-  d.run(queue_, "ccContacts", count_ * CC_TEAM, CC_TEAM);
+  run("ccContacts", count_ * CC_TEAM, CC_TEAM);
 }
 
 // Reads what there will be by the last batch's number of contacts; the rest, where there are more,
@@ -202,8 +214,16 @@ void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchRep
   });
 }
 
+// A thread that sleeps is woken late: a GPU is asked until it is done. Not a CPU, which has the
+// kernels to run.
+void OpenClBatch::wait() {
+  while (device_->gpu() && fetchedAll_.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
+    std::this_thread::yield();
+  fetchedAll_.wait();
+}
+
 void OpenClBatch::finish(BatchReport& report) {
-  guarded(*device_, [&] { fetchedAll_.wait(); });
+  guarded(*device_, [&] { wait(); });
   binsWanted_ = countersHere_[CC_BINS];
   patchesWanted_ = countersHere_[CC_PATCHES];
   contactsWanted_ = countersHere_[CC_CONTACTS];
@@ -220,10 +240,14 @@ void OpenClBatch::finish(BatchReport& report) {
   report.bins += binsWanted_;
   report.patches += std::min(patchesWanted_, patchRoom_);
   report.contacts += contactsWanted_;
+  int finest = kLevels - 1;
   for (std::size_t k = 0; k < count_; ++k) {
     report.asked += answers_[k].asked;
     report.hits += answers_[k].hits;
+    finest = std::min(finest, answers_[k].failed & CC_FINER ? 0 : answers_[k].level);
   }
+  finest_ = std::min(finest, finestBefore_);
+  finestBefore_ = finest;
 }
 
 std::span<const CcContactPatch> OpenClBatch::contacts(std::size_t k) const {

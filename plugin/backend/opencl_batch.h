@@ -9,6 +9,7 @@
 #include "device_memory.h"
 
 #include <functional>
+#include <map>
 #include <span>
 
 namespace cloudcontact::opencl {
@@ -41,21 +42,28 @@ class OpenClBatch {
   std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
+  cl::Kernel& kernel(const char* name);
+  void run(const char* name, std::size_t items, std::size_t group);
   void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   void makeRoom();
   void search();
   void gather();
   void fetch();
+  void wait();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
   cl::CommandQueue queue_;
+  std::map<std::string, cl::Kernel, std::less<>> kernels_;  // arguments of a queue's own
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
       sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_;
   cl::Buffer directions_, pairs_;                  // parts of tasks_
   cl::Buffer answersThere_, counters_, contacts_;  // of results_
   std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
+  // The finest level that pairs are searched on: that of the last two batches. Who turns out to
+  // want a finer one is the CPU's this time.
+  cl_int finest_ = 0, finestBefore_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
   std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, contactsWanted_ = 0, contactsAsked_ = 0;
   const CcAnswer* answers_ = nullptr;

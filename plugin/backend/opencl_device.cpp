@@ -238,16 +238,11 @@ void Device::run(const char* name, std::size_t items, std::size_t group) {
 }
 
 void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group) {
-  launch(queue_, kernel, name, items, group);
+  run(queue_, kernel, name, items, group);
 }
 
-void Device::run(cl::CommandQueue& queue, const char* name, std::size_t items, std::size_t group,
-                 const char* as) {
-  launch(queue, kernel(name), as ? as : name, items, group);
-}
-
-void Device::launch(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name,
-                    std::size_t items, std::size_t group) {
+void Device::run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
+                 std::size_t group) {
   if (items == 0) return;
   const std::size_t all = (items + group - 1) / group * group;
   queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
@@ -261,6 +256,7 @@ cl::CommandQueue Device::another() {
 
 cl::Event* Device::note(const char* name) {
   if (!profiling_) return nullptr;
+  const std::lock_guard lock(noting_);
   notes_.push_back(std::make_unique<Noted>(Noted{name, {}}));
   return &notes_.back()->event;
 }
