@@ -8,9 +8,9 @@
 #include "search.h"
 
 #define CC_LEVELS 3
-#define CC_GROUP 128     // work-items that search or sort for a pair together
-#define CC_TEAM 32       // that let a pair's bins grow
-#define CC_NEAR_MEAN 64  // neighbours of a bin that there is room for, in a pair's mean
+#define CC_GROUP 128      // work-items that search or sort for a pair together
+#define CC_TEAM 32        // that let a pair's bins grow
+#define CC_NEIGHBOURS 64  // of a bin, that there is room for
 #define CC_MOST_BINS \
   1024  // of a pair: the table of keys is twice as large and lies in local memory
 
@@ -74,7 +74,7 @@ typedef struct {
 typedef struct {
   CcFaces faces;
   double size[2], center[3];  // of its sides' pushes
-  uint begin, end;            // its neighbours, in the pair's list of them
+  uint neighbours, unused;    // how many
 } CcSprout;
 
 // A patch: its bins in the order in which they came.

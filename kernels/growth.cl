@@ -5,30 +5,33 @@
 // order does, and those before it were asked in time. So the patches are those of one worker who
 // goes from bin to bin.
 
-#define CC_NEAR_BINS 128   // of a pair, that a team has at hand
-#define CC_NEAR_HELD 2048  // of a pair's, that a team has at hand
+#define CC_NEAR_BINS 128  // of a pair, that a team has at hand
+#define CC_NEAR_HELD 16   // neighbours of each of these
 
-// A neighbour in a list: its bin; that in whose list it stands, which may have become CC_MAY_LINK.
+// A neighbour in a list: its bin, and whether the two may be linked.
 #define CC_NEAR_BIN (CC_MOST_BINS - 1)
-#define CC_NEAR_FROM 10
 #define CC_MAY_LINK 0x8000u
 
-// A bin's cell from that of the pair's first, and by which order neighbours are asked: cell by
-// cell, of a cell's bins the last first. No grid holds more cells than these numbers (CC_KEY_BITS).
+// Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
+// with the number.
 typedef struct {
-  CcFaces faces[CC_NEAR_BINS];
-  double centers[CC_NEAR_BINS][3];
-  short4 cells[CC_MOST_BINS];
+  ulong keys[CC_MOST_BINS];
   double weights[CC_MOST_BINS];
-  ushort sorted[CC_MOST_BINS];
-  uint room[2 * CC_GROUP], total;
+  short4 sorted[CC_MOST_BINS];
+  uint crowded;  // a bin has more neighbours than there is room for
 } CcSproutRoom;
 
-int ccAskedBefore(short4 a, uint i, short4 b, uint k) {
-  if (a.z != b.z) return a.z < b.z;
-  if (a.y != b.y) return a.y < b.y;
-  if (a.x != b.x) return a.x < b.x;
-  return i > k;
+// A bin's cell from that of the pair's first. No grid holds more cells than these numbers
+// (CC_KEY_BITS).
+short4 ccCellFrom(__global const CcBin* first, __global const CcBin* bin) {
+  return (short4)((short)(bin->cell[0] - first->cell[0]), (short)(bin->cell[1] - first->cell[1]),
+                  (short)(bin->cell[2] - first->cell[2]), 0);
+}
+
+// Neighbours are asked cell by cell, of a cell's bins the last first.
+ulong ccOrderOf(short4 cell, uint bin) {
+  return (ulong)(cell.z + 16384) << 40 | (ulong)(cell.y + 16384) << 25 |
+         (ulong)(cell.x + 16384) << 10 | (CC_MOST_BINS - 1 - bin);
 }
 
 int ccBeside(short4 a, short4 b) {
@@ -48,54 +51,32 @@ CcSprout ccSproutOf(__global const CcSums* sums) {
     s.center[i] = sums->origin[i];
     if (area > 0.0) s.center[i] += sums->first[i] / area;
   }
-  s.begin = s.end = 0u;
+  s.neighbours = s.unused = 0u;
   return s;
 }
 
-// Whether two bins may be linked, whatever the patch.
-int ccMayLink(__global const CcSprout* sprouts, uint bin, uint from, double close,
-              __local const CcSproutRoom* r) {
-  CcSprout a, b;
-  if (bin < CC_NEAR_BINS && from < CC_NEAR_BINS) {
-    a.faces = r->faces[bin];
-    b.faces = r->faces[from];
-    for (int i = 0; i < 3; ++i) {
-      a.center[i] = r->centers[bin][i];
-      b.center[i] = r->centers[from][i];
-    }
-  } else {
-    a = sprouts[bin];
-    b = sprouts[from];
+// Lists a bin's neighbours in the order in which they are asked; returns how many there are.
+uint ccListNeighbours(uint bin, short4 cell, uint all, __global uint* near,
+                      __local const CcSproutRoom* r) {
+  uint count = 0;
+  for (uint k = 0; k < all; ++k) {
+    const short4 c = r->sorted[k];
+    if ((uint)c.w == bin || !ccBeside(c, cell)) continue;
+    if (count < CC_NEIGHBOURS) near[count] = (uint)c.w;
+    ++count;
   }
-  return ccLinked(&a.faces, &b.faces, 1.0, 1.0, a.center, b.center, close);
+  return count;
 }
 
-// Lists of all bins' neighbours in the order in which they are asked; returns how many there are
-// together. Where they are more than `most` none is written.
-uint ccListNeighbours(uint all, __global CcSprout* sprouts, __global uint* near, uint most,
-                      __local CcSproutRoom* r) {
-  const uint lid = get_local_id(0);
-  uint before = 0;
-  for (uint base = 0; base < all; base += CC_GROUP) {
-    const uint b = base + lid;
-    const short4 own = r->cells[min(b, all - 1)];
-    uint count = 0;
-    for (uint k = 0; k < all && b < all; ++k) count += (uint)(ccBeside(r->cells[k], own) && k != b);
-    const uint upTo = before + ccSumUpTo(r->room, count), begin = upTo - count;
-    if (b < all) {
-      sprouts[b].begin = begin;
-      sprouts[b].end = upTo;
-    }
-    for (uint k = 0, at = begin; at < upTo && upTo <= most; ++k) {
-      const uint c = r->sorted[k];
-      if (c != b && ccBeside(r->cells[c], own)) near[at++] = c | b << CC_NEAR_FROM;
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid == CC_GROUP - 1) r->total = upTo;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    before = r->total;
+// Notes which of a bin's neighbours may be linked to it, whatever the patch.
+void ccNoteLinks(__global const CcSprout* sprouts, uint bin, uint count, double close,
+                 __global uint* near) {
+  const CcSprout own = sprouts[bin];
+  for (uint j = 0; j < count; ++j) {
+    const CcSprout other = sprouts[near[j]];
+    if (ccLinked(&other.faces, &own.faces, 1.0, 1.0, other.center, own.center, close))
+      near[j] |= CC_MAY_LINK;
   }
-  return before;
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
@@ -109,41 +90,39 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   if (all == 0u) return;
   __global const CcBin* bins = allBins + first;
   __global CcSprout* sprouts = allSprouts + first;
-  __global uint* near = allNear + (size_t)first * CC_NEAR_MEAN;
+  __global uint* near = allNear + (size_t)first * CC_NEIGHBOURS;
   for (uint b = lid; b < all; b += CC_GROUP) {
     const CcSprout sprout = ccSproutOf(&allSums[first + b]);
     sprouts[b] = sprout;
-    r.cells[b] = (short4)((short)(bins[b].cell[0] - bins[0].cell[0]),
-                          (short)(bins[b].cell[1] - bins[0].cell[1]),
-                          (short)(bins[b].cell[2] - bins[0].cell[2]), 0);
     r.weights[b] = sprout.size[0] + sprout.size[1];
-    if (b >= CC_NEAR_BINS) continue;
-    r.faces[b] = sprout.faces;
-    for (int i = 0; i < 3; ++i) r.centers[b][i] = sprout.center[i];
+    r.keys[b] = ccOrderOf(ccCellFrom(bins, &bins[b]), b);
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid == 0) r.crowded = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    const short4 own = r.cells[b];
+    const ulong key = r.keys[b];
     const double weight = r.weights[b];
     uint place = 0, heavier = 0;
     for (uint k = 0; k < all; ++k) {
-      place += (uint)ccAskedBefore(r.cells[k], k, own, b);
-      heavier += (uint)(r.weights[k] > weight || (r.weights[k] == weight && k < b));
+      const double other = r.weights[k];
+      place += (uint)(r.keys[k] < key);
+      heavier += (uint)((other > weight) | ((other == weight) & (k < b)));
     }
-    r.sorted[place] = (ushort)b;
+    short4 sorted = ccCellFrom(bins, &bins[b]);
+    sorted.w = (short)b;
+    r.sorted[place] = sorted;
     allHeaviest[first + heavier] = (ushort)b;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  const uint most = all * CC_NEAR_MEAN, count = ccListNeighbours(all, sprouts, near, most, &r);
-  if (count > most) {
-    if (lid == 0) answers[p].failed = CC_NO_BINS;
-    return;
+  for (uint b = lid; b < all; b += CC_GROUP) {
+    __global uint* own = near + b * CC_NEIGHBOURS;
+    const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, own, &r);
+    if (count > CC_NEIGHBOURS) r.crowded = 1u;
+    sprouts[b].neighbours = count;
+    ccNoteLinks(sprouts, b, min(count, (uint)CC_NEIGHBOURS), CC_CLOSE * cell, own);
   }
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  for (uint i = lid; i < count; i += CC_GROUP) {
-    const uint bin = near[i] & CC_NEAR_BIN, from = near[i] >> CC_NEAR_FROM;
-    near[i] = bin | (ccMayLink(sprouts, bin, from, CC_CLOSE * cell, &r) ? CC_MAY_LINK : 0u);
-  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
 }
 
 // What growing asks of a bin, and of a patch.
@@ -156,9 +135,8 @@ typedef struct {
 // in the order in which they came.
 typedef struct {
   CcGrowing bins[CC_NEAR_BINS];
-  uint begins[CC_MOST_BINS + 1];
-  ushort near[CC_NEAR_HELD], queue[CC_MOST_BINS];
-  uchar taken[CC_MOST_BINS];
+  ushort near[CC_NEAR_BINS * CC_NEAR_HELD], queue[CC_MOST_BINS];
+  uchar neighbours[CC_MOST_BINS], taken[CC_MOST_BINS];
   uint votes, place;
 } CcTeam;
 
@@ -182,16 +160,23 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   const uint lid = get_local_id(0);
   for (uint b = lid; b < g->all; b += CC_TEAM) {
     team->taken[b] = 0;
-    team->begins[b] = g->bins[b].begin;
+    team->neighbours[b] = (uchar)g->bins[b].neighbours;
     if (b >= CC_NEAR_BINS) continue;
     team->bins[b].faces = g->bins[b].faces;
     for (int i = 0; i < 2; ++i) team->bins[b].size[i] = g->bins[b].size[i];
   }
-  const uint count = g->bins[g->all - 1].end;
-  if (lid == 0) team->begins[g->all] = count;
-  for (uint i = lid; i < min(count, (uint)CC_NEAR_HELD); i += CC_TEAM)
-    team->near[i] = (ushort)g->near[i];
   barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint i = lid; i < min(g->all, (uint)CC_NEAR_BINS) * CC_NEAR_HELD; i += CC_TEAM) {
+    const uint b = i / CC_NEAR_HELD, j = i % CC_NEAR_HELD;
+    if (j < team->neighbours[b]) team->near[i] = (ushort)g->near[b * CC_NEIGHBOURS + j];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// The j-th neighbour of a bin.
+uint ccNeighbour(const CcGarden* g, __local const CcTeam* team, uint bin, uint j) {
+  return bin < CC_NEAR_BINS && j < CC_NEAR_HELD ? team->near[bin * CC_NEAR_HELD + j]
+                                                : g->near[bin * CC_NEIGHBOURS + j];
 }
 
 // The heaviest bin without a patch, from the `done`-th in weight on.
@@ -219,22 +204,21 @@ void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   }
 }
 
-// Takes in of the neighbours `first` to `last` in the list, no more than a team, those that join;
-// they follow in the team's queue, which is `length` long. Returns how long it is then.
-uint ccTakeNeighbours(const CcGarden* g, uint first, uint last, uint length, CcGrowing* patch,
+// Takes in of the neighbours of the bin `from` those that join, from the `first` of them on, no more
+// than a team; they follow in the team's queue, which is `length` long. Returns how long it is then.
+uint ccTakeNeighbours(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
                       __local CcTeam* team) {
-  const uint lid = get_local_id(0), i = first + lid;
+  const uint lid = get_local_id(0), j = first + lid;
   uint entry = 0, waiting = 0;
-  if (i < last) {
-    entry = i < CC_NEAR_HELD ? team->near[i] : g->near[i];
+  if (j < team->neighbours[from]) {
+    entry = ccNeighbour(g, team, from, j);
     waiting = team->taken[entry & CC_NEAR_BIN] == 0;
   }
   const CcGrowing own = ccGrowingOf(g, team, entry & CC_NEAR_BIN);
-  while (ccVotes(&team->votes, waiting)) {
-    const uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
-    if (!joining) break;
-    const uint asked = ccLowest(joining), at = first + asked;
-    const uint bin = (at < CC_NEAR_HELD ? team->near[at] : g->near[at]) & CC_NEAR_BIN;
+  uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
+  while (joining) {
+    const uint asked = ccLowest(joining);
+    const uint bin = ccNeighbour(g, team, from, first + asked) & CC_NEAR_BIN;
     const CcGrowing more = ccGrowingOf(g, team, bin);
     ccJoin(&more, patch);
     if (lid == asked) {
@@ -243,6 +227,7 @@ uint ccTakeNeighbours(const CcGarden* g, uint first, uint last, uint length, CcG
     }
     ++length;
     if (lid <= asked) waiting = 0;
+    joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   }
   return length;
 }
@@ -259,9 +244,9 @@ uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) 
   }
   for (uint next = begin; next < length; ++next) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    const uint from = team->queue[next], last = team->begins[from + 1];
-    for (uint first = team->begins[from]; first < last; first += CC_TEAM)
-      length = ccTakeNeighbours(g, first, last, length, &patch, team);
+    const uint from = team->queue[next], all = team->neighbours[from];
+    for (uint first = 0; first < all; first += CC_TEAM)
+      length = ccTakeNeighbours(g, from, first, length, &patch, team);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   return length;
@@ -275,7 +260,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
   if (all == 0u) return;
-  const CcGarden g = {sprouts + first, near + (size_t)first * CC_NEAR_MEAN, heaviest + first, all};
+  const CcGarden g = {sprouts + first, near + (size_t)first * CC_NEIGHBOURS, heaviest + first, all};
   __global CcGrown* own = scratch + first;
   ccTakeIn(&g, &team);
   uint done = 0, patches = 0, heavier = 0;

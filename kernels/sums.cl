@@ -119,17 +119,18 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSums(
       uint i = side == 0 ? bin.begin : bin.middle;
       // The next hit is on its way while one is added up, and the number of the one behind it.
       uint at = i < end ? list[i] : 0u, next = i + 1 < end ? list[i + 1] : at;
-      float4 pNext = here[4 * at], qNext = here[4 * at + 1], rNext = here[4 * at + 2],
-             sNext = here[4 * at + 3];
+      __global const float4* hit = here + 4 * (size_t)at;
+      float4 pNext = hit[0], qNext = hit[1], rNext = hit[2], sNext = hit[3];
       for (; i < end; ++i) {
         const uint number = at;
         const float4 p = pNext, q = qNext, r = rNext, s = sNext;
         at = next;
         if (i + 2 < end) next = list[i + 2];
-        pNext = here[4 * at];
-        qNext = here[4 * at + 1];
-        rNext = here[4 * at + 2];
-        sNext = here[4 * at + 3];
+        hit = here + 4 * (size_t)at;
+        pNext = hit[0];
+        qNext = hit[1];
+        rNext = hit[2];
+        sNext = hit[3];
         const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
         const CcWet wet = {s.x, 0.0f, s.y, s.z, s.w};
         const CcWeights h = ccWeightsOf(x, r.w, &wet, ccGate(q.w), origin, perUnit);

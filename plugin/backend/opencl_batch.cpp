@@ -155,7 +155,7 @@ void OpenClBatch::gather() {
        counters, binRoom_, sums);
   run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
   const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
-  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEAR_MEAN * sizeof(cl_uint));
+  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_uint));
   give(kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
   run("ccSprouts", count_ * CC_GROUP, CC_GROUP);
   give(kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
