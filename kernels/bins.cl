@@ -8,7 +8,7 @@
 
 // A hit of a pair: those of the first direction, then those of the second.
 typedef struct {
-  uint first[2], count[2], deep[2][2];
+  uint first[2], room[2], count[2], deep[2][2];
 } CcHits;
 
 // Its number among all pairs' hits.
@@ -22,6 +22,7 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
   for (uint d = 0; d < 2; ++d) {
     const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
     h.first[d] = directions[2 * pair + d].hits;
+    h.room[d] = directions[2 * pair + d].room;
     h.count[d] = f.whole + f.deep + f.parts;
     h.deep[d][0] = f.whole;
     h.deep[d][1] = f.whole + f.deep;
@@ -31,8 +32,10 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
 
 CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float perCell) {
   const int side = i < h->count[0] ? 0 : 1;
-  __global const float4* at = hits + 4 * (size_t)ccHitAt(h, i);
-  const float4 p = at[0], q = at[1], r = at[2];
+  const size_t room = h->room[side];
+  __global const float4* at =
+      hits + 4 * (size_t)h->first[side] + (i - (side == 0 ? 0u : h->count[0]));
+  const float4 p = at[0], q = at[room], r = at[2 * room];
   const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
   return ccBinOf(x, own, other, q.w, side, perCell);
 }

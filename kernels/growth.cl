@@ -165,11 +165,11 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
     team->bins[b].faces = g->bins[b].faces;
     for (int i = 0; i < 2; ++i) team->bins[b].size[i] = g->bins[b].size[i];
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint i = lid; i < min(g->all, (uint)CC_NEAR_BINS) * CC_NEAR_HELD; i += CC_TEAM) {
-    const uint b = i / CC_NEAR_HELD, j = i % CC_NEAR_HELD;
-    if (j < team->neighbours[b]) team->near[i] = (ushort)g->near[b * CC_NEIGHBOURS + j];
-  }
+  // Whole lists, what is written in them or not: four loads on their way at a time.
+  for (uint b = lid; b < min(g->all, (uint)CC_NEAR_BINS); b += CC_TEAM)
+    for (uint q = 0; q < CC_NEAR_HELD / 4; ++q)
+      vstore4(convert_ushort4(vload4(q, g->near + b * CC_NEIGHBOURS)), q,
+              team->near + b * CC_NEAR_HELD);
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 

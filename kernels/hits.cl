@@ -9,11 +9,12 @@ typedef struct {
 
 // The i-th hit of the direction.
 void ccPut(__local const CcTask* t, CcOut out, uint i, const CcHit* h, float area, float depth) {
-  __global float4* hits = out.hits + 4 * ((size_t)t->dir.hits + i);
+  const uint room = t->dir.room;
+  __global float4* hits = out.hits + 4 * (size_t)t->dir.hits + i;
   hits[0] = (float4)(h->position[0], h->position[1], h->position[2], depth);
-  hits[1] = (float4)(h->own[0], h->own[1], h->own[2], h->facing);
-  hits[2] = (float4)(h->other[0], h->other[1], h->other[2], area);
-  hits[3] = (float4)(h->wet.share, h->wet.depth1, h->wet.depth2, h->wet.depth3);
+  hits[room] = (float4)(h->own[0], h->own[1], h->own[2], h->facing);
+  hits[2 * (size_t)room] = (float4)(h->other[0], h->other[1], h->other[2], area);
+  hits[3 * (size_t)room] = (float4)(h->wet.share, h->wet.depth1, h->wet.depth2, h->wet.depth3);
   const CcBinOfHit b = ccBinOf(h->position, h->own, h->other, h->facing, t->side, t->perCell);
   out.keys[t->dir.hits + i] = ccBinKey(b.x, b.y, b.z, b.direction);
 }

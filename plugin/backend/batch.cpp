@@ -21,7 +21,7 @@ namespace cloudcontact {
 namespace {
 
 // Parts that a step's pairs are asked for in, and how many pairs are worth one.
-constexpr std::size_t kParts = 3, kWorthAPart = 20;
+constexpr std::size_t kParts = 2, kWorthAPart = 32;
 // Hits that a direction is first given room for, and the most that it is given.
 constexpr std::uint32_t kFirstRoom = 2048, kMoreRoom = 4, kMostRoom = 1u << 20;
 
