@@ -119,12 +119,27 @@ uint ccAsk(__local const CcTask* t, CcFields all, uint k) {
   return (kind & CC_NEARBY ? CC_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
+// ccVoxelDepth() with all planes on their way at once.
+CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) {
+  const uint count = ccPlaneCount(v);
+  const int concave = ccConcave(v);
+  CcVoxel all[CC_MAX_PLANES];
+  for (uint i = 0; i < CC_MAX_PLANES; ++i) all[i] = planes[v.b + min(i, count - 1u)];
+  CcDepth best = ccPlaneDepth(all[0], x);
+  for (uint i = 1; i < CC_MAX_PLANES; ++i) {
+    if (i >= count) break;
+    const CcDepth d = ccPlaneDepth(all[i], x);
+    if (concave ? d.depth > best.depth : d.depth < best.depth) best = d;
+  }
+  return best;
+}
+
 uint ccAskMany(__local const CcTask* t, CcFields all, uint k) {
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
   const CcVoxel record = ccRecordAt(t, all, &place);
   __global const CcVoxel* planes = all.records + t->other.planes;
-  return ccAskPlanes(t, planes, &s, record, &place, ccVoxelDepth(record, planes, place.r));
+  return ccAskPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
 }
 
 // Asks for the window's samples: what is told of each.
