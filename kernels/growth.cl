@@ -6,17 +6,19 @@
 // goes from bin to bin.
 
 #define CC_NEAR_BINS 128  // of a pair, that a team has at hand
-#define CC_NEAR_HELD 16   // neighbours of each of these
+#define CC_NEAR_HELD 32   // neighbours of each of these
 
 // A neighbour in a list: its bin, and whether the two may be linked.
 #define CC_NEAR_BIN (CC_MOST_BINS - 1)
 #define CC_MAY_LINK 0x8000u
 
+#define CC_LINK_NUMBERS 11  // of a bin: its faces and its centre
+
 // Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
 // with the number.
 typedef struct {
-  ulong keys[CC_MOST_BINS];
-  double weights[CC_MOST_BINS];
+  // First keys and weights of all bins, then what links are made of, of the first.
+  double numbers[2 * CC_MOST_BINS];
   short4 sorted[CC_MOST_BINS];
   uint crowded;  // a bin has more neighbours than there is room for
 } CcSproutRoom;
@@ -68,14 +70,47 @@ uint ccListNeighbours(uint bin, short4 cell, uint all, __global uint* near,
   return count;
 }
 
-// Notes which of a bin's neighbours may be linked to it, whatever the patch.
-void ccNoteLinks(__global const CcSprout* sprouts, uint bin, uint count, double close,
-                 __global uint* near) {
-  const CcSprout own = sprouts[bin];
+typedef struct {
+  CcFaces faces;
+  double center[3];
+} CcLinkEnd;
+
+CcLinkEnd ccLinkEnd(__global const CcSprout* sprout) {
+  CcLinkEnd e;
+  e.faces = sprout->faces;
+  for (int i = 0; i < 3; ++i) e.center[i] = sprout->center[i];
+  return e;
+}
+
+void ccHoldLinkEnd(__local double* to, const CcLinkEnd* e) {
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) to[3 * s + i] = e->faces.normal[s][i];
+    to[6 + s] = e->faces.length[s];
+  }
+  for (int i = 0; i < 3; ++i) to[8 + i] = e->center[i];
+}
+
+CcLinkEnd ccHeldLinkEnd(__local const double* from) {
+  CcLinkEnd e;
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) e.faces.normal[s][i] = from[3 * s + i];
+    e.faces.length[s] = from[6 + s];
+  }
+  for (int i = 0; i < 3; ++i) e.center[i] = from[8 + i];
+  return e;
+}
+
+// Notes which of a bin's neighbours may be linked to it, whatever the patch. `held` of the first
+// bins: fetched from global memory for every neighbour they took an H100 a tenth more time.
+void ccNoteLinks(__global const CcSprout* sprouts, __local const double* held, uint bin,
+                 uint count, double close, __global uint* near) {
+  const CcLinkEnd own = ccLinkEnd(&sprouts[bin]);
   for (uint j = 0; j < count; ++j) {
-    const CcSprout other = sprouts[near[j]];
+    const uint k = near[j];
+    const CcLinkEnd other = k < CC_NEAR_BINS ? ccHeldLinkEnd(held + k * CC_LINK_NUMBERS)
+                                             : ccLinkEnd(&sprouts[k]);
     if (ccLinked(&other.faces, &own.faces, 1.0, 1.0, other.center, own.center, close))
-      near[j] |= CC_MAY_LINK;
+      near[j] = k | CC_MAY_LINK;
   }
 }
 
@@ -91,21 +126,23 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   __global const CcBin* bins = allBins + first;
   __global CcSprout* sprouts = allSprouts + first;
   __global uint* near = allNear + (size_t)first * CC_NEIGHBOURS;
+  __local ulong* keys = (__local ulong*)r.numbers;
+  __local double* weights = r.numbers + CC_MOST_BINS;
   for (uint b = lid; b < all; b += CC_GROUP) {
     const CcSprout sprout = ccSproutOf(&allSums[first + b]);
     sprouts[b] = sprout;
-    r.weights[b] = sprout.size[0] + sprout.size[1];
-    r.keys[b] = ccOrderOf(ccCellFrom(bins, &bins[b]), b);
+    weights[b] = sprout.size[0] + sprout.size[1];
+    keys[b] = ccOrderOf(ccCellFrom(bins, &bins[b]), b);
   }
   if (lid == 0) r.crowded = 0u;
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    const ulong key = r.keys[b];
-    const double weight = r.weights[b];
+    const ulong key = keys[b];
+    const double weight = weights[b];
     uint place = 0, heavier = 0;
     for (uint k = 0; k < all; ++k) {
-      const double other = r.weights[k];
-      place += (uint)(r.keys[k] < key);
+      const double other = weights[k];
+      place += (uint)(keys[k] < key);
       heavier += (uint)((other > weight) | ((other == weight) & (k < b)));
     }
     short4 sorted = ccCellFrom(bins, &bins[b]);
@@ -114,12 +151,17 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     allHeaviest[first + heavier] = (ushort)b;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint b = lid; b < min(all, (uint)CC_NEAR_BINS); b += CC_GROUP) {
+    const CcLinkEnd end = ccLinkEnd(&sprouts[b]);
+    ccHoldLinkEnd(r.numbers + b * CC_LINK_NUMBERS, &end);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
     __global uint* own = near + b * CC_NEIGHBOURS;
     const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, own, &r);
     if (count > CC_NEIGHBOURS) r.crowded = 1u;
     sprouts[b].neighbours = count;
-    ccNoteLinks(sprouts, b, min(count, (uint)CC_NEIGHBOURS), CC_CLOSE * cell, own);
+    ccNoteLinks(sprouts, r.numbers, b, min(count, (uint)CC_NEIGHBOURS), CC_CLOSE * cell, own);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
