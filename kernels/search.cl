@@ -83,10 +83,9 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
 
 // What ccAsk() tells of a sample.
 #define CC_MAY_HIT 1u
-#define CC_FINER 2u    // finer samples beside it are asked for
+#define CC_ASK_FINER 2u  // finer samples beside it are asked for
 #define CC_BELOW 4u    // below the band
 #define CC_DIVIDED 8u  // over an edge
-
 #define CC_MANY 16u    // not told yet: its record has several planes
 
 // What becomes of a sample whose record has planes, by the one that is nearest in `d`, voxels.
@@ -96,7 +95,7 @@ uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const 
   float turned[3];
   ccTurn(t->dir.way.turnToOther, s->n, turned);
   const int kind = ccKindOf(&t->limits, record, d.depth, turned, d.normal, s->width);
-  const uint is = kind & CC_NEARBY ? CC_FINER : 0u;
+  const uint is = kind & CC_NEARBY ? CC_ASK_FINER : 0u;
   if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
                    t->other.voxel, t->own.voxel))
@@ -116,7 +115,7 @@ uint ccAsk(__local const CcTask* t, CcFields all, uint k) {
     return ccAskPlanes(t, all.records, &s, record, &place, ccPlaneDepth(record, place.r));
   const float nowhere[3] = {0.0f, 0.0f, 0.0f};
   const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s.width);
-  return (kind & CC_NEARBY ? CC_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
+  return (kind & CC_NEARBY ? CC_ASK_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
 // ccVoxelDepth() with all planes on their way at once.
