@@ -140,13 +140,15 @@ TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
   pose.position = Vec3(0, 0, 7.5 * maker.voxel);
   BatchPair pair{slab.at({}), slab.at(pose), {}};
   ContactFinder finder;
-  const std::size_t coarse = 20, fine = 100000, samples[] = {coarse, coarse, coarse, fine, fine};
-  for (int step = 0; step < 5; ++step) {
+  const std::size_t coarse = 20, fine = 100000,
+                    samples[] = {coarse, coarse, coarse, fine, fine, fine};
+  for (int step = 0; step < 6; ++step) {
     pair.settings.samples = samples[step];
     const auto results = batch.find({&pair, 1});
     expectSame(*results[0], finder.find(pair.a, pair.b, pair.settings));
     EXPECT_EQ(batch.report().finer, step == 3 ? 1u : 0u) << step;
-    EXPECT_EQ(batch.report().onDevice, step == 3 ? 0u : 1u) << step;
+    // The first time that all samples are asked for finds no room.
+    EXPECT_EQ(batch.report().noRoom, step == 4 ? 1u : 0u) << step;
   }
 }
 
