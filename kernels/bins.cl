@@ -91,7 +91,8 @@ uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __globa
 void ccListHits(const CcHits* h, uint count, __global const uint* binOf, __local uint* next,
                 __local uint* bins, __global uint* order) {
   const uint lid = get_local_id(0), lane = lid % CC_TEAM, team = lid / CC_TEAM;
-  const uint each = (count + CC_GROUP - 1) / CC_GROUP * CC_TEAM, end = min((team + 1) * each, count);
+  const uint each = (count + CC_GROUP - 1) / CC_GROUP * CC_TEAM;
+  const uint end = min((team + 1) * each, count);
   for (uint step = 0; step < each; step += CC_TEAM) {
     const uint i = team * each + step + lane;
     const int is = i < end;

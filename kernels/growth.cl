@@ -246,8 +246,9 @@ void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   }
 }
 
-// Takes in of the neighbours of the bin `from` those that join, from the `first` of them on, no more
-// than a team; they follow in the team's queue, which is `length` long. Returns how long it is then.
+// Takes in of the neighbours of the bin `from` those that join, from the `first` of them on, no
+// more than a team; they follow in the team's queue, which is `length` long. Returns how long it is
+// then.
 uint ccTakeNeighbours(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
                       __local CcTeam* team) {
   const uint lid = get_local_id(0), j = first + lid;

@@ -1,5 +1,5 @@
-// Hits of a level of the search, of all directions of pairs that came to it: of the samples that the
-// search lists, in their order.
+// Hits of a level of the search, of all directions of pairs that came to it: of the samples that
+// the search lists, in their order.
 
 // Where hits go.
 typedef struct {

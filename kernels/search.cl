@@ -1,9 +1,9 @@
 // A level of the search, of all pairs that want it: a group for each direction of a pair. Samples
 // are asked in windows, in their order, and what is found keeps it: hits of whole samples, then of
 // those below the band, then of parts of samples over an edge, as lane_search.h of plugin/contact
-// has them. A sample in five is a hit: which ones may be is found out here, hits are worked out by a
-// kernel of their own (hits.cl), which needs twice the registers. A third of the samples lies where
-// several planes meet: they wait until there are enough of them for all work-items.
+// has them. A sample in five is a hit: which ones may be is found out here, hits are worked out by
+// a kernel of their own (hits.cl). On a M16 thread a third of the samples lies where several planes
+// meet: they wait until there are enough of them for all work-items.
 
 #define CC_SOURCES 4  // of a work-item at a time
 
