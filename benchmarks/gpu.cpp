@@ -128,11 +128,13 @@ struct Need {
 
 Need needOf(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
-               patches = double(r.patches);
-  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120;
+               patches = double(r.patches), contacts = double(r.contacts);
+  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 112,
+                   kForce = 104, kContact = 368;
   // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
   // level finds enough; the finer ones have nothing to do.
-  if (name == "ccSearch 2") return {asked * 32 + hits * (kHit + kKey), 2 * asked, 0};
+  if (name == "ccSearch 2") return {asked * 32, 2 * asked, 0};
+  if (name == "ccHits 2") return {hits * (32 + kHit + kKey), 2 * hits, 0};
   if (name == "ccBins") return {hits * (2 * kKey + 6 * kNumber) + bins * (48 + kBin), 0, 0};
   if (name == "ccQueue") return {bins * (kBin + kNumber), 0, 0};
   // 64 sums of products, and 30 to weigh a hit.
@@ -141,6 +143,9 @@ Need needOf(const std::string& name, const BatchReport& r) {
   if (name == "ccSprouts") return {bins * (200 + kBin + kSprout), 0, 0};
   if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
+  // 1,500 sums and products, divisions and roots counted as 8 of them.
+  if (name == "ccContacts")
+    return {patches * (kSums + 2 * kForce) + contacts * (kSums + kContact), 0, patches * 1500};
   return {};
 }
 
@@ -160,9 +165,10 @@ void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& s
   timed(batch, how, bodies, how.steps);
   const BatchReport& r = batch.report();
   std::printf(
-      "a step: %zu samples asked, %zu hits, %zu bins, %zu patches; %zu pairs on the device, "
+      "a step: %zu samples asked, %zu hits, %zu bins, %zu patches, %zu of them contacts; %zu pairs "
+      "on the device, "
       "%zu on the CPU; %.3f MB sent, %.3f MB fetched; %.1f MB on the device\n",
-      r.asked, r.hits, r.bins, r.patches, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
+      r.asked, r.hits, r.bins, r.patches, r.contacts, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
       1e-6 * double(r.fetched), 1e-6 * double(batch.deviceBytes()));
   std::printf("%-18s %10s %10s %8s  %s\n", "on the device", "us a step", "floor us", "share",
               "of the ceiling");
@@ -171,7 +177,7 @@ void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& s
     const double each = time.seconds / (how.steps + 2);
     auto [floor, ceiling] = floorOf(needOf(name, r), speeds);
     if (name == "poses sent") floor = double(r.sent) / speeds.upload, ceiling = "upload";
-    if (name == "patches fetched")
+    if (name == "contacts fetched")
       floor = double(r.fetched) / speeds.download, ceiling = "download";
     all += each;
     std::printf("%-18s %10.1f %10.1f %7.1f%%  %s\n", name.c_str(), 1e6 * each, 1e6 * floor,

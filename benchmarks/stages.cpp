@@ -124,8 +124,12 @@ void reducing(benchmark::State& state) {
   const std::vector<Sums>& patches = binner.patches(found.hits, kCell, false);
   for (auto _ : state)
     for (const Sums& sums : patches) {
-      const PatchForce force = forceOf(sums, false, false, kA);
-      benchmark::DoNotOptimize(pointsOf(sums, force, kVoxel));
+      const auto* const patch = reinterpret_cast<const CcSums*>(&sums);
+      CcFlat flat{};
+      const CcPatchForce force = ccForceOf(patch, false, false, kA, &flat);
+      CcPatchPoint points[4];
+      ccPointsOf(patch, &force, &flat, kVoxel, points);
+      benchmark::DoNotOptimize(points);
     }
   each(state, "s a hit", double(found.hits.size()), 0);
 }

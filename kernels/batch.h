@@ -3,12 +3,14 @@
 #ifndef CLOUDCONTACT_KERNELS_BATCH_H
 #define CLOUDCONTACT_KERNELS_BATCH_H
 
+#include "contact_patch.h"
 #include "hit_bins.h"
 #include "search.h"
 
 #define CC_LEVELS 3
-#define CC_GROUP 128  // work-items that search or sort for a pair together
-#define CC_TEAM 32    // that let a pair's bins grow
+#define CC_GROUP 128      // work-items that search or sort for a pair together
+#define CC_TEAM 32        // that let a pair's bins grow
+#define CC_NEIGHBOURS 64  // of a bin, that there is room for
 #define CC_MOST_BINS \
   1024  // of a pair: the table of keys is twice as large and lies in local memory
 
@@ -35,7 +37,7 @@ typedef struct {
 } CcDirection;
 
 typedef struct {
-  double voxel;            // the larger of the bodies' [m]
+  CcTerms terms;
   double cell;             // a bin's edge [m], of fine samples; twice that of the coarsest
   float margin;            // [m]
   uint enough[CC_LEVELS];  // hits that make a level fine enough
@@ -54,11 +56,12 @@ typedef struct {
   uint hits, asked, wanted;  // `wanted`: the most that one direction asked room for
   int failed;                // CC_NO_ROOM ...
   uint firstBin, bins;
-  uint firstPatch, patches;
+  uint firstPatch, patches;  // at last of its contacts
 } CcAnswer;
 
 #define CC_NO_ROOM 1   // for hits
 #define CC_NO_BINS 2   // for bins, or for patches
+#define CC_FINER 8     // on levels that were not searched
 #define CC_NO_TOUCH 4  // no hits, but a margin: near misses are the CPU's
 
 // A bin: its cell, its pair, and its hits in the pair's list of them, B's from `middle` on.
@@ -71,7 +74,7 @@ typedef struct {
 typedef struct {
   CcFaces faces;
   double size[2], center[3];  // of its sides' pushes
-  int cell[3], unused;
+  uint neighbours, unused;    // how many
 } CcSprout;
 
 // A patch: its bins in the order in which they came.
@@ -82,6 +85,7 @@ typedef struct {
 // Counters of a batch.
 #define CC_BINS 0
 #define CC_PATCHES 1
+#define CC_CONTACTS 2
 #define CC_COUNTERS 4
 
 // The level that a pair's search came to an end on, of those from `from` on; `found` of its two

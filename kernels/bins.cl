@@ -4,6 +4,7 @@
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
 #define CC_NO_BIN 0xffffffffu  // in the queue, where a pair found no room for its own
+#define CC_TEAMS (CC_GROUP / CC_TEAM)  // as much room as CC_SLOTS twice
 
 // A hit of a pair: those of the first direction, then those of the second.
 typedef struct {
@@ -13,12 +14,6 @@ typedef struct {
 // Its number among all pairs' hits.
 uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
-}
-
-// The first of its four columns, which are h->room apart.
-__global const float4* ccHitIn4(const CcHits* h, __global const float4* hits, uint i) {
-  return i < h->count[0] ? hits + 4 * (size_t)h->first[0] + i
-                         : hits + 4 * (size_t)h->first[1] + (i - h->count[0]);
 }
 
 CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirection* directions,
@@ -37,8 +32,9 @@ CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirec
 
 CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float perCell) {
   const int side = i < h->count[0] ? 0 : 1;
-  const size_t room = side == 0 ? h->room[0] : h->room[1];
-  __global const float4* at = ccHitIn4(h, hits, i);
+  const size_t room = h->room[side];
+  __global const float4* at =
+      hits + 4 * (size_t)h->first[side] + (i - (side == 0 ? 0u : h->count[0]));
   const float4 p = at[0], q = at[room], r = at[2 * room];
   const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
   return ccBinOf(x, own, other, q.w, side, perCell);
@@ -46,17 +42,17 @@ CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float p
 
 // What a pair's search came to; whether all its hits found room.
 CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
-                    __global const CcDirection* directions, uint p) {
+                    __global const CcDirection* directions, uint p, int finest) {
   CcAnswer a;
-  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, 0);
-  a.failed = 0;
+  a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, finest);
+  a.failed = a.level < finest ? CC_FINER : 0;
   a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
-  for (int level = CC_LEVELS - 1; level >= a.level; --level)
+  for (int level = CC_LEVELS - 1; level >= max(a.level, finest); --level)
     for (uint d = 0; d < 2; ++d) {
       const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
       const uint all = f.whole + f.deep + f.parts;
       a.wanted = max(a.wanted, all);
-      if (all > directions[2 * p + d].room) a.failed = CC_NO_ROOM;
+      if (all > directions[2 * p + d].room) a.failed |= CC_NO_ROOM;
       a.asked += f.asked;
       if (level == a.level) a.hits += all;
     }
@@ -89,16 +85,46 @@ uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __globa
   return *used;
 }
 
+// Lists each bin's hits as they come, by their numbers in their direction. A team takes one run of
+// hits after the other's; `next` tells for each team and bin where its next hit goes; `bins` is
+// room for a number each.
+void ccListHits(const CcHits* h, uint count, __global const uint* binOf, __local uint* next,
+                __local uint* bins, __global uint* order) {
+  const uint lid = get_local_id(0), lane = lid % CC_TEAM, team = lid / CC_TEAM;
+  const uint each = (count + CC_GROUP - 1) / CC_GROUP * CC_TEAM;
+  const uint end = min((team + 1) * each, count);
+  for (uint step = 0; step < each; step += CC_TEAM) {
+    const uint i = team * each + step + lane;
+    const int is = i < end;
+    const uint bin = binOf[ccHitAt(h, min(i, count - 1))], at = team * CC_MOST_BINS + bin;
+    bins[lid] = is ? bin : CC_MOST_BINS;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint before = 0, all = 0;
+    for (uint k = 0; k < CC_TEAM; ++k) {
+      const uint same = bins[team * CC_TEAM + k] == bin;
+      all += same;
+      before += k < lane ? same : 0u;
+    }
+    const uint place = next[at] + before;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (is) order[h->first[0] + place] = i < h->count[0] ? i : i - h->count[0];
+    if (is && before + 1 == all) next[at] = place + 1;
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+}
+
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
-    __global uint* queue, __global uint* counters, uint binRoom) {
-  __local int holder[CC_SLOTS], least[CC_SLOTS];
-  __local uint counts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
+    __global uint* queue, __global uint* counters, uint binRoom, int finest) {
+  // First a table of keys, then where the next hits of four teams go.
+  __local uint table[CC_TEAMS * CC_MOST_BINS];
+  __local int *holder = (__local int*)table, *least = holder + CC_SLOTS;
+  __local uint counts[CC_MOST_BINS], firsts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
   __local CcFlags flags;
   const uint lid = get_local_id(0), p = get_group_id(0);
-  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p);
+  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p, finest);
   if (answer.failed || answer.hits == 0) {
     if (lid == 0) answers[p] = answer;
     return;
@@ -134,15 +160,23 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
       holder[slots[at]] = (int)number;
     }
   }
-  for (uint b = lid; b < all; b += CC_GROUP) counts[b] = 0u;
+  for (uint b = lid; b < all; b += CC_GROUP) counts[b] = firsts[b] = 0u;
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   for (uint i = lid; i < count; i += CC_GROUP) {
     const uint at = ccHitAt(&h, i);
     const uint bin = (uint)holder[slots[at]];
     slots[at] = bin;
     atomic_inc(&counts[bin]);
+    if (i < h.count[0]) atomic_inc(&firsts[bin]);
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  for (uint k = lid; k < CC_TEAMS * CC_MOST_BINS; k += CC_GROUP) table[k] = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint each = (count + CC_GROUP - 1) / CC_GROUP * CC_TEAM;
+  for (uint i = lid; i < count; i += CC_GROUP) {
+    atomic_inc(&table[i / each * CC_MOST_BINS + slots[ccHitAt(&h, i)]]);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
   uint before = 0;
   for (uint base = 0; base < all; base += CC_GROUP) {
     const uint b = base + lid;
@@ -150,33 +184,25 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     const uint upTo = before + ccSumUpTo(sums, own);
     barrier(CLK_LOCAL_MEM_FENCE);
     if (b < all) {
-      counts[b] = upTo - own;
       bins[firstBin + b].begin = upTo - own;
+      bins[firstBin + b].middle = upTo - own + firsts[b];
       bins[firstBin + b].end = upTo;
+      counts[b] = upTo - own;
     }
     if (lid == CC_GROUP - 1) sums[0] = upTo;
     barrier(CLK_LOCAL_MEM_FENCE);
     before = sums[0];
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  // Each work-item lists the hits of its bins as they come, by their numbers in their direction.
-  for (uint base = 0; base < all; base += CC_GROUP) {
-    const uint b = base + lid;
-    uint next = b < all ? counts[b] : 0u, ofFirst = next;
-    for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
-      barrier(CLK_LOCAL_MEM_FENCE);
-      if (chunk + lid < count) sums[lid] = slots[ccHitAt(&h, chunk + lid)];
-      barrier(CLK_LOCAL_MEM_FENCE);
-      const uint some = b < all ? min((uint)CC_GROUP, count - chunk) : 0u;
-      for (uint k = 0; k < some; ++k)
-        if (sums[k] == b) {
-          const int second = chunk + k >= h.count[0];
-          if (!second) ofFirst = next + 1;
-          order[h.first[0] + next++] = chunk + k - (second ? h.count[0] : 0u);
-        }
-    }
-    if (b < all) bins[firstBin + b].middle = ofFirst;
+  for (uint b = lid; b < all; b += CC_GROUP) {
+    const uint one = counts[b] + table[b], two = one + table[CC_MOST_BINS + b];
+    table[3 * CC_MOST_BINS + b] = two + table[2 * CC_MOST_BINS + b];
+    table[2 * CC_MOST_BINS + b] = two;
+    table[CC_MOST_BINS + b] = one;
+    table[b] = counts[b];
   }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  ccListHits(&h, count, slots, table, sums, order);
   if (lid == 0) {
     answer.firstBin = firstBin;
     answer.bins = all;

@@ -2,6 +2,33 @@
 
 #define CC_WORDS (CC_GROUP / 32)
 
+// Which work-items of a team say so, a bit each; all of it ask. `room` is theirs. A team of 32 runs
+// in step on a NVIDIA device, where its instruction saves three barriers.
+#if defined(CC_NVIDIA)
+uint ccVotes(__local uint* room, int is) {
+  uint votes;
+  asm volatile(
+      "{ .reg .pred said; setp.ne.s32 said, %1, 0; vote.sync.ballot.b32 %0, said, 0xffffffff; }"
+      : "=r"(votes)
+      : "r"(is));
+  return votes;
+}
+#else
+uint ccVotes(__local uint* room, int is) {
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) *room = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (is) atomic_or(room, 1u << get_local_id(0));
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return *room;
+}
+#endif
+
+// The lowest bit that is set, of some.
+uint ccLowest(uint bits) {
+  return 31u - clz(bits & (0u - bits));
+}
+
 // The sum of `value` over the work-items up to this one; `room` for two numbers each. First in
 // teams of 32. Without barriers in a loop, on which PoCL's compiler is slow: 12 s for bins.cl,
 // not 9.

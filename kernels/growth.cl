@@ -1,240 +1,317 @@
-// Bins grow together to patches: a team for each pair. In a round every work-item asks for its own
-// neighbours whether they would join the patch as it is; the first in order does, and those before
-// it were asked in time. So the patches are those of one worker who goes from bin to bin.
+// Bins grow together to patches. First, by a group for each pair, all that can be known of its bins
+// before any patch grows: which are the heaviest, which are beside each other and in which order
+// they are asked, which may be linked. Then, by a team for each pair, the growth itself: all
+// neighbours of a bin are asked at once whether they would join the patch as it is; the first in
+// order does, and those before it were asked in time. So the patches are those of one worker who
+// goes from bin to bin.
 
-#define CC_NEIGHBOURS 192  // 27 cells of six bins, and some
-#define CC_NEAR_BINS 128   // that a team has at hand
-#define CC_NONE 0x7fffffff
+#define CC_NEAR_BINS 128  // of a pair, that a team has at hand
+#define CC_NEAR_HELD 32   // neighbours of each of these
 
-// What growing asks of each bin.
-__kernel void ccSprouts(__global const CcBin* bins, __global const CcSums* sums,
-                        __global const uint* counters, uint binRoom, __global CcSprout* sprouts) {
-  const uint all = min(counters[CC_BINS], binRoom);
-  for (uint b = get_global_id(0); b < all; b += get_global_size(0)) {
-    CcSprout s;
-    for (int side = 0; side < 2; ++side) {
-      for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sums[b].normal[side][i];
-      s.faces.length[side] = ccLength64(s.faces.normal[side]);
-      s.size[side] = sums[b].side[side].size;
-    }
-    const double area = sums[b].area;
-    for (int i = 0; i < 3; ++i) {
-      s.center[i] = sums[b].origin[i];
-      if (area > 0.0) s.center[i] += sums[b].first[i] / area;
-      s.cell[i] = bins[b].cell[i];
-    }
-    s.unused = 0;
-    sprouts[b] = s;
+// A neighbour in a list: its bin, and whether the two may be linked.
+#define CC_NEAR_BIN (CC_MOST_BINS - 1)
+#define CC_MAY_LINK 0x8000u
+
+#define CC_LINK_NUMBERS 11  // of a bin: its faces and its centre
+
+// Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
+// with the number.
+typedef struct {
+  // First keys and weights of all bins, then what links are made of, of the first.
+  double numbers[2 * CC_MOST_BINS];
+  short4 sorted[CC_MOST_BINS];
+  uint crowded;  // a bin has more neighbours than there is room for
+} CcSproutRoom;
+
+// A bin's cell from that of the pair's first. No grid holds more cells than these numbers
+// (CC_KEY_BITS).
+short4 ccCellFrom(__global const CcBin* first, __global const CcBin* bin) {
+  return (short4)((short)(bin->cell[0] - first->cell[0]), (short)(bin->cell[1] - first->cell[1]),
+                  (short)(bin->cell[2] - first->cell[2]), 0);
+}
+
+// Neighbours are asked cell by cell, of a cell's bins the last first.
+ulong ccOrderOf(short4 cell, uint bin) {
+  return (ulong)(cell.z + 16384) << 40 | (ulong)(cell.y + 16384) << 25 |
+         (ulong)(cell.x + 16384) << 10 | (CC_MOST_BINS - 1 - bin);
+}
+
+int ccBeside(short4 a, short4 b) {
+  const int x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
+  return (x >= -1) & (x <= 1) & (y >= -1) & (y <= 1) & (z >= -1) & (z <= 1);
+}
+
+CcSprout ccSproutOf(__global const CcSums* sums) {
+  CcSprout s;
+  for (int side = 0; side < 2; ++side) {
+    for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sums->normal[side][i];
+    s.faces.length[side] = ccLength64(s.faces.normal[side]);
+    s.size[side] = sums->side[side].size;
   }
+  const double area = sums->area;
+  for (int i = 0; i < 3; ++i) {
+    s.center[i] = sums->origin[i];
+    if (area > 0.0) s.center[i] += sums->first[i] / area;
+  }
+  s.neighbours = s.unused = 0u;
+  return s;
+}
+
+// Lists a bin's neighbours in the order in which they are asked; returns how many there are.
+uint ccListNeighbours(uint bin, short4 cell, uint all, __global uint* near,
+                      __local const CcSproutRoom* r) {
+  uint count = 0;
+  for (uint k = 0; k < all; ++k) {
+    const short4 c = r->sorted[k];
+    if ((uint)c.w == bin || !ccBeside(c, cell)) continue;
+    if (count < CC_NEIGHBOURS) near[count] = (uint)c.w;
+    ++count;
+  }
+  return count;
 }
 
 typedef struct {
   CcFaces faces;
-  double size[2];    // of its two sides
-  double center[3];  // of a bin
+  double center[3];
+} CcLinkEnd;
+
+CcLinkEnd ccLinkEnd(__global const CcSprout* sprout) {
+  CcLinkEnd e;
+  e.faces = sprout->faces;
+  for (int i = 0; i < 3; ++i) e.center[i] = sprout->center[i];
+  return e;
+}
+
+void ccHoldLinkEnd(__local double* to, const CcLinkEnd* e) {
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) to[3 * s + i] = e->faces.normal[s][i];
+    to[6 + s] = e->faces.length[s];
+  }
+  for (int i = 0; i < 3; ++i) to[8 + i] = e->center[i];
+}
+
+CcLinkEnd ccHeldLinkEnd(__local const double* from) {
+  CcLinkEnd e;
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) e.faces.normal[s][i] = from[3 * s + i];
+    e.faces.length[s] = from[6 + s];
+  }
+  for (int i = 0; i < 3; ++i) e.center[i] = from[8 + i];
+  return e;
+}
+
+// Notes which of a bin's neighbours may be linked to it, whatever the patch. `held` of the first
+// bins: fetched from global memory for every neighbour they took an H100 a tenth more time.
+void ccNoteLinks(__global const CcSprout* sprouts, __local const double* held, uint bin,
+                 uint count, double close, __global uint* near) {
+  const CcLinkEnd own = ccLinkEnd(&sprouts[bin]);
+  for (uint j = 0; j < count; ++j) {
+    const uint k = near[j];
+    const CcLinkEnd other = k < CC_NEAR_BINS ? ccHeldLinkEnd(held + k * CC_LINK_NUMBERS)
+                                             : ccLinkEnd(&sprouts[k]);
+    if (ccLinked(&other.faces, &own.faces, 1.0, 1.0, other.center, own.center, close))
+      near[j] = k | CC_MAY_LINK;
+  }
+}
+
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
+    __global const CcPair* pairs, __global CcAnswer* answers, __global const CcBin* allBins,
+    __global const CcSums* allSums, __global CcSprout* allSprouts, __global ushort* allHeaviest,
+    __global uint* allNear) {
+  __local CcSproutRoom r;
+  const uint lid = get_local_id(0), p = get_group_id(0);
+  const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
+  const double cell = pairs[p].cell * (answers[p].level == CC_LEVELS - 1 ? 2.0 : 1.0);
+  if (all == 0u) return;
+  __global const CcBin* bins = allBins + first;
+  __global CcSprout* sprouts = allSprouts + first;
+  __global uint* near = allNear + (size_t)first * CC_NEIGHBOURS;
+  __local ulong* keys = (__local ulong*)r.numbers;
+  __local double* weights = r.numbers + CC_MOST_BINS;
+  for (uint b = lid; b < all; b += CC_GROUP) {
+    const CcSprout sprout = ccSproutOf(&allSums[first + b]);
+    sprouts[b] = sprout;
+    weights[b] = sprout.size[0] + sprout.size[1];
+    keys[b] = ccOrderOf(ccCellFrom(bins, &bins[b]), b);
+  }
+  if (lid == 0) r.crowded = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  for (uint b = lid; b < all; b += CC_GROUP) {
+    const ulong key = keys[b];
+    const double weight = weights[b];
+    uint place = 0, heavier = 0;
+    for (uint k = 0; k < all; ++k) {
+      const double other = weights[k];
+      place += (uint)(keys[k] < key);
+      heavier += (uint)((other > weight) | ((other == weight) & (k < b)));
+    }
+    short4 sorted = ccCellFrom(bins, &bins[b]);
+    sorted.w = (short)b;
+    r.sorted[place] = sorted;
+    allHeaviest[first + heavier] = (ushort)b;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint b = lid; b < min(all, (uint)CC_NEAR_BINS); b += CC_GROUP) {
+    const CcLinkEnd end = ccLinkEnd(&sprouts[b]);
+    ccHoldLinkEnd(r.numbers + b * CC_LINK_NUMBERS, &end);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint b = lid; b < all; b += CC_GROUP) {
+    __global uint* own = near + b * CC_NEIGHBOURS;
+    const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, own, &r);
+    if (count > CC_NEIGHBOURS) r.crowded = 1u;
+    sprouts[b].neighbours = count;
+    ccNoteLinks(sprouts, r.numbers, b, min(count, (uint)CC_NEIGHBOURS), CC_CLOSE * cell, own);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
+}
+
+// What growing asks of a bin, and of a patch.
+typedef struct {
+  CcFaces faces;
+  double size[2];  // of its two sides
 } CcGrowing;
 
-// What every work-item of a team asks for again and again, near at hand: a bin's cell, from that of
-// the first bin, and whether it has a patch (w); and the first bins themselves.
+// What a team has near at hand: the first bins and neighbours, which bins have a patch, and these
+// in the order in which they came.
 typedef struct {
-  short4 cells[CC_MOST_BINS];
   CcGrowing bins[CC_NEAR_BINS];
-  CcGrowing patch;             // that grows
-  ushort queue[CC_MOST_BINS];  // bins with a patch, as they came
-  double best[CC_TEAM];
-  int numbers[CC_TEAM], keys[CC_NEIGHBOURS];
-  uint count[2], place;
-  int first[2];
+  ushort near[CC_NEAR_BINS * CC_NEAR_HELD], queue[CC_MOST_BINS];
+  uchar neighbours[CC_MOST_BINS], taken[CC_MOST_BINS];
+  uint votes, place;
 } CcTeam;
 
-CcGrowing ccGrowingOf(__global const CcSprout* bins, __local const CcTeam* team, uint b) {
-  CcGrowing g;
+// Where the pair's bins and their neighbours lie, but for those at hand.
+typedef struct {
+  __global const CcSprout* bins;
+  __global const uint* near;
+  __global const ushort* heaviest;
+  uint all;
+} CcGarden;
+
+CcGrowing ccGrowingOf(const CcGarden* g, __local const CcTeam* team, uint b) {
   if (b < CC_NEAR_BINS) return team->bins[b];
-  g.faces = bins[b].faces;
-  for (int i = 0; i < 2; ++i) g.size[i] = bins[b].size[i];
-  for (int i = 0; i < 3; ++i) g.center[i] = bins[b].center[i];
-  return g;
+  CcGrowing bin;
+  bin.faces = g->bins[b].faces;
+  for (int i = 0; i < 2; ++i) bin.size[i] = g->bins[b].size[i];
+  return bin;
 }
 
-void ccTakeIn(__global const CcSprout* bins, uint all, __local CcTeam* team) {
-  const int first[3] = {bins[0].cell[0], bins[0].cell[1], bins[0].cell[2]};
-  for (uint b = get_local_id(0); b < all; b += CC_TEAM) {
-    // No grid holds more cells than these numbers (CC_KEY_BITS).
-    team->cells[b] =
-        (short4)((short)(bins[b].cell[0] - first[0]), (short)(bins[b].cell[1] - first[1]),
-                 (short)(bins[b].cell[2] - first[2]), 0);
-    if (b >= CC_NEAR_BINS) continue;
-    team->bins[b].faces = bins[b].faces;
-    for (int i = 0; i < 2; ++i) team->bins[b].size[i] = bins[b].size[i];
-    for (int i = 0; i < 3; ++i) team->bins[b].center[i] = bins[b].center[i];
-  }
-  if (get_local_id(0) == 0) team->count[0] = team->count[1] = 0u;
-}
-
-// The heaviest bin without a patch, of equals the first; CC_NONE where all have one.
-int ccSeed(__global const CcSprout* bins, uint all, __local CcTeam* team) {
+void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   const uint lid = get_local_id(0);
-  double weight = -1.0;
-  int number = CC_NONE;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint b = lid; b < all; b += CC_TEAM) {
-    if (team->cells[b].w != 0) continue;
-    const double own = b < CC_NEAR_BINS ? team->bins[b].size[0] + team->bins[b].size[1]
-                                        : bins[b].size[0] + bins[b].size[1];
-    if (number == CC_NONE || own > weight) {
-      weight = own;
-      number = (int)b;
-    }
+  for (uint b = lid; b < g->all; b += CC_TEAM) {
+    team->taken[b] = 0;
+    team->neighbours[b] = (uchar)g->bins[b].neighbours;
+    if (b >= CC_NEAR_BINS) continue;
+    team->bins[b].faces = g->bins[b].faces;
+    for (int i = 0; i < 2; ++i) team->bins[b].size[i] = g->bins[b].size[i];
   }
-  team->best[lid] = weight;
-  team->numbers[lid] = number;
-  for (uint step = CC_TEAM / 2; step > 0; step /= 2) {
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid >= step) continue;
-    const int other = team->numbers[lid + step], own = team->numbers[lid];
-    const double more = team->best[lid + step] - team->best[lid];
-    if (other != CC_NONE && (own == CC_NONE || more > 0.0 || (more == 0.0 && other < own))) {
-      team->best[lid] = team->best[lid + step];
-      team->numbers[lid] = other;
-    }
+  // Whole lists, what is written in them or not: four loads on their way at a time.
+  for (uint b = lid; b < min(g->all, (uint)CC_NEAR_BINS); b += CC_TEAM)
+    for (uint q = 0; q < CC_NEAR_HELD / 4; ++q)
+      vstore4(convert_ushort4(vload4(q, g->near + b * CC_NEIGHBOURS)), q,
+              team->near + b * CC_NEAR_HELD);
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// The j-th neighbour of a bin.
+uint ccNeighbour(const CcGarden* g, __local const CcTeam* team, uint bin, uint j) {
+  return bin < CC_NEAR_BINS && j < CC_NEAR_HELD ? team->near[bin * CC_NEAR_HELD + j]
+                                                : g->near[bin * CC_NEIGHBOURS + j];
+}
+
+// The heaviest bin without a patch, from the `done`-th in weight on.
+uint ccSeed(const CcGarden* g, uint* done, __local CcTeam* team) {
+  const uint lid = get_local_id(0);
+  for (;; *done += CC_TEAM) {
+    const uint bin = g->heaviest[min(*done + lid, g->all - 1)];
+    const uint free = ccVotes(&team->votes, team->taken[bin] == 0);
+    if (free) return g->heaviest[min(*done + ccLowest(free), g->all - 1)];
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  return team->numbers[0];
 }
 
-int ccKeyOf(int cell, uint bin) {
-  return cell * CC_MOST_BINS + (CC_MOST_BINS - 1) - (int)bin;
-}
-uint ccBinOfKey(int key) {
-  return (uint)((CC_MOST_BINS - 1) - key % CC_MOST_BINS);
-}
-
-// Neighbours of a bin without a patch, by the order in which they are asked: cell by cell, of a
-// cell's bins the last first. Counters are used in turn. Returns how many.
-uint ccNeighbours(uint all, uint from, __local CcTeam* team, uint turn) {
-  barrier(CLK_LOCAL_MEM_FENCE);
-  const short4 middle = team->cells[from];
-  if (get_local_id(0) == 0) team->count[1 - turn] = 0u;
-  for (uint b = get_local_id(0); b < all; b += CC_TEAM) {
-    const short4 c = team->cells[b];
-    const int x = c.x - middle.x, y = c.y - middle.y, z = c.z - middle.z;
-    const int near = (x >= -1) & (x <= 1) & (y >= -1) & (y <= 1) & (z >= -1) & (z <= 1);
-    if (near && c.w == 0) {
-      const uint k = atomic_inc(&team->count[turn]);
-      if (k < CC_NEIGHBOURS) team->keys[k] = ccKeyOf(x + 1 + 3 * (y + 1) + 9 * (z + 1), b);
-    }
-  }
-  if (get_local_id(0) == 0) team->first[0] = CC_NONE;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  return min(team->count[turn], (uint)CC_NEIGHBOURS);
-}
-
-// Whether a bin may be linked to the one beside it, whatever the patch.
-int ccMayLink(const CcGrowing* bin, const CcGrowing* from, double close) {
-  return ccLinked(&bin->faces, &from->faces, 1.0, 1.0, bin->center, from->center, close);
-}
-
-int ccJoins(const CcGrowing* bin, int mayLink, const CcGrowing* patch) {
+int ccJoins(const CcGrowing* bin, uint entry, const CcGrowing* patch) {
   if (ccAlike(&bin->faces, &patch->faces, CC_AGREE)) return 1;
   const double weight = bin->size[0] + bin->size[1], all = patch->size[0] + patch->size[1];
-  return mayLink && !(weight < CC_LEAST_LINK * all);
+  return (entry & CC_MAY_LINK) && !(weight < CC_LEAST_LINK * all);
 }
 
 // The patch that takes a bin in.
-void ccJoin(const CcGrowing* bin, __local CcGrowing* patch) {
+void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   for (int s = 0; s < 2; ++s) {
-    double normal[3];
-    for (int i = 0; i < 3; ++i) {
-      normal[i] = patch->faces.normal[s][i] + bin->faces.normal[s][i];
-      patch->faces.normal[s][i] = normal[i];
-    }
-    patch->faces.length[s] = ccLength64(normal);
+    for (int i = 0; i < 3; ++i) patch->faces.normal[s][i] += bin->faces.normal[s][i];
+    patch->faces.length[s] = ccLength64(patch->faces.normal[s]);
     patch->size[s] += bin->size[s];
   }
 }
 
-// Takes in of `some` neighbours of the bin `from` those that join; they follow in the team's queue,
-// which is `length` long. Returns how long it is then.
-uint ccTakeNeighbours(__global const CcSprout* bins, uint some, uint from, double close,
-                      uint length, __local CcTeam* team) {
-  const uint lid = get_local_id(0);
-  // Nearly always a work-item has one neighbour at most, and keeps it.
-  const CcGrowing there = ccGrowingOf(bins, team, from);
-  const CcGrowing kept = ccGrowingOf(bins, team, lid < some ? ccBinOfKey(team->keys[lid]) : from);
-  const int mayLink = lid < some ? ccMayLink(&kept, &there, close) : 0;
-  int asked = -1;
-  for (uint turn = 0; some > 0; turn = 1 - turn) {
-    const CcGrowing patch = team->patch;
-    int own = CC_NONE;
-    for (uint k = lid; k < some; k += CC_TEAM) {
-      const int key = team->keys[k];
-      if (key <= asked || key >= own) continue;
-      if (k == lid) {
-        if (ccJoins(&kept, mayLink, &patch)) own = key;
-      } else {
-        const CcGrowing bin = ccGrowingOf(bins, team, ccBinOfKey(key));
-        if (ccJoins(&bin, ccMayLink(&bin, &there, close), &patch)) own = key;
-      }
-    }
-    if (own != CC_NONE) atomic_min(&team->first[turn], own);
-    if (lid == 0) team->first[1 - turn] = CC_NONE;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    asked = team->first[turn];
-    if (asked == CC_NONE) break;
-    if (own == asked) {
-      const uint b = ccBinOfKey(own);
-      const CcGrowing bin =
-          lid < some && team->keys[lid] == own ? kept : ccGrowingOf(bins, team, b);
-      ccJoin(&bin, &team->patch);
-      team->cells[b].w = 1;
-      team->queue[length] = (ushort)b;
+// Takes in of the neighbours of the bin `from` those that join, from the `first` of them on, no
+// more than a team; they follow in the team's queue, which is `length` long. Returns how long it is
+// then.
+uint ccTakeNeighbours(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
+                      __local CcTeam* team) {
+  const uint lid = get_local_id(0), j = first + lid;
+  uint entry = 0, waiting = 0;
+  if (j < team->neighbours[from]) {
+    entry = ccNeighbour(g, team, from, j);
+    waiting = team->taken[entry & CC_NEAR_BIN] == 0;
+  }
+  const CcGrowing own = ccGrowingOf(g, team, entry & CC_NEAR_BIN);
+  uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
+  while (joining) {
+    const uint asked = ccLowest(joining);
+    const uint bin = ccNeighbour(g, team, from, first + asked) & CC_NEAR_BIN;
+    const CcGrowing more = ccGrowingOf(g, team, bin);
+    ccJoin(&more, patch);
+    if (lid == asked) {
+      team->taken[bin] = 1;
+      team->queue[length] = (ushort)bin;
     }
     ++length;
-    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lid <= asked) waiting = 0;
+    joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   }
   return length;
 }
 
 // The patch that begins with the bin `seed`; its bins go to the team's queue from `begin` on.
 // Returns where they end.
-uint ccGrowFrom(__global const CcSprout* bins, uint all, uint seed, double close, uint begin,
-                __local CcTeam* team) {
+uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) {
   uint length = begin + 1;
+  CcGrowing patch = ccGrowingOf(g, team, seed);
+  barrier(CLK_LOCAL_MEM_FENCE);
   if (get_local_id(0) == 0) {
     team->queue[begin] = (ushort)seed;
-    team->cells[seed].w = 1;
-    team->patch = ccGrowingOf(bins, team, seed);
+    team->taken[seed] = 1;
   }
-  for (uint next = begin, turn = 0; next < length; ++next, turn = 1 - turn) {
+  for (uint next = begin; next < length; ++next) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    const uint from = team->queue[next];
-    const uint some = ccNeighbours(all, from, team, turn);
-    length = ccTakeNeighbours(bins, some, from, close, length, team);
+    const uint from = team->queue[next], all = team->neighbours[from];
+    for (uint first = 0; first < all; first += CC_TEAM)
+      length = ccTakeNeighbours(g, from, first, length, &patch, team);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) == 0) team->count[0] = team->count[1] = 0u;
   return length;
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
-    __global const CcPair* pairs, __global CcAnswer* answers, __global const CcSprout* sprouts,
-    __global uint* queues, __global CcGrown* scratch, __global CcGrown* grown,
-    __global uint* counters, uint patchRoom) {
+    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const ushort* heaviest,
+    __global const uint* near, __global uint* queues, __global CcGrown* scratch,
+    __global CcGrown* grown, __global uint* counters, uint patchRoom) {
   __local CcTeam team;
   const uint lid = get_local_id(0), p = get_group_id(0);
-  const CcAnswer answer = answers[p];
-  if (answer.failed || answer.bins == 0) return;
-  const double cell = pairs[p].cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
-  __global const CcSprout* bins = sprouts + answer.firstBin;
-  __global CcGrown* own = scratch + answer.firstBin;
-  ccTakeIn(bins, answer.bins, &team);
-  uint done = 0, patches = 0;
-  while (done < answer.bins) {
-    const int seed = ccSeed(bins, answer.bins, &team);
-    const uint end = ccGrowFrom(bins, answer.bins, (uint)seed, CC_CLOSE * cell, done, &team);
+  const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
+  if (all == 0u) return;
+  const CcGarden g = {sprouts + first, near + (size_t)first * CC_NEIGHBOURS, heaviest + first, all};
+  __global CcGrown* own = scratch + first;
+  ccTakeIn(&g, &team);
+  uint done = 0, patches = 0, heavier = 0;
+  while (done < all) {
+    const uint end = ccGrowFrom(&g, ccSeed(&g, &heavier, &team), done, &team);
     if (lid == 0) {
-      const CcGrown g = {answer.firstBin + done, answer.firstBin + end};
-      own[patches] = g;
+      const CcGrown one = {first + done, first + end};
+      own[patches] = one;
     }
     done = end;
     ++patches;
@@ -244,8 +321,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   const uint place = team.place;
   const int fits = place + patches <= patchRoom;
   for (uint k = lid; k < patches && fits; k += CC_TEAM) grown[place + k] = own[k];
-  for (uint k = lid; k < answer.bins; k += CC_TEAM)
-    queues[answer.firstBin + k] = answer.firstBin + team.queue[k];
+  for (uint k = lid; k < all; k += CC_TEAM) queues[first + k] = first + team.queue[k];
   if (lid == 0) {
     answers[p].firstPatch = place;
     answers[p].patches = patches;
@@ -270,81 +346,116 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
 #define CC_DEEPEST 76
 #define CC_HITS 78
 
-// A bin's k-th number as it is about a patch's origin, `shift` away: as ccJoinSums() of hit_sums.h
-// has it.
-double ccAxis(const double* v, int i) {
-  return i == 0 ? v[0] : i == 1 ? v[1] : v[2];  // an index would put them in memory
-}
-double ccMoved(__local const double* from, const double* shift, int k) {
-  const double own = from[k];
-  if (k < CC_AREA) {
-    const int side = (k - CC_SIDES) / CC_SIDE_NUMBERS,
-              i = k - CC_SIDES - CC_SIDE_NUMBERS * side - 3;
-    if (i < 0 || i > 2) return own;
-    __local const double* push = from + CC_SIDES + CC_SIDE_NUMBERS * side;
+// How a bin's k-th number is told about a patch's origin, `shift` away: as ccJoinSums() of
+// hit_sums.h has it, and for all numbers by the same instructions, of which each takes its own. A
+// shift takes the place of the bin's origin.
+#define CC_STAYS 0
+#define CC_MOVES 1    // by a
+#define CC_TURNS 2    // by a - b
+#define CC_SPREADS 3  // by a, b and c, one after the other
+#define CC_OPENS 4    // by a + b + c
+
+typedef struct {
+  int kind;
+  int a, i, b, j;  // places of factors: a is [a] [i], b is [b] [j]
+  int c, k, l;     // and c is [c] [k] [l], or without the last where that is none
+} CcMove;
+
+CcMove ccMoveOf(int k) {
+  CcMove m = {CC_STAYS, k, 0, k, 0, k, 0, 0};
+  if (k >= CC_SIDES && k < CC_AREA) {
+    const int side = (k - CC_SIDES) / CC_SIDE_NUMBERS;
+    const int push = CC_SIDES + CC_SIDE_NUMBERS * side, i = k - push - 3;
     const int p = (i + 1) % 3, q = (i + 2) % 3;
-    return own + (ccAxis(shift, p) * push[q] - ccAxis(shift, q) * push[p]);
-  }
-  if (k >= CC_FIRST && k < CC_SECOND) return own + from[CC_AREA] * ccAxis(shift, k - CC_FIRST);
-  if (k >= CC_SECOND && k < CC_NORMALS) {
+    const CcMove turns = {CC_TURNS, push + q, p, push + p, q, k, 0, 0};
+    if (i >= 0 && i < 3) m = turns;
+  } else if (k >= CC_FIRST && k < CC_SECOND) {
+    m.kind = CC_MOVES, m.a = CC_AREA, m.i = k - CC_FIRST;
+  } else if (k >= CC_SECOND && k < CC_NORMALS) {
     const int i = (k - CC_SECOND) / 3, j = (k - CC_SECOND) % 3;
-    const double si = ccAxis(shift, i), sj = ccAxis(shift, j);
-    return own + from[CC_FIRST + j] * si + sj * from[CC_FIRST + i] + from[CC_AREA] * sj * si;
-  }
-  if (k >= CC_NORMALS_BY && k < CC_PLACES) {
+    const CcMove spreads = {CC_SPREADS, CC_FIRST + j, i, CC_FIRST + i, j, CC_AREA, j, i};
+    m = spreads;
+  } else if (k >= CC_NORMALS_BY && k < CC_PLACES) {
     const int side = (k - CC_NORMALS_BY) / 9, at = (k - CC_NORMALS_BY) % 9;
-    return own + from[CC_NORMALS + 3 * side + at % 3] * ccAxis(shift, at / 3);
+    m.kind = CC_MOVES, m.a = CC_NORMALS + 3 * side + at % 3, m.i = at / 3;
+  } else if (k >= CC_PLACES && k < CC_PLACES + 3) {
+    m.kind = CC_MOVES, m.a = CC_PRESSED, m.i = k - CC_PLACES;
+  } else if (k == CC_OPENING) {
+    const CcMove opens = {CC_OPENS, CC_APART, 0, CC_APART + 1, 1, CC_APART + 2, 2, 0};
+    m = opens;
   }
-  if (k >= CC_PLACES && k < CC_PLACES + 3)
-    return own + from[CC_PRESSED] * ccAxis(shift, k - CC_PLACES);
-  if (k == CC_OPENING)
-    return own + (shift[0] * from[CC_APART] + shift[1] * from[CC_APART + 1] +
-                  shift[2] * from[CC_APART + 2]);
-  return own;
+  return m;
 }
 
-double ccJoined(double to, double more, int k) {
+// A patch's k-th number with that of a bin.
+double ccJoined(double to, __local const double* from, const CcMove* m, int k) {
+  const double own = from[k];
+  const double a = from[m->a] * from[m->i], b = from[m->b] * from[m->j];
+  const double open = from[m->c] * from[m->k], c = open * from[m->l];
+  const double by = m->kind == CC_TURNS ? a - b : m->kind == CC_OPENS ? a + b + open : a;
+  const double moved = own + by, spread = moved + b + c;
+  const double more = m->kind == CC_STAYS ? own : m->kind == CC_SPREADS ? spread : moved;
   if (k == CC_DEEPEST) return to < more ? more : to;
   if (k == CC_HITS) return as_double(as_ulong(to) + as_ulong(more));
   return to + more;
 }
 
-#define CC_STAGE 8  // bins at hand
+#define CC_STAGE 4  // bins at hand
+#define CC_STAGE_ROUNDS ((CC_STAGE * CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
+
+// A work-item's share of the numbers of `some` bins, on their way.
+void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some, double* numbers) {
+  for (int n = 0; n < CC_STAGE_ROUNDS; ++n) {
+    const int at = (int)get_local_id(0) + n * CC_TEAM, r = at / CC_SUMS_NUMBERS;
+    if (at < some * CC_SUMS_NUMBERS)
+      numbers[n] = ((__global const double*)&sums[bins[r]])[at - r * CC_SUMS_NUMBERS];
+  }
+}
 
 // Sums of patches, bin by bin in the order in which they came: a team shares a patch, each of its
 // work-items some of the numbers.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
     __global const CcSums* sums, __global const uint* queues, __global const CcGrown* grown,
     __global const uint* counters, uint patchRoom, __global CcSums* patches) {
-  __local double near[CC_STAGE * CC_SUMS_NUMBERS];
+  __local double held[CC_STAGE * CC_SUMS_NUMBERS], origin[3];
+  __local uint bins[CC_TEAM];
   const int lane = (int)get_local_id(0);
   const uint all = min(counters[CC_PATCHES], patchRoom);
+  CcMove moves[CC_TEAM_ROUNDS];
+  for (int n = 0; n < CC_TEAM_ROUNDS; ++n) moves[n] = ccMoveOf(lane + n * CC_TEAM);
   for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
     const CcGrown g = grown[k];
     __global const double* first = (__global const double*)&sums[queues[g.begin]];
-    const double origin[3] = {first[0], first[1], first[2]};
-    double joined[CC_TEAM_ROUNDS];
+    double joined[CC_TEAM_ROUNDS], coming[CC_STAGE_ROUNDS];
     for (int n = 0; n < CC_TEAM_ROUNDS; ++n)
       joined[n] = lane + n * CC_TEAM < CC_SUMS_NUMBERS ? first[lane + n * CC_TEAM] : 0.0;
-    for (uint i = g.begin + 1; i < g.end; i += CC_STAGE) {
-      const int some = (int)min((uint)CC_STAGE, g.end - i);
+    if (lane < 3) origin[lane] = joined[0];
+    for (uint i = g.begin + 1; i < g.end; i += CC_TEAM) {
+      const int count = (int)min((uint)CC_TEAM, g.end - i);
+      if (lane < count) bins[lane] = queues[i + (uint)lane];
       barrier(CLK_LOCAL_MEM_FENCE);
-      for (int r = 0; r < some; ++r) {
-        __global const double* from = (__global const double*)&sums[queues[i + (uint)r]];
-        for (int at = lane; at < CC_SUMS_NUMBERS; at += CC_TEAM)
-          near[r * CC_SUMS_NUMBERS + at] = from[at];
-      }
-      barrier(CLK_LOCAL_MEM_FENCE);
-      for (int r = 0; r < some; ++r) {
-        __local const double* from = near + r * CC_SUMS_NUMBERS;
-        const double shift[3] = {from[0] - origin[0], from[1] - origin[1], from[2] - origin[2]};
-        for (int n = 0; n < CC_TEAM_ROUNDS; ++n) {
-          const int at = lane + n * CC_TEAM;
-          if (at >= CC_SIDES && at < CC_SUMS_NUMBERS)
-            joined[n] = ccJoined(joined[n], ccMoved(from, shift, at), at);
+      ccOnTheWay(sums, bins, min(CC_STAGE, count), coming);
+      for (int done = 0; done < count; done += CC_STAGE) {
+        const int some = min(CC_STAGE, count - done), next = done + CC_STAGE;
+        for (int n = 0; n < CC_STAGE_ROUNDS; ++n) {
+          const int at = lane + n * CC_TEAM, place = at % CC_SUMS_NUMBERS;
+          if (at < some * CC_SUMS_NUMBERS)
+            held[at] = place < CC_SIDES ? coming[n] - origin[place] : coming[n];
         }
+        barrier(CLK_LOCAL_MEM_FENCE);
+        if (next < count) ccOnTheWay(sums, bins + next, min(CC_STAGE, count - next), coming);
+        for (int r = 0; r < some; ++r) {
+          __local const double* from = held + r * CC_SUMS_NUMBERS;
+          for (int n = 0; n < CC_TEAM_ROUNDS; ++n) {
+            const int at = lane + n * CC_TEAM;
+            if (at >= CC_SIDES && at < CC_SUMS_NUMBERS)
+              joined[n] = ccJoined(joined[n], from, &moves[n], at);
+          }
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
       }
     }
+    barrier(CLK_LOCAL_MEM_FENCE);
     __global double* to = (__global double*)&patches[k];
     for (int n = 0; n < CC_TEAM_ROUNDS; ++n)
       if (lane + n * CC_TEAM < CC_SUMS_NUMBERS) to[lane + n * CC_TEAM] = joined[n];

@@ -1,8 +1,9 @@
 // A level of the search, of all pairs that want it: a group for each direction of a pair. Samples
 // are asked in windows, in their order, and what is found keeps it: hits of whole samples, then of
-// those below the band, then of parts of samples over an edge (parts.cl), as lane_search.h of
-// plugin/contact has them. A sample in five is a hit: which ones may be is found out first, so that
-// all work-items have one when hits are worked out.
+// those below the band, then of parts of samples over an edge, as lane_search.h of plugin/contact
+// has them. A sample in five is a hit: which ones may be is found out here, hits are worked out by
+// a kernel of their own (hits.cl). On a M16 thread a third of the samples lies where several planes
+// meet: they wait until there are enough of them for all work-items.
 
 #define CC_SOURCES 4  // of a work-item at a time
 
@@ -24,21 +25,16 @@ typedef struct {
   float perCell, unit;  // [1/m] of a bin's cell; [m^2] of a sample's area
 } CcTask;
 
-// Where hits go.
-typedef struct {
-  __global float4* hits;
-  __global ulong* keys;
-} CcOut;
-
 // Room of a group for a window of samples.
 typedef struct {
   uint samples[CC_WINDOW];
-  ushort tried[CC_WINDOW];  // those that may be hits, by their place in the window
+  ushort many[CC_WINDOW];  // those whose records have several planes, by their place in the window
+  uchar is[CC_WINDOW];     // what ccAsk() tells of each
   uint sums[2 * CC_GROUP];
   CcMarks marks;
-  CcFlags flags;
-  uint triedCount, near, below, over;  // so far
-  uint rounds;                         // 2 where samples lie below the band or over an edge
+  uint manyCount;                 // in the window
+  uint tried, near, below, over;  // so far
+  uint rounds;                    // 2 where samples lie below the band or over an edge
 } CcWindow;
 
 typedef struct {
@@ -65,24 +61,6 @@ CcVoxel ccRecordAt(__local const CcTask* t, CcFields all, const CcPlace* place) 
   return all.records[t->other.records + (uint)(first + place->cell)];
 }
 
-// The i-th hit of the direction.
-void ccPut(__local const CcTask* t, CcOut out, uint i, const CcHit* h, float area, float depth) {
-  const uint room = t->dir.room;
-  __global float4* hits = out.hits + 4 * (size_t)t->dir.hits + i;
-  hits[0] = (float4)(h->position[0], h->position[1], h->position[2], depth);
-  hits[room] = (float4)(h->own[0], h->own[1], h->own[2], h->facing);
-  hits[2 * (size_t)room] = (float4)(h->other[0], h->other[1], h->other[2], area);
-  hits[3 * (size_t)room] = (float4)(h->wet.share, h->wet.depth1, h->wet.depth2, h->wet.depth3);
-  const CcBinOfHit b = ccBinOf(h->position, h->own, h->other, h->facing, t->side, t->perCell);
-  out.keys[t->dir.hits + i] = ccBinKey(b.x, b.y, b.z, b.direction);
-}
-
-CcHit ccHitFrom(__local const CcTask* t, const float* x, const float* n, const CcDepth* d,
-                float width) {
-  return ccHitIn(&t->dir.way.toFrame, t->dir.way.frameFromOwn, t->dir.way.frameFromOther, x, n,
-                 d->normal, d->depth, t->limits.halfWidth * width);
-}
-
 // A source of samples: of the coarsest level a brick that may touch, else a sample's cell.
 uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
                 __global const uint* nearby) {
@@ -105,118 +83,123 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
 
 // What ccAsk() tells of a sample.
 #define CC_MAY_HIT 1u
-#define CC_FINER 2u    // finer samples beside it are asked for
+#define CC_ASK_FINER 2u  // finer samples beside it are asked for
 #define CC_BELOW 4u    // below the band
 #define CC_DIVIDED 8u  // over an edge
+#define CC_MANY 16u    // not told yet: its record has several planes
+
+// What becomes of a sample whose record has planes, by the one that is nearest in `d`, voxels.
+uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const CcSample* s,
+                 CcVoxel record, const CcPlace* place, CcDepth d) {
+  d.depth *= t->other.voxel;
+  float turned[3];
+  ccTurn(t->dir.way.turnToOther, s->n, turned);
+  const int kind = ccKindOf(&t->limits, record, d.depth, turned, d.normal, s->width);
+  const uint is = kind & CC_NEARBY ? CC_ASK_FINER : 0u;
+  if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
+      ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
+                   t->other.voxel, t->own.voxel))
+    return is | CC_DIVIDED;
+  const int may = (kind & CC_WET) &&
+                  ccMayHit(&t->limits, d.depth, ccDot(turned, d.normal), s->width);
+  return is | (may ? CC_MAY_HIT : 0u);
+}
 
 uint ccAsk(__local const CcTask* t, CcFields all, uint k) {
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
   const CcVoxel record = ccRecordAt(t, all, &place);
   const uint count = ccPlaneCount(record);
-  if (count == 0u && record.b == 0u) return 0u;
-  __global const CcVoxel* planes = all.records + t->other.planes;
-  CcDepth d = {0.0f, {0.0f, 0.0f, 0.0f}};
-  if (count > 0u) {
-    d = ccVoxelDepth(record, planes, place.r);
-    d.depth *= t->other.voxel;
-  }
-  float turned[3];
-  ccTurn(t->dir.way.turnToOther, s.n, turned);
-  const int kind = ccKindOf(&t->limits, record, d.depth, turned, d.normal, s.width);
-  uint is = (kind & CC_NEARBY ? CC_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
-  if (count > 1u && t->level < CC_LEVELS - 1 &&
-      ccEdgeWithin(&t->limits, record, planes, place.r, d.depth, d.normal, s.width, t->other.voxel,
-                   t->own.voxel))
-    is |= CC_DIVIDED;
-  else if ((kind & CC_WET) && ccMayHit(&t->limits, d.depth, ccDot(turned, d.normal), s.width))
-    is |= CC_MAY_HIT;
-  return is;
+  if (count > 1u) return CC_MANY;
+  if (count == 1u)
+    return ccAskPlanes(t, all.records, &s, record, &place, ccPlaneDepth(record, place.r));
+  const float nowhere[3] = {0.0f, 0.0f, 0.0f};
+  const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s.width);
+  return (kind & CC_NEARBY ? CC_ASK_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
-// Asks for the window's samples. Those that may be hits are listed; numbers of the others that
-// matter go to `next`, `deep` and `divided`.
+// ccVoxelDepth() with all planes on their way at once.
+CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) {
+  const uint count = ccPlaneCount(v);
+  const int concave = ccConcave(v);
+  CcVoxel all[CC_MAX_PLANES];
+  for (uint i = 0; i < CC_MAX_PLANES; ++i) all[i] = planes[v.b + min(i, count - 1u)];
+  CcDepth best = ccPlaneDepth(all[0], x);
+  for (uint i = 1; i < CC_MAX_PLANES; ++i) {
+    if (i >= count) break;
+    const CcDepth d = ccPlaneDepth(all[i], x);
+    if (concave ? d.depth > best.depth : d.depth < best.depth) best = d;
+  }
+  return best;
+}
+
+uint ccAskMany(__local const CcTask* t, CcFields all, uint k) {
+  const CcSample s = ccSampleOf(t, all, k);
+  const CcPlace place = ccPlaceIn(t, s.x);
+  const CcVoxel record = ccRecordAt(t, all, &place);
+  __global const CcVoxel* planes = all.records + t->other.planes;
+  return ccAskPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
+}
+
+// Asks for the window's samples: what is told of each.
+void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
+  const uint lid = get_local_id(0);
+  for (uint k = lid; k < some; k += CC_GROUP) {
+    const uint is = ccAsk(t, all, w->samples[k]);
+    w->is[k] = (uchar)is;
+    if (is == CC_MANY) w->many[atomic_inc(&w->manyCount)] = (ushort)k;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint count = w->manyCount;
+  for (uint i = lid; i < count; i += CC_GROUP)
+    w->is[w->many[i]] = (uchar)ccAskMany(t, all, w->samples[w->many[i]]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// Where numbers of samples go: those that may be hits, below the band, over an edge, and those
+// beside which finer ones are asked for.
+typedef struct {
+  __global uint *tried, *deep, *divided, *next;
+} CcLists;
+
+// Asks for the window's samples, and lists their numbers.
 void ccAskWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
-                 __global uint* next, __global uint* deep, __global uint* divided) {
+                 CcLists lists) {
   const uint lid = get_local_id(0), room = t->dir.room;
+  ccAskAll(t, all, w, some);
   uint first = 0, second = 0;
   for (uint j = 0; j * CC_GROUP < some; ++j) {
     const uint k = j * CC_GROUP + lid;
-    const uint is = k < some ? ccAsk(t, all, w->samples[k]) : 0u;
+    const uint is = k < some ? w->is[k] : 0u;
     first |= ((is & 1u) | (is & 2u) << 15) << j;
     second |= ((is >> 2 & 1u) | (is >> 2 & 2u) << 15) << j;
   }
   if (second) w->rounds = 2;
-  ccMark(&w->marks, w->sums, first);
-  const uint near = w->near;
-  for (uint j = 0; j * CC_GROUP < some; ++j) {
-    const uint k = j * CC_GROUP + lid;
-    if (first >> j & 1u) w->tried[ccMarked(&w->marks, 0, j)] = (ushort)k;
-    if (first >> (16 + j) & 1u) next[near + ccMarked(&w->marks, 1, j)] = w->samples[k];
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (lid == 0) {
-    w->triedCount = w->marks.all & 0xffffu;
-    w->near += w->marks.all >> 16;
-  }
-  for (uint n = 1; n < w->rounds; ++n) {
-    ccMark(&w->marks, w->sums, second);
-    const uint below = w->below, over = w->over;
+  for (uint n = 0; n < w->rounds; ++n) {
+    const uint mine = n == 0 ? first : second;
+    ccMark(&w->marks, w->sums, mine);
+    const uint before = n == 0 ? w->tried : w->below, behind = n == 0 ? w->near : w->over;
+    __global uint* one = n == 0 ? lists.tried : lists.deep;
+    __global uint* two = n == 0 ? lists.next : lists.divided;
+    const uint roomOfTwo = n == 0 ? 0xffffffffu : room;
     for (uint j = 0; j * CC_GROUP < some; ++j) {
       const uint sample = w->samples[j * CC_GROUP + lid];
-      const uint atBelow = below + ccMarked(&w->marks, 0, j),
-                 atOver = over + ccMarked(&w->marks, 1, j);
-      if (second >> j & 1u && atBelow < room) deep[atBelow] = sample;
-      if (second >> (16 + j) & 1u && atOver < room) divided[atOver] = sample;
+      const uint at = before + ccMarked(&w->marks, 0, j), to = behind + ccMarked(&w->marks, 1, j);
+      if (mine >> j & 1u && at < room) one[at] = sample;
+      if (mine >> (16 + j) & 1u && to < roomOfTwo) two[to] = sample;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     if (lid == 0) {
-      w->below += w->marks.all & 0xffffu;
-      w->over += w->marks.all >> 16;
+      if (n == 0) {
+        w->tried += w->marks.all & 0xffffu;
+        w->near += w->marks.all >> 16;
+      } else {
+        w->below += w->marks.all & 0xffffu;
+        w->over += w->marks.all >> 16;
+      }
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-}
-
-// Hits among the samples listed, counted by the window's flags.
-void ccTakeWhole(__local const CcTask* t, CcFields all, __local CcWindow* w, CcOut out) {
-  const uint count = w->triedCount;
-  for (uint base = 0; base < count; base += CC_GROUP) {
-    const uint k = base + get_local_id(0);
-    CcHit h;
-    float area = 0.0f, depth = 0.0f;
-    uint is = 0;
-    if (k < count) {
-      const CcSample s = ccSampleOf(t, all, w->samples[w->tried[k]]);
-      const CcPlace place = ccPlaceIn(t, s.x);
-      CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, place.r);
-      d.depth *= t->other.voxel;
-      h = ccHitFrom(t, s.x, s.n, &d, s.width);
-      is = h.wet.depth1 > 0.0f;
-      area = s.area * t->unit;
-      depth = d.depth;
-    }
-    ccFlag(&w->flags, 1, is);
-    const uint at = is ? ccFlagged(&w->flags, 0) : t->dir.room;
-    if (at < t->dir.room) ccPut(t, out, at, &h, area, depth);
-  }
-}
-
-// Samples below the band, by their numbers; hits from the one numbered `begin`.
-void ccTakeDeep(__local const CcTask* t, CcFields all, uint count, __global const uint* deep,
-                uint begin, CcOut out) {
-  for (uint i = get_local_id(0); i < count; i += CC_GROUP) {
-    const CcSample s = ccSampleOf(t, all, deep[i]);
-    const CcPlace place = ccPlaceIn(t, s.x);
-    const float depth =
-        ccDepthBelow(all.ints[t->other.distance + (uint)place.brick], t->other.voxel);
-    float at[3], normal[3], back[3];
-    ccApply(&t->dir.way.toFrame, s.x, at);
-    ccTurn(t->dir.way.frameFromOwn, s.n, normal);
-    for (int k = 0; k < 3; ++k) back[k] = -normal[k];
-    const CcHit h = ccHitOf(at, normal, back, depth, t->limits.halfWidth * s.width);
-    ccPut(t, out, begin + i, &h, s.area * t->own.voxel * t->own.voxel, depth);
-  }
 }
 
 // The window's samples, of runs of which this work-item has some: `before` samples of the others.
@@ -251,7 +234,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
     __global const uint2* runs, __global const CcPair* pairs,
     __global const CcDirection* directions, __global CcFound* found, __global uint* nearby,
-    __global float4* hits, __global ulong* keys, __global uint* aside, __global uint* counters) {
+    __global uint* aside, __global uint* counters) {
   __local CcTask t;
   __local CcWindow w;
   const uint lid = get_local_id(0), d = get_group_id(0);
@@ -260,14 +243,13 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
       ccLastLevel(&pairs[d / 2], found + (d & ~1u) * CC_LEVELS, level + 1) > level)
     return;
   const CcFields all = {floats, records, ints, uints, runs};
-  const CcOut out = {hits, keys};
   ccBegin(&t, level, d, fields, pairs, directions);
-  if (lid == 0) w.near = w.below = w.over = 0;
-  ccNoFlags(&w.flags);
+  if (lid == 0) w.tried = w.near = w.below = w.over = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   __global const uint* from = nearby + t.dir.nearby[level == 0];
-  __global uint* next = nearby + t.dir.nearby[level == 1];
-  __global uint *deep = aside + 2 * (size_t)t.dir.hits, *divided = deep + t.dir.room;
+  __global uint* own = aside + 3 * (size_t)t.dir.hits;
+  const CcLists lists = {own, own + t.dir.room, own + 2 * t.dir.room,
+                         nearby + t.dir.nearby[level == 1]};
   const uint sources =
       level == CC_LEVELS - 1 ? t.own.brickCount : found[d * CC_LEVELS + (uint)level + 1u].nearby;
   uint asked = 0;
@@ -286,19 +268,17 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     for (uint begin = 0; begin < total; begin += CC_WINDOW) {
       barrier(CLK_LOCAL_MEM_FENCE);
       ccList(&w, run, upTo - mine, begin);
-      if (lid == 0) w.rounds = 1;
+      if (lid == 0) {
+        w.rounds = 1;
+        w.manyCount = 0;
+      }
       barrier(CLK_LOCAL_MEM_FENCE);
-      ccAskWindow(&t, all, &w, min((uint)CC_WINDOW, total - begin), next, deep, divided);
-      ccTakeWhole(&t, all, &w, out);
+      ccAskWindow(&t, all, &w, min((uint)CC_WINDOW, total - begin), lists);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  ccCountFlags(&w.flags, 1);
-  const uint whole = w.flags.before[0], below = w.below, over = w.over;
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  if (whole + below + over <= t.dir.room) ccTakeDeep(&t, all, below, deep, whole, out);
   if (lid == 0) {
-    const CcFound f = {whole, below, over, w.near, asked};
+    const CcFound f = {w.tried, w.below, w.over, w.near, asked};
     found[d * CC_LEVELS + (uint)level] = f;
   }
 }

@@ -118,19 +118,24 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSums(
                        {0.0, 0.0, 0.0},
                        {0.0, 0.0, 0.0}};
       uint i = side == 0 ? bin.begin : bin.middle;
-      // The next hit is on its way while one is added up, and the number of the one behind it.
-      uint at = i < end ? list[i] : 0u, next = i + 1 < end ? list[i + 1] : at;
-      float4 pNext = here[at], qNext = here[room + at], rNext = here[2 * room + at],
-             sNext = here[3 * room + at];
+      // The next two hits are on their way while one is added up: memory is far.
+      uint at = i < end ? list[i] : 0u, next = i + 1 < end ? list[i + 1] : at,
+           last = i + 2 < end ? list[i + 2] : next;
+      float4 p1 = here[at], q1 = here[room + at], r1 = here[2 * room + at],
+             s1 = here[3 * room + at];
+      float4 p2 = here[next], q2 = here[room + next], r2 = here[2 * room + next],
+             s2 = here[3 * room + next];
       for (; i < end; ++i) {
         const uint number = at;
-        const float4 p = pNext, q = qNext, r = rNext, s = sNext;
+        const float4 p = p1, q = q1, r = r1, s = s1;
         at = next;
-        if (i + 2 < end) next = list[i + 2];
-        pNext = here[at];
-        qNext = here[room + at];
-        rNext = here[2 * room + at];
-        sNext = here[3 * room + at];
+        next = last;
+        if (i + 3 < end) last = list[i + 3];
+        p1 = p2, q1 = q2, r1 = r2, s1 = s2;
+        p2 = here[next];
+        q2 = here[room + next];
+        r2 = here[2 * room + next];
+        s2 = here[3 * room + next];
         const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
         const CcWet wet = {s.x, 0.0f, s.y, s.z, s.w};
         const CcWeights h = ccWeightsOf(x, r.w, &wet, ccGate(q.w), origin, perUnit);

@@ -6,6 +6,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 namespace cloudcontact::opencl {
 
@@ -24,7 +25,7 @@ std::size_t aligned(std::size_t size) {
 
 CcPair pairOf(const Asked& asked) {
   CcPair p{};
-  p.voxel = asked.frame.voxel;
+  p.terms = termsOf(asked.pair->a, asked.pair->b, asked.pair->settings, asked.frame);
   p.cell = cellOf(asked.frame, 0);
   p.margin = marginOf(asked.pair->settings.margin, asked.frame);
   const std::size_t enough = enoughFor(asked.pair->settings);
@@ -40,10 +41,21 @@ const FieldData& dataOf(const ContactBody& body) {
 
 }  // namespace
 
+cl::Kernel& OpenClBatch::kernel(const char* name) {
+  const auto known = kernels_.find(name);
+  if (known != kernels_.end()) return known->second;
+  return kernels_.emplace(name, device_->another(name)).first->second;
+}
+
+void OpenClBatch::run(const char* name, std::size_t items, std::size_t group) {
+  device_->run(queue_, kernel(name), name, items, group);
+}
+
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g : {&tasks_, &results_, &found_, &nearby_, &hits_, &aside_, &keys_, &slots_,
-                         &order_, &bins_, &sums_, &sprouts_, &queues_, &scratch_, &grown_})
+  for (const Grown* g : {&tasks_, &results_, &found_,  &nearby_, &hits_,     &aside_,  &keys_,
+                         &slots_, &order_,   &bins_,   &sums_,   &sprouts_,  &queues_, &scratch_,
+                         &grown_, &patches_, &forces_, &kept_,   &heaviest_, &near_})
     sum += g->bytes();
   return sum;
 }
@@ -79,46 +91,46 @@ void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchRepo
   });
   hitRoom_ = hits;
   nearbyRoom_ = nearby;
-  device_->queue().enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
-                                      device_->note("poses sent"));
+  queue_.enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
+                            device_->note("poses sent"));
   directions_ = tasks_.part(0, ways);
   pairs_ = tasks_.part(ways, n * sizeof(CcPair));
   report.sent += all;
 }
 
-// Where what is fetched goes: answers and counters, then patches.
+// Where what is fetched goes: answers and counters, then contacts.
 void OpenClBatch::makeRoom() {
   const auto n = static_cast<std::uint32_t>(count_);
   binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
   patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
   const std::size_t counters = aligned(count_ * sizeof(CcAnswer));
-  patchesBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
-  results_.room(*device_, patchesBegin_ + patchRoom_ * sizeof(CcSums));
+  contactsBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
+  results_.room(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
   answersThere_ = results_.part(0, counters);
   counters_ = results_.part(counters, CC_COUNTERS * sizeof(cl_uint));
-  patches_ = results_.part(patchesBegin_, patchRoom_ * sizeof(CcSums));
+  contacts_ = results_.part(contactsBegin_, patchRoom_ * sizeof(CcContactPatch));
 }
 
 void OpenClBatch::search() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
   const cl::Buffer& data = fields_->data();
-  cl::Kernel& search = d.kernel("ccSearch");
+  cl::Kernel& search = kernel("ccSearch");
   give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
        found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
        nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
-       hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
-       aside_.room(d, hits * 2 * sizeof(cl_uint)), counters_);
-  cl::Kernel& parts = d.kernel("ccParts");
-  give(parts, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
-       found_.buffer(), hits_.buffer(), keys_.buffer(), aside_.buffer());
-  static constexpr const char* kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"};
-  for (cl_int level = kLevels - 1; level >= 0; --level) {
+       aside_.room(d, hits * 3 * sizeof(cl_uint)), counters_);
+  cl::Kernel& taken = kernel("ccHits");
+  give(taken, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
+       found_.buffer(), hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
+       aside_.buffer());
+  static constexpr const char *kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
+                              *kTaken[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
+  for (cl_int level = kLevels - 1; level >= finest_; --level) {
     search.setArg(0, level);
-    d.run(search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
-    if (level == kLevels - 1) continue;  // the coarsest takes no sample in parts
-    parts.setArg(0, level);
-    d.run(parts, "ccParts", 2 * count_ * CC_GROUP, CC_GROUP);
+    d.run(queue_, search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
+    taken.setArg(0, level);
+    d.run(queue_, taken, kTaken[level], 2 * count_ * CC_GROUP, CC_GROUP);
   }
 }
 
@@ -133,37 +145,45 @@ void OpenClBatch::gather() {
   const cl::Buffer& sprouts = sprouts_.room(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
-  give(d.kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
-       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_);
-  d.run("ccBins", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccQueue"), answers, bins, queues);
-  d.run("ccQueue", count_ * CC_GROUP, CC_GROUP);
-  give(d.kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
+  give(kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
+       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_,
+       finest_);
+  run("ccBins", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccQueue"), answers, bins, queues);
+  run("ccQueue", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
        counters, binRoom_, sums);
-  d.run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
-  give(d.kernel("ccSprouts"), bins, sums, counters, binRoom_, sprouts);
-  d.run("ccSprouts", std::min<std::size_t>(kMostItems, binRoom_), 64);
-  give(d.kernel("ccGrow"), pairs, answers, sprouts, queues,
+  run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
+  const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
+  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_uint));
+  give(kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
+  run("ccSprouts", count_ * CC_GROUP, CC_GROUP);
+  give(kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
        scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
-  d.run("ccGrow", count_ * CC_TEAM, CC_TEAM);
-  give(d.kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches_);
-  d.run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  run("ccGrow", count_ * CC_TEAM, CC_TEAM);
+  const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
+  give(kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
+  run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  give(kernel("ccContacts"), pairs, answers, patches,
+       forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
+       kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
+  run("ccContacts", count_ * CC_TEAM, CC_TEAM);
 }
 
-// Reads what there will be by the last batch's number of patches; the rest, where there are more,
+// Reads what there will be by the last batch's number of contacts; the rest, where there are more,
 // once it is known.
 void OpenClBatch::fetch() {
   Device& d = *device_;
-  patchesAsked_ = std::min(patchesWanted_ + patchesWanted_ / 16, patchRoom_);
-  const std::size_t all = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
-  auto* const to =
-      static_cast<unsigned char*>(fetched_.room(d, patchesBegin_ + patchRoom_ * sizeof(CcSums)));
-  d.queue().enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
-  if (cl::Event* const noted = d.note("patches fetched")) *noted = fetchedAll_;
-  d.queue().flush();
+  contactsAsked_ = std::min(contactsWanted_ + contactsWanted_ / 16, patchRoom_);
+  const std::size_t all = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
+  auto* const to = static_cast<unsigned char*>(
+      fetched_.room(d, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch)));
+  queue_.enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchedAll_);
+  if (cl::Event* const noted = d.note("contacts fetched")) *noted = fetchedAll_;
+  queue_.flush();
   answers_ = reinterpret_cast<const CcAnswer*>(to);
   countersHere_ = reinterpret_cast<const std::uint32_t*>(to + aligned(count_ * sizeof(CcAnswer)));
-  sumsHere_ = reinterpret_cast<const Sums*>(to + patchesBegin_);
+  contactsHere_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
 }
 
 namespace {
@@ -184,7 +204,6 @@ void guarded(Device& device, const Function& function) {
 }  // namespace
 
 void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
-  static_assert(sizeof(Sums) == sizeof(CcSums));
   count_ = pairs.size();
   guarded(*device_, [&] {
     send(pairs, each, report);
@@ -195,30 +214,44 @@ void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchRep
   });
 }
 
+// A thread that sleeps is woken late: a GPU is asked until it is done. Not a CPU, which has the
+// kernels to run.
+void OpenClBatch::wait() {
+  while (device_->gpu() && fetchedAll_.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
+    std::this_thread::yield();
+  fetchedAll_.wait();
+}
+
 void OpenClBatch::finish(BatchReport& report) {
-  guarded(*device_, [&] { fetchedAll_.wait(); });
+  guarded(*device_, [&] { wait(); });
   binsWanted_ = countersHere_[CC_BINS];
   patchesWanted_ = countersHere_[CC_PATCHES];
-  const std::uint32_t patches = std::min(patchesWanted_, patchRoom_);
-  if (patches > patchesAsked_)
+  contactsWanted_ = countersHere_[CC_CONTACTS];
+  if (contactsWanted_ > contactsAsked_)
     guarded(*device_, [&] {
-      const std::size_t begin = patchesBegin_ + patchesAsked_ * sizeof(CcSums);
-      device_->queue().enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
-                                         patchesBegin_ + patches * sizeof(CcSums) - begin,
-                                         static_cast<unsigned char*>(fetched_.data()) + begin,
-                                         nullptr, device_->note("patches fetched"));
+      const std::size_t begin = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
+      queue_.enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
+                               contactsBegin_ + contactsWanted_ * sizeof(CcContactPatch) - begin,
+                               static_cast<unsigned char*>(fetched_.data()) + begin, nullptr,
+                               device_->note("contacts fetched"));
     });
-  report.fetched += patchesBegin_ + std::max(patches, patchesAsked_) * sizeof(CcSums);
+  report.fetched +=
+      contactsBegin_ + std::max(contactsWanted_, contactsAsked_) * sizeof(CcContactPatch);
   report.bins += binsWanted_;
-  report.patches += patches;
+  report.patches += std::min(patchesWanted_, patchRoom_);
+  report.contacts += contactsWanted_;
+  int finest = kLevels - 1;
   for (std::size_t k = 0; k < count_; ++k) {
     report.asked += answers_[k].asked;
     report.hits += answers_[k].hits;
+    finest = std::min(finest, answers_[k].failed & CC_FINER ? 0 : answers_[k].level);
   }
+  finest_ = std::min(finest, finestBefore_);
+  finestBefore_ = finest;
 }
 
-std::span<const Sums> OpenClBatch::patches(std::size_t k) const {
-  return {sumsHere_ + answers_[k].firstPatch, answers_[k].patches};
+std::span<const CcContactPatch> OpenClBatch::contacts(std::size_t k) const {
+  return {contactsHere_ + answers_[k].firstPatch, answers_[k].patches};
 }
 
 }  // namespace cloudcontact::opencl

@@ -1,5 +1,5 @@
 // The batched narrow phase on an OpenCL device: poses go up, one chain of kernels runs for all
-// pairs, the patches' sums come down.
+// pairs, its contacts come down.
 #pragma once
 
 #include <cloudcontact/batch.h>
@@ -9,6 +9,7 @@
 #include "device_memory.h"
 
 #include <functional>
+#include <map>
 #include <span>
 
 namespace cloudcontact::opencl {
@@ -24,11 +25,11 @@ struct Asked {
 // Calls a function for each number below a count, on whatever cores.
 using Each = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
 
-// A batch on its way, and the memory that it works in.
+// A batch on its way, its queue and the memory that it works in.
 class OpenClBatch {
  public:
   OpenClBatch(std::shared_ptr<Device> device, std::shared_ptr<DeviceFields> fields)
-      : device_(std::move(device)), fields_(std::move(fields)) {}
+      : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->another()) {}
 
   std::size_t bytes() const;
   // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
@@ -36,30 +37,38 @@ class OpenClBatch {
   void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   // Waits for it. Throws std::runtime_error where the device fails.
   void finish(BatchReport& report);
-  // What became of the k-th pair; patches() of it where it did not fail.
+  // What became of the k-th pair; contacts() of it where it did not fail.
   const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
-  std::span<const Sums> patches(std::size_t k) const;
+  std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
+  cl::Kernel& kernel(const char* name);
+  void run(const char* name, std::size_t items, std::size_t group);
   void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   void makeRoom();
   void search();
   void gather();
   void fetch();
+  void wait();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
+  cl::CommandQueue queue_;
+  std::map<std::string, cl::Kernel, std::less<>> kernels_;  // arguments of a queue's own
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
-      sprouts_, queues_, scratch_, grown_;
-  cl::Buffer directions_, pairs_;                 // parts of tasks_
-  cl::Buffer answersThere_, counters_, patches_;  // of results_
-  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, patchesBegin_ = 0;
+      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_;
+  cl::Buffer directions_, pairs_;                  // parts of tasks_
+  cl::Buffer answersThere_, counters_, contacts_;  // of results_
+  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
+  // The finest level that pairs are searched on: that of the last two batches. Who turns out to
+  // want a finer one is the CPU's this time.
+  cl_int finest_ = 0, finestBefore_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
-  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, patchesAsked_ = 0;
+  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, contactsWanted_ = 0, contactsAsked_ = 0;
   const CcAnswer* answers_ = nullptr;
   const std::uint32_t* countersHere_ = nullptr;
-  const Sums* sumsHere_ = nullptr;
+  const CcContactPatch* contactsHere_ = nullptr;
   cl::Event fetchedAll_;
 };
 

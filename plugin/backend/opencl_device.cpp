@@ -120,7 +120,7 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
 }
 
 // As ccLayout() of kernels/layout.cl has them.
-constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
+constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
                                              sizeof(CcFound),
@@ -131,7 +131,11 @@ constexpr std::array<cl_uint, 12> kLayout = {sizeof(CcField),
                                              offsetof(CcPair, enough),
                                              offsetof(CcDirection, nearby),
                                              offsetof(CcAnswer, firstPatch),
-                                             offsetof(CcSums, deepest)};
+                                             offsetof(CcSums, deepest),
+                                             sizeof(CcContactPatch),
+                                             sizeof(CcPatchForce),
+                                             offsetof(CcContactPatch, points),
+                                             offsetof(CcPair, cell)};
 
 }  // namespace
 
@@ -194,7 +198,8 @@ void Device::begin(Kernels kernels) {
 void Device::build(const char* source) {
   program_ = cl::Program(context_, std::string(kPrelude) + source);
   try {
-    program_.build({device_}, kOptions);
+    const bool nvidia = device_.getInfo<CL_DEVICE_VENDOR>().find("NVIDIA") != std::string::npos;
+    program_.build({device_}, (std::string(kOptions) + (nvidia ? " -DCC_NVIDIA" : "")).c_str());
   } catch (const cl::Error&) {
     std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
     log.resize(std::min<std::size_t>(log.size(), 4000));
@@ -207,8 +212,8 @@ void Device::checkLayout() {
   const cl::Buffer any(context_, CL_MEM_READ_WRITE, 4096),
       out(context_, CL_MEM_WRITE_ONLY, sizeof got);
   cl::Kernel& asked = kernel("ccLayout");
-  for (cl_uint k = 0; k < 4; ++k) asked.setArg(k, any);
-  asked.setArg(4, out);
+  for (cl_uint k = 0; k < 5; ++k) asked.setArg(k, any);
+  asked.setArg(5, out);
   run("ccLayout", 1, 1);
   queue_.enqueueReadBuffer(out, CL_TRUE, 0, sizeof got, got.data());
   if (got != kLayout) throw std::runtime_error("lays structures out otherwise than the CPU");
@@ -260,14 +265,25 @@ void Device::run(const char* name, std::size_t items, std::size_t group) {
 }
 
 void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group) {
+  run(queue_, kernel, name, items, group);
+}
+
+void Device::run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
+                 std::size_t group) {
   if (items == 0) return;
   const std::size_t all = (items + group - 1) / group * group;
-  queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
-                              note(name));
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
+                             note(name));
+}
+
+cl::CommandQueue Device::another() {
+  return {context_, device_,
+          profiling_ ? cl_command_queue_properties{CL_QUEUE_PROFILING_ENABLE} : 0};
 }
 
 cl::Event* Device::note(const char* name) {
   if (!profiling_) return nullptr;
+  const std::lock_guard lock(noting_);
   notes_.push_back(std::make_unique<Noted>(Noted{name, {}}));
   return &notes_.back()->event;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,8 @@ class Device {
   cl::Context& context() { return context_; }
   cl::CommandQueue& queue() { return queue_; }
   cl::Kernel& kernel(const std::string& name);
+  // One with arguments of its own, for a thread of its own.
+  cl::Kernel another(const char* name) const { return {program_, name}; }
   std::size_t memory() const { return memory_; }          // [bytes]
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
   bool gpu() const { return gpu_; }
@@ -45,9 +48,14 @@ class Device {
   // Runs a kernel whose arguments are set, noted under its own name or another.
   void run(const char* name, std::size_t items, std::size_t group);
   void run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group);
+  void run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
+           std::size_t group);
+  // A queue beside the device's own: its commands may run while that one's do.
+  cl::CommandQueue another();
   // An event to hand to a copy, noted under that name; null where nothing is noted.
   cl::Event* note(const char* name);
-  // What each took; waits for the queue, and begins anew.
+  // What each took; waits for the device's own queue, and begins anew. Other queues are to have
+  // come to their ends.
   std::map<std::string, Spent> clock();
 
  private:
@@ -68,6 +76,7 @@ class Device {
   cl::CommandQueue queue_;
   cl::Program program_;
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
+  std::mutex noting_;
   std::vector<std::unique_ptr<Noted>> notes_;
   std::string name_;
   std::size_t memory_ = 0, largest_ = 0;

@@ -16,7 +16,7 @@
 
 #include "../geometry/parallel.h"
 #include "area_point.h"
-#include "depth_moments.h"
+#include "contact_depth.h"
 #include "field_bricks.h"
 #include "sample.h"
 
@@ -300,7 +300,7 @@ void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose
     c.stiffness += c.tissueCount[t] * f.tissues[t].stiffness / sums.count;
     c.damping += c.tissueCount[t] * f.tissues[t].damping / sums.count;
   }
-  c.depth = f.voxelSize * deepestByMoments(sums.moments);
+  c.depth = f.voxelSize * ccDeepestByMoments(sums.moments);
   const Eigen::Matrix3d turn = workpiecePose.orientation.toRotationMatrix();
   const double* const n = sums.facing;
   Eigen::Matrix3d facing;

@@ -1,7 +1,6 @@
 // ContactFinder: hits, bins, patches, points, and the law that turns areas and depths into newtons.
 //
-// The paper's law (3) is one spring for the pair, FR = k d (pair_depth.h has d). The spring is
-// shared out by area, the force by the patches' own sums.
+// What becomes of patches is kernels/patch_force.h, contact_depth.h and contact_patch.h.
 #include <cloudcontact/contact.h>
 
 #include "finder_scratch.h"
@@ -15,10 +14,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kCellVoxels = 8;      // a bin's cell
-constexpr double kLeastShare = 0.003;  // of the pair's force: lighter patches are dropped
-// No patch is deeper than this many times the pair's depth (a wall wetted over a sliver).
-constexpr double kMostDepth = 1.5;
+constexpr double kCellVoxels = 8;  // a bin's cell
 
 void check(const ContactBody& body, const char* name) {
   if ((body.field != nullptr) == (body.shape != nullptr))
@@ -29,9 +25,22 @@ void check(const ContactBody& body, const char* name) {
                                 " is not finite");
 }
 
-// A patch's share of the pair's spring: by area, and by force where the area is too small for it.
-double shareOf(const FoundPatch& p, double allArea, double allForce) {
-  return std::max(p.sums->area / allArea, p.size / (kMostDepth * allForce));
+CcPlacement placementOf(const Pose& pose) {
+  CcPlacement p;
+  const Eigen::Matrix3d turn = pose.orientation.toRotationMatrix();
+  for (int i = 0; i < 3; ++i) {
+    p.shift[i] = pose.position[i];
+    for (int j = 0; j < 3; ++j) p.turn[3 * i + j] = turn(i, j);
+  }
+  return p;
+}
+
+Vec3 vec(const double* v) {
+  return {v[0], v[1], v[2]};
+}
+
+const CcSums* sumsOf(const FoundPatch& patch) {
+  return reinterpret_cast<const CcSums*>(patch.sums);
 }
 
 }  // namespace
@@ -41,72 +50,70 @@ ContactFinder::~ContactFinder() = default;
 ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
 ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
 
-void ContactFinder::Scratch::collect(bool foundation, bool oneSided, Side sampled) {
-  double all = 0;
-  for (FoundPatch& p : found) {
-    p.force = forceOf(*p.sums, foundation, oneSided, sampled);
-    p.size = p.force.force.norm();
-    all += p.size;
-  }
-  const double least = foundation ? 0 : kLeastShare;  // the energy's gradient leaves nothing out
-  std::erase_if(found, [&](const FoundPatch& p) {
-    return !(p.size > least * all) || !(p.sums->area > 0) || !(p.sums->deepest > -kRim * voxel);
-  });
+CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                const PairFrame& frame) {
+  CcTerms terms{};
+  terms.frame = placementOf(frame.pose);
+  terms.toA = placementOf(a.pose.inverse() * frame.pose);
+  terms.voxel = frame.voxel;
+  terms.stiffness = settings.pair.stiffness;
+  terms.damping = settings.pair.damping;
+  terms.foundation = settings.law == LawForm::Foundation;
+  terms.oneSided = a.shape || b.shape;
+  terms.sampled = a.shape ? kB : kA;
+  return terms;
 }
 
-void ContactFinder::Scratch::emit(const PairFrame& frame, const Pose& poseOfA,
-                                  const ContactSettings& settings, double depth, bool oneSided) {
-  const bool foundation = settings.law == LawForm::Foundation;
-  double force = 0, area = 0;
-  for (const FoundPatch& p : found) {
-    force += p.size;
-    area += p.sums->area;
+CcPairSums ContactFinder::Scratch::collect(const CcTerms& terms) {
+  double all = 0;
+  for (FoundPatch& p : found) {
+    p.force = ccForceOf(sumsOf(p), terms.foundation, terms.oneSided, terms.sampled, &p.flat);
+    all += p.force.size;
   }
-  const Pose toA = poseOfA.inverse() * frame.pose;
-  double shares = 0;
-  for (const FoundPatch& p : found) shares += shareOf(p, area, force);
-  for (const FoundPatch& p : found) {
-    Patch patch;
-    patch.area = p.sums->area * (oneSided ? 1.0 : 0.5);
-    if (foundation) {
-      const double deepest = std::max(0.0, p.sums->deepest) + kRim * frame.voxel;
-      patch.area = std::max(patch.area, p.size / deepest);
-      patch.stiffness = settings.pair.stiffness * patch.area;
-      patch.damping = settings.pair.damping * patch.area;
-      patch.depth = p.size / patch.area;
-    } else {
-      const double share = shareOf(p, area, force) / shares;
-      patch.stiffness = settings.pair.stiffness * share;
-      patch.damping = settings.pair.damping * share;
-      patch.depth = depth * (p.size / force) / share;
-    }
-    const Vec3 n = p.force.force / p.size;
-    const PatchPoints points = pointsOf(*p.sums, p.force, frame.voxel);
-    seen.push_back({toA.toWorld(p.force.center), toA.orientation * n});
-    patch.normal = frame.pose.orientation * n;
-    patch.position = frame.pose.toWorld(p.force.center + n.cross(p.force.torque) / p.size);
-    const double pushes = oneSided ? std::max(p.sums->side[0].size, p.sums->side[1].size)
-                                   : 0.5 * (p.sums->side[0].size + p.sums->side[1].size);
-    patch.confidence = std::min(1.0, p.size / std::max(pushes, 1e-300));
-    patch.doubt = p.sums->deep > 0.5 * pushes ? Doubt::Deep
-                  : patch.confidence < 0.3    ? Doubt::Opposed
-                  : p.sums->hits < 4          ? Doubt::FewSamples
-                                              : Doubt::None;
-    patch.firstPoint = static_cast<int>(result.points.size());
-    patch.points = 4;
-    for (int i = 0; i < 4; ++i) {
-      ContactPoint point;
-      point.position = frame.pose.toWorld(points.position[i]);
-      point.normal = frame.pose.orientation * points.normal[i];
-      point.depth = patch.depth * points.weight[i] - gap;
-      point.stiffness = 0.25 * patch.stiffness;
-      point.damping = 0.25 * patch.damping;
-      point.patch = static_cast<int>(result.patches.size());
-      result.points.push_back(point);
-    }
-    patch.depth -= gap;
-    result.patches.push_back(patch);
+  std::erase_if(found, [&](const FoundPatch& p) {
+    return !ccCounts(sumsOf(p), p.force.size, all, terms.voxel, terms.foundation);
+  });
+  CcPairSums sums = ccNoPatches();
+  for (const FoundPatch& p : found)
+    ccAddPatch(&sums, sumsOf(p), p.force.size, p.force.trustA, p.force.fall, p.force.lean,
+               terms.oneSided);
+  return sums;
+}
+
+void ContactFinder::Scratch::emit(const CcTerms& terms, CcWhole whole) {
+  for (const FoundPatch& p : found) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
+  for (FoundPatch& p : found) {
+    if (p.force.lean == 0) p.flat = ccFlatten(sumsOf(p), p.force.normal);
+    CcContactPatch patch;
+    ccContactOf(sumsOf(p), &p.force, &p.flat, &terms, &whole, &patch);
+    take(patch);
   }
+}
+
+void ContactFinder::Scratch::take(const CcContactPatch& from) {
+  seen.push_back({vec(from.center), vec(from.seen)});
+  Patch patch;
+  patch.position = vec(from.position);
+  patch.normal = vec(from.normal);
+  patch.depth = from.depth;
+  patch.stiffness = from.stiffness;
+  patch.damping = from.damping;
+  patch.area = from.area;
+  patch.confidence = from.confidence;
+  patch.doubt = static_cast<Doubt>(from.doubt);
+  patch.firstPoint = static_cast<int>(result.points.size());
+  patch.points = 4;
+  ContactPoint point;
+  point.stiffness = 0.25 * patch.stiffness;
+  point.damping = 0.25 * patch.damping;
+  point.patch = static_cast<int>(result.patches.size());
+  for (const CcContactPoint& p : from.points) {
+    point.position = vec(p.position);
+    point.normal = vec(p.normal);
+    point.depth = p.depth;
+    result.points.push_back(point);
+  }
+  result.patches.push_back(patch);
 }
 
 PairFrame ContactFinder::Scratch::begin(const ContactBody& a, const ContactBody& b) {
@@ -137,17 +144,17 @@ void ContactFinder::Scratch::finish(const ContactBody& a, const ContactBody& b,
                                     const ContactSettings& settings, const PairFrame& frame,
                                     Hitting hitting, std::span<const Sums> patches,
                                     const HitColumns* hits) {
-  const bool foundation = settings.law == LawForm::Foundation, oneSided = a.shape || b.shape;
-  gap = hitting.gap;
-  result.samples = gap > 0 ? 0 : hitting.count;
-  for (const Sums& sums : patches) found.push_back({&sums, {}, 0});
-  collect(foundation, oneSided, a.shape ? kB : kA);
+  CcTerms terms = termsOf(a, b, settings, frame);
+  terms.gap = hitting.gap;
+  result.samples = terms.gap > 0 ? 0 : hitting.count;
+  for (const Sums& sums : patches) found.emplace_back().sums = &sums;
+  const CcPairSums all = collect(terms);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, hits, hitting.level};
-  const bool touches = oneSided && gap == 0;
-  // The foundation has no depth of a pair: each patch's own is its force over its area.
+  const bool touches = terms.oneSided && terms.gap == 0;
   const double depth =
-      foundation ? 0 : pairDepth(found, touches ? &shape : nullptr, oneSided, frame.voxel);
-  emit(frame, a.pose, settings, depth, oneSided);
+      terms.foundation ? 0
+                       : pairDepth(all, touches ? &shape : nullptr, terms.oneSided, frame.voxel);
+  emit(terms, {all.size, all.area, 0, depth});
 }
 
 const ContactResult& ContactFinder::Scratch::named() {

@@ -2,9 +2,11 @@
 // forces, points and names.
 #pragma once
 
+#include "contact_patch.h"
 #include "pair_depth.h"
 #include "patch_names.h"
 #include "shortlist.h"
+#include "sums.h"
 
 #include <span>
 
@@ -17,6 +19,15 @@ struct Hitting {
   double gap = 0;         // HitSearch::gap()
 };
 
+struct FoundPatch {
+  const Sums* sums = nullptr;
+  CcPatchForce force;
+  CcFlat flat;  // across its normal, where force.lean is not 0
+};
+
+// What the law makes of a pair's patches; the gap is the search's to tell.
+CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                const PairFrame& frame);
 // Hits that a query asks its coarsest level for.
 std::size_t enoughFor(const ContactSettings& settings);
 // A bin's edge [m].
@@ -27,8 +38,7 @@ struct ContactFinder::Scratch {
   std::vector<NamedPatch> seen;  // of the result, in its order
   PatchNames names;
   Shortlists lists;
-  double voxel = 0;  // the pair's [m]
-  double gap = 0;
+  double voxel = 0;       // the pair's [m]
   std::size_t asked = 0;  // samples looked up
   ContactResult result;
 
@@ -41,12 +51,13 @@ struct ContactFinder::Scratch {
   void finish(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               const PairFrame& frame, Hitting hitting, std::span<const Sums> patches,
               const HitColumns* hits = nullptr);
+  // One patch more for the result, as a device has it.
+  void take(const CcContactPatch& patch);
   const ContactResult& named();
 
  private:
-  void collect(bool foundation, bool oneSided, Side sampled);
-  void emit(const PairFrame& frame, const Pose& poseOfA, const ContactSettings& settings,
-            double depth, bool oneSided);
+  CcPairSums collect(const CcTerms& terms);
+  void emit(const CcTerms& terms, CcWhole whole);
 };
 
 }  // namespace cloudcontact

@@ -1,21 +1,10 @@
 // The one depth of a pair of bodies that the paper's law (3), FR = k d, asks for.
 #pragma once
 
+#include "contact_depth.h"
 #include "hits.h"
-#include "patch_force.h"
-
-#include <vector>
 
 namespace cloudcontact {
-
-// What samples tell of a depth is at most this much more than at the deepest of them [voxels].
-constexpr double kRim = 0.1;
-
-struct FoundPatch {
-  const Sums* sums;
-  PatchForce force;
-  double size;  // |force|
-};
 
 // A plain shape in a cloud: its edges are what the cloud's samples see too little of.
 struct ShapeInCloud {
@@ -27,7 +16,6 @@ struct ShapeInCloud {
 
 // Of all patches together [m]; `voxel` [m] the pair's. `shape` where one body is a plain shape (and
 // the bodies touch), null where both are clouds.
-double pairDepth(const std::vector<FoundPatch>& patches, const ShapeInCloud* shape, bool oneSided,
-                 double voxel);
+double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, double voxel);
 
 }  // namespace cloudcontact

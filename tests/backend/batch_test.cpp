@@ -129,6 +129,29 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   }
 }
 
+// Levels that no pair came to in two batches are not searched; who then wants one is the CPU's.
+TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  BodyMaker maker{5e-4, Random(9)};
+  const Body slab = maker.box(Vec3(16, 16, 8), true);
+  Pose pose;
+  pose.position = Vec3(0, 0, 7.5 * maker.voxel);
+  BatchPair pair{slab.at({}), slab.at(pose), {}};
+  ContactFinder finder;
+  const std::size_t coarse = 20, fine = 100000,
+                    samples[] = {coarse, coarse, coarse, fine, fine, fine};
+  for (int step = 0; step < 6; ++step) {
+    pair.settings.samples = samples[step];
+    const auto results = batch.find({&pair, 1});
+    expectSame(*results[0], finder.find(pair.a, pair.b, pair.settings));
+    EXPECT_EQ(batch.report().finer, step == 3 ? 1u : 0u) << step;
+    // The first time that all samples are asked for finds no room.
+    EXPECT_EQ(batch.report().noRoom, step == 4 ? 1u : 0u) << step;
+  }
+}
+
 TEST(Batch, ShapesAndNearMissesAreTheCpus) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();

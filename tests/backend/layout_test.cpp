@@ -19,12 +19,16 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcWay), 204u);
   EXPECT_EQ(sizeof(CcDirection), 228u);
   EXPECT_EQ(offsetof(CcDirection, hits), 212u);
-  EXPECT_EQ(sizeof(CcPair), 32u);
-  EXPECT_EQ(offsetof(CcPair, enough), 20u);
+  EXPECT_EQ(sizeof(CcTerms), 240u);
+  EXPECT_EQ(sizeof(CcPair), 264u);
+  EXPECT_EQ(offsetof(CcPair, enough), 252u);
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);
   EXPECT_EQ(sizeof(CcBin), 32u);
-  EXPECT_EQ(sizeof(CcSprout), 120u);
+  EXPECT_EQ(sizeof(CcSprout), 112u);
+  EXPECT_EQ(sizeof(CcPatchForce), 104u);
+  EXPECT_EQ(sizeof(CcContactPatch), 368u);
+  EXPECT_EQ(offsetof(CcContactPatch, points), 136u);
   EXPECT_EQ(sizeof(CcVoxel), 8u);
 }
 

@@ -1,0 +1,163 @@
+// Hits of a level of the search, of all directions of pairs that came to it: of the samples that
+// the search lists, in their order.
+
+// Where hits go.
+typedef struct {
+  __global float4* hits;
+  __global ulong* keys;
+} CcOut;
+
+// The i-th hit of the direction.
+void ccPut(__local const CcTask* t, CcOut out, uint i, const CcHit* h, float area, float depth) {
+  const uint room = t->dir.room;
+  __global float4* hits = out.hits + 4 * (size_t)t->dir.hits + i;
+  hits[0] = (float4)(h->position[0], h->position[1], h->position[2], depth);
+  hits[room] = (float4)(h->own[0], h->own[1], h->own[2], h->facing);
+  hits[2 * (size_t)room] = (float4)(h->other[0], h->other[1], h->other[2], area);
+  hits[3 * (size_t)room] = (float4)(h->wet.share, h->wet.depth1, h->wet.depth2, h->wet.depth3);
+  const CcBinOfHit b = ccBinOf(h->position, h->own, h->other, h->facing, t->side, t->perCell);
+  out.keys[t->dir.hits + i] = ccBinKey(b.x, b.y, b.z, b.direction);
+}
+
+CcHit ccHitFrom(__local const CcTask* t, const float* x, const float* n, const CcDepth* d,
+                float width) {
+  return ccHitIn(&t->dir.way.toFrame, t->dir.way.frameFromOwn, t->dir.way.frameFromOther, x, n,
+                 d->normal, d->depth, t->limits.halfWidth * width);
+}
+
+// Hits among the `count` samples in the list `tried`; returns how many there are.
+uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, uint count,
+                 __global const uint* tried, CcOut out) {
+  ccNoFlags(flags);
+  for (uint base = 0; base < count; base += CC_GROUP) {
+    const uint k = base + get_local_id(0);
+    CcHit h;
+    float area = 0.0f, depth = 0.0f;
+    uint is = 0;
+    if (k < count) {
+      const CcSample s = ccSampleOf(t, all, tried[k]);
+      const CcPlace place = ccPlaceIn(t, s.x);
+      CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, place.r);
+      d.depth *= t->other.voxel;
+      h = ccHitFrom(t, s.x, s.n, &d, s.width);
+      is = h.wet.depth1 > 0.0f;
+      area = s.area * t->unit;
+      depth = d.depth;
+    }
+    ccFlag(flags, 1, is);
+    if (is) ccPut(t, out, ccFlagged(flags, 0), &h, area, depth);
+  }
+  ccCountFlags(flags, 1);
+  return flags->before[0];
+}
+
+// Samples below the band, by their numbers; hits from the one numbered `begin`.
+void ccTakeDeep(__local const CcTask* t, CcFields all, uint count, __global const uint* deep,
+                uint begin, CcOut out) {
+  for (uint i = get_local_id(0); i < count; i += CC_GROUP) {
+    const CcSample s = ccSampleOf(t, all, deep[i]);
+    const CcPlace place = ccPlaceIn(t, s.x);
+    const float depth =
+        ccDepthBelow(all.ints[t->other.distance + (uint)place.brick], t->other.voxel);
+    float at[3], normal[3], back[3];
+    ccApply(&t->dir.way.toFrame, s.x, at);
+    ccTurn(t->dir.way.frameFromOwn, s.n, normal);
+    for (int k = 0; k < 3; ++k) back[k] = -normal[k];
+    const CcHit h = ccHitOf(at, normal, back, depth, t->limits.halfWidth * s.width);
+    ccPut(t, out, begin + i, &h, s.area * t->own.voxel * t->own.voxel, depth);
+  }
+}
+
+// The part-th part of a sample over an edge.
+uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, CcHit* h, float* area,
+                float* depth) {
+  const CcSample s = ccSampleOf(t, all, sample);
+  const int along = ccPartsAlong(s.width);
+  const float width = s.width / (float)along;
+  float t1[3], t2[3], aside[3], moved[3], x[3], r[3];
+  ccTangents(s.n, t1, t2);
+  ccPartAside(width, along, part, t1, t2, aside);
+  ccTurn(t->dir.way.toOther.turn, aside, moved);
+  const CcPlace place = ccPlaceIn(t, s.x);
+  for (int i = 0; i < 3; ++i) {
+    x[i] = s.x[i] + aside[i];
+    r[i] = place.r[i] + moved[i];
+  }
+  CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, r);
+  d.depth *= t->other.voxel;
+  *h = ccHitFrom(t, x, s.n, &d, width);
+  *area = s.area / (float)(along * along) * t->unit;
+  *depth = d.depth;
+  return h->wet.depth1 > 0.0f;
+}
+
+// Parts of samples over an edge, by the samples' numbers; hits from the one numbered `begin`.
+// Returns how many there are.
+uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __local CcFlags* flags,
+                 uint count, __global const uint* divided, uint begin, CcOut out) {
+  const uint lid = get_local_id(0);
+  ccNoFlags(flags);
+  for (uint chunk = 0; chunk < count; chunk += CC_GROUP) {
+    uint parts = 0;
+    if (chunk + lid < count) {
+      const int along = ccPartsAlong(ccSampleOf(t, all, divided[chunk + lid]).width);
+      parts = (uint)(along * along);
+    }
+    const uint upTo = ccSumUpTo(ends, parts);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    ends[lid] = upTo;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    const uint total = ends[CC_GROUP - 1];
+    for (uint base = 0; base < total; base += CC_GROUP) {
+      const uint k = base + lid;
+      CcHit h;
+      float area = 0.0f, depth = 0.0f;
+      uint is = 0;
+      if (k < total) {
+        const uint run = ccRunOf(ends, CC_GROUP, k);
+        const uint part = k - (run > 0 ? ends[run - 1] : 0u);
+        is = ccTakePart(t, all, divided[chunk + run], (int)part, &h, &area, &depth);
+      }
+      ccFlag(flags, 1, is);
+      const uint at = is ? begin + ccFlagged(flags, 0) : t->dir.room;
+      if (at < t->dir.room) ccPut(t, out, at, &h, area, depth);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  ccCountFlags(flags, 1);
+  return flags->before[0];
+}
+
+// Until then `found` tells how many samples are listed, then how many are hits. Where they are more
+// than there is room for they stay as they are.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
+    int level, __global const CcField* fields, __global const float4* floats,
+    __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
+    __global const uint2* runs, __global const CcPair* pairs,
+    __global const CcDirection* directions, __global CcFound* found, __global float4* hits,
+    __global ulong* keys, __global const uint* aside) {
+  __local CcTask t;
+  __local CcFlags flags;
+  __local uint ends[2 * CC_GROUP];
+  const uint d = get_group_id(0);
+  if (level < CC_LEVELS - 1 &&
+      ccLastLevel(&pairs[d / 2], found + (d & ~1u) * CC_LEVELS, level + 1) > level)
+    return;
+  const CcFound f = found[d * CC_LEVELS + (uint)level];
+  const uint listed = f.whole + f.deep + f.parts;
+  if (listed == 0u || listed > directions[d].room) return;
+  ccBegin(&t, level, d, fields, pairs, directions);
+  const CcFields all = {floats, records, ints, uints, runs};
+  const CcOut out = {hits, keys};
+  __global const uint* tried = aside + 3 * (size_t)t.dir.hits;
+  const uint whole = ccTakeWhole(&t, all, &flags, f.whole, tried, out);
+  ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
+  uint parts = 0;
+  if (f.parts > 0u)
+    parts = ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep,
+                        out);
+  if (get_local_id(0) == 0) {
+    found[d * CC_LEVELS + (uint)level].whole = whole;
+    found[d * CC_LEVELS + (uint)level].parts = parts;
+  }
+}
