@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "../same_contact.h"
 #include "contact_cases.h"
 #include "device_wanted.h"
-#include "../same_contact.h"
 #include "thread_meshes.h"
 
 namespace cloudcontact::testing {
