@@ -4,9 +4,8 @@
 #ifndef CLOUDCONTACT_KERNELS_AREA_LEFT_H
 #define CLOUDCONTACT_KERNELS_AREA_LEFT_H
 
-#ifndef CC_FN
-#define CC_FN static inline
-#endif
+#include "number64.h"
+
 #if defined(__OPENCL_VERSION__)
 #define CC_ROOT sqrt
 #define CC_ABS fabs
@@ -31,12 +30,6 @@ typedef struct {
 
 CC_FN double ccLength(double x, double y, double z) {
   return CC_ROOT(x * x + y * y + z * z);
-}
-CC_FN double ccLess(double a, double b) {
-  return a < b ? a : b;
-}
-CC_FN double ccMore(double a, double b) {
-  return a > b ? a : b;
 }
 
 // Signed depth of a point, seen from the area's centre along its axes: plugin/contact/area.cpp.

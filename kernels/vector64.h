@@ -4,6 +4,7 @@
 #define CLOUDCONTACT_KERNELS_VECTOR64_H
 
 #include "field_voxel.h"
+#include "number64.h"
 
 typedef struct {
   double x, y, z;
@@ -40,12 +41,6 @@ CC_FN CcVec ccUnit(CcVec a) {
   return length > 0.0 ? ccTimes(1.0 / length, a) : ccVec(0.0, 0.0, 0.0);
 }
 
-CC_FN double ccMore(double a, double b) {
-  return a > b ? a : b;
-}
-CC_FN double ccLess(double a, double b) {
-  return a < b ? a : b;
-}
 CC_FN double ccWithin(double x, double low, double high) {
   return ccLess(ccMore(x, low), high);
 }
