@@ -1,7 +1,8 @@
 // Coarser samples for large contacts: a model of no more than a query needs. Of a cell's samples
-// that look the same way the one nearest to their centroid stands for all, with their area. It
-// keeps its own place, normal and width: a merged sample, wider and flatter than any piece of the
-// surface, made the M16 thread three times as deep (0.21 mm for 0.07) and turned its force by 3 %.
+// that look the same way the one nearest to their centroid stands for all, with their area and mean
+// normal. It keeps its own plane and width: a merged sample, wider and flatter than any piece of
+// the surface, made the M16 thread three times as deep (0.21 mm for 0.07) and turned its force by
+// 3 %.
 #include "sample_set.h"
 
 #include <algorithm>
@@ -102,6 +103,11 @@ struct Group {
     const Eigen::Map<const V3> normal(s.normal);
     const V3 aside = centroid - place;
     place += aside - normal.dot(aside) * normal;
+    // The pieces' force has the direction of their normals' sum: with the nearest one's normal two
+    // tori of 20 voxels were 0.37 deg off all their samples, with this one 0.14. Across its plane
+    // it stays: in the centroid the tori were less than half as far off in depth, but a screw
+    // locked late or early.
+    Eigen::Map<V3>(s.normal) = vector.normalized();
     return s;
   }
 };
