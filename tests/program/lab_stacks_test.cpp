@@ -114,8 +114,8 @@ TEST(StabilityScenes, CloudsHoldWhereAWedgeOrABoxIsInPlace) {
 }
 
 // With Bullet's own ten sweeps the first sinks by 4 voxels and gains energy, the third gains some,
-// too; the second was 0.7 deep, and the last's tip, which turns down faster than its middle falls,
-// was seen too late.
+// too; the second was 0.7 deep. Spikes at 60 Hz are no such test: of steps of 54 to 66 Hz they hold
+// in 4 to 10 of 13, as the last bit falls, and as many where what comes fast is not seen ahead.
 TEST(StabilityScenes, CloudsHoldWhatTenSweepsOfBulletsOwnDoNot) {
   const auto stacks = stackScenes(), erleben = erlebenScenes();
   const auto holds = [](const std::vector<StabilityScene>& scenes, const char* name, double step,
@@ -126,7 +126,6 @@ TEST(StabilityScenes, CloudsHoldWhatTenSweepsOfBulletsOwnDoNot) {
   holds(stacks, "1000 on 1", 1.0 / 60, "stiff");
   holds(stacks, "1000 on 1", 1.0 / 240, "auto");
   holds(erleben, "wedge in crack", 1.0 / 60, "auto");
-  holds(erleben, "spikes", 1.0 / 60, "stiff");
 }
 
 TEST(StabilityScenes, ATrialIsToldByItsName) {
