@@ -8,8 +8,8 @@ namespace cloudcontact::search {
 
 constexpr int kLanes = 256, kVector = 16;
 
-// Loops go on to a whole number of vectors: what is left over would be done one by one, which cost
-// as much as half a batch. A few lanes behind the last repeat it, and nobody looks at them.
+// Loops go on to a whole number of vectors: what is left over would be done one by one. A few lanes
+// behind the last repeat it, and nobody looks at them.
 constexpr int padded(int count) {
   return (count + kVector - 1) & ~(kVector - 1);
 }

@@ -1,13 +1,14 @@
 // Which samples a pair that hardly moves need look up again: Verlet's neighbour lists (L. Verlet,
 // Phys. Rev. 159, 1967), with fields in the place of particles.
 //
-// Four of five samples that a query looks up touch nothing. A list has those that may touch, or ask
-// for finer ones, as long as none has come farther than a skin from where it was measured. What is
-// found with it is what is found without it, to the bit: a sample is left out only where every
-// record that it could meet within the skin, taken a skin deeper, still says nothing.
+// Four of five samples that a query of a M16 thread looks up touch nothing. A list has those that
+// may touch, or ask for finer ones, as long as none has come farther than a skin from where it was
+// measured. What is found with it is what is found without it, to the bit: a sample is left out
+// only where every record that it could meet within the skin, taken a skin deeper, still says
+// nothing.
 //
-// Bodies that move farther than a tenth of a skin a query have no lists: these cost about as much
-// as two queries to make.
+// Bodies that move farther than a tenth of a skin a query have no lists: to make these takes a look
+// at all samples, and at the voxels beside them.
 #pragma once
 
 #include "hits.h"
