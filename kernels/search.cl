@@ -6,6 +6,7 @@
 // meet: they wait until there are enough of them for all work-items.
 
 #define CC_SOURCES 4  // of a work-item at a time
+#define CC_AT_ONCE 4  // samples of a work-item that are on their way: memory is far
 
 // All fields' numbers: one buffer, seen as each of its types.
 typedef struct {
@@ -105,16 +106,15 @@ uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const 
   return is | (may ? CC_MAY_HIT : 0u);
 }
 
-uint ccAsk(__local const CcTask* t, CcFields all, uint k) {
-  const CcSample s = ccSampleOf(t, all, k);
-  const CcPlace place = ccPlaceIn(t, s.x);
-  const CcVoxel record = ccRecordAt(t, all, &place);
+// Of a sample at `place`, where the other body has that record.
+uint ccAsk(__local const CcTask* t, CcFields all, const CcSample* s, const CcPlace* place,
+           CcVoxel record) {
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
-    return ccAskPlanes(t, all.records, &s, record, &place, ccPlaneDepth(record, place.r));
+    return ccAskPlanes(t, all.records, s, record, place, ccPlaneDepth(record, place->r));
   const float nowhere[3] = {0.0f, 0.0f, 0.0f};
-  const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s.width);
+  const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s->width);
   return (kind & CC_NEARBY ? CC_ASK_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
@@ -144,10 +144,25 @@ uint ccAskMany(__local const CcTask* t, CcFields all, uint k) {
 // Asks for the window's samples: what is told of each.
 void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
   const uint lid = get_local_id(0);
-  for (uint k = lid; k < some; k += CC_GROUP) {
-    const uint is = ccAsk(t, all, w->samples[k]);
-    w->is[k] = (uchar)is;
-    if (is == CC_MANY) w->many[atomic_inc(&w->manyCount)] = (ushort)k;
+  for (uint base = lid; base < some; base += CC_AT_ONCE * CC_GROUP) {
+    CcSample s[CC_AT_ONCE];
+    CcPlace place[CC_AT_ONCE];
+    CcVoxel record[CC_AT_ONCE];
+    for (uint i = 0; i < CC_AT_ONCE; ++i)
+      s[i] = ccSampleOf(t, all, w->samples[min(base + i * CC_GROUP, some - 1u)]);
+    for (uint i = 0; i < CC_AT_ONCE; ++i) place[i] = ccPlaceIn(t, s[i].x);
+    int first[CC_AT_ONCE];
+    for (uint i = 0; i < CC_AT_ONCE; ++i)
+      first[i] = all.ints[t->other.firsts + (uint)place[i].brick];
+    for (uint i = 0; i < CC_AT_ONCE; ++i)
+      record[i] = all.records[t->other.records + (uint)(first[i] + place[i].cell)];
+    for (uint i = 0; i < CC_AT_ONCE; ++i) {
+      const uint k = base + i * CC_GROUP;
+      if (k >= some) break;
+      const uint is = ccAsk(t, all, &s[i], &place[i], record[i]);
+      w->is[k] = (uchar)is;
+      if (is == CC_MANY) w->many[atomic_inc(&w->manyCount)] = (ushort)k;
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint count = w->manyCount;
