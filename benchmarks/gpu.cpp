@@ -136,10 +136,9 @@ Need needOf(const std::string& name, const BatchReport& r) {
   if (name == "ccSearch 2") return {asked * 32, 2 * asked, 0};
   if (name == "ccHits 2") return {hits * (32 + kHit + kKey), 2 * hits, 0};
   if (name == "ccBins") return {hits * (2 * kKey + 6 * kNumber) + bins * (48 + kBin), 0, 0};
-  if (name == "ccQueue") return {bins * (kBin + kNumber), 0, 0};
   // 64 sums of products, and 30 to weigh a hit.
   if (name == "ccSums")
-    return {hits * (kHit + kNumber) + bins * (kBin + kNumber + kSums), 0, hits * (2 * 64 + 30)};
+    return {hits * (kHit + kNumber) + bins * (kBin + kSums), 0, hits * (2 * 64 + 30)};
   if (name == "ccSprouts") return {bins * (200 + kBin + kSprout), 0, 0};
   if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};

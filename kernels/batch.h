@@ -8,9 +8,10 @@
 #include "search.h"
 
 #define CC_LEVELS 3
-#define CC_GROUP 128      // work-items that search or sort for a pair together
-#define CC_TEAM 32        // that let a pair's bins grow
-#define CC_NEIGHBOURS 64  // of a bin, that there is room for
+#define CC_GROUP 128       // work-items that search or sort for a pair together
+#define CC_TEAM 32         // that let a pair's bins grow, or add up hits of some of them
+#define CC_TEAMS_A_PAIR 8  // of these
+#define CC_NEIGHBOURS 64   // of a bin, that there is room for
 #define CC_MOST_BINS \
   1024  // of a pair: the table of keys is twice as large and lies in local memory
 

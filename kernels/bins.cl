@@ -3,7 +3,6 @@
 
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
-#define CC_NO_BIN 0xffffffffu  // in the queue, where a pair found no room for its own
 #define CC_TEAMS (CC_GROUP / CC_TEAM)  // as much room as CC_SLOTS twice
 
 // A hit of a pair: those of the first direction, then those of the second.
@@ -117,7 +116,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
-    __global uint* queue, __global uint* counters, uint binRoom, int finest) {
+    __global uint* counters, uint binRoom, int finest) {
   // First a table of keys, then where the next hits of four teams go.
   __local uint table[CC_TEAMS * CC_MOST_BINS];
   __local int *holder = (__local int*)table, *least = holder + CC_SLOTS;
@@ -137,7 +136,6 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
   if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&counters[CC_BINS], all) : binRoom;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (firstBin + all > binRoom) {
-    for (uint b = firstBin + lid; b < binRoom; b += CC_GROUP) queue[b] = CC_NO_BIN;
     if (lid == 0) {
       answer.failed = CC_NO_BINS;
       answer.bins = all;
@@ -208,26 +206,4 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     answer.bins = all;
     answers[p] = answer;
   }
-}
-
-// A pair's bins by how many hits they have, most first, so that work-items side by side sum up as
-// many.
-__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccQueue(
-    __global const CcAnswer* answers, __global const CcBin* bins, __global uint* queue) {
-  __local uint places[CC_GROUP], sums[2 * CC_GROUP];
-  const uint lid = get_local_id(0), last = CC_GROUP - 1;
-  __global const CcAnswer* answer = &answers[get_group_id(0)];
-  const uint all = answer->failed ? 0u : answer->bins, first = answer->firstBin;
-  places[lid] = 0u;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint b = lid; b < all; b += CC_GROUP)
-    atomic_inc(&places[last - min(bins[first + b].end - bins[first + b].begin, last)]);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  const uint own = places[lid], upTo = ccSumUpTo(sums, own);
-  places[lid] = upTo - own;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint b = lid; b < all; b += CC_GROUP)
-    queue[first +
-          atomic_inc(&places[last - min(bins[first + b].end - bins[first + b].begin, last)])] =
-        first + b;
 }

@@ -329,22 +329,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   }
 }
 
-// Places in CcSums, counted in doubles.
-#define CC_SUMS_NUMBERS 79
 #define CC_TEAM_ROUNDS ((CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
-#define CC_SIDE_NUMBERS 13
-#define CC_SIDES 3
-#define CC_AREA 29
-#define CC_PRESSED 31
-#define CC_FIRST 32
-#define CC_SECOND 35
-#define CC_NORMALS 44
-#define CC_NORMALS_BY 50
-#define CC_PLACES 68
-#define CC_APART 72
-#define CC_OPENING 75
-#define CC_DEEPEST 76
-#define CC_HITS 78
 
 // How a bin's k-th number is told about a patch's origin, `shift` away: as ccJoinSums() of
 // hit_sums.h has it, and for all numbers by the same instructions, of which each takes its own. A

@@ -1,156 +1,279 @@
-// Sums of bins: four work-items share a bin and its vectors (1, x, y, z), hit_sums.h. Bins with as
-// many hits lie side by side, and no bin waits for another.
+// Sums of bins: a team for each, half of it for either body's hits. Each work-item weighs a hit;
+// then each adds up a row of all hits' numbers, a product of two times the vector (1, x, y, z), and
+// one number more: what the sums of hit_sums.h are made of, each product made once. With the vector
+// shared by four work-items that all weighed each hit, and wrote their sums where they belong in
+// pieces of 8 bytes, an H100 took half as long again.
 
-// A work-item's part of the sums of hits of one body: what it says of each is true of lane 0, and
-// behind the bar of lane 1 + j, with p and q the axes behind j.
+#define CC_HALF (CC_TEAM / 2)
+
+// Numbers of a hit; odd, so that neighbours lie in different banks.
+#define CC_ONE 0
+#define CC_W 1
+#define CC_F 2
+#define CC_HIT_PRESSED 3
+#define CC_X 4
+#define CC_OWN 7
+#define CC_OTHER 10
+#define CC_HIT_APART 13  // f (n + m)_i, and times x_i
+#define CC_HIT_OPENS 16
+#define CC_HIT_WALL 19
+#define CC_HIT_SQUARE 22
+#define CC_HIT_CUBE 23
+#define CC_HIT_WIDTH 24
+#define CC_HIT_MIDDLE 25
+#define CC_HIT_DEPTH 26
+#define CC_HIT_NUMBERS 27
+
+// Places in CcSums, counted in doubles; behind them what sums are yet to be made of.
+#define CC_SUMS_NUMBERS 79
+#define CC_SIDES 3
+#define CC_SIDE_NUMBERS 13
+#define CC_MOMENT 3  // from its side's first
+#define CC_WALL 6
+#define CC_SIZE 9
+#define CC_DEPTHS 10
+#define CC_AREA 29
+#define CC_WIDTH 30
+#define CC_PRESSED 31
+#define CC_FIRST 32
+#define CC_SECOND 35
+#define CC_NORMALS 44
+#define CC_NORMALS_BY 50
+#define CC_PLACES 68
+#define CC_MIDDLE 71
+#define CC_APART 72
+#define CC_OPENING 75
+#define CC_DEEPEST 76
+#define CC_DEEP_PRESSED 77
+#define CC_HITS 78
+#define CC_TURNING 79  // of a body's hits, n x^T
+#define CC_OPENS_BY 88
+#define CC_NOWHERE 91
+#define CC_SUMS_ROOM 92
+
+// What a work-item adds up of each hit, and where that goes.
 typedef struct {
-  double area, faced;                   // times 1 | x_j
-  double normalOwn[3], normalOther[3];  // times 1 | x_j
-  double apartOrSecond[3];              // (n + m)_i | x_i x_j, by i
-  double push[3];                       // n_i | n_q x_p, n_p x_q, walls' n_j
-  // (n + m)_i x_i | lane 1: powers, lane 2: areas of whole samples, depths
-  double more[3];
-} CcLane;
+  int a, b, more;           // numbers of a hit
+  int to, toRow, step;      // of the product; of it times x, y and z
+  int toMore;
+  double by, byRow, byMore;  // powers of the unit
+} CcRow;
 
-// One hit more, of depth `depth` at the sample.
-void ccAddToLane(CcLane* sums, const CcWeights* h, const float* own, const float* other,
-                 const CcWet* wet, float depth, double perUnit, int lane) {
-  const int far = lane > 0, j = lane - 1;
-  const double n[3] = {own[0], own[1], own[2]}, m[3] = {other[0], other[1], other[2]};
-  const double x = h->x[0], y = h->x[1], z = h->x[2];
-  const double v = j == 0 ? x : j == 1 ? y : j == 2 ? z : 1.0;
-  sums->area += h->w * v;
-  sums->faced += h->f * v;
-  for (int i = 0; i < 3; ++i) {
-    sums->normalOwn[i] += h->w * n[i] * v;
-    sums->normalOther[i] += h->w * m[i] * v;
-  }
-  const double nj = j == 0 ? n[0] : j == 1 ? n[1] : n[2];
-  const double np = j == 0 ? n[1] : j == 1 ? n[2] : n[0], xp = j == 0 ? y : j == 1 ? z : x;
-  const double nq = j == 0 ? n[2] : j == 1 ? n[0] : n[1], xq = j == 0 ? z : j == 1 ? x : y;
-  sums->push[0] += h->pressed * (far ? nq : n[0]) * (far ? xp : 1.0);
-  sums->push[1] += h->pressed * (far ? np : n[1]) * (far ? xq : 1.0);
-  sums->push[2] += (far ? h->blind : h->pressed) * (far ? nj : n[2]);
-  const double power[3] = {j == 0 ? h->pressed : h->w * h->whole,
-                           j == 0 ? h->weighed * wet->depth2 : h->f * (depth * perUnit),
-                           h->weighed * perUnit * wet->depth3};
-  for (int i = 0; i < 3; ++i) {
-    const double apart = h->f * (n[i] + m[i]);
-    sums->apartOrSecond[i] += far ? h->w * h->x[i] * v : apart;
-    sums->more[i] += far ? power[i] : apart * h->x[i];
-  }
-}
-
-// Adds to a sum, of which the first of two sides is the first to tell.
-void ccTell(__global double* to, double more, int again) {
-  *to = (again ? *to : 0.0) + more;
-}
-
-// What was added, in lengths of `unit` [m], goes to `sums`: of side 0, then of side 1.
-void ccGiveLane(__global CcSums* sums, const CcLane* from, int side, double unit, int lane) {
+// Of the row-th work-item of a body's half.
+CcRow ccRowOf(int row, int side, double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
-  __global CcSideSums* to = &sums->side[side];
-  if (lane == 0) {
-    for (int i = 0; i < 3; ++i) {
-      ccTell(&sums->normal[side][i], u2 * from->normalOwn[i], side);
-      ccTell(&sums->normal[1 - side][i], u2 * from->normalOther[i], side);
-      ccTell(&sums->apart[i], u3 * from->apartOrSecond[i], side);
-      ccTell(&to->push[i], u3 * from->push[i], 0);
-    }
-    ccTell(&sums->area, u2 * from->area, side);
-    ccTell(&sums->facing, u3 * from->faced, side);
-    ccTell(&to->depth[0], u3 * from->faced, 0);
-    ccTell(&sums->opening, u4 * (from->more[0] + from->more[1] + from->more[2]), side);
-    return;
+  const int own = CC_SIDES + CC_SIDE_NUMBERS * side;
+  CcRow r = {CC_ONE, CC_ONE, CC_ONE, CC_NOWHERE, CC_NOWHERE, 0, CC_NOWHERE, u3, u4, u3};
+  const int i = (row + 1) % 3;  // of rows by threes
+  if (row == 0) {
+    r.a = CC_W, r.to = CC_AREA, r.by = u2, r.toRow = CC_FIRST, r.step = 1, r.byRow = u3;
+  } else if (row == 1) {
+    r.a = CC_F, r.to = CC_PRESSED, r.toRow = CC_PLACES, r.step = 1;
+  } else if (row < 5) {
+    r.a = CC_W, r.b = CC_X + i, r.toRow = CC_SECOND + i, r.step = 3;
+  } else if (row < 11) {
+    const int whose = row < 8 ? side : 1 - side;
+    r.a = CC_W, r.b = (row < 8 ? CC_OWN : CC_OTHER) + i;
+    r.to = CC_NORMALS + 3 * whose + i, r.by = u2;
+    r.toRow = CC_NORMALS_BY + 9 * whose + i, r.step = 3, r.byRow = u3;
+  } else if (row < 14) {
+    r.a = CC_HIT_PRESSED, r.b = CC_OWN + i;
+    r.to = own + i, r.toRow = CC_TURNING + 3 * i, r.step = 1, r.byRow = 1.0;
   }
-  const int j = lane - 1;
-  ccTell(&sums->first[j], u3 * from->area, side);
-  ccTell(&sums->place[j], u4 * from->faced, side);
-  for (int i = 0; i < 3; ++i) {
-    ccTell(&sums->second[3 * j + i], u4 * from->apartOrSecond[i], side);
-    ccTell(&sums->normalBy[side][3 * j + i], u3 * from->normalOwn[i], side);
-    ccTell(&sums->normalBy[1 - side][3 * j + i], u3 * from->normalOther[i], side);
+  const int k = row % 3;
+  if (row < 3) {
+    r.more = CC_HIT_APART + k, r.toMore = CC_APART + k;
+  } else if (row < 6) {
+    r.more = CC_HIT_OPENS + k, r.toMore = CC_OPENS_BY + k, r.byMore = 1.0;
+  } else if (row < 9) {
+    r.more = CC_HIT_WALL + k, r.toMore = own + CC_WALL + k;
+  } else if (row == 9) {
+    r.more = CC_HIT_PRESSED, r.toMore = own + CC_SIZE;
+  } else if (row == 10) {
+    r.more = CC_HIT_SQUARE, r.toMore = own + CC_DEPTHS + 1, r.byMore = u4;
+  } else if (row == 11) {
+    r.more = CC_HIT_CUBE, r.toMore = own + CC_DEPTHS + 2, r.byMore = u4 * unit;
+  } else if (row == 12) {
+    r.more = CC_HIT_WIDTH, r.toMore = CC_WIDTH, r.byMore = u4;
+  } else if (row == 13) {
+    r.more = CC_HIT_MIDDLE, r.toMore = CC_MIDDLE, r.byMore = u4;
+  } else if (row == 15) {
+    r.more = CC_HIT_DEPTH, r.toMore = CC_DEEPEST, r.byMore = 1.0;
   }
-  // The vector that belongs to a matrix n x^T: sum of x cross n.
-  ccTell(&to->moment[j], u4 * (from->push[0] - from->push[1]), 0);
-  ccTell(&to->wall[j], u3 * from->push[2], 0);
-  if (j == 0) {
-    ccTell(&to->size, u3 * from->more[0], 0);
-    ccTell(&to->depth[1], u4 * from->more[1], 0);
-    ccTell(&to->depth[2], u4 * unit * from->more[2], 0);
-  } else if (j == 1) {
-    ccTell(&sums->width, u4 * from->more[0], side);
-    ccTell(&sums->middle, u4 * from->more[1], side);
+  return r;
+}
+
+// One body's hits of a pair.
+typedef struct {
+  __global const float4* hits;
+  __global const uint* list;  // their numbers, bin by bin
+  size_t room;
+  uint below, above;  // numbers of those below the band
+} CcSideHits;
+
+CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcDirection* directions,
+                        __global const CcFound* found, __global const float4* hits,
+                        __global const uint* order) {
+  __global const CcDirection* way = &directions[2 * pair + side];
+  __global const CcFound* f = &found[(2 * pair + side) * CC_LEVELS + (uint)level];
+  const CcSideHits s = {hits + 4 * (size_t)way->hits, order + directions[2 * pair].hits, way->room,
+                        f->whole, f->whole + f->deep};
+  return s;
+}
+
+// A hit on its way: memory is far.
+typedef struct {
+  float4 p, q, r, v;
+} CcComing;
+
+CcComing ccFetchHit(const CcSideHits* s, uint at) {
+  const CcComing c = {s->hits[at], s->hits[s->room + at], s->hits[2 * s->room + at],
+                      s->hits[3 * s->room + at]};
+  return c;
+}
+
+// A hit's numbers.
+void ccWeighHit(const CcComing* hit, const double* origin, double perUnit, __local double* to) {
+  const float4 p = hit->p, q = hit->q, r = hit->r, v = hit->v;
+  const float at3[3] = {p.x, p.y, p.z};
+  const double own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
+  const CcWet wet = {v.x, 0.0f, v.y, v.z, v.w};
+  const CcWeights h = ccWeightsOf(at3, r.w, &wet, ccGate(q.w), origin, perUnit);
+  to[CC_ONE] = 1.0;
+  to[CC_W] = h.w;
+  to[CC_F] = h.f;
+  to[CC_HIT_PRESSED] = h.pressed;
+  for (int k = 0; k < 3; ++k) {
+    const double apart = h.f * (own[k] + other[k]);
+    to[CC_X + k] = h.x[k];
+    to[CC_OWN + k] = own[k];
+    to[CC_OTHER + k] = other[k];
+    to[CC_HIT_APART + k] = apart;
+    to[CC_HIT_OPENS + k] = apart * h.x[k];
+    to[CC_HIT_WALL + k] = h.blind * own[k];
+  }
+  to[CC_HIT_SQUARE] = h.weighed * wet.depth2;
+  to[CC_HIT_CUBE] = h.weighed * perUnit * wet.depth3;
+  to[CC_HIT_WIDTH] = h.w * h.whole;
+  to[CC_HIT_MIDDLE] = h.f * (p.w * perUnit);
+  to[CC_HIT_DEPTH] = p.w;
+}
+
+// What a work-item has added up.
+typedef struct {
+  double sum, row[3], more;
+} CcRowSums;
+
+// A work-item's row of the first `count` hits at `hit`; the last of a half has depths.
+void ccAddHits(CcRowSums* sums, const CcRow* r, __local const double* hit, uint count, int row) {
+  for (; count > 0; --count, hit += CC_HIT_NUMBERS) {
+    const double product = hit[r->a] * hit[r->b], more = hit[r->more];
+    sums->sum += product;
+    for (int k = 0; k < 3; ++k) sums->row[k] += product * hit[CC_X + k];
+    sums->more = row == CC_HALF - 1 ? ccMore(sums->more, more) : sums->more + more;
   }
 }
 
-__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSums(
+// A body's part of the sums.
+void ccGiveRow(__local double* to, const CcRow* r, const CcRowSums* from) {
+  if (r->to != CC_NOWHERE) to[r->to] = 0.0 + r->by * from->sum;
+  if (r->toRow != CC_NOWHERE)
+    for (int k = 0; k < 3; ++k) to[r->toRow + r->step * k] = 0.0 + r->byRow * from->row[k];
+  if (r->toMore != CC_NOWHERE) to[r->toMore] = 0.0 + r->byMore * from->more;
+}
+
+// Pressed volume of hits below the band, `before` that of the other side's; few pairs have such.
+double ccAddDeep(const CcSideHits* s, uint begin, uint end, double before) {
+  if (s->above == s->below) return before;
+  for (uint i = begin; i < end; ++i) {
+    const uint k = s->list[i];
+    if (k >= s->below && k < s->above)
+      before += (double)s->hits[2 * s->room + k].w * s->hits[3 * s->room + k].y;
+  }
+  return before;
+}
+
+// The vector that belongs to a body's matrix n x^T: sum of x cross n.
+double ccTurningOf(__local const double* part, int j) {
+  const int p = (j + 1) % 3, q = (j + 2) % 3;
+  return part[CC_TURNING + 3 * q + p] - part[CC_TURNING + 3 * p + q];
+}
+
+// The n-th number of CcSums, from both bodies' parts; `unit4` [m^4].
+double ccSumOf(int n, __local const double* parts, double unit4) {
+  __local const double *a = parts, *b = parts + CC_SUMS_ROOM;
+  const int ofA = n < CC_SIDES + CC_SIDE_NUMBERS, k = n - CC_SIDES - (ofA ? 0 : CC_SIDE_NUMBERS);
+  if (n < CC_AREA) {
+    if (k >= CC_MOMENT && k < CC_WALL)
+      return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
+    const int at = k == CC_DEPTHS ? CC_PRESSED : n;
+    return ofA ? a[at] : b[at];
+  }
+  if (n == CC_OPENING) {
+    a += CC_OPENS_BY, b += CC_OPENS_BY;
+    return (0.0 + unit4 * (a[0] + a[1] + a[2])) + unit4 * (b[0] + b[1] + b[2]);
+  }
+  return n == CC_DEEPEST ? ccMore(a[n], b[n]) : n == CC_HITS ? a[n] : a[n] + b[n];
+}
+
+// Bins of a pair: every CC_TEAMS_A_PAIR-th. The next bin, where its first hits are, and these, are
+// on their way while a bin is added up.
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const CcAnswer* answers, __global const float4* hits,
-    __global const uint* order, __global const CcBin* bins, __global const uint* queue,
-    __global const uint* counters, uint binRoom, __global CcSums* sums) {
-  const int lane = (int)get_local_id(0) & 3;
-  const uint all = min(counters[CC_BINS], binRoom);
-  for (uint place = get_global_id(0) / 4; place < all; place += get_global_size(0) / 4) {
-    const uint b = queue[place];
-    if (b == CC_NO_BIN) continue;
-    const CcBin bin = bins[b];
-    const int level = answers[bin.pair].level;
-    const double cell = pairs[bin.pair].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0);
-    const double perUnit = 1.0 / cell;
+    __global const uint* order, __global const CcBin* allBins, __global double* allSums) {
+  __local double weighed[CC_TEAM * CC_HIT_NUMBERS], parts[2 * CC_SUMS_ROOM];
+  const int lane = (int)get_local_id(0), row = lane % CC_HALF, side = lane / CC_HALF;
+  const uint p = get_group_id(0) / CC_TEAMS_A_PAIR;
+  const uint all = answers[p].failed ? 0u : answers[p].bins;
+  if (get_group_id(0) % CC_TEAMS_A_PAIR >= all) return;
+  __global const CcBin* bins = allBins + answers[p].firstBin;
+  __global double* sums = allSums + (size_t)answers[p].firstBin * CC_SUMS_NUMBERS;
+  const int level = answers[p].level;
+  const double cell = pairs[p].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0), perUnit = 1.0 / cell;
+  const double unit2 = cell * cell, unit4 = unit2 * unit2;
+  const CcSideHits s = ccSideHitsOf(p, (uint)side, level, directions, found, hits, order);
+  const CcRow r = ccRowOf(row, side, cell);
+  uint b = get_group_id(0) % CC_TEAMS_A_PAIR;
+  CcBin bin = bins[b];
+  uint begin = side == 0 ? bin.begin : bin.middle, end = side == 0 ? bin.middle : bin.end;
+  // A place in the list that is the pair's, whether a hit of this bin or not.
+  CcComing coming = ccFetchHit(&s, begin + (uint)row < end ? s.list[begin + (uint)row] : 0u);
+  for (; b < all; b += CC_TEAMS_A_PAIR) {
+    const CcBin next = bins[min(b + CC_TEAMS_A_PAIR, all - 1u)];
     const double origin[3] = {(bin.cell[0] + 0.5) * cell, (bin.cell[1] + 0.5) * cell,
                               (bin.cell[2] + 0.5) * cell};
-    __global const uint* list = order + directions[2 * bin.pair].hits;
-    double deep = 0.0;
-    float deepest = -1e30f;
-    for (uint side = 0; side < 2; ++side) {
-      const uint end = side == 0 ? bin.middle : bin.end;
-      __global const CcDirection* way = &directions[2 * bin.pair + side];
-      __global const CcFound* f = &found[(2 * bin.pair + side) * CC_LEVELS + (uint)level];
-      __global const float4* here = hits + 4 * (size_t)way->hits;
-      const size_t room = way->room;
-      const uint below = f->whole, above = f->whole + f->deep;
-      CcLane adding = {0.0,
-                       0.0,
-                       {0.0, 0.0, 0.0},
-                       {0.0, 0.0, 0.0},
-                       {0.0, 0.0, 0.0},
-                       {0.0, 0.0, 0.0},
-                       {0.0, 0.0, 0.0}};
-      uint i = side == 0 ? bin.begin : bin.middle;
-      // The next two hits are on their way while one is added up: memory is far.
-      uint at = i < end ? list[i] : 0u, next = i + 1 < end ? list[i + 1] : at,
-           last = i + 2 < end ? list[i + 2] : next;
-      float4 p1 = here[at], q1 = here[room + at], r1 = here[2 * room + at],
-             s1 = here[3 * room + at];
-      float4 p2 = here[next], q2 = here[room + next], r2 = here[2 * room + next],
-             s2 = here[3 * room + next];
-      for (; i < end; ++i) {
-        const uint number = at;
-        const float4 p = p1, q = q1, r = r1, s = s1;
-        at = next;
-        next = last;
-        if (i + 3 < end) last = list[i + 3];
-        p1 = p2, q1 = q2, r1 = r2, s1 = s2;
-        p2 = here[next];
-        q2 = here[room + next];
-        r2 = here[2 * room + next];
-        s2 = here[3 * room + next];
-        const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-        const CcWet wet = {s.x, 0.0f, s.y, s.z, s.w};
-        const CcWeights h = ccWeightsOf(x, r.w, &wet, ccGate(q.w), origin, perUnit);
-        ccAddToLane(&adding, &h, own, other, &wet, p.w, perUnit, lane);
-        deepest = ccMax(deepest, p.w);
-        if (number >= below && number < above) deep += (double)r.w * s.y;
+    const uint nextBegin = side == 0 ? next.begin : next.middle,
+               nextEnd = side == 0 ? next.middle : next.end;
+    CcRowSums adding = {0.0, {0.0, 0.0, 0.0}, row == CC_HALF - 1 ? -1e30f : 0.0};
+    ccWeighHit(&coming, origin, perUnit, weighed + lane * CC_HIT_NUMBERS);
+    const uint nextAt = nextBegin + (uint)row < nextEnd ? s.list[nextBegin + (uint)row] : 0u;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    ccAddHits(&adding, &r, weighed + side * CC_HALF * CC_HIT_NUMBERS,
+              min(end - begin, (uint)CC_HALF), row);
+    coming = ccFetchHit(&s, nextAt);
+    const uint most = max(bin.middle - bin.begin, bin.end - bin.middle);
+    for (uint done = CC_HALF; done < most; done += CC_HALF) {
+      barrier(CLK_LOCAL_MEM_FENCE);
+      if (begin + done + (uint)row < end) {
+        const CcComing more = ccFetchHit(&s, s.list[begin + done + (uint)row]);
+        ccWeighHit(&more, origin, perUnit, weighed + lane * CC_HIT_NUMBERS);
       }
-      ccGiveLane(&sums[b], &adding, (int)side, cell, lane);
+      barrier(CLK_LOCAL_MEM_FENCE);
+      ccAddHits(&adding, &r, weighed + side * CC_HALF * CC_HIT_NUMBERS,
+                begin + done < end ? min(end - begin - done, (uint)CC_HALF) : 0u, row);
     }
-    if (lane < 3) sums[b].origin[lane] = lane == 0 ? origin[0] : lane == 1 ? origin[1] : origin[2];
-    if (lane == 3) {
-      sums[b].deepest = deepest;
-      sums[b].deep = deep;
-      sums[b].hits = (int)(bin.end - bin.begin);
-      sums[b].unused = 0;
-    }
+    ccGiveRow(parts + side * CC_SUMS_ROOM, &r, &adding);
+    if (lane < 3) parts[lane] = lane == 0 ? origin[0] : lane == 1 ? origin[1] : origin[2];
+    if (lane == 3) parts[CC_HITS] = as_double((ulong)(bin.end - bin.begin));
+    if (lane == 4) parts[CC_DEEP_PRESSED] = ccAddDeep(&s, begin, end, 0.0);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    __global double* to = sums + (size_t)b * CC_SUMS_NUMBERS;
+    for (int n = lane; n < CC_SUMS_NUMBERS; n += CC_TEAM)
+      if (n != CC_DEEP_PRESSED) to[n] = ccSumOf(n, parts, unit4);
+    if (lane == CC_HALF) to[CC_DEEP_PRESSED] = ccAddDeep(&s, begin, end, parts[CC_DEEP_PRESSED]);
+    bin = next;
+    begin = nextBegin;
+    end = nextEnd;
   }
 }

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kBins = 128, kPatches = 24;
 constexpr std::uint32_t kLeastRoom = 2 * CC_MOST_BINS;  // a large pair alone
 constexpr std::size_t kHitBytes = 64;
-constexpr std::size_t kMostItems = 4096 * CC_GROUP;  // work-items that take bins or patches in turn
+constexpr std::size_t kMostItems = 4096 * CC_GROUP;  // work-items that take patches in turn
 
 // Of parts of a buffer: a multiple of what devices ask for.
 std::size_t aligned(std::size_t size) {
@@ -146,14 +146,10 @@ void OpenClBatch::gather() {
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
   give(kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
-       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, queues, counters, binRoom_,
-       finest_);
+       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, counters, binRoom_, finest_);
   run("ccBins", count_ * CC_GROUP, CC_GROUP);
-  give(kernel("ccQueue"), answers, bins, queues);
-  run("ccQueue", count_ * CC_GROUP, CC_GROUP);
-  give(kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, queues,
-       counters, binRoom_, sums);
-  run("ccSums", std::min(kMostItems, std::size_t{4} * binRoom_), CC_GROUP);
+  give(kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, sums);
+  run("ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM);
   const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
   const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_uint));
   give(kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
