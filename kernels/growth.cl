@@ -12,12 +12,14 @@
 #define CC_NEAR_BIN (CC_MOST_BINS - 1)
 #define CC_MAY_LINK 0x8000u
 
-#define CC_LINK_NUMBERS 11  // of a bin: its faces and its centre
+// Squares decide only where they differ by more than all that rounding can do to either; else roots
+// do, as on the CPU.
+#define CC_SURELY 1e-12
 
 // Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
 // with the number.
 typedef struct {
-  // First keys and weights of all bins, then what links are made of, of the first.
+  // First keys and weights of all bins, then the first bins' centres.
   double numbers[2 * CC_MOST_BINS];
   short4 sorted[CC_MOST_BINS];
   uint crowded;  // a bin has more neighbours than there is room for
@@ -57,61 +59,40 @@ CcSprout ccSproutOf(__global const CcSums* sums) {
   return s;
 }
 
-// Lists a bin's neighbours in the order in which they are asked; returns how many there are.
-uint ccListNeighbours(uint bin, short4 cell, uint all, __global uint* near,
-                      __local const CcSproutRoom* r) {
+// Whether two bins may be linked, whatever the patch. Nearly all are told apart by their centres'
+// distance; its root and their faces are for the others.
+int ccMayLink(__global const CcSprout* sprouts, __local const double* centers, uint bin, uint other,
+              double close) {
+  double apart[3], to[3], from[3];
+  for (int i = 0; i < 3; ++i) {
+    from[i] = bin < CC_NEAR_BINS ? centers[3 * bin + i] : sprouts[bin].center[i];
+    to[i] = other < CC_NEAR_BINS ? centers[3 * other + i] : sprouts[other].center[i];
+    apart[i] = to[i] - from[i];
+  }
+  if (ccDot64(apart, apart) > close * close * (1.0 + CC_SURELY)) return 0;
+  const CcFaces own = sprouts[bin].faces, faces = sprouts[other].faces;
+  return ccLinked(&faces, &own, 1.0, 1.0, to, from, close);
+}
+
+// Lists a bin's neighbours in the order in which they are asked, and which of them may be linked to
+// it; returns how many there are. Those of 32 bins are found before any of them is looked at.
+uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* sprouts,
+                      double close, __global uint* near, __local const CcSproutRoom* r) {
   uint count = 0;
-  for (uint k = 0; k < all; ++k) {
-    const short4 c = r->sorted[k];
-    if ((uint)c.w == bin || !ccBeside(c, cell)) continue;
-    if (count < CC_NEIGHBOURS) near[count] = (uint)c.w;
-    ++count;
+  for (uint base = 0; base < all; base += 32) {
+    uint beside = 0;
+    for (uint k = base; k < min(base + 32u, all); ++k)
+      beside |= (uint)ccBeside(r->sorted[k], cell) << (k - base);
+    for (; beside; beside &= beside - 1u) {
+      const uint other = (uint)r->sorted[base + ccLowest(beside)].w;
+      if (other == bin) continue;
+      if (count < CC_NEIGHBOURS)
+        near[count] =
+            other | (ccMayLink(sprouts, r->numbers, bin, other, close) ? CC_MAY_LINK : 0u);
+      ++count;
+    }
   }
   return count;
-}
-
-typedef struct {
-  CcFaces faces;
-  double center[3];
-} CcLinkEnd;
-
-CcLinkEnd ccLinkEnd(__global const CcSprout* sprout) {
-  CcLinkEnd e;
-  e.faces = sprout->faces;
-  for (int i = 0; i < 3; ++i) e.center[i] = sprout->center[i];
-  return e;
-}
-
-void ccHoldLinkEnd(__local double* to, const CcLinkEnd* e) {
-  for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) to[3 * s + i] = e->faces.normal[s][i];
-    to[6 + s] = e->faces.length[s];
-  }
-  for (int i = 0; i < 3; ++i) to[8 + i] = e->center[i];
-}
-
-CcLinkEnd ccHeldLinkEnd(__local const double* from) {
-  CcLinkEnd e;
-  for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) e.faces.normal[s][i] = from[3 * s + i];
-    e.faces.length[s] = from[6 + s];
-  }
-  for (int i = 0; i < 3; ++i) e.center[i] = from[8 + i];
-  return e;
-}
-
-// Notes which of a bin's neighbours may be linked to it, whatever the patch. `held` of the first
-// bins: fetched from global memory for every neighbour they took an H100 a tenth more time.
-void ccNoteLinks(__global const CcSprout* sprouts, __local const double* held, uint bin,
-                 uint count, double close, __global uint* near) {
-  const CcLinkEnd own = ccLinkEnd(&sprouts[bin]);
-  for (uint j = 0; j < count; ++j) {
-    const uint k = near[j];
-    const CcLinkEnd other = k < CC_NEAR_BINS ? ccHeldLinkEnd(held + k * CC_LINK_NUMBERS)
-                                             : ccLinkEnd(&sprouts[k]);
-    if (ccLinked(&other.faces, &own.faces, 1.0, 1.0, other.center, own.center, close))
-      near[j] = k | CC_MAY_LINK;
-  }
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
@@ -151,17 +132,14 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     allHeaviest[first + heavier] = (ushort)b;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint b = lid; b < min(all, (uint)CC_NEAR_BINS); b += CC_GROUP) {
-    const CcLinkEnd end = ccLinkEnd(&sprouts[b]);
-    ccHoldLinkEnd(r.numbers + b * CC_LINK_NUMBERS, &end);
-  }
+  for (uint b = lid; b < min(all, (uint)CC_NEAR_BINS); b += CC_GROUP)
+    for (int i = 0; i < 3; ++i) r.numbers[3 * b + i] = sprouts[b].center[i];
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    __global uint* own = near + b * CC_NEIGHBOURS;
-    const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, own, &r);
+    const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, sprouts,
+                                        CC_CLOSE * cell, near + b * CC_NEIGHBOURS, &r);
     if (count > CC_NEIGHBOURS) r.crowded = 1u;
     sprouts[b].neighbours = count;
-    ccNoteLinks(sprouts, r.numbers, b, min(count, (uint)CC_NEIGHBOURS), CC_CLOSE * cell, own);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
@@ -169,9 +147,20 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
 
 // What growing asks of a bin, and of a patch.
 typedef struct {
-  CcFaces faces;
-  double size[2];  // of its two sides
+  double normal[2][3];  // sums of A's and of B's normals
+  double square[2];     // of their lengths
+  double size[2];       // of its two sides
 } CcGrowing;
+
+CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
+  CcGrowing g;
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) g.normal[s][i] = sprout->faces.normal[s][i];
+    g.square[s] = ccDot64(g.normal[s], g.normal[s]);
+    g.size[s] = sprout->size[s];
+  }
+  return g;
+}
 
 // What a team has near at hand: the first bins and neighbours, which bins have a patch, and these
 // in the order in which they came.
@@ -191,11 +180,7 @@ typedef struct {
 } CcGarden;
 
 CcGrowing ccGrowingOf(const CcGarden* g, __local const CcTeam* team, uint b) {
-  if (b < CC_NEAR_BINS) return team->bins[b];
-  CcGrowing bin;
-  bin.faces = g->bins[b].faces;
-  for (int i = 0; i < 2; ++i) bin.size[i] = g->bins[b].size[i];
-  return bin;
+  return b < CC_NEAR_BINS ? team->bins[b] : ccGrowingFrom(&g->bins[b]);
 }
 
 void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
@@ -203,9 +188,7 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   for (uint b = lid; b < g->all; b += CC_TEAM) {
     team->taken[b] = 0;
     team->neighbours[b] = (uchar)g->bins[b].neighbours;
-    if (b >= CC_NEAR_BINS) continue;
-    team->bins[b].faces = g->bins[b].faces;
-    for (int i = 0; i < 2; ++i) team->bins[b].size[i] = g->bins[b].size[i];
+    if (b < CC_NEAR_BINS) team->bins[b] = ccGrowingFrom(&g->bins[b]);
   }
   // Whole lists, what is written in them or not: four loads on their way at a time.
   for (uint b = lid; b < min(g->all, (uint)CC_NEAR_BINS); b += CC_TEAM)
@@ -231,8 +214,41 @@ uint ccSeed(const CcGarden* g, uint* done, __local CcTeam* team) {
   }
 }
 
+CcFaces ccFacesOf(const CcGrowing* g) {
+  CcFaces f;
+  for (int s = 0; s < 2; ++s) {
+    for (int i = 0; i < 3; ++i) f.normal[s][i] = g->normal[s][i];
+    f.length[s] = ccLength64(f.normal[s]);
+  }
+  return f;
+}
+
+#define CC_LEAST_SQUARES 1e-250  // of lengths: below it products of four lose their bits
+
+// ccAlike(a, b, CC_AGREE) by squares: a root is long to wait for. A sum of no length, as walls
+// have, agrees with any.
+int ccAlikeBySquares(const CcGrowing* a, const CcGrowing* b) {
+  int oneAgrees = 0, noneAgrees = 1, oneOpposes = 0, noneOpposes = 1;
+  for (int s = 0; s < 2; ++s) {
+    const double dot = ccDot64(a->normal[s], b->normal[s]), dots = dot * dot;
+    const double lengths = a->square[s] * b->square[s];
+    const double agree = CC_AGREE * CC_AGREE * lengths;
+    const double oppose = CC_DISAGREE * CC_DISAGREE * lengths;
+    const int nothing = (a->square[s] == 0.0) | (b->square[s] == 0.0);
+    const int told = lengths > CC_LEAST_SQUARES;
+    oneAgrees |= nothing | (told & (dot > 0.0) & (dots > agree * (1.0 + CC_SURELY)));
+    noneAgrees &= told & ((dot < 0.0) | (dots < agree * (1.0 - CC_SURELY)));
+    oneOpposes |= told & (dot < 0.0) & (dots > oppose * (1.0 + CC_SURELY));
+    noneOpposes &= nothing | (told & ((dot > 0.0) | (dots < oppose * (1.0 - CC_SURELY))));
+  }
+  if (oneOpposes | noneAgrees) return 0;
+  if (oneAgrees & noneOpposes) return 1;
+  const CcFaces one = ccFacesOf(a), other = ccFacesOf(b);
+  return ccAlike(&one, &other, CC_AGREE);
+}
+
 int ccJoins(const CcGrowing* bin, uint entry, const CcGrowing* patch) {
-  if (ccAlike(&bin->faces, &patch->faces, CC_AGREE)) return 1;
+  if (ccAlikeBySquares(bin, patch)) return 1;
   const double weight = bin->size[0] + bin->size[1], all = patch->size[0] + patch->size[1];
   return (entry & CC_MAY_LINK) && !(weight < CC_LEAST_LINK * all);
 }
@@ -240,8 +256,8 @@ int ccJoins(const CcGrowing* bin, uint entry, const CcGrowing* patch) {
 // The patch that takes a bin in.
 void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) patch->faces.normal[s][i] += bin->faces.normal[s][i];
-    patch->faces.length[s] = ccLength64(patch->faces.normal[s]);
+    for (int i = 0; i < 3; ++i) patch->normal[s][i] += bin->normal[s][i];
+    patch->square[s] = ccDot64(patch->normal[s], patch->normal[s]);
     patch->size[s] += bin->size[s];
   }
 }
