@@ -159,7 +159,8 @@ void OpenClBatch::gather() {
   run("ccGrow", count_ * CC_TEAM, CC_TEAM);
   const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
   give(kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
-  run("ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM);
+  device_->run(queue_, kernel("ccPatches"), "ccPatches",
+               std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, &grownAll_);
   give(kernel("ccContacts"), pairs, answers, patches,
        forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
        kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
@@ -212,14 +213,22 @@ void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchRep
 
 // A thread that sleeps is woken late: a GPU is asked until it is done. Not a CPU, which has the
 // kernels to run.
-void OpenClBatch::wait() {
-  while (device_->gpu() && fetchedAll_.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
+void OpenClBatch::wait(const cl::Event& event) {
+  while (device_->gpu() && event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
     std::this_thread::yield();
-  fetchedAll_.wait();
+  event.wait();
+}
+
+void OpenClBatch::abandon() noexcept {
+  ::clFinish(queue_());
+}
+
+void OpenClBatch::nearEnd() {
+  guarded(*device_, [&] { wait(grownAll_); });
 }
 
 void OpenClBatch::finish(BatchReport& report) {
-  guarded(*device_, [&] { wait(); });
+  guarded(*device_, [&] { wait(fetchedAll_); });
   binsWanted_ = countersHere_[CC_BINS];
   patchesWanted_ = countersHere_[CC_PATCHES];
   contactsWanted_ = countersHere_[CC_CONTACTS];

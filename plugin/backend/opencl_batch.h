@@ -35,6 +35,10 @@ class OpenClBatch {
   // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
   // many for the device at once, and std::runtime_error where it fails.
   void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
+  // Waits for it, whatever it came to.
+  void abandon() noexcept;
+  // Waits until it has come to its last kernels.
+  void nearEnd();
   // Waits for it. Throws std::runtime_error where the device fails.
   void finish(BatchReport& report);
   // What became of the k-th pair; contacts() of it where it did not fail.
@@ -49,7 +53,7 @@ class OpenClBatch {
   void search();
   void gather();
   void fetch();
-  void wait();
+  void wait(const cl::Event& event);
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
@@ -69,7 +73,7 @@ class OpenClBatch {
   const CcAnswer* answers_ = nullptr;
   const std::uint32_t* countersHere_ = nullptr;
   const CcContactPatch* contactsHere_ = nullptr;
-  cl::Event fetchedAll_;
+  cl::Event grownAll_, fetchedAll_;
 };
 
 }  // namespace cloudcontact::opencl

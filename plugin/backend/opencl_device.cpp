@@ -269,11 +269,13 @@ void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::s
 }
 
 void Device::run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
-                 std::size_t group) {
+                 std::size_t group, cl::Event* done) {
   if (items == 0) return;
   const std::size_t all = (items + group - 1) / group * group;
+  cl::Event* const noted = note(name);
   queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
-                             note(name));
+                             noted ? noted : done);
+  if (noted && done) *done = *noted;
 }
 
 cl::CommandQueue Device::another() {

@@ -45,11 +45,12 @@ class Device {
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
   bool gpu() const { return gpu_; }
 
-  // Runs a kernel whose arguments are set, noted under its own name or another.
+  // Runs a kernel whose arguments are set, noted under its own name or another; `done` becomes its
+  // event.
   void run(const char* name, std::size_t items, std::size_t group);
   void run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group);
   void run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
-           std::size_t group);
+           std::size_t group, cl::Event* done = nullptr);
   // A queue beside the device's own: its commands may run while that one's do.
   cl::CommandQueue another();
   // An event to hand to a copy, noted under that name; null where nothing is noted.
