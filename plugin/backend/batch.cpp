@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <exception>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -115,6 +116,10 @@ void ContactBatch::Inside::open() {
 void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
   asked.clear();
   numbers.clear();
+  for (Part& part : parts) {  // a call that threw may have left something
+    part.here.clear();
+    part.report = {};
+  }
   // Pairs of the same two fields nearly always follow each other: a field is asked for once, not
   // looked up 2,048 times.
   const SurfaceField* fieldOf[2] = {nullptr, nullptr};
@@ -151,15 +156,27 @@ void ContactBatch::Inside::askParts() {
       most = settings.timing ? 1 : std::min(kParts, threads),
                     used = std::clamp(n / kWorthAPart, std::size_t{1}, most);
   bool done[kParts] = {};
+  // A part that fails must not cancel the loops of the others, which would hand over half of what
+  // they have to say.
+  std::exception_ptr failed[kParts];
   for (std::size_t k = 0; k < used; ++k) {
     parts[k].first = n * k / used;
     parts[k].count = n * (k + 1) / used - parts[k].first;
   }
   arena.execute([&] {
     tbb::parallel_for(
-        std::size_t{0}, used, [&](std::size_t k) { done[k] = ask(parts[k]); },
+        std::size_t{0}, used,
+        [&](std::size_t k) {
+          try {
+            done[k] = ask(parts[k]);
+          } catch (...) {
+            failed[k] = std::current_exception();
+          }
+        },
         tbb::simple_partitioner());
   });
+  for (const std::exception_ptr& failure : failed)
+    if (failure) std::rethrow_exception(failure);
   for (std::size_t k = 0; k < used; ++k) {
     if (!done[k]) askHalves(parts[k], parts[k].first, parts[k].count);
     settle(parts[k]);

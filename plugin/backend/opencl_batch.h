@@ -50,6 +50,7 @@ class OpenClBatch {
   void gather();
   void fetch();
   void wait();
+  void finishQuietly();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
