@@ -6,6 +6,7 @@
 #include "opencl_device.h"
 
 #include "batch.h"
+#include "device_guard.h"
 
 #include <algorithm>
 #include <array>
@@ -52,6 +53,11 @@ std::string lacking(const cl::Device& device) {
   return {};
 }
 
+bool isGpu(const cl::Device& device) {
+  return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+}
+
+// GPUs before others.
 std::vector<cl::Device> allDevices() {
   std::vector<cl::Platform> platforms;
   try {
@@ -67,8 +73,12 @@ std::vector<cl::Device> allDevices() {
     }
     devices.insert(devices.end(), some.begin(), some.end());
   }
-  std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& d) {
-    return (d.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& device) {
+    try {
+      return isGpu(device);
+    } catch (const cl::Error&) {  // says so again when it is asked more
+      return false;
+    }
   });
   return devices;
 }
@@ -142,9 +152,9 @@ constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
 std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   std::string refused;
   for (const cl::Device& device : allDevices()) {
-    const std::string name = device.getInfo<CL_DEVICE_NAME>();
-    std::string why;
+    std::string name = "a device without a name", why;
     try {
+      name = device.getInfo<CL_DEVICE_NAME>();
       why = lacking(device);
       if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling, kernels));
     } catch (const cl::Error& e) {
@@ -167,7 +177,7 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
       name_(device.getInfo<CL_DEVICE_NAME>()),
       memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
-      gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
+      gpu_(isGpu(device)),
       profiling_(profiling) {
   begin(kernels);
 }
@@ -289,15 +299,17 @@ cl::Event* Device::note(const char* name) {
 }
 
 std::map<std::string, Spent> Device::clock() {
-  queue_.finish();
   std::map<std::string, Spent> spent;
-  for (const auto& n : notes_) {
-    Spent& s = spent[n->name];
-    s.seconds +=
-        1e-9 * static_cast<double>(n->event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                   n->event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-    ++s.calls;
-  }
+  guarded(name_, [&] {
+    queue_.finish();
+    for (const auto& n : notes_) {
+      Spent& s = spent[n->name];
+      s.seconds +=
+          1e-9 * static_cast<double>(n->event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                     n->event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+      ++s.calls;
+    }
+  });
   notes_.clear();
   return spent;
 }

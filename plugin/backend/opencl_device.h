@@ -55,7 +55,7 @@ class Device {
   // An event to hand to a copy, noted under that name; null where nothing is noted.
   cl::Event* note(const char* name);
   // What each took; waits for the device's own queue, and begins anew. Other queues are to have
-  // come to their ends.
+  // come to their ends. Throws std::runtime_error where the device fails.
   std::map<std::string, Spent> clock();
 
  private:
