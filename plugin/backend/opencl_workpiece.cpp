@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "contact/field_layout.h"
+#include "device_guard.h"
 #include "flat_taps.h"
 
 namespace cloudcontact::opencl {
@@ -184,6 +185,21 @@ std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, 
   return {};
 }
 
+void OpenClWorkpiece::checkWhole() const {
+  if (failed_)
+    throw std::runtime_error(
+        "DeviceWorkpiece: the device failed in the midst of an earlier cut, and what is left there "
+        "is not known; make the workpiece anew");
+}
+
+// Takes matter away: all of it, or no more is ever done.
+template <typename Work>
+void OpenClWorkpiece::change(Work&& work) {
+  failed_ = true;
+  settled(device_->queue(), work);
+  failed_ = false;
+}
+
 // Voxels named in a step's buffer; what the one before noted is cleared.
 void OpenClWorkpiece::string(std::size_t voxels) {
   Device& d = *device_;
@@ -247,15 +263,9 @@ void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
   report_.sent += bytes;
 }
 
-std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+// All of an area, and so many bricks along each axis that it may meet.
+void OpenClWorkpiece::run(const CcArea& area, const std::size_t bricks[3], std::size_t count) {
   Device& d = *device_;
-  report_ = {};
-  std::size_t bricks[3], count = 1;
-  for (int k = 0; k < 3; ++k) {
-    if (area.low[k] > area.high[k]) return 0;
-    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
-    count *= bricks[k];
-  }
   const cl::Buffer& step = steps_[turn_].room(d, kHead);
   d.queue().enqueueFillBuffer(step, cl_uint{0}, 0, kHead, nullptr, d.note("step sent"));
   if (before_ > 0) string(0);
@@ -268,11 +278,24 @@ std::size_t OpenClWorkpiece::cut(const CcArea& area) {
   give(d.kernel("ccForgetArea"), home_.buffer(), list_.buffer(), step, lost_.buffer());
   d.run("ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP);
   readCounts();
+}
+
+std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+  checkWhole();
+  report_ = {};
+  std::size_t bricks[3], count = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (area.low[k] > area.high[k]) return 0;
+    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
+    count *= bricks[k];
+  }
+  change([&] { run(area, bricks, count); });
   report_.sent = sizeof area;
   return report_.changed;
 }
 
 std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
+  checkWhole();
   report_ = {};
   // All are looked at before the first is cut.
   const std::size_t step = kHead + kMostAtOnce * sizeof(CcVoxelLeft);
@@ -289,11 +312,14 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
     if (!packTogether(part(k), size, reinterpret_cast<CcVoxelLeft*>(packed + k * step + kHead)))
       throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
   }
-  for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+  change([&] {
+    for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+  });
   return report_.changed;
 }
 
 std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
+  checkWhole();
   Device& d = *device_;
   const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
   give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
@@ -314,6 +340,7 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
 }
 
 void OpenClWorkpiece::fetch(Bricks& to) {
+  checkWhole();
   Device& d = *device_;
   d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
                               table_.data(), nullptr, d.note("field fetched"));

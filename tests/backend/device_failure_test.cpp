@@ -42,6 +42,16 @@ void expectTold(const char* call, const std::string& device, const std::function
   }
 }
 
+// What a workpiece says whose cut failed half-way.
+void expectEnded(const std::function<void()>& work) {
+  try {
+    work();
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("make the workpiece anew"), std::string::npos) << e.what();
+  }
+}
+
 TEST(DeviceFailure, OfADigitizerIsARuntimeError) {
   Digitizer digitizer({Backend::OpenCl, true});
   SKIP_WITHOUT(digitizer);
@@ -71,6 +81,44 @@ TEST(DeviceFailure, OfADriverLeavesTheCpu) {
     EXPECT_NE(digitizer.message().find("no OpenCL device"), std::string::npos)
         << digitizer.message();
   }
+}
+
+BaseVectorField ballField() {
+  return {ballCloud(1, 3, Vec3(12.2, 11.9, 12.1), 10), kBone, sphereWindow(1)};
+}
+
+// Whatever a cut has begun when the device fails, nothing is cut on top of it. What it was begun
+// with is the caller's again.
+TEST(DeviceFailure, InTheMidstOfACutEndsTheWorkpiece) {
+  const std::vector<VoxelCut> cuts{{{12, 12, 12}, 0}, {{12, 12, 12}, 9}, {{12, 13, 12}, 0}};
+  const Area area = SphereArea{Vec3(12, 12, 12), 3};
+  for (const int after : {0, 1, 2}) {  // kernels that still run: a cut is three
+    for (const bool pass : {false, true}) {
+      SCOPED_TRACE(std::to_string(after) + (pass ? " of a tool's" : " of voxels named"));
+      DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
+      SKIP_WITHOUT(piece);
+      ASSERT_EQ(piece.cut(cuts), 2u);  // so that a pass of a tool, too, has three
+      const auto cut = [&] { pass ? piece.cut(area, Pose{}) : piece.cut(cuts); };
+      expectTold("clEnqueueNDRangeKernel", piece.device(), cut, after);
+      EXPECT_FALSE(calls.underWay);
+      expectEnded([&] { piece.cut(cuts); });
+      expectEnded([&] { piece.cut(area, Pose{}); });
+      expectEnded([&] { piece.field(); });
+      expectEnded([&] { piece.mass(); });
+    }
+  }
+}
+
+// What throws before anything is cut leaves the workpiece as it was.
+TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
+  BaseVectorField cpu = ballField();
+  DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
+  SKIP_WITHOUT(piece);
+  const std::vector<VoxelCut> outside{{{12, 12, 12}, 0}, {{24, 0, 0}, 0}}, cuts{{{9, 9, 9}, 7}};
+  EXPECT_THROW(piece.cut(outside), std::out_of_range);
+  EXPECT_THROW(piece.cut(SphereArea{}, Pose{}), std::invalid_argument);
+  EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
+  EXPECT_EQ(piece.field().hash(), cpu.hash());
 }
 
 }  // namespace
