@@ -357,13 +357,15 @@ void OpenClWorkpiece::fetch(Bricks& to) {
         blocksThere_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
         static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
   };
-  read(0, 0, shared_);
-  for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
-    for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
-      to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
-    read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
-  }
-  d.queue().finish();
+  settled(d.queue(), [&] {
+    read(0, 0, shared_);
+    for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
+      for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
+        to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
+      read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
+    }
+    d.queue().finish();
+  });
 }
 
 std::size_t OpenClWorkpiece::bytes() const {

@@ -109,6 +109,20 @@ TEST(DeviceFailure, InTheMidstOfACutEndsTheWorkpiece) {
   }
 }
 
+// What is read goes into memory that is gone once field() has thrown.
+TEST(DeviceFailure, InTheMidstOfFetchingIsWaitedFor) {
+  const BaseVectorField cpu = ballField();
+  DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
+  SKIP_WITHOUT(piece);
+  // The table, the shared block, and then what the bricks have of their own.
+  for (const int after : {0, 1, 2}) {
+    expectTold(
+        "clEnqueueReadBuffer", piece.device(), [&] { piece.field(); }, after);
+    EXPECT_FALSE(calls.underWay) << after;
+  }
+  EXPECT_EQ(piece.field().hash(), cpu.hash());
+}
+
 // What throws before anything is cut leaves the workpiece as it was.
 TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
   BaseVectorField cpu = ballField();
