@@ -2,6 +2,7 @@
 // chain runs again with as much as it asked for.
 #include "opencl_digitizer.h"
 
+#include "device_guard.h"
 #include "flat_taps.h"
 #include "geometry/cutter.h"
 
@@ -289,18 +290,11 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   d.run("ccSumAnyWindows", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP);
 }
 
-std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const StartField& start) {
+// The chain of kernels, again where it found no room. Why the device cannot do it; empty where it
+// is done.
+std::string OpenClDigitizer::runChain(const GridSurface& surface, const StartField& start) {
   Device& d = *device_;
-  report_ = {};
-  report_.triangles = surface.triangles.size();
-  if (static_cast<double>(surface.bricks[axis]) * kBrickEdge + 1 > CC_TALLEST)
-    return "its columns are taller than " + std::to_string(CC_TALLEST) + " voxels";
-  const Frame frame(surface, axis);
-  if (double(surface.triangles.size()) * frame.width * frame.depth > kMostListed &&
-      mostListed(surface, frame) > kMostListed)
-    return "its triangles lie over more columns than can be listed";
-  guess(surface, axis);
-  const BaseVectorField::Bricks* field = nullptr;
+  const Bricks* field = nullptr;
   const bool wanted = static_cast<bool>(start);
   for (int round = 0;; ++round) {
     if (const std::string why = lacking(wanted); !why.empty()) return why;
@@ -319,8 +313,23 @@ std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const Sta
     d.queue().enqueueReadBuffer(countersThere_.buffer(), CL_TRUE, 0, sizeof counters_,
                                 counters_.data(), nullptr, d.note("counters fetched"));
     report_.rounds = std::size_t(round) + 1;
-    if (!enlarge(wanted)) break;
+    if (!enlarge(wanted)) return {};
   }
+}
+
+std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const StartField& start) {
+  report_ = {};
+  report_.triangles = surface.triangles.size();
+  if (static_cast<double>(surface.bricks[axis]) * kBrickEdge + 1 > CC_TALLEST)
+    return "its columns are taller than " + std::to_string(CC_TALLEST) + " voxels";
+  const Frame frame(surface, axis);
+  if (double(surface.triangles.size()) * frame.width * frame.depth > kMostListed &&
+      mostListed(surface, frame) > kMostListed)
+    return "its triangles lie over more columns than can be listed";
+  guess(surface, axis);
+  // The next mesh is written over this one's, and a window may be refused when that is on its way.
+  std::string why = settled(device_->queue(), [&] { return runChain(surface, start); });
+  if (!why.empty()) return why;
   report_.listed = counters_[CC_ENTRIES];
   report_.places = std::size_t{counters_[CC_PIECES]} * CC_PIECE_UNIT;
   report_.touched = counters_[CC_SUM_BRICKS];

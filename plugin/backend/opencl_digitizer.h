@@ -47,6 +47,7 @@ class OpenClDigitizer {
   void sum();
   void sumWindows(const BaseVectorField::Bricks& field);
   void sendWindow(const BaseVectorField::Bricks& field);
+  std::string runChain(const GridSurface& surface, const StartField& start);
 
   std::shared_ptr<Device> device_;
   CcColumns grid_{};

@@ -123,6 +123,23 @@ TEST(DeviceFailure, InTheMidstOfFetchingIsWaitedFor) {
   EXPECT_EQ(piece.field().hash(), cpu.hash());
 }
 
+// The mesh is on its way up when its field is refused, or a kernel is; the next takes its place.
+TEST(DeviceFailure, InTheMidstOfDigitizingIsWaitedFor) {
+  Digitizer digitizer({Backend::OpenCl});
+  SKIP_WITHOUT(digitizer);
+  const Mesh ball = sphereMesh(8, 3);
+  EXPECT_THROW(digitizer.run(ball, voxelsOfOne(), TissueTable{}, sphereWindow(1)),
+               std::invalid_argument);
+  EXPECT_FALSE(calls.underWay);
+  expectTold("clEnqueueNDRangeKernel", digitizer.device(),
+             [&] { digitizer.run(ball, voxelsOfOne()); });
+  EXPECT_FALSE(calls.underWay);
+  EXPECT_THROW(digitizer.cloud(), std::logic_error);
+  digitizer.run(ball, voxelsOfOne());
+  EXPECT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+  EXPECT_EQ(digitizer.cloud().voxels().coverage, digitize(ball, voxelsOfOne()).voxels().coverage);
+}
+
 // What throws before anything is cut leaves the workpiece as it was.
 TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
   BaseVectorField cpu = ballField();
