@@ -38,7 +38,12 @@ class OpenClDigitizer {
  private:
   using Counters = std::array<cl_uint, CC_CUT_COUNTERS>;
 
-  void guess(const GridSurface& surface, int axis);
+  template <typename Self>
+  static auto held(Self& self);
+  void giveBack();
+  void guess(const GridSurface& surface, int axis, bool field);
+  void guessRooms(const GridSurface& surface, int axis);
+  std::size_t mostBlocks() const;
   std::string lacking(bool field) const;
   bool enlarge(bool field);
   void send(const GridSurface& surface);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 
+#include "contact/field_bricks.h"
 #include "device_wanted.h"
 #include "opencl_faults.h"
 #include "small_clouds.h"
@@ -138,6 +139,49 @@ TEST(DeviceFailure, InTheMidstOfDigitizingIsWaitedFor) {
   digitizer.run(ball, voxelsOfOne());
   EXPECT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
   EXPECT_EQ(digitizer.cloud().voxels().coverage, digitize(ball, voxelsOfOne()).voxels().coverage);
+}
+
+// A mesh that the device has no room for keeps no other off it, nor any memory there.
+TEST(DeviceFailure, ASmallMeshAfterOneTooLargeIsTheDevices) {
+  const Said largest(CL_DEVICE_MAX_MEM_ALLOC_SIZE, 20 << 20);
+  Digitizer digitizer({Backend::OpenCl});
+  SKIP_WITHOUT(digitizer);
+  const Mesh small = sphereMesh(8, 3), large = sphereMesh(100, 5);
+  for (const bool field : {false, true}) {
+    const auto run = [&](const Mesh& mesh) {
+      if (field)
+        digitizer.run(mesh, voxelsOfOne(), kBone, sphereWindow(1));
+      else
+        digitizer.run(mesh, voxelsOfOne());
+    };
+    run(small);
+    ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+    run(large);
+    ASSERT_FALSE(digitizer.deviceReport().onDevice);
+    EXPECT_NE(digitizer.message().find("MB on the device"), std::string::npos)
+        << digitizer.message();
+    EXPECT_EQ(digitizer.deviceBytes(), 0u);
+    run(small);
+    EXPECT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+    EXPECT_EQ(digitizer.cloud().voxels().coverage,
+              digitize(small, voxelsOfOne()).voxels().coverage);
+  }
+}
+
+// A field asks for no more blocks than there are bricks, and is judged by what it asks for.
+TEST(DeviceFailure, AFieldsBlocksAreCountedBeforeTheyAreAskedFor) {
+  const Mesh box = boxMesh({-10, -10, -10}, {10, 10, 10});
+  const std::size_t bricks = 64;
+  Digitizer digitizer({Backend::OpenCl});
+  SKIP_WITHOUT(digitizer);
+  digitizer.run(box, voxelsOfOne());
+  ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+  const std::size_t before = digitizer.deviceBytes();
+  digitizer.run(box, voxelsOfOne(), kBone, sphereWindow(1));
+  ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+  ASSERT_LE(std::size_t(digitizer.field().bricks().table.size()), bricks);
+  // Each of them 21 kB; a quarter more is kept.
+  EXPECT_LT(digitizer.deviceBytes() - before, 1.25 * (bricks + 1) * sizeof(FieldBlock) + 1e5);
 }
 
 // What throws before anything is cut leaves the workpiece as it was.
