@@ -110,9 +110,12 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   Device& d = *device_;
   const auto write = [&](Grown& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);
-    d.queue().enqueueWriteBuffer(buffer.room(d, bytes), CL_TRUE, 0, bytes,
-                                 static_cast<const void*>(values.data()), nullptr,
-                                 d.note("field sent"));
+    // Kernels are given it even where there is nothing in it: bricks, where there is no matter.
+    const cl::Buffer& there = buffer.room(d, std::max<std::size_t>(bytes, 16));
+    if (bytes > 0)
+      d.queue().enqueueWriteBuffer(there, CL_TRUE, 0, bytes,
+                                   static_cast<const void*>(values.data()), nullptr,
+                                   d.note("field sent"));
   };
   // Tissues of one density are one kind.
   std::vector<cl_int> densities;
@@ -322,6 +325,8 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
   checkWhole();
   Device& d = *device_;
   const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
+  std::vector<TissueSums> all(shared_);
+  if (count == 0) return all;
   give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
        static_cast<cl_uint>(count), static_cast<cl_uint>(shared_), sums_.room(d, bytes));
   d.run("ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS);
@@ -329,7 +334,6 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
   d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
                               d.note("sums fetched"));
   const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
-  std::vector<TissueSums> all(shared_);
   for (std::size_t n = 0; n < count; ++n) {
     const auto e = static_cast<int>(bricks_[n]);
     const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);

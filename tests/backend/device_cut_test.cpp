@@ -176,6 +176,26 @@ TEST(DeviceCut, TheRimAndAllOfItAreTheCpus) {
   EXPECT_EQ(both.device.report().changed, 0u);
 }
 
+// What is left of a workpiece of which nothing is left, as a workpiece: no brick has matter.
+TEST(DeviceCut, NothingAtAllIsTheCpus) {
+  const auto nothing = [] {
+    Piece piece = block({2, 1, 3});
+    BaseVectorField field = piece.field();
+    field.cut(boxOf({0, 0, 0}, {16, 8, 24}, 0));
+    piece.cloud = field.cloud();
+    return piece;
+  };
+  MAKE_BOTH(both, nothing());
+  EXPECT_EQ(std::count(both.cpu.bricks().table.begin(), both.cpu.bricks().table.end(), kNoBlock),
+            6);
+  both.compare();
+  both.cut(boxOf({0, 0, 0}, {16, 8, 24}, 0));
+  const Area area = SphereArea{Vec3::Zero(), 5 * kVoxel};
+  const Pose middle{Eigen::Quaterniond::Identity(), kVoxel * Vec3(8, 4, 12)};
+  EXPECT_EQ(both.device.cut(area, middle), 0u);
+  both.compare();
+}
+
 // Of a voxel's turns those count that lower it, in their order; what would add matter is ignored.
 TEST(DeviceCut, VoxelsNamedTwiceAreTheCpus) {
   MAKE_BOTH(both, block({3, 3, 3}));
