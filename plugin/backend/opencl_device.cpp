@@ -29,6 +29,7 @@ constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqr
 constexpr char kPrelude[] =
     "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
 constexpr std::size_t kTests = 4096;
+constexpr std::size_t kNotes = 4096;  // of what commands took, that are kept
 
 const char* sourceOf(Kernels kernels) {
   return kernels == Kernels::Contact    ? kContactKernels
@@ -127,6 +128,25 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
   for (std::size_t i = part * kTests; i < (part + 1) * kTests; ++i)
     count += std::memcmp(&a[i], &b[i], sizeof(Number)) != 0;
   return count;
+}
+
+// Adds what a command took; whether it has come to its end. One that failed, or was never handed
+// over, took nothing.
+bool added(const cl::Event& event, const std::string& name, std::map<std::string, Spent>& to) {
+  if (!event()) return true;
+  try {
+    const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+    if (status > CL_COMPLETE) return false;
+    if (status < CL_COMPLETE) return true;
+    const double seconds =
+        1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                   event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+    Spent& s = to[name];
+    s.seconds += seconds;
+    ++s.calls;
+  } catch (const cl::Error&) {  // nobody knows what it took
+  }
+  return true;
 }
 
 // As ccLayout() of kernels/layout.cl has them.
@@ -294,23 +314,30 @@ cl::CommandQueue Device::another() {
 cl::Event* Device::note(const char* name) {
   if (!profiling_) return nullptr;
   const std::lock_guard lock(noting_);
-  notes_.push_back(std::make_unique<Noted>(Noted{name, {}}));
+  if (notes_.size() >= mostNotes_) sumUp();
+  notes_.push_back(std::make_unique<Noted>(Noted{name, std::this_thread::get_id(), {}}));
   return &notes_.back()->event;
 }
 
-std::map<std::string, Spent> Device::clock() {
-  std::map<std::string, Spent> spent;
-  guarded(name_, [&] {
-    queue_.finish();
-    for (const auto& n : notes_) {
-      Spent& s = spent[n->name];
-      s.seconds +=
-          1e-9 * static_cast<double>(n->event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                     n->event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-      ++s.calls;
-    }
+// Sums up notes of what has ended, so that they do not grow without end where nobody asks. This
+// thread's alone: another may be about to hand one over.
+void Device::sumUp() {
+  std::erase_if(notes_, [&](const std::unique_ptr<Noted>& n) {
+    return n->by == std::this_thread::get_id() && added(n->event, n->name, summed_);
   });
-  notes_.clear();
+  mostNotes_ = kNotes + 2 * notes_.size();
+}
+
+std::map<std::string, Spent> Device::clock() {
+  decltype(notes_) notes;
+  std::map<std::string, Spent> spent;
+  {
+    const std::lock_guard lock(noting_);
+    notes.swap(notes_);
+    spent.swap(summed_);
+  }
+  guarded(name_, [&] { queue_.finish(); });
+  for (const auto& n : notes) added(n->event, n->name, spent);
   return spent;
 }
 

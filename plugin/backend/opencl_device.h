@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace cloudcontact::opencl {
@@ -52,7 +53,7 @@ class Device {
            std::size_t group);
   // A queue beside the device's own: its commands may run while that one's do.
   cl::CommandQueue another();
-  // An event to hand to a copy, noted under that name; null where nothing is noted.
+  // An event to hand to a copy at once, noted under that name; null where nothing is noted.
   cl::Event* note(const char* name);
   // What each took; waits for the device's own queue, and begins anew. Other queues are to have
   // come to their ends. Throws std::runtime_error where the device fails.
@@ -68,8 +69,10 @@ class Device {
 
   struct Noted {
     std::string name;
+    std::thread::id by;
     cl::Event event;
   };
+  void sumUp();
 
   cl::Device device_;
   cl::Context context_;
@@ -78,6 +81,8 @@ class Device {
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
   std::mutex noting_;
   std::vector<std::unique_ptr<Noted>> notes_;
+  std::size_t mostNotes_ = 0;
+  std::map<std::string, Spent> summed_;  // of notes that are no more kept
   std::string name_;
   std::size_t memory_ = 0, largest_ = 0;
   bool gpu_ = false, profiling_ = false;

@@ -141,6 +141,34 @@ TEST(DeviceFailure, InTheMidstOfDigitizingIsWaitedFor) {
   EXPECT_EQ(digitizer.cloud().voxels().coverage, digitize(ball, voxelsOfOne()).voxels().coverage);
 }
 
+// What was never handed over took no time, and is no reason not to tell what others took.
+TEST(DeviceFailure, IsNoReasonNotToTellTimes) {
+  DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
+  SKIP_WITHOUT(piece);
+  const std::vector<VoxelCut> cuts{{{9, 9, 9}, 7}};
+  piece.deviceTimes();
+  expectTold(
+      "clEnqueueNDRangeKernel", piece.device(), [&] { piece.cut(cuts); }, 1);
+  const std::map<std::string, DeviceTime> times = piece.deviceTimes();
+  EXPECT_EQ(times.at("ccStringCuts").calls, 1);
+  EXPECT_EQ(times.count("ccNoteLosses"), 0u);
+  EXPECT_TRUE(piece.deviceTimes().empty());
+}
+
+// Where nobody asks for times, what is noted does not grow without end; and none is forgotten.
+TEST(DeviceFailure, TimesNobodyAsksForDoNotPileUp) {
+  DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
+  SKIP_WITHOUT(piece);
+  const std::vector<VoxelCut> cuts{{{0, 0, 0}, 7}};
+  piece.deviceTimes();
+  const int released = calls.eventsReleased, count = 2000;
+  for (int k = 0; k < count; ++k) piece.cut(cuts);
+  EXPECT_GT(calls.eventsReleased - released, count);
+  const std::map<std::string, DeviceTime> times = piece.deviceTimes();
+  for (const char* what : {"step sent", "ccStringCuts", "ccNoteLosses", "ccRenewWindows"})
+    EXPECT_EQ(times.at(what).calls, count) << what;
+}
+
 // A mesh that the device has no room for keeps no other off it, nor any memory there.
 TEST(DeviceFailure, ASmallMeshAfterOneTooLargeIsTheDevices) {
   const Said largest(CL_DEVICE_MAX_MEM_ALLOC_SIZE, 20 << 20);
