@@ -7,6 +7,8 @@
 
 #include "batch.h"
 #include "device_guard.h"
+#include "digitize.h"
+#include "matter_cut.h"
 
 #include <algorithm>
 #include <array>
@@ -29,6 +31,7 @@ constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqr
 constexpr char kPrelude[] =
     "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
 constexpr std::size_t kTests = 4096;
+constexpr std::size_t kLargestGroup = std::max({CC_GROUP, CC_SCAN_GROUP, CC_RENEW_GROUP});
 constexpr std::size_t kNotes = 4096;  // of what commands took, that are kept
 
 const char* sourceOf(Kernels kernels) {
@@ -48,6 +51,10 @@ std::string lacking(const cl::Device& device) {
   if (device.getInfo<CL_DEVICE_PROFILE>() != "FULL_PROFILE") return "knows no 64-bit integers";
   if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>()) return "is big-endian";
   if (device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() == 0) return "knows no doubles";
+  if (const std::size_t most = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+      most < kLargestGroup)
+    return "lets " + std::to_string(most) + " work-items work together at most, not " +
+           std::to_string(kLargestGroup);
   const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
   if (!(single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)) return "does not round divisions correctly";
   if (!(single & CL_FP_DENORM)) return "drops numbers below the normal ones";
@@ -197,6 +204,7 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
       name_(device.getInfo<CL_DEVICE_NAME>()),
       memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
+      local_(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>()),
       gpu_(isGpu(device)),
       profiling_(profiling) {
   begin(kernels);
@@ -209,6 +217,7 @@ Device::Device(const Device& other, Kernels kernels)
       name_(other.name_),
       memory_(other.memory_),
       largest_(other.largest_),
+      local_(other.local_),
       gpu_(other.gpu_),
       profiling_(other.profiling_) {
   begin(kernels);

@@ -44,6 +44,7 @@ class Device {
   cl::Kernel another(const char* name) const { return {program_, name}; }
   std::size_t memory() const { return memory_; }          // [bytes]
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
+  std::size_t localBytes() const { return local_; }       // of a work-group
   bool gpu() const { return gpu_; }
 
   // Runs a kernel whose arguments are set, noted under its own name or another.
@@ -84,7 +85,7 @@ class Device {
   std::size_t mostNotes_ = 0;
   std::map<std::string, Spent> summed_;  // of notes that are no more kept
   std::string name_;
-  std::size_t memory_ = 0, largest_ = 0;
+  std::size_t memory_ = 0, largest_ = 0, local_ = 0;
   bool gpu_ = false, profiling_ = false;
 };
 

@@ -233,7 +233,7 @@ void OpenClDigitizer::sum() {
 
 void OpenClDigitizer::sendWindow(const Bricks& field) {
   Device& d = *device_;
-  flat_ = mayBeFlat(field.window);
+  flat_ = mayBeFlat(field.window, d.localBytes());
   const std::vector<CcWindowTap> any = windowTaps(field.window);
   const auto write = [&](Grown& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);

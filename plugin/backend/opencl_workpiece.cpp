@@ -127,7 +127,7 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   }
   write(kindOf_, kindOf);
   write(densities_, densities);
-  flat_ = mayBeFlat(field.window);
+  flat_ = mayBeFlat(field.window, d.localBytes());
   if (flat_) {
     const FlatTaps taps(field.window);
     runCount_ = static_cast<cl_uint>(taps.runs.size());

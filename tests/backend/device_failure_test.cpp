@@ -141,6 +141,30 @@ TEST(DeviceFailure, InTheMidstOfDigitizingIsWaitedFor) {
   EXPECT_EQ(digitizer.cloud().voxels().coverage, digitize(ball, voxelsOfOne()).voxels().coverage);
 }
 
+// Kernels that a device could not run are not handed to it.
+TEST(DeviceFailure, SmallGroupsAreTheCpus) {
+  const Said most(CL_DEVICE_MAX_WORK_GROUP_SIZE, 128);
+  const DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
+  if (mayDoWithout(piece)) GTEST_SKIP() << piece.message();
+  EXPECT_EQ(piece.backend(), Backend::Cpu);
+  EXPECT_NE(piece.message().find("128 work-items"), std::string::npos) << piece.message();
+}
+
+TEST(DeviceFailure, LittleLocalMemoryIsEnough) {
+  const Said little(CL_DEVICE_LOCAL_MEM_SIZE, 8192);
+  BaseVectorField cpu = ballField();
+  DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
+  SKIP_WITHOUT(piece);
+  const std::vector<VoxelCut> cuts{{{12, 12, 12}, 0}, {{12, 13, 12}, 9}};
+  EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
+  EXPECT_EQ(piece.field().hash(), cpu.hash());
+  EXPECT_EQ(piece.deviceTimes().count("ccRenewWindows"), 0u);
+  Digitizer digitizer({Backend::OpenCl, true});
+  digitizer.run(sphereMesh(8, 3), voxelsOfOne(), kBone, sphereWindow(1));
+  EXPECT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
+  EXPECT_EQ(digitizer.deviceTimes().count("ccSumWindows"), 0u);
+}
+
 // What was never handed over took no time, and is no reason not to tell what others took.
 TEST(DeviceFailure, IsNoReasonNotToTellTimes) {
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
