@@ -27,6 +27,8 @@ struct DeviceCutReport {
   std::size_t sent = 0, fetched = 0;  // [bytes]
 };
 
+// One object is for one thread at a time: field() and mass(), though const, write memory that all
+// of its calls share.
 class DeviceWorkpiece {
  public:
   // Where there is no device that computes as the CPU does, or it has no room for the field (one
