@@ -109,10 +109,10 @@ CC_FN CcAdding ccNothingAdded(void) {
 }
 
 // Three rows more of (nx, ny, nz) times v.
-CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, CcFour v) {
-  rows[0] += nx * v;
-  rows[1] += ny * v;
-  rows[2] += nz * v;
+CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, const CcFour* v) {
+  rows[0] += nx * *v;
+  rows[1] += ny * *v;
+  rows[2] += nz * *v;
 }
 
 // One hit more: `depth` at the sample. `both`: it stands for the other's surface too.
@@ -126,14 +126,14 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
   const double mx = other[0], my = other[1], mz = other[2];
   sums->area += h.w * v;
   sums->faced += h.f * v;
-  ccAddRows(sums->second, h.w * x, h.w * y, h.w * z, v);
-  ccAddRows(sums->normalOwn, h.w * nx, h.w * ny, h.w * nz, v);
-  ccAddRows(sums->normalOther, h.w * mx, h.w * my, h.w * mz, v);
-  ccAddRows(sums->apart, h.f * (nx + mx), h.f * (ny + my), h.f * (nz + mz), v);
-  ccAddRows(sums->pushOwn, h.pressed * nx, h.pressed * ny, h.pressed * nz, v);
+  ccAddRows(sums->second, h.w * x, h.w * y, h.w * z, &v);
+  ccAddRows(sums->normalOwn, h.w * nx, h.w * ny, h.w * nz, &v);
+  ccAddRows(sums->normalOther, h.w * mx, h.w * my, h.w * mz, &v);
+  ccAddRows(sums->apart, h.f * (nx + mx), h.f * (ny + my), h.f * (nz + mz), &v);
+  ccAddRows(sums->pushOwn, h.pressed * nx, h.pressed * ny, h.pressed * nz, &v);
   sums->wallOwn += h.blind * (CC_FOUR(0.0, nx, ny, nz));
   if (both) {
-    ccAddRows(sums->pushOther, h.pressed * mx, h.pressed * my, h.pressed * mz, v);
+    ccAddRows(sums->pushOther, h.pressed * mx, h.pressed * my, h.pressed * mz, &v);
     sums->wallOther += h.blind * (CC_FOUR(0.0, mx, my, mz));
   }
   sums->powers +=
