@@ -336,7 +336,10 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   const uint place = team.place;
   const int fits = place + patches <= patchRoom;
-  for (uint k = lid; k < patches && fits; k += CC_TEAM) grown[place + k] = own[k];
+  // What has no room leaves no gap that holds anything: all places up to the room's end are read.
+  const CcGrown nothing = {0u, 0u};
+  for (uint k = lid; k < patches && place + k < patchRoom; k += CC_TEAM)
+    grown[place + k] = fits ? own[k] : nothing;
   for (uint k = lid; k < all; k += CC_TEAM) queues[first + k] = first + team.queue[k];
   if (lid == 0) {
     answers[p].firstPatch = place;
@@ -426,6 +429,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
   for (int n = 0; n < CC_TEAM_ROUNDS; ++n) moves[n] = ccMoveOf(lane + n * CC_TEAM);
   for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
     const CcGrown g = grown[k];
+    if (g.begin == g.end) continue;
     __global const double* first = (__global const double*)&sums[queues[g.begin]];
     double joined[CC_TEAM_ROUNDS], coming[CC_STAGE_ROUNDS];
     for (int n = 0; n < CC_TEAM_ROUNDS; ++n)

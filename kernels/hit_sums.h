@@ -40,11 +40,18 @@ typedef struct CC_MAY_ALIAS {
   int hits, unused;
 } CcSums;
 
-// What a hit weighs, in units.
+// What a hit weighs, in units: area, and area times depth; wet and pressed as far as it faces the
+// other body, the rest of pressed; and what powers of depth are weighed with. Of one hit, or of
+// several in registers of `Number`.
+#define CC_WEIGHTS(Number, area, share, depth1, gate, perUnit) \
+  const Number whole = (area) * (perUnit) * (perUnit);         \
+  const Number pressed = whole * ((depth1) * (perUnit));       \
+  const Number w = (gate)*whole * (share), f = (gate)*pressed; \
+  const Number blind = pressed - f;                            \
+  const Number weighed = (gate)*whole * (perUnit) * (perUnit)
+
 typedef struct {
-  double whole, pressed;  // area, and area times depth
-  double w, f, blind;     // wet and pressed as far as it faces the other body; the rest of pressed
-  double weighed;
+  double whole, pressed, w, f, blind, weighed;
   double x[3];
 } CcWeights;
 
@@ -52,13 +59,8 @@ typedef struct {
 // `perUnit` [1/m].
 CC_FN CcWeights ccWeightsOf(const float* at, float area, const CcWet* wet, double gate,
                             const double* origin, double perUnit) {
-  CcWeights h;
-  h.whole = area * perUnit * perUnit;
-  h.pressed = h.whole * (wet->depth1 * perUnit);
-  h.w = gate * h.whole * wet->share;
-  h.f = gate * h.pressed;
-  h.blind = h.pressed - h.f;
-  h.weighed = gate * h.whole * perUnit * perUnit;
+  CC_WEIGHTS(double, area, wet->share, wet->depth1, gate, perUnit);
+  CcWeights h = {whole, pressed, w, f, blind, weighed, {0.0, 0.0, 0.0}};
   for (int i = 0; i < 3; ++i) h.x[i] = (at[i] - origin[i]) * perUnit;
   return h;
 }
@@ -107,10 +109,10 @@ CC_FN CcAdding ccNothingAdded(void) {
 }
 
 // Three rows more of (nx, ny, nz) times v.
-CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, CcFour v) {
-  rows[0] += nx * v;
-  rows[1] += ny * v;
-  rows[2] += nz * v;
+CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, const CcFour* v) {
+  rows[0] += nx * *v;
+  rows[1] += ny * *v;
+  rows[2] += nz * *v;
 }
 
 // One hit more: `depth` at the sample. `both`: it stands for the other's surface too.
@@ -124,14 +126,14 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
   const double mx = other[0], my = other[1], mz = other[2];
   sums->area += h.w * v;
   sums->faced += h.f * v;
-  ccAddRows(sums->second, h.w * x, h.w * y, h.w * z, v);
-  ccAddRows(sums->normalOwn, h.w * nx, h.w * ny, h.w * nz, v);
-  ccAddRows(sums->normalOther, h.w * mx, h.w * my, h.w * mz, v);
-  ccAddRows(sums->apart, h.f * (nx + mx), h.f * (ny + my), h.f * (nz + mz), v);
-  ccAddRows(sums->pushOwn, h.pressed * nx, h.pressed * ny, h.pressed * nz, v);
+  ccAddRows(sums->second, h.w * x, h.w * y, h.w * z, &v);
+  ccAddRows(sums->normalOwn, h.w * nx, h.w * ny, h.w * nz, &v);
+  ccAddRows(sums->normalOther, h.w * mx, h.w * my, h.w * mz, &v);
+  ccAddRows(sums->apart, h.f * (nx + mx), h.f * (ny + my), h.f * (nz + mz), &v);
+  ccAddRows(sums->pushOwn, h.pressed * nx, h.pressed * ny, h.pressed * nz, &v);
   sums->wallOwn += h.blind * (CC_FOUR(0.0, nx, ny, nz));
   if (both) {
-    ccAddRows(sums->pushOther, h.pressed * mx, h.pressed * my, h.pressed * mz, v);
+    ccAddRows(sums->pushOther, h.pressed * mx, h.pressed * my, h.pressed * mz, &v);
     sums->wallOther += h.blind * (CC_FOUR(0.0, mx, my, mz));
   }
   sums->powers +=
@@ -145,65 +147,75 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
 #define CC_SUM_LANES 8
 #define CC_LANE_SUMS 64
 
-// `lane` of `sums`: one hit more, with the products that ccAddHit() makes.
-CC_FN void ccAddInLane(double (*sums)[CC_SUM_LANES], int lane, const CcWeights* h, const float* own,
-                       const float* other, const CcWet* wet, float depth, double perUnit) {
-  const double x = h->x[0], y = h->x[1], z = h->x[2];
-  const double nx = own[0], ny = own[1], nz = own[2], mx = other[0], my = other[1], mz = other[2];
-#define CC_ADD(k, value) sums[k][lane] += (value)
+typedef double CcEight __attribute__((vector_size(64)));
+typedef long CcEightBits __attribute__((vector_size(64)));
+
+// A hit in each lane, as ccAddHit() takes one; places from the lane's origin, in units.
+typedef struct {
+  CcEight x[3], own[3], other[3];
+  CcEight area, share, depth1, depth2, depth3, depth, gate;
+} CcEightHits;
+
+// Adds a hit to each lane, with the products that ccAddHit() makes; where `keep` has no bits it is
+// the lane's first.
+CC_FN void ccAddInLanes(CcEight* sums, const CcEightHits* hit, const CcEightBits* keep,
+                        double perUnit) {
+  const CcEightBits old = *keep;
+  const CcEight x = hit->x[0], y = hit->x[1], z = hit->x[2];
+  const CcEight nx = hit->own[0], ny = hit->own[1], nz = hit->own[2];
+  const CcEight mx = hit->other[0], my = hit->other[1], mz = hit->other[2];
+  CC_WEIGHTS(CcEight, hit->area, hit->share, hit->depth1, hit->gate, perUnit);
+#define CC_ADD(k, value) sums[k] = (CcEight)((CcEightBits)sums[k] & old) + (value)
 #define CC_ADD_FOUR(k, value)                                               \
   CC_ADD(k, value), CC_ADD((k) + 1, (value)*x), CC_ADD((k) + 2, (value)*y), \
       CC_ADD((k) + 3, (value)*z)
 #define CC_ADD_THREE(k, value) \
   CC_ADD(k, (value)*x), CC_ADD((k) + 1, (value)*y), CC_ADD((k) + 2, (value)*z)
-  CC_ADD_FOUR(0, h->w), CC_ADD_FOUR(4, h->f);
-  CC_ADD_THREE(8, h->w * x), CC_ADD_THREE(11, h->w * y), CC_ADD_THREE(14, h->w * z);
-  CC_ADD_FOUR(17, h->w * nx), CC_ADD_FOUR(21, h->w * ny), CC_ADD_FOUR(25, h->w * nz);
-  CC_ADD_FOUR(29, h->w * mx), CC_ADD_FOUR(33, h->w * my), CC_ADD_FOUR(37, h->w * mz);
-  const double ax = h->f * (nx + mx), ay = h->f * (ny + my), az = h->f * (nz + mz);
+  CC_ADD_FOUR(0, w), CC_ADD_FOUR(4, f);
+  CC_ADD_THREE(8, w * x), CC_ADD_THREE(11, w * y), CC_ADD_THREE(14, w * z);
+  CC_ADD_FOUR(17, w * nx), CC_ADD_FOUR(21, w * ny), CC_ADD_FOUR(25, w * nz);
+  CC_ADD_FOUR(29, w * mx), CC_ADD_FOUR(33, w * my), CC_ADD_FOUR(37, w * mz);
+  const CcEight ax = f * (nx + mx), ay = f * (ny + my), az = f * (nz + mz);
   CC_ADD(41, ax), CC_ADD(42, ax * x), CC_ADD(43, ay), CC_ADD(44, ay * y), CC_ADD(45, az);
   CC_ADD(46, az * z);
-  const double px = h->pressed * nx, py = h->pressed * ny, pz = h->pressed * nz;
+  const CcEight px = pressed * nx, py = pressed * ny, pz = pressed * nz;
   CC_ADD(47, px), CC_ADD(48, px * y), CC_ADD(49, px * z), CC_ADD(50, py), CC_ADD(51, py * x);
   CC_ADD(52, py * z), CC_ADD(53, pz), CC_ADD(54, pz * x), CC_ADD(55, pz * y);
-  CC_ADD(56, h->blind * nx), CC_ADD(57, h->blind * ny), CC_ADD(58, h->blind * nz);
-  CC_ADD(59, h->pressed), CC_ADD(60, h->weighed * wet->depth2);
-  CC_ADD(61, h->weighed * perUnit * wet->depth3), CC_ADD(62, h->w * h->whole);
-  CC_ADD(63, h->f * (depth * perUnit));
+  CC_ADD(56, blind * nx), CC_ADD(57, blind * ny), CC_ADD(58, blind * nz);
+  CC_ADD(59, pressed), CC_ADD(60, weighed * hit->depth2);
+  CC_ADD(61, weighed * perUnit * hit->depth3), CC_ADD(62, w * whole);
+  CC_ADD(63, f * (hit->depth * perUnit));
 #undef CC_ADD
 #undef CC_ADD_FOUR
 #undef CC_ADD_THREE
 }
 
-// Takes a lane's sums out, and leaves it empty.
-CC_FN CcAdded ccTakeLane(double (*sums)[CC_SUM_LANES], int lane, double deepest) {
-  double all[CC_LANE_SUMS];
-  for (int k = 0; k < CC_LANE_SUMS; ++k) {
-    all[k] = sums[k][lane];
-    sums[k][lane] = 0.0;
-  }
+// A lane's sums.
+CC_FN CcAdded ccTakeLane(const double (*sums)[CC_SUM_LANES], int lane, double deepest) {
+#define CC_OF(k) sums[k][lane]
   CcAdded a;
   for (int i = 0; i < 4; ++i) {
-    a.area[i] = all[i];
-    a.faced[i] = all[4 + i];
+    a.area[i] = CC_OF(i);
+    a.faced[i] = CC_OF(4 + i);
     for (int j = 0; j < 3; ++j) {
-      a.second[j][i] = i > 0 ? all[8 + 3 * j + i - 1] : 0.0;
-      a.normalOwn[j][i] = all[17 + 4 * j + i];
-      a.normalOther[j][i] = all[29 + 4 * j + i];
-      a.apart[j][i] = i == 0 ? all[41 + 2 * j] : i == j + 1 ? all[42 + 2 * j] : 0.0;
+      a.second[j][i] = i > 0 ? CC_OF(8 + 3 * j + i - 1) : 0.0;
+      a.normalOwn[j][i] = CC_OF(17 + 4 * j + i);
+      a.normalOther[j][i] = CC_OF(29 + 4 * j + i);
+      a.apart[j][i] = i == 0 ? CC_OF(41 + 2 * j) : i == j + 1 ? CC_OF(42 + 2 * j) : 0.0;
       a.pushOther[j][i] = 0.0;
     }
-    a.powers[i] = all[59 + i];
-    a.wallOwn[i] = i > 0 ? all[56 + i - 1] : 0.0;
+    a.powers[i] = CC_OF(59 + i);
+    a.wallOwn[i] = i > 0 ? CC_OF(56 + i - 1) : 0.0;
     a.wallOther[i] = 0.0;
   }
-  const double pushed[3][4] = {{all[47], 0.0, all[48], all[49]},
-                               {all[50], all[51], 0.0, all[52]},
-                               {all[53], all[54], all[55], 0.0}};
+  const double pushed[3][4] = {{CC_OF(47), 0.0, CC_OF(48), CC_OF(49)},
+                               {CC_OF(50), CC_OF(51), 0.0, CC_OF(52)},
+                               {CC_OF(53), CC_OF(54), CC_OF(55), 0.0}};
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 4; ++i) a.pushOwn[j][i] = pushed[j][i];
-  a.middle = all[63];
+  a.middle = CC_OF(63);
   a.deepest = deepest;
+#undef CC_OF
   return a;
 }
 

@@ -60,30 +60,61 @@ void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, _
       }
 }
 
+// A voxel named often, looked through by one work-item for all its times, from `last` on: returns
+// how many of them lower it when all are taken in their order, and what is left. They are as many
+// as there are values named before all lesser ones; CC_LEFTS of these are told a walk, the least
+// first, until one is the first of all times.
+uint ccTimesThatLower(__global const uint* step, __global const uint* next, uint last,
+                      ushort* least) {
+  uint lower = 0u, first = 0xffffffffu, earliest = 0u;
+  for (uint from = 0u; from < 256u && first != earliest; from += CC_LEFTS) {
+    uint named[CC_LEFTS];
+    for (int m = 0; m < CC_LEFTS; ++m) named[m] = 0xffffffffu;
+    earliest = last;
+    for (uint k = last; k > 0u; k = next[k - 1u]) {
+      const uint left = ccNamed(step, k - 1u).left - from;
+      if (left < CC_LEFTS) named[left] = min(named[left], k);
+      earliest = min(earliest, k);
+    }
+    for (int m = 0; m < CC_LEFTS; ++m) {
+      if (named[m] >= first) continue;
+      if (lower == 0u) *least = (ushort)(from + m);
+      first = named[m];
+      ++lower;
+    }
+  }
+  return lower;
+}
+
 // Of the times that a voxel is named, those count that lower it when all are taken in their order;
-// the first that names the least notes what the voxel loses. Each looks through all of the voxel's:
-// these are few.
+// the first that names the least notes what the voxel loses. Each looks through all of the voxel's,
+// unless these are more than CC_FEW: then one looks for all, as m of them would take m * m steps.
 __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteLosses(
     CcCutting g, __global const int* home, __global const int* table,
     __global const CcBlock* blocks, __global uint* step, uint count, __global const uint* next,
-    __global const uint* last, __global ushort* lost, __global uint* listed,
-    __global uint* list) {
+    __global const uint* last, __global ushort* lost, __global uint* listed, __global uint* list) {
   __local uint changed;
   const uint i = get_global_id(0);
   if (get_local_id(0) == 0) changed = 0u;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (i < count && next[i] != CC_NO_CHANGE) {
-    const CcVoxelLeft v = ccNamed(step, i);
+    CcVoxelLeft v = ccNamed(step, i);
     const uint brick = ccBrickOf(&g, v);
     const size_t place = ccPlace(home[brick], v);
-    int lowers = 1, least = 1;
-    for (uint k = last[place]; k > 0u; k = next[k - 1u]) {
+    uint lowers = 1u, k = last[place];
+    int least = 1;
+    for (int n = 0; k > 0u && n < CC_FEW; ++n) {
       const int left = ccNamed(step, k - 1u).left;
       lowers &= !(k <= i && left <= v.left);
       least &= left >= v.left;
+      k = next[k - 1u];
     }
-    if (lowers) atomic_inc(&changed);
-    if (lowers & least) {
+    if (k > 0u) {
+      least = last[place] == i + 1u;
+      lowers = least ? ccTimesThatLower(step, next, i + 1u, &v.left) : 0u;
+    }
+    if (lowers) atomic_add(&changed, lowers);
+    if (lowers && least) {
       __global const CcBlock* const block = blocks + table[brick];
       const int cell = (int)(place % CC_BRICK_VOXELS);
       lost[place] = CC_LOSS_OF(block->coverage[cell] - v.left, block->tissue[cell]);

@@ -32,6 +32,8 @@ typedef struct {
 
 #define CC_NO_CHANGE 0xffffffffu  // of a voxel named that keeps what it has
 #define CC_STEP_GROUP 128
+#define CC_FEW 64    // times that a voxel is named for which each is looked at by all
+#define CC_LEFTS 16  // values told apart at a look through more
 // Voxels above each other that a work-item renews, and the work-items of a brick. On an H100 the
 // bricks of 100,000 voxels anywhere took 145 us with two, 175 with eight; a cut of 1,000 that lie
 // together 16 us and 21.

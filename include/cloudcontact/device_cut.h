@@ -27,6 +27,8 @@ struct DeviceCutReport {
   std::size_t sent = 0, fetched = 0;  // [bytes]
 };
 
+// One object is for one thread at a time: field() and mass(), though const, write memory that all
+// of its calls share.
 class DeviceWorkpiece {
  public:
   // Where there is no device that computes as the CPU does, or it has no room for the field (one
@@ -46,8 +48,9 @@ class DeviceWorkpiece {
 
   // Takes matter away, as BaseVectorField::cut() does; returns what that returns. Throws
   // std::out_of_range where a voxel is outside the grid, before anything is changed, and
-  // std::runtime_error where the device fails: what is left there is then not known. Takes no more
-  // memory there once it was called with as many voxels.
+  // std::runtime_error where the device fails: what is left there is then not known, and cut(),
+  // field() and mass() throw std::runtime_error from then on. Takes no more memory there once it
+  // was called with as many voxels.
   std::size_t cut(std::span<const VoxelCut> voxels);
   // The same with cutsOf() of a tool (cutter.h), whose pose alone goes to the device unless its
   // area is a cloud's. Throws as that does.

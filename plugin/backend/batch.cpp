@@ -116,6 +116,10 @@ void ContactBatch::Inside::open() {
 void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
   asked.clear();
   numbers.clear();
+  for (Part& part : parts) {  // a call that threw may have left something
+    part.here.clear();
+    part.report = {};
+  }
   // Pairs of the same two fields nearly always follow each other: a field is asked for once, not
   // looked up 2,048 times.
   const SurfaceField* fieldOf[2] = {nullptr, nullptr};
@@ -166,11 +170,7 @@ void ContactBatch::Inside::askParts() {
     }
   } catch (...) {
     // What they were to read and write is to be used again.
-    for (Part& part : parts) {
-      part.batch.abandon();
-      part.here.clear();
-      part.report = {};
-    }
+    for (Part& part : parts) part.batch.finishQuietly();
     throw;
   }
   for (std::size_t k = 0; k < used; ++k) settle(parts[k]);

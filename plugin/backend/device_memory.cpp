@@ -8,9 +8,12 @@ namespace cloudcontact::opencl {
 void* Pinned::room(Device& device, std::size_t size) {
   if (size <= size_) return data_;
   if (data_) device.queue().enqueueUnmapMemObject(buffer_, data_);
-  size_ = size + size / 4;
-  buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size_);
-  data_ = device.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size_);
+  data_ = nullptr;
+  size_ = 0;  // until there is more: making it may throw
+  const std::size_t more = size + size / 4;
+  buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, more);
+  data_ = device.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, more);
+  size_ = more;
   return data_;
 }
 

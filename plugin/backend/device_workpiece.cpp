@@ -10,6 +10,7 @@
 #include "digitizer_inside.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
+#include "device_guard.h"
 #include "opencl_workpiece.h"
 #endif
 
@@ -18,13 +19,6 @@ namespace cloudcontact {
 namespace {
 
 using Bricks = BaseVectorField::Bricks;
-
-#if defined(CLOUDCONTACT_OPENCL)
-std::runtime_error failure(const std::string& device, const cl::Error& e) {
-  return std::runtime_error("OpenCL: " + device + " failed: " + e.what() + " gave " +
-                            std::to_string(e.err()));
-}
-#endif
 
 }  // namespace
 
@@ -41,8 +35,6 @@ struct DeviceWorkpiece::Inside {
   template <typename Take>
   std::string takeOver(Take&& take);
   std::string upload();
-  template <typename Work>
-  auto guarded(Work&& work);
 #endif
 
   Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how);
@@ -75,15 +67,10 @@ void DeviceWorkpiece::Inside::fallBack(const std::string& why) {
 // Why the CPU must keep it, empty where the device has it: what `take` says, or its failure.
 template <typename Take>
 std::string DeviceWorkpiece::Inside::takeOver(Take&& take) {
-  const std::string noRoom = "the device has no room for it";
   try {
-    return take();
+    return opencl::guardedForRoom(name, take);
   } catch (const std::bad_alloc&) {
-    return noRoom;
-  } catch (const cl::Error& e) {
-    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
-      return noRoom;
-    throw failure(name, e);
+    return "the device has no room for it";
   }
 }
 
@@ -103,15 +90,6 @@ std::string DeviceWorkpiece::Inside::upload() {
   return {};
 }
 
-template <typename Work>
-auto DeviceWorkpiece::Inside::guarded(Work&& work) {
-  try {
-    return work();
-  } catch (const cl::Error& e) {
-    throw failure(name, e);
-  }
-}
-
 #endif
 
 DeviceWorkpiece::DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings)
@@ -123,7 +101,7 @@ DeviceWorkpiece::DeviceWorkpiece(Digitizer& digitizer) {
 #if defined(CLOUDCONTACT_OPENCL)
   if (from.ran && from.field && from.onDevice.onDevice) {
     auto rest = std::make_unique<Bricks>(*from.bricks);
-    from.digitizer->fetchTable(*rest);
+    opencl::guarded(from.name, [&] { from.digitizer->fetchTable(*rest); });
     rest->depths = DepthTable(rest->window);
     inside_ = std::make_unique<Inside>(BaseVectorField(std::move(rest)),
                                        DeviceWorkpieceSettings{Backend::Cpu, settings.timing});
@@ -167,7 +145,7 @@ std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
   s.report = {};
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
-    const std::size_t changed = s.guarded([&] { return s.piece->cut(voxels); });
+    const std::size_t changed = opencl::guarded(s.name, [&] { return s.piece->cut(voxels); });
     s.report = s.piece->report();
     return changed;
   }
@@ -181,7 +159,7 @@ std::size_t DeviceWorkpiece::cut(const Area& area, const Pose& tool) {
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece && !std::holds_alternative<CloudArea>(area)) {
     const CcArea there = areaInGrid(grid, area, tool);
-    const std::size_t changed = s.guarded([&] { return s.piece->cut(there); });
+    const std::size_t changed = opencl::guarded(s.name, [&] { return s.piece->cut(there); });
     s.report = s.piece->report();
     return changed;
   }
@@ -196,7 +174,7 @@ BaseVectorField DeviceWorkpiece::field() const {
   auto whole = std::make_unique<Bricks>(s.field.bricks());
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
-    s.guarded([&] {
+    opencl::guarded(s.name, [&] {
       s.piece->fetch(*whole);
       whole->sums = s.piece->tissueSums();
     });
@@ -208,7 +186,8 @@ BaseVectorField DeviceWorkpiece::field() const {
 BaseVectorField::Mass DeviceWorkpiece::mass() const {
   Inside& s = *inside_;
 #if defined(CLOUDCONTACT_OPENCL)
-  if (s.piece) return massOf(s.field.bricks(), s.guarded([&] { return s.piece->tissueSums(); }));
+  if (s.piece)
+    return massOf(s.field.bricks(), opencl::guarded(s.name, [&] { return s.piece->tissueSums(); }));
 #endif
   return s.field.mass();
 }

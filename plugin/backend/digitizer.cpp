@@ -1,6 +1,10 @@
 // Digitizer: which meshes go to the device, and what the CPU does.
 #include "digitizer_inside.h"
 
+#if defined(CLOUDCONTACT_OPENCL)
+#include "device_guard.h"
+#endif
+
 #include <exception>
 #include <functional>
 #include <future>
@@ -96,16 +100,10 @@ std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSetting
 // The same, where the device's own failures are told apart.
 std::string Digitizer::Inside::guarded(const Mesh& mesh, const DigitizeSettings& how,
                                        const FieldWanted* wanted) {
-  const std::string noRoom = "the device has no room for it";
   try {
-    return tryDevice(mesh, how, wanted);
+    return opencl::guardedForRoom(name, [&] { return tryDevice(mesh, how, wanted); });
   } catch (const std::bad_alloc&) {
-    return noRoom;
-  } catch (const cl::Error& e) {
-    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
-      return noRoom;
-    throw std::runtime_error("OpenCL: " + name + " failed: " + e.what() + " gave " +
-                             std::to_string(e.err()));
+    return "the device has no room for it";
   }
 }
 
@@ -140,12 +138,14 @@ void Digitizer::Inside::run(const Mesh& mesh, const DigitizeSettings& how,
 
 #if defined(CLOUDCONTACT_OPENCL)
 Cloud Digitizer::Inside::fetched() {
-  return Cloud(grid.voxelSize, grid.origin,
-               std::make_shared<const Cloud::Voxels>(digitizer->voxels()));
+  return opencl::guarded(name, [&] {
+    return Cloud(grid.voxelSize, grid.origin,
+                 std::make_shared<const Cloud::Voxels>(digitizer->voxels()));
+  });
 }
 BaseVectorField Digitizer::Inside::fetchedField() {
   auto whole = std::make_unique<BaseVectorField::Bricks>(*bricks);
-  digitizer->fetchField(*whole);
+  opencl::guarded(name, [&] { digitizer->fetchField(*whole); });
   finishBricks(*whole);
   return BaseVectorField(std::move(whole));
 }

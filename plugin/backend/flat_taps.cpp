@@ -17,7 +17,15 @@ Eigen::Vector3i tileEdges(const Window& window) {
 
 }  // namespace
 
-bool mayBeFlat(const Window& window) {
+std::size_t flatLocalBytes(const Window& window) {
+  const std::size_t tile = flatTile(window) * sizeof(cl_half),
+                    taps = window.taps.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)),
+                    columns = CC_TILE_ROW * CC_TILE_ROW * sizeof(cl_uint),
+                    about = 27 * sizeof(cl_int);
+  return tile + taps + columns + about;
+}
+
+bool mayBeFlat(const Window& window, std::size_t localBytes) {
   const Eigen::Vector3i edge = tileEdges(window);
   double most[4] = {0, 0, 0, 0};
   for (const WindowTap& t : window.taps) {
@@ -28,7 +36,8 @@ bool mayBeFlat(const Window& window) {
          (window.low.array() >= -8).all() && (window.high.array() <= 8).all() &&
          edge.x() <= CC_TILE_ROW &&
          std::int64_t{CC_TILE_ROW} * edge.y() * edge.z() <= CC_TILE_CELLS &&
-         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat;
+         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat &&
+         flatLocalBytes(window) <= localBytes;
 }
 
 FlatTaps::FlatTaps(const Window& window) {

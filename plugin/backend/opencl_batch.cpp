@@ -203,12 +203,25 @@ void guarded(Device& device, const Function& function) {
 void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
   count_ = pairs.size();
   guarded(*device_, [&] {
-    send(pairs, each, report);
-    makeRoom();
-    search();
-    gather();
-    fetch();
+    try {
+      send(pairs, each, report);
+      makeRoom();
+      search();
+      gather();
+      fetch();
+    } catch (...) {
+      // What is under way still reads what the next call will write.
+      finishQuietly();
+      throw;
+    }
   });
+}
+
+void OpenClBatch::finishQuietly() {
+  try {
+    queue_.finish();
+  } catch (const cl::Error&) {  // the first error is what is told
+  }
 }
 
 // A thread that sleeps is woken late: a GPU is asked until it is done. Not a CPU, which has the
@@ -217,10 +230,6 @@ void OpenClBatch::wait(const cl::Event& event) {
   while (device_->gpu() && event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
     std::this_thread::yield();
   event.wait();
-}
-
-void OpenClBatch::abandon() noexcept {
-  ::clFinish(queue_());
 }
 
 void OpenClBatch::nearEnd() {

@@ -36,7 +36,7 @@ class OpenClBatch {
   // many for the device at once, and std::runtime_error where it fails.
   void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   // Waits for it, whatever it came to.
-  void abandon() noexcept;
+  void finishQuietly();
   // Waits until it has come to its last kernels.
   void nearEnd();
   // Waits for it. Throws std::runtime_error where the device fails.

@@ -6,6 +6,9 @@
 #include "opencl_device.h"
 
 #include "batch.h"
+#include "device_guard.h"
+#include "digitize.h"
+#include "matter_cut.h"
 
 #include <algorithm>
 #include <array>
@@ -28,6 +31,8 @@ constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqr
 constexpr char kPrelude[] =
     "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
 constexpr std::size_t kTests = 4096;
+constexpr std::size_t kLargestGroup = std::max({CC_GROUP, CC_SCAN_GROUP, CC_RENEW_GROUP});
+constexpr std::size_t kNotes = 4096;  // of what commands took, that are kept
 
 const char* sourceOf(Kernels kernels) {
   return kernels == Kernels::Contact    ? kContactKernels
@@ -46,12 +51,21 @@ std::string lacking(const cl::Device& device) {
   if (device.getInfo<CL_DEVICE_PROFILE>() != "FULL_PROFILE") return "knows no 64-bit integers";
   if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>()) return "is big-endian";
   if (device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() == 0) return "knows no doubles";
+  if (const std::size_t most = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+      most < kLargestGroup)
+    return "lets " + std::to_string(most) + " work-items work together at most, not " +
+           std::to_string(kLargestGroup);
   const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
   if (!(single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)) return "does not round divisions correctly";
   if (!(single & CL_FP_DENORM)) return "drops numbers below the normal ones";
   return {};
 }
 
+bool isGpu(const cl::Device& device) {
+  return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+}
+
+// GPUs before others.
 std::vector<cl::Device> allDevices() {
   std::vector<cl::Platform> platforms;
   try {
@@ -67,8 +81,12 @@ std::vector<cl::Device> allDevices() {
     }
     devices.insert(devices.end(), some.begin(), some.end());
   }
-  std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& d) {
-    return (d.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& device) {
+    try {
+      return isGpu(device);
+    } catch (const cl::Error&) {  // says so again when it is asked more
+      return false;
+    }
   });
   return devices;
 }
@@ -119,6 +137,25 @@ std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, s
   return count;
 }
 
+// Adds what a command took; whether it has come to its end. One that failed, or was never handed
+// over, took nothing.
+bool added(const cl::Event& event, const std::string& name, std::map<std::string, Spent>& to) {
+  if (!event()) return true;
+  try {
+    const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+    if (status > CL_COMPLETE) return false;
+    if (status < CL_COMPLETE) return true;
+    const double seconds =
+        1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                   event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+    Spent& s = to[name];
+    s.seconds += seconds;
+    ++s.calls;
+  } catch (const cl::Error&) {  // nobody knows what it took
+  }
+  return true;
+}
+
 // As ccLayout() of kernels/layout.cl has them.
 constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
@@ -142,9 +179,9 @@ constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
 std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   std::string refused;
   for (const cl::Device& device : allDevices()) {
-    const std::string name = device.getInfo<CL_DEVICE_NAME>();
-    std::string why;
+    std::string name = "a device without a name", why;
     try {
+      name = device.getInfo<CL_DEVICE_NAME>();
       why = lacking(device);
       if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling, kernels));
     } catch (const cl::Error& e) {
@@ -167,7 +204,8 @@ Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
       name_(device.getInfo<CL_DEVICE_NAME>()),
       memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
       largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
-      gpu_((device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0),
+      local_(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>()),
+      gpu_(isGpu(device)),
       profiling_(profiling) {
   begin(kernels);
 }
@@ -179,6 +217,7 @@ Device::Device(const Device& other, Kernels kernels)
       name_(other.name_),
       memory_(other.memory_),
       largest_(other.largest_),
+      local_(other.local_),
       gpu_(other.gpu_),
       profiling_(other.profiling_) {
   begin(kernels);
@@ -286,21 +325,30 @@ cl::CommandQueue Device::another() {
 cl::Event* Device::note(const char* name) {
   if (!profiling_) return nullptr;
   const std::lock_guard lock(noting_);
-  notes_.push_back(std::make_unique<Noted>(Noted{name, {}}));
+  if (notes_.size() >= mostNotes_) sumUp();
+  notes_.push_back(std::make_unique<Noted>(Noted{name, std::this_thread::get_id(), {}}));
   return &notes_.back()->event;
 }
 
+// Sums up notes of what has ended, so that they do not grow without end where nobody asks. This
+// thread's alone: another may be about to hand one over.
+void Device::sumUp() {
+  std::erase_if(notes_, [&](const std::unique_ptr<Noted>& n) {
+    return n->by == std::this_thread::get_id() && added(n->event, n->name, summed_);
+  });
+  mostNotes_ = kNotes + 2 * notes_.size();
+}
+
 std::map<std::string, Spent> Device::clock() {
-  queue_.finish();
+  decltype(notes_) notes;
   std::map<std::string, Spent> spent;
-  for (const auto& n : notes_) {
-    Spent& s = spent[n->name];
-    s.seconds +=
-        1e-9 * static_cast<double>(n->event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                   n->event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-    ++s.calls;
+  {
+    const std::lock_guard lock(noting_);
+    notes.swap(notes_);
+    spent.swap(summed_);
   }
-  notes_.clear();
+  guarded(name_, [&] { queue_.finish(); });
+  for (const auto& n : notes) added(n->event, n->name, spent);
   return spent;
 }
 

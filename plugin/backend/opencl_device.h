@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace cloudcontact::opencl {
@@ -43,6 +44,7 @@ class Device {
   cl::Kernel another(const char* name) const { return {program_, name}; }
   std::size_t memory() const { return memory_; }          // [bytes]
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
+  std::size_t localBytes() const { return local_; }       // of a work-group
   bool gpu() const { return gpu_; }
 
   // Runs a kernel whose arguments are set, noted under its own name or another; `done` becomes its
@@ -53,10 +55,10 @@ class Device {
            std::size_t group, cl::Event* done = nullptr);
   // A queue beside the device's own: its commands may run while that one's do.
   cl::CommandQueue another();
-  // An event to hand to a copy, noted under that name; null where nothing is noted.
+  // An event to hand to a copy at once, noted under that name; null where nothing is noted.
   cl::Event* note(const char* name);
   // What each took; waits for the device's own queue, and begins anew. Other queues are to have
-  // come to their ends.
+  // come to their ends. Throws std::runtime_error where the device fails.
   std::map<std::string, Spent> clock();
 
  private:
@@ -69,8 +71,10 @@ class Device {
 
   struct Noted {
     std::string name;
+    std::thread::id by;
     cl::Event event;
   };
+  void sumUp();
 
   cl::Device device_;
   cl::Context context_;
@@ -79,8 +83,10 @@ class Device {
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
   std::mutex noting_;
   std::vector<std::unique_ptr<Noted>> notes_;
+  std::size_t mostNotes_ = 0;
+  std::map<std::string, Spent> summed_;  // of notes that are no more kept
   std::string name_;
-  std::size_t memory_ = 0, largest_ = 0;
+  std::size_t memory_ = 0, largest_ = 0, local_ = 0;
   bool gpu_ = false, profiling_ = false;
 };
 

@@ -2,6 +2,7 @@
 // chain runs again with as much as it asked for.
 #include "opencl_digitizer.h"
 
+#include "device_guard.h"
 #include "flat_taps.h"
 #include "geometry/cutter.h"
 
@@ -52,7 +53,20 @@ double mostListed(const GridSurface& surface, const Frame& frame) {
 
 }  // namespace
 
-void OpenClDigitizer::guess(const GridSurface& surface, int axis) {
+void OpenClDigitizer::guess(const GridSurface& surface, int axis, bool field) {
+  guessRooms(surface, axis);
+  if (!field) return;
+  const std::size_t blocks =
+      std::max<std::size_t>(windows_.blockRoom, 2 * std::size_t{grid_.brickRoom} + 1);
+  windows_.blockRoom = static_cast<cl_uint>(std::min(blocks, mostBlocks()));
+}
+
+// One for every brick, and the shared one.
+std::size_t OpenClDigitizer::mostBlocks() const {
+  return std::min(table_ + 1, kMostPlaces);
+}
+
+void OpenClDigitizer::guessRooms(const GridSurface& surface, int axis) {
   const Frame frame(surface, axis);
   const CcColumns before = grid_;
   grid_ = {frame.u,
@@ -109,10 +123,11 @@ std::string OpenClDigitizer::lacking(bool field) const {
 // Room for what the chain asked for; whether it had not enough.
 bool OpenClDigitizer::enlarge(bool field) {
   bool more = false;
-  const auto enough = [&](cl_uint& room, int counter, cl_uint extra = 0) {
+  const auto enough = [&](cl_uint& room, int counter, cl_uint extra = 0,
+                          std::size_t most = kMostPlaces) {
     const std::size_t wanted = std::size_t{counters_[std::size_t(counter)]} + extra;
     if (wanted <= room) return;
-    room = static_cast<cl_uint>(std::min(wanted + wanted / 8, kMostPlaces));
+    room = static_cast<cl_uint>(std::min(wanted + wanted / 8, most));
     more = true;
   };
   enough(grid_.entryRoom, CC_ENTRIES);
@@ -120,7 +135,7 @@ bool OpenClDigitizer::enlarge(bool field) {
   grid_.pieceRoom = static_cast<cl_uint>(std::min<double>(grid_.pieceRoom, kMostUnits));
   enough(grid_.sumRoom, CC_SUM_BRICKS);
   enough(grid_.brickRoom, CC_STORED);
-  if (field) enough(windows_.blockRoom, CC_OWN_BLOCKS, 1);
+  if (field) enough(windows_.blockRoom, CC_OWN_BLOCKS, 1, mostBlocks());
   return more;
 }
 
@@ -218,7 +233,7 @@ void OpenClDigitizer::sum() {
 
 void OpenClDigitizer::sendWindow(const Bricks& field) {
   Device& d = *device_;
-  flat_ = mayBeFlat(field.window);
+  flat_ = mayBeFlat(field.window, d.localBytes());
   const std::vector<CcWindowTap> any = windowTaps(field.window);
   const auto write = [&](Grown& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);
@@ -289,18 +304,11 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   d.run("ccSumAnyWindows", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP);
 }
 
-std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const StartField& start) {
+// The chain of kernels, again where it found no room. Why the device cannot do it; empty where it
+// is done.
+std::string OpenClDigitizer::runChain(const GridSurface& surface, const StartField& start) {
   Device& d = *device_;
-  report_ = {};
-  report_.triangles = surface.triangles.size();
-  if (static_cast<double>(surface.bricks[axis]) * kBrickEdge + 1 > CC_TALLEST)
-    return "its columns are taller than " + std::to_string(CC_TALLEST) + " voxels";
-  const Frame frame(surface, axis);
-  if (double(surface.triangles.size()) * frame.width * frame.depth > kMostListed &&
-      mostListed(surface, frame) > kMostListed)
-    return "its triangles lie over more columns than can be listed";
-  guess(surface, axis);
-  const BaseVectorField::Bricks* field = nullptr;
+  const Bricks* field = nullptr;
   const bool wanted = static_cast<bool>(start);
   for (int round = 0;; ++round) {
     if (const std::string why = lacking(wanted); !why.empty()) return why;
@@ -313,13 +321,42 @@ std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const Sta
     if (wanted && !field) {
       field = start();
       sendWindow(*field);
-      windows_.blockRoom = std::max(windows_.blockRoom, 2 * grid_.brickRoom + 1);
     }
     if (field) sumWindows(*field);
     d.queue().enqueueReadBuffer(countersThere_.buffer(), CL_TRUE, 0, sizeof counters_,
                                 counters_.data(), nullptr, d.note("counters fetched"));
     report_.rounds = std::size_t(round) + 1;
-    if (!enlarge(wanted)) break;
+    if (!enlarge(wanted)) return {};
+  }
+}
+
+std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const StartField& start) {
+  report_ = {};
+  report_.triangles = surface.triangles.size();
+  if (static_cast<double>(surface.bricks[axis]) * kBrickEdge + 1 > CC_TALLEST)
+    return "its columns are taller than " + std::to_string(CC_TALLEST) + " voxels";
+  const Frame frame(surface, axis);
+  if (double(surface.triangles.size()) * frame.width * frame.depth > kMostListed &&
+      mostListed(surface, frame) > kMostListed)
+    return "its triangles lie over more columns than can be listed";
+  const bool field = static_cast<bool>(start);
+  guess(surface, axis, field);
+  // What other meshes wanted does not keep this one off.
+  if (!lacking(field).empty()) {
+    giveBack();
+    guess(surface, axis, field);
+  }
+  try {
+    // The next mesh is written over this one's, and a window may be refused when that is on its
+    // way.
+    std::string why = settled(device_->queue(), [&] { return runChain(surface, start); });
+    if (!why.empty()) {
+      giveBack();
+      return why;
+    }
+  } catch (...) {
+    giveBack();
+    throw;
   }
   report_.listed = counters_[CC_ENTRIES];
   report_.places = std::size_t{counters_[CC_PIECES]} * CC_PIECE_UNIT;
@@ -334,14 +371,28 @@ std::string OpenClDigitizer::run(const GridSurface& surface, int axis, const Sta
   return {};
 }
 
+// All that is held on the device.
+template <typename Self>
+auto OpenClDigitizer::held(Self& self) {
+  return std::array{&self.surface_, &self.triangles_,  &self.shells_,    &self.countersThere_,
+                    &self.counts_,  &self.first_,      &self.entries_,   &self.owners_,
+                    &self.found_,   &self.pieces_,     &self.touched_,   &self.placed_,
+                    &self.sums_,    &self.tableThere_, &self.stored_,    &self.firstStored_,
+                    &self.bricks_,  &self.own_,        &self.ownGroups_, &self.firstOwn_,
+                    &self.blockOf_, &self.list_,       &self.taps_,      &self.runs_,
+                    &self.density_, &self.blocks_};
+}
+
+// The next mesh begins as the first did.
+void OpenClDigitizer::giveBack() {
+  for (Grown* g : held(*this)) *g = {};
+  grid_ = {};
+  windows_ = {};
+}
+
 std::size_t OpenClDigitizer::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g :
-       {&surface_,    &triangles_, &shells_,      &countersThere_, &counts_,  &first_,
-        &entries_,    &owners_,    &found_,       &pieces_,        &touched_, &sums_,
-        &tableThere_, &stored_,    &firstStored_, &bricks_,        &own_,     &firstOwn_,
-        &blockOf_,    &list_,      &taps_,        &density_,       &blocks_})
-    sum += g->bytes();
+  for (const Grown* g : held(*this)) sum += g->bytes();
   return sum;
 }
 

@@ -38,7 +38,12 @@ class OpenClDigitizer {
  private:
   using Counters = std::array<cl_uint, CC_CUT_COUNTERS>;
 
-  void guess(const GridSurface& surface, int axis);
+  template <typename Self>
+  static auto held(Self& self);
+  void giveBack();
+  void guess(const GridSurface& surface, int axis, bool field);
+  void guessRooms(const GridSurface& surface, int axis);
+  std::size_t mostBlocks() const;
   std::string lacking(bool field) const;
   bool enlarge(bool field);
   void send(const GridSurface& surface);
@@ -47,6 +52,7 @@ class OpenClDigitizer {
   void sum();
   void sumWindows(const BaseVectorField::Bricks& field);
   void sendWindow(const BaseVectorField::Bricks& field);
+  std::string runChain(const GridSurface& surface, const StartField& start);
 
   std::shared_ptr<Device> device_;
   CcColumns grid_{};

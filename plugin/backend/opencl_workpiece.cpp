@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "contact/field_layout.h"
+#include "device_guard.h"
 #include "flat_taps.h"
 
 namespace cloudcontact::opencl {
@@ -109,9 +110,12 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   Device& d = *device_;
   const auto write = [&](Grown& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);
-    d.queue().enqueueWriteBuffer(buffer.room(d, bytes), CL_TRUE, 0, bytes,
-                                 static_cast<const void*>(values.data()), nullptr,
-                                 d.note("field sent"));
+    // Kernels are given it even where there is nothing in it: bricks, where there is no matter.
+    const cl::Buffer& there = buffer.room(d, std::max<std::size_t>(bytes, 16));
+    if (bytes > 0)
+      d.queue().enqueueWriteBuffer(there, CL_TRUE, 0, bytes,
+                                   static_cast<const void*>(values.data()), nullptr,
+                                   d.note("field sent"));
   };
   // Tissues of one density are one kind.
   std::vector<cl_int> densities;
@@ -123,7 +127,7 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   }
   write(kindOf_, kindOf);
   write(densities_, densities);
-  flat_ = mayBeFlat(field.window);
+  flat_ = mayBeFlat(field.window, d.localBytes());
   if (flat_) {
     const FlatTaps taps(field.window);
     runCount_ = static_cast<cl_uint>(taps.runs.size());
@@ -182,6 +186,21 @@ std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, 
                                      nullptr, device_->note("field copied"));
   device_->queue().finish();
   return {};
+}
+
+void OpenClWorkpiece::checkWhole() const {
+  if (failed_)
+    throw std::runtime_error(
+        "DeviceWorkpiece: the device failed in the midst of an earlier cut, and what is left there "
+        "is not known; make the workpiece anew");
+}
+
+// Takes matter away: all of it, or no more is ever done.
+template <typename Work>
+void OpenClWorkpiece::change(Work&& work) {
+  failed_ = true;
+  settled(device_->queue(), work);
+  failed_ = false;
 }
 
 // Voxels named in a step's buffer; what the one before noted is cleared.
@@ -247,15 +266,9 @@ void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
   report_.sent += bytes;
 }
 
-std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+// All of an area, and so many bricks along each axis that it may meet.
+void OpenClWorkpiece::run(const CcArea& area, const std::size_t bricks[3], std::size_t count) {
   Device& d = *device_;
-  report_ = {};
-  std::size_t bricks[3], count = 1;
-  for (int k = 0; k < 3; ++k) {
-    if (area.low[k] > area.high[k]) return 0;
-    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
-    count *= bricks[k];
-  }
   const cl::Buffer& step = steps_[turn_].room(d, kHead);
   d.queue().enqueueFillBuffer(step, cl_uint{0}, 0, kHead, nullptr, d.note("step sent"));
   if (before_ > 0) string(0);
@@ -268,11 +281,24 @@ std::size_t OpenClWorkpiece::cut(const CcArea& area) {
   give(d.kernel("ccForgetArea"), home_.buffer(), list_.buffer(), step, lost_.buffer());
   d.run("ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP);
   readCounts();
+}
+
+std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+  checkWhole();
+  report_ = {};
+  std::size_t bricks[3], count = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (area.low[k] > area.high[k]) return 0;
+    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
+    count *= bricks[k];
+  }
+  change([&] { run(area, bricks, count); });
   report_.sent = sizeof area;
   return report_.changed;
 }
 
 std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
+  checkWhole();
   report_ = {};
   // All are looked at before the first is cut.
   const std::size_t step = kHead + kMostAtOnce * sizeof(CcVoxelLeft);
@@ -289,13 +315,18 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
     if (!packTogether(part(k), size, reinterpret_cast<CcVoxelLeft*>(packed + k * step + kHead)))
       throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
   }
-  for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+  change([&] {
+    for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+  });
   return report_.changed;
 }
 
 std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
+  checkWhole();
   Device& d = *device_;
   const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
+  std::vector<TissueSums> all(shared_);
+  if (count == 0) return all;
   give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
        static_cast<cl_uint>(count), static_cast<cl_uint>(shared_), sums_.room(d, bytes));
   d.run("ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS);
@@ -303,7 +334,6 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
   d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
                               d.note("sums fetched"));
   const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
-  std::vector<TissueSums> all(shared_);
   for (std::size_t n = 0; n < count; ++n) {
     const auto e = static_cast<int>(bricks_[n]);
     const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);
@@ -314,6 +344,7 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
 }
 
 void OpenClWorkpiece::fetch(Bricks& to) {
+  checkWhole();
   Device& d = *device_;
   d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
                               table_.data(), nullptr, d.note("field fetched"));
@@ -330,13 +361,15 @@ void OpenClWorkpiece::fetch(Bricks& to) {
         blocksThere_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
         static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
   };
-  read(0, 0, shared_);
-  for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
-    for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
-      to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
-    read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
-  }
-  d.queue().finish();
+  settled(d.queue(), [&] {
+    read(0, 0, shared_);
+    for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
+      for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
+        to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
+      read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
+    }
+    d.queue().finish();
+  });
 }
 
 std::size_t OpenClWorkpiece::bytes() const {

@@ -20,7 +20,8 @@ class OpenClWorkpiece {
   std::string take(const BaseVectorField::Bricks& field);
   std::string take(const BaseVectorField::Bricks& rest, const cl::Buffer& blocks,
                    std::size_t count);
-  // As BaseVectorField::cut().
+  // As BaseVectorField::cut(). Where the device fails half-way, all that is called later throws
+  // std::runtime_error.
   std::size_t cut(std::span<const VoxelCut> voxels);
   // Of all voxels that lie in an area.
   std::size_t cut(const CcArea& area);
@@ -37,7 +38,11 @@ class OpenClWorkpiece {
   std::string prepare(const BaseVectorField::Bricks& field, std::size_t blocks);
   void giveHomes(const BaseVectorField::Bricks& field, std::size_t blocks);
   void sendWindow(const BaseVectorField::Bricks& field);
+  template <typename Work>
+  void change(Work&& work);
+  void checkWhole() const;
   void run(const void* packed, std::size_t voxels);
+  void run(const CcArea& area, const std::size_t bricks[3], std::size_t count);
   void string(std::size_t voxels);
   void renew(std::size_t bricks);
   void readCounts();
@@ -53,6 +58,7 @@ class OpenClWorkpiece {
   std::vector<cl_uint> bricks_;  // of each home
   int turn_ = 0;                 // which of two steps_ the next step goes into
   std::size_t before_ = 0;       // voxels named in the other
+  bool failed_ = false;          // half-way in a cut: links and losses that no step is to meet
   DeviceCutReport report_;
   Pinned sent_, fetched_, fetchedSums_;
   Grown steps_[2], next_, last_, lost_, home_, tableThere_, blocksThere_, listed_, list_, kindOf_,

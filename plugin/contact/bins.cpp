@@ -184,7 +184,7 @@ void Binner::order(const HitColumns& hits) {
   order_.resize(hits.size());
   for (std::size_t i = 0; i < hits.size(); ++i)
     order_[bins_[bin_[i]].end++] = static_cast<std::uint32_t>(i);
-  sums_.assign(bins_.size(), Sums{});
+  if (sums_.size() < bins_.size()) sums_.resize(bins_.size());
   runs_.clear();
   begin = 0;
   for (std::size_t b = 0; b < bins_.size(); ++b) {
@@ -193,8 +193,8 @@ void Binner::order(const HitColumns& hits) {
     const std::uint32_t* const split = std::find_if(
         first, last, [&](std::uint32_t i) { return hits.side(i) != hits.side(*first); });
     bin.run = runs_.size();
-    runs_.push_back({first, split, &sums_[b], hits.side(*first)});
-    if (split != last) runs_.push_back({split, last, &sums_[b], hits.side(*split)});
+    runs_.push_back({first, split, &sums_[b], hits.side(*first), true});
+    if (split != last) runs_.push_back({split, last, &sums_[b], hits.side(*split), false});
     begin = bin.end;
   }
 }

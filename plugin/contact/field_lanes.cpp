@@ -214,7 +214,7 @@ int measure(const FieldData& other, float voxel, Lanes& lanes) {
   return count;
 }
 
-CC_LANES void classify(const Direction& dir, Lanes& lanes) {
+CC_LANES void classify(const Direction& dir, bool missesToo, Lanes& lanes) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float* const nx = samples.nx.data();
   const float* const ny = samples.ny.data();
@@ -224,36 +224,26 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   const CcLimits limits = dir.limits();
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  const int always = missesToo ? 1 : 0;
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
     const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
     float own[3];
     ccTurn(turn, n, own);
-    lanes.kind[i] = ccKindOf(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], own, m, width[k]);
+    const int kind = ccKindOf(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], own, m, width[k]);
+    const int may = always | ccMayHit(&limits, lanes.depth[i], ccDot(own, m), width[k]);
+    lanes.kind[i] = kind & (may ? ~0 : ~CC_WET);
   }
 }
 
-CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-                     HitColumns& hits, std::int32_t* dry) {
-  if (count == 0) return 0;
-  const HitMaker hitIn(dir, samples, lanes);
-  float in[kLanes];
+CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
+                      HitColumns& hits) {
+  if (count == 0) return true;
   pad(lanes.wet, count);
-  const int tried = padded(count);
-  CC_INDEPENDENT
-  for (int i = 0; i < tried; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
-  std::int32_t wet[kLanes];
-  int some = 0, none = 0;
-  for (int i = 0; i < count; ++i) {
-    wet[some] = dry[none] = lanes.wet[i];
-    const bool is = in[i] > 0.0f;
-    some += is;
-    none += !is;
-  }
-  if (some == 0) return none;
-  pad(wet, some);
-  const int made = padded(some);
+  const std::int32_t* const wet = lanes.wet;
+  const HitMaker hitIn(dir, samples, lanes);
+  const int made = padded(count);
   const HitColumns::Columns<float> to = hits.room(static_cast<std::size_t>(made));
   const float unit = dir.voxel * dir.voxel;
   const float* const area = samples.area.data();
@@ -277,8 +267,31 @@ CC_LANES int addHits(const Direction& dir, const SampleColumns& samples, Lanes& 
     to.depth[i] = hitIn.depth[wet[i]];
     to.facing[i] = h.facing;
   }
-  hits.commit(static_cast<std::size_t>(some), dir.side, false);
-  return none;
+  std::int32_t none = 0;
+  for (int i = 0; i < made; ++i) none |= !(to.depth1[i] > 0.0f);
+  if (none) return false;
+  hits.commit(static_cast<std::size_t>(count), dir.side, false);
+  return true;
+}
+
+CC_LANES int partHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
+                      std::int32_t* dry) {
+  if (count == 0) return 0;
+  const HitMaker hitIn(dir, samples, lanes);
+  float in[kLanes];
+  pad(lanes.wet, count);
+  const int tried = padded(count);
+  CC_INDEPENDENT
+  for (int i = 0; i < tried; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
+  int some = 0, none = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t lane = lanes.wet[i];
+    lanes.wet[some] = dry[none] = lane;
+    const bool is = in[i] > 0.0f;
+    some += is;
+    none += !is;
+  }
+  return some;
 }
 
 CC_LANES void nearBricks(const Direction& dir, const FieldData& other, float aside,

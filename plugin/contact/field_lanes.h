@@ -42,12 +42,17 @@ int measure(const FieldData& other, float voxel, Lanes& lanes);
 // Of the first `count` of lanes.several, measured, those first over which another of the record's
 // planes than the one that gave the depth may give it (ccEdgeWithin()). Returns how many.
 int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// Kinds, from depths and normals.
-void classify(const Direction& dir, Lanes& lanes);
-// Hits of the first `count` of lanes.wet, whose samples are `samples`; returns how many of them are
-// none after all: these come last in `dry`.
-int addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-            HitColumns& hits, std::int32_t* dry);
+// Kinds, from depths and normals. Wet is what may come to a hit, or, with `missesToo`, what is near
+// enough to be told of as a near miss.
+void classify(const Direction& dir, bool missesToo, Lanes& lanes);
+// Makes the first `count` of lanes.wet hits; their samples are `samples`. Adds none, and returns
+// false, where one of them is no hit.
+bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
+             HitColumns& hits);
+// Parts the first `count` of lanes.wet: those that are hits stay, the others go to `dry`. Returns
+// how many stay.
+int partHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
+             std::int32_t* dry);
 // Numbers of the sample bricks that may touch the other body where they are, or `aside` [own
 // voxels] from there, first to last.
 void nearBricks(const Direction& dir, const FieldData& other, float aside,

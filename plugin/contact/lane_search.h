@@ -139,7 +139,7 @@ class LaneSearch {
     candidates_.asked += static_cast<std::size_t>(lanes_.count);
     pad(lanes_.sample, lanes_.count);
     const int divided = target_.measure(lanes_);
-    classify(dir_, lanes_);
+    classify(dir_, missesWanted(), lanes_);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
@@ -216,13 +216,19 @@ class LaneSearch {
     lanes_.count = 0;
   }
 
+  // Where there is a hit nobody asks for near misses.
+  bool missesWanted() const { return dir_.level == 0 && dir_.misses.margin > 0 && hits_.empty(); }
+
   // Hits of the wet lanes, and near misses.
   void take(Lanes& lanes, const SampleColumns& samples, int wet) {
+    const bool missesToo = missesWanted();
+    // Nearly all that may be hits are.
+    if (!missesToo && addHits(dir_, samples, lanes, wet, hits_)) return;
     std::int32_t dry[kLanes];
-    const int missed = addHits(dir_, samples, lanes, wet, hits_, dry);
-    // Where there is a hit nobody asks for near misses.
-    if (dir_.level > 0 || dir_.misses.margin == 0 || !hits_.empty()) return;
-    for (int i = 0; i < missed; ++i) {
+    const int some = partHits(dir_, samples, lanes, wet, dry);
+    addHits(dir_, samples, lanes, some, hits_);
+    if (!missesToo || some > 0) return;
+    for (int i = 0; i < wet; ++i) {
       const int lane = dry[i];
       if (lanes.depth[lane] >= dir_.misses.nearest - dir_.misses.within)
         addHit(dir_, samples[lanes.sample[lane]], lanes.depth[lane],

@@ -25,6 +25,7 @@ CcAdded added(const CcAdding& from) {
 CC_LANES void addHits(const HitColumns& hits, const float* gate, const HitRun& run, double unit) {
   const HitColumns::Columns<const float> c = hits.columns();
   const double perUnit = 1 / unit;
+  if (run.begins) run.to->empty();
   CcAdding adding = ccNothingAdded();
   for (const std::uint32_t* hit = run.first; hit != run.last; ++hit) {
     const std::size_t i = *hit;
@@ -49,49 +50,65 @@ namespace {
 
 // Eight runs of hits side by side; a lane that has come to its end takes the next run.
 struct RunLanes {
-  double sums[CC_LANE_SUMS][CC_SUM_LANES] = {};
-  double origin[3][CC_SUM_LANES] = {}, live[CC_SUM_LANES] = {};
-  float deepest[CC_SUM_LANES] = {};
+  CcEight sums[CC_LANE_SUMS] = {};
+  CcEight origin[3] = {}, deepest = {};
+  CcEightBits keep = {};
   std::int32_t hit[CC_SUM_LANES] = {};
   const HitRun* run[CC_SUM_LANES] = {};
   const std::uint32_t* next[CC_SUM_LANES] = {};
 
   void begin(int lane, const HitRun* from) {
     run[lane] = from;
-    live[lane] = from ? 1 : 0;
-    if (!from) return;
+    keep[lane] = 0;
+    if (!from) return;  // what the lane adds up from here on nobody takes
+    if (from->begins) from->to->empty();
     next[lane] = from->first;
     hit[lane] = static_cast<std::int32_t>(*from->first);
-    deepest[lane] = -1e30f;
+    deepest[lane] = -1e30;
     for (int i = 0; i < 3; ++i) origin[i][lane] = from->to->origin[i];
   }
   void end(int lane, double unit) {
     const HitRun& from = *run[lane];
-    const CcAdded all = ccTakeLane(sums, lane, static_cast<double>(deepest[lane]));
+    const CcAdded all =
+        ccTakeLane(reinterpret_cast<const double(*)[CC_SUM_LANES]>(sums), lane, deepest[lane]);
     ccGive(reinterpret_cast<CcSums*>(from.to), &all, static_cast<int>(from.last - from.first), 0,
            from.side, unit);
   }
 };
 
-// One hit of each lane; a lane without a run adds nothing.
+typedef float EightFloats __attribute__((vector_size(32)));
+
+// A column's numbers of eight hits.
+[[gnu::always_inline]] inline void take(const float* column, const std::int32_t* hit, CcEight& to) {
+  const EightFloats v = {column[hit[0]], column[hit[1]], column[hit[2]], column[hit[3]],
+                         column[hit[4]], column[hit[5]], column[hit[6]], column[hit[7]]};
+  to = __builtin_convertvector(v, CcEight);
+}
+
+// One hit of each lane.
 CC_LANES void addStep(const HitColumns::Columns<const float>& columns, const float* gate,
                       double perUnit, RunLanes& lanes) {
   const HitColumns::Columns<const float> c = columns;
-  CC_INDEPENDENT
-  for (int l = 0; l < CC_SUM_LANES; ++l) {
-    const std::int32_t i = lanes.hit[l];
-    const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
-                other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
-    const double origin[3] = {lanes.origin[0][l], lanes.origin[1][l], lanes.origin[2][l]};
-    const CcWet wet{c.share[i], 0, c.depth1[i], c.depth2[i], c.depth3[i]};
-    const CcWeights h = ccWeightsOf(at, c.area[i], &wet, gate[i], origin, perUnit);
-    const double live = lanes.live[l];
-    const CcWeights counted{
-        h.whole * live,   h.pressed * live,        h.w * live, h.f * live, h.blind * live,
-        h.weighed * live, {h.x[0], h.x[1], h.x[2]}};
-    ccAddInLane(lanes.sums, l, &counted, own, other, &wet, c.depth[i], perUnit);
-    lanes.deepest[l] = ccMax(lanes.deepest[l], c.depth[i]);
+  const std::int32_t* const hit = lanes.hit;
+  CcEightHits h;
+  const float *const at[3] = {c.x, c.y, c.z}, *const own[3] = {c.ownX, c.ownY, c.ownZ},
+                     *const other[3] = {c.otherX, c.otherY, c.otherZ};
+  for (int i = 0; i < 3; ++i) {
+    take(at[i], hit, h.x[i]);
+    h.x[i] = (h.x[i] - lanes.origin[i]) * perUnit;
+    take(own[i], hit, h.own[i]);
+    take(other[i], hit, h.other[i]);
   }
+  take(c.area, hit, h.area);
+  take(c.share, hit, h.share);
+  take(c.depth1, hit, h.depth1);
+  take(c.depth2, hit, h.depth2);
+  take(c.depth3, hit, h.depth3);
+  take(c.depth, hit, h.depth);
+  take(gate, hit, h.gate);
+  ccAddInLanes(lanes.sums, &h, &lanes.keep, perUnit);
+  lanes.deepest = lanes.deepest > h.depth ? lanes.deepest : h.depth;
+  lanes.keep = ~CcEightBits{};
 }
 
 }  // namespace
@@ -118,6 +135,13 @@ void addRuns(const HitColumns& hits, const float* gate, std::span<const HitRun> 
       lanes.begin(l, next != end ? next++ : nullptr);
     }
   }
+}
+
+void Sums::empty() {
+  static_assert(offsetof(CcSums, side) == sizeof origin);
+  CcSums* const all = reinterpret_cast<CcSums*>(this);
+  std::memset(all->side, 0, sizeof *all - sizeof origin);
+  deepest = -1e300;
 }
 
 void Sums::add(const Sums& other) {

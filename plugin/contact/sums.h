@@ -41,16 +41,18 @@ struct Sums {
   double deep = 0;            // of `side.size`, by samples below the band
   int hits = 0;
 
+  void empty();                 // but for its origin
   void add(const Sums& other);  // moved to this origin
   Vec3 center() const { return area > 0 ? Vec3(origin + first / area) : origin; }
 };
 
 // Hits of one body in one bin, by their numbers, at least one, and where they are added up: about
-// to->origin.
+// to->origin. What `to` holds beside that is lost where the run is its first.
 struct HitRun {
   const std::uint32_t *first, *last;
   Sums* to;
   Side side;
+  bool begins;
 };
 
 // Adds runs up, all but Sums::deep; `gate` holds for every hit how far it faces the other body,

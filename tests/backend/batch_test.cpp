@@ -129,6 +129,48 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   }
 }
 
+// More patches than there was room for: 49 pegs on a plate, in 64 pairs a part.
+TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
+  ContactBatch batch({Backend::OpenCl, 2, false});
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  BodyMaker maker{5e-4, Random(3)};
+  const double v = maker.voxel;
+  Mesh pegs;
+  for (int k = 0; k < 49; ++k) {
+    const Mesh peg =
+        transformed(boxMesh(Vec3(5, 5, 6) * v),
+                    {Eigen::Quaterniond::Identity(), Vec3(k % 7 - 3, k / 7 - 3, 0) * 26 * v});
+    const int first = static_cast<int>(pegs.vertices.size());
+    pegs.vertices.insert(pegs.vertices.end(), peg.vertices.begin(), peg.vertices.end());
+    for (const auto& t : peg.triangles)
+      pegs.triangles.push_back(t + Eigen::Vector3i::Constant(first));
+  }
+  const Body top = maker.cloud(pegs, true), plate = maker.box(Vec3(170, 170, 8), true);
+  Pose pose;
+  pose.position = Vec3(0, 0, 6.6 * v);
+  BatchPair pair{plate.at({}), top.at(pose), {}};
+  pair.settings.samples = 100000;  // of finer samples each peg is a patch of its own
+  const std::vector<BatchPair> few(2, pair), many(128, pair);
+  ContactFinder finder;
+  const ContactResult& want = finder.find(few[0].a, few[0].b, few[0].settings);
+  EXPECT_EQ(want.patches.size(), 49u);
+  // At first there is no room for the hits, then none for the bins, then none for the patches.
+  for (const std::vector<BatchPair>& pairs : {few, many}) {
+    std::size_t least = pairs.size(), noRoom = least;
+    bool forSome = false;
+    for (int time = 0; time < 5; ++time) {
+      for (const ContactResult* result : batch.find(pairs)) expectSame(*result, want, Ids::Ignored);
+      noRoom = batch.report().noRoom;
+      EXPECT_LE(noRoom, least);
+      least = noRoom;
+      forSome |= noRoom > 0 && noRoom < pairs.size();
+    }
+    EXPECT_EQ(noRoom, 0u);
+    EXPECT_EQ(forSome, pairs.size() == many.size());
+  }
+}
+
 // Levels that no pair came to in two batches are not searched; who then wants one is the CPU's.
 TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
   ContactBatch batch({Backend::OpenCl, 1, false});
@@ -208,6 +250,32 @@ TEST(Batch, BadPosesAreToldBeforeAnythingRuns) {
   for (const Backend backend : {Backend::Cpu, Backend::OpenCl}) {
     ContactBatch batch({backend, 1, false});
     EXPECT_THROW(batch.find({&pair, 1}), std::invalid_argument);
+  }
+}
+
+// A batch that throws leaves nothing of it to the next.
+TEST(Batch, AfterABadPoseTheNextBatchIsWhatItWouldHaveBeen) {
+  ContactBatch batch({Backend::OpenCl, 2, false});
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  BodyMaker maker{5e-4, Random(4)};
+  const double v = maker.voxel;
+  const Body ball = maker.sphere(8);
+  Pose touching, beside;
+  touching.position = Vec3(15.5 * v, 0, 0);
+  beside.position = Vec3(17 * v, 0, 0);
+  // The first part's are near misses, the CPU's; the second part ends in a pose that is none.
+  std::vector<BatchPair> pairs(128, {ball.at({}), ball.at(beside), {}});
+  for (BatchPair& pair : pairs) pair.settings.margin = 1.5 * v;
+  pairs.back().b.pose.position.x() = std::nan("");
+  const std::vector<BatchPair> next(3, {ball.at({}), ball.at(touching), {}});
+  ContactFinder finder;
+  const ContactResult& want = finder.find(next[0].a, next[0].b, next[0].settings);
+  for (int time = 0; time < 10; ++time) {
+    EXPECT_THROW(batch.find(pairs), std::invalid_argument);
+    for (const ContactResult* result : batch.find(next)) expectSame(*result, want, Ids::Ignored);
+    EXPECT_EQ(batch.report().onCpu, 0u);
+    EXPECT_EQ(batch.report().nearMisses, 0u);
+    EXPECT_EQ(batch.report().onDevice, 3u);
   }
 }
 

@@ -67,7 +67,8 @@ TEST_F(FarApart, AConvexShape) {
 
 // Crossed bars whose boxes along any face's normal overlap: edges tell them apart.
 TEST_F(FarApart, EdgesTellToo) {
-  const Pose turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.25 * EIGEN_PI, Vec3::UnitX())), {}};
+  const Pose turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.25 * EIGEN_PI, Vec3::UnitX())),
+                    Vec3::Zero()};
   Pose crossed = turned;
   crossed.orientation = Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitZ()) * turned.orientation;
   crossed.position = Vec3(0, 0, 16 * kVoxel);  // edges reach 4.95 voxels: 6.1 apart
@@ -77,7 +78,7 @@ TEST_F(FarApart, EdgesTellToo) {
 
 TEST_F(FarApart, AHalfSpace) {
   const Body ground = BodyMaker::shape(HalfSpace{});
-  Pose upright{Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitY())), {}};
+  Pose upright{Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitY())), Vec3::Zero()};
   upright.position = Vec3(0.3, -0.2, 21.5 * kVoxel);  // its end within the margin
   EXPECT_GT(asked(bar.at(upright), ground.at({})), 0u);
   upright.position.z() = 26 * kVoxel;
