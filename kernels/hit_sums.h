@@ -1,9 +1,9 @@
 // What hits add up to, in a bin and in a patch. Nearly all sums are a weight times the vector
 // (1, x, y, z). Plain C for C++ and OpenCL C; offsets are pinned by a test.
 //
-// C++ keeps the vector in a register of four doubles. On a device four work-items share it, each
-// its part of it: one work-item's registers would not hold a bin's sums. They add up the same
-// products in the same order (sums.cl, growth.cl).
+// C++ keeps the vector in a register of four doubles. On a device a team shares the sums, a row of
+// them a work-item: one work-item's registers would not hold a bin's. It adds up the same products
+// in the same order (sums.cl, growth.cl).
 #ifndef CLOUDCONTACT_KERNELS_HIT_SUMS_H
 #define CLOUDCONTACT_KERNELS_HIT_SUMS_H
 
