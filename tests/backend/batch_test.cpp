@@ -171,6 +171,30 @@ TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
   }
 }
 
+// More bins than the kernels have at hand in local memory; their crests and walls are linked.
+TEST(Batch, PairsOfManyBinsEqualTheFinder) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  BodyMaker maker{5e-4, Random(12)};
+  const double v = maker.voxel;
+  const Thread thread{24 * v, 8 * v, 4.4 * v};
+  const Body rod = maker.cloud(threadedRod(thread, 40 * v)),
+             ring = maker.cloud(threadedRing(thread, 36 * v, 22 * v, -0.3 * v));
+  Pose pose;
+  pose.position = Vec3(0.2 * v, -0.1 * v, 0.3 * v);
+  pose.orientation = Eigen::Quaterniond(1, 0.002, 0.003, 0.01).normalized();
+  BatchPair pair{rod.at({}), ring.at(pose), {}};
+  pair.settings.samples = 20000;
+  ContactFinder finder;
+  for (int time = 0; time < 3; ++time) {
+    const auto results = batch.find({&pair, 1});
+    expectSame(*results[0], finder.find(pair.a, pair.b, pair.settings));
+  }
+  EXPECT_EQ(batch.report().onDevice, 1u);
+  EXPECT_GT(batch.report().bins, 256u);
+}
+
 // Levels that no pair came to in two batches are not searched; who then wants one is the CPU's.
 TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
   ContactBatch batch({Backend::OpenCl, 1, false});
