@@ -5,14 +5,22 @@
 
 namespace cloudcontact::opencl {
 
+// What stays mapped is never given back: PoCL keeps the buffer.
+void Pinned::unmap() {
+  if (!data_) return;
+  ::clEnqueueUnmapMemObject(queue_(), buffer_(), data_, 0, nullptr, nullptr);
+  ::clFinish(queue_());
+  data_ = nullptr;
+  size_ = 0;
+}
+
 void* Pinned::room(Device& device, std::size_t size) {
   if (size <= size_) return data_;
-  if (data_) device.queue().enqueueUnmapMemObject(buffer_, data_);
-  data_ = nullptr;
-  size_ = 0;  // until there is more: making it may throw
+  unmap();  // there is nothing until there is more: making it may throw
   const std::size_t more = size + size / 4;
+  queue_ = device.queue();
   buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, more);
-  data_ = device.queue().enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, more);
+  data_ = queue_.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, more);
   size_ = more;
   return data_;
 }
