@@ -28,9 +28,10 @@ struct BatchSettings {
 // What the last batch came to.
 struct BatchReport {
   std::size_t onDevice = 0, onCpu = 0;  // pairs
-  // Of these on the CPU: found no room on the device (the next batch makes more), want finer
-  // samples than any pair of the last two batches (the next batch asks for them), hardly touch
-  // within their margin, or are no two clouds: near misses and shapes are the CPU's alone so far.
+  // Of these on the CPU: found no room on the device (the next batch makes more; but pairs of more
+  // than 1,024 bins, or a million hits a side, are too large for it), want finer samples than any
+  // pair of the last two batches (the next batch asks for them), hardly touch within their margin,
+  // or are no two clouds: near misses and shapes are the CPU's alone so far.
   std::size_t noRoom = 0, finer = 0, nearMisses = 0, shapes = 0;
   std::size_t asked = 0, hits = 0, bins = 0, patches = 0, contacts = 0;  // on the device
   std::size_t sent = 0, fetched = 0;                                     // [bytes]

@@ -127,7 +127,8 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
   const auto number = [&](const ContactBody& body, int side) {
     if (body.field == fieldOf[side]) return;
     fieldOf[side] = body.field;
-    numberOf[side] = fields->numberOf(static_cast<const FieldData&>(*body.field));
+    numberOf[side] = opencl::guarded(
+        name, [&] { return fields->numberOf(static_cast<const FieldData&>(*body.field)); });
   };
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     if (pairs[k].a.shape || pairs[k].b.shape) {
@@ -142,7 +143,7 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
     asked.push_back({&pairs[k], {}, rooms[k], {numberOf[0], numberOf[1]}});
     numbers.push_back(k);
   }
-  fields->settle();
+  opencl::guarded(name, [&] { fields->settle(); });
   askParts();
 }
 

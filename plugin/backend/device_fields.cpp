@@ -138,8 +138,14 @@ void DeviceFields::enlarge(std::size_t size) {
     throw std::runtime_error("OpenCL: the fields need " + megabytes(size) + ", of which " +
                              device_->name() + " can hold " + megabytes(most) +
                              "; take larger voxels or the CPU");
-  const std::size_t room = std::min(most, std::max(size, 2 * room_));
-  cl::Buffer larger(device_->context(), CL_MEM_READ_ONLY, room);
+  std::size_t room = std::min(most, std::max(size, 2 * room_));
+  cl::Buffer larger;
+  try {
+    larger = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, room);
+  } catch (const cl::Error&) {
+    room = size;  // nor may there be room to grow into
+    larger = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, room);
+  }
   if (room_ > 0) device_->queue().enqueueCopyBuffer(data_, larger, 0, 0, room_);
   device_->queue().finish();
   data_ = larger;
@@ -151,8 +157,8 @@ void DeviceFields::settle() {
   std::vector<CcField> entries;
   for (const Kept& k : kept_) entries.push_back(k.entry);
   if (entries.size() > tableRoom_) {
+    table_ = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, 2 * entries.size() * sizeof(CcField));
     tableRoom_ = 2 * entries.size();
-    table_ = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, tableRoom_ * sizeof(CcField));
   }
   device_->queue().enqueueWriteBuffer(table_, CL_TRUE, 0, entries.size() * sizeof(CcField),
                                       entries.data());

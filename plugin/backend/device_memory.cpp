@@ -6,17 +6,18 @@
 namespace cloudcontact::opencl {
 
 // What stays mapped is never given back: PoCL keeps the buffer.
-void Pinned::unmap() {
+void Pinned::giveBack() {
   if (!data_) return;
   ::clEnqueueUnmapMemObject(queue_(), buffer_(), data_, 0, nullptr, nullptr);
   ::clFinish(queue_());
+  buffer_ = cl::Buffer();
   data_ = nullptr;
   size_ = 0;
 }
 
 void* Pinned::room(Device& device, std::size_t size) {
   if (size <= size_) return data_;
-  unmap();  // there is nothing until there is more: making it may throw
+  giveBack();  // there is nothing until there is more: making it may throw
   const std::size_t more = size + size / 4;
   queue_ = device.queue();
   buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, more);

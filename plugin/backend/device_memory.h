@@ -10,17 +10,16 @@ namespace cloudcontact::opencl {
 class Pinned {
  public:
   Pinned() = default;
-  ~Pinned() { unmap(); }
+  ~Pinned() { giveBack(); }
   Pinned(const Pinned&) = delete;
   Pinned& operator=(const Pinned&) = delete;
 
   // At least `size` bytes; what was there is lost where it grows.
   void* room(Device& device, std::size_t size);
   void* data() const { return data_; }
+  void giveBack();
 
  private:
-  void unmap();
-
   cl::CommandQueue queue_;  // in which it was mapped
   cl::Buffer buffer_;
   void* data_ = nullptr;

@@ -51,13 +51,27 @@ void OpenClBatch::run(const char* name, std::size_t items, std::size_t group) {
   device_->run(queue_, kernel(name), name, items, group);
 }
 
+using B = OpenClBatch;
+constexpr std::array<Grown OpenClBatch::*, 20> OpenClBatch::kGrown = {
+    &B::tasks_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
+    &B::slots_, &B::order_,   &B::bins_,   &B::sums_,   &B::sprouts_,  &B::queues_, &B::scratch_,
+    &B::grown_, &B::patches_, &B::forces_, &B::kept_,   &B::heaviest_, &B::near_};
+
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g : {&tasks_, &results_, &found_,  &nearby_, &hits_,     &aside_,  &keys_,
-                         &slots_, &order_,   &bins_,   &sums_,   &sprouts_,  &queues_, &scratch_,
-                         &grown_, &patches_, &forces_, &kept_,   &heaviest_, &near_})
-    sum += g->bytes();
+  for (const auto grown : kGrown) sum += (this->*grown).bytes();
   return sum;
+}
+
+// All that a try took: fewer pairs must not find the device filled by it. Kernels hold what they
+// were given, and a device may note memory as given that it turns out not to have.
+void OpenClBatch::giveBack() {
+  kernels_.clear();
+  for (cl::Buffer* part : {&directions_, &pairs_, &answersThere_, &counters_, &contacts_})
+    *part = cl::Buffer();
+  for (const auto grown : kGrown) this->*grown = Grown();
+  sent_.giveBack();
+  fetched_.giveBack();
 }
 
 void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
@@ -183,45 +197,27 @@ void OpenClBatch::fetch() {
   contactsHere_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
 }
 
-namespace {
-
-// Calls a function that talks to the device; too little memory is told apart.
-template <typename Function>
-void guarded(Device& device, const Function& function) {
-  try {
-    function();
-  } catch (const cl::Error& e) {
-    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
-      throw std::bad_alloc();
-    throw std::runtime_error("OpenCL: " + device.name() + " failed: " + e.what() + " gave " +
-                             std::to_string(e.err()));
-  }
-}
-
-}  // namespace
-
 void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
   count_ = pairs.size();
-  guarded(*device_, [&] {
-    try {
-      send(pairs, each, report);
-      makeRoom();
-      search();
-      gather();
-      fetch();
-    } catch (...) {
-      // What is under way still reads what the next call will write.
-      finishQuietly();
-      throw;
-    }
-  });
+  try {
+    guardedForRoom(device_->name(), [&] {
+      // What is under way where it fails still reads what the next call will write.
+      settled(queue_, [&] {
+        send(pairs, each, report);
+        makeRoom();
+        search();
+        gather();
+        fetch();
+      });
+    });
+  } catch (const std::bad_alloc&) {
+    giveBack();
+    throw;
+  }
 }
 
 void OpenClBatch::finishQuietly() {
-  try {
-    queue_.finish();
-  } catch (const cl::Error&) {  // the first error is what is told
-  }
+  ::clFinish(queue_());  // the first error is what is told
 }
 
 // A thread that sleeps is woken late: a GPU is asked until it is done. Not a CPU, which has the
@@ -233,16 +229,16 @@ void OpenClBatch::wait(const cl::Event& event) {
 }
 
 void OpenClBatch::nearEnd() {
-  guarded(*device_, [&] { wait(grownAll_); });
+  guarded(device_->name(), [&] { wait(grownAll_); });
 }
 
 void OpenClBatch::finish(BatchReport& report) {
-  guarded(*device_, [&] { wait(fetchedAll_); });
+  guarded(device_->name(), [&] { wait(fetchedAll_); });
   binsWanted_ = countersHere_[CC_BINS];
   patchesWanted_ = countersHere_[CC_PATCHES];
   contactsWanted_ = countersHere_[CC_CONTACTS];
   if (contactsWanted_ > contactsAsked_)
-    guarded(*device_, [&] {
+    guarded(device_->name(), [&] {
       const std::size_t begin = contactsBegin_ + contactsAsked_ * sizeof(CcContactPatch);
       queue_.enqueueReadBuffer(results_.buffer(), CL_TRUE, begin,
                                contactsBegin_ + contactsWanted_ * sizeof(CcContactPatch) - begin,

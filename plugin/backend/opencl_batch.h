@@ -6,8 +6,10 @@
 
 #include "contact/finder_scratch.h"
 #include "device_fields.h"
+#include "device_guard.h"
 #include "device_memory.h"
 
+#include <array>
 #include <functional>
 #include <map>
 #include <span>
@@ -33,7 +35,7 @@ class OpenClBatch {
 
   std::size_t bytes() const;
   // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
-  // many for the device at once, and std::runtime_error where it fails.
+  // many for the device at once, and then holds no memory of it; std::runtime_error where it fails.
   void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
   // Waits for it, whatever it came to.
   void finishQuietly();
@@ -54,6 +56,7 @@ class OpenClBatch {
   void gather();
   void fetch();
   void wait(const cl::Event& event);
+  void giveBack();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
@@ -62,8 +65,9 @@ class OpenClBatch {
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
       sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_;
-  cl::Buffer directions_, pairs_;                  // parts of tasks_
-  cl::Buffer answersThere_, counters_, contacts_;  // of results_
+  static const std::array<Grown OpenClBatch::*, 20> kGrown;  // all of these
+  cl::Buffer directions_, pairs_;                            // parts of tasks_
+  cl::Buffer answersThere_, counters_, contacts_;            // of results_
   std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
   // The finest level that pairs are searched on: that of the last two batches. Who turns out to
   // want a finer one is the CPU's this time.

@@ -1,11 +1,14 @@
 // A device that fails half-way: what callers are told, and what is left.
+#include <cloudcontact/batch.h>
 #include <cloudcontact/device_cut.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <stdexcept>
 
+#include "../same_contact.h"
 #include "contact/field_bricks.h"
+#include "contact_cases.h"
 #include "device_wanted.h"
 #include "opencl_faults.h"
 #include "small_clouds.h"
@@ -246,6 +249,61 @@ TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
   EXPECT_THROW(piece.cut(SphereArea{}, Pose{}), std::invalid_argument);
   EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
   EXPECT_EQ(piece.field().hash(), cpu.hash());
+}
+
+// Two balls that touch, many times.
+struct Balls {
+  testing::BodyMaker maker{5e-4, testing::Random(2)};
+  testing::Body ball = maker.sphere(8);
+  std::vector<BatchPair> pairs;
+  ContactFinder finder;
+
+  explicit Balls(std::size_t count) {
+    Pose pose;
+    pose.position = Vec3(15.5 * maker.voxel, 0, 0);
+    pairs.assign(count, {ball.at({}), ball.at(pose), {}});
+  }
+  void expectFound(ContactBatch& batch) {
+    const ContactResult& want = finder.find(pairs[0].a, pairs[0].b, pairs[0].settings);
+    EXPECT_FALSE(want.points.empty());
+    for (const ContactResult* result : batch.find(pairs))
+      testing::expectSame(*result, want, testing::Ids::Ignored);
+  }
+};
+
+// What does not fit at once is asked in halves, and these do not find the room taken.
+TEST(DeviceFailure, PairsThatDoNotFitAtOnceFitInHalves) {
+  ContactBatch batch({Backend::OpenCl, 2, false});
+  SKIP_WITHOUT(batch);
+  Balls balls(100);
+  balls.expectFound(batch);
+  EXPECT_EQ(batch.report().onDevice, 100u);
+  const std::size_t before = batch.deviceBytes();
+  Balls more(400);
+  {
+    const LittleMemory little(8 << 20);  // the hits of some 25 pairs
+    more.expectFound(batch);
+    EXPECT_EQ(batch.report().onDevice, 400u);
+    EXPECT_EQ(batch.report().noRoom, 0u);
+  }
+  EXPECT_LT(batch.deviceBytes(), 2 * before);
+  more.expectFound(batch);
+  EXPECT_EQ(batch.report().onDevice, 400u);
+}
+
+// Whatever a batch has begun when the device fails, the next is found.
+TEST(DeviceFailure, InTheMidstOfABatchIsTold) {
+  ContactBatch batch({Backend::OpenCl, 2, false});
+  SKIP_WITHOUT(batch);
+  Balls balls(3);
+  for (int after : {0, 1, 4, 7})
+    expectTold(
+        "clEnqueueNDRangeKernel", batch.device(), [&] { batch.find(balls.pairs); }, after);
+  for (const char* call : {"clEnqueueWriteBuffer", "clEnqueueReadBuffer"})
+    expectTold(call, batch.device(), [&] { batch.find(balls.pairs); });
+  EXPECT_FALSE(calls.underWay);
+  balls.expectFound(batch);
+  EXPECT_EQ(batch.report().onDevice, 3u);
 }
 
 }  // namespace

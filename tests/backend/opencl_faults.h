@@ -17,6 +17,7 @@ namespace cloudcontact::test {
 struct OpenClCalls {
   std::string_view failing;                      // the name of the call that fails
   std::atomic<int> until{0};                     // calls of it that do not, yet
+  std::size_t mostBytes = ~std::size_t{0};       // that a buffer may have
   std::map<cl_device_info, std::uint64_t> said;  // of every device, in place of the truth
   // Whether the device may still read or write memory of the host's.
   std::atomic<bool> underWay{false};
@@ -36,6 +37,15 @@ class Fault {
   ~Fault() { calls.failing = {}; }
   Fault(const Fault&) = delete;
   Fault& operator=(const Fault&) = delete;
+};
+
+// While it lasts, there is no room for buffers of more bytes.
+class LittleMemory {
+ public:
+  explicit LittleMemory(std::size_t mostBytes) { calls.mostBytes = mostBytes; }
+  ~LittleMemory() { calls.mostBytes = ~std::size_t{0}; }
+  LittleMemory(const LittleMemory&) = delete;
+  LittleMemory& operator=(const LittleMemory&) = delete;
 };
 
 // While it lasts, devices say this of themselves.
@@ -59,6 +69,14 @@ Call* openCls(const char* name, Call*) {
 }  // namespace cloudcontact::test
 
 extern "C" {
+
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
+                      cl_int* error) {
+  static auto* const call = CC_OPENCLS(clCreateBuffer);
+  if (size <= cloudcontact::test::calls.mostBytes) return call(context, flags, size, host, error);
+  if (error) *error = CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  return nullptr;
+}
 
 cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem from, cl_bool waits, size_t offset,
                            size_t size, void* to, cl_uint count, const cl_event* list,
