@@ -71,7 +71,7 @@ struct ContactBatch::Inside {
   template <typename Function>
   void each(std::size_t count, const Function& function) {
     arena.execute([&] {
-      // A thread that waits here must not begin with another part of the pairs.
+      // A thread that waits here must not begin with other work of the caller's.
       tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, count, function); });
     });
   }
