@@ -103,16 +103,14 @@ TEST(Batch, OnTheCpuEqualsTheFinder) {
 
 TEST(Batch, OnTheDeviceEqualsTheFinder) {
   ContactBatch batch({Backend::OpenCl, 2});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   equalToFinder(batch, 3);
   EXPECT_GT(batch.report().onDevice, all().pairs.size() / 2);
 }
 
 TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(5)};
   const Body slab = maker.box(Vec3(64, 64, 8), true);
   Pose pose;
@@ -132,8 +130,7 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
 // More patches than there was room for: 49 pegs on a plate, in 64 pairs a part.
 TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
   ContactBatch batch({Backend::OpenCl, 2, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(3)};
   const double v = maker.voxel;
   Mesh pegs;
@@ -174,8 +171,7 @@ TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
 // More bins than the kernels have at hand in local memory; their crests and walls are linked.
 TEST(Batch, PairsOfManyBinsEqualTheFinder) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(12)};
   const double v = maker.voxel;
   const Thread thread{24 * v, 8 * v, 4.4 * v};
@@ -198,8 +194,7 @@ TEST(Batch, PairsOfManyBinsEqualTheFinder) {
 // Levels that no pair came to in two batches are not searched; who then wants one is the CPU's.
 TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(9)};
   const Body slab = maker.box(Vec3(16, 16, 8), true);
   Pose pose;
@@ -220,8 +215,7 @@ TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
 
 TEST(Batch, ShapesAndNearMissesAreTheCpus) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(6)};
   const double v = maker.voxel;
   const Body ball = maker.sphere(10), plane = BodyMaker::shape(HalfSpace{});
@@ -247,8 +241,7 @@ TEST(Batch, ShapesAndNearMissesAreTheCpus) {
 // A field may be made where one lay that is gone.
 TEST(Batch, FieldsThatGoAreNotMistakenForTheNext) {
   ContactBatch batch({Backend::OpenCl, 1, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
-  ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(7)};
   for (int k = 0; k < 6; ++k) {
     const Body ball = maker.sphere(6 + k);
@@ -280,7 +273,7 @@ TEST(Batch, BadPosesAreToldBeforeAnythingRuns) {
 // A batch that throws leaves nothing of it to the next.
 TEST(Batch, AfterABadPoseTheNextBatchIsWhatItWouldHaveBeen) {
   ContactBatch batch({Backend::OpenCl, 2, false});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(4)};
   const double v = maker.voxel;
   const Body ball = maker.sphere(8);

@@ -19,10 +19,6 @@ namespace {
 
 const TissueTable kBone{{"bone", 2e4, .4, 3e9, 2970}};
 
-#define SKIP_WITHOUT(runner)                                  \
-  if (mayDoWithout(runner)) GTEST_SKIP() << runner.message(); \
-  ASSERT_EQ(runner.backend(), Backend::OpenCl) << runner.message()
-
 DigitizeSettings voxelsOfOne() {
   DigitizeSettings settings;
   settings.voxelSize = 1;

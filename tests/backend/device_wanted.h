@@ -15,3 +15,8 @@ bool mayDoWithout(const Runner& runner) {
 }
 
 }  // namespace cloudcontact::test
+
+// Ends a test where there is no device and may be none; anything but a device's answers fails it.
+#define SKIP_WITHOUT(runner)                                                      \
+  if (cloudcontact::test::mayDoWithout(runner)) GTEST_SKIP() << runner.message(); \
+  ASSERT_EQ(runner.backend(), cloudcontact::Backend::OpenCl) << runner.message()
