@@ -71,12 +71,13 @@ typedef struct {
   uint pair, begin, middle, end, unused;
 } CcBin;
 
-// What growing asks of a bin.
+// What growing asks of a bin, out of its sums: a fifth of them, and side by side.
 typedef struct {
-  CcFaces faces;
-  double size[2], center[3];  // of its sides' pushes
-  uint neighbours, unused;    // how many
+  double normal[2][3];
+  double size[2];  // of its sides' pushes
+  double area, first[3], origin[3];
 } CcSprout;
+#define CC_SPROUT_NUMBERS 15
 
 // A patch: its bins in the order in which they came.
 typedef struct {

@@ -5,8 +5,11 @@
 // order does, and those before it were asked in time. So the patches are those of one worker who
 // goes from bin to bin.
 
-#define CC_NEAR_BINS 128  // of a pair, that a team has at hand
-#define CC_NEAR_HELD 32   // neighbours of each of these
+#define CC_NEAR_BINS 128                // of a pair, that are at hand
+#define CC_NEAR_HELD 32                 // neighbours of each of these
+#define CC_SPROUTS_COMING 4  // bins whose numbers are on their way
+#define CC_COMING 8                     // of these at a time
+#define CC_NEAR_ROW (CC_NEAR_HELD + 2)  // of their list: rows begin in different banks
 
 // A neighbour in a list: its bin, and whether the two may be linked.
 #define CC_NEAR_BIN (CC_MOST_BINS - 1)
@@ -16,10 +19,16 @@
 // do, as on the CPU.
 #define CC_SURELY 1e-12
 
+// What tells a bin's neighbours whether they may be linked to it.
+typedef struct {
+  CcFaces faces;
+  double center[3];
+} CcStem;
+
 // Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
 // with the number.
 typedef struct {
-  // First keys and weights of all bins, then the first bins' centres.
+  // First keys and weights of all bins, then the first bins' stems.
   double numbers[2 * CC_MOST_BINS];
   short4 sorted[CC_MOST_BINS];
   uint crowded;  // a bin has more neighbours than there is room for
@@ -43,41 +52,60 @@ int ccBeside(short4 a, short4 b) {
   return (x >= -1) & (x <= 1) & (y >= -1) & (y <= 1) & (z >= -1) & (z <= 1);
 }
 
-CcSprout ccSproutOf(__global const CcSums* sums) {
-  CcSprout s;
+// Where the n-th number of CcSprout is in CcSums.
+uint ccSproutFrom(uint n) {
+  if (n < 6) return CC_NORMALS + n;
+  if (n < 8) return CC_SIDES + CC_SIZE + (n - 6) * CC_SIDE_NUMBERS;
+  if (n == 8) return CC_AREA;
+  return n < 12 ? CC_FIRST + n - 9 : n - 12;
+}
+
+// What growing asks of a pair's bins, by 16 work-items a bin: each number by one that reads all of
+// a bin a work-item fetched lines that it took 8 bytes of.
+void ccTakeSprouts(__global const CcSums* sums, uint all, __global CcSprout* sprouts) {
+  const uint n = get_local_id(0) % 16, from = ccSproutFrom(min(n, CC_SPROUT_NUMBERS - 1u));
+  for (uint b = get_local_id(0) / 16; b < all; b += CC_SPROUTS_COMING * CC_GROUP / 16) {
+    double coming[CC_SPROUTS_COMING];
+    for (uint k = 0; k < CC_SPROUTS_COMING; ++k)
+      coming[k] =
+          ((__global const double*)&sums[min(b + k * (CC_GROUP / 16), all - 1u)])[from];
+    for (uint k = 0; k < CC_SPROUTS_COMING; ++k)
+      if (n < CC_SPROUT_NUMBERS && b + k * (CC_GROUP / 16) < all)
+        ((__global double*)&sprouts[b + k * (CC_GROUP / 16)])[n] = coming[k];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+}
+
+CcStem ccStemOf(__global const CcSprout* sprout) {
+  CcStem s;
   for (int side = 0; side < 2; ++side) {
-    for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sums->normal[side][i];
+    for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sprout->normal[side][i];
     s.faces.length[side] = ccLength64(s.faces.normal[side]);
-    s.size[side] = sums->side[side].size;
   }
-  const double area = sums->area;
+  const double area = sprout->area;
   for (int i = 0; i < 3; ++i) {
-    s.center[i] = sums->origin[i];
-    if (area > 0.0) s.center[i] += sums->first[i] / area;
+    s.center[i] = sprout->origin[i];
+    if (area > 0.0) s.center[i] += sprout->first[i] / area;
   }
-  s.neighbours = s.unused = 0u;
   return s;
 }
 
 // Whether two bins may be linked, whatever the patch. Nearly all are told apart by their centres'
 // distance; its root and their faces are for the others.
-int ccMayLink(__global const CcSprout* sprouts, __local const double* centers, uint bin, uint other,
-              double close) {
-  double apart[3], to[3], from[3];
-  for (int i = 0; i < 3; ++i) {
-    from[i] = bin < CC_NEAR_BINS ? centers[3 * bin + i] : sprouts[bin].center[i];
-    to[i] = other < CC_NEAR_BINS ? centers[3 * other + i] : sprouts[other].center[i];
-    apart[i] = to[i] - from[i];
-  }
+int ccMayLink(const CcStem* from, const CcStem* to, double close) {
+  double apart[3];
+  for (int i = 0; i < 3; ++i) apart[i] = to->center[i] - from->center[i];
   if (ccDot64(apart, apart) > close * close * (1.0 + CC_SURELY)) return 0;
-  const CcFaces own = sprouts[bin].faces, faces = sprouts[other].faces;
-  return ccLinked(&faces, &own, 1.0, 1.0, to, from, close);
+  return ccLinked(&to->faces, &from->faces, 1.0, 1.0, to->center, from->center, close);
 }
 
 // Lists a bin's neighbours in the order in which they are asked, and which of them may be linked to
-// it; returns how many there are. Those of 32 bins are found before any of them is looked at.
+// it: the j-th at near[j * all], so that bins side by side write side by side. Returns how many
+// there are. Those of 32 bins are found before any of them is looked at.
 uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* sprouts,
-                      double close, __global uint* near, __local const CcSproutRoom* r) {
+                      double close, __global ushort* near, __local const CcSproutRoom* r) {
+  __local const CcStem* stems = (__local const CcStem*)r->numbers;
+  const CcStem own = bin < CC_NEAR_BINS ? stems[bin] : ccStemOf(&sprouts[bin]);
   uint count = 0;
   for (uint base = 0; base < all; base += 32) {
     uint beside = 0;
@@ -86,9 +114,10 @@ uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* 
     for (; beside; beside &= beside - 1u) {
       const uint other = (uint)r->sorted[base + ccLowest(beside)].w;
       if (other == bin) continue;
-      if (count < CC_NEIGHBOURS)
-        near[count] =
-            other | (ccMayLink(sprouts, r->numbers, bin, other, close) ? CC_MAY_LINK : 0u);
+      if (count < CC_NEIGHBOURS) {
+        const CcStem stem = other < CC_NEAR_BINS ? stems[other] : ccStemOf(&sprouts[other]);
+        near[count * all] = (ushort)(other | (ccMayLink(&own, &stem, close) ? CC_MAY_LINK : 0u));
+      }
       ++count;
     }
   }
@@ -98,7 +127,7 @@ uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     __global const CcPair* pairs, __global CcAnswer* answers, __global const CcBin* allBins,
     __global const CcSums* allSums, __global CcSprout* allSprouts, __global ushort* allHeaviest,
-    __global uint* allNear) {
+    __global ushort* allNear, __global uchar* allNeighbours) {
   __local CcSproutRoom r;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
@@ -106,17 +135,17 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   if (all == 0u) return;
   __global const CcBin* bins = allBins + first;
   __global CcSprout* sprouts = allSprouts + first;
-  __global uint* near = allNear + (size_t)first * CC_NEIGHBOURS;
+  __global ushort* near = allNear + (size_t)first * CC_NEIGHBOURS;
   __local ulong* keys = (__local ulong*)r.numbers;
   __local double* weights = r.numbers + CC_MOST_BINS;
+  __local CcStem* stems = (__local CcStem*)r.numbers;
+  ccTakeSprouts(allSums + first, all, sprouts);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    const CcSprout sprout = ccSproutOf(&allSums[first + b]);
-    sprouts[b] = sprout;
-    weights[b] = sprout.size[0] + sprout.size[1];
+    weights[b] = sprouts[b].size[0] + sprouts[b].size[1];
     keys[b] = ccOrderOf(ccCellFrom(bins, &bins[b]), b);
   }
   if (lid == 0) r.crowded = 0u;
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
     const ulong key = keys[b];
     const double weight = weights[b];
@@ -133,13 +162,13 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < min(all, (uint)CC_NEAR_BINS); b += CC_GROUP)
-    for (int i = 0; i < 3; ++i) r.numbers[3 * b + i] = sprouts[b].center[i];
+    stems[b] = ccStemOf(&sprouts[b]);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
     const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, sprouts,
-                                        CC_CLOSE * cell, near + b * CC_NEIGHBOURS, &r);
+                                        CC_CLOSE * cell, near + b, &r);
     if (count > CC_NEIGHBOURS) r.crowded = 1u;
-    sprouts[b].neighbours = count;
+    allNeighbours[first + b] = (uchar)min(count, (uint)CC_NEIGHBOURS);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
@@ -155,7 +184,7 @@ typedef struct {
 CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
   CcGrowing g;
   for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) g.normal[s][i] = sprout->faces.normal[s][i];
+    for (int i = 0; i < 3; ++i) g.normal[s][i] = sprout->normal[s][i];
     g.square[s] = ccDot64(g.normal[s], g.normal[s]);
     g.size[s] = sprout->size[s];
   }
@@ -166,7 +195,7 @@ CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
 // in the order in which they came.
 typedef struct {
   CcGrowing bins[CC_NEAR_BINS];
-  ushort near[CC_NEAR_BINS * CC_NEAR_HELD], queue[CC_MOST_BINS];
+  ushort near[CC_NEAR_BINS * CC_NEAR_ROW], queue[CC_MOST_BINS];
   uchar neighbours[CC_MOST_BINS], taken[CC_MOST_BINS];
   uint votes, place;
 } CcTeam;
@@ -174,8 +203,8 @@ typedef struct {
 // Where the pair's bins and their neighbours lie, but for those at hand.
 typedef struct {
   __global const CcSprout* bins;
-  __global const uint* near;
-  __global const ushort* heaviest;
+  __global const uchar* neighbours;  // how many
+  __global const ushort *near, *heaviest;
   uint all;
 } CcGarden;
 
@@ -187,21 +216,23 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   const uint lid = get_local_id(0);
   for (uint b = lid; b < g->all; b += CC_TEAM) {
     team->taken[b] = 0;
-    team->neighbours[b] = (uchar)g->bins[b].neighbours;
+    team->neighbours[b] = g->neighbours[b];
     if (b < CC_NEAR_BINS) team->bins[b] = ccGrowingFrom(&g->bins[b]);
   }
-  // Whole lists, what is written in them or not: four loads on their way at a time.
+  // Some more than there are, where others' are or nothing is: all on their way at a time.
   for (uint b = lid; b < min(g->all, (uint)CC_NEAR_BINS); b += CC_TEAM)
-    for (uint q = 0; q < CC_NEAR_HELD / 4; ++q)
-      vstore4(convert_ushort4(vload4(q, g->near + b * CC_NEIGHBOURS)), q,
-              team->near + b * CC_NEAR_HELD);
+    for (uint j = 0; j < min((uint)team->neighbours[b], (uint)CC_NEAR_HELD); j += CC_COMING) {
+      ushort coming[CC_COMING];
+      for (uint k = 0; k < CC_COMING; ++k) coming[k] = g->near[(j + k) * g->all + b];
+      for (uint k = 0; k < CC_COMING; ++k) team->near[b * CC_NEAR_ROW + j + k] = coming[k];
+    }
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
 // The j-th neighbour of a bin.
 uint ccNeighbour(const CcGarden* g, __local const CcTeam* team, uint bin, uint j) {
-  return bin < CC_NEAR_BINS && j < CC_NEAR_HELD ? team->near[bin * CC_NEAR_HELD + j]
-                                                : g->near[bin * CC_NEIGHBOURS + j];
+  return bin < CC_NEAR_BINS && j < CC_NEAR_HELD ? team->near[bin * CC_NEAR_ROW + j]
+                                                : g->near[j * g->all + bin];
 }
 
 // The heaviest bin without a patch, from the `done`-th in weight on.
@@ -312,14 +343,15 @@ uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) 
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
-    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const ushort* heaviest,
-    __global const uint* near, __global uint* queues, __global CcGrown* scratch,
-    __global CcGrown* grown, __global uint* counters, uint patchRoom) {
+    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const uchar* neighbours,
+    __global const ushort* heaviest, __global const ushort* near, __global uint* queues,
+    __global CcGrown* scratch, __global CcGrown* grown, __global uint* counters, uint patchRoom) {
   __local CcTeam team;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
   if (all == 0u) return;
-  const CcGarden g = {sprouts + first, near + (size_t)first * CC_NEIGHBOURS, heaviest + first, all};
+  const CcGarden g = {sprouts + first, neighbours + first, near + (size_t)first * CC_NEIGHBOURS,
+                      heaviest + first, all};
   __global CcGrown* own = scratch + first;
   ccTakeIn(&g, &team);
   uint done = 0, patches = 0, heavier = 0;
@@ -347,8 +379,6 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
     if (!fits) answers[p].failed = CC_NO_BINS;
   }
 }
-
-#define CC_TEAM_ROUNDS ((CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
 
 // How a bin's k-th number is told about a patch's origin, `shift` away: as ccJoinSums() of
 // hit_sums.h has it, and for all numbers by the same instructions, of which each takes its own. A
@@ -415,6 +445,8 @@ void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some,
       numbers[n] = ((__global const double*)&sums[bins[r]])[at - r * CC_SUMS_NUMBERS];
   }
 }
+
+#define CC_TEAM_ROUNDS ((CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
 
 // Sums of patches, bin by bin in the order in which they came: a team shares a patch, each of its
 // work-items some of the numbers.

@@ -40,6 +40,29 @@ typedef struct CC_MAY_ALIAS {
   int hits, unused;
 } CcSums;
 
+// Places in CcSums, counted in doubles, for those who share its numbers out; pinned by a test.
+#define CC_SUMS_NUMBERS 79
+#define CC_SIDES 3
+#define CC_SIDE_NUMBERS 13
+#define CC_MOMENT 3  // from its side's first
+#define CC_WALL 6
+#define CC_SIZE 9
+#define CC_DEPTHS 10
+#define CC_AREA 29
+#define CC_WIDTH 30
+#define CC_PRESSED 31
+#define CC_FIRST 32
+#define CC_SECOND 35
+#define CC_NORMALS 44
+#define CC_NORMALS_BY 50
+#define CC_PLACES 68
+#define CC_MIDDLE 71
+#define CC_APART 72
+#define CC_OPENING 75
+#define CC_DEEPEST 76
+#define CC_DEEP_PRESSED 77
+#define CC_HITS 78
+
 // What a hit weighs, in units: area, and area times depth; wet and pressed as far as it faces the
 // other body, the rest of pressed; and what powers of depth are weighed with. Of one hit, or of
 // several in registers of `Number`.

@@ -37,7 +37,10 @@ uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, 
     if (k < count) {
       const CcSample s = ccSampleOf(t, all, tried[k]);
       const CcPlace place = ccPlaceIn(t, s.x);
-      CcDepth d = ccVoxelDepth(ccRecordAt(t, all, &place), all.records + t->other.planes, place.r);
+      const CcVoxel record = ccRecordAt(t, all, &place);
+      CcDepth d = ccPlaneCount(record) == 1u
+                      ? ccPlaneDepth(record, place.r)
+                      : ccDepthAmong(record, all.records + t->other.planes, place.r);
       d.depth *= t->other.voxel;
       h = ccHitFrom(t, s.x, s.n, &d, s.width);
       is = h.wet.depth1 > 0.0f;

@@ -30,6 +30,7 @@ typedef struct {
 typedef struct {
   uint samples[CC_WINDOW];
   ushort many[CC_WINDOW];  // those whose records have several planes, by their place in the window
+  CcVoxel records[CC_WINDOW];  // of these
   uchar is[CC_WINDOW];     // what ccAsk() tells of each
   uint sums[2 * CC_GROUP];
   CcMarks marks;
@@ -123,7 +124,8 @@ CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) 
   const uint count = ccPlaneCount(v);
   const int concave = ccConcave(v);
   CcVoxel all[CC_MAX_PLANES];
-  for (uint i = 0; i < CC_MAX_PLANES; ++i) all[i] = planes[v.b + min(i, count - 1u)];
+  for (uint i = 0; i < CC_MAX_PLANES; ++i)
+    if (i < count) all[i] = planes[v.b + i];
   CcDepth best = ccPlaneDepth(all[0], x);
   for (uint i = 1; i < CC_MAX_PLANES; ++i) {
     if (i >= count) break;
@@ -133,10 +135,9 @@ CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) 
   return best;
 }
 
-uint ccAskMany(__local const CcTask* t, CcFields all, uint k) {
+uint ccAskMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record) {
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
-  const CcVoxel record = ccRecordAt(t, all, &place);
   __global const CcVoxel* planes = all.records + t->other.planes;
   return ccAskPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
 }
@@ -161,13 +162,17 @@ void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint s
       if (k >= some) break;
       const uint is = ccAsk(t, all, &s[i], &place[i], record[i]);
       w->is[k] = (uchar)is;
-      if (is == CC_MANY) w->many[atomic_inc(&w->manyCount)] = (ushort)k;
+      if (is == CC_MANY) {
+        const uint at = atomic_inc(&w->manyCount);
+        w->many[at] = (ushort)k;
+        w->records[at] = record[i];
+      }
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint count = w->manyCount;
   for (uint i = lid; i < count; i += CC_GROUP)
-    w->is[w->many[i]] = (uchar)ccAskMany(t, all, w->samples[w->many[i]]);
+    w->is[w->many[i]] = (uchar)ccAskMany(t, all, w->samples[w->many[i]], w->records[i]);
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 

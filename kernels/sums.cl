@@ -24,28 +24,7 @@
 #define CC_HIT_DEPTH 26
 #define CC_HIT_NUMBERS 27
 
-// Places in CcSums, counted in doubles; behind them what sums are yet to be made of.
-#define CC_SUMS_NUMBERS 79
-#define CC_SIDES 3
-#define CC_SIDE_NUMBERS 13
-#define CC_MOMENT 3  // from its side's first
-#define CC_WALL 6
-#define CC_SIZE 9
-#define CC_DEPTHS 10
-#define CC_AREA 29
-#define CC_WIDTH 30
-#define CC_PRESSED 31
-#define CC_FIRST 32
-#define CC_SECOND 35
-#define CC_NORMALS 44
-#define CC_NORMALS_BY 50
-#define CC_PLACES 68
-#define CC_MIDDLE 71
-#define CC_APART 72
-#define CC_OPENING 75
-#define CC_DEEPEST 76
-#define CC_DEEP_PRESSED 77
-#define CC_HITS 78
+// Behind the places in CcSums (hit_sums.h): what sums are yet to be made of.
 #define CC_TURNING 79  // of a body's hits, n x^T
 #define CC_OPENS_BY 88
 #define CC_NOWHERE 91

@@ -2,6 +2,7 @@
 #include <cloudcontact/batch.h>
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/partitioner.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -21,9 +22,20 @@ namespace cloudcontact {
 namespace {
 
 // Parts that a step's pairs are asked for in, and how many pairs are worth one.
-constexpr std::size_t kParts = 3, kWorthAPart = 32;
+constexpr std::size_t kParts = 2, kWorthAPart = 32;
 // Hits that a direction is first given room for, and the most that it is given.
 constexpr std::uint32_t kFirstRoom = 2048, kMoreRoom = 4, kMostRoom = 1u << 20;
+
+// Whether a device has the memory for some work.
+template <typename Work>
+bool fits(Work&& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
 
 }  // namespace
 
@@ -57,10 +69,14 @@ struct ContactBatch::Inside {
   void open();
   void onDevice(std::span<const BatchPair> pairs);
   void askParts();
-  bool ask(Part& part);
+  void wake(std::size_t pairs);
   void finish(Part& part);
+  void prepare(std::size_t used, const bool* there);
+  bool ask(Part& part);
   void askHalves(Part& part, std::size_t first, std::size_t count);
-  bool start(Part& part);
+  std::span<const opencl::Asked> pairsOf(const Part& part) const {
+    return std::span(asked).subspan(part.first, part.count);
+  }
   void take(Part& part);
   void settle(Part& part);
 #endif
@@ -68,12 +84,19 @@ struct ContactBatch::Inside {
   explicit Inside(const BatchSettings& how);
   void onCpu(std::span<const BatchPair> pairs);
 
-  template <typename Function>
-  void each(std::size_t count, const Function& function) {
+  template <typename Function, typename Partitioner = tbb::auto_partitioner>
+  void each(std::size_t count, const Function& function, const Partitioner& shares = {}) {
     arena.execute([&] {
       // A thread that waits here must not begin with other work of the caller's.
-      tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, count, function); });
+      tbb::this_task_arena::isolate(
+          [&] { tbb::parallel_for(std::size_t{0}, count, function, shares); });
     });
+  }
+  // Where all take as long: shares are not told out, and a pair comes to the thread that had it
+  // before. On 16 cores 340 pairs' results took 45 us so, 70 to 95 by each().
+  template <typename Function>
+  void eachAlike(std::size_t count, const Function& function) {
+    each(count, function, tbb::static_partitioner{});
   }
 };
 
@@ -114,6 +137,7 @@ void ContactBatch::Inside::open() {
 }
 
 void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
+  wake(pairs.size());
   asked.clear();
   numbers.clear();
   for (Part& part : parts) {  // a call that threw may have left something
@@ -147,24 +171,31 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
   askParts();
 }
 
-// In parts, each in a queue of its own, one handed over behind the other: the CPU prepares and
-// finishes some pairs while the device works on others, and kernels in which pairs wait for
-// themselves run beside those that fill the device. 1,024 pairs took 1.30 ms on an H100 in one
-// part, 1.20 in two, 1.14 to 1.21 in three, 1.19 to 1.22 in four. With a thread for each part the
-// threads waited for each other to hand kernels over, and all parts ended at once.
+// In parts, each in a queue of its own: the CPU finishes some pairs while the device works on
+// others, and kernels in which pairs wait for themselves run beside those that fill the device. All
+// searches are handed over before anything else: a kernel takes 10 us to hand over, and the device
+// waited for a last part that was begun behind another's whole chain. On an H100 1,024 pairs took
+// 1.07 to 1.14 ms in two parts, 1.13 to 1.18 in one and 1.16 in three, whose kernels are half as
+// many again; 1.19 to 1.30 in three that were prepared and handed over one behind the other.
 void ContactBatch::Inside::askParts() {
   const std::size_t n = asked.size(),
                     // Steps that are timed do not run beside others.
       most = settings.timing ? 1 : kParts, used = std::clamp(n / kWorthAPart, std::size_t{1}, most);
-  bool started[kParts] = {};
+  bool there[kParts] = {};
   try {
     for (std::size_t k = 0; k < used; ++k) {
-      parts[k].first = n * k / used;
-      parts[k].count = n * (k + 1) / used - parts[k].first;
-      started[k] = parts[k].count > 0 && start(parts[k]);
+      Part& part = parts[k];
+      part.first = n * k / used;
+      part.count = n * (k + 1) / used - part.first;
+      there[k] = part.count > 0 && fits([&] { part.batch.place(pairsOf(part)); });
     }
+    prepare(used, there);
+    for (std::size_t k = 0; k < used; ++k)
+      there[k] = there[k] && fits([&] { parts[k].batch.search(parts[k].report); });
+    for (std::size_t k = 0; k < used; ++k)
+      there[k] = there[k] && fits([&] { parts[k].batch.gather(); });
     for (std::size_t k = 0; k < used; ++k) {
-      if (started[k])
+      if (there[k])
         finish(parts[k]);
       else
         askHalves(parts[k], parts[k].first, parts[k].count);
@@ -177,19 +208,41 @@ void ContactBatch::Inside::askParts() {
   for (std::size_t k = 0; k < used; ++k) settle(parts[k]);
 }
 
-// Whether the device has room for them.
-bool ContactBatch::Inside::ask(Part& part) {
-  if (part.count == 0) return true;
-  if (!start(part)) return false;
-  finish(part);
-  return true;
+// All that comes before the device, in one loop; `there`: which parts have room for poses.
+void ContactBatch::Inside::prepare(std::size_t used, const bool* there) {
+  eachAlike(asked.size(), [&](std::size_t i) {
+    opencl::Asked& one = asked[i];
+    one.frame = ContactFinder::Scratch::of(finders[numbers[i]]).begin(one.pair->a, one.pair->b);
+    for (std::size_t k = 0; k < used; ++k)
+      if (there[k] && i >= parts[k].first && i < parts[k].first + parts[k].count)
+        parts[k].batch.pose(i - parts[k].first);
+  });
 }
 
-// Threads that slept while the device worked take long to wake: they are called while it is at its
-// last kernels. Without that 1,024 pairs took 1.5 to 1.7 ms where they took 1.35 to 1.5 with it.
+// A part of pairs that are prepared; whether the device has room for them.
+bool ContactBatch::Inside::ask(Part& part) {
+  if (part.count == 0) return true;
+  const bool there = fits([&] {
+    part.batch.place(pairsOf(part));
+    for (std::size_t k = 0; k < part.count; ++k) part.batch.pose(k);
+    part.batch.search(part.report);
+    part.batch.gather();
+  });
+  if (there) finish(part);
+  return there;
+}
+
+// Threads that slept take 50 us to wake: they are called before there is work for them.
+void ContactBatch::Inside::wake(std::size_t pairs) {
+  const auto threads = static_cast<std::size_t>(arena.max_concurrency());
+  for (std::size_t k = 1; k < std::min(threads, pairs); ++k) arena.enqueue([] {});
+}
+
+// Threads sleep while the device works, and are called while it is at its last kernels. Without
+// that 1,024 pairs took 1.5 to 1.7 ms where they took 1.35 to 1.5 with it.
 void ContactBatch::Inside::finish(Part& part) {
   part.batch.nearEnd();
-  each(static_cast<std::size_t>(arena.max_concurrency()), [](std::size_t) {});
+  eachAlike(static_cast<std::size_t>(arena.max_concurrency()), [](std::size_t) {});
   part.batch.finish(part.report);
   take(part);
 }
@@ -204,24 +257,6 @@ void ContactBatch::Inside::askHalves(Part& part, std::size_t first, std::size_t 
     part.first = second ? first + count / 2 : first;
     part.count = second ? count - count / 2 : count / 2;
     if (!ask(part)) askHalves(part, part.first, part.count);
-  }
-}
-
-bool ContactBatch::Inside::start(Part& part) {
-  // One loop over the pairs for all that comes before the device.
-  const opencl::Each all = [&](std::size_t n, const std::function<void(std::size_t)>& function) {
-    each(n, [&](std::size_t i) {
-      opencl::Asked& one = asked[part.first + i];
-      ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[numbers[part.first + i]]);
-      one.frame = finder.begin(one.pair->a, one.pair->b);
-      function(i);
-    });
-  };
-  try {
-    part.batch.start(std::span(asked).subspan(part.first, part.count), all, part.report);
-    return true;
-  } catch (const std::bad_alloc&) {
-    return false;
   }
 }
 
@@ -240,7 +275,7 @@ void ContactBatch::Inside::take(Part& part) {
        : answer.failed & CC_NO_TOUCH ? part.report.nearMisses
                                      : part.report.noRoom);
   }
-  each(part.count, [&](std::size_t i) {
+  eachAlike(part.count, [&](std::size_t i) {
     const CcAnswer& answer = part.batch.answer(i);
     if (answer.failed) return;
     const std::size_t k = numbers[part.first + i];

@@ -20,6 +20,8 @@ class DeviceFields {
   // The field's number in the table; it is sent where the device does not have it. Throws
   // std::runtime_error where it does not fit, with how much it needs and what there is.
   std::uint32_t numberOf(const FieldData& field);
+  // Samples of each level.
+  const std::uint32_t* counts(std::uint32_t number) const { return kept_[number].entry.counts; }
   // Sends the table where it has changed. The fields' data: call after all numbers are asked for.
   void settle();
   const cl::Buffer& table() const { return table_; }

@@ -38,9 +38,15 @@ const cl::Buffer& Grown::room(Device& device, std::size_t size) {
   return buffer_;
 }
 
-cl::Buffer Grown::part(std::size_t begin, std::size_t size) {
+const cl::Buffer& PartOf::of(const cl::Buffer& whole, std::size_t begin, std::size_t size) {
+  if (part_() && whole_() == whole() && begin_ == begin && size_ == size) return part_;
+  part_ = cl::Buffer();  // until there is another: making it may throw
   const cl_buffer_region region{begin, size};
-  return buffer_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
+  whole_ = whole;
+  part_ = whole_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
+  begin_ = begin;
+  size_ = size;
+  return part_;
 }
 
 }  // namespace cloudcontact::opencl

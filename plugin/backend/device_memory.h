@@ -31,13 +31,23 @@ class Grown {
  public:
   const cl::Buffer& room(Device& device, std::size_t size);
   const cl::Buffer& buffer() const { return buffer_; }
-  // Some of its bytes as a buffer of their own; `begin` a multiple of what the device asks for.
-  cl::Buffer part(std::size_t begin, std::size_t size);
   std::size_t bytes() const { return size_; }
 
  private:
   cl::Buffer buffer_;
   std::size_t size_ = 0;
+};
+
+// Some of a buffer's bytes as a buffer of their own, the same as long as they are the same.
+class PartOf {
+ public:
+  // `begin` a multiple of what the device asks for.
+  const cl::Buffer& of(const cl::Buffer& whole, std::size_t begin, std::size_t size);
+  const cl::Buffer& buffer() const { return part_; }
+
+ private:
+  cl::Buffer whole_, part_;
+  std::size_t begin_ = 0, size_ = 0;
 };
 
 // Sets all of a kernel's arguments.

@@ -35,27 +35,26 @@ CcPair pairOf(const Asked& asked) {
   return p;
 }
 
-const FieldData& dataOf(const ContactBody& body) {
-  return static_cast<const FieldData&>(*body.field);
-}
-
 }  // namespace
 
-cl::Kernel& OpenClBatch::kernel(const char* name) {
+PreparedKernel& OpenClBatch::kernel(const char* name) {
   const auto known = kernels_.find(name);
   if (known != kernels_.end()) return known->second;
   return kernels_.emplace(name, device_->another(name)).first->second;
 }
 
-void OpenClBatch::run(const char* name, std::size_t items, std::size_t group) {
-  device_->run(queue_, kernel(name), name, items, group);
+template <typename... Arguments>
+void OpenClBatch::run(const Launch& how, const Arguments&... arguments) {
+  device_->run(queue_, kernel(how.kernel).give(arguments...), how.noted ? how.noted : how.kernel,
+               how.items, how.group, how.done);
 }
 
 using B = OpenClBatch;
-constexpr std::array<Grown OpenClBatch::*, 20> OpenClBatch::kGrown = {
-    &B::tasks_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
-    &B::slots_, &B::order_,   &B::bins_,   &B::sums_,   &B::sprouts_,  &B::queues_, &B::scratch_,
-    &B::grown_, &B::patches_, &B::forces_, &B::kept_,   &B::heaviest_, &B::near_};
+constexpr std::array<Grown OpenClBatch::*, 21> OpenClBatch::kGrown = {
+    &B::tasks_,    &B::results_, &B::found_,     &B::nearby_,  &B::hits_,   &B::aside_,
+    &B::keys_,     &B::slots_,   &B::order_,     &B::bins_,    &B::sums_,   &B::sprouts_,
+    &B::queues_,   &B::scratch_, &B::grown_,     &B::patches_, &B::forces_, &B::kept_,
+    &B::heaviest_, &B::near_,    &B::neighbours_};
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -67,118 +66,133 @@ std::size_t OpenClBatch::bytes() const {
 // were given, and a device may note memory as given that it turns out not to have.
 void OpenClBatch::giveBack() {
   kernels_.clear();
-  for (cl::Buffer* part : {&directions_, &pairs_, &answersThere_, &counters_, &contacts_})
-    *part = cl::Buffer();
+  for (PartOf* part : {&directions_, &pairs_, &answersThere_, &counters_, &contacts_})
+    *part = PartOf();
   for (const auto grown : kGrown) this->*grown = Grown();
+  binRoom_ = patchRoom_ = 0;
   sent_.giveBack();
   fetched_.giveBack();
 }
 
-void OpenClBatch::send(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
-  const std::size_t n = pairs.size(), ways = aligned(2 * n * sizeof(CcDirection)),
-                    all = ways + n * sizeof(CcPair);
-  unsigned char* const to = static_cast<unsigned char*>(sent_.room(*device_, all));
-  auto* const directions = reinterpret_cast<CcDirection*>(to);
-  auto* const tasks = reinterpret_cast<CcPair*>(to + ways);
-  std::size_t hits = 0, nearby = 0;
-  for (std::size_t k = 0; k < 2 * n; ++k) {
-    const Asked& asked = pairs[k / 2];
-    const SampleSet& samples = dataOf(k % 2 == 0 ? asked.pair->a : asked.pair->b).samples();
-    CcDirection& d = directions[k];
-    d.own = asked.fields[k % 2];
-    d.other = asked.fields[1 - k % 2];
-    d.hits = static_cast<std::uint32_t>(hits);
-    d.room = asked.room;
-    hits += d.room;
-    for (int level : {2, 1}) {
-      d.nearby[level == 1] = static_cast<std::uint32_t>(nearby);
-      nearby += samples.levels[level].samples.size();
+void OpenClBatch::place(std::span<const Asked> pairs) {
+  asked_ = pairs;
+  count_ = pairs.size();
+  handOver([&] {
+    const std::size_t ways = aligned(2 * count_ * sizeof(CcDirection));
+    auto* const there =
+        static_cast<unsigned char*>(sent_.room(*device_, ways + count_ * sizeof(CcPair)));
+    directionsHere_ = reinterpret_cast<CcDirection*>(there);
+    pairsHere_ = reinterpret_cast<CcPair*>(there + ways);
+    hitRoom_ = nearbyRoom_ = 0;
+    places_.resize(2 * count_);
+    for (std::size_t k = 0; k < 2 * count_; ++k) {
+      const Asked& asked = pairs[k / 2];
+      Place& to = places_[k];
+      to.hits = static_cast<std::uint32_t>(hitRoom_);
+      hitRoom_ += asked.room;
+      const std::uint32_t* counts = fields_->counts(asked.fields[k % 2]);
+      for (int level : {2, 1}) {
+        to.nearby[level == 1] = static_cast<std::uint32_t>(nearbyRoom_);
+        nearbyRoom_ += counts[level];
+      }
     }
-  }
-  if (std::max(hits, nearby) > std::numeric_limits<std::uint32_t>::max() / 4)
-    throw std::bad_alloc();
-  each(n, [&](std::size_t k) {
-    const BatchPair& pair = *pairs[k].pair;
-    tasks[k] = pairOf(pairs[k]);
-    directions[2 * k].way = wayOf(pair.a, pair.b, pairs[k].frame);
-    directions[2 * k + 1].way = wayOf(pair.b, pair.a, pairs[k].frame);
+    if (std::max(hitRoom_, nearbyRoom_) > std::numeric_limits<std::uint32_t>::max() / 4)
+      throw std::bad_alloc();
   });
-  hitRoom_ = hits;
-  nearbyRoom_ = nearby;
-  queue_.enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, to, nullptr,
+}
+
+void OpenClBatch::pose(std::size_t k) {
+  const Asked& asked = asked_[k];
+  const BatchPair& pair = *asked.pair;
+  pairsHere_[k] = pairOf(asked);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Place& place = places_[2 * k + side];
+    CcDirection& d = directionsHere_[2 * k + side];
+    d.way = side == 0 ? wayOf(pair.a, pair.b, asked.frame) : wayOf(pair.b, pair.a, asked.frame);
+    d.own = asked.fields[side];
+    d.other = asked.fields[1 - side];
+    d.hits = place.hits;
+    d.room = asked.room;
+    for (std::size_t i = 0; i < 2; ++i) d.nearby[i] = place.nearby[i];
+  }
+}
+
+void OpenClBatch::send(BatchReport& report) {
+  const std::size_t ways = aligned(2 * count_ * sizeof(CcDirection)),
+                    all = ways + count_ * sizeof(CcPair);
+  queue_.enqueueWriteBuffer(tasks_.room(*device_, all), CL_FALSE, 0, all, sent_.data(), nullptr,
                             device_->note("poses sent"));
-  directions_ = tasks_.part(0, ways);
-  pairs_ = tasks_.part(ways, n * sizeof(CcPair));
+  directions_.of(tasks_.buffer(), 0, ways);
+  pairs_.of(tasks_.buffer(), ways, count_ * sizeof(CcPair));
   report.sent += all;
 }
 
 // Where what is fetched goes: answers and counters, then contacts.
 void OpenClBatch::makeRoom() {
   const auto n = static_cast<std::uint32_t>(count_);
-  binRoom_ = std::max({kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
-  patchRoom_ = std::max({kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
+  binRoom_ = std::max({binRoom_, kLeastRoom, n * kBins, binsWanted_ + binsWanted_ / 4});
+  patchRoom_ =
+      std::max({patchRoom_, kLeastRoom, n * kPatches, patchesWanted_ + patchesWanted_ / 4});
   const std::size_t counters = aligned(count_ * sizeof(CcAnswer));
   contactsBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
-  results_.room(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
-  answersThere_ = results_.part(0, counters);
-  counters_ = results_.part(counters, CC_COUNTERS * sizeof(cl_uint));
-  contacts_ = results_.part(contactsBegin_, patchRoom_ * sizeof(CcContactPatch));
+  const cl::Buffer& all =
+      results_.room(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
+  answersThere_.of(all, 0, counters);
+  counters_.of(all, counters, CC_COUNTERS * sizeof(cl_uint));
+  contacts_.of(all, contactsBegin_, patchRoom_ * sizeof(CcContactPatch));
 }
 
-void OpenClBatch::search() {
+void OpenClBatch::searchLevels() {
   Device& d = *device_;
-  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
-  const cl::Buffer& data = fields_->data();
-  cl::Kernel& search = kernel("ccSearch");
-  give(search, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
-       found_.room(d, 2 * count_ * kLevels * sizeof(CcFound)),
-       nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint)),
-       aside_.room(d, hits * 3 * sizeof(cl_uint)), counters_);
-  cl::Kernel& taken = kernel("ccHits");
-  give(taken, cl_int{0}, fields_->table(), data, data, data, data, data, pairs_, directions_,
-       found_.buffer(), hits_.room(d, hits * kHitBytes), keys_.room(d, hits * sizeof(cl_ulong)),
-       aside_.buffer());
+  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1), items = 2 * count_ * CC_GROUP;
+  const cl::Buffer &data = fields_->data(), &fields = fields_->table(), &pairs = pairs_.buffer(),
+                   &directions = directions_.buffer(), &counters = counters_.buffer();
+  const cl::Buffer& found = found_.room(d, 2 * count_ * kLevels * sizeof(CcFound));
+  const cl::Buffer& nearby =
+      nearby_.room(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint));
+  const cl::Buffer& aside = aside_.room(d, hits * 3 * sizeof(cl_uint));
+  const cl::Buffer& hitsThere = hits_.room(d, hits * kHitBytes);
+  const cl::Buffer& keys = keys_.room(d, hits * sizeof(cl_ulong));
   static constexpr const char *kNames[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
                               *kTaken[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
   for (cl_int level = kLevels - 1; level >= finest_; --level) {
-    search.setArg(0, level);
-    d.run(queue_, search, kNames[level], 2 * count_ * CC_GROUP, CC_GROUP);
-    taken.setArg(0, level);
-    d.run(queue_, taken, kTaken[level], 2 * count_ * CC_GROUP, CC_GROUP);
+    run({"ccSearch", items, CC_GROUP, kNames[level]}, level, fields, data, data, data, data, data,
+        pairs, directions, found, nearby, aside, counters);
+    run({"ccHits", items, CC_GROUP, kTaken[level]}, level, fields, data, data, data, data, data,
+        pairs, directions, found, hitsThere, keys, aside);
   }
 }
 
-void OpenClBatch::gather() {
+void OpenClBatch::growPatches() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
-  const cl::Buffer &pairs = pairs_, &directions = directions_, &counters = counters_,
-                   &answers = answersThere_, &found = found_.buffer(), &hitsThere = hits_.buffer();
+  const cl::Buffer &pairs = pairs_.buffer(), &directions = directions_.buffer(),
+                   &counters = counters_.buffer(), &answers = answersThere_.buffer(),
+                   &found = found_.buffer(), &hitsThere = hits_.buffer();
   const cl::Buffer& order = order_.room(d, hits * sizeof(cl_uint));
   const cl::Buffer& bins = bins_.room(d, binRoom_ * sizeof(CcBin));
   const cl::Buffer& sums = sums_.room(d, binRoom_ * sizeof(CcSums));
   const cl::Buffer& sprouts = sprouts_.room(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.room(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.room(d, patchRoom_ * sizeof(CcGrown));
-  give(kernel("ccBins"), pairs, directions, found, hitsThere, keys_.buffer(),
-       slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, counters, binRoom_, finest_);
-  run("ccBins", count_ * CC_GROUP, CC_GROUP);
-  give(kernel("ccSums"), pairs, directions, found, answers, hitsThere, order, bins, sums);
-  run("ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM);
+  run({"ccBins", count_ * CC_GROUP, CC_GROUP}, pairs, directions, found, hitsThere, keys_.buffer(),
+      slots_.room(d, hits * sizeof(cl_uint)), order, answers, bins, counters, binRoom_, finest_);
+  run({"ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM}, pairs, directions, found, answers,
+      hitsThere, order, bins, sums);
   const cl::Buffer& heaviest = heaviest_.room(d, binRoom_ * sizeof(cl_ushort));
-  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_uint));
-  give(kernel("ccSprouts"), pairs, answers, bins, sums, sprouts, heaviest, near);
-  run("ccSprouts", count_ * CC_GROUP, CC_GROUP);
-  give(kernel("ccGrow"), answers, sprouts, heaviest, near, queues,
-       scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
-  run("ccGrow", count_ * CC_TEAM, CC_TEAM);
+  const cl::Buffer& near = near_.room(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_ushort));
+  const cl::Buffer& neighbours = neighbours_.room(d, binRoom_);
+  run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, answers, bins, sums, sprouts, heaviest,
+      near, neighbours);
+  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, answers, sprouts, neighbours, heaviest, near, queues,
+      scratch_.room(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
   const cl::Buffer& patches = patches_.room(d, patchRoom_ * sizeof(CcSums));
-  give(kernel("ccPatches"), sums, queues, grown, counters, patchRoom_, patches);
-  device_->run(queue_, kernel("ccPatches"), "ccPatches",
-               std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, &grownAll_);
-  give(kernel("ccContacts"), pairs, answers, patches,
-       forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
-       kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_, counters);
-  run("ccContacts", count_ * CC_TEAM, CC_TEAM);
+  run({"ccPatches", std::min(kMostItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, nullptr,
+       &grownAll_},
+      sums, queues, grown, counters, patchRoom_, patches);
+  run({"ccContacts", count_ * CC_TEAM, CC_TEAM}, pairs, answers, patches,
+      forces_.room(d, patchRoom_ * sizeof(CcPatchForce)),
+      kept_.room(d, patchRoom_ * sizeof(cl_uint)), contacts_.buffer(), counters);
 }
 
 // Reads what there will be by the last batch's number of contacts; the rest, where there are more,
@@ -197,23 +211,30 @@ void OpenClBatch::fetch() {
   contactsHere_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
 }
 
-void OpenClBatch::start(std::span<const Asked> pairs, const Each& each, BatchReport& report) {
-  count_ = pairs.size();
+// What is under way where it fails still reads and writes what the next call will.
+template <typename Work>
+void OpenClBatch::handOver(Work&& work) {
   try {
-    guardedForRoom(device_->name(), [&] {
-      // What is under way where it fails still reads what the next call will write.
-      settled(queue_, [&] {
-        send(pairs, each, report);
-        makeRoom();
-        search();
-        gather();
-        fetch();
-      });
-    });
+    guardedForRoom(device_->name(), [&] { settled(queue_, work); });
   } catch (const std::bad_alloc&) {
     giveBack();
     throw;
   }
+}
+
+void OpenClBatch::search(BatchReport& report) {
+  handOver([&] {
+    send(report);
+    makeRoom();
+    searchLevels();
+  });
+}
+
+void OpenClBatch::gather() {
+  handOver([&] {
+    growPatches();
+    fetch();
+  });
 }
 
 void OpenClBatch::finishQuietly() {

@@ -8,9 +8,9 @@
 #include "device_fields.h"
 #include "device_guard.h"
 #include "device_memory.h"
+#include "prepared_kernel.h"
 
 #include <array>
-#include <functional>
 #include <map>
 #include <span>
 
@@ -24,9 +24,6 @@ struct Asked {
   std::uint32_t fields[2] = {0, 0};  // numbers of A's and B's
 };
 
-// Calls a function for each number below a count, on whatever cores.
-using Each = std::function<void(std::size_t, const std::function<void(std::size_t)>&)>;
-
 // A batch on its way, its queue and the memory that it works in.
 class OpenClBatch {
  public:
@@ -34,9 +31,17 @@ class OpenClBatch {
       : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->another()) {}
 
   std::size_t bytes() const;
-  // Hands the chain over; the fields must be there. Throws std::bad_alloc where the pairs are too
-  // many for the device at once, and then holds no memory of it; std::runtime_error where it fails.
-  void start(std::span<const Asked> pairs, const Each& each, BatchReport& report);
+  // A batch goes through these in turn. Each throws std::bad_alloc where the pairs are too many for
+  // the device at once, and then holds no memory of it; std::runtime_error where the device fails.
+  // Makes room for the pairs, which stay where they are until they are searched.
+  void place(std::span<const Asked> pairs);
+  // The k-th pair's poses go where they are sent from; from any thread, its frame known. Throws
+  // nothing.
+  void pose(std::size_t k);
+  // Hands over the poses and the search; the fields must be there.
+  void search(BatchReport& report);
+  // Hands over what makes contacts of hits, and their way back.
+  void gather();
   // Waits for it, whatever it came to.
   void finishQuietly();
   // Waits until it has come to its last kernels.
@@ -48,12 +53,21 @@ class OpenClBatch {
   std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
-  cl::Kernel& kernel(const char* name);
-  void run(const char* name, std::size_t items, std::size_t group);
-  void send(std::span<const Asked> pairs, const Each& each, BatchReport& report);
+  struct Launch {
+    const char* kernel;
+    std::size_t items, group;
+    const char* noted = nullptr;  // its name in reports, where it is another
+    cl::Event* done = nullptr;
+  };
+  PreparedKernel& kernel(const char* name);
+  template <typename... Arguments>
+  void run(const Launch& how, const Arguments&... arguments);
+  template <typename Work>
+  void handOver(Work&& work);
+  void send(BatchReport& report);
   void makeRoom();
-  void search();
-  void gather();
+  void searchLevels();
+  void growPatches();
   void fetch();
   void wait(const cl::Event& event);
   void giveBack();
@@ -61,13 +75,21 @@ class OpenClBatch {
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
   cl::CommandQueue queue_;
-  std::map<std::string, cl::Kernel, std::less<>> kernels_;  // arguments of a queue's own
+  std::map<std::string, PreparedKernel, std::less<>> kernels_;  // arguments of a queue's own
   Pinned sent_, fetched_;
   Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
-      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_;
-  static const std::array<Grown OpenClBatch::*, 20> kGrown;  // all of these
-  cl::Buffer directions_, pairs_;                            // parts of tasks_
-  cl::Buffer answersThere_, counters_, contacts_;            // of results_
+      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_, neighbours_;
+  static const std::array<Grown OpenClBatch::*, 21> kGrown;  // all of these
+  PartOf directions_, pairs_;                                // of tasks_
+  PartOf answersThere_, counters_, contacts_;                // of results_
+  // Where a direction's hits go, and its samples near the other body.
+  struct Place {
+    std::uint32_t hits, nearby[2];
+  };
+  std::span<const Asked> asked_;
+  std::vector<Place> places_;
+  CcDirection* directionsHere_ = nullptr;
+  CcPair* pairsHere_ = nullptr;
   std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
   // The finest level that pairs are searched on: that of the last two batches. Who turns out to
   // want a finer one is the CPU's this time.

@@ -25,7 +25,11 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);
   EXPECT_EQ(sizeof(CcBin), 32u);
-  EXPECT_EQ(sizeof(CcSprout), 112u);
+  EXPECT_EQ(sizeof(CcSprout), CC_SPROUT_NUMBERS * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, size), 6 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, area), 8 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, first), 9 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, origin), 12 * sizeof(double));
   EXPECT_EQ(sizeof(CcPatchForce), 104u);
   EXPECT_EQ(sizeof(CcContactPatch), 368u);
   EXPECT_EQ(offsetof(CcContactPatch, points), 136u);
@@ -64,6 +68,32 @@ TEST(Layout, SumsAreTheKernels) {
   EXPECT_EQ(offsetof(Sums, deepest), offsetof(CcSums, deepest));
   EXPECT_EQ(offsetof(Sums, deep), offsetof(CcSums, deep));
   EXPECT_EQ(offsetof(Sums, hits), offsetof(CcSums, hits));
+}
+
+// What counts the places of CcSums in doubles.
+TEST(Layout, PlacesInSums) {
+  const auto at = [](std::size_t bytes) { return bytes / sizeof(double); };
+  EXPECT_EQ(at(sizeof(CcSums)), std::size_t{CC_SUMS_NUMBERS});
+  EXPECT_EQ(at(sizeof(CcSideSums)), std::size_t{CC_SIDE_NUMBERS});
+  EXPECT_EQ(at(offsetof(CcSums, side)), std::size_t{CC_SIDES});
+  EXPECT_EQ(at(offsetof(CcSideSums, moment)), std::size_t{CC_MOMENT});
+  EXPECT_EQ(at(offsetof(CcSideSums, wall)), std::size_t{CC_WALL});
+  EXPECT_EQ(at(offsetof(CcSideSums, size)), std::size_t{CC_SIZE});
+  EXPECT_EQ(at(offsetof(CcSideSums, depth)), std::size_t{CC_DEPTHS});
+  EXPECT_EQ(at(offsetof(CcSums, area)), std::size_t{CC_AREA});
+  EXPECT_EQ(at(offsetof(CcSums, width)), std::size_t{CC_WIDTH});
+  EXPECT_EQ(at(offsetof(CcSums, facing)), std::size_t{CC_PRESSED});
+  EXPECT_EQ(at(offsetof(CcSums, first)), std::size_t{CC_FIRST});
+  EXPECT_EQ(at(offsetof(CcSums, second)), std::size_t{CC_SECOND});
+  EXPECT_EQ(at(offsetof(CcSums, normal)), std::size_t{CC_NORMALS});
+  EXPECT_EQ(at(offsetof(CcSums, normalBy)), std::size_t{CC_NORMALS_BY});
+  EXPECT_EQ(at(offsetof(CcSums, place)), std::size_t{CC_PLACES});
+  EXPECT_EQ(at(offsetof(CcSums, middle)), std::size_t{CC_MIDDLE});
+  EXPECT_EQ(at(offsetof(CcSums, apart)), std::size_t{CC_APART});
+  EXPECT_EQ(at(offsetof(CcSums, opening)), std::size_t{CC_OPENING});
+  EXPECT_EQ(at(offsetof(CcSums, deepest)), std::size_t{CC_DEEPEST});
+  EXPECT_EQ(at(offsetof(CcSums, deep)), std::size_t{CC_DEEP_PRESSED});
+  EXPECT_EQ(at(offsetof(CcSums, hits)), std::size_t{CC_HITS});
 }
 
 // A vector in a register of four doubles lies as the array that it is copied to.
