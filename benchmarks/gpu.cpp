@@ -129,7 +129,7 @@ struct Need {
 Need needOf(const std::string& name, const BatchReport& r) {
   const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches), contacts = double(r.contacts);
-  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 112,
+  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120,
                    kForce = 104, kContact = 368;
   // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
   // level finds enough; the finer ones have nothing to do.
@@ -139,7 +139,7 @@ Need needOf(const std::string& name, const BatchReport& r) {
   // 64 sums of products, and 30 to weigh a hit.
   if (name == "ccSums")
     return {hits * (kHit + kNumber) + bins * (kBin + kSums), 0, hits * (2 * 64 + 30)};
-  if (name == "ccSprouts") return {bins * (200 + kBin + kSprout), 0, 0};
+  if (name == "ccSprouts") return {bins * (2 * kSprout + kBin), 0, 0};
   if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
   // 1,500 sums and products, divisions and roots counted as 8 of them.

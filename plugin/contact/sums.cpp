@@ -25,7 +25,7 @@ CcAdded added(const CcAdding& from) {
 CC_LANES void addHits(const HitColumns& hits, const float* gate, const HitRun& run, double unit) {
   const HitColumns::Columns<const float> c = hits.columns();
   const double perUnit = 1 / unit;
-  if (run.begins) run.to->empty();
+  if (run.begins) run.to->clear();
   CcAdding adding = ccNothingAdded();
   for (const std::uint32_t* hit = run.first; hit != run.last; ++hit) {
     const std::size_t i = *hit;
@@ -61,7 +61,7 @@ struct RunLanes {
     run[lane] = from;
     keep[lane] = 0;
     if (!from) return;  // what the lane adds up from here on nobody takes
-    if (from->begins) from->to->empty();
+    if (from->begins) from->to->clear();
     next[lane] = from->first;
     hit[lane] = static_cast<std::int32_t>(*from->first);
     deepest[lane] = -1e30;
@@ -137,7 +137,7 @@ void addRuns(const HitColumns& hits, const float* gate, std::span<const HitRun> 
   }
 }
 
-void Sums::empty() {
+void Sums::clear() {
   static_assert(offsetof(CcSums, side) == sizeof origin);
   CcSums* const all = reinterpret_cast<CcSums*>(this);
   std::memset(all->side, 0, sizeof *all - sizeof origin);

@@ -41,7 +41,7 @@ struct Sums {
   double deep = 0;            // of `side.size`, by samples below the band
   int hits = 0;
 
-  void empty();                 // but for its origin
+  void clear();                 // but for its origin
   void add(const Sums& other);  // moved to this origin
   Vec3 center() const { return area > 0 ? Vec3(origin + first / area) : origin; }
 };
