@@ -6,6 +6,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <new>
 #include <optional>
@@ -71,13 +72,19 @@ struct ContactBatch::Inside {
   void askParts();
   void wake(std::size_t pairs);
   void finish(Part& part);
-  void prepare(std::size_t used, const bool* there);
+  void prepare(Part& part, bool placed);
   bool ask(Part& part);
   void askHalves(Part& part, std::size_t first, std::size_t count);
   std::span<const opencl::Asked> pairsOf(const Part& part) const {
     return std::span(asked).subspan(part.first, part.count);
   }
+  // What some pairs came to.
+  struct Taken {
+    std::size_t asked = 0, hits = 0, failed = 0;
+    int finest = kLevels - 1;
+  };
   void take(Part& part);
+  void takeOne(Part& part, std::size_t i, Taken& taken);
   void settle(Part& part);
 #endif
 
@@ -171,12 +178,13 @@ void ContactBatch::Inside::onDevice(std::span<const BatchPair> pairs) {
   askParts();
 }
 
-// In parts, each in a queue of its own: the CPU finishes some pairs while the device works on
-// others, and kernels in which pairs wait for themselves run beside those that fill the device. All
-// searches are handed over before anything else: a kernel takes 10 us to hand over, and the device
-// waited for a last part that was begun behind another's whole chain. On an H100 1,024 pairs took
-// 1.07 to 1.14 ms in two parts, 1.13 to 1.18 in one and 1.16 in three, whose kernels are half as
-// many again; 1.19 to 1.30 in three that were prepared and handed over one behind the other.
+// In parts, each in a queue of its own: the CPU prepares and finishes some pairs while the device
+// works on others, and kernels in which pairs wait for themselves run beside those that fill the
+// device. All searches are handed over before anything else: a kernel takes 10 us to hand over, and
+// the device waited for a last part that was begun behind another's whole chain. On an H100 1,024
+// pairs took 0.99 to 1.05 ms so, 1.00 to 1.08 where all were prepared before the first search, 1.19
+// to 1.30 in three parts handed over one behind the other. On another host, all prepared first,
+// they took 1.07 to 1.14 in two parts, 1.13 to 1.18 in one and 1.16 in three.
 void ContactBatch::Inside::askParts() {
   const std::size_t n = asked.size(),
                     // Steps that are timed do not run beside others.
@@ -189,9 +197,10 @@ void ContactBatch::Inside::askParts() {
       part.count = n * (k + 1) / used - part.first;
       there[k] = part.count > 0 && fits([&] { part.batch.place(pairsOf(part)); });
     }
-    prepare(used, there);
-    for (std::size_t k = 0; k < used; ++k)
+    for (std::size_t k = 0; k < used; ++k) {
+      prepare(parts[k], there[k]);
       there[k] = there[k] && fits([&] { parts[k].batch.search(parts[k].report); });
+    }
     for (std::size_t k = 0; k < used; ++k)
       there[k] = there[k] && fits([&] { parts[k].batch.gather(); });
     for (std::size_t k = 0; k < used; ++k) {
@@ -208,14 +217,13 @@ void ContactBatch::Inside::askParts() {
   for (std::size_t k = 0; k < used; ++k) settle(parts[k]);
 }
 
-// All that comes before the device, in one loop; `there`: which parts have room for poses.
-void ContactBatch::Inside::prepare(std::size_t used, const bool* there) {
-  eachAlike(asked.size(), [&](std::size_t i) {
-    opencl::Asked& one = asked[i];
-    one.frame = ContactFinder::Scratch::of(finders[numbers[i]]).begin(one.pair->a, one.pair->b);
-    for (std::size_t k = 0; k < used; ++k)
-      if (there[k] && i >= parts[k].first && i < parts[k].first + parts[k].count)
-        parts[k].batch.pose(i - parts[k].first);
+// All that comes before the device; `placed`: whether the part has room for poses.
+void ContactBatch::Inside::prepare(Part& part, bool placed) {
+  eachAlike(part.count, [&](std::size_t i) {
+    opencl::Asked& one = asked[part.first + i];
+    one.frame = ContactFinder::Scratch::of(finders[numbers[part.first + i]])
+                    .begin(one.pair->a, one.pair->b);
+    if (placed) part.batch.pose(i);
   });
 }
 
@@ -261,29 +269,51 @@ void ContactBatch::Inside::askHalves(Part& part, std::size_t first, std::size_t 
 }
 
 void ContactBatch::Inside::take(Part& part) {
-  for (std::size_t i = 0; i < part.count; ++i) {
-    const CcAnswer& answer = part.batch.answer(i);
-    const std::size_t k = numbers[part.first + i];
-    // What found no room was not counted to its end.
-    const std::uint32_t room = answer.failed & CC_NO_ROOM
-                                   ? std::max(kMoreRoom * rooms[k], 2 * answer.wanted)
-                                   : std::max(rooms[k], answer.wanted + answer.wanted / 4);
-    rooms[k] = std::min(room, kMostRoom);
-    if (!answer.failed) continue;
-    part.here.push_back(k);
-    ++(answer.failed & CC_FINER      ? part.report.finer
-       : answer.failed & CC_NO_TOUCH ? part.report.nearMisses
-                                     : part.report.noRoom);
-  }
-  eachAlike(part.count, [&](std::size_t i) {
-    const CcAnswer& answer = part.batch.answer(i);
-    if (answer.failed) return;
-    const std::size_t k = numbers[part.first + i];
-    ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
-    finder.result.samples = answer.hits;
-    for (const CcContactPatch& contact : part.batch.contacts(i)) finder.take(contact);
-    results[k] = &finder.named();
+  std::atomic<std::size_t> askedOf{0}, hits{0}, failed{0};
+  std::atomic<int> finest{kLevels - 1};
+  const std::size_t shares =
+      std::min(part.count, static_cast<std::size_t>(arena.max_concurrency()));
+  eachAlike(shares, [&](std::size_t share) {
+    Taken taken;
+    const std::size_t end = part.count * (share + 1) / shares;
+    for (std::size_t i = part.count * share / shares; i < end; ++i) takeOne(part, i, taken);
+    askedOf += taken.asked;
+    hits += taken.hits;
+    failed += taken.failed;
+    for (int had = finest; taken.finest < had;)
+      if (finest.compare_exchange_weak(had, taken.finest)) break;
   });
+  part.report.asked += askedOf;
+  part.report.hits += hits;
+  part.batch.learn(finest);
+  for (std::size_t i = 0; i < (failed > 0 ? part.count : 0); ++i) {
+    const int why = part.batch.answer(i).failed;
+    if (!why) continue;
+    part.here.push_back(numbers[part.first + i]);
+    ++(why & CC_FINER      ? part.report.finer
+       : why & CC_NO_TOUCH ? part.report.nearMisses
+                           : part.report.noRoom);
+  }
+}
+
+// What became of a pair: its contacts, and the room that it is given next.
+void ContactBatch::Inside::takeOne(Part& part, std::size_t i, Taken& taken) {
+  const CcAnswer& answer = part.batch.answer(i);
+  const std::size_t k = numbers[part.first + i];
+  // What found no room was not counted to its end.
+  const std::uint32_t room = answer.failed & CC_NO_ROOM
+                                 ? std::max(kMoreRoom * rooms[k], 2 * answer.wanted)
+                                 : std::max(rooms[k], answer.wanted + answer.wanted / 4);
+  rooms[k] = std::min(room, kMostRoom);
+  taken.asked += answer.asked;
+  taken.hits += answer.hits;
+  taken.finest = std::min(taken.finest, answer.failed & CC_FINER ? 0 : answer.level);
+  taken.failed += answer.failed != 0;
+  if (answer.failed) return;
+  ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
+  finder.result.samples = answer.hits;
+  for (const CcContactPatch& contact : part.batch.contacts(i)) finder.take(contact);
+  results[k] = &finder.named();
 }
 
 // What a part came to goes to what all came to.

@@ -271,12 +271,9 @@ void OpenClBatch::finish(BatchReport& report) {
   report.bins += binsWanted_;
   report.patches += std::min(patchesWanted_, patchRoom_);
   report.contacts += contactsWanted_;
-  int finest = kLevels - 1;
-  for (std::size_t k = 0; k < count_; ++k) {
-    report.asked += answers_[k].asked;
-    report.hits += answers_[k].hits;
-    finest = std::min(finest, answers_[k].failed & CC_FINER ? 0 : answers_[k].level);
-  }
+}
+
+void OpenClBatch::learn(int finest) {
   finest_ = std::min(finest, finestBefore_);
   finestBefore_ = finest;
 }

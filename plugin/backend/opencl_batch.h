@@ -48,6 +48,8 @@ class OpenClBatch {
   void nearEnd();
   // Waits for it. Throws std::runtime_error where the device fails.
   void finish(BatchReport& report);
+  // The finest level that a pair wanted, once all have been asked what became of them.
+  void learn(int finest);
   // What became of the k-th pair; contacts() of it where it did not fail.
   const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
   std::span<const CcContactPatch> contacts(std::size_t k) const;
