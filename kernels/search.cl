@@ -29,9 +29,9 @@ typedef struct {
 // Room of a group for a window of samples.
 typedef struct {
   uint samples[CC_WINDOW];
-  ushort many[CC_WINDOW];  // those whose records have several planes, by their place in the window
-  CcVoxel records[CC_WINDOW];  // of these
   uchar is[CC_WINDOW];     // what ccAsk() tells of each
+  ushort many[CC_WINDOW];  // those whose records have several planes, by their place in the window
+  CcVoxel records[CC_WINDOW];  // of these many
   uint sums[2 * CC_GROUP];
   CcMarks marks;
   uint manyCount;                 // in the window

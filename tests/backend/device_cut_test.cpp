@@ -97,10 +97,9 @@ struct Both {
   }
 };
 
-#define MAKE_BOTH(both, piece)                                          \
-  Both both(piece);                                                     \
-  if (mayDoWithout(both.device)) GTEST_SKIP() << both.device.message(); \
-  ASSERT_EQ(both.device.backend(), Backend::OpenCl) << both.device.message()
+#define MAKE_BOTH(both, piece) \
+  Both both(piece);            \
+  SKIP_WITHOUT(both.device)
 
 std::vector<VoxelCut> boxOf(const VoxelIndex& low, const VoxelIndex& high, int left) {
   std::vector<VoxelCut> cuts;
@@ -318,7 +317,7 @@ TEST(DeviceCut, ToolsPassesAreTheCpus) {
 // Digitised on the device, cut there, and only then fetched; the digitiser keeps what it made.
 TEST(DeviceCut, WhatWasDigitisedOnTheDeviceIsCutThere) {
   Digitizer digitizer({Backend::OpenCl});
-  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  SKIP_WITHOUT(digitizer);
   EXPECT_THROW(DeviceWorkpiece{digitizer}, std::logic_error);
   const Mesh mesh = sphereMesh(27.3, 4);
   DigitizeSettings settings;
@@ -342,7 +341,7 @@ TEST(DeviceCut, WhatWasDigitisedOnTheDeviceIsCutThere) {
 // What the CPU digitised goes up to the device.
 TEST(DeviceCut, WhatTheCpuDigitisedIsCutOnTheDevice) {
   Digitizer digitizer({Backend::OpenCl});
-  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  SKIP_WITHOUT(digitizer);
   const Mesh mesh = joined(sphereMesh(12.3, 3), sphereMesh(9.3, 3));  // one within the other
   DigitizeSettings settings;
   settings.voxelSize = 1;

@@ -104,8 +104,7 @@ void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
 
 TEST(Digitizer, OnTheDeviceEqualsTheCpu) {
   Digitizer digitizer({Backend::OpenCl});
-  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
-  ASSERT_EQ(digitizer.backend(), Backend::OpenCl) << digitizer.message();
+  SKIP_WITHOUT(digitizer);
   std::size_t rounds = 0;
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
@@ -154,7 +153,7 @@ TEST(Digitizer, WholeMeshesAreThoseThatMendingLeavesAlone) {
 // Windows that the quick kernel takes, and those that are too wide or lie aside.
 TEST(Digitizer, FieldsOnTheDeviceEqualTheCpus) {
   Digitizer digitizer({Backend::OpenCl});
-  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  SKIP_WITHOUT(digitizer);
   const WindowSettings windows[] = {
       sphereWindow(1),
       sphereWindow(1, 1.2),
@@ -185,7 +184,7 @@ TEST(Digitizer, FieldsOnTheDeviceEqualTheCpus) {
 
 TEST(Digitizer, WhatTheDeviceCannotDoIsTheCpusAndSaysWhy) {
   Digitizer digitizer({Backend::OpenCl});
-  if (mayDoWithout(digitizer)) GTEST_SKIP() << digitizer.message();
+  SKIP_WITHOUT(digitizer);
   const Mesh ball = sphereMesh(8, 3), shifted = moved(ball, oddTurn(), {5, 0.3, 0.2});
   const struct {
     Mesh mesh;
