@@ -5,8 +5,8 @@
 //   generated M16 screw, 0.1 mm, 2 threads, 7 turns)
 // OpenVDB is measured where Debian's libopenvdb-dev was installed when this was configured; a peer
 // of the laboratory like FCL (script/bootstrap --bench).
-#include <cloudcontact/digitize.h>
-#include <cloudcontact/mesh_file.h>
+#include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <chrono>
@@ -16,8 +16,8 @@
 #include <ctime>
 #include <vector>
 
-#include "generated_mesh.h"
 #include "level_set_peer.h"
+#include "scene/generated_mesh.h"
 
 namespace {
 

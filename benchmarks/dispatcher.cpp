@@ -2,10 +2,10 @@
 // and more threads, and on one large pair alone: `dispatcher`. The ratios are what is asked for.
 #include <benchmark/benchmark.h>
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/registration.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,9 @@
 // FILE.cloud` makes clouds of meshes. Each step on the device is told beside the least time that
 // the device's ceilings, measured in the same run, leave it: a copy's bytes, records gathered from
 // anywhere, sums and products of doubles, transfers.
-#include <cloudcontact/batch.h>
-#include <cloudcontact/cloud_file.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/device/contact_batch.h>
+#include <cloudcontact/voxels/cloud_file.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <chrono>
@@ -21,8 +21,8 @@
 #include <thread>
 #include <utility>
 
-#include "backend/device_probe.h"
-#include "thread_meshes.h"
+#include "device/device_probe.h"
+#include "mesh/thread_meshes.h"
 
 namespace {
 

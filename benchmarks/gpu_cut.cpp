@@ -5,7 +5,7 @@
 // matter of 1,000 or 100,000 voxels, lying together or apart, or is a ball's pass. Each step on the
 // device is told beside what it must move at least: the sums of all voxels whose windows see the
 // cut, read and written.
-#include <cloudcontact/device_cut.h>
+#include <cloudcontact/device/device_workpiece.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "backend/device_probe.h"
-#include "contact/field_bricks.h"
+#include "device/device_probe.h"
+#include "workpiece/base_vector_bricks.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 // N voxels along the longest axis (512); SCALE: the file's unit [m] (1). Without a file: a rod with
 // a thread. Each step on the device is told beside what it must move and compute, as shares of what
 // a copy moves and of the doubles that the device computes in the same time.
-#include <cloudcontact/device_digitize.h>
+#include <cloudcontact/device/digitizer.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,9 +20,9 @@
 #include <thread>
 #include <vector>
 
-#include "backend/device_probe.h"
-#include "contact/field_bricks.h"
-#include "thread_meshes.h"
+#include "device/device_probe.h"
+#include "mesh/thread_meshes.h"
+#include "workpiece/base_vector_bricks.h"
 
 namespace {
 

@@ -2,8 +2,8 @@
 // tick is timed. Beside each an empty wait is timed that should take as long: what the machine
 // itself held back shows there too. Then what cutting costs, beside building the field anew.
 //   haptic [SECONDS]
-#include <cloudcontact/haptic_loop.h>
-#include <cloudcontact/simulated_hand.h>
+#include <cloudcontact/workpiece/haptic_loop.h>
+#include <cloudcontact/workpiece/simulated_hand.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tooth.h"
+#include "scene/tooth.h"
 
 namespace {
 

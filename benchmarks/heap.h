@@ -3,8 +3,8 @@
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
-#include <cloudcontact/bullet/registration.h>
 
 #include <functional>
 #include <memory>

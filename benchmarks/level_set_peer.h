@@ -1,8 +1,8 @@
 // OpenVDB's mesh to level set, as the benchmark sees it: absent where the library was not found.
 #pragma once
 
-#include <cloudcontact/mesh.h>
-#include <cloudcontact/pose.h>
+#include <cloudcontact/base/pose.h>
+#include <cloudcontact/mesh/mesh.h>
 
 #include <memory>
 

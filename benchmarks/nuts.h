@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "generated_mesh.h"
 #include "heap.h"
-#include "peers.h"
+#include "scene/generated_mesh.h"
+#include "scene/peers.h"
 
 namespace cloudcontact {
 

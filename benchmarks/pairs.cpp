@@ -5,9 +5,9 @@
 // BOLT and NUT are meshes in metres; without them a generated M16 bolt and nut. Each turn times
 // every method once over, and medians are told.
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/contact.h>
-#include <cloudcontact/digitize.h>
-#include <cloudcontact/mesh_file.h>
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,11 +18,11 @@
 #include <stdexcept>
 #include <string>
 
-#include "generated_mesh.h"
 #include "lab/pair.h"
-#include "pair_probe.h"
-#include "peers.h"
-#include "primitive_mesh.h"
+#include "scene/generated_mesh.h"
+#include "scene/pair_probe.h"
+#include "scene/peers.h"
+#include "scene/primitive_mesh.h"
 #include "torus.h"
 
 namespace {

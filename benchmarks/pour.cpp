@@ -6,7 +6,7 @@
 // process of its own: Bullet keeps an algorithm and a manifold for each two parts whose boxes meet,
 // 6.7 GB for 200 nuts of 23 parts, and more than 24 in the first step of 1,000.
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@
 #include <string>
 
 #include "nuts.h"
-#include "penetration.h"
+#include "scene/penetration.h"
 
 namespace {
 

@@ -2,14 +2,14 @@
 // grid, from which a ball of 1,000 voxels is cut at the middle of a face. `renewal` prints the
 // times; their ratio is what is asked for.
 #include <benchmark/benchmark.h>
-#include <cloudcontact/digitize.h>
-#include <cloudcontact/display_mesh.h>
-#include <cloudcontact/pieces.h>
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/voxels/display_mesh.h>
+#include <cloudcontact/voxels/pieces.h>
 
 #include <cmath>
 
-#include "../tests/core/cut_cases.h"
+#include "workpiece/cut_cases.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 //   scale [--quick] [--threads N] [--out FILE.json]
 // A table on stdout; FILE.json holds the same, and FILE.csv beside it the rows.
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>
 #include <cstdio>

@@ -4,18 +4,18 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <benchmark/benchmark.h>
 #include <btBulletCollisionCommon.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/registration.h>
-#include <cloudcontact/contact.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "bins.h"
-#include "hits.h"
-#include "patch_force.h"
+#include "contact/bins.h"
+#include "contact/hits.h"
+#include "kernels/contact/patch_force.h"
 #include "torus.h"
 
 namespace {

@@ -1,7 +1,7 @@
 // A torus about z, of which the benchmarks' bodies are made.
 #pragma once
 
-#include <cloudcontact/mesh.h>
+#include <cloudcontact/mesh/mesh.h>
 
 #include <cmath>
 #include <numbers>

@@ -12,7 +12,7 @@
 #include "draw/cloud_slice.h"
 #include "draw/isometric.h"
 #include "draw/picture_parts.h"
-#include "figure_text.h"
+#include "io/figure_text.h"
 
 namespace cloudcontact::program {
 

@@ -1,7 +1,7 @@
 // `digitize --picture`: a body as voxels, in slices and from outside.
 #pragma once
 
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
 
 #include <memory>
 #include <string>

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "draw/contact_drawing.h"
-#include "figure_text.h"
+#include "io/figure_text.h"
 
 namespace cloudcontact::program {
 

@@ -1,7 +1,7 @@
 // What a picture of a contact is made of: the two bodies as they stand, and what was found.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
 #include <memory>
 #include <optional>

@@ -2,7 +2,7 @@
 // with every material in its colour and what went faintly behind.
 #pragma once
 
-#include <cloudcontact/cloud.h>
+#include <cloudcontact/voxels/cloud.h>
 
 #include <Eigen/Geometry>
 #include <string>

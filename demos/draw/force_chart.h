@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "cutting_run.h"
 #include "draw/drawing.h"
+#include "scene/cutting_run.h"
 
 namespace cloudcontact::program {
 

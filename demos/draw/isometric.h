@@ -1,7 +1,7 @@
 // A cloud's voxels seen from a corner of the grid, where the three axes show equally long.
 #pragma once
 
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
 
 #include <vector>
 

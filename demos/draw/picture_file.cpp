@@ -3,8 +3,8 @@
 
 #include "draw/png.h"
 #include "draw/svg.h"
-#include "json.h"
-#include "whole_file.h"
+#include "io/json.h"
+#include "io/whole_file.h"
 
 namespace cloudcontact::program {
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <numbers>
 
-#include "errors.h"
-#include "figure_text.h"
+#include "io/errors.h"
+#include "io/figure_text.h"
 
 namespace cloudcontact::program {
 

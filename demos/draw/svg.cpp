@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "figure_text.h"
+#include "io/figure_text.h"
 
 namespace cloudcontact::program {
 

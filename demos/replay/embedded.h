@@ -1,4 +1,5 @@
-// Files that are part of the program, as they were when it was built (embed.cmake).
+// The replay page's files, which are part of the program, as they were when it was built
+// (cmake/EmbedText.cmake).
 #pragma once
 
 #include <string_view>
@@ -11,6 +12,5 @@ std::string_view page_js();
 std::string_view three_js();
 std::string_view orbit_js();
 std::string_view gltf_js();
-std::string_view plots_py();  // of the laboratory
 
 }  // namespace cloudcontact::program::embedded

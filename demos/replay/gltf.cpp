@@ -9,8 +9,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "errors.h"
-#include "figure_text.h"
+#include "io/errors.h"
+#include "io/figure_text.h"
 #include "replay/body_colors.h"
 #include "replay/shaded_mesh.h"
 

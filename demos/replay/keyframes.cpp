@@ -3,7 +3,7 @@
 // ones that strays most from their interpolation is kept too, where it strays too far, and the
 // two halves are looked at in turn. It needs all poses at hand, so it runs on a few hundred at a
 // time: memory stays bounded, and a step costs a quarter of a microsecond a body.
-#include "keyframes.h"
+#include "replay/keyframes.h"
 
 #include <algorithm>
 #include <cmath>

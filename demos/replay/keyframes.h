@@ -3,7 +3,7 @@
 // from where the simulation had it.
 #pragma once
 
-#include <cloudcontact/pose.h>
+#include <cloudcontact/base/pose.h>
 
 #include <vector>
 

@@ -2,7 +2,7 @@
 
 #include <zlib.h>
 
-#include "errors.h"
+#include "io/errors.h"
 
 namespace cloudcontact::program {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "html.h"
+#include "io/html.h"
 #include "replay/embedded.h"
 #include "replay/gltf.h"
 #include "replay/packed.h"

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <map>
 
-#include "json.h"
+#include "io/json.h"
 #include "replay/body_colors.h"
 #include "replay/voxel_shell.h"
 

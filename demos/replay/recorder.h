@@ -5,7 +5,7 @@
 #include <string>
 
 #include "replay/replay.h"
-#include "world.h"
+#include "scene/world.h"
 
 namespace cloudcontact::program {
 

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "drawn_body.h"
-#include "keyframes.h"
+#include "replay/keyframes.h"
 #include "replay/replay_contacts.h"
+#include "scene/drawn_body.h"
 
 namespace cloudcontact::program {
 

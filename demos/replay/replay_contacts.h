@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "contacts_now.h"
+#include "scene/contacts_now.h"
 
 namespace cloudcontact::program {
 

@@ -1,10 +1,10 @@
 // Which of the two formats, and the way to the disk.
 #include "replay/replay_file.h"
 
-#include "json.h"
+#include "io/json.h"
+#include "io/whole_file.h"
 #include "replay/gltf.h"
 #include "replay/page.h"
-#include "whole_file.h"
 
 namespace cloudcontact::program {
 

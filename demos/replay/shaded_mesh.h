@@ -1,7 +1,7 @@
 // A mesh as a viewer wants it: single precision, a normal at every vertex.
 #pragma once
 
-#include <cloudcontact/mesh.h>
+#include <cloudcontact/mesh/mesh.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 // The voxels of a cloud that can be seen from outside, packed for a page.
 #pragma once
 
-#include <cloudcontact/cloud.h>
+#include <cloudcontact/voxels/cloud.h>
 
 #include <cstdint>
 #include <vector>

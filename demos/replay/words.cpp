@@ -1,7 +1,7 @@
 // Titles and figures for people.
 #include "replay/words.h"
 
-#include "figure_text.h"
+#include "io/figure_text.h"
 
 namespace cloudcontact::program {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "replay/replay.h"
-#include "simulation.h"
+#include "scene/simulation.h"
 
 namespace cloudcontact::program {
 

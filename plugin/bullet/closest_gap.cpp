@@ -1,5 +1,5 @@
 // Samples of each cloud, looked up one by one in the other body.
-#include "closest_gap.h"
+#include "bullet/closest_gap.h"
 
 namespace cloudcontact {
 

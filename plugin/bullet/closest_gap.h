@@ -1,7 +1,7 @@
 // The smallest gap between two bodies that do not touch, for Bullet's closest-point queries.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
 #include <optional>
 

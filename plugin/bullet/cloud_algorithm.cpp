@@ -1,5 +1,5 @@
 // One pair's step: wrappers to ContactBody, ContactFinder, points to manifolds or to a query.
-#include "cloud_algorithm.h"
+#include "bullet/cloud_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -11,13 +11,13 @@
 #include <typeinfo>
 #include <utility>
 
-#include "closest_gap.h"
-#include "convert.h"
-#include "look_ahead.h"
-#include "manifold_writer.h"
-#include "narrow_phase.h"
-#include "pair_memory.h"
-#include "pair_query.h"
+#include "bullet/closest_gap.h"
+#include "bullet/convert.h"
+#include "bullet/look_ahead.h"
+#include "bullet/manifold_writer.h"
+#include "bullet/narrow_phase.h"
+#include "bullet/pair_memory.h"
+#include "bullet/pair_query.h"
 
 namespace cloudcontact {
 

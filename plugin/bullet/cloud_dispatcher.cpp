@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cloud_algorithm.h"
-#include "look_ahead.h"
+#include "bullet/cloud_algorithm.h"
+#include "bullet/look_ahead.h"
 
 namespace cloudcontact {
 

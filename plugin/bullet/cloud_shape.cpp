@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "convert.h"
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 

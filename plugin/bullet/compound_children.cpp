@@ -1,5 +1,5 @@
 // Children by slot, and by their objects.
-#include "compound_children.h"
+#include "bullet/compound_children.h"
 
 namespace cloudcontact {
 

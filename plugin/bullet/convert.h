@@ -2,7 +2,7 @@
 #pragma once
 
 #include <LinearMath/btTransform.h>
-#include <cloudcontact/pose.h>
+#include <cloudcontact/base/pose.h>
 
 namespace cloudcontact {
 

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "convert.h"
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 

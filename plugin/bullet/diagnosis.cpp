@@ -1,7 +1,7 @@
 // What in a world's solver settings defeats the Kelvin-Voigt law, as a table of checks.
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
-#include <cloudcontact/bullet/registration.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 
 namespace cloudcontact {
 

@@ -1,5 +1,5 @@
 // Tasks by cost, the dearest first, handed out by a counter.
-#include "look_ahead.h"
+#include "bullet/look_ahead.h"
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -10,7 +10,7 @@
 #include <atomic>
 #include <optional>
 
-#include "cloud_algorithm.h"
+#include "bullet/cloud_algorithm.h"
 
 namespace cloudcontact {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "compound_children.h"
+#include "bullet/compound_children.h"
 
 namespace cloudcontact {
 

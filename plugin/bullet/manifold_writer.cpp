@@ -1,15 +1,15 @@
 // Contact points to btManifoldPoint. Bullet's normal points from body 1 (our B) to body 0 (our A),
 // the reverse of ours. A point's id is kept in m_partId0 and its patch in m_partId1: both are free,
 // as a cloud's pairs have no triangles, and users may read them there.
-#include "manifold_writer.h"
+#include "bullet/manifold_writer.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <algorithm>
 
-#include "convert.h"
-#include "point_friction.h"
+#include "bullet/convert.h"
+#include "bullet/point_friction.h"
 
 namespace cloudcontact {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
-#include <cloudcontact/automatic_spring.h>
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/law/automatic_spring.h>
 
 #include <optional>
 #include <vector>

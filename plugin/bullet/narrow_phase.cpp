@@ -1,5 +1,5 @@
 // Counters behind one lock, taken once a pair and step.
-#include "narrow_phase.h"
+#include "bullet/narrow_phase.h"
 
 namespace cloudcontact {
 

@@ -2,7 +2,7 @@
 // pairs in parallel (Bullet's btCollisionDispatcherMt).
 #pragma once
 
-#include <cloudcontact/bullet/registration.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 
 #include <mutex>
 #include <shared_mutex>

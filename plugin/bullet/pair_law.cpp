@@ -1,6 +1,6 @@
 // Materials of a pair: the settings', the shapes', Bullet's own per body, or none's: a spring that
 // follows from the bodies' masses, gravity, voxel and step.
-#include "pair_law.h"
+#include "bullet/pair_law.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

@@ -1,8 +1,8 @@
 // Which k and c a pair of collision objects gets.
 #pragma once
 
-#include <cloudcontact/automatic_spring.h>
-#include <cloudcontact/bullet/registration.h>
+#include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/law/automatic_spring.h>
 
 class btCollisionObject;
 struct btCollisionObjectWrapper;

@@ -1,12 +1,12 @@
 // The pair's depth and rate from its points, its law's state from step to step.
-#include "pair_memory.h"
+#include "bullet/pair_memory.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
 #include <algorithm>
 
-#include "convert.h"
-#include "manifold_writer.h"
+#include "bullet/convert.h"
+#include "bullet/manifold_writer.h"
 
 namespace cloudcontact {
 

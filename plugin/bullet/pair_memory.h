@@ -3,8 +3,8 @@
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
-#include <cloudcontact/contact.h>
-#include <cloudcontact/viscoelastic.h>
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/law/viscoelastic.h>
 
 #include <array>
 #include <vector>

@@ -1,5 +1,5 @@
 // Wrappers to ContactBody and ContactSettings.
-#include "pair_query.h"
+#include "bullet/pair_query.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <limits>
 
-#include "convert.h"
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 

@@ -1,10 +1,10 @@
 // What a pair asks of ContactFinder, read from Bullet's wrappers; told from another to the bit.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
-#include "pair_law.h"
-#include "shape_conversion.h"
+#include "bullet/pair_law.h"
+#include "bullet/shape_conversion.h"
 
 namespace cloudcontact {
 

@@ -1,7 +1,7 @@
 // Friction rows that face their load, and the memory of standing points.
-#include "point_friction.h"
+#include "bullet/point_friction.h"
 
-#include "convert.h"
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 

@@ -11,7 +11,7 @@
 #pragma once
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
 namespace cloudcontact {
 

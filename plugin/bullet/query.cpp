@@ -5,8 +5,8 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/bullet/query.h>
 
-#include "../contact/field_ray.h"
-#include "convert.h"
+#include "bullet/convert.h"
+#include "field/field_ray.h"
 
 namespace cloudcontact {
 

@@ -1,5 +1,5 @@
 // Bullet shape to AnalyticShape, one function a kind.
-#include "shape_conversion.h"
+#include "bullet/shape_conversion.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
@@ -12,7 +12,7 @@
 
 #include <cmath>
 
-#include "convert.h"
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 

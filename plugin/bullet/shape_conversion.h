@@ -2,7 +2,7 @@
 #pragma once
 
 #include <LinearMath/btVector3.h>
-#include <cloudcontact/analytic_shape.h>
+#include <cloudcontact/law/solid.h>
 
 #include <optional>
 

@@ -1,5 +1,5 @@
 // One soft pair's step: which side is which, what its law is, and never an exception to Bullet.
-#include "soft_algorithm.h"
+#include "bullet/soft_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -10,8 +10,8 @@
 #include <exception>
 #include <typeinfo>
 
-#include "narrow_phase.h"
-#include "soft_contact.h"
+#include "bullet/narrow_phase.h"
+#include "bullet/soft_pair.h"
 
 namespace cloudcontact {
 

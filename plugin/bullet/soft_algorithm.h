@@ -3,7 +3,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
-#include <cloudcontact/bullet/soft_contact.h>
+#include <cloudcontact/bullet/soft_contact_point.h>
 
 #include <memory>
 #include <vector>

@@ -1,7 +1,7 @@
 // Bins in a flat table, and the patches that grow from the heaviest of them.
-#include "bins.h"
+#include "contact/bins.h"
 
-#include "simd.h"
+#include "base/simd.h"
 
 #include <algorithm>
 #include <functional>

@@ -2,9 +2,9 @@
 // directions each, and bins grown together to patches.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
-#include "sums.h"
+#include "contact/sums.h"
 
 #include <cstdint>
 #include <vector>

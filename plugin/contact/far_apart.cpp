@@ -1,6 +1,6 @@
 // Separating axes of two boxes: their faces' normals and the cross products of their edges.
 // (Gottschalk, Lin, Manocha: OBBTree, SIGGRAPH 1996.)
-#include "far_apart.h"
+#include "contact/far_apart.h"
 
 namespace cloudcontact {
 

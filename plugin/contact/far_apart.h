@@ -1,7 +1,7 @@
 // Whether two bodies are so far from each other that none of their samples need be looked at.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
 namespace cloudcontact {
 

@@ -1,8 +1,8 @@
 // The loops over lanes. A pass reads what the one before has left: places, records, planes, kinds,
 // hits; memory is asked for in the second alone, where all lanes' requests are under way together.
-#include "field_lanes.h"
+#include "contact/field_lanes.h"
 
-#include "simd.h"
+#include "base/simd.h"
 
 #include <algorithm>
 

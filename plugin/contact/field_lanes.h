@@ -2,7 +2,7 @@
 // lanes without branches, which the compiler turns into vector instructions (simd.h).
 #pragma once
 
-#include "sample_search.h"
+#include "contact/sample_search.h"
 
 namespace cloudcontact::search {
 

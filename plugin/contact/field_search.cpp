@@ -1,6 +1,6 @@
 // Samples of one body looked up in the other's field: bricks of samples first, by their bounding
 // sphere against the other's brick distance, then each sample in one 8-byte fetch.
-#include "shared_search.h"
+#include "contact/shared_search.h"
 
 namespace cloudcontact::search {
 

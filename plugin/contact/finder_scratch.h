@@ -2,11 +2,11 @@
 // forces, points and names.
 #pragma once
 
-#include "contact_patch.h"
-#include "pair_depth.h"
-#include "patch_names.h"
-#include "shortlist.h"
-#include "sums.h"
+#include "contact/pair_depth.h"
+#include "contact/patch_names.h"
+#include "contact/sums.h"
+#include "contact/verlet_list.h"
+#include "kernels/contact/contact_patch.h"
 
 #include <span>
 

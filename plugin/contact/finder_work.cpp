@@ -1,5 +1,5 @@
 // Works that are lent, behind one lock: it is held for a tenth of a microsecond a query.
-#include "finder_work.h"
+#include "contact/finder_work.h"
 
 #include <algorithm>
 #include <mutex>

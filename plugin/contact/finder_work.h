@@ -3,8 +3,8 @@
 // again: a M16 contact took 315 us so, 170 with memory that is still warm.
 #pragma once
 
-#include "bins.h"
-#include "hits.h"
+#include "contact/bins.h"
+#include "contact/hits.h"
 
 #include <memory>
 

@@ -1,5 +1,5 @@
 // Hits in columns: whole ones in and out.
-#include "hit_columns.h"
+#include "contact/hit_columns.h"
 
 #include <algorithm>
 

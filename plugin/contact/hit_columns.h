@@ -1,9 +1,9 @@
 // Hits, a column a quantity; keeps its memory.
 #pragma once
 
-#include "sample.h"
+#include "kernels/contact/sample.h"
 
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,9 +1,9 @@
 // Both directions of a query, level by level, from few samples to all.
-#include "hits.h"
+#include "contact/hits.h"
 
-#include "far_apart.h"
-#include "sample_search.h"
-#include "shortlist_maker.h"
+#include "contact/far_apart.h"
+#include "contact/sample_search.h"
+#include "contact/verlet_list_builder.h"
 
 namespace cloudcontact {
 

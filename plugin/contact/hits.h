@@ -2,10 +2,10 @@
 // Everything in the frame of one of the two bodies (the "frame body"), metres.
 #pragma once
 
-#include <cloudcontact/contact.h>
+#include <cloudcontact/contact/contact.h>
 
-#include "field_data.h"
-#include "hit_columns.h"
+#include "contact/hit_columns.h"
+#include "field/field_data.h"
 
 #include <vector>
 

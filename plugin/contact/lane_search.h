@@ -16,7 +16,7 @@
 //   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
 #pragma once
 
-#include "field_lanes.h"
+#include "contact/field_lanes.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // The depth of the deepest point: by the samples (contact_depth.h), and by the edges themselves of
 // a plain shape (shape_edges.cpp).
-#include "pair_depth.h"
+#include "contact/pair_depth.h"
 
-#include "shape_edges.h"
+#include "contact/shape_edges.h"
 
 namespace cloudcontact {
 

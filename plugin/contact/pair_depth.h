@@ -1,8 +1,8 @@
 // The one depth of a pair of bodies that the paper's law (3), FR = k d, asks for.
 #pragma once
 
-#include "contact_depth.h"
-#include "hits.h"
+#include "contact/hits.h"
+#include "kernels/contact/contact_depth.h"
 
 namespace cloudcontact {
 

@@ -17,12 +17,12 @@
 // held against gravity alone. So each side is expected to meet in this step what it met in the
 // last: what all else did to its velocity, as far as two steps agree on it, for a blow does not
 // come twice. In what rests or slides evenly that is exact.
-#include "particle_cloud.h"
+#include "contact/particle_cloud.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "field_ray.h"
+#include "field/field_ray.h"
 
 namespace cloudcontact {
 

@@ -2,13 +2,13 @@
 // (paper, step 1: "particle groups express deformable soft tissue").
 #pragma once
 
-#include <cloudcontact/automatic_spring.h>
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/law/automatic_spring.h>
 
 #include <optional>
 #include <vector>
 
-#include "particle_solve.h"
+#include "contact/particle_solve.h"
 
 namespace cloudcontact {
 

@@ -5,7 +5,7 @@
 // row by itself is solved by J += (step (force + grip (rate - late)) - J) / (1 + step grip K).
 // Particles know of one another through the body alone: against a fixed one a single sweep is
 // exact, and a body as heavy as the particles together takes about ten.
-#include "particle_solve.h"
+#include "contact/particle_solve.h"
 
 #include <algorithm>
 #include <cmath>

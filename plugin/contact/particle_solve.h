@@ -2,8 +2,8 @@
 // over one step, found together.
 #pragma once
 
-#include <cloudcontact/pose.h>
-#include <cloudcontact/viscoelastic.h>
+#include <cloudcontact/base/pose.h>
+#include <cloudcontact/law/viscoelastic.h>
 
 #include <vector>
 

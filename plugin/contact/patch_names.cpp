@@ -1,5 +1,5 @@
 // Which patch of the step before is this one.
-#include "patch_names.h"
+#include "contact/patch_names.h"
 
 namespace cloudcontact {
 

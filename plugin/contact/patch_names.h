@@ -1,7 +1,7 @@
 // Names that patches keep from step to step, so that a solver finds their points again.
 #pragma once
 
-#include <cloudcontact/pose.h>
+#include <cloudcontact/base/pose.h>
 
 #include <cstdint>
 #include <vector>

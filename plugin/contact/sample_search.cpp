@@ -1,5 +1,5 @@
 // What becomes of a sample whose depth is known.
-#include "sample_search.h"
+#include "contact/sample_search.h"
 
 namespace cloudcontact::search {
 

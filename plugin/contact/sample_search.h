@@ -2,8 +2,8 @@
 // becomes of a sample whose depth is known.
 #pragma once
 
-#include "hits.h"
-#include "search.h"
+#include "contact/hits.h"
+#include "kernels/contact/search.h"
 
 #include <algorithm>
 #include <span>

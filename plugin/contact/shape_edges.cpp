@@ -2,7 +2,7 @@
 // where a Bullet box's corner is pressed in by one they are 0.58 deep. The corner itself, looked up
 // in the cloud's field, is told to the field's own accuracy as far down as the field reaches, five
 // voxels. Edges are walked in steps of a quarter of a voxel, no further than they are in the box.
-#include "shape_edges.h"
+#include "contact/shape_edges.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // How deep the sharp edges and corners of a shape lie in a cloud.
 #pragma once
 
-#include <cloudcontact/analytic_shape.h>
-#include <cloudcontact/surface_field.h>
+#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/law/solid.h>
 
 namespace cloudcontact {
 

@@ -1,5 +1,5 @@
 // Samples of a cloud against a shape's own formula.
-#include "shared_search.h"
+#include "contact/shared_search.h"
 
 namespace cloudcontact::search {
 

@@ -4,7 +4,7 @@
 // are left out at the end (HitSearch::touchLightly).
 #pragma once
 
-#include "lane_search.h"
+#include "contact/lane_search.h"
 
 #include <functional>
 

@@ -1,8 +1,8 @@
 // Sums of hits, four numbers at a time (kernels/hit_sums.h). In double, which costs no more than
 // float here, and in lengths of the hits' own size.
-#include "sums.h"
+#include "contact/sums.h"
 
-#include "simd.h"
+#include "base/simd.h"
 
 #include <cstddef>
 #include <cstring>

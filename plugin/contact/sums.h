@@ -2,8 +2,8 @@
 // origin would cancel in them (DESIGN.md, "The method", 10).
 #pragma once
 
-#include "hit_bins.h"
-#include "hit_columns.h"
+#include "contact/hit_columns.h"
+#include "kernels/contact/hit_bins.h"
 
 #include <span>
 

@@ -3,15 +3,15 @@
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/registration.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include "../core/contact_cases.h"
+#include "contact/contact_cases.h"
 
 namespace cloudcontact::testing {
 

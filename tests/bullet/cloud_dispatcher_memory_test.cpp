@@ -1,9 +1,9 @@
 // A step must not wait for memory: once its pairs are known CloudDispatcher allocates nothing.
-#include "dispatch_stage.h"
+#include "bullet/dispatch_stage.h"
 
 #include <gtest/gtest.h>
 
-#include "../counted_new.h"
+#include "base/counted_new.h"
 
 namespace cloudcontact::testing {
 namespace {

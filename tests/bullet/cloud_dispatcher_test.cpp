@@ -1,7 +1,7 @@
 // CloudDispatcher leaves every manifold, its place and every bit of its points as Bullet's own
 // dispatcher does, step after step, for any number of threads; what was foretold wrongly is found
 // anew, and what fails is counted once.
-#include "dispatch_stage.h"
+#include "bullet/dispatch_stage.h"
 
 #include <cloudcontact/bullet/cuttable_body.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "../core/cut_cases.h"
+#include "workpiece/cut_cases.h"
 
 namespace cloudcontact::testing {
 namespace {

@@ -6,8 +6,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "../core/cut_cases.h"
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
+#include "workpiece/cut_cases.h"
 
 namespace cloudcontact::testing {
 namespace {

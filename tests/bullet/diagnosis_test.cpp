@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

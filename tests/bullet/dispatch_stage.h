@@ -2,7 +2,7 @@
 #pragma once
 
 // First: Bullet's soft bodies declare a global named seed.
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>

@@ -1,11 +1,11 @@
 // The Kelvin-Voigt law as Bullet's solver carries it out: against the exact backward Euler
 // recurrence, against m g / k, and against the materials' series formula.
-#include <cloudcontact/automatic_spring.h>
+#include <cloudcontact/law/automatic_spring.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

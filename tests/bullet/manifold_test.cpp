@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

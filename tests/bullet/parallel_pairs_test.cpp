@@ -1,7 +1,7 @@
 // Pairs processed at the same time by a dispatcher that does so, as Bullet's
 // btCollisionDispatcherMt where Bullet is built for it: nothing that they share is spoilt. Meant to
 // be run under ThreadSanitizer too (preset tsan).
-#include "dispatch_stage.h"
+#include "bullet/dispatch_stage.h"
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
 #include <gtest/gtest.h>

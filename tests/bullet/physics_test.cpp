@@ -1,12 +1,12 @@
 // Bodies in motion against mechanics: rest, slopes, rolling, falling, momentum, sleep, and that a
 // run can be repeated to the bit.
-#include <cloudcontact/automatic_spring.h>
+#include <cloudcontact/law/automatic_spring.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <btBulletDynamicsCommon.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/bullet/registration.h>
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <fstream>
 #include <sstream>

@@ -1,7 +1,7 @@
 // Soft bodies on clouds: rest and slip against closed forms, momentum and energy, two-way load, and
 // that only a step is a step.
 // First: Bullet's soft bodies declare a global named seed.
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
@@ -9,7 +9,7 @@
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
-#include <cloudcontact/bullet/soft_contact.h>
+#include <cloudcontact/bullet/soft_contact_point.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 
 namespace cloudcontact::testing {
 namespace {

@@ -1,5 +1,5 @@
 // Messages are JSON texts that end in a zero byte, both ways.
-#include "browser.h"
+#include "program/browser.h"
 
 #include <cairo.h>
 #include <fcntl.h>

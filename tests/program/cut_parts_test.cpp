@@ -2,20 +2,20 @@
 // run's figures, each against what is known of it.
 #include <gtest/gtest.h>
 
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>
 #include <numbers>
 #include <set>
 
-#include "cutting_figures.h"
 #include "draw/cut_picture.h"
 #include "draw/force_chart.h"
 #include "draw/plot.h"
 #include "draw/svg.h"
-#include "level_surface.h"
-#include "primitive_mesh.h"
-#include "tooth.h"
+#include "scene/cutting_figures.h"
+#include "scene/level_surface.h"
+#include "scene/primitive_mesh.h"
+#include "scene/tooth.h"
 
 namespace cloudcontact::program {
 namespace {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "browser.h"
+#include "program/browser.h"
 
 namespace program_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "program_run.h"
+#include "program/program_run.h"
 
 namespace {
 

@@ -3,9 +3,9 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <gtest/gtest.h>
 
-#include "body.h"
-#include "pair_probe.h"
-#include "peers.h"
+#include "scene/body.h"
+#include "scene/pair_probe.h"
+#include "scene/peers.h"
 
 namespace {
 

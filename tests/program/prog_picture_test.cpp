@@ -10,8 +10,8 @@
 
 #include "draw/drawing.h"
 #include "draw/svg.h"
-#include "figure_text.h"
-#include "program_run.h"
+#include "io/figure_text.h"
+#include "program/program_run.h"
 
 namespace {
 

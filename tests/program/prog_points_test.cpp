@@ -1,13 +1,13 @@
 // Bodies that are points: what the program takes them for, what it says, and what they weigh.
 #include <gtest/gtest.h>
 
-#include <cloudcontact/cloud_file.h>
+#include <cloudcontact/voxels/cloud_file.h>
 
 #include <cmath>
 #include <numbers>
 #include <sstream>
 
-#include "program_run.h"
+#include "program/program_run.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "primitive_mesh.h"
+#include "scene/primitive_mesh.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 
 #include <chrono>
 
-#include "program_run.h"
-#include "progress.h"
+#include "io/progress.h"
+#include "program/program_run.h"
 
 namespace cloudcontact::program {
 namespace {

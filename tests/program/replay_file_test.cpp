@@ -12,7 +12,7 @@
 #include <map>
 #include <sstream>
 
-#include "program_run.h"
+#include "program/program_run.h"
 
 namespace cloudcontact::program {
 namespace {

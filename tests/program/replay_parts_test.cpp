@@ -1,5 +1,5 @@
 // What a replay is packed from: bytes, shaded meshes, voxel shells.
-#include <cloudcontact/digitize.h>
+#include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -7,10 +7,10 @@
 #include <map>
 #include <random>
 
-#include "primitive_mesh.h"
 #include "replay/packed.h"
 #include "replay/shaded_mesh.h"
 #include "replay/voxel_shell.h"
+#include "scene/primitive_mesh.h"
 
 namespace cloudcontact::program {
 namespace {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstring>
 
-#include "json.h"
+#include "io/json.h"
+#include "program/scene_parts.h"
 #include "replay/page_record.h"
 #include "replay/recorder.h"
-#include "scene_parts.h"
-#include "simulation.h"
+#include "scene/simulation.h"
 
 namespace cloudcontact::program {
 namespace {

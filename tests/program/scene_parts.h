@@ -1,7 +1,7 @@
 // Bodies from which tests make their scenes.
 #pragma once
 
-#include "scene.h"
+#include "scene/scene.h"
 
 namespace cloudcontact::program {
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "commands.h"
-#include "demo.h"
+#include "commands/commands.h"
+#include "demos/demo.h"
 
 namespace cloudcontact::program {
 namespace {

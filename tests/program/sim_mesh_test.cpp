@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "generated_mesh.h"
-#include "penetration.h"
+#include "scene/generated_mesh.h"
+#include "scene/penetration.h"
 
 namespace cloudcontact::program {
 namespace {

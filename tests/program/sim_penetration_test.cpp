@@ -5,9 +5,9 @@
 #include <numbers>
 #include <random>
 
-#include "generated_mesh.h"
-#include "penetration.h"
-#include "primitive_mesh.h"
+#include "scene/generated_mesh.h"
+#include "scene/penetration.h"
+#include "scene/primitive_mesh.h"
 
 namespace cloudcontact::program {
 namespace {

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "errors.h"
-#include "scene.h"
+#include "io/errors.h"
+#include "scene/scene.h"
 
 namespace cloudcontact::program {
 namespace {

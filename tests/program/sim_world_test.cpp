@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "errors.h"
-#include "scene_parts.h"
-#include "scene_shapes.h"
-#include "simulation.h"
-#include "world_parts.h"
+#include "io/errors.h"
+#include "program/scene_parts.h"
+#include "scene/scene_shapes.h"
+#include "scene/simulation.h"
+#include "scene/world_parts.h"
 
 namespace cloudcontact::program {
 namespace {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
-#include <cloudcontact/law.h>
-#include <cloudcontact/surface_field.h>
-#include <cloudcontact/viscoelastic.h>
+#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/law/law.h>
+#include <cloudcontact/law/viscoelastic.h>
 
 #include <memory>
 #include <optional>

@@ -6,8 +6,8 @@
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/matter.h>
-#include <cloudcontact/pieces.h>
+#include <cloudcontact/voxels/matter.h>
+#include <cloudcontact/voxels/pieces.h>
 
 #include <memory>
 #include <optional>

@@ -1,0 +1,131 @@
+// The program cloudcontact-chart, which `cloudcontact chart` starts: the laboratory, on its own
+// cases or on a pair of the user's.
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "io/command_line.h"
+#include "io/errors.h"
+#include "io/options.h"
+#include "io/progress.h"
+#include "lab/chart_files.h"
+#include "lab/self_check.h"
+#include "scene/body.h"
+
+namespace cloudcontact::program {
+namespace {
+
+struct ChartOptions {
+  CommonOptions common;
+  std::string a, b, pose, only;
+  std::string out = "bench-results";
+  bool quick = false, noStability = false;
+  std::string trials;
+  int iterations = 10;
+};
+
+lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {
+  const Body body = readBody(specification, options);
+  if (body.cloud || body.object)
+    throw BadInput(specification + ": peers need a mesh or a primitive; give one");
+  if (isHalfSpace(body)) return {specification, {}, body.shape, true, {}};
+  return {specification,
+          [body](double tolerance) { return meshOf(body, tolerance); },
+          body.shape,
+          body.shape.has_value(),
+          {}};
+}
+
+// A length whose 32nd is half of the voxel that `contact` would take.
+double sizeOf(const ChartOptions& options) {
+  if (options.common.voxel) return 32 * *options.common.voxel;
+  double voxel = 1e300;
+  for (const std::string& name : {options.a, options.b}) {
+    const Body body = readBody(name, options.common);
+    if (!isHalfSpace(body)) voxel = std::min(voxel, defaultVoxel(body));
+  }
+  return 16 * voxel;
+}
+
+lab::LabCase ownPair(const ChartOptions& options) {
+  const Pose pose = readPose("--pose", options.pose);
+  const lab::LabBody a = labBody(options.a, options.common), b = labBody(options.b, options.common);
+  lab::LabCase own;
+  own.family = own.name = options.a + " and " + options.b;
+  own.size = sizeOf(options);
+  own.make = [=](std::uint64_t seed) {
+    lab::Random random(seed);
+    lab::Instance instance{a, b, {{pose, {}}}};
+    instance.a.grid = random.grid(own.size / 32), instance.b.grid = random.grid(own.size / 32);
+    return instance;
+  };
+  return own;
+}
+
+void run(const ChartOptions& options, const std::string& command) {
+  if (options.a.empty() != options.b.empty() || options.b.empty() != options.pose.empty())
+    throw BadInput("chart: for a pair of your own give A, B and --pose; for the laboratory none");
+  lab::checkFolder(options.out);
+  const auto start = std::chrono::steady_clock::now();
+  lab::LabResults results;
+  results.quick = options.quick, results.command = command;
+  lab::ChartSettings chart;
+  chart.quick = options.quick, chart.only = options.only;
+  chart.progress = progressBar("error against time");
+  results.methods = lab::chartMethods(chart);
+  if (!options.a.empty()) {
+    const lab::LabCase own = ownPair(options);
+    results.subject = own.name;
+    results.chart = lab::runChart(own, chart);
+  } else {
+    results.chart = lab::runChart(chart);
+    lab::StabilitySettings stability;
+    stability.quick = options.quick, stability.only = options.only;
+    stability.trials = options.trials, stability.iterations = options.iterations;
+    stability.progress = progressBar("stability");
+    if (!options.noStability) results.stability = lab::runStability(stability);
+  }
+  results.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  results.faults = lab::ownFaults(results.chart, results.stability);
+  lab::writeResults(results, options.out);
+  for (const std::string& line : lab::advice(results.chart)) std::cout << line << '\n';
+  for (const std::string& fault : results.faults) std::cout << "falls short: " << fault << '\n';
+  std::cout << "written to " << options.out << ": report.html, chart.svg, chart.json, "
+            << "failures.svg, failures.json\n";
+}
+
+void addOptions(CLI::App& command) {
+  auto options = std::make_shared<ChartOptions>();
+  command.add_option("A", options->a, "mesh file or primitive; without it the laboratory's cases");
+  command.add_option("B", options->b, "the same");
+  command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
+      ->type_name("POSE");
+  command.add_option("--out", options->out, "folder for what is written (default bench-results)")
+      ->type_name("DIR");
+  command.add_flag("--quick", options->quick, "fewer cases, grids and scenes: under two minutes");
+  command.add_option("--only", options->only, "cases, families and scenes whose name has this")
+      ->type_name("TEXT");
+  command.add_flag("--no-stability", options->noStability, "the chart alone");
+  // For who works on the scenes: one trial alone, and whether Bullet's solver is to blame for it.
+  command.add_option("--trials", options->trials, "trials whose name has this: \"cloud 60 stiff\"")
+      ->group("");
+  command.add_option("--iterations", options->iterations, "of Bullet's solver in every trial")
+      ->check(CLI::Range(1, 100000))
+      ->group("");
+  addCommonOptions(command, options->common);
+  command.callback([options] {
+    run(*options, options->quick ? "cloudcontact chart --quick" : "cloudcontact chart");
+  });
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Measures speed against accuracy, and stability where methods fail, beside the peers; or\n"
+      "charts a pair of your own, its finest voxels standing for the truth.",
+      "cloudcontact chart");
+  return cloudcontact::program::runCommandLine(argc, argv, app, cloudcontact::program::addOptions);
+}

@@ -1,0 +1,473 @@
+// Mechanisms: what sliding, locking, fitting and driving should do by their own formulas.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "lab/gear_mesh.h"
+#include "lab/moving_parts.h"
+#include "lab/turned_mesh.h"
+#include "scene/generated_mesh.h"
+
+namespace cloudcontact::program::lab {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// --- A brick on an incline of slope 0.5: friction 0.49 slides, 0.50 stands.
+
+namespace incline {
+
+constexpr double kSlope = 0.5, kVoxel = 0.02, kSeconds = 2;
+
+// How far it goes down [m]. Gravity leans, not the incline: that is the same to the bodies.
+double slid(const Trial& trial, double friction) {
+  const double angle = std::atan(kSlope);
+  SceneDescription scene;
+  scene.gravity = kGravity * Vec3(std::sin(angle), 0, -std::cos(angle));
+  const Matter brick = springy(1, friction, 4400, 1);  // sags by 0.1 voxel
+  addBody(scene, "incline", boxFor(trial, Vec3(2, 1, 0.2)), Vec3(0, 0, -0.1), {0, 1}, trial);
+  const double sag = sagOf(trial, brick, brick.mass * kGravity * std::cos(angle), kVoxel);
+  SceneBody& body = addBody(scene, "brick", boxFor(trial, Vec3(0.4, 0.4, 0.1)),
+                            Vec3(-0.4, 0, 0.05 - sag), brick, trial);
+  body.pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());  // along no axis of the grid
+  MovingWorld motion(scene, trial, kVoxel);
+  motion.run(kSeconds);
+  return motion.body(1).pose.position.x() + 0.4;
+}
+
+// What it slides at friction 0.49: g (sin - mu cos) t^2 / 2.
+double freeWay(double friction) {
+  const double angle = std::atan(kSlope);
+  return kGravity * (std::sin(angle) - friction * std::cos(angle)) / 2 * kSeconds * kSeconds;
+}
+
+Verdict slides(const Trial& trial) {
+  const double free = freeWay(0.49), way = slid(trial, 0.49);
+  return within(way, free, 0.2, way < free ? "is held back" : "runs ahead");
+}
+
+// At 0.50 friction just balances: what the first steps leave of speed, nothing takes again.
+Verdict stands(const Trial& trial) {
+  return atMost(100 * std::abs(slid(trial, 0.5)) / freeWay(0.49), 10, "slides");
+}
+
+}  // namespace incline
+
+// --- A nut turns down its bolt: above which friction does it stop?
+
+namespace screw {
+
+constexpr double kVoxel = 0.25e-3, kSeconds = 0.4;
+constexpr double kPlay = 0.1e-3;  // radial, between the threads
+constexpr double kApart = 40e-3;  // of neighbouring bolts
+constexpr double kMass = 0.02;
+constexpr double kSpin = 0.5;  // that it is given at the start [rad/s]
+
+Thread threadFor(const Trial& trial) {
+  Thread thread;
+  // Peers get fewer triangles, as a user who pays for each would choose.
+  thread.segments = trial.method == Method::Cloud ? 96 : 48;
+  return thread;
+}
+
+// The flanks meet from the nut's minor to the bolt's major radius; half way is where friction acts.
+double contactRadius(const Thread& t) {
+  const double minor = t.majorDiameter / 2 - 5.0 / 16 * t.pitch / std::tan(t.flankAngle / 2);
+  return (minor + kPlay + t.majorDiameter / 2) / 2;
+}
+
+double theory(const Thread& t) {
+  return t.lead() / (2 * kPi * contactRadius(t)) * std::cos(t.flankAngle / 2);
+}
+
+struct Nuts {
+  std::vector<bool> stayed;
+  bool threaded = true;  // none left its thread
+};
+
+// A nut for each friction, each on a bolt of its own: one world, one pair of fields.
+SceneDescription sceneOf(const Trial& trial, const std::vector<double>& frictions) {
+  const Thread thread = threadFor(trial);
+  Thread nutThread = thread;
+  nutThread.clearance = kPlay;
+  const auto bolt = std::make_shared<const Mesh>(boltMesh(thread, 10e-3));
+  const auto nut = std::make_shared<const Mesh>(nutMesh(nutThread, 4e-3, 20e-3));
+  // Whole pitches up, and down by the play along the axis, so that flanks touch.
+  const double start = 2e-3 - kPlay * std::tan(thread.flankAngle / 2);
+  SceneDescription scene;
+  for (std::size_t i = 0; i < frictions.size(); ++i) {
+    addBody(scene, "bolt", meshNamed("bolt", bolt), Vec3(kApart * double(i), 0, 0),
+            {0, frictions[i]}, trial);
+    addBody(scene, "nut", meshNamed("nut", nut), Vec3(kApart * double(i), 0, start),
+            springy(kMass, frictions[i], 1e4, 1), trial);
+    // Set going, not let go: whether it stops is then friction's doing alone.
+    scene.bodies.back().angularVelocity = Vec3(0, 0, -kSpin);
+    scene.bodies.back().linearVelocity = Vec3(0, 0, -kSpin * thread.lead() / (2 * kPi));
+  }
+  return scene;
+}
+
+Nuts tried(const Trial& trial, const std::vector<double>& frictions) {
+  MovingWorld motion(sceneOf(trial, frictions), trial, kVoxel);
+  // Right-handed: down is turning backward, far less than half a turn here.
+  const auto angle = [&](std::size_t nut) {
+    const Vec3 x = motion.body(int(2 * nut + 1)).pose.orientation * Vec3::UnitX();
+    return std::atan2(x.y(), x.x());
+  };
+  std::vector<double> before, start;
+  for (std::size_t i = 0; i < frictions.size(); ++i)
+    start.push_back(motion.body(int(2 * i + 1)).pose.position.z());
+  motion.run(kSeconds * 2 / 3);
+  for (std::size_t i = 0; i < frictions.size(); ++i) before.push_back(angle(i));
+  motion.run(kSeconds);
+  Nuts nuts;
+  const double lead = threadFor(trial).lead();
+  for (std::size_t i = 0; i < frictions.size(); ++i) {
+    nuts.stayed.push_back(before[i] - angle(i) < 0.02);
+    const double fell = start[i] - motion.body(int(2 * i + 1)).pose.position.z();
+    const bool onThread = std::abs(fell + angle(i) * lead / (2 * kPi)) < 0.25 * lead;
+    nuts.threaded = nuts.threaded && onThread;
+  }
+  return nuts;
+}
+
+// Clouds pay for their fields, once a world, and hardly for nuts: a fine ladder at once. Peers pay
+// for each nut and step: bisection with a few arms, twice.
+Verdict threshold(const Trial& trial) {
+  if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a nut's hull has no hole");
+  const int arms = trial.method == Method::Cloud ? 15 : 3;
+  const int rounds = trial.method == Method::Cloud ? 1 : 2;
+  const double expected = theory(threadFor(trial));
+  double low = rounds == 1 ? 0.5 * expected : 0, high = 2 * expected - low;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<double> frictions;
+    for (int i = 1; i <= arms; ++i) frictions.push_back(low + (high - low) * i / (arms + 1));
+    const Nuts nuts = tried(trial, frictions);
+    if (!nuts.threaded) return {Outcome::Fails, 0, expected, "a nut leaves its thread"};
+    for (int i = 0; i < arms; ++i) {
+      if (nuts.stayed[std::size_t(i)]) {
+        high = frictions[std::size_t(i)];
+        break;
+      }
+      low = frictions[std::size_t(i)];
+    }
+  }
+  const double found = (low + high) / 2;
+  return within(found, expected, 0.1, found < expected ? "locks too early" : "locks too late");
+}
+
+}  // namespace screw
+
+// --- A peg and a hole a little wider.
+
+namespace peg {
+
+constexpr double kRadius = 4e-3, kLength = 12e-3, kHeight = 8e-3, kWidth = 12e-3, kChamfer = 0.5e-3;
+constexpr double kInside = 3e-3;  // how deep it stands in the hole at the start
+constexpr double kMass = 0.0047;  // of steel
+constexpr double kSeconds = 0.5;
+
+// Fine enough for the peg's own shape; below that a clearance is half a voxel.
+double voxelFor(double clearance) {
+  return std::min(0.4e-3, 2 * clearance);
+}
+
+SceneDescription sceneOf(const Trial& trial, double clearance) {
+  // HACD's time grows with the square of the triangles; 32 sides stand off a circle by 0.02 mm.
+  const int segments = trial.method == Method::Cloud ? 192 : trial.method == Method::Hacd ? 32 : 96;
+  SceneDescription scene;
+  addPlane(scene, 0.1);
+  addBody(scene, "hole",
+          meshNamed("hole", std::make_shared<const Mesh>(holeMesh(kRadius + clearance, kWidth,
+                                                                  kHeight, kChamfer, segments))),
+          Vec3::Zero(), {0, 0.1}, trial);
+  // Off the axis and tilted by about half of what the clearance leaves at this depth.
+  SceneBody& body = addBody(
+      scene, "peg",
+      meshNamed("peg", std::make_shared<const Mesh>(pegMesh(kRadius, kLength, kChamfer, segments))),
+      Vec3(0.3 * clearance, -0.15 * clearance, kHeight - kInside), springy(kMass, 0.1, 2e4, 0.5),
+      trial);
+  const double tilt = std::min(0.02, 0.3 * clearance / kInside);
+  body.pose.orientation = Eigen::AngleAxisd(tilt, Vec3(1, -0.5, 0).normalized());
+  return scene;
+}
+
+Verdict goesIn(const Trial& trial, double clearance) {
+  if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a hole's hull is full");
+  const double voxel = voxelFor(clearance);
+  MovingWorld motion(sceneOf(trial, clearance), trial, voxel);
+  motion.run(kSeconds);
+  const double above = std::abs(motion.body(2).pose.position.z()) / voxel;
+  return unlessItGains(atMost(above, 0.5, "jams"), motion.gained(),
+                       kMass * kGravity * (kHeight - kInside));
+}
+
+}  // namespace peg
+
+// --- A pinion drives a wheel.
+
+namespace gears {
+
+constexpr double kVoxel = 0.6e-3, kSeconds = 2, kSpin = 15, kDensity = 7800;
+
+SceneJoint axle(int body, const Vec3& position) {
+  SceneJoint joint;
+  joint.name = "axle";
+  joint.kind = SceneJoint::Kind::Revolute;
+  joint.child = body;
+  joint.pose.position = position;
+  return joint;
+}
+
+// The pinion's tooth on the x axis stands in a gap of the wheel: it has an odd number of teeth.
+SceneDescription sceneOf(const Trial& trial, const Gear& pinion, const Gear& wheel) {
+  SceneDescription scene;
+  scene.gravity = Vec3::Zero();
+  double at = 0;
+  for (const Gear& gear : {pinion, wheel}) {
+    const double radius = gear.pitchRadius();
+    const double mass = kPi * radius * radius * gear.width * kDensity;
+    const std::string name = "gear" + std::to_string(gear.teeth);
+    // Both state twice the pair's: two bodies press in series.
+    addBody(scene, name, meshNamed(name, std::make_shared<const Mesh>(gearMesh(gear))),
+            Vec3(at, 0, 0), {mass, 0.1, 2e5, 200}, trial);
+    scene.joints.push_back(axle(int(scene.bodies.size()) - 1, Vec3(at, 0, 0)));
+    at += pinion.pitchRadius() + wheel.pitchRadius();
+  }
+  scene.bodies[0].angularVelocity = Vec3(0, 0, kSpin);
+  return scene;
+}
+
+// Tells the turns of a body about z, step by step.
+struct Turned {
+  double last = 0, sum = 0;
+  void see(double angle) {
+    sum += std::remainder(angle - last, 2 * kPi);
+    last = angle;
+  }
+};
+
+Verdict keepRatio(const Trial& trial, double backlash) {
+  if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a gear's hull has no teeth");
+  Gear pinion, wheel;
+  wheel.teeth = 27;
+  pinion.thinned = wheel.thinned = backlash / 2;
+  MovingWorld motion(sceneOf(trial, pinion, wheel), trial, kVoxel);
+  const double energy =
+      0.5 * 0.5 * motion.world().mass(0) * std::pow(pinion.pitchRadius() * kSpin, 2);
+  Turned turned[2];
+  double slip = 0;
+  motion.run(kSeconds, [&] {
+    for (int i = 0; i < 2; ++i) {
+      const Vec3 x = motion.body(i).pose.orientation * Vec3::UnitX();
+      turned[i].see(std::atan2(x.y(), x.x()));
+    }
+    slip = std::max(slip, std::abs(turned[0].sum * pinion.teeth + turned[1].sum * wheel.teeth));
+    return false;
+  });
+  if (std::abs(turned[1].sum) < kPi) return {Outcome::Fails, 0, 1, "the teeth catch"};
+  const double tooth = kPi * pinion.module;
+  return unlessItGains(atMost(slip / (2 * kPi), (backlash + kVoxel) / tooth, "teeth pass through"),
+                       motion.gained(), energy);
+}
+
+}  // namespace gears
+
+// --- A bowl slides to rest in a bowl a little larger.
+
+namespace bowls {
+
+constexpr double kVoxel = 5e-3, kInner = 0.1, kWall = 0.015, kGap = 5e-3, kSeconds = 3, kMass = 0.5;
+
+// Both are parts of spheres, so that how deep they stand in each other is a difference of radii.
+Verdict staysIn(const Trial& trial) {
+  if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a bowl's hull is full");
+  const int segments = trial.method == Method::Cloud ? 96 : trial.method == Method::Hacd ? 16 : 32;
+  const auto bowl = [&](const std::string& name, double inner) {
+    return meshNamed(name, std::make_shared<const Mesh>(bowlMesh(inner, inner + kWall, segments)));
+  };
+  SceneDescription scene;
+  addBody(scene, "large", bowl("large", kInner), Vec3::Zero(), {0, 0.1}, trial);
+  const double low = 0.9 * kGap;
+  SceneBody& small = addBody(scene, "small", bowl("small", kInner - kGap - kWall),
+                             Vec3(0.3 * kGap, 0, -low), springy(kMass, 0.1, 1e4, 0.5), trial);
+  small.pose.orientation = Eigen::AngleAxisd(0.5, Vec3(1, 2, 0).normalized());
+  MovingWorld motion(scene, trial, kVoxel);
+  double deepest = 0;
+  motion.run(kSeconds, [&] {
+    deepest = std::max(deepest, motion.body(1).pose.position.norm() - kGap);
+    return false;
+  });
+  return unlessItGains(atMost(deepest / kVoxel, 0.5, "goes through"), motion.gained(),
+                       kMass * kGravity * kInner * (1 - std::cos(0.5)) / 2);
+}
+
+}  // namespace bowls
+
+// --- Newton's cradle of five balls on springs.
+
+namespace cradle {
+
+constexpr int kBalls = 5;
+constexpr double kRadius = 0.05, kString = 0.5, kLift = 0.3, kMass = 1, kStiffness = 1e4;
+constexpr double kVoxel = 0.005, kSeconds = 0.8;
+
+// The same in one dimension and in double: equal masses in a row, a spring between neighbours, each
+// step solved to the end. Its last ball's greatest speed, the first arriving with `speed` at a
+// `phase` of a step before it touches.
+double lastSpeed(double speed, double step, double phase) {
+  std::array<double, kBalls> x{}, v{};
+  x[0] = -phase * speed * step;
+  v[0] = speed;
+  double most = 0;
+  for (double time = 0; time < 0.3; time += step) {
+    std::array<double, kBalls> impulse{};
+    for (int i = 0; i < kBalls; ++i) v[i] -= step * kGravity / kString * x[i];
+    // v holds the impulses so far; each sweep mends one spring's after the other.
+    for (int sweep = 0; sweep < 100; ++sweep)
+      for (int i = 0; i + 1 < kBalls; ++i) {
+        const double closing = v[i] - v[i + 1], stretch = step * step * kStiffness;
+        const double without = closing + 2 * impulse[i] / kMass;
+        const double now =
+            std::max(0.0, (step * kStiffness * (x[i] - x[i + 1]) + stretch * without) /
+                              (1 + 2 * stretch / kMass));
+        v[i] -= (now - impulse[i]) / kMass;
+        v[i + 1] += (now - impulse[i]) / kMass;
+        impulse[i] = now;
+      }
+    for (int i = 0; i < kBalls; ++i) x[i] += step * v[i];
+    most = std::max(most, v[kBalls - 1]);
+  }
+  return most;
+}
+
+SceneDescription sceneOf(const Trial& trial) {
+  SceneDescription scene;
+  for (int i = 0; i < kBalls; ++i) {
+    const Vec3 pivot(2 * kRadius * i, 0, kString);
+    const Eigen::AngleAxisd turn(i == 0 ? kLift : 0, Vec3::UnitY());
+    const Vec3 place = pivot + turn * Vec3(0, 0, -kString);
+    // Each states twice the pair's: two bodies press in series.
+    addBody(scene, "ball" + std::to_string(i), ballFor(trial, kRadius), place,
+            {kMass, 0, 2 * kStiffness, 0}, trial);
+    SceneJoint hinge;
+    hinge.name = "string" + std::to_string(i);
+    hinge.kind = SceneJoint::Kind::Revolute;
+    hinge.child = i;
+    hinge.pose.position = pivot;
+    hinge.axis = Vec3::UnitY();
+    scene.joints.push_back(hinge);
+  }
+  return scene;
+}
+
+Verdict passesOn(const Trial& trial) {
+  MovingWorld motion(sceneOf(trial), trial, kVoxel);
+  double first = 0, last = 0;
+  motion.run(kSeconds, [&] {
+    first = std::max(first, motion.body(0).linearVelocity.x());
+    last = std::max(last, motion.body(kBalls - 1).linearVelocity.x());
+    return false;
+  });
+  // Whatever the phase; the nearest to what was found.
+  double expected = 0;
+  for (double phase = 0; phase < 1; phase += 0.125) {
+    const double share = lastSpeed(first, trial.step, phase) / first;
+    if (std::abs(share - last / first) < std::abs(expected - last / first)) expected = share;
+  }
+  return unlessItGains(within(last / first, expected, 0.05, "not as its springs say"),
+                       motion.gained(), kMass * first * first / 2);
+}
+
+}  // namespace cradle
+
+using enum Method;
+
+std::vector<StabilityScene> inclines() {
+  const std::vector<Method> methods = {Cloud, Primitive, Gimpact};
+  const std::vector<double> steps = {kStep240, kStep60, kStep1000};
+  return {{"incline at friction 0.49",
+           "mechanisms",
+           "on a slope of 0.5 a brick slides as far as g (sin - mu cos) t^2 / 2, within 20 % [m]",
+           methods,
+           steps,
+           {"stiff", "auto"},
+           0.3,
+           incline::slides},
+          {"incline at friction 0.50",
+           "mechanisms",
+           "on a slope of 0.5 a brick stands for 2 s: moved, of what it slides at 0.49 [%]",
+           methods,
+           steps,
+           {"stiff", "auto"},
+           0.3,
+           incline::stands}};
+}
+
+std::vector<StabilityScene> pegs() {
+  std::vector<StabilityScene> scenes;
+  for (const auto& [clearance, name] :
+       {std::pair(1e-3, "1"), {0.5e-3, "0.5"}, {0.2e-3, "0.2"}, {0.1e-3, "0.1"}, {0.05e-3, "0.05"}})
+    scenes.push_back(
+        {std::string("peg in hole, clearance ") + name + " mm",
+         "mechanisms",
+         "an 8 mm peg reaches the floor through a hole whose radius is larger by the clearance "
+         "(half a voxel, from 0.2 mm down): end above the floor [voxels]",
+         {Cloud, Gimpact, Hacd, Gjk},
+         {kStep240, kStep60, kStep1000},
+         {"stiff", "auto"},
+         clearance < 0.2e-3 ? 3.0 : 1.0,
+         [clearance = clearance](const Trial& trial) { return peg::goesIn(trial, clearance); }});
+  return scenes;
+}
+
+}  // namespace
+
+std::vector<StabilityScene> mechanismScenes() {
+  std::vector<StabilityScene> scenes = inclines();
+  scenes.push_back(
+      {"screw's self-locking",
+       "mechanisms",
+       "a nut set turning stops from friction tan(lead) cos(half the flank angle) on, within 10 %",
+       {Cloud, Gimpact, Gjk},
+       {kStep1000, kStep240},
+       {"stiff", "auto"},
+       15,
+       screw::threshold});
+  for (const StabilityScene& scene : pegs()) scenes.push_back(scene);
+  for (const auto& [backlash, name] :
+       {std::pair(0.8e-3, "gear pair"), {0.3e-3, "gear pair, backlash of half a voxel"}})
+    scenes.push_back(
+        {name,
+         "mechanisms",
+         "18 teeth drive 27 by half a turn and more: turns apart by no more than the "
+         "backlash and a voxel [teeth]",
+         {Cloud, Gimpact, Gjk},
+         {kStep1000, kStep240},
+         {"stiff", "auto"},
+         6,
+         [backlash = backlash](const Trial& trial) { return gears::keepRatio(trial, backlash); }});
+  scenes.push_back({"bowl in bowl",
+                    "mechanisms",
+                    "a bowl let go at 29 deg in one 5 mm larger never stands in it by more than "
+                    "[voxels]",
+                    {Cloud, Gimpact, Hacd, Gjk},
+                    {kStep240, kStep60, kStep1000},
+                    {"stiff", "auto"},
+                    1,
+                    bowls::staysIn});
+  scenes.push_back({"Newton's cradle",
+                    "mechanisms",
+                    "of five balls the last leaves with the share of the first's speed that the "
+                    "springs' own recurrence gives, within 5 %",
+                    {Cloud, Primitive},
+                    {kStep1000, kStep240},
+                    {"stiff"},
+                    1,
+                    cradle::passesOn});
+  return scenes;
+}
+
+}  // namespace cloudcontact::program::lab

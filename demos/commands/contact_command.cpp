@@ -1,0 +1,161 @@
+// `cloudcontact contact A B --pose POSE`: how two bodies touch, with what force, in what time.
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "commands/commands.h"
+#include "commands/contact_report.h"
+#include "draw/contact_picture.h"
+#include "draw/picture_file.h"
+#include "io/json.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr double kPaperStiffness = 1e4;       // [N/m]
+constexpr double kFoundationStiffness = 1e9;  // [N/m^3]
+constexpr int kMostRepeats = 1000000;
+
+struct ContactOptions {
+  CommonOptions common;
+  std::string a, b;
+  std::string pose, velocity;
+  std::optional<std::string> picture;  // a file
+  int repeat = 100;
+};
+
+ContactQuery readQuery(const ContactOptions& options) {
+  if (options.common.law == LawForm::Rigid)
+    throw BadInput("--law rigid: has no force until a solver runs; use paper or foundation");
+  if (options.common.viscoelastic)
+    throw BadInput("--law: its force depends on what was before; use paper, or simulate");
+  ContactQuery query;
+  query.common = options.common;
+  query.repeat = options.repeat;
+  query.pose = readPose("--pose", options.pose);
+  if (!options.velocity.empty()) query.motion = readVelocity("--velocity", options.velocity);
+  query.motion.center = query.pose.position;  // the velocity is that of B's origin
+  query.a = readBody(options.a, options.common);
+  query.b = readBody(options.b, options.common);
+  if (isHalfSpace(query.a) && isHalfSpace(query.b))
+    throw BadInput("halfspace: two half-spaces have no contact to look for; make A or B a body");
+  return query;
+}
+
+// The value below which a share of the times lies; times must be sorted.
+double quantile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0;
+  const auto last = static_cast<double>(sorted.size() - 1);
+  return sorted[static_cast<std::size_t>(std::ceil(share * last))];
+}
+
+Json reportJson(const ContactReport& report, const CommonOptions& options) {
+  Json json;
+  json["method"] = nameOf(options.method);
+  json["backend"] = nameOf(report.backend);
+  json["force"] = asJson(report.onB.force);
+  json["torque"] = asJson(report.onB.torque);
+  json["contacts"] = Json::array();
+  for (const ReportedContact& c : report.contacts)
+    json["contacts"].push_back({{"position", asJson(c.position)},
+                                {"normal", asJson(c.normal)},
+                                {"depth", c.depth},
+                                {"stiffness", c.stiffness},
+                                {"damping", c.damping},
+                                {"patch", c.patch},
+                                {"confidence", c.confidence}});
+  json["patches"] = report.patches;
+  json["samples"] = report.samples;
+  std::vector<double> times = report.microseconds;
+  std::sort(times.begin(), times.end());
+  json["microseconds"] = {{"median", quantile(times, 0.5)}, {"p99", quantile(times, 0.99)}};
+  return json;
+}
+
+void printText(const Json& j) {
+  std::cout << j["method"].get<std::string>() << ": " << j["contacts"].size() << " contacts in "
+            << j["patches"] << " patches\n"
+            << "  force on B  " << vectorText(j["force"]) << " N\n"
+            << "  torque on B " << vectorText(j["torque"]) << " N m, about the world's origin\n"
+            << "  time        " << j["microseconds"]["median"].get<double>() << " us, 99 % within "
+            << j["microseconds"]["p99"].get<double>() << " us\n";
+  for (const Json& c : j["contacts"])
+    std::cout << "  at " << vectorText(c["position"]) << "  normal " << vectorText(c["normal"])
+              << "  depth " << c["depth"].get<double>() << "  k " << c["stiffness"].get<double>()
+              << "  patch " << c["patch"] << '\n';
+}
+
+ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
+  if (query.common.method != Method::Cloud) {
+    if (query.common.backend == Backend::OpenCl) tellOfCpu("it is for --method cloud");
+    return peerContact(query);
+  }
+  if (!picture) return cloudContact(query);
+  ContactScene scene;
+  ContactReport report = cloudContact(query, &scene);
+  savePicture(contactPicture(scene), *picture);
+  return report;
+}
+
+void run(const ContactOptions& options) {
+  if (options.picture) {
+    checkPicture(*options.picture);
+    if (options.common.method != Method::Cloud)
+      throw BadInput("--picture: shows the cloud's own method; use it with --method cloud");
+  }
+  const ContactQuery query = readQuery(options);
+  const Json json = reportJson(contactOf(query, options.picture), options.common);
+  if (options.common.json)
+    std::cout << jsonText(json) << '\n';
+  else
+    printText(json);
+}
+
+}  // namespace
+
+Material pairMaterial(const CommonOptions& options) {
+  const bool foundation = options.law == LawForm::Foundation;
+  return {options.stiffness.value_or(foundation ? kFoundationStiffness : kPaperStiffness),
+          options.damping.value_or(0)};
+}
+
+void addContactCommand(CLI::App& app) {
+  auto options = std::make_shared<ContactOptions>();
+  CLI::App& command = *app.add_subcommand(
+      "contact",
+      "press body B into body A: contacts, force and time.\n"
+      "A stands at the origin. Stiffness is 1e4 N/m (1e9 N/m^3 with foundation) if not given.");
+  command
+      .add_option("A", options->a,
+                  "file of a mesh or of points, .cloud file, primitive or halfspace")
+      ->required();
+  command.add_option("B", options->b, "the same")->required();
+  command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
+      ->required()
+      ->type_name("POSE");
+  command
+      .add_option("--velocity", options->velocity,
+                  "of B's origin: \"vx vy vz wx wy wz\" [m/s, rad/s]")
+      ->type_name("VELOCITY");
+  command
+      .add_option_function<std::string>(
+          "--repeat",
+          [options](const std::string& text) {
+            options->repeat = readCount("--repeat", text, 1, kMostRepeats);
+          },
+          "calls to time (default 100)")
+      ->type_name("N");
+  command
+      .add_option_function<std::string>(
+          "--picture", [options](const std::string& text) { options->picture = text; },
+          "where to draw the contact, in a cut through it")
+      ->type_name("FILE.png|FILE.svg");
+  addCommonOptions(command, options->common, Devices::OpenCl);
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,306 @@
+// `cloudcontact drill WORKPIECE`: a tool in a simulated hand goes into a body along a straight way
+// and out again, cutting; force, volume and what is left.
+#include <cloudcontact/voxels/cloud_file.h>
+
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <sstream>
+
+#include "commands/commands.h"
+#include "draw/cut_picture.h"
+#include "draw/force_chart.h"
+#include "draw/picture_file.h"
+#include "io/figure_text.h"
+#include "io/json.h"
+#include "io/progress.h"
+#include "io/whole_file.h"
+#include "scene/body.h"
+#include "scene/cutting_figures.h"
+#include "scene/tissue_file.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr double kSpindle = 300000 / 60.0;  // turns a second, of --edge-speed's default
+constexpr double kLeastTool = 2;            // half of the tool's least width [voxels]
+constexpr double kMostTicks = 5e6;
+constexpr double kBack = 5;  // times faster the tool comes out
+
+struct DrillOptions {
+  CommonOptions common;
+  std::string body, bur = "sphere:0.0006", tissues = "dental";
+  std::vector<std::string> told;
+  std::optional<Pose> from, to;
+  double seconds = 5, step = 1e-3, efficiency = 0.1;
+  std::optional<double> edgeSpeed;
+  std::string output, force, picture, chart;
+};
+
+// The tool's area and its least and greatest half width [m].
+struct Bur {
+  Area area;
+  double least = 0, most = 0;
+};
+
+Bur burOf(const DrillOptions& o, double voxel) {
+  const Body body = readBody(o.bur, o.common);
+  if (isHalfSpace(body)) throw BadInput("--bur: halfspace is no tool; give a sphere, box or file");
+  Bur bur;
+  const Vec3 half = boundsOf(body).sizes() / 2;
+  bur.least = half.minCoeff(), bur.most = half.maxCoeff();
+  if (bur.least < kLeastTool * voxel)
+    throw BadInput("--bur: " + o.bur + " is thinner than four voxels; give a --voxel of at most " +
+                   numberText(1e6 * bur.least / kLeastTool) + "e-6 or a larger bur");
+  if (body.shape && std::holds_alternative<SphereShape>(*body.shape))
+    bur.area = SphereArea{Vec3::Zero(), std::get<SphereShape>(*body.shape).radius};
+  else if (body.shape && std::holds_alternative<BoxShape>(*body.shape))
+    bur.area = BoxArea{{}, half};
+  else
+    bur.area =
+        cloudArea(digitizeBody(body, body.cloud ? body.cloud->voxelSize() : voxel, o.common).cloud);
+  return bur;
+}
+
+// Above the body's middle and down by four half widths of the tool below its top, where no way was
+// given.
+PlannedPath pathOf(const DrillOptions& o, const Cloud& cloud, const Bur& bur) {
+  Eigen::AlignedBox3d bounds;
+  const Eigen::Vector3i size = cloud.size();
+  for (int z = 0; z < size.z(); ++z)
+    for (int y = 0; y < size.y(); ++y)
+      for (int x = 0; x < size.x(); ++x)
+        if (cloud.coverage(x, y, z) > 127) bounds.extend(cloud.center(x, y, z));
+  const Vec3 top(bounds.center().x(), bounds.center().y(), bounds.max().z());
+  const Vec3 from = o.from ? o.from->position : Vec3(top + Vec3(0, 0, 1.5 * bur.most));
+  const Vec3 to = o.to ? o.to->position : Vec3(top - Vec3(0, 0, 4 * bur.most));
+  const double way = (to - from).norm();
+  if (!(way > 0)) throw BadInput("--to: is the same place as --from; give another");
+  if (areaBounds(bur.area).translated(from).intersects(bounds)) {
+    for (int z = 0; z < size.z(); ++z)
+      for (int y = 0; y < size.y(); ++y)
+        for (int x = 0; x < size.x(); ++x)
+          if (cloud.coverage(x, y, z) > 127 &&
+              areaDepth(bur.area, cloud.center(x, y, z) - from) > 0)
+            throw BadInput("--from: the tool stands in the body there; give a place outside");
+  }
+  const double speed = way / o.seconds;
+  return PlannedPath({{from, 1, 0}, {to, speed, 0.1}, {from, kBack * speed, 0}});
+}
+
+CuttingTask taskOf(const DrillOptions& o, const Cloud& cloud, const Bur& bur) {
+  CuttingTask task{{}, {}, pathOf(o, cloud, bur), {}, {}};
+  if (task.path.seconds() / o.step > kMostTicks)
+    throw BadInput(
+        "--step: makes more than 5,000,000 ticks; give a longer step or fewer --seconds");
+  task.haptic.tool.area = bur.area;
+  task.haptic.step = o.step;
+  task.haptic.handStiffness = 5000;
+  task.haptic.handDamping = 0.5 * 5000 * o.step;
+  task.haptic.cutter =
+      Cutter{17e9, o.efficiency, o.edgeSpeed.value_or(2 * std::numbers::pi * kSpindle * bur.least)};
+  task.orientation = Eigen::Quaterniond::Identity();
+  task.hand = {0.1, 5000, 20, 0, std::max(1, static_cast<int>(std::ceil(o.step / 1e-4)))};
+  task.progress = progressBar("drilling " + o.body);
+  return task;
+}
+
+std::string forceCsv(const CuttingRun& run) {
+  std::ostringstream csv;
+  csv.precision(9);
+  csv << "time,x,y,z,toolX,toolY,toolZ,forceX,forceY,forceZ,depth,cutVolume,workVolume,energy";
+  for (const std::string& name : run.tissues) csv << ",share:" << printable(name);
+  csv << '\n';
+  for (std::size_t k = 0; k < run.ticks.size(); ++k) {
+    const CuttingTick& t = run.ticks[k];
+    csv << t.time;
+    for (const Vec3* v : {&t.hand, &t.tool, &t.force})
+      for (int i = 0; i < 3; ++i) csv << ',' << (*v)[i];
+    csv << ',' << t.depth << ',' << t.cut << ',' << t.work << ',' << t.energy;
+    for (const float share : run.sharesAt(k)) csv << ',' << share;
+    csv << '\n';
+  }
+  return csv.str();
+}
+
+Json resultJson(const CuttingRun& run, const Cloud& before, const BaseVectorField& field,
+                const Cloud& after) {
+  const CuttingFigures f = figuresOf(run);
+  Json json;
+  json["voxelSize"] = before.voxelSize();
+  json["step"] = run.step;
+  json["ticks"] = run.ticks.size();
+  json["mostForce"] = f.mostForce;
+  json["largestStep"] = {{"touching", f.largestStep}, {"cutting", f.largestCuttingStep}};
+  json["cutVolume"] = f.cutVolume;
+  json["workVolume"] = f.workVolume;
+  json["cutMass"] = run.massBefore - run.massAfter;
+  json["energy"] = run.ticks.back().energy;
+  json["leastEnergy"] = run.leastEnergy;
+  const std::vector<double> was = materialVolumes(before), is = materialVolumes(after);
+  json["tissues"] = Json::array();
+  for (std::size_t t = 0; t < f.tissues.size(); ++t) {
+    const TissueFigures& tissue = f.tissues[t];
+    Json entry = {{"name", tissue.name}, {"cutVolume", was[t] - is[t]}};
+    entry["firstTouch"] = tissue.firstTouch ? Json(*tissue.firstTouch) : Json();
+    entry["seconds"] = tissue.seconds;
+    entry["meanForce"] = tissue.meanForce;
+    json["tissues"].push_back(entry);
+  }
+  json["hash"] = field.hash();
+  json["microseconds"] = {{"median", f.medianMicroseconds}, {"p99", f.p99Microseconds}};
+  return json;
+}
+
+void printText(const std::string& body, const Json& j) {
+  std::cout << body << " in voxels of " << lengthText(j["voxelSize"].get<double>()) << ", "
+            << j["ticks"] << " ticks of " << timeText(j["step"].get<double>()) << '\n'
+            << "  greatest force " << forceText(j["mostForce"].get<double>()) << '\n'
+            << "  cut away       " << volumeText(j["cutVolume"].get<double>())
+            << " (Archard's law: " << volumeText(j["workVolume"].get<double>()) << ")\n"
+            << "  energy given   " << energyText(j["energy"].get<double>()) << '\n'
+            << "  a tick         " << timeText(1e-6 * j["microseconds"]["median"].get<double>())
+            << ", 99 % within " << timeText(1e-6 * j["microseconds"]["p99"].get<double>()) << '\n';
+  for (const Json& t : j["tissues"]) {
+    std::cout << "  " << printable(t["name"].get<std::string>()) << ": ";
+    if (t["firstTouch"].is_null()) {
+      std::cout << "not touched\n";
+      continue;
+    }
+    std::cout << "touched at " << timeText(t["firstTouch"].get<double>()) << ", "
+              << volumeText(t["cutVolume"].get<double>()) << " gone";
+    if (t["seconds"].get<double>() > 0)
+      std::cout << ", " << forceText(t["meanForce"].get<double>()) << " on average";
+    std::cout << '\n';
+  }
+}
+
+void checkFiles(const DrillOptions& o) {
+  if (!o.output.empty()) checkOutput("-o", o.output, {".cloud"});
+  if (!o.force.empty()) checkOutput("--force", o.force, {".csv"});
+  if (!o.chart.empty()) checkOutput("--chart", o.chart, {".png", ".svg"});
+  if (!o.picture.empty()) checkPicture(o.picture);
+}
+
+void save(const DrillOptions& o, const CuttingRun& run, const Cloud& before, const Cloud& after) {
+  const std::string name = shortName(o.body);
+  std::ostringstream below;
+  below << lengthText(before.voxelSize()) << " voxels, "
+        << volumeText(run.volumeBefore - run.volumeAfter) << " cut away by " << o.bur;
+  if (!o.force.empty()) writeWhole("--force", o.force, forceCsv(run));
+  const Vec3 way = run.ticks.front().hand;
+  Vec3 farthest = way;
+  for (const CuttingTick& t : run.ticks)
+    if ((t.hand - way).norm() > (farthest - way).norm()) farthest = t.hand;
+  if (!o.chart.empty())
+    savePicture(forceChart(run, {"Force on the hand while " + name + " is drilled", below.str(),
+                                 (farthest - way).stableNormalized(),
+                                 "Way of the tool from its first touch [mm]"}),
+                o.chart);
+  if (!o.picture.empty())
+    savePicture(cutPicture(before, after, {name + ", drilled", below.str(), run.tissues, true}),
+                o.picture);
+  if (o.output.empty()) return;
+  try {
+    saveCloud(after, o.output);
+  } catch (const std::runtime_error& error) {
+    throw BadInput(std::string("-o: ") + error.what());
+  }
+}
+
+void run(const DrillOptions& o) {
+  checkFiles(o);
+  const TissueTable table = readTissues("--tissues", o.tissues, o.common.stiffness.value_or(2e4));
+  if (o.common.stiffness && o.tissues != "dental")
+    throw BadInput("--stiffness: is enamel's, of the dental table; write it into " + o.tissues);
+  std::vector<std::pair<std::string, std::string>> told;
+  for (const std::string& text : o.told) told.push_back(readTissueName("--tissue", text));
+  const Body body = readBody(o.body, o.common);
+  const double voxel = o.common.voxel.value_or(defaultVoxel(body));
+  const Bur bur = burOf(o, voxel);
+  const Cloud before = digitizeBody(body, voxel, o.common).cloud;
+  const TissueTable tissues = tissuesOfParts(o.body, table, before.materials(), told);
+  const CuttingTask task = taskOf(o, before, bur);
+  CuttingRun cut;
+  TissueTable named = tissues;  // two parts may be of one tissue: told apart by the parts' names
+  if (!before.materials().empty())
+    for (std::size_t t = 0; t < named.size(); ++t) named[t].name = before.materials()[t];
+  BaseVectorField field(before, named, sphereWindow(before.voxelSize()));
+  cut = runCutting(field, task);
+  for (std::size_t t = 0; t < tissues.size(); ++t)
+    if (!before.materials().empty() && tissues[t].name != named[t].name)
+      cut.tissues[t] = tissues[t].name + " (" + named[t].name + ")";
+    else
+      cut.tissues[t] = tissues[t].name;
+  const Cloud after = field.cloud();
+  save(o, cut, before, after);
+  const Json json = resultJson(cut, before, field, after);
+  if (o.common.json)
+    std::cout << jsonText(json) << '\n';
+  else
+    printText(o.body, json);
+}
+
+void addPlaces(CLI::App& command, DrillOptions& o) {
+  const auto place = [&](const char* name, std::optional<Pose>& pose, const char* help) {
+    command
+        .add_option_function<std::string>(
+            name, [name, &pose](const std::string& t) { pose = readPose(name, t); }, help)
+        ->type_name("\"x y z\"");
+  };
+  place("--from", o.from, "where the tool's origin starts [m]; above the body if not given");
+  place("--to", o.to, "where it goes [m]; two tools deep if not given");
+  const auto number = [&](const char* name, auto& value, const char* help) {
+    command
+        .add_option_function<std::string>(
+            name, [name, &value](const std::string& t) { value = readPositive(name, t); }, help)
+        ->type_name("NUMBER");
+  };
+  number("--seconds", o.seconds, "time for the way there [s] (default 5); back in a fifth of it");
+  number("--step", o.step, "between ticks [s] (default 0.001)");
+  number("--edge-speed", o.edgeSpeed,
+         "of the tool's edge [m/s]; of 300,000 turns a minute if not given");
+  command
+      .add_option_function<std::string>(
+          "--efficiency",
+          [&o](const std::string& t) {
+            o.efficiency = readPositive("--efficiency", t);
+            if (o.efficiency > 1) throw BadInput("--efficiency: must be 1 at most");
+          },
+          "of the ploughed volume, what comes off (default 0.1)")
+      ->type_name("NUMBER");
+}
+
+}  // namespace
+
+void addDrillCommand(CLI::App& app) {
+  auto options = std::make_shared<DrillOptions>();
+  CLI::App& command = *app.add_subcommand(
+      "drill", "cut into a body with a tool in a simulated hand: force, volume, what is left");
+  command.add_option("WORKPIECE", options->body, "mesh file, .cloud file or primitive")->required();
+  command
+      .add_option("--bur", options->bur,
+                  "the tool: sphere:R (default sphere:0.0006), a box or a file")
+      ->type_name("BODY");
+  command.add_option("--tissues", options->tissues, "table of tissues (default dental)")
+      ->type_name("dental|FILE.json");
+  command
+      .add_option("--tissue", options->told,
+                  "which tissue a part of the body is, once for each; 'all' of a body of one part")
+      ->type_name("PART=TISSUE");
+  addPlaces(command, *options);
+  command.add_option("--force", options->force, "where to write force and place of every tick")
+      ->type_name("OUT.csv");
+  command.add_option("--chart", options->chart, "where to draw the force over time by tissue")
+      ->type_name("OUT.svg|OUT.png");
+  command.add_option("--picture", options->picture, "where to draw what is left, cut open")
+      ->type_name("OUT.svg|OUT.png");
+  command.add_option("-o,--output", options->output, "where to save the cloud that is left")
+      ->type_name("OUT.cloud");
+  addCommonOptions(command, options->common);
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,214 @@
+// `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and says how it went.
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "commands/commands.h"
+#include "io/json.h"
+#include "io/progress.h"
+#include "io/whole_file.h"
+#include "replay/recorder.h"
+#include "replay/replay_file.h"
+#include "replay/words.h"
+#include "scene/scene_shapes.h"
+#include "scene/simulation.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kDefaultSeconds = 5;
+constexpr double kMostSteps = 1e9;  // weeks of work, and what an int can count
+
+struct SimulateOptions {
+  CommonOptions common;
+  std::string scene, trajectory, replay;
+  std::optional<double> seconds, step;
+  int substeps = 1, iterations = 10;
+  bool sleep = false;
+};
+
+// Rows are kept and written at the end, to a file beside the one asked for that then takes its
+// name: whole or not at all.
+class Trajectory {
+ public:
+  explicit Trajectory(std::string file) : file_(std::move(file)) {
+    rows_ << "time,body,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz\n" << std::setprecision(9);
+  }
+  void add(double time, const World& world) {
+    for (std::size_t i = 0; i < world.bodyCount(); ++i) {
+      if (world.isStatic(i)) continue;
+      const BodyState s = world.state(i);
+      rows_ << time << ',' << quoted(world.name(i));
+      for (const auto& v : {s.pose.position}) numbers(v);
+      const auto& q = s.pose.orientation;
+      rows_ << ',' << q.x() << ',' << q.y() << ',' << q.z() << ',' << q.w();
+      for (const auto& v : {s.linearVelocity, s.angularVelocity}) numbers(v);
+      rows_ << '\n';
+    }
+  }
+  void write() const { writeWhole("--trajectory", file_, rows_.str()); }
+
+ private:
+  static std::string quoted(const std::string& name) {
+    if (name.find_first_of(",\"\n") == std::string::npos) return name;
+    std::string out = "\"";
+    for (char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + "\"";
+  }
+  void numbers(const Vec3& v) { rows_ << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
+
+  std::string file_;
+  std::ostringstream rows_;
+};
+
+Json bodyJson(const World& world, const SimulationReport& report, std::size_t i) {
+  const BodyState& s = report.bodies[i];
+  const auto& q = s.pose.orientation;
+  return {{"name", world.name(i)},
+          {"position", asJson(s.pose.position)},
+          {"orientation", {q.x(), q.y(), q.z(), q.w()}},
+          {"linearVelocity", asJson(s.linearVelocity)},
+          {"angularVelocity", asJson(s.angularVelocity)},
+          {"asleep", s.asleep},
+          {"turns", asJson(report.turns[i])}};
+}
+
+Json reportJson(const World& world, const SimulationReport& r, const CommonOptions& options) {
+  std::ostringstream hash;
+  hash << std::hex << std::setw(16) << std::setfill('0') << r.hash;
+  Json json;
+  json["method"] = nameOf(options.method);
+  json["backend"] = nameOf(options.backend);
+  json["steps"] = r.steps;
+  json["step"] = r.step;
+  json["wallSeconds"] = r.wallSeconds;
+  json["realTimeFactor"] = r.realTimeFactor;
+  json["narrowPhaseSeconds"] = r.narrowPhaseSeconds;
+  json["solverSeconds"] = r.solverSeconds;
+  json["pairs"] = r.pairs;
+  json["contactsPerStep"] = r.contactsPerStep;
+  json["maxPenetration"] = r.maxPenetration;
+  json["energyStart"] = r.energyStart.ofBodies();
+  json["energyEnd"] = r.energyEnd.ofBodies();
+  json["energyMax"] = r.energyMax;
+  json["springEnergyStart"] = r.energyStart.spring;
+  json["springEnergyEnd"] = r.energyEnd.spring;
+  json["springEnergyMax"] = r.springEnergyMax;
+  json["hash"] = hash.str();
+  json["bodies"] = Json::array();
+  for (std::size_t i = 0; i < world.bodyCount(); ++i)
+    json["bodies"].push_back(bodyJson(world, r, i));
+  return json;
+}
+
+void printText(const Json& j) {
+  const auto number = [&](const char* name) { return j[name].get<double>(); };
+  std::cout << j["method"].get<std::string>() << ": " << j["steps"] << " steps of "
+            << number("step") << " s in " << number("wallSeconds") << " s ("
+            << number("realTimeFactor") << " x real time)\n"
+            << "  narrow phase  " << number("narrowPhaseSeconds") << " s, solver "
+            << number("solverSeconds") << " s\n"
+            << "  contacts      " << number("contactsPerStep") << " a step in " << number("pairs")
+            << " pairs\n"
+            << "  penetration   " << number("maxPenetration") << " m at most\n"
+            << "  energy        " << number("energyStart") << " J at the start, "
+            << number("energyEnd") << " J at the end, " << number("energyMax") << " J at most\n"
+            << "  hash          " << j["hash"].get<std::string>() << '\n';
+  for (const Json& b : j["bodies"])
+    std::cout << "  " << b["name"].get<std::string>() << "  at " << vectorText(b["position"])
+              << "  turned " << vectorText(b["turns"])
+              << (b["asleep"].get<bool>() ? "  asleep\n" : "\n");
+}
+
+// What the page tells of a run.
+Replay told(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
+            const WorldSettings& settings, const SimulationReport& r) {
+  replay.title = scene.name;
+  replay.story = std::filesystem::path(options.scene).filename().string();
+  replay.setup = setupText(settings, r.step, options.substeps);
+  replay.voxel = options.common.method == Method::Cloud ? settings.voxel : 0;
+  replay.facts = factsOf(r);
+  return replay;
+}
+
+void run(const SimulateOptions& options) {
+  if (!options.replay.empty()) checkReplay(options.replay);
+  if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
+  const SceneDescription scene = loadScene(options.scene);
+  WorldSettings settings;
+  settings.common = options.common;
+  settings.iterations = options.iterations;
+  settings.sleep = options.sleep;
+  settings.voxel = options.common.voxel.value_or(0);
+  if (!options.common.voxel) {
+    settings.voxel = defaultVoxel(scene, options.common);
+    std::cerr << "cloudcontact: voxels of " << settings.voxel << " m (--voxel)\n";
+  }
+  SimulationSettings run;
+  run.seconds = options.seconds.value_or(kDefaultSeconds);
+  run.step = options.step.value_or(scene.step);
+  run.substeps = options.substeps;
+  if (run.seconds / run.step > kMostSteps)
+    throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
+                   "a thousand million; give a longer --step or fewer --seconds");
+  World world(scene, settings);
+  Trajectory trajectory(options.trajectory);
+  Recorder recorder;
+  if (!options.replay.empty()) recorder.begin(world, scene.name, run.seconds, run.step);
+  const auto progress = progressBar("simulating " + scene.name);
+  run.observe = [&](double time, const World& now) {
+    if (!options.trajectory.empty()) trajectory.add(time, now);
+    if (!options.replay.empty()) recorder.record(time, now);
+    if (progress) progress(std::min(1.0, time / run.seconds));
+  };
+  const SimulationReport report = simulate(world, run);
+  if (progress) progress(1);  // whatever rounding made of the last time
+  if (!options.trajectory.empty()) trajectory.write();
+  if (!options.replay.empty())
+    saveReplay(told(recorder.finish(), scene, options, settings, report), options.replay);
+  const Json json = reportJson(world, report, options.common);
+  if (options.common.json)
+    std::cout << jsonText(json) << '\n';
+  else
+    printText(json);
+}
+
+void addOptions(CLI::App& command, SimulateOptions& o) {
+  const auto text = [&](const char* name, const char* help, const char* type, auto reader) {
+    command.add_option_function<std::string>(name, reader, help)->type_name(type);
+  };
+  text("--seconds", "how long to simulate [s] (default 5)", "S",
+       [&o](const std::string& t) { o.seconds = readPositive("--seconds", t); });
+  text("--step", "length of a step [s]; the scene's <max_step_size> if not given", "H",
+       [&o](const std::string& t) { o.step = readPositive("--step", t); });
+  text("--substeps", "take each step in this many parts (default 1)", "N",
+       [&o](const std::string& t) { o.substeps = readCount("--substeps", t, 1, 10000); });
+  text("--iterations", "of the solver, a step (default 10)", "N",
+       [&o](const std::string& t) { o.iterations = readCount("--iterations", t, 1, 100000); });
+  text("--trajectory", "write every body's state after every step to a CSV file", "OUT.csv",
+       [&o](const std::string& t) { o.trajectory = t; });
+  text("--replay", "a replay: an animated glTF file, or a page that any browser shows",
+       "OUT.glb|OUT.html", [&o](const std::string& t) { o.replay = t; });
+  command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");
+}
+
+}  // namespace
+
+void addSimulateCommand(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App& command = *app.add_subcommand(
+      "simulate",
+      "run an SDFormat world.\n"
+      "Energy is the bodies', kinetic and of gravity (zero at the world's origin); the contacts'\n"
+      "springs are told apart. A pair's friction is the smaller of its bodies' mu; a body that "
+      "states none leaves it to the\n"
+      "other, and where neither does nothing rubs. Bodies without a mass weigh as water.");
+  command.add_option("SCENE", options->scene, "an SDFormat world (.sdf)")->required();
+  addOptions(command, *options);
+  addCommonOptions(command, options->common);
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace cloudcontact::program

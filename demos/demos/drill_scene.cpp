@@ -1,0 +1,68 @@
+// The drill: a tungsten carbide ball bur of 1.2 mm at 300,000 turns a minute, held as a dentist
+// holds it, on a wrist that is as stiff as the device renders.
+#include <cloudcontact/workpiece/window.h>
+
+#include <numbers>
+
+#include "demos/cut_scenes.h"
+#include "scene/primitive_mesh.h"
+#include "scene/tooth.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+constexpr double kMm = 1e-3;
+constexpr double kVoxel = 0.1 * kMm;
+constexpr double kBur = 0.6 * kMm;            // radius
+constexpr double kSpindle = 300000 / 60.0;    // turns a second
+constexpr double kDeep = kDrillFloor + kBur;  // the bur's centre at its deepest
+constexpr double kSide = 1.2 * kMm;           // of the borehole from the pit, along the fissure
+constexpr double kWide = 0.15 * kMm;          // the cavity is so much wider than the bur, each way
+
+// Of what the bur ploughs a tenth comes off: it then goes through enamel at 1 mm/s with a newton,
+// and all of it takes 20 s.
+constexpr double kEfficiency = 0.1;
+
+// Straight down, and slowly up again: a bur fits its own hole and rubs on the way out, with a force
+// that grows with its speed.
+void addBorehole(std::vector<PathPoint>& path) {
+  path.push_back({Vec3(kSide, 0, 6.4 * kMm), 1, 0});
+  path.push_back({Vec3(kSide, 0, 5.8 * kMm), 3 * kMm, 0});
+  path.push_back({Vec3(kSide, 0, kDeep), 0.9 * kMm, 0.6});
+  path.push_back({Vec3(kSide, 0, 4.7 * kMm), 1 * kMm, 0});
+}
+
+// Layer by layer there and back, with a rest at each end for what the hand lags behind its plan.
+void addCavity(std::vector<PathPoint>& path) {
+  for (const double z : {4.7 * kMm, 3.8 * kMm, 2.9 * kMm, kDeep}) {
+    path.push_back({Vec3(kSide, kWide, z), 1.5 * kMm, 0});
+    path.push_back({Vec3(-kSide, kWide, z), 2 * kMm, 0.15});
+    path.push_back({Vec3(-kSide, -kWide, z), 2 * kMm, 0});
+    path.push_back({Vec3(kSide, -kWide, z), 2.5 * kMm, 0.1});
+  }
+  path.push_back({Vec3(kSide, 0, kDeep), 2 * kMm, 0.1});
+  path.push_back({Vec3(kSide, 0, 4.7 * kMm), 1.2 * kMm, 0});
+  path.push_back({Vec3(kSide, 0, 6.4 * kMm), 5 * kMm, 0});
+}
+
+}  // namespace
+
+CutScene drillScene(int threads) {
+  std::vector<PathPoint> path;
+  addBorehole(path);
+  addCavity(path);
+  CutScene scene{toothCloud(kVoxel, threads), {}, {{}, {}, PlannedPath(path), {}, {}}, {}};
+  scene.tissues = tissuesOf(dentalTissues(), scene.cloud.materials());
+  HapticSettings& haptic = scene.task.haptic;
+  haptic.tool.area = SphereArea{Vec3::Zero(), kBur};
+  haptic.handStiffness = 5000;
+  haptic.handDamping = 2.5;
+  haptic.cutter = Cutter{17e9, kEfficiency, 2 * std::numbers::pi * kSpindle * kBur};
+  scene.task.orientation = Eigen::Quaterniond::Identity();
+  scene.task.hand = {0.1, 5000, 20, 0, 10};
+  scene.tool = primitiveMesh(SphereShape{kBur}, 0.02 * kBur);
+  return scene;
+}
+
+}  // namespace cloudcontact::program

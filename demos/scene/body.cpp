@@ -1,0 +1,336 @@
+// Reading a body's specification, and turning it into a cloud or a mesh.
+#include "scene/body.h"
+
+#include <cloudcontact/device/digitizer.h>
+#include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/objects/point_file.h>
+#include <cloudcontact/voxels/cloud_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <sstream>
+#include <vector>
+
+#include "io/errors.h"
+#include "io/progress.h"
+#include "scene/primitive_mesh.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+// Facets of a primitive stay this far within its surface, so that the mesh adds nothing to what
+// digitising itself does to a shape (its own error is 0.004 voxels at best).
+constexpr double kFacetTolerance = 0.002;  // [voxels]
+constexpr std::size_t kMostParts = 32;     // of a mesh file that are told apart as materials
+// Lengths that single precision, which Bullet may run in, can hold and square. [m]
+constexpr double kLeastLength = 1e-7, kGreatestLength = 1e6;
+
+struct PrimitiveKind {
+  const char* name;
+  std::size_t numbers;
+  const char* form;
+  AnalyticShape (*make)(const std::vector<double>&);
+};
+
+constexpr std::array<PrimitiveKind, 5> kPrimitives = {{
+    {"sphere", 1, "sphere:RADIUS",
+     [](const std::vector<double>& v) -> AnalyticShape { return SphereShape{v[0]}; }},
+    {"box", 3, "box:X,Y,Z (full edges)",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return BoxShape{Vec3(v[0], v[1], v[2]) / 2};
+     }},
+    {"cylinder", 2, "cylinder:RADIUS,HEIGHT",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return CylinderShape{v[0], v[1] / 2};
+     }},
+    {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centres)",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return CapsuleShape{v[0], v[1] / 2};
+     }},
+    {"cone", 2, "cone:RADIUS,HEIGHT",
+     [](const std::vector<double>& v) -> AnalyticShape {
+       return ConeShape{v[0], v[1] / 2};
+     }},
+}};
+
+AnalyticShape readPrimitive(const std::string& specification, const PrimitiveKind& kind,
+                            const std::string& list) {
+  std::vector<double> sizes;
+  std::istringstream words(list);
+  for (std::string word; std::getline(words, word, ',');) {
+    const double size = readPositive(specification, word);
+    if (size < kLeastLength || size > kGreatestLength)
+      throw BadInput(specification + ": " + word +
+                     " m is out of range; sizes are from 1e-7 m to 1e6 m");
+    sizes.push_back(size);
+  }
+  if (sizes.size() != kind.numbers || list.back() == ',')
+    throw BadInput(specification + ": wrong number of sizes; write " + kind.form + ", in metres");
+  return kind.make(sizes);
+}
+
+// The primitive that the specification names, if it names one.
+std::optional<AnalyticShape> primitiveIn(const std::string& specification) {
+  if (specification == "halfspace") return HalfSpace{};
+  const std::size_t colon = specification.find(':');
+  const std::string name = specification.substr(0, colon);
+  for (const PrimitiveKind& kind : kPrimitives) {
+    if (name != kind.name) continue;
+    if (colon == std::string::npos || colon + 1 == specification.size())
+      throw BadInput(specification + ": sizes are missing; write " + kind.form + ", in metres");
+    return readPrimitive(specification, kind, specification.substr(colon + 1));
+  }
+  return {};
+}
+
+std::string lowerExtension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// What a library throws about a file is the user's to mend; running out of memory is not. `advice`
+// follows where the library found none to give.
+template <class Load>
+auto asBadInput(const std::string& name, const std::string& advice, Load load) {
+  try {
+    return load();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::length_error& error) {
+    throw BadInput("--voxel: " + name + ": " + error.what());
+  } catch (const std::exception& error) {
+    std::string message = error.what();
+    if (message.find(name) == std::string::npos) message = name + ": " + message;
+    if (message.find(';') == std::string::npos) message += "; " + advice;
+    throw BadInput(message);
+  }
+}
+
+const char* const kMeshAdvice =
+    "give an STL, OBJ, PLY or glTF file with triangles, or points as PLY, PCD or XYZ";
+
+void refuseUnusable(const std::string& name) {
+  namespace fs = std::filesystem;
+  const fs::path file(name);
+  std::error_code error;
+  if (!fs::exists(file, error))
+    throw BadInput(name +
+                   ": no such file; give a file of a mesh or of points, a .cloud file, "
+                   "sphere:R, box:X,Y,Z, "
+                   "cylinder:R,H, capsule:R,H, cone:R,H or halfspace");
+  if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
+}
+
+Mesh withInside(const Body& body, const Mesh& whole, double voxel, const CommonOptions& options) {
+  if (!isSheet(whole)) return whole;
+  const double thickness = options.shell.value_or(3 * voxel);
+  std::cerr << "cloudcontact: " << body.name << " has no inside; made a shell " << thickness
+            << " m thick behind its faces (--shell)\n";
+  return shell(whole, thickness);
+}
+
+void refuseCoarse(const Body& body, const Mesh& mesh, double voxel) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& v : mesh.vertices) box.extend(v);
+  const double thinnest = box.isEmpty() ? 0 : box.sizes().minCoeff();
+  if (voxel <= thinnest) return;
+  if (thinnest == 0)
+    throw BadInput(body.name +
+                   ": is flat and no sheet either; repair it so that it encloses a "
+                   "volume");
+  std::ostringstream message;
+  message << "--voxel: " << voxel << " m is larger than " << body.name << " is thick (" << thinnest
+          << " m); give at most " << thinnest / 4 << ", or --unit if the file is not in metres";
+  throw BadInput(message.str());
+}
+
+void readMesh(Body& body, const CommonOptions& options) {
+  std::vector<NamedMesh> parts = asBadInput(
+      body.name, kMeshAdvice, [&] { return loadMeshParts(body.name, options.metresPerUnit); });
+  body.mesh = merged(parts);
+  if (parts.size() > 1 && parts.size() <= kMostParts) body.parts = std::move(parts);
+}
+
+// What a file's points are taken for.
+DigitalObject readPoints(const std::string& name, const CommonOptions& options) {
+  const PointFile file = asBadInput(name, "give points as PLY, PCD or XYZ, in rows of x y z",
+                                    [&] { return loadPoints(name, options.metresPerUnit); });
+  if (const auto* image = std::get_if<DepthImage>(&file)) return *image;
+  PointCloud points = std::get<PointCloud>(file);
+  recognizeVolume(points);
+  return points;
+}
+
+Cloud scanned(const std::string& name, const PointCloud& points, double voxel,
+              const CommonOptions& options) {
+  ScanSettings settings;
+  settings.voxelSize = voxel;
+  settings.shell = options.shell.value_or(0);
+  settings.threads = options.threads;
+  ScanReport report;
+  const Cloud cloud = toCloud(points, settings, &report);
+  std::cerr << "cloudcontact: " << name << " is " << points.positions.size()
+            << " points of a surface, " << report.pointDistance << " m apart; ";
+  if (report.closed)
+    std::cerr << "filled what they enclose\n";
+  else
+    std::cerr << "they enclose nothing: made a shell " << settings.shell << " m thick "
+              << (points.normals.empty() ? "about" : "behind") << " them (--shell)\n";
+  return cloud;
+}
+
+Cloud pictured(const std::string& name, const DepthImage& image, double voxel,
+               const CommonOptions& options) {
+  DepthCloudSettings settings;
+  settings.voxelSize = voxel;
+  settings.thickness = options.shell.value_or(3 * voxel);
+  settings.image.threads = options.threads;
+  DepthReport report;
+  const Cloud cloud = toCloud(image, settings, &report);
+  std::cerr << "cloudcontact: " << name << " is a depth image of " << image.width << " x "
+            << image.height << " pixels, " << report.seen << " seen, " << report.filled
+            << " filled; made a shell " << settings.thickness
+            << " m thick behind what it saw (--shell)\n";
+  return cloud;
+}
+
+// What is no mesh as a cloud; a message says what points were taken for.
+Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
+  if (const auto* image = std::get_if<DepthImage>(&*body.object))
+    return pictured(body.name, *image, voxel, options);
+  if (const auto* points = std::get_if<PointCloud>(&*body.object)) {
+    if (!points->fillsVolume()) return scanned(body.name, *points, voxel, options);
+    std::cerr << "cloudcontact: " << body.name << " is " << points->positions.size()
+              << " points that fill a volume; took each for a cube of " << points->spacing
+              << " m\n";
+  }
+  return toCloud(*body.object, voxel);
+}
+
+// On what --backend names.
+DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
+                           const CommonOptions& options) {
+  if (options.backend == Backend::Cpu) {
+    DigitizeReport report;
+    Cloud cloud = digitize(mesh, settings, &report);
+    return {std::move(cloud), report.closed, Backend::Cpu};
+  }
+  Digitizer digitizer({options.backend});
+  digitizer.run(mesh, settings);
+  if (!digitizer.message().empty()) tellOfCpu(digitizer.message());
+  return {digitizer.cloud(), digitizer.report().closed,
+          digitizer.deviceReport().onDevice ? Backend::OpenCl : Backend::Cpu};
+}
+
+}  // namespace
+
+Body readBody(const std::string& specification, const CommonOptions& options) {
+  Body body;
+  body.name = specification;
+  body.shape = primitiveIn(specification);
+  if (body.shape) return body;
+  refuseUnusable(specification);
+  if (lowerExtension(specification) == ".cloud") {
+    DigitalObject object = asBadInput(specification, "make it again with cloudcontact digitize",
+                                      [&] { return loadObject(specification); });
+    if (Cloud* cloud = std::get_if<Cloud>(&object))
+      body.cloud = std::move(*cloud);
+    else
+      body.object = std::move(object);
+  } else if (isPointFile(specification)) {
+    body.object = readPoints(specification, options);
+  } else {
+    readMesh(body, options);
+  }
+  return body;
+}
+
+bool isHalfSpace(const Body& body) {
+  return body.shape && std::holds_alternative<HalfSpace>(*body.shape);
+}
+
+Eigen::AlignedBox3d boundsOf(const Body& body) {
+  if (body.shape) return shapeBounds(*body.shape);
+  if (body.object) return cloudcontact::boundsOf(*body.object);
+  Eigen::AlignedBox3d box;
+  if (body.cloud) {
+    box.extend(body.cloud->origin());
+    const Vec3 size = body.cloud->size().cast<double>() * body.cloud->voxelSize();
+    box.extend(Vec3(body.cloud->origin() + size));
+  } else {
+    for (const Vec3& v : body.mesh->vertices) box.extend(v);
+  }
+  return box;
+}
+
+double defaultVoxel(const Body& body) {
+  if (body.object)
+    return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.object); });
+  return body.cloud ? body.cloud->voxelSize() : boundsOf(body).diagonal().norm() / 100;
+}
+
+DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options) {
+  if (isHalfSpace(body))
+    throw BadInput("halfspace: is endless and has no voxels; give a box as large as you need");
+  if (body.cloud) {
+    const double own = body.cloud->voxelSize();
+    if (options.voxel && std::abs(*options.voxel - own) > 1e-6 * own) {
+      std::ostringstream message;
+      message << "--voxel: " << body.name << " was saved with voxels of " << own
+              << " m; leave --voxel out or digitise its mesh again";
+      throw BadInput(message.str());
+    }
+    return {*body.cloud, true, Backend::Cpu};
+  }
+  if (body.object)
+    return {asBadInput(body.name, "save it again", [&] { return cloudOf(body, voxel, options); }),
+            true, Backend::Cpu};
+  return asBadInput(body.name, "repair the mesh so that it encloses a volume", [&] {
+    Mesh mesh;
+    if (body.shape)
+      mesh = primitiveMesh(*body.shape, kFacetTolerance * voxel);
+    else
+      mesh = withInside(body, mended(*body.mesh), voxel, options);
+    refuseCoarse(body, mesh, voxel);
+    DigitizeSettings settings;
+    settings.voxelSize = voxel;
+    settings.threads = options.threads;
+    settings.progress = progressBar("digitising " + body.name);
+    // A sheet that was given a thickness is no longer its parts.
+    if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
+    if (options.backend == Backend::OpenCl) tellOfCpu(body.name + " is of several materials");
+    DigitizeReport report;
+    Cloud cloud = digitize(body.parts, settings, &report);
+    return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
+  });
+}
+
+std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::string& name,
+                                               const CommonOptions& options) {
+  FieldSettings settings;
+  settings.threads = options.threads;
+  settings.progress = progressBar("finding the surface of " + name);
+  return asBadInput(name, "give a smaller --voxel",
+                    [&] { return SurfaceField::build(cloud, settings); });
+}
+
+Mesh meshOf(const Body& body, double tolerance) {
+  if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box as large as you need");
+  if (body.cloud)
+    throw BadInput(body.name + ": a saved cloud has no mesh; use --method cloud or give the mesh");
+  if (body.object)
+    throw BadInput(body.name + ": " + kindName(*body.object) +
+                   " have no mesh; use --method cloud or give the mesh");
+  return body.mesh ? *body.mesh : primitiveMesh(*body.shape, tolerance);
+}
+
+}  // namespace cloudcontact::program

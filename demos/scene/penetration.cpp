@@ -1,0 +1,130 @@
+// Closed-form depths of primitives, and the search for the deepest probe of two bodies.
+#include "scene/penetration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr int kSurfaceProbes = 4000;  // per solid, beside its vertices
+constexpr int kAxisProbes = 129;      // along a capsule's axis
+
+// Depth in a shape of which `outside` holds, per dimension, how far the point is beyond each pair
+// of sides (negative: how far within).
+template <class Vector>
+double depthFromSides(const Vector& outside) {
+  const double beyond = outside.cwiseMax(0).norm();
+  return beyond > 0 ? -beyond : -outside.maxCoeff();
+}
+
+struct DepthVisitor {
+  const Vec3& p;
+  double reach;
+
+  double operator()(const SceneBox& box) const {
+    return depthFromSides(Vec3(p.cwiseAbs() - box.size / 2));
+  }
+  double operator()(const SceneSphere& sphere) const { return sphere.radius - p.norm(); }
+  double operator()(const SceneCylinder& c) const {
+    return depthFromSides(
+        Eigen::Vector2d(p.head<2>().norm() - c.radius, std::abs(p.z()) - c.length / 2));
+  }
+  double operator()(const SceneCapsule& c) const {
+    const double z = std::clamp(p.z(), -c.length / 2, c.length / 2);
+    return c.radius - (p - Vec3(0, 0, z)).norm();
+  }
+  double operator()(const ScenePlane& plane) const { return -plane.normal.dot(p); }
+  double operator()(const std::shared_ptr<const MeshDistance>& mesh) const {
+    return mesh->depth(p, reach);
+  }
+};
+
+struct ProbeVisitor {
+  const Mesh* mesh;
+
+  std::vector<Probe> operator()(const SceneSphere& sphere) const {
+    return {{Vec3::Zero(), sphere.radius}};
+  }
+  std::vector<Probe> operator()(const SceneCapsule& c) const {
+    std::vector<Probe> probes;
+    for (int i = 0; i < kAxisProbes; ++i)
+      probes.push_back({Vec3(0, 0, c.length * (i / (kAxisProbes - 1.0) - 0.5)), c.radius});
+    return probes;
+  }
+  std::vector<Probe> operator()(const ScenePlane&) const { return {}; }
+  template <class Other>
+  std::vector<Probe> operator()(const Other&) const {
+    if (!mesh) throw std::invalid_argument("penetration: a mesh is needed for the probes");
+    std::vector<Probe> probes;
+    for (const Vec3& p : surfacePoints(*mesh, kSurfaceProbes)) probes.push_back({p, 0});
+    return probes;
+  }
+};
+
+Solid solidOf(const SceneGeometry& geometry, const Mesh* mesh) {
+  return std::visit(
+      [&](const auto& shape) -> Solid {
+        if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, SceneMesh>) {
+          if (!mesh) throw std::invalid_argument("penetration: a mesh geometry without its mesh");
+          return std::make_shared<const MeshDistance>(*mesh);
+        } else {
+          return shape;
+        }
+      },
+      geometry);
+}
+
+// Deepest of the probes of `a` in the solid of `b`, above what is known already.
+double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pose& bToWorld,
+               double known) {
+  const Pose aToB = bToWorld.inverse() * aToWorld;
+  const auto* mesh = std::get_if<std::shared_ptr<const MeshDistance>>(&b.solid);
+  int hint = 0;
+  for (const Probe& probe : a.probes) {
+    const Vec3 p = aToB.toWorld(probe.position);
+    const double depth =
+        (mesh ? (*mesh)->depth(p, probe.radius, &hint) : depthIn(b.solid, p, probe.radius)) +
+        probe.radius;
+    if (depth <= known) continue;
+    // A new record on a mesh must stand up to the winding number too: meshes may be folded. Only
+    // points themselves inside can be asked.
+    if (mesh && depth > probe.radius && (*mesh)->winding(p) < 0.5) continue;
+    known = depth;
+  }
+  return known;
+}
+
+}  // namespace
+
+double depthIn(const Solid& solid, const Vec3& point, double reach) {
+  return std::visit(DepthVisitor{point, reach}, solid);
+}
+
+std::shared_ptr<const Probed> probed(const SceneGeometry& geometry, const Mesh* mesh) {
+  auto out = std::make_shared<Probed>();
+  out->solid = solidOf(geometry, mesh);
+  out->probes = std::visit(ProbeVisitor{mesh}, geometry);
+  return out;
+}
+
+double penetration(const MeasuredBody& a, const Pose& poseA, const MeasuredBody& b,
+                   const Pose& poseB) {
+  double known = 0;
+  for (const auto& partA : a.parts)
+    for (const auto& partB : b.parts) {
+      const Pose toWorldA = poseA * partA.pose, toWorldB = poseB * partB.pose;
+      known = deepest(*partA.what, toWorldA, *partB.what, toWorldB, known);
+      known = deepest(*partB.what, toWorldB, *partA.what, toWorldA, known);
+    }
+  return known;
+}
+
+std::size_t probeCount(const MeasuredBody& body) {
+  std::size_t count = 0;
+  for (const auto& part : body.parts) count += part.what->probes.size();
+  return count;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,104 @@
+// The loop of steps, and what is measured on the way.
+#include "scene/simulation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr int kLeastInstants = 10;
+
+// Turns unwrapped: the small rotations from state to state, added up as vectors in the world.
+class TurnCounter {
+ public:
+  explicit TurnCounter(const World& world)
+      : last_(world.bodyCount()), turns_(world.bodyCount(), Vec3::Zero()) {
+    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = world.pose(i).orientation;
+  }
+  void count(const World& world) {
+    for (std::size_t i = 0; i < last_.size(); ++i) {
+      if (world.isStatic(i)) continue;
+      const Eigen::Quaterniond now = world.pose(i).orientation;
+      const Eigen::AngleAxisd turned(now * last_[i].conjugate());
+      turns_[i] += turned.angle() * turned.axis();
+      last_[i] = now;
+    }
+  }
+  const std::vector<Vec3>& turns() const { return turns_; }
+
+ private:
+  std::vector<Eigen::Quaterniond> last_;
+  std::vector<Vec3> turns_;
+};
+
+// After which steps penetration is measured.
+class Instants {
+ public:
+  Instants(int steps, const SimulationSettings& settings, std::size_t probes) : steps_(steps) {
+    const auto affordable = static_cast<int>(
+        std::min<std::size_t>(1'000'000, settings.mostProbes / std::max<std::size_t>(1, probes)));
+    wanted_ = std::clamp(std::min(settings.instants, std::max(affordable, kLeastInstants)), 1,
+                         std::max(1, steps));
+  }
+  // The n-th of N instants comes after step round(n steps / N).
+  bool after(int step) {
+    const auto due = static_cast<int>(std::llround(double(next_) * steps_ / wanted_));
+    if (step < due) return false;
+    ++next_;
+    return true;
+  }
+
+ private:
+  int steps_, wanted_ = 1, next_ = 1;
+};
+
+}  // namespace
+
+SimulationReport simulate(World& world, const SimulationSettings& settings) {
+  using Clock = std::chrono::steady_clock;
+  SimulationReport report;
+  report.step = settings.step;
+  report.steps = std::max(1, static_cast<int>(std::llround(settings.seconds / settings.step)));
+  const double substep = settings.step / settings.substeps;
+  TurnCounter turns(world);
+  Instants instants(report.steps, settings, world.probes());
+  if (settings.observe) settings.observe(0, world);
+  long substeps = 0;
+  for (int n = 1; n <= report.steps; ++n) {
+    for (int s = 0; s < settings.substeps; ++s) {
+      const auto start = Clock::now();
+      world.step(substep);
+      report.wallSeconds += std::chrono::duration<double>(Clock::now() - start).count();
+      turns.count(world);
+      const ContactMoment& moment = world.moment();
+      if (substeps++ == 0) {
+        report.energyStart = moment.energy;
+        report.energyMax = moment.energy.ofBodies();
+      }
+      report.energyMax = std::max(report.energyMax, moment.energy.ofBodies());
+      report.springEnergyMax = std::max(report.springEnergyMax, moment.energy.spring);
+      report.pairs += moment.pairs;
+      report.contactsPerStep += moment.contacts;
+    }
+    if (instants.after(n))
+      report.maxPenetration = std::max(report.maxPenetration, world.penetration());
+    if (settings.observe) settings.observe(n * settings.step, world);
+  }
+  report.pairs /= double(substeps);
+  report.contactsPerStep /= double(substeps);
+  report.narrowPhaseSeconds = world.narrowPhaseSeconds();
+  report.solverSeconds = world.solverSeconds();
+  report.realTimeFactor = report.steps * settings.step / report.wallSeconds;
+  report.hash = world.hash();
+  for (std::size_t i = 0; i < world.bodyCount(); ++i) report.bodies.push_back(world.state(i));
+  report.turns = turns.turns();
+  // The last state's energy needs its contacts' depths, which no step has looked for yet.
+  world.findContacts();
+  report.energyEnd = world.moment().energy;
+  report.energyMax = std::max(report.energyMax, report.energyEnd.ofBodies());
+  return report;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,41 @@
+// Runs a world for a while and measures it.
+#pragma once
+
+#include <functional>
+
+#include "scene/world.h"
+
+namespace cloudcontact::program {
+
+struct SimulationSettings {
+  double seconds = 1;
+  double step = 1.0 / 240;  // [s]
+  int substeps = 1;         // a step is taken in this many equal parts
+  // Penetration is measured at this many instants over the run, always at its end; fewer where
+  // that would look up more than `mostProbes` probes in all.
+  int instants = 100;
+  std::size_t mostProbes = 1'500'000;
+  // Called at the start (time 0) and after each step.
+  std::function<void(double time, const World&)> observe;
+};
+
+struct SimulationReport {
+  int steps = 0;
+  double step = 0;
+  double wallSeconds = 0;  // of the steps alone, without measuring
+  double realTimeFactor = 0;
+  double narrowPhaseSeconds = 0, solverSeconds = 0;
+  double pairs = 0;            // in contact, mean of the substeps
+  double contactsPerStep = 0;  // points, mean of the substeps
+  double maxPenetration = 0;   // [m]
+  Energy energyStart, energyEnd;
+  double energyMax = 0;  // of the bodies, without springs [J]
+  double springEnergyMax = 0;
+  std::uint64_t hash = 0;
+  std::vector<BodyState> bodies;
+  std::vector<Vec3> turns;  // each body's, about the world's axes since the start [rad]
+};
+
+SimulationReport simulate(World& world, const SimulationSettings& settings);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,102 @@
+// Reading tables of tissues, strictly: a field that is missing, or one too many, is refused.
+#include "scene/tissue_file.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "io/errors.h"
+#include "io/figure_text.h"
+#include "io/json.h"
+
+namespace cloudcontact::program {
+
+namespace {
+
+std::string namesOf(const TissueTable& table) {
+  std::string names;
+  for (const Tissue& t : table) names += (names.empty() ? "" : ", ") + printable(t.name);
+  return names;
+}
+
+Tissue tissueOf(const Json& json, const std::string& where) {
+  if (!json.is_object() || !json.contains("name") || !json["name"].is_string())
+    throw BadInput(where + ": each tissue is an object with a name");
+  Tissue tissue;
+  tissue.name = json["name"].get<std::string>();
+  const std::pair<const char*, double*> fields[] = {{"stiffness", &tissue.stiffness},
+                                                    {"damping", &tissue.damping},
+                                                    {"hardness", &tissue.hardness},
+                                                    {"density", &tissue.density}};
+  for (const auto& [name, value] : fields) {
+    if (!json.contains(name) || !json[name].is_number())
+      throw BadInput(where + ": tissue " + printable(tissue.name) + " needs a number " + name +
+                     " (stiffness N/m, damping N s/m, hardness Pa, density kg/m^3)");
+    *value = json[name].get<double>();
+  }
+  if (json.size() != 5)
+    throw BadInput(where + ": tissue " + printable(tissue.name) +
+                   " has a field that is not known; use name, stiffness, damping, hardness, "
+                   "density");
+  return tissue;
+}
+
+}  // namespace
+
+TissueTable readTissues(const std::string& option, const std::string& text, double stiffness) {
+  if (text == "dental") return dentalTissues(stiffness);
+  const std::string where = option + ": " + text;
+  std::ifstream file(text, std::ios::binary);
+  if (!file || !text.ends_with(".json"))
+    throw BadInput(where + " is neither dental nor a .json file that can be read");
+  const std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const Json json = Json::parse(content, nullptr, false);
+  if (!json.is_array() || json.empty())
+    throw BadInput(where + ": is no JSON list of tissues; write [{\"name\": ...}, ...]");
+  TissueTable table;
+  for (const Json& entry : json) table.push_back(tissueOf(entry, where));
+  try {
+    requireTissues(table);
+  } catch (const std::invalid_argument& error) {
+    throw BadInput(where + ": " + error.what());
+  }
+  return table;
+}
+
+std::pair<std::string, std::string> readTissueName(const std::string& option,
+                                                   const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw BadInput(option + ": '" + text + "' is not usable; give PART=TISSUE");
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
+                           const std::vector<std::string>& parts,
+                           const std::vector<std::pair<std::string, std::string>>& told) {
+  std::vector<std::string> all = parts;
+  if (all.empty()) all = {"all"};
+  for (const auto& [part, tissue] : told)
+    if (std::find(all.begin(), all.end(), part) == all.end()) {
+      std::string names;
+      for (const std::string& name : all) names += (names.empty() ? "" : ", ") + printable(name);
+      throw BadInput("--tissue: " + body + " has no part " + part + "; its parts are " + names);
+    }
+  TissueTable found;
+  for (const std::string& part : all) {
+    std::string name = parts.empty() ? table.front().name : part;
+    for (const auto& [of, tissue] : told)
+      if (of == part) name = tissue;
+    const auto at =
+        std::find_if(table.begin(), table.end(), [&](const Tissue& t) { return t.name == name; });
+    if (at == table.end())
+      throw BadInput(body + ": its part " + printable(part) +
+                     " is no tissue of the table; give --tissue \"" + printable(part) +
+                     "=NAME\" with one of " + namesOf(table));
+    found.push_back(*at);
+  }
+  return found;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,359 @@
+// Builds Bullet's world from a scene, and reads it back.
+#include "scene/world.h"
+
+#include <cloudcontact/bullet/cloud_contact.h>
+
+#include <cmath>
+#include <cstring>
+#include <iostream>
+#include <numbers>
+#include <set>
+
+#include "io/errors.h"
+#include "scene/bullet_vectors.h"
+#include "scene/scene_shapes.h"
+#include "scene/world_parts.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kBears = 10;  // what ExtrapolatingSolver takes
+
+struct WorldBody {
+  SceneBody scene;
+  BodyParts parts;
+  std::unique_ptr<btRigidBody> rigid;
+  Pose fromFrame;  // parts.frame's inverse
+};
+
+SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
+  SurfaceSettings settings;
+  settings.friction = options.friction;
+  if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
+  settings.pressPeers = options.method != Method::Cloud && options.law != LawForm::Rigid;
+  for (const auto& body : scene.bodies) {
+    Surface surface{body.friction, {}};
+    // Damping alone is no spring; the body then counts as rigid.
+    if (body.stiffness) surface.material = Material{*body.stiffness, body.damping.value_or(0)};
+    settings.bodies.push_back(surface);
+  }
+  return settings;
+}
+
+void checkOptions(const WorldSettings& settings) {
+  const auto& o = settings.common;
+  if (o.method == Method::Sdf)
+    throw BadInput(
+        "--method sdf: Bullet's signed distance fields do not move; use cloud, gjk, gimpact, hacd "
+        "or primitive");
+  if (o.damping && !o.stiffness)
+    throw BadInput("--damping: needs --stiffness beside it, a pair has both or neither");
+  if (o.viscoelastic && (o.stiffness || o.damping))
+    throw BadInput("--law: this law has its own stiffness; leave --stiffness and --damping out");
+  if (o.viscoelastic && o.method != Method::Cloud)
+    throw BadInput("--law: Bullet's own contacts follow Kelvin-Voigt only; use --method cloud");
+  if (o.method != Method::Cloud && o.law == LawForm::Foundation)
+    throw BadInput("--law foundation: Bullet's own contacts have no area; use --method cloud");
+}
+
+}  // namespace
+
+struct World::Parts {
+  explicit Parts(const SceneDescription& scene, const WorldSettings& settings);
+  void addBodies(const SceneDescription& scene, const WorldSettings& settings);
+  void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
+  void addJoint(const SceneJoint& joint);
+  void settle(const WorldSettings& settings);
+  void noteFrictionless() const;
+  void look();
+  std::vector<std::pair<int, int>> measuredPairs() const;
+
+  // In the order in which Bullet needs them to outlive each other.
+  std::unique_ptr<CloudContact> cloudContact;
+  btDefaultCollisionConfiguration configuration;
+  SceneDispatcher dispatcher;
+  ModelFilter filter;
+  btDbvtBroadphase broadphase;
+  TimedSolver solver;
+  std::vector<WorldBody> bodies;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints;
+  std::set<std::pair<int, int>> joined;
+  btDiscreteDynamicsWorld world;
+  ContactMoment moment;
+  double latestStep = 0;    // [s]
+  std::vector<Pose> poses;  // of all bodies, once they are asked for after a step
+};
+
+namespace {
+
+std::vector<ModelFilter::Body> modelsOf(const SceneDescription& scene) {
+  std::vector<ModelFilter::Body> models;
+  for (const auto& body : scene.bodies) models.push_back({body.model, body.selfCollide});
+  return models;
+}
+
+std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
+  CloudContactSettings settings;
+  settings.law = options.law;
+  settings.viscoelastic = options.viscoelastic;
+  settings.bears = kBears;
+  if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
+  return std::make_unique<CloudContact>(settings);
+}
+
+}  // namespace
+
+World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings)
+    : cloudContact(makeCloudContact(settings.common)),
+      dispatcher(&configuration, surfacesOf(scene, settings.common),
+                 settings.common.method == Method::Cloud ? settings.common.threads : 1),
+      filter(modelsOf(scene)),
+      world(&dispatcher, &broadphase, &solver, &configuration) {
+  if (settings.common.method == Method::Cloud)
+    cloudContact->attach(dispatcher);
+  else
+    registerPeer(dispatcher, settings.common.method);
+  world.getPairCache()->setOverlapFilterCallback(&filter);
+  world.setGravity(toBullet(scene.gravity));
+  addBodies(scene, settings);
+  for (const auto& joint : scene.joints) addJoint(joint);
+  settle(settings);
+  dispatcher.onContacts = [this] { look(); };
+}
+
+void World::Parts::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
+  SceneShapes shapes(settings.common, settings.voxel, settings.store);
+  bodies.reserve(scene.bodies.size());
+  for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
+}
+
+void World::Parts::addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings) {
+  btRigidBody::btRigidBodyConstructionInfo info(btScalar(parts.mass), nullptr,
+                                                parts.shape.shape.get(), toBullet(parts.inertia));
+  info.m_startWorldTransform = toBullet(body.pose * parts.frame);
+  info.m_restitution = 0;
+  auto rigid = std::make_unique<btRigidBody>(info);
+  rigid->setUserIndex(static_cast<int>(bodies.size()));
+  if (body.stiffness && settings.common.method == Method::Cloud)
+    rigid->setContactStiffnessAndDamping(btScalar(*body.stiffness),
+                                         btScalar(body.damping.value_or(0)));
+  if (!body.isStatic) {
+    const Vec3 arm = body.pose.orientation * parts.frame.position;
+    rigid->setLinearVelocity(toBullet(body.linearVelocity + body.angularVelocity.cross(arm)));
+    rigid->setAngularVelocity(toBullet(body.angularVelocity));
+    if (!settings.sleep) rigid->setActivationState(DISABLE_DEACTIVATION);
+  }
+  const Pose fromFrame = parts.frame.inverse();
+  bodies.push_back({body, std::move(parts), std::move(rigid), fromFrame});
+  world.addRigidBody(bodies.back().rigid.get());
+}
+
+void World::Parts::addJoint(const SceneJoint& joint) {
+  // The joint's frame, its z along the axis, as each of its bodies sees it.
+  Pose frame = joint.pose;
+  frame.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), joint.axis);
+  // A weld holds anywhere; Bullet's solver holds it best where no lever magnifies its error.
+  if (joint.kind == SceneJoint::Kind::Fixed && joint.child >= 0)
+    frame.position = (bodies[joint.child].scene.pose * bodies[joint.child].parts.frame).position;
+  const auto seenFrom = [&](int body) {
+    if (body < 0) return toBullet(frame);
+    return toBullet((bodies[body].scene.pose * bodies[body].parts.frame).inverse() * frame);
+  };
+  btRigidBody& parent =
+      joint.parent < 0 ? btTypedConstraint::getFixedBody() : *bodies[joint.parent].rigid;
+  btRigidBody& child =
+      joint.child < 0 ? btTypedConstraint::getFixedBody() : *bodies[joint.child].rigid;
+  const btTransform inParent = seenFrom(joint.parent), inChild = seenFrom(joint.child);
+  if (joint.kind == SceneJoint::Kind::Fixed) {
+    joints.push_back(std::make_unique<btFixedConstraint>(parent, child, inParent, inChild));
+  } else {
+    auto hinge = std::make_unique<btHingeConstraint>(parent, child, inParent, inChild, true);
+    if (joint.lower && joint.upper) hinge->setLimit(btScalar(*joint.lower), btScalar(*joint.upper));
+    joints.push_back(std::move(hinge));
+  }
+  world.addConstraint(joints.back().get(), true);
+  joined.insert(std::minmax(joint.parent, joint.child));
+}
+
+void World::Parts::settle(const WorldSettings& settings) {
+  auto& info = world.getSolverInfo();
+  info.m_numIterations = settings.iterations;
+  bool springs = settings.common.stiffness.has_value();
+  for (const auto& body : bodies) springs = springs || body.scene.stiffness;
+  // Bullet's own methods keep Bullet's own solver and settings, unless a law is asked of them.
+  solver.extrapolates = settings.common.method == Method::Cloud;
+  if (settings.common.method == Method::Cloud || springs) recommendedSettings(world);
+  if (!settings.common.friction) noteFrictionless();
+}
+
+void World::Parts::noteFrictionless() const {
+  int silent = 0;
+  const std::string* first = nullptr;
+  for (const auto& body : bodies) {
+    if (body.scene.friction || body.scene.isStatic) continue;
+    if (silent++ == 0) first = &body.scene.name;
+  }
+  if (silent > 0)
+    std::cerr << "cloudcontact: " << silent << (silent == 1 ? " body" : " bodies")
+              << " without <mu> ('" << *first
+              << "'): the other body's counts, where that has none nothing rubs; --friction sets "
+                 "all\n";
+}
+
+// Energy and counts as the narrow phase leaves them.
+void World::Parts::look() {
+  moment = {};
+  std::set<std::pair<int, int>> touching;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    touching.insert(
+        std::minmax(manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()));
+    moment.contacts += manifold.getNumContacts();
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& p = manifold.getContactPoint(k);
+      const double depth = -p.getDistance();
+      moment.deepest = std::max(moment.deepest, depth);
+      if (depth > 0 && (p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING))
+        moment.energy.spring += 0.5 * p.m_combinedContactStiffness1 * depth * depth;
+    }
+  }
+  moment.pairs = static_cast<int>(touching.size());
+  const Vec3 gravity = fromBullet(world.getGravity());
+  for (const auto& body : bodies) {
+    if (body.scene.isStatic) continue;
+    const btTransform& at = body.rigid->getWorldTransform();
+    const Vec3 v = fromBullet(body.rigid->getLinearVelocity());
+    const Vec3 w = fromBullet(at.getBasis().transpose() * body.rigid->getAngularVelocity());
+    moment.energy.kinetic +=
+        0.5 * body.parts.mass * v.squaredNorm() + 0.5 * body.parts.inertia.dot(w.cwiseAbs2());
+    moment.energy.potential -= body.parts.mass * gravity.dot(fromBullet(at.getOrigin()));
+  }
+}
+
+std::vector<std::pair<int, int>> World::Parts::measuredPairs() const {
+  std::vector<std::pair<int, int>> pairs;
+  const int n = static_cast<int>(bodies.size());
+  for (int a = 0; a < n; ++a)
+    for (int b = a + 1; b < n; ++b) {
+      const SceneBody &sa = bodies[a].scene, &sb = bodies[b].scene;
+      if (sa.isStatic && sb.isStatic) continue;
+      if (sa.model == sb.model && !sa.selfCollide) continue;
+      if (joined.count({a, b})) continue;
+      pairs.emplace_back(a, b);
+    }
+  return pairs;
+}
+
+World::World(const SceneDescription& scene, const WorldSettings& settings) {
+  checkOptions(settings);
+  parts_ = std::make_unique<Parts>(scene, settings);
+}
+
+// Bullet's world wants its bodies and joints taken out before either goes.
+World::~World() {
+  for (auto& joint : parts_->joints) parts_->world.removeConstraint(joint.get());
+  for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.rigid.get());
+}
+
+void World::step(double seconds) {
+  parts_->world.stepSimulation(btScalar(seconds), 0);
+  parts_->latestStep = seconds;
+  parts_->poses.clear();
+  for (const auto& body : parts_->bodies) {
+    const btTransform& at = body.rigid->getWorldTransform();
+    const btVector3 sum = at.getOrigin() + at.getBasis()[0] + at.getBasis()[1] +
+                          body.rigid->getLinearVelocity() + body.rigid->getAngularVelocity();
+    if (!std::isfinite(sum.x() + sum.y() + sum.z()))
+      throw WorkFailed("body '" + body.scene.name +
+                       "': its state is no longer finite; take a smaller --step");
+  }
+}
+
+void World::findContacts() {
+  parts_->world.performDiscreteCollisionDetection();
+}
+
+std::size_t World::bodyCount() const {
+  return parts_->bodies.size();
+}
+const std::string& World::name(std::size_t body) const {
+  return parts_->bodies[body].scene.name;
+}
+bool World::isStatic(std::size_t body) const {
+  return parts_->bodies[body].scene.isStatic;
+}
+const ContactMoment& World::moment() const {
+  return parts_->moment;
+}
+void World::contacts(ContactsNow& now) const {
+  findContactsNow(parts_->dispatcher, parts_->latestStep, now);
+}
+const DrawnBody& World::drawn(std::size_t body) const {
+  return parts_->bodies[body].parts.drawn;
+}
+double World::mass(std::size_t body) const {
+  return parts_->bodies[body].parts.mass;
+}
+double World::narrowPhaseSeconds() const {
+  return parts_->dispatcher.seconds();
+}
+double World::solverSeconds() const {
+  return parts_->solver.seconds();
+}
+
+const Pose& World::pose(std::size_t body) const {
+  if (parts_->poses.empty()) {
+    for (const WorldBody& b : parts_->bodies)
+      parts_->poses.push_back(fromBullet(b.rigid->getWorldTransform()) * b.fromFrame);
+  }
+  return parts_->poses[body];
+}
+
+BodyState World::state(std::size_t body) const {
+  const WorldBody& b = parts_->bodies[body];
+  BodyState state;
+  state.pose = pose(body);
+  state.angularVelocity = fromBullet(b.rigid->getAngularVelocity());
+  const Vec3 arm = state.pose.position - fromBullet(b.rigid->getWorldTransform().getOrigin());
+  state.linearVelocity =
+      fromBullet(b.rigid->getLinearVelocity()) + state.angularVelocity.cross(arm);
+  state.asleep = !b.scene.isStatic && !b.rigid->isActive();
+  return state;
+}
+
+double World::penetration() const {
+  double deepest = 0;
+  for (const auto& [a, b] : parts_->measuredPairs())
+    deepest = std::max(deepest, program::penetration(parts_->bodies[a].parts.measured, pose(a),
+                                                     parts_->bodies[b].parts.measured, pose(b)));
+  return deepest;
+}
+
+std::size_t World::probes() const {
+  std::size_t count = 0;
+  for (const auto& body : parts_->bodies) count += probeCount(body.parts.measured);
+  return count;
+}
+
+std::uint64_t World::hash() const {
+  std::uint64_t hash = 14695981039346656037ull;
+  const auto mix = [&hash](const btVector3& v) {
+    for (int k = 0; k < 3; ++k) {
+      unsigned char bytes[sizeof(btScalar)];
+      std::memcpy(bytes, &v[k], sizeof bytes);
+      for (unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211ull;
+    }
+  };
+  for (const auto& body : parts_->bodies) {
+    const btTransform& at = body.rigid->getWorldTransform();
+    mix(at.getOrigin());
+    for (int row = 0; row < 3; ++row) mix(at.getBasis()[row]);
+    mix(body.rigid->getLinearVelocity());
+    mix(body.rigid->getAngularVelocity());
+  }
+  return hash;
+}
+
+}  // namespace cloudcontact::program

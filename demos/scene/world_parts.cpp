@@ -1,0 +1,99 @@
+// What a scene adds to Bullet's own dispatcher and solver.
+#include "scene/world_parts.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <utility>
+
+namespace cloudcontact::program {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+int indexOf(const btCollisionObject* object) {
+  return object->getUserIndex();
+}
+
+}  // namespace
+
+double pairFriction(const SurfaceSettings& settings, int a, int b) {
+  if (settings.friction) return *settings.friction;
+  const auto &muA = settings.bodies[a].friction, &muB = settings.bodies[b].friction;
+  if (muA && muB) return std::min(*muA, *muB);
+  return muA.value_or(muB.value_or(0));
+}
+
+SceneDispatcher::SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings,
+                                 int threads)
+    : CloudDispatcher(configuration, threads), settings_(std::move(settings)) {}
+
+void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
+                                                const btDispatcherInfo& info,
+                                                btDispatcher* dispatcher) {
+  const auto start = Clock::now();
+  CloudDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+  seconds_ += since(start);
+  applySurfaces();
+  if (onContacts) onContacts();
+}
+
+// Bullet multiplies two bodies' frictions, and no product can be the smaller of two for every
+// pair; its combining functions are global pointers. So the pair's values are written into the
+// points, after the narrow phase and before the solver.
+void SceneDispatcher::applySurfaces() {
+  std::map<std::pair<int, int>, int> points;  // of a pair, to share its spring out
+  if (settings_.pressPeers)
+    for (int i = 0; i < getNumManifolds(); ++i) {
+      const btPersistentManifold& manifold = *getManifoldByIndexInternal(i);
+      points[std::minmax(indexOf(manifold.getBody0()), indexOf(manifold.getBody1()))] +=
+          manifold.getNumContacts();
+    }
+  for (int i = 0; i < getNumManifolds(); ++i) {
+    btPersistentManifold& manifold = *getManifoldByIndexInternal(i);
+    const int a = indexOf(manifold.getBody0()), b = indexOf(manifold.getBody1());
+    const auto friction = btScalar(pairFriction(settings_, a, b));
+    std::optional<Material> material;
+    if (settings_.pressPeers)
+      material = settings_.pair
+                     ? settings_.pair
+                     : inSeries(settings_.bodies[a].material, settings_.bodies[b].material);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      btManifoldPoint& point = manifold.getContactPoint(k);
+      point.m_combinedFriction = friction;
+      if (!material) continue;
+      const int sharers = points[std::minmax(a, b)];
+      point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+      point.m_combinedContactStiffness1 = btScalar(material->stiffness / sharers);
+      point.m_combinedContactDamping1 = btScalar(material->damping / sharers);
+    }
+  }
+}
+
+btScalar TimedSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
+                                 btPersistentManifold** manifolds, int manifoldCount,
+                                 btTypedConstraint** constraints, int constraintCount,
+                                 const btContactSolverInfo& info, btIDebugDraw* drawer,
+                                 btDispatcher* dispatcher) {
+  const auto start = Clock::now();
+  const btScalar result = btSequentialImpulseConstraintSolver::solveGroup(
+      bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info, drawer,
+      dispatcher);
+  seconds_ += since(start);
+  return result;
+}
+
+bool ModelFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const {
+  const bool wanted = (a->m_collisionFilterGroup & b->m_collisionFilterMask) != 0 &&
+                      (b->m_collisionFilterGroup & a->m_collisionFilterMask) != 0;
+  if (!wanted) return false;
+  const Body& bodyA = bodies_[indexOf(static_cast<btCollisionObject*>(a->m_clientObject))];
+  const Body& bodyB = bodies_[indexOf(static_cast<btCollisionObject*>(b->m_clientObject))];
+  return bodyA.model != bodyB.model || bodyA.selfCollide;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,89 @@
+// Cloud: a body as voxels that each hold the fraction of themselves that is material, and, in a
+// body of several, which one. Sparse: 8x8x8 bricks, of which only those with a surface in them
+// store numbers (DESIGN.md, "The method", 2: coverage, not yes or no). A value; copies share their
+// voxels.
+#pragma once
+
+#include <cloudcontact/base/pose.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cloudcontact {
+
+constexpr int kBrickEdge = 8;                                       // voxels
+constexpr int kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;  // 512
+constexpr std::int32_t kEmptyBrick = -1;                            // all coverage 0
+constexpr std::int32_t kSolidBrick = -2;                            // all coverage 255
+
+// Coverage of a brick's voxels in 1/255, x fastest: index = x + 8 (y + 8 z).
+using BrickCoverage = std::array<std::uint8_t, kBrickVoxels>;
+
+// Indices into Voxels::materials, in the same order.
+using BrickMaterial = std::array<std::uint8_t, kBrickVoxels>;
+
+// How many voxels are what (paper Fig. 4 b, c, d).
+struct VoxelCounts {
+  std::size_t inside = 0;     // coverage 255
+  std::size_t interface = 0;  // 1..254
+};
+
+// Mass properties at a density of 1 kg/m^3: multiply mass and inertia by the true density.
+struct MassProperties {
+  double volume = 0;                                  // [m^3]
+  Vec3 centerOfMass = Vec3::Zero();                   // [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the centre of mass [m^5]
+};
+
+class Cloud {
+ public:
+  // The voxels of one body: what a digitiser fills in, then never changes.
+  struct Voxels {
+    Eigen::Vector3i bricks = Eigen::Vector3i::Zero();  // bricks along each axis
+    std::vector<std::int32_t>
+        table;  // one entry a brick, x fastest: index into `coverage`, kEmptyBrick or kSolidBrick
+    std::vector<BrickCoverage> coverage;
+    // Bodies of several materials (paper Fig. 4 d): their names, and for each brick of `table`
+    // either an index into `material` or -1 - m where all of it is material m. All empty for one
+    // material.
+    std::vector<std::string> materials;
+    std::vector<std::int32_t> materialTable;
+    std::vector<BrickMaterial> material;
+  };
+
+  Cloud() = default;
+  // `origin` is the lowest corner of voxel (0,0,0) in the body's frame [m], `voxelSize` the edge
+  // [m]. Throws std::invalid_argument where the size is not positive and finite or the table does
+  // not fit.
+  Cloud(double voxelSize, const Vec3& origin, std::shared_ptr<const Voxels> voxels);
+
+  bool empty() const { return !voxels_ || voxels_->table.empty(); }
+  double voxelSize() const { return voxelSize_; }
+  const Vec3& origin() const { return origin_; }
+  Eigen::Vector3i bricks() const { return voxels_ ? voxels_->bricks : Eigen::Vector3i::Zero(); }
+  Eigen::Vector3i size() const { return bricks() * kBrickEdge; }  // voxels along each axis
+  const Voxels& voxels() const { return *voxels_; }               // not of a Cloud()
+  // Coverage of a voxel in 1/255; 0 outside the grid.
+  std::uint8_t coverage(int x, int y, int z) const;
+  // Which material a voxel with coverage is of: index into materials(); 0 where there is but one.
+  std::uint8_t material(int x, int y, int z) const;
+  const std::vector<std::string>& materials() const;
+  Vec3 center(int x, int y, int z) const;  // of a voxel, in the body's frame [m]
+
+  // The same voxels in a frame moved by `shift` [m]: costs nothing, shares everything.
+  Cloud translated(const Vec3& shift) const;
+
+  VoxelCounts counts() const;
+  MassProperties massProperties() const;
+  std::size_t bytes() const;  // memory held by the voxels
+
+ private:
+  double voxelSize_ = 0;
+  Vec3 origin_ = Vec3::Zero();
+  std::shared_ptr<const Voxels> voxels_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,122 @@
+// The last step of a query: a pair's patches share its law, and become contacts. Plain C for C++
+// and OpenCL C; offsets are pinned by a test.
+//
+// The paper's law (3) is one spring for the pair, FR = k d (contact_depth.h has d). The spring is
+// shared out by area, the force by the patches' own sums.
+#ifndef CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
+#define CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
+
+#include "kernels/contact/contact_depth.h"
+
+#define CC_LEAST_SHARE 0.003  // of the pair's force: lighter patches are dropped
+// No patch is deeper than this many times the pair's depth (a wall wetted over a sliver).
+#define CC_MOST_DEPTH 1.5
+
+// What makes a contact of a pair's patches.
+typedef struct {
+  CcPlacement frame, toA;  // the frame body in the world, and in A's frame
+  double voxel;            // the larger of the bodies' [m]
+  double stiffness, damping;
+  double gap;      // by which the bodies were moved together [m]
+  int foundation;  // the law: one spring a pair, or stiffness per area
+  int oneSided;    // one body is a shape
+  int sampled;     // and the other is: 0 A, 1 B
+  int unused;
+} CcTerms;
+
+// A pair's patches together.
+typedef struct {
+  double force, area, shares, depth;
+} CcWhole;
+
+typedef struct {
+  double position[3], normal[3];  // world
+  double depth;                   // [m]
+} CcContactPoint;
+
+// Why a patch is not trusted, in the order of the Doubt of contact.h.
+#define CC_NO_DOUBT 0
+#define CC_FEW_SAMPLES 1
+#define CC_OPPOSED 2
+#define CC_DEEP_PATCH 3
+
+// A patch of a contact, with its points; the patch's share of the spring is theirs in equal parts.
+typedef struct {
+  double position[3], normal[3];  // world
+  double depth, stiffness, damping, area, confidence;
+  double center[3], seen[3];  // area centre and normal in A's frame
+  CcContactPoint points[4];
+  int doubt, unused;
+} CcContactPatch;
+
+// Whether a patch counts; `all` the sum of the pair's patches' forces. The energy's gradient, which
+// the foundation law is, leaves nothing out.
+CC_FN int ccCounts(CC_GLOBAL const CcSums* patch, double size, double all, double voxel,
+                   int foundation) {
+  const double least = foundation ? 0.0 : CC_LEAST_SHARE;
+  return size > least * all && patch->area > 0.0 && patch->deepest > -CC_RIM * voxel;
+}
+
+// A patch's share of the pair's spring: by area, and by force where the area is too small for it.
+CC_FN double ccShareOf(double area, double size, const CcWhole* whole) {
+  return ccMore(area / whole->area, size / (CC_MOST_DEPTH * whole->force));
+}
+
+CC_FN void ccPut64(CC_GLOBAL double* to, CcVec v) {
+  to[0] = v.x;
+  to[1] = v.y;
+  to[2] = v.z;
+}
+
+CC_FN void ccShareLaw(CC_GLOBAL const CcSums* patch, double size, CC_GLOBAL const CcTerms* terms,
+                      const CcWhole* whole, double* area, double* share, double* depth) {
+  *area = patch->area * (terms->oneSided ? 1.0 : 0.5);
+  if (terms->foundation) {
+    // No depth of the pair: the patch's own is its force over its area.
+    const double deepest = ccMore(0.0, patch->deepest) + CC_RIM * terms->voxel;
+    *area = ccMore(*area, size / deepest);
+    *share = *area;
+    *depth = size / *area;
+    return;
+  }
+  *share = ccShareOf(patch->area, size, whole) / whole->shares;
+  *depth = whole->depth * (size / whole->force) / *share;
+}
+
+CC_FN int ccDoubtOf(CC_GLOBAL const CcSums* patch, double pushes, double confidence) {
+  if (patch->deep > 0.5 * pushes) return CC_DEEP_PATCH;
+  if (confidence < 0.3) return CC_OPPOSED;
+  return patch->hits < 4 ? CC_FEW_SAMPLES : CC_NO_DOUBT;
+}
+
+// `flat` the patch in the plane across force->normal.
+CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* flat,
+                       CC_GLOBAL const CcTerms* terms, const CcWhole* whole,
+                       CC_GLOBAL CcContactPatch* out) {
+  double area, share, depth;
+  ccShareLaw(patch, force->size, terms, whole, &area, &share, &depth);
+  CcPatchPoint points[4];
+  ccPointsOf(patch, force, flat, terms->voxel, points);
+  const CcVec arm = ccTimes(1.0 / force->size, ccCrossOf(force->normal, force->torque));
+  const double a = patch->side[0].size, b = patch->side[1].size;
+  const double pushes = terms->oneSided ? ccMore(a, b) : 0.5 * (a + b);
+  const double confidence = ccLess(1.0, force->size / ccMore(pushes, 1e-300));
+  ccPut64(out->position, ccPlaced(&terms->frame, ccPlus(force->center, arm)));
+  ccPut64(out->normal, ccTurned(&terms->frame, force->normal));
+  out->depth = depth - terms->gap;
+  out->stiffness = terms->stiffness * share;
+  out->damping = terms->damping * share;
+  out->area = area;
+  out->confidence = confidence;
+  ccPut64(out->center, ccPlaced(&terms->toA, force->center));
+  ccPut64(out->seen, ccTurned(&terms->toA, force->normal));
+  for (int i = 0; i < 4; ++i) {
+    ccPut64(out->points[i].position, ccPlaced(&terms->frame, points[i].position));
+    ccPut64(out->points[i].normal, ccTurned(&terms->frame, points[i].normal));
+    out->points[i].depth = depth * points[i].weight - terms->gap;
+  }
+  out->doubt = ccDoubtOf(patch, pushes, confidence);
+  out->unused = 0;
+}
+
+#endif

@@ -1,0 +1,109 @@
+// Which bin a hit belongs to, and which bins grow together to a patch. Plain C for C++ and OpenCL
+// C.
+#ifndef CLOUDCONTACT_KERNELS_HIT_BINS_H
+#define CLOUDCONTACT_KERNELS_HIT_BINS_H
+
+#include "kernels/contact/hit_sums.h"
+
+#if !defined(__OPENCL_VERSION__)
+typedef unsigned long ulong;
+#endif
+
+// A sample faces the other body fully where the cosine between the normals exceeds this; at a wall
+// that runs along the other's face it is zero within the fits' noise (0.02).
+#define CC_FACING 0.2f
+// Bins belong together where one body's mean normals agree this well (22 deg) ...
+#define CC_AGREE 0.93
+// ... and the other's do not disagree.
+#define CC_DISAGREE (-0.2)
+// Bins are close where their centres are nearer than this share of a cell; a bin that only links
+// must weigh this share of its patch.
+#define CC_CLOSE 0.5
+#define CC_LEAST_LINK 0.05
+#define CC_LINK 0.7
+
+#define CC_KEY_BITS 14  // of a cell's place: they wrap around after as many as no grid holds
+
+typedef struct {
+  int x, y, z;    // cell
+  int direction;  // one of six
+  float gate;     // how far it faces the other body, 0..1
+} CcBinOfHit;
+
+CC_FN float ccGate(float facing) {
+  return ccMin(ccMax(facing * (1.0f / CC_FACING), 0.0f), 1.0f);
+}
+
+// The direction is one of the six of the axes, of the other body's normal less the own one's share,
+// seen from A to B whoever's sample it is (`side` 0: A's), so that both bodies' samples meet in one
+// bin. `perCell` [1/m].
+CC_FN CcBinOfHit ccBinOf(const float* at, const float* own, const float* other, float facing,
+                         int side, float perCell) {
+  CcBinOfHit b;
+  const float u = at[0] * perCell, v = at[1] * perCell, w = at[2] * perCell;
+  const int x = (int)u, y = (int)v, z = (int)w;
+  b.x = x - (u < (float)x ? 1 : 0);
+  b.y = y - (v < (float)y ? 1 : 0);
+  b.z = z - (w < (float)z ? 1 : 0);
+  b.gate = ccGate(facing);
+  const float sign = side == 0 ? -1.0f : 1.0f;
+  const float nx = sign * (other[0] - b.gate * own[0]), ny = sign * (other[1] - b.gate * own[1]),
+              nz = sign * (other[2] - b.gate * own[2]);
+  const float ax = ccAbs(nx), ay = ccAbs(ny), az = ccAbs(nz);
+  const int yz = ay >= az ? 2 + (ny < 0.0f) : 4 + (nz < 0.0f);
+  const int xs = 0 + (nx < 0.0f);
+  b.direction = ((ax >= ay) & (ax >= az)) != 0 ? xs : yz;
+  return b;
+}
+
+CC_FN ulong ccBinKey(int x, int y, int z, int direction) {
+  const ulong mask = ((ulong)1 << CC_KEY_BITS) - 1;
+  return ((ulong)x & mask) | ((ulong)y & mask) << CC_KEY_BITS |
+         ((ulong)z & mask) << (2 * CC_KEY_BITS) | (ulong)direction << (3 * CC_KEY_BITS);
+}
+
+// What growing asks of a bin, or of a patch.
+typedef struct {
+  double normal[2][3];  // sums of A's and of B's normals
+  double length[2];     // of these
+} CcFaces;
+
+CC_FN double ccDot64(const double* a, const double* b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+CC_FN double ccLength64(const double* a) {
+  return CC_SQRT64(ccDot64(a, a));
+}
+
+// Whether dot / length is at least that, without the division where it cannot matter; nothing is as
+// long as it likes.
+CC_FN int ccAtLeast(double dot, double length, double least) {
+  if (!(length > 0.0)) return 1.0 >= least;
+  const double beyond = dot - least * length, doubt = 1e-14 * length;
+  if (beyond > doubt) return 1;
+  if (beyond < -doubt) return 0;
+  return dot / length >= least;
+}
+
+CC_FN int ccAlike(const CcFaces* a, const CcFaces* b, double agree) {
+  double dot[2], length[2];
+  for (int s = 0; s < 2; ++s) {
+    dot[s] = ccDot64(a->normal[s], b->normal[s]);
+    length[s] = a->length[s] * b->length[s];
+  }
+  return (ccAtLeast(dot[0], length[0], agree) || ccAtLeast(dot[1], length[1], agree)) &&
+         ccAtLeast(dot[0], length[0], CC_DISAGREE) && ccAtLeast(dot[1], length[1], CC_DISAGREE);
+}
+
+// Where edges cross, each face of one body meets two of the other: four bins, of which the last
+// shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
+// turn would hang together. `weight` of the bin, `all` of the patch.
+CC_FN int ccLinked(const CcFaces* bin, const CcFaces* from, double weight, double all,
+                   const double* center, const double* centerFrom, double close) {
+  if (weight < CC_LEAST_LINK * all || !ccAlike(bin, from, CC_LINK)) return 0;
+  double apart[3];
+  for (int i = 0; i < 3; ++i) apart[i] = center[i] - centerFrom[i];
+  return ccLength64(apart) < close;
+}
+
+#endif

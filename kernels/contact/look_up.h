@@ -1,0 +1,81 @@
+// Where a point of one body lies in the records of another's field. Plain C for C++ and OpenCL C.
+#ifndef CLOUDCONTACT_KERNELS_LOOK_UP_H
+#define CLOUDCONTACT_KERNELS_LOOK_UP_H
+
+#include "kernels/contact/surface_fit.h"
+
+// On a device, what a group of work-items shares: with copies of their own each of the search's had
+// 760 bytes on its stack.
+#if defined(__OPENCL_VERSION__)
+#define CC_NEAR __local
+#else
+#define CC_NEAR
+#endif
+
+// A rigid map with a scale, x -> turn x + shift; `turn` by rows.
+typedef struct {
+  float turn[9];
+  float shift[3];
+} CcMap;
+
+CC_FN void ccTurn(CC_NEAR const float* turn, const float* v, float* out) {
+  out[0] = turn[0] * v[0] + turn[1] * v[1] + turn[2] * v[2];
+  out[1] = turn[3] * v[0] + turn[4] * v[1] + turn[5] * v[2];
+  out[2] = turn[6] * v[0] + turn[7] * v[1] + turn[8] * v[2];
+}
+
+CC_FN void ccApply(CC_NEAR const CcMap* map, const float* x, float* out) {
+  ccTurn(map->turn, x, out);
+  out[0] += map->shift[0];
+  out[1] += map->shift[1];
+  out[2] += map->shift[2];
+}
+
+// One body's samples on their way into another body and into the frame of the pair.
+typedef struct {
+  CcMap toFrame;            // samples' grid -> frame body, metres
+  float frameFromOwn[9];    // turns the samples' normals into the frame
+  float frameFromOther[9];  // turns the other body's normals into the frame
+  float turnToOther[9];     // turns the samples' normals into the other body's frame
+  CcMap toOther;            // samples' grid -> other's grid, voxels; unless that is a shape
+} CcWay;
+
+// A grid of bricks of 8x8x8 voxels. The brick of a point outside it has the number nx ny nz.
+typedef struct {
+  int nx, ny, nz;
+} CcBricks;
+
+typedef struct {
+  int brick;   // its number, x fastest
+  int cell;    // of the voxel in its brick, x fastest
+  float r[3];  // the point from the voxel's centre, voxels
+} CcPlace;
+
+CC_FN CcPlace ccPlaceOf(CcBricks bricks, const float* x) {
+  CcPlace p;
+  const int inside = (x[0] >= 0.0f) & (x[1] >= 0.0f) & (x[2] >= 0.0f) &
+                     (x[0] < (float)(8 * bricks.nx)) & (x[1] < (float)(8 * bricks.ny)) &
+                     (x[2] < (float)(8 * bricks.nz));
+  // Cast only what fits: inside the grid a cast is a floor.
+  const float u = inside ? x[0] : 0.0f, v = inside ? x[1] : 0.0f, w = inside ? x[2] : 0.0f;
+  const int i = (int)u, j = (int)v, k = (int)w;
+  const int brick = (i >> 3) + bricks.nx * ((j >> 3) + bricks.ny * (k >> 3));
+  p.brick = inside ? brick : bricks.nx * bricks.ny * bricks.nz;
+  p.cell = (i & 7) | ((j & 7) << 3) | ((k & 7) << 6);
+  p.r[0] = u - (float)i - 0.5f;
+  p.r[1] = v - (float)j - 0.5f;
+  p.r[2] = w - (float)k - 0.5f;
+  return p;
+}
+
+// How far a point lies outside the grid, and the brick of the grid's point nearest to it.
+CC_FN float ccAwayFrom(CcBricks bricks, const float* x, int* brick) {
+  const float u = ccMax(ccMin(x[0], (float)(8 * bricks.nx) - 0.5f), 0.0f),
+              v = ccMax(ccMin(x[1], (float)(8 * bricks.ny) - 0.5f), 0.0f),
+              w = ccMax(ccMin(x[2], (float)(8 * bricks.nz) - 0.5f), 0.0f);
+  const float d[3] = {x[0] - u, x[1] - v, x[2] - w};
+  *brick = ((int)u >> 3) + bricks.nx * (((int)v >> 3) + bricks.ny * ((int)w >> 3));
+  return CC_SQRT(ccDot(d, d));
+}
+
+#endif

@@ -1,0 +1,299 @@
+// Direction, torque and points of a patch, from its sums. Plain C for C++ and OpenCL C.
+//
+// Force. The sum over a body's own samples of area times depth along their own normals is the
+// gradient of the overlap's energy (FORCE.md, "P"). Where the law's magnitude does not grow with
+// area (the paper's, one spring a pair) the energy knows no edge either, and the push of walls that
+// run along the other body's face is taken out, as far as both bodies agree on it; the more
+// coherent body (a face against an edge) decides the direction ("CW").
+//
+// Points. For a patch of area centre x, covariance C and mean depth 1, four points at
+// x0 + root(C') (+-1, +-1) with depths 1 + g.xi have force 1 and centre of pressure x0 + C' g,
+// for any C' and g; so x0 = cop - C' g makes the wrench exact, whatever is chosen for the rest:
+//   g  = C^-1 (cop - x), the slope of the pressure, less where a point would pull;
+//   C' = C where the bodies fit each other, shrunk to nothing where relative curvature alone
+//        bounds the patch: there points apart from the centre would brake rolling, as an
+//        implicit step moves the pressure ahead by v h (a ball lost 20 % in 3 m).
+// The root is symmetric, so that the points do not turn with the eigenvectors of a round patch.
+#ifndef CLOUDCONTACT_KERNELS_PATCH_FORCE_H
+#define CLOUDCONTACT_KERNELS_PATCH_FORCE_H
+
+#include "kernels/contact/hit_sums.h"
+#include "kernels/contact/vector64.h"
+
+// Below this lack of coherence the bodies decide alike: noise of the normals is 0.001.
+#define CC_COHERENCE_NOISE 0.003
+// A shape's own normals have none but rounding: where they all agree the shape decides, even
+// against a cloud's rim of which only the side is wet (a peg on its rim was pushed 11 deg aside).
+#define CC_FORMULA_NOISE 1e-6
+#define CC_LEAST_WEIGHT 0.05  // of a point, so that none pulls
+// Patches narrower than this [voxels] are too small for their normals' gradient to be told from
+// noise. Points that do not lean with their flank brake a thread through the pair's damping: on a
+// M16 thread their normals are 3.3 deg off the way of the screw at 8, 1.3 deg at 1.
+#define CC_LEAN_VOXELS 1.0
+// What rolls bounds its patch by curvature alone. Its flatness is then nothing but noise, 0.06
+// under a ball of 20 voxels that sags by 0.1, and points that it holds apart brake: less than this
+// counts for nothing, a little more for itself. Without it balls and cylinders lost 1.4-3.3 % of
+// their speed in 3 m, with it less than 1 %. Faces must keep what they have: scaled down from 1, a
+// box over a table's edge tipped 0.2 voxel earlier. It costs: a peg that rattles at 60 steps a
+// second was quieted by that braking, and with any value from 0.07 to 0.15 jams in 2-4 of 5 holes
+// instead of 1; which ones is chance. From 240 steps on all of them go in with this one, but not
+// with 0.1 or 0.12, by as little.
+#define CC_ROUND 0.09
+#define CC_ROUND_AGAIN 5.0
+#define CC_MOST_SPIN 0.3  // [rad] a point's normal leans for the patch's spin
+
+// A patch's force before the law scales it: direction and torque, in units of area times depth.
+typedef struct {
+  CcVec normal;   // of the force on B; nothing where the bodies push each other nowhere
+  double size;    // of the force [m^3]
+  CcVec torque;   // about the patch's area centre [m^4]
+  CcVec center;   // area centre, frame body [m]
+  double trustA;  // how far A's surface, the more coherent, decides
+  // How far the surfaces fall away from each other over the patch by their curvature, the mean by
+  // pressed volume [m]. Of a patch that is d deep d/3 for balls, d/5 for a cylinder's side on a
+  // face, 0 for faces that fit.
+  double fall;
+  double lean;  // mean cosine of A's normals to theirs in the mean, times that of B's
+} CcPatchForce;
+
+// The patch in its own plane.
+typedef struct {
+  CcVec n, t1, t2;
+  CcSymmetric2 spread, inverse;  // C, and C^-1, regularised
+  CcMatrix2 turn[2];             // of each body's normals, with the place: curvature times C [m]
+} CcFlat;
+
+// Two units across n: the first off the axis that n runs along least.
+CC_FN void ccTangentsOf(CcVec n, CcVec* t1, CcVec* t2) {
+  const double x = ccSize(n.x), y = ccSize(n.y), z = ccSize(n.z);
+  const int first = x <= y && x <= z, second = !first && y <= z;
+  const CcVec aside = first    ? ccVec(0.0, n.z, -n.y)
+                      : second ? ccVec(-n.z, 0.0, n.x)
+                               : ccVec(n.y, -n.x, 0.0);
+  *t1 = ccUnit(aside);
+  *t2 = ccCrossOf(n, *t1);
+}
+
+// A matrix by columns times a vector.
+CC_FN CcVec ccColumnsTimes(CC_GLOBAL const double* m, CcVec v) {
+  return ccPlus(ccPlus(ccTimes(v.x, ccVecAt(m)), ccTimes(v.y, ccVecAt(m + 3))),
+                ccTimes(v.z, ccVecAt(m + 6)));
+}
+
+CC_FN CcFlat ccFlatten(CC_GLOBAL const CcSums* patch, CcVec n) {
+  CcFlat f;
+  f.n = n;
+  ccTangentsOf(n, &f.t1, &f.t2);
+  const double per = 1.0 / patch->area;
+  const CcVec x = ccTimes(per, ccVecAt(patch->first));
+  const double x1 = ccDotOf(x, f.t1), x2 = ccDotOf(x, f.t2);
+  const CcVec s1 = ccColumnsTimes(patch->second, f.t1), s2 = ccColumnsTimes(patch->second, f.t2);
+  f.spread.uu = per * ccDotOf(f.t1, s1) - x1 * x1;
+  f.spread.uv = per * ccDotOf(f.t1, s2) - x1 * x2;
+  f.spread.vv = per * ccDotOf(f.t2, s2) - x2 * x2;
+  // A patch of one sample has no spread: a thousandth of its area stands in.
+  f.inverse = ccInverse(f.spread, 1e-3 * (patch->area + f.spread.uu + f.spread.vv));
+  double cosine = 0.0;
+  for (int s = 0; s < 2; ++s) {
+    const CcVec mean = ccTimes(per, ccVecAt(patch->normal[s]));
+    const double m1 = ccDotOf(mean, f.t1), m2 = ccDotOf(mean, f.t2);
+    const CcVec b1 = ccColumnsTimes(patch->normalBy[s], f.t1),
+                b2 = ccColumnsTimes(patch->normalBy[s], f.t2);
+    f.turn[s].uu = per * ccDotOf(f.t1, b1) - m1 * x1;
+    f.turn[s].uv = per * ccDotOf(f.t1, b2) - m1 * x2;
+    f.turn[s].vu = per * ccDotOf(f.t2, b1) - m2 * x1;
+    f.turn[s].vv = per * ccDotOf(f.t2, b2) - m2 * x2;
+    cosine += 0.5 * ccSize(ccDotOf(mean, n));
+  }
+  const double scale = 1.0 / ccMore(cosine, 0.3);
+  for (int s = 0; s < 2; ++s) {
+    f.turn[s].uu *= scale;
+    f.turn[s].uv *= scale;
+    f.turn[s].vu *= scale;
+    f.turn[s].vv *= scale;
+  }
+  return f;
+}
+
+// What both bodies' walls push alike across the patch's normal.
+CC_FN CcVec ccSharedWall(CcVec pushA, CcVec pushB, CcVec wallA, CcVec wallB) {
+  const CcVec none = {0.0, 0.0, 0.0}, all = ccPlus(pushA, pushB);
+  CcVec shared = none;
+  for (int round = 0; round < 3; ++round) {
+    const CcVec n = ccUnit(ccMinus(all, ccTimes(2.0, shared)));
+    const CcVec a = ccMinus(wallA, ccTimes(ccDotOf(n, wallA), n)),
+                b = ccMinus(wallB, ccTimes(ccDotOf(n, wallB), n));
+    if (ccDotOf(a, b) <= 0.0) return none;
+    const double least = CC_SQRT64(ccLess(ccDotOf(a, a), ccDotOf(b, b)));
+    shared = ccTimes(least, ccUnit(ccPlus(a, b)));
+  }
+  return shared;
+}
+
+// Half of curvature times the places' spread, both summed over directions. A sample lies where its
+// own surface has its mean over it, and counts by its middle alone: its own curvature over its own
+// width (variance about a twelfth of its area each way) is missing there. And normals that lean
+// shorten the way across: by the cosines, exact to second order for a ball on a face.
+CC_FN double ccFallOf(CC_GLOBAL const CcSums* patch, const CcFlat* f, double lean, int oneSided,
+                      int sampled) {
+  const CcMatrix2 a = f->turn[0], b = f->turn[1];
+  const double wa = oneSided ? (sampled ? 0.0 : 1.0) : 0.5, wb = oneSided ? 1.0 - wa : 0.5;
+  const CcSymmetric2 in = f->inverse;
+  const double curved = (wa * a.uu + wb * b.uu) * in.uu +
+                        (wa * (a.uv + a.vu) + wb * (b.uv + b.vu)) * in.uv +
+                        (wa * a.vv + wb * b.vv) * in.vv;
+  const double within = patch->width / patch->area / 12.0 * curved;
+  const double per = 1.0 / patch->facing;
+  const double bent =
+      (patch->opening - ccDotOf(ccVecAt(patch->apart), ccVecAt(patch->place)) * per) * per;
+  return 0.5 * (bent / ccMore(lean, 0.5) + within);
+}
+
+// How far a side's pushes cancel each other; `push` what is left of them. A body without samples of
+// its own in the patch, as a flank has none where a tooth's tip just touches it, is known by the
+// normals that the other's samples found there (the paper's own base vectors): `push` becomes
+// theirs, as large as `other`.
+CC_FN double ccIncoherence(CC_GLOBAL const CcSums* patch, int s, double noise, CcVec other,
+                           CcVec* push) {
+  const double size = patch->side[s].size;
+  if (size != 0.0) return ccMore(0.0, 1.0 - ccLengthOf(*push) / ccMore(size, 1e-300)) + noise;
+  const CcVec normal = ccVecAt(patch->normal[s]);
+  const double found = ccLengthOf(normal);
+  if (!(found > 0.0)) return 1e3;  // the other decides
+  const double sign = s == 0 ? 1.0 : -1.0;
+  *push = ccTimes(sign * ccLengthOf(other) / found, normal);
+  return ccMore(0.0, 1.0 - found / patch->area) + CC_COHERENCE_NOISE;
+}
+
+// Under the foundation law the exact gradient of the overlap's energy; under the paper's law
+// without the share of walls that run along the other body (FORCE.md, "P" and "CW"). `oneSided`:
+// one body is a shape, and only samples of `sampled` (0: A's) push. Gives the patch in its own
+// plane where it has one and was worked out: where `lean` is not 0.
+CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int oneSided,
+                             int sampled, CcFlat* flat) {
+  CcPatchForce out;
+  const CcVec origin = ccVecAt(patch->origin), first = ccVecAt(patch->first);
+  out.center = patch->area > 0.0 ? ccPlus(origin, ccTimes(1.0 / patch->area, first)) : origin;
+  out.trustA = 0.5;
+  out.fall = out.lean = 0.0;
+  const CcVec arm = ccMinus(origin, out.center);
+  // A's outward normals push B, B's own push it back.
+  CcVec pushA = ccVecAt(patch->side[0].push), pushB = ccTimes(-1.0, ccVecAt(patch->side[1].push));
+  const CcVec momentA = ccPlus(ccVecAt(patch->side[0].moment), ccCrossOf(arm, pushA)),
+              momentB = ccMinus(ccCrossOf(arm, pushB), ccVecAt(patch->side[1].moment));
+  const double byA = oneSided ? (sampled ? 0.0 : 1.0) : 0.5, byB = oneSided ? 1.0 - byA : 0.5;
+  const CcVec force = ccPlus(ccTimes(byA, pushA), ccTimes(byB, pushB));
+  out.torque = ccPlus(ccTimes(byA, momentA), ccTimes(byB, momentB));
+  out.size = ccLengthOf(force);
+  out.normal = ccUnit(force);
+  if (foundation || !(out.size > 0.0)) return out;
+
+  const CcVec shared = ccSharedWall(pushA, pushB, ccVecAt(patch->side[0].wall),
+                                    ccTimes(-1.0, ccVecAt(patch->side[1].wall)));
+  pushA = ccMinus(pushA, shared);
+  pushB = ccMinus(pushB, shared);
+  const double noiseA = oneSided && sampled ? CC_FORMULA_NOISE : CC_COHERENCE_NOISE,
+               noiseB = oneSided && !sampled ? CC_FORMULA_NOISE : CC_COHERENCE_NOISE;
+  const double a = ccIncoherence(patch, 0, noiseA, pushB, &pushA),
+               b = ccIncoherence(patch, 1, noiseB, pushA, &pushB);
+  out.trustA = b / (a + b);
+  const CcVec n = ccUnit(ccPlus(ccTimes(out.trustA, pushA), ccTimes(1.0 - out.trustA, pushB)));
+  if (!(ccDotOf(n, n) > 0.0)) return out;
+  const double size = 0.5 * (ccLengthOf(pushA) + ccLengthOf(pushB)), per = 1.0 / out.size;
+  // The same line of action: through the old centre of pressure, with the old spin.
+  const CcVec pressure = ccTimes(per, ccCrossOf(out.normal, out.torque));
+  const double spin = ccDotOf(out.normal, out.torque) * size * per;
+  out.torque = ccPlus(ccCrossOf(pressure, ccTimes(size, n)), ccTimes(spin, n));
+  out.normal = n;
+  out.size = size;
+  if (!(patch->facing > 0.0)) return out;
+  const double perArea = 1.0 / patch->area;
+  out.lean = ccLengthOf(ccVecAt(patch->normal[0])) * perArea *
+             (ccLengthOf(ccVecAt(patch->normal[1])) * perArea);
+  *flat = ccFlatten(patch, n);
+  out.fall = ccFallOf(patch, flat, out.lean, oneSided, sampled);
+  return out;
+}
+
+// Where points may lie, C', and how the common normal turns over them [1/m].
+typedef struct {
+  CcSymmetric2 kept;
+  CcMatrix2 lean;
+} CcExtent;
+
+CC_FN double ccFlatness(double v) {
+  return ccWithin(ccLess(v, CC_ROUND_AGAIN * (v - CC_ROUND)), 0.0, 1.0);
+}
+
+CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
+  const CcMatrix2 a = f->turn[0], b = f->turn[1];
+  const double per = 1.0 / ccMore(depth, 1e-30);
+  const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
+               uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
+  // The flatness of both eigenvalues, middle -+ apart, by the matrix itself.
+  const double middle = 0.5 * (uu + vv), lean = 0.5 * (uu - vv),
+               apart = CC_SQRT64(lean * lean + uv * uv);
+  const double low = ccFlatness(middle - apart), high = ccFlatness(middle + apart);
+  const double mean = 0.5 * (high + low), slope = apart > 0.0 ? 0.5 * (high - low) / apart : 0.0;
+  const CcSymmetric2 flatness = {mean + slope * lean, slope * uv, mean - slope * lean};
+  const CcMatrix2 across = {0.5 * (a.uu - b.uu), 0.5 * (a.uv - b.uv), 0.5 * (a.vu - b.vu),
+                            0.5 * (a.vv - b.vv)};
+  CcExtent e;
+  e.kept = ccBothSides(ccRootOf(f->spread), flatness);
+  e.lean = ccTimesSymmetric(across, ccInverse(f->spread, noise));
+  return e;
+}
+
+// A point in the frame body; `weight`: its depth relative to the patch's mean.
+typedef struct {
+  CcVec position, normal;
+  double weight;
+} CcPatchPoint;
+
+// Four points in the frame body that together have exactly the patch's force and torque; `f` the
+// patch in the plane across force->normal, `voxel` [m] the pair's.
+CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
+                      double voxel, CcPatchPoint* points) {
+  const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel, per = 1.0 / force->size;
+  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise);
+  // Centre of pressure less area centre.
+  const CcVec arm = ccTimes(per, ccCrossOf(f->n, force->torque));
+  const CcTwo cop = {ccDotOf(f->t1, arm), ccDotOf(f->t2, arm)};
+  CcTwo slope = ccOn(f->inverse, cop);
+  const CcSymmetric2 root = ccRootOf(e.kept);
+  const CcTwo corner[2] = {{root.uu + root.uv, root.uv + root.vv},
+                           {root.uv - root.uu, root.vv - root.uv}};
+  const double most = ccMore(ccSize(slope.u * corner[0].u + slope.v * corner[0].v),
+                             ccSize(slope.u * corner[1].u + slope.v * corner[1].v));
+  if (-most < CC_LEAST_WEIGHT - 1.0) {
+    slope.u *= (1.0 - CC_LEAST_WEIGHT) / most;
+    slope.v *= (1.0 - CC_LEAST_WEIGHT) / most;
+  }
+  const CcTwo aside = ccOn(e.kept, slope);
+  double spin = ccDotOf(f->n, force->torque) * per, polar = 0.0;
+  CcTwo at[4], turned[4];
+  for (int i = 0; i < 4; ++i) {
+    const double sign = i < 2 ? 1.0 : -1.0;
+    const CcTwo from = {sign * corner[i & 1].u, sign * corner[i & 1].v};
+    at[i] = ccTwo(from.u - aside.u, from.v - aside.v);
+    turned[i] = ccTurn2(e.lean, at[i]);
+    points[i].weight = 1.0 + (slope.u * from.u + slope.v * from.v);
+    spin -= 0.25 * points[i].weight * (at[i].u * turned[i].v - at[i].v * turned[i].u);
+    polar += 0.25 * points[i].weight * (at[i].u * at[i].u + at[i].v * at[i].v);
+  }
+  const double limit = CC_MOST_SPIN / CC_SQRT64(ccMore(polar, 1e-300));
+  const double omega = polar > 0.0 ? ccWithin(spin / (polar + noise), -limit, limit) : 0.0;
+  const CcVec pressure = ccPlus(force->center, arm);
+  double kept = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const double u = turned[i].u - omega * at[i].v, v = turned[i].v + omega * at[i].u;
+    const double shorter = 1.0 / CC_SQRT64(1.0 + (u * u + v * v));
+    points[i].normal = ccTimes(shorter, ccPlus(f->n, ccPlus(ccTimes(u, f->t1), ccTimes(v, f->t2))));
+    points[i].position = ccPlus(pressure, ccPlus(ccTimes(at[i].u, f->t1), ccTimes(at[i].v, f->t2)));
+    kept += 0.25 * points[i].weight * shorter;
+  }
+  const double scale = 1.0 / kept;
+  for (int i = 0; i < 4; ++i) points[i].weight *= scale;
+}
+
+#endif

@@ -1,0 +1,141 @@
+// What becomes of a sample of one body in the records of another's field: how far off the surface
+// it lies, whether it is a hit, whether finer samples beside it may be, and where it must be taken
+// in parts. Plain C for C++ and OpenCL C.
+#ifndef CLOUDCONTACT_KERNELS_SEARCH_H
+#define CLOUDCONTACT_KERNELS_SEARCH_H
+
+#include "kernels/contact/field_voxel.h"
+#include "kernels/contact/sample.h"
+
+// What has been found of a sample.
+#define CC_WET 1     // deep enough to be a hit, or a near miss
+#define CC_DEEP 2    // below the band
+#define CC_NEARBY 4  // finer samples of its cell may touch
+
+// What `b` of a record without planes says: below the band, or empty with a voxel of the band
+// within four.
+#define CC_DEEP_INSIDE 1u
+#define CC_NEAR_OUTSIDE 2u
+
+#define CC_HALF_WIDTH \
+  0.5f  // of a sample: over it the depth varies by the sine between the surfaces
+#define CC_HALF_DIAGONAL 0.71f
+#define CC_WIDE 0.3f         // [voxels] wider samples are taken in parts at an edge
+#define CC_BEYOND_BAND 5.5f  // depth given to a sample below the band's last layer [voxels]
+
+// A sample farther off the other surface than `slack` has no finer sample in its cell that touches:
+// these lie at most `slope` beside it, times the sine between the surfaces, and both may bend by
+// `slack`.
+typedef struct {
+  float halfWidth;          // [m] half the width of a sample one voxel wide
+  float margin;             // [m] samples nearer than this are wet, too
+  float perVoxel;           // [1/m]
+  float slack, slope;       // [voxels]
+  int nearby, nearOutside;  // CC_NEARBY where finer samples are asked for
+} CcLimits;
+
+// `level` of the samples, 0 the finest; `voxel` and `margin` in metres.
+CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
+  CcLimits l;
+  l.halfWidth = CC_HALF_WIDTH * voxel;
+  l.margin = level == 0 ? margin : 0.0f;
+  l.perVoxel = 1.0f / voxel;
+  l.slack = (level == 0 ? 0.0f : level == 1 ? 0.25f : 0.8f) + margin / voxel;
+  l.slope = level == 0 ? 0.0f : level == 1 ? 1.5f : 3.5f;
+  l.nearby = level > 0 ? CC_NEARBY : 0;
+  l.nearOutside = level > 1 ? CC_NEARBY : 0;
+  return l;
+}
+
+// The kind of a sample `width` voxels wide, at `depth` [m] in the other body; `own` and `other` are
+// the two normals in one frame.
+CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, const float* own,
+                   const float* other, float width) {
+  const float reach = ccMax(limits->halfWidth * width, limits->margin);
+  const int near =
+      ccNearBeside(depth * limits->perVoxel, limits->slack, limits->slope, ccDot(own, other))
+          ? limits->nearby
+          : 0;
+  const int surface = (depth > -reach ? CC_WET : 0) | near;
+  const int plain = record.b == CC_DEEP_INSIDE    ? CC_DEEP | limits->nearby
+                    : record.b == CC_NEAR_OUTSIDE ? limits->nearOutside
+                                                  : 0;
+  return (record.a & 0x70000000u) != 0 ? surface : plain;
+}
+
+// Whether a sample that ccKindOf() calls wet may come to a hit; never 0 where it does. `facing`:
+// cosine between the normals, to 1e-5.
+CC_FN int ccMayHit(CC_NEAR const CcLimits* limits, float depth, float facing, float width) {
+  const float reach = limits->halfWidth * width;
+  return (depth > 0.0f) | (depth * depth <= reach * reach * (1.0f - facing * facing + 1e-4f));
+}
+
+// Whether the plane may give the depth within `far` [m] of the sample, where another gave `depth`
+// [m] and `normal`; `place` from the record's voxel, `voxel` [m] the record's.
+CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const float* normal,
+                        float far, float voxel) {
+  const CcDepth d = ccPlaneDepth(plane, place);
+  const float turn[3] = {d.normal[0] - normal[0], d.normal[1] - normal[1], d.normal[2] - normal[2]};
+  const float apart = ccAbs(d.depth * voxel - depth);
+  return (apart > 0.0f) & (apart < far * CC_SQRT(ccDot(turn, turn)));
+}
+
+// Whether another of the record's planes than that of `depth` [m] and `normal` may give the depth
+// somewhere within a sample `width` voxels wide; `place` from the record's voxel, `voxel` [m] the
+// record's, `own` [m] the sample's.
+CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
+                       CC_GLOBAL const CcVoxel* planes, const float* place, float depth,
+                       const float* normal, float width, float voxel, float own) {
+  if (width <= CC_WIDE || depth <= -ccMax(limits->halfWidth * width, limits->margin)) return 0;
+  const float far = CC_HALF_DIAGONAL * (width * own);
+  for (uint k = 0; k < ccPlaneCount(record); ++k) {
+    if (ccPlaneWithin(planes[record.b + k], place, depth, normal, far, voxel)) return 1;
+  }
+  return 0;
+}
+
+// Parts along each side of a sample that is taken in parts: their number is the square of it.
+CC_FN int ccPartsAlong(float width) {
+  const float ratio = width / CC_WIDE;
+  const int whole = (int)ratio;
+  return whole + (ratio > (float)whole ? 1 : 0);
+}
+
+// The k-th part's middle from the sample's; t1 and t2 are tangents of the sample.
+CC_FN void ccPartAside(float width, int along, int k, const float* t1, const float* t2,
+                       float* aside) {
+  const float a = (float)(k % along) - 0.5f * (float)(along - 1),
+              b = (float)(k / along) - 0.5f * (float)(along - 1);
+  for (int i = 0; i < 3; ++i) aside[i] = width * (a * t1[i] + b * t2[i]);
+}
+
+// Depth [m] of a sample below the band, by the bricks to the nearest one that the band is in.
+CC_FN float ccDepthBelow(int bricks, float voxel) {
+  const int whole = bricks > 1 ? bricks - 1 : 0;
+  return (CC_BEYOND_BAND + (float)(whole * 8)) * voxel;
+}
+
+// A brick of samples within `radius` about `center` may touch the other body; `ratio` of the
+// voxels, own to other; `between` of the other's bricks (voxels to its band).
+CC_FN int ccBrickTouches(CC_NEAR const CcMap* toOther, const float* center, float radius,
+                         float ratio, CcBricks bricks, CC_GLOBAL const int* between) {
+  float at[3];
+  ccApply(toOther, center, at);
+  int brick;
+  const float away = ccAwayFrom(bricks, at, &brick);
+  const float reach = (radius + 0.5f) * ratio;
+  return (away <= reach) & ((float)between[brick] - away <= reach);
+}
+
+// A sample as a hit: `at`, its normal and the other's there turned into the pair's frame.
+CC_FN CcHit ccHitIn(CC_NEAR const CcMap* toFrame, CC_NEAR const float* fromOwn,
+                    CC_NEAR const float* fromOther, const float* at, const float* normal,
+                    const float* other, float depth, float spread) {
+  float place[3], own[3], there[3];
+  ccApply(toFrame, at, place);
+  ccTurn(fromOwn, normal, own);
+  ccTurn(fromOther, other, there);
+  return ccHitOf(place, own, there, depth, spread);
+}
+
+#endif

@@ -1,0 +1,60 @@
+// What an area leaves of a voxel: the part of it that lies outside, told by the depth of the
+// voxel's centre in the area (include/cloudcontact/area.h). Lengths in voxels. Plain C for C++ and
+// OpenCL C, in doubles.
+#ifndef CLOUDCONTACT_KERNELS_AREA_LEFT_H
+#define CLOUDCONTACT_KERNELS_AREA_LEFT_H
+
+#include "kernels/base/number64.h"
+
+#if defined(__OPENCL_VERSION__)
+#define CC_ROOT sqrt
+#define CC_ABS fabs
+#else
+#define CC_ROOT __builtin_sqrt
+#define CC_ABS __builtin_fabs
+#endif
+
+#define CC_SPHERE 0
+#define CC_BOX 1
+#define CC_ELLIPSOID 2
+
+// An area in a grid.
+typedef struct {
+  int kind;
+  int low[3], high[3];  // voxels that it may meet; low above high where there are none
+  int unused;
+  double turn[9];    // rows: the area's axes
+  double middle[3];  // its centre
+  double size[3];    // radius, half extents or semi-axes
+} CcArea;
+
+CC_FN double ccLength(double x, double y, double z) {
+  return CC_ROOT(x * x + y * y + z * z);
+}
+
+// Signed depth of a point, seen from the area's centre along its axes: plugin/contact/area.cpp.
+CC_FN double ccAreaDepth(const CcArea* a, double x, double y, double z) {
+  const double u = a->size[0], v = a->size[1], w = a->size[2];
+  if (a->kind == CC_SPHERE) return u - ccLength(x, y, z);
+  if (a->kind == CC_BOX) {
+    const double i = CC_ABS(x) - u, j = CC_ABS(y) - v, k = CC_ABS(z) - w;
+    const double outside = ccLength(ccMore(i, 0.0), ccMore(j, 0.0), ccMore(k, 0.0));
+    return outside > 0.0 ? -outside : -ccMore(ccMore(i, j), k);
+  }
+  const double least = ccLess(ccLess(u, v), w), r = ccLength(x / u, y / v, z / w);
+  if (r < 1e-12) return least;
+  const double slope = ccLength(x / (u * u), y / (v * v), z / (w * w)) / r;
+  return ccLess((1.0 - r) / slope, least);
+}
+
+// [1/255] of a whole voxel.
+CC_FN int ccAreaLeaves(const CcArea* a, int x, int y, int z) {
+  const double i = x + 0.5 - a->middle[0], j = y + 0.5 - a->middle[1], k = z + 0.5 - a->middle[2];
+  const double depth = ccAreaDepth(a, a->turn[0] * i + a->turn[1] * j + a->turn[2] * k,
+                                   a->turn[3] * i + a->turn[4] * j + a->turn[5] * k,
+                                   a->turn[6] * i + a->turn[7] * j + a->turn[8] * k);
+  const double share = ccLess(ccMore(depth + 0.5, 0.0), 1.0);
+  return 255 - (int)(255.0 * share + 0.5);
+}
+
+#endif

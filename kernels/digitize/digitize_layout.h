@@ -1,0 +1,58 @@
+// What the host hands to a device that digitises, and what the device's steps count for it. Plain C
+// for C++ and OpenCL C.
+#ifndef CLOUDCONTACT_KERNELS_DIGITIZE_H
+#define CLOUDCONTACT_KERNELS_DIGITIZE_H
+
+#include "kernels/digitize/column_cut.h"
+#include "kernels/digitize/window_sums.h"
+
+#if !defined(__OPENCL_VERSION__)
+typedef unsigned int uint;
+#endif
+
+// A grid cut into columns along the axis w; the others are u and v.
+typedef struct {
+  int u, v, w;
+  int width, depth, layers;  // bricks along u, v, w
+  int nx, ny;                // bricks along x, y
+  uint triangles;
+  int shells;  // whether triangles are of several shells
+  // Room for what is counted below.
+  uint entryRoom, pieceRoom, sumRoom, brickRoom;
+} CcColumns;
+
+// Counters, as wanted: beyond its room nothing is written, and the host asks again with more.
+#define CC_ENTRIES 0      // triangles over brick-wide columns
+#define CC_PIECES 1       // places for pieces of triangles in voxels, in units of CC_PIECE_UNIT
+#define CC_SUM_BRICKS 2   // bricks that a piece lies in
+#define CC_STORED 3       // bricks that store numbers
+#define CC_BAD_COLUMNS 4  // columns whose sum does not come back to zero
+#define CC_OVERLAPPING 5  // columns in which shells may overlap
+#define CC_LOST 6         // pieces that lay where none may
+#define CC_OWN_BLOCKS 7   // bricks with windows of their own
+#define CC_CUT_COUNTERS 8
+#define CC_PIECE_UNIT 256  // so that a count of 32 bits does not run over before memory does
+
+// What a triangle leaves in one column: its pieces, cell by cell.
+typedef struct {
+  uint begin;       // of its pieces
+  uint firstCount;  // first cell << 16 | how many
+} CcColumnPieces;
+#define CC_TALLEST 65535  // cells of a column
+
+#define CC_GROUP 128  // as batch.h has it
+#define CC_CUT_GROUP 128
+#define CC_SCAN_GROUP 256
+
+// The bricks of a field of base vectors to be summed, of one tissue.
+typedef struct {
+  int nx, ny, nz;       // bricks
+  int low[3], high[3];  // the window's reach [voxels]
+  int taps;
+  int density;  // [1/CC_DENSEST]
+  uint blockRoom;
+} CcWindows;
+
+#define CC_WINDOW_GROUP 128
+
+#endif

@@ -1,0 +1,103 @@
+// What a voxel of a workpiece knows of its cuttable area C: sums over C's voxels, of integers, so
+// that matter taken away leaves what a new sum would give. Paper (4) with densities.
+// Plain C for C++ and OpenCL C; offsets are pinned by a test.
+#ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
+#define CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
+
+#include "kernels/base/plane_cell.h"
+
+// Whole numbers below 2^53, which a double holds exactly: any order of sums gives the same. (64-bit
+// integers do the same; their product has no instruction of its own on most machines.)
+typedef double CcSum;
+
+// Weights are in 1/255 of a voxel, matter is coverage [1/255] times density in 1/CC_DENSEST of the
+// densest. CC_MOST_MOMENT bounds a window's sum of weight times place.
+#define CC_DENSEST 2520        // whole halves, thirds ... tenths
+#define CC_MOST_MOMENT 1.4e10  // times 255 * 2520: 2^51
+
+typedef struct {
+  CcSum mass;     // sum of weight * matter
+  CcSum x, y, z;  // of weight * matter * place, from the voxel, in voxels
+} CcMoments;
+
+// One voxel of C: its weight and its weight times its place.
+typedef struct {
+  int weight, x, y, z;
+} CcTap;
+
+// Matter at the tap grows by `matter` (shrinks where negative).
+CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
+  sums->mass += (CcSum)matter * (CcSum)tap.weight;
+  sums->x += (CcSum)matter * (CcSum)tap.x;
+  sums->y += (CcSum)matter * (CcSum)tap.y;
+  sums->z += (CcSum)matter * (CcSum)tap.z;
+}
+
+#ifndef CC_GLOBAL
+#if defined(__OPENCL_VERSION__)
+#define CC_GLOBAL __global
+#else
+#define CC_GLOBAL
+#endif
+#endif
+#ifndef CC_MAY_ALIAS
+#if defined(__OPENCL_VERSION__)
+#define CC_MAY_ALIAS
+#else
+#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ names the same places by its own types
+#endif
+#endif
+
+#define CC_BRICK_VOXELS 512  // 8x8x8, x fastest
+
+// A brick of a workpiece: what its voxels hold, and what their windows hold.
+typedef struct CC_MAY_ALIAS {
+  CcMoments moments[CC_BRICK_VOXELS];
+  CcSum volume[CC_BRICK_VOXELS];  // sum of weight * coverage
+  unsigned char coverage[CC_BRICK_VOXELS], tissue[CC_BRICK_VOXELS];
+} CcBlock;
+
+// One voxel of C, seen from its middle voxel.
+typedef struct {
+  int x, y, z;
+  CcTap tap;
+} CcWindowTap;
+
+// A workpiece's bricks, x fastest: which block each has, negative where it holds no matter; and
+// each tissue's density [1/CC_DENSEST].
+typedef struct {
+  int nx, ny, nz;
+  CC_GLOBAL const int* table;
+  CC_GLOBAL const CcBlock* blocks;
+  CC_GLOBAL const int* density;
+} CcWorkpiece;
+
+// Sums over the window of voxel (x, y, z).
+CC_FN void ccWindowSum(const CcWorkpiece* w, CC_GLOBAL const CcWindowTap* taps, int count, int x,
+                       int y, int z, CcMoments* moments, CcSum* volume) {
+  moments->mass = moments->x = moments->y = moments->z = 0;
+  *volume = 0;
+  for (int k = 0; k < count; ++k) {
+    const CcWindowTap t = taps[k];
+    const int i = x + t.x, j = y + t.y, l = z + t.z;
+    if ((i < 0) | (j < 0) | (l < 0) | (i >= 8 * w->nx) | (j >= 8 * w->ny) | (l >= 8 * w->nz))
+      continue;
+    const int block = w->table[(i >> 3) + w->nx * ((j >> 3) + w->ny * (l >> 3))];
+    if (block < 0) continue;
+    const int cell = (i & 7) | (j & 7) << 3 | (l & 7) << 6;
+    const int coverage = w->blocks[block].coverage[cell];
+    if (coverage == 0) continue;
+    ccWeigh(moments, t.tap, coverage * w->density[w->blocks[block].tissue[cell]]);
+    *volume += (CcSum)(coverage * t.tap.weight);
+  }
+}
+
+// Gr - Gc in voxels; zero where there is no matter.
+CC_FN void ccToRepresentative(CcMoments sums, const float* representative, float* out) {
+  const float scale = sums.mass > 0 ? 1.0f / (float)sums.mass : 0.0f;
+  out[0] = sums.mass > 0 ? representative[0] - (float)sums.x * scale : 0.0f;
+  out[1] = sums.mass > 0 ? representative[1] - (float)sums.y * scale : 0.0f;
+  out[2] = sums.mass > 0 ? representative[2] - (float)sums.z * scale : 0.0f;
+}
+
+#endif

@@ -1,0 +1,118 @@
+// When lists hold, when they are worth making, and of what: see shortlist_maker.h.
+#include "contact/verlet_list.h"
+
+#include "contact/verlet_list_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kSteps = 10;                         // that a skin should last
+constexpr double kLeastSkin = 0.03, kMostSkin = 0.1;  // [voxels] a wider one leaves too little out
+constexpr double kMostTurn = 0.01;                    // [rad] that normals may have turned
+// Of the pair's margin, which follows its speed: how much larger a later query's may be.
+constexpr float kMoreMargin = 1.25f;
+
+double turned(const CcWay& from, const CcWay& to) {
+  double sum = 0;
+  for (int i = 0; i < 9; ++i) {
+    const double d = to.turnToOther[i] - from.turnToOther[i];
+    sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+Shortlists::Ball Shortlists::ballOf(const SampleBricks& bricks) {
+  Eigen::AlignedBox3d box;
+  const std::size_t count = bricks.runs.size();
+  for (std::size_t i = 0; i < count; ++i) box.extend(Vec3(bricks.x[i], bricks.y[i], bricks.z[i]));
+  Ball ball;
+  if (count == 0) return ball;
+  const Vec3 center = box.center();
+  for (std::size_t i = 0; i < count; ++i)
+    ball.radius =
+        std::max(ball.radius,
+                 (Vec3(bricks.x[i], bricks.y[i], bricks.z[i]) - center).norm() + bricks.radius[i]);
+  std::copy_n(center.data(), 3, ball.center);
+  return ball;
+}
+
+// How far at most a sample has come [the other's voxels]: what the ball's centre has, and the turn
+// about it. The difference of two rotations stretches nothing by more than its norm over root two.
+double Shortlists::moved(const CcWay& from, const CcWay& to, const Ball& ball) {
+  double square = 0, shift = 0;
+  for (int i = 0; i < 3; ++i) {
+    double d = static_cast<double>(to.toOther.shift[i]) - from.toOther.shift[i];
+    for (int j = 0; j < 3; ++j) {
+      const double t =
+          static_cast<double>(to.toOther.turn[3 * i + j]) - from.toOther.turn[3 * i + j];
+      d += t * ball.center[j];
+      square += t * t;
+    }
+    shift += d * d;
+  }
+  return std::sqrt(shift) + std::sqrt(0.5 * square) * ball.radius;
+}
+
+// A pair of fields seen for the first time.
+void Shortlists::meet(const FieldData& a, const FieldData& b) {
+  const FieldData* const fields[2] = {&a, &b};
+  for (int side = 0; side < 2; ++side) {
+    lives_[side] = fields[side]->life();
+    balls_[side] = ballOf(fields[side]->samples().bricks);
+  }
+  known_ = made_ = false;
+}
+
+bool Shortlists::hold(const CcWay* ways, float margin) const {
+  if (!made_ || margin > margin_) return false;
+  for (int side = 0; side < 2; ++side)
+    if (!(moved(lists_[side].way, ways[side], balls_[side]) <= lists_[side].skin) ||
+        !(turned(lists_[side].way, ways[side]) <= kMostTurn))
+      return false;
+  return true;
+}
+
+bool Shortlists::begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin) {
+  if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
+  wanted_ = known_;
+  for (int side = 0; side < 2; ++side) {
+    const double skin = kSteps * moved(last_[side], ways[side], balls_[side]);
+    wanted_ = wanted_ && skin <= kMostSkin;
+    skins_[side] = static_cast<float>(std::max(skin, kLeastSkin));
+    last_[side] = ways[side];
+  }
+  known_ = true;
+  made_ = hold(ways, margin);
+  return made_;
+}
+
+void Shortlists::giveRoom(std::size_t ofA, std::size_t ofB) {
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t asked = side == 0 ? ofA : ofB;
+    std::vector<std::uint32_t>& samples = lists_[side].samples;
+    if (samples.capacity() < asked / 2) samples.reserve(asked / 4 * 3);
+  }
+}
+
+void Shortlists::make(const FieldData& a, const FieldData& b, int level, float margin,
+                      ShortlistMaker& maker) {
+  margin_ = kMoreMargin * margin;
+  level_ = level;
+  const FieldData* const fields[2] = {&a, &b};
+  made_ = true;
+  for (int side = 0; side < 2; ++side) {
+    Shortlist& list = lists_[side];
+    list.way = last_[side];
+    list.skin = skins_[side];
+    const ShortlistMaker::Until until{level, margin_, static_cast<float>(kMostTurn)};
+    made_ = made_ && maker.make(*fields[side], *fields[1 - side], until, list);
+  }
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,198 @@
+// Level by level, as a search goes, but with each sample's depth a skin deeper.
+#include "contact/verlet_list_builder.h"
+
+#include "base/simd.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloudcontact {
+
+using namespace search;
+
+namespace {
+
+constexpr float kFacingNoise = 0.01f;  // of the sine between two normals (ccMayHit has its root)
+
+// A place's rounding, of the largest number on its way: a dozen operations.
+constexpr float kRounding = 1e-6f;
+
+float roundingOf(const Direction& dir, const FieldData& other) {
+  float most = 0;
+  for (int i = 0; i < 3; ++i) most = std::max(most, std::abs(dir.toOther.shift[i]));
+  const CcBricks bricks = other.records().bricks();
+  return kRounding * (2 * most + 8.0f * static_cast<float>(bricks.nx + bricks.ny + bricks.nz));
+}
+
+}  // namespace
+
+struct search::MayTouch {
+  CcLimits limits;
+  int level;
+  int wanted;   // what is asked of this level
+  float skin;   // [the other's voxels], with what rounding may add
+  float voxel;  // [m] the other's
+  float turn;   // [rad]
+
+  // `facing`: cosine between the normals.
+  int operator()(CcVoxel record, float depth, float facing, float width) const {
+    const std::uint32_t planes = ccPlaneCount(record);
+    const float lean = std::sqrt(std::max(1.0f - facing * facing, 0.0f)) + turn + kFacingNoise;
+    const float sine = planes > 1 ? 1.0f : std::min(lean, 1.0f);  // any plane may be the next
+    const float deep = depth + skin * voxel, half = limits.halfWidth * width;
+    // Wet samples are hits where they lean enough; what counts as a near miss, or is taken in
+    // parts, counts by itself.
+    const bool plainly = (limits.margin > 0) | ((level < kLevels - 1) & (planes > 1));
+    const float reach = plainly ? std::max(half, limits.margin) : half * sine;
+    const float beyond = -deep * limits.perVoxel - limits.slack;
+    const int surface = (deep > -reach ? CC_WET : 0) |
+                        (beyond <= std::max(limits.slope * sine, 0.0f) ? limits.nearby : 0);
+    const int plain = record.b == CC_DEEP_INSIDE    ? CC_WET | limits.nearby
+                      : record.b == CC_NEAR_OUTSIDE ? limits.nearOutside
+                                                    : 0;
+    return (planes > 0 ? surface : plain) & wanted;
+  }
+};
+
+namespace {
+
+CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& lanes,
+                       std::int32_t* may) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float* const nx = samples.nx.data();
+  const float* const ny = samples.ny.data();
+  const float* const nz = samples.nz.data();
+  const float* const width = samples.width.data();
+  const int count = lanes.count;
+  const MayTouch own = test;
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
+    const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
+    float there[3];
+    ccTurn(turn, n, there);
+    may[i] = own({lanes.a[i], lanes.b[i]}, lanes.depth[i], ccDot(there, m), width[k]);
+  }
+}
+
+}  // namespace
+
+// Samples of the level that a search may come to.
+void ShortlistMaker::gather(const Direction& dir, const FieldData& other, float skin) {
+  samples_.clear();
+  const auto take = [&](SampleRun run) {
+    for (std::uint32_t i = 0; i < run.count; ++i) samples_.push_back(run.first + i);
+  };
+  if (dir.level == kLevels - 1) {
+    const float ratio = dir.voxel / static_cast<float>(other.cloud().voxelSize());
+    nearBricks(dir, other, skin / ratio, bricks_);
+    for (const std::uint32_t brick : bricks_) take(dir.samples.bricks.runs[brick]);
+    return;
+  }
+  const SampleLevel& coarser = dir.samples.levels[dir.level + 1];
+  std::uint32_t last = ~0u;
+  for (const std::uint32_t sample : near_) {
+    const std::uint32_t cell = coarser.cellOf[sample];
+    if (cell != last) take(coarser.finer[cell]);
+    last = cell;
+  }
+}
+
+void ShortlistMaker::look(const Direction& dir, const FieldData& other, const Test& test) {
+  may_.assign(samples_.size(), 0);
+  beside_.count = 0;
+  for (std::size_t first = 0; first < samples_.size(); first += kLanes) {
+    lanes_.count = static_cast<int>(std::min<std::size_t>(kLanes, samples_.size() - first));
+    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(first), lanes_.count, lanes_.sample);
+    pad(lanes_.sample, lanes_.count);
+    findRecords(dir, other, lanes_);
+    measure(other, test.voxel, lanes_);
+    std::int32_t may[kLanes];
+    mayTouch(dir, test, lanes_, may);
+    for (int i = 0; i < lanes_.count; ++i) {
+      may_[first + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(may[i]);
+      const float out =
+          std::max({std::abs(lanes_.x[i]), std::abs(lanes_.y[i]), std::abs(lanes_.z[i])});
+      if (out + test.skin >= 0.5f && may[i] != test.wanted)
+        lookBeside(dir, other, test, i,
+                   static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(i));
+    }
+  }
+  flushBeside(dir, other, test);
+}
+
+// The records of other voxels within the skin.
+void ShortlistMaker::lookBeside(const Direction& dir, const FieldData& other, const Test& test,
+                                int lane, std::uint32_t place) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const std::uint32_t k = lanes_.sample[lane];
+  const V3 x = applied(dir.toOther, V3(samples.x[k], samples.y[k], samples.z[k]));
+  const FieldRecords& records = other.records();
+  for (int corner = 0; corner < 8; ++corner) {
+    const V3 aside(corner & 1 ? test.skin : -test.skin, corner & 2 ? test.skin : -test.skin,
+                   corner & 4 ? test.skin : -test.skin);
+    const V3 there = x + aside;
+    const CcPlace p = ccPlaceOf(records.bricks(), there.data());
+    const std::int32_t record = records.firsts()[p.brick] + p.cell;
+    if (record == lanes_.record[lane]) continue;
+    const int at = beside_.count++;
+    owner_[at] = place;
+    beside_.sample[at] = k;
+    beside_.record[at] = record;
+    beside_.a[at] = records.records()[record].a;
+    beside_.b[at] = records.records()[record].b;
+    beside_.x[at] = p.r[0] - aside.x();
+    beside_.y[at] = p.r[1] - aside.y();
+    beside_.z[at] = p.r[2] - aside.z();
+    if (beside_.count == kLanes) flushBeside(dir, other, test);
+  }
+}
+
+void ShortlistMaker::flushBeside(const Direction& dir, const FieldData& other, const Test& test) {
+  if (beside_.count == 0) return;
+  measure(other, test.voxel, beside_);
+  std::int32_t may[kLanes];
+  mayTouch(dir, test, beside_, may);
+  for (int i = 0; i < beside_.count; ++i) may_[owner_[i]] |= static_cast<std::uint8_t>(may[i]);
+  beside_.count = 0;
+}
+
+bool ShortlistMaker::keep(int wanted, Shortlist& list) {
+  near_.clear();
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (may_[i] & CC_NEARBY) near_.push_back(samples_[i]);
+    if ((may_[i] & wanted) == 0) continue;
+    if (list.samples.size() == list.samples.capacity()) return false;
+    list.samples.push_back(samples_[i]);
+  }
+  return true;
+}
+
+bool ShortlistMaker::make(const FieldData& own, const FieldData& other, const Until& until,
+                          Shortlist& list) {
+  HitSearch::Misses none;
+  none.margin = until.margin;
+  const float voxel = static_cast<float>(own.cloud().voxelSize());
+  Direction dir{list.way, own, own.samples(), kLevels - 1, kA, voxel, none};
+  const float skin = list.skin + roundingOf(dir, other);
+  list.samples.clear();
+  for (;; --dir.level) {
+    list.begin[static_cast<std::size_t>(dir.level)] =
+        static_cast<std::uint32_t>(list.samples.size());
+    const int wanted = dir.level == until.level ? CC_WET : CC_WET | CC_NEARBY;
+    const Test test{
+        dir.limits(), dir.level, wanted, skin, static_cast<float>(other.cloud().voxelSize()),
+        until.turn};
+    gather(dir, other, skin);
+    look(dir, other, test);
+    if (!keep(wanted, list)) return false;
+    if (dir.level == until.level) break;
+  }
+  for (int level = 0; level < until.level; ++level)
+    list.begin[static_cast<std::size_t>(level)] = static_cast<std::uint32_t>(list.samples.size());
+  return true;
+}
+
+}  // namespace cloudcontact

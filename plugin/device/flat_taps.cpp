@@ -1,0 +1,67 @@
+// Which windows may be flat, and their taps in runs along z.
+#include "device/flat_taps.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cloudcontact::opencl {
+
+namespace {
+
+constexpr std::size_t kMostFlatTaps = 1024;  // twice 16 kB of constant memory
+constexpr double kExactInFloat = 1 << 24;
+
+Eigen::Vector3i tileEdges(const Window& window) {
+  return Eigen::Vector3i::Constant(kBrickEdge) + window.high - window.low;
+}
+
+}  // namespace
+
+std::size_t flatLocalBytes(const Window& window) {
+  const std::size_t tile = flatTile(window) * sizeof(cl_half),
+                    taps = window.taps.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)),
+                    columns = CC_TILE_ROW * CC_TILE_ROW * sizeof(cl_uint),
+                    about = 27 * sizeof(cl_int);
+  return tile + taps + columns + about;
+}
+
+bool mayBeFlat(const Window& window, std::size_t localBytes) {
+  const Eigen::Vector3i edge = tileEdges(window);
+  double most[4] = {0, 0, 0, 0};
+  for (const WindowTap& t : window.taps) {
+    most[3] += 255.0 * t.weight;
+    for (int k = 0; k < 3; ++k) most[k] += 255.0 * std::abs(t.moment[k]);
+  }
+  return (window.low.array() <= 0).all() && (window.high.array() >= 0).all() &&
+         (window.low.array() >= -8).all() && (window.high.array() <= 8).all() &&
+         edge.x() <= CC_TILE_ROW &&
+         std::int64_t{CC_TILE_ROW} * edge.y() * edge.z() <= CC_TILE_CELLS &&
+         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat &&
+         flatLocalBytes(window) <= localBytes;
+}
+
+FlatTaps::FlatTaps(const Window& window) {
+  std::vector<WindowTap> sorted = window.taps;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const WindowTap& a, const WindowTap& b) {
+    return std::tie(a.y, a.x, a.z) < std::tie(b.y, b.x, b.z);
+  });
+  const int edgeY = tileEdges(window).y();
+  const WindowTap* before = nullptr;
+  for (const WindowTap& t : sorted) {
+    const bool above = before && before->x == t.x && before->y == t.y && before->z + 1 == t.z &&
+                       runs.back().count < CC_RUN;
+    if (!above)
+      runs.push_back({t.x + CC_TILE_ROW * (t.y + edgeY * t.z), static_cast<cl_int>(by.size()), 0,
+                      t.z - window.low.z()});
+    ++runs.back().count;
+    by.push_back({{float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2])}});
+    before = &t;
+  }
+}
+
+std::size_t flatTile(const Window& window) {
+  const Eigen::Vector3i edge = tileEdges(window);
+  return static_cast<std::size_t>(CC_TILE_ROW * edge.y() * edge.z());
+}
+
+}  // namespace cloudcontact::opencl

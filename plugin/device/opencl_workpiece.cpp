@@ -1,0 +1,384 @@
+// One upload, three kernels, one download a step: see opencl_workpiece.h.
+#include "device/opencl_workpiece.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "device/device_guard.h"
+#include "device/flat_taps.h"
+#include "workpiece/brick_layout.h"
+
+namespace cloudcontact::opencl {
+
+namespace {
+
+using Bricks = BaseVectorField::Bricks;
+
+constexpr std::size_t kMostAtOnce = 1 << 20;  // voxels of a step; more are several
+constexpr std::size_t kGroups = 1 << 14;      // that take bricks in turn
+constexpr std::size_t kHead = CC_STEP_HEAD * sizeof(cl_uint);
+
+// In how many bricks a window may reach one voxel.
+std::size_t mostBricks(const Window& window) {
+  std::size_t product = 1;
+  for (int k = 0; k < 3; ++k)
+    product *= static_cast<std::size_t>(
+        (std::max(window.high[k], 0) - std::min(window.low[k], 0) + 2 * kBrickEdge - 2) /
+        kBrickEdge);
+  return product + 1;
+}
+
+// As the device reads them; whether all lie in the grid. One loop: a check and then this took 285
+// us for 100,000 voxels, this takes 158.
+bool pack(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxelLeft* to) {
+  const Eigen::Matrix<unsigned, 3, 1> n = size.cast<unsigned>();
+  unsigned outside = 0;
+  for (const VoxelCut& c : voxels) {
+    const auto x = static_cast<unsigned>(c.voxel.x()), y = static_cast<unsigned>(c.voxel.y()),
+               z = static_cast<unsigned>(c.voxel.z());
+    outside |= unsigned(x >= n.x()) | unsigned(y >= n.y()) | unsigned(z >= n.z());
+    *to++ = {static_cast<cl_ushort>(x), static_cast<cl_ushort>(y), static_cast<cl_ushort>(z),
+             c.coverage};
+  }
+  return outside == 0;
+}
+
+// The same on all cores where that is sooner done.
+bool packTogether(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxelLeft* to) {
+  constexpr std::size_t kPart = 1 << 13;
+  std::atomic<bool> inside{true};
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size(), kPart),
+                    [&](const auto& part) {
+                      if (!pack(voxels.subspan(part.begin(), part.size()), size, to + part.begin()))
+                        inside = false;
+                    });
+  return inside;
+}
+
+// A brick's sums, seen from its corner, added to those seen from the grid's middle.
+void addFrom(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to) {
+  const std::int64_t n = brick.sum[CC_SUM_1];
+  to.zeroth += n;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const std::int64_t x = corner[i], y = corner[j], byX = brick.sum[CC_SUM_X + i],
+                       byY = brick.sum[CC_SUM_X + j];
+    to.first[i] += n * x + byX;
+    to.second[i] += n * x * x + 2 * x * byX + brick.sum[CC_SUM_XX + i];
+    to.second[3 + i] += n * x * y + x * byY + y * byX + brick.sum[CC_SUM_XY + i];
+  }
+}
+
+}  // namespace
+
+// What does not fit into the device; empty where all does.
+std::string OpenClWorkpiece::lacking(const Bricks& field) const {
+  if ((kBrickEdge * field.bricks).maxCoeff() > CC_WIDEST)
+    return "its grid is wider than " + std::to_string(CC_WIDEST) + " voxels";
+  const double blocks = static_cast<double>(blocks_) * sizeof(CcBlock);
+  const double all = blocks + static_cast<double>(blocks_) * CC_BRICK_VOXELS * 6;
+  const double margin = 1.25;  // Grown's
+  if (margin * blocks <= double(device_->largestBuffer()) &&
+      margin * all <= 0.9 * double(device_->memory()))
+    return {};
+  return "it would take " + std::to_string(std::llround(1e-6 * margin * all)) +
+         " MB on the device, most of them in one buffer";
+}
+
+// Of each brick with matter the block that is its own, or will be.
+void OpenClWorkpiece::giveHomes(const Bricks& field, std::size_t blocks) {
+  table_.assign(field.table.begin(), field.table.end());
+  homeOf_ = table_;
+  shared_ = field.tissues.size();
+  blocks_ = blocks;
+  for (cl_int& home : homeOf_)
+    if (home != kNoBlock && static_cast<std::size_t>(home) < shared_)
+      home = static_cast<cl_int>(blocks_++);
+  bricks_.assign(blocks_ - shared_, 0);
+  for (std::size_t e = 0; e < homeOf_.size(); ++e)
+    if (homeOf_[e] != kNoBlock)
+      bricks_[static_cast<std::size_t>(homeOf_[e]) - shared_] = static_cast<cl_uint>(e);
+}
+
+void OpenClWorkpiece::sendWindow(const Bricks& field) {
+  Device& d = *device_;
+  const auto write = [&](Grown& buffer, const auto& values) {
+    const std::size_t bytes = values.size() * sizeof(values[0]);
+    // Kernels are given it even where there is nothing in it: bricks, where there is no matter.
+    const cl::Buffer& there = buffer.room(d, std::max<std::size_t>(bytes, 16));
+    if (bytes > 0)
+      d.queue().enqueueWriteBuffer(there, CL_TRUE, 0, bytes,
+                                   static_cast<const void*>(values.data()), nullptr,
+                                   d.note("field sent"));
+  };
+  // Tissues of one density are one kind.
+  std::vector<cl_int> densities;
+  std::vector<cl_uchar> kindOf;
+  for (const int density : field.density) {
+    const auto known = std::find(densities.begin(), densities.end(), density);
+    kindOf.push_back(static_cast<cl_uchar>(known - densities.begin()));
+    if (known == densities.end()) densities.push_back(density);
+  }
+  write(kindOf_, kindOf);
+  write(densities_, densities);
+  flat_ = mayBeFlat(field.window, d.localBytes());
+  if (flat_) {
+    const FlatTaps taps(field.window);
+    runCount_ = static_cast<cl_uint>(taps.runs.size());
+    tile_ = flatTile(field.window);
+    write(taps_, taps.by);
+    write(runs_, taps.runs);
+  } else {
+    write(taps_, windowTaps(field.window));
+  }
+  write(home_, homeOf_);
+  write(tableThere_, table_);
+  write(bricksThere_, bricks_);
+  grid_.kinds = static_cast<cl_int>(densities.size());
+}
+
+// All but what the blocks hold.
+std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
+  Device& d = *device_;
+  giveHomes(field, blocks);
+  if (const std::string why = lacking(field); !why.empty()) return why;
+  const Window& w = field.window;
+  grid_ = {field.bricks.x(),
+           field.bricks.y(),
+           field.bricks.z(),
+           {w.low.x(), w.low.y(), w.low.z()},
+           {w.high.x(), w.high.y(), w.high.z()},
+           static_cast<cl_int>(w.taps.size()),
+           0};
+  most_ = mostBricks(w);
+  sendWindow(field);
+  blocksThere_.room(d, blocks_ * sizeof(CcBlock));
+  const auto clear = [&](Grown& buffer, std::size_t bytes) {
+    d.queue().enqueueFillBuffer(buffer.room(d, bytes), cl_uint{0}, 0, bytes, nullptr,
+                                d.note("cleared"));
+  };
+  clear(last_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_uint));
+  clear(lost_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
+  clear(listed_, table_.size() * sizeof(cl_uint));
+  list_.room(d, table_.size() * sizeof(cl_uint));
+  before_ = 0;
+  return {};
+}
+
+std::string OpenClWorkpiece::take(const Bricks& field) {
+  if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
+  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
+  device_->queue().enqueueWriteBuffer(
+      blocksThere_.buffer(), CL_TRUE, 0, field.blocks.size() * sizeof(CcBlock),
+      static_cast<const void*>(field.blocks.data()), nullptr, device_->note("field sent"));
+  return {};
+}
+
+std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, std::size_t count) {
+  if (const std::string why = prepare(rest, count); !why.empty()) return why;
+  device_->queue().enqueueCopyBuffer(blocks, blocksThere_.buffer(), 0, 0, count * sizeof(CcBlock),
+                                     nullptr, device_->note("field copied"));
+  device_->queue().finish();
+  return {};
+}
+
+void OpenClWorkpiece::checkWhole() const {
+  if (failed_)
+    throw std::runtime_error(
+        "DeviceWorkpiece: the device failed in the midst of an earlier cut, and what is left there "
+        "is not known; make the workpiece anew");
+}
+
+// Takes matter away: all of it, or no more is ever done.
+template <typename Work>
+void OpenClWorkpiece::change(Work&& work) {
+  failed_ = true;
+  settled(device_->queue(), work);
+  failed_ = false;
+}
+
+// Voxels named in a step's buffer; what the one before noted is cleared.
+void OpenClWorkpiece::string(std::size_t voxels) {
+  Device& d = *device_;
+  const cl::Buffer &before = steps_[1 - turn_].room(d, kHead),
+                   &next = next_.room(d, std::max<std::size_t>(voxels, 1) * sizeof(cl_uint));
+  give(d.kernel("ccStringCuts"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       steps_[turn_].buffer(), static_cast<cl_uint>(voxels), before, static_cast<cl_uint>(before_),
+       next, last_.buffer(), lost_.buffer());
+  d.run("ccStringCuts", std::max(voxels, before_), CC_STEP_GROUP);
+}
+
+// The windows of the bricks that were listed, `bricks` at most.
+void OpenClWorkpiece::renew(std::size_t bricks) {
+  Device& d = *device_;
+  const cl::Buffer &home = home_.buffer(), &table = tableThere_.buffer(),
+                   &blocks = blocksThere_.buffer(), &last = last_.buffer(), &lost = lost_.buffer(),
+                   &listed = listed_.buffer(), &list = list_.buffer(),
+                   &step = steps_[turn_].buffer();
+  const std::size_t items =
+      std::min({blocks_ - shared_, bricks, kGroups}) * std::size_t{CC_RENEW_GROUP};
+  if (flat_) {
+    give(d.kernel("ccRenewWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
+         kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(), runCount_,
+         cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
+         cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
+    d.run("ccRenewWindows", items, CC_RENEW_GROUP);
+  } else {
+    give(d.kernel("ccRenewAnyWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
+         kindOf_.buffer(), densities_.buffer(), taps_.buffer());
+    d.run("ccRenewAnyWindows", items, CC_RENEW_GROUP);
+  }
+}
+
+// Of the step that ends.
+void OpenClWorkpiece::readCounts() {
+  Device& d = *device_;
+  auto* const counted = static_cast<cl_uint*>(fetched_.room(d, kHead));
+  d.queue().enqueueReadBuffer(steps_[turn_].buffer(), CL_TRUE, 0, kHead, counted, nullptr,
+                              d.note("counts fetched"));
+  report_.changed += counted[CC_CHANGED];
+  report_.bricks += counted[CC_AFFECTED];
+  report_.fetched += kHead;
+  turn_ = 1 - turn_;
+}
+
+// One step, packed: its head and so many voxels.
+void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
+  Device& d = *device_;
+  const std::size_t bytes = kHead + voxels * sizeof(CcVoxelLeft);
+  const cl::Buffer& step = steps_[turn_].room(d, bytes);
+  d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, packed, nullptr, d.note("step sent"));
+  string(voxels);
+  give(d.kernel("ccNoteLosses"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       step, static_cast<cl_uint>(voxels), next_.buffer(), last_.buffer(), lost_.buffer(),
+       listed_.buffer(), list_.buffer());
+  d.run("ccNoteLosses", voxels, CC_STEP_GROUP);
+  before_ = voxels;
+  renew(voxels * most_);
+  readCounts();
+  report_.named += voxels;
+  report_.sent += bytes;
+}
+
+// All of an area, and so many bricks along each axis that it may meet.
+void OpenClWorkpiece::run(const CcArea& area, const std::size_t bricks[3], std::size_t count) {
+  Device& d = *device_;
+  const cl::Buffer& step = steps_[turn_].room(d, kHead);
+  d.queue().enqueueFillBuffer(step, cl_uint{0}, 0, kHead, nullptr, d.note("step sent"));
+  if (before_ > 0) string(0);
+  before_ = 0;
+  give(d.kernel("ccNoteArea"), grid_, area, static_cast<cl_int>(bricks[0]),
+       static_cast<cl_int>(bricks[1]), home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
+       step, lost_.buffer(), listed_.buffer(), list_.buffer());
+  d.run("ccNoteArea", count * CC_RENEW_GROUP, CC_RENEW_GROUP);
+  renew(kGroups);
+  give(d.kernel("ccForgetArea"), home_.buffer(), list_.buffer(), step, lost_.buffer());
+  d.run("ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP);
+  readCounts();
+}
+
+std::size_t OpenClWorkpiece::cut(const CcArea& area) {
+  checkWhole();
+  report_ = {};
+  std::size_t bricks[3], count = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (area.low[k] > area.high[k]) return 0;
+    bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
+    count *= bricks[k];
+  }
+  change([&] { run(area, bricks, count); });
+  report_.sent = sizeof area;
+  return report_.changed;
+}
+
+std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
+  checkWhole();
+  report_ = {};
+  // All are looked at before the first is cut.
+  const std::size_t step = kHead + kMostAtOnce * sizeof(CcVoxelLeft);
+  const std::size_t steps = (voxels.size() + kMostAtOnce - 1) / kMostAtOnce;
+  auto* const packed = static_cast<unsigned char*>(
+      sent_.room(*device_, steps * kHead + voxels.size() * sizeof(CcVoxelLeft)));
+  const auto part = [&](std::size_t k) {
+    return voxels.subspan(k * kMostAtOnce)
+        .first(std::min(kMostAtOnce, voxels.size() - k * kMostAtOnce));
+  };
+  const Eigen::Vector3i size = kBrickEdge * Eigen::Vector3i(grid_.nx, grid_.ny, grid_.nz);
+  for (std::size_t k = 0; k < steps; ++k) {
+    std::memset(packed + k * step, 0, kHead);
+    if (!packTogether(part(k), size, reinterpret_cast<CcVoxelLeft*>(packed + k * step + kHead)))
+      throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
+  }
+  change([&] {
+    for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+  });
+  return report_.changed;
+}
+
+std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
+  checkWhole();
+  Device& d = *device_;
+  const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
+  std::vector<TissueSums> all(shared_);
+  if (count == 0) return all;
+  give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
+       static_cast<cl_uint>(count), static_cast<cl_uint>(shared_), sums_.room(d, bytes));
+  d.run("ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS);
+  auto* const sums = static_cast<CcTissueSums*>(fetchedSums_.room(d, bytes));
+  d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
+                              d.note("sums fetched"));
+  const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto e = static_cast<int>(bricks_[n]);
+    const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);
+    const VoxelIndex corner = kBrickEdge * brick - kBrickEdge / 2 * bricks;
+    for (std::size_t t = 0; t < shared_; ++t) addFrom(sums[n * shared_ + t], corner, all[t]);
+  }
+  return all;
+}
+
+void OpenClWorkpiece::fetch(Bricks& to) {
+  checkWhole();
+  Device& d = *device_;
+  d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
+                              table_.data(), nullptr, d.note("field fetched"));
+  // Homes in use, by their numbers: those that the field came with first, then in the table's
+  // order.
+  std::vector<std::pair<cl_int, std::size_t>> used;
+  for (std::size_t e = 0; e < table_.size(); ++e)
+    if (table_[e] >= static_cast<cl_int>(shared_)) used.emplace_back(table_[e], e);
+  std::sort(used.begin(), used.end());
+  to.table.assign(table_.begin(), table_.end());
+  to.blocks.resize(shared_ + used.size());
+  const auto read = [&](std::size_t from, std::size_t first, std::size_t count) {
+    d.queue().enqueueReadBuffer(
+        blocksThere_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
+        static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
+  };
+  settled(d.queue(), [&] {
+    read(0, 0, shared_);
+    for (std::size_t k = 0, end = 0; k < used.size(); k = end) {
+      for (end = k; end < used.size() && used[end].first - used[k].first == cl_int(end - k); ++end)
+        to.table[used[end].second] = static_cast<std::int32_t>(shared_ + end);
+      read(static_cast<std::size_t>(used[k].first), shared_ + k, end - k);
+    }
+    d.queue().finish();
+  });
+}
+
+std::size_t OpenClWorkpiece::bytes() const {
+  std::size_t sum = 0;
+  for (const Grown* g :
+       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &tableThere_, &blocksThere_,
+        &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_, &bricksThere_, &sums_})
+    sum += g->bytes();
+  return sum;
+}
+
+}  // namespace cloudcontact::opencl

@@ -1,0 +1,314 @@
+// Coarser samples for large contacts: a model of no more than a query needs. Of a cell's samples
+// that look the same way the one nearest to their centroid stands for all, with their area and mean
+// normal. It keeps its own plane and width: a merged sample, wider and flatter than any piece of
+// the surface, made the M16 thread three times as deep (0.21 mm for 0.07) and turned its force by
+// 3 %.
+#include "field/sample_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr float kAlike = 0.95f;  // cosine: 18 deg; across more than that depth is not linear
+constexpr int kBrickBits = 18;   // of a brick's place along an axis
+constexpr int kCellBits = 3;     // of a cell's octant in the next coarser cell
+
+using V3 = Eigen::Vector3f;
+using Key = std::uint64_t;
+
+Eigen::Map<const V3> placeOf(const SurfaceSample& s) {
+  return Eigen::Map<const V3>(s.position);
+}
+
+// Brick, then 4-voxel cell in it, then 2-voxel cell in that: samples sorted by it lie in runs.
+Key keyOf(const SurfaceSample& s) {
+  constexpr int kMiddle = 1 << (kBrickBits - 1);  // pieces may lie a little outside the grid
+  Key brick = 0, four = 0, two = 0;
+  for (int axis = 2; axis >= 0; --axis) {
+    const int at = static_cast<int>(std::floor(s.position[axis])) + 8 * kMiddle;
+    brick = brick << kBrickBits | static_cast<Key>(at >> 3);
+    four = four << 1 | static_cast<Key>(at >> 2 & 1);
+    two = two << 1 | static_cast<Key>(at >> 1 & 1);
+  }
+  return brick << 2 * kCellBits | four << kCellBits | two;
+}
+
+// A piece by its place.
+struct Keyed {
+  Key key;
+  CutSample piece;
+
+  Key brick() const { return key >> 2 * kCellBits; }
+};
+
+bool inOrder(const Keyed& a, const Keyed& b) {
+  return a.key != b.key ? a.key < b.key : a.piece.origin.order < b.piece.origin.order;
+}
+
+using Pieces = std::span<const Keyed>;
+
+std::vector<Keyed> sorted(const std::vector<CutSample>& pieces) {
+  std::vector<std::pair<Key, std::uint32_t>> order(pieces.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = {keyOf(pieces[i].sample), static_cast<std::uint32_t>(i)};
+  std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first
+                              : pieces[a.second].origin.order < pieces[b.second].origin.order;
+  });
+  std::vector<Keyed> keyed(pieces.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    keyed[i] = {order[i].first, pieces[order[i].second]};
+  return keyed;
+}
+
+// Calls `with(begin, end)` for each run of pieces whose keys agree above `shift` bits.
+template <typename With>
+void runs(Pieces pieces, int shift, With&& with) {
+  for (std::size_t begin = 0, end = 0; begin < pieces.size(); begin = end) {
+    while (end < pieces.size() && pieces[end].key >> shift == pieces[begin].key >> shift) ++end;
+    with(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
+  }
+}
+
+struct Group {
+  V3 vector = V3::Zero();  // sum of area times normal
+  V3 first = V3::Zero();   // sum of area times position
+  float area = 0;
+  std::vector<std::uint32_t> members;
+
+  void add(const SurfaceSample& s, std::uint32_t index) {
+    vector += s.area * Eigen::Map<const V3>(s.normal);
+    first += s.area * placeOf(s);
+    area += s.area;
+    members.push_back(index);
+  }
+
+  SurfaceSample sample(Pieces pieces) const {
+    const V3 centroid = first / area;
+    const auto away = [&](std::uint32_t i) {
+      return (placeOf(pieces[i].piece.sample) - centroid).squaredNorm();
+    };
+    const std::uint32_t nearest =
+        *std::min_element(members.begin(), members.end(),
+                          [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
+    SurfaceSample s = pieces[nearest].piece.sample;
+    s.area = vector.norm();
+    // Within its own plane it moves to the centroid: on a face along the grid all four of a cell
+    // are as near, and the first of each would shift a cube's centre of force by 0.37 voxel.
+    Eigen::Map<V3> place(s.position);
+    const Eigen::Map<const V3> normal(s.normal);
+    const V3 aside = centroid - place;
+    place += aside - normal.dot(aside) * normal;
+    // The pieces' force has the direction of their normals' sum: with the nearest one's normal two
+    // tori of 20 voxels were 0.37 deg off all their samples, with this one 0.14. Across its plane
+    // it stays: in the centroid the tori were less than half as far off in depth, but a screw
+    // locked late or early.
+    Eigen::Map<V3>(s.normal) = vector.normalized();
+    return s;
+  }
+};
+
+// Puts a set together, brick after brick.
+class Assembler {
+ public:
+  explicit Assembler(std::vector<SampleOrigin>& origins) : origins_(origins) { origins_.clear(); }
+
+  // A brick's pieces, in their order.
+  void add(Pieces pieces) {
+    const std::uint32_t own = samplesOf(0);
+    for (const Keyed& k : pieces) {
+      set_.levels[0].samples.push_back(k.piece.sample);
+      origins_.push_back(k.piece.origin);
+    }
+    std::vector<std::uint32_t> firsts, ends;  // of level 1's cells: in that level, in the pieces
+    runs(pieces, 0, [&](std::uint32_t begin, std::uint32_t end) {
+      firsts.push_back(samplesOf(1));
+      merge(set_.levels[1], pieces, begin, end, {own + begin, end - begin});
+      ends.push_back(end);
+    });
+    firsts.push_back(samplesOf(1));
+    const std::uint32_t coarse = samplesOf(2);
+    std::size_t fine = 0;
+    runs(pieces, kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+      const std::uint32_t first = firsts[fine];
+      while (fine < ends.size() && ends[fine] <= end) ++fine;
+      merge(set_.levels[2], pieces, begin, end, {first, firsts[fine] - first});
+    });
+    addBrick(pieces, {coarse, samplesOf(2) - coarse});
+  }
+
+  // Bricks [from, to) of another set as they are.
+  void copy(const SampleSet& other, const std::vector<SampleOrigin>& origins, std::size_t from,
+            std::size_t to);
+
+  SampleSet take() { return std::move(set_); }
+
+ private:
+  std::uint32_t samplesOf(int level) const {
+    return static_cast<std::uint32_t>(set_.levels[level].samples.size());
+  }
+
+  void merge(SampleLevel& level, Pieces pieces, std::uint32_t begin, std::uint32_t end,
+             SampleRun finer) {
+    groups_.clear();
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const SurfaceSample& s = pieces[i].piece.sample;
+      const Eigen::Map<const V3> n(s.normal);
+      const auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& m) {
+        return m.vector.normalized().dot(n) > kAlike;
+      });
+      (group == groups_.end() ? groups_.emplace_back() : *group).add(s, i);
+    }
+    const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
+    for (const Group& g : groups_) {
+      level.samples.push_back(g.sample(pieces));
+      level.cellOf.push_back(cell);
+    }
+    level.finer.push_back(finer);
+  }
+
+  void addBrick(Pieces pieces, SampleRun run) {
+    Eigen::AlignedBox3f box;
+    for (const Keyed& k : pieces) box.extend(placeOf(k.piece.sample));
+    SampleBricks& bricks = set_.bricks;
+    bricks.x.push_back(box.center().x());
+    bricks.y.push_back(box.center().y());
+    bricks.z.push_back(box.center().z());
+    bricks.radius.push_back(0.5f * box.diagonal().norm());
+    bricks.runs.push_back(run);
+  }
+
+  SampleSet set_;
+  std::vector<SampleOrigin>& origins_;
+  std::vector<Group> groups_;
+};
+
+// The samples that all bricks before this one hold, on each level.
+struct Begins {
+  std::uint32_t samples[kLevels], cells[kLevels];
+
+  Begins(const SampleSet& set, std::size_t brick) {
+    const SampleLevel& coarsest = set.levels[kLevels - 1];
+    const bool end = brick == set.bricks.runs.size();
+    samples[kLevels - 1] =
+        end ? static_cast<std::uint32_t>(coarsest.samples.size()) : set.bricks.runs[brick].first;
+    for (int level = kLevels - 1; level > 0; --level) {
+      const SampleLevel& l = set.levels[level];
+      cells[level] = end ? static_cast<std::uint32_t>(l.finer.size()) : l.cellOf[samples[level]];
+      samples[level - 1] = end ? static_cast<std::uint32_t>(set.levels[level - 1].samples.size())
+                               : l.finer[cells[level]].first;
+    }
+    cells[0] = 0;
+  }
+};
+
+void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& origins,
+                     std::size_t from, std::size_t to) {
+  if (from == to) return;
+  const Begins begin(other, from), end(other, to);
+  std::uint32_t shift[kLevels];
+  for (int level = 0; level < kLevels; ++level)
+    shift[level] = samplesOf(level) - begin.samples[level];
+  origins_.insert(origins_.end(), origins.begin() + begin.samples[0],
+                  origins.begin() + end.samples[0]);
+  for (int level = 0; level < kLevels; ++level) {
+    SampleLevel& own = set_.levels[level];
+    const SampleLevel& l = other.levels[level];
+    const std::uint32_t cells = static_cast<std::uint32_t>(own.finer.size()) - begin.cells[level];
+    own.samples.append(l.samples, begin.samples[level], end.samples[level] - begin.samples[level]);
+    if (level == 0) continue;
+    for (std::uint32_t i = begin.samples[level]; i < end.samples[level]; ++i)
+      own.cellOf.push_back(l.cellOf[i] + cells);
+    for (std::uint32_t i = begin.cells[level]; i < end.cells[level]; ++i)
+      own.finer.push_back({l.finer[i].first + shift[level - 1], l.finer[i].count});
+  }
+  SampleBricks& own = set_.bricks;
+  const SampleBricks& bricks = other.bricks;
+  for (std::size_t i = from; i < to; ++i) {
+    own.x.push_back(bricks.x[i]);
+    own.y.push_back(bricks.y[i]);
+    own.z.push_back(bricks.z[i]);
+    own.radius.push_back(bricks.radius[i]);
+    own.runs.push_back({bricks.runs[i].first + shift[kLevels - 1], bricks.runs[i].count});
+  }
+}
+
+// What is left of a brick's samples, in their order.
+std::vector<Keyed> leftOf(const SampleSet& set, const std::vector<SampleOrigin>& origins,
+                          const VoxelSet& gone, std::size_t brick) {
+  std::vector<Keyed> left;
+  const std::uint32_t end = Begins(set, brick + 1).samples[0];
+  for (std::uint32_t i = Begins(set, brick).samples[0]; i < end; ++i) {
+    if (gone.has(origins[i].brick, origins[i].cell)) continue;
+    const SurfaceSample s = set.levels[0].samples[i];
+    left.push_back({keyOf(s), {s, origins[i]}});
+  }
+  return left;
+}
+
+}  // namespace
+
+SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {
+  const std::vector<Keyed> keyed = sorted(pieces);
+  Assembler assembler(origins);
+  runs(keyed, 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+    assembler.add(Pieces(keyed).subspan(begin, end - begin));
+  });
+  return assembler.take();
+}
+
+SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>& originsBefore,
+                       const VoxelSet& gone, std::vector<CutSample> fresh,
+                       std::vector<SampleOrigin>& origins) {
+  const std::vector<Keyed> keyed = sorted(fresh);
+  Assembler assembler(origins);
+  auto next = keyed.begin();
+  const auto freshTo = [&](Key brick) {  // end of the fresh pieces in it
+    auto end = next;
+    while (end != keyed.end() && end->brick() == brick) ++end;
+    return end;
+  };
+  std::size_t copied = 0;
+  const std::size_t count = before.bricks.runs.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t first = Begins(before, i).samples[0],
+                        end = Begins(before, i + 1).samples[0];
+    const Key own = keyOf(before.levels[0].samples[first]) >> 2 * kCellBits;
+    bool touched = next != keyed.end() && next->brick() <= own;
+    for (std::uint32_t k = first; k < end && !touched; ++k)
+      touched = gone.has(originsBefore[k].brick, originsBefore[k].cell);
+    if (!touched) continue;
+    assembler.copy(before, originsBefore, copied, i);
+    copied = i + 1;
+    while (next != keyed.end() && next->brick() < own) {
+      const auto to = freshTo(next->brick());
+      assembler.add({next, to});
+      next = to;
+    }
+    std::vector<Keyed> pieces = leftOf(before, originsBefore, gone, i);
+    const auto to = freshTo(own);
+    pieces.insert(pieces.end(), next, to);
+    next = to;
+    std::sort(pieces.begin(), pieces.end(), inOrder);
+    if (!pieces.empty()) assembler.add(pieces);
+  }
+  assembler.copy(before, originsBefore, copied, count);
+  runs(Pieces(next, keyed.end()), 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+    assembler.add(Pieces(next, keyed.end()).subspan(begin, end - begin));
+  });
+  return assembler.take();
+}
+
+std::size_t SampleSet::bytes() const {
+  std::size_t sum = bricks.runs.size() * (4 * sizeof(float) + sizeof(SampleRun));
+  for (const SampleLevel& level : levels)
+    sum += level.samples.bytes() + level.cellOf.size() * sizeof(std::uint32_t) +
+           level.finer.size() * sizeof(SampleRun);
+  return sum;
+}
+
+}  // namespace cloudcontact

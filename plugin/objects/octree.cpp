@@ -1,0 +1,193 @@
+// Cubes merged and split: see octree.h.
+//
+// The tree is built from below: eight cubes that came out alike become one, so that no memory is
+// spent on what will be merged. A change goes down its path alone, splits what is larger than the
+// voxel, and merges on its way back; a group of eight that is left over is kept for the next split.
+#include <cloudcontact/objects/octree.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "voxels/cloud_builder.h"
+
+namespace cloudcontact {
+
+using Eigen::Vector3i;
+
+namespace {
+
+bool within(const Vector3i& voxel, const Vector3i& size) {
+  return (voxel.array() >= 0).all() && (voxel.array() < size.array()).all();
+}
+
+}  // namespace
+
+Octree::Octree(const Cloud& cloud)
+    : voxelSize_(cloud.voxelSize()),
+      origin_(cloud.origin()),
+      bricks_(cloud.bricks()),
+      edge_(kBrickEdge),
+      materials_(cloud.materials()) {
+  if (cloud.empty()) return;
+  while (edge_ < size().maxCoeff()) edge_ *= 2;
+  nodes_.emplace_back();
+  const Node root = made(cloud, Vector3i::Zero(), edge_);
+  nodes_[0] = root;
+}
+
+Octree::Node Octree::made(const Cloud& cloud, const Vector3i& low, int edge) {
+  if (!within(low, cloud.size())) return {};
+  const auto [x, y, z] = std::tuple(low[0], low[1], low[2]);
+  if (edge == 1) {
+    const std::uint8_t c = cloud.coverage(x, y, z);
+    return {-1, c, c > 0 ? cloud.material(x, y, z) : std::uint8_t{0}};
+  }
+  if (edge == kBrickEdge) {
+    const Cloud::Voxels& voxels = cloud.voxels();
+    const Eigen::Matrix<std::size_t, 3, 1> b = (low / kBrickEdge).cast<std::size_t>(),
+                                           n = bricks_.cast<std::size_t>();
+    const std::size_t entry = b[0] + n[0] * (b[1] + n[1] * b[2]);
+    if (voxels.table[entry] == kEmptyBrick) return {};
+    if (voxels.table[entry] == kSolidBrick &&
+        (materials_.empty() || voxels.materialTable[entry] < 0))
+      return {-1, 255, cloud.material(x, y, z)};
+  }
+  Node eight[8];
+  for (int k = 0; k < 8; ++k) eight[k] = made(cloud, low + edge / 2 * corner(k), edge / 2);
+  return joined(eight);
+}
+
+// One node above eight: a leaf where they are all alike, otherwise the owner of a group.
+Octree::Node Octree::joined(const Node (&eight)[8]) {
+  if (std::all_of(eight + 1, eight + 8, [&](const Node& n) { return n.alike(eight[0]); }))
+    return eight[0];
+  std::int32_t group;
+  if (!free_.empty()) {
+    group = free_.back();
+    free_.pop_back();
+  } else {
+    if (nodes_.size() + 8 > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+      throw std::length_error("octree: more than 2^31 cubes; choose a larger voxelSize");
+    group = static_cast<std::int32_t>(nodes_.size());
+    nodes_.resize(nodes_.size() + 8);
+  }
+  std::copy(eight, eight + 8, nodes_.begin() + group);
+  return {group, 0, 0};
+}
+
+Octree::Cube Octree::at(const Vector3i& voxel) const {
+  if (empty() || !within(voxel, size())) return {voxel, 1, 0, 0};
+  std::size_t node = 0;
+  Vector3i low = Vector3i::Zero();
+  int edge = edge_;
+  while (nodes_[node].children >= 0) {
+    edge /= 2;
+    int k = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      if (voxel[axis] >= low[axis] + edge) low[axis] += edge, k |= 1 << axis;
+    node = static_cast<std::size_t>(nodes_[node].children + k);
+  }
+  return {low, edge, nodes_[node].coverage, nodes_[node].material};
+}
+
+Octree::Cube Octree::at(const Vec3& local) const {
+  const Vec3 voxel = ((local - origin_) / voxelSize_).array().floor();
+  // Far points, and those that are none, do not fit in an int.
+  if (empty() || !(voxel.cwiseAbs().maxCoeff() < edge_)) return {Vector3i::Constant(-1), 1, 0, 0};
+  return at(Vector3i(voxel.cast<int>()));
+}
+
+void Octree::set(const Vector3i& voxel, std::uint8_t coverage, std::uint8_t material) {
+  if (empty() || !within(voxel, size()))
+    throw std::invalid_argument("octree: voxel is outside the grid; make the cloud with room");
+  if (material > 0 && material >= materials_.size())
+    throw std::invalid_argument("octree: material names none of materials()");
+  setBelow(0, voxel, edge_, {-1, coverage, coverage > 0 ? material : std::uint8_t{0}});
+}
+
+void Octree::setBelow(std::size_t node, const Vector3i& voxel, int edge, const Node& value) {
+  if (nodes_[node].alike(value)) return;
+  if (edge == 1) {
+    nodes_[node] = value;
+    return;
+  }
+  if (nodes_[node].children < 0) {  // split: eight like it, one of which will change
+    Node eight[8];
+    std::fill(eight, eight + 8, nodes_[node]);
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::int32_t>(nodes_.size()));
+      nodes_.resize(nodes_.size() + 8);
+    }
+    const std::int32_t group = free_.back();
+    free_.pop_back();
+    std::copy(eight, eight + 8, nodes_.begin() + group);
+    nodes_[node].children = group;
+  }
+  const int half = edge / 2;
+  const Vector3i side = (voxel.array() >= half).cast<int>();
+  const std::int32_t group = nodes_[node].children;
+  setBelow(static_cast<std::size_t>(group + side[0] + 2 * side[1] + 4 * side[2]),
+           voxel - half * side, half, value);
+  const Node* eight = nodes_.data() + group;
+  if (!std::all_of(eight + 1, eight + 8, [&](const Node& n) { return n.alike(eight[0]); })) {
+    nodes_[node].coverage = nodes_[node].material = 0;
+    return;
+  }
+  nodes_[node] = eight[0];
+  free_.push_back(group);
+}
+
+Cloud Octree::cloud() const {
+  if (empty()) return {};
+  auto voxels = std::make_shared<Cloud::Voxels>();
+  voxels->bricks = bricks_;
+  voxels->materials = materials_;
+  voxels->table.assign(bricks_.cast<std::size_t>().prod(), kEmptyBrick);
+  if (!materials_.empty()) voxels->materialTable.assign(voxels->table.size(), -1);
+  std::size_t entry = 0;
+  BrickCoverage coverage;
+  BrickMaterial material;
+  for (int z = 0; z < bricks_[2]; ++z)
+    for (int y = 0; y < bricks_[1]; ++y)
+      for (int x = 0; x < bricks_[0]; ++x, ++entry) {
+        const Vector3i low = kBrickEdge * Vector3i(x, y, z);
+        const Cube whole = at(low);
+        coverage.fill(whole.coverage);
+        material.fill(whole.material);
+        for (int v = 0; v < kBrickVoxels && whole.edge < kBrickEdge; ++v) {
+          const Cube cube = at(Vector3i(low + Vector3i(v % 8, v / 8 % 8, v / 64)));
+          coverage[static_cast<std::size_t>(v)] = cube.coverage;
+          material[static_cast<std::size_t>(v)] = cube.material;
+        }
+        storeBrick(*voxels, entry, coverage, materials_.empty() ? nullptr : &material);
+      }
+  return Cloud(voxelSize_, origin_, std::move(voxels));
+}
+
+std::size_t Octree::cubes() const {
+  // Each group of eight takes the place of one leaf.
+  return empty() ? 0 : 1 + 7 * ((nodes_.size() - 1) / 8 - free_.size());
+}
+
+std::size_t Octree::bytes() const {
+  return nodes_.capacity() * sizeof(Node) + free_.capacity() * sizeof(std::int32_t);
+}
+
+bool Octree::sameBelow(std::size_t node, const Octree& other, std::size_t there) const {
+  const Node &a = nodes_[node], &b = other.nodes_[there];
+  if (a.children < 0 || b.children < 0) return a.alike(b);
+  for (int k = 0; k < 8; ++k)
+    if (!sameBelow(static_cast<std::size_t>(a.children + k), other,
+                   static_cast<std::size_t>(b.children + k)))
+      return false;
+  return true;
+}
+
+bool Octree::operator==(const Octree& other) const {
+  if (empty() || other.empty()) return empty() == other.empty();
+  return voxelSize_ == other.voxelSize_ && origin_ == other.origin_ && bricks_ == other.bricks_ &&
+         materials_ == other.materials_ && sameBelow(0, other, 0);
+}
+
+}  // namespace cloudcontact

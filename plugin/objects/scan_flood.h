@@ -1,0 +1,44 @@
+// Outside told from inside by flooding: cells that a scan's points are near to are a wall, what the
+// flood reaches from afar is outside, what it does not reach inside.
+#pragma once
+
+#include <cloudcontact/base/pose.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace cloudcontact {
+
+class ScanFlood {
+ public:
+  enum class Side : std::uint8_t { Unknown, Wall, Outside };  // Unknown: not reached, so inside
+
+  // Cells of gap / 2 [m]; walls are within `gap` of a point. Throws std::length_error where the
+  // points are so far apart that the cells do not fit in memory.
+  ScanFlood(const std::vector<Vec3>& points, double gap);
+
+  bool inside(const Vec3& at) const { return sideAt(at) == Side::Unknown; }
+  bool outside(const Vec3& at) const { return sideAt(at) == Side::Outside; }
+  // Some cells are inside.
+  bool closed() const { return closed_; }
+  double cell() const { return cell_; }  // [m]
+
+ private:
+  Side sideAt(const Vec3& at) const;
+  std::size_t index(const Eigen::Vector3i& c) const {
+    return static_cast<std::size_t>(c[0]) +
+           static_cast<std::size_t>(size_[0]) *
+               (static_cast<std::size_t>(c[1]) +
+                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(c[2]));
+  }
+  void wallAround(const Vec3& point, double gap);
+  void flood();
+
+  double cell_;
+  Vec3 origin_;
+  Eigen::Vector3i size_;
+  std::vector<Side> side_;
+  bool closed_ = false;
+};
+
+}  // namespace cloudcontact

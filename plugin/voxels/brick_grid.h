@@ -1,0 +1,65 @@
+// A sparse grid of 8x8x8 bricks that are made as they are written to: what the field's builder
+// keeps its notes in, aligned with the cloud's own bricks.
+#pragma once
+
+#include <cloudcontact/voxels/cloud.h>
+
+#include <array>
+#include <vector>
+
+namespace cloudcontact {
+
+template <typename Cell>
+class BrickGrid {
+ public:
+  BrickGrid(const Eigen::Vector3i& bricks, const Cell& empty)
+      : bricks_(bricks), empty_(empty), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
+
+  const Eigen::Vector3i& bricks() const { return bricks_; }
+  bool contains(int x, int y, int z) const {
+    return x >= 0 && y >= 0 && z >= 0 && x < bricks_.x() * kBrickEdge &&
+           y < bricks_.y() * kBrickEdge && z < bricks_.z() * kBrickEdge;
+  }
+  std::size_t tableIndex(int x, int y, int z) const {
+    return static_cast<std::size_t>(x >> 3) +
+           static_cast<std::size_t>(bricks_.x()) *
+               (static_cast<std::size_t>(y >> 3) +
+                static_cast<std::size_t>(bricks_.y()) * static_cast<std::size_t>(z >> 3));
+  }
+  static std::size_t cellIndex(int x, int y, int z) {
+    return static_cast<std::size_t>((x & 7) | ((y & 7) << 3) | ((z & 7) << 6));
+  }
+  // Outside the grid and in bricks never written: the empty cell.
+  const Cell& at(int x, int y, int z) const {
+    if (!contains(x, y, z)) return empty_;
+    const std::int32_t brick = table_[tableIndex(x, y, z)];
+    return brick < 0 ? empty_ : cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+  }
+  // A voxel's cell; null outside the grid and in bricks never written.
+  const Cell* find(int x, int y, int z) const {
+    if (!contains(x, y, z)) return nullptr;
+    const std::int32_t brick = table_[tableIndex(x, y, z)];
+    return brick < 0 ? nullptr : &cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+  }
+  // Makes the brick. The voxel must lie inside the grid.
+  Cell& make(int x, int y, int z) {
+    std::int32_t& brick = table_[tableIndex(x, y, z)];
+    if (brick < 0) {
+      brick = static_cast<std::int32_t>(cells_.size());
+      cells_.emplace_back();
+      cells_.back().fill(empty_);
+    }
+    return cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+  }
+  const std::vector<std::int32_t>& table() const { return table_; }
+  std::vector<std::array<Cell, kBrickVoxels>>& cells() { return cells_; }
+  const std::vector<std::array<Cell, kBrickVoxels>>& cells() const { return cells_; }
+
+ private:
+  Eigen::Vector3i bricks_;
+  Cell empty_;
+  std::vector<std::int32_t> table_;
+  std::vector<std::array<Cell, kBrickVoxels>> cells_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,222 @@
+// One brick-wide column: see cutter.h, and columns.cpp for the method.
+#include "voxels/column_cutter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "voxels/overlap.h"
+
+namespace cloudcontact {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+
+namespace {
+
+constexpr int kNoShell = -1, kSeveralShells = -2, kCap = -1;
+
+// Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
+constexpr double kCapArea = 1e-3;
+
+// Adds the differences of one cell to the sums of all columns, and tells the coverage they make.
+void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    const double sum = runs.sum[c] + differences[c];
+    runs.sum[c] = sum;
+    runs.least[c] = std::min(runs.least[c], sum);
+    runs.most[c] = std::max(runs.most[c], sum);
+    coverage[c] = ccCoverage(sum);
+  }
+}
+
+}  // namespace
+
+Cutter::Cutter(const GridSurface& surface, const Frame& frame)
+    : surface_(surface),
+      frame_(frame),
+      height_(frame.layers * kBrickEdge + 1),
+      differences_(static_cast<std::size_t>(kColumnsPerBrick) * height_, 0.0),
+      touched_(static_cast<std::size_t>(frame.layers) + 1, 0) {
+  if (surface.firstCap < surface.triangles.size()) caps_.resize(differences_.size(), 0.0);
+}
+
+std::size_t Cutter::bytes(int layers, bool capped) {
+  return sizeof(double) * kColumnsPerBrick * (static_cast<std::size_t>(layers) * kBrickEdge + 1) *
+         (capped ? 2 : 1);
+}
+
+BrickColumn Cutter::cut(int bu, int bv, const int* first, const int* last) {
+  lowest_ = height_, highest_ = -1;
+  std::fill(std::begin(shell_), std::end(shell_), kNoShell);
+  for (const int* t = first; t != last; ++t) cutTriangle(bu, bv, *t);
+  BrickColumn result;
+  if (highest_ < 0) return result;
+  countCaps(result);
+  overlapping_ = 0;
+  for (int c = 0; c < kColumnsPerBrick; ++c)
+    if (shell_[c] == kSeveralShells) overlapping_ |= std::uint64_t{1} << c;
+  const std::uint64_t known = overlapping_;
+  if (known) unite(bu, bv, first, last);
+  sumUp(result);
+  if (overlapping_ != known) {  // a shell that overlaps itself shows only in the sums
+    overlapping_ &= ~known;
+    unite(bu, bv, first, last);
+    sumUp(result);
+  }
+  clear();
+  return result;
+}
+
+void Cutter::touch(int lowestCell, int highestCell) {
+  for (int layer = lowestCell / kBrickEdge; layer <= highestCell / kBrickEdge; ++layer)
+    touched_[static_cast<std::size_t>(layer)] = 1;
+}
+
+void Cutter::clear() {
+  for (std::size_t layer = 0; layer < touched_.size(); ++layer) {
+    if (!touched_[layer]) continue;
+    const int first = static_cast<int>(layer) * kBrickEdge;
+    std::fill(at(0, first), at(0, std::min(first + kBrickEdge, height_)), 0.0);
+    touched_[layer] = 0;
+  }
+}
+
+// A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
+CcPolygon Cutter::inColumn(int bu, int bv, int triangle) const {
+  CcPolygon polygon;
+  polygon.corners = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d& p = surface_.vertices[surface_.triangles[triangle][k]];
+    addCorner(polygon, {p[frame_.u] - bu * kBrickEdge, p[frame_.v] - bv * kBrickEdge, p[frame_.w]});
+  }
+  return polygon;
+}
+
+void Cutter::cutTriangle(int bu, int bv, int triangle) {
+  const auto t = static_cast<std::size_t>(triangle);
+  triangleShell_ = t >= surface_.firstCap       ? kCap
+                   : surface_.component.empty() ? 0
+                                                : surface_.component[t];
+  CcPolygon whole = inColumn(bu, bv, triangle), spare, rest;
+  CcPolygon* const inU = ccClip(&whole, 0, &spare, &rest);
+  const CcPolygon* const polygon = ccClip(inU, 1, inU == &whole ? &spare : &whole, &rest);
+  if (polygon->corners < 3) return;
+  slice<1>(*polygon, [&](int v, const CcPolygon& row) {
+    slice<0>(row, [&](int u, const CcPolygon& column) {
+      const int c = std::min(u, kBrickEdge - 1) + kBrickEdge * std::min(v, kBrickEdge - 1);
+      forEachPiece(column, [&](int w, const CcPiece& piece) { addPiece(c, w, piece); });
+    });
+  });
+}
+
+void Cutter::addPiece(int column, int cell, const CcPiece& part) {
+  double* d = at(column, cell);
+  d[0] -= part.area - part.under;
+  d[kColumnsPerBrick] -= part.under;
+  touched_[static_cast<std::size_t>(cell / kBrickEdge)] = 1;
+  touched_[static_cast<std::size_t>((cell + 1) / kBrickEdge)] = 1;
+  lowest_ = std::min(lowest_, cell);
+  highest_ = std::max(highest_, cell);
+  if (triangleShell_ == kCap)
+    caps_[place(column, cell)] += std::abs(part.area);
+  else if (shell_[column] != triangleShell_)
+    shell_[column] = shell_[column] == kNoShell ? triangleShell_ : kSeveralShells;
+}
+
+void Cutter::countCaps(BrickColumn& result) {
+  if (caps_.empty()) return;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    int voxels = 0;
+    for (int w = lowest_; w <= highest_; ++w) {
+      double& area = caps_[place(c, w)];
+      voxels += area > kCapArea;
+      area = 0;
+    }
+    result.cappedVoxels += voxels;
+    result.cappedColumns += voxels > 0;
+  }
+}
+
+// Running sums, layer of bricks by layer, and the bricks they make. Where no piece lies in a layer
+// the sums stand still, and so does the brick: most layers of a body are such.
+void Cutter::sumUp(BrickColumn& result) {
+  Runs runs;
+  result.firstLayer = lowest_ / kBrickEdge;
+  result.table.clear();
+  result.coverage.clear();
+  // The sums end one cell above the topmost piece.
+  const int lastLayer = std::min(highest_ + 1, height_ - 2) / kBrickEdge;
+  BrickCoverage brick;
+  int code = 0;
+  bool changed = true;
+  for (int layer = result.firstLayer; layer <= lastLayer; ++layer) {
+    const bool touched = touched_[static_cast<std::size_t>(layer)] != 0;
+    if (touched || changed) code = sumLayer(layer, runs, brick);
+    changed = touched;
+    result.table.push_back(code < 0 ? code : static_cast<std::int32_t>(result.coverage.size()));
+    if (code >= 0) result.coverage.push_back(brick);
+  }
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    if (runs.most[c] > 1 + CC_CLOSED_SUM || runs.least[c] < -CC_CLOSED_SUM)
+      overlapping_ |= std::uint64_t{1} << c;
+    const double left = std::abs(runs.sum[c]);
+    result.residue[c] = left > CC_CLOSED_SUM
+                            ? static_cast<std::uint8_t>(std::min(255.0, std::ceil(255 * left)))
+                            : std::uint8_t{0};
+  }
+}
+
+// One layer of bricks: kEmptyBrick, kSolidBrick, or 0 where `brick` holds numbers.
+int Cutter::sumLayer(int layer, Runs& runs, BrickCoverage& brick) {
+  BrickCoverage cells;  // in the order of differences_
+  for (int w = 0; w < kBrickEdge; ++w)
+    addCell(at(0, layer * kBrickEdge + w), runs, cells.data() + w * kColumnsPerBrick);
+  return codeOf(cells, brick);
+}
+
+int Cutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const {
+  std::uint8_t least = 255, most = 0;
+  for (const std::uint8_t c : cells) least = std::min(least, c), most = std::max(most, c);
+  if (most == 0) return kEmptyBrick;
+  if (least == 255) return kSolidBrick;
+  const int strideU = Frame::voxelStride(frame_.u), strideV = Frame::voxelStride(frame_.v),
+            strideW = Frame::voxelStride(frame_.w);
+  const std::uint8_t* cell = cells.data();
+  for (int w = 0; w < kBrickEdge; ++w)
+    for (int v = 0; v < kBrickEdge; ++v)
+      for (int u = 0; u < kBrickEdge; ++u)
+        brick[static_cast<std::size_t>(u * strideU + v * strideV + w * strideW)] = *cell++;
+  return 0;
+}
+
+// In the overlapping columns, differences of the shells' sum become those of their union.
+void Cutter::unite(int bu, int bv, const int* first, const int* last) {
+  std::vector<Vector3d> corners;
+  std::vector<double> coverage;
+  for (int c = 0; c < kColumnsPerBrick; ++c) {
+    if (!(overlapping_ >> c & 1)) continue;
+    const int u = c % kBrickEdge, v = c / kBrickEdge;
+    const int end = std::min(highest_ + 2, height_);
+    double run = 0;
+    coverage.clear();
+    for (int w = lowest_; w < end; ++w) coverage.push_back(run += *at(c, w));
+    if (std::abs(run) > CC_CLOSED_SUM) continue;  // rays would fail where the sum does
+    corners.clear();
+    for (const int* t = first; t != last; ++t) {
+      const CcPolygon p = inColumn(bu, bv, *t);
+      const CcSpan alongU = ccSpan(&p, 0), alongV = ccSpan(&p, 1);
+      if (alongU.low < u + 1 && alongU.high > u && alongV.low < v + 1 && alongV.high > v)
+        for (int k = 0; k < 3; ++k) corners.emplace_back(p.p[k]);
+    }
+    uniteShells(corners, u, v, lowest_, coverage);
+    touch(lowest_, end - 1);
+    double before = 0;
+    for (int w = lowest_; w < end; ++w) {
+      const double now = coverage[static_cast<std::size_t>(w - lowest_)];
+      *at(c, w) = now - before;
+      before = now;
+    }
+  }
+}
+
+}  // namespace cloudcontact

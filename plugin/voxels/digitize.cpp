@@ -1,0 +1,119 @@
+// From a mesh to a cloud: mend the surface and close what little is missing (preparation.cpp), cut
+// it into columns (columns.cpp); where much is missing, let three axes and the winding number vote
+// (open_surface.cpp).
+#include <cloudcontact/voxels/digitize.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "mesh/mesh_topology.h"
+#include "voxels/materials.h"
+#include "voxels/open_surface.h"
+#include "voxels/preparation.h"
+
+namespace cloudcontact {
+
+namespace {
+
+Cloud::Voxels cutInGrid(const Prepared& prepared, const Grid& grid,
+                        const DigitizeSettings& settings, DigitizeReport& found) {
+  const GridSurface surface = inGrid(prepared, grid);
+  found.closed = prepared.wasClosed;
+  if (prepared.closable) {
+    ColumnResult cut =
+        cutColumns(surface, cheapestAxis(surface), settings.threads, settings.progress);
+    found.badColumns = cut.cappedColumns + cut.badColumns;
+    return std::move(cut.voxels);
+  }
+  Vote vote = voteOnColumns(surface, settings.threads, settings.progress);
+  found.badColumns = vote.badColumns;
+  found.undecidedVoxels = vote.undecidedVoxels;
+  return std::move(vote.voxels);
+}
+
+// A mesh of a body of several materials, mended: as files have them they may be doubled or wrongly
+// turned, and count for more or less than the volume that they bound.
+struct Part {
+  const std::string* name;
+  Prepared prepared;
+  double volume;
+};
+
+// Those that bound a volume, by its size: what lies within another is smaller.
+std::vector<Part> largestFirst(const std::vector<NamedMesh>& meshes) {
+  std::vector<Part> parts;
+  for (const NamedMesh& mesh : meshes) {
+    try {
+      Part part{&mesh.name, prepare(mesh.mesh), 0};
+      const Mesh& closed = part.prepared.closing.mesh;
+      part.volume = std::abs(sixVolumes(closed, middleOf(closed)));
+      parts.push_back(std::move(part));
+    } catch (const std::invalid_argument&) {  // a sheet, say
+    }
+  }
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const Part& a, const Part& b) { return a.volume > b.volume; });
+  return parts;
+}
+
+// The k-th of n equal pieces of a work that is told of as one.
+DigitizeSettings piece(const DigitizeSettings& whole, std::size_t k, std::size_t n) {
+  DigitizeSettings settings = whole;
+  if (whole.progress)
+    settings.progress = [told = whole.progress, k, n](double done) {
+      told((double(k) + done) / double(n));
+    };
+  return settings;
+}
+
+}  // namespace
+
+std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
+  checkVoxelSize(voxelSize);
+  const Prepared prepared = prepare(mesh);
+  const double bytes =
+      cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0), INFINITY);
+  constexpr double kMost = 1e18;
+  return static_cast<std::size_t>(std::min(bytes, kMost));
+}
+
+Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeReport* report) {
+  checkSettings(settings);
+  const Prepared prepared = prepare(mesh);
+  checkSize(prepared, settings, prepared.passes());
+  const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
+  DigitizeReport found;
+  auto voxels = std::make_shared<Cloud::Voxels>(cutInGrid(prepared, grid, settings, found));
+  checkNotEmpty(*voxels, prepared, settings.voxelSize);
+  if (report) *report = found;
+  return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
+}
+
+Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& settings,
+               DigitizeReport* report) {
+  if (meshes.empty() || meshes.size() > 256)
+    throw std::invalid_argument("digitize: give from 1 to 256 meshes, each of a material");
+  const std::vector<Part> parts = largestFirst(meshes);
+  if (parts.size() < 2) return digitize(merged(meshes), settings, report);
+  checkSettings(settings);
+  const Prepared body = prepare(merged(meshes));
+  int passes = body.passes();
+  for (const Part& part : parts) passes = std::max(passes, part.prepared.passes());
+  checkSize(body, settings, passes + 1);  // a part is cut while the body is there
+  const Grid grid = gridAround(body.closing.mesh, settings.voxelSize);
+  const std::size_t pieces = parts.size() + 1;
+  DigitizeReport found, unused;
+  auto voxels =
+      std::make_shared<Cloud::Voxels>(cutInGrid(body, grid, piece(settings, 0, pieces), found));
+  checkNotEmpty(*voxels, body, settings.voxelSize);
+  Materials materials(*voxels);
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    materials.add(*parts[k].name,
+                  cutInGrid(parts[k].prepared, grid, piece(settings, k + 1, pieces), unused));
+  if (report) *report = found;
+  return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
+}
+
+}  // namespace cloudcontact

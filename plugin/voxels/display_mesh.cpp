@@ -1,0 +1,219 @@
+// Marching cubes (Lorensen and Cline 1987) between the centres of voxels, with faces decided as
+// marching.h says. Not surface nets or dual contouring, though these give fewer triangles: after
+// cuts voxels meet in edges and corners, and there both make edges of four triangles, which these
+// loops never do.
+//
+// A vertex lies between two centres where the surface is: told from both coverages' sum, which is
+// exact for planes that the two voxels hold from side to side, and linearly from their difference
+// where the plane runs along the edge. Linearly throughout, faces along the grid were up to 0.08
+// voxel off. What triangles cut off a sphere of radius R voxels is 0.84 / R^2 of its volume: 0.4 %
+// at 15.
+//
+// Cube (x, y, z) lies between the centres of voxel (x - 1, y - 1, z - 1) and (x, y, z): there is
+// one row more of them than of voxels, for what fills the grid to its border. Its brick reads the
+// voxels of the cloud's brick of the same place, and one layer of those before it.
+#include <cloudcontact/voxels/display_mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "voxels/marching.h"
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr int kHalf = 128;             // from this coverage on a voxel's centre is inside
+constexpr int kSide = kBrickEdge + 1;  // voxels that a brick of cubes reads along an axis
+
+Eigen::Vector3i cubeBricks(const Cloud& cloud) {
+  return cloud.bricks() + Eigen::Vector3i::Constant(1);
+}
+
+Eigen::Vector3i placeOf(const Eigen::Vector3i& n, int number) {
+  return {number % n.x(), number / n.x() % n.y(), number / n.x() / n.y()};
+}
+
+// Whether all voxels that a brick of cubes reads are of one kind, by the table alone.
+bool uniform(const Cloud& cloud, const Eigen::Vector3i& place) {
+  const Eigen::Vector3i n = cloud.bricks();
+  int kind = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3i b = place - Eigen::Vector3i(k & 1, k >> 1 & 1, k >> 2);
+    const bool outside = (b.array() < 0).any() || (b.array() >= n.array()).any();
+    const int own =
+        outside ? kEmptyBrick
+                : cloud.voxels()
+                      .table[static_cast<std::size_t>(b.x() + n.x() * (b.y() + n.y() * b.z()))];
+    if (own >= 0 || (k > 0 && own != kind)) return false;
+    kind = own;
+  }
+  return true;
+}
+
+class BrickMesher {
+ public:
+  BrickMesher(const Cloud& cloud, const Eigen::Vector3i& place)
+      : cloud_(cloud), low_(kBrickEdge * place - Eigen::Vector3i::Constant(1)) {
+    for (int k = 0; k < kSide * kSide * kSide; ++k) {
+      const Eigen::Vector3i v = low_ + at(k);
+      coverage_[static_cast<std::size_t>(k)] = cloud.coverage(v.x(), v.y(), v.z());
+    }
+    vertex_.fill(-1);
+  }
+
+  std::unique_ptr<const DisplayBrick> run() {
+    for (int z = 0; z < kBrickEdge; ++z)
+      for (int y = 0; y < kBrickEdge; ++y)
+        for (int x = 0; x < kBrickEdge; ++x) cube(x + kSide * (y + kSide * z));
+    if (brick_.triangles.empty()) return nullptr;
+    return std::make_unique<const DisplayBrick>(std::move(brick_));
+  }
+
+ private:
+  static Eigen::Vector3i at(int k) { return {k % kSide, k / kSide % kSide, k / kSide / kSide}; }
+  static int step(int axis) { return axis == 0 ? 1 : axis == 1 ? kSide : kSide * kSide; }
+  static int corner(int cube, int c) {
+    return cube + (c & 1) + kSide * (c >> 1 & 1) + kSide * kSide * (c >> 2);
+  }
+  int coverage(int k) const { return coverage_[static_cast<std::size_t>(k)]; }
+
+  void cube(int first) {
+    int inside = 0;
+    for (int c = 0; c < 8; ++c) inside |= (coverage(corner(first, c)) >= kHalf) << c;
+    if (inside == 0 || inside == 255) return;
+    for (const CubeLoop& loop : cubeLoops(inside)) add(first, loop);
+  }
+
+  void add(int first, const CubeLoop& loop) {
+    const int n = static_cast<int>(loop.edges.size());
+    int ends[kCubeEdges + 1];
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (int i = 0; i < n; ++i) {
+      const int edge = loop.edges[static_cast<std::size_t>(i)];
+      ends[i] = vertexOn(corner(first, edgeStart(edge)), edge / 4);
+      sum += brick_.vertices[static_cast<std::size_t>(ends[i])];
+    }
+    if (loop.middle) {
+      ends[n] = static_cast<int>(brick_.vertices.size());
+      brick_.vertices.push_back(sum / float(n));
+      insides_.push_back(insides_[static_cast<std::size_t>(ends[0])]);
+    }
+    for (const auto& t : loop.triangles) {
+      const Eigen::Vector3i corners(ends[t[0]], ends[t[1]], ends[t[2]]);
+      brick_.triangles.push_back(corners);
+      brick_.materials.push_back(materialOf(corners));
+    }
+  }
+
+  // The vertex between two centres; made when it is first asked for.
+  int vertexOn(int from, int axis) {
+    std::int16_t& known = vertex_[static_cast<std::size_t>(3 * from + axis)];
+    if (known >= 0) return known;
+    const int to = from + step(axis);
+    Eigen::Vector3f place = (low_ + at(from)).cast<float>() + Eigen::Vector3f::Constant(0.5f);
+    const float a = float(coverage(from)) / 255, b = float(coverage(to)) / 255;
+    const float beyond = (a + b - 1) * std::max(1.0f, 0.5f / std::abs(a - b));
+    place[axis] += 0.5f + (a > b ? beyond : -beyond);
+    known = static_cast<std::int16_t>(brick_.vertices.size());
+    brick_.vertices.push_back(place);
+    insides_.push_back(a > b ? from : to);
+    return known;
+  }
+
+  // Of the voxels just inside of its corners: what most of them are, or else the first is.
+  std::uint8_t materialOf(const Eigen::Vector3i& corners) const {
+    if (cloud_.materials().empty()) return 0;
+    std::uint8_t of[3];
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3i v = low_ + at(insides_[static_cast<std::size_t>(corners[i])]);
+      of[i] = cloud_.material(v.x(), v.y(), v.z());
+    }
+    return of[1] == of[2] ? of[1] : of[0];
+  }
+
+  const Cloud& cloud_;
+  Eigen::Vector3i low_;
+  std::array<std::uint8_t, kSide * kSide * kSide> coverage_;
+  std::array<std::int16_t, 3 * kSide * kSide * kSide> vertex_;
+  std::vector<int> insides_;  // of each vertex, the voxel just inside
+  DisplayBrick brick_;
+};
+
+// The numbers of the bricks of cubes that read another voxel, or one of another material.
+std::vector<int> touched(const Cloud& before, const Cloud& after) {
+  const Cloud::Voxels &a = before.voxels(), &b = after.voxels();
+  const Eigen::Vector3i n = after.bricks(), cubes = cubeBricks(after);
+  const auto same = [](const auto& x, std::int32_t i, const auto& y, std::int32_t j) {
+    if (i < 0 || j < 0) return i == j;
+    return x[static_cast<std::size_t>(i)] == y[static_cast<std::size_t>(j)];
+  };
+  std::vector<char> marked(static_cast<std::size_t>(cubes.prod()), 0);
+  for (std::size_t t = 0; t < a.table.size(); ++t) {
+    bool equal = same(a.coverage, a.table[t], b.coverage, b.table[t]);
+    if (!b.materialTable.empty())
+      equal = equal && !a.materialTable.empty() &&
+              same(a.material, a.materialTable[t], b.material, b.materialTable[t]);
+    if (equal) continue;
+    const Eigen::Vector3i place = placeOf(n, static_cast<int>(t));
+    for (int k = 0; k < 8; ++k) {
+      const Eigen::Vector3i c = place + Eigen::Vector3i(k & 1, k >> 1 & 1, k >> 2);
+      marked[static_cast<std::size_t>(c.x() + cubes.x() * (c.y() + cubes.y() * c.z()))] = 1;
+    }
+  }
+  std::vector<int> numbers;
+  for (std::size_t i = 0; i < marked.size(); ++i)
+    if (marked[i]) numbers.push_back(static_cast<int>(i));
+  return numbers;
+}
+
+}  // namespace
+
+DisplayMesh::DisplayMesh(const Cloud& cloud, int threads) : cloud_(cloud), threads_(threads) {
+  if (cloud.empty()) throw std::invalid_argument("DisplayMesh: the cloud is empty");
+  bricks_.resize(static_cast<std::size_t>(cubeBricks(cloud).prod()));
+  std::vector<int> all(bricks_.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  make(all);
+}
+
+void DisplayMesh::make(const std::vector<int>& numbers) {
+  const Eigen::Vector3i cubes = cubeBricks(cloud_);
+  parallelFor(numbers.size(), threads_, [&](std::size_t i, int) {
+    const Eigen::Vector3i place = placeOf(cubes, numbers[i]);
+    bricks_[static_cast<std::size_t>(numbers[i])] =
+        uniform(cloud_, place) ? nullptr : BrickMesher(cloud_, place).run();
+  });
+}
+
+std::vector<int> DisplayMesh::renew(const Cloud& after) {
+  if (after.empty() || after.bricks() != cloud_.bricks() ||
+      after.voxelSize() != cloud_.voxelSize() || after.materials() != cloud_.materials())
+    throw std::invalid_argument(
+        "DisplayMesh::renew: the cloud has another grid or other materials; make its mesh anew");
+  std::vector<int> numbers = touched(cloud_, after);
+  cloud_ = after;
+  make(numbers);
+  return numbers;
+}
+
+Mesh DisplayMesh::mesh(std::vector<std::uint8_t>* materials) const {
+  Mesh mesh;
+  if (materials) materials->clear();
+  for (const auto& brick : bricks_) {
+    if (!brick) continue;
+    const int first = static_cast<int>(mesh.vertices.size());
+    for (const Eigen::Vector3f& v : brick->vertices)
+      mesh.vertices.push_back(cloud_.origin() + cloud_.voxelSize() * v.cast<double>());
+    for (const Eigen::Vector3i& t : brick->triangles)
+      mesh.triangles.push_back(t + Eigen::Vector3i::Constant(first));
+    if (materials)
+      materials->insert(materials->end(), brick->materials.begin(), brick->materials.end());
+  }
+  return mesh;
+}
+
+}  // namespace cloudcontact

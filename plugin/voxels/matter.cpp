@@ -1,0 +1,143 @@
+// Sums of matter, brick by brick: within a brick about its own corner, where they are small, then
+// moved to the grid's middle. All in integers.
+#include <cloudcontact/voxels/matter.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace cloudcontact {
+
+namespace {
+
+using Int = std::int64_t;
+
+// Of a voxel of coverage c at (x, y, z), half voxels.
+void addVoxel(MatterSums& sums, Int c, Int x, Int y, Int z) {
+  sums.mass += c;
+  sums.first[0] += c * x, sums.first[1] += c * y, sums.first[2] += c * z;
+  sums.second[0] += c * x * x, sums.second[1] += c * y * y, sums.second[2] += c * z * z;
+  sums.second[3] += c * x * y, sums.second[4] += c * y * z, sums.second[5] += c * z * x;
+}
+
+// The sums about another point: all places grow by `by`.
+MatterSums moved(MatterSums s, const Eigen::Vector3i& by) {
+  const Int b[3] = {by.x(), by.y(), by.z()};
+  const std::array<Int, 3> f = s.first;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    s.second[i] += 2 * b[i] * f[i] + b[i] * b[i] * s.mass;
+    s.second[i + 3] += b[i] * f[j] + b[j] * f[i] + b[i] * b[j] * s.mass;
+    s.first[i] += b[i] * s.mass;
+  }
+  return s;
+}
+
+template <typename CoverageAt>
+MatterSums brickSums(CoverageAt&& coverageAt) {
+  MatterSums sums;
+  for (int k = 0; k < kBrickVoxels; ++k)
+    if (const Int c = coverageAt(k))
+      addVoxel(sums, c, 2 * (k & 7) + 1, 2 * (k >> 3 & 7) + 1, 2 * (k >> 6) + 1);
+  return sums;
+}
+
+void checkSize(const Cloud& cloud) {
+  double bricks = 0;
+  for (const std::int32_t b : cloud.voxels().table) bricks += b != kEmptyBrick;
+  const double far = cloud.size().maxCoeff();
+  if (255.0 * kBrickVoxels * bricks * far * far > 9e18)
+    throw std::length_error(
+        "matterSums: the cloud is too large for exact sums; take larger voxels");
+}
+
+}  // namespace
+
+MatterSums& MatterSums::operator+=(const MatterSums& other) {
+  mass += other.mass;
+  for (std::size_t i = 0; i < 3; ++i) first[i] += other.first[i];
+  for (std::size_t i = 0; i < 6; ++i) second[i] += other.second[i];
+  return *this;
+}
+
+MatterSums& MatterSums::operator-=(const MatterSums& other) {
+  mass -= other.mass;
+  for (std::size_t i = 0; i < 3; ++i) first[i] -= other.first[i];
+  for (std::size_t i = 0; i < 6; ++i) second[i] -= other.second[i];
+  return *this;
+}
+
+std::vector<MatterSums> matterSums(const Cloud& cloud) {
+  std::vector<MatterSums> sums(std::max<std::size_t>(1, cloud.materials().size()));
+  if (cloud.empty()) return sums;
+  checkSize(cloud);
+  const Cloud::Voxels& voxels = cloud.voxels();
+  const MatterSums solid = brickSums([](int) { return 255; });
+  const Eigen::Vector3i n = cloud.bricks();
+  for (std::size_t t = 0; t < voxels.table.size(); ++t) {
+    const std::int32_t b = voxels.table[t];
+    if (b == kEmptyBrick) continue;
+    const int i = static_cast<int>(t);
+    const Eigen::Vector3i corner =
+        2 * kBrickEdge * Eigen::Vector3i(i % n.x(), i / n.x() % n.y(), i / n.x() / n.y()) -
+        cloud.size();
+    const auto coverage = [&](int k) {
+      return b == kSolidBrick
+                 ? 255
+                 : int(voxels.coverage[static_cast<std::size_t>(b)][static_cast<std::size_t>(k)]);
+    };
+    const std::int32_t m = voxels.materialTable.empty() ? -1 : voxels.materialTable[t];
+    if (m < 0) {
+      sums[static_cast<std::size_t>(-1 - m)] +=
+          moved(b == kSolidBrick ? solid : brickSums(coverage), corner);
+      continue;
+    }
+    const BrickMaterial& of = voxels.material[static_cast<std::size_t>(m)];
+    for (std::size_t which = 0; which < sums.size(); ++which)
+      sums[which] += moved(brickSums([&](int k) {
+                             return of[static_cast<std::size_t>(k)] == which ? coverage(k) : 0;
+                           }),
+                           corner);
+  }
+  return sums;
+}
+
+Matter matterOf(const std::vector<MatterSums>& sums, const Cloud& grid,
+                const std::vector<double>& densities) {
+  if (densities.size() != 1 && densities.size() != sums.size())
+    throw std::invalid_argument("matterOf: " + std::to_string(densities.size()) +
+                                " densities for " + std::to_string(sums.size()) +
+                                " materials; give one for each, or one for all");
+  for (const double d : densities)
+    if (!(d > 0) || !std::isfinite(d))
+      throw std::invalid_argument("matterOf: a density must be positive and finite [kg/m^3]");
+  double volume = 0, mass = 0;
+  Vec3 first = Vec3::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (std::size_t m = 0; m < sums.size(); ++m) {
+    const double density = densities[densities.size() == 1 ? 0 : m];
+    const auto f = [&](int i) { return double(sums[m].first[static_cast<std::size_t>(i)]); };
+    const auto s = [&](int i) { return double(sums[m].second[static_cast<std::size_t>(i)]); };
+    Eigen::Matrix3d all;
+    all << s(0), s(3), s(5), s(3), s(1), s(4), s(5), s(4), s(2);
+    volume += double(sums[m].mass);
+    mass += density * double(sums[m].mass);
+    first += density * Vec3(f(0), f(1), f(2));
+    second += density * all;
+  }
+  Matter matter;
+  if (mass <= 0) return matter;
+  const double h = grid.voxelSize(), unit = h * h * h / 255;
+  const Vec3 mean = first / mass;
+  // Half voxels to metres; a voxel's own second moment is a twelfth of its edge squared.
+  const Eigen::Matrix3d about =
+      unit * h * h *
+      ((second - mass * mean * mean.transpose()) / 4 + mass / 12 * Eigen::Matrix3d::Identity());
+  matter.volume = unit * volume;
+  matter.mass = unit * mass;
+  matter.center = grid.origin() + 0.5 * h * (mean + grid.size().cast<double>());
+  matter.inertia = about.trace() * Eigen::Matrix3d::Identity() - about;
+  return matter;
+}
+
+}  // namespace cloudcontact

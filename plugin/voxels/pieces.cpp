@@ -1,0 +1,267 @@
+// Connected parts, in two steps. First every brick by itself: a solid one is one patch, in others
+// voxels that share faces get one label (a flood over 512 voxels). Then patches that meet across
+// the bricks' faces are joined (union by the lower number, so that a part is named after its first
+// patch). Solid bricks are never looked into.
+#include <cloudcontact/voxels/pieces.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr std::uint16_t kNone = 0xffff;
+using BrickLabels = std::array<std::uint16_t, kBrickVoxels>;
+
+Eigen::Vector3i brickAt(const Eigen::Vector3i& n, std::size_t t) {
+  const int b = static_cast<int>(t);
+  return {b % n.x(), b / n.x() % n.y(), b / n.x() / n.y()};
+}
+
+// Labels of voxels that hang together within a brick, in the order of their first voxel; returns
+// how many there are.
+int labelBrick(const BrickCoverage& coverage, BrickLabels& labels) {
+  labels.fill(kNone);
+  int count = 0;
+  std::array<std::uint16_t, kBrickVoxels> open;
+  for (int first = 0; first < kBrickVoxels; ++first) {
+    const auto at = [](auto& values, int v) -> auto& {
+      return values[static_cast<std::size_t>(v)];
+    };
+    if (at(coverage, first) == 0 || at(labels, first) != kNone) continue;
+    const auto label = static_cast<std::uint16_t>(count++);
+    int waiting = 1;
+    at(open, 0) = static_cast<std::uint16_t>(first);
+    at(labels, first) = label;
+    while (waiting > 0) {
+      const int v = at(open, --waiting);
+      for (int axis = 0; axis < 3; ++axis) {
+        const int step = 1 << 3 * axis, place = v >> 3 * axis & 7;
+        for (const int side : {-1, 1}) {
+          if (place + side < 0 || place + side >= kBrickEdge) continue;
+          const int w = v + side * step;
+          if (at(coverage, w) == 0 || at(labels, w) != kNone) continue;
+          at(labels, w) = label;
+          at(open, waiting++) = static_cast<std::uint16_t>(w);
+        }
+      }
+    }
+  }
+  return count;
+}
+
+// Patches of all bricks, joined as they meet.
+class Patches {
+ public:
+  explicit Patches(const Cloud::Voxels& voxels)
+      : voxels_(voxels), labels_(voxels.coverage.size()), firsts_(voxels.table.size()) {
+    int patches = 0;
+    for (std::size_t t = 0; t < firsts_.size(); ++t) {
+      const std::int32_t b = voxels.table[t];
+      firsts_[t] = patches;
+      if (b == kSolidBrick)
+        ++patches;
+      else if (b >= 0)
+        patches += labelBrick(voxels.coverage[static_cast<std::size_t>(b)],
+                              labels_[static_cast<std::size_t>(b)]);
+    }
+    up_.resize(static_cast<std::size_t>(patches));
+    std::iota(up_.begin(), up_.end(), 0);
+    for (std::size_t t = 0; t < firsts_.size(); ++t)
+      for (int axis = 0; axis < 3; ++axis) joinAcross(t, axis);
+    nameParts();
+  }
+
+  int parts() const { return parts_; }
+  // Which part a voxel is of, -1: none.
+  int partOf(std::size_t t, int cell) const {
+    const int patch = patchOf(t, cell);
+    return patch < 0 ? -1 : part_[static_cast<std::size_t>(patch)];
+  }
+  // The part that all of the brick's matter is of, -1: of several, or there is none.
+  int onlyPart(std::size_t t) const {
+    const int end = t + 1 < firsts_.size() ? firsts_[t + 1] : static_cast<int>(part_.size());
+    if (firsts_[t] == end) return -1;
+    const int part = part_[static_cast<std::size_t>(firsts_[t])];
+    for (int p = firsts_[t] + 1; p < end; ++p)
+      if (part_[static_cast<std::size_t>(p)] != part) return -1;
+    return part;
+  }
+
+ private:
+  int patchOf(std::size_t t, int cell) const {
+    const std::int32_t b = voxels_.table[t];
+    if (b == kEmptyBrick) return -1;
+    if (b == kSolidBrick) return firsts_[t];
+    const std::uint16_t label =
+        labels_[static_cast<std::size_t>(b)][static_cast<std::size_t>(cell)];
+    return label == kNone ? -1 : firsts_[t] + label;
+  }
+
+  int rootOf(int patch) {
+    const auto up = [this](int p) -> int& { return up_[static_cast<std::size_t>(p)]; };
+    for (; up(patch) != patch; patch = up(patch)) up(patch) = up(up(patch));
+    return patch;
+  }
+
+  void join(int a, int b) {
+    if (a < 0 || b < 0) return;
+    a = rootOf(a);
+    b = rootOf(b);
+    up_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+
+  void joinAcross(std::size_t t, int axis) {
+    const Eigen::Vector3i& n = voxels_.bricks;
+    if (brickAt(n, t)[axis] + 1 >= n[axis]) return;
+    const int stride = axis == 0 ? 1 : axis == 1 ? n.x() : n.x() * n.y();
+    const std::size_t other = t + static_cast<std::size_t>(stride);
+    if (voxels_.table[t] == kEmptyBrick || voxels_.table[other] == kEmptyBrick) return;
+    if (voxels_.table[t] == kSolidBrick && voxels_.table[other] == kSolidBrick)
+      return join(firsts_[t], firsts_[other]);
+    const int step = 1 << 3 * axis;
+    for (int cell = 0; cell < kBrickVoxels; ++cell)
+      if ((cell >> 3 * axis & 7) == 7) join(patchOf(t, cell), patchOf(other, cell - 7 * step));
+  }
+
+  // In the order of their first patch.
+  void nameParts() {
+    part_.resize(up_.size());
+    for (int p = 0; p < static_cast<int>(up_.size()); ++p) {
+      const int root = rootOf(p);
+      part_[static_cast<std::size_t>(p)] =
+          root == p ? parts_++ : part_[static_cast<std::size_t>(root)];
+    }
+  }
+
+  const Cloud::Voxels& voxels_;
+  std::vector<BrickLabels> labels_;  // by stored brick
+  std::vector<int> firsts_;          // a brick's first patch
+  std::vector<int> up_;
+  std::vector<int> part_;  // of a patch
+  int parts_ = 0;
+};
+
+std::shared_ptr<Cloud::Voxels> emptyLike(const Cloud::Voxels& whole) {
+  auto voxels = std::make_shared<Cloud::Voxels>();
+  voxels->bricks = whole.bricks;
+  voxels->table.assign(whole.table.size(), kEmptyBrick);
+  voxels->materials = whole.materials;
+  if (!whole.materialTable.empty()) voxels->materialTable.assign(whole.table.size(), -1);
+  return voxels;
+}
+
+// A brick's coverage, and its materials, go to a part as they are.
+void giveMaterials(const Cloud::Voxels& whole, std::size_t t, Cloud::Voxels& part) {
+  if (whole.materialTable.empty()) return;
+  const std::int32_t m = whole.materialTable[t];
+  part.materialTable[t] = m < 0 ? m : static_cast<std::int32_t>(part.material.size());
+  if (m >= 0) part.material.push_back(whole.material[static_cast<std::size_t>(m)]);
+}
+
+void giveCoverage(const BrickCoverage& coverage, std::size_t t, Cloud::Voxels& part) {
+  part.table[t] = static_cast<std::int32_t>(part.coverage.size());
+  part.coverage.push_back(coverage);
+}
+
+// A brick in which several parts meet.
+void divide(const Cloud::Voxels& whole, const Patches& patches, std::size_t t,
+            std::vector<std::shared_ptr<Cloud::Voxels>>& parts) {
+  const BrickCoverage& all = whole.coverage[static_cast<std::size_t>(whole.table[t])];
+  for (int cell = 0; cell < kBrickVoxels; ++cell) {
+    const int p = patches.partOf(t, cell);
+    if (p < 0) continue;
+    Cloud::Voxels& part = *parts[static_cast<std::size_t>(p)];
+    if (part.table[t] == kEmptyBrick) {
+      giveCoverage(BrickCoverage{}, t, part);
+      giveMaterials(whole, t, part);
+    }
+    const auto k = static_cast<std::size_t>(cell);
+    part.coverage.back()[k] = all[k];
+  }
+}
+
+}  // namespace
+
+std::vector<Cloud> pieces(const Cloud& cloud) {
+  if (cloud.empty()) return {};
+  const Cloud::Voxels& whole = cloud.voxels();
+  const Patches patches(whole);
+  if (patches.parts() == 1) return {cloud};
+  std::vector<std::shared_ptr<Cloud::Voxels>> parts;
+  for (int p = 0; p < patches.parts(); ++p) parts.push_back(emptyLike(whole));
+  for (std::size_t t = 0; t < whole.table.size(); ++t) {
+    const std::int32_t b = whole.table[t];
+    const int only = b == kEmptyBrick ? -1 : patches.onlyPart(t);
+    if (only < 0) {
+      if (b >= 0) divide(whole, patches, t, parts);
+      continue;
+    }
+    Cloud::Voxels& part = *parts[static_cast<std::size_t>(only)];
+    if (b == kSolidBrick)
+      part.table[t] = kSolidBrick;
+    else
+      giveCoverage(whole.coverage[static_cast<std::size_t>(b)], t, part);
+    giveMaterials(whole, t, part);
+  }
+  std::vector<Cloud> result;
+  for (auto& part : parts) result.emplace_back(cloud.voxelSize(), cloud.origin(), std::move(part));
+  return result;
+}
+
+namespace {
+
+void checkCuts(const Cloud& cloud, std::span<const VoxelCut> cuts) {
+  if (cloud.empty()) throw std::invalid_argument("cutCloud: the cloud is empty");
+  const Eigen::Vector3i n = cloud.size();
+  for (const VoxelCut& c : cuts)
+    if ((c.voxel.array() < 0).any() || (c.voxel.array() >= n.array()).any())
+      throw std::out_of_range("cutCloud: voxel (" + std::to_string(c.voxel.x()) + ", " +
+                              std::to_string(c.voxel.y()) + ", " + std::to_string(c.voxel.z()) +
+                              ") is outside the cloud's grid");
+}
+
+// Every brick its own numbers, and none for those that are empty.
+void tidy(Cloud::Voxels& voxels) {
+  std::vector<BrickCoverage> kept;
+  kept.reserve(voxels.coverage.size());
+  for (std::int32_t& b : voxels.table) {
+    if (b < 0) continue;
+    const BrickCoverage& brick = voxels.coverage[static_cast<std::size_t>(b)];
+    const bool empty = std::all_of(brick.begin(), brick.end(), [](auto c) { return c == 0; });
+    b = empty ? kEmptyBrick : static_cast<std::int32_t>(kept.size());
+    if (!empty) kept.push_back(brick);
+  }
+  voxels.coverage = std::move(kept);
+}
+
+}  // namespace
+
+Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts) {
+  checkCuts(cloud, cuts);
+  auto voxels = std::make_shared<Cloud::Voxels>(cloud.voxels());
+  tidy(*voxels);
+  const Eigen::Vector3i& n = voxels->bricks;
+  for (const VoxelCut& c : cuts) {
+    const Eigen::Vector3i b = c.voxel / kBrickEdge, in = c.voxel - kBrickEdge * b;
+    std::int32_t& slot = voxels->table[static_cast<std::size_t>(b.x()) +
+                                       static_cast<std::size_t>(n.x()) *
+                                           static_cast<std::size_t>(b.y() + n.y() * b.z())];
+    if (slot == kEmptyBrick || (slot == kSolidBrick && c.coverage == 255)) continue;
+    if (slot == kSolidBrick) {
+      slot = static_cast<std::int32_t>(voxels->coverage.size());
+      voxels->coverage.emplace_back().fill(255);
+    }
+    std::uint8_t& left =
+        voxels->coverage[static_cast<std::size_t>(slot)]
+                        [static_cast<std::size_t>(in.x() | in.y() << 3 | in.z() << 6)];
+    left = std::min(left, c.coverage);
+  }
+  tidy(*voxels);
+  return Cloud(cloud.voxelSize(), cloud.origin(), std::move(voxels));
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,100 @@
+// Rows of bits in bricks; boxes are written a row at a time, and a set is dilated an axis at a
+// time.
+#include "voxels/voxel_set.h"
+
+#include <algorithm>
+
+namespace cloudcontact {
+
+VoxelSet::VoxelSet(const Eigen::Vector3i& bricks)
+    : bricks_(bricks), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
+
+Eigen::Vector3i VoxelSet::cornerOf(std::int32_t brick) const {
+  return kBrickEdge * Eigen::Vector3i(brick % bricks_.x(), brick / bricks_.x() % bricks_.y(),
+                                      brick / bricks_.x() / bricks_.y());
+}
+
+VoxelSet::Rows& VoxelSet::make(int x, int y, int z) {
+  const std::int32_t brick = x + bricks_.x() * (y + bricks_.y() * z);
+  std::int32_t& slot = table_[static_cast<std::size_t>(brick)];
+  if (slot < 0) {
+    slot = static_cast<std::int32_t>(rows_.size());
+    rows_.emplace_back();
+    rows_.back().fill(0);
+    listed_.push_back(brick);
+  }
+  return rows_[static_cast<std::size_t>(slot)];
+}
+
+const VoxelSet::Rows* VoxelSet::find(std::int32_t brick) const {
+  const std::int32_t slot = table_[static_cast<std::size_t>(brick)];
+  return slot < 0 ? nullptr : &rows_[static_cast<std::size_t>(slot)];
+}
+
+bool VoxelSet::has(std::int32_t brick, int cell) const {
+  const Rows* const rows = find(brick);
+  return rows && holds(*rows, cell);
+}
+
+bool VoxelSet::has(int x, int y, int z) const {
+  const Eigen::Vector3i n = kBrickEdge * bricks_;
+  if (x < 0 || y < 0 || z < 0 || x >= n.x() || y >= n.y() || z >= n.z()) return false;
+  return has((x >> 3) + bricks_.x() * ((y >> 3) + bricks_.y() * (z >> 3)),
+             (x & 7) | (y & 7) << 3 | (z & 7) << 6);
+}
+
+void VoxelSet::addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
+  const Eigen::Vector3i first = low.cwiseMax(Eigen::Vector3i::Zero());
+  const Eigen::Vector3i last = high.cwiseMin(kBrickEdge * bricks_ - Eigen::Vector3i::Constant(1));
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); x = (x | 7) + 1) {
+        const int to = std::min(last.x(), x | 7) & 7;
+        const int mask = (0xff >> (7 - to)) & (0xff << (x & 7));
+        make(x >> 3, y >> 3, z >> 3)[static_cast<std::size_t>((y & 7) | (z & 7) << 3)] |=
+            static_cast<std::uint8_t>(mask);
+      }
+}
+
+void VoxelSet::add(const VoxelSet& other) {
+  for (const std::int32_t t : other.listed_) {
+    const Eigen::Vector3i at = other.cornerOf(t) / kBrickEdge;
+    Rows& own = make(at.x(), at.y(), at.z());
+    const Rows& more = *other.find(t);
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] |= more[i];
+  }
+}
+
+// Along one axis, run by run.
+VoxelSet VoxelSet::stretched(int axis, int reach) const {
+  VoxelSet result(bricks_);
+  const Eigen::Vector3i by = reach * Eigen::Vector3i::Unit(axis);
+  for (const std::int32_t t : listed_) {
+    const Rows& rows = *find(t);
+    const Eigen::Vector3i corner = cornerOf(t);
+    for (int row = 0; row < static_cast<int>(rows.size()); ++row) {
+      const int bits = rows[static_cast<std::size_t>(row)];
+      const Eigen::Vector3i at = corner + Eigen::Vector3i(0, row & 7, row >> 3);
+      for (int from = 0, to; from < kBrickEdge; from = to) {
+        to = from + 1;
+        if (!(bits >> from & 1)) continue;
+        while (to < kBrickEdge && bits >> to & 1) ++to;
+        result.addBox(at + Eigen::Vector3i(from, 0, 0) - by,
+                      at + Eigen::Vector3i(to - 1, 0, 0) + by);
+      }
+    }
+  }
+  return result;
+}
+
+VoxelSet VoxelSet::dilated(int reach) const {
+  return stretched(0, reach).stretched(1, reach).stretched(2, reach);
+}
+
+std::vector<std::int32_t> VoxelSet::bricks() const {
+  std::vector<std::int32_t> sorted = listed_;
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,103 @@
+// What an area leaves of voxels: see cutter.h and kernels/area_left.h.
+#include "workpiece/area_cut.h"
+
+#include <cloudcontact/workpiece/cutter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "workpiece/area_point.h"
+
+namespace cloudcontact {
+
+namespace {
+
+// In the frame of the grid's body.
+struct Placed {
+  int kind;
+  Pose place;
+  Vec3 size, reach;  // [m]; of the bounds from the middle
+};
+
+struct Place {
+  const Pose& frame;
+
+  Placed operator()(const SphereArea& a) const {
+    const Vec3 size = Vec3::Constant(a.radius);
+    return {CC_SPHERE, {Eigen::Quaterniond::Identity(), frame.toWorld(a.center)}, size, size};
+  }
+  Placed operator()(const BoxArea& a) const {
+    const Pose place = frame * a.place;
+    return {CC_BOX, place, a.halfExtents,
+            place.orientation.toRotationMatrix().cwiseAbs() * a.halfExtents};
+  }
+  Placed operator()(const EllipsoidArea& a) const {
+    const Pose place = frame * a.place;
+    const Eigen::Matrix3d axes = place.orientation.toRotationMatrix() * a.semiAxes.asDiagonal();
+    return {CC_ELLIPSOID, place, a.semiAxes, axes.rowwise().norm()};
+  }
+  // As the box about its matter; its depth is asked for by other means.
+  Placed operator()(const CloudArea& a) const {
+    BoxArea box{a.place, 0.5 * a.matter.sizes()};
+    box.place.position = a.place.toWorld(a.matter.center());
+    return operator()(box);
+  }
+};
+
+int leftBy(const CloudArea& area, const VoxelGrid& grid, const Pose& toArea, const VoxelIndex& v) {
+  const Vec3 center = grid.origin + grid.voxelSize * (v.cast<double>() + Vec3::Constant(0.5));
+  const double depth = depthOf(area, toArea.toWorld(center)) / grid.voxelSize;
+  return 255 - static_cast<int>(255 * std::clamp(depth + 0.5, 0.0, 1.0) + 0.5);
+}
+
+}  // namespace
+
+CcArea areaInGrid(const VoxelGrid& grid, const Area& area, const Pose& place) {
+  requireArea(area);
+  if (!place.position.allFinite() || !place.orientation.coeffs().allFinite() ||
+      !(place.orientation.norm() > 0))
+    throw std::invalid_argument("the area's pose must be finite");
+  Pose frame = place;
+  frame.orientation.normalize();
+  const Placed p = std::visit(Place{frame}, area);
+  const Eigen::Matrix3d turn = p.place.orientation.toRotationMatrix().transpose();
+  const double perVoxel = 1 / grid.voxelSize;
+  const Vec3 middle = perVoxel * (p.place.position - grid.origin), size = perVoxel * p.size;
+  CcArea a{};
+  a.kind = p.kind;
+  for (int k = 0; k < 3; ++k) {
+    // Half a voxel further a voxel's share begins; the rest is for rounding.
+    const double reach = perVoxel * p.reach[k] + 1, end = grid.size[k];
+    a.low[k] = static_cast<int>(std::clamp(std::floor(middle[k] - reach - 0.5), 0.0, end));
+    a.high[k] = static_cast<int>(std::clamp(std::ceil(middle[k] + reach - 0.5), -1.0, end - 1));
+    a.middle[k] = middle[k];
+    a.size[k] = size[k];
+    for (int i = 0; i < 3; ++i) a.turn[3 * k + i] = turn(k, i);
+  }
+  return a;
+}
+
+void listCuts(const VoxelGrid& grid, const Area& area, const Pose& place,
+              std::vector<VoxelCut>& cuts) {
+  const CcArea a = areaInGrid(grid, area, place);
+  const CloudArea* const cloud = std::get_if<CloudArea>(&area);
+  Pose frame = place;
+  frame.orientation.normalize();
+  const Pose toArea = frame.inverse();
+  for (int z = a.low[2]; z <= a.high[2]; ++z)
+    for (int y = a.low[1]; y <= a.high[1]; ++y)
+      for (int x = a.low[0]; x <= a.high[0]; ++x) {
+        const int left =
+            cloud ? leftBy(*cloud, grid, toArea, {x, y, z}) : ccAreaLeaves(&a, x, y, z);
+        if (left < 255) cuts.push_back({{x, y, z}, static_cast<std::uint8_t>(left)});
+      }
+}
+
+std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const Area& area, const Pose& tool) {
+  std::vector<VoxelCut> cuts;
+  listCuts({workpiece.voxelSize(), workpiece.origin(), workpiece.size()}, area, tool, cuts);
+  return cuts;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,233 @@
+// Lays out a field of base vectors and sums its windows. Bricks without matter have no block; those
+// so deep inside one tissue that every window in them is full share that tissue's.
+#include "workpiece/brick_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include "base/parallel.h"
+
+namespace cloudcontact {
+
+namespace {
+
+using Bricks = BaseVectorField::Bricks;
+
+CcTap tapOf(const WindowTap& t) {
+  return {t.weight, t.moment[0], t.moment[1], t.moment[2]};
+}
+
+// The window turned round, as rows.
+void makeRows(Bricks& f) {
+  for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
+    const bool goesOn = !f.rows.empty() && f.rows.back().y == -t->y && f.rows.back().z == -t->z &&
+                        f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
+    if (!goesOn)
+      f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
+    ++f.rows.back().count;
+    f.taps.push_back({static_cast<CcSum>(t->weight), static_cast<CcSum>(t->moment[0]),
+                      static_cast<CcSum>(t->moment[1]), static_cast<CcSum>(t->moment[2])});
+  }
+}
+
+void fillTissues(Bricks& f, const std::vector<std::string>& names, const TissueTable& tissues) {
+  const std::size_t kinds = std::max<std::size_t>(names.size(), 1);
+  requireTissues(tissues);
+  if (tissues.size() != kinds)
+    throw std::invalid_argument("BaseVectorField: the cloud has " + std::to_string(kinds) +
+                                " materials, " + std::to_string(tissues.size()) +
+                                " tissues were given (tissuesOf() finds them by name)");
+  f.tissues = tissues;
+  f.names = names;
+  double densest = 0;
+  for (const Tissue& t : tissues) densest = std::max(densest, t.density);
+  for (const Tissue& t : tissues)
+    f.density.push_back(
+        std::max(1, static_cast<int>(std::lround(CC_DENSEST * t.density / densest))));
+  f.sums.resize(kinds);
+}
+
+// What a brick of the cloud holds, in one number: a tissue where it is full of that alone.
+constexpr int kMixed = -1, kVoid = -2;
+std::vector<int> kindsOf(const Cloud& cloud) {
+  const Cloud::Voxels& v = cloud.voxels();
+  std::vector<int> kinds(v.table.size(), kMixed);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    if (v.table[k] == kEmptyBrick) kinds[k] = kVoid;
+    if (v.table[k] == kSolidBrick)
+      kinds[k] = v.materialTable.empty()  ? 0
+                 : v.materialTable[k] < 0 ? -1 - v.materialTable[k]
+                                          : kMixed;
+  }
+  return kinds;
+}
+
+// The tissue of a brick all of whose windows are full of it, or kMixed.
+int deepInside(const Bricks& f, const std::vector<int>& kinds, const Eigen::Vector3i& brick) {
+  const auto brickOf = [](const Eigen::Vector3i& v) {
+    return Eigen::Vector3i(v.unaryExpr([](int x) { return x >> 3; }));
+  };
+  const Eigen::Vector3i corner = kBrickEdge * brick;
+  const Eigen::Vector3i low = brickOf(corner + f.window.low.cwiseMin(0));
+  const Eigen::Vector3i high =
+      brickOf(corner + Eigen::Vector3i::Constant(kBrickEdge - 1) + f.window.high.cwiseMax(0));
+  if ((low.array() < 0).any() || (high.array() >= f.bricks.array()).any()) return kMixed;
+  const auto kind = [&](int x, int y, int z) {
+    return kinds[static_cast<std::size_t>(x) +
+                 static_cast<std::size_t>(f.bricks.x()) *
+                     (static_cast<std::size_t>(y) +
+                      static_cast<std::size_t>(f.bricks.y()) * static_cast<std::size_t>(z))];
+  };
+  const int own = kind(brick.x(), brick.y(), brick.z());
+  if (own < 0) return kMixed;
+  for (int z = low.z(); z <= high.z(); ++z)
+    for (int y = low.y(); y <= high.y(); ++y)
+      for (int x = low.x(); x <= high.x(); ++x)
+        if (kind(x, y, z) != own) return kMixed;
+  return own;
+}
+
+void fillShared(Bricks& f) {
+  f.blocks.resize(f.tissues.size());
+  for (std::size_t tissue = 0; tissue < f.tissues.size(); ++tissue) {
+    FieldBlock& block = f.blocks[tissue];
+    CcMoments moments{};
+    CcSum volume = 0;
+    for (const WindowTap& t : f.window.taps) {
+      ccWeigh(&moments, tapOf(t), 255 * f.density[tissue]);
+      volume += static_cast<CcSum>(255 * t.weight);
+    }
+    block.moments.fill(moments);
+    block.volume.fill(volume);
+    block.coverage.fill(255);
+    block.tissue.fill(static_cast<std::uint8_t>(tissue));
+  }
+}
+
+void fillBlock(const Bricks& f, const Cloud& cloud, const Eigen::Vector3i& brick,
+               FieldBlock& block) {
+  for (int k = 0; k < kBrickVoxels; ++k) {
+    const VoxelIndex v = kBrickEdge * brick + VoxelIndex(k & 7, k >> 3 & 7, k >> 6);
+    const auto at = static_cast<std::size_t>(k);
+    block.coverage[at] = cloud.coverage(v.x(), v.y(), v.z());
+    const bool told = !f.names.empty() && block.coverage[at] > 0;
+    block.tissue[at] = told ? cloud.material(v.x(), v.y(), v.z()) : std::uint8_t{0};
+  }
+}
+
+Eigen::Vector3i brickAt(const Bricks& f, std::size_t entry) {
+  const auto nx = static_cast<std::size_t>(f.bricks.x()),
+             ny = static_cast<std::size_t>(f.bricks.y());
+  return {static_cast<int>(entry % nx), static_cast<int>(entry / nx % ny),
+          static_cast<int>(entry / (nx * ny))};
+}
+
+// Gives every brick its block and the blocks their voxels.
+void fillTable(Bricks& f, const Cloud& cloud) {
+  const std::vector<int> kinds = kindsOf(cloud);
+  f.table.assign(kinds.size(), kNoBlock);
+  std::size_t blocks = f.tissues.size();
+  for (std::size_t entry = 0; entry < kinds.size(); ++entry) {
+    if (kinds[entry] == kVoid) continue;
+    const int deep = deepInside(f, kinds, brickAt(f, entry));
+    f.table[entry] = deep >= 0 ? deep : static_cast<std::int32_t>(blocks++);
+  }
+  f.blocks.resize(blocks);
+  const std::vector<std::int32_t> own = ownBricks(f);
+  parallelFor(own.size(), 0, [&](std::size_t k, int) {
+    fillBlock(f, cloud, brickAt(f, static_cast<std::size_t>(own[k])),
+              f.blocks[f.tissues.size() + k]);
+  });
+}
+
+// The tissues' sums, of the voxels as they are.
+void sumTissues(Bricks& f) {
+  for (TissueSums& sums : f.sums) sums = {};
+  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
+  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
+    if (f.table[entry] == kNoBlock) continue;
+    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
+    const VoxelIndex corner = kBrickEdge * brickAt(f, entry) - middle;
+    for (int k = 0; k < kBrickVoxels; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      f.sums[block.tissue[at]].add(corner + VoxelIndex(k & 7, k >> 3 & 7, k >> 6),
+                                   block.coverage[at]);
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Bricks> startBricks(const FieldGrid& grid, const TissueTable& tissues,
+                                    const WindowSettings& window) {
+  auto field = std::make_unique<Bricks>();
+  Bricks& f = *field;
+  f.voxelSize = grid.voxelSize;
+  f.origin = grid.origin;
+  f.bricks = grid.bricks;
+  fillTissues(f, grid.materials, tissues);
+  f.window = makeWindow(window, grid.voxelSize);
+  f.windowCenter = f.window.center();
+  f.perFull = 1 / (255.0 * static_cast<double>(f.window.weights));
+  makeRows(f);
+  fillShared(f);
+  return field;
+}
+
+void finishBricks(Bricks& f) {
+  f.depths = DepthTable(f.window);
+  sumTissues(f);
+}
+
+std::unique_ptr<Bricks> layOutBricks(const Cloud& cloud, const TissueTable& tissues,
+                                     const WindowSettings& window) {
+  if (cloud.empty()) throw std::invalid_argument("BaseVectorField: the cloud is empty");
+  auto field = startBricks({cloud.voxelSize(), cloud.origin(), cloud.bricks(), cloud.materials()},
+                           tissues, window);
+  fillTable(*field, cloud);
+  finishBricks(*field);
+  return field;
+}
+
+std::vector<std::int32_t> ownBricks(const Bricks& f) {
+  std::vector<std::int32_t> own(f.blocks.size() - f.tissues.size());
+  for (std::size_t entry = 0; entry < f.table.size(); ++entry)
+    if (f.table[entry] >= static_cast<std::int32_t>(f.tissues.size()))
+      own[static_cast<std::size_t>(f.table[entry]) - f.tissues.size()] =
+          static_cast<std::int32_t>(entry);
+  return own;
+}
+
+std::vector<CcWindowTap> windowTaps(const Window& window) {
+  std::vector<CcWindowTap> taps;
+  for (const WindowTap& t : window.taps) taps.push_back({t.x, t.y, t.z, tapOf(t)});
+  return taps;
+}
+
+void sumWindows(Bricks& f) {
+  static_assert(sizeof(FieldBlock) == sizeof(CcBlock) &&
+                offsetof(FieldBlock, volume) == offsetof(CcBlock, volume) &&
+                offsetof(FieldBlock, coverage) == offsetof(CcBlock, coverage) &&
+                offsetof(FieldBlock, tissue) == offsetof(CcBlock, tissue));
+  const std::vector<CcWindowTap> taps = windowTaps(f.window);
+  const CcWorkpiece workpiece{f.bricks.x(),
+                              f.bricks.y(),
+                              f.bricks.z(),
+                              f.table.data(),
+                              reinterpret_cast<const CcBlock*>(f.blocks.data()),
+                              f.density.data()};
+  const std::vector<std::int32_t> own = ownBricks(f);
+  parallelFor(own.size(), 0, [&](std::size_t n, int) {
+    const VoxelIndex low = kBrickEdge * brickAt(f, static_cast<std::size_t>(own[n]));
+    FieldBlock& block = f.blocks[f.tissues.size() + n];
+    for (int k = 0; k < kBrickVoxels; ++k)
+      ccWindowSum(&workpiece, taps.data(), static_cast<int>(taps.size()), low.x() + (k & 7),
+                  low.y() + (k >> 3 & 7), low.z() + (k >> 6),
+                  &block.moments[static_cast<std::size_t>(k)],
+                  &block.volume[static_cast<std::size_t>(k)]);
+  });
+}
+
+}  // namespace cloudcontact

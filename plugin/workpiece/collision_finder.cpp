@@ -1,0 +1,376 @@
+// Which voxels a detection area meets, and the sums over them. The area's bounds choose bricks of
+// the workpiece; each brick is worked through by itself and gives sums of its own, which are added
+// in the bricks' order: so any number of threads gives the same bits.
+//
+// The depth d is not measured at the collision voxels, which lie anywhere in the tool, but on the
+// workpiece's surface: each voxel near it knows its own depth and direction, hence a point of the
+// surface, and the tool's area says how deep that point lies in the tool. Voxels share the surface
+// by 1 - |depth|, which along the grid adds up to one. From the first three moments follows the
+// depth of the deepest point (depth_moments.h). It is smooth in the tool's pose, and right in a
+// hole that the tool has cut itself, where the volume over the area, or the deepest voxel, are not.
+#include <cloudcontact/workpiece/collision_finder.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "base/parallel.h"
+#include "kernels/contact/contact_depth.h"
+#include "kernels/contact/sample.h"
+#include "workpiece/area_point.h"
+#include "workpiece/base_vector_bricks.h"
+
+namespace cloudcontact {
+
+namespace {
+
+using Bricks = BaseVectorField::Bricks;
+
+// Sums over the voxels of a brick; lengths in voxels, the workpiece's grid. Plain numbers: vectors
+// of three that are added to in memory are stored by twos and read by ones, and the wait for that
+// was half of a search.
+struct BrickSums {
+  double count = 0;
+  double mean[3] = {0, 0, 0};
+  double moments[3] = {0, 0, 0};          // of the depth over the touched surface
+  double center[3] = {0, 0, 0};           // times moments[0]
+  double wet = 0;                         // area
+  double facing[6] = {0, 0, 0, 0, 0, 0};  // times it: xx yy zz xy yz zx
+
+  void add(const BrickSums& other) {
+    count += other.count, wet += other.wet;
+    for (int k = 0; k < 3; ++k) {
+      mean[k] += other.mean[k], moments[k] += other.moments[k], center[k] += other.center[k];
+      facing[k] += other.facing[k], facing[k + 3] += other.facing[k + 3];
+    }
+  }
+};
+
+// A voxel at most one voxel outside the area.
+struct NearVoxel {
+  int cell;
+  double depth;  // of its centre in the tool [voxels]
+};
+
+// A piece of the workpiece's surface, as the voxel beside it knows it; grid frame, voxels.
+struct Foot {
+  double at[3], outward[3];
+  double weight;  // the voxel's share of it
+};
+
+struct BrickPart {
+  Eigen::Vector3i brick;
+  std::int32_t block = kNoBlock;
+  Eigen::Vector3i low, high;  // the voxels of it within the area's bounds
+  BrickSums sums;
+  std::vector<CollisionVoxel> voxels;
+  std::vector<NearVoxel> near;
+  std::vector<Foot> feet;
+};
+
+// The tool as a brick's loop sees it.
+struct View {
+  const Bricks* field;
+  const Detection* tool;
+  const double* hardness;  // h of each tissue in (5'), or 1
+  Pose toTool;             // from the workpiece's frame
+  Eigen::Matrix3d turn;    // of it
+  Vec3 inTool(const Vec3& grid) const {
+    return turn * (field->origin + field->voxelSize * grid) + toTool.position;
+  }
+};
+
+double abilityAt(const Detection& tool, const Vec3& point) {
+  double ability = tool.ability;
+  for (const CuttingPart& part : tool.parts)
+    if (areaDepth(part.area, point) >= 0) ability = part.ability;
+  return ability;
+}
+
+// Voxels with matter in the area or at most a voxel from it.
+template <typename Kind>
+void findNear(const View& view, const Kind& area, BrickPart& part) {
+  const Bricks& f = *view.field;
+  const FieldBlock& block = f.blocks[static_cast<std::size_t>(part.block)];
+  const Vec3 step = f.voxelSize * view.turn.col(0);
+  const double perVoxel = 1 / f.voxelSize;
+  const int count = part.high.x() - part.low.x() + 1;
+  for (int z = part.low.z(); z <= part.high.z(); ++z)
+    for (int y = part.low.y(); y <= part.high.y(); ++y) {
+      const VoxelIndex first = kBrickEdge * part.brick + VoxelIndex(part.low.x(), y, z);
+      const Vec3 start = view.inTool(first.cast<double>() + Vec3::Constant(0.5));
+      const Vec3 middle = start + 0.5 * (count - 1) * step;
+      if (kIsDistance<Kind> && depthOf(area, middle) < -(0.5 * (count - 1) + 1) * f.voxelSize)
+        continue;
+      double depth[kBrickEdge];
+      for (int i = 0; i < count; ++i) depth[i] = perVoxel * depthOf(area, Vec3(start + i * step));
+      for (int i = 0; i < count; ++i) {
+        const int cell = Bricks::cell(part.low.x() + i, y, z);
+        if (depth[i] > -1 && block.coverage[static_cast<std::size_t>(cell)] > 0)
+          part.near.push_back({cell, depth[i]});
+      }
+    }
+}
+
+// The surface that a voxel stands for: its foot on it.
+void addFoot(const Bricks& f, const double* gravity, double fraction, const double* center,
+             std::vector<Foot>& feet) {
+  if (fraction <= f.depths.least() || fraction >= f.depths.most()) return;
+  double n[3] = {f.windowCenter.x() - gravity[0], f.windowCenter.y() - gravity[1],
+                 f.windowCenter.z() - gravity[2]};
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  if (!(length > 0)) return;
+  for (double& x : n) x *= 1 / length;
+  const double below = f.depths.at(n[0], n[1], n[2], fraction), weight = 1 - std::abs(below);
+  if (!(weight > 0)) return;
+  feet.push_back({{center[0] + below * n[0], center[1] + below * n[1], center[2] + below * n[2]},
+                  {n[0], n[1], n[2]},
+                  weight});
+}
+
+void addVoxels(const View& view, BrickPart& part) {
+  const Bricks& f = *view.field;
+  const FieldBlock& block = f.blocks[static_cast<std::size_t>(part.block)];
+  const Detection& tool = *view.tool;
+  const bool whole = tool.membership == Membership::Whole;
+  const VoxelIndex corner = kBrickEdge * part.brick;
+  const double gr[3] = {f.window.representative.x(), f.window.representative.y(),
+                        f.window.representative.z()};
+  double sum = 0, mean[3] = {0, 0, 0};
+  for (const NearVoxel& near : part.near) {
+    const auto at = static_cast<std::size_t>(near.cell);
+    const CcMoments& m = block.moments[at];
+    const double scale = 1 / m.mass, gc[3] = {m.x * scale, m.y * scale, m.z * scale};
+    const VoxelIndex v = corner + VoxelIndex(near.cell & 7, near.cell >> 3 & 7, near.cell >> 6);
+    const double center[3] = {v.x() + 0.5, v.y() + 0.5, v.z() + 0.5};
+    addFoot(f, gc, block.volume[at] * f.perFull, center, part.feet);
+    const double share = whole ? (near.depth >= 0 ? 1.0 : 0.0)
+                               : std::clamp(near.depth + 0.5, 0.0, 1.0) * block.coverage[at] / 255;
+    if (!(share > 0)) continue;
+    const std::uint8_t tissue = block.tissue[at];
+    const double ability =
+        tool.parts.empty() ? tool.ability
+                           : abilityAt(tool, view.inTool(Vec3(center[0], center[1], center[2])));
+    const double weight = share * ability * view.hardness[tissue];
+    sum += share;
+    for (int k = 0; k < 3; ++k) mean[k] += weight * (gr[k] - gc[k]);
+    part.voxels.push_back({v, static_cast<float>(share), static_cast<float>(ability), tissue});
+  }
+  part.sums.count += sum;
+  for (int k = 0; k < 3; ++k) part.sums.mean[k] += mean[k];
+}
+
+// How deep the surface lies in the tool.
+template <typename Kind>
+void addSurface(const View& view, const Kind& area, BrickPart& part) {
+  const double perVoxel = 1 / view.field->voxelSize;
+  BrickSums sums;
+  for (const Foot& foot : part.feet) {
+    const Vec3 at = view.inTool(Vec3(foot.at[0], foot.at[1], foot.at[2]));
+    const double depth = perVoxel * depthOf(area, at);
+    if (depth <= -0.5) continue;  // no part of a voxel's width is deeper
+    const Vec3 outward = view.turn * Vec3(foot.outward[0], foot.outward[1], foot.outward[2]);
+    const double facing = outward.dot(normalOf(area, at));
+    const double spread = 0.5 * std::sqrt(std::max(1 - facing * facing, 0.0));
+    const CcWet wet = ccWet(static_cast<float>(depth), static_cast<float>(spread));
+    const double first = foot.weight * static_cast<double>(wet.depth1);
+    const double area2 = foot.weight * static_cast<double>(wet.share);
+    sums.moments[0] += first;
+    sums.moments[1] += foot.weight * static_cast<double>(wet.depth2);
+    sums.moments[2] += foot.weight * static_cast<double>(wet.depth3);
+    sums.wet += area2;
+    for (int k = 0; k < 3; ++k) {
+      sums.center[k] += first * foot.at[k];
+      sums.facing[k] += area2 * foot.outward[k] * foot.outward[k];
+      sums.facing[k + 3] += area2 * foot.outward[k] * foot.outward[(k + 1) % 3];
+    }
+  }
+  part.sums.add(sums);
+}
+
+template <typename Kind>
+void searchBrick(const View& view, const Kind& area, BrickPart& part) {
+  findNear(view, area, part);
+  addVoxels(view, part);
+  addSurface(view, area, part);
+}
+
+// The whole brick is farther than a voxel from the area.
+template <typename Kind>
+bool far(const View& view, const Kind& area, const Eigen::Vector3i& brick) {
+  if (!kIsDistance<Kind>) return false;
+  const Vec3 middle = (kBrickEdge * brick).cast<double>() + Vec3::Constant(kBrickEdge / 2);
+  constexpr double kReach = 1 + kBrickEdge / 2 * 1.7321;
+  return depthOf(area, view.inTool(middle)) < -kReach * view.field->voxelSize;
+}
+
+View viewOf(const BaseVectorField& workpiece, const Pose& workpiecePose, const Detection& tool,
+            const Pose& toolPose, std::vector<double>& hardness) {
+  const auto finite = [](const Pose& p) {
+    return p.position.allFinite() && p.orientation.coeffs().allFinite();
+  };
+  if (!finite(workpiecePose) || !finite(toolPose))
+    throw std::invalid_argument("a collision's poses must be finite");
+  requireArea(tool.area);
+  for (const CuttingPart& part : tool.parts) requireArea(part.area);
+  const TissueTable& tissues = workpiece.tissues();
+  const double one = tissues[0].hardness > 0 ? tissues[0].hardness : 1;
+  hardness.assign(tissues.size(), 1.0);
+  if (tool.hardness)
+    for (std::size_t t = 0; t < tissues.size(); ++t) hardness[t] = tissues[t].hardness / one;
+  View view{&workpiece.bricks(), &tool, hardness.data(), toolPose.inverse() * workpiecePose, {}};
+  view.turn = view.toTool.orientation.toRotationMatrix();
+  return view;
+}
+
+}  // namespace
+
+struct CollisionFinder::Scratch {
+  int threads = 1;
+  Collision collision;
+  std::vector<BrickPart> parts;  // the first `used` are this call's
+  std::size_t used = 0;
+  std::vector<double> hardness;
+
+  BrickPart& part(const Eigen::Vector3i& brick, std::int32_t block) {
+    if (used == parts.size()) parts.emplace_back();
+    BrickPart& part = parts[used++];
+    part.brick = brick;
+    part.block = block;
+    part.sums = {};
+    part.voxels.clear();
+    part.near.clear();
+    part.feet.clear();
+    return part;
+  }
+  template <typename Kind>
+  void chooseBricks(const View& view, const Kind& area);
+  void sumUp(const View& view, const Pose& workpiecePose);
+};
+
+template <typename Kind>
+void CollisionFinder::Scratch::chooseBricks(const View& view, const Kind& area) {
+  const Bricks& f = *view.field;
+  const Eigen::AlignedBox3d bounds = areaBounds(area);
+  Eigen::AlignedBox3d box;
+  for (int k = 0; k < 8; ++k)
+    box.extend(view.toTool.toLocal(bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k))));
+  const Vec3 top = (kBrickEdge * f.bricks).cast<double>();
+  const Vec3 low = (box.min() - f.origin) / f.voxelSize - Vec3::Ones();
+  const Vec3 high = (box.max() - f.origin) / f.voxelSize + Vec3::Ones();
+  if ((high.array() < 0).any() || (low.array() > top.array()).any()) return;
+  const auto voxelOf = [&](const Vec3& x) -> Eigen::Vector3i {
+    return x.cwiseMax(0.0).cwiseMin(top - Vec3::Ones()).cast<int>();
+  };
+  const Eigen::Vector3i from = voxelOf(low), to = voxelOf(high);
+  const Eigen::Vector3i first = from / kBrickEdge, last = to / kBrickEdge;
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const std::int32_t block = f.entry(x, y, z);
+        const Eigen::Vector3i brick(x, y, z);
+        if (block == kNoBlock || far(view, area, brick)) continue;
+        BrickPart& here = part(brick, block);
+        here.low = (from - kBrickEdge * brick).cwiseMax(0);
+        here.high = (to - kBrickEdge * brick).cwiseMin(kBrickEdge - 1);
+      }
+}
+
+void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose) {
+  const Bricks& f = *view.field;
+  Collision& c = collision;
+  c.voxels.clear();
+  c.tissueCount.assign(f.tissues.size(), 0.0);
+  BrickSums sums;
+  for (std::size_t k = 0; k < used; ++k) {
+    sums.add(parts[k].sums);
+    c.voxels.insert(c.voxels.end(), parts[k].voxels.begin(), parts[k].voxels.end());
+    for (const CollisionVoxel& v : parts[k].voxels)
+      c.tissueCount[v.tissue] += static_cast<double>(v.share);
+  }
+  c.count = sums.count;
+  c.mean = c.center = Vec3::Zero();
+  c.facing.setZero();
+  c.stiffness = c.damping = c.depth = 0;
+  c.volume = sums.count * f.voxelSize * f.voxelSize * f.voxelSize;
+  if (!(sums.count > 0)) return;
+  c.mean = workpiecePose.orientation *
+           (f.voxelSize / sums.count * Vec3(sums.mean[0], sums.mean[1], sums.mean[2]));
+  for (std::size_t t = 0; t < f.tissues.size(); ++t) {
+    c.stiffness += c.tissueCount[t] * f.tissues[t].stiffness / sums.count;
+    c.damping += c.tissueCount[t] * f.tissues[t].damping / sums.count;
+  }
+  c.depth = f.voxelSize * ccDeepestByMoments(sums.moments);
+  const Eigen::Matrix3d turn = workpiecePose.orientation.toRotationMatrix();
+  const double* const n = sums.facing;
+  Eigen::Matrix3d facing;
+  facing << n[0], n[3], n[5], n[3], n[1], n[4], n[5], n[4], n[2];
+  if (sums.wet > 0) c.facing = turn * (facing / sums.wet) * turn.transpose();
+  if (sums.moments[0] > 0)
+    c.center =
+        workpiecePose.toWorld(f.origin + f.voxelSize / sums.moments[0] *
+                                             Vec3(sums.center[0], sums.center[1], sums.center[2]));
+}
+
+CollisionFinder::CollisionFinder(int threads) : scratch_(std::make_unique<Scratch>()) {
+  scratch_->threads = threads;
+}
+CollisionFinder::~CollisionFinder() = default;
+CollisionFinder::CollisionFinder(CollisionFinder&&) noexcept = default;
+CollisionFinder& CollisionFinder::operator=(CollisionFinder&&) noexcept = default;
+
+const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const Pose& workpiecePose,
+                                       const Detection& tool, const Pose& toolPose) {
+  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, scratch_->hardness);
+  Scratch& s = *scratch_;
+  s.used = 0;
+  std::visit(
+      [&](const auto& area) {
+        s.chooseBricks(view, area);
+        parallelFor(s.used, s.threads,
+                    [&](std::size_t k, int) { searchBrick(view, area, s.parts[k]); });
+      },
+      tool.area);
+  s.sumUp(view, workpiecePose);
+  return s.collision;
+}
+
+const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
+                                         const Pose& workpiecePose, const Detection& tool,
+                                         const Pose& toolPose, std::span<const VoxelIndex> voxels) {
+  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, scratch_->hardness);
+  Scratch& s = *scratch_;
+  s.used = 0;
+  for (std::size_t k = 0; k < voxels.size();) {
+    // A run of voxels of one brick.
+    const FieldBlock* const block = view.field->blockOf(voxels[k]);
+    const Eigen::Vector3i brick = voxels[k] / kBrickEdge;
+    if (!block) {
+      ++k;
+      continue;
+    }
+    BrickPart& part = s.part(brick, static_cast<std::int32_t>(block - view.field->blocks.data()));
+    for (; k < voxels.size() && view.field->blockOf(voxels[k]) == block; ++k) {
+      const int cell = Bricks::cell(voxels[k].x(), voxels[k].y(), voxels[k].z());
+      if (block->coverage[static_cast<std::size_t>(cell)] > 0) part.near.push_back({cell, 0});
+    }
+    addVoxels(view, part);
+    std::visit([&](const auto& area) { addSurface(view, area, part); }, tool.area);
+  }
+  s.sumUp(view, workpiecePose);
+  return s.collision;
+}
+
+void CollisionFinder::reserve(std::size_t voxels, std::size_t tissues) {
+  scratch_->collision.voxels.reserve(voxels);
+  scratch_->collision.tissueCount.reserve(tissues);
+  const std::size_t bricks = 27 + voxels / 64;
+  while (scratch_->parts.size() < bricks) scratch_->parts.emplace_back();
+  for (BrickPart& part : scratch_->parts) {
+    part.voxels.reserve(kBrickVoxels);
+    part.near.reserve(kBrickVoxels);
+    part.feet.reserve(kBrickVoxels);
+  }
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,223 @@
+// One tick: the tool follows the hand in steps of a voxel until it touches; where it touches, the
+// digital normal says which way the material pushes and the collision how deep the tool is; along
+// that direction the embedding is searched at which the material's law and the hand's spring are
+// even, and the tool moves there, freely along the surface. What is left of the spring is what the
+// hand feels.
+//
+// The collision is looked at where the tool was, so each tick is a step of Newton's on the true
+// balance of a curved surface; the tool moves a voxel a tick at most, or the surface seen from
+// where it was says nothing of where it goes.
+#include <cloudcontact/workpiece/haptic_loop.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr std::size_t kReserved = 1 << 14;  // collision voxels
+
+void require(const HapticSettings& s) {
+  const auto positive = [](double value, const char* field) {
+    if (!(value > 0) || !std::isfinite(value))
+      throw std::invalid_argument(std::string("HapticSettings: ") + field +
+                                  " must be positive and finite");
+  };
+  positive(s.step, "step");
+  positive(s.handStiffness, "handStiffness");
+  positive(s.mostForce, "mostForce");
+  if (!(s.handDamping >= 0) || !std::isfinite(s.handDamping))
+    throw std::invalid_argument("HapticSettings: handDamping must be zero or more and finite");
+  if (!(s.branch >= 0) || !std::isfinite(s.branch))
+    throw std::invalid_argument("HapticSettings: branch must be zero or more and finite");
+  if (!(s.release >= 0) || !std::isfinite(s.release))
+    throw std::invalid_argument("HapticSettings: release must be zero or more and finite");
+  if (s.voxelsAStep < 1)
+    throw std::invalid_argument("HapticSettings: voxelsAStep must be positive");
+  if (s.form == HapticLaw::User) validate(s.law);
+  requireArea(s.tool.area);
+}
+
+Vec3 atMost(const Vec3& v, double length) {
+  const double norm = v.norm();
+  return norm > length ? Vec3(v * (length / norm)) : v;
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
+                       const HapticSettings& settings)
+    : workpiece_(&workpiece),
+      workpiecePose_(workpiecePose),
+      settings_(settings),
+      collision_(&none_),
+      process_(settings.cutter.value_or(Cutter{0, 0, 0})) {
+  require(settings);
+  finder_.reserve(kReserved, workpiece.tissues().size());
+  process_->reserve(kReserved);
+  reaction_.tissues.reserve(workpiece.tissues().size());
+  workpiece.reserve();
+}
+
+// How long the spring must stay after this tick. Where matter goes or an edge ends, nothing holds
+// the tool any more, and the force would be gone in one tick: a click at every voxel that a bur
+// loosens. Instead the spring lets go by a part a tick. Only what the tool's own motion takes from
+// it is slowed, never what the hand's does: it gives back no more than the hand has put in.
+double HapticLoop::leastLead(const Vec3& lead) const {
+  if (settings_.release <= 0 || lead.dot(lastLead_) <= 0) return 0;
+  const double least =
+      std::exp(-settings_.step / settings_.release) * std::min(lead.norm(), lastLead_.norm());
+  return least > 1e-3 * workpiece_->voxelSize() ? least : 0;
+}
+
+// How much of `step` the tool may go before the spring is as short as that.
+double HapticLoop::letGo(const Vec3& lead, const Vec3& step) const {
+  const double least = leastLead(lead);
+  if ((lead - step).norm() >= least) return 1;
+  // |lead - t step| = least: the first of the two roots.
+  const double a = step.squaredNorm(), b = lead.dot(step), c = lead.squaredNorm() - least * least;
+  return std::clamp((b - std::sqrt(std::max(b * b - a * c, 0.0))) / a, 0.0, 1.0);
+}
+
+// Moves the tool towards the hand until it touches or is there.
+bool HapticLoop::follow(const Pose& hand) {
+  const double voxel = workpiece_->voxelSize();
+  output_.tool.orientation = hand.orientation;
+  const Vec3 lead = hand.position - output_.tool.position;
+  const double least = leastLead(lead);
+  const Vec3 held = least > 0 ? Vec3(least / lead.norm() * lead) : Vec3::Zero();
+  const Vec3 target = hand.position - held;
+  for (int k = 0; k <= settings_.voxelsAStep; ++k) {
+    collision_ = &finder_.find(*workpiece_, workpiecePose_, settings_.tool, output_.tool);
+    if (!collision_->empty() && collision_->depth > 0) return true;
+    const Vec3 way = target - output_.tool.position;
+    if (way.norm() == 0 || k == settings_.voxelsAStep) break;
+    output_.tool.position += atMost(way, voxel);
+  }
+  lastLead_ = held;
+  return false;
+}
+
+ViscoelasticLaw HapticLoop::lawNow() const {
+  const double k = collision_->stiffness, c = collision_->damping;
+  switch (settings_.form) {
+    case HapticLaw::Maxwell:
+      return MaxwellLaw{k, c};
+    case HapticLaw::StandardLinearSolid:
+      return StandardLinearSolidLaw{k, settings_.branch * k, settings_.branch * c};
+    case HapticLaw::User:
+      return settings_.law;
+    default:
+      return KelvinVoigtLaw{k, c};
+  }
+}
+
+// The step along the surface: the hand's spring against its own and the material's stiffness.
+Vec3 HapticLoop::slide(const Vec3& lead, const Vec3& outward) const {
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - outward * outward.transpose();
+  const Eigen::Matrix3d stiffness =
+      Eigen::Matrix3d::Identity() +
+      collision_->stiffness / settings_.handStiffness * across * collision_->facing * across;
+  return across * stiffness.ldlt().solve(across * lead);
+}
+
+// How much of a step is taken. Between walls, as in the hole that a bur has cut itself, the digital
+// normal turns about within a part of a voxel: the whole step, which knows one surface only, leads
+// from wall to wall and back, tick by tick (forces of 1 N turned round 500 times a second while a
+// bur swept through a tooth). Where a step turns against the one before, the next is the secant's
+// between the two, and whole steps come back by and by.
+void HapticLoop::calm(const Vec3& step) {
+  constexpr double kLeast = 0.05, kGrowth = 1.1;
+  const Vec3 turn = step - lastStep_;
+  if (step.dot(lastStep_) < 0)
+    calm_ = std::clamp(-calm_ * lastStep_.dot(turn) / turn.squaredNorm(), kLeast, 1.0);
+  else
+    calm_ = std::min(1.0, kGrowth * calm_);
+  lastStep_ = step;
+}
+
+void HapticLoop::press(const HapticInput& input) {
+  const Vec3 outward = collision_->normal();
+  const Vec3 lead = input.hand.position - output_.tool.position;
+  // How deep the tool would be where the hand is.
+  const double reach = collision_->depth - lead.dot(outward);
+  const ViscoelasticLaw law = lawNow();
+  const Embedding found =
+      embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
+  const double voxel = workpiece_->voxelSize();
+  // A hand that leaves takes the tool with it, and not only as far as the surface: in a hole walls
+  // touch it all the way out, and each tick would win no more than they press it.
+  const double wanted = std::min(found.depth, std::max(reach, 0.0)) + std::min(reach, 0.0);
+  double deeper = std::clamp(wanted - collision_->depth, -voxel, voxel);
+  const Vec3 step = atMost(slide(lead, outward), voxel) - deeper * outward;
+  calm(step);
+  if (lead.dot(outward) > 0) calm_ = 1;  // the hand leaves: nothing holds it back
+  const double part = calm_ * letGo(lead, calm_ * step);
+  deeper *= part;
+  const double depth = std::max(0.0, collision_->depth + deeper);
+  output_.tool.position += part * step;
+  lastLead_ = lead.dot(outward) < 0 ? Vec3(lead - part * step) : atMost(lead, leastLead(lead));
+  state_ = lawAdvance(law, state_, depth, settings_.step);
+  output_.depth = depth;
+  output_.stiffness = collision_->stiffness;
+  output_.iterations = found.iterations;
+  output_.end = found.end;
+
+  Vec3 force = settings_.handStiffness * (output_.tool.position - input.hand.position);
+  force -= settings_.handDamping * input.velocity;
+  force = atMost(force, settings_.mostForce);
+  react(*collision_, *workpiece_, force.norm(), 1, 0, input.hand.position, Direction::Unit,
+        reaction_);
+  output_.onHand.force = force;
+  output_.onHand.torque = (collision_->center - input.hand.position).cross(force);
+  if (!settings_.cutter) return;
+  const CuttingProcess::Cut cut = process_->step(
+      *workpiece_, *collision_, std::max(0.0, force.dot(outward)),
+      (input.velocity - input.velocity.dot(outward) * outward).norm(), settings_.step);
+  output_.cutVoxels = cut.voxels;
+  output_.cutVolume = cut.volume;
+}
+
+// A force, once told, acts until the next tick: its work over the hand's way is exact.
+void HapticLoop::watchEnergy(const Vec3& hand) {
+  if (started_) output_.energy -= output_.onHand.force.dot(hand - lastHand_);
+  output_.leastEnergy = std::min(output_.leastEnergy, output_.energy);
+  lastHand_ = hand;
+}
+
+const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
+  const bool finite = input.hand.position.allFinite() && input.velocity.allFinite() &&
+                      input.hand.orientation.coeffs().allFinite() &&
+                      input.hand.orientation.norm() > 0.5;
+  if (finite) watchEnergy(input.hand.position);
+  output_.onHand = {};
+  output_.cutVoxels = 0;
+  output_.cutVolume = 0;
+  if (!finite) return output_;
+  if (!started_) output_.tool = input.hand;
+  started_ = true;
+  try {
+    if (follow(input.hand)) {
+      press(input);
+    } else {
+      state_ = {};
+      lastStep_.setZero();
+      calm_ = 1;
+      output_.depth = output_.stiffness = 0;
+      output_.iterations = 0;
+      output_.end = EmbeddingEnd::NotPressed;
+      // Farther behind than a tick can follow: the spring is felt all the same.
+      output_.onHand.force =
+          atMost(settings_.handStiffness * (output_.tool.position - input.hand.position),
+                 settings_.mostForce);
+    }
+  } catch (...) {
+    output_.onHand = {};  // a user's law that throws, or gives no number: no force
+  }
+  return output_;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,91 @@
+// Bodies far from each other are passed over without looking at a sample, and only these.
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3, kMargin = 2 * kVoxel;
+
+// Whether a sample of one body lies in the other or within the margin of it.
+bool meets(const ContactBody& sampled, const ContactBody& other) {
+  if (!sampled.field) return false;
+  const Cloud& cloud = sampled.field->cloud();
+  for (std::size_t k = 0; k < sampled.field->sampleCount(); ++k) {
+    const SurfaceSample sample = sampled.field->sample(k);
+    const Vec3 grid = Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
+    const Vec3 local =
+        other.pose.toLocal(sampled.pose.toWorld(cloud.origin() + cloud.voxelSize() * grid));
+    if (other.shape && shapeAt(*other.shape, local).depth > -kMargin) return true;
+    if (!other.field) continue;
+    const auto found = other.field->at(local);
+    if (found && found->depth > -kMargin) return true;
+  }
+  return false;
+}
+
+std::size_t asked(const ContactBody& a, const ContactBody& b) {
+  ContactSettings settings;
+  settings.margin = kMargin;
+  ContactFinder finder;
+  finder.find(a, b, settings);
+  return finder.asked();
+}
+
+class FarApart : public ::testing::Test {
+ protected:
+  BodyMaker maker{kVoxel, Random(11)};
+  Body bar = maker.box(Vec3(40, 8, 6), true);  // its grid along its edges
+
+  // Against the bar at random places about its reach.
+  void check(const Body& other, double reach) {
+    int passedOver = 0, met = 0;
+    for (int i = 0; i < 300; ++i) {
+      const Pose place{maker.random.rotation(),
+                       kVoxel * reach * (2 * maker.random.inCube() - Vec3::Ones())};
+      const ContactBody a = bar.at({}), b = other.at(place);
+      const bool over = asked(a, b) == 0;
+      EXPECT_EQ(asked(b, a) == 0, over);
+      const bool meeting = meets(a, b) || meets(b, a);
+      EXPECT_FALSE(over && meeting) << "place " << i;
+      passedOver += over;
+      met += meeting;
+    }
+    EXPECT_GT(passedOver, 30);
+    EXPECT_GT(met, 30);
+  }
+};
+
+TEST_F(FarApart, Clouds) {
+  check(maker.box(Vec3(30, 10, 5)), 30);
+}
+
+TEST_F(FarApart, AConvexShape) {
+  check(BodyMaker::shape(CylinderShape{4 * kVoxel, 12 * kVoxel}), 30);
+}
+
+// Crossed bars whose boxes along any face's normal overlap: edges tell them apart.
+TEST_F(FarApart, EdgesTellToo) {
+  const Pose turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.25 * EIGEN_PI, Vec3::UnitX())),
+                    Vec3::Zero()};
+  Pose crossed = turned;
+  crossed.orientation = Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitZ()) * turned.orientation;
+  crossed.position = Vec3(0, 0, 16 * kVoxel);  // edges reach 4.95 voxels: 6.1 apart
+  EXPECT_GT(asked(bar.at(turned), bar.at({crossed.orientation, Vec3(0, 0, 9 * kVoxel)})), 0u);
+  EXPECT_EQ(asked(bar.at(turned), bar.at(crossed)), 0u);
+}
+
+TEST_F(FarApart, AHalfSpace) {
+  const Body ground = BodyMaker::shape(HalfSpace{});
+  Pose upright{Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitY())), Vec3::Zero()};
+  upright.position = Vec3(0.3, -0.2, 21.5 * kVoxel);  // its end within the margin
+  EXPECT_GT(asked(bar.at(upright), ground.at({})), 0u);
+  upright.position.z() = 26 * kVoxel;
+  EXPECT_EQ(asked(bar.at(upright), ground.at({})), 0u);
+  upright.position.z() = -1;  // deep below
+  EXPECT_GT(asked(bar.at(upright), ground.at({})), 0u);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing

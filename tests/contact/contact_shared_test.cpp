@@ -1,0 +1,122 @@
+// A large search shared out finds the same to the bit, whoever does the shares and in what order.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <thread>
+
+#include "contact/contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3;
+
+struct Runner {
+  const char* name;
+  TaskRunner run;
+};
+
+// From the last share to the first; and all at the same time.
+const Runner kRunners[] = {{"backwards",
+                            [](int count, const std::function<void(int)>& task) {
+                              for (int i = count - 1; i >= 0; --i) task(i);
+                            }},
+                           {"at once", [](int count, const std::function<void(int)>& task) {
+                              std::vector<std::jthread> threads;
+                              for (int i = 0; i < count; ++i)
+                                threads.emplace_back([&task, i] { task(i); });
+                            }}};
+
+void append(std::vector<double>& bits, const Vec3& v) {
+  bits.insert(bits.end(), {v.x(), v.y(), v.z()});
+}
+
+std::vector<double> bitsOf(const ContactResult& found) {
+  std::vector<double> bits{double(found.samples), double(found.patches.size())};
+  for (const Patch& p : found.patches) {
+    append(bits, p.position);
+    append(bits, p.normal);
+    bits.insert(bits.end(), {p.depth, p.stiffness, p.damping, p.area, p.confidence, double(p.doubt),
+                             double(p.firstPoint), double(p.points)});
+  }
+  for (const ContactPoint& p : found.points) {
+    append(bits, p.position);
+    append(bits, p.normal);
+    bits.insert(bits.end(), {p.depth, p.stiffness, p.damping, double(p.id), double(p.patch)});
+  }
+  return bits;
+}
+
+class SharedSearch : public ::testing::Test {
+ protected:
+  // Two slabs of 25,000 samples a face, one across the other, the grids askew.
+  static const Body& slab() {
+    static const Body body = [] {
+      BodyMaker maker{kVoxel, Random(5)};
+      return maker.box(Vec3(160, 150, 16));
+    }();
+    return body;
+  }
+  static ContactBody at(const Vec3& voxels, double turn) {
+    Pose pose;
+    pose.position = kVoxel * voxels;
+    pose.orientation = Eigen::AngleAxisd(turn, Vec3::UnitZ());
+    return slab().at(pose);
+  }
+
+  void expectSame(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                  bool touches = true) {
+    ContactFinder alone;
+    const std::vector<double> wanted = bitsOf(alone.find(a, b, settings));
+    EXPECT_GT(wanted[1], 0) << "they should have patches";
+    EXPECT_EQ(wanted[0] > 0, touches);
+    for (const Runner& runner : kRunners) {
+      ContactFinder finder;
+      for (int again = 0; again < 2; ++again) {
+        int shared = 0;
+        const TaskRunner counting = [&](int count, const std::function<void(int)>& task) {
+          shared += count;
+          runner.run(count, task);
+        };
+        finder.search(a, b, settings, &counting);
+        const std::vector<double> found = bitsOf(finder.named());
+        EXPECT_GT(shared, 3) << "nothing was shared out";
+        ASSERT_EQ(found.size(), wanted.size()) << runner.name;
+        EXPECT_EQ(std::memcmp(found.data(), wanted.data(), sizeof(double) * wanted.size()), 0)
+            << runner.name;
+      }
+    }
+  }
+};
+
+ContactSettings foundation() {
+  ContactSettings settings;
+  settings.law = LawForm::Foundation;  // takes all samples
+  settings.pair = {1e9, 1e5};
+  return settings;
+}
+
+TEST_F(SharedSearch, FacesAndEdges) {
+  expectSame(at({0, 0, 0}, 0), at({11, 7, 15.4}, 0.4), foundation());
+}
+
+TEST_F(SharedSearch, SamplesBelowTheBand) {
+  expectSame(at({0, 0, 0}, 0), at({11, 7, 8.2}, 0.4), foundation());
+}
+
+TEST_F(SharedSearch, NearMisses) {
+  ContactSettings settings = foundation();
+  settings.margin = 2 * kVoxel;
+  expectSame(at({0, 0, 0}, 0), at({11, 7, 17.2}, 0.4), settings, false);
+}
+
+TEST_F(SharedSearch, AShapeBeside) {
+  const Body box = BodyMaker::shape(BoxShape{kVoxel * Vec3(90, 90, 10)});
+  Pose pose;
+  pose.position = kVoxel * Vec3(20, 11, 17.5);
+  pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());
+  expectSame(at({0, 0, 0}, 0), box.at(pose), foundation());
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing

@@ -1,0 +1,68 @@
+// A loop in real time must not wait for memory: no tick after the first contact allocates, cut or
+// not.
+#include <gtest/gtest.h>
+
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/workpiece/haptic_loop.h>
+
+#include "base/counted_new.h"
+#include "voxels/small_clouds.h"
+
+namespace cloudcontact {
+namespace {
+
+constexpr double kVoxel = 1e-4;
+
+TEST(NoAllocation, InAHapticTick) {
+  BaseVectorField field(test::smallCloud(
+                            kVoxel, {6, 6, 6}, [](int, int, int z) { return z < 30 ? 255 : 0; },
+                            {"enamel", "dentin"}, [](int, int, int z) { return z > 22 ? 0 : 1; }),
+                        {dentalTissues()[0], dentalTissues()[1]}, sphereWindow(kVoxel));
+  HapticSettings settings;
+  settings.tool.area = SphereArea{Vec3::Zero(), 6 * kVoxel};
+  settings.tool.parts.push_back({SphereArea{Vec3(0, 0, -6 * kVoxel), 3 * kVoxel}, 2});
+  settings.cutter = Cutter{17e9, 0.5, 10};
+  settings.form = HapticLaw::StandardLinearSolid;
+  HapticLoop loop(field, {}, settings);
+  std::size_t before = 0, cut = 0;
+  double deepest = 0;
+  for (int k = 0; k < 2000; ++k) {
+    // Down through the enamel into the dentin, to and fro, and out again.
+    const double down = k < 1500 ? 3e-6 * k : 3e-6 * 1500 - 2e-5 * (k - 1500);
+    const Vec3 place(24 * kVoxel + 5e-4 * std::sin(0.01 * k), 24 * kVoxel, 36.5 * kVoxel - down);
+    const HapticOutput& out = loop.tick({{Eigen::Quaterniond::Identity(), place}});
+    cut += out.cutVoxels;
+    deepest = std::max(deepest, out.depth);
+    if (k == 0) before = allocations;
+  }
+  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_GT(cut, 1000u);
+  EXPECT_GT(deepest, kVoxel);
+}
+
+// Nor does a contact that comes to rest, from its second query on: the first that moves so little
+// makes lists of what to look up from then on (shortlist.h).
+TEST(NoAllocation, InAContactAtRest) {
+  const auto slab = [](int bricks) {
+    return SurfaceField::build(test::smallCloud(
+        kVoxel, {bricks, bricks, 2},
+        [=](int x, int y, int z) {
+          const bool in = std::min({x, y, z}) > 1 && std::max(x, y) < 8 * bricks - 2 && z < 12;
+          return in ? 255 : 0;
+        },
+        {"steel"}));
+  };
+  const auto lower = slab(5), upper = slab(3);
+  ContactBody a{lower.get(), nullptr, {}, {}}, b{upper.get(), nullptr, {}, {}};
+  b.pose.position = kVoxel * Vec3(8.3, 7.1, 9.7);
+  ContactFinder first, second;
+  for (int i = 0; i < 3; ++i) first.find(a, b, {});  // what queries lend each other
+  second.find(a, b, {});
+  const std::size_t before = allocations, asked = second.asked();
+  for (int i = 0; i < 3; ++i) second.find(a, b, {});
+  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_LT(second.asked(), asked);
+}
+
+}  // namespace
+}  // namespace cloudcontact

@@ -1,0 +1,172 @@
+// A finder whose pair hardly moves looks up only what may touch, and finds what a finder that has
+// never seen the pair finds, to the bit.
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.h"
+#include "contact/same_contact.h"
+#include "voxels/small_clouds.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3;
+
+// A pair of clouds, and a walk of one of them: steps of a length [voxels], with turns that move its
+// rim as far.
+struct Walk {
+  ContactBody a, b;
+  ContactSettings settings;
+  double reach;  // [voxels] of B about its centre
+  Random random{5};
+  Vec3 way = Vec3::Zero(), axis = Vec3::Zero();
+
+  Vec3 anyWay() { return (2 * random.inCube() - Vec3::Ones()).normalized(); }
+  void step(double length) {
+    if (random.uniform() < 0.1 || way.isZero()) {
+      way = anyWay();
+      axis = anyWay();
+    }
+    b.pose.position += 0.5 * length * kVoxel * way;
+    b.pose.orientation = Eigen::AngleAxisd(0.5 * length / reach, axis) * b.pose.orientation;
+    b.pose.orientation.normalize();
+  }
+};
+
+struct Asked {
+  std::size_t listed = 0, fresh = 0;
+};
+
+// One query of a finder that has memory and of one that has none.
+void ask(ContactFinder& finder, const Walk& walk, Asked& asked) {
+  ContactFinder fresh;
+  const ContactResult& want = fresh.find(walk.a, walk.b, walk.settings);
+  const ContactResult& got = finder.find(walk.a, walk.b, walk.settings);
+  expectSame(got, want, Ids::Ignored);
+  asked.listed += finder.asked();
+  asked.fresh += fresh.asked();
+}
+
+class Shortlists : public ::testing::Test {
+ protected:
+  BodyMaker maker{kVoxel, Random(7)};
+  Body box = maker.box(Vec3(30, 24, 12)), ball = maker.sphere(14), roller = maker.cylinder(9, 22);
+
+  // B rests on A's upper side, turned by a little.
+  static Walk walk(const Body& a, double height, const Body& b, double below, double reach) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Vec3(1, 2, 0.5).normalized()));
+    Walk w{a.at({}), b.at({turn, Vec3(1.3, 0.4, height + below) * kVoxel}), {}, reach};
+    w.settings.pair = {1, 0};
+    return w;
+  }
+  std::vector<Walk> walks() const {
+    return {walk(box, 6, ball, 13.5, 14), walk(ball, 14, ball, 13.6, 14),
+            walk(box, 6, box, 6.4, 20), walk(roller, 11, box, 6.1, 20)};
+  }
+};
+
+TEST_F(Shortlists, FindTheSameAtAnySpeed) {
+  for (const double margin : {0.0, 0.4})
+    for (const double length : {1e-5, 1e-3, 5e-3, 9e-3, 0.03})
+      for (Walk w : walks()) {
+        w.settings.margin = margin * kVoxel;
+        ContactFinder finder;
+        Asked asked;
+        for (int i = 0; i < 60; ++i) {
+          w.step(length);
+          ask(finder, w, asked);
+          if (HasFailure()) return;
+        }
+        if (length < 2e-3) {
+          EXPECT_LT(asked.listed, asked.fresh * 7 / 10);
+        }
+        if (length > 0.02) {
+          EXPECT_EQ(asked.listed, asked.fresh);
+        }
+      }
+}
+
+// The energy's gradient asks all samples.
+TEST_F(Shortlists, FindTheSameOfAllSamples) {
+  for (Walk w : walks()) {
+    w.settings.law = LawForm::Foundation;
+    ContactFinder finder;
+    Asked asked;
+    for (int i = 0; i < 40; ++i) {
+      w.step(2e-3);
+      ask(finder, w, asked);
+      if (HasFailure()) return;
+    }
+    EXPECT_LT(asked.listed, asked.fresh);
+  }
+}
+
+// From touching to apart and back, slowly: the list ends on another level than the query.
+TEST_F(Shortlists, FindTheSameAsLevelsChange) {
+  for (Walk w : walks()) {
+    ContactFinder finder;
+    Asked asked;
+    w.settings.margin = 0.3 * kVoxel;
+    for (int i = 0; i < 400; ++i) {
+      w.b.pose.position.z() += (i < 200 ? 8e-3 : -8e-3) * kVoxel;
+      ask(finder, w, asked);
+      if (HasFailure()) return;
+    }
+    EXPECT_LT(asked.listed, asked.fresh);
+  }
+}
+
+// What else may change between two queries.
+TEST_F(Shortlists, AreOfThisPairAlone) {
+  Walk w = walk(box, 6, ball, 13.5, 14), other = walk(box, 6, roller, 11, 14);
+  ContactFinder finder;
+  Asked asked;
+  const auto rest = [&](Walk& of) {
+    for (int i = 0; i < 5; ++i) {
+      of.step(1e-4);
+      ask(finder, of, asked);
+    }
+  };
+  rest(w);
+  rest(other);
+  rest(w);
+  std::swap(w.a, w.b);
+  rest(w);
+  std::swap(w.a, w.b);
+  w.b.pose.position += Vec3(2.5, -1, 0.4) * kVoxel;  // a jump
+  rest(w);
+  w.b.pose.position.z() = 20.5 * kVoxel;  // apart, but within the second margin
+  w.settings.margin = 0.2 * kVoxel;
+  rest(w);
+  w.settings.margin = 2 * kVoxel;
+  rest(w);
+  w.b.pose.position.z() = 19.2 * kVoxel;
+  w.settings.samples = 100000;
+  rest(w);
+  w.settings.samples = 10;
+  rest(w);
+}
+
+// The same grid at the same place, but another surface: a body that was cut, or another one.
+TEST_F(Shortlists, AreOfTheseFieldsAlone) {
+  const auto slab = [](int top) {
+    return SurfaceField::build(test::smallCloud(kVoxel, {5, 5, 2}, [=](int x, int y, int z) {
+      return x < 2 || y < 2 || z < 2 || x > 37 || y > 37 || z > 10 ? 0 : z == 10 ? top : 255;
+    }));
+  };
+  Walk w = walk(box, 10, ball, 14.0, 14);
+  w.b.pose.position += Vec3(20, 20, 0) * kVoxel;
+  ContactFinder finder;
+  Asked asked;
+  for (const int top : {60, 250, 100, 20}) {
+    const auto field = slab(top);
+    w.a = ContactBody{field.get(), nullptr, {}, {}};
+    for (int i = 0; i < 4; ++i) {
+      w.step(1e-5);
+      ask(finder, w, asked);
+    }
+  }
+  EXPECT_LT(asked.listed, asked.fresh);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing

@@ -1,0 +1,40 @@
+// Which devices are taken, and what is said where none is.
+#include <cloudcontact/device/contact_batch.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "device/device_wanted.h"
+
+namespace cloudcontact {
+namespace {
+
+// The loader reads its list of drivers once a process: each of these tests runs in a process of its
+// own (gtest_discover_tests).
+TEST(Device, WithoutAnyTheBatchRunsOnTheCpuAndSaysSo) {
+  ::setenv("OCL_ICD_VENDORS", CLOUDCONTACT_SOURCE_DIR "/kernels", 1);  // no *.icd there
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  EXPECT_EQ(batch.backend(), Backend::Cpu);
+  EXPECT_NE(batch.message().find("on the CPU"), std::string::npos) << batch.message();
+  EXPECT_NE(batch.message().find("OpenCL"), std::string::npos) << batch.message();
+  EXPECT_NE(batch.message().find("install"), std::string::npos) << batch.message();
+  EXPECT_TRUE(batch.device().empty());
+  EXPECT_TRUE(batch.find({}).empty());
+}
+
+TEST(Device, TheCpuIsTakenWithoutAWord) {
+  ContactBatch batch;
+  EXPECT_EQ(batch.backend(), Backend::Cpu);
+  EXPECT_TRUE(batch.message().empty());
+}
+
+TEST(Device, TheOneOfTheTestsPassesItsOwn) {
+  ContactBatch batch({Backend::OpenCl, 1, false});
+  SKIP_WITHOUT(batch);
+  EXPECT_FALSE(batch.device().empty());
+  EXPECT_TRUE(batch.message().empty());
+  EXPECT_TRUE(batch.find({}).empty());
+}
+
+}  // namespace
+}  // namespace cloudcontact

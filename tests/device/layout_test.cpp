@@ -1,0 +1,108 @@
+// The structures that host and device share, and those that C++ names twice, byte by byte. A device
+// is asked for its own layout as it is opened (kernels/layout.cl).
+#include <gtest/gtest.h>
+
+#include <cstddef>
+
+#include "contact/sums.h"
+#include "kernels/contact/batch_layout.h"
+#include "kernels/cut/area_left.h"
+#include "kernels/cut/matter_cut.h"
+
+namespace cloudcontact {
+namespace {
+
+TEST(Layout, BatchStructures) {
+  EXPECT_EQ(sizeof(CcField), 96u);
+  EXPECT_EQ(offsetof(CcField, samples), 36u);
+  EXPECT_EQ(offsetof(CcField, bricks), 84u);
+  EXPECT_EQ(sizeof(CcWay), 204u);
+  EXPECT_EQ(sizeof(CcDirection), 228u);
+  EXPECT_EQ(offsetof(CcDirection, hits), 212u);
+  EXPECT_EQ(sizeof(CcTerms), 240u);
+  EXPECT_EQ(sizeof(CcPair), 264u);
+  EXPECT_EQ(offsetof(CcPair, enough), 252u);
+  EXPECT_EQ(sizeof(CcFound), 20u);
+  EXPECT_EQ(sizeof(CcAnswer), 36u);
+  EXPECT_EQ(sizeof(CcBin), 32u);
+  EXPECT_EQ(sizeof(CcSprout), CC_SPROUT_NUMBERS * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, size), 6 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, area), 8 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, first), 9 * sizeof(double));
+  EXPECT_EQ(offsetof(CcSprout, origin), 12 * sizeof(double));
+  EXPECT_EQ(sizeof(CcPatchForce), 104u);
+  EXPECT_EQ(sizeof(CcContactPatch), 368u);
+  EXPECT_EQ(offsetof(CcContactPatch, points), 136u);
+  EXPECT_EQ(sizeof(CcVoxel), 8u);
+}
+
+TEST(Layout, CuttingStructures) {
+  EXPECT_EQ(sizeof(CcCutting), 44u);
+  EXPECT_EQ(sizeof(CcVoxelLeft), 8u);
+  EXPECT_EQ(offsetof(CcVoxelLeft, left), 6u);
+  EXPECT_EQ(sizeof(CcArea), 152u);
+  EXPECT_EQ(offsetof(CcArea, turn), 32u);
+  EXPECT_EQ(offsetof(CcArea, middle), 104u);
+  EXPECT_EQ(sizeof(CcFlatRun), 16u);
+  EXPECT_EQ(sizeof(CcBlock), 42u * CC_BRICK_VOXELS);
+  EXPECT_EQ(offsetof(CcBlock, volume), 32u * CC_BRICK_VOXELS);
+}
+
+// Sums is CcSums under C++'s names (plugin/contact/sums.cpp).
+TEST(Layout, SumsAreTheKernels) {
+  static_assert(sizeof(Sums) == sizeof(CcSums));
+  static_assert(sizeof(SideSums) == sizeof(CcSideSums));
+  EXPECT_EQ(sizeof(CcSums), 632u);
+  EXPECT_EQ(offsetof(SideSums, size), offsetof(CcSideSums, size));
+  EXPECT_EQ(offsetof(SideSums, depth), offsetof(CcSideSums, depth));
+  EXPECT_EQ(offsetof(Sums, side), offsetof(CcSums, side));
+  EXPECT_EQ(offsetof(Sums, area), offsetof(CcSums, area));
+  EXPECT_EQ(offsetof(Sums, first), offsetof(CcSums, first));
+  EXPECT_EQ(offsetof(Sums, second), offsetof(CcSums, second));
+  EXPECT_EQ(offsetof(Sums, normal), offsetof(CcSums, normal));
+  EXPECT_EQ(offsetof(Sums, normalBy), offsetof(CcSums, normalBy));
+  EXPECT_EQ(offsetof(Sums, place), offsetof(CcSums, place));
+  EXPECT_EQ(offsetof(Sums, middle), offsetof(CcSums, middle));
+  EXPECT_EQ(offsetof(Sums, apart), offsetof(CcSums, apart));
+  EXPECT_EQ(offsetof(Sums, opening), offsetof(CcSums, opening));
+  EXPECT_EQ(offsetof(Sums, deepest), offsetof(CcSums, deepest));
+  EXPECT_EQ(offsetof(Sums, deep), offsetof(CcSums, deep));
+  EXPECT_EQ(offsetof(Sums, hits), offsetof(CcSums, hits));
+}
+
+// What counts the places of CcSums in doubles.
+TEST(Layout, PlacesInSums) {
+  const auto at = [](std::size_t bytes) { return bytes / sizeof(double); };
+  EXPECT_EQ(at(sizeof(CcSums)), std::size_t{CC_SUMS_NUMBERS});
+  EXPECT_EQ(at(sizeof(CcSideSums)), std::size_t{CC_SIDE_NUMBERS});
+  EXPECT_EQ(at(offsetof(CcSums, side)), std::size_t{CC_SIDES});
+  EXPECT_EQ(at(offsetof(CcSideSums, moment)), std::size_t{CC_MOMENT});
+  EXPECT_EQ(at(offsetof(CcSideSums, wall)), std::size_t{CC_WALL});
+  EXPECT_EQ(at(offsetof(CcSideSums, size)), std::size_t{CC_SIZE});
+  EXPECT_EQ(at(offsetof(CcSideSums, depth)), std::size_t{CC_DEPTHS});
+  EXPECT_EQ(at(offsetof(CcSums, area)), std::size_t{CC_AREA});
+  EXPECT_EQ(at(offsetof(CcSums, width)), std::size_t{CC_WIDTH});
+  EXPECT_EQ(at(offsetof(CcSums, facing)), std::size_t{CC_PRESSED});
+  EXPECT_EQ(at(offsetof(CcSums, first)), std::size_t{CC_FIRST});
+  EXPECT_EQ(at(offsetof(CcSums, second)), std::size_t{CC_SECOND});
+  EXPECT_EQ(at(offsetof(CcSums, normal)), std::size_t{CC_NORMALS});
+  EXPECT_EQ(at(offsetof(CcSums, normalBy)), std::size_t{CC_NORMALS_BY});
+  EXPECT_EQ(at(offsetof(CcSums, place)), std::size_t{CC_PLACES});
+  EXPECT_EQ(at(offsetof(CcSums, middle)), std::size_t{CC_MIDDLE});
+  EXPECT_EQ(at(offsetof(CcSums, apart)), std::size_t{CC_APART});
+  EXPECT_EQ(at(offsetof(CcSums, opening)), std::size_t{CC_OPENING});
+  EXPECT_EQ(at(offsetof(CcSums, deepest)), std::size_t{CC_DEEPEST});
+  EXPECT_EQ(at(offsetof(CcSums, deep)), std::size_t{CC_DEEP_PRESSED});
+  EXPECT_EQ(at(offsetof(CcSums, hits)), std::size_t{CC_HITS});
+}
+
+// A vector in a register of four doubles lies as the array that it is copied to.
+TEST(Layout, WhatIsAddedUp) {
+  EXPECT_EQ(sizeof(CcFour), 32u);
+  EXPECT_EQ(offsetof(CcAdding, middle), offsetof(CcAdded, middle));
+  EXPECT_EQ(offsetof(CcAdding, powers), offsetof(CcAdded, powers));
+  EXPECT_EQ(offsetof(CcAdding, wallOther), offsetof(CcAdded, wallOther));
+}
+
+}  // namespace
+}  // namespace cloudcontact

@@ -1,0 +1,148 @@
+// A field renewed after cuts is the field built anew, to the bit.
+#include <cloudcontact/field/surface_field.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/voxels/digitize.h>
+
+#include "workpiece/cut_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+FieldSettings forCuts(int threads = 1) {
+  FieldSettings settings;
+  settings.threads = threads;
+  settings.renewable = true;
+  return settings;
+}
+
+void expectSame(const SurfaceField& renewedField, const SurfaceField& built, Random& random,
+                const std::string& what) {
+  ASSERT_EQ(renewedField.bandVoxels(), built.bandVoxels()) << what;
+  ASSERT_EQ(renewedField.sampleCount(), built.sampleCount()) << what;
+  for (std::size_t k = 0; k < built.sampleCount(); ++k) {
+    const SurfaceSample a = renewedField.sample(k), b = built.sample(k);
+    ASSERT_EQ(std::memcmp(&a, &b, sizeof a), 0) << what << ", sample " << k;
+  }
+  EXPECT_EQ(renewedField.bounds().min(), built.bounds().min()) << what;
+  EXPECT_EQ(renewedField.bounds().max(), built.bounds().max()) << what;
+  const Cloud& cloud = built.cloud();
+  for (int k = 0; k < 2000; ++k) {
+    const Vec3 at = cloud.origin() +
+                    cloud.voxelSize() * random.inCube().cwiseProduct(cloud.size().cast<double>());
+    const auto a = renewedField.at(at), b = built.at(at);
+    ASSERT_EQ(a.has_value(), b.has_value()) << what << " at " << at.transpose();
+    if (!a) continue;
+    ASSERT_EQ(a->depth, b->depth) << what << " at " << at.transpose();
+    ASSERT_EQ(a->normal, b->normal) << what << " at " << at.transpose();
+  }
+  EXPECT_EQ(renewedField.hash(), built.hash()) << what;
+}
+
+// Cuts of all kinds, one after the other, each field from the one before.
+void cutAndCompare(Cloud cloud, std::uint64_t seed) {
+  Random random(seed);
+  auto field = SurfaceField::build(cloud, forCuts());
+  for (int k = 0; k < 5; ++k) {
+    const std::uint64_t before = field->hash();
+    const Vec3 at = random.inCube().cwiseProduct(cloud.size().cast<double>());
+    // A bite is taken where there is something: about a sample of the surface.
+    const SurfaceSample s =
+        field->sample(static_cast<std::size_t>(random.uniform() * double(field->sampleCount())));
+    const Vec3 surface(s.position[0], s.position[1], s.position[2]);
+    const std::string what = "cut " + std::to_string(k);
+    const std::vector<VoxelCut> cuts = k == 2   ? specks(cloud, random, 20)
+                                       : k == 3 ? sawn(cloud, at.x(), at.x() + 1.3)
+                                                : bite(cloud, surface, random.uniform(0.7, 6));
+    cloud = cutCloud(cloud, cuts).translated(Vec3(0.01, 0, -0.02));
+    field = renewed(field, cloud, forCuts(1 + k % 2));
+    expectSame(*field, *SurfaceField::build(cloud, forCuts()), random, what);
+    if (::testing::Test::HasFatalFailure()) return;
+    EXPECT_NE(field->hash(), before) << what;
+  }
+}
+
+TEST(RenewedField, OfASphere) {
+  cutAndCompare(cloudOf(ball({16.2, 16.4, 15.7}, 12.3), {4, 4, 4}), 1);
+}
+TEST(RenewedField, OfABox) {
+  cutAndCompare(cloudOf(tiltedBox({20.2, 20.4, 20.7}, {14, 9, 7}), {5, 5, 5}), 2);
+}
+TEST(RenewedField, OfABoxAlongTheGrid) {
+  cutAndCompare(
+      cloudOf(
+          [](const Vec3& p) { return ((p - Vec3(16, 16, 16)).cwiseAbs().array() < 12.25).all(); },
+          {4, 4, 4}),
+      3);
+}
+TEST(RenewedField, OfAToothLikeThing) {
+  cutAndCompare(cloudOf(tooth({20, 20, 22}), {5, 5, 5}), 4);
+}
+// Up to the grid's own faces, where nothing is beyond.
+TEST(RenewedField, OfAFullGrid) {
+  cutAndCompare(cloudOf([](const Vec3&) { return true; }, {3, 3, 3}), 5);
+}
+
+TEST(RenewedField, OfAScannedTooth) {
+  const std::filesystem::path file =
+      std::filesystem::path(CLOUDCONTACT_SHARED_DIR) / "data" / "tooth.obj";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no tooth.obj beside the checkout";
+  const Mesh mesh = loadMesh(file);
+  Eigen::AlignedBox3d box;
+  for (const Vec3& v : mesh.vertices) box.extend(v);
+  DigitizeSettings settings;
+  settings.voxelSize = box.sizes().maxCoeff() / 26;
+  settings.threads = 1;
+  cutAndCompare(digitize(mesh, settings), 6);
+}
+
+TEST(BuiltField, IsTheSameForAnyNumberOfThreads) {
+  const Cloud cloud = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
+  const std::uint64_t one = SurfaceField::build(cloud, forCuts(1))->hash();
+  for (const int threads : {2, 3, 8})
+    EXPECT_EQ(SurfaceField::build(cloud, forCuts(threads))->hash(), one) << threads;
+}
+
+TEST(RenewedField, OfACloudThatDidNotChange) {
+  const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
+  const auto field = SurfaceField::build(cloud, forCuts());
+  EXPECT_EQ(renewed(field, cloud)->hash(), field->hash());
+}
+
+// What came back is built again where it was: a renewal is of any change, not of cuts alone.
+TEST(RenewedField, OfMatterThatCameBack) {
+  const Cloud whole = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
+  const auto first = SurfaceField::build(whole, forCuts());
+  const auto cut = renewed(first, cutCloud(whole, bite(whole, {20, 14, 30}, 5)));
+  ASSERT_NE(cut->hash(), first->hash());
+  EXPECT_EQ(renewed(cut, whole)->hash(), first->hash());
+}
+
+TEST(RenewedField, IsBuiltWhereNothingWasKept) {
+  const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
+  const auto plain = SurfaceField::build(cloud);
+  const Cloud after = cutCloud(cloud, bite(cloud, {12, 12, 20}, 3));
+  const auto field = renewed(plain, after);
+  EXPECT_EQ(field->hash(), SurfaceField::build(after)->hash());
+  EXPECT_GT(field->bytes(), plain->bytes()) << "and is renewable from then on";
+}
+
+TEST(RenewedField, RefusesWhatItCannotRenew) {
+  const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
+  const auto field = SurfaceField::build(cloud, forCuts());
+  EXPECT_THROW(renewed(nullptr, cloud), std::invalid_argument);
+  EXPECT_THROW(renewed(field, Cloud()), std::invalid_argument);
+  EXPECT_THROW(renewed(field, cloudOf(ball({12, 12, 12}, 8), {3, 3, 4})), std::invalid_argument);
+  EXPECT_THROW(renewed(field, cloudOf(ball({12, 12, 12}, 8), {3, 3, 3}, 2e-3)),
+               std::invalid_argument);
+  EXPECT_THROW(renewed(field, cutCloud(cloud, bite(cloud, {12, 12, 12}, 13))),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing

@@ -1,0 +1,169 @@
+// The field of a cloud against the true signed distance of the solid it was made of: depth and
+// normal within a voxel of the surface, and the samples' places, normals and areas.
+#include <cloudcontact/field/surface_field.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "field/field_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3;  // [m]
+
+const BodyMaker kMaker{kVoxel, Random(21)};
+constexpr int kClouds = 2;
+
+class SurfaceFieldOf : public ::testing::TestWithParam<SolidCase> {};
+
+TEST_P(SurfaceFieldOf, KnowsDepthAndNormalAwayFromEdges) {
+  const FieldErrors e = fieldErrors(GetParam(), 4, 1e10, 1, kClouds, kMaker);
+  ASSERT_GT(e.points, 300);
+  EXPECT_EQ(e.missing, 0);
+  // A force within 3 % of k d at 0.3 voxel leaves 0.009 voxel for what does not average out.
+  EXPECT_LE(std::abs(e.depthBias), 0.009);
+  EXPECT_LE(e.depthMean, 0.02);
+  EXPECT_LE(e.depthWorst, 0.1);
+  // A voxel holds one plane, whose normal is the surface's at the voxel's middle: a point of it is
+  // 0.383 voxel sideways of that in the mean, half the diagonal at worst, on a surface that turns
+  // by 1 / radius a voxel. The rest is the fit's own error.
+  const double turn = 180 / std::numbers::pi / GetParam().radius;
+  EXPECT_LE(e.normalMean, 0.383 * turn + 0.1);
+  EXPECT_LE(e.normalWorst, 0.87 * turn + 1);
+}
+
+// Solids with edges.
+class EdgedFieldOf : public SurfaceFieldOf {};
+
+TEST_P(EdgedFieldOf, KnowsDepthAtEdgesFromInside) {
+  const FieldErrors e = fieldErrors(GetParam(), 0, 3, 0, kClouds, kMaker);
+  ASSERT_GT(e.points, 300);
+  EXPECT_EQ(e.missing, 0);
+  EXPECT_LE(std::abs(e.depthBias), 0.02);
+  EXPECT_LE(e.depthMean, 0.05);
+  // An edge or a corner pressed into a face may be 0.3 voxel off (issue 2); two bodies share it.
+  EXPECT_LE(e.depthWorst, 0.3);
+}
+
+// A field that claims material outside the solid makes a contact where nothing touches, however
+// seldom; one that claims a gap inside lets a corner in.
+TEST_P(SurfaceFieldOf, KnowsInsideFromOutside) {
+  const FieldSides sides = fieldSides(GetParam(), kClouds, kMaker);
+  ASSERT_GT(sides.outside, 1000);
+  ASSERT_GT(sides.inside, 1000);
+  EXPECT_LE(sides.falseOverlap, kSideSlack) << sides.falseOutside << " points of " << sides.outside;
+  EXPECT_GE(sides.falseGap, -kSideSlack) << sides.falseInside << " points of " << sides.inside;
+}
+
+TEST_P(SurfaceFieldOf, SamplesCoverTheSurface) {
+  BodyMaker maker{kVoxel, Random(22)};
+  for (int k = 0; k < kClouds; ++k) {
+    const SampleSums sums = sampleSums(GetParam(), GetParam().make(maker));
+    EXPECT_NEAR(sums.area, GetParam().area, 0.01 * GetParam().area);
+    EXPECT_NEAR(sums.volume, GetParam().volume, 0.01 * GetParam().volume);
+    // A closed surface's vector area is zero: else a body under pressure from all sides moves.
+    EXPECT_LE(sums.vectorArea.norm(), 2e-3 * GetParam().area);
+    EXPECT_LE(sums.offMean, 0.02);
+    EXPECT_LE(sums.offWorst, 0.3);
+    EXPECT_LE(sums.normalMean, 0.5);
+    // A wall's push beside its edge bends a contact's force over that edge.
+    EXPECT_LE(std::abs(sums.stripWorst[1]), 0.1);
+  }
+}
+
+TEST_P(SurfaceFieldOf, BoundsHoldTheSolid) {
+  BodyMaker maker{kVoxel, Random(23)};
+  const SolidCase& one = GetParam();
+  const Body body = one.make(maker);
+  const Eigen::AlignedBox3d bounds = body.field->bounds();
+  // The farthest point of the solid along each axis of the grid, found by the samples' own places.
+  Eigen::AlignedBox3d reached;
+  for (std::size_t k = 0; k < body.field->sampleCount(); ++k) {
+    const SurfaceSample s = body.field->sample(k);
+    reached.extend(body.field->cloud().origin() +
+                   kVoxel * Eigen::Map<const Eigen::Vector3f>(s.position).cast<double>());
+  }
+  const Vec3 slack = Vec3::Constant(1e-6 * kVoxel);
+  EXPECT_TRUE(((bounds.min() - slack).array() <= reached.min().array()).all());
+  EXPECT_TRUE(((bounds.max() + slack).array() >= reached.max().array()).all());
+  EXPECT_LE((bounds.min() - reached.min()).cwiseAbs().maxCoeff(), 2 * kVoxel);
+  EXPECT_LE((bounds.max() - reached.max()).cwiseAbs().maxCoeff(), 2 * kVoxel);
+}
+
+std::vector<SolidCase> edgedCases() {
+  std::vector<SolidCase> cases = solidCases();
+  std::erase_if(cases, [](const SolidCase& one) { return one.name.starts_with("sphere"); });
+  return cases;
+}
+
+std::string nameOf(const ::testing::TestParamInfo<SolidCase>& param) {
+  return testName(param.param.name);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solids, SurfaceFieldOf, ::testing::ValuesIn(solidCases()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Solids, EdgedFieldOf, ::testing::ValuesIn(edgedCases()), nameOf);
+
+// An L, 24 x 20 x 14 voxels: at the ends of its inner edge a concave edge and two convex ones meet,
+// a vertex that no fit explains, as where a thread runs out.
+constexpr double kLength = 24, kWidth = 20, kHeight = 14, kInnerX = 11, kInnerY = 9;
+
+Mesh lMesh() {
+  const Eigen::Vector2d outline[6] = {
+      {0, 0}, {kLength, 0}, {kLength, kInnerY}, {kInnerX, kInnerY}, {kInnerX, kWidth}, {0, kWidth}};
+  Mesh mesh;
+  for (const double z : {0.0, kHeight})
+    for (const Eigen::Vector2d& p : outline)
+      mesh.vertices.push_back(kVoxel * Vec3(p.x(), p.y(), z));
+  const int flat[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}};
+  for (const auto& t : flat) {
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+    mesh.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
+  }
+  for (int k = 0; k < 6; ++k) {
+    const int next = (k + 1) % 6;
+    mesh.triangles.push_back({k, next, next + 6});
+    mesh.triangles.push_back({k, next + 6, k + 6});
+  }
+  return mesh;
+}
+
+// To the nearest face, from inside; the notch is all beyond its two faces.
+double trueDepthInL(const Vec3& p) {
+  const double sides =
+      std::min({p.x(), p.y(), p.z(), kLength - p.x(), kWidth - p.y(), kHeight - p.z()});
+  return std::min(sides,
+                  std::hypot(std::max(0.0, kInnerX - p.x()), std::max(0.0, kInnerY - p.y())));
+}
+
+// Where a voxel under the surface has no plane it counts as deep inside, and throws off whatever
+// comes there: a nut was thrown across its bolt by 2.5 mJ, thirteen times what it had.
+TEST(SurfaceField, CountsNoVoxelUnderTheSurfaceAsDeep) {
+  BodyMaker maker{kVoxel, Random(26)};
+  for (int k = 0; k < 8; ++k) {
+    const Body body = maker.cloud(lMesh());
+    for (int drawn = 0; drawn < 60000; ++drawn) {
+      const Vec3 at = maker.random.inCube().cwiseProduct(Vec3(kLength, kWidth, kHeight));
+      const double truth = trueDepthInL(at);
+      if (truth < 0.1 || truth > 1) continue;
+      const auto found = body.field->at(body.grid.toWorld(at * kVoxel));
+      ASSERT_TRUE(found) << "cloud " << k << ", " << truth << " voxels deep at " << at.transpose();
+      ASSERT_LT(found->depth / kVoxel, truth + 1) << "cloud " << k << " at " << at.transpose();
+    }
+  }
+}
+
+TEST(SurfaceField, RefusesAnEmptyCloud) {
+  EXPECT_THROW(SurfaceField::build(Cloud()), std::invalid_argument);
+}
+
+TEST(SurfaceField, KnowsNothingFarOutside) {
+  BodyMaker maker{kVoxel, Random(25)};
+  const Body body = maker.box({12, 12, 12});
+  EXPECT_FALSE(body.field->at(body.grid.toWorld(Vec3(0.05, 0, 0))).has_value());
+  EXPECT_FALSE(body.field->at(body.grid.toWorld(Vec3(1e6, -1e6, 1e6))).has_value());
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing

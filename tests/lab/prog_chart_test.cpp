@@ -1,0 +1,66 @@
+// `chart` as a user runs it: a pair of their own, the files that it leaves, what it refuses.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "program/program_run.h"
+
+namespace {
+
+using program_test::Outcome;
+using program_test::Workplace;
+
+TEST(Chart, OfAPairOfOnesOwn) {
+  const Workplace place;
+  const Outcome outcome = place.run({"chart", "sphere:0.01", "box:0.03,0.03,0.01", "--pose",
+                                     "0 0 0.0147", "--voxel", "0.001", "--out", "out"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  for (const char* file : {"chart.json", "chart.svg", "chart.png", "failures.json", "report.html"})
+    EXPECT_GT(std::filesystem::file_size(place / "out" / file), 10u) << file;
+  const auto json = nlohmann::json::parse(place.read("out/chart.json"));
+  ASSERT_GT(json["rows"].size(), 5u);
+  int answered = 0;
+  for (const auto& row : json["rows"]) {
+    for (const char* field : {"family", "case", "convex", "method", "setting", "microseconds",
+                              "normalDeg", "depth", "centre", "force", "torque", "frontier",
+                              "triangles", "wrongDepth", "swappedNormalDeg", "loopWork", "volume"})
+      EXPECT_TRUE(row.contains(field)) << field;
+    if (!row["why"].get<std::string>().empty()) continue;
+    ++answered;
+    EXPECT_GT(row["microseconds"].get<double>(), 0);
+    EXPECT_LT(row["normalDeg"]["mean"].get<double>(), 10) << row;  // sphere on face: all agree
+  }
+  EXPECT_GT(answered, 4);
+  for (const auto& method : json["methods"])
+    EXPECT_GT(method["told"].get<std::string>().size(), 20u) << method;
+  EXPECT_GT(json["ratios"].size(), 3u);
+  EXPECT_TRUE(json["versions"].contains("bullet") && json["versions"].contains("HACD"));
+  const std::string report = place.read("out/report.html");
+  EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_EQ(report.find(">nan"), std::string::npos);  // what is not known is a dash
+  for (const char* outside : {"src=\"", "href=\"http"})
+    EXPECT_EQ(report.find(outside), std::string::npos) << outside;
+}
+
+TEST(Chart, RefusesWhatItCannotChart) {
+  const Workplace place;
+  const auto refused = [&](const std::vector<std::string>& words, const char* why) {
+    const Outcome outcome = place.run(words);
+    EXPECT_EQ(outcome.exitCode, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+  };
+  refused({"chart", "sphere:1"}, "give A, B and --pose");
+  refused({"chart", "sphere:1", "no_such.stl", "--pose", "0 0 1"}, "no_such.stl");
+  place.write("file", "x");
+  refused({"chart", "sphere:1", "sphere:1", "--pose", "0 0 1.9", "--out", "file"}, "--out");
+}
+
+TEST(Chart, SaysWhereTheBodiesDoNotTouch) {
+  const Workplace place;
+  const Outcome outcome = place.run({"chart", "sphere:0.01", "sphere:0.01", "--pose", "0 0 0.03",
+                                     "--voxel", "0.002", "--out", "out"});
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_NE(outcome.err.find("do not touch"), std::string::npos) << outcome.err;
+}
+
+}  // namespace

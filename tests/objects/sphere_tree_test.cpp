@@ -1,0 +1,107 @@
+// Sphere trees: every node holds what is below it, queries find what asking each leaf finds.
+#include <cloudcontact/objects/digital_object.h>
+#include <cloudcontact/objects/sphere_tree.h>
+
+#include <random>
+
+#include "objects/test_objects.h"
+
+namespace cloudcontact {
+namespace {
+
+using namespace test;
+
+std::vector<SphereTree> trees() {
+  const Cloud nut = nutCloud();
+  return {SphereTree(nut), SphereTree(inscribedSpheres(nut)), SphereTree(surfacePoints(nut)),
+          SphereTree(centerPoints(nut, 2))};
+}
+
+TEST(SphereTree, NodesHoldWhatIsBelow) {
+  for (const SphereTree& tree : trees()) {
+    const auto& nodes = tree.nodes();
+    ASSERT_EQ(nodes.size(), 2 * tree.leaves().size() - 1);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (nodes[i].second == 0) {
+        EXPECT_EQ(nodes[i].center, tree.leaves()[nodes[i].leaf].center);
+        EXPECT_EQ(nodes[i].radius, tree.leaves()[nodes[i].leaf].radius);
+        continue;
+      }
+      for (const std::size_t child : {i + 1, std::size_t{nodes[i].second}})
+        EXPECT_LE((nodes[child].center - nodes[i].center).norm() + nodes[child].radius,
+                  nodes[i].radius * (1 + 1e-9));
+    }
+    // Spheres around spheres add up: the root is twice the body (14.7 voxels from its middle to its
+    // farthest corner), no more.
+    EXPECT_LT(nodes[0].radius, 2.1 * 14.7 * kH);
+  }
+}
+
+TEST(SphereTree, FindsWhatTouches) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> at(-16 * kH, 16 * kH), size(0, 5 * kH);
+  for (const SphereTree& tree : trees())
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 center(at(random), at(random), at(random));
+      const double radius = size(random);
+      Eigen::AlignedBox3d box(Vec3(center.array() - radius));
+      box.extend(Vec3(center + radius * Vec3(1, 2, 0.5)));
+      std::size_t inSphere = 0, inBox = 0, found = 0;
+      for (const SphereTree::Leaf& leaf : tree.leaves()) {
+        inSphere += (leaf.center - center).norm() <= leaf.radius + radius;
+        inBox += box.exteriorDistance(leaf.center) <= leaf.radius;
+      }
+      tree.forEachTouching(center, radius, [&](const SphereTree::Leaf& leaf) {
+        ++found;
+        EXPECT_LE((leaf.center - center).norm(), (leaf.radius + radius) * (1 + 1e-12));
+      });
+      EXPECT_EQ(found, inSphere);
+      found = 0;
+      tree.forEachTouching(box, [&](const SphereTree::Leaf&) { ++found; });
+      EXPECT_EQ(found, inBox);
+    }
+}
+
+// A tree of a cloud, or of what fills one, is that body.
+TEST(SphereTree, IsTheBodyItWasMadeOf) {
+  for (const Cloud& cloud : {nutCloud(), twoMaterials()}) {
+    expectSameVoxels(toCloud(SphereTree(cloud), kH), cloud);
+    expectSameVoxels(toCloud(SphereTree(centerPoints(cloud)), kH), cloud);
+  }
+  const SphereCloud spheres = inscribedSpheres(nutCloud());
+  expectSameVoxels(toCloud(SphereTree(spheres), kH), toCloud(spheres, kH));
+  double volume = 0;
+  const SphereCloud ofCubes = toSpheres(SphereTree(centerPoints(ballCloud(9))));
+  for (const double r : ofCubes.radii) volume += 4 * std::numbers::pi / 3 * r * r * r;
+  EXPECT_NEAR(volume / (double(ofCubes.radii.size()) * kH * kH * kH), 1, 1e-9);
+}
+
+TEST(SphereTree, ItemsAreThoseItWasMadeOf) {
+  const SphereCloud spheres = inscribedSpheres(nutCloud());
+  const SphereTree tree(spheres);
+  for (const SphereTree::Leaf& leaf : tree.leaves()) {
+    EXPECT_EQ(leaf.center, spheres.centers[leaf.item]);
+    EXPECT_EQ(leaf.radius, spheres.radii[leaf.item]);
+  }
+}
+
+TEST(SphereTree, OfNothingAndOfNonsense) {
+  EXPECT_TRUE(SphereTree().empty());
+  EXPECT_TRUE(SphereTree(Cloud()).empty());
+  int found = 0;
+  SphereTree().forEachTouching(Vec3(0, 0, 0), 1, [&](const SphereTree::Leaf&) { ++found; });
+  EXPECT_EQ(found, 0);
+  EXPECT_THROW(toCloud(SphereTree(), kH), std::invalid_argument);
+  EXPECT_THROW(toCloud(SphereTree(surfacePoints(ballCloud(5))), kH), std::invalid_argument);
+  const auto tree = [](SphereTree::Leaf leaf) {
+    return SphereTree(SphereTree::Kind::Spheres, {leaf});
+  };
+  EXPECT_NO_THROW(tree({Vec3(0, 0, 0), 1, 1, 0, 0}));
+  EXPECT_THROW(tree({Vec3(NAN, 0, 0), 1, 1, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(tree({Vec3(0, 0, 0), -1, 1, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(tree({Vec3(0, 0, 0), 1, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(tree({Vec3(0, 0, 0), 1, 1, 2, 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cloudcontact

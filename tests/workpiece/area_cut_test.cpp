@@ -1,0 +1,110 @@
+// What an area leaves of the voxels that it lies in: volumes known in closed form.
+#include <cloudcontact/workpiece/cutter.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "voxels/small_clouds.h"
+
+namespace cloudcontact {
+namespace {
+
+constexpr double kVoxel = 1e-4;  // [m]
+const Tissue kEnamel{"enamel", 2e4, .4, 3e9, 2970};
+
+BaseVectorField block() {
+  const Cloud cloud = test::smallCloud(kVoxel, {5, 5, 5}, [](int, int, int) { return 255; });
+  return BaseVectorField(cloud.translated(kVoxel * Vec3(-3, 7, 2)), {kEnamel},
+                         sphereWindow(kVoxel));
+}
+
+Pose poseOf(const Vec3& place, double angle) {
+  Pose pose;
+  pose.position = kVoxel * place;
+  pose.orientation = Eigen::AngleAxisd(angle, Vec3(1, 2, -1).normalized());
+  return pose;
+}
+
+// [voxels] that go.
+double taken(const std::vector<VoxelCut>& cuts) {
+  double sum = 0;
+  for (const VoxelCut& c : cuts) sum += 255 - c.coverage;
+  return sum / 255;
+}
+
+TEST(AreaCut, ABoxAlongTheGridLeavesWhatLiesOutside) {
+  const BaseVectorField field = block();
+  // Voxels 4 to 8 and a fifth of the ninth along x, whole voxels along y and z.
+  const BoxArea area{{}, kVoxel * Vec3(2.6, 2, 3)};
+  const Vec3 middle = Vec3(4 + 2.6, 12, 20) + Vec3(-3, 7, 2);
+  const std::vector<VoxelCut> cuts = cutsOf(field, area, poseOf(middle, 0));
+  double whole = 0, parts = 0;
+  for (const VoxelCut& c : cuts) {
+    const VoxelIndex v = c.voxel;
+    const bool in = v.y() >= 10 && v.y() < 14 && v.z() >= 17 && v.z() < 23;
+    ASSERT_TRUE(in && v.x() >= 4 && v.x() <= 9) << v.transpose();
+    EXPECT_EQ(c.coverage, v.x() < 9 ? 0 : 255 - 51) << v.transpose();
+    (v.x() < 9 ? whole : parts) += 1;
+  }
+  EXPECT_EQ(whole, 5 * 4 * 6);
+  EXPECT_EQ(parts, 4 * 6);
+}
+
+TEST(AreaCut, VolumesAreTheAreas) {
+  const BaseVectorField field = block();
+  const Vec3 middle = Vec3(20.2, 19.7, 20.4) + Vec3(-3, 7, 2);
+  const double ball = 4 / 3.0 * std::numbers::pi;
+  EXPECT_NEAR(taken(cutsOf(field, SphereArea{Vec3::Zero(), 12.3 * kVoxel}, poseOf(middle, 0.3))),
+              ball * std::pow(12.3, 3), 0.003 * ball * std::pow(12.3, 3));
+  const Vec3 half(9.2, 6.1, 11.3);
+  EXPECT_NEAR(taken(cutsOf(field, BoxArea{{}, kVoxel * half}, poseOf(middle, 0.7))),
+              8 * half.prod(), 0.01 * 8 * half.prod());
+  EXPECT_NEAR(taken(cutsOf(field, EllipsoidArea{{}, kVoxel * half}, poseOf(middle, 0.7))),
+              ball * half.prod(), 0.01 * ball * half.prod());
+  const Cloud cloud = test::ballCloud(kVoxel, 3, Vec3(12, 12, 12), 9.4);
+  const CloudArea area = cloudArea(cloud, poseOf(Vec3(-12, -12, -12), 0));
+  EXPECT_NEAR(taken(cutsOf(field, area, poseOf(middle, 0.7))), ball * std::pow(9.4, 3),
+              0.02 * ball * std::pow(9.4, 3));
+}
+
+// A tool's area stands beside its middle, turned: the pose moves all of it.
+TEST(AreaCut, ThePoseIsTheTools) {
+  const BaseVectorField field = block();
+  const Pose inTool = poseOf(Vec3(4, -2, 1), 0.4), tool = poseOf(Vec3(17, 26, 22), 0.9);
+  const Vec3 half = kVoxel * Vec3(6.2, 3.1, 8.3);
+  const auto one = cutsOf(field, BoxArea{inTool, half}, tool),
+             other = cutsOf(field, BoxArea{tool * inTool, half}, {});
+  ASSERT_EQ(one.size(), other.size());
+  EXPECT_GT(one.size(), 500u);
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    EXPECT_EQ(one[k].voxel, other[k].voxel);
+    EXPECT_NEAR(one[k].coverage, other[k].coverage, 1);
+  }
+}
+
+TEST(AreaCut, PartlyAndWhollyOutsideTheGrid) {
+  BaseVectorField field = block();
+  const SphereArea ball{Vec3::Zero(), 10 * kVoxel};
+  // Half of it is in.
+  const double half = taken(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0)));
+  EXPECT_NEAR(half, 2 / 3.0 * std::numbers::pi * 1000, 10);
+  EXPECT_NO_THROW(field.cut(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0))));
+  EXPECT_TRUE(cutsOf(field, ball, poseOf(Vec3(-15, 27, 22), 0)).empty());
+  EXPECT_TRUE(cutsOf(field, ball, poseOf(Vec3(1e30, 0, 0), 0)).empty());
+}
+
+TEST(AreaCut, SaysWhatIsWrong) {
+  const BaseVectorField field = block();
+  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), 0}, {}), std::invalid_argument);
+  Pose bad;
+  bad.position.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), kVoxel}, bad), std::invalid_argument);
+  bad = {};
+  bad.orientation.coeffs().setZero();
+  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), kVoxel}, bad), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cloudcontact

@@ -1,0 +1,60 @@
+// The README's second sample: compiled and run here, and compared with the README to the letter.
+#include <gtest/gtest.h>
+
+#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/workpiece/haptic_loop.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "mesh/test_meshes.h"
+
+namespace cloudcontact {
+namespace {
+
+TEST(Readme, DrillSample) {
+  const std::vector<NamedMesh> parts = {{"enamel", test::sphereMesh(4e-3, 4)},
+                                        {"dentin", test::sphereMesh(2.8e-3, 4)}};
+  const Pose handPose{Eigen::Quaterniond::Identity(), Vec3(0, 0, 4.3e-3)};
+  const Vec3 handVelocity = Vec3::Zero();
+  // README: begin
+  DigitizeSettings settings;
+  settings.voxelSize = 1e-4;                // metres
+  Cloud tooth = digitize(parts, settings);  // meshes named enamel, dentin ...
+  BaseVectorField field(tooth, tissuesOf(dentalTissues(), tooth.materials()),
+                        sphereWindow(tooth.voxelSize()));  // C: 2.5 voxels about each voxel
+
+  HapticSettings haptics;
+  haptics.tool.area = SphereArea{Vec3::Zero(), 0.5e-3};  // D: a round bur of 1 mm
+  haptics.cutter = Cutter{17e9, 0.1, 5};  // tungsten carbide, a tenth comes off, edges at 5 m/s
+  HapticLoop loop(field, Pose{}, haptics);
+  HapticOutput out = loop.tick({handPose, handVelocity});  // every millisecond
+  // README: end
+  EXPECT_GT(out.onHand.force.z(), 0.05);
+  EXPECT_LT(out.onHand.force.z(), 0.2 * 1000 * 1e-3);
+}
+
+// What stands in a file between two marks, of which the first ends its line.
+std::string between(const std::string& file, const std::string& begin, const std::string& end) {
+  std::ifstream in(std::string(CLOUDCONTACT_SOURCE_DIR) + file);
+  std::stringstream all;
+  all << in.rdbuf();
+  const std::string text = all.str();
+  const std::size_t from = text.find(begin) + begin.size() + 1;
+  return text.substr(from, text.find(end, from) - from);
+}
+
+TEST(Readme, DrillSampleStandsInTheReadme) {
+  std::stringstream lines(between("/tests/core/readme_drill_test.cpp",
+                                  "  // README: "
+                                  "begin",
+                                  "  // README: "
+                                  "end"));
+  std::string code;
+  for (std::string line; std::getline(lines, line);)
+    code += (line.size() > 2 ? line.substr(2) : line) + "\n";
+  EXPECT_EQ(between("/README.md", "haptic loop puts it together:\n\n```cpp", "```"), code);
+}
+
+}  // namespace
+}  // namespace cloudcontact
