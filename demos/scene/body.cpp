@@ -3,8 +3,8 @@
 
 #include <cloudcontact/device/digitizer.h>
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/objects/point_file.h>
-#include <cloudcontact/voxels/cloud_file.h>
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,10 @@
-// Digital objects of every kind kept in files: see cloud_file.h.
+// Digital objects of every kind kept in files: see object_file.h.
 //
 // Layout of version 3, little-endian: 8 bytes "CLDCNTCT", u32 3, u32 kind, u64 bytes of what
 // follows, that, u64 FNV-1a of everything before it. What follows is the kind's own fields in the
 // order of its header, each list with its length (u64) before it, a name with a zero behind it. An
 // octree is kept as its voxels and a sphere tree as its leaves: both grow again as they were.
+#include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
 #include <sstream>

@@ -9,19 +9,12 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/grid_index.h"
 #include "voxels/cloud_builder.h"
 
 namespace cloudcontact {
 
 using Eigen::Vector3i;
-
-namespace {
-
-bool within(const Vector3i& voxel, const Vector3i& size) {
-  return (voxel.array() >= 0).all() && (voxel.array() < size.array()).all();
-}
-
-}  // namespace
 
 Octree::Octree(const Cloud& cloud)
     : voxelSize_(cloud.voxelSize()),
@@ -37,7 +30,7 @@ Octree::Octree(const Cloud& cloud)
 }
 
 Octree::Node Octree::made(const Cloud& cloud, const Vector3i& low, int edge) {
-  if (!within(low, cloud.size())) return {};
+  if (!insideGrid(low, cloud.size())) return {};
   const auto [x, y, z] = std::tuple(low[0], low[1], low[2]);
   if (edge == 1) {
     const std::uint8_t c = cloud.coverage(x, y, z);
@@ -45,9 +38,7 @@ Octree::Node Octree::made(const Cloud& cloud, const Vector3i& low, int edge) {
   }
   if (edge == kBrickEdge) {
     const Cloud::Voxels& voxels = cloud.voxels();
-    const Eigen::Matrix<std::size_t, 3, 1> b = (low / kBrickEdge).cast<std::size_t>(),
-                                           n = bricks_.cast<std::size_t>();
-    const std::size_t entry = b[0] + n[0] * (b[1] + n[1] * b[2]);
+    const std::size_t entry = brickIndex(low, bricks_);
     if (voxels.table[entry] == kEmptyBrick) return {};
     if (voxels.table[entry] == kSolidBrick &&
         (materials_.empty() || voxels.materialTable[entry] < 0))
@@ -77,7 +68,7 @@ Octree::Node Octree::joined(const Node (&eight)[8]) {
 }
 
 Octree::Cube Octree::at(const Vector3i& voxel) const {
-  if (empty() || !within(voxel, size())) return {voxel, 1, 0, 0};
+  if (empty() || !insideGrid(voxel, size())) return {voxel, 1, 0, 0};
   std::size_t node = 0;
   Vector3i low = Vector3i::Zero();
   int edge = edge_;
@@ -99,7 +90,7 @@ Octree::Cube Octree::at(const Vec3& local) const {
 }
 
 void Octree::set(const Vector3i& voxel, std::uint8_t coverage, std::uint8_t material) {
-  if (empty() || !within(voxel, size()))
+  if (empty() || !insideGrid(voxel, size()))
     throw std::invalid_argument("octree: voxel is outside the grid; make the cloud with room");
   if (material > 0 && material >= materials_.size())
     throw std::invalid_argument("octree: material names none of materials()");
@@ -156,7 +147,7 @@ Cloud Octree::cloud() const {
         coverage.fill(whole.coverage);
         material.fill(whole.material);
         for (int v = 0; v < kBrickVoxels && whole.edge < kBrickEdge; ++v) {
-          const Cube cube = at(Vector3i(low + Vector3i(v % 8, v / 8 % 8, v / 64)));
+          const Cube cube = at(Vector3i(low + cellOffset(v)));
           coverage[static_cast<std::size_t>(v)] = cube.coverage;
           material[static_cast<std::size_t>(v)] = cube.material;
         }

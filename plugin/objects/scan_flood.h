@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 class ScanFlood {
@@ -25,12 +27,7 @@ class ScanFlood {
 
  private:
   Side sideAt(const Vec3& at) const;
-  std::size_t index(const Eigen::Vector3i& c) const {
-    return static_cast<std::size_t>(c[0]) +
-           static_cast<std::size_t>(size_[0]) *
-               (static_cast<std::size_t>(c[1]) +
-                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(c[2]));
-  }
+  std::size_t index(const Eigen::Vector3i& c) const { return gridIndex(c, size_); }
   void wallAround(const Vec3& point, double gap);
   void flood();
 

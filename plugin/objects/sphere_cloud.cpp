@@ -9,6 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/grid_index.h"
 #include "base/parallel.h"
 #include "kernels/base/plane_cell.h"
 #include "voxels/cloud_builder.h"
@@ -58,7 +59,7 @@ class BrickFiller {
         return;
       }
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const Vector3i at = corner + Vector3i(v % 8, v / 8 % 8, v / 64);
+      const Vector3i at = corner + cellOffset(v);
       std::uint8_t of = 0;
       const double share = shareAt(at.cast<double>() + Vec3::Constant(0.5), of);
       coverage[static_cast<std::size_t>(v)] = static_cast<std::uint8_t>(255 * share + 0.5);
@@ -121,11 +122,7 @@ std::vector<std::vector<std::uint32_t>> listByBrick(const std::vector<Ball>& bal
       for (int y = low[1]; y <= high[1]; ++y)
         for (int x = low[0]; x <= high[0]; ++x)
           if (reaches(b, {x, y, z}))
-            lists[static_cast<std::size_t>(x) +
-                  static_cast<std::size_t>(bricks[0]) *
-                      (static_cast<std::size_t>(y) +
-                       static_cast<std::size_t>(bricks[1]) * static_cast<std::size_t>(z))]
-                .push_back(static_cast<std::uint32_t>(i));
+            lists[gridIndex(x, y, z, bricks)].push_back(static_cast<std::uint32_t>(i));
   }
   return lists;
 }
@@ -167,9 +164,7 @@ Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads) {
   std::vector<std::unique_ptr<Filled>> filled(lists.size());
   parallelFor(lists.size(), threads, [&](std::size_t entry, int) {
     if (lists[entry].empty()) return;
-    const int e = static_cast<int>(entry);
-    const Vector3i brick(e % grid.bricks[0], e / grid.bricks[0] % grid.bricks[1],
-                         e / grid.bricks[0] / grid.bricks[1]);
+    const Vector3i brick = gridCell(entry, grid.bricks);
     filled[entry] = std::make_unique<Filled>();
     BrickFiller(balls, lists[entry])
         .fill(kBrickEdge * brick, filled[entry]->coverage, filled[entry]->material);

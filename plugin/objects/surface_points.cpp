@@ -14,6 +14,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "base/grid_index.h"
 #include "base/parallel.h"
 #include "kernels/base/plane_cell.h"
 #include "objects/scan_surface.h"
@@ -107,15 +108,14 @@ Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
   const Vector3i n = grid.bricks;
   std::vector<std::unique_ptr<Filled>> filled(n.cast<std::size_t>().prod());
   parallelFor(filled.size(), threads, [&](std::size_t entry, int) {
-    const int e = static_cast<int>(entry);
-    const Vec3 brick(e % n[0], e / n[0] % n[1], e / n[0] / n[1]);
+    const Vec3 brick = gridCell(entry, n).cast<double>();
     const double h = grid.voxelSize, edge = kBrickEdge * h;
     const Vec3 low = grid.origin + edge * brick;
     filled[entry] = std::make_unique<Filled>();
     Filled& f = *filled[entry];
     f.plain = body.plain(low + Vec3::Constant(0.5 * edge), edge);
     for (int v = 0; v < kBrickVoxels && f.plain < 0; ++v) {
-      const Vec3 middle = low + h * Vec3(v % 8 + 0.5, v / 8 % 8 + 0.5, v / 64 + 0.5);
+      const Vec3 middle = low + h * (cellOffset(v).cast<double>() + Vec3::Constant(0.5));
       double share = body.plain(middle, h);
       if (share < 0) share = body.share(middle, h);
       f.coverage[static_cast<std::size_t>(v)] =

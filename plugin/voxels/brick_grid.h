@@ -7,6 +7,8 @@
 #include <array>
 #include <vector>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 template <typename Cell>
@@ -16,19 +18,8 @@ class BrickGrid {
       : bricks_(bricks), empty_(empty), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
 
   const Eigen::Vector3i& bricks() const { return bricks_; }
-  bool contains(int x, int y, int z) const {
-    return x >= 0 && y >= 0 && z >= 0 && x < bricks_.x() * kBrickEdge &&
-           y < bricks_.y() * kBrickEdge && z < bricks_.z() * kBrickEdge;
-  }
-  std::size_t tableIndex(int x, int y, int z) const {
-    return static_cast<std::size_t>(x >> 3) +
-           static_cast<std::size_t>(bricks_.x()) *
-               (static_cast<std::size_t>(y >> 3) +
-                static_cast<std::size_t>(bricks_.y()) * static_cast<std::size_t>(z >> 3));
-  }
-  static std::size_t cellIndex(int x, int y, int z) {
-    return static_cast<std::size_t>((x & 7) | ((y & 7) << 3) | ((z & 7) << 6));
-  }
+  bool contains(int x, int y, int z) const { return insideGrid(x, y, z, kBrickEdge * bricks_); }
+  std::size_t tableIndex(int x, int y, int z) const { return brickIndex(x, y, z, bricks_); }
   // Outside the grid and in bricks never written: the empty cell.
   const Cell& at(int x, int y, int z) const {
     if (!contains(x, y, z)) return empty_;

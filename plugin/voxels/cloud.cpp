@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -123,16 +125,9 @@ struct VoxelPlace {
   std::size_t entry, inBrick;
 };
 std::optional<VoxelPlace> placeOf(const Cloud::Voxels* voxels, int x, int y, int z) {
-  if (!voxels || x < 0 || y < 0 || z < 0) return {};
-  const int bx = x / kBrickEdge, by = y / kBrickEdge, bz = z / kBrickEdge;
-  const Eigen::Vector3i& n = voxels->bricks;
-  if (bx >= n[0] || by >= n[1] || bz >= n[2]) return {};
-  const std::size_t entry = static_cast<std::size_t>(bx) +
-                            static_cast<std::size_t>(n[0]) * (static_cast<std::size_t>(by) +
-                                                              static_cast<std::size_t>(n[1]) * bz);
-  const int inBrick =
-      x % kBrickEdge + kBrickEdge * (y % kBrickEdge + kBrickEdge * (z % kBrickEdge));
-  return VoxelPlace{entry, static_cast<std::size_t>(inBrick)};
+  if (!voxels || !insideGrid(x >> 3, y >> 3, z >> 3, voxels->bricks)) return {};
+  return VoxelPlace{brickIndex(x, y, z, voxels->bricks),
+                    static_cast<std::size_t>(cellIndex(x, y, z))};
 }
 
 }  // namespace
@@ -210,8 +205,8 @@ MassProperties Cloud::massProperties() const {
     for (int v = 0; v < kBrickVoxels; ++v) {
       const int m = c[static_cast<std::size_t>(v)];
       if (m == 0 || m == 255) continue;
-      const Vec3 inBrick(v % 8, v / 8 % 8, v / 64);
-      const Eigen::Vector3i at = kBrickEdge * Eigen::Vector3i(x, y, z) + inBrick.cast<int>();
+      const Vec3 inBrick = cellOffset(v).cast<double>();
+      const Eigen::Vector3i at = kBrickEdge * Eigen::Vector3i(x, y, z) + cellOffset(v);
       sum.shift(m, corner + inBrick, shiftOfMaterial(*this, at[0], at[1], at[2], m));
     }
   });

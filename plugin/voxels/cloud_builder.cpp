@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -57,18 +59,15 @@ CloudBuilder::CloudBuilder(const CloudGrid& grid, std::vector<std::string> mater
 }
 
 void CloudBuilder::add(const Eigen::Vector3i& voxel, double share, std::uint8_t material) {
-  if (!(share > kLeastShare) || (voxel.array() < 0).any()) return;
-  const Eigen::Vector3i b = voxel / kBrickEdge, in = voxel - kBrickEdge * b;
-  if ((b.array() >= grid_.bricks.array()).any()) return;
-  const Eigen::Matrix<std::size_t, 3, 1> n = grid_.bricks.cast<std::size_t>(),
-                                         at = b.cast<std::size_t>();
-  std::int32_t& slot = table_[at[0] + n[0] * (at[1] + n[1] * at[2])];
+  if (!(share > kLeastShare)) return;
+  if (!insideGrid(voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3, grid_.bricks)) return;
+  std::int32_t& slot = table_[brickIndex(voxel, grid_.bricks)];
   if (slot < 0) {
     slot = static_cast<std::int32_t>(bricks_.size());
     bricks_.emplace_back();
   }
   Brick& brick = bricks_[static_cast<std::size_t>(slot)];
-  const auto v = static_cast<std::size_t>(in[0] + kBrickEdge * (in[1] + kBrickEdge * in[2]));
+  const auto v = static_cast<std::size_t>(cellIndex(voxel));
   const auto piece = static_cast<float>(share);
   brick.share[v] += piece;
   if (piece <= brick.most[v]) return;

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/hash.h"
+
 namespace cloudcontact {
 
 constexpr char kCloudMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
@@ -19,19 +21,6 @@ constexpr std::uint32_t kPlainCloud = 1, kCloudWithMaterials = 2, kAnyObject = 3
 
 // Throws std::runtime_error that begins with the file.
 [[noreturn]] void refuseCloudFile(const std::filesystem::path& file, const std::string& why);
-
-// Bytes go through here on their way to the file or from it, so that the hash sees them all.
-class CloudHash {
- public:
-  void add(const void* data, std::size_t bytes) {
-    const auto* p = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 0x100000001B3ull;
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325ull;
-};
 
 // The number with its lowest byte first, whatever the machine; its own inverse.
 template <typename Number>
@@ -59,7 +48,7 @@ class CloudWriter {
 
  private:
   std::ostream& out_;
-  CloudHash hash_;
+  Fnv1a hash_;
 };
 
 class CloudReader {
@@ -84,7 +73,7 @@ class CloudReader {
  private:
   std::istream& in_;
   const std::filesystem::path& file_;
-  CloudHash hash_;
+  Fnv1a hash_;
   std::uint64_t read_ = 0;
 };
 

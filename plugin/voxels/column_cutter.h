@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/grid_index.h"
 #include "voxels/columns.h"
 #include "voxels/polygon.h"
 
@@ -30,9 +31,7 @@ struct Frame {
   std::size_t entry(int bu, int bv, int bw) const {
     Eigen::Vector3i b;
     b[u] = bu, b[v] = bv, b[w] = bw;
-    return static_cast<std::size_t>(b[0]) +
-           static_cast<std::size_t>(bricks[0]) *
-               (static_cast<std::size_t>(b[1]) + static_cast<std::size_t>(bricks[1]) * b[2]);
+    return gridIndex(b, bricks);
   }
 };
 

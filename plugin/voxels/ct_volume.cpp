@@ -11,6 +11,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -86,12 +88,8 @@ class Reader {
 
  private:
   float value(int x, int y, int z) const {
-    const Eigen::Vector3i& n = volume_.size;
-    if (x < 0 || y < 0 || z < 0 || x >= n.x() || y >= n.y() || z >= n.z()) return air_.value;
-    return volume_.values[static_cast<std::size_t>(x) +
-                          static_cast<std::size_t>(n.x()) *
-                              (static_cast<std::size_t>(y) +
-                               static_cast<std::size_t>(n.y()) * static_cast<std::size_t>(z))];
+    if (!insideGrid(x, y, z, volume_.size)) return air_.value;
+    return volume_.values[gridIndex(x, y, z, volume_.size)];
   }
   std::uint8_t materialOf(float v) const {
     std::size_t k = ranges_.size() - 1;
@@ -126,8 +124,9 @@ Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
         BrickCoverage coverage;
         BrickMaterial material;
         for (int k = 0; k < kBrickVoxels; ++k) {
-          const Matter m = reader.at(8 * bx + (k & 7) - kBorder, 8 * by + (k >> 3 & 7) - kBorder,
-                                     8 * bz + (k >> 6) - kBorder);
+          const Eigen::Vector3i v = kBrickEdge * Eigen::Vector3i(bx, by, bz) + cellOffset(k) -
+                                    Eigen::Vector3i::Constant(kBorder);
+          const Matter m = reader.at(v.x(), v.y(), v.z());
           coverage[static_cast<std::size_t>(k)] = m.coverage;
           material[static_cast<std::size_t>(k)] = m.coverage > 0 ? m.material : std::uint8_t{0};
         }

@@ -19,6 +19,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "base/grid_index.h"
 #include "base/parallel.h"
 #include "voxels/marching.h"
 
@@ -33,21 +34,13 @@ Eigen::Vector3i cubeBricks(const Cloud& cloud) {
   return cloud.bricks() + Eigen::Vector3i::Constant(1);
 }
 
-Eigen::Vector3i placeOf(const Eigen::Vector3i& n, int number) {
-  return {number % n.x(), number / n.x() % n.y(), number / n.x() / n.y()};
-}
-
 // Whether all voxels that a brick of cubes reads are of one kind, by the table alone.
 bool uniform(const Cloud& cloud, const Eigen::Vector3i& place) {
   const Eigen::Vector3i n = cloud.bricks();
   int kind = 0;
   for (int k = 0; k < 8; ++k) {
     const Eigen::Vector3i b = place - Eigen::Vector3i(k & 1, k >> 1 & 1, k >> 2);
-    const bool outside = (b.array() < 0).any() || (b.array() >= n.array()).any();
-    const int own =
-        outside ? kEmptyBrick
-                : cloud.voxels()
-                      .table[static_cast<std::size_t>(b.x() + n.x() * (b.y() + n.y() * b.z()))];
+    const int own = insideGrid(b, n) ? cloud.voxels().table[gridIndex(b, n)] : kEmptyBrick;
     if (own >= 0 || (k > 0 && own != kind)) return false;
     kind = own;
   }
@@ -158,10 +151,10 @@ std::vector<int> touched(const Cloud& before, const Cloud& after) {
       equal = equal && !a.materialTable.empty() &&
               same(a.material, a.materialTable[t], b.material, b.materialTable[t]);
     if (equal) continue;
-    const Eigen::Vector3i place = placeOf(n, static_cast<int>(t));
+    const Eigen::Vector3i place = gridCell(t, n);
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3i c = place + Eigen::Vector3i(k & 1, k >> 1 & 1, k >> 2);
-      marked[static_cast<std::size_t>(c.x() + cubes.x() * (c.y() + cubes.y() * c.z()))] = 1;
+      marked[gridIndex(c, cubes)] = 1;
     }
   }
   std::vector<int> numbers;
@@ -183,7 +176,7 @@ DisplayMesh::DisplayMesh(const Cloud& cloud, int threads) : cloud_(cloud), threa
 void DisplayMesh::make(const std::vector<int>& numbers) {
   const Eigen::Vector3i cubes = cubeBricks(cloud_);
   parallelFor(numbers.size(), threads_, [&](std::size_t i, int) {
-    const Eigen::Vector3i place = placeOf(cubes, numbers[i]);
+    const Eigen::Vector3i place = gridCell(static_cast<std::size_t>(numbers[i]), cubes);
     bricks_[static_cast<std::size_t>(numbers[i])] =
         uniform(cloud_, place) ? nullptr : BrickMesher(cloud_, place).run();
   });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/grid_index.h"
 #include "base/parallel.h"
 #include "kernels/contact/surface_fit.h"
 
@@ -123,11 +124,9 @@ std::vector<SurfacePlace> surfacePlaces(const Cloud& cloud, int n, int threads) 
   std::vector<std::vector<SurfacePlace>> found(cloud.voxels().table.size());
   parallelFor(found.size(), threads, [&](std::size_t entry, int) {
     if (cloud.voxels().table[entry] == kEmptyBrick) return;  // surfaces bound full voxels
-    const int e = static_cast<int>(entry);
-    const Vector3i corner =
-        kBrickEdge * Vector3i(e % bricks[0], e / bricks[0] % bricks[1], e / bricks[0] / bricks[1]);
+    const Vector3i corner = kBrickEdge * gridCell(entry, bricks);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const Vector3i at = corner + Vector3i(v % 8, v / 8 % 8, v / 64);
+      const Vector3i at = corner + cellOffset(v);
       const int own = cloud.coverage(at[0], at[1], at[2]);
       if (own > 0 && crossed(cloud, at, own)) placesInVoxel(cloud, at, n, found[entry]);
     }

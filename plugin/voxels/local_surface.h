@@ -6,6 +6,8 @@
 
 #include <vector>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 // A place on a cloud's surface, in the body's frame.
@@ -40,9 +42,7 @@ void forEachVoxel(const Cloud& cloud, Visit&& visit) {
               b < 0 ? 255
                     : voxels.coverage[static_cast<std::size_t>(b)][static_cast<std::size_t>(v)];
           if (c > 0)
-            visit(Eigen::Vector3i(kBrickEdge * x + v % 8, kBrickEdge * y + v / 8 % 8,
-                                  kBrickEdge * z + v / 64),
-                  c);
+            visit(Eigen::Vector3i(kBrickEdge * Eigen::Vector3i(x, y, z) + cellOffset(v)), c);
         }
       }
 }

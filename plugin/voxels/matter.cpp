@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -37,8 +39,10 @@ template <typename CoverageAt>
 MatterSums brickSums(CoverageAt&& coverageAt) {
   MatterSums sums;
   for (int k = 0; k < kBrickVoxels; ++k)
-    if (const Int c = coverageAt(k))
-      addVoxel(sums, c, 2 * (k & 7) + 1, 2 * (k >> 3 & 7) + 1, 2 * (k >> 6) + 1);
+    if (const Int c = coverageAt(k)) {
+      const Eigen::Vector3i at = 2 * cellOffset(k) + Eigen::Vector3i::Ones();
+      addVoxel(sums, c, at.x(), at.y(), at.z());
+    }
   return sums;
 }
 
@@ -77,10 +81,7 @@ std::vector<MatterSums> matterSums(const Cloud& cloud) {
   for (std::size_t t = 0; t < voxels.table.size(); ++t) {
     const std::int32_t b = voxels.table[t];
     if (b == kEmptyBrick) continue;
-    const int i = static_cast<int>(t);
-    const Eigen::Vector3i corner =
-        2 * kBrickEdge * Eigen::Vector3i(i % n.x(), i / n.x() % n.y(), i / n.x() / n.y()) -
-        cloud.size();
+    const Eigen::Vector3i corner = 2 * kBrickEdge * gridCell(t, n) - cloud.size();
     const auto coverage = [&](int k) {
       return b == kSolidBrick
                  ? 255

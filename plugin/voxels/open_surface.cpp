@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/grid_index.h"
 #include "base/parallel.h"
 #include "mesh/winding.h"
 
@@ -64,7 +65,7 @@ class Voter {
   std::size_t decide(const Vector3i& b, std::size_t entry, BrickCoverage& coverage) const {
     std::size_t undecided = 0;
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const Vector3i voxel = kBrickEdge * b + Vector3i(v % 8, v / 8 % 8, v / 64);
+      const Vector3i voxel = kBrickEdge * b + cellOffset(v);
       Votes closed, nearly;
       for (int k = 0; k < 3; ++k)
         if (const int left = residue(k, voxel); left <= kHeard)

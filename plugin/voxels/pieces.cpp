@@ -9,17 +9,14 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 namespace {
 
 constexpr std::uint16_t kNone = 0xffff;
 using BrickLabels = std::array<std::uint16_t, kBrickVoxels>;
-
-Eigen::Vector3i brickAt(const Eigen::Vector3i& n, std::size_t t) {
-  const int b = static_cast<int>(t);
-  return {b % n.x(), b / n.x() % n.y(), b / n.x() / n.y()};
-}
 
 // Labels of voxels that hang together within a brick, in the order of their first voxel; returns
 // how many there are.
@@ -116,7 +113,7 @@ class Patches {
 
   void joinAcross(std::size_t t, int axis) {
     const Eigen::Vector3i& n = voxels_.bricks;
-    if (brickAt(n, t)[axis] + 1 >= n[axis]) return;
+    if (gridCell(t, n)[axis] + 1 >= n[axis]) return;
     const int stride = axis == 0 ? 1 : axis == 1 ? n.x() : n.x() * n.y();
     const std::size_t other = t + static_cast<std::size_t>(stride);
     if (voxels_.table[t] == kEmptyBrick || voxels_.table[other] == kEmptyBrick) return;
@@ -218,7 +215,7 @@ void checkCuts(const Cloud& cloud, std::span<const VoxelCut> cuts) {
   if (cloud.empty()) throw std::invalid_argument("cutCloud: the cloud is empty");
   const Eigen::Vector3i n = cloud.size();
   for (const VoxelCut& c : cuts)
-    if ((c.voxel.array() < 0).any() || (c.voxel.array() >= n.array()).any())
+    if (!insideGrid(c.voxel, n))
       throw std::out_of_range("cutCloud: voxel (" + std::to_string(c.voxel.x()) + ", " +
                               std::to_string(c.voxel.y()) + ", " + std::to_string(c.voxel.z()) +
                               ") is outside the cloud's grid");
@@ -244,20 +241,15 @@ Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts) {
   checkCuts(cloud, cuts);
   auto voxels = std::make_shared<Cloud::Voxels>(cloud.voxels());
   tidy(*voxels);
-  const Eigen::Vector3i& n = voxels->bricks;
   for (const VoxelCut& c : cuts) {
-    const Eigen::Vector3i b = c.voxel / kBrickEdge, in = c.voxel - kBrickEdge * b;
-    std::int32_t& slot = voxels->table[static_cast<std::size_t>(b.x()) +
-                                       static_cast<std::size_t>(n.x()) *
-                                           static_cast<std::size_t>(b.y() + n.y() * b.z())];
+    std::int32_t& slot = voxels->table[brickIndex(c.voxel, voxels->bricks)];
     if (slot == kEmptyBrick || (slot == kSolidBrick && c.coverage == 255)) continue;
     if (slot == kSolidBrick) {
       slot = static_cast<std::int32_t>(voxels->coverage.size());
       voxels->coverage.emplace_back().fill(255);
     }
-    std::uint8_t& left =
-        voxels->coverage[static_cast<std::size_t>(slot)]
-                        [static_cast<std::size_t>(in.x() | in.y() << 3 | in.z() << 6)];
+    std::uint8_t& left = voxels->coverage[static_cast<std::size_t>(slot)]
+                                         [static_cast<std::size_t>(cellIndex(c.voxel))];
     left = std::min(left, c.coverage);
   }
   tidy(*voxels);

@@ -4,24 +4,25 @@
 
 #include <algorithm>
 
+#include "base/grid_index.h"
+
 namespace cloudcontact {
 
 VoxelSet::VoxelSet(const Eigen::Vector3i& bricks)
     : bricks_(bricks), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
 
 Eigen::Vector3i VoxelSet::cornerOf(std::int32_t brick) const {
-  return kBrickEdge * Eigen::Vector3i(brick % bricks_.x(), brick / bricks_.x() % bricks_.y(),
-                                      brick / bricks_.x() / bricks_.y());
+  return kBrickEdge * gridCell(brick, bricks_);
 }
 
 VoxelSet::Rows& VoxelSet::make(int x, int y, int z) {
-  const std::int32_t brick = x + bricks_.x() * (y + bricks_.y() * z);
-  std::int32_t& slot = table_[static_cast<std::size_t>(brick)];
+  const std::size_t brick = gridIndex(x, y, z, bricks_);
+  std::int32_t& slot = table_[brick];
   if (slot < 0) {
     slot = static_cast<std::int32_t>(rows_.size());
     rows_.emplace_back();
     rows_.back().fill(0);
-    listed_.push_back(brick);
+    listed_.push_back(static_cast<std::int32_t>(brick));
   }
   return rows_[static_cast<std::size_t>(slot)];
 }
@@ -37,10 +38,8 @@ bool VoxelSet::has(std::int32_t brick, int cell) const {
 }
 
 bool VoxelSet::has(int x, int y, int z) const {
-  const Eigen::Vector3i n = kBrickEdge * bricks_;
-  if (x < 0 || y < 0 || z < 0 || x >= n.x() || y >= n.y() || z >= n.z()) return false;
-  return has((x >> 3) + bricks_.x() * ((y >> 3) + bricks_.y() * (z >> 3)),
-             (x & 7) | (y & 7) << 3 | (z & 7) << 6);
+  if (!insideGrid(x, y, z, kBrickEdge * bricks_)) return false;
+  return has(static_cast<std::int32_t>(brickIndex(x, y, z, bricks_)), cellIndex(x, y, z));
 }
 
 void VoxelSet::addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/hash.h"
 #include "workpiece/brick_layout.h"
 
 namespace cloudcontact {
@@ -198,26 +199,25 @@ Cloud BaseVectorField::cloud() const {
 
 std::uint64_t BaseVectorField::hash() const {
   const Bricks& f = *bricks_;
-  std::uint64_t hash = 14695981039346656037u;  // FNV-1a over whole numbers
-  const auto mix = [&](std::uint64_t value) { hash = (hash ^ value) * 1099511628211u; };
+  Fnv1a hash;
   for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
     if (f.table[entry] == kNoBlock) continue;
     const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
     for (std::size_t k = 0; k < kBrickVoxels; ++k) {
       if (block.coverage[k] == 0) continue;
       const CcMoments& m = block.moments[k];
-      mix(entry * kBrickVoxels + k);
-      mix(static_cast<std::uint64_t>(block.coverage[k]) << 8 | block.tissue[k]);
+      hash.addWord(entry * kBrickVoxels + k);
+      hash.addWord(static_cast<std::uint64_t>(block.coverage[k]) << 8 | block.tissue[k]);
       for (const CcSum s : {m.mass, m.x, m.y, m.z, block.volume[k]})
-        mix(static_cast<std::uint64_t>(static_cast<std::int64_t>(s)));
+        hash.addWord(static_cast<std::uint64_t>(static_cast<std::int64_t>(s)));
     }
   }
   for (const TissueSums& s : f.sums) {
-    mix(static_cast<std::uint64_t>(s.zeroth));
-    for (const std::int64_t v : s.first) mix(static_cast<std::uint64_t>(v));
-    for (const std::int64_t v : s.second) mix(static_cast<std::uint64_t>(v));
+    hash.addWord(static_cast<std::uint64_t>(s.zeroth));
+    for (const std::int64_t v : s.first) hash.addWord(static_cast<std::uint64_t>(v));
+    for (const std::int64_t v : s.second) hash.addWord(static_cast<std::uint64_t>(v));
   }
-  return hash;
+  return hash.value();
 }
 
 std::size_t BaseVectorField::bytes() const {

@@ -3,7 +3,7 @@
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/objects/digital_object.h>
-#include <cloudcontact/voxels/cloud_file.h>
+#include <cloudcontact/objects/object_file.h>
 
 #include <cmath>
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Every kind of object comes back from its file as it was, and nothing damaged comes back at all.
+#include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
 #include <cstring>

@@ -1,7 +1,7 @@
 // Bodies that are points: what the program takes them for, what it says, and what they weigh.
 #include <gtest/gtest.h>
 
-#include <cloudcontact/voxels/cloud_file.h>
+#include <cloudcontact/objects/object_file.h>
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/voxels/voxel_cut.h>
 
 #include <span>
 #include <vector>

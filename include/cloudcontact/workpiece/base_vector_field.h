@@ -8,6 +8,7 @@
 
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/voxel_cut.h>
 #include <cloudcontact/workpiece/window.h>
 
 #include <memory>
@@ -15,15 +16,6 @@
 #include <span>
 
 namespace cloudcontact {
-
-// A voxel by its indices in the field's grid.
-using VoxelIndex = Eigen::Vector3i;
-
-// What is left of a voxel after a cut, in 1/255.
-struct VoxelCut {
-  VoxelIndex voxel;
-  std::uint8_t coverage = 0;
-};
 
 // A voxel's window, weighed. Lengths in metres, the body's frame.
 struct BaseVector {
