@@ -1,4 +1,4 @@
-// The README's sample: compiled and run here, and compared with the README to the letter.
+// Compiles and runs the README's sample, and checks that the README shows exactly these lines.
 #include <gtest/gtest.h>
 
 #include <btBulletDynamicsCommon.h>
@@ -42,23 +42,22 @@ double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
   // sample begins
   using namespace cloudcontact;
   DigitizeSettings settings;
-  settings.voxelSize = 0.005;  // metres
+  settings.voxelSize = 0.005;  // meters
   Cloud cloud = digitize(mesh, settings);
   cloud = cloud.translated(-cloud.massProperties().centerOfMass);
-  CloudShape shape(SurfaceField::build(cloud));
-  shape.material = Material{1e5, 100};  // k [N/m], c [N s/m]
+  CloudShape shape(SurfaceField::build(cloud));  // a btConcaveShape
+  shape.material = Material{1e5, 100};           // k [N/m], c [N s/m]
 
   CloudContact contact;        // outlives the dispatcher
-  contact.attach(dispatcher);  // the one call
-  recommendedSettings(world);  // see diagnose(world)
-
+  contact.attach(dispatcher);  // from now on the world knows clouds
+  recommendedSettings(world);  // solver settings; diagnose(world) explains them
+  // sample ends
   btVector3 inertia;
   shape.calculateLocalInertia(1, inertia);
   btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &shape, inertia));
   body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 0, btScalar(0.06))));
   world.addRigidBody(&body);
   for (int i = 0; i < 240; ++i) world.stepSimulation(btScalar(1) / 240, 0, btScalar(1) / 240);
-  // sample ends
   const double height = body.getWorldTransform().getOrigin().z();
   world.removeRigidBody(&body);
   world.removeRigidBody(&floor);
