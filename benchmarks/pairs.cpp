@@ -5,7 +5,7 @@
 // BOLT and NUT are meshes in metres; without them a generated M16 bolt and nut. Each turn times
 // every method once over, and medians are told.
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/voxels/digitize.h>
 

@@ -6,7 +6,7 @@
 #include <btBulletCollisionCommon.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>

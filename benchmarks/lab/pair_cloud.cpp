@@ -1,6 +1,6 @@
 // Our own method: both bodies digitised with a voxel that is a share of the case's size.
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>

@@ -2,6 +2,7 @@
 // are made of, timed through a Bullet dispatcher as a simulation would call it; on an OpenCL device
 // from a batch of one pair.
 #include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 
 #include <algorithm>

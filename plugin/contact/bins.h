@@ -2,6 +2,7 @@
 // directions each, and bins grown together to patches.
 #pragma once
 
+#include <cloudcontact/base/task_runner.h>
 #include <cloudcontact/contact/contact.h>
 
 #include "contact/sums.h"

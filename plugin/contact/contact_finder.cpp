@@ -1,7 +1,7 @@
 // ContactFinder: hits, bins, patches, points, and the law that turns areas and depths into newtons.
 //
 // What becomes of patches is kernels/patch_force.h, contact_depth.h and contact_patch.h.
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 
 #include "contact/finder_scratch.h"
 #include "contact/finder_work.h"

@@ -2,6 +2,8 @@
 // forces, points and names.
 #pragma once
 
+#include <cloudcontact/contact/contact_finder.h>
+
 #include "contact/pair_depth.h"
 #include "contact/patch_names.h"
 #include "contact/sums.h"

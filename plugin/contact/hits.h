@@ -2,6 +2,7 @@
 // Everything in the frame of one of the two bodies (the "frame body"), metres.
 #pragma once
 
+#include <cloudcontact/base/task_runner.h>
 #include <cloudcontact/contact/contact.h>
 
 #include "contact/hit_columns.h"

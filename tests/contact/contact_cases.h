@@ -3,7 +3,7 @@
 // is true: the truths are those of the ideal solids, the meshes are those solids to 0.003 voxel.
 #pragma once
 
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/mesh/mesh.h>
 
 #include <cstdint>

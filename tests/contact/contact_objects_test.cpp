@@ -1,6 +1,6 @@
 // One ball and one nut in every digital kind: as object 1 and as object 2, against a half-space, a
 // box and a ball, all give the normal and the force of the ideal solid.
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/objects/digital_object.h>
 #include <cloudcontact/objects/object_file.h>

@@ -1,7 +1,7 @@
 // Prints every bit of some fields, by their hashes, and of their contacts in many poses. Built
 // twice: as users get the library, with loops for the machine's own instructions, and with plain
 // ones; both must print the same (DESIGN.md, "One arithmetic").
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <cstdio>

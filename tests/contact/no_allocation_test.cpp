@@ -2,7 +2,7 @@
 // not.
 #include <gtest/gtest.h>
 
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/workpiece/haptic_loop.h>
 
 #include "base/counted_new.h"

@@ -1,7 +1,7 @@
 // Tips of pyramids and cones, pressed point first into a plane and into a cloud's face: how late
 // they are felt, how deep they are said to be, and whether the field claims material beside them.
 // Truth is the pyramid's own geometry. Lengths in voxels.
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

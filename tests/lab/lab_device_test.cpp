@@ -1,4 +1,5 @@
 // The laboratory's cases through OpenCL: the CPU's contacts to the bit, in every pose.
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/voxels/digitize.h>
 

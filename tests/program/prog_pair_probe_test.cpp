@@ -1,6 +1,7 @@
 // What `contact` reports is what Bullet is given: the finder's points and the points in Bullet's
 // manifolds of the same pair are the same, and carry the same law.
 #include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/contact/contact_finder.h>
 #include <gtest/gtest.h>
 
 #include "scene/body.h"

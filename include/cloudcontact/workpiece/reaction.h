@@ -2,7 +2,7 @@
 // equations (3) and (6).
 #pragma once
 
-#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/base/wrench.h>
 #include <cloudcontact/workpiece/collision_finder.h>
 
 namespace cloudcontact {
