@@ -6,6 +6,7 @@
 // OpenVDB is measured where Debian's libopenvdb-dev was installed when this was configured; a peer
 // of the laboratory like FCL (script/bootstrap --bench).
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>

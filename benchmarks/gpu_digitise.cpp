@@ -130,7 +130,7 @@ struct Floor {
 // The pieces of triangles in voxels are at least the voxels on the surface; a piece costs a cut
 // (two crossings of 11), two triangles' areas and moments (15 each) and 6 to add them up, as
 // benchmarks/digitise.cpp counts it.
-Floor floorOf(const std::string& step, const DigitizerReport& r, double surface) {
+Floor floorOf(const std::string& step, const DeviceDigitizeReport& r, double surface) {
   const double t = double(r.triangles), listed = double(r.listed), touched = double(r.touched),
                stored = double(r.stored), blocks = double(r.blocks);
   constexpr double kTriangle = 12 + 72, kPiece = 16, kFound = 64 * 8, kPieceOperations = 58;
@@ -156,7 +156,7 @@ void tellSteps(const Arguments& how, const Case& c, const DeviceSpeeds& speeds, 
   run();
   digitizer.deviceTimes();
   for (int i = 0; i < how.turns; ++i) run();
-  const DigitizerReport& r = digitizer.deviceReport();
+  const DeviceDigitizeReport& r = digitizer.deviceReport();
   std::printf(
       "%zu triangles, %zu times over columns of 8 voxels, %zu places for pieces, %zu bricks "
       "touched, %zu stored, %zu blocks of sums, %zu taps a window; %.3f MB sent, %.0f MB on the "

@@ -1,6 +1,8 @@
 // Meshes, bodies, runs and rules of the stability scenes.
 #include "lab/stability_parts.h"
 
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

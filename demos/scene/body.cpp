@@ -3,6 +3,7 @@
 
 #include <cloudcontact/device/digitizer.h>
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/objects/point_file.h>
 

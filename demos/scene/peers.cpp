@@ -1,6 +1,8 @@
 // Bullet's shapes of the same bodies: what its users have today.
 #include "scene/peers.h"
 
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <HACD/hacdHACD.h>

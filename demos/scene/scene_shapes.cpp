@@ -3,6 +3,7 @@
 
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <Eigen/Eigenvalues>

@@ -23,7 +23,7 @@ struct Principal {
 };
 
 // Axes that lie as near as can be to those of `near`: a small cut shall not make x of y.
-Principal principalOf(const Matter& matter, const Eigen::Quaterniond& near) {
+Principal principalOf(const MassProperties& matter, const Eigen::Quaterniond& near) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matter.inertia);
   const Eigen::Matrix3d found = solver.eigenvectors(), wanted = near.toRotationMatrix();
   Eigen::Matrix3d axes;
@@ -41,15 +41,15 @@ Principal principalOf(const Matter& matter, const Eigen::Quaterniond& near) {
     inertia[i] = solver.eigenvalues()[best];
   }
   if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
-  return {{Eigen::Quaterniond(axes).normalized(), matter.center}, inertia};
+  return {{Eigen::Quaterniond(axes).normalized(), matter.centerOfMass}, inertia};
 }
 
 // Rigid matter that turns and moves about a point as the body does.
-MovingMatter moving(const Matter& matter, const Pose& cloud, const Motion& motion) {
+MovingMatter moving(const MassProperties& matter, const Pose& cloud, const Motion& motion) {
   const Eigen::Matrix3d turn = cloud.orientation.toRotationMatrix();
   MovingMatter m;
   m.mass = matter.mass;
-  m.center = cloud.toWorld(matter.center);
+  m.center = cloud.toWorld(matter.centerOfMass);
   m.momentum = matter.mass * motion.at(m.center);
   m.angularMomentum =
       m.center.cross(m.momentum) + turn * matter.inertia * turn.transpose() * motion.angular;
@@ -132,7 +132,7 @@ struct CuttableBody::State {
     return {toVec3(body->getLinearVelocity()), toVec3(body->getAngularVelocity()),
             toVec3(body->getWorldTransform().getOrigin())};
   }
-  Matter matter() const { return matterOf(sums, cloud, settings.densities); }
+  MassProperties matter() const { return massPropertiesOf(sums, cloud, settings.densities); }
   void settle(const Pose& cloudPlace, const Motion& motion);
   std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, bool large) const;
   void moveContacts(const Pose& byInverse);
@@ -155,7 +155,7 @@ CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterC
 // The rigid body of the matter as it now is: mass, frame, and the velocity that the matter has at
 // the centre.
 void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
-  const Matter m = matter();
+  const MassProperties m = matter();
   const Principal principal = principalOf(m, frame.orientation);
   frame = principal.frame;
   const Pose where = cloudPlace * frame;
@@ -232,8 +232,8 @@ MovingMatter CuttableBody::matter() const {
   if (coverageOf(state_->sums) == 0 || body.getInvMass() == 0) return {};
   const Pose pose = toPose(body.getWorldTransform());
   const Vec3 inverse = toVec3(body.getInvInertiaDiagLocal());
-  const Matter matter{0, 1 / double(body.getInvMass()), Vec3::Zero(),
-                      Eigen::Matrix3d(inverse.cwiseInverse().asDiagonal())};
+  const MassProperties matter{0, 1 / double(body.getInvMass()), Vec3::Zero(),
+                              Eigen::Matrix3d(inverse.cwiseInverse().asDiagonal())};
   return moving(matter, pose, state_->motion());
 }
 
@@ -268,7 +268,7 @@ CutOutcome CuttableBody::become(const Cloud& after) {
   for (Cloud& cloud : pieces(after)) {
     Piece piece{std::move(cloud), {}, 0, nullptr};
     piece.sums = matterSums(piece.cloud);
-    piece.mass = matterOf(piece.sums, piece.cloud, own.settings.densities).mass;
+    piece.mass = massPropertiesOf(piece.sums, piece.cloud, own.settings.densities).mass;
     if (piece.mass >= own.settings.leastPiece)
       piece.field = own.fieldOf(piece.cloud, 2 * coverageOf(piece.sums) > all);
     if (piece.field) left.push_back(std::move(piece));
@@ -279,7 +279,8 @@ CutOutcome CuttableBody::become(const Cloud& after) {
   const Pose place = own.place(), before = own.frame;
   const Motion motion = own.motion();
   CutOutcome outcome;
-  outcome.cutAway = moving(matterOf(cutAway, own.cloud, own.settings.densities), place, motion);
+  outcome.cutAway =
+      moving(massPropertiesOf(cutAway, own.cloud, own.settings.densities), place, motion);
   std::size_t heaviest = 0;
   for (std::size_t i = 1; i < left.size(); ++i)
     if (left[i].mass > left[heaviest].mass) heaviest = i;

@@ -183,7 +183,7 @@ BaseVectorField DeviceWorkpiece::field() const {
   return BaseVectorField(std::move(whole));
 }
 
-BaseVectorField::Mass DeviceWorkpiece::mass() const {
+MassProperties DeviceWorkpiece::mass() const {
   Inside& s = *inside_;
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece)

@@ -117,7 +117,7 @@ void Digitizer::Inside::run(const Mesh& mesh, const DigitizeSettings& how,
   bricks.reset();
   onDevice = {};
   field.reset();
-  checkSettings(how);
+  validate(how);
 #if defined(CLOUDCONTACT_OPENCL)
   if (device) {
     const std::string why = guarded(mesh, how, wanted);
@@ -176,7 +176,7 @@ const std::string& Digitizer::device() const {
 const DigitizeReport& Digitizer::report() const {
   return inside_->report;
 }
-const DigitizerReport& Digitizer::deviceReport() const {
+const DeviceDigitizeReport& Digitizer::deviceReport() const {
   return inside_->onDevice;
 }
 

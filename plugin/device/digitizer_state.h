@@ -26,7 +26,7 @@ struct Digitizer::Inside {
   bool ran = false;
   Cloud cloud;  // empty where it is on the device alone
   DigitizeReport report;
-  DigitizerReport onDevice;
+  DeviceDigitizeReport onDevice;
   Grid grid;                                        // of the last run
   std::unique_ptr<BaseVectorField::Bricks> bricks;  // without what is on the device
   Cloud fetched();

@@ -24,7 +24,7 @@ class OpenClDigitizer {
   using StartField = std::function<const BaseVectorField::Bricks*()>;
   std::string run(const GridSurface& surface, int axis, const StartField& field);
 
-  const DigitizerReport& report() const { return report_; }
+  const DeviceDigitizeReport& report() const { return report_; }
   std::size_t badColumns() const { return counters_[CC_BAD_COLUMNS]; }
   std::size_t bytes() const;
 
@@ -63,7 +63,7 @@ class OpenClDigitizer {
   cl_uint runCount_ = 0;
   std::size_t bins_ = 0, table_ = 0;
   Counters counters_{};
-  DigitizerReport report_;
+  DeviceDigitizeReport report_;
   Pinned sent_, sentWindow_;
   Grown surface_, triangles_, shells_, countersThere_, counts_, first_, entries_, owners_, found_,
       pieces_, touched_, placed_, sums_, tableThere_, stored_, firstStored_, bricks_, own_,

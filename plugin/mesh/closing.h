@@ -19,4 +19,8 @@ struct Closing {
 // boundary, of which every column's sum comes back to zero.
 Closing closeSurface(const Mesh& mesh);
 
+// The mesh, whose triangles agree in direction, with a back and walls: its copy, each vertex moved
+// by its `behind` [m] and reversed, and walls along the open edges.
+Mesh thickened(Mesh mesh, const std::vector<Eigen::Vector3d>& behind);
+
 }  // namespace cloudcontact

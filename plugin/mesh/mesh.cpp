@@ -1,147 +1,39 @@
-// Looking at meshes and mending them: see mesh.h.
+// Meshes scaled, merged and validated: see mesh.h.
 #include <cloudcontact/mesh/mesh.h>
 
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
-
-#include "mesh/closing.h"
-#include "mesh/mesh_orientation.h"
-#include "mesh/mesh_topology.h"
-#include "mesh/thicken.h"
-#include "mesh/winding.h"
+#include <string>
+#include <utility>
 
 namespace cloudcontact {
 
-using Eigen::Vector3d;
-using Eigen::Vector3i;
-
-namespace {
-
-// Share of the surface's area that may be missing from a body with holes without a closer look.
-constexpr double kSmallHoles = 0.1;
-// Mean winding number just behind the faces: 1 for a closed body, 1/2 for a flat sheet, 0.87 for a
-// cube that lacks a face, 0.75 for a hemisphere without its base.
-constexpr double kBodyWinding = 0.7;
-constexpr int kProbes = 64;
-
-// The mean winding number just behind the faces, probed evenly over the area.
-double windingBehind(const Mesh& mesh) {
-  const double area = totalArea(mesh);
-  const double behind = 1e-4 * std::sqrt(area);
-  double passed = 0, sum = 0;
-  int probes = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    passed += triangleArea(mesh, t);
-    int here = 0;
-    while (probes < kProbes && (probes + 0.5) / kProbes * area <= passed) ++probes, ++here;
-    if (here == 0) continue;
-    const Vector3i& v = mesh.triangles[t];
-    const Vector3d &a = mesh.vertices[v[0]], &b = mesh.vertices[v[1]], &c = mesh.vertices[v[2]];
-    const Vector3d normal = (b - a).cross(c - a).normalized();
-    sum += here * windingNumber(mesh, (a + b + c) / 3 - behind * normal);
-  }
-  return probes > 0 ? sum / probes : 1;
+void validate(const Mesh& mesh) {
+  const int count = static_cast<int>(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      throw std::invalid_argument("mesh: vertex " + std::to_string(i) +
+                                  " is NaN or infinite; repair the mesh or its exporter");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (const int v = mesh.triangles[t][k]; v < 0 || v >= count)
+        throw std::invalid_argument("mesh: triangle " + std::to_string(t) + " names vertex " +
+                                    std::to_string(v) + ", but there are " + std::to_string(count) +
+                                    "; repair the mesh's indices");
 }
-
-// Of a welded mesh whose triangles agree in their direction.
-bool boundsNothing(const Mesh& mesh) {
-  const Closing closing = closeSurface(mesh);
-  if (closing.capArea <= kSmallHoles * totalArea(mesh)) return false;
-  // A body turned inside out has winding numbers of -1 before its faces, 0 behind.
-  const double winding = windingBehind(mesh);
-  return std::max(winding, 1 - winding) < kBodyWinding;
-}
-
-Mesh agreeing(const Mesh& mesh, double tolerance) {
-  checkMesh(mesh);
-  Mesh result = welded(mesh, tolerance);
-  dropDoubles(result);
-  agreeInDirection(result);
-  return result;
-}
-
-}  // namespace
 
 Mesh Mesh::scaled(const Eigen::Vector3d& factor) const {
   Mesh result = *this;
-  for (Vector3d& v : result.vertices) v = v.cwiseProduct(factor);
-  // A mirrored mesh is turned inside out; turned triangles put that right.
+  for (Eigen::Vector3d& v : result.vertices) v = v.cwiseProduct(factor);
+  // A mirror turns a mesh inside out; reversed triangles undo that.
   if (factor.prod() < 0)
-    for (Vector3i& t : result.triangles) flip(t);
+    for (Eigen::Vector3i& t : result.triangles) std::swap(t[1], t[2]);
   return result;
-}
-
-MeshReport inspect(const Mesh& mesh) {
-  checkMesh(mesh);
-  const Mesh clean = welded(mesh, 0);
-  MeshReport report;
-  report.degenerateTriangles = mesh.triangles.size() - clean.triangles.size();
-  forEachEdge(sortedEdgeSides(clean), [&](const EdgeSide* first, const EdgeSide* last) {
-    if (last - first == 1) ++report.openEdges;
-    if (last - first > 2) ++report.overusedEdges;
-  });
-  report.volume = sixVolumes(clean, middleOf(clean)) / 6;
-  report.area = totalArea(clean);
-  return report;
-}
-
-Mesh mended(const Mesh& mesh, double tolerance) {
-  Mesh result = agreeing(mesh, tolerance);
-  // The volume of a sheet has no sign to go by.
-  if (boundsNothing(result)) return result;
-  if (sixVolumes(result, middleOf(result)) < 0)
-    for (Vector3i& t : result.triangles) flip(t);
-  turnStrayComponents(result);
-  return result;
-}
-
-bool isSheet(const Mesh& mesh) {
-  return boundsNothing(agreeing(mesh, 0));
-}
-
-namespace {
-
-// Unit normals of the vertices, each triangle weighed by its angle there, made longer where they
-// lean away from the faces, so that the faces move by one; at most twofold, lest a spike grow.
-std::vector<Vector3d> offsetNormals(const Mesh& mesh) {
-  std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
-  std::vector<double> lean(mesh.vertices.size(), 0), angles(mesh.vertices.size(), 0);
-  const auto forEachCorner = [&](auto&& visit) {
-    for (const Vector3i& t : mesh.triangles)
-      for (int k = 0; k < 3; ++k) {
-        const Vector3d& p = mesh.vertices[t[k]];
-        const Vector3d b = mesh.vertices[t[(k + 1) % 3]] - p, c = mesh.vertices[t[(k + 2) % 3]] - p;
-        const Vector3d cross = b.cross(c);
-        if (cross.norm() > 0) visit(t[k], cross.normalized(), std::atan2(cross.norm(), b.dot(c)));
-      }
-  };
-  forEachCorner([&](int v, const Vector3d& n, double angle) { normals[v] += angle * n; });
-  for (Vector3d& n : normals) n.normalize();
-  forEachCorner([&](int v, const Vector3d& n, double angle) {
-    lean[v] += angle * n.dot(normals[v]);
-    angles[v] += angle;
-  });
-  for (std::size_t v = 0; v < normals.size(); ++v)
-    normals[v] *= angles[v] > 0 ? 1 / std::max(0.5, lean[v] / angles[v]) : 0;
-  return normals;
-}
-
-}  // namespace
-
-Mesh shell(const Mesh& mesh, double thickness) {
-  if (!(thickness > 0) || !std::isfinite(thickness))
-    throw std::invalid_argument("shell: thickness must be positive and finite [m]");
-  Mesh result = agreeing(mesh, 0);
-  std::vector<Vector3d> behind = offsetNormals(result);
-  for (Vector3d& b : behind) b *= -thickness;
-  return thickened(std::move(result), behind);
 }
 
 Mesh merged(const std::vector<NamedMesh>& parts) {
   Mesh all;
   for (const NamedMesh& part : parts) {
-    const auto base = static_cast<int>(all.vertices.size());
+    const int base = static_cast<int>(all.vertices.size());
     all.vertices.insert(all.vertices.end(), part.mesh.vertices.begin(), part.mesh.vertices.end());
     for (const Eigen::Vector3i& t : part.mesh.triangles)
       all.triangles.push_back(t + Eigen::Vector3i::Constant(base));

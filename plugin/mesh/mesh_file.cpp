@@ -111,7 +111,7 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
     if (part.name.empty()) part.name = "part " + std::to_string(++nameless);
     for (Vector3d& v : part.mesh.vertices) v *= metresPerUnit;
     try {
-      checkMesh(part.mesh);
+      validate(part.mesh);
     } catch (const std::invalid_argument& e) {
       refuse(file, e.what());
     }

@@ -115,20 +115,6 @@ FillEdge* sharpestTurn(std::vector<FillEdge>& edges, const Mesh& mesh, int at,
 
 }  // namespace
 
-void checkMesh(const Mesh& mesh) {
-  const int count = static_cast<int>(mesh.vertices.size());
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-    if (!mesh.vertices[i].allFinite())
-      throw std::invalid_argument("mesh: vertex " + std::to_string(i) +
-                                  " is NaN or infinite; repair the mesh or its exporter");
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k)
-      if (const int v = mesh.triangles[t][k]; v < 0 || v >= count)
-        throw std::invalid_argument("mesh: triangle " + std::to_string(t) + " names vertex " +
-                                    std::to_string(v) + ", but there are " + std::to_string(count) +
-                                    "; repair the mesh's indices");
-}
-
 Mesh welded(const Mesh& mesh, double tolerance) {
   const std::vector<int> same =
       tolerance > 0 ? nearVertices(mesh.vertices, tolerance) : equalVertices(mesh.vertices);

@@ -9,9 +9,6 @@
 
 namespace cloudcontact {
 
-// Throws std::invalid_argument where an index is out of range or a vertex is NaN or infinite.
-void checkMesh(const Mesh& mesh);
-
 // The mesh with vertices within `tolerance` [m] made one (0: equal ones), triangles that shrink to
 // a line or a point dropped, unused vertices dropped. The order of triangles is kept.
 Mesh welded(const Mesh& mesh, double tolerance);

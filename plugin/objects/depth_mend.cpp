@@ -170,7 +170,7 @@ void smooth(DepthImage& image, const DepthSettings& settings, double jump) {
   });
 }
 
-void checkSettings(const DepthSettings& s) {
+void validate(const DepthSettings& s) {
   if (!(s.jump >= 0) || !std::isfinite(s.jump))
     throw std::invalid_argument("depthImage: jump must be finite, not negative [m]");
   if (s.holePixels < 0) throw std::invalid_argument("depthImage: holePixels must not be negative");
@@ -180,7 +180,7 @@ void checkSettings(const DepthSettings& s) {
 
 }  // namespace
 
-void check(const DepthImage& image) {
+void validate(const DepthImage& image) {
   const auto fail = [](const std::string& why) {
     throw std::invalid_argument("depthImage: " + why);
   };
@@ -200,7 +200,7 @@ void check(const DepthImage& image) {
 }
 
 double jumpOf(const DepthImage& image, const DepthSettings& settings) {
-  checkSettings(settings);
+  validate(settings);
   if (settings.jump > 0) return settings.jump;
   const DepthPixels pixels(image);
   std::vector<double> distances;
@@ -220,7 +220,7 @@ double jumpOf(const DepthImage& image, const DepthSettings& settings) {
 }
 
 DepthImage mended(const DepthImage& image, const DepthSettings& settings, DepthReport* report) {
-  check(image);
+  validate(image);
   DepthReport found;
   found.jump = jumpOf(image, settings);
   found.seen = static_cast<std::size_t>(std::count_if(image.points.begin(), image.points.end(),

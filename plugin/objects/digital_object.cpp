@@ -43,7 +43,7 @@ Eigen::AlignedBox3d ofVoxels(const Cloud& cloud) {
 Eigen::AlignedBox3d ofColumns(const ColumnCloud& c) {
   Eigen::AlignedBox3d box;
   if (c.intervals.empty()) return box;
-  check(c);
+  validate(c);
   const int u = (c.axis + 1) % 3, v = (c.axis + 2) % 3;
   for (std::size_t k = 0; k + 1 < c.first.size(); ++k)
     for (std::size_t i = c.first[k]; i < c.first[k + 1]; ++i) {
@@ -137,7 +137,7 @@ SphereCloud toSpheres(const SphereTree& tree) {
 }
 
 PointCloud toPoints(const DepthImage& image) {
-  check(image);
+  validate(image);
   PointCloud points;
   for (const Vec3& p : image.points)
     if (p.allFinite()) points.positions.push_back(p);
@@ -149,12 +149,12 @@ Eigen::AlignedBox3d boundsOf(const DigitalObject& object) {
       Overloaded{
           [](const Cloud& o) { return ofVoxels(o); },
           [](const PointCloud& o) {
-            check(o);
+            validate(o);
             return ofBalls(o.positions.size(),
                            [&](std::size_t i) { return std::pair(o.positions[i], o.spacing / 2); });
           },
           [](const SphereCloud& o) {
-            check(o);
+            validate(o);
             return ofBalls(o.centers.size(),
                            [&](std::size_t i) { return std::pair(o.centers[i], o.radii[i]); });
           },

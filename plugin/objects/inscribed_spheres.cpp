@@ -45,7 +45,7 @@ double ballAt(const SurfacePlace& place, const PointTree& tree,
   return radius;
 }
 
-void checkSettings(const InscribedSettings& s) {
+void validate(const InscribedSettings& s) {
   if (!(s.tolerance > 0) || !std::isfinite(s.tolerance))
     throw std::invalid_argument("inscribedSpheres: tolerance must be positive and finite [voxels]");
   if (!(s.smallest > 0) || !std::isfinite(s.smallest))
@@ -73,7 +73,7 @@ class Gaps {
 
 SphereCloud inscribedSpheres(const Cloud& cloud, const InscribedSettings& settings,
                              InscribedReport* report) {
-  checkSettings(settings);
+  validate(settings);
   const std::vector<SurfacePlace> places =
       surfacePlaces(cloud, settings.perVoxel, settings.threads);
   if (places.empty())

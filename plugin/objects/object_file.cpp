@@ -54,20 +54,20 @@ class Packer {
 };
 
 Kind pack(Packer& p, const PointCloud& o) {
-  check(o);
+  validate(o);
   p.put(o.positions), p.put(o.spacing), p.put(o.shares), p.put(o.normals), p.put(o.material);
   p.put(o.materials);
   return Kind::Points;
 }
 
 Kind pack(Packer& p, const SphereCloud& o) {
-  check(o);
+  validate(o);
   p.put(o.centers), p.put(o.radii), p.put(o.material), p.put(o.materials);
   return Kind::Spheres;
 }
 
 Kind pack(Packer& p, const ColumnCloud& o) {
-  check(o);
+  validate(o);
   p.put(static_cast<std::int32_t>(o.axis)), p.put(o.width), p.put(o.origin), p.put(o.columns);
   p.put(std::vector<std::uint64_t>(o.first.begin(), o.first.end()));
   p.put(o.intervals), p.put(o.materials);
@@ -88,7 +88,7 @@ Kind pack(Packer& p, const SphereTree& o) {
 }
 
 Kind pack(Packer& p, const DepthImage& o) {
-  check(o);
+  validate(o);
   p.put(static_cast<std::int32_t>(o.width)), p.put(static_cast<std::int32_t>(o.height));
   p.put(o.viewpoint), p.put(o.points);
   return Kind::DepthImage;
@@ -213,7 +213,7 @@ DepthImage imageFrom(Unpacker& u) {
 
 template <typename Object>
 DigitalObject checked(Object object) {
-  check(object);
+  validate(object);
   return object;
 }
 

@@ -18,7 +18,7 @@ namespace {
   throw std::invalid_argument("points: " + why);
 }
 
-void checkEdge(int perEdge) {
+void validatePerEdge(int perEdge) {
   if (perEdge < 1 || perEdge > 16) fail("perEdge must be from 1 to 16");
 }
 
@@ -36,7 +36,7 @@ Vec3 partCentre(const Cloud& cloud, const Vector3i& voxel, std::size_t k, int n)
 
 }  // namespace
 
-void check(const PointCloud& p) {
+void validate(const PointCloud& p) {
   const std::size_t n = p.positions.size();
   if (!(p.spacing >= 0) || !std::isfinite(p.spacing)) fail("spacing must be finite, not negative");
   if (!p.shares.empty() && p.shares.size() != n)
@@ -57,7 +57,7 @@ void check(const PointCloud& p) {
 }
 
 PointCloud centerPoints(const Cloud& cloud, int perEdge) {
-  checkEdge(perEdge);
+  validatePerEdge(perEdge);
   PointCloud points;
   points.spacing = cloud.voxelSize() / perEdge;
   points.materials = cloud.materials();
@@ -100,7 +100,7 @@ PointCloud cornerPoints(const Cloud& cloud) {
 }
 
 PointCloud surfacePoints(const Cloud& cloud, int perEdge, int threads) {
-  checkEdge(perEdge);
+  validatePerEdge(perEdge);
   PointCloud points;
   points.materials = cloud.materials();
   for (const SurfacePlace& place : surfacePlaces(cloud, perEdge, threads)) {
@@ -117,7 +117,7 @@ Cloud toCloud(const PointCloud& points, double voxelSize) {
     settings.voxelSize = voxelSize;
     return toCloud(points, settings);
   }
-  check(points);
+  validate(points);
   Eigen::AlignedBox3d box;
   for (const Vec3& p : points.positions) box.extend(p);
   const Vec3 half = Vec3::Constant(0.5 * points.spacing);

@@ -175,7 +175,7 @@ DepthImage asImage(const fs::path& file, PcdPoints pcd, double metresPerUnit) {
       p.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   try {
-    check(image);
+    validate(image);
   } catch (const std::invalid_argument& e) {
     refuse(file, e.what());
   }

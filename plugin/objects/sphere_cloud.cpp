@@ -134,7 +134,7 @@ struct Filled {
 
 }  // namespace
 
-void check(const SphereCloud& s) {
+void validate(const SphereCloud& s) {
   const auto fail = [](const std::string& why) { throw std::invalid_argument("spheres: " + why); };
   if (s.radii.size() != s.centers.size()) fail("radii must be as many as centers");
   if (!s.material.empty() && s.material.size() != s.centers.size())
@@ -149,7 +149,7 @@ void check(const SphereCloud& s) {
 }
 
 Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads) {
-  check(spheres);
+  validate(spheres);
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < spheres.centers.size(); ++i) {
     box.extend(Vec3(spheres.centers[i].array() - spheres.radii[i]));

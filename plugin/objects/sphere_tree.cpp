@@ -38,7 +38,7 @@ SphereTree::SphereTree(Kind kind, std::vector<Leaf> leaves, std::vector<std::str
 }
 
 SphereTree::SphereTree(const SphereCloud& spheres) {
-  check(spheres);
+  validate(spheres);
   std::vector<Leaf> leaves;
   for (std::size_t i = 0; i < spheres.centers.size(); ++i)
     leaves.push_back({spheres.centers[i], spheres.radii[i], 1,
@@ -48,7 +48,7 @@ SphereTree::SphereTree(const SphereCloud& spheres) {
 }
 
 SphereTree::SphereTree(const PointCloud& points) {
-  check(points);
+  validate(points);
   std::vector<Leaf> leaves;
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     const float share = points.shares.empty() ? 1.f : points.shares[i];

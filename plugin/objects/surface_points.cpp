@@ -87,8 +87,8 @@ class ScanBody {
   double distance_;
 };
 
-void checkSettings(const PointCloud& points, const ScanSettings& s) {
-  check(points);
+void validate(const PointCloud& points, const ScanSettings& s) {
+  validate(points);
   const auto fail = [](const char* why) {
     throw std::invalid_argument(std::string("points: ") + why);
   };
@@ -185,7 +185,7 @@ bool recognizeVolume(PointCloud& points) {
 }
 
 Cloud toCloud(const PointCloud& points, const ScanSettings& settings, ScanReport* report) {
-  checkSettings(points, settings);
+  validate(points, settings);
   ScanReport found;
   found.pointDistance = pointDistance(points);
   if (!(found.pointDistance > 0))

@@ -83,7 +83,7 @@ void forEachFullBrick(const Cloud::Voxels& voxels, Visit&& visit) {
         if (const std::int32_t b = voxels.table[entry]; b != kEmptyBrick) visit(b, x, y, z);
 }
 
-void checkTable(const Cloud::Voxels& voxels) {
+void validateTable(const Cloud::Voxels& voxels) {
   std::size_t expected = 1;
   for (int k = 0; k < 3; ++k) {
     if (voxels.bricks[k] < 0) throw std::invalid_argument("cloud: bricks must not be negative");
@@ -101,7 +101,7 @@ void checkTable(const Cloud::Voxels& voxels) {
                                   ", but there are " + std::to_string(voxels.coverage.size()));
 }
 
-void checkMaterials(const Cloud::Voxels& voxels) {
+void validateMaterials(const Cloud::Voxels& voxels) {
   if (voxels.materials.empty() && voxels.materialTable.empty() && voxels.material.empty()) return;
   const auto count = static_cast<std::int64_t>(voxels.materials.size());
   if (count > 256) throw std::invalid_argument("cloud: more than 256 materials");
@@ -138,8 +138,8 @@ Cloud::Cloud(double voxelSize, const Vec3& origin, std::shared_ptr<const Voxels>
     throw std::invalid_argument("cloud: voxelSize must be positive and finite [m]");
   if (!origin.allFinite()) throw std::invalid_argument("cloud: origin must be finite [m]");
   if (!voxels_) throw std::invalid_argument("cloud: voxels are missing");
-  checkTable(*voxels_);
-  checkMaterials(*voxels_);
+  validateTable(*voxels_);
+  validateMaterials(*voxels_);
 }
 
 std::uint8_t Cloud::coverage(int x, int y, int z) const {
@@ -217,7 +217,7 @@ MassProperties Cloud::massProperties() const {
   const Eigen::Matrix3d second = (sum.second - sum.mass * mean * mean.transpose() +
                                   sum.mass / 12 * Eigen::Matrix3d::Identity()) /
                                  255;
-  result.volume = sum.mass / 255 * h * h * h;
+  result.volume = result.mass = sum.mass / 255 * h * h * h;
   result.centerOfMass = origin_ + h * (mean + middle);
   result.inertia = std::pow(h, 5) * (second.trace() * Eigen::Matrix3d::Identity() - second);
   return result;

@@ -109,7 +109,7 @@ class VoxelColumn {
 
 }  // namespace
 
-void check(const ColumnCloud& c) {
+void validate(const ColumnCloud& c) {
   const auto fail = [](const std::string& why) { throw std::invalid_argument("columns: " + why); };
   if (c.axis < 0 || c.axis > 2) fail("axis must be 0, 1 or 2");
   if (!(c.width > 0) || !std::isfinite(c.width)) fail("width must be positive and finite [m]");
@@ -172,7 +172,7 @@ ColumnCloud toColumns(const Mesh& mesh, double width, int axis) {
 }
 
 Cloud toCloud(const ColumnCloud& columns, double voxelSize) {
-  check(columns);
+  validate(columns);
   const int u = (columns.axis + 1) % 3, v = (columns.axis + 2) % 3, w = columns.axis;
   const auto boxOf = [&](std::size_t column, const ColumnInterval& i) {
     const auto n = static_cast<std::size_t>(columns.columns[0]);

@@ -31,7 +31,7 @@ void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
 
 }  // namespace
 
-Cutter::Cutter(const GridSurface& surface, const Frame& frame)
+ColumnCutter::ColumnCutter(const GridSurface& surface, const Frame& frame)
     : surface_(surface),
       frame_(frame),
       height_(frame.layers * kBrickEdge + 1),
@@ -40,12 +40,12 @@ Cutter::Cutter(const GridSurface& surface, const Frame& frame)
   if (surface.firstCap < surface.triangles.size()) caps_.resize(differences_.size(), 0.0);
 }
 
-std::size_t Cutter::bytes(int layers, bool capped) {
+std::size_t ColumnCutter::bytes(int layers, bool capped) {
   return sizeof(double) * kColumnsPerBrick * (static_cast<std::size_t>(layers) * kBrickEdge + 1) *
          (capped ? 2 : 1);
 }
 
-BrickColumn Cutter::cut(int bu, int bv, const int* first, const int* last) {
+BrickColumn ColumnCutter::cut(int bu, int bv, const int* first, const int* last) {
   lowest_ = height_, highest_ = -1;
   std::fill(std::begin(shell_), std::end(shell_), kNoShell);
   for (const int* t = first; t != last; ++t) cutTriangle(bu, bv, *t);
@@ -67,12 +67,12 @@ BrickColumn Cutter::cut(int bu, int bv, const int* first, const int* last) {
   return result;
 }
 
-void Cutter::touch(int lowestCell, int highestCell) {
+void ColumnCutter::touch(int lowestCell, int highestCell) {
   for (int layer = lowestCell / kBrickEdge; layer <= highestCell / kBrickEdge; ++layer)
     touched_[static_cast<std::size_t>(layer)] = 1;
 }
 
-void Cutter::clear() {
+void ColumnCutter::clear() {
   for (std::size_t layer = 0; layer < touched_.size(); ++layer) {
     if (!touched_[layer]) continue;
     const int first = static_cast<int>(layer) * kBrickEdge;
@@ -82,7 +82,7 @@ void Cutter::clear() {
 }
 
 // A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
-CcPolygon Cutter::inColumn(int bu, int bv, int triangle) const {
+CcPolygon ColumnCutter::inColumn(int bu, int bv, int triangle) const {
   CcPolygon polygon;
   polygon.corners = 0;
   for (int k = 0; k < 3; ++k) {
@@ -92,7 +92,7 @@ CcPolygon Cutter::inColumn(int bu, int bv, int triangle) const {
   return polygon;
 }
 
-void Cutter::cutTriangle(int bu, int bv, int triangle) {
+void ColumnCutter::cutTriangle(int bu, int bv, int triangle) {
   const auto t = static_cast<std::size_t>(triangle);
   triangleShell_ = t >= surface_.firstCap       ? kCap
                    : surface_.component.empty() ? 0
@@ -109,7 +109,7 @@ void Cutter::cutTriangle(int bu, int bv, int triangle) {
   });
 }
 
-void Cutter::addPiece(int column, int cell, const CcPiece& part) {
+void ColumnCutter::addPiece(int column, int cell, const CcPiece& part) {
   double* d = at(column, cell);
   d[0] -= part.area - part.under;
   d[kColumnsPerBrick] -= part.under;
@@ -123,7 +123,7 @@ void Cutter::addPiece(int column, int cell, const CcPiece& part) {
     shell_[column] = shell_[column] == kNoShell ? triangleShell_ : kSeveralShells;
 }
 
-void Cutter::countCaps(BrickColumn& result) {
+void ColumnCutter::countCaps(BrickColumn& result) {
   if (caps_.empty()) return;
   for (int c = 0; c < kColumnsPerBrick; ++c) {
     int voxels = 0;
@@ -139,7 +139,7 @@ void Cutter::countCaps(BrickColumn& result) {
 
 // Running sums, layer of bricks by layer, and the bricks they make. Where no piece lies in a layer
 // the sums stand still, and so does the brick: most layers of a body are such.
-void Cutter::sumUp(BrickColumn& result) {
+void ColumnCutter::sumUp(BrickColumn& result) {
   Runs runs;
   result.firstLayer = lowest_ / kBrickEdge;
   result.table.clear();
@@ -167,14 +167,14 @@ void Cutter::sumUp(BrickColumn& result) {
 }
 
 // One layer of bricks: kEmptyBrick, kSolidBrick, or 0 where `brick` holds numbers.
-int Cutter::sumLayer(int layer, Runs& runs, BrickCoverage& brick) {
+int ColumnCutter::sumLayer(int layer, Runs& runs, BrickCoverage& brick) {
   BrickCoverage cells;  // in the order of differences_
   for (int w = 0; w < kBrickEdge; ++w)
     addCell(at(0, layer * kBrickEdge + w), runs, cells.data() + w * kColumnsPerBrick);
   return codeOf(cells, brick);
 }
 
-int Cutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const {
+int ColumnCutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const {
   std::uint8_t least = 255, most = 0;
   for (const std::uint8_t c : cells) least = std::min(least, c), most = std::max(most, c);
   if (most == 0) return kEmptyBrick;
@@ -190,7 +190,7 @@ int Cutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const {
 }
 
 // In the overlapping columns, differences of the shells' sum become those of their union.
-void Cutter::unite(int bu, int bv, const int* first, const int* last) {
+void ColumnCutter::unite(int bu, int bv, const int* first, const int* last) {
   std::vector<Vector3d> corners;
   std::vector<double> coverage;
   for (int c = 0; c < kColumnsPerBrick; ++c) {

@@ -2,11 +2,13 @@
 // the method is told.
 #pragma once
 
+#include <cloudcontact/voxels/cloud.h>
+
 #include <cstdint>
 #include <vector>
 
 #include "base/grid_index.h"
-#include "voxels/columns.h"
+#include "voxels/grid_surface.h"
 #include "voxels/polygon.h"
 
 namespace cloudcontact {
@@ -50,9 +52,9 @@ struct Runs {
 };
 
 // Cuts one brick-wide column at a time; keeps its memory.
-class Cutter {
+class ColumnCutter {
  public:
-  Cutter(const GridSurface& surface, const Frame& frame);
+  ColumnCutter(const GridSurface& surface, const Frame& frame);
 
   // Brick column (bu, bv), given the triangles that may touch it.
   BrickColumn cut(int bu, int bv, const int* first, const int* last);

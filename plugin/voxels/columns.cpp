@@ -160,12 +160,13 @@ ColumnResult cutColumns(const GridSurface& surface, int axis, int threads,
   const Bins bins = binTriangles(surface, frame);
   const std::size_t count = bins.first.size() - 1;
   std::vector<BrickColumn> columns(count);
-  std::vector<std::unique_ptr<Cutter>> cutters(static_cast<std::size_t>(threadCount(threads)));
+  std::vector<std::unique_ptr<ColumnCutter>> cutters(
+      static_cast<std::size_t>(threadCount(threads)));
   std::atomic<std::size_t> done{0};
   parallelFor(count, threads, [&](std::size_t c, int worker) {
     if (bins.first[c] != bins.first[c + 1]) {
-      std::unique_ptr<Cutter>& cutter = cutters[static_cast<std::size_t>(worker)];
-      if (!cutter) cutter = std::make_unique<Cutter>(surface, frame);
+      std::unique_ptr<ColumnCutter>& cutter = cutters[static_cast<std::size_t>(worker)];
+      if (!cutter) cutter = std::make_unique<ColumnCutter>(surface, frame);
       const int bu = static_cast<int>(c % static_cast<std::size_t>(frame.width));
       const int bv = static_cast<int>(c / static_cast<std::size_t>(frame.width));
       columns[c] = cutter->cut(bu, bv, bins.triangles.data() + bins.first[c],

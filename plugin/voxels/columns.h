@@ -1,24 +1,15 @@
 // Depth columns with exact coverage: how a surface becomes voxels. See columns.cpp for the method.
 #pragma once
 
-#include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
 
 #include <cstdint>
 #include <functional>
 #include <vector>
 
-namespace cloudcontact {
+#include "voxels/grid_surface.h"
 
-// A surface in voxel units, in the grid's frame, ready to be cut into columns.
-struct GridSurface {
-  Eigen::Vector3i bricks;                  // of the grid, which encloses all vertices
-  std::vector<Eigen::Vector3d> vertices;   // [voxels]
-  std::vector<Eigen::Vector3i> triangles;  // the mesh's own, then those that close it
-  std::size_t firstCap = 0;                // index of the first closing triangle
-  // The shell of each of the mesh's own triangles; empty where there is only one shell.
-  std::vector<int> component;
-};
+namespace cloudcontact {
 
 struct ColumnResult {
   Cloud::Voxels voxels;

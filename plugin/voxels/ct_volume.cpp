@@ -20,7 +20,7 @@ namespace {
 constexpr float kClear = 4;  // deviations; with 3 a ball of 16 voxels had wisps about it
 constexpr int kBorder = 2;   // empty voxels about the values: a field needs its surface inside
 
-void require(const CtVolume& volume, const std::vector<CtRange>& ranges) {
+void validate(const CtVolume& volume, const std::vector<CtRange>& ranges) {
   if ((volume.size.array() < 1).any() || !(volume.voxelSize > 0) ||
       !std::isfinite(volume.voxelSize) || !volume.origin.allFinite())
     throw std::invalid_argument("cloudFromCt: sizes and origin must be positive and finite");
@@ -39,7 +39,7 @@ void require(const CtVolume& volume, const std::vector<CtRange>& ranges) {
                                   " does not");
 }
 
-struct Matter {
+struct Voxel {
   std::uint8_t coverage = 0, material = 0;
 };
 
@@ -70,7 +70,7 @@ class Reader {
       : volume_(volume), ranges_(ranges), air_(air) {}
 
   // Of the voxel (x, y, z) of the volume, which may lie outside it: air.
-  Matter at(int x, int y, int z) const {
+  Voxel at(int x, int y, int z) const {
     const float own = value(x, y, z);
     float least = own, most = own;
     for (int k = 0; k < 27; ++k) {
@@ -106,7 +106,7 @@ class Reader {
 
 Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
                   std::size_t maxBytes) {
-  require(volume, ranges);
+  validate(volume, ranges);
   auto voxels = std::make_shared<Cloud::Voxels>();
   const Eigen::Vector3i all = volume.size + Eigen::Vector3i::Constant(2 * kBorder);
   voxels->bricks = (all + Eigen::Vector3i::Constant(kBrickEdge - 1)) / kBrickEdge;
@@ -126,7 +126,7 @@ Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
         for (int k = 0; k < kBrickVoxels; ++k) {
           const Eigen::Vector3i v = kBrickEdge * Eigen::Vector3i(bx, by, bz) + cellOffset(k) -
                                     Eigen::Vector3i::Constant(kBorder);
-          const Matter m = reader.at(v.x(), v.y(), v.z());
+          const Voxel m = reader.at(v.x(), v.y(), v.z());
           coverage[static_cast<std::size_t>(k)] = m.coverage;
           material[static_cast<std::size_t>(k)] = m.coverage > 0 ? m.material : std::uint8_t{0};
         }

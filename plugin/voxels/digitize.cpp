@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "mesh/mesh_topology.h"
+#include "voxels/columns.h"
 #include "voxels/materials.h"
 #include "voxels/open_surface.h"
 #include "voxels/preparation.h"
@@ -71,7 +72,7 @@ DigitizeSettings piece(const DigitizeSettings& whole, std::size_t k, std::size_t
 }  // namespace
 
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
-  checkVoxelSize(voxelSize);
+  validateVoxelSize(voxelSize);
   const Prepared prepared = prepare(mesh);
   const double bytes =
       cuttingBytes(prepared.closing, voxelSize, prepared.passes(), threadCount(0), INFINITY);
@@ -80,7 +81,7 @@ std::size_t digitizeBytes(const Mesh& mesh, double voxelSize) {
 }
 
 Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings, DigitizeReport* report) {
-  checkSettings(settings);
+  validate(settings);
   const Prepared prepared = prepare(mesh);
   checkSize(prepared, settings, prepared.passes());
   const Grid grid = gridAround(prepared.closing.mesh, settings.voxelSize);
@@ -97,7 +98,7 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
     throw std::invalid_argument("digitize: give from 1 to 256 meshes, each of a material");
   const std::vector<Part> parts = largestFirst(meshes);
   if (parts.size() < 2) return digitize(merged(meshes), settings, report);
-  checkSettings(settings);
+  validate(settings);
   const Prepared body = prepare(merged(meshes));
   int passes = body.passes();
   for (const Part& part : parts) passes = std::max(passes, part.prepared.passes());

@@ -7,6 +7,7 @@
 
 #include "mesh/mesh_topology.h"
 #include "voxels/column_cutter.h"
+#include "voxels/columns.h"
 
 namespace cloudcontact {
 
@@ -64,7 +65,7 @@ double tableBytes(const Grid& grid) {
 double bytesOf(const Closing& closing, const Grid& grid, double bricks, int passes, int threads) {
   const double layers = std::min(grid.bricks.maxCoeff(), 1e8);
   const double columns = grid.places() / grid.bricks.minCoeff();
-  const double scratch = static_cast<double>(Cutter::bytes(static_cast<int>(layers), true));
+  const double scratch = static_cast<double>(ColumnCutter::bytes(static_cast<int>(layers), true));
   // A brick column's own record, and its columns' marks.
   constexpr double kColumnBytes = sizeof(BrickColumn) + 8 + kColumnsPerBrick;
   // Topology and copies of the mesh, and the lists of what lies over which column.

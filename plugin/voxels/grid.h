@@ -2,7 +2,7 @@
 #pragma once
 
 #include "mesh/closing.h"
-#include "voxels/columns.h"
+#include "voxels/grid_surface.h"
 
 namespace cloudcontact {
 

@@ -211,7 +211,7 @@ std::vector<Cloud> pieces(const Cloud& cloud) {
 
 namespace {
 
-void checkCuts(const Cloud& cloud, std::span<const VoxelCut> cuts) {
+void validate(const Cloud& cloud, std::span<const VoxelCut> cuts) {
   if (cloud.empty()) throw std::invalid_argument("cutCloud: the cloud is empty");
   const Eigen::Vector3i n = cloud.size();
   for (const VoxelCut& c : cuts)
@@ -238,7 +238,7 @@ void tidy(Cloud::Voxels& voxels) {
 }  // namespace
 
 Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts) {
-  checkCuts(cloud, cuts);
+  validate(cloud, cuts);
   auto voxels = std::make_shared<Cloud::Voxels>(cloud.voxels());
   tidy(*voxels);
   for (const VoxelCut& c : cuts) {

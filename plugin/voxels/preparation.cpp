@@ -1,6 +1,8 @@
 // A mesh made ready for digitising: see preparation.h.
 #include "voxels/preparation.h"
 
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
@@ -29,20 +31,20 @@ std::string digits(double x) {
 
 }  // namespace
 
-void checkVoxelSize(double voxelSize) {
+void validateVoxelSize(double voxelSize) {
   if (!(voxelSize > 0) || !std::isfinite(voxelSize))
     throw std::invalid_argument("digitize: voxelSize is " + digits(voxelSize) +
                                 ", must be positive and finite [m]");
 }
 
-void checkSettings(const DigitizeSettings& settings) {
-  checkVoxelSize(settings.voxelSize);
+void validate(const DigitizeSettings& settings) {
+  validateVoxelSize(settings.voxelSize);
   if (settings.threads < 0)
     throw std::invalid_argument("digitize: threads must be 0 (all cores) or positive");
 }
 
 std::optional<Prepared> preparedAsWhole(const Mesh& mesh) {
-  checkMesh(mesh);
+  validate(mesh);
   Prepared prepared;
   Mesh& whole = prepared.closing.mesh;
   whole = welded(mesh, 0);

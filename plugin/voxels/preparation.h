@@ -1,7 +1,8 @@
 // A mesh made ready for digitising, and what is checked before and after.
 #pragma once
 
-#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/digitize_settings.h>
 
 #include <optional>
 
@@ -32,8 +33,8 @@ Prepared prepare(const Mesh& mesh);
 GridSurface inGrid(const Prepared& prepared, const Grid& grid);
 
 // Throw std::invalid_argument on a setting that cannot be used.
-void checkVoxelSize(double voxelSize);
-void checkSettings(const DigitizeSettings& settings);
+void validateVoxelSize(double voxelSize);
+void validate(const DigitizeSettings& settings);
 
 // Throws where that many copies of the voxels would need too much, and says what would fit.
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes);

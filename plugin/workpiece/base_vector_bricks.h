@@ -36,8 +36,7 @@ struct TissueSums {
 };
 
 // By the tissues' densities and sums.
-BaseVectorField::Mass massOf(const BaseVectorField::Bricks& field,
-                             const std::vector<TissueSums>& sums);
+MassProperties massOf(const BaseVectorField::Bricks& field, const std::vector<TissueSums>& sums);
 
 constexpr std::int32_t kNoBlock = -1;
 

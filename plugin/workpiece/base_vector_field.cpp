@@ -135,13 +135,13 @@ void BaseVectorField::reserve() {
   bricks_->blocks.resize(used);
 }
 
-BaseVectorField::Mass BaseVectorField::mass() const {
+MassProperties BaseVectorField::mass() const {
   return massOf(*bricks_, bricks_->sums);
 }
 
-BaseVectorField::Mass massOf(const Bricks& f, const std::vector<TissueSums>& sums) {
+MassProperties massOf(const Bricks& f, const std::vector<TissueSums>& sums) {
   const double h = f.voxelSize, voxel = h * h * h;
-  BaseVectorField::Mass result;
+  MassProperties result;
   Vec3 first = Vec3::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (std::size_t k = 0; k < sums.size(); ++k) {

@@ -171,7 +171,7 @@ class Spheres {
 Voxels interference(const PointCloud& tool, const Pose& toolPlace, const Octree& workpiece,
                     int threads) {
   requirePlace(toolPlace);
-  check(tool);
+  validate(tool);
   if (workpiece.empty()) return {};
   constexpr std::size_t kRun = 4096;  // points a slice
   const std::size_t slices = (tool.positions.size() + kRun - 1) / kRun;
@@ -191,8 +191,8 @@ Voxels interference(const PointCloud& tool, const Pose& toolPlace, const Octree&
 Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const ColumnCloud& workpiece,
                     int threads) {
   requirePlace(toolPlace);
-  check(tool);
-  check(workpiece);
+  validate(tool);
+  validate(workpiece);
   const Columns in(tool);
   const int w = workpiece.axis, u = (w + 1) % 3, v = (w + 2) % 3;
   const double width = workpiece.width;
@@ -228,7 +228,7 @@ Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const Column
 Voxels interference(const SphereCloud& tool, const Pose& toolPlace, const Cloud& workpiece,
                     int threads) {
   requirePlace(toolPlace);
-  check(tool);
+  validate(tool);
   const Spheres spheres(tool, toolPlace);
   return middlesInside(workpiece, spheres.bounds(), threads,
                        [&](const Vec3& middle) { return spheres.contains(middle); });

@@ -1,5 +1,7 @@
 // Contacts of clouds against closed forms: normal, depth, centre of force and force of every case
 // in contact_cases.cpp, pressed 0.3 to 1 voxel, each at its own random grids, poses and place.
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

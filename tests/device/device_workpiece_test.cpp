@@ -89,7 +89,7 @@ struct Both {
   void cut(std::span<const VoxelCut> cuts) { EXPECT_EQ(device.cut(cuts), cpu.cut(cuts)); }
   void compare() const {
     expectSame(device.field(), cpu);
-    const BaseVectorField::Mass got = device.mass(), want = cpu.mass();
+    const MassProperties got = device.mass(), want = cpu.mass();
     EXPECT_EQ(got.volume, want.volume);
     EXPECT_EQ(got.mass, want.mass);
     EXPECT_EQ(got.centerOfMass, want.centerOfMass);

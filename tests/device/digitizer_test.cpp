@@ -1,5 +1,6 @@
 // What a device makes of a mesh is what the CPU makes of it, to the bit: voxels, windows' sums.
 #include <cloudcontact/device/digitizer.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

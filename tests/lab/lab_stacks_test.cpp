@@ -1,4 +1,6 @@
 // Meshes, rules and a few quick trials of the stability scenes made of spikes, wedges and stacks.
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // Mesh files: every format that the project names, and a table of broken ones.
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 
 #include <bit>
 #include <cstring>

@@ -1,5 +1,5 @@
 // Looking at meshes and mending them, against counts and volumes known by construction.
-#include <cloudcontact/mesh/mesh.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 
 #include "mesh/test_meshes.h"
 

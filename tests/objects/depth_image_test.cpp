@@ -1,5 +1,6 @@
 // A synthetic depth camera looks at a plane, a ball, a box and a step, with noise and holes: the
 // surface against closed forms, steps left open.
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/depth_image.h>
 
 #include <cloudcontact/objects/digital_object.h>

@@ -2,6 +2,7 @@
 // run's figures, each against what is known of it.
 #include <gtest/gtest.h>
 
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>

@@ -1,5 +1,7 @@
 // Primitive meshes against the primitives: closed, of the right volume, within the tolerance of the
 // surface, and of the bounds users asked for.
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,7 @@
 // Generated meshes against closed forms: watertight, of the right volume, of the right hand, and
 // with the play between nut and bolt that their clearance gives.
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

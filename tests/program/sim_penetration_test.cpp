@@ -1,4 +1,6 @@
 // The penetration yardstick against closed forms.
+#include <cloudcontact/mesh/mesh_repair.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -14,7 +14,7 @@ TEST(Columns, GiveTheCloudBack) {
     for (int axis = 0; axis < 3; ++axis)
       for (const int perVoxel : {1, 4}) {
         const ColumnCloud columns = toColumns(cloud, axis, perVoxel);
-        EXPECT_NO_THROW(check(columns));
+        EXPECT_NO_THROW(validate(columns));
         expectSameVoxels(toCloud(columns, cloud.voxelSize()), cloud, 1);
       }
 }

@@ -1,5 +1,6 @@
 // Real meshes, where they are at hand: open edges, degenerate triangles, threads and nested shells.
 #include <cloudcontact/mesh/mesh_file.h>
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // Digitising what is not a single closed shell: shells in and across each other, surfaces with
 // holes, cracks, doubles and wrongly turned triangles, sheets; and what is refused.
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include "contact/convex_oracle.h"

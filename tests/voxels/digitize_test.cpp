@@ -1,5 +1,6 @@
 // Digitising against closed forms and an exact oracle: every voxel of convex bodies, volumes,
 // centres and inertias, and what must not change a voxel.
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include "contact/convex_oracle.h"

@@ -1,4 +1,5 @@
 // The mesh that is looked at: closed whatever was cut, right in volume, and renewed brick by brick.
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/display_mesh.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Cut clouds, their connected parts and their sums, against a flood over all voxels and closed
 // forms.
-#include <cloudcontact/voxels/matter.h>
+#include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/pieces.h>
 #include <gtest/gtest.h>
 
@@ -175,7 +175,7 @@ TEST(CutCloud, RefusesWhatIsOutside) {
 TEST(Matter, OfABoxOfTwoDensities) {
   const Cloud cloud = cloudOf(boxFrom({2, 2, 2}, {30, 14, 14}), {4, 2, 2}, 0.5);
   const std::vector<MatterSums> sums = matterSums(cloud);
-  const Matter box = matterOf(sums, cloud, {3});
+  const MassProperties box = massPropertiesOf(sums, cloud, {3});
   const Vec3 edges = 0.5 * Vec3(28, 12, 12);
   const double mass = 3 * edges.prod();
   EXPECT_NEAR(box.mass, mass, 1e-12 * mass);
@@ -187,7 +187,7 @@ TEST(Matter, OfABoxOfTwoDensities) {
   EXPECT_LT((box.inertia - Eigen::Matrix3d(truth.asDiagonal())).norm(), 1e-11 * truth.norm());
   // Light up to x = 16, heavy from there on, but for one voxel.
   const Cloud two = twoMaterials();
-  const Matter both = matterOf(matterSums(two), two, {1000, 3000});
+  const MassProperties both = massPropertiesOf(matterSums(two), two, {1000, 3000});
   const double voxel = 1e-9, light = 14 * 144 * 1000 * voxel, heavy = 14 * 144 * 3000 * voxel;
   EXPECT_NEAR(both.mass, light + heavy + 2000 * voxel, 1e-9 * heavy);
   EXPECT_NEAR(both.center.x() - two.origin().x(), (9 * light + 23 * heavy) / (light + heavy) * 1e-3,
@@ -210,7 +210,7 @@ TEST(Matter, RefusesDensitiesThatAreNone) {
   const std::vector<MatterSums> sums = matterSums(cloud);
   for (const std::vector<double>& bad :
        {std::vector<double>{}, {1, 2, 3}, {1, 0}, {-1}, {NAN}, {1, INFINITY}})
-    EXPECT_THROW(matterOf(sums, cloud, bad), std::invalid_argument);
+    EXPECT_THROW(massPropertiesOf(sums, cloud, bad), std::invalid_argument);
 }
 
 }  // namespace

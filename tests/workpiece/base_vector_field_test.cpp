@@ -198,7 +198,7 @@ TEST(BaseVectorField, MassOfAShelledBall) {
   const double r = 16.4 * kVoxel;
   BaseVectorField field(test::ballCloud(kVoxel, 5, Vec3(20.3, 19.6, 20.1), 16.4), {kDentin},
                         sphereWindow(kVoxel));
-  const BaseVectorField::Mass whole = field.mass();
+  const MassProperties whole = field.mass();
   const double mass = 2140 * 4 / 3.0 * M_PI * r * r * r;
   EXPECT_NEAR(whole.mass, mass, 2e-3 * mass);
   EXPECT_NEAR((whole.centerOfMass - kVoxel * Vec3(20.3, 19.6, 20.1)).norm(), 0, 2e-3 * kVoxel);
@@ -208,7 +208,7 @@ TEST(BaseVectorField, MassOfAShelledBall) {
   for (int k = 0; k < 1000; ++k) cuts.push_back({{20 + k % 10, 15 + k / 10 % 10, 15 + k / 100}, 0});
   field.cut(cuts);
   const double voxel = kVoxel * kVoxel * kVoxel;
-  const BaseVectorField::Mass rest = field.mass();
+  const MassProperties rest = field.mass();
   EXPECT_NEAR(whole.volume - rest.volume, 1000 * voxel, 1e-9 * voxel * 1000);
   // The block's own centre makes up for what the rest's moved.
   const Vec3 block = kVoxel * Vec3(25, 20, 20);

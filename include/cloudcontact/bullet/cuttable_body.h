@@ -6,7 +6,7 @@
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/voxels/matter.h>
+#include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/pieces.h>
 
 #include <memory>

@@ -59,7 +59,7 @@ class DeviceWorkpiece {
   // The workpiece as it is now; from the device it is fetched.
   BaseVectorField field() const;
   // As BaseVectorField::mass(); from the device a few sums of each brick are fetched.
-  BaseVectorField::Mass mass() const;
+  MassProperties mass() const;
 
   const DeviceCutReport& report() const;
   std::size_t deviceBytes() const;                  // held there

@@ -19,7 +19,7 @@ struct DigitizerSettings {
 };
 
 // What the last run came to on the device.
-struct DigitizerReport {
+struct DeviceDigitizeReport {
   bool onDevice = false;
   std::size_t triangles = 0;
   std::size_t listed = 0;   // triangles over columns eight voxels wide
@@ -60,7 +60,7 @@ class Digitizer {
   BaseVectorField field();
   const DigitizeReport& report() const;
 
-  const DigitizerReport& deviceReport() const;
+  const DeviceDigitizeReport& deviceReport() const;
   std::size_t deviceBytes() const;                  // held there
   std::map<std::string, DeviceTime> deviceTimes();  // DigitizerSettings::timing
 

@@ -1,5 +1,4 @@
-// A triangle mesh as it comes from a file or a generator, and what must be mended before its
-// inside can be told from its outside.
+// A triangle mesh, as a file or a generator gives it.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,49 +7,28 @@
 
 namespace cloudcontact {
 
-// Triangles over shared vertices. Vertices in metres; each triangle's vertices run
-// counter-clockwise seen from outside. Nothing else is promised: a mesh may be open, doubled or
-// wrongly turned.
+// Triangles over shared vertices. The vertices of a triangle run counter-clockwise seen from
+// outside. Nothing else is promised: a mesh may be open, have doubled triangles or face the wrong
+// way (mesh_repair.h inspects and repairs it).
 struct Mesh {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<Eigen::Vector3i> triangles;
+  std::vector<Eigen::Vector3d> vertices;   // [m]
+  std::vector<Eigen::Vector3i> triangles;  // three indices into `vertices` each
 
-  // The mesh with every vertex multiplied by `factor` (per axis), turned and moved by nothing.
+  // The mesh with every vertex multiplied by `factor`, axis by axis. Triangles still face outward
+  // where a negative factor mirrors the mesh.
   Mesh scaled(const Eigen::Vector3d& factor) const;
 };
 
-// A part of a mesh file, by the name that it has there.
+// Throws std::invalid_argument where an index is out of range or a vertex is NaN or infinite.
+void validate(const Mesh& mesh);
+
+// A part of a mesh file and its name in the file.
 struct NamedMesh {
   std::string name;
   Mesh mesh;
 };
+
+// All parts as one mesh, in their order.
 Mesh merged(const std::vector<NamedMesh>& parts);
-
-// What a look at a mesh's edges and volume tells.
-struct MeshReport {
-  std::size_t openEdges = 0;      // edges of welded triangles that belong to one triangle only
-  std::size_t overusedEdges = 0;  // ... to three or more
-  std::size_t degenerateTriangles = 0;  // triangles that weld to a line or a point
-  double volume = 0;                    // [m^3] signed, by the divergence theorem
-  double area = 0;                      // [m^2]
-  bool closed() const { return openEdges == 0 && overusedEdges == 0; }
-};
-
-// Throws std::invalid_argument where an index is out of range or a vertex is NaN or infinite.
-MeshReport inspect(const Mesh& mesh);
-
-// Vertices within `tolerance` [m] welded, degenerate triangles dropped, neighbouring triangles made
-// to agree in their direction, each as most of its component stands; the whole turned outside out
-// where its volume is negative. A component that is a cavity (turned against its surroundings on
-// purpose) stays so.
-Mesh mended(const Mesh& mesh, double tolerance = 0);
-
-// A surface with no inside (a sheet, a terrain) as a closed shell: the faces themselves, their
-// copies `thickness` [m] behind them along the vertex normals, and walls along the open edges.
-Mesh shell(const Mesh& mesh, double thickness);
-
-// True where so many edges are open that the surface bounds nothing (a sheet rather than a body
-// with holes).
-bool isSheet(const Mesh& mesh);
 
 }  // namespace cloudcontact

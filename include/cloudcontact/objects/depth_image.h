@@ -17,7 +17,7 @@ struct DepthImage {
 
 // Throws std::invalid_argument where the points are not width * height, one is infinite, fewer than
 // three are there, or one lies on the viewpoint.
-void check(const DepthImage& image);
+void validate(const DepthImage& image);
 
 struct DepthSettings {
   // Neighbour pixels are one surface where their distances from the camera differ by less [m].

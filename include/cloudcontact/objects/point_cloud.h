@@ -24,7 +24,7 @@ struct PointCloud {
 
 // Throws std::invalid_argument that names what does not hold of the above: lengths that differ, a
 // number that is not finite, a share outside 0..1, a normal not of length 1, a material not there.
-void check(const PointCloud& points);
+void validate(const PointCloud& points);
 
 // Points at the centres of voxels with material, each with the voxel's coverage as its share; with
 // perEdge > 1 at those of perEdge^3 parts of each voxel, whose shares follow the surface inside it.

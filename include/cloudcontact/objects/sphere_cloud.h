@@ -18,7 +18,7 @@ struct SphereCloud {
 
 // Throws std::invalid_argument that names what does not hold of the above: lengths that differ, a
 // radius that is not positive, a number that is not finite, a material that is not there.
-void check(const SphereCloud& spheres);
+void validate(const SphereCloud& spheres);
 
 // Voxels of the union. A voxel that surfaces pass through is divided in 4x4x4, each part cut by the
 // sphere it lies deepest in: coverage to 1/255 where one sphere's surface passes, to 0.01 where

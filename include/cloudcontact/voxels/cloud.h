@@ -4,6 +4,7 @@
 // voxels.
 #pragma once
 
+#include <cloudcontact/base/mass_properties.h>
 #include <cloudcontact/base/pose.h>
 
 #include <array>
@@ -29,13 +30,6 @@ using BrickMaterial = std::array<std::uint8_t, kBrickVoxels>;
 struct VoxelCounts {
   std::size_t inside = 0;     // coverage 255
   std::size_t interface = 0;  // 1..254
-};
-
-// Mass properties at a density of 1 kg/m^3: multiply mass and inertia by the true density.
-struct MassProperties {
-  double volume = 0;                                  // [m^3]
-  Vec3 centerOfMass = Vec3::Zero();                   // [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the centre of mass [m^5]
 };
 
 class Cloud {
@@ -77,6 +71,8 @@ class Cloud {
   Cloud translated(const Vec3& shift) const;
 
   VoxelCounts counts() const;
+  // At a density of 1 kg/m^3, so `mass` equals `volume`: multiply mass and inertia by the density.
+  // The material of a voxel at the surface is taken to lie on the side of its fuller neighbors.
   MassProperties massProperties() const;
   std::size_t bytes() const;  // memory held by the voxels
 

@@ -32,7 +32,7 @@ struct ColumnCloud {
 };
 
 // Throws std::invalid_argument that names what does not hold of the above.
-void check(const ColumnCloud& columns);
+void validate(const ColumnCloud& columns);
 
 // `perVoxel` columns along a voxel's edge. The material of every voxel stays what it is: toCloud
 // with the cloud's voxelSize gives the cloud back, to 1/255. Throws std::invalid_argument where the

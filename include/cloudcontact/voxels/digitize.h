@@ -3,27 +3,11 @@
 
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/digitize_settings.h>
 
-#include <functional>
 #include <vector>
 
 namespace cloudcontact {
-
-struct DigitizeSettings {
-  double voxelSize = 0;                         // [m], must be set
-  std::size_t maxBytes = std::size_t{4} << 30;  // refuse, with a size that would fit, beyond this
-  int threads = 0;                              // 0: all cores
-  std::function<void(double)> progress;         // called with 0..1, may be empty
-};
-
-// What became of a mesh on its way to voxels.
-struct DigitizeReport {
-  bool closed = false;  // the surface had no boundary, once welded and mended
-  // Columns in which the surface did not close by itself: a filling of its holes closed it, or,
-  // where much is missing, the other axes were asked.
-  std::size_t badColumns = 0;
-  std::size_t undecidedVoxels = 0;  // voxels that columns left open, judged by winding number
-};
 
 // Throws std::invalid_argument on a bad setting or a mesh without volume, std::length_error where
 // the voxels would need more than maxBytes: the message says how much, and the size that fits.

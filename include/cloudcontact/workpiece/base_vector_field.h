@@ -55,15 +55,9 @@ class BaseVectorField {
   // Memory for all bricks that a cut could ever touch [each 22 kB]: for loops that must not wait.
   void reserve();
 
-  // Of all matter, by the tissues' densities, in the body's frame; `volume` is in m^3, `mass` in
-  // kg, inertia about the centre of mass [kg m^2]. From integer sums: exact for the voxels as they
-  // are.
-  struct Mass {
-    double volume = 0, mass = 0;
-    Vec3 centerOfMass = Vec3::Zero();
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-  };
-  Mass mass() const;
+  // Of all material, by the densities of the tissues, in the body's frame. From integer sums: exact
+  // for the voxels as they are.
+  MassProperties mass() const;
 
   // The voxels as they are now.
   Cloud cloud() const;

@@ -19,7 +19,7 @@
 namespace cloudcontact {
 
 // `toolPlace`: the tool's frame in the workpiece's. All throw std::invalid_argument where it is not
-// finite, and as check() of their kinds. No interference is an empty result.
+// finite, and as validate() of their kinds. No interference is an empty result.
 
 // Points against an octree: each point goes down its path of cubes.
 std::vector<VoxelIndex> interference(const PointCloud& tool, const Pose& toolPlace,

@@ -30,16 +30,9 @@ struct MatterSums {
 // wide).
 std::vector<MatterSums> matterSums(const Cloud& cloud);
 
-struct Matter {
-  double volume = 0;                                  // [m^3]
-  double mass = 0;                                    // [kg]
-  Vec3 center = Vec3::Zero();                         // of mass, in the cloud's frame [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about it, the frame's axes [kg m^2]
-};
-
 // `grid`: any cloud of the same grid as that of the sums. `densities` [kg/m^3]: one a material, or
 // one for all. Throws std::invalid_argument where their number is another or one is not positive.
-Matter matterOf(const std::vector<MatterSums>& sums, const Cloud& grid,
-                const std::vector<double>& densities);
+MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
+                                const std::vector<double>& densities);
 
 }  // namespace cloudcontact

@@ -1,6 +1,6 @@
 // Sums of matter, brick by brick: within a brick about its own corner, where they are small, then
 // moved to the grid's middle. All in integers.
-#include <cloudcontact/voxels/matter.h>
+#include <cloudcontact/voxels/matter_sums.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -103,15 +103,16 @@ std::vector<MatterSums> matterSums(const Cloud& cloud) {
   return sums;
 }
 
-Matter matterOf(const std::vector<MatterSums>& sums, const Cloud& grid,
-                const std::vector<double>& densities) {
+MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
+                                const std::vector<double>& densities) {
   if (densities.size() != 1 && densities.size() != sums.size())
-    throw std::invalid_argument("matterOf: " + std::to_string(densities.size()) +
+    throw std::invalid_argument("massPropertiesOf: " + std::to_string(densities.size()) +
                                 " densities for " + std::to_string(sums.size()) +
                                 " materials; give one for each, or one for all");
   for (const double d : densities)
     if (!(d > 0) || !std::isfinite(d))
-      throw std::invalid_argument("matterOf: a density must be positive and finite [kg/m^3]");
+      throw std::invalid_argument(
+          "massPropertiesOf: a density must be positive and finite [kg/m^3]");
   double volume = 0, mass = 0;
   Vec3 first = Vec3::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -126,7 +127,7 @@ Matter matterOf(const std::vector<MatterSums>& sums, const Cloud& grid,
     first += density * Vec3(f(0), f(1), f(2));
     second += density * all;
   }
-  Matter matter;
+  MassProperties matter;
   if (mass <= 0) return matter;
   const double h = grid.voxelSize(), unit = h * h * h / 255;
   const Vec3 mean = first / mass;
@@ -136,7 +137,7 @@ Matter matterOf(const std::vector<MatterSums>& sums, const Cloud& grid,
       ((second - mass * mean * mean.transpose()) / 4 + mass / 12 * Eigen::Matrix3d::Identity());
   matter.volume = unit * volume;
   matter.mass = unit * mass;
-  matter.center = grid.origin() + 0.5 * h * (mean + grid.size().cast<double>());
+  matter.centerOfMass = grid.origin() + 0.5 * h * (mean + grid.size().cast<double>());
   matter.inertia = about.trace() * Eigen::Matrix3d::Identity() - about;
   return matter;
 }

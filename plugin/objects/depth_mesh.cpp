@@ -1,11 +1,12 @@
 // From a depth image to a mesh and a cloud: see depth_image.h.
+#include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/depth_image.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "mesh/thicken.h"
+#include "mesh/closing.h"
 #include "objects/depth_pixels.h"
 
 namespace cloudcontact {
@@ -69,7 +70,7 @@ class PixelMesh {
 }  // namespace
 
 Mesh toMesh(const DepthImage& image, const DepthSettings& settings) {
-  check(image);
+  validate(image);
   PixelMesh mesh(image, jumpOf(image, settings));
   for (int y = 0; y + 1 < image.height; ++y)
     for (int x = 0; x + 1 < image.width; ++x) mesh.square(x, y);
