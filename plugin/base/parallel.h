@@ -1,8 +1,9 @@
-// A parallel loop over independent tasks. The core depends on nothing but Eigen and threads, and
-// all that it needs is this: tasks handed out by a counter, results kept apart by the task's index,
-// so that the outcome is the same for any number of threads.
+// A parallel loop over independent tasks, without a dependency beyond the standard library. Threads
+// draw tasks from a counter and store results by the task's index, so the outcome does not depend
+// on the number of threads.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <exception>
@@ -12,15 +13,15 @@
 
 namespace cloudcontact {
 
-// Number of threads to run where a setting says `asked` (0: all cores).
-inline int threadCount(int asked) {
-  if (asked > 0) return asked;
+// Number of threads for a setting of `requested` (0: all cores).
+inline int threadCount(int requested) {
+  if (requested > 0) return requested;
   const unsigned cores = std::thread::hardware_concurrency();
   return cores > 0 ? static_cast<int>(cores) : 1;
 }
 
 // Calls task(index, worker) for every index in [0, count), worker in [0, threadCount(threads)).
-// Worker 0 is the calling thread. The first exception stops the loop and is thrown here.
+// Worker 0 is the calling thread. The first exception stops the loop and is rethrown here.
 template <typename Task>
 void parallelFor(std::size_t count, int threads, Task&& task) {
   std::atomic<std::size_t> next{0};
@@ -37,9 +38,8 @@ void parallelFor(std::size_t count, int threads, Task&& task) {
   };
   {
     std::vector<std::jthread> helpers;
-    const std::size_t wanted = static_cast<std::size_t>(threadCount(threads));
-    for (std::size_t w = 1; w < wanted && w < count; ++w)
-      helpers.emplace_back(work, static_cast<int>(w));
+    const std::size_t workers = std::min<std::size_t>(threadCount(threads), count);
+    for (std::size_t w = 1; w < workers; ++w) helpers.emplace_back(work, static_cast<int>(w));
     work(0);
   }
   if (failure) std::rethrow_exception(failure);

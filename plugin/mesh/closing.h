@@ -1,4 +1,4 @@
-// What is missing from a surface, filled in.
+// Surfaces made closed: holes filled, sheets given a back.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -6,21 +6,22 @@
 
 namespace cloudcontact {
 
+// A surface and the caps that close it.
 struct Closing {
-  Mesh mesh;                 // the surface, then the triangles that close it
-  std::size_t firstCap = 0;  // index of the first of those
-  double capArea = 0;        // their area [m^2]
+  Mesh mesh;                 // triangles of the surface, then the caps
+  std::size_t firstCap = 0;  // index of the first cap
+  double capArea = 0;        // of all caps [m^2]
   bool wasClosed() const { return firstCap == mesh.triangles.size(); }
 };
 
-// Fills each loop of a welded mesh's boundary by a cone from the loop's middle. Cracks and
-// T-junctions get triangles of (almost) no area, a hole the size of a facet gets that facet, a
-// wrongly turned triangle is turned, a doubled one taken away: what comes out is a surface without
-// boundary, of which every column's sum comes back to zero.
+// Fills each boundary loop of a welded mesh with a cone from the loop's middle. Cracks and
+// T-junctions get triangles of almost no area, and a missing facet is restored. The caps also
+// cancel reversed and doubled triangles. The result has no boundary, so the sum of every column
+// returns to zero.
 Closing closeSurface(const Mesh& mesh);
 
-// The mesh, whose triangles agree in direction, with a back and walls: its copy, each vertex moved
-// by its `behind` [m] and reversed, and walls along the open edges.
+// A mesh whose triangles agree in direction, with a back and walls: a reversed copy with each
+// vertex moved by its `behind` [m], and walls along the open edges.
 Mesh thickened(Mesh mesh, const std::vector<Eigen::Vector3d>& behind);
 
 }  // namespace cloudcontact

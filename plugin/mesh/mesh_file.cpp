@@ -91,9 +91,9 @@ void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& par
 
 }  // namespace
 
-std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metresPerUnit) {
-  if (!(metresPerUnit > 0) || !std::isfinite(metresPerUnit))
-    refuse(file, "metresPerUnit must be positive and finite");
+std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metersPerUnit) {
+  if (!(metersPerUnit > 0) || !std::isfinite(metersPerUnit))
+    refuse(file, "metersPerUnit must be positive and finite");
   checkFile(file);
   Assimp::Importer importer;
   // Coordinates stay as the file has them, whatever it thinks is up.
@@ -109,7 +109,7 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
   int nameless = 0;
   for (NamedMesh& part : parts) {
     if (part.name.empty()) part.name = "part " + std::to_string(++nameless);
-    for (Vector3d& v : part.mesh.vertices) v *= metresPerUnit;
+    for (Vector3d& v : part.mesh.vertices) v *= metersPerUnit;
     try {
       validate(part.mesh);
     } catch (const std::invalid_argument& e) {
@@ -119,8 +119,8 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
   return parts;
 }
 
-Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit) {
-  return merged(loadMeshParts(file, metresPerUnit));
+Mesh loadMesh(const std::filesystem::path& file, double metersPerUnit) {
+  return merged(loadMeshParts(file, metersPerUnit));
 }
 
 }  // namespace cloudcontact

@@ -1,6 +1,5 @@
-// What must hold of a mesh file before a parser may see it. Assimp reads cut-short STL and PLY
-// files as if they were whole, loops on a PLY header without an end and reads beyond short binary
-// data.
+// Checks of STL and PLY files before Assimp parses them. Assimp accepts truncated files, loops on a
+// PLY header without an end and reads past the end of short binary data.
 #pragma once
 
 #include <string>
@@ -8,10 +7,10 @@
 
 namespace cloudcontact {
 
-// Whether files of this extension (with its dot, in lower case) are checked: .stl and .ply.
+// Whether files of this extension (lower case, with its dot) are checked: .stl and .ply.
 bool isCheckedMeshFile(std::string_view extension);
 
-// What is wrong with the bytes of such a file, or nothing.
+// The fault in the bytes of such a file; empty where there is none.
 std::string faultOfMeshFile(std::string_view bytes, std::string_view extension);
 
 }  // namespace cloudcontact

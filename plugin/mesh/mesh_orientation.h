@@ -1,4 +1,4 @@
-// Which way a mesh's triangles face, put right. All take welded meshes (mesh_topology.h).
+// Repairs the direction of triangles. All functions take welded meshes (mesh_topology.h).
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -6,18 +6,18 @@
 
 namespace cloudcontact {
 
-void flip(Eigen::Vector3i& triangle);
+void flip(Eigen::Vector3i& triangle);  // reverses its direction
 
-// Drops triangles that stand twice in the same direction (their volume would count twice). Where
-// every triangle has a twin in the other direction, a mesh made two-sided for display, one of the
-// two goes; elsewhere such pairs are two bodies that touch, and stay.
+// Drops doubles of the same direction, whose volume would count twice. Where every triangle has a
+// twin of opposite direction, the mesh was made two-sided for display, and one of each pair is
+// dropped; otherwise such pairs are the common faces of two bodies, and remain.
 void dropDoubles(Mesh& mesh);
 
-// Neighbours agree, each component as the greater part of its area stood.
+// Makes neighboring triangles agree in direction. In each component the larger area decides.
 void agreeInDirection(Mesh& mesh);
 
-// A closed component turned inside out that lies inside no other is no cavity, but a body turned
-// wrongly.
+// Reverses closed components that face inward but lie inside no other component: they are bodies
+// that face the wrong way, not cavities.
 void turnStrayComponents(Mesh& mesh);
 
 }  // namespace cloudcontact

@@ -1,4 +1,4 @@
-// How a mesh's triangles hang together: welded vertices, edges, components and open boundaries.
+// Topology of meshes: welded vertices, edges, components and boundaries.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -9,16 +9,18 @@
 
 namespace cloudcontact {
 
-// The mesh with vertices within `tolerance` [m] made one (0: equal ones), triangles that shrink to
-// a line or a point dropped, unused vertices dropped. The order of triangles is kept.
+// The mesh with vertices within `tolerance` [m] merged (0: equal vertices). Degenerate triangles
+// and unused vertices are dropped; the order of triangles is kept.
 Mesh welded(const Mesh& mesh, double tolerance);
 
-// One side of one triangle. Sorted by (low, high, triangle), sides of one edge stand together.
+// One side of one triangle.
 struct EdgeSide {
   int low, high;  // vertices of the edge, low < high
   int triangle;
   bool forward;  // the triangle runs low -> high
 };
+
+// All sides, sorted by (low, high, triangle): the sides of an edge are adjacent.
 std::vector<EdgeSide> sortedEdgeSides(const Mesh& mesh);
 
 // Calls visit(first, last) for the sides of each edge.
@@ -32,17 +34,17 @@ void forEachEdge(const std::vector<EdgeSide>& sides, Visit&& visit) {
   }
 }
 
-// The component of each triangle, numbered in the order of their first triangles. Triangles belong
-// together where they share an edge that is theirs alone.
+// The component of each triangle, numbered in the order of their first triangles. Two triangles are
+// connected where they share an edge that no third triangle has.
 std::vector<int> components(const Mesh& mesh, int& count);
 
-// Whether a welded mesh is one surface without boundary, every edge of which two triangles share
-// that agree in their direction. May say no where a vertex has very many triangles.
+// Whether a welded mesh is one component without boundary in which every edge has exactly two
+// triangles that agree in direction. May return false where a vertex has very many triangles.
 bool isOneClosedSurface(const Mesh& mesh);
 
-// Closed loops of vertices that, each filled by a surface that runs along the loop, complete the
-// mesh to a surface without boundary (a cycle in the sense of homology: a wrongly turned triangle
-// shows as a loop run twice, a doubled one as a loop that takes the double away).
+// Closed loops of vertices. Surfaces with these loops as boundaries complete the mesh to a surface
+// without boundary (a cycle in the sense of homology: a reversed triangle gives a loop that is
+// traversed twice, a doubled one a loop that cancels the double).
 std::vector<std::vector<int>> boundaryLoops(const Mesh& mesh);
 
 // Six times the signed volume between the mesh and `apex` [m^3].

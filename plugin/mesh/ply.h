@@ -1,4 +1,4 @@
-// The PLY format: its header and its numbers one after the other, for checking meshes and reading
+// The PLY format: its header and the sequence of its numbers. For checking meshes and reading
 // points.
 #pragma once
 
@@ -10,17 +10,17 @@
 
 namespace cloudcontact {
 
-// The next word of a text, taken from it, or nothing at its end.
+// Removes the next word from a text and returns it; empty at the end.
 std::string_view nextWord(std::string_view& text);
 bool isNumber(std::string_view word);
 
-// One property of a PLY element: its numbers' size in bytes, and that of a list's length.
+// One property of a PLY element, a number or a list.
 struct PlyProperty {
   std::string name;
-  std::size_t size = 0, countSize = 0;  // countSize 0: no list
+  std::size_t size = 0, countSize = 0;  // bytes of a number and of a list's length; 0: no list
   char kind = 'i';                      // f, i, u
   char countKind = 'u';
-  bool indices = false;  // names vertices
+  bool indices = false;  // indices of vertices
 };
 
 struct PlyElement {
@@ -35,18 +35,18 @@ struct PlyHeader {
   std::size_t length = 0;
 };
 
-// What is wrong with the header of a file, or nothing: then `header` is it.
+// Reads the header of a file. Returns the fault; empty where there is none.
 std::string readPlyHeader(std::string_view bytes, PlyHeader& header);
 
-// The numbers of a PLY file one after the other, as text or bytes.
+// The numbers of a PLY file in sequence, from text or bytes.
 class PlyNumbers {
  public:
   PlyNumbers(std::string_view bytes, const std::string& format)
       : left_(bytes), text_(format == "ascii"), big_(format == "binary_big_endian") {}
 
-  // Nothing where the file ends. Of a text, NaN where the word is no number.
+  // Empty at the end of the file; NaN for a word of text that is not a number.
   std::optional<double> next(std::size_t size, char kind);
-  std::size_t left() const { return left_.size(); }  // bytes
+  std::size_t left() const { return left_.size(); }  // remaining bytes
 
  private:
   std::string_view left_;

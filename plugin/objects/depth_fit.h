@@ -1,5 +1,5 @@
-// A quadratic over pixels: least squares in a pixel's columns and rows, for filling and smoothing
-// depth images.
+// PixelFit: a least-squares quadratic over the columns and rows of pixels, for filling and
+// smoothing depth images.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -7,7 +7,7 @@
 
 namespace cloudcontact {
 
-// Of `Values` numbers at once, over the same pixels.
+// Fits `Values` numbers at once over the same pixels.
 template <int Values>
 class PixelFit {
  public:
@@ -22,7 +22,7 @@ class PixelFit {
     ++count_;
   }
   int count() const { return count_; }
-  // After the last add; the fewer pixels, the fewer terms: plane under 9, mean under 4.
+  // Call after the last add(). Fits a plane to fewer than 9 pixels, a mean to fewer than 4.
   void solve() {
     const int n = count_ >= 9 ? 6 : count_ >= 4 ? 3 : 1;
     a_.diagonal().array() += 1e-9 * a_(0, 0);

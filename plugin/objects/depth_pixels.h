@@ -1,4 +1,4 @@
-// A depth image's pixels, and which of them are one surface.
+// DepthPixels: access to the pixels of a depth image, and the test whether two are of one surface.
 #pragma once
 
 #include <cloudcontact/objects/depth_image.h>
@@ -30,7 +30,8 @@ class DepthPixels {
   const DepthImage& image_;
 };
 
-// The jump that the settings ask for, or that the image suggests [m].
+// The jump of the settings, or the default for the image [m]. Throws std::invalid_argument on a bad
+// setting, or where no two neighboring pixels have points.
 double jumpOf(const DepthImage& image, const DepthSettings& settings);
 
 }  // namespace cloudcontact

@@ -9,13 +9,13 @@
 namespace cloudcontact {
 
 struct PcdPoints {
-  int width = 0, height = 0;  // height 1: in no order
+  int width = 0, height = 0;  // height 1: unordered points
   Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3d> positions;  // as the file has them, NaN and all
-  std::vector<Eigen::Vector3d> normals;    // empty where it has none
+  std::vector<Eigen::Vector3d> positions;  // may be NaN
+  std::vector<Eigen::Vector3d> normals;    // empty where the file has none
 };
 
-// What is wrong with the bytes of such a file, or nothing: then `points` is what it holds.
+// Reads the bytes of such a file into `points`. Returns the fault; empty where there is none.
 std::string readPcd(std::string_view bytes, PcdPoints& points);
 
 }  // namespace cloudcontact

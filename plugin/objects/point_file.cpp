@@ -146,7 +146,7 @@ bool areNormals(const Read& read) {
                      [](const Vector3d& n) { return std::abs(n.norm() - 1) < 0.05; });
 }
 
-PointCloud asPoints(const fs::path& file, Read read, double metresPerUnit) {
+PointCloud asPoints(const fs::path& file, Read read, double metersPerUnit) {
   if (read.positions.empty()) refuse(file, "has no points; export it again");
   PointCloud points;
   if (areNormals(read))
@@ -154,7 +154,7 @@ PointCloud asPoints(const fs::path& file, Read read, double metresPerUnit) {
   points.positions = std::move(read.positions);
   for (std::size_t i = 0; i < points.positions.size(); ++i) {
     Vector3d& p = points.positions[i];
-    p *= metresPerUnit;
+    p *= metersPerUnit;
     if (!p.allFinite())
       refuse(file, "point " + std::to_string(i) +
                        " is NaN or infinite; take such points away (a PCD with rows keeps them as "
@@ -163,13 +163,13 @@ PointCloud asPoints(const fs::path& file, Read read, double metresPerUnit) {
   return points;
 }
 
-DepthImage asImage(const fs::path& file, PcdPoints pcd, double metresPerUnit) {
+DepthImage asImage(const fs::path& file, PcdPoints pcd, double metersPerUnit) {
   DepthImage image;
   image.width = pcd.width, image.height = pcd.height;
-  image.viewpoint = metresPerUnit * pcd.viewpoint;
+  image.viewpoint = metersPerUnit * pcd.viewpoint;
   image.points = std::move(pcd.positions);
   for (Vector3d& p : image.points) {
-    p *= metresPerUnit;
+    p *= metersPerUnit;
     // Cameras say nothing, or that nothing was within reach; some say it by the viewpoint itself.
     if (!p.allFinite() || p == image.viewpoint)
       p.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -203,9 +203,9 @@ bool isPointFile(const fs::path& file) {
   return count("vertex") > 0 && count("face") == 0 && count("tristrips") == 0;
 }
 
-PointFile loadPoints(const fs::path& file, double metresPerUnit) {
-  if (!(metresPerUnit > 0) || !std::isfinite(metresPerUnit))
-    refuse(file, "metresPerUnit must be positive and finite");
+PointFile loadPoints(const fs::path& file, double metersPerUnit) {
+  if (!(metersPerUnit > 0) || !std::isfinite(metersPerUnit))
+    refuse(file, "metersPerUnit must be positive and finite");
   const std::string bytes = bytesOf(file), extension = lowerExtension(file);
   Read read;
   std::string fault;
@@ -219,9 +219,9 @@ PointFile loadPoints(const fs::path& file, double metresPerUnit) {
   else
     fault = "is of no known format; give a PLY, PCD or XYZ file";
   if (!fault.empty()) refuse(file, fault);
-  if (extension == ".pcd" && pcd.height > 1) return asImage(file, std::move(pcd), metresPerUnit);
+  if (extension == ".pcd" && pcd.height > 1) return asImage(file, std::move(pcd), metersPerUnit);
   if (extension == ".pcd") read = {std::move(pcd.positions), std::move(pcd.normals)};
-  return asPoints(file, std::move(read), metresPerUnit);
+  return asPoints(file, std::move(read), metersPerUnit);
 }
 
 }  // namespace cloudcontact

@@ -1,5 +1,4 @@
-// A k-d tree without pointers: a range of points is split by the one in its middle. See
-// point_tree.h.
+// A k-d tree without pointers: the middle entry of a range splits it. See point_tree.h.
 #include "objects/point_tree.h"
 
 #include <algorithm>
@@ -31,7 +30,7 @@ void PointTree::build(std::size_t first, std::size_t last) {
   build(middle + 1, last);
 }
 
-// The nearest so far, the farthest of them on top of a heap.
+// The nearest points so far, in a heap with the farthest on top.
 struct PointTree::Best {
   std::size_t count;
   std::vector<std::pair<double, std::size_t>> heap;
@@ -49,23 +48,23 @@ struct PointTree::Best {
   }
 };
 
-// Asks the points of a range, the nearer half first, the other only if `reach`, the square of the
-// distance still wanted, goes beyond the plane between them.
-template <typename Ask, typename Reach>
-void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Ask&& ask,
+// Tests the points of a range, the nearer half first. The other half is searched only where
+// `reach`, the square of the current search radius, exceeds the distance to the plane between them.
+template <typename Test, typename Reach>
+void PointTree::search(std::size_t first, std::size_t last, const Vec3& to, Test&& test,
                        Reach&& reach) const {
   if (last - first <= kLeaf) {
-    for (std::size_t i = first; i < last; ++i) ask(points_[i]);
+    for (std::size_t i = first; i < last; ++i) test(points_[i]);
     return;
   }
   const std::size_t middle = first + (last - first) / 2;
   const Entry& e = points_[middle];
   const double side = to[e.axis] - e.position[e.axis];
   const bool below = side <= 0;
-  below ? search(first, middle, to, ask, reach) : search(middle + 1, last, to, ask, reach);
-  ask(e);
+  below ? search(first, middle, to, test, reach) : search(middle + 1, last, to, test, reach);
+  test(e);
   if (side * side < reach())
-    below ? search(middle + 1, last, to, ask, reach) : search(first, middle, to, ask, reach);
+    below ? search(middle + 1, last, to, test, reach) : search(first, middle, to, test, reach);
 }
 
 std::size_t PointTree::nearest(const Vec3& to) const {

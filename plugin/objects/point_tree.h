@@ -1,4 +1,4 @@
-// Points found by where they are: a k-d tree over positions, the same for the same points.
+// PointTree: a k-d tree over points. Equal points give equal trees and equal results.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -10,15 +10,15 @@ namespace cloudcontact {
 
 class PointTree {
  public:
-  // Keeps a copy of the points. All must be finite.
+  // Copies the points. All must be finite.
   explicit PointTree(const std::vector<Vec3>& points);
 
   bool empty() const { return points_.empty(); }
 
-  // The nearest point's index; of several as near, the first found, always the same. Not of none.
+  // Index of the nearest point; of equally near ones always the same. The tree must not be empty.
   std::size_t nearest(const Vec3& to) const;
 
-  // Indices of the `count` nearest points, nearest first; all where there are fewer.
+  // Indices of the `count` nearest points, or of all where there are fewer, nearest first.
   void nearest(const Vec3& to, std::size_t count, std::vector<std::size_t>& found) const;
 
   // Calls visit(index, squared distance) for every point within `radius` [m], in a fixed order.
@@ -32,29 +32,30 @@ class PointTree {
   struct Entry {
     Vec3 position;
     std::uint32_t index;
-    std::uint32_t axis;  // along which the node is split whose middle this is
+    std::uint32_t axis;  // that this entry splits, where it is the middle of a node
   };
   struct Best;
   void build(std::size_t first, std::size_t last);
-  template <typename Ask, typename Reach>
-  void search(std::size_t first, std::size_t last, const Vec3& to, Ask&& ask, Reach&& reach) const;
+  template <typename Test, typename Reach>
+  void search(std::size_t first, std::size_t last, const Vec3& to, Test&& test,
+              Reach&& reach) const;
 
   template <typename Visit>
   void within(std::size_t first, std::size_t last, const Vec3& of, double square,
               Visit& visit) const {
-    const auto ask = [&](const Entry& e) {
+    const auto test = [&](const Entry& e) {
       const double d = (e.position - of).squaredNorm();
       if (d <= square) visit(static_cast<std::size_t>(e.index), d);
     };
     if (last - first <= kLeaf) {
-      for (std::size_t i = first; i < last; ++i) ask(points_[i]);
+      for (std::size_t i = first; i < last; ++i) test(points_[i]);
       return;
     }
     const std::size_t middle = first + (last - first) / 2;
     const Entry& e = points_[middle];
     const double side = of[e.axis] - e.position[e.axis];
     if (side <= 0 || side * side <= square) within(first, middle, of, square, visit);
-    ask(e);
+    test(e);
     if (side >= 0 || side * side <= square) within(middle + 1, last, of, square, visit);
   }
 

@@ -1,5 +1,5 @@
-// Outside told from inside by flooding: cells that a scan's points are near to are a wall, what the
-// flood reaches from afar is outside, what it does not reach inside.
+// ScanFlood: separates the outside of a scan from its inside by flood fill. Cells near the points
+// are walls; cells that the flood reaches from the border are outside, the others inside.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -13,15 +13,15 @@ namespace cloudcontact {
 
 class ScanFlood {
  public:
-  enum class Side : std::uint8_t { Unknown, Wall, Outside };  // Unknown: not reached, so inside
+  enum class Side : std::uint8_t { Unknown, Wall, Outside };  // Unknown: not reached, inside
 
-  // Cells of gap / 2 [m]; walls are within `gap` of a point. Throws std::length_error where the
-  // points are so far apart that the cells do not fit in memory.
+  // Cells have an edge of gap / 2 [m]; walls lie within `gap` of a point. Throws std::length_error
+  // where the cells would need more than 2 GB.
   ScanFlood(const std::vector<Vec3>& points, double gap);
 
   bool inside(const Vec3& at) const { return sideAt(at) == Side::Unknown; }
   bool outside(const Vec3& at) const { return sideAt(at) == Side::Outside; }
-  // Some cells are inside.
+  // Whether any cell is inside.
   bool closed() const { return closed_; }
   double cell() const { return cell_; }  // [m]
 

@@ -96,9 +96,9 @@ ScanSurface::Sides ScanSurface::orient(const ScanFlood& flood) {
   if (!flood.closed()) return sides;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     said[i] = sideOf(i, flood);
-    sides.told += said[i] != 0;
+    sides.known += said[i] != 0;
   }
-  if (2 * sides.told <= points_.size()) return sides;
+  if (2 * sides.known <= points_.size()) return sides;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (said[i] >= 0) continue;
     pieces_[i].normal = -pieces_[i].normal;

@@ -1,5 +1,5 @@
-// The surface that a scan's points lie on: a small quadric about each, and the height of any place
-// above it.
+// ScanSurface: the surface through the points of a scan, a small quadric around each, and the
+// height of any position above it.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -13,34 +13,33 @@ namespace cloudcontact {
 
 class ScanSurface {
  public:
-  // `normals` may be empty: they are then found. `distance` is that between neighbours, `smoothing`
-  // the radius of one piece [m].
+  // `normals` may be empty; they are then estimated. `distance`: between neighboring points [m].
+  // `smoothing`: radius of one piece [m].
   ScanSurface(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, double distance,
               double smoothing, int threads);
 
-  // Turns normals to look out of what the flood has found to be inside. Points that the flood
-  // cannot tell of go with their neighbours. Where it tells of less than half of them nothing is
-  // turned: it found no body.
+  // Makes normals point out of the inside that the flood found. Points whose sides the flood cannot
+  // tell follow their neighbors. Where it can tell the sides of at most half of the points, it
+  // found no body, and no normal changes.
   struct Sides {
-    std::size_t told = 0;    // points with inside on one side and outside on the other
-    std::size_t turned = 0;  // normals
+    std::size_t known = 0;   // points with inside on one side and outside on the other
+    std::size_t turned = 0;  // normals that were reversed
   };
   Sides orient(const ScanFlood& flood);
 
-  // The quadric of each point, from the neighbours that look its way. After the normals are
-  // settled.
+  // Fits the quadric of each point to the neighbors with similar normals. Call after orient().
   void fit();
 
   struct Height {
-    double above;   // [m] of the place over the surface
-    Vec3 normal;    // outward unit
-    double beside;  // [m] from the nearest point along the surface
+    double above;   // height over the surface [m]
+    Vec3 normal;    // outward, unit length
+    double beside;  // distance from the nearest point along the surface [m]
   };
   Height heightOf(const Vec3& place) const;
-  double distanceTo(const Vec3& place) const;  // of the nearest point [m]
+  double distanceTo(const Vec3& place) const;  // distance to the nearest point [m]
 
  private:
-  // The surface about a point: w = q(u, v) in its frame, u and v in units of the smoothing radius.
+  // The surface around a point: w = q(u, v) in its frame, u and v in units of the smoothing radius.
   struct Piece {
     Vec3 normal, t1, t2;
     double q[6] = {0, 0, 0, 0, 0, 0};  // 1 u v uu uv vv [m]

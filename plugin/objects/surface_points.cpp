@@ -198,7 +198,7 @@ Cloud toCloud(const PointCloud& points, const ScanSettings& settings, ScanReport
   ScanSurface surface(points.positions, normals, found.pointDistance, smoothing, settings.threads);
   const ScanSurface::Sides sides = surface.orient(flood);
   // Where a flood leaks in, pockets may stay dry; the body's inside is behind most of its points.
-  found.closed = 2 * sides.told > points.positions.size();
+  found.closed = 2 * sides.known > points.positions.size();
   if (!found.closed && settings.shell == 0) refuseOpen(gap);
   if (found.closed) found.turned = sides.turned;
   surface.fit();

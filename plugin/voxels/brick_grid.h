@@ -1,5 +1,5 @@
-// A sparse grid of 8x8x8 bricks that are made as they are written to: what the field's builder
-// keeps its notes in, aligned with the cloud's own bricks.
+// BrickGrid: a sparse grid of values per voxel, in 8x8x8 bricks that are allocated on the first
+// write. Its bricks align with those of a cloud.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -20,19 +20,20 @@ class BrickGrid {
   const Eigen::Vector3i& bricks() const { return bricks_; }
   bool contains(int x, int y, int z) const { return insideGrid(x, y, z, kBrickEdge * bricks_); }
   std::size_t tableIndex(int x, int y, int z) const { return brickIndex(x, y, z, bricks_); }
-  // Outside the grid and in bricks never written: the empty cell.
+  // A voxel's value; the empty value outside the grid and in bricks that were never written.
   const Cell& at(int x, int y, int z) const {
     if (!contains(x, y, z)) return empty_;
     const std::int32_t brick = table_[tableIndex(x, y, z)];
     return brick < 0 ? empty_ : cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
   }
-  // A voxel's cell; null outside the grid and in bricks never written.
+  // A pointer to a voxel's value; null outside the grid and in bricks that were never written.
   const Cell* find(int x, int y, int z) const {
     if (!contains(x, y, z)) return nullptr;
     const std::int32_t brick = table_[tableIndex(x, y, z)];
     return brick < 0 ? nullptr : &cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
   }
-  // Makes the brick. The voxel must lie inside the grid.
+  // A reference to a voxel's value, whose brick is allocated if needed. The voxel must be in the
+  // grid.
   Cell& make(int x, int y, int z) {
     std::int32_t& brick = table_[tableIndex(x, y, z)];
     if (brick < 0) {

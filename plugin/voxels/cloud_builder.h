@@ -1,5 +1,5 @@
-// A cloud in the making, from pieces that each fill a share of some voxels: what every digital kind
-// (points, spheres, columns) becomes a cloud by.
+// CloudBuilder: builds a cloud from pieces that each fill a share of some voxels. Points, spheres
+// and columns become clouds through it.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -8,31 +8,32 @@
 
 namespace cloudcontact {
 
-// Where a cloud's voxels will lie.
+// The grid of a future cloud.
 struct CloudGrid {
   double voxelSize = 0;  // [m]
   Vec3 origin = Vec3::Zero();
   Eigen::Vector3i bricks = Eigen::Vector3i::Zero();
 };
 
-// Voxels around a box [m] with two empty ones on every side. Where `lattice` is given, it is a
-// corner of voxels, so that what lies on that lattice keeps its voxels; otherwise the box is in the
-// grid's middle. `what` begins the message of std::invalid_argument (a bad voxel size or an endless
-// box) and std::length_error (more bricks than 4 GB of table hold; says what would fit).
+// The grid around a box [m], with two empty voxels on every side. `lattice`, where given, becomes a
+// corner of voxels, so that bodies on that lattice keep their voxels; otherwise the box is centered
+// in the grid. Throws std::invalid_argument on a bad voxel size or an infinite box,
+// std::length_error where the table of bricks would exceed 4 GB (the message names a size that
+// fits). Messages begin with `what`.
 CloudGrid cloudGrid(const char* what, const Eigen::AlignedBox3d& box, double voxelSize,
                     const std::optional<Vec3>& lattice = {});
 
-// Shares add up in each voxel, up to 1; a voxel is of the material that gave it most in one piece.
+// Adds shares in each voxel, up to 1. A voxel is of the material of its largest single piece.
 class CloudBuilder {
  public:
   CloudBuilder(const CloudGrid& grid, std::vector<std::string> materials);
 
   const CloudGrid& grid() const { return grid_; }
-  // Voxels outside the grid are passed over.
+  // Adds `share` of a voxel. Voxels outside the grid are ignored.
   void add(const Eigen::Vector3i& voxel, double share, std::uint8_t material = 0);
-  // A box [m] of which `share` is material, evenly.
+  // Adds a box [m] filled evenly by `share`.
   void addBox(const Vec3& low, const Vec3& high, double share, std::uint8_t material = 0);
-  // Bricks that turned out alike all over store no numbers.
+  // The cloud. Uniform bricks store no numbers.
   Cloud build() const;
 
  private:
@@ -47,8 +48,8 @@ class CloudBuilder {
   std::vector<Brick> bricks_;
 };
 
-// Puts one brick behind the others in `voxels`, whose table has an entry for it: a number where all
-// of it is alike. `material` may be null.
+// Appends one brick to `voxels` and sets its table entries. A uniform brick is stored as a code
+// alone. `material` may be null.
 void storeBrick(Cloud::Voxels& voxels, std::size_t entry, const BrickCoverage& coverage,
                 const BrickMaterial* material);
 

@@ -1,5 +1,5 @@
-// How `.cloud` files are written and read: little-endian numbers, all of them hashed, whole files
-// or none.
+// Input and output of `.cloud` files: little-endian numbers with a checksum over all bytes, and
+// files that are complete or absent.
 #pragma once
 
 #include <bit>
@@ -19,10 +19,10 @@ constexpr char kCloudMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
 // Versions: voxels, voxels of several materials, any kind of object.
 constexpr std::uint32_t kPlainCloud = 1, kCloudWithMaterials = 2, kAnyObject = 3;
 
-// Throws std::runtime_error that begins with the file.
+// Throws std::runtime_error whose message begins with the file's name.
 [[noreturn]] void refuseCloudFile(const std::filesystem::path& file, const std::string& why);
 
-// The number with its lowest byte first, whatever the machine; its own inverse.
+// The number with its lowest byte first on any machine; its own inverse.
 template <typename Number>
 Number littleEndian(Number x) {
   if constexpr (std::endian::native == std::endian::big) {
@@ -77,17 +77,18 @@ class CloudReader {
   std::uint64_t read_ = 0;
 };
 
-// Calls write(stream) for a temporary beside `file`, which then takes its name; throws and leaves
-// nothing behind where any of that fails.
+// Calls write(stream) for a temporary file beside `file`, then renames it. Throws
+// std::runtime_error and removes the temporary file where any of that fails.
 void writeWhole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
-// Opens the file; throws where there is none.
+// Opens a file. Throws std::runtime_error where it is missing or unreadable.
 std::ifstream openCloudFile(const std::filesystem::path& file);
 
-// The version, after the magic word; throws where the file is no cloud or of none of the three.
+// Reads the magic word and the version. Throws std::runtime_error where the file is not a cloud or
+// of another version than the three above.
 std::uint32_t readCloudVersion(CloudReader& reader);
 
-// The hash at the end; throws where it is not that of what was read.
+// Reads the checksum at the end. Throws std::runtime_error where it does not match.
 void checkCloudHash(CloudReader& reader);
 
 }  // namespace cloudcontact

@@ -1,5 +1,5 @@
-// Cuts a surface into one brick-wide column of voxel columns: the inner part of columns.cpp, where
-// the method is told.
+// ColumnCutter: cuts a surface into one brick-wide column of 8x8 voxel columns. The inner loop of
+// columns.cpp, which describes the method.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -15,7 +15,7 @@ namespace cloudcontact {
 
 constexpr int kColumnsPerBrick = kBrickEdge * kBrickEdge;
 
-// Which axis is which, and where voxels and bricks lie in memory.
+// The axes of the columns, and the place of bricks in the table.
 struct Frame {
   int u, v, w;
   Eigen::Vector3i bricks;    // of the grid, along x, y, z
@@ -37,33 +37,33 @@ struct Frame {
   }
 };
 
-// What one brick-wide column of 8x8 voxel columns became.
+// The voxels of one brick-wide column.
 struct BrickColumn {
   int firstLayer = 0;
-  std::vector<std::int32_t> table;  // from firstLayer on; empty bricks elsewhere
+  std::vector<std::int32_t> table;  // from firstLayer up; other bricks are empty
   std::vector<BrickCoverage> coverage;
   std::uint8_t residue[kColumnsPerBrick] = {};  // as in ColumnResult
   int cappedColumns = 0, cappedVoxels = 0;
 };
 
-// The running sums of a brick column's 64 columns, and their extremes since they were last asked.
+// The running sums of the 64 columns, and their extremes so far.
 struct Runs {
   double sum[kColumnsPerBrick] = {}, least[kColumnsPerBrick] = {}, most[kColumnsPerBrick] = {};
 };
 
-// Cuts one brick-wide column at a time; keeps its memory.
+// Cuts one brick-wide column at a time and reuses its memory.
 class ColumnCutter {
  public:
   ColumnCutter(const GridSurface& surface, const Frame& frame);
 
-  // Brick column (bu, bv), given the triangles that may touch it.
+  // Cuts brick column (bu, bv) by the triangles that may touch it.
   BrickColumn cut(int bu, int bv, const int* first, const int* last);
 
-  // What a cutter for columns of so many layers holds [bytes].
+  // Memory of a cutter for columns of this many layers [bytes].
   static std::size_t bytes(int layers, bool capped);
 
  private:
-  // A cell's columns stand together, and so eight of them make a register's work.
+  // The columns of a cell are adjacent, so eight of them fill a SIMD register.
   double* at(int column, int cell) { return differences_.data() + place(column, cell); }
   static std::size_t place(int column, int cell) {
     return static_cast<std::size_t>(cell) * kColumnsPerBrick + static_cast<std::size_t>(column);
@@ -81,14 +81,14 @@ class ColumnCutter {
 
   const GridSurface& surface_;
   const Frame& frame_;
-  int height_;  // cells a column, and one more for what a piece in the topmost passes on
+  int height_;  // cells per column, plus one for what a piece in the topmost cell passes on
   std::vector<double> differences_;
   std::vector<char> touched_;      // layers of bricks whose differences are not all zero
   std::vector<double> caps_;       // projected area of closing triangles in each voxel
-  int lowest_ = 0, highest_ = -1;  // cells that hold a piece
-  int triangleShell_ = 0;          // of the triangle being cut; -1: it closes the surface
-  int shell_[kColumnsPerBrick];    // of each column: -1 none yet, -2 several
-  std::uint64_t overlapping_ = 0;  // a bit a column: sums beyond [0, 1], or several shells
+  int lowest_ = 0, highest_ = -1;  // range of cells that hold a piece
+  int triangleShell_ = 0;          // of the current triangle; -1: a cap
+  int shell_[kColumnsPerBrick];    // per column: -1 none yet, -2 several
+  std::uint64_t overlapping_ = 0;  // bit per column: sums beyond [0, 1], or several shells
 };
 
 }  // namespace cloudcontact

@@ -1,4 +1,4 @@
-// Where the voxels of a mesh will lie, and what they will cost.
+// Grid: the future grid of a mesh's voxels, and the memory that they will need.
 #pragma once
 
 #include "mesh/closing.h"
@@ -6,26 +6,27 @@
 
 namespace cloudcontact {
 
-// Centred on the body, so that moving a mesh changes no voxel and a symmetric body gets symmetric
-// voxels; whole bricks, with at least two empty voxels on every side.
+// The grid is centered on the body: moving a mesh changes no voxel, and a symmetric body gets
+// symmetric voxels. It has whole bricks, and at least two empty voxels on every side.
 struct Grid {
   double voxelSize = 0;                            // [m]
-  Eigen::Vector3d bricks{0, 0, 0};                 // along each axis; may be beyond integers
+  Eigen::Vector3d bricks{0, 0, 0};                 // along each axis; may exceed the integers
   Eigen::Vector3d origin{0, 0, 0};                 // [m]
-  double places() const { return bricks.prod(); }  // for bricks
+  double places() const { return bricks.prod(); }  // number of bricks, full or empty
 };
 
 Grid gridAround(const Mesh& mesh, double voxelSize);
 
-// The surface in voxels, its shells told apart unless it is known to be one.
+// The surface in the grid. Its shells are found unless it is known to be `oneShell`.
 GridSurface inGrid(const Closing& closing, const Grid& grid, bool oneShell = false);
 
-// What cutting the surface into columns holds at most [bytes]; `passes` is how many copies of the
-// result exist at once. Where the empty grid alone takes more than `enough` it looks no closer.
+// An upper bound of the memory that cutting the surface into columns needs [bytes]. `passes`:
+// copies of the result that exist at once. Returns early where the empty table alone exceeds
+// `enough`.
 double cuttingBytes(const Closing& closing, double voxelSize, int passes, int threads,
                     double enough);
 
-// The same were every brick to store numbers: an upper bound that costs a look at the vertices.
+// The same if every brick stored numbers: a coarser bound that takes one pass over the vertices.
 double fullGridBytes(const Closing& closing, double voxelSize, int passes, int threads);
 
 }  // namespace cloudcontact

@@ -1,5 +1,4 @@
-// Where the surface runs inside one voxel of a cloud: what is needed to divide a voxel finer than
-// the cloud itself, or to put points on its surface.
+// The surface inside single voxels of a cloud, for dividing voxels and for points on the surface.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -10,20 +9,20 @@
 
 namespace cloudcontact {
 
-// A place on a cloud's surface, in the body's frame.
+// A point on a cloud's surface, in the body's frame.
 struct SurfacePlace {
   Vec3 position;  // [m]
   Vec3 normal;    // outward unit
   std::uint8_t material;
 };
 
-// The share of material in each of the n^3 equal cubes of a voxel, x fastest. They follow the
-// quadric that explains the voxel and its neighbours (kernels/surface_fit.h), moved until their
-// mean is the voxel's own coverage, to 1e-5. Where nothing tells a direction all are alike.
+// The share of material in each of the n^3 equal cubes of a voxel, x fastest. The shares follow the
+// quadric fitted to the voxel and its neighbors (kernels/contact/surface_fit.h), shifted until
+// their mean is the voxel's coverage to 1e-5. Without a surface direction all shares are equal.
 void divideVoxel(const Cloud& cloud, const Eigen::Vector3i& voxel, int n,
                  std::vector<float>& shares);
 
-// Places on the surface, about one for each (voxelSize / n)^2 of it, in the order of the bricks.
+// Points on the surface, about one per area of (voxelSize / n)^2, in the order of the bricks.
 std::vector<SurfacePlace> surfacePlaces(const Cloud& cloud, int n, int threads);
 
 // Calls visit(voxel, coverage) for every voxel with material, brick by brick in the table's order.

@@ -1,4 +1,4 @@
-// Which voxel is of which material, in a body made of several meshes.
+// Materials: the material of each voxel in a body of several meshes.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -7,13 +7,13 @@
 
 namespace cloudcontact {
 
-// Fills in a body's materials, one mesh after the other.
+// Assigns materials to a body's voxels, mesh after mesh.
 class Materials {
  public:
   explicit Materials(Cloud::Voxels& body) : body_(body) {}
 
-  // `own`: the mesh's voxels in the body's grid. Of each voxel it claims those of whose matter it
-  // has at least half, whoever claimed them before.
+  // `own`: the voxels of the material's mesh in the body's grid. Voxels of whose material it holds
+  // at least half become its own, also those that an earlier mesh claimed.
   void add(const std::string& name, const Cloud::Voxels& own);
 
  private:

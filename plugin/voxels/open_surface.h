@@ -1,4 +1,5 @@
-// Voxels of a surface that lacks much of itself: see open_surface.cpp.
+// Voxels of a surface with large missing parts, by vote of columns along three axes: see
+// open_surface.cpp.
 #pragma once
 
 #include "voxels/columns.h"
@@ -7,8 +8,8 @@ namespace cloudcontact {
 
 struct Vote {
   Cloud::Voxels voxels;
-  std::size_t badColumns = 0;       // of all three axes
-  std::size_t undecidedVoxels = 0;  // left to the winding number
+  std::size_t badColumns = 0;       // along all three axes
+  std::size_t undecidedVoxels = 0;  // decided by the winding number
 };
 
 Vote voteOnColumns(const GridSurface& surface, int threads,

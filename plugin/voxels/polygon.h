@@ -1,4 +1,4 @@
-// Convex polygons, cut at whole numbers of one coordinate (kernels/column_cut.h).
+// Convex polygons, cut at whole numbers of one coordinate (kernels/digitize/column_cut.h).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -27,7 +27,7 @@ void slice(const CcPolygon& polygon, Visit&& visit) {
   if (rest->corners > 2) visit(cells.last, *rest);
 }
 
-// slice<2>() for the pieces' sums alone.
+// As slice<2>(), but visits only the sums of the pieces.
 template <typename Visit>
 void forEachPiece(const CcPolygon& polygon, Visit&& visit) {
   const CcCells cells = ccCells(&polygon, 2);

@@ -1,4 +1,4 @@
-// A mesh made ready for digitising, and what is checked before and after.
+// Prepares a mesh for digitizing, and validates the input and the result.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -10,36 +10,37 @@
 
 namespace cloudcontact {
 
-// The mesh, mended, and closed where little is missing.
+// The repaired mesh, closed by caps where only small parts are missing.
 struct Prepared {
   Closing closing;
   bool wasClosed = false;
-  bool closable = false;  // otherwise `closing` has no caps, and the surface is open
+  bool closable = false;  // false: large parts are missing, and `closing` has no caps
   bool oneShell = false;  // known to be one closed surface
 
-  // Copies of the voxels that exist at once: a pass and its parts; or three, and their vote.
+  // Copies of the voxels that exist at once: one pass and its parts, or three passes and their
+  // vote.
   int passes() const { return closable ? 2 : 5; }
 };
 
-// What prepare() makes of a mesh that is one closed surface once its vertices are welded
-// (isOneClosedSurface(), mesh_topology.h), on the supposition that it is: of the M16 bolt in 0.5
-// ms. To find out takes 0.9 ms more, to mend it 5. Nothing where it has no volume.
+// The fast path of prepare(), for a mesh that the caller verifies to be one closed surface once its
+// vertices are welded (isOneClosedSurface()). Empty where the mesh has no volume.
 std::optional<Prepared> preparedAsWhole(const Mesh& mesh);
 
-// Throws std::invalid_argument where the mesh bounds nothing.
+// Repairs and closes a mesh. Throws std::invalid_argument where it bounds no volume.
 Prepared prepare(const Mesh& mesh);
 
-// The prepared surface in a grid's voxels, its shells told apart.
+// The prepared surface in a grid.
 GridSurface inGrid(const Prepared& prepared, const Grid& grid);
 
-// Throw std::invalid_argument on a setting that cannot be used.
+// Throw std::invalid_argument on an unusable setting.
 void validateVoxelSize(double voxelSize);
 void validate(const DigitizeSettings& settings);
 
-// Throws where that many copies of the voxels would need too much, and says what would fit.
+// Throws std::length_error where that many copies of the voxels would exceed settings.maxBytes. The
+// message names a voxel size that fits.
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes);
 
-// Throws where nothing of the mesh is in the voxels.
+// Throws std::invalid_argument where all voxels are empty.
 void checkNotEmpty(const Cloud::Voxels& voxels, const Prepared& prepared, double voxelSize);
 
 }  // namespace cloudcontact

@@ -1,4 +1,5 @@
-// A sparse set of a grid's voxels, a bit each: what a renewal of a field has to look at again.
+// VoxelSet: a sparse set of voxels of a grid, one bit each. Marks the voxels that an update of a
+// field must visit.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -11,7 +12,7 @@ namespace cloudcontact {
 
 class VoxelSet {
  public:
-  // A byte for each row of 8 voxels along x; index y + 8 z, as a cell's number without its x.
+  // One byte per row of 8 voxels along x; index y + 8 z, as a cell's index without its x.
   using Rows = std::array<std::uint8_t, kBrickVoxels / 8>;
 
   explicit VoxelSet(const Eigen::Vector3i& bricks);
@@ -20,20 +21,20 @@ class VoxelSet {
   bool has(int x, int y, int z) const;  // false outside the grid
   bool has(std::int32_t brick, int cell) const;
   void add(int x, int y, int z) { addBox({x, y, z}, {x, y, z}); }
-  // All from `low` to `high`, both included, as far as they lie in the grid.
+  // Adds all voxels of the grid from `low` to `high`, both included.
   void addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high);
   void add(const VoxelSet& other);
-  // With all voxels at most `reach` from one of the set along every axis.
+  // The set with all voxels at most `reach` away along every axis.
   VoxelSet dilated(int reach) const;
 
-  // Numbers of the bricks that may hold voxels (x fastest), rising.
+  // Indices of the bricks that may hold voxels, in ascending order.
   std::vector<std::int32_t> bricks() const;
-  const Rows* find(std::int32_t brick) const;  // null: none of the brick's
+  const Rows* find(std::int32_t brick) const;  // null where the brick holds none
   static bool holds(const Rows& rows, int cell) {
     return rows[static_cast<std::size_t>(cell >> 3)] >> (cell & 7) & 1;
   }
 
-  // Calls visit(brick, cell, x, y, z) for all, brick by brick in the order of their numbers.
+  // Calls visit(brick, cell, x, y, z) for each voxel, in ascending order of bricks and cells.
   template <typename Visit>
   void forEach(Visit&& visit) const {
     for (const std::int32_t t : bricks()) {
@@ -47,12 +48,12 @@ class VoxelSet {
 
  private:
   Eigen::Vector3i cornerOf(std::int32_t brick) const;
-  Rows& make(int x, int y, int z);  // of the brick with these indices
+  Rows& make(int x, int y, int z);  // allocates the brick at these indices if needed
   VoxelSet stretched(int axis, int reach) const;
 
   Eigen::Vector3i bricks_;
-  std::vector<std::int32_t> table_;  // brick -> rows_, -1: none
-  std::vector<std::int32_t> listed_;
+  std::vector<std::int32_t> table_;   // brick -> index into rows_; -1: none
+  std::vector<std::int32_t> listed_;  // allocated bricks
   std::vector<Rows> rows_;
 };
 

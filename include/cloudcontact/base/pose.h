@@ -1,4 +1,4 @@
-// Where a body stands and how it moves: the two value types that every query takes.
+// Pose and Motion: where a body is and how it moves.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,14 +8,14 @@ namespace cloudcontact {
 
 using Vec3 = Eigen::Vector3d;
 
-// A rigid placement: world = orientation * local + position. Metres.
+// A rigid transform, world = orientation * local + position. Lengths in meters.
 struct Pose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Vec3 position = Vec3::Zero();
 
   Vec3 toWorld(const Vec3& local) const { return orientation * local + position; }
   Vec3 toLocal(const Vec3& world) const { return orientation.conjugate() * (world - position); }
-  // The pose `inner` (given in this frame) seen from the world.
+  // The world pose of `inner`, which is given in this frame.
   Pose operator*(const Pose& inner) const {
     return {orientation * inner.orientation, toWorld(inner.position)};
   }
@@ -25,12 +25,13 @@ struct Pose {
   }
 };
 
-// The velocity of a rigid body: linear of `center` [m/s], angular [rad/s], all in the world.
+// The velocity of a rigid body, in world coordinates.
 struct Motion {
-  Vec3 linear = Vec3::Zero();
-  Vec3 angular = Vec3::Zero();
-  Vec3 center = Vec3::Zero();
+  Vec3 linear = Vec3::Zero();   // of `center` [m/s]
+  Vec3 angular = Vec3::Zero();  // [rad/s]
+  Vec3 center = Vec3::Zero();   // [m]
 
+  // Velocity of the point of the body that is at `world` [m/s].
   Vec3 at(const Vec3& world) const { return linear + angular.cross(world - center); }
 };
 

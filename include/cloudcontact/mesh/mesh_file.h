@@ -1,5 +1,5 @@
-// Meshes from files, through Assimp: STL, OBJ, PLY, glTF and what else it reads.
-// Part of the target CloudContact::files, so that the core needs nothing but Eigen.
+// Meshes from files, read by Assimp: STL, OBJ, PLY, glTF and its other formats. Part of the target
+// CloudContact::files, so that the core depends on Eigen alone.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -8,13 +8,13 @@
 
 namespace cloudcontact {
 
-// All meshes of the file in one, node transforms applied, in metres: file coordinates times
-// `metresPerUnit`. Throws std::runtime_error that names the file and says what is wrong: it is
-// missing, empty, no mesh, has no triangles, has NaN or infinite vertices, or is cut short.
-Mesh loadMesh(const std::filesystem::path& file, double metresPerUnit = 1.0);
+// All meshes of a file as one, with node transforms applied. Coordinates are multiplied by
+// `metersPerUnit`. Throws std::runtime_error that names the file and the fault: missing, empty, not
+// a mesh, no triangles, NaN or infinite vertices, or cut short.
+Mesh loadMesh(const std::filesystem::path& file, double metersPerUnit = 1.0);
 
-// The same, part by part: the file's objects or groups, those of one name together, in the order of
-// the file. A part without a name is called "part 1" and so on.
-std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metresPerUnit = 1.0);
+// The same, part by part: the objects or groups of the file in their order, those of equal names
+// merged. A part without a name is called "part 1" and so on. Throws as loadMesh() does.
+std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metersPerUnit = 1.0);
 
 }  // namespace cloudcontact

@@ -1,5 +1,5 @@
-// DepthImage: what a depth camera sees, a point for each of its pixels (paper, I), and how it
-// becomes a surface and a body.
+// DepthImage: the view of a depth camera, a point for each pixel (paper, section I), and its way to
+// a surface and a body.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -11,57 +11,59 @@ namespace cloudcontact {
 
 struct DepthImage {
   int width = 0, height = 0;      // pixels
-  std::vector<Vec3> points;       // [m] row by row, width * height; NaN where nothing was seen
-  Vec3 viewpoint = Vec3::Zero();  // [m] where the camera stands
+  std::vector<Vec3> points;       // row by row, width * height [m]; NaN where nothing was seen
+  Vec3 viewpoint = Vec3::Zero();  // position of the camera [m]
 };
 
-// Throws std::invalid_argument where the points are not width * height, one is infinite, fewer than
-// three are there, or one lies on the viewpoint.
+// Throws std::invalid_argument where the points are not width * height, one is infinite or lies on
+// the viewpoint, or fewer than three pixels have one.
 void validate(const DepthImage& image);
 
 struct DepthSettings {
-  // Neighbour pixels are one surface where their distances from the camera differ by less [m].
-  // 0: six times the distance of neighbours, that in the middle of all. Noise should stay under a
-  // sixth of it, steps that are to stay open above it.
+  // Neighboring pixels are of one surface where their distances from the camera differ by less than
+  // this [m]. Choose it above six times the noise and below the steps that must stay open. 0: six
+  // times the median distance of neighboring points.
   double jump = 0;
-  // Holes of at most so many pixels are filled by the quadratic through their rim, where the rim is
-  // one surface. 0: none.
+  // Holes of at most this many pixels are filled by the quadratic through their rim, if the rim is
+  // one surface. 0: none are filled.
   int holePixels = 30;
-  // Each pixel's distance becomes that of the quadratic through the pixels of its surface up to
-  // this many columns and rows away. Noise shrinks to 0.45, 0.31, 0.24 of itself at 2, 3, 4;
-  // creases are rounded over as many pixels, steps are not crossed. 0: none.
+  // Radius in pixels of the quadratic fit that smooths each pixel's distance. The fit stays within
+  // one surface. A radius of 2, 3, 4 reduces noise to 0.45, 0.31, 0.24 and rounds creases over that
+  // many pixels. 0: no smoothing.
   int smoothing = 3;
   int threads = 0;  // 0: all cores
 };
 
 struct DepthReport {
-  double jump = 0;         // [m] that was used
+  double jump = 0;         // the jump that was used [m]
   std::size_t seen = 0;    // pixels with a point
-  std::size_t filled = 0;  // pixels filled
-  std::size_t left = 0;    // holes that stayed open, in pixels
+  std::size_t filled = 0;  // pixels filled in holes
+  std::size_t left = 0;    // pixels of holes that stay open
 };
 
-// Holes filled, noise smoothed.
+// The image with holes filled and noise smoothed. Throws std::invalid_argument on a bad setting or
+// image.
 DepthImage mended(const DepthImage& image, const DepthSettings& settings = {},
                   DepthReport* report = nullptr);
 
-// Neighbouring pixels joined to triangles that look at the camera, except across jumps. The image
-// as it is: mend it first. Vertices are those of the pixels that triangles use.
+// Triangles between neighboring pixels, facing the camera, except across jumps. Call mended()
+// first: this takes the image as it is. Throws as mended() does.
 Mesh toMesh(const DepthImage& image, const DepthSettings& settings = {});
 
+// Where the back of the body lies, `thickness` behind the surface.
 enum class Backing {
-  Shell,  // a sheet as thick as asked, along the surface's normals
-  Rays    // closed as far behind the surface as asked, away from the camera
+  Shell,  // along the surface's normals
+  Rays    // along the rays of the camera
 };
 
 struct DepthCloudSettings {
   double voxelSize = 0;  // [m], must be set
-  double thickness = 0;  // [m]; 0: three voxels
+  double thickness = 0;  // of the body [m]; 0: three voxels
   Backing backing = Backing::Shell;
   DepthSettings image;
 };
 
-// Mended, joined, backed and digitised. Throws as the above and as digitize does.
+// The image as a body: mended(), toMesh(), a back, digitize(). Throws as these do.
 Cloud toCloud(const DepthImage& image, const DepthCloudSettings& settings,
               DepthReport* report = nullptr);
 

@@ -1,7 +1,7 @@
-// DigitalObject: a body in any of the digital kinds of the paper's step 1. Any of them can be a
-// body in Bullet by way of its cloud: CloudShape(SurfaceField::build(toCloud(object, voxelSize))).
+// DigitalObject: a body of any digital kind (docs/method.md, "Step 1: digital objects"). Every kind
+// becomes a body in Bullet as CloudShape(SurfaceField::build(toCloud(object, voxelSize))).
 //
-// Free functions lead from kind to kind; what is not in the table goes by way of the cloud.
+// Free functions convert between kinds; conversions that are not in the table go through the cloud.
 //
 //   from \ to     cloud          points          spheres           columns    octree  sphere tree
 //   Mesh          digitize       -               -                 toColumns  -       -
@@ -15,7 +15,8 @@
 //   SphereTree    toCloud        -               toSpheres         -          -       -
 //   DepthImage    toCloud        toPoints        -                 -          -       -  (toMesh)
 //
-// Exact at the same voxelSize: octree, columns, centerPoints with perEdge 1, trees of a cloud.
+// Exact at the same voxelSize: octree, columns, centerPoints with perEdge 1, sphere trees of a
+// cloud.
 #pragma once
 
 #include <cloudcontact/objects/depth_image.h>
@@ -35,28 +36,28 @@ using DigitalObject =
 // "voxels", "points", "spheres", "columns", "octree", "sphere tree", "depth image".
 const char* kindName(const DigitalObject& object);
 
-// The object as voxels: as the kind's own toCloud with its defaults (a scan closed by a flood, a
-// depth image as a shell of three voxels). Throws as that does, and std::invalid_argument for an
-// object without anything in it.
+// The object as voxels, by the kind's own toCloud() with default settings (a depth image becomes a
+// shell of three voxels). Throws as that does, and std::invalid_argument for an empty object.
 Cloud toCloud(const DigitalObject& object, double voxelSize);
 
-// A cloud in voxels of another size: each of its voxels divided along the surface inside it, so
-// that little is lost where they get smaller, and nothing but detail where they get larger. The
-// same size gives the same cloud.
+// The cloud in voxels of another size [m]. Each voxel is divided along the surface inside it, so
+// smaller voxels keep the surface smooth. The same size returns the same cloud. Throws
+// std::invalid_argument where the size is not positive and finite.
 Cloud resampled(const Cloud& cloud, double voxelSize);
 
-// The spheres of a tree's leaves; cubes become the spheres of their volume.
+// The spheres of a tree's leaves; cubes become spheres of equal volume.
 SphereCloud toSpheres(const SphereTree& tree);
 
-// The pixels that saw something, as points of a surface.
+// The points of the image's pixels, as points of a surface. Throws as validate(DepthImage) does.
 PointCloud toPoints(const DepthImage& image);
 
-// Lowest and highest corner of what is there [m], body's frame; empty where nothing is. Throws as
-// the kind's own check.
+// The axis-aligned box around the material, in the body's frame [m]; empty for an empty object.
+// Throws as validate() of the kind does.
 Eigen::AlignedBox3d boundsOf(const DigitalObject& object);
 
-// A voxel that shows what the object holds [m]: its own, where it has one; for points, spheres and
-// images a hundredth of the diagonal, but not less than two point distances.
+// A voxel size that keeps the object's detail [m]: its own voxel size, four columns, or a hundredth
+// of the diagonal; for points of a surface at least two point distances. Throws as boundsOf() does,
+// and std::invalid_argument for an empty object.
 double suggestedVoxel(const DigitalObject& object);
 
 }  // namespace cloudcontact

@@ -13,8 +13,8 @@ namespace cloudcontact {
 // empty or its validate() refuses it.
 void saveObject(const DigitalObject& object, const std::filesystem::path& file);
 
-// Reads what saveObject() or saveCloud() wrote, as the kind that it was. Throws std::runtime_error
-// as loadCloud() does.
+// Reads a file of saveObject() or saveCloud(), as the kind that was saved. Throws
+// std::runtime_error as loadCloud() does.
 DigitalObject loadObject(const std::filesystem::path& file);
 
 }  // namespace cloudcontact

@@ -1,7 +1,7 @@
-// Octree: a cloud as cubes of different size, eight in one, merged wherever coverage and material
-// are the same all over (paper, step 1 and Fig. 3). Nothing is lost: octree and cloud become each
-// other exactly. For bodies that are cut: a voxel changes in place along its path of at most 15
-// cubes, and only what a box needs is walked through.
+// Octree: a cloud as cubes of several sizes, eight merged into one wherever coverage and material
+// are the same (paper, step 1 and Fig. 3). Conversion to a cloud and back is exact. It suits bodies
+// that are cut: set() changes one voxel in place, along a path of at most 15 cubes, and forEachIn()
+// visits only the cubes in a box.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -13,31 +13,32 @@ namespace cloudcontact {
 
 class Octree {
  public:
-  // A cube of voxels that are all alike.
+  // A cube of equal voxels.
   struct Cube {
     Eigen::Vector3i low;        // its lowest voxel
     int edge = 1;               // voxels, a power of two
     std::uint8_t coverage = 0;  // 1/255
-    std::uint8_t material = 0;  // index into materials(); 0 where nothing is there
+    std::uint8_t material = 0;  // index into materials(); 0 where empty
   };
 
-  Octree() = default;  // nothing at all, as Cloud()
+  Octree() = default;  // empty, as Cloud()
   explicit Octree(const Cloud& cloud);
 
   bool empty() const { return nodes_.empty(); }
   double voxelSize() const { return voxelSize_; }  // [m]
-  const Vec3& origin() const { return origin_; }   // [m] lowest corner of voxel (0,0,0)
+  const Vec3& origin() const { return origin_; }   // lowest corner of voxel (0,0,0) [m]
   Eigen::Vector3i bricks() const { return bricks_; }
   Eigen::Vector3i size() const { return bricks_ * kBrickEdge; }  // voxels
   int edge() const { return edge_; }                             // of the largest cube, voxels
   const std::vector<std::string>& materials() const { return materials_; }
 
-  // The cube that a voxel, or a point of the body's frame [m], lies in; one of no coverage outside.
+  // The cube around a voxel, or around a point of the body's frame [m]. Outside the grid: an empty
+  // cube of one voxel.
   Cube at(const Eigen::Vector3i& voxel) const;
   Cube at(const Vec3& local) const;
 
-  // Calls visit(const Cube&) for every cube with material that the box [m, body's frame] touches,
-  // in a fixed order. Walks through those alone, and holds no memory.
+  // Calls visit(const Cube&) for every cube with material that touches the box (body's frame [m]),
+  // in a fixed order. Allocates nothing.
   template <typename Visit>
   void forEachIn(const Eigen::AlignedBox3d& box, Visit&& visit) const {
     if (empty() || box.isEmpty()) return;
@@ -45,21 +46,21 @@ class Octree {
     walk(0, Eigen::Vector3i::Zero(), edge_, low, high, visit);
   }
 
-  // Makes a voxel another, splitting and merging the cubes around it: the tree is then what the
-  // changed cloud would give. Throws std::invalid_argument outside the grid, or for a material that
-  // is not there.
+  // Sets a voxel, splitting and merging the cubes around it: the tree equals that of the changed
+  // cloud. Throws std::invalid_argument outside the grid and where `material` is not an index into
+  // materials().
   void set(const Eigen::Vector3i& voxel, std::uint8_t coverage, std::uint8_t material = 0);
 
   Cloud cloud() const;
 
-  std::size_t cubes() const;  // leaves, with and without material
-  std::size_t bytes() const;  // memory held
-  // The same cubes in the same place, however they lie in memory.
+  std::size_t cubes() const;  // number of leaves, with and without material
+  std::size_t bytes() const;  // memory in use
+  // Equal cubes at equal places; their order in memory does not matter.
   bool operator==(const Octree& other) const;
 
  private:
   struct Node {
-    std::int32_t children = -1;  // the first of eight; -1: all of it is alike
+    std::int32_t children = -1;  // index of the first of eight; -1: a leaf
     std::uint8_t coverage = 0, material = 0;
     bool alike(const Node& other) const {
       return children < 0 && other.children < 0 && coverage == other.coverage &&
@@ -92,7 +93,7 @@ class Octree {
   int edge_ = 0;
   std::vector<std::string> materials_;
   std::vector<Node> nodes_;         // the first is the root, then groups of eight
-  std::vector<std::int32_t> free_;  // groups that a merging left
+  std::vector<std::int32_t> free_;  // groups of eight that merges left unused
 };
 
 }  // namespace cloudcontact

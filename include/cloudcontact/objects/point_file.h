@@ -10,19 +10,19 @@
 
 namespace cloudcontact {
 
-// A PCD of several rows is what a depth camera saw, hole and all; everything else is points.
+// A PCD of several rows is the image of a depth camera, with its holes; other files are points.
 using PointFile = std::variant<PointCloud, DepthImage>;
 
-// Whether the file is one of points: a .pcd or .xyz, or a .ply whose header names vertices and no
-// faces. False where it cannot be read.
+// Whether a file holds points: a .pcd or .xyz, or a .ply whose header has vertices and no faces.
+// False where the file cannot be read.
 bool isPointFile(const std::filesystem::path& file);
 
-// In metres: file coordinates times `metresPerUnit`. Normals are read where they are (PLY nx ny nz,
-// PCD normal_x .., XYZ columns 4 to 6 where each row's are of length 1), other fields are passed
-// over. Whether points fill a volume no format says: recognizeVolume() asks the points themselves.
-// Throws std::runtime_error that names the file and says what is wrong: it is missing, empty, of
-// none of these formats, cut short, has no x, y and z, no points, or a NaN or infinite one (a NaN
-// in a PCD of several rows is a hole).
-PointFile loadPoints(const std::filesystem::path& file, double metresPerUnit = 1.0);
+// The points of a file. Coordinates are multiplied by `metersPerUnit`. Normals are read (PLY nx ny
+// nz, PCD normal_x .., XYZ columns 4 to 6 if they are of length 1 in every row), other fields
+// ignored. No format states whether points fill a volume: see recognizeVolume(). Throws
+// std::runtime_error that names the file and the fault: missing, empty, of another format, cut
+// short, without x, y and z, without points, or with a NaN or infinite point (a NaN in a PCD of
+// several rows is a hole).
+PointFile loadPoints(const std::filesystem::path& file, double metersPerUnit = 1.0);
 
 }  // namespace cloudcontact

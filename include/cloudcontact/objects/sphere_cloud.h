@@ -10,41 +10,42 @@ namespace cloudcontact {
 
 struct SphereCloud {
   std::vector<Vec3> centers;  // [m], body's frame
-  std::vector<double> radii;  // [m], one a centre
+  std::vector<double> radii;  // [m], one per center
   std::vector<std::uint8_t>
-      material;  // index into `materials`, one a centre; empty for one material
+      material;  // index into `materials`, one per center; empty for one material
   std::vector<std::string> materials;
 };
 
-// Throws std::invalid_argument that names what does not hold of the above: lengths that differ, a
-// radius that is not positive, a number that is not finite, a material that is not there.
+// Throws std::invalid_argument that names the fault: lengths that differ, a radius that is not
+// positive, a number that is not finite, an index without a material.
 void validate(const SphereCloud& spheres);
 
-// Voxels of the union. A voxel that surfaces pass through is divided in 4x4x4, each part cut by the
-// sphere it lies deepest in: coverage to 1/255 where one sphere's surface passes, to 0.01 where
-// several meet. Throws as check, and std::length_error where it takes too much memory.
+// The voxels of the union. A voxel that the surface crosses is divided into 4x4x4 parts, each cut
+// by the sphere that it lies deepest in: coverage is right to 1/255 where the surface of one sphere
+// passes, to 0.01 where several meet. Throws as validate() does, and std::length_error where the
+// voxels would need too much memory.
 Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads = 0);
 
 struct InscribedSettings {
-  // How far the spheres' union may stay under the body's surface [voxels]. A flat face takes one
-  // sphere of radius r for each disc of radius sqrt(2 r tolerance): half the tolerance, twice the
-  // spheres. A nut of 24 voxels across takes 840 at 0.2, 2,900 at 0.05, 5,300 at 0.02.
+  // Largest gap between the union of the spheres and the surface of the body [voxels]. A flat face
+  // needs one sphere of radius r per disc of radius sqrt(2 r tolerance), so half the tolerance
+  // takes twice the spheres: a nut of 24 voxels takes 840 at 0.2, 2,900 at 0.05 and 5,300 at 0.02.
   double tolerance = 0.05;
-  // Radius [voxels]. At sharp edges spheres of it reach beyond the surface, by half of it at most.
+  // Smallest radius [voxels]. At sharp edges such spheres overlap the surface by up to half of it.
   double smallest = 0.5;
-  int perVoxel = 2;  // places asked along a voxel's edge of the surface, 1..8
+  int perVoxel = 2;  // samples of the surface along a voxel's edge, 1..8
   int threads = 0;   // 0: all cores
 };
 
 struct InscribedReport {
-  // How far the surface lies outside the union, at the places asked [m].
+  // Distance of the samples of the surface to the union [m].
   double meanGap = 0, worstGap = 0;
-  // How far the union reaches beyond the surface at most [m].
+  // Largest distance of the union beyond the surface [m].
   double worstOverlap = 0;
 };
 
-// Spheres that touch the surface from within, the largest there are at each place; of them as many
-// as the tolerance asks for. One ball gives one sphere. Throws std::invalid_argument on a bad
+// Inscribed spheres: the largest that touch the surface from inside at each sample, and of these as
+// many as the tolerance requires. A ball gives one sphere. Throws std::invalid_argument on a bad
 // setting or a cloud without a surface.
 SphereCloud inscribedSpheres(const Cloud& cloud, const InscribedSettings& settings = {},
                              InscribedReport* report = nullptr);

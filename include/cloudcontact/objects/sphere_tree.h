@@ -1,6 +1,6 @@
-// SphereTree: the hierarchical sphere model (HSM) of points, spheres or voxels (paper, I and
-// step 1). Each node's sphere encloses its children's, so that what is near a place is found
-// without asking the rest.
+// SphereTree: the hierarchical sphere model (HSM) of points, spheres or voxels (paper, section I
+// and step 1). The sphere of a node encloses those of its children, so a query skips all subtrees
+// that are far away.
 #pragma once
 
 #include <cloudcontact/objects/point_cloud.h>
@@ -13,35 +13,37 @@ namespace cloudcontact {
 
 class SphereTree {
  public:
-  // What the leaves are: spheres themselves, or cubes (a voxel, what a point stands for) within
-  // their circumscribed sphere.
+  // Leaves are spheres, or cubes (voxels, points that fill a volume) in their circumscribed
+  // spheres.
   enum class Kind : std::uint8_t { Spheres, Cubes };
 
   struct Leaf {
     Vec3 center = Vec3::Zero();  // [m]
-    double radius = 0;           // [m] a cube's edge is 2 radius / sqrt(3)
-    float share = 1;             // of it that is material
+    double radius = 0;           // [m]; the edge of a cube is 2 radius / sqrt(3)
+    float share = 1;             // fraction that is material
     std::uint8_t material = 0;
-    std::uint32_t item = 0;  // which point or sphere it was made of; of a cloud: its number here
+    std::uint32_t item = 0;  // index of its point or sphere; for a cloud: number of the leaf
   };
 
-  // A sphere around all that is below. Children of node i are i + 1 and `second`; a node without
-  // has one leaf.
+  // A sphere around everything below. The children of node i are i + 1 and `second`; a node without
+  // children has one leaf.
   struct Node {
     Vec3 center = Vec3::Zero();  // [m]
     double radius = 0;           // [m]
     std::uint32_t second = 0;    // 0: none
-    std::uint32_t leaf = 0;      // index into leaves(), where there are no children
+    std::uint32_t leaf = 0;      // index into leaves(), for a node without children
   };
 
   SphereTree() = default;
-  // Points stand for cubes of their spacing; those of a surface, which have none, for themselves.
+  // Points that fill a volume become cubes of their spacing, points of a surface cubes of edge 0.
+  // Throws as validate(PointCloud) does.
   explicit SphereTree(const PointCloud& points);
+  // Throws as validate(SphereCloud) does.
   explicit SphereTree(const SphereCloud& spheres);
-  // A leaf a voxel with material; full ones merged to the octree's cubes.
+  // One leaf per voxel with material; full voxels are merged to the cubes of the octree.
   explicit SphereTree(const Cloud& cloud);
-  // From leaves as they are, in any order. Throws std::invalid_argument where one is not finite,
-  // its radius negative, its share not in (0, 1] or its material not there.
+  // From leaves in any order. Throws std::invalid_argument where one is not finite, has a negative
+  // radius, a share outside (0, 1] or an index without a material.
   SphereTree(Kind kind, std::vector<Leaf> leaves, std::vector<std::string> materials = {});
 
   bool empty() const { return nodes_.empty(); }
@@ -51,7 +53,7 @@ class SphereTree {
   const std::vector<std::string>& materials() const { return materials_; }
 
   // Calls visit(const Leaf&) for every leaf whose sphere touches a sphere or a box [m], in a fixed
-  // order. Holds no memory.
+  // order. Allocates nothing.
   template <typename Visit>
   void forEachTouching(const Vec3& center, double radius, Visit&& visit) const {
     const auto touches = [&](const Vec3& c, double r) {
@@ -85,8 +87,8 @@ class SphereTree {
   std::vector<Node> nodes_;
 };
 
-// The leaves' bodies as voxels: spheres as toCloud(SphereCloud) does, cubes each with its share.
-// Throws as that does, and where leaves have no size.
+// The union of the leaves as voxels: spheres as toCloud(SphereCloud) does, cubes with their shares.
+// Throws as that does, and std::invalid_argument where leaves have no size.
 Cloud toCloud(const SphereTree& tree, double voxelSize);
 
 }  // namespace cloudcontact

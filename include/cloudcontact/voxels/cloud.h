@@ -1,7 +1,7 @@
-// Cloud: a body as voxels that each hold the fraction of themselves that is material, and, in a
-// body of several, which one. Sparse: 8x8x8 bricks, of which only those with a surface in them
-// store numbers (DESIGN.md, "The method", 2: coverage, not yes or no). A value; copies share their
-// voxels.
+// Cloud: a body as voxels. Each voxel holds its coverage, the fraction of it that is material, and
+// in bodies of several materials which one (docs/method.md, "Coverage"). The grid is sparse: of its
+// 8x8x8 bricks only those that the surface passes through store numbers. A Cloud is a value; copies
+// share their voxels.
 #pragma once
 
 #include <cloudcontact/base/mass_properties.h>
@@ -26,7 +26,7 @@ using BrickCoverage = std::array<std::uint8_t, kBrickVoxels>;
 // Indices into Voxels::materials, in the same order.
 using BrickMaterial = std::array<std::uint8_t, kBrickVoxels>;
 
-// How many voxels are what (paper Fig. 4 b, c, d).
+// Numbers of voxels by kind (paper, Fig. 4 b, c, d).
 struct VoxelCounts {
   std::size_t inside = 0;     // coverage 255
   std::size_t interface = 0;  // 1..254
@@ -34,24 +34,24 @@ struct VoxelCounts {
 
 class Cloud {
  public:
-  // The voxels of one body: what a digitiser fills in, then never changes.
+  // The voxels of one body. Never changed once a Cloud holds them.
   struct Voxels {
     Eigen::Vector3i bricks = Eigen::Vector3i::Zero();  // bricks along each axis
     std::vector<std::int32_t>
-        table;  // one entry a brick, x fastest: index into `coverage`, kEmptyBrick or kSolidBrick
+        table;  // per brick, x fastest: index into `coverage`, or kEmptyBrick or kSolidBrick
     std::vector<BrickCoverage> coverage;
-    // Bodies of several materials (paper Fig. 4 d): their names, and for each brick of `table`
-    // either an index into `material` or -1 - m where all of it is material m. All empty for one
-    // material.
+    // Bodies of several materials (paper, Fig. 4 d): the names, and per brick of `table` an index
+    // into `material`, or -1 - m where the whole brick is of material m. All three are empty for a
+    // body of one material.
     std::vector<std::string> materials;
     std::vector<std::int32_t> materialTable;
     std::vector<BrickMaterial> material;
   };
 
   Cloud() = default;
-  // `origin` is the lowest corner of voxel (0,0,0) in the body's frame [m], `voxelSize` the edge
-  // [m]. Throws std::invalid_argument where the size is not positive and finite or the table does
-  // not fit.
+  // `voxelSize`: edge of a voxel [m]. `origin`: lowest corner of voxel (0,0,0) in the body's frame
+  // [m]. Throws std::invalid_argument where the size is not positive and finite or the tables do
+  // not fit the bricks.
   Cloud(double voxelSize, const Vec3& origin, std::shared_ptr<const Voxels> voxels);
 
   bool empty() const { return !voxels_ || voxels_->table.empty(); }
@@ -59,15 +59,16 @@ class Cloud {
   const Vec3& origin() const { return origin_; }
   Eigen::Vector3i bricks() const { return voxels_ ? voxels_->bricks : Eigen::Vector3i::Zero(); }
   Eigen::Vector3i size() const { return bricks() * kBrickEdge; }  // voxels along each axis
-  const Voxels& voxels() const { return *voxels_; }               // not of a Cloud()
+  const Voxels& voxels() const { return *voxels_; }               // not for a Cloud()
   // Coverage of a voxel in 1/255; 0 outside the grid.
   std::uint8_t coverage(int x, int y, int z) const;
-  // Which material a voxel with coverage is of: index into materials(); 0 where there is but one.
+  // Material of a voxel: index into materials(), 0 in a body of one material.
   std::uint8_t material(int x, int y, int z) const;
   const std::vector<std::string>& materials() const;
-  Vec3 center(int x, int y, int z) const;  // of a voxel, in the body's frame [m]
+  Vec3 center(int x, int y, int z) const;  // center of a voxel, in the body's frame [m]
 
-  // The same voxels in a frame moved by `shift` [m]: costs nothing, shares everything.
+  // The same voxels, moved by `shift` [m] in the body's frame. Shares the voxels. Throws
+  // std::invalid_argument where the shift is not finite.
   Cloud translated(const Vec3& shift) const;
 
   VoxelCounts counts() const;

@@ -1,5 +1,5 @@
-// ColumnCloud: a body as rectangular parallelepipeds, columns along an axis with the intervals in
-// which they hold material: what a Z-buffer that keeps every layer stores (paper, step 1 and
+// ColumnCloud: a body as columns along an axis, each with the intervals that hold material. A
+// Z-buffer that keeps every layer gives such rectangular parallelepipeds (paper, step 1 and
 // Fig. 4 a).
 #pragma once
 
@@ -11,17 +11,16 @@
 
 namespace cloudcontact {
 
-// A stretch of one column. A Z-buffer's column is all material or none; here a wall along the
-// columns may take part of one's cross-section, and `share` says which part: without it a wall
-// would be off by half a column's width.
+// An interval of one column. `share` is the part of the cross-section that is material: in a
+// Z-buffer it is always 1, which moves walls along the columns by up to half a column.
 struct ColumnInterval {
   double low = 0, high = 0;   // [m] along the axis, from the origin
-  float share = 1;            // of the column's cross-section
+  float share = 1;            // of the cross-section, above 0 and at most 1
   std::uint8_t material = 0;  // index into ColumnCloud::materials
 };
 
 struct ColumnCloud {
-  int axis = 2;                                       // columns run along it: 0 x, 1 y, 2 z
+  int axis = 2;                                       // of the columns: 0 x, 1 y, 2 z
   double width = 0;                                   // [m] edge of a column's square
   Vec3 origin = Vec3::Zero();                         // [m] lowest corner of column 0, body's frame
   Eigen::Vector2i columns = Eigen::Vector2i::Zero();  // along u = axis + 1 and v = axis + 2
@@ -31,29 +30,31 @@ struct ColumnCloud {
   std::vector<std::string> materials;  // empty for one material
 };
 
-// Throws std::invalid_argument that names what does not hold of the above.
+// Throws std::invalid_argument that names the first rule above that does not hold.
 void validate(const ColumnCloud& columns);
 
-// `perVoxel` columns along a voxel's edge. The material of every voxel stays what it is: toCloud
-// with the cloud's voxelSize gives the cloud back, to 1/255. Throws std::invalid_argument where the
-// axis is not 0, 1 or 2 or perVoxel not in 1..64.
+// The columns of a cloud, `perVoxel` along a voxel's edge. toCloud() with the cloud's voxelSize
+// gives the cloud back, to 1/255. Throws std::invalid_argument where the axis is not 0, 1 or 2 or
+// perVoxel is not in 1..64.
 ColumnCloud toColumns(const Cloud& cloud, int axis = 2, int perVoxel = 4);
 
-// From a mesh, columns `width` [m] wide: an interval's end is the mean height of the surface over
-// the column, not one ray's, to 1/510 of the width. Throws as digitize does.
+// The columns of a mesh, `width` [m] wide. An interval ends at the mean height of the surface over
+// the column, to 1/510 of the width. Throws as digitize() does.
 ColumnCloud toColumns(const Mesh& mesh, double width, int axis = 2);
 
-// Voxels from columns, each with the exact part of the columns that it cuts out. Where voxelSize is
-// a multiple of the width, voxels' faces lie on columns' faces. Throws std::invalid_argument where
-// there is nothing or the size is not positive, std::length_error where it takes too much memory.
+// The voxels of columns, with exact coverage. Where voxelSize is a multiple of the width, faces of
+// voxels lie on faces of columns. Throws std::invalid_argument where the columns are empty or the
+// size is not positive, std::length_error where the voxels would need too much memory.
 Cloud toCloud(const ColumnCloud& columns, double voxelSize);
 
-// The voxels of Fig. 4 b, c and d: inside the body, no part of it, and its interface.
+// Kinds of voxels (paper, Fig. 4 b, c, d): full, empty, and crossed by the surface.
 enum class VoxelKind : std::uint8_t { Inside, Outside, Interface };
 VoxelKind kindOf(const Cloud& cloud, const Eigen::Vector3i& voxel);
+
+// All voxels of a cloud by kind, in the order of the bricks.
 struct VoxelSplit {
   std::vector<Eigen::Vector3i> inside, interface;
-  std::size_t outside = 0;  // the rest of the grid
+  std::size_t outside = 0;  // number of the others
 };
 VoxelSplit splitVoxels(const Cloud& cloud);
 

@@ -1,4 +1,5 @@
-// From a mesh to a cloud: depth columns along an axis, cut into voxels (paper, step 1 and Fig. 4).
+// From a mesh to a cloud: depth columns along an axis, cut into voxels (paper, step 1 and Fig. 4;
+// docs/method.md, "Step 1: digital objects").
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -9,21 +10,23 @@
 
 namespace cloudcontact {
 
-// Throws std::invalid_argument on a bad setting or a mesh without volume, std::length_error where
-// the voxels would need more than maxBytes: the message says how much, and the size that fits.
+// The voxels of a body. The mesh is repaired first; holes are closed. Throws std::invalid_argument
+// on a bad setting or a mesh without volume, std::length_error where the voxels would need more
+// than settings.maxBytes (the message names a voxel size that fits).
 Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings,
                DigitizeReport* report = nullptr);
 
-// A body of several materials: meshes that lie within one another or side by side, each of the
-// material that it is named after. The body is all of them together; a voxel is of the smallest
-// mesh that has at least half of the voxel's matter. Meshes that bound no volume of their own (a
-// half of a shell whose other half is another mesh) leave their part to the largest. A cloud
-// with fewer than two meshes that bound a volume has no materials. Throws as above, and where there
-// is no mesh or more than 256.
+// A body of several materials: meshes inside one another or side by side, named after their
+// materials. The body is their union. A voxel is of the material of the smallest mesh that holds at
+// least half of the voxel's material. Meshes that bound no volume of their own (half of a shell
+// whose other half is another mesh) count as part of the largest. With fewer than two meshes that
+// bound a volume the cloud has no materials. Throws as above, and std::invalid_argument unless
+// there are 1 to 256 meshes.
 Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& settings,
                DigitizeReport* report = nullptr);
 
-// An upper bound of the memory that digitising would hold, before anything is allocated [bytes].
+// An upper bound of the memory that digitize() needs, without running it [bytes]. Throws
+// std::invalid_argument as digitize() does.
 std::size_t digitizeBytes(const Mesh& mesh, double voxelSize);
 
 }  // namespace cloudcontact

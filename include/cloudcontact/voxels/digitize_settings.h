@@ -1,4 +1,4 @@
-// Settings of the step from a mesh to a cloud, and its report.
+// Settings and report of digitize().
 #pragma once
 
 #include <cstddef>

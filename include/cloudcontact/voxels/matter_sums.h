@@ -1,8 +1,8 @@
-// Mass, centre and inertia of a body that is cut, from sums that add up: integers over its voxels,
-// each voxel's matter spread evenly over the voxel. So the parts of a body, and what was cut off,
-// have together exactly the whole's mass, momentum and angular momentum. Cloud::massProperties()
-// also says where in its voxel an interface voxel's matter lies: a better inertia (by h^2 / 2R^2)
-// that does not add up, for there the neighbours matter.
+// MatterSums: integer sums over the voxels of a body that is cut. They add up exactly, so the parts
+// of a body and what was cut off have together the mass, momentum and angular momentum of the
+// whole. For that each voxel's material is spread evenly over the voxel. Cloud::massProperties()
+// places it within surface voxels by their neighbors: its inertia is better (by h^2 / 2R^2 for a
+// body of radius R), but does not add up.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -13,8 +13,8 @@
 
 namespace cloudcontact {
 
-// Of one material: coverage [1/255], times places, times squares of places. A voxel's place is its
-// centre from the grid's middle, in half voxels.
+// Zeroth, first and second moments of the coverage of one material [1/255]. Positions are those of
+// the voxels' centers from the middle of the grid [half voxels].
 struct MatterSums {
   std::int64_t mass = 0;
   std::array<std::int64_t, 3> first{};   // x y z
@@ -25,13 +25,14 @@ struct MatterSums {
   bool operator==(const MatterSums&) const = default;
 };
 
-// One for each of the cloud's materials, or one for all of it. Throws std::length_error where the
-// grid is so large that they could not be held (32,767 voxels long and a thousand full bricks
-// wide).
+// The sums of each of the cloud's materials, or one where it has no list of materials. Throws
+// std::length_error where the grid is so large that sums could overflow (for example 32,767 voxels
+// long and a thousand full bricks wide).
 std::vector<MatterSums> matterSums(const Cloud& cloud);
 
-// `grid`: any cloud of the same grid as that of the sums. `densities` [kg/m^3]: one a material, or
-// one for all. Throws std::invalid_argument where their number is another or one is not positive.
+// Mass properties from sums. `grid`: any cloud in the grid of the sums. `densities` [kg/m^3]: one
+// per material, or one for all. Throws std::invalid_argument where their number does not fit or one
+// is not positive and finite.
 MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
                                 const std::vector<double>& densities);
 
