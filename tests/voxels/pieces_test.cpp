@@ -36,16 +36,16 @@ std::vector<int> flooded(const Cloud& cloud, int& parts) {
   std::vector<int> part(static_cast<std::size_t>(n.prod()), -1);
   parts = 0;
   forEachVoxel(cloud, [&](int x, int y, int z) {
-    if (!cloud.coverage(x, y, z) || part[static_cast<std::size_t>(index(x, y, z))] >= 0) return;
+    if (!cloud.coverage(x, y, z) || part[index(x, y, z)] >= 0) return;
     std::vector<Eigen::Vector3i> open{{x, y, z}};
-    part[static_cast<std::size_t>(index(x, y, z))] = parts;
+    part[index(x, y, z)] = parts;
     while (!open.empty()) {
       const Eigen::Vector3i v = open.back();
       open.pop_back();
       for (int k = 0; k < 6; ++k) {
         const Eigen::Vector3i w = v + (k % 2 ? 1 : -1) * Eigen::Vector3i::Unit(k / 2);
         if (!cloud.coverage(w.x(), w.y(), w.z())) continue;
-        int& p = part[static_cast<std::size_t>(index(w.x(), w.y(), w.z()))];
+        int& p = part[index(w.x(), w.y(), w.z())];
         if (p >= 0) continue;
         p = parts;
         open.push_back(w);
@@ -67,7 +67,7 @@ void expectParts(const Cloud& cloud, const std::string& what) {
   forEachVoxel(cloud, [&](int x, int y, int z) {
     int sum = 0, owner = -1;
     for (int p = 0; p < wanted; ++p)
-      if (const int c = found[static_cast<std::size_t>(p)].coverage(x, y, z)) {
+      if (const int c = found[p].coverage(x, y, z)) {
         sum += c;
         owner = p;
       }
@@ -179,7 +179,7 @@ TEST(Matter, OfABoxOfTwoDensities) {
   const Vec3 edges = 0.5 * Vec3(28, 12, 12);
   const double mass = 3 * edges.prod();
   EXPECT_NEAR(box.mass, mass, 1e-12 * mass);
-  EXPECT_LT((box.center - cloud.origin() - 0.5 * Vec3(16, 8, 8)).norm(), 1e-12);
+  EXPECT_LT((box.centerOfMass - cloud.origin() - 0.5 * Vec3(16, 8, 8)).norm(), 1e-12);
   const Vec3 squares = edges.cwiseAbs2();
   const Vec3 truth =
       mass / 12 *
@@ -190,8 +190,8 @@ TEST(Matter, OfABoxOfTwoDensities) {
   const MassProperties both = massPropertiesOf(matterSums(two), two, {1000, 3000});
   const double voxel = 1e-9, light = 14 * 144 * 1000 * voxel, heavy = 14 * 144 * 3000 * voxel;
   EXPECT_NEAR(both.mass, light + heavy + 2000 * voxel, 1e-9 * heavy);
-  EXPECT_NEAR(both.center.x() - two.origin().x(), (9 * light + 23 * heavy) / (light + heavy) * 1e-3,
-              2e-6);
+  EXPECT_NEAR(both.centerOfMass.x() - two.origin().x(),
+              (9 * light + 23 * heavy) / (light + heavy) * 1e-3, 2e-6);
 }
 
 TEST(Matter, OfPartsAddsUpExactly) {
