@@ -94,8 +94,7 @@ void twoHundredPairs(benchmark::State& state) {
 void oneLargePair(benchmark::State& state) {
   // By the foundation's law all samples count.
   CloudContactSettings settings;
-  settings.law = LawForm::Foundation;
-  settings.pair = Material{1e9, 1e5};
+  settings.law = Foundation{1e9, 1e5};
   run(state, 1, 40, settings);
 }
 

@@ -72,7 +72,7 @@ struct Probed {
 // With `lists` a cloud's query knows what the one before found far off (ContactSettings::lists).
 Timer probed(const program::PeerShape& a, const program::PeerShape& b, const Case& pair,
              Method method, bool lists = false) {
-  CloudContactSettings law{LawForm::Paper, Material{1e4, 0}};
+  CloudContactSettings law{KelvinVoigt{1e4, 0}};
   law.lists = lists;
   const auto made = std::make_shared<Probed>(a, b, pair.pose, method, law);
   const double jitter = kJitter * pair.voxel;
@@ -108,7 +108,7 @@ struct Total {
 Total totalOf(const ContactBody& a, const ContactBody& b, std::size_t samples) {
   ContactFinder finder;
   ContactSettings settings;
-  settings.pair = {1, 0};
+  settings.law = KelvinVoigt{1, 0};
   settings.samples = samples;
   const ContactResult& found = finder.find(a, b, settings);
   Total total;

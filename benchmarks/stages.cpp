@@ -147,7 +147,7 @@ void wholeContact(benchmark::State& state) {
 
 void manifold(benchmark::State& state) {
   const Pair& p = pair();
-  CloudContact seam({LawForm::Paper, std::nullopt, kEnough});
+  CloudContact seam({std::nullopt, kEnough});
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   seam.attach(dispatcher);

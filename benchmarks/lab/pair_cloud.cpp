@@ -63,13 +63,13 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
   LabPair pair;
   pair.find = [=](const Pose& pose) {
     ContactSettings settings;
-    settings.pair = {1, 0};
-    return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), settings.pair.stiffness);
+    settings.law = KelvinVoigt{1, 0};
+    return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), 1);
   };
   pair.microseconds = [=](const Pose& pose, int repeat, double jitter) {
     // The probe has A at the origin: all is seen from A's grid.
     const Pose seen = a->grid.inverse() * pose * b->grid;
-    CloudContactSettings law{LawForm::Paper, Material{1e4, 0}};
+    CloudContactSettings law{KelvinVoigt{1e4, 0}};
     law.lists = false;  // nothing is to be answered from memory
     PairProbe probe(*a->shape, *b->shape, seen, Motion{}, Method::Cloud, law);
     return probe.microseconds(repeat, jitter);

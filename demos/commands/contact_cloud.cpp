@@ -111,8 +111,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   const Side a = makeSide(query.a, voxel, query.common);
   const Side b = makeSide(query.b, voxel, query.common);
   ContactSettings settings;
-  settings.law = query.common.law;
-  settings.pair = pairMaterial(query.common);
+  settings.law = pairLaw(query.common);
   const BatchPair pair{a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings};
   ContactFinder finder;
   const ContactResult& result = finder.find(pair.a, pair.b, settings);
@@ -128,7 +127,6 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
     if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
   CloudContactSettings seam;
   seam.law = settings.law;
-  seam.pair = settings.pair;
   seam.lists = false;  // nothing is to be answered from memory
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);

@@ -29,9 +29,9 @@ struct ContactOptions {
 };
 
 ContactQuery readQuery(const ContactOptions& options) {
-  if (options.common.law == LawForm::Rigid)
+  if (std::holds_alternative<Rigid>(options.common.law))
     throw BadInput("--law rigid: has no force until a solver runs; use paper or foundation");
-  if (options.common.viscoelastic)
+  if (isViscoelastic(options.common.law))
     throw BadInput("--law: its force depends on what was before; use paper, or simulate");
   ContactQuery query;
   query.common = options.common;
@@ -117,10 +117,11 @@ void run(const ContactOptions& options) {
 
 }  // namespace
 
-Material pairMaterial(const CommonOptions& options) {
-  const bool foundation = options.law == LawForm::Foundation;
-  return {options.stiffness.value_or(foundation ? kFoundationStiffness : kPaperStiffness),
-          options.damping.value_or(0)};
+Law pairLaw(const CommonOptions& options) {
+  const double damping = options.damping.value_or(0);
+  if (std::holds_alternative<Foundation>(options.law))
+    return Foundation{options.stiffness.value_or(kFoundationStiffness), damping};
+  return KelvinVoigt{options.stiffness.value_or(kPaperStiffness), damping};
 }
 
 void addContactCommand(CLI::App& app) {

@@ -55,7 +55,7 @@ ContactReport peerContact(const ContactQuery& query) {
   const Method method = query.common.method;
   if (method == Method::Sdf)
     throw BadInput("--method sdf: btSdfCollisionShape is not there yet; use cloud or gimpact");
-  if (query.common.law != LawForm::Paper)
+  if (!std::holds_alternative<KelvinVoigt>(query.common.law))
     throw BadInput("--law foundation: needs contact areas; use --method cloud or --law paper");
   const double voxel = voxelOf(query);
   const PeerShape a = shapeOf(query.a, voxel, method), b = shapeOf(query.b, voxel, method);
@@ -69,7 +69,7 @@ ContactReport peerContact(const ContactQuery& query) {
     const int patch = static_cast<int>(report.patches) - 1;
     report.contacts.push_back({p.position, p.normal, p.depth, 0, 0, patch, 1});
   }
-  const Material pair = pairMaterial(query.common);
+  const KelvinVoigt pair = sharedSpring(pairLaw(query.common));
   const double share = report.contacts.empty() ? 0 : 1.0 / double(report.contacts.size());
   for (ReportedContact& c : report.contacts) {
     c.stiffness = share * pair.stiffness;

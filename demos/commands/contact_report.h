@@ -37,7 +37,7 @@ struct ContactReport {
 };
 
 // The pair's k and c: as given, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.
-Material pairMaterial(const CommonOptions& options);
+Law pairLaw(const CommonOptions& options);
 
 // By clouds: ContactFinder's points in double, and the time of the same pair through Bullet. Fills
 // `scene`, where there is one, with what a picture needs.

@@ -30,10 +30,8 @@ const Names& backendNames() {
   return names;
 }
 
-const Names& lawNames() {
-  static const Names names = {{"paper", int(LawForm::Paper)},
-                              {"foundation", int(LawForm::Foundation)},
-                              {"rigid", int(LawForm::Rigid)}};
+const Names& lawNames() {  // by the place in readLaw()
+  static const Names names = {{"paper", 0}, {"foundation", 1}, {"rigid", 2}};
   return names;
 }
 
@@ -104,22 +102,26 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
 }
 
 // "maxwell:K,C" or "solid:K,K1,C1"; nothing where the text is a plain name.
-std::optional<ViscoelasticLaw> readViscoelastic(const std::string& text) {
+std::optional<Law> readViscoelastic(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos) return {};
   const std::string name = text.substr(0, colon);
   std::string values = text.substr(colon + 1);
   std::replace(values.begin(), values.end(), ',', ' ');
   const std::vector<double> v = numbers(values);
-  if (name == "maxwell" && v.size() == 2 && v[0] > 0 && v[1] > 0) return MaxwellLaw{v[0], v[1]};
+  if (name == "maxwell" && v.size() == 2 && v[0] > 0 && v[1] > 0) return Maxwell{v[0], v[1]};
   if (name == "solid" && v.size() == 3 && v[0] > 0 && v[1] > 0 && v[2] > 0)
-    return StandardLinearSolidLaw{v[0], v[1], v[2]};
+    return StandardLinearSolid{v[0], v[1], v[2]};
   refuse("--law", text, "maxwell:K,C or solid:K,K1,C1, positive, in N/m and N s/m");
 }
 
 void readLaw(const std::string& text, CommonOptions& o) {
-  o.viscoelastic = readViscoelastic(text);
-  o.law = o.viscoelastic ? LawForm::Paper : LawForm(readName("--law", text, lawNames()));
+  if (const auto law = readViscoelastic(text)) {
+    o.law = *law;
+    return;
+  }
+  const Law plain[] = {KelvinVoigt{}, Foundation{}, Rigid{}};
+  o.law = plain[readName("--law", text, lawNames())];
 }
 
 void addLawOptions(CLI::App& command, CommonOptions& o) {
@@ -142,6 +144,11 @@ void addLawOptions(CLI::App& command, CommonOptions& o) {
 }
 
 }  // namespace
+
+bool isViscoelastic(const Law& law) {
+  return !std::holds_alternative<KelvinVoigt>(law) && !std::holds_alternative<Foundation>(law) &&
+         !std::holds_alternative<Rigid>(law);
+}
 
 std::string_view nameOf(Method method) {
   return nameIn(methodNames(), int(method));

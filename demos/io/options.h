@@ -4,7 +4,6 @@
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
-#include <cloudcontact/law/viscoelastic.h>
 
 #include <CLI/CLI.hpp>
 #include <optional>
@@ -20,20 +19,22 @@ std::string_view nameOf(Backend backend);
 
 // What the common options say. Empty: not given on the command line; the command decides.
 struct CommonOptions {
-  std::optional<double> voxel;      // [m]
-  double metresPerUnit = 1;         // of mesh files: --unit
-  std::optional<double> shell;      // thickness of a sheet [m]; three voxels where empty
-  LawForm law = LawForm::Paper;     // --law paper|foundation|rigid
+  std::optional<double> voxel;  // [m]
+  double metresPerUnit = 1;     // of mesh files: --unit
+  std::optional<double> shell;  // thickness of a sheet [m]; three voxels where empty
+  // --law: paper|foundation|rigid (without k and c) or maxwell:K,C or solid:K,K1,C1
+  Law law = KelvinVoigt{};
   std::optional<double> stiffness;  // the pair's k: [N/m], [N/m^3] with foundation
   std::optional<double> damping;    // the pair's c: [N s/m], [N s/m^3] with foundation
   std::optional<double> friction;   // the pair's coefficient
   Method method = Method::Cloud;
   Backend backend = Backend::Cpu;
   int threads = 0;  // 0: all cores
-  // --law maxwell:K,C or solid:K,K1,C1; `law` is then Paper.
-  std::optional<ViscoelasticLaw> viscoelastic;
   bool json = false;
 };
+
+// Whether --law names a law with its own values and a memory.
+bool isViscoelastic(const Law& law);
 
 // Whether a command has something to do on an OpenCL device.
 enum class Devices { None, OpenCl };

@@ -30,12 +30,14 @@ struct WorldBody {
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
   SurfaceSettings settings;
   settings.friction = options.friction;
-  if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
-  settings.pressPeers = options.method != Method::Cloud && options.law != LawForm::Rigid;
+  if (options.stiffness)
+    settings.pair = KelvinVoigt{*options.stiffness, options.damping.value_or(0)};
+  settings.pressPeers =
+      options.method != Method::Cloud && !std::holds_alternative<Rigid>(options.law);
   for (const auto& body : scene.bodies) {
     Surface surface{body.friction, {}};
     // Damping alone is no spring; the body then counts as rigid.
-    if (body.stiffness) surface.material = Material{*body.stiffness, body.damping.value_or(0)};
+    if (body.stiffness) surface.material = KelvinVoigt{*body.stiffness, body.damping.value_or(0)};
     settings.bodies.push_back(surface);
   }
   return settings;
@@ -49,11 +51,11 @@ void checkOptions(const WorldSettings& settings) {
         "or primitive");
   if (o.damping && !o.stiffness)
     throw BadInput("--damping: needs --stiffness beside it, a pair has both or neither");
-  if (o.viscoelastic && (o.stiffness || o.damping))
+  if (isViscoelastic(o.law) && (o.stiffness || o.damping))
     throw BadInput("--law: this law has its own stiffness; leave --stiffness and --damping out");
-  if (o.viscoelastic && o.method != Method::Cloud)
+  if (isViscoelastic(o.law) && o.method != Method::Cloud)
     throw BadInput("--law: Bullet's own contacts follow Kelvin-Voigt only; use --method cloud");
-  if (o.method != Method::Cloud && o.law == LawForm::Foundation)
+  if (o.method != Method::Cloud && std::holds_alternative<Foundation>(o.law))
     throw BadInput("--law foundation: Bullet's own contacts have no area; use --method cloud");
 }
 
@@ -93,12 +95,19 @@ std::vector<ModelFilter::Body> modelsOf(const SceneDescription& scene) {
   return models;
 }
 
+// --law with --stiffness and --damping; empty: the bodies decide.
+std::optional<Law> pairLaw(const CommonOptions& options) {
+  const double k = options.stiffness.value_or(0), c = options.damping.value_or(0);
+  if (std::holds_alternative<Foundation>(options.law)) return Foundation{k, c};
+  if (!std::holds_alternative<KelvinVoigt>(options.law)) return options.law;
+  if (!options.stiffness) return {};
+  return KelvinVoigt{k, c};
+}
+
 std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
-  settings.law = options.law;
-  settings.viscoelastic = options.viscoelastic;
+  settings.law = pairLaw(options);
   settings.bears = kBears;
-  if (options.stiffness) settings.pair = Material{*options.stiffness, options.damping.value_or(0)};
   return std::make_unique<CloudContact>(settings);
 }
 

@@ -57,7 +57,7 @@ void SceneDispatcher::applySurfaces() {
     btPersistentManifold& manifold = *getManifoldByIndexInternal(i);
     const int a = indexOf(manifold.getBody0()), b = indexOf(manifold.getBody1());
     const auto friction = btScalar(pairFriction(settings_, a, b));
-    std::optional<Material> material;
+    std::optional<KelvinVoigt> material;
     if (settings_.pressPeers)
       material = settings_.pair
                      ? settings_.pair

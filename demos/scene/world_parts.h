@@ -16,14 +16,14 @@ namespace cloudcontact::program {
 // A body's surface as the scene states it.
 struct Surface {
   std::optional<double> friction;  // mu
-  std::optional<Material> material;
+  std::optional<KelvinVoigt> material;
 };
 
 struct SurfaceSettings {
-  std::vector<Surface> bodies;     // by btCollisionObject::getUserIndex
-  std::optional<double> friction;  // every pair's mu, whatever the bodies say
-  std::optional<Material> pair;    // every pair's k and c
-  bool pressPeers = false;         // put k and c into the contacts of Bullet's own algorithms
+  std::vector<Surface> bodies;      // by btCollisionObject::getUserIndex
+  std::optional<double> friction;   // every pair's mu, whatever the bodies say
+  std::optional<KelvinVoigt> pair;  // every pair's k and c
+  bool pressPeers = false;          // put k and c into the contacts of Bullet's own algorithms
 };
 
 // mu of a pair: the smaller of the two, as SDFormat's engine has it; a body that states none leaves

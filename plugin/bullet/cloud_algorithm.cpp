@@ -100,12 +100,12 @@ double CloudAlgorithm::State::answer(const PairQuery& query) {
 void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
                                   const ContactResult& contact, double step) {
   const PairLaw& law = query.law;
-  WriteSettings how{law.form, 0, step, law.automatic, {}};
+  WriteSettings how{std::holds_alternative<Rigid>(law.shared), 0, step, law.automatic, {}};
   if (step > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step;
-  if (law.viscoelastic)
-    how.shared = memory.row(*law.viscoelastic, sides, contact, writer.manifolds(), knownStep(step));
+  if (law.remembering)
+    how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), knownStep(step));
   writer.write(sides, contact, how);
-  if (law.viscoelastic) memory.remember(sides, writer.manifolds());
+  if (law.remembering) memory.remember(sides, writer.manifolds());
 }
 
 void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjectWrapper& a,

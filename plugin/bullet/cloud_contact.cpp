@@ -6,6 +6,7 @@
 
 #include "bullet/cloud_algorithm.h"
 #include "bullet/narrow_phase.h"
+#include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/soft_algorithm.h"
 
@@ -14,14 +15,7 @@ namespace cloudcontact {
 namespace {
 
 const CloudContactSettings& checked(const CloudContactSettings& settings) {
-  if (!settings.viscoelastic) return settings;
-  if (settings.law != LawForm::Paper)
-    throw std::invalid_argument(
-        "CloudContactSettings::viscoelastic: is one law a pair; set law to LawForm::Paper");
-  if (settings.pair)
-    throw std::invalid_argument(
-        "CloudContactSettings::viscoelastic: pair is a second law; leave one of them empty");
-  validate(*settings.viscoelastic);
+  if (settings.law && !takesBodiesSprings(*settings.law)) validate(*settings.law);
   return settings;
 }
 

@@ -144,7 +144,7 @@ CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterC
                            const Motion& motion)
     : settings(how), cloud(matterCloud), sums(std::move(known)), field(std::move(surface)) {
   shape = std::make_unique<CloudShape>(field);
-  shape->material = settings.material;
+  shape->law = settings.law;
   compound = std::make_unique<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), shape.get());
   body = std::make_unique<btRigidBody>(
@@ -288,7 +288,7 @@ CutOutcome CuttableBody::become(const Cloud& after) {
     if (i == heaviest) continue;
     auto state = std::make_unique<State>(own.settings, left[i].cloud, left[i].sums, left[i].field,
                                          place, motion);
-    state->shape->material = own.shape->material;
+    state->shape->law = own.shape->law;
     inherit(*own.body, *state->body);
     outcome.fallen.push_back(std::unique_ptr<CuttableBody>(new CuttableBody(std::move(state))));
     if (own.world) outcome.fallen.back()->addTo(*own.world, own.group, own.mask);

@@ -16,7 +16,7 @@ namespace cloudcontact {
 namespace {
 
 // What a pair's points have in common: Bullet's combined coefficients, and its flags.
-btManifoldPoint commonOf(const PairSides& sides, LawForm law) {
+btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   const btCollisionObject* const a = sides.wrapA->getCollisionObject();
   const btCollisionObject* const b = sides.wrapB->getCollisionObject();
   btManifoldPoint point;
@@ -24,12 +24,11 @@ btManifoldPoint commonOf(const PairSides& sides, LawForm law) {
   point.m_combinedRollingFriction = gCalculateCombinedRollingFrictionCallback(a, b);
   point.m_combinedSpinningFriction = gCalculateCombinedSpinningFrictionCallback(a, b);
   // A restitution on top of a spring would bounce twice.
-  point.m_combinedRestitution =
-      law == LawForm::Rigid ? gCalculateCombinedRestitutionCallback(a, b) : btScalar(0);
+  point.m_combinedRestitution = rigid ? gCalculateCombinedRestitutionCallback(a, b) : btScalar(0);
   point.m_index0 = sides.wrapA->m_index;  // a compound's child
   point.m_index1 = sides.wrapB->m_index;
   point.m_contactPointFlags = 0;
-  if (law != LawForm::Rigid) point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+  if (!rigid) point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
   // Anisotropic friction is left to Bullet, which bends the directions it chooses itself.
   if (!a->hasAnisotropicFriction() && !b->hasAnisotropicFriction())
     point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
@@ -79,9 +78,9 @@ SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
 
 void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tangent,
             const WriteSettings& settings, btManifoldPoint& point) {
-  Material law{source.stiffness, source.damping};
+  KelvinVoigt law{source.stiffness, source.damping};
   if (tangent || settings.shared) {
-    const Material part = tangent ? tangent->row(source.depth, settings.step) : *settings.shared;
+    const KelvinVoigt part = tangent ? tangent->row(source.depth, settings.step) : *settings.shared;
     law = {part.stiffness * source.stiffness, part.damping * source.stiffness};
   }
   point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);
@@ -148,7 +147,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     btManifoldPoint& point = manifold.getContactPoint(i);
     point = common;
     setGeometry(sources[i], sides, point);
-    if (settings.law != LawForm::Rigid) setLaw(sources[i], tangent_, settings, point);
+    if (!settings.rigid) setLaw(sources[i], tangent_, settings, point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
     const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
@@ -173,7 +172,7 @@ void ManifoldWriter::clear() {
 void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
                            const WriteSettings& settings) {
   remember();
-  const btManifoldPoint common = commonOf(sides, settings.law);
+  const btManifoldPoint common = commonOf(sides, settings.rigid);
   const std::size_t patches = contact.patches.size();
   tangent_.reset();
   if (settings.automatic && !contact.points.empty())

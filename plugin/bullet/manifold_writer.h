@@ -23,13 +23,13 @@ struct PairSides {
 
 // What a step adds to the points themselves.
 struct WriteSettings {
-  LawForm law = LawForm::Paper;
+  bool rigid = false;       // no spring: bare contact rows
   double slidingSpeed = 0;  // [m/s] slower than this, a point stands and keeps its place
   double step = 0;          // [s]
   // The points' stiffnesses are their parts of this spring; empty: they are what they say.
   std::optional<AutomaticSpring> automatic;
   // Or their parts of these k and c, for such a law as remembers (pair_memory.h).
-  std::optional<Material> shared;
+  std::optional<KelvinVoigt> shared;
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm dies. Points are

@@ -16,24 +16,40 @@ namespace cloudcontact {
 namespace {
 
 constexpr const char* kTwoLaws =
-    "a shape with a viscoelastic law of its own meets one with a law or material: state one law "
-    "for the pair, CloudContactSettings::viscoelastic";
+    "two bodies state laws that cannot act in series (a viscoelastic law beside another, or one "
+    "per area beside one per pair): state one law for the pair, CloudContactSettings::law";
 
-const ViscoelasticLaw* ownLaw(const btCollisionObjectWrapper& body) {
-  const btCollisionShape* const shape = body.getCollisionShape();
-  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
-  const auto& own = static_cast<const CloudShape*>(shape)->viscoelastic;
-  return own ? &*own : nullptr;
-}
+// What one body states: a spring, or another law.
+struct StatedLaw {
+  std::optional<KelvinVoigt> spring;
+  const Law* other = nullptr;
+  bool byShape = false, byArea = false;  // of `spring`
+};
 
-std::optional<Material> materialOf(const btCollisionObjectWrapper& body) {
+StatedLaw statedBy(const btCollisionObjectWrapper& body) {
   const btCollisionShape* const shape = body.getCollisionShape();
   if (shape->getShapeType() == HFFLUID_SHAPE_PROXYTYPE)
-    if (const auto& own = static_cast<const CloudShape*>(shape)->material) return own;
+    if (const auto& own = static_cast<const CloudShape*>(shape)->law;
+        own && !std::holds_alternative<Rigid>(*own)) {
+      const bool byArea = std::holds_alternative<Foundation>(*own);
+      if (!byArea && !std::holds_alternative<KelvinVoigt>(*own)) return {{}, &*own, false, false};
+      return {sharedSpring(*own), nullptr, true, byArea};
+    }
   const btCollisionObject* const object = body.getCollisionObject();
   if (object->getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING)
-    return Material{object->getContactStiffness(), object->getContactDamping()};
-  return std::nullopt;
+    return {KelvinVoigt{object->getContactStiffness(), object->getContactDamping()}};
+  return {};
+}
+
+Law springLaw(const KelvinVoigt& spring, bool byArea) {
+  if (byArea) return Foundation{spring.stiffness, spring.damping};
+  return spring;
+}
+
+PairLaw fixedLaw(const Law& law) {
+  if (std::holds_alternative<KelvinVoigt>(law) || std::holds_alternative<Foundation>(law))
+    return {law, {}, nullptr};
+  return {KelvinVoigt{1, 0}, {}, &law};
 }
 
 // [N] 0 for what no contact moves, and for a multi-body's links, which do not know what pulls them.
@@ -74,23 +90,30 @@ double inverseMass(const btCollisionObject& object) {
   return 0;
 }
 
+bool takesBodiesSprings(const Law& law) {
+  const auto* area = std::get_if<Foundation>(&law);
+  return area && area->stiffness == 0 && area->damping == 0;
+}
+
 PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
               const btCollisionObjectWrapper& b, double voxel, double step) {
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
-  if (settings.law == LawForm::Rigid || !(inverse > 0)) return {LawForm::Rigid, {}, {}, nullptr};
-  if (settings.viscoelastic) return {settings.law, {1, 0}, {}, &*settings.viscoelastic};
-  if (settings.pair) return {settings.law, *settings.pair, {}, nullptr};
-  const ViscoelasticLaw *lawA = ownLaw(a), *lawB = ownLaw(b);
-  const auto materialA = materialOf(a), materialB = materialOf(b);
-  if (lawA || lawB) {
-    if ((lawA && (lawB || materialB)) || (lawB && materialA)) throw std::runtime_error(kTwoLaws);
-    return {LawForm::Paper, {1, 0}, {}, lawA ? lawA : lawB};
+  const std::optional<Law>& world = settings.law;
+  if ((world && std::holds_alternative<Rigid>(*world)) || !(inverse > 0))
+    return {Rigid{}, {}, nullptr};
+  if (world && !takesBodiesSprings(*world)) return fixedLaw(*world);
+  const StatedLaw ofA = statedBy(a), ofB = statedBy(b);
+  if (ofA.other || ofB.other) {
+    if ((ofA.other && ofB.other) || ofA.spring || ofB.spring) throw std::runtime_error(kTwoLaws);
+    return fixedLaw(ofA.other ? *ofA.other : *ofB.other);
   }
-  if (const auto stated = inSeries(materialA, materialB))
-    return {settings.law, *stated, {}, nullptr};
-  return {settings.law,
-          {1, 0},
+  if (!world && ofA.byShape && ofB.byShape && ofA.byArea != ofB.byArea)
+    throw std::runtime_error(kTwoLaws);
+  const bool byArea = world || ofA.byArea || ofB.byArea;
+  if (const auto stated = inSeries(ofA.spring, ofB.spring))
+    return {springLaw(*stated, byArea), {}, nullptr};
+  return {springLaw({1, 0}, byArea),
           springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step),
                    settings.bears),
           nullptr};

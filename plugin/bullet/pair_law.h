@@ -11,12 +11,11 @@ namespace cloudcontact {
 
 // The law of one pair for one step.
 struct PairLaw {
-  LawForm form = LawForm::Paper;
-  Material pair;
-  // Where nobody states a stiffness: the contacts share this out as their parts of `pair` are.
+  Law shared = KelvinVoigt{};  // ContactSettings::law: KelvinVoigt, Foundation or Rigid
+  // If no body states a stiffness. The points' stiffnesses are then their shares of this spring.
   std::optional<AutomaticSpring> automatic;
-  // Another law, which the contacts share out likewise; the settings' or a shape's own, or null.
-  const ViscoelasticLaw* viscoelastic = nullptr;
+  // A law with a memory, from the settings or a shape, or null; the points share it likewise.
+  const Law* remembering = nullptr;
 };
 
 // A query may come before the world's first step, which is when Bullet learns the step's length.
@@ -24,12 +23,14 @@ inline double knownStep(double step) {
   return step > 0 ? step : 1.0 / 60;
 }
 
-// The settings' law or pair, else one body's own law, else the bodies' materials in series, else an
-// automatic spring. Rigid where neither body can move: there is nothing to push, but queries still
-// want the points. Throws std::runtime_error where both bodies state a law that cannot be put in
-// series.
+// The settings' law, else one body's own law, else the bodies' springs in series, else an automatic
+// spring. Rigid if neither body can move: there is nothing to push, but queries still want the
+// points. Throws std::runtime_error if both bodies state laws that cannot be put in series.
 PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
               const btCollisionObjectWrapper& b, double voxel, double step);
+
+// Foundation{}: stiffness and damping come from the bodies (CloudContactSettings::law).
+bool takesBodiesSprings(const Law& law);
 
 // 1/kg; 0 for what no contact moves.
 double inverseMass(const btCollisionObject& object);

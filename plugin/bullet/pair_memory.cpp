@@ -51,9 +51,8 @@ PairMemory::Print PairMemory::printOf(const PairSides& sides,
   return print;
 }
 
-Material PairMemory::row(const ViscoelasticLaw& law, const PairSides& sides,
-                         const ContactResult& contact,
-                         const std::vector<btPersistentManifold*>& manifolds, double step) {
+KelvinVoigt PairMemory::row(const Law& law, const PairSides& sides, const ContactResult& contact,
+                            const std::vector<btPersistentManifold*>& manifolds, double step) {
   const PairPoints points = gather(sides, contact);
   if (step_ == 0)
     state_ = lawAdvance(law, {}, points.depth, step);

@@ -4,7 +4,7 @@
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <cloudcontact/contact/contact.h>
-#include <cloudcontact/law/viscoelastic.h>
+#include <cloudcontact/law/law.h>
 
 #include <array>
 #include <vector>
@@ -25,8 +25,8 @@ class PairMemory {
   // For a step of `step` seconds that begins with this contact. Bullet also looks for contacts
   // without stepping (performDiscreteCollisionDetection); then no time has passed, which shows in
   // that no pose, no velocity and no impulse is another than remember() saw.
-  Material row(const ViscoelasticLaw& law, const PairSides& sides, const ContactResult& contact,
-               const std::vector<btPersistentManifold*>& manifolds, double step);
+  KelvinVoigt row(const Law& law, const PairSides& sides, const ContactResult& contact,
+                  const std::vector<btPersistentManifold*>& manifolds, double step);
   // After the points are written.
   void remember(const PairSides& sides, const std::vector<btPersistentManifold*>& manifolds);
 

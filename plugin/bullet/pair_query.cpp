@@ -88,8 +88,8 @@ Bits bitsOf(const PairQuery& query) {
          {&body->pose.position, &body->motion.linear, &body->motion.angular, &body->motion.center})
       put(*v);
   }
-  put(std::array{query.settings.pair.stiffness, query.settings.pair.damping,
-                 query.settings.margin});
+  const KelvinVoigt spring = sharedSpring(query.settings.law);
+  put(std::array{spring.stiffness, spring.damping, query.settings.margin});
   return bits;
 }
 
@@ -100,7 +100,7 @@ bool sameQuestion(const PairQuery& x, const PairQuery& y) {
     return one.field == other.field && one.shape == other.shape;
   };
   if (x.wrong || y.wrong || !sameBody(x.a, y.a) || !sameBody(x.b, y.b) ||
-      x.conversions != y.conversions || x.settings.law != y.settings.law ||
+      x.conversions != y.conversions || x.settings.law.index() != y.settings.law.index() ||
       x.settings.samples != y.settings.samples)
     return false;
   const Bits one = bitsOf(x), other = bitsOf(y);
@@ -123,8 +123,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   query.mass = inverse > 0 ? 1 / inverse : 0;
   query.voxel = voxelOf(query.a, query.b);
   query.law = lawOf(settings, a, b, query.voxel, step);
-  query.settings.law = query.law.form;
-  query.settings.pair = query.law.pair;
+  query.settings.law = query.law.shared;
   query.settings.samples = settings.samples;
   query.settings.lists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);

@@ -23,7 +23,7 @@ constexpr const char* kDeformable =
     "a soft body of a deformable world does not touch clouds: use btSoftRigidDynamicsWorld";
 constexpr const char* kBadNode = "a soft body's node is NaN or infinite: it has no contacts";
 constexpr const char* kNoArea =
-    "a soft body without faces has no area for LawForm::Foundation: use LawForm::Paper";
+    "a soft body without faces has no area for Foundation: use KelvinVoigt";
 
 ParticleBody bodyOf(const SoftOpponent& opponent, double step) {
   const btCollisionObject& object = *opponent.wrap->getCollisionObject();
@@ -108,12 +108,10 @@ void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLa
   settings.step = soft.m_sst.sdt;
   settings.friction = soft.m_cfg.kDF * opponent.wrap->getCollisionObject()->getFriction();
   settings.gravity = soft.getWorldInfo()->m_gravity.length();
-  settings.law = law.viscoelastic;
-  if (!law.viscoelastic && !law.automatic && law.form != LawForm::Rigid) {
-    stated_ = KelvinVoigtLaw{law.pair.stiffness, law.pair.damping};
-    settings.law = &stated_;
-  }
-  share(soft, settings.law == &stated_ && law.form == LawForm::Foundation);
+  settings.law = law.remembering;
+  if (!law.remembering && !law.automatic && !std::holds_alternative<Rigid>(law.shared))
+    settings.law = &law.shared;
+  share(soft, settings.law && std::holds_alternative<Foundation>(*settings.law));
   read(soft);
   const ParticleBody body = bodyOf(opponent, settings.step);
   if (!isFinite(body)) throw std::runtime_error("a body's pose is NaN or infinite: no contacts");

@@ -39,7 +39,6 @@ class SoftPair {
   Shape shape_;
   std::vector<Particle> particles_;
   ParticleCloud cloud_;
-  ViscoelasticLaw stated_;  // of the pair's k and c
   const std::vector<ParticleContact>* contacts_ = nullptr;
   Vec3 center_ = Vec3::Zero();
 };

@@ -56,9 +56,10 @@ CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSetting
   terms.frame = placementOf(frame.pose);
   terms.toA = placementOf(a.pose.inverse() * frame.pose);
   terms.voxel = frame.voxel;
-  terms.stiffness = settings.pair.stiffness;
-  terms.damping = settings.pair.damping;
-  terms.foundation = settings.law == LawForm::Foundation;
+  const KelvinVoigt spring = sharedSpring(settings.law);
+  terms.stiffness = spring.stiffness;
+  terms.damping = spring.damping;
+  terms.foundation = std::holds_alternative<Foundation>(settings.law);
   terms.oneSided = a.shape || b.shape;
   terms.sampled = a.shape ? kB : kA;
   return terms;
@@ -133,7 +134,7 @@ PairFrame ContactFinder::Scratch::begin(const ContactBody& a, const ContactBody&
 // The foundation's force is the gradient of an energy only as far as its sums are exact, at edges
 // above all: with coarser samples a loop over a table's edge does 50 % of its work for nothing.
 std::size_t enoughFor(const ContactSettings& settings) {
-  return settings.law == LawForm::Foundation ? HitSearch::kAll : settings.samples;
+  return std::holds_alternative<Foundation>(settings.law) ? HitSearch::kAll : settings.samples;
 }
 
 double cellOf(const PairFrame& frame, int level) {

@@ -31,8 +31,8 @@ struct ParticleBody {
 struct ParticleSettings {
   double step = 0;  // [s]
   double friction = 0;
-  const ViscoelasticLaw* law = nullptr;  // the pair's, or null: an automatic spring a particle
-  double gravity = 0;                    // [m/s^2] what weighs on automatic springs
+  const Law* law = nullptr;  // the pair's, or null: an automatic spring a particle
+  double gravity = 0;        // [m/s^2] what weighs on automatic springs
 };
 
 // Keeps its memory between calls: a step after the first allocates nothing.

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cloudcontact/base/pose.h>
-#include <cloudcontact/law/viscoelastic.h>
+#include <cloudcontact/law/law.h>
 
 #include <vector>
 

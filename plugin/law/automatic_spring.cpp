@@ -95,7 +95,7 @@ SpringTangent AutomaticSpring::tangent(double depth, double closing, double step
   return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
 }
 
-Material SpringTangent::row(double depth, double step) const {
+KelvinVoigt SpringTangent::row(double depth, double step) const {
   // Of a gap Bullet's row takes k and c for what will be inside at the step's end.
   if (!(depth > 0)) return {slope, damping};
   const double secant = std::max(0.0, slope * (1 - offset / depth));

@@ -104,11 +104,11 @@ Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSetti
   return embedWithin(g, 0, hand.reach, settings);
 }
 
-Embedding embed(const ViscoelasticLaw& law, const LawState& before, double step,
-                const HandSpring& hand, const EmbeddingSettings& settings) {
+Embedding embed(const Law& law, const LawState& before, double step, const HandSpring& hand,
+                const EmbeddingSettings& settings) {
   // One pointer's worth of capture: the function is kept in place, without an allocation.
   const struct Asked {
-    const ViscoelasticLaw& law;
+    const Law& law;
     const LawState& before;
     double step;
   } asked{law, before, step};

@@ -20,6 +20,11 @@ namespace {
 
 constexpr std::size_t kReserved = 1 << 14;  // collision voxels
 
+bool isPerTissue(const Law& law) {
+  return std::holds_alternative<KelvinVoigt>(law) || std::holds_alternative<Maxwell>(law) ||
+         std::holds_alternative<StandardLinearSolid>(law);
+}
+
 void require(const HapticSettings& s) {
   const auto positive = [](double value, const char* field) {
     if (!(value > 0) || !std::isfinite(value))
@@ -31,13 +36,17 @@ void require(const HapticSettings& s) {
   positive(s.mostForce, "mostForce");
   if (!(s.handDamping >= 0) || !std::isfinite(s.handDamping))
     throw std::invalid_argument("HapticSettings: handDamping must be zero or more and finite");
-  if (!(s.branch >= 0) || !std::isfinite(s.branch))
-    throw std::invalid_argument("HapticSettings: branch must be zero or more and finite");
   if (!(s.release >= 0) || !std::isfinite(s.release))
     throw std::invalid_argument("HapticSettings: release must be zero or more and finite");
   if (s.voxelsAStep < 1)
     throw std::invalid_argument("HapticSettings: voxelsAStep must be positive");
-  if (s.form == HapticLaw::User) validate(s.law);
+  if (s.perTissue && !(s.law && isPerTissue(*s.law)))
+    throw std::invalid_argument(
+        "HapticSettings: perTissue needs a law KelvinVoigt, Maxwell or StandardLinearSolid");
+  if (s.law &&
+      (std::holds_alternative<Foundation>(*s.law) || std::holds_alternative<Rigid>(*s.law)))
+    throw std::invalid_argument("HapticSettings: law must give one force; not Foundation or Rigid");
+  if (s.law) validate(*s.law);
   requireArea(s.tool.area);
 }
 
@@ -101,18 +110,16 @@ bool HapticLoop::follow(const Pose& hand) {
   return false;
 }
 
-ViscoelasticLaw HapticLoop::lawNow() const {
+Law HapticLoop::lawNow() const {
   const double k = collision_->stiffness, c = collision_->damping;
-  switch (settings_.form) {
-    case HapticLaw::Maxwell:
-      return MaxwellLaw{k, c};
-    case HapticLaw::StandardLinearSolid:
-      return StandardLinearSolidLaw{k, settings_.branch * k, settings_.branch * c};
-    case HapticLaw::User:
-      return settings_.law;
-    default:
-      return KelvinVoigtLaw{k, c};
-  }
+  if (!settings_.law) return KelvinVoigt{k, c};
+  if (!settings_.perTissue) return *settings_.law;
+  if (const auto* l = std::get_if<Maxwell>(&*settings_.law))
+    return Maxwell{l->stiffness * k, l->damping * c};
+  if (const auto* l = std::get_if<StandardLinearSolid>(&*settings_.law))
+    return StandardLinearSolid{l->stiffness * k, l->branchStiffness * k, l->branchDamping * c};
+  const auto& l = std::get<KelvinVoigt>(*settings_.law);
+  return KelvinVoigt{l.stiffness * k, l.damping * c};
 }
 
 // The step along the surface: the hand's spring against its own and the material's stiffness.
@@ -144,7 +151,7 @@ void HapticLoop::press(const HapticInput& input) {
   const Vec3 lead = input.hand.position - output_.tool.position;
   // How deep the tool would be where the hand is.
   const double reach = collision_->depth - lead.dot(outward);
-  const ViscoelasticLaw law = lawNow();
+  const Law law = lawNow();
   const Embedding found =
       embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
   const double voxel = workpiece_->voxelSize();

@@ -61,7 +61,7 @@ TEST(Diagnose, SplitImpulseDoesDropTheSpringOfDeepContacts) {
   const auto field = fieldOf(boxMesh({0.5, 0.5, 0.5}), 0.05);
   for (const bool split : {false, true}) {
     CloudContactSettings settings;
-    settings.pair = Material{100, 0};
+    settings.law = KelvinVoigt{100, 0};
     BulletWorld scene(settings);
     scene.addGround();
     btRigidBody& cube = scene.addCloud(field, 1, at({0, 0, btScalar(0.2)}));

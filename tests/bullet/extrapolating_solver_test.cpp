@@ -20,7 +20,7 @@ std::shared_ptr<const SurfaceField> cubeField() {
 
 CloudContactSettings stated(double stiffness, double damping) {
   CloudContactSettings settings;
-  settings.pair = Material{stiffness, damping};
+  settings.law = KelvinVoigt{stiffness, damping};
   return settings;
 }
 

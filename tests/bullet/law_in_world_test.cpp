@@ -25,10 +25,10 @@ double depthOf(const btRigidBody& cube) {
 TEST(LawInWorld, AFallingCubeFollowsTheBackwardEulerRecurrence) {
   // m (v+ - v) = -m g h + h max(0, k (d - h v+) - c v+), d the depth before the step: no free
   // parameter. Several materials, from soft and undamped to stiff and overdamped.
-  const Material materials[] = {{500, 0}, {2e4, 30}, {1e5, 2000}};
-  for (const Material& law : materials) {
+  const KelvinVoigt materials[] = {{500, 0}, {2e4, 30}, {1e5, 2000}};
+  for (const KelvinVoigt& law : materials) {
     CloudContactSettings settings;
-    settings.pair = law;
+    settings.law = law;
     BulletWorld scene(settings);
     scene.world.getSolverInfo().m_numIterations = 100;
     scene.addGround();
@@ -54,7 +54,7 @@ TEST(LawInWorld, AFallingCubeFollowsTheBackwardEulerRecurrence) {
 TEST(LawInWorld, EveryPointsImpulseIsTheLawAtTheStepsEnd) {
   // impulse = h (k d+ - c v+) for each row by itself, where d+ = d + h v+ and v+ closes.
   CloudContactSettings settings;
-  settings.pair = Material{3000, 20};
+  settings.law = KelvinVoigt{3000, 20};
   BulletWorld scene(settings);
   scene.world.getSolverInfo().m_numIterations = 500;
   scene.addGround();
@@ -84,7 +84,7 @@ TEST(LawInWorld, SagIsWeightOverStiffness) {
     for (const double stiffness : {500.0, 2e3, 5e3, 2e4, 1e5, 1e6}) {
       const double mass = 1;
       CloudContactSettings settings;
-      settings.pair = Material{stiffness, 2 * std::sqrt(stiffness * mass)};
+      settings.law = KelvinVoigt{stiffness, 2 * std::sqrt(stiffness * mass)};
       BulletWorld scene(settings);
       if (onCloud)
         scene.addCloud(slab, 0,
@@ -124,19 +124,19 @@ void expectAutomatic(BulletWorld& scene, double mass, double weight, double voxe
 }
 
 TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromNoOne) {
-  const auto scene = [](std::optional<Material> cloud, std::optional<Material> ground) {
+  const auto scene = [](std::optional<KelvinVoigt> cloud, std::optional<KelvinVoigt> ground) {
     auto made = std::make_unique<BulletWorld>();
     btRigidBody& plane = made->addGround();
     if (ground)
       plane.setContactStiffnessAndDamping(btScalar(ground->stiffness), btScalar(ground->damping));
     btRigidBody& cube = made->addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
-    static_cast<CloudShape*>(cube.getCollisionShape())->material = cloud;
+    static_cast<CloudShape*>(cube.getCollisionShape())->law = cloud;
     made->world.getDispatchInfo().m_timeStep = btScalar(0.01);
     return made;
   };
-  EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, std::nullopt)), 2000, 0.01);
-  EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, Material{700, 1})), 700, 0.01);
-  EXPECT_NEAR(stiffnessOf(*scene(Material{2000, 1}, Material{500, 1})), 400, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(KelvinVoigt{2000, 1}, std::nullopt)), 2000, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, KelvinVoigt{700, 1})), 700, 0.01);
+  EXPECT_NEAR(stiffnessOf(*scene(KelvinVoigt{2000, 1}, KelvinVoigt{500, 1})), 400, 0.01);
   // Neither: the automatic spring of what moves.
   expectAutomatic(*scene(std::nullopt, std::nullopt), 3, 3 * kGravity);
 }
@@ -165,11 +165,11 @@ TEST(LawInWorld, TheAutomaticSpringKnowsWhatPulls) {
 TEST(LawInWorld, OwnWeightSagsAlikeAtEveryStepWhereNobodyStatesAStiffness) {
   const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
   for (const bool onCloud : {false, true})
-    for (const LawForm form : {LawForm::Paper, LawForm::Foundation})
+    for (const bool byArea : {false, true})
       for (const double step : {1. / 60, 1. / 240, 1e-3})
         for (const double load : {1.0, 5.0, 20.0}) {
           CloudContactSettings settings;
-          settings.law = form;
+          if (byArea) settings.law = Foundation{};
           BulletWorld scene(settings);
           if (onCloud)
             scene.addCloud(slab, 0, at({0, 0, btScalar(-0.05)}));
@@ -189,8 +189,7 @@ TEST(LawInWorld, OwnWeightSagsAlikeAtEveryStepWhereNobodyStatesAStiffness) {
 
 TEST(LawInWorld, FoundationIsStiffnessTimesArea) {
   CloudContactSettings settings;
-  settings.law = LawForm::Foundation;
-  settings.pair = Material{1e6, 0};  // [N/m^3]
+  settings.law = Foundation{1e6, 0};  // [N/m^3]
   BulletWorld scene(settings);
   scene.addGround();
   scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));
@@ -199,7 +198,7 @@ TEST(LawInWorld, FoundationIsStiffnessTimesArea) {
 
 TEST(LawInWorld, FoundationWithoutAStiffnessSharesOutAnAutomaticSpring) {
   CloudContactSettings settings;
-  settings.law = LawForm::Foundation;
+  settings.law = Foundation{};
   BulletWorld scene(settings);
   scene.addGround();
   scene.addCloud(cubeField(), 3, at({0, 0, btScalar(0.097)}));

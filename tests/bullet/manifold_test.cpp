@@ -169,7 +169,7 @@ TEST(Manifold, EachPatchHasItsOwnAndTheyAreKeptWhenEmpty) {
 
 TEST(Manifold, StiffnessIsSharedOutAndRestitutionIsNone) {
   CloudContactSettings settings;
-  settings.pair = Material{5000, 7};
+  settings.law = KelvinVoigt{5000, 7};
   BulletWorld scene(settings);
   scene.addGround().setRestitution(1);
   btRigidBody& cube = scene.addCloud(cubeField(), 1, pressed());
@@ -190,7 +190,7 @@ TEST(Manifold, StiffnessIsSharedOutAndRestitutionIsNone) {
 
 TEST(Manifold, RigidRowsAreBulletsOwn) {
   CloudContactSettings settings;
-  settings.law = LawForm::Rigid;
+  settings.law = Rigid{};
   BulletWorld scene(settings);
   scene.addGround().setRestitution(1);
   scene.addCloud(cubeField(), 1, pressed()).setRestitution(btScalar(0.5));

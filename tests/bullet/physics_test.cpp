@@ -70,8 +70,8 @@ struct Slope {
     scene.add(std::make_unique<btStaticPlaneShape>(vector(normal), 0), 0, at({0, 0, 0}))
         .setFriction(1);
     const double load = kGravity * std::cos(angle);
-    const double sag = settings.pair ? load / settings.pair->stiffness
-                                     : automaticSpring(1, kGravity, kVoxel, step).sag(load);
+    const double sag = settings.law ? load / sharedSpring(*settings.law).stiffness
+                                    : automaticSpring(1, kGravity, kVoxel, step).sag(load);
     const btTransform place =
         at(vector((height / 2 - sag) * normal), shortestArcQuat({0, 0, 1}, vector(normal)));
     box = &scene.addCloud(height == 0.2 ? cubeField() : brickField(), 1, place);
@@ -100,7 +100,7 @@ double freeWay(double tangent, double friction) {
 // As hard as the step allows, so that the cube's start, level, is how it will lean.
 TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
   CloudContactSettings hard;
-  hard.pair = stepLimited(1, 1. / 240);
+  hard.law = stepLimited(1, 1. / 240);
   for (const double yaw : {0.0, 0.4}) {
     EXPECT_LT(Slope(0.5, 0.51, yaw, 1. / 240, 0.2, hard).run(3), 0.1 * kVoxel) << "yaw " << yaw;
     // Never more than free; it may start late.
@@ -114,7 +114,7 @@ TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
 // pulled back to where it stood, what stands must not creep once it has settled.
 TEST(OnASlope, ABrickTells049From051AtEveryStepWhetherItsSpringIsStatedOrNot) {
   CloudContactSettings stated;
-  stated.pair = Material{9810, 2 * std::sqrt(9810)};
+  stated.law = KelvinVoigt{9810, 2 * std::sqrt(9810)};
   for (const auto& settings : {CloudContactSettings{}, stated})
     for (const double yaw : {0.0, 0.4})
       for (const double step : kSteps) {
@@ -139,7 +139,7 @@ TEST(OnASlope, StandingMeansNoCreep) {
 TEST(Rolling, ASphereKeepsItsSpeed) {
   const auto ball = fieldOf(sphereMesh(0.2, 1e-5), kVoxel);
   CloudContactSettings settings;
-  settings.pair = Material{1e4, 200};
+  settings.law = KelvinVoigt{1e4, 200};
   BulletWorld scene(settings);
   scene.addGround();
   btRigidBody& sphere = scene.addCloud(ball, 1, at({0, 0, btScalar(0.2)}));

@@ -46,7 +46,7 @@ double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
   Cloud cloud = digitize(mesh, settings);
   cloud = cloud.translated(-cloud.massProperties().centerOfMass);
   CloudShape shape(SurfaceField::build(cloud));  // a btConcaveShape
-  shape.material = Material{1e5, 100};           // k [N/m], c [N s/m]
+  shape.law = KelvinVoigt{1e5, 100};             // k [N/m], c [N s/m]
 
   CloudContact contact;        // outlives the dispatcher
   contact.attach(dispatcher);  // from now on the world knows clouds

@@ -109,7 +109,7 @@ class SoftWorld {
 
 CloudContactSettings pairOf(double stiffness, double damping) {
   CloudContactSettings settings;
-  settings.pair = Material{stiffness, damping};
+  settings.law = KelvinVoigt{stiffness, damping};
   return settings;
 }
 
@@ -217,8 +217,8 @@ TEST(SoftContact, WhereNobodyStatesAStiffnessASheetSagsByATenthOfAVoxel) {
 }
 
 TEST(SoftContact, FoundationIsStiffnessTimesTheFacesArea) {
-  CloudContactSettings settings = pairOf(2000, 200);  // [N/m^3, N s/m^3]
-  settings.law = LawForm::Foundation;
+  CloudContactSettings settings;
+  settings.law = Foundation{2000, 200};  // [N/m^3, N s/m^3]
   SoftWorld scene(settings);
   scene.addCloud(boxField(), 0);
   btSoftBody& sheet = scene.addSheet(0.15, 8, 0.1, at({0, 0, btScalar(0.052)}));
@@ -237,7 +237,7 @@ TEST(SoftContact, ASheetCreepsAsTheSolidSays) {
   const double mass = 0.02, load = mass * kGravity, step = 1e-3;
   const double k = 10, k1 = 20, c1 = 2, keep = c1 / (c1 + step * k1);  // creep time 0.3 s
   CloudContactSettings settings;
-  settings.viscoelastic = StandardLinearSolidLaw{k, k1, c1};
+  settings.law = StandardLinearSolid{k, k1, c1};
   SoftWorld scene(settings);
   scene.addCloud(boxField(), 0);
   btSoftBody& sheet = scene.addSheet(0.15, 6, mass, at({0, 0, btScalar(0.05)}));
@@ -325,7 +325,7 @@ TEST(SoftContact, ASheetAndAFreeCloudKeepTheirMomentumAndGainNoEnergy) {
 
 TEST(SoftContact, ADroppedSheetGainsNoEnergy) {
   CloudContactSettings solid;
-  solid.viscoelastic = StandardLinearSolidLaw{100, 200, 2};
+  solid.law = StandardLinearSolid{100, 200, 2};
   const CloudContactSettings all[] = {{}, pairOf(50, 0), pairOf(5000, 0), pairOf(300, 5), solid};
   int n = 0;
   for (const CloudContactSettings& settings : all) {

@@ -66,8 +66,8 @@ ContactErrors zeroErrors() {
 }  // namespace
 
 double Truth::force(const ContactSettings& settings) const {
-  const bool foundation = settings.law == LawForm::Foundation;
-  return settings.pair.stiffness * (foundation ? volume : depth);
+  const bool foundation = std::holds_alternative<Foundation>(settings.law);
+  return sharedSpring(settings.law).stiffness * (foundation ? volume : depth);
 }
 
 ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose& world,

@@ -18,7 +18,7 @@ constexpr double kVoxel = 1e-3;  // [m]
 
 ContactSettings paper() {
   ContactSettings settings;
-  settings.pair = {2e4, 30};
+  settings.law = KelvinVoigt{2e4, 30};
   return settings;
 }
 
@@ -150,7 +150,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, ContactFinderOn,
 TEST(ContactFinderOverhang, NoPatchIsDeeperThanTheBodies) {
   ContactFinder finder;
   BodyMaker maker{kVoxel, Random(33)};
-  for (const LawForm law : {LawForm::Paper, LawForm::Foundation}) {
+  for (const Law& law : {Law(KelvinVoigt{2e4, 30}), Law(Foundation{2e4, 30})}) {
     ContactSettings settings = paper();
     settings.law = law;
     for (const char* name : {"overhang", "overhang-aligned", "overhang-yawed"}) {

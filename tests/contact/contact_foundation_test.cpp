@@ -15,8 +15,7 @@ constexpr double kVoxel = 1e-3;  // [m]
 
 ContactSettings foundation() {
   ContactSettings settings;
-  settings.law = LawForm::Foundation;
-  settings.pair = {1e9, 0};  // [N/m^3]
+  settings.law = Foundation{1e9, 0};  // [N/m^3]
   return settings;
 }
 
@@ -70,7 +69,7 @@ TEST(FoundationMoment, OfALeaningFaceIsThatOfTheWedgeUnderThePlane) {
     const Vec3 centre(-sx * edges.x() * edges.x() / 12 / depth,
                       -sy * edges.y() * edges.y() / 12 / depth, onPlane.z());
     const Wrench wrench = wrenchOnB(finder.find(ground.at({}), box.at(pose), foundation()), {}, {});
-    const double force = foundation().pair.stiffness * volume;
+    const double force = sharedSpring(foundation().law).stiffness * volume;
     EXPECT_NEAR(wrench.force.z(), force, 0.02 * force);
     EXPECT_LE(wrench.force.head<2>().norm(), 0.01 * force);
     // Horizontal place of the axis: centre of the wedge, whose height matters little (lean^2).

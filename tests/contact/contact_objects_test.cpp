@@ -192,7 +192,7 @@ void expectContact(const Solid& s, const SurfaceField& field, const Presser& pre
   other.shape = presser.shape ? &*presser.shape : nullptr;
   other.pose = presser.pose;
   ContactSettings settings;
-  settings.pair = {kStiffness, 0};
+  settings.law = KelvinVoigt{kStiffness, 0};
   ContactFinder finder;
   const ContactResult& found =
       first ? finder.find(solid, other, settings) : finder.find(other, solid, settings);

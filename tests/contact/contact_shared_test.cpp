@@ -91,8 +91,7 @@ class SharedSearch : public ::testing::Test {
 
 ContactSettings foundation() {
   ContactSettings settings;
-  settings.law = LawForm::Foundation;  // takes all samples
-  settings.pair = {1e9, 1e5};
+  settings.law = Foundation{1e9, 1e5};  // takes all samples
   return settings;
 }
 

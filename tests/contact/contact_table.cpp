@@ -56,9 +56,9 @@ Options parsed(int argc, char** argv) {
     else if (key == "--voxel")
       options.run.voxel = std::stod(value);
     else if (key == "--law" && value == "paper")
-      options.run.contact.law = cc::LawForm::Paper;
+      options.run.contact.law = cc::KelvinVoigt{1e4, 0};
     else if (key == "--law" && value == "foundation")
-      options.run.contact.law = cc::LawForm::Foundation;
+      options.run.contact.law = cc::Foundation{1e4, 0};
     else
       throw std::invalid_argument(key + " " + value + ": see the head of contact_table.cpp");
   }

@@ -22,7 +22,8 @@ TEST(NoAllocation, InAHapticTick) {
   settings.tool.area = SphereArea{Vec3::Zero(), 6 * kVoxel};
   settings.tool.parts.push_back({SphereArea{Vec3(0, 0, -6 * kVoxel), 3 * kVoxel}, 2});
   settings.cutter = Cutter{17e9, 0.5, 10};
-  settings.form = HapticLaw::StandardLinearSolid;
+  settings.law = StandardLinearSolid{1, 1, 1};
+  settings.perTissue = true;
   HapticLoop loop(field, {}, settings);
   std::size_t before = 0, cut = 0;
   double deepest = 0;

@@ -55,7 +55,7 @@ class Shortlists : public ::testing::Test {
   static Walk walk(const Body& a, double height, const Body& b, double below, double reach) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Vec3(1, 2, 0.5).normalized()));
     Walk w{a.at({}), b.at({turn, Vec3(1.3, 0.4, height + below) * kVoxel}), {}, reach};
-    w.settings.pair = {1, 0};
+    w.settings.law = KelvinVoigt{1, 0};
     return w;
   }
   std::vector<Walk> walks() const {
@@ -88,7 +88,7 @@ TEST_F(Shortlists, FindTheSameAtAnySpeed) {
 // The energy's gradient asks all samples.
 TEST_F(Shortlists, FindTheSameOfAllSamples) {
   for (Walk w : walks()) {
-    w.settings.law = LawForm::Foundation;
+    w.settings.law = Foundation{1e4, 0};
     ContactFinder finder;
     Asked asked;
     for (int i = 0; i < 40; ++i) {

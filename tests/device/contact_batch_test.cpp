@@ -48,7 +48,7 @@ struct Pairs {
       pose.position = far * (maker.random.rotation() * Vec3::UnitX());
       BatchPair pair{bodies[i].at({}), bodies[j].at(pose), {}};
       if (k % 4 == 1) pair.settings.samples = 3000;
-      if (k % 7 == 2) pair.settings.law = LawForm::Foundation;
+      if (k % 7 == 2) pair.settings.law = Foundation{1e4, 0};
       if (k % 9 == 4) pair.settings.margin = 1.5 * v;
       pairs.push_back(pair);
     }
@@ -116,7 +116,7 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   Pose pose;
   pose.position = Vec3(0, 0, 7.5 * maker.voxel);
   BatchPair pair{slab.at({}), slab.at(pose), {}};
-  pair.settings.law = LawForm::Foundation;  // takes all samples: more than 4,000 a side
+  pair.settings.law = Foundation{1e4, 0};  // takes all samples: more than 4,000 a side
   ContactFinder finder;
   for (int time = 0; time < 2; ++time) {
     const auto results = batch.find({&pair, 1});

@@ -88,7 +88,7 @@ double depthOf(ContactFinder& finder, const Body& tip, const Wall& wall, double 
   const ContactSettings settings;
   const Pose pose{Eigen::Quaterniond::Identity(), Vec3(0, 0, -press * kVoxel)};
   const ContactResult& found = finder.find(tip.at(pose), wall.body.at(wall.pose()), settings);
-  return wrenchOnB(found, {}, {}).force.norm() / settings.pair.stiffness / kVoxel;
+  return wrenchOnB(found, {}, {}).force.norm() / sharedSpring(settings.law).stiffness / kVoxel;
 }
 
 // How far the tip is pressed in when its push is first that of 0.01 voxel.

@@ -51,7 +51,7 @@ double speedAfter(const AutomaticSpring& spring, double step, double speed, doub
   for (int i = 0; i < 20000 && (closing > 0 || depth > 0); ++i) {
     SpringTangent tangent = spring.tangent(depth, closing, step);
     tangent.damping *= damped;
-    const Material row = tangent.row(depth, step);
+    const KelvinVoigt row = tangent.row(depth, step);
     const double inside = std::max(depth, 0.0), outside = std::min(depth, 0.0) / step;
     const double grip = step * (step * row.stiffness + row.damping);
     // impulse = step k inside + grip (v+ + outside), v+ = v - impulse / m, never pulling

@@ -12,7 +12,7 @@ namespace {
 
 TEST(InSeries, IsTheSlowLimitOfTwoSpringsWithDampers) {
   // 1 / (kA + i w cA) + 1 / (kB + i w cB) = 1 / (k + i w c) up to w^2.
-  const Material a{2000, 3}, b{500, 7};
+  const KelvinVoigt a{2000, 3}, b{500, 7};
   const double w = 1e-3;
   using Complex = std::complex<double>;
   const Complex both =
@@ -25,23 +25,23 @@ TEST(InSeries, IsTheSlowLimitOfTwoSpringsWithDampers) {
 }
 
 TEST(InSeries, ABodyWithoutAMaterialIsRigid) {
-  const Material a{2000, 3};
+  const KelvinVoigt a{2000, 3};
   EXPECT_EQ(inSeries(a, std::nullopt)->stiffness, 2000);
   EXPECT_EQ(inSeries(std::nullopt, a)->damping, 3);
   EXPECT_FALSE(inSeries(std::nullopt, std::nullopt));
   // Rigid is the limit of ever stiffer.
-  EXPECT_NEAR(inSeries(a, Material{1e12, 0})->stiffness, 2000, 1e-5);
-  EXPECT_NEAR(inSeries(a, Material{1e12, 0})->damping, 3, 1e-5);
+  EXPECT_NEAR(inSeries(a, KelvinVoigt{1e12, 0})->stiffness, 2000, 1e-5);
+  EXPECT_NEAR(inSeries(a, KelvinVoigt{1e12, 0})->damping, 3, 1e-5);
 }
 
 TEST(InSeries, TwoOfAKindAreHalfAsStiffAndHalfAsDamped) {
-  const auto pair = inSeries(Material{800, 6}, Material{800, 6});
+  const auto pair = inSeries(KelvinVoigt{800, 6}, KelvinVoigt{800, 6});
   EXPECT_DOUBLE_EQ(pair->stiffness, 400);
   EXPECT_DOUBLE_EQ(pair->damping, 3);
 }
 
 TEST(InSeries, TwoThatDoNotResistDoNotDivideByZero) {
-  const auto pair = inSeries(Material{0, 0}, Material{0, 0});
+  const auto pair = inSeries(KelvinVoigt{0, 0}, KelvinVoigt{0, 0});
   EXPECT_EQ(pair->stiffness, 0);
   EXPECT_EQ(pair->damping, 0);
 }
@@ -49,7 +49,7 @@ TEST(InSeries, TwoThatDoNotResistDoNotDivideByZero) {
 TEST(StepLimited, PushesABodyOutWithinAFewStepsAndNeverPastTheSurface) {
   for (const double mass : {1e-4, 1.0, 500.0})
     for (const double step : {1. / 60, 1. / 240, 1e-3}) {
-      const Material law = stepLimited(mass, step);
+      const KelvinVoigt law = stepLimited(mass, step);
       double depth = 1, speed = 0;  // speed of sinking
       for (int i = 0; i < 20; ++i) {
         // Backward Euler: m (v+ - v) = -h (k (d + h v+) + c v+).
@@ -65,7 +65,7 @@ TEST(StepLimited, PushesABodyOutWithinAFewStepsAndNeverPastTheSurface) {
 }
 
 TEST(StepLimited, HasDampingRatioOne) {
-  const Material law = stepLimited(0.3, 1. / 120);
+  const KelvinVoigt law = stepLimited(0.3, 1. / 120);
   EXPECT_NEAR(law.damping / (2 * std::sqrt(law.stiffness * 0.3)), 1, 1e-12);
 }
 

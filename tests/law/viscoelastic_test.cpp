@@ -1,6 +1,6 @@
 // Each law against its closed forms: relaxation, creep, a damped swing, the energy of a cycle; its
 // limits; the order of its steps; and that nothing is gained from a law that is bent.
-#include <cloudcontact/law/viscoelastic.h>
+#include <cloudcontact/law/law.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,17 +14,17 @@ namespace cloudcontact {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr StandardLinearSolidLaw kSolid{300, 700, 14};  // branch time 0.02 s, creep time 0.0667 s
-constexpr MaxwellLaw kMaxwell{900, 18};                 // 0.02 s
+constexpr StandardLinearSolid kSolid{300, 700, 14};  // branch time 0.02 s, creep time 0.0667 s
+constexpr Maxwell kMaxwell{900, 18};                 // 0.02 s
 
 // The depth at which the law carries `load` at the step's end. Newton over its own line.
-double depthUnder(const ViscoelasticLaw& law, const LawState& state, double load, double step) {
+double depthUnder(const Law& law, const LawState& state, double load, double step) {
   const LawTangent line = lawTangent(law, state, 0, step);
   return state.depth + step * (load - line.force) / line.grip;
 }
 
 // The force at time `end` after a jump to `depth`, held.
-double relaxed(const ViscoelasticLaw& law, double depth, double end, int steps) {
+double relaxed(const Law& law, double depth, double end, int steps) {
   LawState state;
   double force = 0;
   for (int i = 0; i < steps; ++i) {
@@ -35,7 +35,7 @@ double relaxed(const ViscoelasticLaw& law, double depth, double end, int steps) 
 }
 
 // The depth at time `end` under a load that is put on at once.
-double crept(const ViscoelasticLaw& law, double load, double end, int steps) {
+double crept(const Law& law, double load, double end, int steps) {
   LawState state;
   for (int i = 0; i < steps; ++i)
     state = lawAdvance(law, state, depthUnder(law, state, load, end / steps), end / steps);
@@ -59,14 +59,14 @@ TEST(Viscoelastic, AHeldDepthRelaxesAsEachLawSays) {
                    900 * depth * std::exp(-end / 0.02));
   expectFirstOrder([&](int n) { return relaxed(kSolid, depth, end, n); },
                    depth * (300 + 700 * std::exp(-end / 0.02)));
-  EXPECT_NEAR(relaxed(KelvinVoigtLaw{300, 7}, depth, end, 3), 300 * depth, 1e-12);
+  EXPECT_NEAR(relaxed(KelvinVoigt{300, 7}, depth, end, 3), 300 * depth, 1e-12);
 }
 
 TEST(Viscoelastic, AHeldForceCreepsAsEachLawSays) {
   const double load = 0.7, end = 0.05;
   expectFirstOrder(
       [&](int n) {
-        return crept(KelvinVoigtLaw{300, 9}, load, end, n);
+        return crept(KelvinVoigt{300, 9}, load, end, n);
       },
       load / 300 * (1 - std::exp(-300 * end / 9)));
   const double creepTime = 14. / 700 * 1000 / 300;
@@ -90,9 +90,9 @@ TEST(Viscoelastic, AMassOnKelvinVoigtSwingsAsADampedOscillator) {
     LawState state;
     double rate = 0;
     for (int i = 0; i < steps; ++i) {
-      const LawTangent line = lawTangent(KelvinVoigtLaw{k, c}, state, rate, h);
+      const LawTangent line = lawTangent(KelvinVoigt{k, c}, state, rate, h);
       rate = (mass * rate + h * (weight - line.force)) / (mass + h * line.grip);
-      state = lawAdvance(KelvinVoigtLaw{k, c}, state, state.depth + h * rate, h);
+      state = lawAdvance(KelvinVoigt{k, c}, state, state.depth + h * rate, h);
     }
     return state.depth;
   };
@@ -127,7 +127,7 @@ TEST(Viscoelastic, ACycleLosesWhatTheLossModulusSays) {
 
 TEST(Viscoelastic, TheSolidsLimitsAreSprings) {
   LawState slow, none;
-  StandardLinearSolidLaw stiff = kSolid, soft = kSolid;
+  StandardLinearSolid stiff = kSolid, soft = kSolid;
   stiff.branchDamping = 1e12;
   soft.branchDamping = 1e-12;
   double depth = 0;
@@ -153,9 +153,8 @@ TEST(Viscoelastic, TheLineIsTheLawWhereTheLawIsLinear) {
   for (int i = 0; i < 2000; ++i) {
     const double depth = 3e-3 * real(random), step = std::pow(10, -4 + 2 * real(random));
     const double rate = (2 * real(random) - 1) * depth / step;
-    for (const ViscoelasticLaw& law :
-         {ViscoelasticLaw(KelvinVoigtLaw{300, 2}), ViscoelasticLaw(kMaxwell),
-          ViscoelasticLaw(kSolid), ViscoelasticLaw(line), ViscoelasticLaw(user)}) {
+    for (const Law& law :
+         {Law(KelvinVoigt{300, 2}), Law(kMaxwell), Law(kSolid), Law(line), Law(user)}) {
       const bool branch = law.index() == 1 || law.index() == 2;
       const LawState state{depth, branch ? 0.5 * real(random) : 0};
       const LawTangent tangent = lawTangent(law, state, 0.1 * (real(random) - 0.5), step);
@@ -168,10 +167,9 @@ TEST(Viscoelastic, TheLineIsTheLawWhereTheLawIsLinear) {
 }
 
 TEST(Viscoelastic, NeverPullsAndNeverPushesApart) {
-  for (const ViscoelasticLaw& law :
-       {ViscoelasticLaw(KelvinVoigtLaw{300, 20}), ViscoelasticLaw(kMaxwell),
-        ViscoelasticLaw(kSolid), ViscoelasticLaw(TableLaw{{{1e-3, 2}}, 30}),
-        ViscoelasticLaw(UserLaw{[](double d, double v) { return 50 * d + 20 * v; }})}) {
+  for (const Law& law :
+       {Law(KelvinVoigt{300, 20}), Law(kMaxwell), Law(kSolid), Law(TableLaw{{{1e-3, 2}}, 30}),
+        Law(UserLaw{[](double d, double v) { return 50 * d + 20 * v; }})}) {
     LawState deep;
     for (int i = 0; i < 500; ++i) deep = lawAdvance(law, deep, 2e-3, 1e-3);
     EXPECT_EQ(lawForce(law, deep, 1e-4, 1e-3), 0) << law.index();
@@ -211,8 +209,7 @@ TEST(Viscoelastic, ATableIsItsPointsWithLinesBetween) {
 }
 
 // A mass flies in and is thrown out again, stepped as a solver steps it: the speed that is left.
-double speedAfter(const ViscoelasticLaw& law, double mass, double speed, double step,
-                  double phase) {
+double speedAfter(const Law& law, double mass, double speed, double step, double phase) {
   LawState state;
   double gap = phase * step * speed, rate = speed;
   for (int i = 0; i < 100000 && (rate > 0 || state.depth > 0); ++i) {
@@ -231,15 +228,15 @@ TEST(Viscoelastic, NoLawGivesBackMoreThanItTook) {
   const auto power = [](double exponent) {
     return UserLaw{[exponent](double d, double) { return 10 * std::pow(d / 1e-3, exponent); }};
   };
-  const ViscoelasticLaw laws[] = {KelvinVoigtLaw{5000, 0},
-                                  kMaxwell,
-                                  kSolid,
-                                  TableLaw{{{1e-3, 1}, {2e-3, 10}, {3e-3, 50}}, 0},   // stiffens
-                                  TableLaw{{{1e-3, 10}, {2e-3, 13}, {9e-3, 14}}, 0},  // yields
-                                  power(1.5),
-                                  power(0.5),
-                                  power(3)};
-  for (const ViscoelasticLaw& law : laws)
+  const Law laws[] = {KelvinVoigt{5000, 0},
+                      kMaxwell,
+                      kSolid,
+                      TableLaw{{{1e-3, 1}, {2e-3, 10}, {3e-3, 50}}, 0},   // stiffens
+                      TableLaw{{{1e-3, 10}, {2e-3, 13}, {9e-3, 14}}, 0},  // yields
+                      power(1.5),
+                      power(0.5),
+                      power(3)};
+  for (const Law& law : laws)
     for (const double step : {1. / 60, 1. / 240, 1e-3, 1e-5})
       for (const double phase : {0.01, 0.4, 0.9})
         for (const double speed : {1e-3, 0.05, 0.7}) {
@@ -255,7 +252,7 @@ TEST(Viscoelastic, NoLawGivesBackMoreThanItTook) {
 // The same law for a body a thousand times as small: lengths by s, forces by s^3, as weight does.
 TEST(Viscoelastic, ScaleDoesNotMatter) {
   const double s = 1e-3;
-  const StandardLinearSolidLaw tiny{300 * s * s, 700 * s * s, 14 * s * s};
+  const StandardLinearSolid tiny{300 * s * s, 700 * s * s, 14 * s * s};
   LawState big, small;
   for (int i = 1; i < 50; ++i) {
     const double depth = 4e-3 * std::sin(0.07 * i);
@@ -266,7 +263,7 @@ TEST(Viscoelastic, ScaleDoesNotMatter) {
   }
 }
 
-std::string refusal(const ViscoelasticLaw& law) {
+std::string refusal(const Law& law) {
   try {
     validate(law);
   } catch (const std::invalid_argument& error) {
@@ -277,23 +274,23 @@ std::string refusal(const ViscoelasticLaw& law) {
 
 TEST(Viscoelastic, RefusesWhatCannotBeALawByItsField) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = 1 / std::sin(0.0);
-  const auto names = [](const ViscoelasticLaw& law, const char* field) {
+  const auto names = [](const Law& law, const char* field) {
     EXPECT_NE(refusal(law).find(field), std::string::npos) << '"' << refusal(law) << '"';
   };
   for (const double bad : {-1.0, nan, inf}) {
-    names(KelvinVoigtLaw{bad, 1}, "KelvinVoigtLaw::stiffness");
-    names(KelvinVoigtLaw{1, bad}, "KelvinVoigtLaw::damping");
-    names(MaxwellLaw{bad, 1}, "MaxwellLaw::stiffness");
-    names(MaxwellLaw{1, bad}, "MaxwellLaw::damping");
-    names(StandardLinearSolidLaw{bad, 1, 1}, "StandardLinearSolidLaw::stiffness");
-    names(StandardLinearSolidLaw{1, bad, 1}, "StandardLinearSolidLaw::branchStiffness");
-    names(StandardLinearSolidLaw{1, 1, bad}, "StandardLinearSolidLaw::branchDamping");
+    names(KelvinVoigt{bad, 1}, "KelvinVoigt::stiffness");
+    names(KelvinVoigt{1, bad}, "KelvinVoigt::damping");
+    names(Maxwell{bad, 1}, "Maxwell::stiffness");
+    names(Maxwell{1, bad}, "Maxwell::damping");
+    names(StandardLinearSolid{bad, 1, 1}, "StandardLinearSolid::stiffness");
+    names(StandardLinearSolid{1, bad, 1}, "StandardLinearSolid::branchStiffness");
+    names(StandardLinearSolid{1, 1, bad}, "StandardLinearSolid::branchDamping");
     names(TableLaw{{{1, 1}}, bad}, "TableLaw::damping");
     names(TableLaw{{{bad, 1}}, 0}, "TableLaw::depthForce");
     names(TableLaw{{{1, bad}}, 0}, "TableLaw::depthForce");
   }
-  names(KelvinVoigtLaw{}, "KelvinVoigtLaw::stiffness");
-  names(MaxwellLaw{1, 0}, "MaxwellLaw::damping");
+  names(KelvinVoigt{}, "KelvinVoigt::stiffness");
+  names(Maxwell{1, 0}, "Maxwell::damping");
   names(UserLaw{}, "UserLaw::force");
   names(TableLaw{}, "TableLaw::depthForce");
   names(TableLaw{{{0, 1}}, 0}, "TableLaw::depthForce");
@@ -301,7 +298,7 @@ TEST(Viscoelastic, RefusesWhatCannotBeALawByItsField) {
   names(TableLaw{{{1, 1}, {1, 2}}, 0}, "TableLaw::depthForce");
   EXPECT_EQ(refusal(kSolid), "");
   EXPECT_EQ(refusal(TableLaw{{{0, 1}, {1, 2}}, 0}), "");
-  EXPECT_EQ(refusal(KelvinVoigtLaw{0, 1}), "");
+  EXPECT_EQ(refusal(KelvinVoigt{0, 1}), "");
 }
 
 TEST(Viscoelastic, RefusesWhatIsNotFiniteInAStep) {

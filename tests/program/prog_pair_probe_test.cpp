@@ -49,12 +49,12 @@ TEST(PairProbe, BulletsManifoldsHoldTheFindersContact) {
   a.field = box.get();
   b.field = sphere.get();
   b.pose = pose;
-  const ContactSettings settings{LawForm::Paper, {2500, 7}};
+  const ContactSettings settings{KelvinVoigt{2500, 7}};
   const ContactResult& truth = finder.find(a, b, settings);
   const Wrench wrench = wrenchOnB(truth, {}, {});
   ASSERT_GT(wrench.force.z(), 1);  // 0.6 voxels deep
 
-  PairProbe probe(boxShape, sphereShape, pose, {}, Method::Cloud, {settings.law, settings.pair});
+  PairProbe probe(boxShape, sphereShape, pose, {}, Method::Cloud, {settings.law});
   const std::vector<ProbedPoint> points = probe.points();
   EXPECT_EQ(points.size(), truth.points.size());
   const Sum sum = sumOf(points);

@@ -197,10 +197,10 @@ TEST(Simulation, LawsOfTheCommandLineBearAsTheySay) {
       sceneOf({bodyWith("floor", SceneBox{Vec3(1, 1, 0.2)}, Vec3(0, 0, -0.1), 0),
                bodyWith("brick", SceneBox{Vec3(0.2, 0.2, 0.2)}, Vec3(0, 0, 0.1), 1)});
   auto settings = with(Method::Cloud, 0.02);
-  settings.common.viscoelastic = StandardLinearSolidLaw{500, 1000, 100};
+  settings.common.law = StandardLinearSolid{500, 1000, 100};
   const double depth = 0.1 - run(scene, settings, 3).bodies[1].pose.position.z();
   EXPECT_NEAR(depth, kGravity / 500, 0.02 * kGravity / 500);
-  settings.common.viscoelastic = MaxwellLaw{2000, 1000};
+  settings.common.law = Maxwell{2000, 1000};
   const double one = run(scene, settings, 1).bodies[1].pose.position.z();
   const double two = run(scene, settings, 2).bodies[1].pose.position.z();
   EXPECT_NEAR(one - two, kGravity / 1000, 0.02 * kGravity / 1000);
@@ -299,7 +299,7 @@ TEST(WorldOptions, WhatCannotBeIsRefusedByName) {
   damped.common.damping = 3;
   EXPECT_NE(message(damped).find("--damping"), std::string::npos);
   auto foundation = with(Method::Gjk, 0.01);
-  foundation.common.law = LawForm::Foundation;
+  foundation.common.law = Foundation{};
   EXPECT_NE(message(foundation).find("--law foundation"), std::string::npos);
   EXPECT_NE(message(with(Method::Cloud, 1e-7)).find("body 'ball'"), std::string::npos);
   EXPECT_EQ(message(with(Method::Cloud, 0.01)), "accepted");

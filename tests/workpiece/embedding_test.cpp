@@ -21,7 +21,7 @@ EmbeddingSettings by(Search search) {
 
 struct Case {
   const char* name;
-  ViscoelasticLaw law;
+  Law law;
   LawState before;
   double truth;  // [m], in closed form
 };
@@ -43,9 +43,9 @@ std::vector<Case> cases() {
   const double solid = (hand * reach - (f0 - k1 * d0) / slow1) / (k + k1 / slow1 + hand);
   // A table of two lines, 1000 N/m up to 0.1 mm, then 30,000.
   const double table = (hand * reach + 29000 * 1e-4) / (30000 + hand);
-  return {{"Kelvin-Voigt", KelvinVoigtLaw{k, c}, {d0, 0}, voigt},
-          {"Maxwell", MaxwellLaw{k, c}, {d0, f0}, maxwell},
-          {"standard linear solid", StandardLinearSolidLaw{k, k1, c1}, {d0, f0}, solid},
+  return {{"Kelvin-Voigt", KelvinVoigt{k, c}, {d0, 0}, voigt},
+          {"Maxwell", Maxwell{k, c}, {d0, f0}, maxwell},
+          {"standard linear solid", StandardLinearSolid{k, k1, c1}, {d0, f0}, solid},
           {"table", TableLaw{{{{1e-4, 0.1}, {2e-4, 3.1}}}, 0}, {}, table},
           {"user", UserLaw{[](double d, double) { return hertz(d); }}, {}, 0}};
 }
@@ -120,7 +120,7 @@ TEST(Embedding, IndicesThatDefyNewton) {
 
 // A table made once, asked with a law that has moved on since.
 TEST(Embedding, TableOfAnotherStateIsMendedByTheLawItself) {
-  const ViscoelasticLaw law = StandardLinearSolidLaw{2e4, 1e4, 8};
+  const Law law = StandardLinearSolid{2e4, 1e4, 8};
   LawState state{2e-4, 1.5};
   const EmbeddingTable table([&](double d) { return lawForce(law, {}, d, kStep); }, kHand.reach,
                              32);

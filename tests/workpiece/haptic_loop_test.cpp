@@ -157,20 +157,20 @@ TEST(HapticLoop, CutsByForceSpeedAndHardness) {
 // law is what it says.
 TEST(HapticLoop, OtherLaws) {
   const double k = 4e3, lead = 1e-3;
-  const auto depthOf = [&](HapticLaw form, const ViscoelasticLaw& law, double hold) {
+  const auto depthOf = [&](const std::optional<Law>& law, bool perTissue, double hold) {
     BaseVectorField field(slab(), {{"flesh", k, 40, 1e9, 1000}}, sphereWindow(kVoxel));
     HapticSettings settings = burSettings();
-    settings.form = form;
     settings.law = law;
+    settings.perTissue = perTissue;
     HapticLoop loop(field, {}, settings);
     return pressTo(loop, kTop + Vec3(0, 0, kAbove - lead), 1e-3, hold).depth;
   };
   const double series = lead * 1000 / (1000 + k);
-  EXPECT_NEAR(depthOf(HapticLaw::KelvinVoigt, {}, 0.5), series, 0.02 * series);
-  EXPECT_NEAR(depthOf(HapticLaw::StandardLinearSolid, {}, 0.5), series, 0.02 * series);
-  EXPECT_GT(depthOf(HapticLaw::Maxwell, {}, 0.03), 1.5 * series) << "it flows";
+  EXPECT_NEAR(depthOf({}, false, 0.5), series, 0.02 * series);
+  EXPECT_NEAR(depthOf(StandardLinearSolid{1, 1, 1}, true, 0.5), series, 0.02 * series);
+  EXPECT_GT(depthOf(Maxwell{1, 1}, true, 0.03), 1.5 * series) << "it flows";
   const UserLaw hertz{[](double d, double) { return 1e6 * d * std::sqrt(d); }};
-  const double d = depthOf(HapticLaw::User, hertz, 0.5);
+  const double d = depthOf(hertz, false, 0.5);
   EXPECT_NEAR(1e6 * d * std::sqrt(d), 1000 * (lead - d), 0.02);
 }
 

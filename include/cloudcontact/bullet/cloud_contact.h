@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
-#include <cloudcontact/law/viscoelastic.h>
+#include <cloudcontact/law/law.h>
 
 #include <memory>
 #include <string>
@@ -18,15 +18,13 @@ struct SoftContactPoint;  // soft_contact.h
 
 // What all cloud pairs of a world share.
 struct CloudContactSettings {
-  LawForm law = LawForm::Paper;
-  // The pair's k and c for every pair, whatever its shapes' materials say; empty: the materials
-  // decide, and where no body states one the spring is automatic (automatic_spring.h).
-  std::optional<Material> pair;
+  // The law of every pair, whatever its bodies state. Empty: the bodies' laws decide
+  // (CloudShape::law, btCollisionObject::setContactStiffnessAndDamping), and pairs without one get
+  // an automatic spring (automatic_spring.h). Foundation{}, without a stiffness: the same, but
+  // shared out by area. A viscoelastic law is one per pair; its memory lasts while the bodies
+  // touch.
+  std::optional<Law> law = std::nullopt;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples, of every pair
-  // Another law than Kelvin-Voigt's for every pair, whatever its shapes say: one law a pair, shared
-  // out as LawForm::Paper shares its spring, and what it remembers is kept while the bodies touch.
-  // Needs LawForm::Paper and no `pair`.
-  std::optional<ViscoelasticLaw> viscoelastic = std::nullopt;
   // How many times a pair's own mass an automatic spring may be hard enough for, where a light body
   // bears heavy ones. Bullet's own solver wants 1, ExtrapolatingSolver (extrapolating_solver.h)
   // takes 10. Below 1, NaN or infinite is refused by CloudContact.
@@ -47,8 +45,7 @@ struct CloudContactStatistics {
 // Owns the algorithm factories that a dispatcher keeps pointers to: must outlive the dispatcher.
 class CloudContact {
  public:
-  // Throws std::invalid_argument, naming the field, where settings contradict each other or hold a
-  // law that is none (validate).
+  // Throws std::invalid_argument, naming the field, for an invalid law or setting.
   explicit CloudContact(const CloudContactSettings& settings = {});
   ~CloudContact();
   CloudContact(const CloudContact&) = delete;

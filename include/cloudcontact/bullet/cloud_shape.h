@@ -4,7 +4,6 @@
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/law.h>
-#include <cloudcontact/law/viscoelastic.h>
 
 #include <memory>
 #include <optional>
@@ -22,12 +21,11 @@ class CloudShape : public btConcaveShape {
   // (a compound, the world) must be told that its bounds changed. See cuttable_body.h.
   void setField(std::shared_ptr<const SurfaceField> field);
 
-  // The body's own k and c; a body that states none is rigid (law.h, inSeries).
-  std::optional<Material> material;
-  // Or the body's own law of another kind; one that has passed validate(). What it meets must be
-  // rigid beside it, without a law or material of its own: such a pair is a failure
-  // (CloudContactStatistics) and has no contacts, for two laws in series are a third.
-  std::optional<ViscoelasticLaw> viscoelastic;
+  // The body's own law, which must be valid; empty or Rigid: the body is rigid. Two Kelvin-Voigt
+  // bodies, or two Foundations, act in series (inSeries). Any other law needs a rigid body on the
+  // other side, because two laws in series are a third: such a pair has no contacts and counts as a
+  // failure (CloudContactStatistics).
+  std::optional<Law> law;
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
   void setLocalScaling(const btVector3& scaling)

@@ -18,7 +18,7 @@ namespace cloudcontact {
 
 struct CuttableBodySettings {
   std::vector<double> densities = {1000};  // [kg/m^3] one for each of the cloud's materials, or one
-  std::optional<Material> material;        // CloudShape::material
+  std::optional<Law> law;                  // CloudShape::law
   // [kg] Pieces lighter than this do not live on: they count as cut away. So do crumbs that have no
   // surface (a lone voxel), whatever they weigh.
   double leastPiece = 0;

@@ -6,9 +6,9 @@
 // soft tissue"), the cloud is the workpiece. They touch by the pair's law: the settings', the
 // shape's, or the materials of both in series (a soft body states its own as any object does, by
 // setContactStiffnessAndDamping). Its k and c are shared out once over the nodes by the area of
-// their faces, where there are none by the length of their links; with LawForm::Foundation k is per
+// their faces, where there are none by the length of their links; with Foundation k is per
 // area of the faces. Where nobody states a law each node gets an automatic spring, with
-// LawForm::Rigid too. Each step is backward Euler, nodes and rigid body together, so a law may be
+// Rigid too. Each step is backward Euler, nodes and rigid body together, so a law may be
 // as stiff as it likes. Friction is Coulomb's, by the product that Bullet takes of soft contacts:
 // m_cfg.kDF of the soft body, getFriction() of the other.
 //

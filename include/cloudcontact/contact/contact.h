@@ -23,8 +23,7 @@ struct ContactBody {
 };
 
 struct ContactSettings {
-  LawForm law = LawForm::Paper;
-  Material pair{1e4, 0};  // stiffness k and damping c of the pair; ignored by LawForm::Rigid
+  Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
   // [m] Bodies that do not touch but are nearer than this (two voxels at most) get points with a
   // negative depth where they would touch first. A solver can then stop them within its step.
   double margin = 0;

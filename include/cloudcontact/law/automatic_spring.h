@@ -15,7 +15,7 @@ struct SpringTangent {
   // What a backward Euler row of `step` seconds must be given as k and c at this depth, for its
   // impulse step (k (depth + step v) + c v) to be that of the line: step (slope (depth - offset +
   // step v) + damping v). Never pulls.
-  Material row(double depth, double step) const;
+  KelvinVoigt row(double depth, double step) const;
 };
 
 // Its force depends on depth alone and only rises, ever steeper: nothing is gained on any way in

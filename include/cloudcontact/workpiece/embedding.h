@@ -3,7 +3,7 @@
 // by Newton's way, or in a lookup table.
 #pragma once
 
-#include <cloudcontact/law/viscoelastic.h>
+#include <cloudcontact/law/law.h>
 
 #include <cstdint>
 #include <functional>
@@ -53,8 +53,8 @@ struct Embedding {
 Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSettings& settings = {});
 
 // The same for a law and what it remembers, at the end of a step of `step` seconds.
-Embedding embed(const ViscoelasticLaw& law, const LawState& before, double step,
-                const HandSpring& hand, const EmbeddingSettings& settings = {});
+Embedding embed(const Law& law, const LawState& before, double step, const HandSpring& hand,
+                const EmbeddingSettings& settings = {});
 
 // An index evaluated beforehand at evenly spaced depths: for Search::Table, where evaluating is
 // dear and the same index is asked many times.

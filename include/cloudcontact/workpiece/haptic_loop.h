@@ -15,13 +15,6 @@
 
 namespace cloudcontact {
 
-enum class HapticLaw : std::uint8_t {
-  KelvinVoigt,          // k d + c v, (3)
-  Maxwell,              // that spring and damper in series
-  StandardLinearSolid,  // k beside a branch of `branch` k and c
-  User                  // HapticSettings::law, whatever the tissues say
-};
-
 struct HapticSettings {
   Detection tool;               // D, and how well which part of the tool cuts
   double step = 1e-3;           // [s] between ticks
@@ -31,9 +24,11 @@ struct HapticSettings {
   double release = 0.02;  // [s] in which a force fades that nothing holds any more, by matter cut
                           // away or an edge's end; 0: at once. The default is 5 % a tick at 1 kHz
   double mostForce = 20;  // [N] beyond it the device is not asked for more
-  HapticLaw form = HapticLaw::KelvinVoigt;
-  double branch = 1;    // branch stiffness over k, of StandardLinearSolid
-  ViscoelasticLaw law;  // of HapticLaw::User
+  // Empty: Kelvin-Voigt with the tissues' k and c. Else this law; neither Foundation nor Rigid.
+  std::optional<Law> law;
+  // True: the stiffnesses and dampings in `law` are multiples of the tissues' k and c. For
+  // KelvinVoigt, Maxwell and StandardLinearSolid.
+  bool perTissue = false;
   EmbeddingSettings embedding;
   std::optional<Cutter> cutter;  // none: the tool touches only
   int voxelsAStep = 8;           // the tool follows the hand by so many voxels a tick, a look at
@@ -80,7 +75,7 @@ class HapticLoop {
   void press(const HapticInput& input);
   void calm(const Vec3& step);
   void watchEnergy(const Vec3& hand);
-  ViscoelasticLaw lawNow() const;
+  Law lawNow() const;
 
   BaseVectorField* workpiece_;
   Pose workpiecePose_;
