@@ -1,40 +1,38 @@
-// The narrow phase of many pairs in one step, transfers included, on an OpenCL device, on one core
-// and on all of them, with the same bits:
+// Time of the narrow phase of many pairs, transfers included, on an OpenCL device, on one core and
+// on all cores. All give the same bits.
 //   gpu [A.cloud B.cloud] [--pairs N] [--steps N] [--pose Z]
-// B stands at `0 0 Z` in A, each pair a little elsewhere, and in every step elsewhere again.
-// Without files: a rod and a ring with one thread. `cloudcontact digitize FILE --voxel H -o
-// FILE.cloud` makes clouds of meshes. Each step on the device is told beside the least time that
-// the device's ceilings, measured in the same run, leave it: a copy's bytes, records gathered from
-// anywhere, sums and products of doubles, transfers.
+// B is at `0 0 Z` in A, with a small random offset in each pair and step. By default a threaded rod
+// and ring. `cloudcontact digitize FILE --voxel H -o FILE.cloud` makes clouds from meshes. Each
+// kernel is compared with a lower bound from the device's peak speeds, measured in the same run:
+// copied bytes, random reads, additions and multiplications of doubles, transfers.
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/voxels/cloud_file.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
 #include <utility>
 
-#include "device/device_probe.h"
+#include "device/device_speeds.h"
 #include "mesh/thread_meshes.h"
+#include "timing.h"
 
 namespace {
 
 using namespace cloudcontact;
-using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   std::vector<std::string> files;
   std::size_t pairs = 1024;
   int steps = 20;
-  double pose = 0;
-  bool posed = false;
+  std::optional<double> pose;
 
   Arguments(int count, char** words) {
     for (int i = 1; i < count; ++i) {
@@ -45,13 +43,13 @@ struct Arguments {
       else if (word == "--steps" && more)
         steps = std::atoi(words[++i]);
       else if (word == "--pose" && more)
-        pose = std::atof(words[++i]), posed = true;
+        pose = std::atof(words[++i]);
       else
         files.push_back(word);
     }
     if ((!files.empty() && files.size() != 2) || pairs == 0 || steps < 1)
       throw std::runtime_error("gpu [A.cloud B.cloud] [--pairs N] [--steps N] [--pose Z]");
-    if (!posed) pose = files.empty() ? 0.0 : 0.0078;
+    if (!pose) pose = files.empty() ? 0.0 : 0.0078;
   }
 };
 
@@ -68,12 +66,12 @@ struct Bodies {
     DigitizeSettings settings;
     settings.voxelSize = 2.5e-4;
     a = SurfaceField::build(digitize(threadedRod(thread, 24e-3), settings));
-    // Pressed by a fifth of a voxel all around.
+    // A fifth of a voxel too tight.
     b = SurfaceField::build(digitize(threadedRing(thread, 13e-3, 12e-3, -5e-5), settings));
   }
 };
 
-// Poses of a step: up to a tenth of a voxel and a milliradian from the named one.
+// Random poses of a step, within a tenth of a voxel and a milliradian of the given one.
 void pose(const Arguments& how, const Bodies& bodies, int step, std::vector<BatchPair>& pairs) {
   std::mt19937 random(static_cast<unsigned>(step));
   std::uniform_real_distribution<double> any(-1, 1);
@@ -82,7 +80,7 @@ void pose(const Arguments& how, const Bodies& bodies, int step, std::vector<Batc
   for (BatchPair& p : pairs) {
     p.a.field = bodies.a.get();
     p.b.field = bodies.b.get();
-    p.b.pose.position = Vec3(0, 0, how.pose) + aside * Vec3(any(random), any(random), any(random));
+    p.b.pose.position = Vec3(0, 0, *how.pose) + aside * Vec3(any(random), any(random), any(random));
     p.b.pose.orientation =
         Eigen::Quaterniond(1, 5e-4 * any(random), 5e-4 * any(random), 5e-4 * any(random))
             .normalized();
@@ -101,88 +99,81 @@ bool same(const ContactResult& a, const ContactResult& b) {
   return all;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
-// Seconds of each step; the first two make room and are not counted.
-double timed(ContactBatch& batch, const Arguments& how, const Bodies& bodies, int steps) {
+// Median time of a step [s]. The first two steps allocate memory and do not count.
+double stepTime(ContactBatch& batch, const Arguments& how, const Bodies& bodies, int steps) {
   std::vector<BatchPair> pairs;
-  std::vector<double> seconds;
+  std::vector<double> times;
   for (int step = -2; step < steps; ++step) {
     pose(how, bodies, step + 2, pairs);
-    const auto begin = Clock::now();
-    batch.find(pairs);
-    if (step >= 0) seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+    const double time = seconds([&] { batch.find(pairs); });
+    if (step >= 0) times.push_back(time);
   }
-  return median(seconds);
+  return median(times);
 }
 
-// What a step on the device must do at least: bytes that it reads and writes in turn, 8-byte
-// records that it fetches from anywhere, sums and products of doubles.
-struct Need {
+// The least work of a kernel: bytes read and written in sequence, 8-byte records read from random
+// places, additions and multiplications of doubles.
+struct Work {
   double bytes = 0, gathers = 0, doubles = 0;
 };
 
-Need needOf(const std::string& name, const BatchReport& r) {
-  const double asked = double(r.asked), hits = double(r.hits), bins = double(r.bins),
+Work leastWork(const std::string& name, const BatchReport& r) {
+  const double samples = double(r.samples), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches), contacts = double(r.contacts);
   constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120,
                    kForce = 104, kContact = 368;
-  // A sample is read in turn; the brick and the record that it falls in are not. Here the coarsest
-  // level finds enough; the finer ones have nothing to do.
-  if (name == "ccSearch 2") return {asked * 32, 2 * asked, 0};
+  // Samples are read in sequence, their bricks and records at random. In this benchmark the
+  // coarsest level finds enough hits, so the finer ones have no work.
+  if (name == "ccSearch 2") return {samples * 32, 2 * samples, 0};
   if (name == "ccHits 2") return {hits * (32 + kHit + kKey), 2 * hits, 0};
   if (name == "ccBins") return {hits * (2 * kKey + 6 * kNumber) + bins * (48 + kBin), 0, 0};
-  // 64 sums of products, and 30 to weigh a hit.
+  // 64 multiply-adds a hit, and 30 operations for its weight.
   if (name == "ccSums")
     return {hits * (kHit + kNumber) + bins * (kBin + kSums), 0, hits * (2 * 64 + 30)};
   if (name == "ccSprouts") return {bins * (2 * kSprout + kBin), 0, 0};
   if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
-  // 1,500 sums and products, divisions and roots counted as 8 of them.
+  // 1,500 operations; a division or root counts as 8.
   if (name == "ccContacts")
     return {patches * (kSums + 2 * kForce) + contacts * (kSums + kContact), 0, patches * 1500};
   return {};
 }
 
-// The most that a ceiling asks for a step [s], and which.
-std::pair<double, const char*> floorOf(const Need& need, const DeviceSpeeds& speeds) {
-  const std::pair<double, const char*> floors[] = {{need.bytes / speeds.copy, "copy"},
-                                                   {need.gathers / speeds.gather, "gather"},
-                                                   {need.doubles / speeds.doubles, "doubles"}};
-  return *std::max_element(std::begin(floors), std::end(floors));
+// The largest lower bound of a kernel's time [s], and the speed that sets it.
+std::pair<double, const char*> boundOf(const Work& work, const DeviceSpeeds& speeds) {
+  const std::pair<double, const char*> bounds[] = {{work.bytes / speeds.copy, "copy"},
+                                                   {work.gathers / speeds.gather, "gather"},
+                                                   {work.doubles / speeds.doubles, "doubles"}};
+  return *std::max_element(std::begin(bounds), std::end(bounds));
 }
 
-void tellSteps(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& speeds) {
+void printKernels(const Arguments& how, const Bodies& bodies, const DeviceSpeeds& speeds) {
   BatchSettings settings{Backend::OpenCl, 0, true};
   ContactBatch batch(settings);
-  timed(batch, how, bodies, 1);
+  stepTime(batch, how, bodies, 1);
   batch.deviceTimes();
-  timed(batch, how, bodies, how.steps);
+  stepTime(batch, how, bodies, how.steps);
   const BatchReport& r = batch.report();
   std::printf(
-      "a step: %zu samples asked, %zu hits, %zu bins, %zu patches, %zu of them contacts; %zu pairs "
-      "on the device, "
-      "%zu on the CPU; %.3f MB sent, %.3f MB fetched; %.1f MB on the device\n",
-      r.asked, r.hits, r.bins, r.patches, r.contacts, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
+      "one step: %zu samples looked up, %zu hits, %zu bins, %zu patches, %zu contacts; %zu pairs "
+      "on "
+      "the device, %zu on the CPU; %.3f MB uploaded, %.3f MB downloaded; %.1f MB of device "
+      "memory\n",
+      r.samples, r.hits, r.bins, r.patches, r.contacts, r.onDevice, r.onCpu, 1e-6 * double(r.sent),
       1e-6 * double(r.fetched), 1e-6 * double(batch.deviceBytes()));
-  std::printf("%-18s %10s %10s %8s  %s\n", "on the device", "us a step", "floor us", "share",
-              "of the ceiling");
+  std::printf("%-18s %10s %10s %8s  %s\n", "on the device", "us a step", "bound us", "of peak",
+              "speed");
   double all = 0;
   for (const auto& [name, time] : batch.deviceTimes()) {
     const double each = time.seconds / (how.steps + 2);
-    auto [floor, ceiling] = floorOf(needOf(name, r), speeds);
-    if (name == "poses sent") floor = double(r.sent) / speeds.upload, ceiling = "upload";
-    if (name == "contacts fetched")
-      floor = double(r.fetched) / speeds.download, ceiling = "download";
+    auto [bound, speed] = boundOf(leastWork(name, r), speeds);
+    if (name == "poses sent") bound = double(r.sent) / speeds.upload, speed = "upload";
+    if (name == "contacts fetched") bound = double(r.fetched) / speeds.download, speed = "download";
     all += each;
-    std::printf("%-18s %10.1f %10.1f %7.1f%%  %s\n", name.c_str(), 1e6 * each, 1e6 * floor,
-                100 * floor / each, floor > 0 ? ceiling : "-");
+    std::printf("%-18s %10.1f %10.1f %7.1f%%  %s\n", name.c_str(), 1e6 * each, 1e6 * bound,
+                100 * bound / each, bound > 0 ? speed : "-");
   }
-  std::printf("%-18s %10.1f\n", "together", 1e6 * all);
+  std::printf("%-18s %10.1f\n", "total", 1e6 * all);
 }
 
 void run(const Arguments& how) {
@@ -199,21 +190,21 @@ void run(const Arguments& how) {
   std::vector<BatchPair> pairs;
   pose(how, bodies, 99, pairs);
   std::size_t unequal = 0;
-  for (int round = 0; round < 2; ++round) {  // the second finds the room that the first asked for
+  for (int round = 0; round < 2; ++round) {  // in the second round all pairs fit
     const auto got = device.find(pairs), want = cores.find(pairs);
     for (std::size_t k = 0; k < pairs.size(); ++k) unequal += !same(*got[k], *want[k]);
   }
-  std::printf("%zu pairs: %zu unlike the CPU's, to the bit\n", pairs.size(), unequal);
-  const double gpu = timed(device, how, bodies, how.steps);
-  const double all = timed(cores, how, bodies, std::min(how.steps, 5));
-  const double single = timed(one, how, bodies, std::min(how.steps, 3));
+  std::printf("%zu pairs: %zu differ from the CPU\n", pairs.size(), unequal);
+  const double gpu = stepTime(device, how, bodies, how.steps);
+  const double all = stepTime(cores, how, bodies, std::min(how.steps, 5));
+  const double single = stepTime(one, how, bodies, std::min(how.steps, 3));
   std::printf(
-      "a step of %zu pairs, median: OpenCL %.3f ms (%.2f us a pair), %u cores %.3f ms "
-      "(%.1f times that), one core %.3f ms (%.1f times)\n",
+      "median step of %zu pairs: OpenCL %.3f ms (%.2f us a pair), %u cores %.3f ms (%.1f times as "
+      "long), one core %.3f ms (%.1f times as long)\n",
       pairs.size(), 1e3 * gpu, 1e6 * gpu / double(pairs.size()),
       std::thread::hardware_concurrency(), 1e3 * all, all / gpu, 1e3 * single, single / gpu);
-  tellSteps(how, bodies, speeds);
-  if (unequal > 0) throw std::runtime_error("the device's contacts are not the CPU's");
+  printKernels(how, bodies, speeds);
+  if (unequal > 0) throw std::runtime_error("the contacts of the device and the CPU differ");
 }
 
 }  // namespace

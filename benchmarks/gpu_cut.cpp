@@ -1,14 +1,13 @@
-// Voxels cut from a workpiece on an OpenCL device, beside the CPU (whose cut is one core's), with
-// the same bits:
+// Time to cut voxels from a workpiece on an OpenCL device, compared with one core. Both leave the
+// same bits.
 //   gpu_cut [--radius R] [--turns N]
-// The workpiece is a ball of R voxels' radius (79.4: 2.1 million). Each turn takes a part of the
-// matter of 1,000 or 100,000 voxels, lying together or apart, or is a ball's pass. Each step on the
-// device is told beside what it must move at least: the sums of all voxels whose windows see the
-// cut, read and written.
+// The workpiece is a ball of radius R voxels (79.4: 2.1 million voxels). Each turn removes part of
+// 1,000 or 100,000 voxels, adjacent or scattered, or the voxels in a moving ball. Each kernel is
+// compared with the bytes it must move: it reads and writes the sums of all voxels whose windows
+// see the cut.
 #include <cloudcontact/device/device_workpiece.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -20,18 +19,18 @@
 #include <string>
 #include <vector>
 
-#include "device/device_probe.h"
+#include "device/device_speeds.h"
+#include "timing.h"
 #include "workpiece/base_vector_bricks.h"
 
 namespace {
 
 using namespace cloudcontact;
-using Clock = std::chrono::steady_clock;
 
 constexpr double kVoxel = 1e-4;  // [m]
 const TissueTable kTissue{{"bone", 2e4, .4, 3e9, 1900}};
-constexpr double kInner = 0.55;  // of the ball's width: a box within it
-constexpr int kGoes = 12;        // of 20/255 each, of the same voxels
+constexpr double kInner = 0.55;  // edge of a box inside the ball, of the ball's diameter
+constexpr int kRepeats = 12;     // cuts of the same voxel, by 20/255 each
 
 Cloud ballCloud(double radius) {
   auto v = std::make_shared<Cloud::Voxels>();
@@ -60,12 +59,13 @@ Cloud ballCloud(double radius) {
 
 using Steps = std::vector<std::vector<VoxelCut>>;
 
-std::uint8_t leftAfter(std::size_t go) {
-  return static_cast<std::uint8_t>(240 - 20 * (go % kGoes));
+// A voxel's coverage after some cuts.
+std::uint8_t coverageAfter(std::size_t cuts) {
+  return static_cast<std::uint8_t>(240 - 20 * (cuts % kRepeats));
 }
 
-// Boxes beside each other about the ball's middle, a part of each in every go.
-Steps together(const BaseVectorField& field, const Eigen::Vector3i& box, int turns) {
+// Adjacent boxes around the ball's center, cut in turn, by a part each time.
+Steps adjacent(const BaseVectorField& field, const Eigen::Vector3i& box, int turns) {
   const Eigen::Vector3i size = field.size(), n = (kInner * size.cast<double>()).cast<int>();
   std::vector<Eigen::Vector3i> corners;
   const Eigen::Vector3i first = (size - n) / 2;
@@ -79,12 +79,12 @@ Steps together(const BaseVectorField& field, const Eigen::Vector3i& box, int tur
       steps[t].push_back(
           {corners[t % corners.size()] +
                Eigen::Vector3i(k % box.x(), k / box.x() % box.y(), k / box.x() / box.y()),
-           leftAfter(t / corners.size())});
+           coverageAfter(t / corners.size())});
   return steps;
 }
 
-// A shaving off every full voxel: bricks that share what they hold have it by themselves then.
-std::vector<VoxelCut> shaving(const BaseVectorField& field) {
+// Cuts every full voxel a little, so that no two bricks share a block.
+std::vector<VoxelCut> shallowCut(const BaseVectorField& field) {
   std::vector<VoxelCut> all;
   const Eigen::Vector3i n = field.size();
   for (int k = 0; k < n.prod(); ++k) {
@@ -94,38 +94,30 @@ std::vector<VoxelCut> shaving(const BaseVectorField& field) {
   return all;
 }
 
-// Voxels anywhere, some of them twice.
-Steps apart(const BaseVectorField& field, int count, int turns) {
+// Random voxels, some of them twice.
+Steps scattered(const BaseVectorField& field, int count, int turns) {
   std::mt19937 random(3);
-  const std::vector<VoxelCut> all = shaving(field);
+  const std::vector<VoxelCut> all = shallowCut(field);
   std::uniform_int_distribution<std::size_t> which(0, all.size() - 1);
-  std::vector<std::uint8_t> goes(all.size());
+  std::vector<std::uint8_t> cuts(all.size());
   Steps steps(static_cast<std::size_t>(turns));
   for (auto& step : steps)
     for (int k = 0; k < count; ++k) {
       const std::size_t i = which(random);
-      step.push_back({all[i].voxel, leftAfter(goes[i]++)});
+      step.push_back({all[i].voxel, coverageAfter(cuts[i]++)});
     }
   return steps;
 }
 
-template <typename Work>
-double seconds(Work&& work) {
-  const auto begin = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-// The first two turns make room and are not counted.
+// Median time of a turn [s]. The first two turns allocate memory and do not count.
 template <typename Piece>
-double median(Piece& piece, const Steps& steps, std::vector<std::size_t>& changed) {
-  std::vector<double> took;
+double turnTime(Piece& piece, const Steps& steps, std::vector<std::size_t>& changed) {
+  std::vector<double> times;
   changed.clear();
   for (const auto& step : steps)
-    took.push_back(seconds([&] { changed.push_back(piece.cut(step)); }));
-  took.erase(took.begin(), took.begin() + 2);
-  std::nth_element(took.begin(), took.begin() + std::ptrdiff_t(took.size() / 2), took.end());
-  return took[took.size() / 2];
+    times.push_back(seconds([&] { changed.push_back(piece.cut(step)); }));
+  times.erase(times.begin(), times.begin() + 2);
+  return median(times);
 }
 
 bool same(const BaseVectorField& a, const BaseVectorField& b) {
@@ -141,8 +133,8 @@ bool same(const BaseVectorField& a, const BaseVectorField& b) {
   return a.hash() == b.hash() && a.mass().inertia == b.mass().inertia;
 }
 
-// Voxels with matter about whose windows see one of a step.
-std::size_t touchedBy(const BaseVectorField& field, const std::vector<VoxelCut>& step) {
+// Number of voxels with material nearby whose windows see a voxel of a step.
+std::size_t voxelsSeeing(const BaseVectorField& field, const std::vector<VoxelCut>& step) {
   const Eigen::Vector3i n = field.size();
   std::vector<bool> seen(static_cast<std::size_t>(n.prod()));
   std::size_t count = 0;
@@ -157,34 +149,34 @@ std::size_t touchedBy(const BaseVectorField& field, const std::vector<VoxelCut>&
   return count;
 }
 
-void tellSteps(const BaseVectorField& whole, const Steps& steps, const DeviceSpeeds& speeds) {
+void printKernels(const BaseVectorField& whole, const Steps& steps, const DeviceSpeeds& speeds) {
   const auto copy = [&] {
     return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
   };
   DeviceWorkpiece piece(copy(), {Backend::OpenCl, true});
-  piece.cut(shaving(whole));
+  piece.cut(shallowCut(whole));
   for (std::size_t t = 0; t < 2; ++t) piece.cut(steps[t]);
   piece.deviceTimes();
   for (std::size_t t = 2; t < steps.size(); ++t) piece.cut(steps[t]);
   const double turns = static_cast<double>(steps.size() - 2);
   const DeviceCutReport r = piece.report();
-  const double named = double(r.named), touched = double(touchedBy(whole, steps.back()));
-  std::printf("  %zu bricks and %.0f voxels see it; %.3f MB sent\n", r.bricks, touched,
-              1e-6 * double(r.sent));
+  const double listed = double(r.voxels), seeing = double(voxelsSeeing(whole, steps.back()));
+  std::printf("  windows of %zu bricks and %.0f voxels see the cut; %.3f MB uploaded\n", r.bricks,
+              seeing, 1e-6 * double(r.sent));
   double all = 0;
   for (const auto& [name, time] : piece.deviceTimes()) {
     const double each = time.seconds / turns;
     all += each;
-    // A voxel named, its coverage and place in the string; its tissue and loss; sums of 40 bytes.
-    const double bytes = name == "ccStringCuts"     ? named * (8 + 1 + 4 + 4)
-                         : name == "ccNoteLosses"   ? named * (8 + 4 + 4 + 2 + 2)
-                         : name == "ccRenewWindows" ? touched * 2 * 40 + named * 2 * 2
+    // A listed voxel, its coverage and link; its tissue and loss; sums of 40 bytes.
+    const double bytes = name == "ccStringCuts"     ? listed * (8 + 1 + 4 + 4)
+                         : name == "ccNoteLosses"   ? listed * (8 + 4 + 4 + 2 + 2)
+                         : name == "ccRenewWindows" ? seeing * 2 * 40 + listed * 2 * 2
                          : name == "step sent"      ? double(r.sent)
                                                     : 0;
-    std::printf("  %-16s %8.1f us, must move %7.3f MB: %5.1f%% of a copy\n", name.c_str(),
+    std::printf("  %-16s %8.1f us, must move %7.3f MB: %5.1f%% of copy speed\n", name.c_str(),
                 1e6 * each, 1e-6 * bytes, 100 * bytes / each / speeds.copy);
   }
-  std::printf("  %-16s %8.1f us\n", "together", 1e6 * all);
+  std::printf("  %-16s %8.1f us\n", "total", 1e6 * all);
 }
 
 bool compare(const char* name, const BaseVectorField& whole, const Steps& steps,
@@ -196,20 +188,20 @@ bool compare(const char* name, const BaseVectorField& whole, const Steps& steps,
   DeviceWorkpiece device(copy(), {Backend::OpenCl});
   if (device.backend() != Backend::OpenCl) throw std::runtime_error(device.message());
   std::vector<std::size_t> onCpu, onDevice;
-  const std::vector<VoxelCut> first = shaving(whole);
+  const std::vector<VoxelCut> first = shallowCut(whole);
   if (cpu.cut(first) != device.cut(first)) return false;
-  const double one = median(cpu, steps, onCpu), there = median(device, steps, onDevice);
+  const double one = turnTime(cpu, steps, onCpu), gpu = turnTime(device, steps, onDevice);
   const bool equal =
       onCpu == onDevice && same(device.field(), cpu) && device.mass().inertia == cpu.mass().inertia;
-  std::printf("%-16s %6zu voxels a turn: the CPU %.3f ms, the device %.3f ms, %.1f times; %s\n",
-              name, steps[0].size(), 1e3 * one, 1e3 * there, one / there,
-              equal ? "equal to the bit" : "UNLIKE");
-  tellSteps(whole, steps, speeds);
+  std::printf("%-16s %6zu voxels a turn: CPU %.3f ms, device %.3f ms, %.1f times faster; %s\n",
+              name, steps[0].size(), 1e3 * one, 1e3 * gpu, one / gpu,
+              equal ? "same bits" : "DIFFERENT");
+  printKernels(whole, steps, speeds);
   return equal;
 }
 
-// A ball goes through the workpiece, half of it new in each turn: the device is told its pose
-// alone.
+// A ball moves through the workpiece; in each turn half of it meets new material. Only its pose is
+// sent to the device.
 bool comparePasses(const BaseVectorField& whole, int turns) {
   const auto copy = [&] {
     return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
@@ -218,9 +210,9 @@ bool comparePasses(const BaseVectorField& whole, int turns) {
   const SphereArea ball{Vec3::Zero(), radius};
   BaseVectorField cpu = copy();
   DeviceWorkpiece device(copy(), {Backend::OpenCl});
-  const std::vector<VoxelCut> first = shaving(whole);
+  const std::vector<VoxelCut> first = shallowCut(whole);
   if (cpu.cut(first) != device.cut(first)) return false;
-  std::vector<double> onCpu, there;
+  std::vector<double> onCpu, onDevice;
   std::size_t changed = 0, least = ~std::size_t{0}, most = 0;
   bool equal = true;
   for (int t = 0; t < turns; ++t) {
@@ -229,19 +221,14 @@ bool comparePasses(const BaseVectorField& whole, int turns) {
     pose.position = Vec3::Constant(0.5 * width) +
                     far * Vec3(std::cos(angle), std::sin(angle), 0.7 * std::cos(2.3 * angle));
     onCpu.push_back(seconds([&] { changed = cpu.cut(cutsOf(cpu, ball, pose)); }));
-    there.push_back(seconds([&] { equal = device.cut(ball, pose) == changed && equal; }));
+    onDevice.push_back(seconds([&] { equal = device.cut(ball, pose) == changed && equal; }));
     least = std::min(least, changed), most = std::max(most, changed);
   }
-  const auto middle = [](std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
   equal = equal && same(device.field(), cpu);
   std::printf(
-      "a ball's passes, %zu to %zu voxels each: the CPU %.3f ms, the device %.3f ms, %.1f "
-      "times; %s\n",
-      least, most, 1e3 * middle(onCpu), 1e3 * middle(there), middle(onCpu) / middle(there),
-      equal ? "equal to the bit" : "UNLIKE");
+      "moving ball, %zu to %zu voxels a turn: CPU %.3f ms, device %.3f ms, %.1f times faster; %s\n",
+      least, most, 1e3 * median(onCpu), 1e3 * median(onDevice), median(onCpu) / median(onDevice),
+      equal ? "same bits" : "DIFFERENT");
   return equal;
 }
 
@@ -252,7 +239,7 @@ void run(double radius, int turns) {
   const Cloud cloud = ballCloud(radius);
   const BaseVectorField whole(cloud, kTissue, sphereWindow(kVoxel));
   std::unique_ptr<DeviceWorkpiece> piece;
-  const double take = seconds([&] {
+  const double upload = seconds([&] {
     piece = std::make_unique<DeviceWorkpiece>(BaseVectorField(cloud, kTissue, sphereWindow(kVoxel)),
                                               DeviceWorkpieceSettings{Backend::OpenCl});
   });
@@ -261,21 +248,21 @@ void run(double radius, int turns) {
   const double mass = seconds([&] { piece->mass(); });
   const VoxelCounts counts = cloud.counts();
   std::printf(
-      "%zu voxels, %.0f MB on the device; made and taken over in %.0f ms, fetched in %.0f, its "
-      "mass "
-      "in %.3f\n",
-      counts.inside + counts.interface, 1e-6 * double(piece->deviceBytes()), 1e3 * take,
+      "%zu voxels, %.0f MB of device memory; built and uploaded in %.0f ms, downloaded in %.0f ms, "
+      "mass in %.3f ms\n",
+      counts.inside + counts.interface, 1e-6 * double(piece->deviceBytes()), 1e3 * upload,
       1e3 * fetch, 1e3 * mass);
   piece.reset();
   const int wide = static_cast<int>(kInner * whole.size().x()),
             thick = std::min(wide, (100000 + wide * wide - 1) / (wide * wide));
   const bool equal[] = {
-      compare("together", whole, together(whole, {10, 10, 10}, turns), speeds),
-      compare("apart", whole, apart(whole, 1000, turns), speeds),
-      compare("together", whole, together(whole, {wide, wide, thick}, turns), speeds),
-      compare("apart", whole, apart(whole, 100000, turns), speeds), comparePasses(whole, turns)};
+      compare("adjacent", whole, adjacent(whole, {10, 10, 10}, turns), speeds),
+      compare("scattered", whole, scattered(whole, 1000, turns), speeds),
+      compare("adjacent", whole, adjacent(whole, {wide, wide, thick}, turns), speeds),
+      compare("scattered", whole, scattered(whole, 100000, turns), speeds),
+      comparePasses(whole, turns)};
   if (!std::all_of(std::begin(equal), std::end(equal), [](bool e) { return e; }))
-    throw std::runtime_error("what the device leaves is not what the CPU leaves");
+    throw std::runtime_error("the workpieces of the device and the CPU differ");
 }
 
 }  // namespace
@@ -295,7 +282,7 @@ int main(int count, char** words) {
         wrong = true;
     }
     if (wrong || !(radius >= 10) || turns < 3)
-      throw std::runtime_error("gpu_cut [--radius R] [--turns N]: R from 10, N from 3 on");
+      throw std::runtime_error("gpu_cut [--radius R] [--turns N]: R at least 10, N at least 3");
     run(radius, turns);
     return 0;
   } catch (const std::exception& e) {

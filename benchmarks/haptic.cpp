@@ -1,7 +1,7 @@
-// A haptic loop at 1 kHz on one core: a ball bur opens a tooth of two million voxels, and every
-// tick is timed. Beside each an empty wait is timed that should take as long: what the machine
-// itself held back shows there too. Then what cutting costs, beside building the field anew.
-//   haptic [SECONDS]
+// Times every tick of a 1 kHz haptic loop on one core in which a round bur opens a tooth of two
+// million voxels. After each tick an empty wait of the same length is timed; what exceeds it is the
+// machine's own delay. Also compares a cut with building the field again.
+//   haptic [SECONDS]     (60)
 #include <cloudcontact/workpiece/haptic_loop.h>
 #include <cloudcontact/workpiece/simulated_hand.h>
 
@@ -33,7 +33,7 @@ Cloud largeTooth() {
 }
 
 struct Ticks {
-  std::vector<double> micros, idle;  // [us] of each tick, and what an empty wait took too long
+  std::vector<double> micros, idle;  // [us] of each tick; delay of the empty wait after it
   std::vector<Vec3> forces;
   std::vector<bool> cut;
 };
@@ -43,7 +43,7 @@ double quantile(std::vector<double> v, double q) {
   return v[static_cast<std::size_t>(q * static_cast<double>(v.size() - 1))];
 }
 
-// Down through the crown, sweeping, for the whole time.
+// The tool's path: down through the crown, sweeping sideways.
 Vec3 plan(double time, double seconds, const Vec3& top) {
   const double depth = 4e-3 * time / seconds;
   return top + Vec3(1e-3 * std::sin(2.1 * time), 0.8e-3 * std::sin(1.3 * time), 1e-3 - depth);
@@ -61,12 +61,12 @@ Ticks drill(BaseVectorField& tooth, const Vec3& top, double seconds, HapticOutpu
   for (int k = 0; k < count; ++k) {
     const auto start = Clock::now();
     last = loop.tick({{Eigen::Quaterniond::Identity(), hand.position()}, hand.velocity()});
-    const double took = since(start);
+    const double time = since(start);
     const auto wait = Clock::now();
-    while (since(wait) < took) {
+    while (since(wait) < time) {
     }
-    ticks.idle.push_back(since(wait) - took);
-    ticks.micros.push_back(took);
+    ticks.idle.push_back(since(wait) - time);
+    ticks.micros.push_back(time);
     ticks.forces.push_back(last.onHand.force);
     ticks.cut.push_back(last.cutVoxels > 0);
     hand.advance(plan(kStep * k, seconds, top), last.onHand.force, kStep);
@@ -74,8 +74,8 @@ Ticks drill(BaseVectorField& tooth, const Vec3& top, double seconds, HapticOutpu
   return ticks;
 }
 
-// The largest change of the force from tick to tick, over the force, where that is at least a tenth
-// of the largest.
+// The largest relative change of the force between ticks, among forces of at least a tenth of the
+// largest.
 double worstStep(const Ticks& t, bool cutting) {
   double most = 0, worst = 0;
   for (const Vec3& f : t.forces) most = std::max(most, f.norm());
@@ -104,7 +104,8 @@ void timeCuts(const BaseVectorField& tooth, const Vec3& top, const TissueTable& 
   }
   if (times.empty()) return;
   std::printf(
-      "removing 1000 voxels   median %.0f us, worst %.0f of %zu; building anew %.0f times\n",
+      "cut of 1000 voxels     median %.0f us, worst %.0f us of %zu; building the field takes %.0f "
+      "times as long\n",
       quantile(times, 0.5), quantile(times, 1), times.size(), build / quantile(times, 0.5));
 }
 
@@ -116,7 +117,7 @@ int main(int argc, char** argv) {
   const TissueTable tissues = tissuesOf(dentalTissues(), cloud.materials());
   const VoxelCounts counts = cloud.counts();
   BaseVectorField tooth(cloud, tissues, sphereWindow(cloud.voxelSize()));
-  // The crown's top above its middle.
+  // The top of the crown above its center.
   Vec3 top(0, 0, cloud.origin().z() + cloud.voxelSize() * cloud.size().z());
   while (top.z() > cloud.origin().z() &&
          tooth.coverage(((top - tooth.origin()) / tooth.voxelSize()).cast<int>()) == 0)
@@ -132,27 +133,27 @@ int main(int argc, char** argv) {
   for (const bool c : t.cut) cutting += c;
   double most = 0;
   for (const Vec3& f : t.forces) most = std::max(most, f.norm());
-  std::printf("ticks                  %zu, %zu of them cut; %.2f mm^3 gone, at most %.2f N\n",
-              t.micros.size(), cutting, 1e9 * (before - tooth.mass().volume), most);
-  std::printf("a tick                 median %.1f us, p99 %.1f, worst %.1f\n",
+  std::printf(
+      "ticks                  %zu, of which %zu cut; %.2f mm^3 removed, force up to %.2f N\n",
+      t.micros.size(), cutting, 1e9 * (before - tooth.mass().volume), most);
+  std::printf("time of a tick         median %.1f us, p99 %.1f us, worst %.1f us\n",
               quantile(t.micros, 0.5), quantile(t.micros, 0.99), quantile(t.micros, 1));
   const auto slowest = std::max_element(t.micros.begin(), t.micros.end()) - t.micros.begin();
-  std::printf("the slowest            tick %td, next to it %.1f and %.1f us\n", slowest,
+  std::printf("slowest tick           number %td, its neighbors %.1f and %.1f us\n", slowest,
               t.micros[static_cast<std::size_t>(std::max<std::ptrdiff_t>(slowest - 1, 0))],
               t.micros[std::min(t.micros.size() - 1, static_cast<std::size_t>(slowest + 1))]);
-  std::printf("the machine's own      p99 %.1f us, worst %.1f\n", quantile(t.idle, 0.99),
+  std::printf("delay of the machine   p99 %.1f us, worst %.1f us\n", quantile(t.idle, 0.99),
               quantile(t.idle, 1));
-  // What the work itself costs comes again in the same tick of the same run; a pause does not.
+  // A slow tick repeats in a second run of the same motion; a pause of the machine does not.
   BaseVectorField untouched(cloud, tissues, sphereWindow(cloud.voxelSize()));
   const Ticks again = drill(untouched, top + Vec3(0, 0, 0.5e-3), seconds, last);
   std::vector<double> both;
   for (std::size_t k = 0; k < t.micros.size(); ++k)
     both.push_back(std::min(t.micros[k], again.micros[k]));
-  std::printf("run again              worst %.1f us; in both runs %.1f%s\n",
+  std::printf("second run             worst %.1f us; slow in both runs %.1f us%s\n",
               quantile(again.micros, 1), quantile(both, 1),
               again.forces == t.forces ? "" : " (the forces differ!)");
-  std::printf("step of the force      %.2f %% without a cut, %.2f %% with one\n",
+  std::printf("jump of the force      %.2f %% without a cut, %.2f %% with a cut\n",
               100 * worstStep(t, false), 100 * worstStep(t, true));
-  std::printf("energy                 %.3g J given by the hand, least %.3g\n", last.energy,
-              last.leastEnergy);
+  std::printf("energy from the hand   %.3g J, minimum %.3g J\n", last.energy, last.leastEnergy);
 }

@@ -1,4 +1,4 @@
-// The heap's world.
+// A world of nuts in a box: see heap.h.
 #include "heap.h"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ void Heap::TimedDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pa
 }
 
 Heap::Heap(const HeapSettings& settings) : dispatcher_(&configuration_, settings.threads) {
-  // Bullet makes boxes wider by 2 cm and by another 5, whatever the bodies' size.
+  // Bullet enlarges boxes by 2 cm and by another 5 cm, whatever the size of the bodies.
   gContactBreakingThreshold = s(settings.voxel);
   gDbvtMargin = s(settings.voxel);
   if (settings.clouds) {
@@ -73,7 +73,7 @@ void Heap::addBody(const HeapSettings& settings, const btTransform& place) {
   world_.addRigidBody(bodies_.back().get());
 }
 
-// Layers of squares, every other one shifted by half a body, each body turned about the upright.
+// Square layers, every other one shifted by 0.4 bodies, each body rotated about z.
 void Heap::lay(const HeapSettings& settings) {
   const int side = static_cast<int>(std::ceil(std::sqrt(double(settings.bodies) / kLayers)));
   const double pitch = settings.across + settings.voxel, rise = settings.height;
@@ -93,7 +93,7 @@ void Heap::lay(const HeapSettings& settings) {
   }
 }
 
-// A block of bodies that touch nowhere, as wide as it is high, over a box of its own width.
+// A cube of bodies that do not touch, over a box of the same width.
 void Heap::pour(const HeapSettings& settings) {
   const int side = static_cast<int>(std::ceil(std::cbrt(double(settings.bodies))));
   const double pitch = 2 * reach_ + settings.voxel;
@@ -107,10 +107,11 @@ void Heap::pour(const HeapSettings& settings) {
   std::normal_distribution<double> normal;
   for (int i = 0; i < settings.bodies; ++i) {
     const auto at = [&](int k) { return s(pitch * (k + 0.5)); };
-    btQuaternion turned(s(normal(random)), s(normal(random)), s(normal(random)), s(normal(random)));
-    turned.normalize();
+    btQuaternion rotation(s(normal(random)), s(normal(random)), s(normal(random)),
+                          s(normal(random)));
+    rotation.normalize();
     addBody(settings,
-            btTransform(turned, {at(i % side), at(i / side % side), at(i / side / side)}));
+            btTransform(rotation, {at(i % side), at(i / side % side), at(i / side / side)}));
   }
 }
 

@@ -1,5 +1,5 @@
-// Nuts in a box, laid ten layers deep, each on those below, or poured: a Bullet world whose narrow
-// phase and step are timed.
+// A Bullet world of nuts in a box, stacked in ten layers or poured. Times its narrow phase and
+// steps.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -15,20 +15,20 @@ namespace cloudcontact {
 
 struct HeapSettings {
   int bodies = 100;
-  double across = 28e-3, height = 13e-3;  // of a body [m], axis z, its middle at the origin
-  double voxel = 1e-3;                    // what lengths are measured by [m]
+  double across = 28e-3, height = 13e-3;  // of a body [m], axis z, center at the origin
+  double voxel = 1e-3;                    // [m]; also of Bullet's margins
   int threads = 1;                        // CloudDispatcher's
-  // One shape a body; equal bodies may share what it holds.
+  // Makes one shape for each body; shapes may share data.
   std::function<std::shared_ptr<btCollisionShape>()> shape;
-  bool clouds = true;   // the law and the settings for clouds; else Bullet's own
-  bool poured = false;  // let fall from a loose block, turned every way
+  bool clouds = true;   // the law and world settings for clouds, not Bullet's
+  bool poured = false;  // dropped from a loose block in random orientations
   double mass = 0.03;   // of a body [kg]
 };
 
-// Times are means over the measured steps, counts those of the last.
+// Mean times of the measured steps; counts of the last one.
 struct HeapRow {
   int bodies = 0;
-  double overlaps = 0, pairs = 0, contacts = 0;  // of boxes; that have contacts; points
+  double overlaps = 0, pairs = 0, contacts = 0;  // of boxes; of bodies in contact; points
   double stepSeconds = 0, narrowSeconds = 0;
   double deepest = 0;  // of any contact [m]
 };
@@ -41,12 +41,11 @@ class Heap {
   Heap& operator=(const Heap&) = delete;
 
   HeapRow run(int settle, int measured);
-  // One step; its time [s].
+  // Does one step; returns its time [s].
   double step();
-  // Bodies' places, bodies whose boxes overlap, and the fastest point's speed of any body [m/s].
   Pose pose(int body) const;
-  std::vector<std::pair<int, int>> near();
-  double fastest() const;
+  std::vector<std::pair<int, int>> near();  // bodies whose boxes overlap
+  double fastest() const;                   // speed of the fastest point of any body [m/s]
   const std::vector<std::shared_ptr<btCollisionShape>>& shapes() const { return shapes_; }
 
  private:
@@ -63,7 +62,7 @@ class Heap {
   void pour(const HeapSettings& settings);
   void count(HeapRow& row);
 
-  double reach_ = 0;  // of a body's farthest point from its middle
+  double reach_ = 0;  // radius of a body's bounding sphere
   CloudContact contact_;
   btDefaultCollisionConfiguration configuration_;
   TimedDispatcher dispatcher_;

@@ -1,4 +1,4 @@
-// See level_set_peer.h.
+// OpenVDB's meshToLevelSet: see level_set_peer.h.
 #include "level_set_peer.h"
 
 #ifdef CLOUDCONTACT_OPENVDB

@@ -1,4 +1,4 @@
-// OpenVDB's mesh to level set, as the benchmark sees it: absent where the library was not found.
+// OpenVDB's meshToLevelSet; a stub without OpenVDB.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -9,17 +9,17 @@
 class LevelSetPeer {
  public:
 #ifdef CLOUDCONTACT_OPENVDB
-  static constexpr bool kThere = true;
+  static constexpr bool kAvailable = true;
 #else
-  static constexpr bool kThere = false;
+  static constexpr bool kAvailable = false;
 #endif
-  // Takes the mesh over into OpenVDB's form, which is not part of what is measured.
+  // Converts the mesh for OpenVDB, which is not timed.
   LevelSetPeer(const cloudcontact::Mesh& mesh, double voxelSize, int threads);
   ~LevelSetPeer();
 
-  void build();                                         // a signed distance three voxels either way
+  void build();                                         // signed distances up to three voxels
   double volume() const;                                // [m^3]
-  double distance(const cloudcontact::Vec3& at) const;  // [m], at most three voxels
+  double distance(const cloudcontact::Vec3& at) const;  // [m], clamped to three voxels
 
  private:
   struct State;

@@ -1,4 +1,4 @@
-// The nuts that heaps are made of, and how their heaps are set.
+// M16 nuts and the settings of heaps made of them.
 #pragma once
 
 #include <cmath>
@@ -13,25 +13,25 @@ namespace cloudcontact {
 
 constexpr double kNutHeight = 13e-3, kNutWidth = 24e-3;  // of a M16 nut [m]
 
-// Its middle at the origin.
+// Centered on the origin.
 inline Mesh nut() {
   Mesh mesh = program::nutMesh(program::Thread{}, kNutHeight, kNutWidth);
   for (Vec3& v : mesh.vertices) v.z() -= kNutHeight / 2;
   return mesh;
 }
 
-// But for the bodies' shapes.
+// All settings but the shape.
 inline HeapSettings nutHeap(int bodies, double voxel, int threads) {
   HeapSettings settings;
   settings.bodies = bodies;
-  settings.across = kNutWidth / std::cos(0.5235987755982988);  // over the corners
+  settings.across = kNutWidth / std::cos(0.5235987755982988);  // across corners
   settings.height = kNutHeight;
   settings.voxel = voxel;
   settings.threads = threads;
   return settings;
 }
 
-// Bullet's convex parts for the bodies, by Bullet's own law; `keep` outlives the heap.
+// Makes the bodies of convex parts with Bullet's own law. `keep` must outlive the heap.
 inline void makeOfParts(HeapSettings& settings, const program::ConvexParts& parts,
                         std::vector<std::shared_ptr<void>>& keep) {
   settings.clouds = false;

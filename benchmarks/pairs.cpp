@@ -1,9 +1,8 @@
-// One pair at a time, this project's narrow phase beside its peers' in the same run, as ratios: a
-// nut pressed on its bolt, a torus lying on another, a sphere on a sphere; and how far the samples
-// that a contact takes by default lead off from all of them.
+// Time of one narrow-phase query, compared with other libraries in the same run: a nut on its bolt,
+// two tori, two spheres. Also the error of the default number of samples against all samples.
 //   pairs [BOLT NUT] [--turns N] [--out FILE.json]
-// BOLT and NUT are meshes in metres; without them a generated M16 bolt and nut. Each turn times
-// every method once over, and medians are told.
+// BOLT and NUT are meshes in meters; by default a generated M16 bolt and nut. Each turn times every
+// method once; the table shows medians.
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/mesh/mesh_file.h>
@@ -23,6 +22,7 @@
 #include "scene/pair_probe.h"
 #include "scene/peers.h"
 #include "scene/primitive_mesh.h"
+#include "timing.h"
 #include "torus.h"
 
 namespace {
@@ -32,8 +32,8 @@ using nlohmann::json;
 using program::Method;
 using program::PairProbe;
 
-constexpr double kJitter = 1e-3;  // [voxels] between calls
-constexpr std::size_t kOurs = 2;  // timers that are this project's
+constexpr double kJitter = 1e-3;  // shift between calls [voxels]
+constexpr std::size_t kOurs = 2;  // the first timers are this project's
 
 struct Case {
   const char* name;
@@ -49,15 +49,10 @@ Pose placed(double x, double y, double z) {
   return pose;
 }
 
-double medianOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-// What a method takes for the pair, over and over [us].
+// Times of repeated queries of one pair [us].
 using Timer = std::function<std::vector<double>(int repeat)>;
 
-// A probe and what it points into.
+// A probe with the shapes that it refers to.
 struct Probed {
   program::PeerShape a, b;
   PairProbe probe;
@@ -69,7 +64,7 @@ struct Probed {
         probe(*a.shape, *b.shape, pose, Motion{}, method, law) {}
 };
 
-// With `lists` a cloud's query knows what the one before found far off (ContactSettings::lists).
+// `lists`: with Verlet lists (ContactSettings::lists), for bodies at rest.
 Timer probed(const program::PeerShape& a, const program::PeerShape& b, const Case& pair,
              Method method, bool lists = false) {
   CloudContactSettings law{KelvinVoigt{1e4, 0}};
@@ -90,7 +85,7 @@ Timer peer(const std::string& name, const Case& pair) {
         const auto made = method.prepare(body(pair.a), body(pair.b), method.detail);
         return [=](int repeat) { return made.microseconds(pair.pose, repeat, jitter); };
       }
-    throw std::runtime_error("FCL is not there");
+    throw std::runtime_error("built without FCL");
   }
   const bool hull = name == "GJK/EPA";
   const auto shape = [&](const Mesh& mesh) {
@@ -121,7 +116,7 @@ Total totalOf(const ContactBody& a, const ContactBody& b, std::size_t samples) {
   return total;
 }
 
-// How far the default samples are off all of them.
+// Error of the default number of samples against all samples.
 json accuracy(const Case& pair, const SurfaceField& a, const SurfaceField& b) {
   ContactBody at{}, on{};
   at.field = &a;
@@ -131,8 +126,10 @@ json accuracy(const Case& pair, const SurfaceField& a, const SurfaceField& b) {
   const double sine = few.force.cross(all.force).norm(), cosine = few.force.dot(all.force);
   const double degrees = std::atan2(sine, cosine) * 180 / std::numbers::pi;
   const double depth = std::abs(few.deepest - all.deepest) / pair.voxel;
-  std::printf("  %zu samples within, of all %zu: direction off by %.3f deg, depth by %.3f voxels\n",
-              few.samples, all.samples, degrees, depth);
+  std::printf(
+      "  %zu samples in contact instead of all %zu: direction off by %.3f deg, depth by %.3f "
+      "voxels\n",
+      few.samples, all.samples, degrees, depth);
   return {{"samples", few.samples}, {"all", all.samples}, {"degrees", degrees}, {"voxels", depth}};
 }
 
@@ -151,16 +148,16 @@ json measure(const Case& pair, int turns) {
   std::vector<std::vector<double>> times(timers.size());
   for (int turn = 0; turn < turns; ++turn)
     for (std::size_t k = 0; k < timers.size(); ++k)
-      times[k].push_back(medianOf(timers[k].second(k < kOurs ? 200 : 9)));
+      times[k].push_back(median(timers[k].second(k < kOurs ? 200 : 9)));
   std::printf("%s: %zu and %zu triangles, voxels of %g mm\n", pair.name, pair.a.triangles.size(),
               pair.b.triangles.size(), 1e3 * pair.voxel);
   json row{{"pair", pair.name}, {"voxel", pair.voxel}};
-  const double ours = medianOf(times[0]), resting = medianOf(times[1]);
+  const double ours = median(times[0]), resting = median(times[1]);
   for (std::size_t k = 0; k < timers.size(); ++k) {
-    const double took = medianOf(times[k]);
-    std::printf("  %-14s %11.1f us, %8.2f times cloud's, %8.2f times that at rest\n",
-                timers[k].first.c_str(), took, took / ours, took / resting);
-    row["microseconds"][timers[k].first] = took;
+    const double time = median(times[k]);
+    std::printf("  %-14s %11.1f us, %8.2f x cloud, %8.2f x cloud at rest\n",
+                timers[k].first.c_str(), time, time / ours, time / resting);
+    row["microseconds"][timers[k].first] = time;
   }
   row["against all samples"] = accuracy(pair, *a, *b);
   std::fflush(stdout);
@@ -204,13 +201,13 @@ int main(int argc, char** argv) {
         files.push_back(word);
     }
     if (files.size() != 0 && files.size() != 2)
-      throw std::invalid_argument("give a bolt's and a nut's mesh, or none");
+      throw std::invalid_argument("give the meshes of a bolt and a nut, or none");
     json rows;
     for (const Case& pair : casesOf(files)) rows.push_back(measure(pair, turns));
     if (out.empty()) return 0;
     std::ofstream file(out);
     file << json{{"rows", rows}}.dump(2) << '\n';
-    if (!file) throw std::runtime_error(out + ": cannot be written");
+    if (!file) throw std::runtime_error(out + ": cannot write the file");
     return 0;
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "pairs: %s\n", failure.what());

@@ -1,10 +1,10 @@
-// Nuts poured into a box: a step's time, and how deep they stand in each other once they lie, on
-// this project's clouds and on Bullet's convex parts (HACD) of the same nuts.
+// Nuts poured into a box: time of a step, and penetration depths at rest, with this project's
+// clouds and with Bullet's convex parts (HACD) of the same nuts.
 //   pour [--bodies N] [--seconds S] [--threads N] [--voxel H] [--limit S] [--out FILE.json]
-// Depths are measured on the nut's triangles, by no method under test. A method that takes longer
-// than the limit of wall time stops there, and the table says how far it came. Each runs in a
-// process of its own: Bullet keeps an algorithm and a manifold for each two parts whose boxes meet,
-// 6.7 GB for 200 nuts of 23 parts, and more than 24 in the first step of 1,000.
+// Depths are measured on the nut's triangles, independently of the methods. A method stops at the
+// limit of wall time, and the table shows how much it simulated. Each method runs in its own
+// process, because convex parts may run out of memory: Bullet keeps an algorithm and a manifold for
+// each pair of parts whose boxes overlap (docs/measurements.md).
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -47,7 +47,7 @@ double at(const std::vector<double>& sorted, double share) {
   return sorted.empty() ? 0 : sorted[static_cast<std::size_t>(share * double(sorted.size() - 1))];
 }
 
-// How deep each pair that touches stands, sorted [m].
+// Sorted penetration depths of the touching pairs [m].
 std::vector<double> depths(Heap& heap, const program::MeasuredBody& body) {
   std::vector<double> found;
   for (const auto& [a, b] : heap.near()) {
@@ -63,10 +63,10 @@ json run(const std::string& method, const Options& options, const HeapSettings& 
   Heap heap(settings);
   const int steps = static_cast<int>(std::lround(kSteps * options.seconds));
   std::vector<double> times;
-  double spent = 0;
-  while (static_cast<int>(times.size()) < steps && spent < options.limit) {
+  double total = 0;
+  while (static_cast<int>(times.size()) < steps && total < options.limit) {
     times.push_back(heap.step());
-    spent += times.back();
+    total += times.back();
   }
   const double ended = double(times.size()) / kSteps;
   const std::vector<double> deep = depths(heap, body);
@@ -76,16 +76,16 @@ json run(const std::string& method, const Options& options, const HeapSettings& 
   double mean = 0;
   for (const double depth : deep) mean += depth / double(deep.size());
   std::printf(
-      "%-10s %5.2f of %.2f s: step %8.2f ms on average, %8.2f at the end; fastest %7.1f mm/s; %zu "
-      "pairs deep: mean %.4f, 95 of 100 %.4f, most %.4f mm\n",
-      method.c_str(), ended, options.seconds, 1e3 * spent / double(times.size()),
+      "%-10s simulated %5.2f of %.2f s: step %8.2f ms on average, %8.2f ms at the end; fastest "
+      "point %7.1f mm/s; %zu pairs penetrate: mean %.4f, p95 %.4f, max %.4f mm\n",
+      method.c_str(), ended, options.seconds, 1e3 * total / double(times.size()),
       1e3 * at(last, 0.5), 1e3 * heap.fastest(), deep.size(), 1e3 * mean, 1e3 * at(deep, 0.95),
       1e3 * at(deep, 1));
   std::fflush(stdout);
   return {{"method", method},
           {"bodies", options.bodies},
           {"seconds", ended},
-          {"stepSeconds", spent / double(times.size())},
+          {"stepSeconds", total / double(times.size())},
           {"lastStepSeconds", at(last, 0.5)},
           {"fastest", heap.fastest()},
           {"deepPairs", deep.size()},
@@ -109,36 +109,36 @@ json partsRow(const Options& options, const program::MeasuredBody& body, double 
   return run("hacd " + std::to_string(parts.corners.size()), options, settings, body);
 }
 
-// What a method comes to, in a process that the system ends first where memory runs out.
+// Runs a method in a process that the system kills first if memory runs out.
 json apart(const char* method, const std::function<json()>& row) {
   int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("no pipe to another process");
+  if (pipe(ends) != 0) throw std::runtime_error("cannot make a pipe");
   const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("no other process");
+  if (child < 0) throw std::runtime_error("cannot start another process");
   if (child == 0) {
     close(ends[0]);
     std::ofstream("/proc/self/oom_score_adj") << 1000;
-    const std::string told = row().dump();
+    const std::string text = row().dump();
     std::size_t done = 0;
-    while (done < told.size()) {
-      const ssize_t some = write(ends[1], told.data() + done, told.size() - done);
-      if (some <= 0) break;
-      done += static_cast<std::size_t>(some);
+    while (done < text.size()) {
+      const ssize_t count = write(ends[1], text.data() + done, text.size() - done);
+      if (count <= 0) break;
+      done += static_cast<std::size_t>(count);
     }
     _exit(0);
   }
   close(ends[1]);
-  std::string told;
-  char some[4096];
-  for (ssize_t n; (n = read(ends[0], some, sizeof some)) > 0;)
-    told.append(some, static_cast<std::size_t>(n));
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, static_cast<std::size_t>(n));
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
-  if (WIFEXITED(status) && !told.empty()) return json::parse(told);
+  if (WIFEXITED(status) && !text.empty()) return json::parse(text);
   if (!WIFSIGNALED(status) || WTERMSIG(status) != SIGKILL)
     throw std::runtime_error(std::string(method) + " failed");
-  std::printf("%-10s was killed, as the system does where memory runs out\n", method);
+  std::printf("%-10s was killed, most likely because memory ran out\n", method);
   std::fflush(stdout);
   return {{"method", method}, {"killed", true}};
 }
@@ -147,7 +147,7 @@ Options optionsOf(int argc, char** argv) {
   Options options;
   for (int i = 1; i < argc; i += 2) {
     const std::string name = argv[i];
-    if (i + 1 == argc) throw std::invalid_argument(name + ": a value is missing");
+    if (i + 1 == argc) throw std::invalid_argument(name + " needs a value");
     const std::string value = argv[i + 1];
     if (name == "--bodies")
       options.bodies = std::stoi(value);
@@ -162,9 +162,9 @@ Options optionsOf(int argc, char** argv) {
     else if (name == "--out")
       options.out = value;
     else
-      throw std::invalid_argument("'" + name +
-                                  "' is not known; give --bodies, --seconds, --threads, --voxel, "
-                                  "--limit or --out");
+      throw std::invalid_argument("unknown option '" + name +
+                                  "'; use --bodies, --seconds, --threads, --voxel, --limit or "
+                                  "--out");
   }
   return options;
 }
@@ -179,7 +179,7 @@ void measure(const Options& options) {
   if (options.out.empty()) return;
   std::ofstream file(options.out);
   file << json{{"rows", rows}, {"threads", options.threads}}.dump(2) << '\n';
-  if (!file) throw std::runtime_error(options.out + ": cannot be written");
+  if (!file) throw std::runtime_error(options.out + ": cannot write the file");
 }
 
 }  // namespace

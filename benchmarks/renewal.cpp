@@ -1,6 +1,6 @@
-// What renewing a cut body costs beside building it: a box of 2 million voxels, turned against its
-// grid, from which a ball of 1,000 voxels is cut at the middle of a face. `renewal` prints the
-// times; their ratio is what is asked for.
+// Time to renew the surface field and the display mesh of a cut body, compared with building them
+// again. The body is a box of 2 million voxels, rotated against its grid; a ball of 1,000 voxels is
+// cut from the center of a face. The ratios matter.
 #include <benchmark/benchmark.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/digitize.h>
@@ -44,7 +44,7 @@ struct Work {
     how.voxelSize = 1e-3;
     how.threads = 1;
     before = digitize(boxMesh(half, turn), how);
-    // Two thirds of a ball of radius 7 are in the body: some 1,000 voxels.
+    // Two thirds of a ball of radius 7 lie in the body: about 1,000 voxels.
     const Vec3 center = (turn * Vec3(0, 0, half.z() - 2e-3) - before.origin()) / 1e-3;
     after = cutCloud(before, bite(before, center, 7, 12));
     field = SurfaceField::build(before, settings());
@@ -55,7 +55,7 @@ const Work& work() {
   return one;
 }
 
-void tellCut(benchmark::State& state) {
+void countVoxels(benchmark::State& state) {
   state.counters["voxels"] = work().before.massProperties().volume / std::pow(1e-3, 3);
   state.counters["cut"] =
       (work().before.massProperties().volume - work().after.massProperties().volume) /
@@ -64,13 +64,13 @@ void tellCut(benchmark::State& state) {
 
 void fieldBuilt(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(SurfaceField::build(work().after, settings()));
-  tellCut(state);
+  countVoxels(state);
 }
 void fieldRenewed(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(renewed(work().field, work().after, settings()));
-  tellCut(state);
+  countVoxels(state);
 }
-// The floor: what a renewal that changes nothing copies and compares.
+// The lower bound: copies and compares, but changes nothing.
 void fieldCopied(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(renewed(work().field, work().before, settings()));
 }

@@ -1,7 +1,7 @@
-// How a step's time grows with bodies, pairs, contacts and voxels, beside Bullet's convex parts
-// (HACD) of the same nuts, and what memory a field takes.
+// Growth of a step's time with the number of bodies, pairs, contacts and voxels, compared with
+// Bullet's convex parts (HACD) of the same nuts; and the memory of a field.
 //   scale [--quick] [--threads N] [--out FILE.json]
-// A table on stdout; FILE.json holds the same, and FILE.csv beside it the rows.
+// Prints a table. FILE.json holds all results, and FILE.csv beside it the rows.
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -22,10 +22,9 @@ using nlohmann::json;
 
 constexpr double kVoxel = 1e-3;
 constexpr int kSettle = 10, kMeasured = 5;  // steps
-// Parts that bulge a tenth of the diagonal: 23 of them. At a hundredth there are 170, and thirty
-// nuts take 20 s a step.
+// Of the diagonal. A nut has 23 parts; at 0.01 it has 170, and 30 nuts take 20 s a step.
 constexpr double kConcavity = 0.1;
-constexpr int kMostParts = 316;  // bodies, which take seconds a step
+constexpr int kMaxPartBodies = 316;  // which take seconds a step
 
 std::shared_ptr<const SurfaceField> fieldAt(double voxel) {
   DigitizeSettings settings;
@@ -112,7 +111,7 @@ void writeFiles(const std::string& path, const json& all) {
       }
       csv << '\n';
     }
-  if (!csv) throw std::runtime_error(path + ": cannot be written");
+  if (!csv) throw std::runtime_error(path + ": cannot write the file");
 }
 
 struct Options {
@@ -132,8 +131,8 @@ Options optionsOf(int argc, char** argv) {
     else if (word == "--out" && i + 1 < argc)
       options.out = argv[++i];
     else
-      throw std::invalid_argument("'" + word +
-                                  "' is not known; give --quick, --threads N or --out FILE");
+      throw std::invalid_argument("unknown option '" + word +
+                                  "'; use --quick, --threads N or --out FILE");
   }
   return options;
 }
@@ -152,12 +151,12 @@ void measure(const Options& options) {
   const program::ConvexParts parts = program::convexParts(nut(), kConcavity);
   all["hacdParts"] = parts.corners.size();
   for (const int bodies : counts)
-    if (bodies <= (options.quick ? 100 : kMostParts))
+    if (bodies <= (options.quick ? 100 : kMaxPartBodies))
       all["hacd"].push_back(partsRow(parts, bodies));
   all["threads"] = options.threads;
   all["bytesPerBandVoxel"] = double(field->bytes()) / double(field->bandVoxels());
-  std::printf("a field of %zu band voxels: %.1f bytes each, one for all shapes\n",
-              field->bandVoxels(), all["bytesPerBandVoxel"].get<double>());
+  std::printf("one field serves all shapes: %zu band voxels of %.1f bytes\n", field->bandVoxels(),
+              all["bytesPerBandVoxel"].get<double>());
   if (!options.out.empty()) writeFiles(options.out, all);
 }
 

@@ -1,6 +1,6 @@
-// What each stage of a contact costs a sample, beside what a bare gather of the same bytes costs in
-// the same run: `stages --benchmark_out=FILE` (script/bench). The pair is a torus that lies on its
-// twin, 20 voxels to the tube's radius, a voxel deep: thousands of hits over a curved band.
+// Time of each stage of a contact per sample, compared with reading the same bytes from memory in
+// the same run. The pair is two equal tori, 20 voxels to the tube's radius, one voxel deep:
+// thousands of hits on a curved band.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <benchmark/benchmark.h>
 #include <btBulletCollisionCommon.h>
@@ -23,8 +23,8 @@ namespace {
 using namespace cloudcontact;
 
 constexpr double kVoxel = 5e-4, kTube = 20 * kVoxel, kRing = 2.5 * kTube;
-constexpr std::size_t kEnough = 1000;  // hits: so many that stages can be told apart
-constexpr double kCell = 8 * kVoxel;   // a bin's, as ContactFinder takes it
+constexpr std::size_t kEnough = 1000;  // hits; enough to resolve the stages
+constexpr double kCell = 8 * kVoxel;   // of a bin, as in ContactFinder
 
 Mesh torus() {
   return torusMesh(kRing, kTube, 320, 128);
@@ -52,47 +52,47 @@ const Pair& pair() {
 
 struct Found {
   HitColumns hits;
-  std::size_t asked = 0;  // samples looked up for them
+  std::size_t samples = 0;  // looked up
 
   explicit Found(const Pair& p) {
     HitSearch search;
     search.run(p.a, p.b, frameOf(p.a, p.b), 0, kEnough, hits);
-    asked = search.asked();
+    samples = search.asked();
   }
 };
 
-// What a lookup must read: a sample's place, normal and width, and the field's record.
+// A lookup reads a sample's position, normal and width, and the field's record.
 constexpr double kLookUpBytes = 7 * sizeof(float) + sizeof(CcVoxel);
-// And do: the map (18), the place in the grid (20), the plane (35), what becomes of it (30).
+// It computes the transform (18), the grid cell (20), the plane (35) and the outcome (30).
 constexpr double kLookUpOperations = 103;
-// A hit is written, and read again, with its key and its number in the order of bins.
+// A hit is written and read with its key and its index in the order of bins.
 constexpr double kHitBytes = 16 * sizeof(float) + 2, kKeyBytes = 5 * sizeof(float) + 8;
-// 13 vectors of four, each a product and a sum, and what they are made of.
+// 13 vectors of four, each a product and a sum, and their factors.
 constexpr double kSumOperations = 130;
 
-// Nanoseconds each, as a column of its own.
-void each(benchmark::State& state, const char* name, double count, double bytes,
-          double operations = 0) {
+// Adds a column with the time per item.
+void perItem(benchmark::State& state, const char* name, double count, double bytes,
+             double operations = 0) {
   state.counters[name] = benchmark::Counter(
       count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["count"] = count;
-  if (bytes > 0) state.counters["bytes each"] = bytes;
-  if (operations > 0) state.counters["operations each"] = operations;
+  if (bytes > 0) state.counters["bytes per item"] = bytes;
+  if (operations > 0) state.counters["operations per item"] = operations;
 }
 
-void digitising(benchmark::State& state) {
+void digitizing(benchmark::State& state) {
   const Mesh mesh = torus();
   DigitizeSettings settings;
   settings.voxelSize = kVoxel;
   settings.threads = 1;
   for (auto _ : state) benchmark::DoNotOptimize(digitize(mesh, settings));
   const VoxelCounts counts = pair().cloud.counts();
-  each(state, "s a voxel", double(counts.inside + counts.interface), 1);
+  perItem(state, "s per voxel", double(counts.inside + counts.interface), 1);
 }
 
 void baseVectors(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(SurfaceField::build(pair().cloud));
-  each(state, "s a band voxel", double(pair().field->bandVoxels()), 0);
+  perItem(state, "s per band voxel", double(pair().field->bandVoxels()), 0);
 }
 
 void testingSamples(benchmark::State& state) {
@@ -104,7 +104,7 @@ void testingSamples(benchmark::State& state) {
     hits.clear();
     search.run(p.a, p.b, frame, 0, kEnough, hits);
   }
-  each(state, "s a sample", double(search.asked()), kLookUpBytes, kLookUpOperations);
+  perItem(state, "s per sample", double(search.asked()), kLookUpBytes, kLookUpOperations);
   state.counters["hits"] = double(hits.size());
 }
 
@@ -112,10 +112,10 @@ void clustering(benchmark::State& state) {
   const Found found(pair());
   Binner binner;
   for (auto _ : state) benchmark::DoNotOptimize(binner.patches(found.hits, kCell, false).data());
-  each(state, "s a hit", double(found.hits.size()), kHitBytes + kKeyBytes, kSumOperations);
-  state.counters["s a sample"] =
-      benchmark::Counter(double(found.asked), benchmark::Counter::kIsIterationInvariantRate |
-                                                  benchmark::Counter::kInvert);
+  perItem(state, "s per hit", double(found.hits.size()), kHitBytes + kKeyBytes, kSumOperations);
+  state.counters["s per sample"] =
+      benchmark::Counter(double(found.samples), benchmark::Counter::kIsIterationInvariantRate |
+                                                    benchmark::Counter::kInvert);
 }
 
 void reducing(benchmark::State& state) {
@@ -131,7 +131,7 @@ void reducing(benchmark::State& state) {
       ccPointsOf(patch, &force, &flat, kVoxel, points);
       benchmark::DoNotOptimize(points);
     }
-  each(state, "s a hit", double(found.hits.size()), 0);
+  perItem(state, "s per hit", double(found.hits.size()), 0);
 }
 
 void wholeContact(benchmark::State& state) {
@@ -142,7 +142,7 @@ void wholeContact(benchmark::State& state) {
   settings.samples = kEnough;
   settings.lists = state.range(0) != 0;
   for (auto _ : state) samples = finder.find(p.a, p.b, settings).samples;
-  each(state, "s a hit", double(samples), 0);
+  perItem(state, "s per hit", double(samples), 0);
 }
 
 void manifold(benchmark::State& state) {
@@ -169,20 +169,20 @@ void manifold(benchmark::State& state) {
   dispatcher.freeCollisionAlgorithm(algorithm);
 }
 
-// The floor of testing: the same bytes for as many samples, read and summed, nothing else. The
-// samples lie in a row, each with a record some way along the band, as the surface's voxels do.
+// The lower bound of testing: only reads and sums the same bytes. The samples are contiguous, and
+// their records follow each other roughly along the band, as the surface's voxels do.
 void bareGather(benchmark::State& state) {
-  const std::size_t asked = Found(pair()).asked, band = pair().field->bandVoxels();
+  const std::size_t samples = Found(pair()).samples, band = pair().field->bandVoxels();
   std::vector<CcVoxel> field(band, CcVoxel{1, 2});
   std::vector<float> columns[7];
-  for (auto& c : columns) c.assign(asked, 1.0f);
-  std::vector<std::uint32_t> where(asked);
+  for (auto& c : columns) c.assign(samples, 1.0f);
+  std::vector<std::uint32_t> where(samples);
   std::mt19937 random(1);
-  for (std::size_t i = 0; i < asked; ++i)
-    where[i] = std::uint32_t((i * band / asked + random() % 64) % band);
+  for (std::size_t i = 0; i < samples; ++i)
+    where[i] = std::uint32_t((i * band / samples + random() % 64) % band);
   for (auto _ : state) {
     std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < asked; ++i) {
+    for (std::size_t i = 0; i < samples; ++i) {
       const CcVoxel v = field[where[i]];
       float sample = 0;
       for (const auto& c : columns) sample += c[i];
@@ -190,10 +190,10 @@ void bareGather(benchmark::State& state) {
     }
     benchmark::DoNotOptimize(sum);
   }
-  each(state, "s a sample", double(asked), kLookUpBytes);
+  perItem(state, "s per sample", double(samples), kLookUpBytes);
 }
 
-BENCHMARK(digitising)->Unit(benchmark::kMillisecond);
+BENCHMARK(digitizing)->Unit(benchmark::kMillisecond);
 BENCHMARK(baseVectors)->Unit(benchmark::kMillisecond);
 BENCHMARK(bareGather)->Unit(benchmark::kMicrosecond);
 BENCHMARK(testingSamples)->Unit(benchmark::kMicrosecond);

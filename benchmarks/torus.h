@@ -1,4 +1,4 @@
-// A torus about z, of which the benchmarks' bodies are made.
+// The mesh of a torus about z.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>

@@ -1,4 +1,4 @@
-// A field's numbers, packed for a device, and where they lie there.
+// Packs a surface field for the device, and manages the one buffer of all fields.
 #include "device/device_fields.h"
 
 #include <algorithm>
@@ -10,10 +10,10 @@ namespace cloudcontact::opencl {
 namespace {
 
 constexpr std::size_t kAlign = 256;
-// Places are 32-bit numbers of 4-byte words.
-constexpr std::size_t kMostBytes = std::size_t{4} << 32;
+// Offsets are 32-bit counts of 4-byte words.
+constexpr std::size_t kMaxBytes = std::size_t{4} << 32;
 
-// Columns one behind the other, each aligned; places are told in units of the column's type.
+// Appends arrays, each aligned, and returns their offsets in units of their type.
 class Packer {
  public:
   explicit Packer(std::size_t begin) : begin_(begin) {}
@@ -33,8 +33,9 @@ class Packer {
   std::vector<unsigned char> bytes_;
 };
 
-std::vector<float> quads(const std::vector<float>& a, const std::vector<float>& b,
-                         const std::vector<float>& c, const std::vector<float>& d) {
+// Four arrays as one array of (a, b, c, d).
+std::vector<float> interleaved(const std::vector<float>& a, const std::vector<float>& b,
+                               const std::vector<float>& c, const std::vector<float>& d) {
   std::vector<float> all;
   all.reserve(4 * a.size());
   for (std::size_t i = 0; i < a.size(); ++i) all.insert(all.end(), {a[i], b[i], c[i], d[i]});
@@ -45,8 +46,8 @@ constexpr std::size_t kQuad = 4 * sizeof(float);
 
 void packLevel(const SampleLevel& level, int number, Packer& packer, CcField& entry) {
   const SampleColumns& s = level.samples;
-  std::vector<float> both = quads(s.x, s.y, s.z, s.width);
-  const std::vector<float> normals = quads(s.nx, s.ny, s.nz, s.area);
+  std::vector<float> both = interleaved(s.x, s.y, s.z, s.width);
+  const std::vector<float> normals = interleaved(s.nx, s.ny, s.nz, s.area);
   both.insert(both.end(), normals.begin(), normals.end());
   entry.counts[number] = static_cast<std::uint32_t>(s.size());
   entry.samples[number] = packer.add(both.data(), both.size(), kQuad);
@@ -71,7 +72,7 @@ CcField pack(const FieldData& field, Packer& packer) {
   for (int level = 0; level < kLevels; ++level)
     packLevel(field.samples().levels[level], level, packer, entry);
   const SampleBricks& b = field.samples().bricks;
-  const std::vector<float> spheres = quads(b.x, b.y, b.z, b.radius);
+  const std::vector<float> spheres = interleaved(b.x, b.y, b.z, b.radius);
   entry.bricks = packer.add(spheres.data(), spheres.size(), kQuad);
   entry.runs = packer.add(b.runs.data(), b.runs.size());
   entry.brickCount = static_cast<std::uint32_t>(b.runs.size());
@@ -84,10 +85,10 @@ std::string megabytes(std::size_t bytes) {
 
 }  // namespace
 
-std::uint32_t DeviceFields::numberOf(const FieldData& field) {
-  const auto known = numbers_.find(&field);
-  // A field may lie where one lay that is gone.
-  if (known != numbers_.end() && kept_[known->second].life.lock() == field.life())
+std::uint32_t DeviceFields::indexOf(const FieldData& field) {
+  const auto known = indices_.find(&field);
+  // A new field may have the address of one that was freed, hence life().
+  if (known != indices_.end() && kept_[known->second].life.lock() == field.life())
     return known->second;
   return send(field);
 }
@@ -97,7 +98,7 @@ std::uint32_t DeviceFields::send(const FieldData& field) {
   Packer measure(0);
   pack(field, measure);
   const std::size_t size = (measure.bytes().size() + kAlign - 1) / kAlign * kAlign;
-  Kept kept{&field, field.life(), place(size), size, {}};
+  Kept kept{&field, field.life(), findRoom(size), size, {}};
   Packer packer(kept.begin);
   kept.entry = pack(field, packer);
   device_->queue().enqueueWriteBuffer(data_, CL_TRUE, kept.begin, packer.bytes().size(),
@@ -106,25 +107,25 @@ std::uint32_t DeviceFields::send(const FieldData& field) {
   if (slot == kept_.end()) slot = kept_.insert(kept_.end(), Kept{});
   *slot = std::move(kept);
   changed_ = true;
-  return numbers_[&field] = static_cast<std::uint32_t>(slot - kept_.begin());
+  return indices_[&field] = static_cast<std::uint32_t>(slot - kept_.begin());
 }
 
 void DeviceFields::forgetDead() {
   for (Kept& k : kept_) {
     if (!k.field || !k.life.expired()) continue;
-    numbers_.erase(k.field);
+    indices_.erase(k.field);
     k = Kept{};
   }
 }
 
-// The first gap that is wide enough, or behind all.
-std::size_t DeviceFields::place(std::size_t size) {
-  std::vector<std::pair<std::size_t, std::size_t>> taken;
+// Offset of the first gap that is large enough, or of the end.
+std::size_t DeviceFields::findRoom(std::size_t size) {
+  std::vector<std::pair<std::size_t, std::size_t>> used;
   for (const Kept& k : kept_)
-    if (k.field) taken.emplace_back(k.begin, k.begin + k.size);
-  std::sort(taken.begin(), taken.end());
+    if (k.field) used.emplace_back(k.begin, k.begin + k.size);
+  std::sort(used.begin(), used.end());
   std::size_t at = 0;
-  for (const auto& [begin, end] : taken) {
+  for (const auto& [begin, end] : used) {
     if (begin - at >= size) break;
     at = end;
   }
@@ -133,17 +134,17 @@ std::size_t DeviceFields::place(std::size_t size) {
 }
 
 void DeviceFields::enlarge(std::size_t size) {
-  const std::size_t most = std::min({kMostBytes, device_->largestBuffer(), device_->memory() / 2});
+  const std::size_t most = std::min({kMaxBytes, device_->largestBuffer(), device_->memory() / 2});
   if (size > most)
-    throw std::runtime_error("OpenCL: the fields need " + megabytes(size) + ", of which " +
-                             device_->name() + " can hold " + megabytes(most) +
-                             "; take larger voxels or the CPU");
+    throw std::runtime_error("OpenCL: the fields need " + megabytes(size) + ", but " +
+                             device_->name() + " can hold only " + megabytes(most) +
+                             "; use larger voxels or the CPU");
   std::size_t room = std::min(most, std::max(size, 2 * room_));
   cl::Buffer larger;
   try {
     larger = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, room);
   } catch (const cl::Error&) {
-    room = size;  // nor may there be room to grow into
+    room = size;  // without room to grow
     larger = cl::Buffer(device_->context(), CL_MEM_READ_ONLY, room);
   }
   if (room_ > 0) device_->queue().enqueueCopyBuffer(data_, larger, 0, 0, room_);
@@ -152,7 +153,7 @@ void DeviceFields::enlarge(std::size_t size) {
   room_ = room;
 }
 
-void DeviceFields::settle() {
+void DeviceFields::sendTable() {
   if (!changed_) return;
   std::vector<CcField> entries;
   for (const Kept& k : kept_) entries.push_back(k.entry);

@@ -1,16 +1,15 @@
-// DeviceWorkpiece: which workpieces go to the device, and what the CPU does.
+// DeviceWorkpiece: decides which workpieces go to the device, and cuts the others on the CPU.
 #include <cloudcontact/device/device_workpiece.h>
 
 #include <new>
 #include <optional>
 #include <stdexcept>
 
-#include "device/digitizer_state.h"
 #include "workpiece/area_cut.h"
 #include "workpiece/brick_layout.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
-#include "device/device_guard.h"
+#include "device/opencl_digitizer.h"
 #include "device/opencl_workpiece.h"
 #endif
 
@@ -22,27 +21,27 @@ using Bricks = BaseVectorField::Bricks;
 
 }  // namespace
 
-struct DeviceWorkpiece::Inside {
+struct DeviceWorkpiece::State {
   DeviceWorkpieceSettings settings;
   std::string message, name;
-  BaseVectorField field;  // on the device: without its bricks' own blocks
+  BaseVectorField field;  // without the bricks' own blocks if the device has them
   DeviceCutReport report;
   std::vector<VoxelCut> cuts;  // of an area
 #if defined(CLOUDCONTACT_OPENCL)
   std::shared_ptr<opencl::Device> device;
   std::optional<opencl::OpenClWorkpiece> piece;
 
-  template <typename Take>
-  std::string takeOver(Take&& take);
+  template <typename Load>
+  std::string load(Load&& onto);
   std::string upload();
 #endif
 
-  Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how);
+  State(BaseVectorField whole, const DeviceWorkpieceSettings& given);
   void fallBack(const std::string& why);
 };
 
-DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSettings& how)
-    : settings(how), field(std::move(whole)) {
+DeviceWorkpiece::State::State(BaseVectorField whole, const DeviceWorkpieceSettings& given)
+    : settings(given), field(std::move(whole)) {
   if (settings.backend == Backend::Cpu) return;
 #if defined(CLOUDCONTACT_OPENCL)
   if (const std::string why = upload(); !why.empty()) fallBack(why);
@@ -52,7 +51,7 @@ DeviceWorkpiece::Inside::Inside(BaseVectorField whole, const DeviceWorkpieceSett
 #endif
 }
 
-void DeviceWorkpiece::Inside::fallBack(const std::string& why) {
+void DeviceWorkpiece::State::fallBack(const std::string& why) {
 #if defined(CLOUDCONTACT_OPENCL)
   piece.reset();
   device.reset();
@@ -64,24 +63,25 @@ void DeviceWorkpiece::Inside::fallBack(const std::string& why) {
 
 #if defined(CLOUDCONTACT_OPENCL)
 
-// Why the CPU must keep it, empty where the device has it: what `take` says, or its failure.
-template <typename Take>
-std::string DeviceWorkpiece::Inside::takeOver(Take&& take) {
+// Calls `onto`, which loads the field onto the device. Returns why the CPU must keep it, or
+// nothing.
+template <typename Load>
+std::string DeviceWorkpiece::State::load(Load&& onto) {
   try {
-    return opencl::guardedForRoom(name, take);
+    return opencl::guardedForRoom(name, onto);
   } catch (const std::bad_alloc&) {
     return "the device has no room for it";
   }
 }
 
-std::string DeviceWorkpiece::Inside::upload() {
+std::string DeviceWorkpiece::State::upload() {
   try {
     device = opencl::Device::open(settings.timing, opencl::Kernels::Cut);
   } catch (const std::runtime_error& e) {
     return e.what();
   }
   name = device->name();
-  const std::string why = takeOver([&] { return piece.emplace(device).take(field.bricks()); });
+  const std::string why = load([&] { return piece.emplace(device).load(field.bricks()); });
   if (!why.empty()) return why;
   std::unique_ptr<Bricks> rest = std::move(field).takeBricks();
   rest->blocks.resize(rest->tissues.size());
@@ -93,25 +93,21 @@ std::string DeviceWorkpiece::Inside::upload() {
 #endif
 
 DeviceWorkpiece::DeviceWorkpiece(BaseVectorField field, const DeviceWorkpieceSettings& settings)
-    : inside_(std::make_unique<Inside>(std::move(field), settings)) {}
+    : state_(std::make_unique<State>(std::move(field), settings)) {}
 
 DeviceWorkpiece::DeviceWorkpiece(Digitizer& digitizer) {
-  Digitizer::Inside& from = *digitizer.inside_;
-  const DeviceWorkpieceSettings settings{digitizer.backend(), from.settings.timing};
+  const DeviceWorkpieceSettings settings{digitizer.backend(), digitizer.timing()};
 #if defined(CLOUDCONTACT_OPENCL)
-  if (from.ran && from.field && from.onDevice.onDevice) {
-    auto rest = std::make_unique<Bricks>(*from.bricks);
-    opencl::guarded(from.name, [&] { from.digitizer->fetchTable(*rest); });
-    rest->depths = DepthTable(rest->window);
-    inside_ = std::make_unique<Inside>(BaseVectorField(std::move(rest)),
-                                       DeviceWorkpieceSettings{Backend::Cpu, settings.timing});
-    Inside& s = *inside_;
-    s.name = from.name;
+  if (const auto from = digitizer.fieldOnDevice()) {
+    from->rest->depths = DepthTable(from->rest->window);
+    state_ = std::make_unique<State>(BaseVectorField(std::move(from->rest)),
+                                     DeviceWorkpieceSettings{Backend::Cpu, settings.timing});
+    State& s = *state_;
+    s.name = digitizer.device();
     s.settings.backend = Backend::OpenCl;
-    const std::string why = s.takeOver([&] {
-      s.device = opencl::Device::beside(*from.device, opencl::Kernels::Cut);
-      return s.piece.emplace(s.device).take(s.field.bricks(), from.digitizer->blocks(),
-                                            from.digitizer->blockCount());
+    const std::string why = s.load([&] {
+      s.device = opencl::Device::sharing(*from->device, opencl::Kernels::Cut);
+      return s.piece.emplace(s.device).load(s.field.bricks(), from->blocks, from->blockCount);
     });
     if (why.empty()) return;
     s.fallBack(why);
@@ -119,8 +115,9 @@ DeviceWorkpiece::DeviceWorkpiece(Digitizer& digitizer) {
     return;
   }
 #endif
-  inside_ = std::make_unique<Inside>(digitizer.field(), settings);
-  if (!from.noDevice.empty()) inside_->fallBack(from.noDevice);
+  state_ = std::make_unique<State>(digitizer.field(), settings);
+  if (settings.backend == Backend::Cpu && !digitizer.message().empty())
+    state_->fallBack(digitizer.message());
 }
 
 DeviceWorkpiece::~DeviceWorkpiece() = default;
@@ -128,20 +125,20 @@ DeviceWorkpiece::DeviceWorkpiece(DeviceWorkpiece&&) noexcept = default;
 DeviceWorkpiece& DeviceWorkpiece::operator=(DeviceWorkpiece&&) noexcept = default;
 
 Backend DeviceWorkpiece::backend() const {
-  return inside_->settings.backend;
+  return state_->settings.backend;
 }
 const std::string& DeviceWorkpiece::device() const {
-  return inside_->name;
+  return state_->name;
 }
 const std::string& DeviceWorkpiece::message() const {
-  return inside_->message;
+  return state_->message;
 }
 const DeviceCutReport& DeviceWorkpiece::report() const {
-  return inside_->report;
+  return state_->report;
 }
 
 std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
-  Inside& s = *inside_;
+  State& s = *state_;
   s.report = {};
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
@@ -154,12 +151,12 @@ std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
 }
 
 std::size_t DeviceWorkpiece::cut(const Area& area, const Pose& tool) {
-  Inside& s = *inside_;
+  State& s = *state_;
   const VoxelGrid grid{s.field.voxelSize(), s.field.origin(), s.field.size()};
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece && !std::holds_alternative<CloudArea>(area)) {
-    const CcArea there = areaInGrid(grid, area, tool);
-    const std::size_t changed = opencl::guarded(s.name, [&] { return s.piece->cut(there); });
+    const CcArea inGrid = areaInGrid(grid, area, tool);
+    const std::size_t changed = opencl::guarded(s.name, [&] { return s.piece->cut(inGrid); });
     s.report = s.piece->report();
     return changed;
   }
@@ -170,7 +167,7 @@ std::size_t DeviceWorkpiece::cut(const Area& area, const Pose& tool) {
 }
 
 BaseVectorField DeviceWorkpiece::field() const {
-  Inside& s = *inside_;
+  State& s = *state_;
   auto whole = std::make_unique<Bricks>(s.field.bricks());
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) {
@@ -184,7 +181,7 @@ BaseVectorField DeviceWorkpiece::field() const {
 }
 
 MassProperties DeviceWorkpiece::mass() const {
-  Inside& s = *inside_;
+  State& s = *state_;
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece)
     return massOf(s.field.bricks(), opencl::guarded(s.name, [&] { return s.piece->tissueSums(); }));
@@ -194,20 +191,17 @@ MassProperties DeviceWorkpiece::mass() const {
 
 std::size_t DeviceWorkpiece::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
-  return inside_->piece ? inside_->piece->bytes() : 0;
+  return state_->piece ? state_->piece->bytes() : 0;
 #else
   return 0;
 #endif
 }
 
 std::map<std::string, DeviceTime> DeviceWorkpiece::deviceTimes() {
-  std::map<std::string, DeviceTime> times;
 #if defined(CLOUDCONTACT_OPENCL)
-  if (inside_->device)
-    for (const auto& [what, spent] : inside_->device->clock())
-      times[what] = {spent.seconds, spent.calls};
+  if (state_->device) return state_->device->clock();
 #endif
-  return times;
+  return {};
 }
 
 }  // namespace cloudcontact

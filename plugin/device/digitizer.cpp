@@ -1,21 +1,61 @@
-// Digitizer: which meshes go to the device, and what the CPU does.
-#include "device/digitizer_state.h"
-
-#if defined(CLOUDCONTACT_OPENCL)
-#include "device/device_guard.h"
-#endif
+// Digitizer: decides which meshes go to the device, and digitizes the others on the CPU.
+#include <cloudcontact/device/digitizer.h>
 
 #include <exception>
 #include <functional>
 #include <future>
 #include <new>
+#include <optional>
 #include <stdexcept>
 
 #include "mesh/mesh_topology.h"
+#include "voxels/preparation.h"
+#include "workpiece/brick_layout.h"
+
+#if defined(CLOUDCONTACT_OPENCL)
+#include "device/opencl_digitizer.h"
+#endif
 
 namespace cloudcontact {
 
-Digitizer::Inside::Inside(const DigitizerSettings& how) : settings(how) {
+namespace {
+
+// What a run makes a field from, besides the voxels.
+struct FieldSource {
+  const TissueTable& tissue;
+  const WindowSettings& window;
+};
+
+}  // namespace
+
+struct Digitizer::State {
+  DigitizerSettings settings;
+  std::string noDevice, message, name;
+  // The last run:
+  bool ran = false;
+  Cloud cloud;  // empty until it is copied from the device
+  DigitizeReport report;
+  DeviceDigitizeReport onDevice;
+  Grid grid;
+  std::unique_ptr<BaseVectorField::Bricks>
+      bricks;  // without table and blocks, which the device has
+  std::optional<std::pair<TissueTable, WindowSettings>> field;
+#if defined(CLOUDCONTACT_OPENCL)
+  std::shared_ptr<opencl::Device> device;
+  std::optional<opencl::OpenClDigitizer> digitizer;
+
+  std::string cut(const Prepared& prepared, const DigitizeSettings& how, const FieldSource* source);
+  std::string tryDevice(const Mesh& mesh, const DigitizeSettings& how, const FieldSource* source);
+  std::string runOnDevice(const Mesh& mesh, const DigitizeSettings& how, const FieldSource* source);
+#endif
+
+  explicit State(const DigitizerSettings& given);
+  void run(const Mesh& mesh, const DigitizeSettings& how, const FieldSource* source);
+  Cloud fetchCloud();
+  BaseVectorField fetchField();
+};
+
+Digitizer::State::State(const DigitizerSettings& given) : settings(given) {
   if (settings.backend == Backend::Cpu) return;
 #if defined(CLOUDCONTACT_OPENCL)
   try {
@@ -30,7 +70,7 @@ Digitizer::Inside::Inside(const DigitizerSettings& how) : settings(how) {
   noDevice =
       "built without OpenCL; install ocl-icd-opencl-dev and opencl-clhpp-headers and build again";
 #endif
-  message = noDevice = "the CPU digitises: " + noDevice;
+  message = noDevice = "the CPU digitizes: " + noDevice;
   settings.backend = Backend::Cpu;
 }
 
@@ -38,7 +78,7 @@ Digitizer::Inside::Inside(const DigitizerSettings& how) : settings(how) {
 
 namespace {
 
-// In how many columns the triangles that close a surface take part: there are few of them.
+// How many columns contain a triangle that closes a hole. There are few of those triangles.
 std::size_t cappedColumns(const GridSurface& surface, int axis) {
   if (surface.firstCap == surface.triangles.size()) return 0;
   GridSurface caps = surface;
@@ -51,57 +91,56 @@ std::size_t cappedColumns(const GridSurface& surface, int axis) {
 
 }  // namespace
 
-// Why the CPU must do it; empty where it is done.
-std::string Digitizer::Inside::cut(const Prepared& prepared, const DigitizeSettings& how,
-                                   const FieldWanted* wanted) {
+// Digitizes a prepared surface; returns why the CPU must do it instead, or nothing.
+std::string Digitizer::State::cut(const Prepared& prepared, const DigitizeSettings& how,
+                                  const FieldSource* source) {
   checkSize(prepared, how, prepared.passes());
-  if (!prepared.closable) return "the surface lacks much";
+  if (!prepared.closable) return "the surface has large holes";
   grid = gridAround(prepared.closing.mesh, how.voxelSize);
   const GridSurface surface = inGrid(prepared, grid);
   opencl::OpenClDigitizer::StartField start;
-  if (wanted)
+  if (source)
     start = [&] {
       bricks = startBricks({grid.voxelSize, grid.origin, grid.bricks.cast<int>(), {}},
-                           wanted->tissue, wanted->window);
+                           source->tissue, source->window);
       return bricks.get();
     };
   const int axis = cheapestAxis(surface);
   const std::string why = digitizer->run(surface, axis, start);
   onDevice = digitizer->report();
   if (!why.empty()) return why;
-  // Nothing stored may still be solid bricks, which the CPU tells from nothing at all.
+  // Either solid bricks only or no voxel at all, which the CPU tells apart.
   if (onDevice.stored == 0) return "it stores no brick";
   report = {prepared.wasClosed, digitizer->badColumns() + cappedColumns(surface, axis), 0};
   return {};
 }
 
-// Most meshes are one closed surface: that is found out while the device already works.
-std::string Digitizer::Inside::tryDevice(const Mesh& mesh, const DigitizeSettings& how,
-                                         const FieldWanted* wanted) {
-  if (wanted && wanted->tissue.size() > 1) return "a body of several tissues";
+// Most meshes are one closed surface, so the device starts while that is still being checked.
+std::string Digitizer::State::tryDevice(const Mesh& mesh, const DigitizeSettings& how,
+                                        const FieldSource* source) {
+  if (source && source->tissue.size() > 1) return "a body of several tissues";
   if (const std::optional<Prepared> whole = preparedAsWhole(mesh)) {
-    std::future<bool> is =
+    std::future<bool> closed =
         std::async(std::launch::async, isOneClosedSurface, std::cref(whole->closing.mesh));
     std::exception_ptr failure;
     std::string why;
     try {
-      why = cut(*whole, how, wanted);
+      why = cut(*whole, how, source);
     } catch (...) {
       failure = std::current_exception();
     }
-    if (is.get()) {
+    if (closed.get()) {
       if (failure) std::rethrow_exception(failure);
       return why;
     }
   }
-  return cut(prepare(mesh), how, wanted);
+  return cut(prepare(mesh), how, source);
 }
 
-// The same, where the device's own failures are told apart.
-std::string Digitizer::Inside::guarded(const Mesh& mesh, const DigitizeSettings& how,
-                                       const FieldWanted* wanted) {
+std::string Digitizer::State::runOnDevice(const Mesh& mesh, const DigitizeSettings& how,
+                                          const FieldSource* source) {
   try {
-    return opencl::guardedForRoom(name, [&] { return tryDevice(mesh, how, wanted); });
+    return opencl::guardedForRoom(name, [&] { return tryDevice(mesh, how, source); });
   } catch (const std::bad_alloc&) {
     return "the device has no room for it";
   }
@@ -109,8 +148,8 @@ std::string Digitizer::Inside::guarded(const Mesh& mesh, const DigitizeSettings&
 
 #endif
 
-void Digitizer::Inside::run(const Mesh& mesh, const DigitizeSettings& how,
-                            const FieldWanted* wanted) {
+void Digitizer::State::run(const Mesh& mesh, const DigitizeSettings& how,
+                           const FieldSource* source) {
   ran = false;
   message = noDevice;
   cloud = {};
@@ -120,107 +159,119 @@ void Digitizer::Inside::run(const Mesh& mesh, const DigitizeSettings& how,
   validate(how);
 #if defined(CLOUDCONTACT_OPENCL)
   if (device) {
-    const std::string why = guarded(mesh, how, wanted);
+    const std::string why = runOnDevice(mesh, how, source);
     onDevice.onDevice = why.empty();
-    if (!why.empty()) message = "the CPU digitised: " + why;
+    if (!why.empty()) message = "the CPU digitized: " + why;
   }
 #endif
   if (!onDevice.onDevice) {
     cloud = digitize(mesh, how, &report);
-    // Throws now, not when the field is asked for.
-    if (wanted)
-      startBricks({how.voxelSize, Vec3::Zero(), Eigen::Vector3i::Ones(), {}}, wanted->tissue,
-                  wanted->window);
+    // Throws now rather than in field().
+    if (source)
+      startBricks({how.voxelSize, Vec3::Zero(), Eigen::Vector3i::Ones(), {}}, source->tissue,
+                  source->window);
   }
-  if (wanted) field.emplace(wanted->tissue, wanted->window);
+  if (source) field.emplace(source->tissue, source->window);
   ran = true;
 }
 
 #if defined(CLOUDCONTACT_OPENCL)
-Cloud Digitizer::Inside::fetched() {
+Cloud Digitizer::State::fetchCloud() {
   return opencl::guarded(name, [&] {
     return Cloud(grid.voxelSize, grid.origin,
                  std::make_shared<const Cloud::Voxels>(digitizer->voxels()));
   });
 }
-BaseVectorField Digitizer::Inside::fetchedField() {
+BaseVectorField Digitizer::State::fetchField() {
   auto whole = std::make_unique<BaseVectorField::Bricks>(*bricks);
   opencl::guarded(name, [&] { digitizer->fetchField(*whole); });
   finishBricks(*whole);
   return BaseVectorField(std::move(whole));
 }
 #else
-Cloud Digitizer::Inside::fetched() {
+Cloud Digitizer::State::fetchCloud() {
   return cloud;
 }
-BaseVectorField Digitizer::Inside::fetchedField() {
+BaseVectorField Digitizer::State::fetchField() {
   return BaseVectorField(cloud, field->first, field->second);
 }
 #endif
 
+bool Digitizer::timing() const {
+  return state_->settings.timing;
+}
+
+#if defined(CLOUDCONTACT_OPENCL)
+std::unique_ptr<opencl::DigitizedField> Digitizer::fieldOnDevice() {
+  State& s = *state_;
+  if (!s.ran || !s.field || !s.onDevice.onDevice) return nullptr;
+  auto rest = std::make_unique<BaseVectorField::Bricks>(*s.bricks);
+  opencl::guarded(s.name, [&] { s.digitizer->fetchTable(*rest); });
+  return std::make_unique<opencl::DigitizedField>(opencl::DigitizedField{
+      s.device, std::move(rest), s.digitizer->blocks(), s.digitizer->blockCount()});
+}
+#endif
+
 Digitizer::Digitizer(const DigitizerSettings& settings)
-    : inside_(std::make_unique<Inside>(settings)) {}
+    : state_(std::make_unique<State>(settings)) {}
 Digitizer::~Digitizer() = default;
 Digitizer::Digitizer(Digitizer&&) noexcept = default;
 Digitizer& Digitizer::operator=(Digitizer&&) noexcept = default;
 
 Backend Digitizer::backend() const {
-  return inside_->settings.backend;
+  return state_->settings.backend;
 }
 const std::string& Digitizer::message() const {
-  return inside_->message;
+  return state_->message;
 }
 const std::string& Digitizer::device() const {
-  return inside_->name;
+  return state_->name;
 }
 const DigitizeReport& Digitizer::report() const {
-  return inside_->report;
+  return state_->report;
 }
 const DeviceDigitizeReport& Digitizer::deviceReport() const {
-  return inside_->onDevice;
+  return state_->onDevice;
 }
 
 void Digitizer::run(const Mesh& mesh, const DigitizeSettings& settings) {
-  inside_->run(mesh, settings, nullptr);
+  state_->run(mesh, settings, nullptr);
 }
 
 void Digitizer::run(const Mesh& mesh, const DigitizeSettings& settings, const TissueTable& tissue,
                     const WindowSettings& window) {
-  const FieldWanted wanted{tissue, window};
-  inside_->run(mesh, settings, &wanted);
+  const FieldSource source{tissue, window};
+  state_->run(mesh, settings, &source);
 }
 
 Cloud Digitizer::cloud() {
-  Inside& s = *inside_;
-  if (!s.ran) throw std::logic_error("Digitizer::cloud: nothing was digitised; call run() first");
-  if (s.onDevice.onDevice && s.cloud.empty()) s.cloud = s.fetched();
+  State& s = *state_;
+  if (!s.ran) throw std::logic_error("Digitizer::cloud: nothing was digitized; call run() first");
+  if (s.onDevice.onDevice && s.cloud.empty()) s.cloud = s.fetchCloud();
   return s.cloud;
 }
 
 BaseVectorField Digitizer::field() {
-  Inside& s = *inside_;
+  State& s = *state_;
   if (!s.ran || !s.field)
     throw std::logic_error("Digitizer::field: no field was made; call run() with a window first");
-  if (s.onDevice.onDevice) return s.fetchedField();
+  if (s.onDevice.onDevice) return s.fetchField();
   return BaseVectorField(s.cloud, s.field->first, s.field->second);
 }
 
 std::size_t Digitizer::deviceBytes() const {
 #if defined(CLOUDCONTACT_OPENCL)
-  return inside_->digitizer ? inside_->digitizer->bytes() : 0;
+  return state_->digitizer ? state_->digitizer->bytes() : 0;
 #else
   return 0;
 #endif
 }
 
 std::map<std::string, DeviceTime> Digitizer::deviceTimes() {
-  std::map<std::string, DeviceTime> times;
 #if defined(CLOUDCONTACT_OPENCL)
-  if (inside_->device)
-    for (const auto& [name, spent] : inside_->device->clock())
-      times[name] = {spent.seconds, spent.calls};
+  if (state_->device) return state_->device->clock();
 #endif
-  return times;
+  return {};
 }
 
 }  // namespace cloudcontact

@@ -1,4 +1,4 @@
-// Which windows may be flat, and their taps in runs along z.
+// Windows for the faster kernels: see flat_taps.h.
 #include "device/flat_taps.h"
 
 #include <algorithm>
@@ -8,7 +8,7 @@ namespace cloudcontact::opencl {
 
 namespace {
 
-constexpr std::size_t kMostFlatTaps = 1024;  // twice 16 kB of constant memory
+constexpr std::size_t kMaxFlatTaps = 1024;  // twice 16 kB of constant memory
 constexpr double kExactInFloat = 1 << 24;
 
 Eigen::Vector3i tileEdges(const Window& window) {
@@ -20,9 +20,9 @@ Eigen::Vector3i tileEdges(const Window& window) {
 std::size_t flatLocalBytes(const Window& window) {
   const std::size_t tile = flatTile(window) * sizeof(cl_half),
                     taps = window.taps.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)),
-                    columns = CC_TILE_ROW * CC_TILE_ROW * sizeof(cl_uint),
-                    about = 27 * sizeof(cl_int);
-  return tile + taps + columns + about;
+                    lostColumns = CC_TILE_ROW * CC_TILE_ROW * sizeof(cl_uint),
+                    neighbors = 27 * sizeof(cl_int);
+  return tile + taps + lostColumns + neighbors;
 }
 
 bool mayBeFlat(const Window& window, std::size_t localBytes) {
@@ -36,7 +36,7 @@ bool mayBeFlat(const Window& window, std::size_t localBytes) {
          (window.low.array() >= -8).all() && (window.high.array() <= 8).all() &&
          edge.x() <= CC_TILE_ROW &&
          std::int64_t{CC_TILE_ROW} * edge.y() * edge.z() <= CC_TILE_CELLS &&
-         window.taps.size() <= kMostFlatTaps && *std::max_element(most, most + 4) < kExactInFloat &&
+         window.taps.size() <= kMaxFlatTaps && *std::max_element(most, most + 4) < kExactInFloat &&
          flatLocalBytes(window) <= localBytes;
 }
 
@@ -46,16 +46,16 @@ FlatTaps::FlatTaps(const Window& window) {
     return std::tie(a.y, a.x, a.z) < std::tie(b.y, b.x, b.z);
   });
   const int edgeY = tileEdges(window).y();
-  const WindowTap* before = nullptr;
+  const WindowTap* last = nullptr;
   for (const WindowTap& t : sorted) {
-    const bool above = before && before->x == t.x && before->y == t.y && before->z + 1 == t.z &&
-                       runs.back().count < CC_RUN;
-    if (!above)
+    const bool continues = last && last->x == t.x && last->y == t.y && last->z + 1 == t.z &&
+                           runs.back().count < CC_RUN;
+    if (!continues)
       runs.push_back({t.x + CC_TILE_ROW * (t.y + edgeY * t.z), static_cast<cl_int>(by.size()), 0,
                       t.z - window.low.z()});
     ++runs.back().count;
     by.push_back({{float(t.weight), float(t.moment[0]), float(t.moment[1]), float(t.moment[2])}});
-    before = &t;
+    last = &t;
   }
 }
 

@@ -1,29 +1,29 @@
-// Windows as kernels/flat_window.h has them.
+// Windows for the faster kernels (kernels/digitize/flat_window.h), which keep a brick and its
+// surroundings in local memory and sum in floats.
 #pragma once
 
 #include <cloudcontact/workpiece/window.h>
 
 #include <vector>
 
-#include "device/opencl.h"
+#include "device/opencl_device.h"
 #include "kernels/digitize/flat_window.h"
 
 namespace cloudcontact::opencl {
 
-// Whether a kernel may keep a brick's surroundings in local memory and sum in floats: these would
-// not be too many, nor too far away, and exact. `localBytes`: what a device has for a group.
+// Whether a window fits those kernels: its taps are few and near enough, float sums are exact, and
+// a work-group's local memory holds the tile.
 bool mayBeFlat(const Window& window, std::size_t localBytes);
-// What they take of it at most: the tile, which of its columns lost something, the taps, each a run
-// of its own.
+// An upper bound of the local memory in use [bytes].
 std::size_t flatLocalBytes(const Window& window);
+// Size of a brick's tile [halves].
+std::size_t flatTile(const Window& window);
 
+// A window's taps in runs along z.
 struct FlatTaps {
   explicit FlatTaps(const Window& window);
-  std::vector<cl_float4> by;  // weights, and these times their places
+  std::vector<cl_float4> by;  // moments and weights
   std::vector<CcFlatRun> runs;
 };
-
-// Halves of a brick's tile.
-std::size_t flatTile(const Window& window);
 
 }  // namespace cloudcontact::opencl

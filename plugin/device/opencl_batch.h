@@ -1,107 +1,160 @@
-// The batched narrow phase on an OpenCL device: poses go up, one chain of kernels runs for all
-// pairs, its contacts come down.
+// The narrow phase of many pairs on an OpenCL device: uploads the poses, runs one chain of kernels
+// for all pairs, downloads the contacts.
 #pragma once
 
-#include <cloudcontact/device/contact_batch.h>
+#include <cloudcontact/contact/contact.h>
 
 #include "contact/finder_scratch.h"
 #include "device/device_fields.h"
-#include "device/device_guard.h"
-#include "device/device_memory.h"
-#include "device/prepared_kernel.h"
+#include "device/opencl_device.h"
 
 #include <array>
+#include <concepts>
+#include <cstdint>
 #include <map>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace cloudcontact::opencl {
 
-// A pair that the device is asked for.
-struct Asked {
-  const BatchPair* pair = nullptr;
+// A pair to solve on the device. The bodies and settings outlive the batch.
+struct DevicePair {
+  const ContactBody *a = nullptr, *b = nullptr;
+  const ContactSettings* settings = nullptr;
   PairFrame frame;
-  std::uint32_t room = 0;            // hits that each direction may have
-  std::uint32_t fields[2] = {0, 0};  // numbers of A's and B's
+  std::uint32_t room = 0;            // hits that each direction may store
+  std::uint32_t fields[2] = {0, 0};  // indices of A's and B's in DeviceFields
 };
 
-// A batch on its way, its queue and the memory that it works in.
+// A kernel that passes on only the arguments that changed since the last run. A batch has a hundred
+// arguments, and setting all of them takes longer than the device should wait. Holds the buffers,
+// so that no new buffer takes the address of a remembered one.
+class CachedKernel {
+ public:
+  explicit CachedKernel(cl::Kernel kernel) : kernel_(std::move(kernel)) {}
+
+  // Sets all arguments.
+  template <typename... Arguments>
+  cl::Kernel& with(const Arguments&... arguments) {
+    cached_.resize(sizeof...(arguments));
+    cl_uint k = 0;
+    (set(k++, arguments), ...);
+    return kernel_;
+  }
+
+ private:
+  struct Cached {
+    bool valid = false;
+    std::int64_t number = 0;
+    cl::Buffer buffer;
+  };
+
+  void set(cl_uint k, const cl::Buffer& buffer) {
+    if (cached_[k].valid && cached_[k].buffer() == buffer()) return;
+    pass(k, buffer);
+    cached_[k].buffer = buffer;
+  }
+  void set(cl_uint k, std::integral auto number) {
+    if (cached_[k].valid && cached_[k].number == std::int64_t{number}) return;
+    pass(k, number);
+    cached_[k].number = number;
+  }
+  template <typename Argument>
+  void pass(cl_uint k, const Argument& argument) {
+    cached_[k].valid = false;  // stays so if setArg() throws
+    kernel_.setArg(k, argument);
+    cached_[k].valid = true;
+  }
+
+  cl::Kernel kernel_;
+  std::vector<Cached> cached_;
+};
+
+// A range of a buffer as a buffer. Keeps its handle while the range is the same.
+class SubBuffer {
+ public:
+  // `begin`: a multiple of the device's alignment.
+  const cl::Buffer& of(const cl::Buffer& whole, std::size_t begin, std::size_t size);
+  const cl::Buffer& buffer() const { return part_; }
+
+ private:
+  cl::Buffer whole_, part_;
+  std::size_t begin_ = 0, size_ = 0;
+};
+
+// One batch in its own queue, with its own buffers. Call reserve(), writePose() for each pair,
+// search(), makeContacts() and finish() in this order. reserve(), search() and makeContacts() throw
+// std::bad_alloc if the pairs do not fit in device memory together, and then hold none of it; and
+// std::runtime_error if the device fails.
 class OpenClBatch {
  public:
   OpenClBatch(std::shared_ptr<Device> device, std::shared_ptr<DeviceFields> fields)
-      : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->another()) {}
+      : device_(std::move(device)), fields_(std::move(fields)), queue_(device_->newQueue()) {}
 
-  std::size_t bytes() const;
-  // A batch goes through these in turn. Each throws std::bad_alloc where the pairs are too many for
-  // the device at once, and then holds no memory of it; std::runtime_error where the device fails.
-  // Makes room for the pairs, which stay where they are until they are searched.
-  void place(std::span<const Asked> pairs);
-  // The k-th pair's poses go where they are sent from; from any thread, its frame known. Throws
-  // nothing.
-  void pose(std::size_t k);
-  // Hands over the poses and the search; the fields must be there.
+  std::size_t bytes() const;  // device memory in use
+  // Reserves memory for the pairs, which must stay where they are until finish().
+  void reserve(std::span<const DevicePair> pairs);
+  // Writes the k-th pair's poses into the upload buffer. Needs its frame; thread-safe; no throw.
+  void writePose(std::size_t k);
+  // Uploads the poses and enqueues the search. The fields must be uploaded.
   void search(BatchReport& report);
-  // Hands over what makes contacts of hits, and their way back.
-  void gather();
-  // Waits for it, whatever it came to.
+  // Enqueues the kernels that turn hits into contacts, and the download.
+  void makeContacts();
+  // Waits for the queue and ignores errors.
   void finishQuietly();
-  // Waits until it has come to its last kernels.
-  void nearEnd();
-  // Waits for it. Throws std::runtime_error where the device fails.
+  // Waits for all but the last kernels.
+  void waitForPatches();
+  // Waits for the download. Throws std::runtime_error if the device fails.
   void finish(BatchReport& report);
-  // The finest level that a pair wanted, once all have been asked what became of them.
-  void learn(int finest);
-  // What became of the k-th pair; contacts() of it where it did not fail.
+  // Sets the finest level that a pair of this batch needed; call once all answers are read.
+  void setFinest(int level);
+  // Outcome of the k-th pair, and its contacts if it did not fail.
   const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
   std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
-  struct Launch {
-    const char* kernel;
-    std::size_t items, group;
-    const char* noted = nullptr;  // its name in reports, where it is another
-    cl::Event* done = nullptr;
-  };
-  PreparedKernel& kernel(const char* name);
   template <typename... Arguments>
-  void run(const Launch& how, const Arguments&... arguments);
+  void run(const Launch& launch, const Arguments&... arguments);
   template <typename Work>
-  void handOver(Work&& work);
+  void enqueue(Work&& work);
   void send(BatchReport& report);
-  void makeRoom();
+  void reserveResults();
   void searchLevels();
   void growPatches();
   void fetch();
   void wait(const cl::Event& event);
-  void giveBack();
+  void release();
 
   std::shared_ptr<Device> device_;
   std::shared_ptr<DeviceFields> fields_;
   cl::CommandQueue queue_;
-  std::map<std::string, PreparedKernel, std::less<>> kernels_;  // arguments of a queue's own
-  Pinned sent_, fetched_;
-  Grown tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_, sums_,
-      sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_, neighbours_;
-  static const std::array<Grown OpenClBatch::*, 21> kGrown;  // all of these
-  PartOf directions_, pairs_;                                // of tasks_
-  PartOf answersThere_, counters_, contacts_;                // of results_
-  // Where a direction's hits go, and its samples near the other body.
-  struct Place {
+  std::map<std::string, CachedKernel, std::less<>> kernels_;
+  PinnedMemory sent_, fetched_;
+  DeviceBuffer tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
+      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_,
+      neighbours_;
+  static const std::array<DeviceBuffer OpenClBatch::*, 21> kBuffers;  // all of these
+  SubBuffer directions_, pairs_;                                      // of tasks_
+  SubBuffer deviceAnswers_, counters_, contacts_;                     // of results_
+  // Where a direction's hits begin, and its samples near the other body.
+  struct Offsets {
     std::uint32_t hits, nearby[2];
   };
-  std::span<const Asked> asked_;
-  std::vector<Place> places_;
-  CcDirection* directionsHere_ = nullptr;
-  CcPair* pairsHere_ = nullptr;
+  std::span<const DevicePair> devicePairs_;
+  std::vector<Offsets> offsets_;
+  CcDirection* hostDirections_ = nullptr;
+  CcPair* hostPairs_ = nullptr;
   std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
-  // The finest level that pairs are searched on: that of the last two batches. Who turns out to
-  // want a finer one is the CPU's this time.
-  cl_int finest_ = 0, finestBefore_ = 0;
+  // The search goes down to the finest level of the last two batches. The CPU solves pairs that
+  // need a finer one.
+  cl_int finest_ = 0, lastFinest_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
-  std::uint32_t binsWanted_ = 0, patchesWanted_ = 0, contactsWanted_ = 0, contactsAsked_ = 0;
+  std::uint32_t neededBins_ = 0, neededPatches_ = 0, neededContacts_ = 0, fetchedContacts_ = 0;
   const CcAnswer* answers_ = nullptr;
-  const std::uint32_t* countersHere_ = nullptr;
-  const CcContactPatch* contactsHere_ = nullptr;
-  cl::Event grownAll_, fetchedAll_;
+  const std::uint32_t* hostCounters_ = nullptr;
+  const CcContactPatch* hostContacts_ = nullptr;
+  cl::Event patchesDone_, fetchDone_;
 };
 
 }  // namespace cloudcontact::opencl

@@ -1,11 +1,10 @@
-// Finding a device, building the kernels for it, and finding out whether it computes as the CPU.
+// Finds a device, builds its kernels and tests whether it computes the same bits as the CPU.
 //
-// OpenCL lets a device round division and root by several bits and contract a * b + c unless told
-// otherwise; a device that does so gives other contacts. It is told otherwise, asked whether it
-// can, and then tried.
+// By default OpenCL permits division and square root to be off by several bits, and a * b + c to be
+// contracted. Both would change the contacts. The build options forbid them, lacking() checks that
+// the device can comply, and test() checks that it does.
 #include "device/opencl_device.h"
 
-#include "device/device_guard.h"
 #include "kernels/contact/batch_layout.h"
 #include "kernels/cut/matter_cut.h"
 #include "kernels/digitize/digitize_layout.h"
@@ -30,9 +29,9 @@ namespace {
 constexpr char kOptions[] = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt";
 constexpr char kPrelude[] =
     "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#pragma OPENCL FP_CONTRACT OFF\n";
-constexpr std::size_t kTests = 4096;
+constexpr std::size_t kTests = 4096;  // operands of the self-test
 constexpr std::size_t kLargestGroup = std::max({CC_GROUP, CC_SCAN_GROUP, CC_RENEW_GROUP});
-constexpr std::size_t kNotes = 4096;  // of what commands took, that are kept
+constexpr std::size_t kNotes = 4096;  // events kept before they are summed
 
 const char* sourceOf(Kernels kernels) {
   return kernels == Kernels::Contact    ? kContactKernels
@@ -40,24 +39,24 @@ const char* sourceOf(Kernels kernels) {
                                         : kCutKernels;
 }
 
-std::string said(const cl::Error& e) {
-  return std::string(e.what()) + " gave " + std::to_string(e.err());
+std::string describe(const cl::Error& e) {
+  return std::string(e.what()) + " returned " + std::to_string(e.err());
 }
 
-// Why a device cannot be meant for this work; empty where it may.
+// What a device lacks; empty if nothing.
 std::string lacking(const cl::Device& device) {
   if (!device.getInfo<CL_DEVICE_AVAILABLE>() || !device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>())
     return "has no compiler";
-  if (device.getInfo<CL_DEVICE_PROFILE>() != "FULL_PROFILE") return "knows no 64-bit integers";
+  if (device.getInfo<CL_DEVICE_PROFILE>() != "FULL_PROFILE") return "has no 64-bit integers";
   if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>()) return "is big-endian";
-  if (device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() == 0) return "knows no doubles";
-  if (const std::size_t most = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
-      most < kLargestGroup)
-    return "lets " + std::to_string(most) + " work-items work together at most, not " +
+  if (device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() == 0) return "has no doubles";
+  if (const std::size_t largest = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+      largest < kLargestGroup)
+    return "has work-groups of at most " + std::to_string(largest) + " work-items, not " +
            std::to_string(kLargestGroup);
   const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
   if (!(single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)) return "does not round divisions correctly";
-  if (!(single & CL_FP_DENORM)) return "drops numbers below the normal ones";
+  if (!(single & CL_FP_DENORM)) return "flushes denormal numbers to zero";
   return {};
 }
 
@@ -65,12 +64,12 @@ bool isGpu(const cl::Device& device) {
   return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
 }
 
-// GPUs before others.
+// GPUs first.
 std::vector<cl::Device> allDevices() {
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
-  } catch (const cl::Error&) {  // the loader's way to say that there is none
+  } catch (const cl::Error&) {  // the loader's way to report no platform
   }
   std::vector<cl::Device> devices;
   for (const cl::Platform& platform : platforms) {
@@ -84,36 +83,37 @@ std::vector<cl::Device> allDevices() {
   std::stable_partition(devices.begin(), devices.end(), [](const cl::Device& device) {
     try {
       return isGpu(device);
-    } catch (const cl::Error&) {  // says so again when it is asked more
+    } catch (const cl::Error&) {  // open() reports it
       return false;
     }
   });
   return devices;
 }
 
-// Numbers of all sizes, and triples of which x y + z cancels, so that contraction shows.
-struct Trial {
+// Numbers of all magnitudes, and triples whose a b + c nearly cancels, so that contraction shows.
+struct Operands {
   std::vector<float> a, b, c;
 
-  Trial() {
+  Operands() {
     std::mt19937 random(1);
-    std::uniform_real_distribution<float> size(-30, 30), mantissa(1, 2);
+    std::uniform_real_distribution<float> exponent(-30, 30), mantissa(1, 2);
     for (std::size_t i = 0; i < kTests; ++i) {
       const bool tiny = i % 8 == 7;  // products and quotients below 2^-126
-      a.push_back(mantissa(random) * std::exp2(tiny ? -70.0f : std::round(size(random))));
-      b.push_back(mantissa(random) * std::exp2(tiny ? -60.0f : std::round(size(random))));
+      a.push_back(mantissa(random) * std::exp2(tiny ? -70.0f : std::round(exponent(random))));
+      b.push_back(mantissa(random) * std::exp2(tiny ? -60.0f : std::round(exponent(random))));
       c.push_back(i % 2 ? -(a[i] * b[i]) * (1 + std::exp2(-20.0f)) : mantissa(random));
     }
   }
 };
 
-struct Answers {
+// Of ccSelfTest (kernels/base/self_test.cl): four operations on floats and three on doubles.
+struct Results {
   std::vector<float> narrow = std::vector<float>(4 * kTests);
   std::vector<double> wide = std::vector<double>(3 * kTests);
 };
 
-Answers expected(const Trial& t) {
-  Answers e;
+Results expected(const Operands& t) {
+  Results e;
   for (std::size_t i = 0, n = kTests; i < n; ++i) {
     const float x = t.a[i], y = t.b[i], z = t.c[i];
     e.narrow[i] = x / y;
@@ -130,16 +130,18 @@ Answers expected(const Trial& t) {
 }
 
 template <typename Number>
-std::size_t unlike(const std::vector<Number>& a, const std::vector<Number>& b, std::size_t part) {
+std::size_t differences(const std::vector<Number>& a, const std::vector<Number>& b,
+                        std::size_t part) {
   std::size_t count = 0;
   for (std::size_t i = part * kTests; i < (part + 1) * kTests; ++i)
     count += std::memcmp(&a[i], &b[i], sizeof(Number)) != 0;
   return count;
 }
 
-// Adds what a command took; whether it has come to its end. One that failed, or was never handed
-// over, took nothing.
-bool added(const cl::Event& event, const std::string& name, std::map<std::string, Spent>& to) {
+// Adds a command's time; returns whether the command has ended. One that failed, or was never
+// enqueued, adds nothing.
+bool addTime(const cl::Event& event, const std::string& label,
+             std::map<std::string, DeviceTime>& to) {
   if (!event()) return true;
   try {
     const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
@@ -148,15 +150,15 @@ bool added(const cl::Event& event, const std::string& name, std::map<std::string
     const double seconds =
         1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                    event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-    Spent& s = to[name];
-    s.seconds += seconds;
-    ++s.calls;
-  } catch (const cl::Error&) {  // nobody knows what it took
+    DeviceTime& time = to[label];
+    time.seconds += seconds;
+    ++time.calls;
+  } catch (const cl::Error&) {  // its time is unknown
   }
   return true;
 }
 
-// As ccLayout() of kernels/layout.cl has them.
+// In the order of ccLayout() (kernels/contact/layout.cl).
 constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
                                              sizeof(CcDirection),
                                              sizeof(CcPair),
@@ -176,8 +178,12 @@ constexpr std::array<cl_uint, 16> kLayout = {sizeof(CcField),
 
 }  // namespace
 
+std::runtime_error failure(const std::string& device, const cl::Error& e) {
+  return std::runtime_error("OpenCL: " + device + " failed: " + describe(e));
+}
+
 std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
-  std::string refused;
+  std::string rejected;
   for (const cl::Device& device : allDevices()) {
     std::string name = "a device without a name", why;
     try {
@@ -185,16 +191,16 @@ std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
       why = lacking(device);
       if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling, kernels));
     } catch (const cl::Error& e) {
-      why = said(e);
+      why = describe(e);
     } catch (const std::runtime_error& e) {
       why = e.what();
     }
-    refused += "; " + name + " " + why;
+    rejected += "; " + name + " " + why;
   }
-  if (refused.empty())
+  if (rejected.empty())
     throw std::runtime_error(
-        "no OpenCL device; install its driver (pocl-opencl-icd runs on any CPU), or take the CPU");
-  throw std::runtime_error("no OpenCL device that computes as the CPU does" + refused);
+        "no OpenCL device; install its driver (pocl-opencl-icd runs on any CPU), or use the CPU");
+  throw std::runtime_error("no OpenCL device computes the same bits as the CPU" + rejected);
 }
 
 Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
@@ -223,7 +229,7 @@ Device::Device(const Device& other, Kernels kernels)
   begin(kernels);
 }
 
-std::shared_ptr<Device> Device::beside(const Device& other, Kernels kernels) {
+std::shared_ptr<Device> Device::sharing(const Device& other, Kernels kernels) {
   return std::shared_ptr<Device>(new Device(other, kernels));
 }
 
@@ -242,7 +248,7 @@ void Device::build(const char* source) {
   } catch (const cl::Error&) {
     std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
     log.resize(std::min<std::size_t>(log.size(), 4000));
-    throw std::runtime_error("does not build the kernels: " + log);
+    throw std::runtime_error("cannot build the kernels: " + log);
   }
 }
 
@@ -250,47 +256,39 @@ void Device::checkLayout() {
   std::array<cl_uint, kLayout.size()> got{};
   const cl::Buffer any(context_, CL_MEM_READ_WRITE, 4096),
       out(context_, CL_MEM_WRITE_ONLY, sizeof got);
-  cl::Kernel& asked = kernel("ccLayout");
-  for (cl_uint k = 0; k < 5; ++k) asked.setArg(k, any);
-  asked.setArg(5, out);
-  run("ccLayout", 1, 1);
+  run({"ccLayout", 1, 1}, any, any, any, any, any, out);
   queue_.enqueueReadBuffer(out, CL_TRUE, 0, sizeof got, got.data());
-  if (got != kLayout) throw std::runtime_error("lays structures out otherwise than the CPU");
+  if (got != kLayout) throw std::runtime_error("lays out structures differently from the CPU");
 }
 
 void Device::test() {
-  Trial trial;
-  Answers got;
-  cl::Buffer in[3];
-  int argument = 0;
-  cl::Kernel& tester = kernel("ccSelfTest");
-  for (auto* column : {&trial.a, &trial.b, &trial.c}) {
-    in[argument] = cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
-                              kTests * sizeof(float), column->data());
-    tester.setArg(static_cast<cl_uint>(argument), in[argument]);
-    ++argument;
-  }
+  Operands operands;
+  Results got;
+  const auto input = [&](std::vector<float>& column) {
+    return cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, kTests * sizeof(float),
+                      column.data());
+  };
+  const cl::Buffer a = input(operands.a), b = input(operands.b), c = input(operands.c);
   const cl::Buffer narrow(context_, CL_MEM_WRITE_ONLY, got.narrow.size() * sizeof(float)),
       wide(context_, CL_MEM_WRITE_ONLY, got.wide.size() * sizeof(double));
-  tester.setArg(3, narrow);
-  tester.setArg(4, wide);
-  run("ccSelfTest", kTests, 64);
+  run({"ccSelfTest", kTests, 64}, a, b, c, narrow, wide);
   queue_.enqueueReadBuffer(narrow, CL_TRUE, 0, got.narrow.size() * sizeof(float),
                            got.narrow.data());
   queue_.enqueueReadBuffer(wide, CL_TRUE, 0, got.wide.size() * sizeof(double), got.wide.data());
-  const Answers want = expected(trial);
-  const char* const what[] = {"division", "root", "product and sum", "root of a difference"};
+  const Results want = expected(operands);
+  const char* const operations[] = {"division", "square root", "product and sum",
+                                    "root of a difference"};
   std::string wrong;
-  const auto tell = [&](const char* name, std::size_t count) {
+  const auto add = [&](const char* name, std::size_t count) {
     if (count > 0)
       wrong += std::string(wrong.empty() ? "" : ", ") + name + " (" + std::to_string(count) +
                " of " + std::to_string(kTests) + ")";
   };
   for (std::size_t part = 0; part < 4; ++part)
-    tell(what[part], unlike(got.narrow, want.narrow, part));
+    add(operations[part], differences(got.narrow, want.narrow, part));
   for (std::size_t part = 0; part < 3; ++part)
-    tell("the same in double", unlike(got.wide, want.wide, part));
-  if (!wrong.empty()) throw std::runtime_error("rounds otherwise than the CPU: " + wrong);
+    add("the same in double", differences(got.wide, want.wide, part));
+  if (!wrong.empty()) throw std::runtime_error("rounds differently from the CPU: " + wrong);
 }
 
 cl::Kernel& Device::kernel(const std::string& name) {
@@ -299,57 +297,81 @@ cl::Kernel& Device::kernel(const std::string& name) {
   return kernels_.emplace(name, cl::Kernel(program_, name.c_str())).first->second;
 }
 
-void Device::run(const char* name, std::size_t items, std::size_t group) {
-  run(kernel(name), name, items, group);
+void Device::enqueue(cl::CommandQueue& queue, cl::Kernel& kernel, const Launch& launch) {
+  if (launch.items == 0) return;
+  const std::size_t all = (launch.items + launch.group - 1) / launch.group * launch.group;
+  cl::Event* const noted = note(launch.label ? launch.label : launch.kernel);
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(launch.group),
+                             nullptr, noted ? noted : launch.done);
+  if (noted && launch.done) *launch.done = *noted;
 }
 
-void Device::run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group) {
-  run(queue_, kernel, name, items, group);
-}
-
-void Device::run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
-                 std::size_t group, cl::Event* done) {
-  if (items == 0) return;
-  const std::size_t all = (items + group - 1) / group * group;
-  cl::Event* const noted = note(name);
-  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(all), cl::NDRange(group), nullptr,
-                             noted ? noted : done);
-  if (noted && done) *done = *noted;
-}
-
-cl::CommandQueue Device::another() {
+cl::CommandQueue Device::newQueue() const {
   return {context_, device_,
           profiling_ ? cl_command_queue_properties{CL_QUEUE_PROFILING_ENABLE} : 0};
 }
 
-cl::Event* Device::note(const char* name) {
+cl::Event* Device::note(const char* label) {
   if (!profiling_) return nullptr;
-  const std::lock_guard lock(noting_);
-  if (notes_.size() >= mostNotes_) sumUp();
-  notes_.push_back(std::make_unique<Noted>(Noted{name, std::this_thread::get_id(), {}}));
+  const std::lock_guard lock(notesMutex_);
+  if (notes_.size() >= maxNotes_) sumNotes();
+  notes_.push_back(std::make_unique<Note>(Note{label, std::this_thread::get_id(), {}}));
   return &notes_.back()->event;
 }
 
-// Sums up notes of what has ended, so that they do not grow without end where nobody asks. This
-// thread's alone: another may be about to hand one over.
-void Device::sumUp() {
-  std::erase_if(notes_, [&](const std::unique_ptr<Noted>& n) {
-    return n->by == std::this_thread::get_id() && added(n->event, n->name, summed_);
+// Sums the notes of ended commands, so that they do not pile up if nobody calls clock(). Only this
+// thread's: another thread may be about to enqueue one.
+void Device::sumNotes() {
+  std::erase_if(notes_, [&](const std::unique_ptr<Note>& n) {
+    return n->thread == std::this_thread::get_id() && addTime(n->event, n->label, summed_);
   });
-  mostNotes_ = kNotes + 2 * notes_.size();
+  maxNotes_ = kNotes + 2 * notes_.size();
 }
 
-std::map<std::string, Spent> Device::clock() {
+std::map<std::string, DeviceTime> Device::clock() {
   decltype(notes_) notes;
-  std::map<std::string, Spent> spent;
+  std::map<std::string, DeviceTime> times;
   {
-    const std::lock_guard lock(noting_);
+    const std::lock_guard lock(notesMutex_);
     notes.swap(notes_);
-    spent.swap(summed_);
+    times.swap(summed_);
   }
   guarded(name_, [&] { queue_.finish(); });
-  for (const auto& n : notes) added(n->event, n->name, spent);
-  return spent;
+  for (const auto& n : notes) addTime(n->event, n->label, times);
+  return times;
+}
+
+// Unmaps first: PoCL keeps a mapped buffer for ever.
+void PinnedMemory::release() {
+  if (!data_) return;
+  ::clEnqueueUnmapMemObject(queue_(), buffer_(), data_, 0, nullptr, nullptr);
+  ::clFinish(queue_());
+  buffer_ = cl::Buffer();
+  data_ = nullptr;
+  size_ = 0;
+}
+
+void* PinnedMemory::reserve(Device& device, std::size_t size) {
+  if (size <= size_) return data_;
+  release();  // first, because the allocation may throw
+  const std::size_t larger = size + size / 4;
+  queue_ = device.queue();
+  buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, larger);
+  data_ = queue_.enqueueMapBuffer(buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, larger);
+  size_ = larger;
+  return data_;
+}
+
+const cl::Buffer& DeviceBuffer::reserve(Device& device, std::size_t size) {
+  if (size > size_) {
+    buffer_ = cl::Buffer();
+    size_ = 0;  // first, because the allocation may throw
+    const std::size_t larger = size + size / 4;
+    if (larger > device.largestBuffer()) throw std::bad_alloc();
+    buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, larger);
+    size_ = larger;
+  }
+  return buffer_;
 }
 
 }  // namespace cloudcontact::opencl

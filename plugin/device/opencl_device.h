@@ -1,37 +1,44 @@
-// An OpenCL device that computes as the CPU does, to the bit, with the kernels built for it.
+// OpenCL behind one interface: a device that computes the same bits as the CPU, its kernels, its
+// memory and its errors. OpenCL's headers are included only here.
 #pragma once
 
-#include "device/opencl.h"
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#define CL_HPP_ENABLE_EXCEPTIONS
+#include <cloudcontact/device/backend.h>
+#include <CL/opencl.hpp>
 
 #include <cstddef>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
+#include <stdexcept>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <vector>
 
 namespace cloudcontact::opencl {
 
-// What a kernel or a copy took, summed since the device's clock() was last emptied.
-struct Spent {
-  double seconds = 0;
-  int calls = 0;
-};
-
-// What a device is to run: each is a program of its own, which takes its compiler some time.
+// The programs that a device can build. Each takes its compiler some time.
 enum class Kernels { Contact, Digitize, Cut };
+
+// One run of a kernel over so many work-items in groups.
+struct Launch {
+  const char* kernel;
+  std::size_t items, group;
+  const char* label = nullptr;  // in clock(), if not the kernel's name
+  cl::Event* done = nullptr;    // set to the run's event
+};
 
 class Device {
  public:
-  // The first device that passes the self-test, GPUs before others. Throws std::runtime_error that
-  // names every device that was refused and why, or says that there is none.
-  // `profiling`: the queue notes when its commands begin and end; costs some time each.
+  // The first device that passes the self-test, GPUs first. Throws std::runtime_error that lists
+  // every rejected device and why, or says that there is none. With `profiling` the queue times its
+  // commands, which costs time.
   static std::shared_ptr<Device> open(bool profiling = false, Kernels kernels = Kernels::Contact);
-
-  // The same device, memory and queue with other kernels.
-  static std::shared_ptr<Device> beside(const Device& other, Kernels kernels);
+  // The same device, context and queue with other kernels.
+  static std::shared_ptr<Device> sharing(const Device& other, Kernels kernels);
 
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -39,55 +46,129 @@ class Device {
   const std::string& name() const { return name_; }
   cl::Context& context() { return context_; }
   cl::CommandQueue& queue() { return queue_; }
-  cl::Kernel& kernel(const std::string& name);
-  // One with arguments of its own, for a thread of its own.
-  cl::Kernel another(const char* name) const { return {program_, name}; }
   std::size_t memory() const { return memory_; }          // [bytes]
   std::size_t largestBuffer() const { return largest_; }  // [bytes]
-  std::size_t localBytes() const { return local_; }       // of a work-group
+  std::size_t localBytes() const { return local_; }       // local memory of a work-group
   bool gpu() const { return gpu_; }
 
-  // Runs a kernel whose arguments are set, noted under its own name or another; `done` becomes its
-  // event.
-  void run(const char* name, std::size_t items, std::size_t group);
-  void run(cl::Kernel& kernel, const char* name, std::size_t items, std::size_t group);
-  void run(cl::CommandQueue& queue, cl::Kernel& kernel, const char* name, std::size_t items,
-           std::size_t group, cl::Event* done = nullptr);
-  // A queue beside the device's own: its commands may run while that one's do.
-  cl::CommandQueue another();
-  // An event to hand to a copy at once, noted under that name; null where nothing is noted.
-  cl::Event* note(const char* name);
-  // What each took; waits for the device's own queue, and begins anew. Other queues are to have
-  // come to their ends. Throws std::runtime_error where the device fails.
-  std::map<std::string, Spent> clock();
+  // Sets all arguments of a kernel and enqueues it.
+  template <typename... Arguments>
+  void run(const Launch& launch, const Arguments&... arguments) {
+    cl::Kernel& called = kernel(launch.kernel);
+    cl_uint k = 0;
+    (called.setArg(k++, arguments), ...);
+    enqueue(queue_, called, launch);
+  }
+  // Enqueues a kernel whose arguments are set.
+  void enqueue(cl::CommandQueue& queue, cl::Kernel& kernel, const Launch& launch);
+  // A queue whose commands may run beside those of queue(), and a kernel with its own arguments.
+  cl::CommandQueue newQueue() const;
+  cl::Kernel newKernel(const char* name) const { return {program_, name}; }
+
+  // An event for a copy that clock() reports under `label`; null without profiling.
+  cl::Event* note(const char* label);
+  // Time of each kernel and copy since the last call. Waits for queue(); commands of other queues
+  // must have ended. Throws std::runtime_error if the device fails.
+  std::map<std::string, DeviceTime> clock();
 
  private:
   Device(const cl::Device& device, bool profiling, Kernels kernels);
   Device(const Device& other, Kernels kernels);
   void begin(Kernels kernels);
   void build(const char* source);
+  cl::Kernel& kernel(const std::string& name);
   void checkLayout();
   void test();
 
-  struct Noted {
-    std::string name;
-    std::thread::id by;
+  struct Note {
+    std::string label;
+    std::thread::id thread;
     cl::Event event;
   };
-  void sumUp();
+  void sumNotes();
 
   cl::Device device_;
   cl::Context context_;
   cl::CommandQueue queue_;
   cl::Program program_;
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
-  std::mutex noting_;
-  std::vector<std::unique_ptr<Noted>> notes_;
-  std::size_t mostNotes_ = 0;
-  std::map<std::string, Spent> summed_;  // of notes that are no more kept
+  std::mutex notesMutex_;
+  std::vector<std::unique_ptr<Note>> notes_;
+  std::size_t maxNotes_ = 0;
+  std::map<std::string, DeviceTime> summed_;  // of notes that are no longer kept
   std::string name_;
   std::size_t memory_ = 0, largest_ = 0, local_ = 0;
   bool gpu_ = false, profiling_ = false;
 };
+
+// Host memory that the device copies at full speed.
+class PinnedMemory {
+ public:
+  PinnedMemory() = default;
+  ~PinnedMemory() { release(); }
+  PinnedMemory(const PinnedMemory&) = delete;
+  PinnedMemory& operator=(const PinnedMemory&) = delete;
+
+  // At least `size` bytes. Growing discards the content.
+  void* reserve(Device& device, std::size_t size);
+  void* data() const { return data_; }
+  void release();
+
+ private:
+  cl::CommandQueue queue_;  // that maps the buffer
+  cl::Buffer buffer_;
+  void* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+// A device buffer that grows and never shrinks. Growing discards the content; throws std::bad_alloc
+// beyond the device's largest buffer.
+class DeviceBuffer {
+ public:
+  const cl::Buffer& reserve(Device& device, std::size_t size);
+  const cl::Buffer& buffer() const { return buffer_; }
+  std::size_t bytes() const { return size_; }
+
+ private:
+  cl::Buffer buffer_;
+  std::size_t size_ = 0;
+};
+
+// OpenCL's errors are not std::runtime_errors, so none may leave this room.
+std::runtime_error failure(const std::string& device, const cl::Error& e);
+
+// Turns an OpenCL error into a std::runtime_error that names the device and the call.
+template <typename Work>
+decltype(auto) guarded(const std::string& device, Work&& work) {
+  try {
+    return work();
+  } catch (const cl::Error& e) {
+    throw failure(device, e);
+  }
+}
+
+// The same for work that the CPU can do instead: std::bad_alloc if the device is out of memory.
+template <typename Work>
+decltype(auto) guardedForRoom(const std::string& device, Work&& work) {
+  try {
+    return work();
+  } catch (const cl::Error& e) {
+    if (e.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || e.err() == CL_OUT_OF_RESOURCES)
+      throw std::bad_alloc();
+    throw failure(device, e);
+  }
+}
+
+// For work that enqueues asynchronous transfers: waits for them before an exception leaves, because
+// the caller may then free the host memory.
+template <typename Work>
+decltype(auto) settled(const cl::CommandQueue& queue, Work&& work) {
+  try {
+    return work();
+  } catch (...) {
+    ::clFinish(queue());
+    throw;
+  }
+}
 
 }  // namespace cloudcontact::opencl

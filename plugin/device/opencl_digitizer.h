@@ -1,10 +1,10 @@
-// Digitising on an OpenCL device: a surface goes up, one chain of kernels makes voxels of it and
-// sums their windows, and what is asked for comes down.
+// Digitizing on an OpenCL device: uploads a surface and runs one chain of kernels, which makes
+// voxels and sums their windows. Results are downloaded on request.
 #pragma once
 
-#include <cloudcontact/device/digitizer.h>
+#include <cloudcontact/workpiece/base_vector_field.h>
 
-#include "device/device_memory.h"
+#include "device/opencl_device.h"
 #include "kernels/digitize/digitize_layout.h"
 #include "voxels/columns.h"
 #include "workpiece/brick_layout.h"
@@ -14,24 +14,33 @@
 
 namespace cloudcontact::opencl {
 
+// A field whose blocks are in device memory, shared blocks first.
+struct DigitizedField {
+  std::shared_ptr<Device> device;
+  std::unique_ptr<BaseVectorField::Bricks> rest;  // all but the blocks
+  cl::Buffer blocks;
+  std::size_t blockCount = 0;
+};
+
 class OpenClDigitizer {
  public:
   explicit OpenClDigitizer(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
-  // Makes voxels of a surface without boundary, and the sums of its windows where `window` gives a
-  // field's grid and window; it is called while the device works. Returns why the CPU must do it;
-  // nothing where it is done. Throws std::runtime_error where the device fails.
+  // Digitizes a surface without boundary. With `field` also sums its windows: `field` returns the
+  // field's grid and window, and is called while the device works. Returns why the CPU must do it
+  // instead, or nothing. Throws cl::Error if the device fails.
   using StartField = std::function<const BaseVectorField::Bricks*()>;
   std::string run(const GridSurface& surface, int axis, const StartField& field);
 
   const DeviceDigitizeReport& report() const { return report_; }
   std::size_t badColumns() const { return counters_[CC_BAD_COLUMNS]; }
-  std::size_t bytes() const;
+  std::size_t bytes() const;  // device memory in use
 
-  Cloud::Voxels voxels();                        // fetched
+  // Downloads.
+  Cloud::Voxels voxels();
   void fetchField(BaseVectorField::Bricks& to);  // table and blocks
   void fetchTable(BaseVectorField::Bricks& to);
-  // The field's blocks, of which the first is the shared one.
+  // The field's blocks in device memory; the first is the shared one.
   const cl::Buffer& blocks() const { return blocks_.buffer(); }
   std::size_t blockCount() const { return counters_[CC_OWN_BLOCKS] + std::size_t{1}; }
 
@@ -39,15 +48,15 @@ class OpenClDigitizer {
   using Counters = std::array<cl_uint, CC_CUT_COUNTERS>;
 
   template <typename Self>
-  static auto held(Self& self);
-  void giveBack();
+  static auto buffers(Self& self);
+  void release();
   void guess(const GridSurface& surface, int axis, bool field);
   void guessRooms(const GridSurface& surface, int axis);
-  std::size_t mostBlocks() const;
+  std::size_t maxBlocks() const;
   std::string lacking(bool field) const;
   bool enlarge(bool field);
   void send(const GridSurface& surface);
-  void makeRoom();
+  void reserve();
   void cut();
   void sum();
   void sumWindows(const BaseVectorField::Bricks& field);
@@ -57,16 +66,16 @@ class OpenClDigitizer {
   std::shared_ptr<Device> device_;
   CcColumns grid_{};
   CcWindows windows_{};
-  bool flat_ = false;     // windows that the faster kernel can sum
-  std::size_t tile_ = 0;  // halves, of its tile
+  bool flat_ = false;     // the window fits the faster kernel (flat_taps.h)
+  std::size_t tile_ = 0;  // that kernel's tile [halves]
   std::size_t sentBytes_ = 0;
   cl_uint runCount_ = 0;
-  std::size_t bins_ = 0, table_ = 0;
+  std::size_t columns_ = 0, table_ = 0;  // columns of bricks; bricks
   Counters counters_{};
   DeviceDigitizeReport report_;
-  Pinned sent_, sentWindow_;
-  Grown surface_, triangles_, shells_, countersThere_, counts_, first_, entries_, owners_, found_,
-      pieces_, touched_, placed_, sums_, tableThere_, stored_, firstStored_, bricks_, own_,
+  PinnedMemory sent_, sentWindow_;
+  DeviceBuffer surface_, triangles_, shells_, deviceCounters_, counts_, first_, entries_, owners_,
+      found_, pieces_, touched_, placed_, sums_, deviceTable_, stored_, firstStored_, bricks_, own_,
       ownGroups_, firstOwn_, blockOf_, list_, taps_, runs_, density_, blocks_;
 };
 

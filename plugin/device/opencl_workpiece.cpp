@@ -1,4 +1,4 @@
-// One upload, three kernels, one download a step: see opencl_workpiece.h.
+// Each step is one upload, three kernels and one download: see opencl_workpiece.h.
 #include "device/opencl_workpiece.h"
 
 #include <oneapi/tbb/blocked_range.h>
@@ -10,7 +10,6 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "device/device_guard.h"
 #include "device/flat_taps.h"
 #include "workpiece/brick_layout.h"
 
@@ -20,12 +19,12 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-constexpr std::size_t kMostAtOnce = 1 << 20;  // voxels of a step; more are several
-constexpr std::size_t kGroups = 1 << 14;      // that take bricks in turn
+constexpr std::size_t kMaxAtOnce = 1 << 20;  // voxels in a step; longer lists take several
+constexpr std::size_t kGroups = 1 << 14;     // work-groups, which loop over the bricks
 constexpr std::size_t kHead = CC_STEP_HEAD * sizeof(cl_uint);
 
-// In how many bricks a window may reach one voxel.
-std::size_t mostBricks(const Window& window) {
+// An upper bound of the bricks whose windows see one voxel.
+std::size_t maxBricks(const Window& window) {
   std::size_t product = 1;
   for (int k = 0; k < 3; ++k)
     product *= static_cast<std::size_t>(
@@ -34,8 +33,8 @@ std::size_t mostBricks(const Window& window) {
   return product + 1;
 }
 
-// As the device reads them; whether all lie in the grid. One loop: a check and then this took 285
-// us for 100,000 voxels, this takes 158.
+// Packs voxels for the device; returns whether all lie in the grid. One loop for both halves the
+// time.
 bool pack(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxelLeft* to) {
   const Eigen::Matrix<unsigned, 3, 1> n = size.cast<unsigned>();
   unsigned outside = 0;
@@ -49,8 +48,8 @@ bool pack(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxel
   return outside == 0;
 }
 
-// The same on all cores where that is sooner done.
-bool packTogether(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxelLeft* to) {
+// The same on several cores for long lists.
+bool packParallel(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size, CcVoxelLeft* to) {
   constexpr std::size_t kPart = 1 << 13;
   std::atomic<bool> inside{true};
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size(), kPart),
@@ -61,8 +60,8 @@ bool packTogether(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size,
   return inside;
 }
 
-// A brick's sums, seen from its corner, added to those seen from the grid's middle.
-void addFrom(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to) {
+// Adds a brick's sums, which are about its corner, to sums about the grid's center.
+void addBrick(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to) {
   const std::int64_t n = brick.sum[CC_SUM_1];
   to.zeroth += n;
   for (int i = 0; i < 3; ++i) {
@@ -77,13 +76,13 @@ void addFrom(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to
 
 }  // namespace
 
-// What does not fit into the device; empty where all does.
+// Why the field does not fit on the device; empty if it does.
 std::string OpenClWorkpiece::lacking(const Bricks& field) const {
   if ((kBrickEdge * field.bricks).maxCoeff() > CC_WIDEST)
     return "its grid is wider than " + std::to_string(CC_WIDEST) + " voxels";
   const double blocks = static_cast<double>(blocks_) * sizeof(CcBlock);
   const double all = blocks + static_cast<double>(blocks_) * CC_BRICK_VOXELS * 6;
-  const double margin = 1.25;  // Grown's
+  const double margin = 1.25;  // that DeviceBuffer adds
   if (margin * blocks <= double(device_->largestBuffer()) &&
       margin * all <= 0.9 * double(device_->memory()))
     return {};
@@ -91,8 +90,9 @@ std::string OpenClWorkpiece::lacking(const Bricks& field) const {
          " MB on the device, most of them in one buffer";
 }
 
-// Of each brick with matter the block that is its own, or will be.
-void OpenClWorkpiece::giveHomes(const Bricks& field, std::size_t blocks) {
+// Reserves a block of its own for each brick with material. Bricks use it once they differ from the
+// shared block.
+void OpenClWorkpiece::assignHomes(const Bricks& field, std::size_t blocks) {
   table_.assign(field.table.begin(), field.table.end());
   homeOf_ = table_;
   shared_ = field.tissues.size();
@@ -108,16 +108,16 @@ void OpenClWorkpiece::giveHomes(const Bricks& field, std::size_t blocks) {
 
 void OpenClWorkpiece::sendWindow(const Bricks& field) {
   Device& d = *device_;
-  const auto write = [&](Grown& buffer, const auto& values) {
+  const auto write = [&](DeviceBuffer& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);
-    // Kernels are given it even where there is nothing in it: bricks, where there is no matter.
-    const cl::Buffer& there = buffer.room(d, std::max<std::size_t>(bytes, 16));
+    // Kernels need a buffer even if it is empty.
+    const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(bytes, 16));
     if (bytes > 0)
-      d.queue().enqueueWriteBuffer(there, CL_TRUE, 0, bytes,
+      d.queue().enqueueWriteBuffer(target, CL_TRUE, 0, bytes,
                                    static_cast<const void*>(values.data()), nullptr,
                                    d.note("field sent"));
   };
-  // Tissues of one density are one kind.
+  // Tissues of equal density are one kind.
   std::vector<cl_int> densities;
   std::vector<cl_uchar> kindOf;
   for (const int density : field.density) {
@@ -138,15 +138,15 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
     write(taps_, windowTaps(field.window));
   }
   write(home_, homeOf_);
-  write(tableThere_, table_);
-  write(bricksThere_, bricks_);
+  write(deviceTable_, table_);
+  write(deviceBricks_, bricks_);
   grid_.kinds = static_cast<cl_int>(densities.size());
 }
 
-// All but what the blocks hold.
+// Sends all but the blocks.
 std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
   Device& d = *device_;
-  giveHomes(field, blocks);
+  assignHomes(field, blocks);
   if (const std::string why = lacking(field); !why.empty()) return why;
   const Window& w = field.window;
   grid_ = {field.bricks.x(),
@@ -156,46 +156,46 @@ std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
            {w.high.x(), w.high.y(), w.high.z()},
            static_cast<cl_int>(w.taps.size()),
            0};
-  most_ = mostBricks(w);
+  maxBricks_ = maxBricks(w);
   sendWindow(field);
-  blocksThere_.room(d, blocks_ * sizeof(CcBlock));
-  const auto clear = [&](Grown& buffer, std::size_t bytes) {
-    d.queue().enqueueFillBuffer(buffer.room(d, bytes), cl_uint{0}, 0, bytes, nullptr,
+  deviceBlocks_.reserve(d, blocks_ * sizeof(CcBlock));
+  const auto clear = [&](DeviceBuffer& buffer, std::size_t bytes) {
+    d.queue().enqueueFillBuffer(buffer.reserve(d, bytes), cl_uint{0}, 0, bytes, nullptr,
                                 d.note("cleared"));
   };
   clear(last_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_uint));
   clear(lost_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
   clear(listed_, table_.size() * sizeof(cl_uint));
-  list_.room(d, table_.size() * sizeof(cl_uint));
-  before_ = 0;
+  list_.reserve(d, table_.size() * sizeof(cl_uint));
+  lastVoxels_ = 0;
   return {};
 }
 
-std::string OpenClWorkpiece::take(const Bricks& field) {
+std::string OpenClWorkpiece::load(const Bricks& field) {
   if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
   static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
   device_->queue().enqueueWriteBuffer(
-      blocksThere_.buffer(), CL_TRUE, 0, field.blocks.size() * sizeof(CcBlock),
+      deviceBlocks_.buffer(), CL_TRUE, 0, field.blocks.size() * sizeof(CcBlock),
       static_cast<const void*>(field.blocks.data()), nullptr, device_->note("field sent"));
   return {};
 }
 
-std::string OpenClWorkpiece::take(const Bricks& rest, const cl::Buffer& blocks, std::size_t count) {
+std::string OpenClWorkpiece::load(const Bricks& rest, const cl::Buffer& blocks, std::size_t count) {
   if (const std::string why = prepare(rest, count); !why.empty()) return why;
-  device_->queue().enqueueCopyBuffer(blocks, blocksThere_.buffer(), 0, 0, count * sizeof(CcBlock),
+  device_->queue().enqueueCopyBuffer(blocks, deviceBlocks_.buffer(), 0, 0, count * sizeof(CcBlock),
                                      nullptr, device_->note("field copied"));
   device_->queue().finish();
   return {};
 }
 
-void OpenClWorkpiece::checkWhole() const {
+void OpenClWorkpiece::checkIntact() const {
   if (failed_)
     throw std::runtime_error(
-        "DeviceWorkpiece: the device failed in the midst of an earlier cut, and what is left there "
-        "is not known; make the workpiece anew");
+        "DeviceWorkpiece: the device failed during an earlier cut, so its field is unknown; create "
+        "the workpiece again");
 }
 
-// Takes matter away: all of it, or no more is ever done.
+// Does a cut. If it fails half-way, the workpiece stays failed.
 template <typename Work>
 void OpenClWorkpiece::change(Work&& work) {
   failed_ = true;
@@ -203,88 +203,86 @@ void OpenClWorkpiece::change(Work&& work) {
   failed_ = false;
 }
 
-// Voxels named in a step's buffer; what the one before noted is cleared.
-void OpenClWorkpiece::string(std::size_t voxels) {
+// Links the voxels of the current step that are listed repeatedly, and clears the links of the last
+// step.
+void OpenClWorkpiece::linkVoxels(std::size_t voxels) {
   Device& d = *device_;
-  const cl::Buffer &before = steps_[1 - turn_].room(d, kHead),
-                   &next = next_.room(d, std::max<std::size_t>(voxels, 1) * sizeof(cl_uint));
-  give(d.kernel("ccStringCuts"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
-       steps_[turn_].buffer(), static_cast<cl_uint>(voxels), before, static_cast<cl_uint>(before_),
-       next, last_.buffer(), lost_.buffer());
-  d.run("ccStringCuts", std::max(voxels, before_), CC_STEP_GROUP);
+  const cl::Buffer &last = steps_[1 - current_].reserve(d, kHead),
+                   &next = next_.reserve(d, std::max<std::size_t>(voxels, 1) * sizeof(cl_uint));
+  d.run({"ccStringCuts", std::max(voxels, lastVoxels_), CC_STEP_GROUP}, grid_, home_.buffer(),
+        deviceTable_.buffer(), deviceBlocks_.buffer(), steps_[current_].buffer(),
+        static_cast<cl_uint>(voxels), last, static_cast<cl_uint>(lastVoxels_), next, last_.buffer(),
+        lost_.buffer());
 }
 
-// The windows of the bricks that were listed, `bricks` at most.
-void OpenClWorkpiece::renew(std::size_t bricks) {
+// Recomputes the windows of the listed bricks, of which there are at most `bricks`.
+void OpenClWorkpiece::renewWindows(std::size_t bricks) {
   Device& d = *device_;
-  const cl::Buffer &home = home_.buffer(), &table = tableThere_.buffer(),
-                   &blocks = blocksThere_.buffer(), &last = last_.buffer(), &lost = lost_.buffer(),
+  const cl::Buffer &home = home_.buffer(), &table = deviceTable_.buffer(),
+                   &blocks = deviceBlocks_.buffer(), &last = last_.buffer(), &lost = lost_.buffer(),
                    &listed = listed_.buffer(), &list = list_.buffer(),
-                   &step = steps_[turn_].buffer();
+                   &step = steps_[current_].buffer();
   const std::size_t items =
       std::min({blocks_ - shared_, bricks, kGroups}) * std::size_t{CC_RENEW_GROUP};
   if (flat_) {
-    give(d.kernel("ccRenewWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
-         kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(), runCount_,
-         cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
-         cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
-    d.run("ccRenewWindows", items, CC_RENEW_GROUP);
+    d.run({"ccRenewWindows", items, CC_RENEW_GROUP}, grid_, home, table, blocks, lost, last, listed,
+          list, step, kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(),
+          runCount_, cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
+          cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
   } else {
-    give(d.kernel("ccRenewAnyWindows"), grid_, home, table, blocks, lost, last, listed, list, step,
-         kindOf_.buffer(), densities_.buffer(), taps_.buffer());
-    d.run("ccRenewAnyWindows", items, CC_RENEW_GROUP);
+    d.run({"ccRenewAnyWindows", items, CC_RENEW_GROUP}, grid_, home, table, blocks, lost, last,
+          listed, list, step, kindOf_.buffer(), densities_.buffer(), taps_.buffer());
   }
 }
 
-// Of the step that ends.
+// Reads the counts of the current step and ends it.
 void OpenClWorkpiece::readCounts() {
   Device& d = *device_;
-  auto* const counted = static_cast<cl_uint*>(fetched_.room(d, kHead));
-  d.queue().enqueueReadBuffer(steps_[turn_].buffer(), CL_TRUE, 0, kHead, counted, nullptr,
+  auto* const counted = static_cast<cl_uint*>(fetched_.reserve(d, kHead));
+  d.queue().enqueueReadBuffer(steps_[current_].buffer(), CL_TRUE, 0, kHead, counted, nullptr,
                               d.note("counts fetched"));
   report_.changed += counted[CC_CHANGED];
   report_.bricks += counted[CC_AFFECTED];
   report_.fetched += kHead;
-  turn_ = 1 - turn_;
+  current_ = 1 - current_;
 }
 
-// One step, packed: its head and so many voxels.
-void OpenClWorkpiece::run(const void* packed, std::size_t voxels) {
+// Cuts packed voxels, which follow the head of the step.
+void OpenClWorkpiece::runStep(const void* packed, std::size_t voxels) {
   Device& d = *device_;
   const std::size_t bytes = kHead + voxels * sizeof(CcVoxelLeft);
-  const cl::Buffer& step = steps_[turn_].room(d, bytes);
+  const cl::Buffer& step = steps_[current_].reserve(d, bytes);
   d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, packed, nullptr, d.note("step sent"));
-  string(voxels);
-  give(d.kernel("ccNoteLosses"), grid_, home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
-       step, static_cast<cl_uint>(voxels), next_.buffer(), last_.buffer(), lost_.buffer(),
-       listed_.buffer(), list_.buffer());
-  d.run("ccNoteLosses", voxels, CC_STEP_GROUP);
-  before_ = voxels;
-  renew(voxels * most_);
+  linkVoxels(voxels);
+  d.run({"ccNoteLosses", voxels, CC_STEP_GROUP}, grid_, home_.buffer(), deviceTable_.buffer(),
+        deviceBlocks_.buffer(), step, static_cast<cl_uint>(voxels), next_.buffer(), last_.buffer(),
+        lost_.buffer(), listed_.buffer(), list_.buffer());
+  lastVoxels_ = voxels;
+  renewWindows(voxels * maxBricks_);
   readCounts();
-  report_.named += voxels;
+  report_.voxels += voxels;
   report_.sent += bytes;
 }
 
-// All of an area, and so many bricks along each axis that it may meet.
-void OpenClWorkpiece::run(const CcArea& area, const std::size_t bricks[3], std::size_t count) {
+// Cuts an area whose bounds cover so many bricks along each axis.
+void OpenClWorkpiece::runStep(const CcArea& area, const std::size_t bricks[3], std::size_t count) {
   Device& d = *device_;
-  const cl::Buffer& step = steps_[turn_].room(d, kHead);
+  const cl::Buffer& step = steps_[current_].reserve(d, kHead);
   d.queue().enqueueFillBuffer(step, cl_uint{0}, 0, kHead, nullptr, d.note("step sent"));
-  if (before_ > 0) string(0);
-  before_ = 0;
-  give(d.kernel("ccNoteArea"), grid_, area, static_cast<cl_int>(bricks[0]),
-       static_cast<cl_int>(bricks[1]), home_.buffer(), tableThere_.buffer(), blocksThere_.buffer(),
-       step, lost_.buffer(), listed_.buffer(), list_.buffer());
-  d.run("ccNoteArea", count * CC_RENEW_GROUP, CC_RENEW_GROUP);
-  renew(kGroups);
-  give(d.kernel("ccForgetArea"), home_.buffer(), list_.buffer(), step, lost_.buffer());
-  d.run("ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP);
+  if (lastVoxels_ > 0) linkVoxels(0);
+  lastVoxels_ = 0;
+  d.run({"ccNoteArea", count * CC_RENEW_GROUP, CC_RENEW_GROUP}, grid_, area,
+        static_cast<cl_int>(bricks[0]), static_cast<cl_int>(bricks[1]), home_.buffer(),
+        deviceTable_.buffer(), deviceBlocks_.buffer(), step, lost_.buffer(), listed_.buffer(),
+        list_.buffer());
+  renewWindows(kGroups);
+  d.run({"ccForgetArea", std::min(blocks_ - shared_, kGroups) * CC_RENEW_GROUP, CC_RENEW_GROUP},
+        home_.buffer(), list_.buffer(), step, lost_.buffer());
   readCounts();
 }
 
 std::size_t OpenClWorkpiece::cut(const CcArea& area) {
-  checkWhole();
+  checkIntact();
   report_ = {};
   std::size_t bricks[3], count = 1;
   for (int k = 0; k < 3; ++k) {
@@ -292,45 +290,45 @@ std::size_t OpenClWorkpiece::cut(const CcArea& area) {
     bricks[k] = static_cast<std::size_t>((area.high[k] >> 3) - (area.low[k] >> 3) + 1);
     count *= bricks[k];
   }
-  change([&] { run(area, bricks, count); });
+  change([&] { runStep(area, bricks, count); });
   report_.sent = sizeof area;
   return report_.changed;
 }
 
 std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
-  checkWhole();
+  checkIntact();
   report_ = {};
-  // All are looked at before the first is cut.
-  const std::size_t step = kHead + kMostAtOnce * sizeof(CcVoxelLeft);
-  const std::size_t steps = (voxels.size() + kMostAtOnce - 1) / kMostAtOnce;
+  // All voxels are checked before the first is cut.
+  const std::size_t step = kHead + kMaxAtOnce * sizeof(CcVoxelLeft);
+  const std::size_t steps = (voxels.size() + kMaxAtOnce - 1) / kMaxAtOnce;
   auto* const packed = static_cast<unsigned char*>(
-      sent_.room(*device_, steps * kHead + voxels.size() * sizeof(CcVoxelLeft)));
+      sent_.reserve(*device_, steps * kHead + voxels.size() * sizeof(CcVoxelLeft)));
   const auto part = [&](std::size_t k) {
-    return voxels.subspan(k * kMostAtOnce)
-        .first(std::min(kMostAtOnce, voxels.size() - k * kMostAtOnce));
+    return voxels.subspan(k * kMaxAtOnce)
+        .first(std::min(kMaxAtOnce, voxels.size() - k * kMaxAtOnce));
   };
   const Eigen::Vector3i size = kBrickEdge * Eigen::Vector3i(grid_.nx, grid_.ny, grid_.nz);
   for (std::size_t k = 0; k < steps; ++k) {
     std::memset(packed + k * step, 0, kHead);
-    if (!packTogether(part(k), size, reinterpret_cast<CcVoxelLeft*>(packed + k * step + kHead)))
+    if (!packParallel(part(k), size, reinterpret_cast<CcVoxelLeft*>(packed + k * step + kHead)))
       throw std::out_of_range("DeviceWorkpiece::cut: a voxel lies outside the grid");
   }
   change([&] {
-    for (std::size_t k = 0; k < steps; ++k) run(packed + k * step, part(k).size());
+    for (std::size_t k = 0; k < steps; ++k) runStep(packed + k * step, part(k).size());
   });
   return report_.changed;
 }
 
 std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
-  checkWhole();
+  checkIntact();
   Device& d = *device_;
   const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
   std::vector<TissueSums> all(shared_);
   if (count == 0) return all;
-  give(d.kernel("ccSumTissues"), tableThere_.buffer(), blocksThere_.buffer(), bricksThere_.buffer(),
-       static_cast<cl_uint>(count), static_cast<cl_uint>(shared_), sums_.room(d, bytes));
-  d.run("ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS);
-  auto* const sums = static_cast<CcTissueSums*>(fetchedSums_.room(d, bytes));
+  d.run({"ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS}, deviceTable_.buffer(),
+        deviceBlocks_.buffer(), deviceBricks_.buffer(), static_cast<cl_uint>(count),
+        static_cast<cl_uint>(shared_), sums_.reserve(d, bytes));
+  auto* const sums = static_cast<CcTissueSums*>(fetchedSums_.reserve(d, bytes));
   d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
                               d.note("sums fetched"));
   const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
@@ -338,18 +336,18 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
     const auto e = static_cast<int>(bricks_[n]);
     const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);
     const VoxelIndex corner = kBrickEdge * brick - kBrickEdge / 2 * bricks;
-    for (std::size_t t = 0; t < shared_; ++t) addFrom(sums[n * shared_ + t], corner, all[t]);
+    for (std::size_t t = 0; t < shared_; ++t) addBrick(sums[n * shared_ + t], corner, all[t]);
   }
   return all;
 }
 
 void OpenClWorkpiece::fetch(Bricks& to) {
-  checkWhole();
+  checkIntact();
   Device& d = *device_;
-  d.queue().enqueueReadBuffer(tableThere_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
+  d.queue().enqueueReadBuffer(deviceTable_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
                               table_.data(), nullptr, d.note("field fetched"));
-  // Homes in use, by their numbers: those that the field came with first, then in the table's
-  // order.
+  // Own blocks in use, by their index: first those that the field came with, then in the order of
+  // the table.
   std::vector<std::pair<cl_int, std::size_t>> used;
   for (std::size_t e = 0; e < table_.size(); ++e)
     if (table_[e] >= static_cast<cl_int>(shared_)) used.emplace_back(table_[e], e);
@@ -358,7 +356,7 @@ void OpenClWorkpiece::fetch(Bricks& to) {
   to.blocks.resize(shared_ + used.size());
   const auto read = [&](std::size_t from, std::size_t first, std::size_t count) {
     d.queue().enqueueReadBuffer(
-        blocksThere_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
+        deviceBlocks_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
         static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
   };
   settled(d.queue(), [&] {
@@ -374,9 +372,9 @@ void OpenClWorkpiece::fetch(Bricks& to) {
 
 std::size_t OpenClWorkpiece::bytes() const {
   std::size_t sum = 0;
-  for (const Grown* g :
-       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &tableThere_, &blocksThere_,
-        &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_, &bricksThere_, &sums_})
+  for (const DeviceBuffer* g :
+       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &deviceTable_, &deviceBlocks_,
+        &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_, &deviceBricks_, &sums_})
     sum += g->bytes();
   return sum;
 }

@@ -1,13 +1,17 @@
-// A workpiece on an OpenCL device: its blocks stay there; what a step names goes up, one chain of
-// kernels takes it, and two counts come down.
+// A workpiece on an OpenCL device, whose blocks stay there. A step uploads the cut, runs one chain
+// of kernels and downloads two counts.
 #pragma once
 
-#include <cloudcontact/device/device_workpiece.h>
+#include <cloudcontact/workpiece/base_vector_field.h>
 
-#include "device/device_memory.h"
+#include "device/opencl_device.h"
 #include "kernels/cut/area_left.h"
 #include "kernels/cut/matter_cut.h"
 #include "workpiece/base_vector_bricks.h"
+
+#include <span>
+#include <string>
+#include <vector>
 
 namespace cloudcontact::opencl {
 
@@ -15,54 +19,55 @@ class OpenClWorkpiece {
  public:
   explicit OpenClWorkpiece(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
-  // Takes the field over; returns why the CPU must keep it, nothing where it is done. Its blocks
-  // may lie on this device already. Throws std::bad_alloc and cl::Error where the device fails.
-  std::string take(const BaseVectorField::Bricks& field);
-  std::string take(const BaseVectorField::Bricks& rest, const cl::Buffer& blocks,
+  // Loads a field; returns why the CPU must keep it, or nothing. Throws std::bad_alloc and
+  // cl::Error if the device fails.
+  std::string load(const BaseVectorField::Bricks& field);
+  // The same for a field whose blocks are on this device already.
+  std::string load(const BaseVectorField::Bricks& rest, const cl::Buffer& blocks,
                    std::size_t count);
-  // As BaseVectorField::cut(). Where the device fails half-way, all that is called later throws
+  // As BaseVectorField::cut(). If the device fails in a cut, every later call throws
   // std::runtime_error.
   std::size_t cut(std::span<const VoxelCut> voxels);
-  // Of all voxels that lie in an area.
+  // The same for all voxels in an area.
   std::size_t cut(const CcArea& area);
-  // Of all that is left.
+  // The sums of each tissue.
   std::vector<TissueSums> tissueSums();
-  // Table and blocks as they are now; the shared blocks first, then the bricks' own in their order.
+  // Downloads table and blocks: the shared blocks, then the bricks' own in the order of the table.
   void fetch(BaseVectorField::Bricks& to);
 
   const DeviceCutReport& report() const { return report_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const;  // device memory in use
 
  private:
   std::string lacking(const BaseVectorField::Bricks& field) const;
   std::string prepare(const BaseVectorField::Bricks& field, std::size_t blocks);
-  void giveHomes(const BaseVectorField::Bricks& field, std::size_t blocks);
+  void assignHomes(const BaseVectorField::Bricks& field, std::size_t blocks);
   void sendWindow(const BaseVectorField::Bricks& field);
   template <typename Work>
   void change(Work&& work);
-  void checkWhole() const;
-  void run(const void* packed, std::size_t voxels);
-  void run(const CcArea& area, const std::size_t bricks[3], std::size_t count);
-  void string(std::size_t voxels);
-  void renew(std::size_t bricks);
+  void checkIntact() const;
+  void runStep(const void* packed, std::size_t voxels);
+  void runStep(const CcArea& area, const std::size_t bricks[3], std::size_t count);
+  void linkVoxels(std::size_t voxels);
+  void renewWindows(std::size_t bricks);
   void readCounts();
 
   std::shared_ptr<Device> device_;
   CcCutting grid_{};
-  bool flat_ = false;
-  std::size_t tile_ = 0;                 // halves, of the faster kernel's
-  std::size_t shared_ = 0, blocks_ = 0;  // shared blocks; these and a home for every brick
-  std::size_t most_ = 0;                 // bricks that see a voxel
+  bool flat_ = false;                    // the window fits the faster kernel (flat_taps.h)
+  std::size_t tile_ = 0;                 // that kernel's tile [halves]
+  std::size_t shared_ = 0, blocks_ = 0;  // shared blocks; these and one for each brick
+  std::size_t maxBricks_ = 0;            // whose windows see one voxel
   cl_uint runCount_ = 0;
-  std::vector<cl_int> table_, homeOf_;
-  std::vector<cl_uint> bricks_;  // of each home
-  int turn_ = 0;                 // which of two steps_ the next step goes into
-  std::size_t before_ = 0;       // voxels named in the other
-  bool failed_ = false;          // half-way in a cut: links and losses that no step is to meet
+  std::vector<cl_int> table_, homeOf_;  // of each brick: its block, and the block of its own
+  std::vector<cl_uint> bricks_;         // the brick of each own block
+  int current_ = 0;                     // which of steps_ the next step uses
+  std::size_t lastVoxels_ = 0;          // voxels listed in the other
+  bool failed_ = false;                 // during a cut, which leaves links and losses behind
   DeviceCutReport report_;
-  Pinned sent_, fetched_, fetchedSums_;
-  Grown steps_[2], next_, last_, lost_, home_, tableThere_, blocksThere_, listed_, list_, kindOf_,
-      densities_, taps_, runs_, bricksThere_, sums_;
+  PinnedMemory sent_, fetched_, fetchedSums_;
+  DeviceBuffer steps_[2], next_, last_, lost_, home_, deviceTable_, deviceBlocks_, listed_, list_,
+      kindOf_, densities_, taps_, runs_, deviceBricks_, sums_;
 };
 
 }  // namespace cloudcontact::opencl

@@ -1,4 +1,4 @@
-// A batch gives what ContactFinder gives for each pair, to the bit, on the CPU and through OpenCL.
+// A batch gives the same bits as a ContactFinder for each pair, on the CPU and through OpenCL.
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include "contact/contact_cases.h"
 #include "contact/same_contact.h"
-#include "device/device_wanted.h"
+#include "device/skip_without_device.h"
 #include "mesh/thread_meshes.h"
 
 namespace cloudcontact::testing {
@@ -21,7 +21,7 @@ Mesh torusMesh(double ring, double tube) {
   });
 }
 
-// Bodies of many forms, and pairs of them in random poses: apart, grazing, deep.
+// Bodies of several shapes, in pairs with random poses: apart, grazing, deep.
 struct Pairs {
   BodyMaker maker{5e-4, Random(11)};
   std::vector<Body> bodies;
@@ -55,7 +55,7 @@ struct Pairs {
     addThreads();
   }
 
-  // A ring pressed onto a rod's thread by a third of a voxel, somewhat turned and shifted.
+  // A ring on a threaded rod, 0.3 voxels too tight, slightly turned and shifted.
   void addThreads() {
     const double v = maker.voxel;
     const Thread thread{16 * v, 8 * v, 4.4 * v};
@@ -95,20 +95,20 @@ void equalToFinder(ContactBatch& batch, int times) {
   EXPECT_GT(touching, pairs.size() / 3);
 }
 
-TEST(Batch, OnTheCpuEqualsTheFinder) {
+TEST(Batch, CpuEqualsTheFinder) {
   ContactBatch batch({Backend::Cpu, 2});
   EXPECT_EQ(batch.backend(), Backend::Cpu);
   equalToFinder(batch, 2);
 }
 
-TEST(Batch, OnTheDeviceEqualsTheFinder) {
+TEST(Batch, DeviceEqualsTheFinder) {
   ContactBatch batch({Backend::OpenCl, 2});
   SKIP_WITHOUT(batch);
   equalToFinder(batch, 3);
   EXPECT_GT(batch.report().onDevice, all().pairs.size() / 2);
 }
 
-TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
+TEST(Batch, PairsWithoutRoomRunOnTheCpuOnce) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(5)};
@@ -116,7 +116,7 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   Pose pose;
   pose.position = Vec3(0, 0, 7.5 * maker.voxel);
   BatchPair pair{slab.at({}), slab.at(pose), {}};
-  pair.settings.law = Foundation{1e4, 0};  // takes all samples: more than 4,000 a side
+  pair.settings.law = Foundation{1e4, 0};  // uses all samples: more than 4,000 a side
   ContactFinder finder;
   for (int time = 0; time < 2; ++time) {
     const auto results = batch.find({&pair, 1});
@@ -127,8 +127,8 @@ TEST(Batch, WhatFindsNoRoomIsTheCpusAndHasRoomTheNextTime) {
   }
 }
 
-// More patches than there was room for: 49 pegs on a plate, in 64 pairs a part.
-TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
+// More patches than fit at first: 49 pegs on a plate, in 64 pairs a part.
+TEST(Batch, PairsWithManyPatchesRunOnTheCpuUntilTheyFit) {
   ContactBatch batch({Backend::OpenCl, 2, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(3)};
@@ -147,12 +147,12 @@ TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
   Pose pose;
   pose.position = Vec3(0, 0, 6.6 * v);
   BatchPair pair{plate.at({}), top.at(pose), {}};
-  pair.settings.samples = 100000;  // of finer samples each peg is a patch of its own
+  pair.settings.samples = 100000;  // with fine samples each peg is a patch of its own
   const std::vector<BatchPair> few(2, pair), many(128, pair);
   ContactFinder finder;
   const ContactResult& want = finder.find(few[0].a, few[0].b, few[0].settings);
   EXPECT_EQ(want.patches.size(), 49u);
-  // At first there is no room for the hits, then none for the bins, then none for the patches.
+  // At first the hits do not fit, then the bins, then the patches.
   for (const std::vector<BatchPair>& pairs : {few, many}) {
     std::size_t least = pairs.size(), noRoom = least;
     bool forSome = false;
@@ -168,7 +168,7 @@ TEST(Batch, MorePatchesThanThereIsRoomForAreTheCpus) {
   }
 }
 
-// More bins than the kernels have at hand in local memory; their crests and walls are linked.
+// More bins than fit in local memory.
 TEST(Batch, PairsOfManyBinsEqualTheFinder) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
@@ -191,8 +191,9 @@ TEST(Batch, PairsOfManyBinsEqualTheFinder) {
   EXPECT_GT(batch.report().bins, 256u);
 }
 
-// Levels that no pair came to in two batches are not searched; who then wants one is the CPU's.
-TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
+// Levels that no pair reached in two batches are not searched. A pair that needs one runs on the
+// CPU.
+TEST(Batch, PairsWithFinerSamplesRunOnTheCpuOnce) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(9)};
@@ -208,12 +209,12 @@ TEST(Batch, WhatWantsFinerSamplesThanBeforeIsTheCpusOnce) {
     const auto results = batch.find({&pair, 1});
     expectSame(*results[0], finder.find(pair.a, pair.b, pair.settings));
     EXPECT_EQ(batch.report().finer, step == 3 ? 1u : 0u) << step;
-    // The first time that all samples are asked for finds no room.
+    // The hits of all samples do not fit the first time.
     EXPECT_EQ(batch.report().noRoom, step == 4 ? 1u : 0u) << step;
   }
 }
 
-TEST(Batch, ShapesAndNearMissesAreTheCpus) {
+TEST(Batch, ShapesAndNearMissesRunOnTheCpu) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(6)};
@@ -238,8 +239,8 @@ TEST(Batch, ShapesAndNearMissesAreTheCpus) {
   EXPECT_EQ(batch.report().onDevice, 1u);
 }
 
-// A field may be made where one lay that is gone.
-TEST(Batch, FieldsThatGoAreNotMistakenForTheNext) {
+// A new field may get the address of a freed one.
+TEST(Batch, NewFieldsAreNotMistakenForFreedOnes) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(7)};
@@ -259,7 +260,7 @@ TEST(Batch, FieldsThatGoAreNotMistakenForTheNext) {
   }
 }
 
-TEST(Batch, BadPosesAreToldBeforeAnythingRuns) {
+TEST(Batch, BadPosesThrow) {
   BodyMaker maker{5e-4, Random(8)};
   const Body ball = maker.sphere(6);
   BatchPair pair{ball.at({}), ball.at({}), {}};
@@ -270,8 +271,8 @@ TEST(Batch, BadPosesAreToldBeforeAnythingRuns) {
   }
 }
 
-// A batch that throws leaves nothing of it to the next.
-TEST(Batch, AfterABadPoseTheNextBatchIsWhatItWouldHaveBeen) {
+// A batch that throws leaves nothing behind.
+TEST(Batch, BatchAfterABadPoseIsUnaffected) {
   ContactBatch batch({Backend::OpenCl, 2, false});
   SKIP_WITHOUT(batch);
   BodyMaker maker{5e-4, Random(4)};
@@ -280,7 +281,7 @@ TEST(Batch, AfterABadPoseTheNextBatchIsWhatItWouldHaveBeen) {
   Pose touching, beside;
   touching.position = Vec3(15.5 * v, 0, 0);
   beside.position = Vec3(17 * v, 0, 0);
-  // The first part's are near misses, the CPU's; the second part ends in a pose that is none.
+  // The first part has near misses, which run on the CPU. The second part ends in a bad pose.
   std::vector<BatchPair> pairs(128, {ball.at({}), ball.at(beside), {}});
   for (BatchPair& pair : pairs) pair.settings.margin = 1.5 * v;
   pairs.back().b.pose.position.x() = std::nan("");

@@ -1,4 +1,4 @@
-// A device that fails half-way: what callers are told, and what is left.
+// A device that fails half-way: the exceptions, and what is left afterwards.
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/device/device_workpiece.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 #include "contact/contact_cases.h"
 #include "contact/same_contact.h"
-#include "device/device_wanted.h"
 #include "device/opencl_faults.h"
+#include "device/skip_without_device.h"
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
 #include "workpiece/base_vector_bricks.h"
@@ -25,57 +25,58 @@ DigitizeSettings voxelsOfOne() {
   return settings;
 }
 
-// What is thrown where a call fails; it names the device and the call.
-void expectTold(const char* call, const std::string& device, const std::function<void()>& work,
-                int after = 0) {
+// Expects a std::runtime_error that names the device and the failing call.
+void expectFailure(const char* call, const std::string& device, const std::function<void()>& work,
+                   int after = 0) {
   SCOPED_TRACE(call);
   const Fault fault(call, after);
   try {
     work();
     ADD_FAILURE() << "nothing was thrown";
   } catch (const std::runtime_error& e) {
-    const std::string told = e.what();
-    EXPECT_NE(told.find(device), std::string::npos) << told;
-    EXPECT_NE(told.find(call), std::string::npos) << told;
+    const std::string message = e.what();
+    EXPECT_NE(message.find(device), std::string::npos) << message;
+    EXPECT_NE(message.find(call), std::string::npos) << message;
   } catch (const std::exception& e) {
     ADD_FAILURE() << "no runtime_error: " << e.what();
   }
 }
 
-// What a workpiece says whose cut failed half-way.
-void expectEnded(const std::function<void()>& work) {
+// Expects the exception of a workpiece whose cut failed half-way.
+void expectLost(const std::function<void()>& work) {
   try {
     work();
     ADD_FAILURE() << "nothing was thrown";
   } catch (const std::runtime_error& e) {
-    EXPECT_NE(std::string(e.what()).find("make the workpiece anew"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("create the workpiece again"), std::string::npos)
+        << e.what();
   }
 }
 
-TEST(DeviceFailure, OfADigitizerIsARuntimeError) {
+TEST(DeviceFailure, DigitizerThrowsRuntimeError) {
   Digitizer digitizer({Backend::OpenCl, true});
   SKIP_WITHOUT(digitizer);
   const std::string& name = digitizer.device();
   const Mesh ball = sphereMesh(8, 3);
-  expectTold("clEnqueueNDRangeKernel", name, [&] { digitizer.run(ball, voxelsOfOne()); });
+  expectFailure("clEnqueueNDRangeKernel", name, [&] { digitizer.run(ball, voxelsOfOne()); });
   digitizer.run(ball, voxelsOfOne(), kBone, sphereWindow(1));
   ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
-  expectTold("clEnqueueReadBuffer", name, [&] { digitizer.cloud(); });
-  expectTold("clEnqueueReadBuffer", name, [&] { digitizer.field(); });
-  expectTold("clEnqueueReadBuffer", name, [&] { DeviceWorkpiece{digitizer}; });
-  expectTold("clEnqueueWriteBuffer", name, [&] { DeviceWorkpiece{digitizer}; });
-  expectTold("clFinish", name, [&] { digitizer.deviceTimes(); });
-  // What was made is still there.
+  expectFailure("clEnqueueReadBuffer", name, [&] { digitizer.cloud(); });
+  expectFailure("clEnqueueReadBuffer", name, [&] { digitizer.field(); });
+  expectFailure("clEnqueueReadBuffer", name, [&] { DeviceWorkpiece{digitizer}; });
+  expectFailure("clEnqueueWriteBuffer", name, [&] { DeviceWorkpiece{digitizer}; });
+  expectFailure("clFinish", name, [&] { digitizer.deviceTimes(); });
+  // The results are still there.
   const Cloud want = digitize(ball, voxelsOfOne());
   EXPECT_EQ(digitizer.cloud().voxels().coverage, want.voxels().coverage);
   EXPECT_EQ(digitizer.field().hash(), BaseVectorField(want, kBone, sphereWindow(1)).hash());
 }
 
-// A driver that does not even say what it is.
-TEST(DeviceFailure, OfADriverLeavesTheCpu) {
-  for (const char* what : {"its name", "its type"}) {
-    SCOPED_TRACE(what);
-    const Fault fault(what);
+// The driver cannot even report the device's name or type.
+TEST(DeviceFailure, BrokenDriverFallsBackToCpu) {
+  for (const char* property : {"its name", "its type"}) {
+    SCOPED_TRACE(property);
+    const Fault fault(property);
     Digitizer digitizer({Backend::OpenCl});
     EXPECT_EQ(digitizer.backend(), Backend::Cpu);
     EXPECT_NE(digitizer.message().find("no OpenCL device"), std::string::npos)
@@ -87,70 +88,70 @@ BaseVectorField ballField() {
   return {ballCloud(1, 3, Vec3(12.2, 11.9, 12.1), 10), kBone, sphereWindow(1)};
 }
 
-// Whatever a cut has begun when the device fails, nothing is cut on top of it. What it was begun
-// with is the caller's again.
-TEST(DeviceFailure, InTheMidstOfACutEndsTheWorkpiece) {
+// After a failure in any of a cut's kernels, nothing more is cut, and no transfer is pending.
+TEST(DeviceFailure, DuringACutLosesTheWorkpiece) {
   const std::vector<VoxelCut> cuts{{{12, 12, 12}, 0}, {{12, 12, 12}, 9}, {{12, 13, 12}, 0}};
   const Area area = SphereArea{Vec3(12, 12, 12), 3};
-  for (const int after : {0, 1, 2}) {  // kernels that still run: a cut is three
+  for (const int after : {0, 1, 2}) {  // kernels that still run, of three
     for (const bool pass : {false, true}) {
-      SCOPED_TRACE(std::to_string(after) + (pass ? " of a tool's" : " of voxels named"));
+      SCOPED_TRACE(std::to_string(after) + (pass ? " of a tool's pass" : " of a list of voxels"));
       DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
       SKIP_WITHOUT(piece);
-      ASSERT_EQ(piece.cut(cuts), 2u);  // so that a pass of a tool, too, has three
+      ASSERT_EQ(piece.cut(cuts), 2u);  // so that a tool's pass has three kernels, too
       const auto cut = [&] { pass ? piece.cut(area, Pose{}) : piece.cut(cuts); };
-      expectTold("clEnqueueNDRangeKernel", piece.device(), cut, after);
-      EXPECT_FALSE(calls.underWay);
-      expectEnded([&] { piece.cut(cuts); });
-      expectEnded([&] { piece.cut(area, Pose{}); });
-      expectEnded([&] { piece.field(); });
-      expectEnded([&] { piece.mass(); });
+      expectFailure("clEnqueueNDRangeKernel", piece.device(), cut, after);
+      EXPECT_FALSE(calls.pending);
+      expectLost([&] { piece.cut(cuts); });
+      expectLost([&] { piece.cut(area, Pose{}); });
+      expectLost([&] { piece.field(); });
+      expectLost([&] { piece.mass(); });
     }
   }
 }
 
-// What is read goes into memory that is gone once field() has thrown.
-TEST(DeviceFailure, InTheMidstOfFetchingIsWaitedFor) {
+// field() frees the memory it reads into, so it waits before it throws.
+TEST(DeviceFailure, DuringADownloadIsWaitedFor) {
   const BaseVectorField cpu = ballField();
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
   SKIP_WITHOUT(piece);
-  // The table, the shared block, and then what the bricks have of their own.
+  // The table, the shared block, then the bricks' own blocks.
   for (const int after : {0, 1, 2}) {
-    expectTold(
+    expectFailure(
         "clEnqueueReadBuffer", piece.device(), [&] { piece.field(); }, after);
-    EXPECT_FALSE(calls.underWay) << after;
+    EXPECT_FALSE(calls.pending) << after;
   }
   EXPECT_EQ(piece.field().hash(), cpu.hash());
 }
 
-// The mesh is on its way up when its field is refused, or a kernel is; the next takes its place.
-TEST(DeviceFailure, InTheMidstOfDigitizingIsWaitedFor) {
+// The mesh is being uploaded when the field is rejected or a kernel fails. The next mesh uses the
+// same memory.
+TEST(DeviceFailure, DuringDigitizingIsWaitedFor) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   const Mesh ball = sphereMesh(8, 3);
   EXPECT_THROW(digitizer.run(ball, voxelsOfOne(), TissueTable{}, sphereWindow(1)),
                std::invalid_argument);
-  EXPECT_FALSE(calls.underWay);
-  expectTold("clEnqueueNDRangeKernel", digitizer.device(),
-             [&] { digitizer.run(ball, voxelsOfOne()); });
-  EXPECT_FALSE(calls.underWay);
+  EXPECT_FALSE(calls.pending);
+  expectFailure("clEnqueueNDRangeKernel", digitizer.device(),
+                [&] { digitizer.run(ball, voxelsOfOne()); });
+  EXPECT_FALSE(calls.pending);
   EXPECT_THROW(digitizer.cloud(), std::logic_error);
   digitizer.run(ball, voxelsOfOne());
   EXPECT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
   EXPECT_EQ(digitizer.cloud().voxels().coverage, digitize(ball, voxelsOfOne()).voxels().coverage);
 }
 
-// Kernels that a device could not run are not handed to it.
-TEST(DeviceFailure, SmallGroupsAreTheCpus) {
-  const Said most(CL_DEVICE_MAX_WORK_GROUP_SIZE, 128);
+// The device cannot run the kernels.
+TEST(DeviceFailure, SmallWorkGroupsFallBackToCpu) {
+  const FakeInfo largest(CL_DEVICE_MAX_WORK_GROUP_SIZE, 128);
   const DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
-  if (mayDoWithout(piece)) GTEST_SKIP() << piece.message();
+  if (maySkip(piece)) GTEST_SKIP() << piece.message();
   EXPECT_EQ(piece.backend(), Backend::Cpu);
   EXPECT_NE(piece.message().find("128 work-items"), std::string::npos) << piece.message();
 }
 
-TEST(DeviceFailure, LittleLocalMemoryIsEnough) {
-  const Said little(CL_DEVICE_LOCAL_MEM_SIZE, 8192);
+TEST(DeviceFailure, LittleLocalMemorySelectsTheSlowKernels) {
+  const FakeInfo little(CL_DEVICE_LOCAL_MEM_SIZE, 8192);
   BaseVectorField cpu = ballField();
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
   SKIP_WITHOUT(piece);
@@ -164,13 +165,13 @@ TEST(DeviceFailure, LittleLocalMemoryIsEnough) {
   EXPECT_EQ(digitizer.deviceTimes().count("ccSumWindows"), 0u);
 }
 
-// What was never handed over took no time, and is no reason not to tell what others took.
-TEST(DeviceFailure, IsNoReasonNotToTellTimes) {
+// A kernel that was never enqueued is left out of the times; the others are reported.
+TEST(DeviceFailure, KeepsTheTimesOfOtherKernels) {
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
   SKIP_WITHOUT(piece);
   const std::vector<VoxelCut> cuts{{{9, 9, 9}, 7}};
   piece.deviceTimes();
-  expectTold(
+  expectFailure(
       "clEnqueueNDRangeKernel", piece.device(), [&] { piece.cut(cuts); }, 1);
   const std::map<std::string, DeviceTime> times = piece.deviceTimes();
   EXPECT_EQ(times.at("ccStringCuts").calls, 1);
@@ -178,8 +179,8 @@ TEST(DeviceFailure, IsNoReasonNotToTellTimes) {
   EXPECT_TRUE(piece.deviceTimes().empty());
 }
 
-// Where nobody asks for times, what is noted does not grow without end; and none is forgotten.
-TEST(DeviceFailure, TimesNobodyAsksForDoNotPileUp) {
+// If nobody calls deviceTimes(), events are released on the way, and no time is lost.
+TEST(DeviceFailure, UnreadTimesDoNotPileUp) {
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl, true});
   SKIP_WITHOUT(piece);
   const std::vector<VoxelCut> cuts{{{0, 0, 0}, 7}};
@@ -188,13 +189,13 @@ TEST(DeviceFailure, TimesNobodyAsksForDoNotPileUp) {
   for (int k = 0; k < count; ++k) piece.cut(cuts);
   EXPECT_GT(calls.eventsReleased - released, count);
   const std::map<std::string, DeviceTime> times = piece.deviceTimes();
-  for (const char* what : {"step sent", "ccStringCuts", "ccNoteLosses", "ccRenewWindows"})
-    EXPECT_EQ(times.at(what).calls, count) << what;
+  for (const char* label : {"step sent", "ccStringCuts", "ccNoteLosses", "ccRenewWindows"})
+    EXPECT_EQ(times.at(label).calls, count) << label;
 }
 
-// A mesh that the device has no room for keeps no other off it, nor any memory there.
-TEST(DeviceFailure, ASmallMeshAfterOneTooLargeIsTheDevices) {
-  const Said largest(CL_DEVICE_MAX_MEM_ALLOC_SIZE, 20 << 20);
+// A mesh that does not fit on the device leaves no memory in use there.
+TEST(DeviceFailure, SmallMeshAfterATooLargeOneRunsOnTheDevice) {
+  const FakeInfo largest(CL_DEVICE_MAX_MEM_ALLOC_SIZE, 20 << 20);
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   const Mesh small = sphereMesh(8, 3), large = sphereMesh(100, 5);
@@ -219,8 +220,8 @@ TEST(DeviceFailure, ASmallMeshAfterOneTooLargeIsTheDevices) {
   }
 }
 
-// A field asks for no more blocks than there are bricks, and is judged by what it asks for.
-TEST(DeviceFailure, AFieldsBlocksAreCountedBeforeTheyAreAskedFor) {
+// A field reserves no more blocks than there are bricks.
+TEST(DeviceFailure, FieldReservesAtMostOneBlockPerBrick) {
   const Mesh box = boxMesh({-10, -10, -10}, {10, 10, 10});
   const std::size_t bricks = 64;
   Digitizer digitizer({Backend::OpenCl});
@@ -231,12 +232,12 @@ TEST(DeviceFailure, AFieldsBlocksAreCountedBeforeTheyAreAskedFor) {
   digitizer.run(box, voxelsOfOne(), kBone, sphereWindow(1));
   ASSERT_TRUE(digitizer.deviceReport().onDevice) << digitizer.message();
   ASSERT_LE(std::size_t(digitizer.field().bricks().table.size()), bricks);
-  // Each of them 21 kB; a quarter more is kept.
+  // 21 kB each, plus a quarter of reserve.
   EXPECT_LT(digitizer.deviceBytes() - before, 1.25 * (bricks + 1) * sizeof(FieldBlock) + 1e5);
 }
 
-// What throws before anything is cut leaves the workpiece as it was.
-TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
+// An exception before anything is cut leaves the workpiece unchanged.
+TEST(DeviceFailure, BadInputLeavesTheWorkpiece) {
   BaseVectorField cpu = ballField();
   DeviceWorkpiece piece(ballField(), {Backend::OpenCl});
   SKIP_WITHOUT(piece);
@@ -247,7 +248,7 @@ TEST(DeviceFailure, BeforeACutLeavesTheWorkpiece) {
   EXPECT_EQ(piece.field().hash(), cpu.hash());
 }
 
-// Two balls that touch, many times.
+// Many pairs of the same two touching balls.
 struct Balls {
   testing::BodyMaker maker{5e-4, testing::Random(2)};
   testing::Body ball = maker.sphere(8);
@@ -267,8 +268,8 @@ struct Balls {
   }
 };
 
-// What does not fit at once is asked in halves, and these do not find the room taken.
-TEST(DeviceFailure, PairsThatDoNotFitAtOnceFitInHalves) {
+// Pairs that do not fit together run in halves, after their memory was freed.
+TEST(DeviceFailure, PairsThatDoNotFitTogetherRunInHalves) {
   ContactBatch batch({Backend::OpenCl, 2, false});
   SKIP_WITHOUT(batch);
   Balls balls(100);
@@ -287,17 +288,17 @@ TEST(DeviceFailure, PairsThatDoNotFitAtOnceFitInHalves) {
   EXPECT_EQ(batch.report().onDevice, 400u);
 }
 
-// Whatever a batch has begun when the device fails, the next is found.
-TEST(DeviceFailure, InTheMidstOfABatchIsTold) {
+// After a failure in any kernel or transfer, the next batch succeeds.
+TEST(DeviceFailure, DuringABatchIsReported) {
   ContactBatch batch({Backend::OpenCl, 2, false});
   SKIP_WITHOUT(batch);
   Balls balls(3);
   for (int after : {0, 1, 4, 7})
-    expectTold(
+    expectFailure(
         "clEnqueueNDRangeKernel", batch.device(), [&] { batch.find(balls.pairs); }, after);
   for (const char* call : {"clEnqueueWriteBuffer", "clEnqueueReadBuffer"})
-    expectTold(call, batch.device(), [&] { batch.find(balls.pairs); });
-  EXPECT_FALSE(calls.underWay);
+    expectFailure(call, batch.device(), [&] { batch.find(balls.pairs); });
+  EXPECT_FALSE(calls.pending);
   balls.expectFound(batch);
   EXPECT_EQ(batch.report().onDevice, 3u);
 }

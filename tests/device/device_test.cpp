@@ -1,17 +1,17 @@
-// Which devices are taken, and what is said where none is.
+// Which device a batch uses, and the message if there is none.
 #include <cloudcontact/device/contact_batch.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "device/device_wanted.h"
+#include "device/skip_without_device.h"
 
 namespace cloudcontact {
 namespace {
 
-// The loader reads its list of drivers once a process: each of these tests runs in a process of its
-// own (gtest_discover_tests).
-TEST(Device, WithoutAnyTheBatchRunsOnTheCpuAndSaysSo) {
+// The loader reads its list of drivers once per process, so each test runs in its own process
+// (gtest_discover_tests).
+TEST(Device, WithoutOneTheBatchFallsBackToCpu) {
   ::setenv("OCL_ICD_VENDORS", CLOUDCONTACT_SOURCE_DIR "/kernels", 1);  // no *.icd there
   ContactBatch batch({Backend::OpenCl, 1, false});
   EXPECT_EQ(batch.backend(), Backend::Cpu);
@@ -22,13 +22,13 @@ TEST(Device, WithoutAnyTheBatchRunsOnTheCpuAndSaysSo) {
   EXPECT_TRUE(batch.find({}).empty());
 }
 
-TEST(Device, TheCpuIsTakenWithoutAWord) {
+TEST(Device, CpuByChoiceHasNoMessage) {
   ContactBatch batch;
   EXPECT_EQ(batch.backend(), Backend::Cpu);
   EXPECT_TRUE(batch.message().empty());
 }
 
-TEST(Device, TheOneOfTheTestsPassesItsOwn) {
+TEST(Device, PassesItsSelfTest) {
   ContactBatch batch({Backend::OpenCl, 1, false});
   SKIP_WITHOUT(batch);
   EXPECT_FALSE(batch.device().empty());

@@ -1,4 +1,4 @@
-// What a device leaves of a workpiece is what the CPU leaves, to the bit.
+// A device cuts a workpiece to the same bits as the CPU.
 #include <cloudcontact/device/device_workpiece.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "device/device_wanted.h"
+#include "device/skip_without_device.h"
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
 #include "workpiece/base_vector_bricks.h"
@@ -20,7 +20,6 @@ constexpr double kVoxel = 1e-4;  // [m]
 const Tissue kEnamel{"enamel", 2e4, .4, 3e9, 2970}, kDentin{"dentin", 5e3, .1, 6e8, 2140},
     kPulp{"pulp", 1e3, .1, 1e6, 1000}, kFilling{"filling", 2e4, .4, 3e9, 2140};
 
-// A ball whose inside is another tissue, and bricks deep within that share their windows' sums.
 struct Piece {
   Cloud cloud;
   TissueTable tissues;
@@ -29,6 +28,7 @@ struct Piece {
   BaseVectorField field() const { return BaseVectorField(cloud, tissues, window); }
 };
 
+// Bricks deep inside share their window sums.
 Piece ball(const WindowSettings& window = sphereWindow(kVoxel)) {
   return {ballCloud(kVoxel, 7, Vec3(28.2, 27.9, 28.1), 27), {kEnamel}, window};
 }
@@ -44,14 +44,14 @@ Piece tooth(const WindowSettings& window = sphereWindow(kVoxel)) {
       window};
 }
 
-// All of the grid, up to its rim.
+// Fills the whole grid.
 Piece block(const Eigen::Vector3i& bricks) {
   return {smallCloud(kVoxel, bricks, [](int, int, int) { return 255; }),
           {kEnamel},
           sphereWindow(kVoxel)};
 }
 
-// Every voxel's sums, coverage and tissue, whether bricks share what they hold or not.
+// Compares every voxel's sums, coverage and tissue, in shared and own blocks.
 void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
   const BaseVectorField::Bricks &g = got.bricks(), &w = want.bricks();
   ASSERT_EQ(g.table.size(), w.table.size());
@@ -77,8 +77,8 @@ void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
     EXPECT_EQ(got.depth({x, middle.y(), middle.z()}), want.depth({x, middle.y(), middle.z()}));
 }
 
-// The same cuts on the CPU and on a device. Compiling for the device takes a while, so a test has
-// one of these.
+// Makes the same cuts on the CPU and on a device. Compiling for the device is slow, so each test
+// has one of these.
 struct Both {
   BaseVectorField cpu;
   DeviceWorkpiece device;
@@ -110,7 +110,7 @@ std::vector<VoxelCut> boxOf(const VoxelIndex& low, const VoxelIndex& high, int l
   return cuts;
 }
 
-// A cluster of voxels, some named several times, in no order, whole or in part.
+// A cluster of voxels in random order, some listed repeatedly, cut fully or in part.
 std::vector<VoxelCut> cluster(std::mt19937& random, int edge) {
   std::uniform_int_distribution<int> place(0, edge - 1), size(1, 400), left(0, 254), wide(3, 12);
   std::vector<VoxelCut> cuts;
@@ -124,19 +124,19 @@ std::vector<VoxelCut> cluster(std::mt19937& random, int edge) {
   return cuts;
 }
 
-TEST(DeviceCut, OneCutAcrossBricksIsTheCpus) {
+TEST(DeviceCut, OneCutAcrossBricks) {
   MAKE_BOTH(both, ball());
-  both.compare();  // as it came
+  both.compare();  // before any cut
   const std::vector<std::int32_t>& table = both.cpu.bricks().table;
   EXPECT_GT(std::count(table.begin(), table.end(), 0), 0) << "no brick shares the full windows";
-  // From outside of all matter to the middle, where bricks share what they hold.
+  // From outside the material to the center, where bricks share a block.
   both.cut(boxOf({20, 27, 0}, {37, 34, 30}, 0));
   EXPECT_GT(both.device.report().changed, 1000u);
   EXPECT_GT(both.device.report().bricks, 20u);
   both.compare();
 }
 
-TEST(DeviceCut, FiftyRandomCutsAreTheCpus) {
+TEST(DeviceCut, FiftyRandomCuts) {
   MAKE_BOTH(both, ball());
   std::mt19937 random(7);
   std::vector<std::vector<VoxelCut>> cuts;
@@ -148,12 +148,12 @@ TEST(DeviceCut, FiftyRandomCutsAreTheCpus) {
   const std::size_t bytes = both.device.deviceBytes();
   EXPECT_GT(bytes, both.cpu.bytes());
   for (int k = 2; k < 50; ++k) both.cut(cuts[std::size_t(k)]);
-  EXPECT_EQ(both.device.deviceBytes(), bytes) << "a step took more memory";
+  EXPECT_EQ(both.device.deviceBytes(), bytes) << "a step allocated memory";
   both.compare();
 }
 
-// Four tissues, two of one density; each cut goes through several.
-TEST(DeviceCut, SeveralTissuesAreTheCpus) {
+// Four tissues, two of equal density; each cut goes through several.
+TEST(DeviceCut, SeveralTissues) {
   MAKE_BOTH(both, tooth());
   std::mt19937 random(5);
   for (int k = 0; k < 20; ++k) both.cut(cluster(random, 40));
@@ -162,8 +162,8 @@ TEST(DeviceCut, SeveralTissuesAreTheCpus) {
   both.compare();
 }
 
-// Where windows end with the grid, and all of it at last.
-TEST(DeviceCut, TheRimAndAllOfItAreTheCpus) {
+// At the edge of the grid, and then everything.
+TEST(DeviceCut, EdgesAndEverything) {
   MAKE_BOTH(both, block({4, 3, 5}));
   both.cut(boxOf({0, 0, 0}, {32, 1, 40}, 13));
   both.cut(boxOf({31, 0, 0}, {32, 24, 40}, 0));
@@ -176,16 +176,16 @@ TEST(DeviceCut, TheRimAndAllOfItAreTheCpus) {
   EXPECT_EQ(both.device.report().changed, 0u);
 }
 
-// What is left of a workpiece of which nothing is left, as a workpiece: no brick has matter.
-TEST(DeviceCut, NothingAtAllIsTheCpus) {
-  const auto nothing = [] {
+// A workpiece without material.
+TEST(DeviceCut, EmptyWorkpiece) {
+  const auto empty = [] {
     Piece piece = block({2, 1, 3});
     BaseVectorField field = piece.field();
     field.cut(boxOf({0, 0, 0}, {16, 8, 24}, 0));
     piece.cloud = field.cloud();
     return piece;
   };
-  MAKE_BOTH(both, nothing());
+  MAKE_BOTH(both, empty());
   EXPECT_EQ(std::count(both.cpu.bricks().table.begin(), both.cpu.bricks().table.end(), kNoBlock),
             6);
   both.compare();
@@ -196,8 +196,8 @@ TEST(DeviceCut, NothingAtAllIsTheCpus) {
   both.compare();
 }
 
-// Of a voxel's turns those count that lower it, in their order; what would add matter is ignored.
-TEST(DeviceCut, VoxelsNamedTwiceAreTheCpus) {
+// A voxel's entries apply in order; those that would add material are ignored.
+TEST(DeviceCut, VoxelsListedRepeatedly) {
   MAKE_BOTH(both, block({3, 3, 3}));
   std::vector<VoxelCut> cuts;
   for (const int left : {200, 220, 200, 100, 90, 120, 90, 255, 0, 30})
@@ -220,10 +220,9 @@ TEST(DeviceCut, VoxelsNamedTwiceAreTheCpus) {
   both.compare();
 }
 
-// A list that names one voxel over and over, as that of a tool that stands still: in falling steps
-// of coverage, in no order, and always the same. Were each time compared with all others, a third
-// of these would take 262 s on one core.
-TEST(DeviceCut, AVoxelNamedWithoutEndIsTheCpus) {
+// A list with one voxel over and over, as a tool at rest gives it: with falling coverage, in random
+// order, and always the same. Comparing each entry with all others would take minutes.
+TEST(DeviceCut, OneVoxelListed600000Times) {
   constexpr int kTimes = 600000;
   MAKE_BOTH(both, block({3, 3, 3}));
   std::mt19937 random(11);
@@ -242,7 +241,7 @@ TEST(DeviceCut, AVoxelNamedWithoutEndIsTheCpus) {
   cut({15, 10, 11}, [](int) { return 0; });
   cut({16, 10, 11}, [](int) { return 254; });
   both.compare();
-  // As many times as each still looks at, and one more.
+  // Around the number of repeats that one work-item follows.
   std::vector<VoxelCut> cuts;
   for (const int times : {63, 64, 65, 66})
     for (int k = 0; k < times; ++k)
@@ -251,8 +250,8 @@ TEST(DeviceCut, AVoxelNamedWithoutEndIsTheCpus) {
   both.compare();
 }
 
-// More voxels than a step takes: each is named 36 times, the last time in another step.
-TEST(DeviceCut, AMillionVoxelsAtOnceAreTheCpus) {
+// More voxels than fit in a step. Each is listed 36 times, the last time in another step.
+TEST(DeviceCut, AMillionVoxels) {
   MAKE_BOTH(both, block({4, 3, 5}));
   std::vector<VoxelCut> cuts;
   for (int k = 0; k < 36; ++k)
@@ -266,16 +265,16 @@ TEST(DeviceCut, AMillionVoxelsAtOnceAreTheCpus) {
   both.compare();
 }
 
-// Windows that are wide, reach to one side, or whose sums a float would not hold.
-TEST(DeviceCut, WindowsOfAnyShapeAreTheCpus) {
-  WindowSettings aside = sphereWindow(kVoxel);
-  aside.area = SphereArea{kVoxel * Vec3(4.3, -2.1, 0.4), 2.5 * kVoxel};
+// Windows that are wide or off center, or whose sums a float cannot hold.
+TEST(DeviceCut, WindowsOfAnyShape) {
+  WindowSettings offCenter = sphereWindow(kVoxel);
+  offCenter.area = SphereArea{kVoxel * Vec3(4.3, -2.1, 0.4), 2.5 * kVoxel};
   WindowSettings far = sphereWindow(kVoxel);
   far.area = SphereArea{kVoxel * Vec3(-11.3, 2.1, 9.4), 2.5 * kVoxel};
   WindowSettings even{SphereArea{Vec3::Zero(), 4.2 * kVoxel}, WindowWeight::Even, Vec3::Zero()};
   WindowSettings flat{BoxArea{{}, kVoxel * Vec3(2.6, 1.4, 0.4)}, WindowWeight::Even, Vec3::Zero()};
   int which = 0;
-  for (const WindowSettings& window : {aside, far, even, flat, sphereWindow(kVoxel, 9.5)}) {
+  for (const WindowSettings& window : {offCenter, far, even, flat, sphereWindow(kVoxel, 9.5)}) {
     SCOPED_TRACE("window " + std::to_string(which++));
     MAKE_BOTH(both, tooth(window));
     std::mt19937 random(3);
@@ -285,8 +284,8 @@ TEST(DeviceCut, WindowsOfAnyShapeAreTheCpus) {
   }
 }
 
-// Only the pose goes up; between passes voxels are named, too.
-TEST(DeviceCut, ToolsPassesAreTheCpus) {
+// Only the pose is uploaded; lists of voxels alternate with passes.
+TEST(DeviceCut, ToolPasses) {
   MAKE_BOTH(both, tooth());
   const Cloud burr = ballCloud(kVoxel, 2, Vec3(8, 8, 8), 6.3);
   const Area areas[] = {SphereArea{kVoxel * Vec3(1, 0, 2), 5.3 * kVoxel},
@@ -294,7 +293,7 @@ TEST(DeviceCut, ToolsPassesAreTheCpus) {
                         EllipsoidArea{{}, kVoxel * Vec3(3.2, 4.1, 8.3)}, cloudArea(burr)};
   std::mt19937 random(13);
   std::uniform_real_distribution<double> place(-3, 43), turn(-1, 1);
-  std::size_t taken = 0, missed = 0;
+  std::size_t removed = 0, missed = 0;
   for (int k = 0; k < 40; ++k) {
     Pose pose;
     pose.position = kVoxel * Vec3(place(random), place(random), place(random));
@@ -302,11 +301,11 @@ TEST(DeviceCut, ToolsPassesAreTheCpus) {
     const Area& area = areas[k % 4];
     const std::size_t changed = both.device.cut(area, pose);
     EXPECT_EQ(changed, both.cpu.cut(cutsOf(both.cpu, area, pose))) << k;
-    taken += changed;
+    removed += changed;
     missed += changed == 0;
     if (k % 5 == 0) both.cut(cluster(random, 40));
   }
-  EXPECT_GT(taken, 3000u);
+  EXPECT_GT(removed, 3000u);
   EXPECT_GT(missed, 0u);
   both.compare();
   EXPECT_EQ(both.device.cut(areas[0], {Eigen::Quaterniond::Identity(), Vec3(1, 0, 0)}), 0u);
@@ -314,8 +313,8 @@ TEST(DeviceCut, ToolsPassesAreTheCpus) {
   both.compare();
 }
 
-// Digitised on the device, cut there, and only then fetched; the digitiser keeps what it made.
-TEST(DeviceCut, WhatWasDigitisedOnTheDeviceIsCutThere) {
+// Digitized and cut on the device; the digitizer keeps its own field.
+TEST(DeviceCut, FieldDigitizedOnTheDevice) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   EXPECT_THROW(DeviceWorkpiece{digitizer}, std::logic_error);
@@ -338,11 +337,11 @@ TEST(DeviceCut, WhatWasDigitisedOnTheDeviceIsCutThere) {
   expectSame(digitizer.field(), untouched);
 }
 
-// What the CPU digitised goes up to the device.
-TEST(DeviceCut, WhatTheCpuDigitisedIsCutOnTheDevice) {
+// The CPU's field is uploaded.
+TEST(DeviceCut, FieldDigitizedOnTheCpu) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
-  const Mesh mesh = joined(sphereMesh(12.3, 3), sphereMesh(9.3, 3));  // one within the other
+  const Mesh mesh = joined(sphereMesh(12.3, 3), sphereMesh(9.3, 3));  // one inside the other
   DigitizeSettings settings;
   settings.voxelSize = 1;
   digitizer.run(mesh, settings, {kEnamel}, sphereWindow(1));
@@ -355,7 +354,7 @@ TEST(DeviceCut, WhatTheCpuDigitisedIsCutOnTheDevice) {
   expectSame(piece.field(), cpu);
 }
 
-TEST(DeviceCut, OutsideTheGridThrowsBeforeAnythingIsCut) {
+TEST(DeviceCut, VoxelOutsideTheGridThrowsFirst) {
   MAKE_BOTH(both, ball());
   for (const VoxelIndex& bad : {VoxelIndex(28, 28, 56), VoxelIndex(-1, 28, 28)}) {
     const VoxelCut cuts[] = {{{28, 28, 28}, 0}, {bad, 0}};
@@ -367,7 +366,7 @@ TEST(DeviceCut, OutsideTheGridThrowsBeforeAnythingIsCut) {
   both.compare();
 }
 
-TEST(DeviceCut, WithoutADeviceTheCpuCutsAndSaysSo) {
+TEST(DeviceCut, WithoutADeviceFallsBackToCpu) {
   ::setenv("OCL_ICD_VENDORS", CLOUDCONTACT_SOURCE_DIR "/kernels", 1);  // no *.icd there
   BaseVectorField cpu = tooth().field();
   DeviceWorkpiece piece(tooth().field(), {Backend::OpenCl});
@@ -392,15 +391,15 @@ TEST(DeviceCut, WithoutADeviceTheCpuCutsAndSaysSo) {
   expectSame(other.field(), digitizer.field());
 }
 
-// Wider than the device counts: the CPU's, told so.
-TEST(DeviceCut, WhatDoesNotFitIsTheCpus) {
+// A grid wider than the device's voxel coordinates.
+TEST(DeviceCut, TooWideAGridFallsBackToCpu) {
   const auto longRod = [] {
     return smallCloud(kVoxel, {8193, 1, 1}, [](int x, int, int) { return x < 8 ? 255 : 0; });
   };
   const BaseVectorField cpu(longRod(), {kEnamel}, sphereWindow(kVoxel));
   DeviceWorkpiece piece(BaseVectorField(longRod(), {kEnamel}, sphereWindow(kVoxel)),
                         {Backend::OpenCl});
-  if (mayDoWithout(piece)) GTEST_SKIP() << piece.message();
+  if (maySkip(piece)) GTEST_SKIP() << piece.message();
   EXPECT_EQ(piece.backend(), Backend::Cpu);
   EXPECT_NE(piece.message().find("wider"), std::string::npos) << piece.message();
   EXPECT_EQ(piece.field().hash(), cpu.hash());

@@ -1,4 +1,4 @@
-// What a device makes of a mesh is what the CPU makes of it, to the bit: voxels, windows' sums.
+// A device digitizes meshes and sums windows to the same bits as the CPU.
 #include <cloudcontact/device/digitizer.h>
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "device/device_wanted.h"
+#include "device/skip_without_device.h"
 #include "mesh/mesh_topology.h"
 #include "mesh/test_meshes.h"
 #include "mesh/thread_meshes.h"
@@ -29,7 +29,7 @@ Mesh torusMesh(double ring, double tube) {
 
 Mesh openBox() {
   Mesh box = boxMesh({-9, -9, -9}, {9, 9, 9});
-  box.triangles.resize(box.triangles.size() - 2);  // a side is missing
+  box.triangles.resize(box.triangles.size() - 2);  // one face is missing
   return box;
 }
 
@@ -39,15 +39,15 @@ struct Case {
   double voxel;
 };
 
-// Round and flat, on the grid and off it, thin, tiny, of few large triangles and many small ones,
-// along each axis.
+// Round and flat, on and off the grid, thin, tiny, few large and many small triangles, along each
+// axis.
 std::vector<Case> cases() {
   const Eigen::Quaterniond none = Eigen::Quaterniond::Identity(), odd = oddTurn();
   const Vec3 aside(0.313, -0.271, 0.159);
   const Mesh box = boxMesh({-10, -12, -8}, {10, 12, 8});
   const Eigen::Quaterniond leaning(Eigen::AngleAxisd(0.04, Vec3(1, 0.7, 0.2).normalized()));
   std::vector<Case> all{
-      // Steep, so that its few triangles have many pieces: more than what room there is at first.
+      // Steep, so that its few triangles have more pieces than fit at first.
       {"leaning tower", moved(boxMesh({-6, -6, -80}, {6.3, 6.2, 81}), leaning, aside), 1},
       {"sphere", sphereMesh(12.3, 4), 1},
       {"fine sphere", sphereMesh(9.1, 5), 1},
@@ -103,7 +103,7 @@ void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
     EXPECT_EQ(got.depth({x, middle.y(), middle.z()}), want.depth({x, middle.y(), middle.z()}));
 }
 
-TEST(Digitizer, OnTheDeviceEqualsTheCpu) {
+TEST(Digitizer, DeviceVoxelsEqualCpu) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   std::size_t rounds = 0;
@@ -122,11 +122,11 @@ TEST(Digitizer, OnTheDeviceEqualsTheCpu) {
     EXPECT_GT(want.voxels().coverage.size(), 0u);
     rounds = std::max(rounds, digitizer.deviceReport().rounds);
   }
-  EXPECT_GT(rounds, 1u);  // some asked for more room than they were first given
+  EXPECT_GT(rounds, 1u);  // some needed more memory than the first guess
 }
 
-// A mesh is told whole, and then not mended, only where mending would give the same.
-TEST(Digitizer, WholeMeshesAreThoseThatMendingLeavesAlone) {
+// Mending is skipped only for meshes that it would not change.
+TEST(Digitizer, WholeMeshesAreThoseThatMendingKeeps) {
   const auto whole = [](const Mesh& mesh) {
     const auto prepared = preparedAsWhole(mesh);
     return prepared && isOneClosedSurface(prepared->closing.mesh);
@@ -151,8 +151,8 @@ TEST(Digitizer, WholeMeshesAreThoseThatMendingLeavesAlone) {
     EXPECT_FALSE(whole(mesh));
 }
 
-// Windows that the quick kernel takes, and those that are too wide or lie aside.
-TEST(Digitizer, FieldsOnTheDeviceEqualTheCpus) {
+// Windows for the faster kernel, and others that are too wide or off center.
+TEST(Digitizer, DeviceFieldsEqualCpu) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   const WindowSettings windows[] = {
@@ -175,7 +175,7 @@ TEST(Digitizer, FieldsOnTheDeviceEqualTheCpus) {
       expectSame(digitizer.cloud(), cloud);
       BaseVectorField got = digitizer.field(), want(cloud, kBone, window);
       expectSame(got, want);
-      // A field from the device is cut as any other.
+      // A field from the device can be cut.
       const VoxelCut cut{want.size() / 2, 0};
       got.cut({&cut, 1});
       want.cut({&cut, 1});
@@ -183,21 +183,21 @@ TEST(Digitizer, FieldsOnTheDeviceEqualTheCpus) {
     }
 }
 
-TEST(Digitizer, WhatTheDeviceCannotDoIsTheCpusAndSaysWhy) {
+TEST(Digitizer, FallsBackToCpuWithAMessage) {
   Digitizer digitizer({Backend::OpenCl});
   SKIP_WITHOUT(digitizer);
   const Mesh ball = sphereMesh(8, 3), shifted = moved(ball, oddTurn(), {5, 0.3, 0.2});
   const struct {
     Mesh mesh;
     const char* why;
-  } theCpus[] = {
-      {openBox(), "lacks much"},
+  } cases[] = {
+      {openBox(), "large holes"},
       {joined(ball, shifted), "shells"},
       {joined(ball, turnedInsideOut(sphereMesh(5, 3))), "shells"},
   };
   DigitizeSettings settings;
   settings.voxelSize = 1;
-  for (const auto& c : theCpus) {
+  for (const auto& c : cases) {
     digitizer.run(c.mesh, settings, kBone, sphereWindow(1));
     EXPECT_FALSE(digitizer.deviceReport().onDevice);
     EXPECT_NE(digitizer.message().find(c.why), std::string::npos) << digitizer.message();
@@ -210,7 +210,7 @@ TEST(Digitizer, WhatTheDeviceCannotDoIsTheCpusAndSaysWhy) {
   EXPECT_TRUE(digitizer.deviceReport().onDevice);
 }
 
-void refusesWhatTheCpuRefuses(Backend backend) {
+void rejectsBadInput(Backend backend) {
   Digitizer digitizer({backend});
   EXPECT_THROW(digitizer.cloud(), std::logic_error);
   DigitizeSettings settings;
@@ -230,9 +230,9 @@ void refusesWhatTheCpuRefuses(Backend backend) {
   EXPECT_THROW(digitizer.field(), std::logic_error);
 }
 
-TEST(Digitizer, RefusesWhatTheCpuRefuses) {
-  refusesWhatTheCpuRefuses(Backend::Cpu);
-  refusesWhatTheCpuRefuses(Backend::OpenCl);
+TEST(Digitizer, RejectsBadInput) {
+  rejectsBadInput(Backend::Cpu);
+  rejectsBadInput(Backend::OpenCl);
 }
 
 }  // namespace

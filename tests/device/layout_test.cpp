@@ -1,5 +1,5 @@
-// The structures that host and device share, and those that C++ names twice, byte by byte. A device
-// is asked for its own layout as it is opened (kernels/layout.cl).
+// The layout of structures that host and device share. Opening a device checks its own layout
+// (kernels/contact/layout.cl).
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -70,7 +70,7 @@ TEST(Layout, SumsAreTheKernels) {
   EXPECT_EQ(offsetof(Sums, hits), offsetof(CcSums, hits));
 }
 
-// What counts the places of CcSums in doubles.
+// Offsets in CcSums, in doubles.
 TEST(Layout, PlacesInSums) {
   const auto at = [](std::size_t bytes) { return bytes / sizeof(double); };
   EXPECT_EQ(at(sizeof(CcSums)), std::size_t{CC_SUMS_NUMBERS});
@@ -96,8 +96,8 @@ TEST(Layout, PlacesInSums) {
   EXPECT_EQ(at(offsetof(CcSums, hits)), std::size_t{CC_HITS});
 }
 
-// A vector in a register of four doubles lies as the array that it is copied to.
-TEST(Layout, WhatIsAddedUp) {
+// Vectors of four doubles lie where the arrays lie that they are copied to.
+TEST(Layout, AddingMatchesAdded) {
   EXPECT_EQ(sizeof(CcFour), 32u);
   EXPECT_EQ(offsetof(CcAdding, middle), offsetof(CcAdded, middle));
   EXPECT_EQ(offsetof(CcAdding, powers), offsetof(CcAdded, powers));

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "contact/same_contact.h"
-#include "device/device_wanted.h"
+#include "device/skip_without_device.h"
 #include "lab/cases.h"
 #include "lab/solids.h"
 
@@ -57,7 +57,7 @@ struct Laboratory {
 
 TEST(Laboratory, ThroughOpenClGivesTheCpusBits) {
   ContactBatch batch({Backend::OpenCl, 2});
-  if (test::mayDoWithout(batch)) GTEST_SKIP() << batch.message();
+  if (test::maySkip(batch)) GTEST_SKIP() << batch.message();
   ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   const Laboratory laboratory;
   // The second time every pair has room.

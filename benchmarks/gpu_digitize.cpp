@@ -1,13 +1,12 @@
-// A mesh into voxels and their base vectors on an OpenCL device, beside all cores, with the same
-// bits:
-//   gpu_digitise [MESH.obj [SCALE]] [--voxels N] [--turns N]
-// N voxels along the longest axis (512); SCALE: the file's unit [m] (1). Without a file: a rod with
-// a thread. Each step on the device is told beside what it must move and compute, as shares of what
-// a copy moves and of the doubles that the device computes in the same time.
+// Time to digitize a mesh and to sum its base vectors on an OpenCL device, compared with all cores.
+// Both give the same bits.
+//   gpu_digitize [MESH.obj [SCALE]] [--voxels N] [--turns N]
+// N voxels along the longest axis (512); SCALE: the file's unit [m] (1). By default a threaded rod.
+// Each kernel is compared with the bytes it must move and the operations it must do, as shares of
+// the device's peak speeds.
 #include <cloudcontact/device/digitizer.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -20,14 +19,14 @@
 #include <thread>
 #include <vector>
 
-#include "device/device_probe.h"
+#include "device/device_speeds.h"
 #include "mesh/thread_meshes.h"
+#include "timing.h"
 #include "workpiece/base_vector_bricks.h"
 
 namespace {
 
 using namespace cloudcontact;
-using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   std::string file;
@@ -48,11 +47,11 @@ struct Arguments {
         scale = std::atof(word.c_str());
     }
     if (voxels < 1 || turns < 1 || !(scale > 0))
-      throw std::runtime_error("gpu_digitise [MESH.obj [SCALE]] [--voxels N] [--turns N]");
+      throw std::runtime_error("gpu_digitize [MESH.obj [SCALE]] [--voxels N] [--turns N]");
   }
 };
 
-// Vertices and triangles of a .obj, no more: the machine may have no Assimp.
+// Reads vertices and faces of a .obj without Assimp, which the machine may lack.
 Mesh readObj(const std::string& name, double scale) {
   std::ifstream file(name);
   if (!file) throw std::runtime_error("cannot read " + name);
@@ -81,23 +80,15 @@ double longestAxis(const Mesh& mesh) {
   return box.sizes().maxCoeff();
 }
 
+// Median time [s]. The first two turns allocate memory and do not count.
 template <typename Work>
-double seconds(Work&& work) {
-  const auto begin = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-// The first two turns make room and are not counted.
-template <typename Work>
-double median(int turns, Work&& work) {
-  std::vector<double> took;
+double turnTime(int turns, Work&& work) {
+  std::vector<double> times;
   for (int i = -2; i < turns; ++i) {
-    const double t = seconds(work);
-    if (i >= 0) took.push_back(t);
+    const double time = seconds(work);
+    if (i >= 0) times.push_back(time);
   }
-  std::nth_element(took.begin(), took.begin() + std::ptrdiff_t(took.size() / 2), took.end());
-  return took[took.size() / 2];
+  return median(times);
 }
 
 const TissueTable kTissue{{"steel", 1e6, 10, 1e9, 7850}};
@@ -121,16 +112,15 @@ bool same(const BaseVectorField& a, const BaseVectorField& b) {
                      p.blocks.size() * sizeof(FieldBlock)) == 0;
 }
 
-// What a step must move at least [bytes], and compute [operations], in doubles or in floats.
-struct Floor {
+// The least work of a kernel: bytes to move, and operations on doubles or floats.
+struct Work {
   double bytes = 0, operations = 0;
   bool floats = false;
 };
 
-// The pieces of triangles in voxels are at least the voxels on the surface; a piece costs a cut
-// (two crossings of 11), two triangles' areas and moments (15 each) and 6 to add them up, as
-// benchmarks/digitise.cpp counts it.
-Floor floorOf(const std::string& step, const DeviceDigitizeReport& r, double surface) {
+// There is at least one piece of a triangle in each surface voxel. A piece takes 58 operations, as
+// in benchmarks/digitize_speed.cpp.
+Work leastWork(const std::string& step, const DeviceDigitizeReport& r, double surface) {
   const double t = double(r.triangles), listed = double(r.listed), touched = double(r.touched),
                stored = double(r.stored), blocks = double(r.blocks);
   constexpr double kTriangle = 12 + 72, kPiece = 16, kFound = 64 * 8, kPieceOperations = 58;
@@ -150,7 +140,7 @@ Floor floorOf(const std::string& step, const DeviceDigitizeReport& r, double sur
   return {};
 }
 
-void tellSteps(const Arguments& how, const Case& c, const DeviceSpeeds& speeds, double surface) {
+void printKernels(const Arguments& how, const Case& c, const DeviceSpeeds& speeds, double surface) {
   Digitizer digitizer({Backend::OpenCl, true});
   const auto run = [&] { digitizer.run(c.mesh, c.settings, kTissue, c.window); };
   run();
@@ -158,26 +148,26 @@ void tellSteps(const Arguments& how, const Case& c, const DeviceSpeeds& speeds, 
   for (int i = 0; i < how.turns; ++i) run();
   const DeviceDigitizeReport& r = digitizer.deviceReport();
   std::printf(
-      "%zu triangles, %zu times over columns of 8 voxels, %zu places for pieces, %zu bricks "
-      "touched, %zu stored, %zu blocks of sums, %zu taps a window; %.3f MB sent, %.0f MB on the "
-      "device\n",
+      "%zu triangles, %zu entries in columns of bricks, %zu places for pieces, %zu bricks touched, "
+      "%zu stored, %zu blocks of sums, %zu taps a window; %.3f MB uploaded, %.0f MB of device "
+      "memory\n",
       r.triangles, r.listed, r.places, r.touched, r.stored, r.blocks, r.taps, 1e-6 * double(r.sent),
       1e-6 * double(digitizer.deviceBytes()));
   std::printf("%-18s %10s %13s %10s %15s %12s\n", "on the device", "us a turn", "must move MB",
-              "of a copy", "M operations", "of doubles");
+              "of copy", "M operations", "of doubles");
   double all = 0;
   for (const auto& [name, time] : digitizer.deviceTimes()) {
     const double each = time.seconds / how.turns;
-    const Floor f = floorOf(name, r, surface);
+    const Work w = leastWork(name, r, surface);
     all += each;
-    std::printf("%-18s %10.1f %13.3f %9.1f%% %15.1f ", name.c_str(), 1e6 * each, 1e-6 * f.bytes,
-                100 * f.bytes / each / speeds.copy, 1e-6 * f.operations);
-    if (f.floats)
+    std::printf("%-18s %10.1f %13.3f %9.1f%% %15.1f ", name.c_str(), 1e6 * each, 1e-6 * w.bytes,
+                100 * w.bytes / each / speeds.copy, 1e-6 * w.operations);
+    if (w.floats)
       std::printf("%12s\n", "floats");
     else
-      std::printf("%11.1f%%\n", 100 * f.operations / each / speeds.doubles);
+      std::printf("%11.1f%%\n", 100 * w.operations / each / speeds.doubles);
   }
-  std::printf("%-18s %10.1f\n", "together", 1e6 * all);
+  std::printf("%-18s %10.1f\n", "total", 1e6 * all);
 }
 
 void run(const Arguments& how) {
@@ -203,21 +193,23 @@ void run(const Arguments& how) {
   const double cpuField = seconds([&] { field.emplace(cloud, kTissue, c.window); });
   const bool voxelsSame = same(device.cloud(), cloud), fieldSame = same(device.field(), *field);
   const Eigen::Vector3i n = cloud.size();
-  std::printf("voxels of %.4g mm, grid %d x %d x %d: %s the CPU's to the bit, sums %s\n",
-              1e3 * cloud.voxelSize(), n[0], n[1], n[2], voxelsSame ? "equal to" : "UNLIKE",
-              fieldSame ? "equal" : "UNLIKE");
-  const double gpu = median(how.turns, both);
-  const double gpuVoxels = median(how.turns, [&] { device.run(c.mesh, c.settings); });
+  std::printf("voxels of %.4g mm, grid %d x %d x %d: voxels %s as on the CPU, sums %s\n",
+              1e3 * cloud.voxelSize(), n[0], n[1], n[2], voxelsSame ? "the same" : "NOT the same",
+              fieldSame ? "the same" : "NOT the same");
+  const double gpu = turnTime(how.turns, both);
+  const double gpuVoxels = turnTime(how.turns, [&] { device.run(c.mesh, c.settings); });
   const double fetch = seconds([&] { device.cloud(); });
   std::printf(
-      "from the mesh to voxels and sums on the device, median of %d: %.3f ms (voxels alone %.3f); "
-      "the first time %zu rounds; fetching the voxels %.3f ms more\n",
-      how.turns, 1e3 * gpu, 1e3 * gpuVoxels, rounds, 1e3 * fetch);
-  std::printf("%u cores: voxels %.1f ms, sums %.1f ms: %.0f times that\n",
+      "device: voxels and sums %.3f ms (voxels only %.3f ms), median of %d; %zu rounds in the "
+      "first "
+      "run; download of the voxels %.3f ms\n",
+      1e3 * gpu, 1e3 * gpuVoxels, how.turns, rounds, 1e3 * fetch);
+  std::printf("%u cores: voxels %.1f ms, sums %.1f ms: %.0f times as long\n",
               std::thread::hardware_concurrency(), 1e3 * cpuVoxels, 1e3 * cpuField,
               (cpuVoxels + cpuField) / gpu);
-  tellSteps(how, c, speeds, double(cloud.counts().interface));
-  if (!voxelsSame || !fieldSame) throw std::runtime_error("the device's voxels are not the CPU's");
+  printKernels(how, c, speeds, double(cloud.counts().interface));
+  if (!voxelsSame || !fieldSame)
+    throw std::runtime_error("the voxels of the device and the CPU differ");
 }
 
 }  // namespace
@@ -227,7 +219,7 @@ int main(int count, char** words) {
     run(Arguments(count, words));
     return 0;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "gpu_digitise: %s\n", e.what());
+    std::fprintf(stderr, "gpu_digitize: %s\n", e.what());
     return 1;
   }
 }

@@ -1,7 +1,7 @@
-// Each speed is the best of some tries, by the device's own clock where it has one for it.
-#include "device/device_probe.h"
+// Each speed is the best of several tries, by the device's clock where possible.
+#include "device/device_speeds.h"
 
-#include "device/device_memory.h"
+#include "device/opencl_device.h"
 
 #include <algorithm>
 #include <chrono>
@@ -23,24 +23,19 @@ class Probe {
     device.queue().enqueueFillBuffer(a_, cl_uint{1}, 0, kBytes);
   }
 
-  double copy() {
-    set("ccCopy", a_, b_);
-    return 2.0 * kBytes / best("ccCopy", kBytes / 16);
-  }
+  double copy() { return 2.0 * kBytes / best("ccCopy", kBytes / 16, a_, b_); }
   double gather() {
     constexpr std::size_t kItems = 1 << 20;
-    set("ccGather", a_, cl_uint{(1u << 21) - 1}, b_);
-    return 16.0 * kItems / best("ccGather", kItems);
+    return 16.0 * kItems / best("ccGather", kItems, a_, cl_uint{(1u << 21) - 1}, b_);
   }
   double doubles() {
     constexpr std::size_t kItems = 1 << 20;
-    set("ccDoubles", 0.999, b_);
-    return 2.0 * 4 * 256 * kItems / best("ccDoubles", kItems);
+    return 2.0 * 4 * 256 * kItems / best("ccDoubles", kItems, 0.999, b_);
   }
   double transfer(bool up) {
     constexpr std::size_t kPart = std::size_t{8} << 20;
-    opencl::Pinned host;
-    void* const data = host.room(device_, kPart);
+    opencl::PinnedMemory host;
+    void* const data = host.reserve(device_, kPart);
     device_.clock();
     double least = 1e300;
     for (int i = 0; i < kTries; ++i) {
@@ -54,11 +49,10 @@ class Probe {
     return kPart / std::max(least, 1e-12);
   }
   double launch() {
-    set("ccNothing", b_);
     double least = 1e300;
     for (int i = 0; i < kTries; ++i) {
       const auto begin = std::chrono::steady_clock::now();
-      device_.run("ccNothing", 64, 64);
+      device_.run({"ccNothing", 64, 64}, b_);
       device_.queue().finish();
       least = std::min(
           least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
@@ -71,15 +65,11 @@ class Probe {
   static constexpr std::size_t kBytes = std::size_t{128} << 20;
 
   template <typename... Arguments>
-  void set(const char* name, const Arguments&... arguments) {
-    cl_uint k = 0;
-    (device_.kernel(name).setArg(k++, arguments), ...);
-  }
-  double best(const char* name, std::size_t items) {
+  double best(const char* name, std::size_t items, const Arguments&... arguments) {
     device_.clock();
     double least = 1e300;
     for (int i = 0; i < kTries; ++i) {
-      device_.run(name, items, 128);
+      device_.run({name, items, 128}, arguments...);
       least = std::min(least, device_.clock()[name].seconds);
     }
     return std::max(least, 1e-12);

@@ -1,16 +1,14 @@
-// Digitising a mesh beside OpenVDB's mesh to level set (half width 3, its default): the same mesh,
-// voxel and number of threads, turn by turn in one run, and the floor that memory gives beside
-// both.
-//   digitise [MESH.obj [VOXEL_MM [THREADS [TURNS]]]]     (the mesh in metres; by default a
-//   generated M16 screw, 0.1 mm, 2 threads, 7 turns)
-// OpenVDB is measured where Debian's libopenvdb-dev was installed when this was configured; a peer
-// of the laboratory like FCL (script/bootstrap --bench).
+// Time to digitize a mesh, compared with OpenVDB's meshToLevelSet (half width 3, its default) on
+// the same mesh, voxel size and threads in alternating turns, and with a lower bound from memory
+// speed.
+//   digitize_speed [MESH.obj [VOXEL_MM [THREADS [TURNS]]]]
+// The mesh is in meters. Defaults: a generated M16 screw, 0.1 mm, 2 threads, 7 turns.
+// OpenVDB needs Debian's libopenvdb-dev at configuration (script/bootstrap --bench).
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -19,51 +17,43 @@
 
 #include "level_set_peer.h"
 #include "scene/generated_mesh.h"
+#include "timing.h"
 
 namespace {
 
 using namespace cloudcontact;
-using Clock = std::chrono::steady_clock;
 
-double median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
-// By the clock on the wall, and of all threads together: the latter tells what the work costs where
-// others use the machine too.
-struct Took {
+// Wall time, and processor time of all threads, which means more on a busy machine.
+struct Times {
   std::vector<double> wall, processor;  // [ms] a turn
 
   template <typename Work>
   void add(Work&& work) {
-    const auto start = Clock::now();
-    const std::clock_t busy = std::clock();
-    work();
-    processor.push_back(1e3 * double(std::clock() - busy) / CLOCKS_PER_SEC);
-    wall.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    const std::clock_t start = std::clock();
+    wall.push_back(1e3 * seconds(work));
+    processor.push_back(1e3 * double(std::clock() - start) / CLOCKS_PER_SEC);
   }
-  void tell(const char* name) const {
-    std::printf("%-11s %.1f ms, at best %.1f; %.1f ms of all threads together\n", name,
+  void print(const char* name) const {
+    std::printf("%-11s median %.1f ms, best %.1f ms; %.1f ms of processor time\n", name,
                 median(wall), *std::min_element(wall.begin(), wall.end()), median(processor));
   }
 };
 
 template <typename Work>
 double medianOf(int turns, Work&& work) {
-  Took took;
-  for (int i = 0; i < turns; ++i) took.add(work);
-  return median(took.wall);
+  Times times;
+  for (int i = 0; i < turns; ++i) times.add(work);
+  return median(times.wall);
 }
 
-// How many times the first is the second, turn by turn.
+// a / b for each turn.
 std::vector<double> ratios(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> result;
   for (std::size_t i = 0; i < a.size(); ++i) result.push_back(a[i] / b[i]);
   return result;
 }
 
-// What must be read and written whatever the method: the result once, and each triangle once.
+// The lower bound for any method: write the result once, and read each triangle once.
 double copyingResult(const Cloud& cloud, int turns) {
   const Cloud::Voxels& from = cloud.voxels();
   return medianOf(turns, [&] {
@@ -85,55 +75,55 @@ double passingTriangles(const Mesh& mesh, int turns) {
   });
 }
 
-// What the method must spend (plugin/geometry/columns.cpp), in doubles:
-// - on a piece of a triangle in a voxel, of which each interface voxel has one at least: four
-//   corners written and read, two differences read and written; a cut (two crossings of 11) and
-//   two triangles' areas and moments (15 each), 6 to add them up;
-// - on a voxel of a brick that stores numbers: its difference read and cleared, its coverage
-//   written; a sum, two extremes, a clamp of two, a product and a sum to round.
+// The least work of this method (plugin/voxels/columns.cpp), in doubles:
+// - for each piece of a triangle in a voxel, and at least one in each interface voxel: writes and
+//   reads four corners, reads and writes two differences; a cut (two crossings of 11 operations),
+//   areas and moments of two triangles (15 each) and 6 to add them;
+// - for each voxel of a stored brick: reads and clears its difference, writes its coverage; a sum,
+//   min and max, a clamp (2), a product and a rounding sum.
 constexpr double kPieceBytes = 2 * 4 * 24 + 2 * 2 * 8, kPieceOperations = 2 * 11 + 2 * 15 + 6;
 constexpr double kStoredBytes = 8 + 8 + 1, kStoredOperations = 7;
 
-// `took`: the processors' time [ms].
-void tellBudget(const Mesh& mesh, const Cloud& cloud, double took, int turns) {
+// `time`: processor time [ms].
+void printWork(const Mesh& mesh, const Cloud& cloud, double time, int turns) {
   const VoxelCounts counts = cloud.counts();
   const double columns = double(cloud.size()[0]) * cloud.size()[1];
   const double pieces = double(counts.interface);
   const double stored = double(cloud.voxels().coverage.size()) * kBrickVoxels;
-  std::printf("voxels      %zu whole, %zu on the surface, %.0f stored, %.0f columns, %.1f MB\n",
+  std::printf("voxels      %zu inside, %zu on the surface, %.0f stored, %.0f columns, %.1f MB\n",
               counts.inside, counts.interface, stored, columns, double(cloud.bytes()) / 1e6);
-  std::printf("a surface voxel     %4.0f bytes, %3.0f operations at least;  measured %.1f ns\n",
-              kPieceBytes, kPieceOperations, 1e6 * took / pieces);
-  std::printf("a stored voxel      %4.0f bytes, %3.0f operations\n", kStoredBytes,
+  std::printf("per surface voxel   at least %4.0f bytes, %3.0f operations; measured %.1f ns\n",
+              kPieceBytes, kPieceOperations, 1e6 * time / pieces);
+  std::printf("per stored voxel    at least %4.0f bytes, %3.0f operations\n", kStoredBytes,
               kStoredOperations);
   const double bytes = pieces * kPieceBytes + stored * kStoredBytes;
   const double operations = pieces * kPieceOperations + stored * kStoredOperations;
-  std::printf("together    %.0f MB and %.0f million operations: %.1f GB/s, %.2f a ns\n",
-              bytes / 1e6, operations / 1e6, bytes / took / 1e6, operations / (1e6 * took));
+  std::printf("total       %.0f MB and %.0f million operations: %.1f GB/s, %.2f operations/ns\n",
+              bytes / 1e6, operations / 1e6, bytes / time / 1e6, operations / (1e6 * time));
   const double copy = copyingResult(cloud, turns), pass = passingTriangles(mesh, turns);
   std::printf(
-      "floor       copying the result %.2f ms, a pass over the triangles %.2f ms: %.0f times "
-      "less\n",
-      copy, pass, took / (copy + pass));
+      "lower bound copy of the result %.2f ms, pass over the triangles %.2f ms: %.0f times "
+      "faster\n",
+      copy, pass, time / (copy + pass));
 }
 
-// Whether the two mean the same body: volumes, and the side of each voxel that the level set puts
-// more than a voxel from the surface.
-void tellAgreement(const Mesh& mesh, const Cloud& cloud, const LevelSetPeer& peer) {
+// Whether both describe the same body: compares volumes, and the side of voxels that the level set
+// puts more than a voxel from the surface.
+void printAgreement(const Mesh& mesh, const Cloud& cloud, const LevelSetPeer& peer) {
   const double truth = inspect(mesh).volume;
-  std::printf("volume      mesh %.2f mm^3, ours %+.4f %%, OpenVDB %+.4f %%\n", 1e9 * truth,
+  std::printf("volume      mesh %.2f mm^3, digitize %+.4f %%, OpenVDB %+.4f %%\n", 1e9 * truth,
               100 * (cloud.massProperties().volume / truth - 1), 100 * (peer.volume() / truth - 1));
-  std::size_t asked = 0, others = 0;
+  std::size_t compared = 0, different = 0;
   const Eigen::Vector3i n = cloud.size();
   for (int z = 0; z < n[2]; ++z)
     for (int y = z % 3; y < n[1]; y += 3)
       for (int x = y % 5; x < n[0]; x += 5) {
         const double distance = peer.distance(cloud.center(x, y, z));
         if (std::abs(distance) < cloud.voxelSize()) continue;
-        ++asked;
-        others += cloud.coverage(x, y, z) != (distance < 0 ? 255 : 0);
+        ++compared;
+        different += cloud.coverage(x, y, z) != (distance < 0 ? 255 : 0);
       }
-  std::printf("sides       %zu of %zu voxels asked differ\n", others, asked);
+  std::printf("sides       %zu of %zu compared voxels differ\n", different, compared);
 }
 
 }  // namespace
@@ -149,24 +139,24 @@ int main(int argc, char** argv) {
 
   Cloud cloud;
   LevelSetPeer peer(mesh, voxel, threads);
-  Took ours, theirs;
+  Times ours, theirs;
   for (int i = 0; i < turns; ++i) {
     ours.add([&] { cloud = digitize(mesh, settings); });
-    if (LevelSetPeer::kThere) theirs.add([&] { peer.build(); });
+    if (LevelSetPeer::kAvailable) theirs.add([&] { peer.build(); });
   }
   std::printf("mesh        %zu triangles, voxels of %g mm, %d threads, median of %d turns\n",
               mesh.triangles.size(), 1e3 * voxel, threads, turns);
-  ours.tell("digitize");
-  tellBudget(mesh, cloud, median(ours.processor), turns);
-  if (!LevelSetPeer::kThere) {
-    std::printf("OpenVDB     not there: install libopenvdb-dev and configure again\n");
+  ours.print("digitize");
+  printWork(mesh, cloud, median(ours.processor), turns);
+  if (!LevelSetPeer::kAvailable) {
+    std::printf("OpenVDB     not available: install libopenvdb-dev and configure again\n");
     return 0;
   }
-  theirs.tell("OpenVDB");
+  theirs.print("OpenVDB");
   const std::vector<double> times = ratios(theirs.wall, ours.wall);
-  std::printf("ratio       %.1f (median; %.1f to %.1f), of the processors' time %.1f\n",
+  std::printf("OpenVDB / digitize  median %.1f (%.1f to %.1f), in processor time %.1f\n",
               median(times), *std::min_element(times.begin(), times.end()),
               *std::max_element(times.begin(), times.end()),
               median(ratios(theirs.processor, ours.processor)));
-  tellAgreement(mesh, cloud, peer);
+  printAgreement(mesh, cloud, peer);
 }
