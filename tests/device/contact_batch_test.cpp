@@ -1,4 +1,5 @@
 // A batch gives the same bits as a ContactFinder for each pair, on the CPU and through OpenCL.
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>

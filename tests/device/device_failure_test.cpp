@@ -1,4 +1,5 @@
 // A device that fails half-way: the exceptions, and what is left afterwards.
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/device/device_workpiece.h>
 #include <gtest/gtest.h>
