@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "base/grid_index.h"
 #include "device/device_speeds.h"
 #include "timing.h"
 #include "workpiece/base_vector_bricks.h"
@@ -37,13 +38,12 @@ Cloud ballCloud(double radius) {
   const int bricks = static_cast<int>(std::ceil((2 * radius + 2) / kBrickEdge));
   v->bricks = Eigen::Vector3i::Constant(bricks);
   const Vec3 center = Vec3::Constant(0.5 * kBrickEdge * bricks);
-  for (int e = 0; e < bricks * bricks * bricks; ++e) {
-    const Eigen::Vector3i low =
-        kBrickEdge * Eigen::Vector3i(e % bricks, e / bricks % bricks, e / bricks / bricks);
+  for (int e = 0; e < v->bricks.prod(); ++e) {
+    const Eigen::Vector3i low = kBrickEdge * gridCell(static_cast<std::size_t>(e), v->bricks);
     BrickCoverage brick;
     int least = 255, most = 0;
     for (int k = 0; k < kBrickVoxels; ++k) {
-      const Vec3 at = (low + Eigen::Vector3i(k & 7, k >> 3 & 7, k >> 6)).cast<double>();
+      const Vec3 at = (low + cellOffset(k)).cast<double>();
       const double in = radius - (at + Vec3::Constant(0.5) - center).norm() + 0.5;
       const int c = static_cast<int>(255 * std::clamp(in, 0.0, 1.0));
       brick[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(c);
@@ -76,10 +76,8 @@ Steps adjacent(const BaseVectorField& field, const Eigen::Vector3i& box, int tur
   Steps steps(static_cast<std::size_t>(turns));
   for (std::size_t t = 0; t < steps.size(); ++t)
     for (int k = 0; k < box.prod(); ++k)
-      steps[t].push_back(
-          {corners[t % corners.size()] +
-               Eigen::Vector3i(k % box.x(), k / box.x() % box.y(), k / box.x() / box.y()),
-           coverageAfter(t / corners.size())});
+      steps[t].push_back({corners[t % corners.size()] + gridCell(static_cast<std::size_t>(k), box),
+                          coverageAfter(t / corners.size())});
   return steps;
 }
 
@@ -88,7 +86,7 @@ std::vector<VoxelCut> shallowCut(const BaseVectorField& field) {
   std::vector<VoxelCut> all;
   const Eigen::Vector3i n = field.size();
   for (int k = 0; k < n.prod(); ++k) {
-    const VoxelIndex v(k % n.x(), k / n.x() % n.y(), k / n.x() / n.y());
+    const VoxelIndex v = gridCell(static_cast<std::size_t>(k), n);
     if (field.coverage(v) == 255) all.push_back({v, 254});
   }
   return all;
@@ -142,7 +140,7 @@ std::size_t voxelsSeeing(const BaseVectorField& field, const std::vector<VoxelCu
     for (const WindowTap& t : field.window().taps) {
       const VoxelIndex v = c.voxel - VoxelIndex(t.x, t.y, t.z);
       if (!field.bricks().blockOf(v)) continue;
-      const auto at = static_cast<std::size_t>(v.x() + n.x() * (v.y() + n.y() * v.z()));
+      const std::size_t at = gridIndex(v, n);
       count += !seen[at];
       seen[at] = true;
     }

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "base/grid_index.h"
 #include "device/flat_taps.h"
 #include "workpiece/brick_layout.h"
 
@@ -333,9 +334,7 @@ std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
                               d.note("sums fetched"));
   const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
   for (std::size_t n = 0; n < count; ++n) {
-    const auto e = static_cast<int>(bricks_[n]);
-    const Eigen::Vector3i brick(e % grid_.nx, e / grid_.nx % grid_.ny, e / grid_.nx / grid_.ny);
-    const VoxelIndex corner = kBrickEdge * brick - kBrickEdge / 2 * bricks;
+    const VoxelIndex corner = kBrickEdge * gridCell(bricks_[n], bricks) - kBrickEdge / 2 * bricks;
     for (std::size_t t = 0; t < shared_; ++t) addBrick(sums[n * shared_ + t], corner, all[t]);
   }
   return all;
