@@ -205,7 +205,7 @@ bool comparePasses(const BaseVectorField& whole, int turns) {
     return BaseVectorField(std::make_unique<BaseVectorField::Bricks>(whole.bricks()));
   };
   const double width = kVoxel * whole.size().x(), radius = 0.16 * width;
-  const SphereArea ball{Vec3::Zero(), radius};
+  const PlacedSolid ball{Sphere{radius}};
   BaseVectorField cpu = copy();
   DeviceWorkpiece device(copy(), {Backend::OpenCl});
   const std::vector<VoxelCut> first = shallowCut(whole);

@@ -51,7 +51,7 @@ Vec3 plan(double time, double seconds, const Vec3& top) {
 
 Ticks drill(BaseVectorField& tooth, const Vec3& top, double seconds, HapticOutput& last) {
   HapticSettings settings;
-  settings.tool.area = SphereArea{Vec3::Zero(), 0.5e-3};  // a round bur of 1 mm
+  settings.tool.area = {Sphere{0.5e-3}};  // a round bur of 1 mm
   settings.step = kStep;
   settings.cutter = Cutter{17e9, 0.3, 5};
   HapticLoop loop(tooth, {}, settings);

@@ -178,7 +178,7 @@ std::vector<Case> casesOf(const std::vector<std::string>& files) {
   const Mesh torus = torusMesh(2.5, 1, 128, 64);
   cases.push_back(
       {"a torus on another", torus, torus, placed(0.1, 0.05, 1.95), 1.0 / 20, {"GImpact"}});
-  const Mesh sphere = program::primitiveMesh(SphereShape{1}, 1.0 / 100);
+  const Mesh sphere = program::primitiveMesh(Sphere{1}, 1.0 / 100);
   cases.push_back(
       {"a sphere on another", sphere, sphere, placed(0.3, 0.2, 1.9), 1.0 / 16, {"GJK/EPA"}});
   return cases;

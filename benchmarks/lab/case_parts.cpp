@@ -31,7 +31,7 @@ Pose Random::grid(double voxel) {
   return {turn, {x, y, z}};
 }
 
-LabBody primitiveBody(const std::string& name, const AnalyticShape& shape, Random& random) {
+LabBody primitiveBody(const std::string& name, const Solid& shape, Random& random) {
   LabBody body{
       name, [shape](double tolerance) { return primitiveMesh(shape, tolerance); }, shape, true, {}};
   body.grid = random.grid(1e-3);

@@ -9,7 +9,7 @@
 namespace cloudcontact::program::lab {
 
 // Bodies whose grid lies anyhow.
-LabBody primitiveBody(const std::string& name, const AnalyticShape& shape, Random& random);
+LabBody primitiveBody(const std::string& name, const Solid& shape, Random& random);
 LabBody halfSpaceBody();
 LabBody meshBody(const std::string& name, std::function<Mesh(double tolerance)> mesh,
                  Random& random, bool convex = false);

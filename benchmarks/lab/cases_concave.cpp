@@ -42,7 +42,7 @@ Instance chainLinks(std::uint64_t seed) {
 Instance tubeOverRod(std::uint64_t seed) {
   Random random(seed);
   const double gap = 0.05 * kSize, turn = random.uniform(0, 1);
-  LabBody a = primitiveBody("rod", CylinderShape{kSize, 2 * kSize}, random);
+  LabBody a = primitiveBody("rod", Cylinder{kSize, 2 * kSize}, random);
   LabBody b = meshBody(
       "tube",
       [=](double tolerance) {
@@ -124,9 +124,8 @@ Instance bowlInBowl(std::uint64_t seed) {
 std::function<Instance(std::uint64_t)> sphereOnPlate(double thickness) {
   return [=](std::uint64_t seed) {
     Random random(seed);
-    LabBody a =
-        primitiveBody("plate", BoxShape{Vec3(1.5 * kSize, 1.5 * kSize, thickness / 2)}, random);
-    LabBody b = primitiveBody("sphere", SphereShape{kSize}, random);
+    LabBody a = primitiveBody("plate", Box{Vec3(1.5 * kSize, 1.5 * kSize, thickness / 2)}, random);
+    LabBody b = primitiveBody("sphere", Sphere{kSize}, random);
     return Instance{a, b,
                     pressed(
                         depthsOf(kSize, 0.4 * thickness),

@@ -11,7 +11,7 @@ constexpr double kSize = 0.01;  // [m]
 const Vec3 kSlab(0.03, 0.028, 0.008);
 
 LabBody slab(Random& random) {
-  return primitiveBody("slab", BoxShape{kSlab / 2}, random);
+  return primitiveBody("slab", Box{kSlab / 2}, random);
 }
 // B's pose pressed by `depth` into a slab whose top is A's, B's lowest point `below` its origin.
 std::function<Pose(double)> onSlab(double below, const Eigen::Quaterniond& turn, double x = 0,
@@ -24,7 +24,7 @@ Truth upward(const Vec3& centre = Vec3::Zero()) {
 
 Instance sphereOnPlane(std::uint64_t seed) {
   Random random(seed);
-  LabBody ball = primitiveBody("sphere", SphereShape{kSize}, random);
+  LabBody ball = primitiveBody("sphere", Sphere{kSize}, random);
   return {halfSpaceBody(), ball,
           pressed(
               depthsOf(kSize), [](double d) { return at(0, 0, kSize - d); }, upward())};
@@ -32,8 +32,8 @@ Instance sphereOnPlane(std::uint64_t seed) {
 
 Instance sphereOnSphere(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = primitiveBody("sphere", SphereShape{kSize}, random);
-  LabBody b = primitiveBody("sphere", SphereShape{kSize}, random);
+  LabBody a = primitiveBody("sphere", Sphere{kSize}, random);
+  LabBody b = primitiveBody("sphere", Sphere{kSize}, random);
   return {a, b,
           pressed(
               depthsOf(kSize), [](double d) { return at(0, 0, 2 * kSize - d); }, upward())};
@@ -41,21 +41,21 @@ Instance sphereOnSphere(std::uint64_t seed) {
 
 Instance cylinderSide(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = slab(random), b = primitiveBody("cylinder", CylinderShape{kSize, kSize}, random);
+  LabBody a = slab(random), b = primitiveBody("cylinder", Cylinder{kSize, kSize}, random);
   const auto turn = turnZ(random.uniform(0, 3)) * turnY(std::numbers::pi / 2);
   return {a, b, pressed(depthsOf(kSize), onSlab(kSize, turn), upward())};
 }
 
 Instance cylinderEnd(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = slab(random), b = primitiveBody("cylinder", CylinderShape{kSize, kSize}, random);
+  LabBody a = slab(random), b = primitiveBody("cylinder", Cylinder{kSize, kSize}, random);
   return {a, b,
           pressed(depthsOf(kSize), onSlab(kSize, turnZ(0.3), 0.001, -0.001),
                   upward({0.001, -0.001, 0}))};
 }
 
 LabBody box(Random& random) {
-  return primitiveBody("box", BoxShape{Vec3(1, 0.8, 0.9) * kSize}, random);
+  return primitiveBody("box", Box{Vec3(1, 0.8, 0.9) * kSize}, random);
 }
 const Vec3 kHalf = Vec3(1, 0.8, 0.9) * kSize;
 
@@ -99,7 +99,7 @@ Instance boxCorner(std::uint64_t seed) {
 // Both rolled by 45 degrees, their edges at right angles.
 Instance crossedEdges(std::uint64_t seed) {
   Random random(seed);
-  const BoxShape cube{Vec3(1, 1, 1) * kSize};
+  const Box cube{Vec3(1, 1, 1) * kSize};
   LabBody a = primitiveBody("box", cube, random), b = primitiveBody("box", cube, random);
   const double up = std::numbers::sqrt2 * kSize;
   // A stands unturned at the origin: all is seen from it, so that up is (0, 1, 1).
@@ -135,8 +135,8 @@ std::vector<double> deep() {
 
 Instance sphereDeep(std::uint64_t seed) {
   Random random(seed);
-  LabBody b = primitiveBody("sphere", SphereShape{kSize}, random);
-  LabBody a = primitiveBody("block", BoxShape{Vec3(1.6, 1.6, 1) * kSize}, random);
+  LabBody b = primitiveBody("sphere", Sphere{kSize}, random);
+  LabBody a = primitiveBody("block", Box{Vec3(1.6, 1.6, 1) * kSize}, random);
   return {a, b,
           pressed(
               deep(), [](double d) { return at(0, 0, 2 * kSize - d); }, upward())};
@@ -144,7 +144,7 @@ Instance sphereDeep(std::uint64_t seed) {
 
 Instance boxDeep(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = primitiveBody("block", BoxShape{Vec3(1.6, 1.6, 1) * kSize}, random), b = box(random);
+  LabBody a = primitiveBody("block", Box{Vec3(1.6, 1.6, 1) * kSize}, random), b = box(random);
   return {
       a, b,
       pressed(

@@ -18,7 +18,7 @@ Truth upward() {
 
 Instance torusInPlate(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = primitiveBody("plate", BoxShape{Vec3(4.5, 4.5, 1) * kSize}, random);
+  LabBody a = primitiveBody("plate", Box{Vec3(4.5, 4.5, 1) * kSize}, random);
   LabBody b = torusBody(random, 2.5 * kSize, kSize);
   return {a, b,
           pressed(
@@ -36,7 +36,7 @@ Instance torusInTorus(std::uint64_t seed) {
 // Standing on the face of which it is a prism.
 Instance angleInBlock(std::uint64_t seed) {
   Random random(seed);
-  LabBody a = primitiveBody("block", BoxShape{Vec3(2.5, 2.5, 1) * kSize}, random);
+  LabBody a = primitiveBody("block", Box{Vec3(2.5, 2.5, 1) * kSize}, random);
   const Outline section = {{-1, -1}, {1, -1}, {1, -0.2}, {-0.2, -0.2}, {-0.2, 1}, {-1, 1}};
   LabBody b = meshBody(
       "L-shape",

@@ -31,7 +31,7 @@ LabBody groovedBlock(Random& random) {
 }
 
 LabBody capsuleBody(Random& random) {
-  return primitiveBody("capsule", CapsuleShape{kSize, 0.8 * kSize}, random);
+  return primitiveBody("capsule", Capsule{kSize, 0.8 * kSize}, random);
 }
 
 // Of half angle 30 degrees, its edge along y at the origin.

@@ -21,7 +21,7 @@ struct LabBody {
   // Facets no further than `tolerance` [m] from the solid, or the file's own triangles; empty for a
   // half-space.
   std::function<Mesh(double tolerance)> mesh;
-  std::optional<AnalyticShape> shape;  // where it is a primitive
+  std::optional<Solid> shape;  // where it is a primitive
   bool convex = false;
   Pose grid;  // of a cloud's grid in the body's frame: voxels do not lie along a body's axes
 };

@@ -126,13 +126,13 @@ LabMethod hacdMethod() {
 constexpr double kFacetsOfCell = 0.1;
 
 bool isSphere(const LabBody& body) {
-  return body.shape && std::holds_alternative<SphereShape>(*body.shape);
+  return body.shape && std::holds_alternative<Sphere>(*body.shape);
 }
 
 // The distance of a half-space is linear, which cubic cells keep exactly: few and large ones.
 PeerShape planeSdf(const HalfSpace& plane, double reach) {
   const Vec3 half = Vec3::Constant(10 * reach), foot = plane.offset * plane.normal;
-  return bakedSdfShape([&](const Vec3& p) { return -shapeAt(plane, p).depth; },
+  return bakedSdfShape([&](const Vec3& p) { return -solidAt(plane, p).depth; },
                        Eigen::AlignedBox3d(foot - half, foot + half), 10 * reach);
 }
 
@@ -144,7 +144,7 @@ PeerShape sdfOf(const LabBody& body, double cell, double pad) {
   const Eigen::AlignedBox3d domain(byMesh.bounds().min() - margin, byMesh.bounds().max() + margin);
   int hint = 0;
   const auto distance = [&](const Vec3& p) {
-    return body.shape ? -shapeAt(*body.shape, p).depth
+    return body.shape ? -solidAt(*body.shape, p).depth
                       : -byMesh.depth(p, std::numeric_limits<double>::infinity(), &hint);
   };
   return bakedSdfShape(distance, domain, cell);

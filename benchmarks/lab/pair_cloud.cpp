@@ -19,7 +19,7 @@ constexpr double kFacets =
 
 struct Side {
   std::shared_ptr<const SurfaceField> field;
-  std::optional<AnalyticShape> plane;
+  std::optional<Solid> plane;
   std::shared_ptr<btCollisionShape> shape;
   Pose grid;
   double volume = 0;  // [m^3]

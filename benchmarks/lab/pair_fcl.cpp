@@ -60,24 +60,26 @@ struct PrimitiveMaker {
   Geometry operator()(const HalfSpace& s) const {
     return std::make_shared<fcl::Halfspaced>(s.normal, s.offset);
   }
-  Geometry operator()(const SphereShape& s) const {
-    return std::make_shared<fcl::Sphered>(s.radius);
-  }
-  Geometry operator()(const BoxShape& s) const {
+  Geometry operator()(const Sphere& s) const { return std::make_shared<fcl::Sphered>(s.radius); }
+  Geometry operator()(const Box& s) const {
     return std::make_shared<fcl::Boxd>(fcl::Vector3d(2 * s.halfExtents));
   }
-  Geometry operator()(const CapsuleShape& s) const {
+  Geometry operator()(const Capsule& s) const {
     return std::make_shared<fcl::Capsuled>(s.radius, 2 * s.halfHeight);
   }
-  Geometry operator()(const CylinderShape& s) const {
+  Geometry operator()(const Cylinder& s) const {
     return std::make_shared<fcl::Cylinderd>(s.radius, 2 * s.halfHeight);
   }
-  Geometry operator()(const ConeShape& s) const {
+  Geometry operator()(const Cone& s) const {
     if (s.margin > 0) throw CannotDo("FCL has no cone with a margin");
     return std::make_shared<fcl::Coned>(s.radius, 2 * s.halfHeight);
   }
-  Geometry operator()(const HullShape&) const {
+  Geometry operator()(const Hull&) const {
     throw CannotDo("FCL takes a hull as fcl::Convex: see that setting");
+  }
+  template <class Other>
+  Geometry operator()(const Other&) const {
+    throw CannotDo("the laboratory has no such body");
   }
 };
 

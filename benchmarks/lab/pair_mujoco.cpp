@@ -33,21 +33,25 @@ struct PrimitiveText {
     const Vec3 p = s.offset * s.normal;
     return "type='plane' size='1 1 1' pos='" + list(p) + "' zaxis='" + list(s.normal) + "'";
   }
-  std::string operator()(const SphereShape& s) const {
+  std::string operator()(const Sphere& s) const {
     return "type='sphere' size='" + number(s.radius) + "'";
   }
-  std::string operator()(const BoxShape& s) const {
+  std::string operator()(const Box& s) const {
     return "type='box' size='" + list(s.halfExtents) + "'";
   }
-  std::string operator()(const CapsuleShape& s) const {
+  std::string operator()(const Capsule& s) const {
     return "type='capsule' size='" + number(s.radius) + " " + number(s.halfHeight) + "'";
   }
-  std::string operator()(const CylinderShape& s) const {
+  std::string operator()(const Cylinder& s) const {
     return "type='cylinder' size='" + number(s.radius) + " " + number(s.halfHeight) + "'";
   }
-  std::string operator()(const ConeShape&) const { throw CannotDo("MuJoCo has no cone"); }
-  std::string operator()(const HullShape&) const {
+  std::string operator()(const Cone&) const { throw CannotDo("MuJoCo has no cone"); }
+  std::string operator()(const Hull&) const {
     throw CannotDo("MuJoCo takes a hull as a mesh: see that setting");
+  }
+  template <class Other>
+  std::string operator()(const Other&) const {
+    throw CannotDo("the laboratory has no such body");
   }
 
   static std::string number(double value) {

@@ -90,30 +90,34 @@ using Geometry = std::shared_ptr<OdeGeometry>;
 
 struct PrimitiveMaker {
   Geometry operator()(const HalfSpace& s) const { return std::make_shared<OdeGeometry>(s); }
-  Geometry operator()(const SphereShape& s) const {
+  Geometry operator()(const Sphere& s) const {
     return std::make_shared<OdeGeometry>(dCreateSphere(nullptr, s.radius));
   }
-  Geometry operator()(const BoxShape& s) const {
+  Geometry operator()(const Box& s) const {
     const Vec3 size = 2 * s.halfExtents;
     return std::make_shared<OdeGeometry>(dCreateBox(nullptr, size.x(), size.y(), size.z()));
   }
-  Geometry operator()(const CapsuleShape& s) const {
+  Geometry operator()(const Capsule& s) const {
     return std::make_shared<OdeGeometry>(dCreateCapsule(nullptr, s.radius, 2 * s.halfHeight));
   }
-  Geometry operator()(const CylinderShape& s) const {
+  Geometry operator()(const Cylinder& s) const {
     return std::make_shared<OdeGeometry>(dCreateCylinder(nullptr, s.radius, 2 * s.halfHeight));
   }
-  Geometry operator()(const ConeShape&) const { throw CannotDo("ODE has no cone"); }
-  Geometry operator()(const HullShape&) const {
+  Geometry operator()(const Cone&) const { throw CannotDo("ODE has no cone"); }
+  Geometry operator()(const Hull&) const {
     throw CannotDo("ODE's convex hulls need libccd, which Debian's build leaves out");
+  }
+  template <class Other>
+  Geometry operator()(const Other&) const {
+    throw CannotDo("the laboratory has no such body");
   }
 };
 
 bool isCylinder(const LabBody& body) {
-  return std::holds_alternative<CylinderShape>(*body.shape);
+  return std::holds_alternative<Cylinder>(*body.shape);
 }
 bool isCapsule(const LabBody& body) {
-  return std::holds_alternative<CapsuleShape>(*body.shape);
+  return std::holds_alternative<Capsule>(*body.shape);
 }
 
 // dCollide answers "none" where it has no function for a pair.
@@ -166,7 +170,7 @@ LabPair odePair(Geometry a, Geometry b) {
 
 LabPair primitives(const LabBody& a, const LabBody& b, double) {
   startOde();
-  const AnalyticShape &shapeA = primitiveOf(a), &shapeB = primitiveOf(b);
+  const Solid &shapeA = primitiveOf(a), &shapeB = primitiveOf(b);
   checkPair(a, b);
   return odePair(std::visit(PrimitiveMaker{}, shapeA), std::visit(PrimitiveMaker{}, shapeB));
 }

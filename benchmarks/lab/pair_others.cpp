@@ -13,22 +13,24 @@ namespace {
 struct Scaler {
   double factor;
 
-  AnalyticShape operator()(HalfSpace s) const {
+  Solid operator()(HalfSpace s) const {
     s.offset *= factor;
     return s;
   }
-  AnalyticShape operator()(const SphereShape& s) const { return SphereShape{factor * s.radius}; }
-  AnalyticShape operator()(const BoxShape& s) const { return BoxShape{factor * s.halfExtents}; }
-  AnalyticShape operator()(const CapsuleShape& s) const {
-    return CapsuleShape{factor * s.radius, factor * s.halfHeight};
+  Solid operator()(const Sphere& s) const { return Sphere{factor * s.radius}; }
+  Solid operator()(const Box& s) const { return Box{factor * s.halfExtents}; }
+  Solid operator()(const Capsule& s) const {
+    return Capsule{factor * s.radius, factor * s.halfHeight};
   }
-  AnalyticShape operator()(const CylinderShape& s) const {
-    return CylinderShape{factor * s.radius, factor * s.halfHeight};
+  Solid operator()(const Cylinder& s) const {
+    return Cylinder{factor * s.radius, factor * s.halfHeight};
   }
-  AnalyticShape operator()(const ConeShape& s) const {
-    return ConeShape{factor * s.radius, factor * s.halfHeight, factor * s.margin};
+  Solid operator()(const Ellipsoid& s) const { return Ellipsoid{factor * s.semiAxes}; }
+  Solid operator()(const CloudSolid&) const { throw CannotDo("the laboratory has no such body"); }
+  Solid operator()(const Cone& s) const {
+    return Cone{factor * s.radius, factor * s.halfHeight, factor * s.margin};
   }
-  AnalyticShape operator()(HullShape s) const {
+  Solid operator()(Hull s) const {
     for (HalfSpace& plane : s.planes) plane.offset *= factor;
     for (Vec3& corner : s.corners) corner *= factor;
     s.margin *= factor;
@@ -73,7 +75,7 @@ double reachOf(const LabBody& body, double tolerance) {
   if (isHalfSpace(body)) return std::numeric_limits<double>::infinity();
   double reach = 0;
   if (body.shape) {
-    const Eigen::AlignedBox3d box = shapeBounds(*body.shape);
+    const Eigen::AlignedBox3d box = boundsOf(*body.shape);
     reach = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm();
   } else {
     for (const Vec3& v : body.mesh(tolerance).vertices) reach = std::max(reach, v.norm());
@@ -113,7 +115,7 @@ bool isHalfSpace(const LabBody& body) {
   return body.shape && std::holds_alternative<HalfSpace>(*body.shape);
 }
 
-const AnalyticShape& primitiveOf(const LabBody& body) {
+const Solid& primitiveOf(const LabBody& body) {
   if (!body.shape) throw CannotDo(body.name + " is not a primitive");
   return *body.shape;
 }

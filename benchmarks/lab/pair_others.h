@@ -38,7 +38,7 @@ Version mujocoVersion();
 
 bool isHalfSpace(const LabBody& body);
 // Throws CannotDo where the body is no primitive.
-const AnalyticShape& primitiveOf(const LabBody& body);
+const Solid& primitiveOf(const LabBody& body);
 
 // How far the body reaches from its origin [m]: a primitive's box, or the facets' vertices.
 double reachOf(const LabBody& body, double tolerance);

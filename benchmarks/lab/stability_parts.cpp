@@ -56,7 +56,7 @@ class NearbyOverlap {
   };
   static std::shared_ptr<const Probed> measured(const SceneGeometry& geometry) {
     if (const auto* box = std::get_if<SceneBox>(&geometry)) {
-      const Mesh mesh = primitiveMesh(BoxShape{box->size / 2}, box->size.norm());
+      const Mesh mesh = primitiveMesh(Box{box->size / 2}, box->size.norm());
       return probed(geometry, &mesh);
     }
     const auto* mesh = std::get_if<SceneMesh>(&geometry);

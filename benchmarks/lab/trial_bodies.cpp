@@ -19,9 +19,9 @@ bool takesPrimitives(const Trial& trial) {
 }
 
 // Meshes are told apart by name, and no two sizes may share one.
-SceneGeometry meshOf(const AnalyticShape& shape, double size) {
+SceneGeometry meshOf(const Solid& shape, double size) {
   std::ostringstream name;
-  name << "shape " << shape.index() << ' ' << shapeBounds(shape).max().transpose();
+  name << "shape " << shape.index() << ' ' << boundsOf(shape).max().transpose();
   return meshNamed(name.str(), std::make_shared<const Mesh>(primitiveMesh(shape, kRound * size)));
 }
 
@@ -39,17 +39,17 @@ WorldSettings worldSettings(const Trial& trial, double voxel) {
 
 SceneGeometry boxFor(const Trial& trial, const Vec3& size) {
   if (takesPrimitives(trial)) return SceneBox{size};
-  return meshOf(BoxShape{size / 2}, size.norm());
+  return meshOf(Box{size / 2}, size.norm());
 }
 
 SceneGeometry ballFor(const Trial& trial, double radius) {
   if (takesPrimitives(trial)) return SceneSphere{radius};
-  return meshOf(SphereShape{radius}, radius);
+  return meshOf(Sphere{radius}, radius);
 }
 
 SceneGeometry cylinderFor(const Trial& trial, double radius, double length) {
   if (takesPrimitives(trial)) return SceneCylinder{radius, length};
-  return meshOf(CylinderShape{radius, length / 2}, radius);
+  return meshOf(Cylinder{radius, length / 2}, radius);
 }
 
 SceneGeometry meshNamed(const std::string& name, std::shared_ptr<const Mesh> mesh) {

@@ -22,7 +22,7 @@ namespace {
 // A body ready for both: the field or the plane, and its Bullet shape.
 struct Side {
   std::shared_ptr<const SurfaceField> field;
-  std::optional<AnalyticShape> plane;
+  std::optional<Solid> plane;
   std::shared_ptr<btCollisionShape> shape;
 
   double voxel() const { return field ? field->cloud().voxelSize() : 0; }

@@ -1,6 +1,7 @@
 // `cloudcontact drill WORKPIECE`: a tool in a simulated hand goes into a body along a straight way
 // and out again, cutting; force, volume and what is left.
 #include <cloudcontact/voxels/cloud_file.h>
+#include <cloudcontact/workpiece/cloud_solid.h>
 
 #include <cmath>
 #include <iostream>
@@ -41,7 +42,7 @@ struct DrillOptions {
 
 // The tool's area and its least and greatest half width [m].
 struct Bur {
-  Area area;
+  PlacedSolid area;
   double least = 0, most = 0;
 };
 
@@ -54,13 +55,13 @@ Bur burOf(const DrillOptions& o, double voxel) {
   if (bur.least < kLeastTool * voxel)
     throw BadInput("--bur: " + o.bur + " is thinner than four voxels; give a --voxel of at most " +
                    numberText(1e6 * bur.least / kLeastTool) + "e-6 or a larger bur");
-  if (body.shape && std::holds_alternative<SphereShape>(*body.shape))
-    bur.area = SphereArea{Vec3::Zero(), std::get<SphereShape>(*body.shape).radius};
-  else if (body.shape && std::holds_alternative<BoxShape>(*body.shape))
-    bur.area = BoxArea{{}, half};
+  if (body.shape && std::holds_alternative<Sphere>(*body.shape))
+    bur.area = {Sphere{std::get<Sphere>(*body.shape).radius}};
+  else if (body.shape && std::holds_alternative<Box>(*body.shape))
+    bur.area = {Box{half}};
   else
-    bur.area =
-        cloudArea(digitizeBody(body, body.cloud ? body.cloud->voxelSize() : voxel, o.common).cloud);
+    bur.area = cloudSolid(
+        digitizeBody(body, body.cloud ? body.cloud->voxelSize() : voxel, o.common).cloud);
   return bur;
 }
 
@@ -78,12 +79,11 @@ PlannedPath pathOf(const DrillOptions& o, const Cloud& cloud, const Bur& bur) {
   const Vec3 to = o.to ? o.to->position : Vec3(top - Vec3(0, 0, 4 * bur.most));
   const double way = (to - from).norm();
   if (!(way > 0)) throw BadInput("--to: is the same place as --from; give another");
-  if (areaBounds(bur.area).translated(from).intersects(bounds)) {
+  if (boundsOf(bur.area).translated(from).intersects(bounds)) {
     for (int z = 0; z < size.z(); ++z)
       for (int y = 0; y < size.y(); ++y)
         for (int x = 0; x < size.x(); ++x)
-          if (cloud.coverage(x, y, z) > 127 &&
-              areaDepth(bur.area, cloud.center(x, y, z) - from) > 0)
+          if (cloud.coverage(x, y, z) > 127 && depthOf(bur.area, cloud.center(x, y, z) - from) > 0)
             throw BadInput("--from: the tool stands in the body there; give a place outside");
   }
   const double speed = way / o.seconds;

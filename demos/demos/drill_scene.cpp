@@ -55,13 +55,13 @@ CutScene drillScene(int threads) {
   CutScene scene{toothCloud(kVoxel, threads), {}, {{}, {}, PlannedPath(path), {}, {}}, {}};
   scene.tissues = tissuesOf(dentalTissues(), scene.cloud.materials());
   HapticSettings& haptic = scene.task.haptic;
-  haptic.tool.area = SphereArea{Vec3::Zero(), kBur};
+  haptic.tool.area = {Sphere{kBur}};
   haptic.handStiffness = 5000;
   haptic.handDamping = 2.5;
   haptic.cutter = Cutter{17e9, kEfficiency, 2 * std::numbers::pi * kSpindle * kBur};
   scene.task.orientation = Eigen::Quaterniond::Identity();
   scene.task.hand = {0.1, 5000, 20, 0, 10};
-  scene.tool = primitiveMesh(SphereShape{kBur}, 0.02 * kBur);
+  scene.tool = primitiveMesh(Sphere{kBur}, 0.02 * kBur);
   return scene;
 }
 

@@ -27,7 +27,7 @@ constexpr double kEdge = 3 * kMm;
 
 NamedMesh box(const char* name, double top) {
   const double height = kSlab + top;  // both stand on z = -kSlab
-  NamedMesh part{name, primitiveMesh(BoxShape{Vec3(kLength, kWidth, height) / 2}, kVoxel)};
+  NamedMesh part{name, primitiveMesh(Box{Vec3(kLength, kWidth, height) / 2}, kVoxel)};
   for (Vec3& v : part.mesh.vertices) v.z() += top - height / 2;
   return part;
 }
@@ -42,10 +42,10 @@ Cloud slab(int threads) {
 // The blade's area D, and within it what does not cut: all but the rim.
 Detection blade() {
   Detection tool;
-  tool.area = EllipsoidArea{{}, Vec3(kBelly, kBladeHalfThickness, kBelly)};
+  tool.area = {Ellipsoid{Vec3(kBelly, kBladeHalfThickness, kBelly)}};
   tool.hardness = false;
   tool.parts = {
-      {EllipsoidArea{{}, Vec3(kBelly - kEdge, 5 * kBladeHalfThickness, kBelly - kEdge)}, 0.0}};
+      {PlacedSolid{Ellipsoid{Vec3(kBelly - kEdge, 5 * kBladeHalfThickness, kBelly - kEdge)}}, 0.0}};
   return tool;
 }
 
@@ -73,7 +73,7 @@ CutScene scalpelScene(int threads) {
   haptic.cutter = Cutter{1e9, 1.0, 0.0};
   scene.task.orientation = Eigen::Quaterniond::Identity();
   scene.task.hand = {0.2, 20000, 80, 0, 10};
-  Mesh ball = primitiveMesh(SphereShape{1}, 0.02);
+  Mesh ball = primitiveMesh(Sphere{1}, 0.02);
   scene.tool = ball.scaled(Vec3(kBelly, kBladeHalfThickness, kBelly));
   return scene;
 }

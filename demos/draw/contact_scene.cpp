@@ -29,7 +29,7 @@ std::optional<FieldPoint> PictureBody::at(const Vec3& world) const {
   if (field) {
     point = field->at(local);
   } else {
-    const ShapePoint shape = shapeAt(*plane, local);
+    const SolidPoint shape = solidAt(*plane, local);
     point = FieldPoint{shape.depth, shape.normal};
   }
   if (point) point->normal = pose.orientation * point->normal;
@@ -45,7 +45,7 @@ static Eigen::Vector3i voxelAt(const Cloud& cloud, const Vec3& local) {
 
 double PictureBody::coverageAt(const Vec3& world) const {
   const Vec3 local = pose.toLocal(world);
-  if (!field) return shapeAt(*plane, local).depth > 0 ? 1 : 0;
+  if (!field) return solidAt(*plane, local).depth > 0 ? 1 : 0;
   const Eigen::Vector3i v = voxelAt(field->cloud(), local);
   return field->cloud().coverage(v.x(), v.y(), v.z()) / 255.0;
 }

@@ -14,7 +14,7 @@ namespace cloudcontact::program {
 struct PictureBody {
   std::string name;
   std::shared_ptr<const SurfaceField> field;
-  std::optional<AnalyticShape> plane;  // where there is no field
+  std::optional<Solid> plane;  // where there is no field
   Pose pose;
 
   // Depth and outward normal at a point of the world; nothing far from the surface. [m]

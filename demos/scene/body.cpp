@@ -35,32 +35,30 @@ struct PrimitiveKind {
   const char* name;
   std::size_t numbers;
   const char* form;
-  AnalyticShape (*make)(const std::vector<double>&);
+  Solid (*make)(const std::vector<double>&);
 };
 
 constexpr std::array<PrimitiveKind, 5> kPrimitives = {{
     {"sphere", 1, "sphere:RADIUS",
-     [](const std::vector<double>& v) -> AnalyticShape { return SphereShape{v[0]}; }},
+     [](const std::vector<double>& v) -> Solid { return Sphere{v[0]}; }},
     {"box", 3, "box:X,Y,Z (full edges)",
-     [](const std::vector<double>& v) -> AnalyticShape {
-       return BoxShape{Vec3(v[0], v[1], v[2]) / 2};
-     }},
+     [](const std::vector<double>& v) -> Solid { return Box{Vec3(v[0], v[1], v[2]) / 2}; }},
     {"cylinder", 2, "cylinder:RADIUS,HEIGHT",
-     [](const std::vector<double>& v) -> AnalyticShape {
-       return CylinderShape{v[0], v[1] / 2};
+     [](const std::vector<double>& v) -> Solid {
+       return Cylinder{v[0], v[1] / 2};
      }},
     {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centres)",
-     [](const std::vector<double>& v) -> AnalyticShape {
-       return CapsuleShape{v[0], v[1] / 2};
+     [](const std::vector<double>& v) -> Solid {
+       return Capsule{v[0], v[1] / 2};
      }},
     {"cone", 2, "cone:RADIUS,HEIGHT",
-     [](const std::vector<double>& v) -> AnalyticShape {
-       return ConeShape{v[0], v[1] / 2};
+     [](const std::vector<double>& v) -> Solid {
+       return Cone{v[0], v[1] / 2};
      }},
 }};
 
-AnalyticShape readPrimitive(const std::string& specification, const PrimitiveKind& kind,
-                            const std::string& list) {
+Solid readPrimitive(const std::string& specification, const PrimitiveKind& kind,
+                    const std::string& list) {
   std::vector<double> sizes;
   std::istringstream words(list);
   for (std::string word; std::getline(words, word, ',');) {
@@ -76,7 +74,7 @@ AnalyticShape readPrimitive(const std::string& specification, const PrimitiveKin
 }
 
 // The primitive that the specification names, if it names one.
-std::optional<AnalyticShape> primitiveIn(const std::string& specification) {
+std::optional<Solid> primitiveIn(const std::string& specification) {
   if (specification == "halfspace") return HalfSpace{};
   const std::size_t colon = specification.find(':');
   const std::string name = specification.substr(0, colon);
@@ -260,7 +258,7 @@ bool isHalfSpace(const Body& body) {
 }
 
 Eigen::AlignedBox3d boundsOf(const Body& body) {
-  if (body.shape) return shapeBounds(*body.shape);
+  if (body.shape) return boundsOf(*body.shape);
   if (body.object) return cloudcontact::boundsOf(*body.object);
   Eigen::AlignedBox3d box;
   if (body.cloud) {

@@ -19,11 +19,11 @@ namespace cloudcontact::program {
 
 // Exactly one of the four is there: what the specification named.
 struct Body {
-  std::string name;                    // as typed
-  std::optional<Mesh> mesh;            // of a file, in metres
-  std::vector<NamedMesh> parts;        // of that mesh, where it has several
-  std::optional<AnalyticShape> shape;  // a primitive or the half-space z < 0
-  std::optional<Cloud> cloud;          // of a .cloud file of voxels
+  std::string name;              // as typed
+  std::optional<Mesh> mesh;      // of a file, in metres
+  std::vector<NamedMesh> parts;  // of that mesh, where it has several
+  std::optional<Solid> shape;    // a primitive or the half-space z < 0
+  std::optional<Cloud> cloud;    // of a .cloud file of voxels
   // Of a file of points, in metres, or of a .cloud file of any other kind.
   std::optional<DigitalObject> object;
 };

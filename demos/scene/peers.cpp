@@ -78,29 +78,33 @@ struct PrimitiveMaker {
   Shape operator()(const HalfSpace& s) const {
     return std::make_shared<btStaticPlaneShape>(toBullet(s.normal), btScalar(s.offset));
   }
-  Shape operator()(const SphereShape& s) const {
+  Shape operator()(const Sphere& s) const {
     return std::make_shared<btSphereShape>(btScalar(s.radius));
   }
-  Shape operator()(const BoxShape& s) const {
+  Shape operator()(const Box& s) const {
     return std::make_shared<btBoxShape>(toBullet(s.halfExtents));
   }
-  Shape operator()(const CapsuleShape& s) const {
+  Shape operator()(const Capsule& s) const {
     return std::make_shared<btCapsuleShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
   }
-  Shape operator()(const CylinderShape& s) const {
+  Shape operator()(const Cylinder& s) const {
     return std::make_shared<btCylinderShapeZ>(toBullet(Vec3(s.radius, s.radius, s.halfHeight)));
   }
-  Shape operator()(const ConeShape& s) const {
+  Shape operator()(const Cone& s) const {
     // The one primitive that Bullet puts its margin around rather than inside of.
     auto cone = std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
-    const double least = kMarginOfDiagonal * shapeBounds(s).diagonal().norm();
+    const double least = kMarginOfDiagonal * boundsOf(s).diagonal().norm();
     cone->setMargin(btScalar(std::max(least, s.margin)));
     return cone;
   }
-  Shape operator()(const HullShape& s) const {
+  template <class Other>
+  Shape operator()(const Other&) const {
+    throw std::invalid_argument("Bullet has no ellipsoid, and no cloud but as a cloud's shape");
+  }
+  Shape operator()(const Hull& s) const {
     std::vector<btVector3> corners;
     for (const Vec3& c : s.corners) corners.push_back(toBullet(c));
-    return hullOf(corners, btScalar(kMarginOfDiagonal * shapeBounds(s).diagonal().norm()));
+    return hullOf(corners, btScalar(kMarginOfDiagonal * boundsOf(s).diagonal().norm()));
   }
 };
 
@@ -216,7 +220,7 @@ PeerShape convexPartsShape(const ConvexParts& parts) {
   return result;
 }
 
-PeerShape primitiveShape(const AnalyticShape& shape) {
+PeerShape primitiveShape(const Solid& shape) {
   return {{}, std::visit(PrimitiveMaker{}, shape)};
 }
 

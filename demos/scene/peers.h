@@ -34,7 +34,7 @@ ConvexParts convexParts(const Mesh& fine, double concavity = 0.01);
 // A compound of their hulls.
 PeerShape convexPartsShape(const ConvexParts& parts);
 // Bullet's own sphere, box, capsule, cylinder, cone, hull; btStaticPlaneShape for a half-space.
-PeerShape primitiveShape(const AnalyticShape& shape);
+PeerShape primitiveShape(const Solid& shape);
 
 // What the dispatcher needs for the method beyond Bullet's defaults (GImpact's algorithm).
 void registerPeer(btCollisionDispatcher& dispatcher, Method method);

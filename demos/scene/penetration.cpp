@@ -63,9 +63,9 @@ struct ProbeVisitor {
   }
 };
 
-Solid solidOf(const SceneGeometry& geometry, const Mesh* mesh) {
+MeasuredSolid solidOf(const SceneGeometry& geometry, const Mesh* mesh) {
   return std::visit(
-      [&](const auto& shape) -> Solid {
+      [&](const auto& shape) -> MeasuredSolid {
         if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, SceneMesh>) {
           if (!mesh) throw std::invalid_argument("penetration: a mesh geometry without its mesh");
           return std::make_shared<const MeshDistance>(*mesh);
@@ -98,7 +98,7 @@ double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pos
 
 }  // namespace
 
-double depthIn(const Solid& solid, const Vec3& point, double reach) {
+double depthIn(const MeasuredSolid& solid, const Vec3& point, double reach) {
   return std::visit(DepthVisitor{point, reach}, solid);
 }
 

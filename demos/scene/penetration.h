@@ -12,12 +12,12 @@
 namespace cloudcontact::program {
 
 // A solid of a body: a closed form, or a mesh's distance.
-using Solid = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane,
-                           std::shared_ptr<const MeshDistance>>;
+using MeasuredSolid = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane,
+                                   std::shared_ptr<const MeshDistance>>;
 
 // Depth of a point in a solid, in the solid's frame: positive inside, minus the distance outside
 // [m]; see MeshDistance::depth for `reach`.
-double depthIn(const Solid& solid, const Vec3& point, double reach);
+double depthIn(const MeasuredSolid& solid, const Vec3& point, double reach);
 
 // A point of a solid's surface, or, for what is round, the middle of a ball in it.
 struct Probe {
@@ -27,7 +27,7 @@ struct Probe {
 
 // One solid and the probes that stand for it when it enters others. Shared by equal bodies.
 struct Probed {
-  Solid solid;
+  MeasuredSolid solid;
   std::vector<Probe> probes;
 };
 // `mesh` serves the probes of a box or cylinder, and the solid where there is none of its own.

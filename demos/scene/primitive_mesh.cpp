@@ -118,7 +118,7 @@ Mesh turned(const std::vector<Eigen::Vector2d>& profile, int slices) {
   return mesh;
 }
 
-Mesh capsuleMesh(const CapsuleShape& shape, double tolerance) {
+Mesh capsuleMesh(const Capsule& shape, double tolerance) {
   // A cap bends two ways, and each takes its half of the tolerance.
   const int slices = std::min(slicesFor(shape.radius, tolerance / 2), kMaxCapSlices);
   const int rings = std::max(8, slices / 4);
@@ -136,17 +136,17 @@ Mesh capsuleMesh(const CapsuleShape& shape, double tolerance) {
 struct Mesher {
   double tolerance;
 
-  Mesh operator()(const SphereShape& s) const { return sphereMesh(s.radius, tolerance); }
-  Mesh operator()(const BoxShape& s) const { return boxMesh(s.halfExtents); }
-  Mesh operator()(const CapsuleShape& s) const { return capsuleMesh(s, tolerance); }
-  Mesh operator()(const CylinderShape& s) const {
+  Mesh operator()(const Sphere& s) const { return sphereMesh(s.radius, tolerance); }
+  Mesh operator()(const Box& s) const { return boxMesh(s.halfExtents); }
+  Mesh operator()(const Capsule& s) const { return capsuleMesh(s, tolerance); }
+  Mesh operator()(const Cylinder& s) const {
     return turned({{0, -s.halfHeight},
                    {s.radius, -s.halfHeight},
                    {s.radius, s.halfHeight},
                    {0, s.halfHeight}},
                   slicesFor(s.radius, tolerance));
   }
-  Mesh operator()(const ConeShape& s) const {
+  Mesh operator()(const Cone& s) const {
     return turned({{0, -s.halfHeight}, {s.radius, -s.halfHeight}, {0, s.halfHeight}},
                   slicesFor(s.radius, tolerance));
   }
@@ -160,7 +160,7 @@ struct Mesher {
 
 }  // namespace
 
-Mesh primitiveMesh(const AnalyticShape& shape, double tolerance) {
+Mesh primitiveMesh(const Solid& shape, double tolerance) {
   return std::visit(Mesher{tolerance}, shape);
 }
 

@@ -10,6 +10,6 @@ namespace cloudcontact::program {
 // that the mesh has the shape's volume and facets lie on both sides of the surface. No facet is
 // further than `tolerance` [m] from the surface, unless that took more than about 330,000
 // triangles. Throws std::invalid_argument for a half-space, which has no mesh.
-Mesh primitiveMesh(const AnalyticShape& shape, double tolerance);
+Mesh primitiveMesh(const Solid& shape, double tolerance);
 
 }  // namespace cloudcontact::program

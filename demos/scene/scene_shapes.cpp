@@ -32,18 +32,14 @@ bool isPlane(const SceneGeometry& g) {
   return std::holds_alternative<ScenePlane>(g);
 }
 
-AnalyticShape analytic(const SceneGeometry& geometry) {
+Solid analytic(const SceneGeometry& geometry) {
   struct Visitor {
-    AnalyticShape operator()(const SceneBox& b) const { return BoxShape{b.size / 2}; }
-    AnalyticShape operator()(const SceneSphere& s) const { return SphereShape{s.radius}; }
-    AnalyticShape operator()(const SceneCylinder& c) const {
-      return CylinderShape{c.radius, c.length / 2};
-    }
-    AnalyticShape operator()(const SceneCapsule& c) const {
-      return CapsuleShape{c.radius, c.length / 2};
-    }
-    AnalyticShape operator()(const ScenePlane& p) const { return HalfSpace{p.normal, 0}; }
-    AnalyticShape operator()(const SceneMesh&) const { return HullShape{}; }
+    Solid operator()(const SceneBox& b) const { return Box{b.size / 2}; }
+    Solid operator()(const SceneSphere& s) const { return Sphere{s.radius}; }
+    Solid operator()(const SceneCylinder& c) const { return Cylinder{c.radius, c.length / 2}; }
+    Solid operator()(const SceneCapsule& c) const { return Capsule{c.radius, c.length / 2}; }
+    Solid operator()(const ScenePlane& p) const { return HalfSpace{p.normal, 0}; }
+    Solid operator()(const SceneMesh&) const { return Hull{}; }
   };
   return std::visit(Visitor{}, geometry);
 }
@@ -233,8 +229,8 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   } else {
     auto& kept = drawn_[keyOf(collision.geometry)];
     if (!kept) {
-      const AnalyticShape shape = analytic(collision.geometry);
-      const double size = shapeBounds(shape).diagonal().norm();
+      const Solid shape = analytic(collision.geometry);
+      const double size = boundsOf(shape).diagonal().norm();
       kept = std::make_shared<const Mesh>(primitiveMesh(shape, kDrawnTolerance * size));
     }
     part.mesh = kept;
@@ -324,7 +320,7 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
         });
         for (const Vec3& v : mesh.vertices) box.extend(v.cwiseProduct(named.scale));
       } else {
-        box = shapeBounds(analytic(collision.geometry));
+        box = boundsOf(analytic(collision.geometry));
       }
       least = std::min(least, box.diagonal().norm());
     }

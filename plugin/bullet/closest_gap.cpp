@@ -7,7 +7,7 @@ namespace {
 
 std::optional<FieldPoint> lookUp(const ContactBody& body, const Vec3& local) {
   if (body.field) return body.field->at(local);
-  const ShapePoint point = shapeAt(*body.shape, local);
+  const SolidPoint point = solidAt(*body.shape, local);
   return FieldPoint{point.depth, point.normal};
 }
 

@@ -44,7 +44,7 @@ double voxelOf(const ContactBody& a, const ContactBody& b) {
 double spinSpeed(const ContactBody& body) {
   const double rate = body.motion.angular.norm();
   if (!(rate > 0)) return 0;  // a half-space has no end, but does not turn
-  const Eigen::AlignedBox3d box = body.field ? body.field->bounds() : shapeBounds(*body.shape);
+  const Eigen::AlignedBox3d box = body.field ? body.field->bounds() : boundsOf(*body.shape);
   const Vec3 center = body.pose.toLocal(body.motion.center);
   return rate * (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
 }

@@ -1,4 +1,4 @@
-// Bullet shape to AnalyticShape, one function a kind.
+// Bullet shape to Solid, one function a kind.
 #include "bullet/shape_conversion.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -35,19 +35,18 @@ PlacedShape fromPlane(const btStaticPlaneShape& plane) {
 }
 
 PlacedShape fromCapsule(const btCapsuleShape& capsule) {
-  return {CapsuleShape{capsule.getRadius(), capsule.getHalfHeight()},
-          alongAxis(capsule.getUpAxis())};
+  return {Capsule{capsule.getRadius(), capsule.getHalfHeight()}, alongAxis(capsule.getUpAxis())};
 }
 
 PlacedShape fromCylinder(const btCylinderShape& cylinder) {
   const btVector3 half = cylinder.getHalfExtentsWithMargin();
   const int up = cylinder.getUpAxis();
   // Bullet's radius is the extent along x, or along y where x is the axis.
-  return {CylinderShape{half[up == 0 ? 1 : 0], half[up]}, alongAxis(up)};
+  return {Cylinder{half[up == 0 ? 1 : 0], half[up]}, alongAxis(up)};
 }
 
 PlacedShape fromCone(const btConeShape& cone) {
-  return {ConeShape{cone.getRadius(), cone.getHeight() / 2, cone.getMargin()},
+  return {Cone{cone.getRadius(), cone.getHeight() / 2, cone.getMargin()},
           alongAxis(cone.getConeUpIndex())};
 }
 
@@ -78,7 +77,7 @@ std::optional<PlacedShape> hullOf(const std::vector<double>& coordinates, double
   btConvexHullComputer computer;
   computer.compute(coordinates.data(), 3 * sizeof(double), static_cast<int>(coordinates.size() / 3),
                    0, 0);
-  HullShape hull;
+  Hull hull;
   hull.margin = margin;
   for (int i = 0; i < computer.vertices.size(); ++i)
     hull.corners.push_back(toVec3(computer.vertices[i]));
@@ -127,7 +126,7 @@ std::optional<PlacedShape> fromSupport(const btConvexShape& shape) {
   }
   std::optional<PlacedShape> placed = hullOf(coordinates, 0);
   // Its facets are the sampling's, not the shape's.
-  if (placed) std::get<HullShape>(placed->shape).edges.clear();
+  if (placed) std::get<Hull>(placed->shape).edges.clear();
   return placed;
 }
 
@@ -152,9 +151,9 @@ std::optional<PlacedShape> toAnalytic(const btCollisionShape& shape) {
       return fromPlane(static_cast<const btStaticPlaneShape&>(shape));
     case BOX_SHAPE_PROXYTYPE:
       return PlacedShape{
-          BoxShape{toVec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())}, {}};
+          Box{toVec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())}, {}};
     case SPHERE_SHAPE_PROXYTYPE:
-      return PlacedShape{SphereShape{static_cast<const btSphereShape&>(shape).getRadius()}, {}};
+      return PlacedShape{Sphere{static_cast<const btSphereShape&>(shape).getRadius()}, {}};
     case CAPSULE_SHAPE_PROXYTYPE:
       return fromCapsule(static_cast<const btCapsuleShape&>(shape));
     case CYLINDER_SHAPE_PROXYTYPE:

@@ -1,4 +1,4 @@
-// Plain Bullet shapes as AnalyticShape: what a cloud meets on the other side.
+// Plain Bullet shapes as Solid: what a cloud meets on the other side.
 #pragma once
 
 #include <LinearMath/btVector3.h>
@@ -12,7 +12,7 @@ namespace cloudcontact {
 
 // A shape and where its own frame (axis along z) stands in the Bullet shape's frame.
 struct PlacedShape {
-  AnalyticShape shape;
+  Solid shape;
   Pose frame;
 };
 

@@ -7,7 +7,7 @@ namespace cloudcontact {
 namespace {
 
 Eigen::AlignedBox3d boxOf(const ContactBody& body) {
-  return body.field ? body.field->bounds() : shapeBounds(*body.shape);
+  return body.field ? body.field->bounds() : boundsOf(*body.shape);
 }
 
 // A half-space has no box: the other's lowest corner tells.

@@ -53,7 +53,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
 void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
                  HitColumns& hits, HitSearch::Shares& shares);
 // Samples of `dir` against a shape's formula; `toShape` from their grid's frame, metres.
-void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
+void searchShape(const Direction& dir, const Solid& shape, const Pose& toShape,
                  Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares);
 
 }  // namespace cloudcontact::search

@@ -26,9 +26,11 @@ class EdgeWalk {
   double deepest() const { return deepest_; }
 
   void operator()(const HalfSpace&) {}
-  void operator()(const SphereShape&) {}
-  void operator()(const CapsuleShape&) {}
-  void operator()(const BoxShape& box) {
+  void operator()(const Sphere&) {}
+  void operator()(const Capsule&) {}
+  void operator()(const Ellipsoid&) {}
+  void operator()(const CloudSolid&) {}
+  void operator()(const Box& box) {
     for (int axis = 0; axis < 3; ++axis)
       for (int k = 0; k < 4; ++k) {
         Vec3 end = box.halfExtents;
@@ -39,16 +41,16 @@ class EdgeWalk {
         segment(start, end, 0);
       }
   }
-  void operator()(const CylinderShape& cylinder) {
+  void operator()(const Cylinder& cylinder) {
     for (const double z : {-cylinder.halfHeight, cylinder.halfHeight})
       circle(cylinder.radius, z, 0);
   }
-  void operator()(const ConeShape& cone) {
+  void operator()(const Cone& cone) {
     if (cone.margin > kSharpMargin * voxel_) return;
     circle(cone.radius, -cone.halfHeight, cone.margin);
     point(toCloud_.toWorld({0, 0, cone.halfHeight}), cone.margin);
   }
-  void operator()(const HullShape& hull) {
+  void operator()(const Hull& hull) {
     if (hull.margin > kSharpMargin * voxel_) return;
     for (const auto& [a, b] : hull.edges)
       segment(hull.corners[static_cast<std::size_t>(a)], hull.corners[static_cast<std::size_t>(b)],
@@ -117,7 +119,7 @@ class EdgeWalk {
 
 }  // namespace
 
-double deepestEdge(const AnalyticShape& shape, const Pose& toCloud, const SurfaceField& cloud,
+double deepestEdge(const Solid& shape, const Pose& toCloud, const SurfaceField& cloud,
                    const Eigen::AlignedBox3d& within) {
   EdgeWalk walk(toCloud, cloud, within);
   std::visit(walk, shape);

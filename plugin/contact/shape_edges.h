@@ -9,7 +9,7 @@ namespace cloudcontact {
 // The greatest depth [m] of any point of the shape's edges inside `within`, a box in the cloud's
 // frame; negative infinity where none is there, or the shape is round. `toCloud` takes the shape's
 // frame to the cloud's.
-double deepestEdge(const AnalyticShape& shape, const Pose& toCloud, const SurfaceField& cloud,
+double deepestEdge(const Solid& shape, const Pose& toCloud, const SurfaceField& cloud,
                    const Eigen::AlignedBox3d& within);
 
 }  // namespace cloudcontact

@@ -10,15 +10,15 @@ constexpr float kOneFace = 0.9f;
 
 struct ShapeTarget {
   const Direction& dir;
-  const AnalyticShape& shape;
+  const Solid& shape;
   const Pose& toShape;  // from the samples' grid, metres
   const SampleColumns& samples;
 
-  ShapePoint at(const V3& grid) const {
-    return shapeAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
+  SolidPoint at(const V3& grid) const {
+    return solidAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
   }
   std::pair<float, V3> told(const V3& grid) const {
-    const ShapePoint p = at(grid);
+    const SolidPoint p = at(grid);
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
@@ -101,7 +101,7 @@ struct ShapeTarget {
 
 }  // namespace
 
-void searchShape(const Direction& dir, const AnalyticShape& shape, const Pose& toShape,
+void searchShape(const Direction& dir, const Solid& shape, const Pose& toShape,
                  Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares) {
   ShapeTarget target{dir, shape, toShape, dir.samples.levels[dir.level].samples};
   searchShared(dir, target, candidates, hits, shares);

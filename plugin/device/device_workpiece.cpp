@@ -150,11 +150,11 @@ std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
   return s.field.cut(voxels);
 }
 
-std::size_t DeviceWorkpiece::cut(const Area& area, const Pose& tool) {
+std::size_t DeviceWorkpiece::cut(const PlacedSolid& area, const Pose& tool) {
   State& s = *state_;
   const VoxelGrid grid{s.field.voxelSize(), s.field.origin(), s.field.size()};
 #if defined(CLOUDCONTACT_OPENCL)
-  if (s.piece && !std::holds_alternative<CloudArea>(area)) {
+  if (s.piece && kernelKnows(area)) {
     const CcArea inGrid = areaInGrid(grid, area, tool);
     const std::size_t changed = opencl::guarded(s.name, [&] { return s.piece->cut(inGrid); });
     s.report = s.piece->report();

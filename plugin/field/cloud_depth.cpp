@@ -130,24 +130,4 @@ std::vector<float> cloudDepth(const Cloud& cloud) {
   return result;
 }
 
-double depthAt(const Cloud& cloud, const std::vector<float>& depth, const Vec3& local) {
-  const Eigen::Vector3i n = cloud.size();
-  const Vec3 g = (local - cloud.origin()) / cloud.voxelSize() - Vec3::Constant(0.5);
-  const Vec3 top = n.cast<double>() - Vec3::Ones();
-  const Vec3 in = g.cwiseMax(0.0).cwiseMin(top);
-  const Eigen::Vector3i low = in.cast<int>().cwiseMin(n - Eigen::Vector3i::Constant(2));
-  const Vec3 f = in - low.cast<double>();
-  const std::size_t nx = static_cast<std::size_t>(n.x()),
-                    nxy = nx * static_cast<std::size_t>(n.y());
-  const std::size_t at = static_cast<std::size_t>(low.x()) +
-                         nx * static_cast<std::size_t>(low.y()) +
-                         nxy * static_cast<std::size_t>(low.z());
-  const auto row = [&](std::size_t k) {
-    return (1 - f.x()) * static_cast<double>(depth[k]) + f.x() * static_cast<double>(depth[k + 1]);
-  };
-  const double bottom = (1 - f.y()) * row(at) + f.y() * row(at + nx);
-  const double upper = (1 - f.y()) * row(at + nxy) + f.y() * row(at + nxy + nx);
-  return (1 - f.z()) * bottom + f.z() * upper - cloud.voxelSize() * (g - in).norm();
-}
-
 }  // namespace cloudcontact

@@ -1,12 +1,19 @@
-// Signed depth and normal of the convex bodies that are known by a formula, exact inside and out.
-// Bodies of revolution are solved in the half-plane (r, z) through their axis; a hull outside by
-// the plane triples that its nearest point lies on.
+// Bodies of revolution are solved in the half-plane (r, z) through their axis; outside a hull, the
+// nearest point is found by the planes that it lies on.
+//
+// Sphere and box have two formulas for their normals, one for contact (pointOf) and one for areas
+// (normalIn), which differ in the last bit or within 1e-12 m of an edge. Both stay, so that the
+// results of either use stay equal to the bit.
 #include <cloudcontact/law/solid.h>
+#include <cloudcontact/voxels/cloud.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
 
 namespace cloudcontact {
 
@@ -14,28 +21,28 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The unit vector along `v`, or `fallback` where v has no direction: a point on an axis or a
-// centre is equally near to many surface points, and any of them is a true answer.
+// The unit vector along `v`, or `fallback` where v is zero: a point on an axis or at a center is
+// equally near to many surface points, and any of them is right.
 Vec3 direction(const Vec3& v, const Vec3& fallback) {
   const double length = v.norm();
   return length > 0 ? Vec3(v / length) : fallback;
 }
 
-ShapePoint pointOf(const HalfSpace& plane, const Vec3& x) {
+SolidPoint pointOf(const HalfSpace& plane, const Vec3& x) {
   return {plane.offset - plane.normal.dot(x), plane.normal};
 }
 
-ShapePoint pointOf(const SphereShape& sphere, const Vec3& x) {
+SolidPoint pointOf(const Sphere& sphere, const Vec3& x) {
   return {sphere.radius - x.norm(), direction(x, Vec3::UnitZ())};
 }
 
-ShapePoint pointOf(const CapsuleShape& capsule, const Vec3& x) {
+SolidPoint pointOf(const Capsule& capsule, const Vec3& x) {
   const Vec3 foot(0, 0, std::clamp(x.z(), -capsule.halfHeight, capsule.halfHeight));
   const Vec3 out = x - foot;
   return {capsule.radius - out.norm(), direction(out, Vec3::UnitX())};
 }
 
-ShapePoint pointOf(const BoxShape& box, const Vec3& x) {
+SolidPoint pointOf(const Box& box, const Vec3& x) {
   const Vec3 beyond = x.cwiseAbs() - box.halfExtents;
   const auto side = [&x](int axis) { return x[axis] < 0 ? -1.0 : 1.0; };
   Vec3 normal = Vec3::Zero();
@@ -61,7 +68,7 @@ struct Profile {
   Vec3 lift(const Eigen::Vector2d& v) const { return v.x() * radial + v.y() * Vec3::UnitZ(); }
 };
 
-ShapePoint pointOf(const CylinderShape& cylinder, const Vec3& x) {
+SolidPoint pointOf(const Cylinder& cylinder, const Vec3& x) {
   const Profile profile(x);
   const double side = profile.point.y() < 0 ? -1 : 1;
   const Eigen::Vector2d beyond(profile.point.x() - cylinder.radius,
@@ -83,7 +90,7 @@ Eigen::Vector2d onSegment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
   return a + std::clamp(t, 0.0, 1.0) * along;
 }
 
-ShapePoint sharpPoint(const ConeShape& cone, const Vec3& x) {
+SolidPoint sharpPoint(const Cone& cone, const Vec3& x) {
   const Profile profile(x);
   const Eigen::Vector2d rim(cone.radius, -cone.halfHeight), tip(0, cone.halfHeight);
   const Eigen::Vector2d slope = Eigen::Vector2d(2 * cone.halfHeight, cone.radius).normalized();
@@ -108,8 +115,8 @@ struct Basis {
   int size = 0;
 };
 
-// The point nearest to x on all planes of the basis at once. Nothing where the planes are parallel
-// or one of them would have to pull: then fewer planes hold the nearest point.
+// The point nearest to x on all planes of the basis at once. False where the planes are parallel or
+// one of them would have to pull: then fewer planes hold the nearest point.
 bool project(const Basis& basis, const Vec3& x, Vec3& foot) {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3> normals(basis.size, 3);
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> excess(basis.size);
@@ -149,19 +156,19 @@ bool enlarge(Basis& basis, const HalfSpace& added, const Vec3& x, double toleran
   return false;
 }
 
-const HalfSpace& mostViolated(const HullShape& hull, const Vec3& x) {
+const HalfSpace& mostViolated(const Hull& hull, const Vec3& x) {
   return *std::max_element(hull.planes.begin(), hull.planes.end(),
                            [&x](const HalfSpace& a, const HalfSpace& b) {
                              return a.normal.dot(x) - a.offset < b.normal.dot(x) - b.offset;
                            });
 }
 
-ShapePoint sharpPoint(const HullShape& hull, const Vec3& x) {
+SolidPoint sharpPoint(const Hull& hull, const Vec3& x) {
   const HalfSpace* worst = &mostViolated(hull, x);
   const double excess = worst->normal.dot(x) - worst->offset;
   if (excess <= 0) return {-excess, worst->normal};
-  // Outside: an LP-type search. Each round takes the plane that the foot violates most into the
-  // basis; the distance grows every time, so no basis comes back and the end is the nearest point.
+  // Outside: an LP-type search. Each round adds the plane that the foot violates most to the basis.
+  // The distance grows each time, so no basis repeats and the last foot is the nearest point.
   const double tolerance = 1e-12 * (x.norm() + std::abs(worst->offset));
   Basis basis;
   Vec3 foot = x;
@@ -173,20 +180,20 @@ ShapePoint sharpPoint(const HullShape& hull, const Vec3& x) {
   }
   const Vec3 out = x - foot;
   const double distance = out.norm();
-  return distance > 0 ? ShapePoint{-distance, out / distance} : ShapePoint{-excess, worst->normal};
+  return distance > 0 ? SolidPoint{-distance, out / distance} : SolidPoint{-excess, worst->normal};
 }
 
 // A margin moves every surface point out along its normal: it adds to the depth and turns nothing.
 template <typename Sharp>
-ShapePoint withMargin(const Sharp& shape, const Vec3& x) {
-  ShapePoint point = sharpPoint(shape, x);
+SolidPoint withMargin(const Sharp& shape, const Vec3& x) {
+  SolidPoint point = sharpPoint(shape, x);
   point.depth += shape.margin;
   return point;
 }
-ShapePoint pointOf(const ConeShape& cone, const Vec3& x) {
+SolidPoint pointOf(const Cone& cone, const Vec3& x) {
   return withMargin(cone, x);
 }
-ShapePoint pointOf(const HullShape& hull, const Vec3& x) {
+SolidPoint pointOf(const Hull& hull, const Vec3& x) {
   return withMargin(hull, x);
 }
 
@@ -194,38 +201,256 @@ Eigen::AlignedBox3d symmetric(double x, double y, double z) {
   return {Vec3(-x, -y, -z), Vec3(x, y, z)};
 }
 
-Eigen::AlignedBox3d boundsOf(const HalfSpace&) {
+Eigen::AlignedBox3d localBounds(const HalfSpace&) {
   return symmetric(kInfinity, kInfinity, kInfinity);
 }
-Eigen::AlignedBox3d boundsOf(const SphereShape& s) {
+Eigen::AlignedBox3d localBounds(const Sphere& s) {
   return symmetric(s.radius, s.radius, s.radius);
 }
-Eigen::AlignedBox3d boundsOf(const BoxShape& b) {
+Eigen::AlignedBox3d localBounds(const Box& b) {
   return {Vec3(-b.halfExtents), b.halfExtents};
 }
-Eigen::AlignedBox3d boundsOf(const CapsuleShape& c) {
+Eigen::AlignedBox3d localBounds(const Ellipsoid& e) {
+  return {Vec3(-e.semiAxes), e.semiAxes};
+}
+Eigen::AlignedBox3d localBounds(const Capsule& c) {
   return symmetric(c.radius, c.radius, c.halfHeight + c.radius);
 }
-Eigen::AlignedBox3d boundsOf(const CylinderShape& c) {
+Eigen::AlignedBox3d localBounds(const Cylinder& c) {
   return symmetric(c.radius, c.radius, c.halfHeight);
 }
-Eigen::AlignedBox3d boundsOf(const ConeShape& c) {
+Eigen::AlignedBox3d localBounds(const Cone& c) {
   return symmetric(c.radius + c.margin, c.radius + c.margin, c.halfHeight + c.margin);
 }
-Eigen::AlignedBox3d boundsOf(const HullShape& hull) {
+Eigen::AlignedBox3d localBounds(const Hull& hull) {
   Eigen::AlignedBox3d box;
   for (const Vec3& corner : hull.corners) box.extend(corner);
   return {Vec3(box.min().array() - hull.margin), Vec3(box.max().array() + hull.margin)};
 }
+Eigen::AlignedBox3d localBounds(const CloudSolid& cloud) {
+  return cloud.matter;
+}
+
+// Ellipsoid: the implicit function over its gradient, first order in the distance.
+double depthIn(const Ellipsoid& e, const Vec3& p) {
+  const double r = p.cwiseQuotient(e.semiAxes).norm();
+  // At the center every direction is a ray; the shortest way out is along the least axis.
+  if (r < 1e-12) return e.semiAxes.minCoeff();
+  const double slope = p.cwiseQuotient(e.semiAxes.cwiseProduct(e.semiAxes)).norm() / r;
+  return std::min((1 - r) / slope, e.semiAxes.minCoeff());
+}
+Vec3 normalIn(const Ellipsoid& e, const Vec3& p) {
+  return direction(p.cwiseQuotient(e.semiAxes.cwiseProduct(e.semiAxes)), Vec3::UnitZ());
+}
+
+// Linear between the voxels' centers; outside the grid, the depth of the grid's nearest place less
+// the way there.
+double depthIn(const CloudSolid& solid, const Vec3& p) {
+  const Cloud& cloud = *solid.cloud;
+  const std::vector<float>& depth = *solid.depth;
+  const Eigen::Vector3i n = cloud.size();
+  const Vec3 g = (p - cloud.origin()) / cloud.voxelSize() - Vec3::Constant(0.5);
+  const Vec3 top = n.cast<double>() - Vec3::Ones();
+  const Vec3 in = g.cwiseMax(0.0).cwiseMin(top);
+  const Eigen::Vector3i low = in.cast<int>().cwiseMin(n - Eigen::Vector3i::Constant(2));
+  const Vec3 f = in - low.cast<double>();
+  const std::size_t nx = static_cast<std::size_t>(n.x()),
+                    nxy = nx * static_cast<std::size_t>(n.y());
+  const std::size_t at = static_cast<std::size_t>(low.x()) +
+                         nx * static_cast<std::size_t>(low.y()) +
+                         nxy * static_cast<std::size_t>(low.z());
+  const auto row = [&](std::size_t k) {
+    return (1 - f.x()) * static_cast<double>(depth[k]) + f.x() * static_cast<double>(depth[k + 1]);
+  };
+  const double bottom = (1 - f.y()) * row(at) + f.y() * row(at + nx);
+  const double upper = (1 - f.y()) * row(at + nxy) + f.y() * row(at + nxy + nx);
+  return (1 - f.z()) * bottom + f.z() * upper - cloud.voxelSize() * (g - in).norm();
+}
+Vec3 normalIn(const CloudSolid& solid, const Vec3& p) {
+  const double half = 0.5 * solid.cloud->voxelSize();
+  Vec3 n;
+  for (int i = 0; i < 3; ++i)
+    n[i] = depthIn(solid, p - half * Vec3::Unit(i)) - depthIn(solid, p + half * Vec3::Unit(i));
+  return direction(n, Vec3::UnitZ());
+}
+
+SolidPoint pointOf(const Ellipsoid& ellipsoid, const Vec3& x) {
+  return {depthIn(ellipsoid, x), normalIn(ellipsoid, x)};
+}
+SolidPoint pointOf(const CloudSolid& cloud, const Vec3& x) {
+  return {depthIn(cloud, x), normalIn(cloud, x)};
+}
+
+double depthIn(const Box& box, const Vec3& p) {
+  const Vec3 beyond = p.cwiseAbs() - box.halfExtents;
+  const double outside = beyond.cwiseMax(0.0).norm();
+  return outside > 0 ? -outside : -beyond.maxCoeff();
+}
+Vec3 normalIn(const Box& box, const Vec3& p) {
+  const Vec3 beyond = p.cwiseAbs() - box.halfExtents;
+  Vec3 n = beyond.cwiseMax(0.0);
+  if (n.isZero()) {
+    int axis;
+    beyond.maxCoeff(&axis);
+    n = Vec3::Unit(axis);
+  }
+  for (int i = 0; i < 3; ++i)
+    if (p[i] < 0) n[i] = -n[i];
+  return direction(n, Vec3::UnitZ());
+}
+
+template <typename Kind>
+double depthIn(const Kind& kind, const Vec3& p) {
+  return pointOf(kind, p).depth;
+}
+template <typename Kind>
+Vec3 normalIn(const Kind& kind, const Vec3& p) {
+  return pointOf(kind, p).normal;
+}
+
+template <typename Kind>
+double depthAt(const Kind& kind, const Pose& place, const Vec3& point) {
+  return depthIn(kind, place.toLocal(point));
+}
+template <typename Kind>
+Vec3 normalAt(const Kind& kind, const Pose& place, const Vec3& point) {
+  return place.orientation * normalIn(kind, place.toLocal(point));
+}
+// A sphere looks the same from all sides: its orientation costs nothing.
+double depthAt(const Sphere& sphere, const Pose& place, const Vec3& point) {
+  return sphere.radius - (point - place.position).norm();
+}
+Vec3 normalAt(const Sphere&, const Pose& place, const Vec3& point) {
+  const Vec3 from = point - place.position;
+  const double length = from.norm();
+  return length > 0 ? Vec3(from * (1 / length)) : Vec3::UnitZ();
+}
+
+// The axis-aligned box around a turned one.
+Eigen::AlignedBox3d turned(const Pose& place, const Eigen::AlignedBox3d& box) {
+  Eigen::AlignedBox3d bounds;
+  for (int corner = 0; corner < 8; ++corner)
+    bounds.extend(place.toWorld(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))));
+  return bounds;
+}
+
+struct PlacedBounds {
+  const Pose& place;
+
+  Eigen::AlignedBox3d operator()(const Sphere& s) const {
+    return {place.position - Vec3::Constant(s.radius), place.position + Vec3::Constant(s.radius)};
+  }
+  Eigen::AlignedBox3d operator()(const Ellipsoid& e) const {
+    const Eigen::Matrix3d axes = place.orientation.toRotationMatrix() * e.semiAxes.asDiagonal();
+    const Vec3 reach = axes.rowwise().norm();
+    return {place.position - reach, place.position + reach};
+  }
+  template <typename Kind>
+  Eigen::AlignedBox3d operator()(const Kind& kind) const {
+    return turned(place, localBounds(kind));
+  }
+};
+
+void requireSizes(const char* what, const Vec3& sizes) {
+  if (!(sizes.array() > 0).all() || !sizes.allFinite())
+    throw std::invalid_argument(std::string(what) + " must be positive and finite");
+}
+void requireMargin(const char* what, double margin) {
+  if (!(margin >= 0) || !std::isfinite(margin))
+    throw std::invalid_argument(std::string(what) + " margin must be at least 0 and finite");
+}
+
+struct Validation {
+  void operator()(const HalfSpace&) const {
+    throw std::invalid_argument("an area must be bounded; a half-space is not");
+  }
+  void operator()(const Sphere& s) const {
+    requireSizes("a sphere's radius", Vec3::Constant(s.radius));
+  }
+  void operator()(const Box& b) const { requireSizes("a box's half extents", b.halfExtents); }
+  void operator()(const Ellipsoid& e) const {
+    requireSizes("an ellipsoid's semi-axes", e.semiAxes);
+  }
+  void operator()(const Capsule& c) const {
+    requireSizes("a capsule's radius and half height", {c.radius, c.radius, c.halfHeight});
+  }
+  void operator()(const Cylinder& c) const {
+    requireSizes("a cylinder's radius and half height", {c.radius, c.radius, c.halfHeight});
+  }
+  void operator()(const Cone& c) const {
+    requireSizes("a cone's radius and half height", {c.radius, c.radius, c.halfHeight});
+    requireMargin("a cone's", c.margin);
+  }
+  void operator()(const Hull& hull) const {
+    if (hull.planes.size() < 4 || hull.corners.empty())
+      throw std::invalid_argument("a hull needs at least four planes, and corners for its bounds");
+    requireSizes("a hull's extents", localBounds(hull).sizes());
+    requireMargin("a hull's", hull.margin);
+  }
+  void operator()(const CloudSolid& c) const {
+    if (!c.cloud || !c.depth)
+      throw std::invalid_argument("a cloud solid has no cloud: make it with cloudSolid()");
+    requireSizes("a cloud solid's voxel", Vec3::Constant(c.cloud->voxelSize()));
+  }
+};
 
 }  // namespace
 
-ShapePoint shapeAt(const AnalyticShape& shape, const Vec3& local) {
-  return std::visit([&local](const auto& kind) { return pointOf(kind, local); }, shape);
+SolidPoint solidAt(const Solid& solid, const Vec3& local) {
+  return std::visit([&local](const auto& kind) { return pointOf(kind, local); }, solid);
 }
 
-Eigen::AlignedBox3d shapeBounds(const AnalyticShape& shape) {
-  return std::visit([](const auto& kind) { return boundsOf(kind); }, shape);
+Eigen::AlignedBox3d boundsOf(const Solid& solid) {
+  return std::visit([](const auto& kind) { return localBounds(kind); }, solid);
+}
+
+bool isDistance(const Solid& solid) {
+  return !std::holds_alternative<Ellipsoid>(solid);
+}
+
+void validate(const PlacedSolid& area) {
+  std::visit(Validation{}, area.solid);
+  if (!area.place.position.allFinite() || !area.place.orientation.coeffs().allFinite())
+    throw std::invalid_argument("an area's place must be finite");
+}
+
+double depthOf(const PlacedSolid& area, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return depthAt(kind, area.place, point); }, area.solid);
+}
+
+Vec3 normalOf(const PlacedSolid& area, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return normalAt(kind, area.place, point); },
+                    area.solid);
+}
+
+void depthsAlong(const PlacedSolid& area, const Vec3& start, const Vec3& step, int count,
+                 double* depth) {
+  std::visit(
+      [&](const auto& kind) {
+        for (int i = 0; i < count; ++i) depth[i] = depthAt(kind, area.place, start + i * step);
+      },
+      area.solid);
+}
+
+Eigen::AlignedBox3d boundsOf(const PlacedSolid& area) {
+  return std::visit(PlacedBounds{area.place}, area.solid);
+}
+
+Vec3 centerOfGravity(const PlacedSolid& area) {
+  const Pose& place = area.place;
+  if (const auto* cloud = std::get_if<CloudSolid>(&area.solid))
+    return place.toWorld(cloud->cloud->massProperties().centerOfMass);
+  if (const auto* cone = std::get_if<Cone>(&area.solid); cone && cone->margin == 0)
+    return place.toWorld({0, 0, -cone->halfHeight / 2});
+  if (std::holds_alternative<HalfSpace>(area.solid) || std::holds_alternative<Hull>(area.solid) ||
+      std::holds_alternative<Cone>(area.solid))
+    throw std::invalid_argument(
+        "centerOfGravity: not known of half-spaces, hulls and cones with a margin");
+  return place.position;
+}
+
+Vec3 centerOfBounds(const PlacedSolid& area) {
+  return boundsOf(area).center();
 }
 
 }  // namespace cloudcontact

@@ -7,45 +7,43 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "workpiece/area_point.h"
-
 namespace cloudcontact {
 
 namespace {
 
 // In the frame of the grid's body.
-struct Placed {
+struct AreaInBody {
   int kind;
   Pose place;
-  Vec3 size, reach;  // [m]; of the bounds from the middle
+  Vec3 size, reach;  // [m]; reach: of the bounds, from the middle
 };
 
-struct Place {
-  const Pose& frame;
+struct InBody {
+  Pose place;
 
-  Placed operator()(const SphereArea& a) const {
-    const Vec3 size = Vec3::Constant(a.radius);
-    return {CC_SPHERE, {Eigen::Quaterniond::Identity(), frame.toWorld(a.center)}, size, size};
+  AreaInBody operator()(const Sphere& s) const {
+    const Vec3 size = Vec3::Constant(s.radius);
+    return {CC_SPHERE, {Eigen::Quaterniond::Identity(), place.position}, size, size};
   }
-  Placed operator()(const BoxArea& a) const {
-    const Pose place = frame * a.place;
-    return {CC_BOX, place, a.halfExtents,
-            place.orientation.toRotationMatrix().cwiseAbs() * a.halfExtents};
+  AreaInBody operator()(const Box& b) const {
+    return {CC_BOX, place, b.halfExtents,
+            place.orientation.toRotationMatrix().cwiseAbs() * b.halfExtents};
   }
-  Placed operator()(const EllipsoidArea& a) const {
-    const Pose place = frame * a.place;
-    const Eigen::Matrix3d axes = place.orientation.toRotationMatrix() * a.semiAxes.asDiagonal();
-    return {CC_ELLIPSOID, place, a.semiAxes, axes.rowwise().norm()};
+  AreaInBody operator()(const Ellipsoid& e) const {
+    const Eigen::Matrix3d axes = place.orientation.toRotationMatrix() * e.semiAxes.asDiagonal();
+    return {CC_ELLIPSOID, place, e.semiAxes, axes.rowwise().norm()};
   }
-  // As the box about its matter; its depth is asked for by other means.
-  Placed operator()(const CloudArea& a) const {
-    BoxArea box{a.place, 0.5 * a.matter.sizes()};
-    box.place.position = a.place.toWorld(a.matter.center());
-    return operator()(box);
+  // The kernel does not know these: as the box about them.
+  template <typename Kind>
+  AreaInBody operator()(const Kind& kind) const {
+    const Eigen::AlignedBox3d bounds = boundsOf(kind);
+    const Pose middle{place.orientation, place.toWorld(bounds.center())};
+    return InBody{middle}(Box{0.5 * bounds.sizes()});
   }
 };
 
-int leftBy(const CloudArea& area, const VoxelGrid& grid, const Pose& toArea, const VoxelIndex& v) {
+int leftBy(const PlacedSolid& area, const VoxelGrid& grid, const Pose& toArea,
+           const VoxelIndex& v) {
   const Vec3 center = grid.origin + grid.voxelSize * (v.cast<double>() + Vec3::Constant(0.5));
   const double depth = depthOf(area, toArea.toWorld(center)) / grid.voxelSize;
   return 255 - static_cast<int>(255 * std::clamp(depth + 0.5, 0.0, 1.0) + 0.5);
@@ -53,14 +51,19 @@ int leftBy(const CloudArea& area, const VoxelGrid& grid, const Pose& toArea, con
 
 }  // namespace
 
-CcArea areaInGrid(const VoxelGrid& grid, const Area& area, const Pose& place) {
-  requireArea(area);
+bool kernelKnows(const PlacedSolid& area) {
+  return std::holds_alternative<Sphere>(area.solid) || std::holds_alternative<Box>(area.solid) ||
+         std::holds_alternative<Ellipsoid>(area.solid);
+}
+
+CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place) {
+  validate(area);
   if (!place.position.allFinite() || !place.orientation.coeffs().allFinite() ||
       !(place.orientation.norm() > 0))
     throw std::invalid_argument("the area's pose must be finite");
   Pose frame = place;
   frame.orientation.normalize();
-  const Placed p = std::visit(Place{frame}, area);
+  const AreaInBody p = std::visit(InBody{frame * area.place}, area.solid);
   const Eigen::Matrix3d turn = p.place.orientation.toRotationMatrix().transpose();
   const double perVoxel = 1 / grid.voxelSize;
   const Vec3 middle = perVoxel * (p.place.position - grid.origin), size = perVoxel * p.size;
@@ -78,23 +81,23 @@ CcArea areaInGrid(const VoxelGrid& grid, const Area& area, const Pose& place) {
   return a;
 }
 
-void listCuts(const VoxelGrid& grid, const Area& area, const Pose& place,
+void listCuts(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place,
               std::vector<VoxelCut>& cuts) {
   const CcArea a = areaInGrid(grid, area, place);
-  const CloudArea* const cloud = std::get_if<CloudArea>(&area);
+  const bool known = kernelKnows(area);
   Pose frame = place;
   frame.orientation.normalize();
   const Pose toArea = frame.inverse();
   for (int z = a.low[2]; z <= a.high[2]; ++z)
     for (int y = a.low[1]; y <= a.high[1]; ++y)
       for (int x = a.low[0]; x <= a.high[0]; ++x) {
-        const int left =
-            cloud ? leftBy(*cloud, grid, toArea, {x, y, z}) : ccAreaLeaves(&a, x, y, z);
+        const int left = known ? ccAreaLeaves(&a, x, y, z) : leftBy(area, grid, toArea, {x, y, z});
         if (left < 255) cuts.push_back({{x, y, z}, static_cast<std::uint8_t>(left)});
       }
 }
 
-std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const Area& area, const Pose& tool) {
+std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid& area,
+                             const Pose& tool) {
   std::vector<VoxelCut> cuts;
   listCuts({workpiece.voxelSize(), workpiece.origin(), workpiece.size()}, area, tool, cuts);
   return cuts;

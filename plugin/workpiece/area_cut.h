@@ -15,12 +15,15 @@ struct VoxelGrid {
 };
 
 // The area in the grid; `place`: of the frame that the area is given in. Throws
-// std::invalid_argument where the area has no volume or the place is not finite. Of a cloud's area
-// the voxels that it may meet alone.
-CcArea areaInGrid(const VoxelGrid& grid, const Area& area, const Pose& place);
+// std::invalid_argument where the area has no volume or the place is not finite.
+CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place);
+
+// Whether ccAreaLeaves() (kernels/cut/area_left.h) knows the area's kind. Of other kinds
+// areaInGrid() gives the bounds alone.
+bool kernelKnows(const PlacedSolid& area);
 
 // What the area leaves of every voxel that it may meet, added to `cuts`.
-void listCuts(const VoxelGrid& grid, const Area& area, const Pose& place,
+void listCuts(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place,
               std::vector<VoxelCut>& cuts);
 
 }  // namespace cloudcontact

@@ -17,7 +17,6 @@
 #include "base/parallel.h"
 #include "kernels/contact/contact_depth.h"
 #include "kernels/contact/sample.h"
-#include "workpiece/area_point.h"
 #include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact {
@@ -83,13 +82,14 @@ struct View {
 double abilityAt(const Detection& tool, const Vec3& point) {
   double ability = tool.ability;
   for (const CuttingPart& part : tool.parts)
-    if (areaDepth(part.area, point) >= 0) ability = part.ability;
+    if (depthOf(part.area, point) >= 0) ability = part.ability;
   return ability;
 }
 
 // Voxels with matter in the area or at most a voxel from it.
-template <typename Kind>
-void findNear(const View& view, const Kind& area, BrickPart& part) {
+void findNear(const View& view, BrickPart& part) {
+  const PlacedSolid& area = view.tool->area;
+  const bool distance = isDistance(area.solid);
   const Bricks& f = *view.field;
   const FieldBlock& block = f.blocks[static_cast<std::size_t>(part.block)];
   const Vec3 step = f.voxelSize * view.turn.col(0);
@@ -100,10 +100,10 @@ void findNear(const View& view, const Kind& area, BrickPart& part) {
       const VoxelIndex first = kBrickEdge * part.brick + VoxelIndex(part.low.x(), y, z);
       const Vec3 start = view.inTool(first.cast<double>() + Vec3::Constant(0.5));
       const Vec3 middle = start + 0.5 * (count - 1) * step;
-      if (kIsDistance<Kind> && depthOf(area, middle) < -(0.5 * (count - 1) + 1) * f.voxelSize)
-        continue;
+      if (distance && depthOf(area, middle) < -(0.5 * (count - 1) + 1) * f.voxelSize) continue;
       double depth[kBrickEdge];
-      for (int i = 0; i < count; ++i) depth[i] = perVoxel * depthOf(area, Vec3(start + i * step));
+      depthsAlong(area, start, step, count, depth);
+      for (int i = 0; i < count; ++i) depth[i] = perVoxel * depth[i];
       for (int i = 0; i < count; ++i) {
         const int cell = Bricks::cell(part.low.x() + i, y, z);
         if (depth[i] > -1 && block.coverage[static_cast<std::size_t>(cell)] > 0)
@@ -161,8 +161,8 @@ void addVoxels(const View& view, BrickPart& part) {
 }
 
 // How deep the surface lies in the tool.
-template <typename Kind>
-void addSurface(const View& view, const Kind& area, BrickPart& part) {
+void addSurface(const View& view, BrickPart& part) {
+  const PlacedSolid& area = view.tool->area;
   const double perVoxel = 1 / view.field->voxelSize;
   BrickSums sums;
   for (const Foot& foot : part.feet) {
@@ -188,17 +188,16 @@ void addSurface(const View& view, const Kind& area, BrickPart& part) {
   part.sums.add(sums);
 }
 
-template <typename Kind>
-void searchBrick(const View& view, const Kind& area, BrickPart& part) {
-  findNear(view, area, part);
+void searchBrick(const View& view, BrickPart& part) {
+  findNear(view, part);
   addVoxels(view, part);
-  addSurface(view, area, part);
+  addSurface(view, part);
 }
 
 // The whole brick is farther than a voxel from the area.
-template <typename Kind>
-bool far(const View& view, const Kind& area, const Eigen::Vector3i& brick) {
-  if (!kIsDistance<Kind>) return false;
+bool far(const View& view, const Eigen::Vector3i& brick) {
+  const PlacedSolid& area = view.tool->area;
+  if (!isDistance(area.solid)) return false;
   const Vec3 middle = (kBrickEdge * brick).cast<double>() + Vec3::Constant(kBrickEdge / 2);
   constexpr double kReach = 1 + kBrickEdge / 2 * 1.7321;
   return depthOf(area, view.inTool(middle)) < -kReach * view.field->voxelSize;
@@ -211,8 +210,8 @@ View viewOf(const BaseVectorField& workpiece, const Pose& workpiecePose, const D
   };
   if (!finite(workpiecePose) || !finite(toolPose))
     throw std::invalid_argument("a collision's poses must be finite");
-  requireArea(tool.area);
-  for (const CuttingPart& part : tool.parts) requireArea(part.area);
+  validate(tool.area);
+  for (const CuttingPart& part : tool.parts) validate(part.area);
   const TissueTable& tissues = workpiece.tissues();
   const double one = tissues[0].hardness > 0 ? tissues[0].hardness : 1;
   hardness.assign(tissues.size(), 1.0);
@@ -243,15 +242,13 @@ struct CollisionFinder::Scratch {
     part.feet.clear();
     return part;
   }
-  template <typename Kind>
-  void chooseBricks(const View& view, const Kind& area);
+  void chooseBricks(const View& view);
   void sumUp(const View& view, const Pose& workpiecePose);
 };
 
-template <typename Kind>
-void CollisionFinder::Scratch::chooseBricks(const View& view, const Kind& area) {
+void CollisionFinder::Scratch::chooseBricks(const View& view) {
   const Bricks& f = *view.field;
-  const Eigen::AlignedBox3d bounds = areaBounds(area);
+  const Eigen::AlignedBox3d bounds = boundsOf(view.tool->area);
   Eigen::AlignedBox3d box;
   for (int k = 0; k < 8; ++k)
     box.extend(view.toTool.toLocal(bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k))));
@@ -269,7 +266,7 @@ void CollisionFinder::Scratch::chooseBricks(const View& view, const Kind& area) 
       for (int x = first.x(); x <= last.x(); ++x) {
         const std::int32_t block = f.entry(x, y, z);
         const Eigen::Vector3i brick(x, y, z);
-        if (block == kNoBlock || far(view, area, brick)) continue;
+        if (block == kNoBlock || far(view, brick)) continue;
         BrickPart& here = part(brick, block);
         here.low = (from - kBrickEdge * brick).cwiseMax(0);
         here.high = (to - kBrickEdge * brick).cwiseMin(kBrickEdge - 1);
@@ -324,13 +321,8 @@ const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const P
   const View view = viewOf(workpiece, workpiecePose, tool, toolPose, scratch_->hardness);
   Scratch& s = *scratch_;
   s.used = 0;
-  std::visit(
-      [&](const auto& area) {
-        s.chooseBricks(view, area);
-        parallelFor(s.used, s.threads,
-                    [&](std::size_t k, int) { searchBrick(view, area, s.parts[k]); });
-      },
-      tool.area);
+  s.chooseBricks(view);
+  parallelFor(s.used, s.threads, [&](std::size_t k, int) { searchBrick(view, s.parts[k]); });
   s.sumUp(view, workpiecePose);
   return s.collision;
 }
@@ -355,7 +347,7 @@ const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
       if (block->coverage[static_cast<std::size_t>(cell)] > 0) part.near.push_back({cell, 0});
     }
     addVoxels(view, part);
-    std::visit([&](const auto& area) { addSurface(view, area, part); }, tool.area);
+    addSurface(view, part);
   }
   s.sumUp(view, workpiecePose);
   return s.collision;

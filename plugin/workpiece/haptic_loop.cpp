@@ -47,7 +47,7 @@ void require(const HapticSettings& s) {
       (std::holds_alternative<Foundation>(*s.law) || std::holds_alternative<Rigid>(*s.law)))
     throw std::invalid_argument("HapticSettings: law must give one force; not Foundation or Rigid");
   if (s.law) validate(*s.law);
-  requireArea(s.tool.area);
+  validate(s.tool.area);
 }
 
 Vec3 atMost(const Vec3& v, double length) {

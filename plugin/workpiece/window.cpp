@@ -36,30 +36,43 @@ Weighed weigh(const WindowSettings& settings, double voxel, double greatest, con
   for (int k = 0; k < kPoints * kPoints * kPoints; ++k) {
     const Vec3 part(k % kPoints, k / kPoints % kPoints, k / (kPoints * kPoints));
     const Vec3 p = at + (part + Vec3::Constant(0.5)) / kPoints - Vec3::Constant(0.5);
-    const double weight =
-        kShare * weightAt(settings, areaDepth(settings.area, voxel * p), greatest);
+    const double weight = kShare * weightAt(settings, depthOf(settings.area, voxel * p), greatest);
     sum.weight += weight;
     sum.moment += weight * p;
   }
   return sum;
 }
 
-double greatestDepth(const Area& area) {
+double greatestDepth(const Solid& solid) {
   struct Greatest {
-    double operator()(const SphereArea& a) const { return a.radius; }
-    double operator()(const BoxArea& a) const { return a.halfExtents.minCoeff(); }
-    double operator()(const EllipsoidArea& a) const { return a.semiAxes.minCoeff(); }
-    double operator()(const CloudArea& a) const {
-      return *std::max_element(a.depth->begin(), a.depth->end());
+    double operator()(const HalfSpace&) const { return std::numeric_limits<double>::infinity(); }
+    double operator()(const Sphere& s) const { return s.radius; }
+    double operator()(const Box& b) const { return b.halfExtents.minCoeff(); }
+    double operator()(const Ellipsoid& e) const { return e.semiAxes.minCoeff(); }
+    double operator()(const Capsule& c) const { return c.radius; }
+    double operator()(const Cylinder& c) const { return std::min(c.radius, c.halfHeight); }
+    double operator()(const Cone& c) const {  // the ball in the triangle of its section
+      const double height = 2 * c.halfHeight;
+      return c.margin + c.radius * height / (c.radius + std::hypot(c.radius, height));
+    }
+    // At the corners' mean: close enough, since deeper points count as that deep.
+    double operator()(const Hull& hull) const {
+      Vec3 mean = Vec3::Zero();
+      for (const Vec3& corner : hull.corners)
+        mean += corner / static_cast<double>(hull.corners.size());
+      return solidAt(hull, mean).depth;
+    }
+    double operator()(const CloudSolid& c) const {
+      return *std::max_element(c.depth->begin(), c.depth->end());
     }
   };
-  return std::visit(Greatest{}, area);
+  return std::visit(Greatest{}, solid);
 }
 
 }  // namespace
 
 WindowSettings sphereWindow(double voxelSize, double radiusInVoxels) {
-  return {SphereArea{Vec3::Zero(), radiusInVoxels * voxelSize}, WindowWeight::Smooth, Vec3::Zero()};
+  return {{Sphere{radiusInVoxels * voxelSize}}, WindowWeight::Smooth, Vec3::Zero()};
 }
 
 Vec3 Window::center() const {
@@ -71,10 +84,10 @@ Vec3 Window::center() const {
 Window makeWindow(const WindowSettings& settings, double voxelSize) {
   if (!(voxelSize > 0) || !std::isfinite(voxelSize))
     throw std::invalid_argument("makeWindow: the voxel size must be positive and finite");
-  requireArea(settings.area);
+  validate(settings.area);
   if (!settings.representative.allFinite())
     throw std::invalid_argument("makeWindow: the representative point must be finite");
-  const Eigen::AlignedBox3d bounds = areaBounds(settings.area);
+  const Eigen::AlignedBox3d bounds = boundsOf(settings.area);
   const Vec3 low = (bounds.min() / voxelSize).array().round();
   const Vec3 high = (bounds.max() / voxelSize).array().round();
   if (!((high - low + Vec3::Ones()).prod() <= kMostVoxels) ||
@@ -86,7 +99,7 @@ Window makeWindow(const WindowSettings& settings, double voxelSize) {
   window.representative = settings.representative / voxelSize;
   window.low = Eigen::Vector3i::Constant(std::numeric_limits<int>::max());
   window.high = -window.low;
-  const double greatest = greatestDepth(settings.area);
+  const double greatest = greatestDepth(settings.area.solid);
   const Eigen::Vector3i first = low.cast<int>(), last = high.cast<int>();
   for (int z = first.z(); z <= last.z(); ++z)
     for (int y = first.y(); y <= last.y(); ++y)

@@ -248,7 +248,7 @@ struct Pen : btIDebugDraw {
     ++lines;
     for (const btVector3& end : {a, b}) {
       const Vec3 local(end.x(), end.y(), end.z());
-      furthest = std::max(furthest, std::abs(shapeAt(BoxShape{{0.1, 0.1, 0.1}}, local).depth));
+      furthest = std::max(furthest, std::abs(solidAt(Box{{0.1, 0.1, 0.1}}, local).depth));
     }
   }
   void drawContactPoint(const btVector3&, const btVector3&, btScalar, int,

@@ -17,7 +17,7 @@ bool meets(const ContactBody& sampled, const ContactBody& other) {
     const Vec3 grid = Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
     const Vec3 local =
         other.pose.toLocal(sampled.pose.toWorld(cloud.origin() + cloud.voxelSize() * grid));
-    if (other.shape && shapeAt(*other.shape, local).depth > -kMargin) return true;
+    if (other.shape && solidAt(*other.shape, local).depth > -kMargin) return true;
     if (!other.field) continue;
     const auto found = other.field->at(local);
     if (found && found->depth > -kMargin) return true;
@@ -62,7 +62,7 @@ TEST_F(FarApart, Clouds) {
 }
 
 TEST_F(FarApart, AConvexShape) {
-  check(BodyMaker::shape(CylinderShape{4 * kVoxel, 12 * kVoxel}), 30);
+  check(BodyMaker::shape(Cylinder{4 * kVoxel, 12 * kVoxel}), 30);
 }
 
 // Crossed bars whose boxes along any face's normal overlap: edges tell them apart.

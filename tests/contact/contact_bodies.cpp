@@ -35,8 +35,8 @@ Eigen::Quaterniond Random::yaw() {
   return Eigen::Quaterniond(Eigen::AngleAxisd(uniform(0, 2 * std::numbers::pi), Vec3::UnitZ()));
 }
 
-HullShape boxAsHull(const Vec3& half) {
-  HullShape hull;
+Hull boxAsHull(const Vec3& half) {
+  Hull hull;
   for (int axis = 0; axis < 3; ++axis)
     for (const double side : {-1.0, 1.0})
       hull.planes.push_back({side * Vec3::Unit(axis), half[axis]});
@@ -195,7 +195,7 @@ Body BodyMaker::cylinder(double radiusVoxels, double heightVoxels) {
   return cloud(cylinderMesh(voxel * radiusVoxels, voxel * heightVoxels, voxel * kTolerance));
 }
 
-Body BodyMaker::shape(const AnalyticShape& analytic) {
+Body BodyMaker::shape(const Solid& analytic) {
   Body body;
   body.shape = analytic;
   return body;

@@ -331,17 +331,17 @@ Instance tiltedOn(BodyMaker& make, Body body, double radius, double z, double le
 void addPrimitives(Cases& cases) {
   for (const double radius : {16.0, 40.0}) {
     cases.push_back({"primitive-sphere" + digits(radius), kPressed, kSmooth, [=](BodyMaker& make) {
-                       const SphereShape sphere{radius * make.voxel};
+                       const Sphere sphere{radius * make.voxel};
                        return sphereOn(make, Ground::Slab, BodyMaker::shape(sphere), radius);
                      }});
     cases.push_back(
         {"primitive-cylinder" + digits(radius), kPressed, kSmooth, [=](BodyMaker& make) {
-           const CylinderShape cylinder{radius * make.voxel, kCylinderLength / 2 * make.voxel};
+           const Cylinder cylinder{radius * make.voxel, kCylinderLength / 2 * make.voxel};
            return cylinderOn(make, Ground::Slab, BodyMaker::shape(cylinder), radius);
          }});
   }
   const auto box = [](const BodyMaker& make, const Vec3& edges) {
-    return BodyMaker::shape(BoxShape{edges / 2 * make.voxel});
+    return BodyMaker::shape(Box{edges / 2 * make.voxel});
   };
   cases.push_back({"primitive-face", kPressed, kSmooth, [=](BodyMaker& make) {
                      return faceOn(make, Ground::Slab, box(make, kFaced), kFaced);
@@ -356,11 +356,11 @@ void addPrimitives(Cases& cases) {
                                      BodyMaker::shape(boxAsHull(kEdged / 2 * make.voxel)));
                    }});
   cases.push_back({"primitive-rim", kPressed, kEdge, [=](BodyMaker& make) {
-                     const CylinderShape cylinder{12 * make.voxel, 9 * make.voxel};
+                     const Cylinder cylinder{12 * make.voxel, 9 * make.voxel};
                      return tiltedOn(make, BodyMaker::shape(cylinder), 12, -9, 20, 70);
                    }});
   cases.push_back({"primitive-tip", {0.6, 1.0}, kEdge, [=](BodyMaker& make) {
-                     const ConeShape cone{12 * make.voxel, 9 * make.voxel};
+                     const Cone cone{12 * make.voxel, 9 * make.voxel};
                      return tiltedOn(make, BodyMaker::shape(cone), 0, 9, 160, 180);
                    }});
 }

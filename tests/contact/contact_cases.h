@@ -35,13 +35,13 @@ Mesh boxMesh(const Vec3& edges);
 Mesh sphereMesh(double radius, double tolerance);
 Mesh cylinderMesh(double radius, double height, double tolerance);
 Mesh transformed(const Mesh& mesh, const Pose& pose);
-HullShape boxAsHull(const Vec3& half);
+Hull boxAsHull(const Vec3& half);
 
 // One side of a case. A cloud's grid does not lie along the solid's axes: `grid` places the solid
 // in the frame that was digitised.
 struct Body {
   std::shared_ptr<const SurfaceField> field;
-  std::optional<AnalyticShape> shape;
+  std::optional<Solid> shape;
   Pose grid;
 
   // The body with its *solid* at `pose`.
@@ -59,7 +59,7 @@ struct BodyMaker {
   Body box(const Vec3& voxels, bool aligned = false);
   Body sphere(double radiusVoxels);
   Body cylinder(double radiusVoxels, double heightVoxels);
-  static Body shape(const AnalyticShape& analytic);
+  static Body shape(const Solid& analytic);
 };
 
 // What is true of two solids pressed together, in the frame of the case.

@@ -193,7 +193,7 @@ TEST(ContactFinderInput, IsRefusedByName) {
 // corner's depth.
 struct Pressed {
   const char* name;
-  AnalyticShape shape;
+  Solid shape;
   Vec3 lowest;  // the point of it that goes in first, in its frame [voxels]
   Eigen::Quaterniond turn;
 };
@@ -203,11 +203,11 @@ Eigen::Quaterniond down(const Vec3& direction) {
 }
 
 const Pressed kPressed[] = {
-    {"corner", BoxShape{Vec3(9, 10, 11) * kVoxel}, {9, 10, 11}, down({9, 10, 11})},
-    {"edge", BoxShape{Vec3(9, 10, 11) * kVoxel}, {9, 10, 0}, down({9, 10, 0})},
-    {"even-edge", BoxShape{Vec3(12, 12, 12) * kVoxel}, {12, 12, 0}, down({1, 1, 0})},
-    {"rim", CylinderShape{100 * kVoxel, 40 * kVoxel}, {100, 0, 40}, down({1, 0, 1})},
-    {"tip", ConeShape{20 * kVoxel, 15 * kVoxel, 0}, {0, 0, 15}, down({0, 0, 1})}};
+    {"corner", Box{Vec3(9, 10, 11) * kVoxel}, {9, 10, 11}, down({9, 10, 11})},
+    {"edge", Box{Vec3(9, 10, 11) * kVoxel}, {9, 10, 0}, down({9, 10, 0})},
+    {"even-edge", Box{Vec3(12, 12, 12) * kVoxel}, {12, 12, 0}, down({1, 1, 0})},
+    {"rim", Cylinder{100 * kVoxel, 40 * kVoxel}, {100, 0, 40}, down({1, 0, 1})},
+    {"tip", Cone{20 * kVoxel, 15 * kVoxel, 0}, {0, 0, 15}, down({0, 0, 1})}};
 
 class DeepEdgeOf : public ::testing::TestWithParam<Pressed> {};
 

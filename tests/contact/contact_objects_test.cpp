@@ -22,7 +22,7 @@ constexpr double kNormal = 1, kForce = 0.02;  // bounds: degrees, share of k d
 constexpr double kDepth = 1;                  // voxels
 
 // A solid known by its voxels, and where it is pressed: `at` on its surface, looking along `out`.
-struct Solid {
+struct Specimen {
   Cloud cloud;
   Vec3 at, out;
   double ball;  // radius of the ball that presses it [voxels]
@@ -30,9 +30,9 @@ struct Solid {
   std::function<double(const Vec3& from, const Vec3& ray)> seen;  // distance along a ray; NaN: none
 };
 
-Solid theBall() {
+Specimen theBall() {
   const double r = 14;
-  Solid solid{ballCloud(r), {}, {}, 10, 12, {}};
+  Specimen solid{ballCloud(r), {}, {}, 10, 12, {}};
   solid.out = Vec3(0.3, -0.5, 0.8).normalized();
   solid.at = ballMiddle() + r * kH * solid.out;
   solid.seen = [r](const Vec3& from, const Vec3& ray) {
@@ -45,9 +45,9 @@ Solid theBall() {
 
 // 44 voxels across flats, hole 20, 12 high; turned against its grid. Pressed on its face, the ball
 // and the box in the middle of the ring beside a flat.
-Solid theNut() {
+Specimen theNut() {
   const double width = 44.3 * kH, hole = 20.6 * kH, height = 12.4 * kH;
-  Solid solid{
+  Specimen solid{
       digitized(moved(nutMesh(width, hole, height), oddTurn(), ballMiddle())), {}, {}, 10, 3, {}};
   const double ring = 0.25 * (width + hole);
   solid.out = oddTurn() * Vec3::UnitZ();
@@ -66,7 +66,7 @@ Solid theNut() {
 }
 
 // What a camera before `at` sees, a third of a voxel from pixel to pixel.
-DepthImage photographed(const Solid& solid) {
+DepthImage photographed(const Specimen& solid) {
   DepthImage image;
   image.width = image.height = 221;
   const Vec3 t1 = solid.out.unitOrthogonal(), t2 = solid.out.cross(t1);
@@ -86,7 +86,7 @@ PointCloud bare(PointCloud points) {
 
 struct Kind {
   const char* name;
-  std::function<Cloud(const Solid&)> make;
+  std::function<Cloud(const Specimen&)> make;
 };
 // How gtest names a kind in a failure.
 void PrintTo(const Kind& kind, std::ostream* out) {
@@ -96,10 +96,10 @@ void PrintTo(const Kind& kind, std::ostream* out) {
 // Lossless kinds as they are; lossy ones as dense as it takes, which is told beside them.
 std::vector<Kind> kinds() {
   const auto by = [](auto make) {
-    return [make](const Solid& s) { return toCloud(DigitalObject(make(s.cloud)), kH); };
+    return [make](const Specimen& s) { return toCloud(DigitalObject(make(s.cloud)), kH); };
   };
   return {
-      {"voxels", [](const Solid& s) { return s.cloud; }},
+      {"voxels", [](const Specimen& s) { return s.cloud; }},
       {"octree", by([](const Cloud& c) { return Octree(c); })},
       {"columnsX", by([](const Cloud& c) { return toColumns(c, 0, 4); })},
       {"columnsZ", by([](const Cloud& c) { return toColumns(c, 2, 1); })},
@@ -124,7 +124,7 @@ std::vector<Kind> kinds() {
        })},
       // One side, three pixels a voxel; closed 8 voxels behind.
       {"depthImage",
-       [](const Solid& s) {
+       [](const Specimen& s) {
          DepthCloudSettings settings;
          settings.voxelSize = kH;
          settings.thickness = 8 * kH;
@@ -132,9 +132,9 @@ std::vector<Kind> kinds() {
          settings.image.jump = 2 * kH;
          return toCloud(photographed(s), settings);
        }},
-      {"otherVoxels", [](const Solid& s) { return resampled(s.cloud, 0.8 * kH); }},
+      {"otherVoxels", [](const Specimen& s) { return resampled(s.cloud, 0.8 * kH); }},
       {"saved",
-       [](const Solid& s) {
+       [](const Specimen& s) {
          const std::filesystem::path file =
              std::filesystem::temp_directory_path() /
              ("cloudcontact_objects_" + std::to_string(reinterpret_cast<std::uintptr_t>(&s)) +
@@ -151,11 +151,11 @@ std::vector<Kind> kinds() {
 struct Presser {
   std::string name;
   std::shared_ptr<const SurfaceField> field;
-  std::optional<AnalyticShape> shape;
+  std::optional<Solid> shape;
   Pose pose;
 };
 
-std::vector<Presser> makePressers(const Solid& s) {
+std::vector<Presser> makePressers(const Specimen& s) {
   const double r = s.ball * kH, half = s.box * kH;
   const Vec3 touch = s.at - kDepth * kH * s.out;
   Pose plane, box, ball;
@@ -167,25 +167,26 @@ std::vector<Presser> makePressers(const Solid& s) {
   Pose ballCloudPose = ball;
   ballCloudPose.position -= ballMiddle();
   return {{"halfspace", nullptr, HalfSpace{}, plane},
-          {"boxShape", nullptr, BoxShape{Vec3::Constant(half)}, box},
+          {"boxShape", nullptr, Box{Vec3::Constant(half)}, box},
           {"boxCloud",
            SurfaceField::build(digitized(boxMesh(Vec3::Constant(-half), Vec3::Constant(half)))),
            {},
            box},
-          {"ballShape", nullptr, SphereShape{r}, ball},
+          {"ballShape", nullptr, Sphere{r}, ball},
           {"ballCloud", SurfaceField::build(ballCloud(s.ball)), {}, ballCloudPose}};
 }
 
 // Made once a solid.
-const std::vector<Presser>& pressers(const Solid& s) {
-  static std::map<const Solid*, std::vector<Presser>> made;
+const std::vector<Presser>& pressers(const Specimen& s) {
+  static std::map<const Specimen*, std::vector<Presser>> made;
   std::vector<Presser>& found = made[&s];
   if (found.empty()) found = makePressers(s);
   return found;
 }
 
 // The solid is object 1 (A) or object 2 (B).
-void expectContact(const Solid& s, const SurfaceField& field, const Presser& presser, bool first) {
+void expectContact(const Specimen& s, const SurfaceField& field, const Presser& presser,
+                   bool first) {
   ContactBody solid, other;
   solid.field = &field;
   other.field = presser.field.get();
@@ -207,7 +208,7 @@ void expectContact(const Solid& s, const SurfaceField& field, const Presser& pre
 
 class ContactObjects : public ::testing::TestWithParam<Kind> {};
 
-void pressOnAll(const Solid& solid, const Cloud& cloud) {
+void pressOnAll(const Specimen& solid, const Cloud& cloud) {
   const auto field = SurfaceField::build(cloud);
   for (const Presser& presser : pressers(solid))
     for (const bool first : {true, false}) {
@@ -217,24 +218,24 @@ void pressOnAll(const Solid& solid, const Cloud& cloud) {
 }
 
 TEST_P(ContactObjects, BallIsTheSame) {
-  static const Solid solid = theBall();
+  static const Specimen solid = theBall();
   pressOnAll(solid, GetParam().make(solid));
 }
 
 TEST_P(ContactObjects, NutIsTheSame) {
-  static const Solid solid = theNut();
+  static const Specimen solid = theNut();
   pressOnAll(solid, GetParam().make(solid));
 }
 
 // The real M16 nut in voxels of 0.4 mm, pressed on its bearing face, in the middle of the ring
 // beside a flat. Told as if its voxels were kH: contact does not know the size.
-Solid theRealNut(const std::filesystem::path& file) {
+Specimen theRealNut(const std::filesystem::path& file) {
   Mesh mesh = loadMesh(file);
   Eigen::AlignedBox3d box;
   for (const Vec3& v : mesh.vertices) box.extend(v);
   const double scale = kH / 0.4e-3;
   for (Vec3& v : mesh.vertices) v = oddTurn() * (scale * (v - box.center()));
-  Solid solid{digitized(mesh), {}, {}, 8, 3, {}};
+  Specimen solid{digitized(mesh), {}, {}, 8, 3, {}};
   solid.out = oddTurn() * -Vec3::UnitZ();
   solid.at = oddTurn() * (scale * Vec3(10.15e-3, 0, -0.5 * box.sizes()[2]));
   return solid;
@@ -247,7 +248,7 @@ TEST_P(RealContactObjects, NutIsTheSame) {
   const std::filesystem::path file =
       std::filesystem::path(CLOUDCONTACT_SHARED_DIR) / "data" / "nut_m16_loose.obj";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here";
-  const Solid solid = theRealNut(file);
+  const Specimen solid = theRealNut(file);
   pressOnAll(solid, GetParam().make(solid));
 }
 

@@ -110,7 +110,7 @@ TEST_F(SharedSearch, NearMisses) {
 }
 
 TEST_F(SharedSearch, AShapeBeside) {
-  const Body box = BodyMaker::shape(BoxShape{kVoxel * Vec3(90, 90, 10)});
+  const Body box = BodyMaker::shape(Box{kVoxel * Vec3(90, 90, 10)});
   Pose pose;
   pose.position = kVoxel * Vec3(20, 11, 17.5);
   pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());

@@ -49,7 +49,7 @@ int main() {
   const auto cross = fieldOf(beams, 0.03), drum = fieldOf(cylinderMesh(0.6, 0.8, 1e-4), 0.04);
   for (const auto& field : {cross, drum})
     std::printf("%016llx\n", static_cast<unsigned long long>(field->hash()));
-  const AnalyticShape shapes[] = {HalfSpace{}, BoxShape{Vec3(0.5, 0.4, 0.3)}};
+  const Solid shapes[] = {HalfSpace{}, Box{Vec3(0.5, 0.4, 0.3)}};
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int k = 0; k < 300; ++k) {

@@ -19,8 +19,9 @@ TEST(NoAllocation, InAHapticTick) {
                             {"enamel", "dentin"}, [](int, int, int z) { return z > 22 ? 0 : 1; }),
                         {dentalTissues()[0], dentalTissues()[1]}, sphereWindow(kVoxel));
   HapticSettings settings;
-  settings.tool.area = SphereArea{Vec3::Zero(), 6 * kVoxel};
-  settings.tool.parts.push_back({SphereArea{Vec3(0, 0, -6 * kVoxel), 3 * kVoxel}, 2});
+  settings.tool.area = {Sphere{6 * kVoxel}};
+  settings.tool.parts.push_back(
+      {PlacedSolid{Sphere{3 * kVoxel}, {.position = Vec3(0, 0, -6 * kVoxel)}}, 2});
   settings.cutter = Cutter{17e9, 0.5, 10};
   settings.law = StandardLinearSolid{1, 1, 1};
   settings.perTissue = true;

@@ -92,7 +92,7 @@ BaseVectorField ballField() {
 // After a failure in any of a cut's kernels, nothing more is cut, and no transfer is pending.
 TEST(DeviceFailure, DuringACutLosesTheWorkpiece) {
   const std::vector<VoxelCut> cuts{{{12, 12, 12}, 0}, {{12, 12, 12}, 9}, {{12, 13, 12}, 0}};
-  const Area area = SphereArea{Vec3(12, 12, 12), 3};
+  const PlacedSolid area = {Sphere{3}, {.position = Vec3(12, 12, 12)}};
   for (const int after : {0, 1, 2}) {  // kernels that still run, of three
     for (const bool pass : {false, true}) {
       SCOPED_TRACE(std::to_string(after) + (pass ? " of a tool's pass" : " of a list of voxels"));
@@ -244,7 +244,7 @@ TEST(DeviceFailure, BadInputLeavesTheWorkpiece) {
   SKIP_WITHOUT(piece);
   const std::vector<VoxelCut> outside{{{12, 12, 12}, 0}, {{24, 0, 0}, 0}}, cuts{{{9, 9, 9}, 7}};
   EXPECT_THROW(piece.cut(outside), std::out_of_range);
-  EXPECT_THROW(piece.cut(SphereArea{}, Pose{}), std::invalid_argument);
+  EXPECT_THROW(piece.cut(PlacedSolid{}, Pose{}), std::invalid_argument);
   EXPECT_EQ(piece.cut(cuts), cpu.cut(cuts));
   EXPECT_EQ(piece.field().hash(), cpu.hash());
 }

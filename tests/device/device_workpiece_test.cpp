@@ -1,5 +1,6 @@
 // A device cuts a workpiece to the same bits as the CPU.
 #include <cloudcontact/device/device_workpiece.h>
+#include <cloudcontact/workpiece/cloud_solid.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -190,7 +191,7 @@ TEST(DeviceCut, EmptyWorkpiece) {
             6);
   both.compare();
   both.cut(boxOf({0, 0, 0}, {16, 8, 24}, 0));
-  const Area area = SphereArea{Vec3::Zero(), 5 * kVoxel};
+  const PlacedSolid area = {Sphere{5 * kVoxel}};
   const Pose middle{Eigen::Quaterniond::Identity(), kVoxel * Vec3(8, 4, 12)};
   EXPECT_EQ(both.device.cut(area, middle), 0u);
   both.compare();
@@ -268,11 +269,12 @@ TEST(DeviceCut, AMillionVoxels) {
 // Windows that are wide or off center, or whose sums a float cannot hold.
 TEST(DeviceCut, WindowsOfAnyShape) {
   WindowSettings offCenter = sphereWindow(kVoxel);
-  offCenter.area = SphereArea{kVoxel * Vec3(4.3, -2.1, 0.4), 2.5 * kVoxel};
+  offCenter.area = {Sphere{2.5 * kVoxel}, {.position = kVoxel * Vec3(4.3, -2.1, 0.4)}};
   WindowSettings far = sphereWindow(kVoxel);
-  far.area = SphereArea{kVoxel * Vec3(-11.3, 2.1, 9.4), 2.5 * kVoxel};
-  WindowSettings even{SphereArea{Vec3::Zero(), 4.2 * kVoxel}, WindowWeight::Even, Vec3::Zero()};
-  WindowSettings flat{BoxArea{{}, kVoxel * Vec3(2.6, 1.4, 0.4)}, WindowWeight::Even, Vec3::Zero()};
+  far.area = {Sphere{2.5 * kVoxel}, {.position = kVoxel * Vec3(-11.3, 2.1, 9.4)}};
+  WindowSettings even{PlacedSolid{Sphere{4.2 * kVoxel}}, WindowWeight::Even, Vec3::Zero()};
+  WindowSettings flat{PlacedSolid{Box{kVoxel * Vec3(2.6, 1.4, 0.4)}}, WindowWeight::Even,
+                      Vec3::Zero()};
   int which = 0;
   for (const WindowSettings& window : {offCenter, far, even, flat, sphereWindow(kVoxel, 9.5)}) {
     SCOPED_TRACE("window " + std::to_string(which++));
@@ -288,9 +290,10 @@ TEST(DeviceCut, WindowsOfAnyShape) {
 TEST(DeviceCut, ToolPasses) {
   MAKE_BOTH(both, tooth());
   const Cloud burr = ballCloud(kVoxel, 2, Vec3(8, 8, 8), 6.3);
-  const Area areas[] = {SphereArea{kVoxel * Vec3(1, 0, 2), 5.3 * kVoxel},
-                        BoxArea{{}, kVoxel * Vec3(2.2, 9.1, 4.3)},
-                        EllipsoidArea{{}, kVoxel * Vec3(3.2, 4.1, 8.3)}, cloudArea(burr)};
+  const PlacedSolid areas[] = {
+      PlacedSolid{Sphere{5.3 * kVoxel}, {.position = kVoxel * Vec3(1, 0, 2)}},
+      PlacedSolid{Box{kVoxel * Vec3(2.2, 9.1, 4.3)}},
+      PlacedSolid{Ellipsoid{kVoxel * Vec3(3.2, 4.1, 8.3)}}, cloudSolid(burr)};
   std::mt19937 random(13);
   std::uniform_real_distribution<double> place(-3, 43), turn(-1, 1);
   std::size_t removed = 0, missed = 0;
@@ -298,7 +301,7 @@ TEST(DeviceCut, ToolPasses) {
     Pose pose;
     pose.position = kVoxel * Vec3(place(random), place(random), place(random));
     pose.orientation = Eigen::Quaterniond(1, turn(random), turn(random), turn(random)).normalized();
-    const Area& area = areas[k % 4];
+    const PlacedSolid& area = areas[k % 4];
     const std::size_t changed = both.device.cut(area, pose);
     EXPECT_EQ(changed, both.cpu.cut(cutsOf(both.cpu, area, pose))) << k;
     removed += changed;
@@ -309,7 +312,7 @@ TEST(DeviceCut, ToolPasses) {
   EXPECT_GT(missed, 0u);
   both.compare();
   EXPECT_EQ(both.device.cut(areas[0], {Eigen::Quaterniond::Identity(), Vec3(1, 0, 0)}), 0u);
-  EXPECT_THROW(both.device.cut(SphereArea{}, {}), std::invalid_argument);
+  EXPECT_THROW(both.device.cut(PlacedSolid{}, {}), std::invalid_argument);
   both.compare();
 }
 

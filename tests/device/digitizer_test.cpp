@@ -158,9 +158,9 @@ TEST(Digitizer, DeviceFieldsEqualCpu) {
   const WindowSettings windows[] = {
       sphereWindow(1),
       sphereWindow(1, 1.2),
-      {BoxArea{{}, Vec3(1.5, 2.5, 3.5)}, WindowWeight::Even, Vec3(0.2, 0, 0)},
+      {PlacedSolid{Box{Vec3(1.5, 2.5, 3.5)}}, WindowWeight::Even, Vec3(0.2, 0, 0)},
       sphereWindow(1, 5.5),
-      {SphereArea{Vec3(4, 0, 1), 2.5}, WindowWeight::Smooth, Vec3::Zero()},
+      {PlacedSolid{Sphere{2.5}, {.position = Vec3(4, 0, 1)}}, WindowWeight::Smooth, Vec3::Zero()},
   };
   const Mesh meshes[] = {moved(torusMesh(19, 10.5), oddTurn(), {0.313, -0.271, 0.159}),
                          boxMesh({-21, -22, -23}, {21, 22.3, 23.4})};

@@ -21,7 +21,7 @@ constexpr double kVoxels = 12;  // of a case's size
 // All cases' pairs of bodies, which outlive the pairs.
 struct Laboratory {
   std::vector<std::shared_ptr<const SurfaceField>> fields;
-  std::deque<AnalyticShape> shapes;
+  std::deque<Solid> shapes;
   std::vector<BatchPair> pairs;
   std::vector<std::string> names;
 

@@ -21,7 +21,7 @@ using namespace cloudcontact::program::lab;
 constexpr double kSize = 0.02;           // of the cases: a sphere's radius, a box's half width [m]
 constexpr double kDepth = 0.03 * kSize;  // [m]
 
-LabBody primitiveBody(const std::string& name, const AnalyticShape& shape) {
+LabBody primitiveBody(const std::string& name, const Solid& shape) {
   LabBody body;
   body.name = name;
   body.shape = shape;
@@ -33,10 +33,10 @@ LabBody primitiveBody(const std::string& name, const AnalyticShape& shape) {
 }
 
 LabBody sphere() {
-  return primitiveBody("sphere", SphereShape{kSize});
+  return primitiveBody("sphere", Sphere{kSize});
 }
 LabBody box(double share) {
-  return primitiveBody("box", BoxShape{share * Vec3(kSize, kSize, kSize)});
+  return primitiveBody("box", Box{share * Vec3(kSize, kSize, kSize)});
 }
 LabBody halfSpace() {
   return primitiveBody("half-space", HalfSpace{});
@@ -181,7 +181,7 @@ TEST(LabPairs, PositionsLieWhereTheBodiesTouch) {
       // Midway, or on one of the two surfaces.
       for (const LabPoint& p : pair->find(c.pose)) {
         const auto depthIn = [](const LabBody& body, const Vec3& local) {
-          return shapeAt(*body.shape, local).depth;
+          return solidAt(*body.shape, local).depth;
         };
         EXPECT_NEAR(depthIn(c.a, p.position), 0, 0.1 * kSize);
         EXPECT_NEAR(depthIn(c.b, c.pose.toLocal(p.position)), 0, 0.1 * kSize);

@@ -18,10 +18,10 @@ constexpr double kPi = std::numbers::pi;
 using testing::boxAsHull;
 
 // The hull of points on an ellipsoid, its planes found by trying all triples.
-HullShape randomHull(unsigned seed, int count) {
+Hull randomHull(unsigned seed, int count) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  HullShape hull;
+  Hull hull;
   for (int i = 0; i < count; ++i) {
     const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
     hull.corners.push_back(direction.cwiseProduct(Vec3(2, 1, 0.5)) + Vec3(0.3, -0.2, 0.1));
@@ -44,7 +44,7 @@ HullShape randomHull(unsigned seed, int count) {
 
 struct ClosedForm {
   std::string name;
-  AnalyticShape shape;
+  Solid shape;
   Vec3 at;
   double depth;
   Vec3 normal;
@@ -57,30 +57,30 @@ std::vector<ClosedForm> closedForms() {
   return {
       {"half-space below", HalfSpace{z, 1}, {5, 6, 0.25}, 0.75, z},
       {"half-space above", HalfSpace{z, 1}, {5, 6, 3}, -2, z},
-      {"sphere inside", SphereShape{2}, {0, 0.5, 0}, 1.5, y},
-      {"sphere outside", SphereShape{2}, {0, 0, -5}, -3, -z},
-      {"sphere's centre", SphereShape{2}, {0, 0, 0}, 2, z},
-      {"box inside", BoxShape{{1, 2, 3}}, {0.9, 0, 0}, 0.1, x},
-      {"box face", BoxShape{{1, 2, 3}}, {0.5, -4, 1}, -2, -y},
-      {"box edge", BoxShape{{1, 2, 3}}, {4, 6, 0}, -5, {0.6, 0.8, 0}},
-      {"box corner", BoxShape{{1, 2, 3}}, {3, 4, -4}, -3, {2. / 3, 2. / 3, -1. / 3}},
-      {"capsule side", CapsuleShape{1, 2}, {3, 0, 1.5}, -2, x},
-      {"capsule cap", CapsuleShape{1, 2}, {3, 0, 6}, -4, {0.6, 0, 0.8}},
-      {"cylinder inside, near side", CylinderShape{1, 2}, {0, 0.8, 0}, 0.2, y},
-      {"cylinder inside, near end", CylinderShape{1, 2}, {0, 0.2, -1.9}, 0.1, -z},
-      {"cylinder rim", CylinderShape{1, 2}, {4, 0, 6}, -5, {0.6, 0, 0.8}},
-      {"cone inside, near base", ConeShape{1, 1}, {0.1, 0, -0.9}, 0.1, -z},
-      {"cone beside its slope", ConeShape{1, 1}, Vec3(0.5, 0, 0) + 0.3 * slope, -0.3, slope},
-      {"cone over its tip", ConeShape{1, 1}, {0, 0, 2}, -1, z},
-      {"cone beside its rim", ConeShape{1, 1}, {1 + r2, 0, -1 - r2}, -1, {r2, 0, -r2}},
-      {"rounded cone over its tip", ConeShape{1, 1, 0.25}, {0, 0, 2}, -0.75, z},
+      {"sphere inside", Sphere{2}, {0, 0.5, 0}, 1.5, y},
+      {"sphere outside", Sphere{2}, {0, 0, -5}, -3, -z},
+      {"sphere's centre", Sphere{2}, {0, 0, 0}, 2, z},
+      {"box inside", Box{{1, 2, 3}}, {0.9, 0, 0}, 0.1, x},
+      {"box face", Box{{1, 2, 3}}, {0.5, -4, 1}, -2, -y},
+      {"box edge", Box{{1, 2, 3}}, {4, 6, 0}, -5, {0.6, 0.8, 0}},
+      {"box corner", Box{{1, 2, 3}}, {3, 4, -4}, -3, {2. / 3, 2. / 3, -1. / 3}},
+      {"capsule side", Capsule{1, 2}, {3, 0, 1.5}, -2, x},
+      {"capsule cap", Capsule{1, 2}, {3, 0, 6}, -4, {0.6, 0, 0.8}},
+      {"cylinder inside, near side", Cylinder{1, 2}, {0, 0.8, 0}, 0.2, y},
+      {"cylinder inside, near end", Cylinder{1, 2}, {0, 0.2, -1.9}, 0.1, -z},
+      {"cylinder rim", Cylinder{1, 2}, {4, 0, 6}, -5, {0.6, 0, 0.8}},
+      {"cone inside, near base", Cone{1, 1}, {0.1, 0, -0.9}, 0.1, -z},
+      {"cone beside its slope", Cone{1, 1}, Vec3(0.5, 0, 0) + 0.3 * slope, -0.3, slope},
+      {"cone over its tip", Cone{1, 1}, {0, 0, 2}, -1, z},
+      {"cone beside its rim", Cone{1, 1}, {1 + r2, 0, -1 - r2}, -1, {r2, 0, -r2}},
+      {"rounded cone over its tip", Cone{1, 1, 0.25}, {0, 0, 2}, -0.75, z},
       {"hull face", boxAsHull({1, 1, 1}), {0.2, 0.1, 3}, -2, z},
   };
 }
 
-TEST(AnalyticShape, ClosedForms) {
+TEST(Solid, ClosedForms) {
   for (const ClosedForm& c : closedForms()) {
-    const ShapePoint point = shapeAt(c.shape, c.at);
+    const SolidPoint point = solidAt(c.shape, c.at);
     EXPECT_NEAR(point.depth, c.depth, 1e-12) << c.name;
     EXPECT_NEAR((point.normal - c.normal).norm(), 0, 1e-12)
         << c.name << ", normal is " << point.normal.transpose();
@@ -106,7 +106,7 @@ std::vector<Vec3> revolved(const std::vector<Eigen::Vector2d>& profile, double s
 
 struct Sampled {
   std::string name;
-  AnalyticShape shape;
+  Solid shape;
   std::vector<Vec3> surface;
 };
 
@@ -118,40 +118,40 @@ std::vector<Sampled> sampledShapes(double spacing) {
     capsule.emplace_back(0.4 * std::sin(a), -0.4 * std::cos(a) + (i > 50 ? 0.6 : -0.6));
     if (i == 50) capsule.emplace_back(0.4, 0.6);
   }
-  return {{"sphere", SphereShape{0.7}, revolved(ball, spacing)},
-          {"capsule", CapsuleShape{0.4, 0.6}, revolved(capsule, spacing)},
-          {"cylinder", CylinderShape{0.5, 0.8},
+  return {{"sphere", Sphere{0.7}, revolved(ball, spacing)},
+          {"capsule", Capsule{0.4, 0.6}, revolved(capsule, spacing)},
+          {"cylinder", Cylinder{0.5, 0.8},
            revolved({{0, -0.8}, {0.5, -0.8}, {0.5, 0.8}, {0, 0.8}}, spacing)},
-          {"cone", ConeShape{0.6, 0.7}, revolved({{0, -0.7}, {0.6, -0.7}, {0, 0.7}}, spacing)}};
+          {"cone", Cone{0.6, 0.7}, revolved({{0, -0.7}, {0.6, -0.7}, {0, 0.7}}, spacing)}};
 }
 
-TEST(AnalyticShape, NoSampleOfTheSurfaceIsNearerAndTheFootLiesOnIt) {
+TEST(Solid, NoSampleOfTheSurfaceIsNearerAndTheFootLiesOnIt) {
   const double spacing = 0.02;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.2, 1.2);
   for (const Sampled& s : sampledShapes(spacing)) {
     for (int i = 0; i < 100; ++i) {
       const Vec3 x(uniform(random), uniform(random), uniform(random));
-      const ShapePoint point = shapeAt(s.shape, x);
+      const SolidPoint point = solidAt(s.shape, x);
       double nearest = 1e9;
       for (const Vec3& y : s.surface) nearest = std::min(nearest, (x - y).norm());
       // Chords of the sampled profile cut off at most 1e-3 of the true surface.
       EXPECT_GT(nearest, std::abs(point.depth) - 1e-3) << s.name << " at " << x.transpose();
       EXPECT_LT(nearest, std::hypot(point.depth, spacing) + 1e-3) << s.name;
-      EXPECT_NEAR(shapeAt(s.shape, x + point.depth * point.normal).depth, 0, 1e-12) << s.name;
+      EXPECT_NEAR(solidAt(s.shape, x + point.depth * point.normal).depth, 0, 1e-12) << s.name;
       EXPECT_NEAR(point.normal.norm(), 1, 1e-12) << s.name;
     }
   }
 }
 
-TEST(AnalyticShape, AHullsFootIsItsNearestPoint) {
+TEST(Solid, AHullsFootIsItsNearestPoint) {
   std::uniform_real_distribution<double> uniform(-3, 3);
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const HullShape hull = randomHull(seed, 6 + 2 * static_cast<int>(seed));
+    const Hull hull = randomHull(seed, 6 + 2 * static_cast<int>(seed));
     std::mt19937 random(seed);
     for (int i = 0; i < 200; ++i) {
       const Vec3 x(uniform(random), uniform(random), uniform(random));
-      const ShapePoint point = shapeAt(hull, x);
+      const SolidPoint point = solidAt(hull, x);
       const Vec3 foot = x + point.depth * point.normal;
       for (const HalfSpace& plane : hull.planes)
         ASSERT_LE(plane.normal.dot(foot) - plane.offset, 1e-9) << "foot outside, seed " << seed;
@@ -163,38 +163,37 @@ TEST(AnalyticShape, AHullsFootIsItsNearestPoint) {
   }
 }
 
-TEST(AnalyticShape, ABoxAsAHullIsThatBox) {
+TEST(Solid, ABoxAsAHullIsThatBox) {
   const Vec3 half(0.3, 0.5, 0.8);
-  const AnalyticShape box = BoxShape{half}, hull = boxAsHull(half);
+  const Solid box = Box{half}, hull = boxAsHull(half);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.5, 1.5);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 x(uniform(random), uniform(random), uniform(random));
-    const ShapePoint a = shapeAt(box, x), b = shapeAt(hull, x);
+    const SolidPoint a = solidAt(box, x), b = solidAt(hull, x);
     EXPECT_NEAR(a.depth, b.depth, 1e-12);
     EXPECT_NEAR((a.normal - b.normal).norm(), 0, 1e-9);
   }
 }
 
-TEST(AnalyticShape, ScaleChangesLengthsOnly) {
+TEST(Solid, ScaleChangesLengthsOnly) {
   for (const double scale : {1e-3, 100.0}) {
-    const HullShape hull = randomHull(3, 20);
-    HullShape scaled = hull;
+    const Hull hull = randomHull(3, 20);
+    Hull scaled = hull;
     for (HalfSpace& plane : scaled.planes) plane.offset *= scale;
     for (Vec3& corner : scaled.corners) corner *= scale;
     const Vec3 x(1.7, 1.1, -0.9);
-    EXPECT_NEAR(shapeAt(scaled, scale * x).depth, scale * shapeAt(hull, x).depth, 1e-12 * scale);
-    EXPECT_NEAR(shapeAt(ConeShape{scale, scale}, scale * x).depth,
-                scale * shapeAt(ConeShape{1, 1}, x).depth, 1e-12 * scale);
+    EXPECT_NEAR(solidAt(scaled, scale * x).depth, scale * solidAt(hull, x).depth, 1e-12 * scale);
+    EXPECT_NEAR(solidAt(Cone{scale, scale}, scale * x).depth, scale * solidAt(Cone{1, 1}, x).depth,
+                1e-12 * scale);
   }
 }
 
-TEST(AnalyticShape, BoundsTouchTheSurfaceOnEverySide) {
-  std::vector<AnalyticShape> shapes = {SphereShape{0.7},         BoxShape{{1, 2, 3}},
-                                       CapsuleShape{0.4, 0.6},   CylinderShape{0.5, 0.8},
-                                       ConeShape{0.6, 0.7, 0.1}, boxAsHull({1, 2, 3})};
-  for (const AnalyticShape& shape : shapes) {
-    const Eigen::AlignedBox3d box = shapeBounds(shape);
+TEST(Solid, BoundsTouchTheSurfaceOnEverySide) {
+  std::vector<Solid> shapes = {Sphere{0.7},        Box{{1, 2, 3}},      Capsule{0.4, 0.6},
+                               Cylinder{0.5, 0.8}, Cone{0.6, 0.7, 0.1}, boxAsHull({1, 2, 3})};
+  for (const Solid& shape : shapes) {
+    const Eigen::AlignedBox3d box = boundsOf(shape);
     for (int axis = 0; axis < 3; ++axis) {
       // Beyond a side the whole plane is outside; on it some point is not.
       double highest = -1e9;
@@ -204,12 +203,12 @@ TEST(AnalyticShape, BoundsTouchTheSurfaceOnEverySide) {
           Vec3 x = box.center() + (box.sizes() / 2).cwiseProduct(Vec3(u, u, u));
           x[(axis + 1) % 3] = box.center()[(axis + 1) % 3] + v * box.sizes()[(axis + 1) % 3] / 2;
           x[axis] = box.max()[axis];
-          highest = std::max(highest, shapeAt(shape, x).depth);
+          highest = std::max(highest, solidAt(shape, x).depth);
         }
       EXPECT_NEAR(highest, 0, 1e-9) << "axis " << axis << ", shape " << shape.index();
     }
   }
-  EXPECT_TRUE(std::isinf(shapeBounds(HalfSpace{}).max().x()));
+  EXPECT_TRUE(std::isinf(boundsOf(HalfSpace{}).max().x()));
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST(LevelSurface, OfABallHasItsVolumeAndIsClosed) {
 TEST(LevelSurface, OfACloudHasItsVolume) {
   DigitizeSettings settings;
   settings.voxelSize = 1e-4;
-  const Cloud cloud = digitize(primitiveMesh(SphereShape{1e-3}, 1e-6), settings);
+  const Cloud cloud = digitize(primitiveMesh(Sphere{1e-3}, 1e-6), settings);
   const double volume = cloud.massProperties().volume;
   EXPECT_NEAR(inspect(cloudSurface(cloud)).volume, volume, 0.02 * volume);
   EXPECT_NEAR(inspect(cloudSurface(cloud, 2)).volume, volume, 0.06 * volume);

@@ -19,18 +19,18 @@ using std::numbers::pi;
 
 struct Primitive {
   std::string name;
-  AnalyticShape shape;
+  Solid shape;
   double volume;
 };
 
 std::vector<Primitive> primitives(double size) {
   const double r = 0.7 * size, h = 0.4 * size;  // h is half a height
   const Vec3 half = size * Vec3(0.3, 0.5, 0.8);
-  return {{"sphere", SphereShape{r}, 4 * pi / 3 * r * r * r},
-          {"box", BoxShape{half}, 8 * half.prod()},
-          {"cylinder", CylinderShape{r, h}, pi * r * r * 2 * h},
-          {"capsule", CapsuleShape{r, h}, pi * r * r * 2 * h + 4 * pi / 3 * r * r * r},
-          {"cone", ConeShape{r, h}, pi * r * r * 2 * h / 3}};
+  return {{"sphere", Sphere{r}, 4 * pi / 3 * r * r * r},
+          {"box", Box{half}, 8 * half.prod()},
+          {"cylinder", Cylinder{r, h}, pi * r * r * 2 * h},
+          {"capsule", Capsule{r, h}, pi * r * r * 2 * h + 4 * pi / 3 * r * r * r},
+          {"cone", Cone{r, h}, pi * r * r * 2 * h / 3}};
 }
 
 TEST(PrimitiveMesh, IsClosedAndHasTheShapesVolume) {
@@ -55,7 +55,7 @@ TEST(PrimitiveMesh, LiesWithinTheToleranceOfTheSurface) {
       for (const Eigen::Vector3i& t : mesh.triangles) {
         const Vec3 a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
         for (const Vec3& x : {a, Vec3((a + b) / 2), Vec3((a + b + c) / 3)})
-          worst = std::max(worst, std::abs(shapeAt(p.shape, x).depth));
+          worst = std::max(worst, std::abs(solidAt(p.shape, x).depth));
       }
       EXPECT_LE(worst, tolerance);
     }

@@ -42,7 +42,7 @@ TEST(Packed, ComesBackWhole) {
 }
 
 TEST(ShadedMesh, ABoxHasFlatFaces) {
-  const ShadedMesh box = shaded(primitiveMesh(BoxShape{Vec3(1, 2, 3)}, 0.1));
+  const ShadedMesh box = shaded(primitiveMesh(Box{Vec3(1, 2, 3)}, 0.1));
   ASSERT_EQ(box.corners.size() % 3, 0u);
   for (std::size_t i = 0; i < box.corners.size(); i += 3) {
     const auto& a = box.positions[box.corners[i]];
@@ -54,7 +54,7 @@ TEST(ShadedMesh, ABoxHasFlatFaces) {
 }
 
 TEST(ShadedMesh, ASphereIsSmooth) {
-  const Mesh mesh = primitiveMesh(SphereShape{2}, 0.02);
+  const Mesh mesh = primitiveMesh(Sphere{2}, 0.02);
   const ShadedMesh sphere = shaded(mesh);
   EXPECT_EQ(sphere.positions.size(), mesh.vertices.size());
   for (std::size_t i = 0; i < sphere.positions.size(); ++i)
@@ -72,7 +72,7 @@ TEST(ShadedMesh, BadTrianglesHaveNormalsToo) {
 Cloud boxCloud(const Vec3& size, double voxel) {
   DigitizeSettings settings;
   settings.voxelSize = voxel;
-  return digitize(primitiveMesh(BoxShape{size / 2}, 0.1 * voxel), settings);
+  return digitize(primitiveMesh(Box{size / 2}, 0.1 * voxel), settings);
 }
 
 // A cloud whose voxels are full below a corner, and of the given coverage in the layer beyond.

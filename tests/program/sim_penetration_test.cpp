@@ -15,7 +15,7 @@ namespace cloudcontact::program {
 namespace {
 
 Mesh boxMesh(const Vec3& size) {
-  return primitiveMesh(BoxShape{size / 2}, 1e-3);
+  return primitiveMesh(Box{size / 2}, 1e-3);
 }
 
 MeasuredBody bodyOf(const SceneGeometry& geometry, const Mesh* mesh = nullptr) {
@@ -110,7 +110,7 @@ TEST(Penetration, OfACapsuleAndACylinderLyingOnAPlane) {
   const MeasuredBody plane = bodyOf(ScenePlane{}), capsule = bodyOf(SceneCapsule{0.2, 1});
   const Eigen::Quaterniond lying(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
   EXPECT_NEAR(penetration(plane, Pose(), capsule, {lying, Vec3(0, 0, 0.15)}), 0.05, 1e-12);
-  const Mesh mesh = primitiveMesh(CylinderShape{0.2, 0.5}, 1e-5);
+  const Mesh mesh = primitiveMesh(Cylinder{0.2, 0.5}, 1e-5);
   const MeasuredBody cylinder = bodyOf(SceneCylinder{0.2, 1}, &mesh);
   EXPECT_NEAR(penetration(plane, Pose(), cylinder, {lying, Vec3(0, 0, 0.15)}), 0.05, 2e-5);
   EXPECT_NEAR(penetration(capsule, {lying, Vec3(0, 0, 0.35)}, cylinder, {lying, Vec3::Zero()}),

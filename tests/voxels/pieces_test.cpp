@@ -20,12 +20,12 @@ void forEachVoxel(const Cloud& cloud, Visit&& visit) {
       for (int x = 0; x < n.x(); ++x) visit(x, y, z);
 }
 
-Solid boxFrom(const Vec3& low, const Vec3& high) {
+Inside boxFrom(const Vec3& low, const Vec3& high) {
   return [=](const Vec3& p) {
     return (p.array() >= low.array()).all() && (p.array() < high.array()).all();
   };
 }
-Solid either(const Solid& a, const Solid& b) {
+Inside either(const Inside& a, const Inside& b) {
   return [=](const Vec3& p) { return a(p) || b(p); };
 }
 

@@ -1,4 +1,5 @@
 // What an area leaves of the voxels that it lies in: volumes known in closed form.
+#include <cloudcontact/workpiece/cloud_solid.h>
 #include <cloudcontact/workpiece/cutter.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +38,7 @@ double taken(const std::vector<VoxelCut>& cuts) {
 TEST(AreaCut, ABoxAlongTheGridLeavesWhatLiesOutside) {
   const BaseVectorField field = block();
   // Voxels 4 to 8 and a fifth of the ninth along x, whole voxels along y and z.
-  const BoxArea area{{}, kVoxel * Vec3(2.6, 2, 3)};
+  const PlacedSolid area{Box{kVoxel * Vec3(2.6, 2, 3)}};
   const Vec3 middle = Vec3(4 + 2.6, 12, 20) + Vec3(-3, 7, 2);
   const std::vector<VoxelCut> cuts = cutsOf(field, area, poseOf(middle, 0));
   double whole = 0, parts = 0;
@@ -56,15 +57,15 @@ TEST(AreaCut, VolumesAreTheAreas) {
   const BaseVectorField field = block();
   const Vec3 middle = Vec3(20.2, 19.7, 20.4) + Vec3(-3, 7, 2);
   const double ball = 4 / 3.0 * std::numbers::pi;
-  EXPECT_NEAR(taken(cutsOf(field, SphereArea{Vec3::Zero(), 12.3 * kVoxel}, poseOf(middle, 0.3))),
+  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Sphere{12.3 * kVoxel}}, poseOf(middle, 0.3))),
               ball * std::pow(12.3, 3), 0.003 * ball * std::pow(12.3, 3));
   const Vec3 half(9.2, 6.1, 11.3);
-  EXPECT_NEAR(taken(cutsOf(field, BoxArea{{}, kVoxel * half}, poseOf(middle, 0.7))),
+  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Box{kVoxel * half}}, poseOf(middle, 0.7))),
               8 * half.prod(), 0.01 * 8 * half.prod());
-  EXPECT_NEAR(taken(cutsOf(field, EllipsoidArea{{}, kVoxel * half}, poseOf(middle, 0.7))),
+  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Ellipsoid{kVoxel * half}}, poseOf(middle, 0.7))),
               ball * half.prod(), 0.01 * ball * half.prod());
   const Cloud cloud = test::ballCloud(kVoxel, 3, Vec3(12, 12, 12), 9.4);
-  const CloudArea area = cloudArea(cloud, poseOf(Vec3(-12, -12, -12), 0));
+  const PlacedSolid area = cloudSolid(cloud, poseOf(Vec3(-12, -12, -12), 0));
   EXPECT_NEAR(taken(cutsOf(field, area, poseOf(middle, 0.7))), ball * std::pow(9.4, 3),
               0.02 * ball * std::pow(9.4, 3));
 }
@@ -74,8 +75,8 @@ TEST(AreaCut, ThePoseIsTheTools) {
   const BaseVectorField field = block();
   const Pose inTool = poseOf(Vec3(4, -2, 1), 0.4), tool = poseOf(Vec3(17, 26, 22), 0.9);
   const Vec3 half = kVoxel * Vec3(6.2, 3.1, 8.3);
-  const auto one = cutsOf(field, BoxArea{inTool, half}, tool),
-             other = cutsOf(field, BoxArea{tool * inTool, half}, {});
+  const auto one = cutsOf(field, PlacedSolid{Box{half}, inTool}, tool),
+             other = cutsOf(field, PlacedSolid{Box{half}, tool * inTool}, {});
   ASSERT_EQ(one.size(), other.size());
   EXPECT_GT(one.size(), 500u);
   for (std::size_t k = 0; k < one.size(); ++k) {
@@ -86,7 +87,7 @@ TEST(AreaCut, ThePoseIsTheTools) {
 
 TEST(AreaCut, PartlyAndWhollyOutsideTheGrid) {
   BaseVectorField field = block();
-  const SphereArea ball{Vec3::Zero(), 10 * kVoxel};
+  const PlacedSolid ball{Sphere{10 * kVoxel}};
   // Half of it is in.
   const double half = taken(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0)));
   EXPECT_NEAR(half, 2 / 3.0 * std::numbers::pi * 1000, 10);
@@ -97,13 +98,13 @@ TEST(AreaCut, PartlyAndWhollyOutsideTheGrid) {
 
 TEST(AreaCut, SaysWhatIsWrong) {
   const BaseVectorField field = block();
-  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), 0}, {}), std::invalid_argument);
+  EXPECT_THROW(cutsOf(field, PlacedSolid{Sphere{0}}, {}), std::invalid_argument);
   Pose bad;
   bad.position.y() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), kVoxel}, bad), std::invalid_argument);
+  EXPECT_THROW(cutsOf(field, PlacedSolid{Sphere{kVoxel}}, bad), std::invalid_argument);
   bad = {};
   bad.orientation.coeffs().setZero();
-  EXPECT_THROW(cutsOf(field, SphereArea{Vec3::Zero(), kVoxel}, bad), std::invalid_argument);
+  EXPECT_THROW(cutsOf(field, PlacedSolid{Sphere{kVoxel}}, bad), std::invalid_argument);
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
 // windows that reach to the bricks beside, beyond them, and to one side alone.
 TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
   WindowSettings aside = sphereWindow(kVoxel);
-  aside.area = SphereArea{kVoxel * Vec3(4.3, -2.1, 0.4), 2.5 * kVoxel};
+  aside.area = {Sphere{2.5 * kVoxel}, {.position = kVoxel * Vec3(4.3, -2.1, 0.4)}};
   for (const WindowSettings& window : {sphereWindow(kVoxel), sphereWindow(kVoxel, 9.5), aside}) {
     BaseVectorField field(tooth(), {kEnamel, kDentin}, window);
     for (const int left : {200, 90, 0}) {

@@ -13,10 +13,10 @@
 
 namespace cloudcontact::testing {
 
-using Solid = std::function<bool(const Vec3&)>;
+using Inside = std::function<bool(const Vec3&)>;
 
 // The fraction of a voxel that lies in the solid, by n x n x n points, in 1/255.
-inline int coverageOf(const Solid& solid, int x, int y, int z, int n = 4) {
+inline int coverageOf(const Inside& solid, int x, int y, int z, int n = 4) {
   int inside = 0;
   const int all = n * n * n;
   for (int k = 0; k < all; ++k)
@@ -24,7 +24,7 @@ inline int coverageOf(const Solid& solid, int x, int y, int z, int n = 4) {
   return (inside * 255 + all / 2) / all;
 }
 
-inline Cloud cloudOf(const Solid& solid, const Eigen::Vector3i& bricks, double voxel = 1e-3) {
+inline Cloud cloudOf(const Inside& solid, const Eigen::Vector3i& bricks, double voxel = 1e-3) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = bricks;
   for (int t = 0; t < bricks.prod(); ++t) {
@@ -48,11 +48,11 @@ inline Cloud cloudOf(const Solid& solid, const Eigen::Vector3i& bricks, double v
   return Cloud(voxel, Vec3(0.1, -0.2, 0.05), voxels);
 }
 
-inline Solid ball(const Vec3& center, double radius) {
+inline Inside ball(const Vec3& center, double radius) {
   return [=](const Vec3& p) { return (p - center).squaredNorm() < radius * radius; };
 }
 
-inline Solid tiltedBox(const Vec3& center, const Vec3& half) {
+inline Inside tiltedBox(const Vec3& center, const Vec3& half) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.5, Vec3(1, 2, -1).normalized()));
   return [=](const Vec3& p) {
     return ((turn.conjugate() * (p - center)).cwiseAbs().array() < half.array()).all();
@@ -60,7 +60,7 @@ inline Solid tiltedBox(const Vec3& center, const Vec3& half) {
 }
 
 // A crown with four cusps and a fissure, on two roots that end in tips; 30 x 30 x 44 voxels.
-inline Solid tooth(const Vec3& center) {
+inline Inside tooth(const Vec3& center) {
   return [=](const Vec3& at) {
     const Vec3 p = at - center;
     const double cusps = 2.5 * std::cos(p.x() / 3) * std::cos(p.y() / 3);
@@ -74,7 +74,7 @@ inline Solid tooth(const Vec3& center) {
 }
 
 // Of all voxels that a tool lies in, what it leaves.
-inline std::vector<VoxelCut> cutsOf(const Cloud& cloud, const Solid& tool, const Vec3& low,
+inline std::vector<VoxelCut> cutsOf(const Cloud& cloud, const Inside& tool, const Vec3& low,
                                     const Vec3& high, int points = 4) {
   std::vector<VoxelCut> cuts;
   const Eigen::Vector3i first = low.array().floor().cast<int>().max(0);

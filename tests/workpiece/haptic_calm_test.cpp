@@ -27,7 +27,7 @@ Cloud groove() {
 
 HapticSettings burSettings() {
   HapticSettings s;
-  s.tool.area = SphereArea{Vec3::Zero(), kRadius};
+  s.tool.area = {Sphere{kRadius}};
   s.handStiffness = 5000;
   s.handDamping = 2.5;
   return s;

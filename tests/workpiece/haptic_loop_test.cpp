@@ -30,7 +30,7 @@ Cloud slab(const std::vector<std::string>& materials = {},
 // A ball bur of 8 voxels' radius.
 HapticSettings burSettings(double step = 1e-3) {
   HapticSettings s;
-  s.tool.area = SphereArea{Vec3::Zero(), 8 * kVoxel};
+  s.tool.area = {Sphere{8 * kVoxel}};
   s.tool.hardness = false;
   s.step = step;
   return s;
@@ -179,7 +179,7 @@ TEST(HapticLoop, TorqueOfATipAside) {
   BaseVectorField field(slab(), {{"tooth", 2e4, .4, 1e9, 2000}}, sphereWindow(kVoxel));
   HapticSettings settings = burSettings();
   const Vec3 aside(5e-3, 0, -2e-3);
-  settings.tool.area = SphereArea{aside, 8 * kVoxel};
+  settings.tool.area = {Sphere{8 * kVoxel}, {.position = aside}};
   HapticLoop loop(field, {}, settings);
   const HapticOutput& out = pressTo(loop, kTop + Vec3(0, 0, kAbove - 1e-3) - aside, 1e-3);
   EXPECT_NEAR(out.onHand.torque.y(), -5e-3 * out.onHand.force.z(),
@@ -208,7 +208,7 @@ TEST(HapticLoop, BadInput) {
   settings.step = 0;
   EXPECT_THROW(HapticLoop(field, {}, settings), std::invalid_argument);
   settings = burSettings();
-  settings.tool.area = SphereArea{Vec3::Zero(), -1};
+  settings.tool.area = {Sphere{-1}};
   EXPECT_THROW(HapticLoop(field, {}, settings), std::invalid_argument);
   HapticLoop loop(field, {}, burSettings());
   const double nan = std::numeric_limits<double>::quiet_NaN();

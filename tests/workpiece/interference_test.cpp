@@ -2,6 +2,7 @@
 // each other elsewhere, and the same whatever the number of threads.
 #include <gtest/gtest.h>
 
+#include <cloudcontact/workpiece/cloud_solid.h>
 #include <cloudcontact/workpiece/collision_finder.h>
 #include <cloudcontact/workpiece/interference.h>
 
@@ -85,7 +86,7 @@ TEST(Interference, KindsDifferByTheToolsRimAlone) {
 
   const BaseVectorField field(block(), {{"tooth", 1e4, 1, 1e9, 2000}}, sphereWindow(kVoxel));
   Detection d;
-  d.area = SphereArea{kVoxel * Vec3(12, 12, 12), radius * kVoxel};
+  d.area = {Sphere{radius * kVoxel}, {.position = kVoxel * Vec3(12, 12, 12)}};
   CollisionFinder finder;
   const Vec3 found = finder.find(field, {}, d, place).normal();
   const double depth = finder.find(field, {}, d, place).depth;
@@ -115,7 +116,7 @@ TEST(Interference, InSequenceAndInParallelTheSame) {
   // The finder too, to the bit.
   const BaseVectorField field(block(), {{"tooth", 1e4, 1, 1e9, 2000}}, sphereWindow(kVoxel));
   Detection d;
-  d.area = cloudArea(tool);
+  d.area = cloudSolid(tool);
   CollisionFinder serial(1), parallel(3);
   const Collision& a = serial.find(field, {}, d, place);
   const Collision& b = parallel.find(field, {}, d, place);

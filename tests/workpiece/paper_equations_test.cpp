@@ -26,15 +26,15 @@ Cloud row(const std::vector<std::string>& materials = {},
 
 // C: three voxels each way, evenly weighed, Gr in its middle.
 WindowSettings cube() {
-  return {BoxArea{{}, Vec3::Constant(1.5 * kVoxel)}, WindowWeight::Even, Vec3::Zero()};
+  return {PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}}, WindowWeight::Even, Vec3::Zero()};
 }
 
 // D: the voxels from `first` to `last` of the row.
 Detection detect(int first, int last) {
   Detection d;
   const Vec3 low(first, 1.5, 1.5), high(last + 1, 3.5, 3.5);
-  d.area = BoxArea{{Eigen::Quaterniond::Identity(), kVoxel * 0.5 * (low + high)},
-                   kVoxel * 0.5 * (high - low)};
+  d.area = {Box{kVoxel * 0.5 * (high - low)},
+            {Eigen::Quaterniond::Identity(), kVoxel * 0.5 * (low + high)}};
   d.membership = Membership::Whole;
   d.hardness = false;
   return d;
@@ -99,8 +99,8 @@ TEST(PaperEquation, FivePrime_HardnessDensityAndCuttingAbility) {
   EXPECT_NEAR(finder.find(field, {}, d, {}).mean.x(), (1 * 0.2 + 0.5 * 0.25) / 2 * kVoxel, kExact);
   // The part of the tool about the fifth voxel cuts three times as well, the rest a tenth.
   d.ability = 0.1;
-  d.parts.push_back({BoxArea{{Eigen::Quaterniond::Identity(), kVoxel * Vec3(4.5, 2.5, 2.5)},
-                             Vec3::Constant(0.4 * kVoxel)},
+  d.parts.push_back({PlacedSolid{Box{Vec3::Constant(0.4 * kVoxel)},
+                                 {Eigen::Quaterniond::Identity(), kVoxel * Vec3(4.5, 2.5, 2.5)}},
                      3});
   EXPECT_NEAR(finder.find(field, {}, d, {}).mean.x(), (0.1 * 1 * 0.2 + 3 * 0.5 * 0.25) / 2 * kVoxel,
               kExact);

@@ -2,6 +2,7 @@
 // and workpieces of several materials, on small clouds worked out by hand.
 #include <gtest/gtest.h>
 
+#include <cloudcontact/workpiece/cloud_solid.h>
 #include <cloudcontact/workpiece/collision_finder.h>
 
 #include "voxels/small_clouds.h"
@@ -25,11 +26,11 @@ Cloud toolCloud() {
   });
 }
 
-WindowSettings window(const Area& area, const Vec3& representative = Vec3::Zero()) {
+WindowSettings window(const PlacedSolid& area, const Vec3& representative = Vec3::Zero()) {
   return {area, WindowWeight::Even, representative};
 }
 
-std::size_t voxelsIn(const BaseVectorField& field, const Area& area, const Vec3& at) {
+std::size_t voxelsIn(const BaseVectorField& field, const PlacedSolid& area, const Vec3& at) {
   Detection d;
   d.area = area;
   d.membership = Membership::Whole;
@@ -39,86 +40,89 @@ std::size_t voxelsIn(const BaseVectorField& field, const Area& area, const Vec3&
 
 // The tool stands two voxels deep in the slab.
 TEST(PaperFigure, Six_CollisionDetectionAreaOfAnyShape) {
-  const BaseVectorField field(slab(), {kTooth}, window(BoxArea{{}, Vec3::Constant(1.5 * kVoxel)}));
+  const BaseVectorField field(slab(), {kTooth},
+                              window(PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}}));
   const Cloud tool = toolCloud();
   const Vec3 place = kVoxel * Vec3(4, 4, 6);
   const Vec3 middle = Vec3::Constant(2.5 * kVoxel);
   // (a) the whole tool: two layers of 5x5.
-  EXPECT_EQ(voxelsIn(field, cloudArea(tool), place), 50u);
+  EXPECT_EQ(voxelsIn(field, cloudSolid(tool), place), 50u);
   // (b) a box of 3x3x3 voxels about its middle reaches 1 voxel above the slab: nothing;
   //     one of 3x3x5 all along the tool: two layers of 3x3.
   const Pose at{Eigen::Quaterniond::Identity(), middle};
-  EXPECT_EQ(voxelsIn(field, BoxArea{at, kVoxel * Vec3(1.5, 1.5, 0.49)}, place), 0u);
-  EXPECT_EQ(voxelsIn(field, BoxArea{at, kVoxel * Vec3(1.5, 1.5, 2.5)}, place), 18u);
+  EXPECT_EQ(voxelsIn(field, PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 0.49)}, at}, place), 0u);
+  EXPECT_EQ(voxelsIn(field, PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 2.5)}, at}, place), 18u);
   // (c) the cutting surface only, a voxel thick: the lowest layer whole, of the next its rim.
   const Cloud surface = surfaceLayer(tool, kVoxel);
-  EXPECT_EQ(voxelsIn(field, cloudArea(surface), place), 25u + 16u);
+  EXPECT_EQ(voxelsIn(field, cloudSolid(surface), place), 25u + 16u);
   // ... and of that only the tip.
-  const Area tip = BoxArea{{Eigen::Quaterniond::Identity(), kVoxel * Vec3(2.5, 2.5, 0.5)},
-                           kVoxel * Vec3(2.6, 2.6, 0.6)};
-  EXPECT_EQ(voxelsIn(field, cloudArea(surfaceLayer(tool, kVoxel, &tip)), place), 25u);
+  const PlacedSolid tip =
+      PlacedSolid{Box{kVoxel * Vec3(2.6, 2.6, 0.6)},
+                  {Eigen::Quaterniond::Identity(), kVoxel * Vec3(2.5, 2.5, 0.5)}};
+  EXPECT_EQ(voxelsIn(field, cloudSolid(surfaceLayer(tool, kVoxel, &tip)), place), 25u);
   // (d) an ellipsoid of semi-axes 2.5, 1.5, 2.5: of the lowest layer, at z = -2, what has
   //     (x/2.5)^2 + (y/1.5)^2 <= 0.36: one voxel's centre and its neighbours along x; of the next,
   //     at -1, those with <= 0.84: x to 2, and at y = 1 x to 1.
-  const EllipsoidArea ellipsoid{at, kVoxel * Vec3(2.5, 1.5, 2.5)};
+  const PlacedSolid ellipsoid{Ellipsoid{kVoxel * Vec3(2.5, 1.5, 2.5)}, at};
   EXPECT_EQ(voxelsIn(field, ellipsoid, place), 3u + (5u + 2 * 3u));
 }
 
 // Three collision voxels beside a wall's corner, as in the figure; C as box, ball and ellipsoid.
 TEST(PaperFigure, Seven_CuttableAreaOfAnyShape) {
-  const auto at = [](const Area& area, const VoxelIndex& v) {
+  const auto at = [](const PlacedSolid& area, const VoxelIndex& v) {
     return Vec3(BaseVectorField(slab(), {kTooth}, window(area)).at(v).toRepresentative / kVoxel);
   };
   const VoxelIndex top(8, 8, 7);
   // Box 3x3x3: of three layers the upper is empty: Gc half a voxel down. Box 3x3x5: two of five.
-  EXPECT_NEAR((at(BoxArea{{}, kVoxel * Vec3(1.5, 1.5, 1.5)}, top) - Vec3(0, 0, 0.5)).norm(), 0,
+  EXPECT_NEAR((at(PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 1.5)}}, top) - Vec3(0, 0, 0.5)).norm(), 0,
               kExact);
-  EXPECT_NEAR((at(BoxArea{{}, kVoxel * Vec3(1.5, 1.5, 2.5)}, top) - Vec3(0, 0, 1)).norm(), 0,
+  EXPECT_NEAR((at(PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 2.5)}}, top) - Vec3(0, 0, 1)).norm(), 0,
               kExact);
   // Deeper by one the box of three is full.
-  EXPECT_NEAR(at(BoxArea{{}, kVoxel * Vec3(1.5, 1.5, 1.5)}, top - VoxelIndex(0, 0, 1)).norm(), 0,
-              kExact);
+  EXPECT_NEAR(at(PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 1.5)}}, top - VoxelIndex(0, 0, 1)).norm(),
+              0, kExact);
   // A ball of radius R: below its plane z = 1/2, volume and moment of a ball less a cap:
   // Gc_z = -(pi/4) (R^2 - 1/4)^2 / V, V = pi (2 R^3 / 3 + R^2 / 2 - 1/24).
   const auto ball = [](double r) {
     const double c = r * r - 0.25;
     return 0.25 * c * c / (2 * r * r * r / 3 + r * r / 2 - 1 / 24.0);
   };
-  const Vec3 sphere = at(SphereArea{Vec3::Zero(), 2.5 * kVoxel}, top);
+  const Vec3 sphere = at(PlacedSolid{Sphere{2.5 * kVoxel}}, top);
   EXPECT_NEAR(sphere.z(), ball(2.5), 0.004 * ball(2.5));
   EXPECT_NEAR(sphere.head<2>().norm(), 0, kExact);
   // An ellipsoid is that ball stretched: along z by two, so the plane stands at a quarter.
-  const Vec3 stretched = at(EllipsoidArea{{}, kVoxel * Vec3(2.5, 2.5, 5)}, top);
+  const Vec3 stretched = at(PlacedSolid{Ellipsoid{kVoxel * Vec3(2.5, 2.5, 5)}}, top);
   const double r = 2.5, p = 0.25, c = r * r - p * p;
   const double expected = 2 * 0.25 * c * c / (2 * r * r * r / 3 + r * r * p - p * p * p / 3);
   EXPECT_NEAR(stretched.z(), expected, 0.004 * expected);
   // C off to the side of its voxel (any offset): a box wholly in the slab, then wholly out.
   const Pose below{Eigen::Quaterniond::Identity(), kVoxel * Vec3(0, 0, -4)};
-  EXPECT_NEAR((at(BoxArea{below, Vec3::Constant(1.5 * kVoxel)}, top) - Vec3(0, 0, 4)).norm(), 0,
-              kExact);
+  EXPECT_NEAR(
+      (at(PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}, below}, top) - Vec3(0, 0, 4)).norm(), 0,
+      kExact);
   const Pose above{Eigen::Quaterniond::Identity(), kVoxel * Vec3(0, 0, 4)};
-  EXPECT_EQ(at(BoxArea{above, Vec3::Constant(1.5 * kVoxel)}, top).norm(), 0);
+  EXPECT_EQ(at(PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}, above}, top).norm(), 0);
   // Any cloud: the tool itself, its corner at the voxel's middle.
   const Pose corner{Eigen::Quaterniond::Identity(), Vec3::Constant(-0.5 * kVoxel)};
-  EXPECT_NEAR((at(cloudArea(toolCloud(), corner), top) - Vec3(-2, -2, 0)).norm(), 0, 0.2)
+  EXPECT_NEAR((at(cloudSolid(toolCloud(), corner), top) - Vec3(-2, -2, 0)).norm(), 0, 0.2)
       << "a cloud's depth is rounded at its edges";
 }
 
 // Wherever Gr stands, every base vector moves by the same, and so does their mean.
 TEST(PaperFigure, Eight_RepresentativePointIsAConstantBias) {
-  const SphereArea area{Vec3::Zero(), 2.5 * kVoxel};
-  const BoxArea askew{{Eigen::Quaterniond::Identity(), kVoxel * Vec3(1, 0, 0)},
-                      kVoxel * Vec3(2.5, 1.5, 1.5)};
+  const PlacedSolid area{Sphere{2.5 * kVoxel}};
+  const PlacedSolid askew{Box{kVoxel * Vec3(2.5, 1.5, 1.5)},
+                          {Eigen::Quaterniond::Identity(), kVoxel * Vec3(1, 0, 0)}};
   EXPECT_NEAR((centerOfGravity(askew) - kVoxel * Vec3(1, 0, 0)).norm(), 0, kExact);
   const Cloud wedge = test::smallCloud(
       kVoxel, {1, 1, 1}, [](int x, int y, int z) { return x < 3 && y == 0 && z <= x ? 255 : 0; });
-  const Area wedgeArea = cloudArea(wedge);
+  const PlacedSolid wedgeArea = cloudSolid(wedge);
   EXPECT_NEAR((centerOfGravity(wedgeArea) - kVoxel * Vec3(11 / 6.0, 0.5, 7 / 6.0)).norm(), 0,
               kExact);
   EXPECT_NEAR((centerOfBounds(wedgeArea) - kVoxel * Vec3(1.5, 0.5, 1.5)).norm(), 0, kExact);
 
   Detection d;
-  d.area = SphereArea{Vec3::Zero(), 3 * kVoxel};
+  d.area = {Sphere{3 * kVoxel}};
   d.hardness = false;
   const Pose tool{Eigen::Quaterniond::Identity(), kVoxel * Vec3(7.7, 8.2, 9.3)};
   CollisionFinder finder;
@@ -137,7 +141,7 @@ TEST(PaperFigure, Nine_SeveralMaterials) {
   const auto inBlock = [](int x, int y, int z) {
     return x >= 4 && x < 12 && z >= 4 && z < 12 && y == 4 ? 255 : 0;
   };
-  const BoxArea c{{}, Vec3::Constant(1.5 * kVoxel)};
+  const PlacedSolid c{Box{Vec3::Constant(1.5 * kVoxel)}};
   const BaseVectorField uniform(test::smallCloud(kVoxel, {2, 1, 2}, inBlock), {kTooth}, window(c));
   // (c): the second collision voxel of the upper row: C holds three by two voxels.
   EXPECT_NEAR((uniform.at({5, 4, 11}).toRepresentative / kVoxel - Vec3(0, 0, 0.5)).norm(), 0,
@@ -163,8 +167,9 @@ TEST(PaperFigure, Nine_SeveralMaterials) {
   // not.
   Detection d;
   d.membership = Membership::Whole;
-  d.area = BoxArea{{Eigen::Quaterniond::Identity(), kVoxel * Vec3(6, 4.5, 11.5)},
-                   kVoxel * Vec3(1, 0.5, 0.5)};  // voxels 5 and 6 of the upper row
+  d.area = {Box{kVoxel * Vec3(1, 0.5, 0.5)},
+            {Eigen::Quaterniond::Identity(),
+             kVoxel * Vec3(6, 4.5, 11.5)}};  // voxels 5 and 6 of the upper row
   CollisionFinder finder;
   EXPECT_NEAR((finder.find(field, {}, d, {}).mean / kVoxel -
                0.5 * (Vec3(2 / 7.0, 0, 0.5) + Vec3(2 / 5.0, 0, 0.5) / 3))

@@ -25,7 +25,7 @@ TEST(Readme, DrillSample) {
                         sphereWindow(tooth.voxelSize()));  // C: 2.5 voxels about each voxel
 
   HapticSettings haptics;
-  haptics.tool.area = SphereArea{Vec3::Zero(), 0.5e-3};  // D: a round bur of 1 mm
+  haptics.tool.area = {Sphere{0.5e-3}};   // D: a round bur of 1 mm
   haptics.cutter = Cutter{17e9, 0.1, 5};  // tungsten carbide, a tenth comes off, edges at 5 m/s
   HapticLoop loop(field, Pose{}, haptics);
   HapticOutput out = loop.tick({handPose, handVelocity});  // every millisecond

@@ -17,7 +17,7 @@ namespace cloudcontact {
 // its motion.
 struct ContactBody {
   const SurfaceField* field = nullptr;
-  const AnalyticShape* shape = nullptr;
+  const Solid* shape = nullptr;
   Pose pose;
   Motion motion;
 };

@@ -45,7 +45,7 @@ class DeviceWorkpiece {
   std::size_t cut(std::span<const VoxelCut> voxels);
   // The same for all voxels of cutsOf(field, area, tool) (cutter.h). Only the tool's pose is sent
   // to the device, unless the area is a cloud. Throws as cutsOf() does, too.
-  std::size_t cut(const Area& area, const Pose& tool);
+  std::size_t cut(const PlacedSolid& area, const Pose& tool);
 
   // The workpiece as it is now, copied from the device.
   BaseVectorField field() const;

@@ -13,7 +13,7 @@ namespace cloudcontact {
 
 // A part of a tool that cuts better or worse than the rest.
 struct CuttingPart {
-  Area area;  // in the tool's frame
+  PlacedSolid area;  // in the tool's frame
   double ability =
       1;  // factor of the base vectors of the voxels in it; where parts overlap, the last
 };
@@ -25,7 +25,7 @@ enum class Membership : std::uint8_t {
 
 // What of a tool detects, and how.
 struct Detection {
-  Area area;  // D, in the tool's frame: the whole tool, or any other shape
+  PlacedSolid area;  // D, in the tool's frame: the whole tool, or any other shape
   Membership membership = Membership::Shared;
   bool hardness = true;  // h in (5'); without it (5)
   double ability = 1;    // of the tool outside of all parts

@@ -23,7 +23,8 @@ struct Cutter {
 // told by the depth of the voxel's centre (Membership::Shared); to be handed to cut(). The area is
 // given in the tool's frame, the pose is the tool's in the workpiece's frame. Throws
 // std::invalid_argument where the area has no volume or the pose is not finite.
-std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const Area& area, const Pose& tool);
+std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid& area,
+                             const Pose& tool);
 
 // Takes matter from the collision's voxels, each by its share, ability and hardness, for `seconds`
 // under `force` [N] with the tool sliding at `speed` [m/s]. What is less than 1/255 of a voxel is

@@ -2,7 +2,7 @@
 // Paper, Step 5, Figs. 7 and 8.
 #pragma once
 
-#include <cloudcontact/workpiece/area.h>
+#include <cloudcontact/law/solid.h>
 
 #include <cstdint>
 #include <vector>
@@ -17,7 +17,7 @@ enum class WindowWeight : std::uint8_t {
 
 // C about a voxel whose centre is the origin [m]. Of any shape, size and offset.
 struct WindowSettings {
-  Area area = SphereArea{};
+  PlacedSolid area;
   WindowWeight weight = WindowWeight::Even;
   // Gr: where every base vector points to. Any place: its distance from the centre of gravity of
   // a window full of matter is a constant bias of every base vector (paper, Discussion).
