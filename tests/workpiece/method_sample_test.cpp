@@ -1,4 +1,5 @@
-// The README's second sample: compiled and run here, and compared with the README to the letter.
+// The sample of docs/method.md: compiled and run here, and compared with the document to the
+// letter.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/voxels/digitize.h>
@@ -12,14 +13,14 @@
 namespace cloudcontact {
 namespace {
 
-TEST(Readme, DrillSample) {
+TEST(Method, Sample) {
   const std::vector<NamedMesh> parts = {{"enamel", test::sphereMesh(4e-3, 4)},
                                         {"dentin", test::sphereMesh(2.8e-3, 4)}};
   const Pose handPose{Eigen::Quaterniond::Identity(), Vec3(0, 0, 4.3e-3)};
   const Vec3 handVelocity = Vec3::Zero();
-  // README: begin
+  // Sample: begin
   DigitizeSettings settings;
-  settings.voxelSize = 1e-4;                // metres
+  settings.voxelSize = 1e-4;                // meters
   Cloud tooth = digitize(parts, settings);  // meshes named enamel, dentin ...
   BaseVectorField field(tooth, tissuesOf(dentalTissues(), tooth.materials()),
                         sphereWindow(tooth.voxelSize()));  // C: 2.5 voxels about each voxel
@@ -29,12 +30,12 @@ TEST(Readme, DrillSample) {
   haptics.cutter = Cutter{17e9, 0.1, 5};  // tungsten carbide, a tenth comes off, edges at 5 m/s
   HapticLoop loop(field, Pose{}, haptics);
   HapticOutput out = loop.tick({handPose, handVelocity});  // every millisecond
-  // README: end
+  // Sample: end
   EXPECT_GT(out.onHand.force.z(), 0.05);
   EXPECT_LT(out.onHand.force.z(), 0.2 * 1000 * 1e-3);
 }
 
-// What stands in a file between two marks, of which the first ends its line.
+// The text of a file between two marks; the first mark ends its line.
 std::string between(const std::string& file, const std::string& begin, const std::string& end) {
   std::ifstream in(std::string(CLOUDCONTACT_SOURCE_DIR) + file);
   std::stringstream all;
@@ -44,16 +45,16 @@ std::string between(const std::string& file, const std::string& begin, const std
   return text.substr(from, text.find(end, from) - from);
 }
 
-TEST(Readme, DrillSampleStandsInTheReadme) {
-  std::stringstream lines(between("/tests/core/readme_drill_test.cpp",
-                                  "  // README: "
+TEST(Method, SampleEqualsTheDocument) {
+  std::stringstream lines(between("/tests/workpiece/method_sample_test.cpp",
+                                  "  // Sample: "
                                   "begin",
-                                  "  // README: "
+                                  "  // Sample: "
                                   "end"));
   std::string code;
   for (std::string line; std::getline(lines, line);)
     code += (line.size() > 2 ? line.substr(2) : line) + "\n";
-  EXPECT_EQ(between("/README.md", "haptic loop puts it together:\n\n```cpp", "```"), code);
+  EXPECT_EQ(between("/docs/method.md", "The haptic loop in ten lines:\n\n```cpp", "```"), code);
 }
 
 }  // namespace
