@@ -1,4 +1,4 @@
-// What is missing from a surface, filled in: see closing.h.
+// Fills holes and adds backs: see closing.h.
 #include "mesh/closing.h"
 
 #include "mesh/mesh_topology.h"
@@ -9,7 +9,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// The middle of a loop, by the length of its edges; no vertex counts more for standing dense.
+// The center of a loop weighted by edge lengths, so dense vertices do not count more.
 Vector3d middleOfLoop(const Mesh& mesh, const std::vector<int>& loop) {
   Vector3d sum = Vector3d::Zero();
   double length = 0;
@@ -44,8 +44,7 @@ Closing closeSurface(const Mesh& mesh) {
 Mesh thickened(Mesh mesh, const std::vector<Eigen::Vector3d>& behind) {
   const std::vector<EdgeSide> sides = sortedEdgeSides(mesh);
   const int count = static_cast<int>(mesh.vertices.size());
-  for (int v = 0; v < count; ++v)
-    mesh.vertices.push_back(mesh.vertices[v] + behind[static_cast<std::size_t>(v)]);
+  for (int v = 0; v < count; ++v) mesh.vertices.push_back(mesh.vertices[v] + behind[v]);
   const std::size_t faces = mesh.triangles.size();
   for (std::size_t t = 0; t < faces; ++t) {
     const Eigen::Vector3i f = mesh.triangles[t];

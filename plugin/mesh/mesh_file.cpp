@@ -1,4 +1,4 @@
-// Meshes from files, through Assimp: see mesh_file.h.
+// Reads meshes through Assimp: see mesh_file.h.
 #include <cloudcontact/mesh/mesh_file.h>
 
 #include <assimp/config.h>
@@ -45,7 +45,7 @@ void checkFile(const std::filesystem::path& file) {
   if (!fault.empty()) refuse(file, fault);
 }
 
-// Assimp's own message in one line of sensible length; some quote the file at length.
+// Assimp's message shortened to one line; some quote the file.
 std::string oneLine(std::string message) {
   constexpr std::size_t kLongest = 160;
   message = message.substr(0, message.find('\n'));
@@ -61,16 +61,16 @@ void append(const aiMesh& part, const aiMatrix4x4& toRoot, Mesh& mesh) {
   }
   for (unsigned i = 0; i < part.mNumFaces; ++i) {
     const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // points and lines bound nothing
+    if (face.mNumIndices != 3) continue;  // points and lines
     mesh.triangles.emplace_back(base + static_cast<int>(face.mIndices[0]),
                                 base + static_cast<int>(face.mIndices[1]),
                                 base + static_cast<int>(face.mIndices[2]));
-    // A mirroring transform turns triangles inside out.
+    // A mirroring transform reverses triangles.
     if (toRoot.Determinant() < 0) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
   }
 }
 
-// The part of that name, a new one where there is none yet.
+// The part of that name, added if needed. Parts without a name stay separate.
 Mesh& partOf(std::vector<NamedMesh>& parts, const std::string& name) {
   for (NamedMesh& part : parts)
     if (!name.empty() && part.name == name) return part.mesh;
@@ -96,7 +96,7 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
     refuse(file, "metersPerUnit must be positive and finite");
   checkFile(file);
   Assimp::Importer importer;
-  // Coordinates stay as the file has them, whatever it thinks is up.
+  // Keeps the coordinates of the file, whichever axis it declares as up.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);

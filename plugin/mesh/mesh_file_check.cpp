@@ -1,4 +1,4 @@
-// What must hold of a mesh file before a parser may see it: see mesh_file_check.h.
+// Checks STL and PLY files: see mesh_file_check.h.
 #include "mesh/mesh_file_check.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ std::string faultOfStlText(std::string_view text) {
   for (std::string_view word = nextWord(text); !word.empty(); word = nextWord(text)) {
     facets |= word == "facet";
     if (word == "endsolid") last = word;
-    if (word == "solid" || word == "endsolid")  // a name follows, of any words
+    if (word == "solid" || word == "endsolid")  // followed by a name of any words
       text.remove_prefix(std::min(text.find('\n'), text.size()));
     if (word == "solid" || word == "facet") last = {};
     if (word != "vertex") continue;
@@ -41,7 +41,7 @@ std::string faultOfStl(std::string_view bytes) {
     expected = kStlHeader + kStlTriangle * triangles;
     if (bytes.size() == expected) return triangles > 0 ? "" : "has no triangles";
   }
-  // Binary files may begin with `solid` too, but are known by their length.
+  // Binary files may begin with `solid` too, so their length decides first.
   if (bytes.starts_with("solid")) return faultOfStlText(bytes);
   if (bytes.size() < kStlHeader)
     return "is cut short or no STL: a binary STL has at least 84 bytes; export it again";

@@ -1,4 +1,4 @@
-// Which way a mesh's triangles face, put right: see mesh_orientation.h.
+// Repairs the direction of triangles: see mesh_orientation.h.
 #include "mesh/mesh_orientation.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// A triangle's vertices from its lowest on, and whether sorting them would turn it over.
+// A triangle's vertices in ascending order, and whether sorting reversed its direction.
 struct Corners {
   std::array<int, 3> sorted;
   bool turned;
@@ -32,21 +32,20 @@ Corners cornersOf(const Mesh& mesh, int triangle) {
   return {{t[k], std::min(b, c), std::max(b, c)}, b > c, triangle};
 }
 
-// Union-find that also knows whether a triangle stands against its root. Joined by size, so no
-// path is longer than the logarithm of the number of triangles.
+// Union-find that also stores whether a triangle opposes its root. Sets are joined by size, so
+// paths are no longer than the logarithm of the number of triangles.
 class Orientation {
  public:
   explicit Orientation(std::size_t triangles)
       : parent_(triangles), size_(triangles, 1), against_(triangles, 0) {
     std::iota(parent_.begin(), parent_.end(), 0);
   }
-  // The root of `t`, and in `against` whether t runs against it.
+  // The root of `t`, and in `against` whether t opposes it.
   int root(int t, bool& against) const {
     for (against = false; parent_[t] != t; t = parent_[t]) against ^= against_[t] != 0;
     return t;
   }
-  // Says that a and b agree, or oppose each other; a later contradiction (a Moebius strip) is let
-  // be.
+  // Joins a and b, which agree or oppose each other. Contradictions (a Moebius strip) are ignored.
   void join(int a, int b, bool opposed) {
     bool againstA = false, againstB = false;
     int keep = root(a, againstA), give = root(b, againstB);
@@ -64,7 +63,7 @@ class Orientation {
 
 // Six times the signed volume of each component.
 std::vector<double> componentVolumes(const Mesh& mesh, const std::vector<int>& of, int count) {
-  std::vector<double> volume(static_cast<std::size_t>(count), 0);
+  std::vector<double> volume(count, 0);
   const Vector3d middle = middleOf(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vector3i& v = mesh.triangles[t];
@@ -77,7 +76,7 @@ std::vector<double> componentVolumes(const Mesh& mesh, const std::vector<int>& o
 
 // Whether each component has no boundary.
 std::vector<char> closedComponents(const Mesh& mesh, const std::vector<int>& of, int count) {
-  std::vector<char> closed(static_cast<std::size_t>(count), 1);
+  std::vector<char> closed(count, 1);
   forEachEdge(sortedEdgeSides(mesh), [&](const EdgeSide* first, const EdgeSide* last) {
     for (const EdgeSide* s = first; s != last && last - first != 2; ++s)
       closed[of[s->triangle]] = 0;
@@ -85,7 +84,7 @@ std::vector<char> closedComponents(const Mesh& mesh, const std::vector<int>& of,
   return closed;
 }
 
-// How often the other components wind around a point of component `part`.
+// The winding number of the other components at a point of component `part`.
 double windingAround(const Mesh& mesh, const std::vector<int>& of, int part) {
   const auto first = static_cast<std::size_t>(std::find(of.begin(), of.end(), part) - of.begin());
   const auto corner = [&](std::size_t t, int k) { return mesh.vertices[mesh.triangles[t][k]]; };

@@ -17,14 +17,14 @@ using Eigen::Vector3i;
 
 namespace {
 
-// Share of the surface's area that may be missing from a body with holes without a closer look.
+// Holes up to this share of the surface's area make no sheet, without a look at winding numbers.
 constexpr double kSmallHoles = 0.1;
-// Mean winding number just behind the faces: 1 for a closed body, 1/2 for a flat sheet, 0.87 for a
-// cube that lacks a face, 0.75 for a hemisphere without its base.
+// Least mean winding number just behind the faces of a body. It is 1 for a closed body, 0.87 for a
+// cube without one face, 0.75 for a hemisphere without its base, 1/2 for a flat sheet.
 constexpr double kBodyWinding = 0.7;
 constexpr int kProbes = 64;
 
-// The mean winding number just behind the faces, probed evenly over the area.
+// The mean winding number just behind the faces, at probes spread evenly over the area.
 double windingBehind(const Mesh& mesh) {
   const double area = totalArea(mesh);
   const double behind = 1e-4 * std::sqrt(area);
@@ -43,11 +43,11 @@ double windingBehind(const Mesh& mesh) {
   return probes > 0 ? sum / probes : 1;
 }
 
-// Of a welded mesh whose triangles agree in their direction.
+// Takes a welded mesh whose triangles agree in direction.
 bool boundsNothing(const Mesh& mesh) {
   const Closing closing = closeSurface(mesh);
   if (closing.capArea <= kSmallHoles * totalArea(mesh)) return false;
-  // A body turned inside out has winding numbers of -1 before its faces, 0 behind.
+  // A body that faces inward has winding numbers of -1 before its faces and 0 behind.
   const double winding = windingBehind(mesh);
   return std::max(winding, 1 - winding) < kBodyWinding;
 }
@@ -78,7 +78,7 @@ MeshReport inspect(const Mesh& mesh) {
 
 Mesh mended(const Mesh& mesh, double tolerance) {
   Mesh result = agreeing(mesh, tolerance);
-  // The volume of a sheet has no sign to go by.
+  // The volume of a sheet has no meaningful sign.
   if (boundsNothing(result)) return result;
   if (sixVolumes(result, middleOf(result)) < 0)
     for (Vector3i& t : result.triangles) flip(t);
@@ -92,8 +92,8 @@ bool isSheet(const Mesh& mesh) {
 
 namespace {
 
-// Unit normals of the vertices, each triangle weighed by its angle there, made longer where they
-// lean away from the faces, so that the faces move by one; at most twofold, lest a spike grow.
+// Vertex normals by which the faces move by 1: the mean of the triangles' normals weighted by their
+// angles, lengthened where it leans away from the faces, at most twofold to avoid spikes.
 std::vector<Vector3d> offsetNormals(const Mesh& mesh) {
   std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
   std::vector<double> lean(mesh.vertices.size(), 0), angles(mesh.vertices.size(), 0);

@@ -1,4 +1,4 @@
-// How a mesh's triangles hang together: see mesh_topology.h.
+// Topology of meshes: see mesh_topology.h.
 #include "mesh/mesh_topology.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// A hash of what `==` compares: -0 is 0.
+// Equal for vertices that compare equal: -0 counts as 0.
 std::uint64_t hashOf(const Vector3d& v) {
   std::uint64_t hash = 0;
   for (int k = 0; k < 3; ++k) {
@@ -27,22 +27,22 @@ std::uint64_t hashOf(const Vector3d& v) {
   return hash;
 }
 
-// For each vertex the lowest-numbered vertex with the same coordinates. A table that is at most
-// half full: to sort the 77,000 corners that Assimp makes of the M16 bolt took ten times as long.
+// For each vertex the lowest index of a vertex with equal coordinates, by an open hash table that
+// is at most half full: ten times as fast as sorting.
 std::vector<int> equalVertices(const std::vector<Vector3d>& v) {
   const std::size_t mask = std::bit_ceil(2 * v.size() + 1) - 1;
   std::vector<int> table(mask + 1, -1), same(v.size());
   for (std::size_t i = 0; i < v.size(); ++i) {
     std::size_t place = hashOf(v[i]) & mask;
-    while (table[place] >= 0 && v[static_cast<std::size_t>(table[place])] != v[i])
-      place = (place + 1) & mask;
+    while (table[place] >= 0 && v[table[place]] != v[i]) place = (place + 1) & mask;
     if (table[place] < 0) table[place] = static_cast<int>(i);
     same[i] = table[place];
   }
   return same;
 }
 
-// For each vertex the first vertex within the tolerance, found through cells of that size.
+// For each vertex the first vertex within the tolerance, found in a hash grid of cells of that
+// size.
 std::vector<int> nearVertices(const std::vector<Vector3d>& v, double tolerance) {
   using Key = Eigen::Matrix<std::int64_t, 3, 1>;
   const auto hash = [](const Key& k) {
@@ -76,13 +76,13 @@ int rootOf(std::vector<int>& parent, int i) {
   return i;
 }
 
-// A directed edge that a filling surface must have, `from` -> `to`.
+// A directed edge that a cap must have.
 struct FillEdge {
   int from, to;
   bool used = false;
 };
 
-// The edges that make the mesh's boundary vanish, sorted by where they start.
+// The edges that caps must have to cancel the boundary, sorted by their start.
 std::vector<FillEdge> fillEdges(const Mesh& mesh) {
   std::vector<FillEdge> edges;
   forEachEdge(sortedEdgeSides(mesh), [&](const EdgeSide* first, const EdgeSide* last) {
@@ -96,8 +96,8 @@ std::vector<FillEdge> fillEdges(const Mesh& mesh) {
   return edges;
 }
 
-// The unused edge out of `at` that turns back most sharply from `incoming`, so that a crack whose
-// two sides share their ends becomes a loop of its own.
+// The unused edge out of `at` that turns back most sharply from `incoming`: a crack whose two sides
+// share their ends then becomes a loop of its own.
 FillEdge* sharpestTurn(std::vector<FillEdge>& edges, const Mesh& mesh, int at,
                        const Vector3d& incoming) {
   auto it = std::lower_bound(edges.begin(), edges.end(), at,
@@ -137,7 +137,7 @@ Mesh welded(const Mesh& mesh, double tolerance) {
   return result;
 }
 
-// Dealt out by their lower vertex, which has about three, and only those are sorted.
+// A counting sort by the lower vertex, then small sorts of the about three sides of each.
 std::vector<EdgeSide> sortedEdgeSides(const Mesh& mesh) {
   std::vector<std::size_t> first(mesh.vertices.size() + 1, 0);
   const auto forEachSide = [&](auto&& visit) {
@@ -151,7 +151,7 @@ std::vector<EdgeSide> sortedEdgeSides(const Mesh& mesh) {
   for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
   std::vector<EdgeSide> sides(first.back());
   std::vector<std::size_t> next(first.begin(), first.end() - 1);
-  forEachSide([&](const EdgeSide& s) { sides[next[static_cast<std::size_t>(s.low)]++] = s; });
+  forEachSide([&](const EdgeSide& s) { sides[next[s.low]++] = s; });
   for (std::size_t v = 0; v + 1 < first.size(); ++v)
     std::sort(sides.data() + first[v], sides.data() + first[v + 1],
               [](const EdgeSide& a, const EdgeSide& b) {
@@ -178,17 +178,18 @@ std::vector<int> components(const Mesh& mesh, int& count) {
   return number;
 }
 
-// Sides are dealt out by their lower vertex, and each finds its other among the few there.
+// A counting sort of the sides by their lower vertex. Each side then finds its partner among the
+// few of that vertex.
 bool isOneClosedSurface(const Mesh& mesh) {
-  constexpr std::uint64_t kMost = 100;          // looks at another side, for each
-  if (mesh.triangles.size() < 4) return false;  // two back to back are no surface
+  constexpr std::uint64_t kMost = 100;          // comparisons per side, in the mean
+  if (mesh.triangles.size() < 4) return false;  // two triangles back to back bound nothing
   struct Side {
     int high, triangle;
     bool forward;
   };
   std::vector<std::uint32_t> first(mesh.vertices.size() + 1, 0);
   for (const Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) ++first[static_cast<std::size_t>(std::min(t[k], t[(k + 1) % 3]))];
+    for (int k = 0; k < 3; ++k) ++first[std::min(t[k], t[(k + 1) % 3])];
   std::uint32_t all = 0;
   std::uint64_t looks = 0;
   for (std::uint32_t& f : first) {
@@ -200,8 +201,7 @@ bool isOneClosedSurface(const Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
       const int a = mesh.triangles[t][k], b = mesh.triangles[t][k < 2 ? k + 1 : 0];
-      sides[first[static_cast<std::size_t>(std::min(a, b))]++] = {std::max(a, b),
-                                                                  static_cast<int>(t), a < b};
+      sides[first[std::min(a, b)]++] = {std::max(a, b), static_cast<int>(t), a < b};
     }
   std::vector<int> parent(mesh.triangles.size());
   std::iota(parent.begin(), parent.end(), 0);

@@ -25,7 +25,7 @@ bool plyType(const std::string& name, std::size_t& size, char& kind) {
   return false;
 }
 
-// A line `property ...` of the header; false where it is not one.
+// Reads the rest of a header line `property ...`; false on a malformed one.
 bool readProperty(std::istringstream& words, PlyElement& element) {
   PlyProperty property;
   std::string type, name;
@@ -102,7 +102,7 @@ std::optional<double> PlyNumbers::next(std::size_t size, char kind) {
   if (kind == 'f' && size == 8) return std::bit_cast<double>(bits);
   if (kind == 'f') return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
   const std::uint64_t sign = std::uint64_t{1} << (8 * size - 1);
-  const double value = static_cast<double>(bits);
+  const double value = bits;
   return kind == 'i' && (bits & sign) ? value - 2 * static_cast<double>(sign) : value;
 }
 

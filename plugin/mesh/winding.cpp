@@ -1,4 +1,4 @@
-// The generalised winding number: see winding.h.
+// The generalized winding number: see winding.h.
 #include "mesh/winding.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
-// Holes and noise of depth images (depth_image.h).
+// Fills holes and smooths noise of depth images (depth_image.h).
 //
-// What a pixel belongs to is told by walking from neighbour to neighbour, never across a jump in
-// the distance from the camera. A hole's rim, and a pixel's surroundings, are then fitted by a
-// quadratic in columns and rows: a mean, as in the usual bilateral filter, moves whatever is seen
-// aslant or bent. The second fit listens less to pixels that the first does not explain.
+// The surface of a pixel is found by region growing from neighbor to neighbor, never across a jump
+// in the distance from the camera. A quadratic in columns and rows is then fitted to the rim of a
+// hole, or to the surroundings of a pixel: a mean, as in the usual bilateral filter, moves inclined
+// and curved surfaces. A second fit gives less weight to pixels that the first does not explain.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,14 +20,14 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kJump = 6;      // times the distance of neighbours
-constexpr double kHeard = 0.25;  // of the jump: a pixel this far from the fit counts for 0.6
+constexpr double kJump = 6;       // times the distance of neighbours
+constexpr double kSpread = 0.25;  // of the jump: a pixel this far from the fit has a weight of 0.6
 
 struct Pixel {
   int x, y;
 };
 
-// The pixels of one hole, by neighbours; `seen` marks what was visited.
+// The pixels of one hole, by region growing; marks them in `seen`.
 std::vector<Pixel> holeFrom(const DepthImage& image, Pixel start, std::vector<bool>& seen) {
   std::vector<Pixel> hole{start};
   const DepthPixels pixels(image);
@@ -45,7 +45,7 @@ std::vector<Pixel> holeFrom(const DepthImage& image, Pixel start, std::vector<bo
   return hole;
 }
 
-// Fills the hole in `result` where its rim is one surface; false where it is not.
+// Fills a hole in `result`; false where its rim is not one surface.
 bool fillHole(const DepthImage& image, const std::vector<Pixel>& hole, double jump,
               DepthImage& result) {
   const DepthPixels pixels(image);
@@ -54,7 +54,7 @@ bool fillHole(const DepthImage& image, const std::vector<Pixel>& hole, double ju
     lowX = std::min(lowX, p.x), highX = std::max(highX, p.x);
     lowY = std::min(lowY, p.y), highY = std::max(highY, p.y);
   }
-  // What lies at the picture's border has no rim on one side.
+  // A hole at the border of the image has no closed rim.
   if (lowX == 0 || lowY == 0 || highX == image.width - 1 || highY == image.height - 1) return false;
   constexpr int kRim = 2;
   std::vector<Pixel> rim;
@@ -72,8 +72,8 @@ bool fillHole(const DepthImage& image, const std::vector<Pixel>& hole, double ju
   for (const Pixel& p : rim) fit.add(p.x - midX, p.y - midY, pixels.at(p.x, p.y).transpose());
   fit.solve();
   for (const Pixel& p : rim) {
-    const Vec3 said = fit.at(p.x - midX, p.y - midY).transpose();
-    if (std::abs((said - image.viewpoint).norm() - pixels.range(p.x, p.y)) > 0.5 * jump)
+    const Vec3 fitted = fit.at(p.x - midX, p.y - midY).transpose();
+    if (std::abs((fitted - image.viewpoint).norm() - pixels.range(p.x, p.y)) > 0.5 * jump)
       return false;
   }
   for (const Pixel& p : hole)
@@ -95,7 +95,7 @@ void fillHoles(DepthImage& image, const DepthSettings& settings, DepthReport& re
     }
 }
 
-// One pixel's distance from the camera, from its surface within the window.
+// Smooths the distance of one pixel at a time by the pixels of its surface within the window.
 class Smoother {
  public:
   Smoother(const DepthPixels& pixels, int radius, double jump)
@@ -107,7 +107,7 @@ class Smoother {
 
   double rangeAt(int x, int y) {
     walk(x, y);
-    if (front_.size() < 9) return pixels_.range(x, y);  // too few for a quadratic: left as it is
+    if (front_.size() < 9) return pixels_.range(x, y);  // too few for a quadratic
     const double sigma = 0.6 * radius_;
     PixelFit<1> fit;
     for (int pass = 0; pass < 2; ++pass) {
@@ -117,7 +117,7 @@ class Smoother {
         const double dx = p.x - x, dy = p.y - y, range = pixels_.range(p.x, p.y);
         double weight = std::exp(-0.5 * (dx * dx + dy * dy) / (sigma * sigma));
         if (pass > 0) {
-          const double off = (range - last.at(dx, dy)[0]) / (kHeard * jump_);
+          const double off = (range - last.at(dx, dy)[0]) / (kSpread * jump_);
           weight *= std::exp(-0.5 * off * off);
         }
         fit.add(dx, dy, PixelFit<1>::Row(range), weight);
@@ -128,7 +128,7 @@ class Smoother {
   }
 
  private:
-  // Collects in front_ what neighbours without a jump lead to, within the window.
+  // Collects the pixels of the same surface within the window in front_.
   void walk(int x, int y) {
     std::fill(reached_.begin(), reached_.end(), false);
     front_.assign(1, {x, y});
@@ -158,7 +158,7 @@ class Smoother {
 void smooth(DepthImage& image, const DepthSettings& settings, double jump) {
   const DepthImage before = image;
   const DepthPixels pixels(before);
-  parallelFor(static_cast<std::size_t>(image.height), settings.threads, [&](std::size_t row, int) {
+  parallelFor(image.height, settings.threads, [&](std::size_t row, int) {
     Smoother smoother(pixels, settings.smoothing, jump);
     const int y = static_cast<int>(row);
     for (int x = 0; x < image.width; ++x) {
@@ -192,8 +192,9 @@ void validate(const DepthImage& image) {
   std::size_t seen = 0;
   for (const Vec3& p : image.points) {
     if (p.array().isNaN().any()) continue;
-    if (!p.allFinite()) fail("a point is infinite; NaN says that nothing was seen");
-    if (p == image.viewpoint) fail("a point lies on the viewpoint; NaN says that nothing was seen");
+    if (!p.allFinite()) fail("a point is infinite; use NaN for a pixel without a point");
+    if (p == image.viewpoint)
+      fail("a point lies on the viewpoint; use NaN for a pixel without a point");
     ++seen;
   }
   if (seen < 3) fail("fewer than three pixels have a point");
@@ -213,7 +214,7 @@ double jumpOf(const DepthImage& image, const DepthSettings& settings) {
         distances.push_back((pixels.at(x, y + 1) - pixels.at(x, y)).norm());
     }
   if (distances.empty())
-    throw std::invalid_argument("depthImage: no two neighbouring pixels have points");
+    throw std::invalid_argument("depthImage: no two neighboring pixels have points");
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   return kJump * *middle;

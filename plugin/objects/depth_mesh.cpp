@@ -1,4 +1,4 @@
-// From a depth image to a mesh and a cloud: see depth_image.h.
+// From a depth image to a mesh and a body: see depth_image.h.
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/depth_image.h>
 #include <cloudcontact/voxels/digitize.h>
@@ -15,13 +15,13 @@ namespace {
 
 using Eigen::Vector3i;
 
-// Takes pixels in threes and gives them numbers as they are used.
+// Builds triangles over pixels. A pixel gets a vertex on first use.
 class PixelMesh {
  public:
   PixelMesh(const DepthImage& image, double jump)
       : image_(image), pixels_(image), jump_(jump), number_(image.points.size(), -1) {}
 
-  // The four pixels right of and below (x, y), parted along their shorter diagonal.
+  // The square of four pixels from (x, y) right and down, divided along its shorter diagonal.
   void square(int x, int y) {
     const Corner a{x, y}, b{x + 1, y}, c{x, y + 1}, d{x + 1, y + 1};
     const bool ad = joined(a, d), bc = joined(b, c);
@@ -82,14 +82,14 @@ Cloud toCloud(const DepthImage& image, const DepthCloudSettings& settings, Depth
     throw std::invalid_argument("depthImage: voxelSize must be positive and finite [m]");
   if (!(settings.thickness >= 0) || !std::isfinite(settings.thickness))
     throw std::invalid_argument("depthImage: thickness must be finite, not negative [m]");
-  DepthSettings asked = settings.image;
+  DepthSettings meshing = settings.image;
   DepthReport found;
-  const DepthImage clean = mended(image, asked, &found);
-  asked.jump = found.jump;  // that of the image as it came
-  Mesh front = toMesh(clean, asked);
+  const DepthImage clean = mended(image, meshing, &found);
+  meshing.jump = found.jump;  // that of the original image
+  Mesh front = toMesh(clean, meshing);
   if (front.triangles.empty())
     throw std::invalid_argument(
-        "depthImage: no three neighbouring pixels are one surface; "
+        "depthImage: no three neighboring pixels are one surface; "
         "give a larger jump");
   const double thickness = settings.thickness > 0 ? settings.thickness : 3 * settings.voxelSize;
   DigitizeSettings digitizing;

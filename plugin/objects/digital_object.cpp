@@ -1,4 +1,4 @@
-// What all digital kinds have in common: see digital_object.h.
+// Conversions and properties of all digital kinds: see digital_object.h.
 #include <cloudcontact/objects/digital_object.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-constexpr int kMostParts = 8;  // of a voxel's edge, where a cloud is resampled
+constexpr int kMostParts = 8;  // of a voxel's edge, in resampled()
 
 Eigen::AlignedBox3d ofGrid(const Vec3& origin, double voxelSize, const Eigen::Vector3i& size) {
   Eigen::AlignedBox3d box(origin);
@@ -28,7 +28,7 @@ Eigen::AlignedBox3d ofGrid(const Vec3& origin, double voxelSize, const Eigen::Ve
   return box;
 }
 
-// Where the voxels with material are, not the whole grid.
+// Bounds of the voxels with material, not of the grid.
 Eigen::AlignedBox3d ofVoxels(const Cloud& cloud) {
   Eigen::AlignedBox3d box;
   const double half = 0.5 * cloud.voxelSize();
@@ -102,7 +102,7 @@ Cloud resampled(const Cloud& cloud, double voxelSize) {
     divideVoxel(cloud, voxel, n, shares);
     for (int k = 0; k < n * n * n; ++k) {
       const Vec3 at = low + edge * Vec3(k % n, k / n % n, k / (n * n));
-      builder.addBox(at, at + Vec3::Constant(edge), shares[static_cast<std::size_t>(k)], material);
+      builder.addBox(at, at + Vec3::Constant(edge), shares[k], material);
     }
   });
   return builder.build();
@@ -124,7 +124,7 @@ Cloud toCloud(const DigitalObject& object, double voxelSize) {
 SphereCloud toSpheres(const SphereTree& tree) {
   SphereCloud spheres;
   spheres.materials = tree.materials();
-  // Edge 2 R / sqrt(3), of which the sphere of the same volume: 0.716 R.
+  // A cube of edge 2 R / sqrt(3) has the volume of a sphere of radius 0.716 R.
   const double shrink = tree.kind() == SphereTree::Kind::Cubes
                             ? 2 / std::sqrt(3.0) * std::cbrt(0.75 / std::numbers::pi)
                             : 1;

@@ -1,14 +1,14 @@
-// From voxels to spheres that touch the surface from within.
+// Inscribed spheres of a cloud.
 //
-// At each place of the surface the largest ball that touches it there and holds no other place is
-// found by shrinking (Ma, Bae, Choi, "3D medial axis point approximation using nearest neighbors
-// and the normal field", 2012): from a ball as large as the body, the place nearest to its centre
-// gives the next smaller ball through both, until none is inside. Places are right to about 0.01
-// voxel, which would shrink a ball against its own neighbourhood; so one may hold places by half
-// the tolerance.
+// At each sample of the surface, shrinking finds the largest ball that touches the surface there
+// and contains no other sample (Ma, Bae, Choi, "3D medial axis point approximation using nearest
+// neighbors and the normal field", 2012): starting from a ball as large as the body, the sample
+// nearest to its center defines the next smaller ball through both, until none is inside. Samples
+// are right to about 0.01 voxel, which would shrink a ball against its own neighborhood; so samples
+// may lie inside by half the tolerance.
 //
-// The balls all together are the body. Of them the largest are taken first, each at a place that no
-// ball taken before comes near enough to.
+// The union of all balls is the body. The result takes the largest first, each at a sample that is
+// not yet within the tolerance of the union.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -54,11 +54,11 @@ void validate(const InscribedSettings& s) {
     throw std::invalid_argument("inscribedSpheres: perVoxel must be from 1 to 8");
 }
 
-// How far each place is from the union of what was taken.
+// The distance of each sample from the union of the spheres so far.
 class Gaps {
  public:
   explicit Gaps(std::size_t places) : gap_(places, INFINITY) {}
-  void take(const Vec3& center, double radius, double reach, const PointTree& tree) {
+  void addSphere(const Vec3& center, double radius, double reach, const PointTree& tree) {
     tree.forEachWithin(center, radius + reach, [&](std::size_t i, double square) {
       gap_[i] = std::min(gap_[i], std::sqrt(square) - radius);
     });
@@ -77,7 +77,7 @@ SphereCloud inscribedSpheres(const Cloud& cloud, const InscribedSettings& settin
   const std::vector<SurfacePlace> places =
       surfacePlaces(cloud, settings.perVoxel, settings.threads);
   if (places.empty())
-    throw std::invalid_argument("inscribedSpheres: the cloud has no surface; digitise a body");
+    throw std::invalid_argument("inscribedSpheres: the cloud has no surface; digitize a body");
   std::vector<Vec3> positions;
   Eigen::AlignedBox3d box;
   for (const SurfacePlace& p : places) positions.push_back(p.position), box.extend(p.position);
@@ -98,7 +98,7 @@ SphereCloud inscribedSpheres(const Cloud& cloud, const InscribedSettings& settin
   for (const std::size_t i : order) {
     if (gaps.at(i) <= settings.tolerance * h) continue;
     const Vec3 center = places[i].position - radius[i] * places[i].normal;
-    gaps.take(center, radius[i], 2 * h, tree);
+    gaps.addSphere(center, radius[i], 2 * h, tree);
     spheres.centers.push_back(center);
     spheres.radii.push_back(radius[i]);
     if (!spheres.materials.empty()) spheres.material.push_back(places[i].material);

@@ -1,9 +1,9 @@
-// Digital objects of every kind kept in files: see object_file.h.
+// Reads and writes digital objects: see object_file.h.
 //
-// Layout of version 3, little-endian: 8 bytes "CLDCNTCT", u32 3, u32 kind, u64 bytes of what
-// follows, that, u64 FNV-1a of everything before it. What follows is the kind's own fields in the
-// order of its header, each list with its length (u64) before it, a name with a zero behind it. An
-// octree is kept as its voxels and a sphere tree as its leaves: both grow again as they were.
+// Layout of version 3, little-endian: 8 bytes "CLDCNTCT", u32 3, u32 kind, u64 bytes of the
+// payload, the payload, u64 FNV-1a of all bytes before it. The payload is the fields of the kind in
+// the order of its header, each list after its length (u64), each name with a zero after it. An
+// octree is stored as its voxels, a sphere tree as its leaves: both rebuild to equal trees.
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
@@ -18,12 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// On disk, so never renumbered.
+// Stored in files: never renumber.
 enum class Kind : std::uint32_t { Points = 1, Spheres, Columns, Octree, SphereTree, DepthImage };
 
 constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 + 8;
 
-// Numbers, vectors and lists of either, to a stream.
+// Writes numbers, vectors and lists to a stream.
 class Packer {
  public:
   explicit Packer(std::ostream& out) : writer_(out) {}
@@ -94,8 +94,8 @@ Kind pack(Packer& p, const DepthImage& o) {
   return Kind::DepthImage;
 }
 
-// The same from a stream. A list says its length itself: what it takes at least must still be there
-// before anything is allocated for it.
+// Reads them from a stream. Before a list is allocated, its length is checked against the remaining
+// bytes.
 class Unpacker {
  public:
   Unpacker(CloudReader& reader, std::uint64_t end) : reader_(reader), end_(end) {}
@@ -217,7 +217,7 @@ DigitalObject checked(Object object) {
   return object;
 }
 
-// What was read is looked at only when it is all there and the hash is right.
+// Builds the object only after all bytes are read and the checksum matches.
 DigitalObject unpack(CloudReader& reader, std::uint32_t kind, std::uint64_t bytes) {
   Unpacker u(reader, reader.position() + bytes);
   const auto rest = [&](auto object) {

@@ -1,8 +1,8 @@
-// Cubes merged and split: see octree.h.
+// Merges and splits cubes: see octree.h.
 //
-// The tree is built from below: eight cubes that came out alike become one, so that no memory is
-// spent on what will be merged. A change goes down its path alone, splits what is larger than the
-// voxel, and merges on its way back; a group of eight that is left over is kept for the next split.
+// The tree is built bottom up: eight equal cubes become one, so no memory is used for cubes that
+// will be merged. A change descends one path, splits the cubes on it down to the voxel and merges
+// on its way back. Unused groups of eight are kept for later splits.
 #include <cloudcontact/objects/octree.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ Octree::Node Octree::made(const Cloud& cloud, const Vector3i& low, int edge) {
   return joined(eight);
 }
 
-// One node above eight: a leaf where they are all alike, otherwise the owner of a group.
+// The parent of eight nodes: a leaf where all are equal, otherwise the owner of their group.
 Octree::Node Octree::joined(const Node (&eight)[8]) {
   if (std::all_of(eight + 1, eight + 8, [&](const Node& n) { return n.alike(eight[0]); }))
     return eight[0];
@@ -77,14 +77,14 @@ Octree::Cube Octree::at(const Vector3i& voxel) const {
     int k = 0;
     for (int axis = 0; axis < 3; ++axis)
       if (voxel[axis] >= low[axis] + edge) low[axis] += edge, k |= 1 << axis;
-    node = static_cast<std::size_t>(nodes_[node].children + k);
+    node = nodes_[node].children + k;
   }
   return {low, edge, nodes_[node].coverage, nodes_[node].material};
 }
 
 Octree::Cube Octree::at(const Vec3& local) const {
   const Vec3 voxel = ((local - origin_) / voxelSize_).array().floor();
-  // Far points, and those that are none, do not fit in an int.
+  // Distant points and NaN do not fit in an int.
   if (empty() || !(voxel.cwiseAbs().maxCoeff() < edge_)) return {Vector3i::Constant(-1), 1, 0, 0};
   return at(Vector3i(voxel.cast<int>()));
 }
@@ -93,7 +93,7 @@ void Octree::set(const Vector3i& voxel, std::uint8_t coverage, std::uint8_t mate
   if (empty() || !insideGrid(voxel, size()))
     throw std::invalid_argument("octree: voxel is outside the grid; make the cloud with room");
   if (material > 0 && material >= materials_.size())
-    throw std::invalid_argument("octree: material names none of materials()");
+    throw std::invalid_argument("octree: material is not an index into materials()");
   setBelow(0, voxel, edge_, {-1, coverage, coverage > 0 ? material : std::uint8_t{0}});
 }
 
@@ -103,7 +103,7 @@ void Octree::setBelow(std::size_t node, const Vector3i& voxel, int edge, const N
     nodes_[node] = value;
     return;
   }
-  if (nodes_[node].children < 0) {  // split: eight like it, one of which will change
+  if (nodes_[node].children < 0) {  // split into eight copies
     Node eight[8];
     std::fill(eight, eight + 8, nodes_[node]);
     if (free_.empty()) {
@@ -118,8 +118,7 @@ void Octree::setBelow(std::size_t node, const Vector3i& voxel, int edge, const N
   const int half = edge / 2;
   const Vector3i side = (voxel.array() >= half).cast<int>();
   const std::int32_t group = nodes_[node].children;
-  setBelow(static_cast<std::size_t>(group + side[0] + 2 * side[1] + 4 * side[2]),
-           voxel - half * side, half, value);
+  setBelow(group + side[0] + 2 * side[1] + 4 * side[2], voxel - half * side, half, value);
   const Node* eight = nodes_.data() + group;
   if (!std::all_of(eight + 1, eight + 8, [&](const Node& n) { return n.alike(eight[0]); })) {
     nodes_[node].coverage = nodes_[node].material = 0;
@@ -148,8 +147,8 @@ Cloud Octree::cloud() const {
         material.fill(whole.material);
         for (int v = 0; v < kBrickVoxels && whole.edge < kBrickEdge; ++v) {
           const Cube cube = at(Vector3i(low + cellOffset(v)));
-          coverage[static_cast<std::size_t>(v)] = cube.coverage;
-          material[static_cast<std::size_t>(v)] = cube.material;
+          coverage[v] = cube.coverage;
+          material[v] = cube.material;
         }
         storeBrick(*voxels, entry, coverage, materials_.empty() ? nullptr : &material);
       }
@@ -169,9 +168,7 @@ bool Octree::sameBelow(std::size_t node, const Octree& other, std::size_t there)
   const Node &a = nodes_[node], &b = other.nodes_[there];
   if (a.children < 0 || b.children < 0) return a.alike(b);
   for (int k = 0; k < 8; ++k)
-    if (!sameBelow(static_cast<std::size_t>(a.children + k), other,
-                   static_cast<std::size_t>(b.children + k)))
-      return false;
+    if (!sameBelow(a.children + k, other, b.children + k)) return false;
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Reading PCD: see pcd.h.
+// Reads PCD: see pcd.h.
 #include "objects/pcd.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ struct Header {
   std::size_t length = 0;
 };
 
-// One word for each of the fields; false where words are missing or wrong.
+// Reads one word per field; false where words are missing or malformed.
 template <typename Take>
 bool forEachField(std::istringstream& words, std::vector<Field>& fields, Take&& take) {
   for (Field& field : fields)
@@ -51,7 +51,7 @@ bool takeKind(const std::string& word, char& kind) {
   return true;
 }
 
-// A line of the header; false where it is wrong. Lines that are not known are passed over.
+// Reads a line of the header; false where it is malformed. Unknown lines are ignored.
 bool readLine(const std::string& line, Header& header) {
   std::istringstream words(line);
   std::string key;
@@ -107,7 +107,7 @@ std::string readHeader(std::string_view bytes, Header& header) {
   return "";
 }
 
-// Which number of a point is which coordinate.
+// The indices of coordinates among the numbers of a point.
 struct Places {
   std::optional<std::size_t> xyz[3], normal[3];
   std::size_t numbers = 0, bytes = 0;  // of one point
@@ -138,7 +138,7 @@ std::string readPcd(std::string_view bytes, PcdPoints& points) {
   const Places places = placesIn(header);
   if (!all(places.xyz)) return "has no fields x, y and z; save it with them";
   const std::size_t left = bytes.size() - header.length;
-  // A number takes a digit and a blank at least: nothing is allocated that cannot be there.
+  // A number takes at least a digit and a blank. Checked before anything is allocated.
   const std::size_t least = header.data == "ascii" ? 2 * places.numbers - 1 : places.bytes;
   if (header.points > left / least + 1) return kCutShort;
   PlyNumbers numbers(bytes.substr(header.length), header.data);

@@ -1,5 +1,5 @@
 // Points from voxels, and voxels from points that fill a volume: see point_cloud.h. Points of a
-// surface are surface_points.cpp's.
+// surface are in surface_points.cpp.
 #include <cloudcontact/objects/point_cloud.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ void addPoint(PointCloud& points, const Vec3& at, float share, std::uint8_t mate
   if (!points.materials.empty()) points.material.push_back(material);
 }
 
-Vec3 partCentre(const Cloud& cloud, const Vector3i& voxel, std::size_t k, int n) {
+Vec3 partCenter(const Cloud& cloud, const Vector3i& voxel, std::size_t k, int n) {
   const int i = static_cast<int>(k);
   const Vec3 part(i % n + 0.5, i / n % n + 0.5, i / (n * n) + 0.5);
   return cloud.origin() + cloud.voxelSize() * (voxel.cast<double>() + part / n);
@@ -67,7 +67,7 @@ PointCloud centerPoints(const Cloud& cloud, int perEdge) {
     const std::uint8_t material = cloud.material(voxel[0], voxel[1], voxel[2]);
     for (std::size_t k = 0; k < shares.size(); ++k)
       if (shares[k] > 0)
-        addPoint(points, partCentre(cloud, voxel, k, perEdge), shares[k], material);
+        addPoint(points, partCenter(cloud, voxel, k, perEdge), shares[k], material);
   });
   return points;
 }
@@ -77,8 +77,8 @@ PointCloud cornerPoints(const Cloud& cloud) {
   points.spacing = cloud.voxelSize();
   points.materials = cloud.materials();
   if (cloud.empty()) return points;
-  // The cubes about the corners are a cloud of their own, half a voxel aside; the outermost corners
-  // too have one, for a brick more is there.
+  // The cubes around the corners form a cloud that is shifted by half a voxel. It has one more
+  // brick, for the outermost corners.
   const double h = cloud.voxelSize();
   CloudBuilder corners(
       {h, cloud.origin() - Vec3::Constant(0.5 * h), cloud.bricks() + Vector3i::Ones()},
@@ -88,8 +88,7 @@ PointCloud cornerPoints(const Cloud& cloud) {
     divideVoxel(cloud, voxel, 2, shares);
     const std::uint8_t material = cloud.material(voxel[0], voxel[1], voxel[2]);
     for (int k = 0; k < 8; ++k)
-      corners.add(voxel + Vector3i(k & 1, k >> 1 & 1, k >> 2),
-                  shares[static_cast<std::size_t>(k)] / 8, material);
+      corners.add(voxel + Vector3i(k & 1, k >> 1 & 1, k >> 2), shares[k] / 8, material);
   });
   const Cloud about = corners.build();
   forEachVoxel(about, [&](const Vector3i& corner, int coverage) {

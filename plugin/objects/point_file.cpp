@@ -1,4 +1,4 @@
-// Points from files: see point_file.h.
+// Reads files of points: see point_file.h.
 #include <cloudcontact/objects/point_file.h>
 
 #include <algorithm>
@@ -41,12 +41,12 @@ std::string bytesOf(const fs::path& file) {
   return bytes;
 }
 
-// What a file holds before it is looked at.
+// The raw contents of a file.
 struct Read {
-  std::vector<Vector3d> positions, normals;  // normals: none, or one a point
+  std::vector<Vector3d> positions, normals;  // normals: none, or one per point
 };
 
-// Which property of a vertex is which coordinate.
+// The indices of coordinates among the properties of a vertex.
 struct VertexPlaces {
   std::optional<std::size_t> xyz[3], normal[3];
   static bool all(const std::optional<std::size_t> (&p)[3]) { return p[0] && p[1] && p[2]; }
@@ -63,7 +63,7 @@ VertexPlaces placesIn(const PlyElement& vertex) {
   return places;
 }
 
-// Reads a whole element; false where the file ends before it does.
+// Reads a whole element; false where the file ends early.
 template <typename Take>
 bool readElement(PlyNumbers& numbers, const PlyElement& element, Take&& take) {
   std::vector<double> values(element.properties.size());
@@ -109,7 +109,7 @@ std::string readPly(std::string_view bytes, Read& read) {
   return "";
 }
 
-// Rows of numbers; an empty row, and what follows a #, is passed over.
+// Rows of numbers. Empty rows and text after # are ignored.
 std::string readXyz(std::string_view text, Read& read) {
   std::size_t row = 0;
   for (std::size_t at = 0; at < text.size(); ++row) {
@@ -139,7 +139,7 @@ std::string readXyz(std::string_view text, Read& read) {
   return "";
 }
 
-// Columns behind x y z may be colours: they are normals where all are about 1 long.
+// Columns after x y z may be colors; they are normals where all are of length 1.
 bool areNormals(const Read& read) {
   if (read.normals.size() != read.positions.size()) return false;
   return std::all_of(read.normals.begin(), read.normals.end(),
@@ -170,7 +170,7 @@ DepthImage asImage(const fs::path& file, PcdPoints pcd, double metersPerUnit) {
   image.points = std::move(pcd.positions);
   for (Vector3d& p : image.points) {
     p *= metersPerUnit;
-    // Cameras say nothing, or that nothing was within reach; some say it by the viewpoint itself.
+    // Cameras mark pixels without a point by NaN or infinity, some by the viewpoint itself.
     if (!p.allFinite() || p == image.viewpoint)
       p.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -192,7 +192,7 @@ bool isPointFile(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string start(1 << 16, '\0');
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(in.gcount()));
+  start.resize(in.gcount());
   PlyHeader header;
   if (!readPlyHeader(start, header).empty()) return false;
   const auto count = [&](const char* name) {

@@ -45,7 +45,7 @@ class PointTree {
               Visit& visit) const {
     const auto test = [&](const Entry& e) {
       const double d = (e.position - of).squaredNorm();
-      if (d <= square) visit(static_cast<std::size_t>(e.index), d);
+      if (d <= square) visit(e.index, d);
     };
     if (last - first <= kLeaf) {
       for (std::size_t i = first; i < last; ++i) test(points_[i]);

@@ -1,4 +1,4 @@
-// The flood: see scan_flood.h.
+// Flood fill around the points of a scan: see scan_flood.h.
 #include "objects/scan_flood.h"
 
 #include <algorithm>

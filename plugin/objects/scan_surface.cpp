@@ -1,11 +1,10 @@
-// Quadrics through a scan's points: see scan_surface.h.
+// Quadrics through the points of a scan: see scan_surface.h.
 //
-// A normal is first the direction in which a point's neighbours spread least. About each point a
-// quadric is then fitted by least squares to those neighbours that look nearly its way, so that an
-// edge has a piece for either face; planes instead of quadrics would put a ball's surface outside
-// the ball by the mean square of the neighbours' distance over its diameter (0.06 voxel at a radius
-// of 16 and points a voxel apart). The height of a place is the mean of what the pieces about its
-// nearest point say, each the more the nearer it is.
+// The first estimate of a normal is the direction in which the neighbors spread least. Around each
+// point a quadric is then fitted by least squares to the neighbors with similar normals, so an edge
+// has pieces for both of its faces. Planes instead of quadrics would put the surface of a ball
+// outside the ball. The height of a position is the mean over the pieces around its nearest point,
+// weighted by their distance.
 #include "objects/scan_surface.h"
 
 #include <Eigen/Eigenvalues>
@@ -18,11 +17,11 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::size_t kFewest = 9;       // neighbours that make a normal
-constexpr std::size_t kForQuadric = 12;  // and a quadric
-constexpr double kSameFace = 0.8;        // cosine: within 37 deg points look the same way
-constexpr double kBlend = 1.5;           // pieces this many point distances about speak together
-constexpr double kWalk = 4;              // how far to look for a side, in cells
+constexpr std::size_t kFewest = 9;       // neighbors for a normal
+constexpr std::size_t kForQuadric = 12;  // neighbors for a quadric
+constexpr double kSameFace = 0.8;        // cosine of 37 deg between normals of one face
+constexpr double kBlend = 1.5;           // radius of the blended pieces, in point distances
+constexpr double kWalk = 4;              // range of the search for a side, in cells
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
@@ -76,7 +75,7 @@ void ScanSurface::findNormals() {
   });
 }
 
-// +1 where the point's normal looks out, -1 in, 0 where the flood cannot tell.
+// +1 where the point's normal points outward, -1 inward, 0 where the flood cannot tell.
 int ScanSurface::sideOf(std::size_t i, const ScanFlood& flood) const {
   const auto side = [&](double sign) {
     for (double far = 1; far <= kWalk; far += 0.5) {
@@ -91,41 +90,41 @@ int ScanSurface::sideOf(std::size_t i, const ScanFlood& flood) const {
 }
 
 ScanSurface::Sides ScanSurface::orient(const ScanFlood& flood) {
-  std::vector<int> said(points_.size(), 0);
+  std::vector<int> side(points_.size(), 0);
   Sides sides;
   if (!flood.closed()) return sides;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    said[i] = sideOf(i, flood);
-    sides.known += said[i] != 0;
+    side[i] = sideOf(i, flood);
+    sides.known += side[i] != 0;
   }
   if (2 * sides.known <= points_.size()) return sides;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (said[i] >= 0) continue;
+    if (side[i] >= 0) continue;
     pieces_[i].normal = -pieces_[i].normal;
-    said[i] = 1;
+    side[i] = 1;
     ++sides.turned;
   }
-  sides.turned += orientRest(said);
+  sides.turned += orientRest(side);
   return sides;
 }
 
-// The undecided ask the decided about them, round by round.
-std::size_t ScanSurface::orientRest(std::vector<int>& said) {
+// Undecided points follow the majority of their decided neighbors, round by round.
+std::size_t ScanSurface::orientRest(std::vector<int>& side) {
   std::size_t turned = 0;
   std::vector<std::size_t> near, decided;
   do {
     decided.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (said[i] != 0) continue;
+      if (side[i] != 0) continue;
       double vote = 0;
       tree_.nearest(points_[i], kFewest, near);
       for (const std::size_t k : near)
-        if (said[k] != 0) vote += pieces_[i].normal.dot(pieces_[k].normal);
+        if (side[k] != 0) vote += pieces_[i].normal.dot(pieces_[k].normal);
       if (std::abs(vote) < 0.5) continue;
       if (vote < 0) pieces_[i].normal = -pieces_[i].normal, ++turned;
       decided.push_back(i);
     }
-    for (const std::size_t i : decided) said[i] = 1;
+    for (const std::size_t i : decided) side[i] = 1;
   } while (!decided.empty());
   return turned;
 }
@@ -160,7 +159,7 @@ ScanSurface::Height ScanSurface::heightOver(std::size_t i, const Vec3& place) co
   const Piece& p = pieces_[i];
   const Vec3 r = place - points_[i];
   const double side1 = r.dot(p.t1), side2 = r.dot(p.t2);
-  // Beyond its neighbours a quadric knows nothing; there it goes on as it ends.
+  // Beyond the fitted neighbors the quadric continues linearly.
   const double u = std::clamp(side1 / smoothing_, -1.0, 1.0);
   const double v = std::clamp(side2 / smoothing_, -1.0, 1.0);
   const double du = p.q[1] + 2 * p.q[3] * u + p.q[4] * v;

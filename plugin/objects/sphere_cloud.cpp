@@ -1,8 +1,8 @@
 // The union of spheres as voxels: see sphere_cloud.h.
 //
-// Spheres are listed by the bricks that they reach. A voxel that lies in one sphere is full, one
-// that no sphere reaches empty. The rest is divided: each small cube asks the sphere it is deepest
-// in, whose surface cuts it as a plane moved by the sphere's bend.
+// Spheres are listed by the bricks that they reach. A voxel inside one sphere is full, one that no
+// sphere reaches is empty. Other voxels are divided: each small cube is cut by the sphere that it
+// lies deepest in, as by a plane shifted for the sphere's curvature.
 #include <cloudcontact/objects/sphere_cloud.h>
 
 #include <algorithm>
@@ -32,17 +32,15 @@ struct Ball {
   double depthAt(const Vec3& x) const { return radius - (x - center).norm(); }
 };
 
-// The share of a small cube that a ball's surface leaves.
+// The share of a small cube that lies in a ball.
 double shareOf(const Ball& ball, const Vec3& middle, double edge) {
   const Vec3 out = middle - ball.center;
   const double far = out.norm();
   if (far < 1e-9) return ball.radius > 0.62 * edge ? 1 : 0;
-  // Over the cube the sphere is lower than its plane by edge^2 / 12 r in the mean.
+  // The sphere lies below its tangent plane by edge^2 / 12 r, in the mean over the cube.
   const double offset = (ball.radius - far - edge * edge / (12 * ball.radius)) / edge;
   const Vec3 n = out / far;
-  return ccCutCube(static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
-                   static_cast<float>(offset))
-      .volume;
+  return ccCutCube(n[0], n[1], n[2], offset).volume;
 }
 
 class BrickFiller {
@@ -53,7 +51,7 @@ class BrickFiller {
   void fill(const Vector3i& corner, BrickCoverage& coverage, BrickMaterial& material) {
     const Vec3 middle = corner.cast<double>() + Vec3::Constant(0.5 * kBrickEdge);
     for (const std::uint32_t i : here_)
-      if (balls_[i].depthAt(middle) >= kBrickEdge * kHalfDiagonal) {  // holds the brick whole
+      if (balls_[i].depthAt(middle) >= kBrickEdge * kHalfDiagonal) {  // contains the brick
         coverage.fill(255);
         material.fill(balls_[i].material);
         return;
@@ -62,8 +60,8 @@ class BrickFiller {
       const Vector3i at = corner + cellOffset(v);
       std::uint8_t of = 0;
       const double share = shareAt(at.cast<double>() + Vec3::Constant(0.5), of);
-      coverage[static_cast<std::size_t>(v)] = static_cast<std::uint8_t>(255 * share + 0.5);
-      material[static_cast<std::size_t>(v)] = of;
+      coverage[v] = static_cast<std::uint8_t>(255 * share + 0.5);
+      material[v] = of;
     }
   }
 
@@ -75,7 +73,7 @@ class BrickFiller {
         deepest = d, material = balls_[i].material;
     if (deepest <= -kHalfDiagonal) return 0;
     if (deepest >= kHalfDiagonal) return 1;
-    // Two depths come nearer to each other by at most a diagonal on the way to a corner.
+    // From the center to a corner, the difference of two depths changes by at most a diagonal.
     near_.clear();
     for (const std::uint32_t i : here_)
       if (balls_[i].depthAt(middle) >= deepest - 2 * kHalfDiagonal) near_.push_back(i);
@@ -107,7 +105,7 @@ bool reaches(const Ball& ball, const Vector3i& brick) {
   return (nearest - ball.center).squaredNorm() <= ball.radius * ball.radius;
 }
 
-// For each brick the balls that reach it.
+// The balls that reach each brick.
 std::vector<std::vector<std::uint32_t>> listByBrick(const std::vector<Ball>& balls,
                                                     const Vector3i& bricks) {
   std::vector<std::vector<std::uint32_t>> lists(bricks.cast<std::size_t>().prod());
@@ -141,7 +139,7 @@ void validate(const SphereCloud& s) {
     fail("material must be as many as centers, or none");
   if (s.materials.size() > 256) fail("more than 256 materials");
   for (const Vec3& c : s.centers)
-    if (!c.allFinite()) fail("a centre is NaN or infinite");
+    if (!c.allFinite()) fail("a center is NaN or infinite");
   for (const double r : s.radii)
     if (!(r > 0) || !std::isfinite(r)) fail("a radius is not positive and finite [m]");
   for (const std::uint8_t m : s.material)

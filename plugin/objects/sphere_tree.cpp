@@ -1,8 +1,8 @@
-// Spheres around spheres: see sphere_tree.h.
+// Builds sphere trees: see sphere_tree.h.
 //
-// Built from above: the leaves of a node are parted in two halves by the middle of the longest
-// side of their box. A node's sphere is then found from below: the smallest around its two
-// children's, where one does not already hold the other.
+// The tree is divided top down: the leaves of a node are split at their median along the longest
+// side of their box. The spheres are computed bottom up: the smallest around those of the two
+// children, unless one already contains the other.
 #include <cloudcontact/objects/octree.h>
 #include <cloudcontact/objects/sphere_tree.h>
 
@@ -17,7 +17,7 @@ namespace cloudcontact {
 namespace {
 
 const double kRoot3 = std::sqrt(3.0);
-// A node's sphere is made larger by this part, so that rounding leaves no leaf outside.
+// Spheres of nodes are enlarged by this factor, so that rounding leaves no leaf outside.
 constexpr double kRounding = 1e-12;
 
 }  // namespace
@@ -130,7 +130,7 @@ Cloud toCloud(const SphereTree& tree, double voxelSize) {
     box.extend(Vec3(l.center.array() - halfEdge(l)));
     box.extend(Vec3(l.center.array() + halfEdge(l)));
   }
-  std::optional<Vec3> lattice;  // a corner of the smallest cubes: they are voxels, or parts of them
+  std::optional<Vec3> lattice;  // a corner of the smallest cubes
   if (!tree.empty()) lattice = box.min();
   CloudBuilder builder(cloudGrid("sphereTree", box, voxelSize, lattice), tree.materials());
   for (const SphereTree::Leaf& l : tree.leaves())

@@ -1,10 +1,10 @@
-// A scan's points as voxels (point_cloud.h).
+// Points of a surface as voxels (point_cloud.h).
 //
-// Inside is told from outside by a flood (scan_flood.h), not by the winding number of the points'
-// normals: that needs normals which already look outward, and a scan's have a sign only once inside
-// is known. Winding also gives every open scan some inside; the flood says where there is none.
-// Within reach of the points the flood is too coarse: there the height over the points' surface
-// (scan_surface.h) decides, and gives voxels the fraction that the surface leaves of them.
+// A flood fill (scan_flood.h) separates inside from outside. The winding number of the normals
+// would need normals that already point outward, which requires the inside; and it gives even an
+// open scan some inside, where the flood finds none. Near the points the flood is too coarse: there
+// the height over the surface (scan_surface.h) decides, and gives voxels their fraction of
+// material.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -31,25 +31,23 @@ constexpr double kHalfDiagonal = 0.8660254037844387;  // of a unit cube
 constexpr int kMostParts = 3;                         // along a voxel's edge
 // A shell ends this many point distances beyond its outermost points.
 constexpr double kRim = 0.75;
-// Spread of a point's neighbours across over along: 0 on a surface, 1 in a volume, 0.2 for a noise
-// of a fifth of the points' distance.
+// Spread of a point's neighbors, smallest over largest: 0 on a surface, 1 in a volume, 0.2 for
+// noise of a fifth of the point distance.
 constexpr double kVolume = 0.45;
 
 double shareUnder(double above, const Vec3& n, double edge) {
-  return ccCutCube(static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2]),
-                   static_cast<float>(-above / edge))
-      .volume;
+  return ccCutCube(n[0], n[1], n[2], -above / edge).volume;
 }
 
-// What of a cube is material.
+// Shares of cubes that are material.
 class ScanBody {
  public:
-  ScanBody(const ScanSurface& surface, const ScanFlood& flood, double shell, bool centred,
+  ScanBody(const ScanSurface& surface, const ScanFlood& flood, double shell, bool centered,
            double distance)
-      : surface_(surface), flood_(flood), shell_(shell), centred_(centred), distance_(distance) {}
+      : surface_(surface), flood_(flood), shell_(shell), centered_(centered), distance_(distance) {}
 
-  // The share of a voxel, or a brick, so far from all points that no surface is in it; negative
-  // where one may be.
+  // The share of a voxel or brick far from all points, which is 0 or 1; negative where the surface
+  // may pass through it.
   double plain(const Vec3& middle, double edge) const {
     const double far = surface_.distanceTo(middle);
     const double reach = kHalfDiagonal * edge + distance_ + shell_;
@@ -76,14 +74,14 @@ class ScanBody {
     const auto h = surface_.heightOf(middle);
     if (shell_ == 0) return shareUnder(h.above, h.normal, edge);
     if (h.beside > kRim * distance_) return 0;
-    const double above = centred_ ? h.above - 0.5 * shell_ : h.above;
+    const double above = centered_ ? h.above - 0.5 * shell_ : h.above;
     return shareUnder(above, h.normal, edge) - shareUnder(above + shell_, h.normal, edge);
   }
 
   const ScanSurface& surface_;
   const ScanFlood& flood_;
   double shell_;
-  bool centred_;
+  bool centered_;
   double distance_;
 };
 
@@ -118,8 +116,7 @@ Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
       const Vec3 middle = low + h * (cellOffset(v).cast<double>() + Vec3::Constant(0.5));
       double share = body.plain(middle, h);
       if (share < 0) share = body.share(middle, h);
-      f.coverage[static_cast<std::size_t>(v)] =
-          static_cast<std::uint8_t>(255 * std::clamp(share, 0.0, 1.0) + 0.5);
+      f.coverage[v] = static_cast<std::uint8_t>(255 * std::clamp(share, 0.0, 1.0) + 0.5);
     }
     if (f.plain >= 0) f.coverage.fill(f.plain > 0 ? 255 : 0);
   });
@@ -143,8 +140,8 @@ Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
 
 double pointDistance(const PointCloud& points) {
   const PointTree tree(points.positions);
-  constexpr std::size_t kAsked = 2000, kFourth = 4;
-  const std::size_t step = std::max<std::size_t>(1, points.positions.size() / kAsked);
+  constexpr std::size_t kSamples = 2000, kFourth = 4;
+  const std::size_t step = std::max<std::size_t>(1, points.positions.size() / kSamples);
   std::vector<double> distances;
   std::vector<std::size_t> near;
   for (std::size_t i = 0; i < points.positions.size(); i += step) {
@@ -161,12 +158,12 @@ bool recognizeVolume(PointCloud& points) {
   if (points.fillsVolume()) return true;
   if (points.positions.size() < kFewestPoints) return false;
   const PointTree tree(points.positions);
-  constexpr std::size_t kAsked = 500, kNeighbours = 19;  // a lattice's point and its 18 nearest
-  const std::size_t step = std::max<std::size_t>(1, points.positions.size() / kAsked);
+  constexpr std::size_t kSamples = 500, kNeighbors = 19;  // a lattice point and its 18 nearest
+  const std::size_t step = std::max<std::size_t>(1, points.positions.size() / kSamples);
   std::vector<double> spreads;
   std::vector<std::size_t> near;
   for (std::size_t i = 0; i < points.positions.size(); i += step) {
-    tree.nearest(points.positions[i], kNeighbours, near);
+    tree.nearest(points.positions[i], kNeighbors, near);
     Vec3 sum = Vec3::Zero();
     Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
     for (const std::size_t k : near) {
@@ -189,7 +186,7 @@ Cloud toCloud(const PointCloud& points, const ScanSettings& settings, ScanReport
   ScanReport found;
   found.pointDistance = pointDistance(points);
   if (!(found.pointDistance > 0))
-    throw std::invalid_argument("points: they lie on one another; take doubles away");
+    throw std::invalid_argument("points: they lie on one another; remove doubles");
   const double gap = settings.gap > 0 ? settings.gap : 2 * found.pointDistance;
   const double smoothing = settings.smoothing > 0 ? settings.smoothing : 2.5 * found.pointDistance;
   const ScanFlood flood(points.positions, gap);
@@ -197,7 +194,7 @@ Cloud toCloud(const PointCloud& points, const ScanSettings& settings, ScanReport
   for (const Eigen::Vector3f& n : points.normals) normals.push_back(n.cast<double>());
   ScanSurface surface(points.positions, normals, found.pointDistance, smoothing, settings.threads);
   const ScanSurface::Sides sides = surface.orient(flood);
-  // Where a flood leaks in, pockets may stay dry; the body's inside is behind most of its points.
+  // Where the flood leaks in, pockets may remain. A body has inside behind most of its points.
   found.closed = 2 * sides.known > points.positions.size();
   if (!found.closed && settings.shell == 0) refuseOpen(gap);
   if (found.closed) found.turned = sides.turned;

@@ -15,7 +15,7 @@ template <typename Cell>
 class BrickGrid {
  public:
   BrickGrid(const Eigen::Vector3i& bricks, const Cell& empty)
-      : bricks_(bricks), empty_(empty), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
+      : bricks_(bricks), empty_(empty), table_(bricks.prod(), -1) {}
 
   const Eigen::Vector3i& bricks() const { return bricks_; }
   bool contains(int x, int y, int z) const { return insideGrid(x, y, z, kBrickEdge * bricks_); }
@@ -24,13 +24,13 @@ class BrickGrid {
   const Cell& at(int x, int y, int z) const {
     if (!contains(x, y, z)) return empty_;
     const std::int32_t brick = table_[tableIndex(x, y, z)];
-    return brick < 0 ? empty_ : cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+    return brick < 0 ? empty_ : cells_[brick][cellIndex(x, y, z)];
   }
   // A pointer to a voxel's value; null outside the grid and in bricks that were never written.
   const Cell* find(int x, int y, int z) const {
     if (!contains(x, y, z)) return nullptr;
     const std::int32_t brick = table_[tableIndex(x, y, z)];
-    return brick < 0 ? nullptr : &cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+    return brick < 0 ? nullptr : &cells_[brick][cellIndex(x, y, z)];
   }
   // A reference to a voxel's value, whose brick is allocated if needed. The voxel must be in the
   // grid.
@@ -41,7 +41,7 @@ class BrickGrid {
       cells_.emplace_back();
       cells_.back().fill(empty_);
     }
-    return cells_[static_cast<std::size_t>(brick)][cellIndex(x, y, z)];
+    return cells_[brick][cellIndex(x, y, z)];
   }
   const std::vector<std::int32_t>& table() const { return table_; }
   std::vector<std::array<Cell, kBrickVoxels>>& cells() { return cells_; }

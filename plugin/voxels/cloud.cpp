@@ -1,4 +1,4 @@
-// The voxels of a body, and what can be read off them: see cloud.h.
+// Clouds: access, counts and mass properties. See cloud.h.
 #include <cloudcontact/voxels/cloud.h>
 
 #include <cmath>
@@ -12,8 +12,8 @@ namespace cloudcontact {
 
 namespace {
 
-// Sums over a brick's voxels of coverage [1/255] times powers of the voxel's indices: integers, so
-// exact. 512 * 255 * 49 fits in 32 bits with room to spare.
+// Moments of a brick: sums of coverage [1/255] times powers of the voxels' indices. Integers, so
+// exact; 512 * 255 * 49 fits in 32 bits.
 struct BrickMoments {
   std::int64_t mass = 0;
   std::int64_t first[3] = {0, 0, 0};
@@ -36,7 +36,7 @@ BrickMoments momentsOf(CoverageAt&& coverageAt) {
   return m;
 }
 
-// Sums over the whole cloud, in voxels, about a point near its middle: a far point would cancel.
+// Moments of the cloud [voxels], about a point near its middle: a distant point would cost digits.
 struct CloudMoments {
   double mass = 0;
   Vec3 first = Vec3::Zero();
@@ -44,7 +44,7 @@ struct CloudMoments {
 
   // `corner`: centre of the brick's first voxel, seen from the chosen point.
   void add(const BrickMoments& b, const Vec3& corner) {
-    const double m = static_cast<double>(b.mass);
+    const double m = b.mass;
     const Vec3 f(static_cast<double>(b.first[0]), static_cast<double>(b.first[1]),
                  static_cast<double>(b.first[2]));
     Eigen::Matrix3d s;
@@ -61,11 +61,11 @@ struct CloudMoments {
   }
 };
 
-// Where the material of an interface voxel lies, seen from the voxel's centre [voxels]: on the side
-// where the neighbours hold more. A face across the voxel at fraction f has its material's middle
-// (1 - f) / 2 from the centre; summed over all the places where an oblique face may cross a voxel
-// that is 2 % too little at most, for the sum is the cube's variance, 1/12, in every direction.
-// Without it the inertia of a body of radius R is too large by about (h / R)^2 / 2.
+// The center of the material of a surface voxel, from the voxel's center [voxels]. It lies toward
+// the fuller neighbors. A face across the voxel at fraction f leaves material whose middle is (1 -
+// f) / 2 from the center. For oblique faces that is at most 2 % too little, summed over all
+// positions of the face: the sum is the variance of a cube, 1/12, in every direction. Without this
+// shift the inertia of a body of radius R is too large by about (h / R)^2 / 2.
 Vec3 shiftOfMaterial(const Cloud& cloud, int x, int y, int z, int coverage) {
   const Vec3 slope(cloud.coverage(x + 1, y, z) - cloud.coverage(x - 1, y, z),
                    cloud.coverage(x, y + 1, z) - cloud.coverage(x, y - 1, z),
@@ -87,14 +87,14 @@ void validateTable(const Cloud::Voxels& voxels) {
   std::size_t expected = 1;
   for (int k = 0; k < 3; ++k) {
     if (voxels.bricks[k] < 0) throw std::invalid_argument("cloud: bricks must not be negative");
-    const std::size_t n = static_cast<std::size_t>(voxels.bricks[k]);
+    const std::size_t n = voxels.bricks[k];
     if (n != 0 && expected > voxels.table.max_size() / n)
       throw std::invalid_argument("cloud: bricks are more than can be addressed");
     expected *= n;
   }
   if (voxels.table.size() != expected)
     throw std::invalid_argument("cloud: table has " + std::to_string(voxels.table.size()) +
-                                " entries, but bricks ask for " + std::to_string(expected));
+                                " entries, but bricks require " + std::to_string(expected));
   for (const std::int32_t b : voxels.table)
     if (b < kSolidBrick || (b >= 0 && static_cast<std::size_t>(b) >= voxels.coverage.size()))
       throw std::invalid_argument("cloud: table names brick " + std::to_string(b) +
@@ -120,7 +120,7 @@ void validateMaterials(const Cloud::Voxels& voxels) {
       if (m >= count) throw std::invalid_argument("cloud: a voxel names no material of the cloud");
 }
 
-// Where a voxel's brick is in the table and where the voxel is in its brick; nothing outside.
+// A voxel's brick and its cell in the brick; empty outside the grid.
 struct VoxelPlace {
   std::size_t entry, inBrick;
 };
@@ -147,7 +147,7 @@ std::uint8_t Cloud::coverage(int x, int y, int z) const {
   if (!place) return 0;
   const std::int32_t b = voxels_->table[place->entry];
   if (b < 0) return b == kSolidBrick ? 255 : 0;
-  return voxels_->coverage[static_cast<std::size_t>(b)][place->inBrick];
+  return voxels_->coverage[b][place->inBrick];
 }
 
 const std::vector<std::string>& Cloud::materials() const {
@@ -160,7 +160,7 @@ std::uint8_t Cloud::material(int x, int y, int z) const {
   if (!place || voxels_->materialTable.empty()) return 0;
   const std::int32_t m = voxels_->materialTable[place->entry];
   if (m < 0) return static_cast<std::uint8_t>(-1 - m);
-  return voxels_->material[static_cast<std::size_t>(m)][place->inBrick];
+  return voxels_->material[m][place->inBrick];
 }
 
 Vec3 Cloud::center(int x, int y, int z) const {
@@ -182,7 +182,7 @@ VoxelCounts Cloud::counts() const {
       counts.inside += kBrickVoxels;
       return;
     }
-    for (const std::uint8_t c : voxels_->coverage[static_cast<std::size_t>(b)]) {
+    for (const std::uint8_t c : voxels_->coverage[b]) {
       counts.inside += c == 255;
       counts.interface += c > 0 && c < 255;
     }
@@ -193,17 +193,17 @@ VoxelCounts Cloud::counts() const {
 MassProperties Cloud::massProperties() const {
   MassProperties result;
   if (empty()) return result;
-  // A brick's voxels each at its own centre first, exactly; then the interface voxels' shifts.
+  // First all voxels at their centers, exactly; then the shifts of the surface voxels.
   const Vec3 middle = 0.5 * size().cast<double>();
   const BrickMoments solid = momentsOf([](int) { return 255; });
   CloudMoments sum;
   forEachFullBrick(*voxels_, [&](std::int32_t b, int x, int y, int z) {
     const Vec3 corner = kBrickEdge * Vec3(x, y, z) + Vec3::Constant(0.5) - middle;
     if (b == kSolidBrick) return sum.add(solid, corner);
-    const BrickCoverage& c = voxels_->coverage[static_cast<std::size_t>(b)];
-    sum.add(momentsOf([&](int v) { return c[static_cast<std::size_t>(v)]; }), corner);
+    const BrickCoverage& c = voxels_->coverage[b];
+    sum.add(momentsOf([&](int v) { return c[v]; }), corner);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const int m = c[static_cast<std::size_t>(v)];
+      const int m = c[v];
       if (m == 0 || m == 255) continue;
       const Vec3 inBrick = cellOffset(v).cast<double>();
       const Eigen::Vector3i at = kBrickEdge * Eigen::Vector3i(x, y, z) + cellOffset(v);
@@ -213,7 +213,7 @@ MassProperties Cloud::massProperties() const {
   if (sum.mass == 0) return result;
   const double h = voxelSize_;
   const Vec3 mean = sum.first / sum.mass;
-  // Second moments about the centre of mass; a voxel's own is a twelfth of its edge squared.
+  // Second moments about the center of mass; a voxel's own is a twelfth of its edge squared.
   const Eigen::Matrix3d second = (sum.second - sum.mass * mean * mean.transpose() +
                                   sum.mass / 12 * Eigen::Matrix3d::Identity()) /
                                  255;

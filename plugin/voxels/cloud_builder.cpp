@@ -1,4 +1,4 @@
-// Sums of shares, brick by brick: see cloud_builder.h.
+// Sums shares per brick: see cloud_builder.h.
 #include "voxels/cloud_builder.h"
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kMargin = 2;            // empty voxels around the body, as digitise leaves them
-constexpr double kHair = 1e-6;        // [voxels] what rounding may add to a length
-constexpr double kLeastShare = 1e-7;  // of a voxel; 1/255 is what one can hold
+constexpr int kMargin = 2;            // empty voxels around the body, as in digitize()
+constexpr double kHair = 1e-6;        // rounding error of a length [voxels]
+constexpr double kLeastShare = 1e-7;  // of a voxel; the resolution of coverage is 1/255
 constexpr double kMostPlaces = double(std::int64_t{1} << 30);  // 4 GB of table
 
 }  // namespace
@@ -66,7 +66,7 @@ void CloudBuilder::add(const Eigen::Vector3i& voxel, double share, std::uint8_t 
     slot = static_cast<std::int32_t>(bricks_.size());
     bricks_.emplace_back();
   }
-  Brick& brick = bricks_[static_cast<std::size_t>(slot)];
+  Brick& brick = bricks_[slot];
   const auto v = static_cast<std::size_t>(cellIndex(voxel));
   const auto piece = static_cast<float>(share);
   brick.share[v] += piece;
@@ -79,7 +79,8 @@ void CloudBuilder::addBox(const Vec3& low, const Vec3& high, double share, std::
   const Vec3 a = (low - grid_.origin) / grid_.voxelSize,
              b = (high - grid_.origin) / grid_.voxelSize;
   const Vec3 first = (a.array() + kHair).floor(), last = (b.array() - kHair).ceil();
-  // The share of the k-th voxel along an axis that lies in the box; the ends' hair is theirs.
+  // The share of voxel k along an axis that lies in the box. Ends within kHair of a face snap to
+  // it.
   const auto part = [&](int axis, int k) {
     const double from = k == first[axis] && a[axis] - k < kHair ? k : std::max<double>(a[axis], k);
     const double to =
@@ -105,7 +106,7 @@ void storeBrick(Cloud::Voxels& voxels, std::size_t entry, const BrickCoverage& c
     voxels.coverage.push_back(coverage);
   }
   if (!material) return;
-  int only = -1;  // the covered voxels' material, -2 where there are several
+  int only = -1;  // the material of all voxels with coverage; -2: several
   for (std::size_t v = 0; v < coverage.size(); ++v)
     if (coverage[v] > 0 && (*material)[v] != only) only = only == -1 ? (*material)[v] : -2;
   if (only >= 0) {
@@ -125,7 +126,7 @@ Cloud CloudBuilder::build() const {
   BrickCoverage coverage;
   for (std::size_t entry = 0; entry < table_.size(); ++entry) {
     if (table_[entry] < 0) continue;
-    const Brick& brick = bricks_[static_cast<std::size_t>(table_[entry])];
+    const Brick& brick = bricks_[table_[entry]];
     for (std::size_t v = 0; v < coverage.size(); ++v)
       coverage[v] = static_cast<std::uint8_t>(std::clamp(255 * brick.share[v] + 0.5f, 0.f, 255.f));
     storeBrick(*voxels, entry, coverage, materials_.empty() ? nullptr : &brick.material);

@@ -1,4 +1,4 @@
-// Files written whole, and checked as they are read: see cloud_bytes.h.
+// Writes whole files and verifies them on reading: see cloud_bytes.h.
 #include "voxels/cloud_bytes.h"
 
 #include <cstring>
@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Removes a half-written file on every way out but the good one.
+// Removes the temporary file unless it was renamed.
 class Temporary {
  public:
   explicit Temporary(const fs::path& target) : path_(target) {

@@ -1,11 +1,11 @@
-// Clouds kept in files: see cloud_file.h.
+// Reads and writes clouds: see cloud_file.h.
 //
 // Layout, all little-endian: 8 bytes "CLDCNTCT", u32 version, f64 voxel size [m], f64 x 3 origin
 // [m], i32 x 3 bricks, u64 stored bricks, the table (i32 each), the stored bricks (512 bytes each),
-// u64 FNV-1a of everything before it. Version 2 is for bodies of several materials: behind the
-// stored bricks' number u64 bytes of names and u64 bricks of materials; behind the stored bricks
-// the names, a zero behind each, the table of materials (i32 each) and those bricks (512 bytes
-// each). Version 3 is object_file.cpp's.
+// u64 FNV-1a of all bytes before it. Version 2 is for bodies of several materials. It adds, after
+// the number of stored bricks, u64 bytes of names and u64 bricks of materials; after the stored
+// bricks, the names with a zero after each, the table of materials (i32 each) and those bricks (512
+// bytes each). Version 3 is in objects/object_file.cpp.
 #include <cloudcontact/voxels/cloud_file.h>
 
 #include <algorithm>
@@ -82,7 +82,7 @@ Header readHeader(CloudReader& reader, const fs::path& file) {
   return header;
 }
 
-// A file says its sizes itself; they must be its length before anything is allocated for them.
+// The sizes in the header must match the length of the file before anything is allocated.
 void checkLength(const Header& header, const fs::path& file) {
   const std::uint64_t length = fs::file_size(file);
   if (std::max(header.storedBricks, header.materialBricks) > header.tableEntries)

@@ -1,10 +1,9 @@
-// Columns with intervals: see column_cloud.h.
+// Columns from clouds and back: see column_cloud.h.
 //
-// A column is filled cell by cell, each as high as the column is wide and holding a fraction of
-// itself. Where a fraction stands between full and empty the surface crosses the column, and the
-// interval ends that far into the cell. All other fractions belong to walls along the columns: they
-// become intervals of that share of the cross-section. Either way a cell's material is exactly what
-// it was.
+// A column consists of cubic cells with a share of material each. Where a partial cell lies between
+// a full and an empty one, the surface crosses the column, and the interval ends inside the cell.
+// Other partial cells belong to walls along the column and become intervals with that share of the
+// cross-section. Both keep the amount of material exactly.
 #include <cloudcontact/voxels/column_cloud.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -20,15 +19,15 @@ namespace {
 
 using Eigen::Vector3i;
 
-constexpr float kFull = 1 - 1e-5f, kEmpty = 1e-5f;  // what dividing a voxel leaves
+constexpr float kFull = 1 - 1e-5f, kEmpty = 1e-5f;  // tolerance of divideVoxel()
 
-// The cells of one column, from its lowest on.
+// The cells of one column in ascending order.
 struct Cells {
   std::vector<float> share;
   std::vector<std::uint8_t> material;
 };
 
-// Joins `next` to the last interval where nothing but its height tells them apart.
+// Appends `next`, merged with the last interval where they meet and have equal share and material.
 void append(std::vector<ColumnInterval>& intervals, std::size_t begin, const ColumnInterval& next) {
   if (intervals.size() > begin) {
     ColumnInterval& last = intervals.back();
@@ -66,12 +65,12 @@ void encode(const Cells& cells, double height, std::vector<ColumnInterval>& inte
 class VoxelColumn {
  public:
   VoxelColumn(const Cloud& cloud, int axis, int n)
-      : cloud_(cloud), axis_(axis), n_(n), cells_(static_cast<std::size_t>(n * n)) {
+      : cloud_(cloud), axis_(axis), n_(n), cells_(n * n) {
     const auto height = static_cast<std::size_t>(cloud.size()[axis]) * static_cast<std::size_t>(n);
     for (Cells& c : cells_) c.share.assign(height, 0), c.material.assign(height, 0);
   }
 
-  // Voxel column (u, v); false where nothing is in it.
+  // Fills the cells of voxel column (u, v); false where it is empty.
   bool fill(int u, int v) {
     bool any = false;
     Vector3i voxel;
@@ -83,21 +82,21 @@ class VoxelColumn {
       if (own > 0 && own < 255)
         divideVoxel(cloud_, voxel, n_, shares_);
       else
-        shares_.assign(static_cast<std::size_t>(n_ * n_ * n_), own > 0 ? 1.f : 0.f);
+        shares_.assign(n_ * n_ * n_, own > 0 ? 1.f : 0.f);
       put(w, cloud_.material(voxel[0], voxel[1], voxel[2]));
     }
     return any;
   }
 
-  const Cells& cells(int i, int j) const { return cells_[static_cast<std::size_t>(i + n_ * j)]; }
+  const Cells& cells(int i, int j) const { return cells_[i + n_ * j]; }
 
  private:
   void put(int w, std::uint8_t material) {
     for (int k = 0; k < n_ * n_ * n_; ++k) {
       const int at[3] = {k % n_, k / n_ % n_, k / (n_ * n_)};
-      Cells& c = cells_[static_cast<std::size_t>(at[(axis_ + 1) % 3] + n_ * at[(axis_ + 2) % 3])];
+      Cells& c = cells_[at[(axis_ + 1) % 3] + n_ * at[(axis_ + 2) % 3]];
       const auto cell = static_cast<std::size_t>(w * n_ + at[axis_]);
-      c.share[cell] = shares_[static_cast<std::size_t>(k)];
+      c.share[cell] = shares_[k];
       c.material[cell] = material;
     }
   }
@@ -146,7 +145,7 @@ ColumnCloud toColumns(const Cloud& cloud, int axis, int perVoxel) {
   const int nu = cloud.size()[(axis + 1) % 3], nv = cloud.size()[(axis + 2) % 3];
   columns.columns = {nu * perVoxel, nv * perVoxel};
   VoxelColumn column(cloud, axis, perVoxel);
-  // A row of voxel columns at a time: its columns lie in perVoxel rows of their own.
+  // One row of voxel columns at a time. It yields perVoxel rows of columns.
   std::vector<std::vector<ColumnInterval>> row(static_cast<std::size_t>(nu * perVoxel * perVoxel));
   for (int v = 0; v < nv; ++v) {
     for (auto& intervals : row) intervals.clear();
@@ -154,8 +153,7 @@ ColumnCloud toColumns(const Cloud& cloud, int axis, int perVoxel) {
       if (!column.fill(u, v)) continue;
       for (int j = 0; j < perVoxel; ++j)
         for (int i = 0; i < perVoxel; ++i)
-          encode(column.cells(i, j), columns.width,
-                 row[static_cast<std::size_t>(u * perVoxel + i + nu * perVoxel * j)]);
+          encode(column.cells(i, j), columns.width, row[u * perVoxel + i + nu * perVoxel * j]);
     }
     for (const auto& intervals : row) {
       columns.intervals.insert(columns.intervals.end(), intervals.begin(), intervals.end());

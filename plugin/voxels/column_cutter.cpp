@@ -1,4 +1,4 @@
-// One brick-wide column: see cutter.h, and columns.cpp for the method.
+// Cuts one brick-wide column: see column_cutter.h, and columns.cpp for the method.
 #include "voxels/column_cutter.h"
 
 #include <algorithm>
@@ -15,10 +15,10 @@ namespace {
 
 constexpr int kNoShell = -1, kSeveralShells = -2, kCap = -1;
 
-// Projected area of closing triangles in a voxel that counts as their having decided it [voxel^2].
+// A voxel counts as capped above this projected area of caps [voxel^2].
 constexpr double kCapArea = 1e-3;
 
-// Adds the differences of one cell to the sums of all columns, and tells the coverage they make.
+// Adds the differences of one cell to the sums of all columns and computes their coverages.
 void addCell(const double* differences, Runs& runs, std::uint8_t* coverage) {
   for (int c = 0; c < kColumnsPerBrick; ++c) {
     const double sum = runs.sum[c] + differences[c];
@@ -58,7 +58,7 @@ BrickColumn ColumnCutter::cut(int bu, int bv, const int* first, const int* last)
   const std::uint64_t known = overlapping_;
   if (known) unite(bu, bv, first, last);
   sumUp(result);
-  if (overlapping_ != known) {  // a shell that overlaps itself shows only in the sums
+  if (overlapping_ != known) {  // only the sums show a shell that overlaps itself
     overlapping_ &= ~known;
     unite(bu, bv, first, last);
     sumUp(result);
@@ -69,7 +69,7 @@ BrickColumn ColumnCutter::cut(int bu, int bv, const int* first, const int* last)
 
 void ColumnCutter::touch(int lowestCell, int highestCell) {
   for (int layer = lowestCell / kBrickEdge; layer <= highestCell / kBrickEdge; ++layer)
-    touched_[static_cast<std::size_t>(layer)] = 1;
+    touched_[layer] = 1;
 }
 
 void ColumnCutter::clear() {
@@ -81,7 +81,7 @@ void ColumnCutter::clear() {
   }
 }
 
-// A triangle seen from the brick column: its corner is (0, 0), its axes u, v, w the first three.
+// A triangle in the frame of the brick column: its corner is the origin, and its axes are u, v, w.
 CcPolygon ColumnCutter::inColumn(int bu, int bv, int triangle) const {
   CcPolygon polygon;
   polygon.corners = 0;
@@ -113,8 +113,8 @@ void ColumnCutter::addPiece(int column, int cell, const CcPiece& part) {
   double* d = at(column, cell);
   d[0] -= part.area - part.under;
   d[kColumnsPerBrick] -= part.under;
-  touched_[static_cast<std::size_t>(cell / kBrickEdge)] = 1;
-  touched_[static_cast<std::size_t>((cell + 1) / kBrickEdge)] = 1;
+  touched_[cell / kBrickEdge] = 1;
+  touched_[(cell + 1) / kBrickEdge] = 1;
   lowest_ = std::min(lowest_, cell);
   highest_ = std::max(highest_, cell);
   if (triangleShell_ == kCap)
@@ -137,8 +137,8 @@ void ColumnCutter::countCaps(BrickColumn& result) {
   }
 }
 
-// Running sums, layer of bricks by layer, and the bricks they make. Where no piece lies in a layer
-// the sums stand still, and so does the brick: most layers of a body are such.
+// The running sums, layer by layer of bricks, and the resulting bricks. Without a piece in a layer
+// the sums do not change and the brick repeats: that holds for most layers of a body.
 void ColumnCutter::sumUp(BrickColumn& result) {
   Runs runs;
   result.firstLayer = lowest_ / kBrickEdge;
@@ -150,7 +150,7 @@ void ColumnCutter::sumUp(BrickColumn& result) {
   int code = 0;
   bool changed = true;
   for (int layer = result.firstLayer; layer <= lastLayer; ++layer) {
-    const bool touched = touched_[static_cast<std::size_t>(layer)] != 0;
+    const bool touched = touched_[layer] != 0;
     if (touched || changed) code = sumLayer(layer, runs, brick);
     changed = touched;
     result.table.push_back(code < 0 ? code : static_cast<std::int32_t>(result.coverage.size()));
@@ -184,12 +184,12 @@ int ColumnCutter::codeOf(const BrickCoverage& cells, BrickCoverage& brick) const
   const std::uint8_t* cell = cells.data();
   for (int w = 0; w < kBrickEdge; ++w)
     for (int v = 0; v < kBrickEdge; ++v)
-      for (int u = 0; u < kBrickEdge; ++u)
-        brick[static_cast<std::size_t>(u * strideU + v * strideV + w * strideW)] = *cell++;
+      for (int u = 0; u < kBrickEdge; ++u) brick[u * strideU + v * strideV + w * strideW] = *cell++;
   return 0;
 }
 
-// In the overlapping columns, differences of the shells' sum become those of their union.
+// Replaces the differences of the overlapping columns, those of the sum over shells, by those of
+// the shells' union.
 void ColumnCutter::unite(int bu, int bv, const int* first, const int* last) {
   std::vector<Vector3d> corners;
   std::vector<double> coverage;
@@ -200,7 +200,7 @@ void ColumnCutter::unite(int bu, int bv, const int* first, const int* last) {
     double run = 0;
     coverage.clear();
     for (int w = lowest_; w < end; ++w) coverage.push_back(run += *at(c, w));
-    if (std::abs(run) > CC_CLOSED_SUM) continue;  // rays would fail where the sum does
+    if (std::abs(run) > CC_CLOSED_SUM) continue;  // the rays fail where the sum does not close
     corners.clear();
     for (const int* t = first; t != last; ++t) {
       const CcPolygon p = inColumn(bu, bv, *t);
@@ -212,7 +212,7 @@ void ColumnCutter::unite(int bu, int bv, const int* first, const int* last) {
     touch(lowest_, end - 1);
     double before = 0;
     for (int w = lowest_; w < end; ++w) {
-      const double now = coverage[static_cast<std::size_t>(w - lowest_)];
+      const double now = coverage[w - lowest_];
       *at(c, w) = now - before;
       before = now;
     }

@@ -1,25 +1,25 @@
 // Depth columns with exact coverage.
 //
-// The paper represents a body as rectangular parallelepipeds read off a Z-buffer (step 1, Fig. 4 a)
-// and then cuts those into voxels that lie inside, outside or on the interface (Fig. 4 b, c, d). A
-// Z-buffer sees a column through one ray; here the whole column is seen, so that an interface voxel
-// holds its true fraction of material and not a ray's yes or no.
+// The paper reads rectangular parallelepipeds off a Z-buffer (step 1, Fig. 4 a) and cuts them into
+// voxels inside, outside and on the interface (Fig. 4 b, c, d). A Z-buffer samples a column by one
+// ray. Here the surface is integrated over the column, so an interface voxel holds its true
+// fraction of material instead of a yes or no.
 //
 // Let w be the axis of the columns and u, v the others. The material of a voxel is the sum over all
 // surface pieces above it of the volume under them, signed: plus under a piece that faces up (+w),
 // minus under one that faces down. Counted from below instead, a piece of signed projected area A
 // takes A from every voxel above it and A (1 - f) from the voxel it lies in, where f is the mean
-// height of the piece in that voxel. So each triangle is cut at the faces of columns and voxels
-// into convex pieces that lie in one voxel each; a piece adds two numbers to its column's list of
-// differences; and the running sum along the column is the coverage of each voxel, exact to the
-// rounding of doubles. It needs no ray to hit or miss an edge, and a surface that lies exactly on
-// voxel faces is no special case.
+// height of the piece in that voxel. Each triangle is cut at the faces of columns and voxels into
+// convex pieces that lie in one voxel each. A piece adds two numbers to its column's list of
+// differences, and the running sum along the column is the coverage of each voxel, exact to the
+// rounding of doubles. No ray can miss an edge, and a surface exactly on voxel faces is no special
+// case.
 //
-// Shells inside or across each other make sums above 1, which are solid; overlap.cpp has the voxels
-// in which that is not enough.
+// Where shells lie inside one another or intersect, sums exceed 1 and count as solid; overlap.cpp
+// handles the voxels for which that is wrong.
 //
-// The sum of a closed surface comes back to zero above the topmost piece. Where it does not, the
-// surface has a hole in that column, and the column is reported as bad.
+// The sum over a closed surface returns to zero above the topmost piece. Otherwise the surface has
+// a hole in that column, and the column is reported as bad.
 #include "voxels/columns.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// For each brick-wide column the triangles over it, in their order.
+// The triangles over each brick-wide column, in their order.
 struct Bins {
   std::vector<std::size_t> first;  // one more than there are columns
   std::vector<int> triangles;
@@ -74,7 +74,7 @@ Bins binTriangles(const GridSurface& surface, const Frame& frame) {
   return bins;
 }
 
-// All brick columns in one grid. The order of bricks is that of the columns, whoever cut them.
+// Assembles all brick columns in one grid. The order of bricks does not depend on the threads.
 ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
   ColumnResult result;
   std::size_t bricks = 0;
@@ -87,7 +87,7 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
   result.residue.assign(width * static_cast<std::size_t>(frame.depth) * kBrickEdge, 0);
   for (int bv = 0, i = 0; bv < frame.depth; ++bv)
     for (int bu = 0; bu < frame.width; ++bu, ++i) {
-      BrickColumn& column = columns[static_cast<std::size_t>(i)];
+      BrickColumn& column = columns[i];
       const std::int32_t base = static_cast<std::int32_t>(result.voxels.coverage.size());
       for (std::size_t k = 0; k < column.table.size(); ++k) {
         const std::int32_t b = column.table[k];
@@ -96,15 +96,15 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
       }
       result.voxels.coverage.insert(result.voxels.coverage.end(), column.coverage.begin(),
                                     column.coverage.end());
-      result.cappedColumns += static_cast<std::size_t>(column.cappedColumns);
-      result.cappedVoxels += static_cast<std::size_t>(column.cappedVoxels);
+      result.cappedColumns += column.cappedColumns;
+      result.cappedVoxels += column.cappedVoxels;
       for (int c = 0; c < kColumnsPerBrick; ++c) {
         result.badColumns += column.residue[c] > 0;
         result.residue[static_cast<std::size_t>(bu * kBrickEdge + c % kBrickEdge) +
                        width * static_cast<std::size_t>(bv * kBrickEdge + c / kBrickEdge)] =
             column.residue[c];
       }
-      column = BrickColumn();  // frees its bricks: the peak is one copy and a column
+      column = BrickColumn();  // frees its bricks, so the peak is one copy and one column
     }
   return result;
 }
@@ -136,8 +136,8 @@ SurfaceBricks surfaceBricks(const GridSurface& surface) {
 }
 
 int cheapestAxis(const GridSurface& surface) {
-  // Every voxel that the surface passes through costs one piece, whatever the axis; but triangles
-  // parallel to the axis cost nothing, and fewer columns mean less scratch.
+  // Every voxel that the surface passes through costs one piece along any axis. But triangles
+  // parallel to the axis cost nothing, and fewer columns need less memory.
   double cost[3] = {0, 0, 0};
   for (const Vector3i& t : surface.triangles) {
     const Vector3d &a = surface.vertices[t[0]], &b = surface.vertices[t[1]],
@@ -165,7 +165,7 @@ ColumnResult cutColumns(const GridSurface& surface, int axis, int threads,
   std::atomic<std::size_t> done{0};
   parallelFor(count, threads, [&](std::size_t c, int worker) {
     if (bins.first[c] != bins.first[c + 1]) {
-      std::unique_ptr<ColumnCutter>& cutter = cutters[static_cast<std::size_t>(worker)];
+      std::unique_ptr<ColumnCutter>& cutter = cutters[worker];
       if (!cutter) cutter = std::make_unique<ColumnCutter>(surface, frame);
       const int bu = static_cast<int>(c % static_cast<std::size_t>(frame.width));
       const int bv = static_cast<int>(c / static_cast<std::size_t>(frame.width));

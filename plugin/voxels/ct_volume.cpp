@@ -1,10 +1,10 @@
-// Coverage by partial volume: a voxel at the surface averages matter and air, v = c m + (1 - c) a;
-// m is the densest of the 27 values about it, a the air's usual value. That asks nothing of the
-// tissues: enamel's and dentin's surfaces are found alike, wherever the first range begins.
+// Coverage by partial volume: a voxel at the surface averages material and air, v = c m + (1 - c)
+// a, where m is the densest of the 27 values around it and a the median of the air. This needs no
+// knowledge of the tissues: surfaces of enamel and dentin are found alike.
 //
-// Noise, told by the air's own spread, must make neither wisps outside nor pores inside: what is
-// within four of its deviations of air or matter is air or matter. The densest of some dozen full
-// voxels lies about 1.8 deviations above their mean.
+// Noise must make neither wisps outside nor pores inside: values within four standard deviations of
+// air or material count as air or material. The deviation is that of the air. The densest of some
+// dozen full voxels lies about 1.8 deviations above their mean.
 #include <cloudcontact/voxels/ct_volume.h>
 
 #include <algorithm>
@@ -17,15 +17,15 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr float kClear = 4;  // deviations; with 3 a ball of 16 voxels had wisps about it
-constexpr int kBorder = 2;   // empty voxels about the values: a field needs its surface inside
+constexpr float kClear = 4;  // standard deviations
+constexpr int kBorder = 2;   // empty voxels around: a field needs its surface inside the grid
 
 void validate(const CtVolume& volume, const std::vector<CtRange>& ranges) {
   if ((volume.size.array() < 1).any() || !(volume.voxelSize > 0) ||
       !std::isfinite(volume.voxelSize) || !volume.origin.allFinite())
     throw std::invalid_argument("cloudFromCt: sizes and origin must be positive and finite");
   const double count = volume.size.cast<double>().prod();
-  if (count != static_cast<double>(volume.values.size()))
+  if (count != double(volume.values.size()))
     throw std::invalid_argument("cloudFromCt: " + std::to_string(volume.values.size()) +
                                 " values for a grid of " + std::to_string(count));
   if (std::any_of(volume.values.begin(), volume.values.end(),
@@ -43,24 +43,25 @@ struct Voxel {
   std::uint8_t coverage = 0, material = 0;
 };
 
-// The air's usual value and how far values stray from it, by medians: partial voxels do not count.
+// The median value of the air and its deviation. Medians are robust against partial voxels.
 struct Air {
   float value = 0, noise = 0;
 };
 Air airOf(const CtVolume& volume, double from) {
   std::vector<float> low;
   for (const float v : volume.values)
-    if (static_cast<double>(v) < from) low.push_back(v);
+    if (v < from) low.push_back(v);
   const auto median = [&] {
     const auto middle = low.begin() + static_cast<std::ptrdiff_t>(low.size() / 2);
     std::nth_element(low.begin(), middle, low.end());
     return *middle;
   };
-  // No air in the scan: a body that its border cuts off.
+  // No air: the body fills the whole scan.
   if (low.empty()) return {static_cast<float>(from - 1), 0};
   Air air{median(), 0};
   for (float& v : low) v = std::abs(v - air.value);
-  air.noise = 1.4826f * median();  // a normal distribution's deviation from its median one
+  air.noise =
+      1.4826f * median();  // standard deviation of a normal distribution from its median deviation
   return air;
 }
 
@@ -69,7 +70,7 @@ class Reader {
   Reader(const CtVolume& volume, const std::vector<CtRange>& ranges, const Air& air)
       : volume_(volume), ranges_(ranges), air_(air) {}
 
-  // Of the voxel (x, y, z) of the volume, which may lie outside it: air.
+  // Coverage and material of voxel (x, y, z); air outside the volume.
   Voxel at(int x, int y, int z) const {
     const float own = value(x, y, z);
     float least = own, most = own;
@@ -77,11 +78,11 @@ class Reader {
       const float v = value(x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1);
       least = std::min(least, v), most = std::max(most, v);
     }
-    const float from = static_cast<float>(ranges_[0].from);
+    const float from = ranges_[0].from;
     if (most < from || own <= air_.value + kClear * air_.noise) return {};
     if (least >= from) return {255, materialOf(own)};
     const float full = std::max(most - 1.8f * air_.noise, own);
-    const double share = static_cast<double>((own - air_.value) / (full - air_.value));
+    const double share = (own - air_.value) / (full - air_.value);
     const bool near = own >= full - kClear * air_.noise;
     return {static_cast<std::uint8_t>(near ? 255 : std::lround(255 * share)), materialOf(most)};
   }
@@ -93,7 +94,7 @@ class Reader {
   }
   std::uint8_t materialOf(float v) const {
     std::size_t k = ranges_.size() - 1;
-    while (k > 0 && static_cast<double>(v) < ranges_[k].from) --k;
+    while (k > 0 && v < ranges_[k].from) --k;
     return static_cast<std::uint8_t>(k);
   }
 
@@ -127,8 +128,8 @@ Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
           const Eigen::Vector3i v = kBrickEdge * Eigen::Vector3i(bx, by, bz) + cellOffset(k) -
                                     Eigen::Vector3i::Constant(kBorder);
           const Voxel m = reader.at(v.x(), v.y(), v.z());
-          coverage[static_cast<std::size_t>(k)] = m.coverage;
-          material[static_cast<std::size_t>(k)] = m.coverage > 0 ? m.material : std::uint8_t{0};
+          coverage[k] = m.coverage;
+          material[k] = m.coverage > 0 ? m.material : std::uint8_t{0};
         }
         const auto same = [](const auto& values, int v) {
           return std::all_of(values.begin(), values.end(), [v](int x) { return x == v; });

@@ -1,6 +1,6 @@
-// From a mesh to a cloud: mend the surface and close what little is missing (preparation.cpp), cut
-// it into columns (columns.cpp); where much is missing, let three axes and the winding number vote
-// (open_surface.cpp).
+// From a mesh to a cloud: repair the surface and cap small holes (preparation.cpp), then cut it
+// into columns (columns.cpp). Where large parts are missing, columns along three axes and the
+// winding number vote (open_surface.cpp).
 #include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
@@ -34,15 +34,15 @@ Cloud::Voxels cutInGrid(const Prepared& prepared, const Grid& grid,
   return std::move(vote.voxels);
 }
 
-// A mesh of a body of several materials, mended: as files have them they may be doubled or wrongly
-// turned, and count for more or less than the volume that they bound.
+// One mesh of a body of several materials, repaired: doubled or reversed triangles would falsify
+// its volume.
 struct Part {
   const std::string* name;
   Prepared prepared;
   double volume;
 };
 
-// Those that bound a volume, by its size: what lies within another is smaller.
+// The meshes that bound a volume, largest first: a mesh inside another is smaller.
 std::vector<Part> largestFirst(const std::vector<NamedMesh>& meshes) {
   std::vector<Part> parts;
   for (const NamedMesh& mesh : meshes) {
@@ -51,7 +51,7 @@ std::vector<Part> largestFirst(const std::vector<NamedMesh>& meshes) {
       const Mesh& closed = part.prepared.closing.mesh;
       part.volume = std::abs(sixVolumes(closed, middleOf(closed)));
       parts.push_back(std::move(part));
-    } catch (const std::invalid_argument&) {  // a sheet, say
+    } catch (const std::invalid_argument&) {  // for example a sheet
     }
   }
   std::stable_sort(parts.begin(), parts.end(),
@@ -59,12 +59,12 @@ std::vector<Part> largestFirst(const std::vector<NamedMesh>& meshes) {
   return parts;
 }
 
-// The k-th of n equal pieces of a work that is told of as one.
+// Settings of task k of n equal ones, whose progress is reported as one.
 DigitizeSettings piece(const DigitizeSettings& whole, std::size_t k, std::size_t n) {
   DigitizeSettings settings = whole;
   if (whole.progress)
-    settings.progress = [told = whole.progress, k, n](double done) {
-      told((double(k) + done) / double(n));
+    settings.progress = [report = whole.progress, k, n](double done) {
+      report((double(k) + done) / double(n));
     };
   return settings;
 }
@@ -102,7 +102,7 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
   const Prepared body = prepare(merged(meshes));
   int passes = body.passes();
   for (const Part& part : parts) passes = std::max(passes, part.prepared.passes());
-  checkSize(body, settings, passes + 1);  // a part is cut while the body is there
+  checkSize(body, settings, passes + 1);  // one part beside the body
   const Grid grid = gridAround(body.closing.mesh, settings.voxelSize);
   const std::size_t pieces = parts.size() + 1;
   DigitizeReport found, unused;

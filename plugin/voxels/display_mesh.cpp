@@ -1,17 +1,14 @@
-// Marching cubes (Lorensen and Cline 1987) between the centres of voxels, with faces decided as
-// marching.h says. Not surface nets or dual contouring, though these give fewer triangles: after
-// cuts voxels meet in edges and corners, and there both make edges of four triangles, which these
-// loops never do.
+// Marching cubes (Lorensen and Cline 1987) between the centers of voxels; marching.h resolves the
+// ambiguous faces. Surface nets and dual contouring would give fewer triangles. But after cuts,
+// voxels meet at edges and corners, and there both produce edges with four triangles.
 //
-// A vertex lies between two centres where the surface is: told from both coverages' sum, which is
-// exact for planes that the two voxels hold from side to side, and linearly from their difference
-// where the plane runs along the edge. Linearly throughout, faces along the grid were up to 0.08
-// voxel off. What triangles cut off a sphere of radius R voxels is 0.84 / R^2 of its volume: 0.4 %
-// at 15.
+// A vertex lies between two centers. Its position follows from the sum of both coverages, which is
+// exact for planes that cross both voxels from side to side, and from linear interpolation where
+// the plane runs along the edge.
 //
-// Cube (x, y, z) lies between the centres of voxel (x - 1, y - 1, z - 1) and (x, y, z): there is
-// one row more of them than of voxels, for what fills the grid to its border. Its brick reads the
-// voxels of the cloud's brick of the same place, and one layer of those before it.
+// Cube (x, y, z) lies between the centers of voxels (x - 1, y - 1, z - 1) and (x, y, z). So there
+// is one row of cubes more than of voxels, for bodies that touch the border of the grid. A brick of
+// cubes reads the voxels of the cloud's brick at the same place, and one layer of those before it.
 #include <cloudcontact/voxels/display_mesh.h>
 
 #include <algorithm>
@@ -27,14 +24,14 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kHalf = 128;             // from this coverage on a voxel's centre is inside
+constexpr int kHalf = 128;             // least coverage of a voxel whose center is inside
 constexpr int kSide = kBrickEdge + 1;  // voxels that a brick of cubes reads along an axis
 
 Eigen::Vector3i cubeBricks(const Cloud& cloud) {
   return cloud.bricks() + Eigen::Vector3i::Constant(1);
 }
 
-// Whether all voxels that a brick of cubes reads are of one kind, by the table alone.
+// Whether the table shows all voxels that a brick of cubes reads to be equal.
 bool uniform(const Cloud& cloud, const Eigen::Vector3i& place) {
   const Eigen::Vector3i n = cloud.bricks();
   int kind = 0;
@@ -53,7 +50,7 @@ class BrickMesher {
       : cloud_(cloud), low_(kBrickEdge * place - Eigen::Vector3i::Constant(1)) {
     for (int k = 0; k < kSide * kSide * kSide; ++k) {
       const Eigen::Vector3i v = low_ + at(k);
-      coverage_[static_cast<std::size_t>(k)] = cloud.coverage(v.x(), v.y(), v.z());
+      coverage_[k] = cloud.coverage(v.x(), v.y(), v.z());
     }
     vertex_.fill(-1);
   }
@@ -72,7 +69,7 @@ class BrickMesher {
   static int corner(int cube, int c) {
     return cube + (c & 1) + kSide * (c >> 1 & 1) + kSide * kSide * (c >> 2);
   }
-  int coverage(int k) const { return coverage_[static_cast<std::size_t>(k)]; }
+  int coverage(int k) const { return coverage_[k]; }
 
   void cube(int first) {
     int inside = 0;
@@ -86,14 +83,14 @@ class BrickMesher {
     int ends[kCubeEdges + 1];
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     for (int i = 0; i < n; ++i) {
-      const int edge = loop.edges[static_cast<std::size_t>(i)];
+      const int edge = loop.edges[i];
       ends[i] = vertexOn(corner(first, edgeStart(edge)), edge / 4);
-      sum += brick_.vertices[static_cast<std::size_t>(ends[i])];
+      sum += brick_.vertices[ends[i]];
     }
     if (loop.middle) {
       ends[n] = static_cast<int>(brick_.vertices.size());
       brick_.vertices.push_back(sum / float(n));
-      insides_.push_back(insides_[static_cast<std::size_t>(ends[0])]);
+      insides_.push_back(insides_[ends[0]]);
     }
     for (const auto& t : loop.triangles) {
       const Eigen::Vector3i corners(ends[t[0]], ends[t[1]], ends[t[2]]);
@@ -102,9 +99,9 @@ class BrickMesher {
     }
   }
 
-  // The vertex between two centres; made when it is first asked for.
+  // The vertex between two centers, created on first use.
   int vertexOn(int from, int axis) {
-    std::int16_t& known = vertex_[static_cast<std::size_t>(3 * from + axis)];
+    std::int16_t& known = vertex_[3 * from + axis];
     if (known >= 0) return known;
     const int to = from + step(axis);
     Eigen::Vector3f place = (low_ + at(from)).cast<float>() + Eigen::Vector3f::Constant(0.5f);
@@ -117,12 +114,12 @@ class BrickMesher {
     return known;
   }
 
-  // Of the voxels just inside of its corners: what most of them are, or else the first is.
+  // The majority of the voxels just inside the corners; the first one where all three differ.
   std::uint8_t materialOf(const Eigen::Vector3i& corners) const {
     if (cloud_.materials().empty()) return 0;
     std::uint8_t of[3];
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3i v = low_ + at(insides_[static_cast<std::size_t>(corners[i])]);
+      const Eigen::Vector3i v = low_ + at(insides_[corners[i]]);
       of[i] = cloud_.material(v.x(), v.y(), v.z());
     }
     return of[1] == of[2] ? of[1] : of[0];
@@ -132,19 +129,19 @@ class BrickMesher {
   Eigen::Vector3i low_;
   std::array<std::uint8_t, kSide * kSide * kSide> coverage_;
   std::array<std::int16_t, 3 * kSide * kSide * kSide> vertex_;
-  std::vector<int> insides_;  // of each vertex, the voxel just inside
+  std::vector<int> insides_;  // the voxel just inside each vertex
   DisplayBrick brick_;
 };
 
-// The numbers of the bricks of cubes that read another voxel, or one of another material.
+// The bricks of cubes that read a voxel whose coverage or material changed.
 std::vector<int> touched(const Cloud& before, const Cloud& after) {
   const Cloud::Voxels &a = before.voxels(), &b = after.voxels();
   const Eigen::Vector3i n = after.bricks(), cubes = cubeBricks(after);
   const auto same = [](const auto& x, std::int32_t i, const auto& y, std::int32_t j) {
     if (i < 0 || j < 0) return i == j;
-    return x[static_cast<std::size_t>(i)] == y[static_cast<std::size_t>(j)];
+    return x[i] == y[j];
   };
-  std::vector<char> marked(static_cast<std::size_t>(cubes.prod()), 0);
+  std::vector<char> marked(cubes.prod(), 0);
   for (std::size_t t = 0; t < a.table.size(); ++t) {
     bool equal = same(a.coverage, a.table[t], b.coverage, b.table[t]);
     if (!b.materialTable.empty())
@@ -167,7 +164,7 @@ std::vector<int> touched(const Cloud& before, const Cloud& after) {
 
 DisplayMesh::DisplayMesh(const Cloud& cloud, int threads) : cloud_(cloud), threads_(threads) {
   if (cloud.empty()) throw std::invalid_argument("DisplayMesh: the cloud is empty");
-  bricks_.resize(static_cast<std::size_t>(cubeBricks(cloud).prod()));
+  bricks_.resize(cubeBricks(cloud).prod());
   std::vector<int> all(bricks_.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   make(all);
@@ -176,9 +173,8 @@ DisplayMesh::DisplayMesh(const Cloud& cloud, int threads) : cloud_(cloud), threa
 void DisplayMesh::make(const std::vector<int>& numbers) {
   const Eigen::Vector3i cubes = cubeBricks(cloud_);
   parallelFor(numbers.size(), threads_, [&](std::size_t i, int) {
-    const Eigen::Vector3i place = gridCell(static_cast<std::size_t>(numbers[i]), cubes);
-    bricks_[static_cast<std::size_t>(numbers[i])] =
-        uniform(cloud_, place) ? nullptr : BrickMesher(cloud_, place).run();
+    const Eigen::Vector3i place = gridCell(numbers[i], cubes);
+    bricks_[numbers[i]] = uniform(cloud_, place) ? nullptr : BrickMesher(cloud_, place).run();
   });
 }
 
@@ -186,7 +182,7 @@ std::vector<int> DisplayMesh::renew(const Cloud& after) {
   if (after.empty() || after.bricks() != cloud_.bricks() ||
       after.voxelSize() != cloud_.voxelSize() || after.materials() != cloud_.materials())
     throw std::invalid_argument(
-        "DisplayMesh::renew: the cloud has another grid or other materials; make its mesh anew");
+        "DisplayMesh::renew: the cloud has another grid or other materials; build a new mesh");
   std::vector<int> numbers = touched(cloud_, after);
   cloud_ = after;
   make(numbers);

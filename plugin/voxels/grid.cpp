@@ -1,4 +1,4 @@
-// Where the voxels of a mesh will lie, and what they will cost: see grid.h.
+// Grids of meshes and their memory: see grid.h.
 #include "voxels/grid.h"
 
 #include <algorithm>
@@ -16,15 +16,14 @@ using Eigen::Vector3i;
 
 namespace {
 
-// Empty voxels around the body, so that a window of radius 2.5 finds its neighbours in the grid.
+// Empty voxels around the body: a window of radius 2.5 then lies in the grid.
 constexpr int kMargin = 2;
-// A whole number of voxels that rounding lifted a hair above it does not ask for another brick.
+// Tolerance that keeps rounding errors from adding a brick.
 constexpr double kHair = 1e-9;
-// In grids larger than this [bricks] the surface's bricks are bounded, not counted: to count takes
-// a bit a brick.
+// In larger grids [bricks] the bricks of the surface are estimated: counting takes a bit per brick.
 constexpr double kCountable = 1 << 28;
 
-// At least as many bricks as the surface passes through.
+// An upper bound of the number of bricks that the surface passes through.
 double brickBound(const Mesh& mesh, double voxelSize) {
   const double s = voxelSize * kBrickEdge;
   double sum = 0;
@@ -32,8 +31,8 @@ double brickBound(const Mesh& mesh, double voxelSize) {
     const Vector3i& i = mesh.triangles[t];
     const Vector3d &a = mesh.vertices[i[0]], &b = mesh.vertices[i[1]], &c = mesh.vertices[i[2]];
     const Vector3d box = (a.cwiseMax(b).cwiseMax(c) - a.cwiseMin(b).cwiseMin(c)) / s;
-    // All bricks touched lie within a brick's diagonal of the triangle: in a prism, half cylinders
-    // along the edges and parts of a ball at the corners.
+    // These bricks lie within a brick's diagonal of the triangle: in a prism, half cylinders along
+    // the edges and parts of a ball at the corners.
     const double length = ((b - a).norm() + (c - b).norm() + (a - c).norm()) / s;
     const double near =
         2 * std::sqrt(3.0) * triangleArea(mesh, t) / (s * s) + 1.5 * std::numbers::pi * length + 22;
@@ -42,7 +41,7 @@ double brickBound(const Mesh& mesh, double voxelSize) {
   return sum;
 }
 
-// The surface in voxels, its shells not told apart.
+// The surface in voxels, without its shells.
 GridSurface placed(const Closing& closing, const Grid& grid) {
   const Mesh& mesh = closing.mesh;
   GridSurface surface;
@@ -61,14 +60,14 @@ double tableBytes(const Grid& grid) {
   return sizeof(std::int32_t) * grid.places();
 }
 
-// What cutting holds where that many bricks store numbers.
+// Memory for cutting where that many bricks store numbers.
 double bytesOf(const Closing& closing, const Grid& grid, double bricks, int passes, int threads) {
   const double layers = std::min(grid.bricks.maxCoeff(), 1e8);
   const double columns = grid.places() / grid.bricks.minCoeff();
-  const double scratch = static_cast<double>(ColumnCutter::bytes(static_cast<int>(layers), true));
-  // A brick column's own record, and its columns' marks.
+  const double scratch = ColumnCutter::bytes(static_cast<int>(layers), true);
+  // The record of a brick column, and the residues of its columns.
   constexpr double kColumnBytes = sizeof(BrickColumn) + 8 + kColumnsPerBrick;
-  // Topology and copies of the mesh, and the lists of what lies over which column.
+  // Topology and copies of the mesh, and the lists of triangles per column.
   constexpr double kTriangleBytes = 400;
   return passes * (tableBytes(grid) + kBrickVoxels * bricks) + kColumnBytes * columns +
          threads * scratch + kTriangleBytes * static_cast<double>(closing.mesh.triangles.size()) +

@@ -1,4 +1,4 @@
-// Voxels divided along the quadric of their block: see local_surface.h.
+// Divides voxels along the quadric fitted to their neighborhood: see local_surface.h.
 #include "voxels/local_surface.h"
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-// Beyond this residual of coverage [rms] an edge runs through the block, and no quadric is its
-// surface (surface_fit.h: 0.03 within 1.5 voxels of an edge of 90 deg).
+// Above this residual of coverage [rms] an edge runs through the block, and no quadric fits it
+// (kernels/contact/surface_fit.h).
 constexpr float kEdge = 0.3f;
 
 CcSurface fitAt(const Cloud& cloud, const Vector3i& voxel) {
@@ -28,8 +28,8 @@ CcSurface fitAt(const Cloud& cloud, const Vector3i& voxel) {
   return ccFitSurface(block, 0);
 }
 
-// How the surface looks from `at` [voxels from the voxel's centre]: outward direction, not of unit
-// length, and how far along it the surface is.
+// The surface seen from `at` [voxels from the voxel's center]: its outward direction, not of unit
+// length, and the height of `at`.
 struct Look {
   Vector3f direction;
   float height;  // of `at` above the surface, times the direction's length
@@ -41,7 +41,7 @@ Look lookFrom(const CcSurface& f, const Vector3f& at) {
   return {n + ku * t1 + kv * t2, n.dot(at) - f.s + 0.5f * (ku * u + kv * v)};
 }
 
-// A cube of edge `edge` about `at` against the surface moved out by `shift`.
+// Cuts a cube of edge `edge` around `at` by the surface, shifted outward by `shift`.
 CcCut cutCube(const CcSurface& f, const Vector3f& at, float edge, float shift) {
   const Look look = lookFrom(f, at);
   const float length = look.direction.norm();
@@ -52,7 +52,7 @@ CcCut cutCube(const CcSurface& f, const Vector3f& at, float edge, float shift) {
   return cut;
 }
 
-Vector3f cubeCentre(int k, int n) {
+Vector3f cubeCenter(int k, int n) {
   return Vector3f(static_cast<float>(k % n), static_cast<float>(k / n % n),
                   static_cast<float>(k / (n * n))) /
              static_cast<float>(n) +
@@ -75,15 +75,15 @@ void placesInVoxel(const Cloud& cloud, const Vector3i& voxel, int n,
   if (f.weight == 0 || f.residual > kEdge) return;
   const float half = 0.5f / static_cast<float>(n) + 1e-3f;
   for (int k = 0; k < n * n * n; ++k) {
-    const Vector3f middle = cubeCentre(k, n);
+    const Vector3f middle = cubeCenter(k, n);
     Vector3f foot = middle;
-    for (int step = 0; step < 2; ++step) {  // the second mends what curvature bent: 1e-3
+    for (int step = 0; step < 2; ++step) {  // the second corrects for curvature: 1e-3
       const Look look = lookFrom(f, foot);
       foot -= look.height / look.direction.squaredNorm() * look.direction;
     }
     if ((foot - middle).cwiseAbs().maxCoeff() > half) continue;
-    const Vec3 centre = cloud.center(voxel[0], voxel[1], voxel[2]);
-    places.push_back({centre + cloud.voxelSize() * foot.cast<double>(),
+    const Vec3 center = cloud.center(voxel[0], voxel[1], voxel[2]);
+    places.push_back({center + cloud.voxelSize() * foot.cast<double>(),
                       lookFrom(f, foot).direction.cast<double>().normalized(),
                       cloud.material(voxel[0], voxel[1], voxel[2])});
   }
@@ -99,13 +99,12 @@ void divideVoxel(const Cloud& cloud, const Vector3i& voxel, int n, std::vector<f
   const CcSurface f = fitAt(cloud, voxel);
   if (f.weight == 0) return;
   const float edge = 1 / static_cast<float>(n);
-  // The mean share only grows with the shift: bisection, with Newton's steps where they stay
-  // within.
+  // The mean share increases with the shift: Newton's method, safeguarded by bisection.
   float low = -2, high = 2, shift = 0;
   for (int round = 0; round < 30; ++round) {
     float sum = 0, slope = 0;
     for (std::size_t k = 0; k < shares.size(); ++k) {
-      const CcCut cut = cutCube(f, cubeCentre(static_cast<int>(k), n), edge, shift);
+      const CcCut cut = cutCube(f, cubeCenter(static_cast<int>(k), n), edge, shift);
       shares[k] = cut.volume;
       sum += cut.volume, slope += cut.area;
     }
@@ -123,7 +122,8 @@ std::vector<SurfacePlace> surfacePlaces(const Cloud& cloud, int n, int threads) 
   const Vector3i bricks = cloud.bricks();
   std::vector<std::vector<SurfacePlace>> found(cloud.voxels().table.size());
   parallelFor(found.size(), threads, [&](std::size_t entry, int) {
-    if (cloud.voxels().table[entry] == kEmptyBrick) return;  // surfaces bound full voxels
+    if (cloud.voxels().table[entry] == kEmptyBrick)
+      return;  // the surface lies in or beside voxels with material
     const Vector3i corner = kBrickEdge * gridCell(entry, bricks);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const Vector3i at = corner + cellOffset(v);

@@ -37,9 +37,7 @@ void forEachVoxel(const Cloud& cloud, Visit&& visit) {
         const std::int32_t b = voxels.table[entry];
         if (b == kEmptyBrick) continue;
         for (int v = 0; v < kBrickVoxels; ++v) {
-          const int c =
-              b < 0 ? 255
-                    : voxels.coverage[static_cast<std::size_t>(b)][static_cast<std::size_t>(v)];
+          const int c = b < 0 ? 255 : voxels.coverage[b][v];
           if (c > 0)
             visit(Eigen::Vector3i(kBrickEdge * Eigen::Vector3i(x, y, z) + cellOffset(v)), c);
         }

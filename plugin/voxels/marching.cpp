@@ -1,5 +1,5 @@
-// The cases by rule. On each face of the cube the surface leaves lines between crossed edges, with
-// the inside to their right as seen from outside the cube; from line to line they close to loops.
+// The 256 cases, derived by rule. On each face of the cube the surface leaves lines between crossed
+// edges, with the inside to their right seen from outside the cube. The lines connect to loops.
 #include "voxels/marching.h"
 
 #include <algorithm>
@@ -25,22 +25,21 @@ std::array<int, 4> cornersOf(int face) {
   return {base, base | v, base | u | v, base | u};
 }
 
-// For each crossed edge the one that the surface's line on some face leads to from it. A run of
-// inside corners around a face is cut off by one line, from the edge where it ends to the edge
-// where it begins; of two runs each by its own, which parts opposite corners.
+// For each crossed edge the next one along the loop. Each run of inside corners around a face is
+// cut off by a line of its own, so two opposite inside corners are separated.
 std::array<int, kCubeEdges> linesOf(int inside) {
   std::array<int, kCubeEdges> next;
   next.fill(-1);
   const auto in = [inside](int corner) { return (inside >> corner & 1) != 0; };
   for (int face = 0; face < 6; ++face) {
     const std::array<int, 4> c = cornersOf(face);
-    const auto at = [&c](int i) { return c[static_cast<std::size_t>(i & 3)]; };
+    const auto at = [&c](int i) { return c[i & 3]; };
     for (int first = 0; first < 4; ++first) {
       if (!in(at(first)) || in(at(first + 3))) continue;
       int last = first;
       while (in(at(last + 1))) ++last;
       const int from = edgeBetween(at(first + 3), at(first));
-      next[static_cast<std::size_t>(from)] = edgeBetween(at(last), at(last + 1));
+      next[from] = edgeBetween(at(last), at(last + 1));
     }
   }
   return next;
@@ -54,12 +53,12 @@ bool shareAFace(int a, int b) {
   return false;
 }
 
-// A fan, from a corner none of whose diagonals runs in a face of the cube: the cube beside might
-// have the same one there, and four triangles would meet in it. Where there is no such corner, from
-// the middle.
+// Triangulates a loop as a fan. Its apex must have no diagonal in a face of the cube: the
+// neighboring cube could have the same diagonal, and four triangles would share it. Without such a
+// corner the apex is the middle.
 void triangulate(CubeLoop& loop) {
   const int n = static_cast<int>(loop.edges.size());
-  const auto edge = [&](int i) { return loop.edges[static_cast<std::size_t>(i % n)]; };
+  const auto edge = [&](int i) { return loop.edges[i % n]; };
   for (int apex = 0; apex < n; ++apex) {
     bool good = true;
     for (int i = 2; i <= n - 2; ++i) good = good && !shareAFace(edge(apex), edge(apex + i));
@@ -77,9 +76,9 @@ std::vector<CubeLoop> loopsOf(int inside) {
   std::vector<CubeLoop> loops;
   for (int first = 0; first < kCubeEdges; ++first) {
     CubeLoop loop;
-    for (int e = first; next[static_cast<std::size_t>(e)] >= 0;) {
+    for (int e = first; next[e] >= 0;) {
       loop.edges.push_back(e);
-      e = std::exchange(next[static_cast<std::size_t>(e)], -1);
+      e = std::exchange(next[e], -1);
     }
     if (loop.edges.empty()) continue;
     triangulate(loop);
@@ -99,10 +98,10 @@ int edgeStart(int edge) {
 const std::vector<CubeLoop>& cubeLoops(int inside) {
   static const auto kAll = [] {
     std::array<std::vector<CubeLoop>, 256> all;
-    for (int k = 0; k < 256; ++k) all[static_cast<std::size_t>(k)] = loopsOf(k);
+    for (int k = 0; k < 256; ++k) all[k] = loopsOf(k);
     return all;
   }();
-  return kAll[static_cast<std::size_t>(inside)];
+  return kAll[inside];
 }
 
 }  // namespace cloudcontact

@@ -1,4 +1,4 @@
-// Bricks of one material stay a number; only those in which two meet store their voxels'.
+// Bricks of one material are stored as a code; only bricks of several store a material per voxel.
 #include "voxels/materials.h"
 
 namespace cloudcontact {
@@ -16,9 +16,9 @@ void Materials::add(const std::string& name, const Cloud::Voxels& own) {
     if (b == kSolidBrick && slot < 0)
       slot = -1 - material;
     else if (b == kSolidBrick)
-      body_.material[static_cast<std::size_t>(slot)].fill(material);
+      body_.material[slot].fill(material);
     else
-      claim(entry, own.coverage[static_cast<std::size_t>(b)], material);
+      claim(entry, own.coverage[b], material);
   }
 }
 
@@ -32,9 +32,9 @@ void Materials::claim(std::size_t entry, const BrickCoverage& own, std::uint8_t 
     body_.material.push_back(even);
   }
   const std::int32_t b = body_.table[entry];
-  BrickMaterial& brick = body_.material[static_cast<std::size_t>(slot)];
+  BrickMaterial& brick = body_.material[slot];
   for (std::size_t v = 0; v < brick.size(); ++v) {
-    const int whole = b == kSolidBrick ? 255 : body_.coverage[static_cast<std::size_t>(b)][v];
+    const int whole = b == kSolidBrick ? 255 : body_.coverage[b][v];
     if (own[v] > 0 && 2 * own[v] >= whole) brick[v] = material;
   }
 }

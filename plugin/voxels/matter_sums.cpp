@@ -1,5 +1,5 @@
-// Sums of matter, brick by brick: within a brick about its own corner, where they are small, then
-// moved to the grid's middle. All in integers.
+// Integer moments, brick by brick: first about the brick's corner, where they are small, then moved
+// to the middle of the grid.
 #include <cloudcontact/voxels/matter_sums.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 using Int = std::int64_t;
 
-// Of a voxel of coverage c at (x, y, z), half voxels.
+// Adds a voxel of coverage c at (x, y, z) [half voxels].
 void addVoxel(MatterSums& sums, Int c, Int x, Int y, Int z) {
   sums.mass += c;
   sums.first[0] += c * x, sums.first[1] += c * y, sums.first[2] += c * z;
@@ -22,7 +22,7 @@ void addVoxel(MatterSums& sums, Int c, Int x, Int y, Int z) {
   sums.second[3] += c * x * y, sums.second[4] += c * y * z, sums.second[5] += c * z * x;
 }
 
-// The sums about another point: all places grow by `by`.
+// The sums about another point: all positions increase by `by`.
 MatterSums moved(MatterSums s, const Eigen::Vector3i& by) {
   const Int b[3] = {by.x(), by.y(), by.z()};
   const std::array<Int, 3> f = s.first;
@@ -83,22 +83,17 @@ std::vector<MatterSums> matterSums(const Cloud& cloud) {
     if (b == kEmptyBrick) continue;
     const Eigen::Vector3i corner = 2 * kBrickEdge * gridCell(t, n) - cloud.size();
     const auto coverage = [&](int k) {
-      return b == kSolidBrick
-                 ? 255
-                 : int(voxels.coverage[static_cast<std::size_t>(b)][static_cast<std::size_t>(k)]);
+      return b == kSolidBrick ? 255 : int(voxels.coverage[b][k]);
     };
     const std::int32_t m = voxels.materialTable.empty() ? -1 : voxels.materialTable[t];
     if (m < 0) {
-      sums[static_cast<std::size_t>(-1 - m)] +=
-          moved(b == kSolidBrick ? solid : brickSums(coverage), corner);
+      sums[-1 - m] += moved(b == kSolidBrick ? solid : brickSums(coverage), corner);
       continue;
     }
-    const BrickMaterial& of = voxels.material[static_cast<std::size_t>(m)];
+    const BrickMaterial& of = voxels.material[m];
     for (std::size_t which = 0; which < sums.size(); ++which)
-      sums[which] += moved(brickSums([&](int k) {
-                             return of[static_cast<std::size_t>(k)] == which ? coverage(k) : 0;
-                           }),
-                           corner);
+      sums[which] +=
+          moved(brickSums([&](int k) { return of[k] == which ? coverage(k) : 0; }), corner);
   }
   return sums;
 }
@@ -118,8 +113,8 @@ MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (std::size_t m = 0; m < sums.size(); ++m) {
     const double density = densities[densities.size() == 1 ? 0 : m];
-    const auto f = [&](int i) { return double(sums[m].first[static_cast<std::size_t>(i)]); };
-    const auto s = [&](int i) { return double(sums[m].second[static_cast<std::size_t>(i)]); };
+    const auto f = [&](int i) { return double(sums[m].first[i]); };
+    const auto s = [&](int i) { return double(sums[m].second[i]); };
     Eigen::Matrix3d all;
     all << s(0), s(3), s(5), s(3), s(1), s(4), s(5), s(4), s(2);
     volume += double(sums[m].mass);

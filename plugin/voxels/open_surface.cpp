@@ -1,12 +1,11 @@
-// Voxels of a surface that lacks much of itself.
+// Voxels of a surface with large missing parts.
 //
-// Such a surface is cut into columns along all three axes. A column whose sum does not come back to
-// zero passes through a hole, or along a crack. Where all three columns through a voxel closed and
-// agree, that is its coverage. Elsewhere the generalised winding number is asked as well, for a
-// column may enter and leave through holes and close on nothing: it is the smoothest answer that a
-// surface with holes has, but knows inside from outside only point by point, so columns that it
-// confirms are still the better measure, even such as did not quite close. Cracks much narrower
-// than a voxel change no voxel.
+// The surface is cut into columns along all three axes. A column whose sum does not return to zero
+// passes through a hole or along a crack. Where all three columns through a voxel close and agree,
+// they give its coverage. Elsewhere a column may enter and leave through holes, so the generalized
+// winding number decides too. It tells inside from outside at points only, so a column that it
+// confirms gives the better coverage, even one that does not quite close. Cracks much narrower than
+// a voxel change no voxel.
 #include "voxels/open_surface.h"
 
 #include <algorithm>
@@ -24,33 +23,33 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// Votes that differ by no more agree [1/255]. Rounding makes 1, cracks a little more.
+// Votes agree up to this difference [1/255]: rounding makes 1, cracks a little more.
 constexpr int kAgree = 8;
-// What a column may leave and still be heard where the winding number confirms it [1/255].
-constexpr int kHeard = 16;
-// A vote farther from what the winding number says is not confirmed [1/255]: from its samples all
-// over the voxel; and from inside or outside at its centre, which a surface may pass closely.
+// Largest residue of a column that may still be confirmed by the winding number [1/255].
+constexpr int kMostResidue = 16;
+// Largest difference of a confirmed vote from the winding number [1/255]: from its samples across
+// the voxel, and from its value at the center, which a surface may pass closely.
 constexpr int kConfirmed = 64, kConfirmedAtCenter = 160;
-// Winding numbers this far from 1/2 at a voxel's centre are clear: no hole is near.
+// A winding number this far from 1/2 is clear: no hole is near.
 constexpr double kClear = 0.35;
-// Winding numbers are sampled at so many places along each edge of a voxel.
+// Samples of the winding number along each edge of a voxel.
 constexpr int kSamples = 4;
 
-// The coverages that columns give a voxel, in order.
+// The coverages that columns give a voxel, in ascending order.
 struct Votes {
-  int said[3], count = 0;
+  int value[3], count = 0;
   void add(int coverage) {
     int i = count++;
-    for (; i > 0 && said[i - 1] > coverage; --i) said[i] = said[i - 1];
-    said[i] = coverage;
+    for (; i > 0 && value[i - 1] > coverage; --i) value[i] = value[i - 1];
+    value[i] = coverage;
   }
-  bool unanimous() const { return count == 3 && said[2] - said[0] <= kAgree; }
-  int middle() const { return said[count / 2]; }
+  bool unanimous() const { return count == 3 && value[2] - value[0] <= kAgree; }
+  int middle() const { return value[count / 2]; }
   // The vote nearest to `coverage`, where one is near; -1 otherwise.
   int confirmed(int coverage, int tolerance) const {
     int best = -1, least = tolerance + 1;
     for (int i = 0; i < count; ++i)
-      if (const int off = std::abs(said[i] - coverage); off < least) least = off, best = said[i];
+      if (const int off = std::abs(value[i] - coverage); off < least) least = off, best = value[i];
     return best;
   }
 };
@@ -60,26 +59,26 @@ class Voter {
   Voter(const GridSurface& surface, const std::array<ColumnResult, 3>& axes)
       : axes_(axes), winding_(surface.vertices, surface.triangles), bricks_(surface.bricks) {}
 
-  // Coverage of all voxels of brick `b`, its place in the table being `entry`; returns how many
-  // the winding number had a say in.
+  // Computes the coverage of all voxels of brick `b`, entry `entry` of the table. Returns the
+  // number of voxels that the winding number decided.
   std::size_t decide(const Vector3i& b, std::size_t entry, BrickCoverage& coverage) const {
     std::size_t undecided = 0;
     for (int v = 0; v < kBrickVoxels; ++v) {
       const Vector3i voxel = kBrickEdge * b + cellOffset(v);
       Votes closed, nearly;
       for (int k = 0; k < 3; ++k)
-        if (const int left = residue(k, voxel); left <= kHeard)
+        if (const int left = residue(k, voxel); left <= kMostResidue)
           (left == 0 ? closed : nearly).add(coverageOf(k, entry, v));
       const bool plain = closed.unanimous();
       undecided += !plain;
-      coverage[static_cast<std::size_t>(v)] =
+      coverage[v] =
           static_cast<std::uint8_t>(plain ? closed.middle() : judged(voxel, closed, nearly));
     }
     return undecided;
   }
 
-  // What a brick is that no surface passes through: kSolidBrick or kEmptyBrick where its middle and
-  // its corners are all clearly so; 0 where a hole is near, across which inside ends unmarked.
+  // For a brick that no surface passes through: kSolidBrick or kEmptyBrick where its middle and its
+  // corners are clearly inside or outside; 0 near a hole, where inside may end without a surface.
   std::int32_t uniform(const Vector3i& b) const {
     const Vector3d middle = kBrickEdge * (b.cast<double>() + Vector3d::Constant(0.5));
     const bool solid = winding_.at(middle) > 0.5;
@@ -91,7 +90,7 @@ class Voter {
     return solid ? kSolidBrick : kEmptyBrick;
   }
 
-  // Whether all axes say that a brick is the same, empty or solid, and no column through it is bad.
+  // Whether a brick is empty, or solid, along all axes and no column through it is bad.
   bool plain(const Vector3i& b, std::size_t entry) const {
     const std::int32_t code = axes_[0].voxels.table[entry];
     if (code >= 0) return false;
@@ -118,23 +117,23 @@ class Voter {
   int coverageOf(int axis, std::size_t entry, int v) const {
     const std::int32_t code = axes_[axis].voxels.table[entry];
     if (code < 0) return code == kSolidBrick ? 255 : 0;
-    return axes_[axis].voxels.coverage[static_cast<std::size_t>(code)][static_cast<std::size_t>(v)];
+    return axes_[axis].voxels.coverage[code][v];
   }
 
-  // Where the columns do not all agree.
+  // The coverage where the columns do not all agree.
   int judged(const Vector3i& voxel, const Votes& closed, const Votes& nearly) const {
     const double w = winding_.at(voxel.cast<double>() + Vector3d::Constant(0.5));
     if (std::abs(w - 0.5) > kClear) {
       const int whole = w > 0.5 ? 255 : 0;
-      const int said = closed.confirmed(whole, kConfirmedAtCenter);
-      if (said >= 0) return said;
+      const int vote = closed.confirmed(whole, kConfirmedAtCenter);
+      if (vote >= 0) return vote;
       if (nearly.count == 0) return whole;
     }
     const int samples = sampled(voxel);
-    int said = closed.confirmed(samples, kConfirmed);
-    // Columns that did not close have fractions to tell only where samples find some, too.
-    if (said < 0 && samples > 0 && samples < 255) said = nearly.confirmed(samples, kConfirmed);
-    return said >= 0 ? said : samples;
+    int vote = closed.confirmed(samples, kConfirmed);
+    // Columns that do not close count only in voxels that the samples find partial, too.
+    if (vote < 0 && samples > 0 && samples < 255) vote = nearly.confirmed(samples, kConfirmed);
+    return vote >= 0 ? vote : samples;
   }
 
   int sampled(const Vector3i& voxel) const {
@@ -156,7 +155,7 @@ class Voter {
   Vector3i bricks_;
 };
 
-// One layer of bricks in z, so that layers can be decided in parallel and joined in their order.
+// One layer of bricks in z. Layers are computed in parallel and joined in order.
 struct Layer {
   std::vector<std::int32_t> table;
   std::vector<BrickCoverage> coverage;
@@ -206,7 +205,7 @@ Vote voteOnColumns(const GridSurface& surface, int threads,
   }
   const Voter voter(surface, axes);
   const std::vector<bool> touched = surfaceBricks(surface).touched;
-  std::vector<Layer> layers(static_cast<std::size_t>(surface.bricks[2]));
+  std::vector<Layer> layers(surface.bricks[2]);
   parallelFor(layers.size(), threads, [&](std::size_t z, int) {
     layers[z] =
         decideLayer(voter, surface.bricks, static_cast<int>(z), axes[0].voxels.table, touched);

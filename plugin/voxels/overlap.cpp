@@ -1,13 +1,13 @@
 // Where two shells pass through one column.
 //
-// The running sum of columns.cpp counts material as often as shells enclose it. Where only one
-// shell's surface passes through a voxel that is no harm: the others are whole in it or absent, and
-// a sum above 1 is solid. Where two do, the sum says nothing of how much lies in both: two bodies
-// that share a face at 0.3 of a voxel sum to 0.6, and so do two that stand apart there, 0.3 each.
-// So 8x8 rays along the column find the sum and the union, both roughly. Where all rays say solid,
-// or that nothing overlaps, the exact sum stands; elsewhere it is multiplied by the ratio of their
-// union to their sum. The roughness cancels where surfaces coincide, the common case, and is at
-// most some hundredths where they cross.
+// The running sum of columns.cpp counts material once per enclosing shell. Where the surface of
+// only one shell passes through a voxel, this does no harm: the other shells fill the voxel or miss
+// it, and a sum above 1 is solid. Where two surfaces pass, the sum does not tell how much lies in
+// both: two bodies that share a face at 0.3 of a voxel sum to 0.6, as do two separate ones of 0.3
+// each. There 8x8 rays along the column estimate both the sum and the union. Where all rays find
+// the voxel solid, or no overlap, the exact sum is kept; elsewhere it is multiplied by the ratio of
+// union to sum. The error of the estimates cancels where surfaces coincide, the common case, and is
+// at most some hundredths where they cross.
 #include "voxels/overlap.h"
 
 #include <algorithm>
@@ -20,12 +20,12 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kRays = 8;  // along each side of the column
-// Rays stand a little off the regular places, where modelled edges like to lie.
+// Offsets of the rays from regular positions, where edges of models often lie.
 constexpr double kOffU = 0.5137, kOffV = 0.4871;
 
 struct Crossing {
   double w;
-  int step;  // of the winding number, upwards
+  int step;  // change of the winding number, upward
 };
 
 // Where the line (u, v) crosses the triangle p, if it does.
@@ -40,11 +40,11 @@ bool crossing(const Vector3d* p, double u, double v, Crossing& found) {
   if (!up && !down) return false;
   const double total = side[0] + side[1] + side[2];
   found.w = (side[1] * p[0][2] + side[2] * p[1][2] + side[0] * p[2][2]) / total;
-  found.step = up ? -1 : 1;  // above a face that looks up its material ends
+  found.step = up ? -1 : 1;  // material ends above a face that faces up
   return true;
 }
 
-// The crossings of a ray from below; false where it slipped through between two triangles.
+// The crossings of a ray in ascending order; false where it slipped between two triangles.
 bool castRay(const std::vector<Vector3d>& corners, double u, double v,
              std::vector<Crossing>& crossings) {
   crossings.clear();
@@ -59,13 +59,13 @@ bool castRay(const std::vector<Vector3d>& corners, double u, double v,
   return end == 0;
 }
 
-// Lengths along the column as differences from voxel to voxel, to be summed up at the end.
+// Lengths per voxel of a column, stored as differences.
 class Lengths {
  public:
   Lengths(int firstCell, std::size_t cells) : first_(firstCell), differences_(cells + 2, 0) {}
-  // `weight` for all that lies above w.
+  // Adds `weight` per unit of length above w.
   void addAbove(double w, double weight) {
-    const double cells = static_cast<double>(differences_.size() - 2);
+    const double cells = differences_.size() - 2;
     const double x = std::clamp(w - first_, 0.0, cells);
     const auto cell = static_cast<std::size_t>(x);
     const double part = x - static_cast<double>(cell);
@@ -81,11 +81,11 @@ class Lengths {
   double run_ = 0;
 };
 
-// The coverage of a voxel from its exact sum, and from what the rays found.
+// The coverage of a voxel from its exact sum, and from sum and union of the rays.
 double united(double exactSum, double sum, double unite) {
   constexpr double kSame = 1e-9;
   if (unite > 1 - kSame || std::abs(sum - unite) < kSame) return exactSum;
-  // Where shells turned inside out take part the sum may vanish, and no ratio helps.
+  // With shells that face inward the sum may vanish, and the ratio is undefined.
   return sum > unite ? exactSum * (unite / sum) : exactSum + (unite - sum);
 }
 

@@ -1,7 +1,7 @@
-// Connected parts, in two steps. First every brick by itself: a solid one is one patch, in others
-// voxels that share faces get one label (a flood over 512 voxels). Then patches that meet across
-// the bricks' faces are joined (union by the lower number, so that a part is named after its first
-// patch). Solid bricks are never looked into.
+// Connected parts, in two steps. First within each brick: a solid brick is one patch; in others a
+// flood fill over the 512 voxels labels the patches. Then patches that touch across faces of bricks
+// are joined by union-find. The lower number becomes the root, so parts are in the order of their
+// first patches. Solid bricks are not searched.
 #include <cloudcontact/voxels/pieces.h>
 
 #include <algorithm>
@@ -18,15 +18,15 @@ namespace {
 constexpr std::uint16_t kNone = 0xffff;
 using BrickLabels = std::array<std::uint16_t, kBrickVoxels>;
 
-// Labels of voxels that hang together within a brick, in the order of their first voxel; returns
-// how many there are.
+// Labels connected voxels of a brick, in the order of their first voxels. Returns the number of
+// labels.
 int labelBrick(const BrickCoverage& coverage, BrickLabels& labels) {
   labels.fill(kNone);
   int count = 0;
   std::array<std::uint16_t, kBrickVoxels> open;
   for (int first = 0; first < kBrickVoxels; ++first) {
     const auto at = [](auto& values, int v) -> auto& {
-      return values[static_cast<std::size_t>(v)];
+      return values[v];
     };
     if (at(coverage, first) == 0 || at(labels, first) != kNone) continue;
     const auto label = static_cast<std::uint16_t>(count++);
@@ -50,7 +50,7 @@ int labelBrick(const BrickCoverage& coverage, BrickLabels& labels) {
   return count;
 }
 
-// Patches of all bricks, joined as they meet.
+// The patches of all bricks, and the parts that they form.
 class Patches {
  public:
   explicit Patches(const Cloud::Voxels& voxels)
@@ -62,29 +62,28 @@ class Patches {
       if (b == kSolidBrick)
         ++patches;
       else if (b >= 0)
-        patches += labelBrick(voxels.coverage[static_cast<std::size_t>(b)],
-                              labels_[static_cast<std::size_t>(b)]);
+        patches += labelBrick(voxels.coverage[b], labels_[b]);
     }
-    up_.resize(static_cast<std::size_t>(patches));
+    up_.resize(patches);
     std::iota(up_.begin(), up_.end(), 0);
     for (std::size_t t = 0; t < firsts_.size(); ++t)
       for (int axis = 0; axis < 3; ++axis) joinAcross(t, axis);
-    nameParts();
+    numberParts();
   }
 
   int parts() const { return parts_; }
-  // Which part a voxel is of, -1: none.
+  // The part of a voxel; -1: none.
   int partOf(std::size_t t, int cell) const {
     const int patch = patchOf(t, cell);
-    return patch < 0 ? -1 : part_[static_cast<std::size_t>(patch)];
+    return patch < 0 ? -1 : part_[patch];
   }
-  // The part that all of the brick's matter is of, -1: of several, or there is none.
+  // The part of all material of a brick; -1: several, or no material.
   int onlyPart(std::size_t t) const {
     const int end = t + 1 < firsts_.size() ? firsts_[t + 1] : static_cast<int>(part_.size());
     if (firsts_[t] == end) return -1;
-    const int part = part_[static_cast<std::size_t>(firsts_[t])];
+    const int part = part_[firsts_[t]];
     for (int p = firsts_[t] + 1; p < end; ++p)
-      if (part_[static_cast<std::size_t>(p)] != part) return -1;
+      if (part_[p] != part) return -1;
     return part;
   }
 
@@ -93,13 +92,12 @@ class Patches {
     const std::int32_t b = voxels_.table[t];
     if (b == kEmptyBrick) return -1;
     if (b == kSolidBrick) return firsts_[t];
-    const std::uint16_t label =
-        labels_[static_cast<std::size_t>(b)][static_cast<std::size_t>(cell)];
+    const std::uint16_t label = labels_[b][cell];
     return label == kNone ? -1 : firsts_[t] + label;
   }
 
   int rootOf(int patch) {
-    const auto up = [this](int p) -> int& { return up_[static_cast<std::size_t>(p)]; };
+    const auto up = [this](int p) -> int& { return up_[p]; };
     for (; up(patch) != patch; patch = up(patch)) up(patch) = up(up(patch));
     return patch;
   }
@@ -108,14 +106,14 @@ class Patches {
     if (a < 0 || b < 0) return;
     a = rootOf(a);
     b = rootOf(b);
-    up_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    up_[std::max(a, b)] = std::min(a, b);
   }
 
   void joinAcross(std::size_t t, int axis) {
     const Eigen::Vector3i& n = voxels_.bricks;
     if (gridCell(t, n)[axis] + 1 >= n[axis]) return;
     const int stride = axis == 0 ? 1 : axis == 1 ? n.x() : n.x() * n.y();
-    const std::size_t other = t + static_cast<std::size_t>(stride);
+    const std::size_t other = t + stride;
     if (voxels_.table[t] == kEmptyBrick || voxels_.table[other] == kEmptyBrick) return;
     if (voxels_.table[t] == kSolidBrick && voxels_.table[other] == kSolidBrick)
       return join(firsts_[t], firsts_[other]);
@@ -124,21 +122,20 @@ class Patches {
       if ((cell >> 3 * axis & 7) == 7) join(patchOf(t, cell), patchOf(other, cell - 7 * step));
   }
 
-  // In the order of their first patch.
-  void nameParts() {
+  // Numbers the parts in the order of their first patches.
+  void numberParts() {
     part_.resize(up_.size());
     for (int p = 0; p < static_cast<int>(up_.size()); ++p) {
       const int root = rootOf(p);
-      part_[static_cast<std::size_t>(p)] =
-          root == p ? parts_++ : part_[static_cast<std::size_t>(root)];
+      part_[p] = root == p ? parts_++ : part_[root];
     }
   }
 
   const Cloud::Voxels& voxels_;
   std::vector<BrickLabels> labels_;  // by stored brick
-  std::vector<int> firsts_;          // a brick's first patch
-  std::vector<int> up_;
-  std::vector<int> part_;  // of a patch
+  std::vector<int> firsts_;          // first patch of each brick
+  std::vector<int> up_;              // parent of each patch
+  std::vector<int> part_;            // part of each patch
   int parts_ = 0;
 };
 
@@ -151,30 +148,30 @@ std::shared_ptr<Cloud::Voxels> emptyLike(const Cloud::Voxels& whole) {
   return voxels;
 }
 
-// A brick's coverage, and its materials, go to a part as they are.
-void giveMaterials(const Cloud::Voxels& whole, std::size_t t, Cloud::Voxels& part) {
+// Copy a brick's materials, and its coverage, to a part.
+void copyMaterials(const Cloud::Voxels& whole, std::size_t t, Cloud::Voxels& part) {
   if (whole.materialTable.empty()) return;
   const std::int32_t m = whole.materialTable[t];
   part.materialTable[t] = m < 0 ? m : static_cast<std::int32_t>(part.material.size());
-  if (m >= 0) part.material.push_back(whole.material[static_cast<std::size_t>(m)]);
+  if (m >= 0) part.material.push_back(whole.material[m]);
 }
 
-void giveCoverage(const BrickCoverage& coverage, std::size_t t, Cloud::Voxels& part) {
+void copyCoverage(const BrickCoverage& coverage, std::size_t t, Cloud::Voxels& part) {
   part.table[t] = static_cast<std::int32_t>(part.coverage.size());
   part.coverage.push_back(coverage);
 }
 
-// A brick in which several parts meet.
+// Divides a brick of several parts.
 void divide(const Cloud::Voxels& whole, const Patches& patches, std::size_t t,
             std::vector<std::shared_ptr<Cloud::Voxels>>& parts) {
-  const BrickCoverage& all = whole.coverage[static_cast<std::size_t>(whole.table[t])];
+  const BrickCoverage& all = whole.coverage[whole.table[t]];
   for (int cell = 0; cell < kBrickVoxels; ++cell) {
     const int p = patches.partOf(t, cell);
     if (p < 0) continue;
-    Cloud::Voxels& part = *parts[static_cast<std::size_t>(p)];
+    Cloud::Voxels& part = *parts[p];
     if (part.table[t] == kEmptyBrick) {
-      giveCoverage(BrickCoverage{}, t, part);
-      giveMaterials(whole, t, part);
+      copyCoverage(BrickCoverage{}, t, part);
+      copyMaterials(whole, t, part);
     }
     const auto k = static_cast<std::size_t>(cell);
     part.coverage.back()[k] = all[k];
@@ -197,12 +194,12 @@ std::vector<Cloud> pieces(const Cloud& cloud) {
       if (b >= 0) divide(whole, patches, t, parts);
       continue;
     }
-    Cloud::Voxels& part = *parts[static_cast<std::size_t>(only)];
+    Cloud::Voxels& part = *parts[only];
     if (b == kSolidBrick)
       part.table[t] = kSolidBrick;
     else
-      giveCoverage(whole.coverage[static_cast<std::size_t>(b)], t, part);
-    giveMaterials(whole, t, part);
+      copyCoverage(whole.coverage[b], t, part);
+    copyMaterials(whole, t, part);
   }
   std::vector<Cloud> result;
   for (auto& part : parts) result.emplace_back(cloud.voxelSize(), cloud.origin(), std::move(part));
@@ -221,13 +218,13 @@ void validate(const Cloud& cloud, std::span<const VoxelCut> cuts) {
                               ") is outside the cloud's grid");
 }
 
-// Every brick its own numbers, and none for those that are empty.
+// Gives every brick numbers of its own and drops those of empty bricks.
 void tidy(Cloud::Voxels& voxels) {
   std::vector<BrickCoverage> kept;
   kept.reserve(voxels.coverage.size());
   for (std::int32_t& b : voxels.table) {
     if (b < 0) continue;
-    const BrickCoverage& brick = voxels.coverage[static_cast<std::size_t>(b)];
+    const BrickCoverage& brick = voxels.coverage[b];
     const bool empty = std::all_of(brick.begin(), brick.end(), [](auto c) { return c == 0; });
     b = empty ? kEmptyBrick : static_cast<std::int32_t>(kept.size());
     if (!empty) kept.push_back(brick);
@@ -248,8 +245,7 @@ Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts) {
       slot = static_cast<std::int32_t>(voxels->coverage.size());
       voxels->coverage.emplace_back().fill(255);
     }
-    std::uint8_t& left = voxels->coverage[static_cast<std::size_t>(slot)]
-                                         [static_cast<std::size_t>(cellIndex(c.voxel))];
+    std::uint8_t& left = voxels->coverage[slot][cellIndex(c.voxel)];
     left = std::min(left, c.coverage);
   }
   tidy(*voxels);

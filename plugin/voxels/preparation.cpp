@@ -1,4 +1,4 @@
-// A mesh made ready for digitising: see preparation.h.
+// Prepares meshes for digitizing: see preparation.h.
 #include "voxels/preparation.h"
 
 #include <cloudcontact/mesh/mesh_repair.h>
@@ -18,11 +18,11 @@ namespace cloudcontact {
 
 namespace {
 
-// Triangles that close a surface may have this share of its area: they fill cracks and missing
-// facets, and give each column an exact sum. A surface that lacks more is voted on.
+// Caps may have this share of the surface's area: they fill cracks and missing facets, and make the
+// sum of each column exact. Surfaces with larger holes go through open_surface.cpp.
 constexpr double kSmallCaps = 0.1;
 
-// A number as people write it: three digits.
+// A number with three digits.
 std::string digits(double x) {
   std::ostringstream text;
   text << std::setprecision(3) << x;
@@ -83,7 +83,7 @@ GridSurface inGrid(const Prepared& prepared, const Grid& grid) {
 }
 
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes) {
-  const double limit = static_cast<double>(settings.maxBytes);
+  const double limit = settings.maxBytes;
   const int threads = threadCount(settings.threads);
   if (fullGridBytes(prepared.closing, settings.voxelSize, passes, threads) <= limit) return;
   const auto bytes = [&](double h) {
@@ -91,7 +91,7 @@ void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int p
   };
   const double h = settings.voxelSize, needed = bytes(h);
   if (needed <= limit) return;
-  // Tenfold steps find a size that fits, bisection the smallest such within 2 %.
+  // Steps of 10 find a size that fits, bisection the smallest within 2 %.
   double tooSmall = h, fits = 10 * h;
   while (bytes(fits) > limit && fits < 1e300) tooSmall = fits, fits *= 10;
   while (fits / tooSmall > 1.02) {

@@ -1,5 +1,4 @@
-// Rows of bits in bricks; boxes are written a row at a time, and a set is dilated an axis at a
-// time.
+// Rows of bits in bricks. Boxes are written row by row, and dilation works axis by axis.
 #include "voxels/voxel_set.h"
 
 #include <algorithm>
@@ -8,8 +7,7 @@
 
 namespace cloudcontact {
 
-VoxelSet::VoxelSet(const Eigen::Vector3i& bricks)
-    : bricks_(bricks), table_(static_cast<std::size_t>(bricks.prod()), -1) {}
+VoxelSet::VoxelSet(const Eigen::Vector3i& bricks) : bricks_(bricks), table_(bricks.prod(), -1) {}
 
 Eigen::Vector3i VoxelSet::cornerOf(std::int32_t brick) const {
   return kBrickEdge * gridCell(brick, bricks_);
@@ -24,12 +22,12 @@ VoxelSet::Rows& VoxelSet::make(int x, int y, int z) {
     rows_.back().fill(0);
     listed_.push_back(static_cast<std::int32_t>(brick));
   }
-  return rows_[static_cast<std::size_t>(slot)];
+  return rows_[slot];
 }
 
 const VoxelSet::Rows* VoxelSet::find(std::int32_t brick) const {
-  const std::int32_t slot = table_[static_cast<std::size_t>(brick)];
-  return slot < 0 ? nullptr : &rows_[static_cast<std::size_t>(slot)];
+  const std::int32_t slot = table_[brick];
+  return slot < 0 ? nullptr : &rows_[slot];
 }
 
 bool VoxelSet::has(std::int32_t brick, int cell) const {
@@ -50,8 +48,7 @@ void VoxelSet::addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
       for (int x = first.x(); x <= last.x(); x = (x | 7) + 1) {
         const int to = std::min(last.x(), x | 7) & 7;
         const int mask = (0xff >> (7 - to)) & (0xff << (x & 7));
-        make(x >> 3, y >> 3, z >> 3)[static_cast<std::size_t>((y & 7) | (z & 7) << 3)] |=
-            static_cast<std::uint8_t>(mask);
+        make(x >> 3, y >> 3, z >> 3)[(y & 7) | (z & 7) << 3] |= static_cast<std::uint8_t>(mask);
       }
 }
 
@@ -64,7 +61,7 @@ void VoxelSet::add(const VoxelSet& other) {
   }
 }
 
-// Along one axis, run by run.
+// Dilation along one axis, by runs of bits.
 VoxelSet VoxelSet::stretched(int axis, int reach) const {
   VoxelSet result(bricks_);
   const Eigen::Vector3i by = reach * Eigen::Vector3i::Unit(axis);
@@ -72,7 +69,7 @@ VoxelSet VoxelSet::stretched(int axis, int reach) const {
     const Rows& rows = *find(t);
     const Eigen::Vector3i corner = cornerOf(t);
     for (int row = 0; row < static_cast<int>(rows.size()); ++row) {
-      const int bits = rows[static_cast<std::size_t>(row)];
+      const int bits = rows[row];
       const Eigen::Vector3i at = corner + Eigen::Vector3i(0, row & 7, row >> 3);
       for (int from = 0, to; from < kBrickEdge; from = to) {
         to = from + 1;

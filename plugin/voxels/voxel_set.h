@@ -30,9 +30,7 @@ class VoxelSet {
   // Indices of the bricks that may hold voxels, in ascending order.
   std::vector<std::int32_t> bricks() const;
   const Rows* find(std::int32_t brick) const;  // null where the brick holds none
-  static bool holds(const Rows& rows, int cell) {
-    return rows[static_cast<std::size_t>(cell >> 3)] >> (cell & 7) & 1;
-  }
+  static bool holds(const Rows& rows, int cell) { return rows[cell >> 3] >> (cell & 7) & 1; }
 
   // Calls visit(brick, cell, x, y, z) for each voxel, in ascending order of bricks and cells.
   template <typename Visit>

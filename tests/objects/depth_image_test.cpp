@@ -43,7 +43,7 @@ double rms(const DepthImage& image, const std::function<double(const Vec3&)>& of
   double sum = 0, count = 0;
   for (int y = margin; y < image.height - margin; ++y)
     for (int x = margin; x < image.width - margin; ++x) {
-      const Vec3& p = image.points[static_cast<std::size_t>(x + image.width * y)];
+      const Vec3& p = image.points[x + image.width * y];
       if (!p.allFinite()) continue;
       sum += off(p) * off(p), count += 1;
     }
@@ -119,8 +119,7 @@ TEST(DepthImage, SmallHolesAreFilledOnTheSurface) {
   DepthImage image = seen([&](const Vec3& ray) { return ballAhead(ray, r); });
   const auto hole = [&](int x, int y, int size) {
     for (int k = 0; k < size * size; ++k)
-      image.points[static_cast<std::size_t>(x + k % size + kPixels * (y + k / size))].setConstant(
-          NAN);
+      image.points[x + k % size + kPixels * (y + k / size)].setConstant(NAN);
   };
   hole(30, 40, 5), hole(50, 70, 2), hole(80, 30, 1), hole(70, 60, 12);
   DepthSettings settings;
@@ -139,8 +138,7 @@ TEST(DepthImage, SmallHolesAreFilledOnTheSurface) {
     }
   DepthImage step = seen([](const Vec3& ray) { return ray[0] < 0.4e-3 ? 1.0 : 0.98; });
   for (int y = 50; y < 53; ++y)
-    for (int x = 59; x < 63; ++x)
-      step.points[static_cast<std::size_t>(x + kPixels * y)].setConstant(NAN);
+    for (int x = 59; x < 63; ++x) step.points[x + kPixels * y].setConstant(NAN);
   mended(step, settings, &report);
   EXPECT_EQ(report.filled, 0u);
 }

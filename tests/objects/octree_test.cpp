@@ -28,8 +28,7 @@ TEST(Octree, MergesWhatIsAlike) {
   voxels->bricks = {4, 4, 4};
   voxels->table.assign(64, kEmptyBrick);
   for (int b = 0; b < 8; ++b)
-    voxels->table[static_cast<std::size_t>((b & 1) + 4 * (b >> 1 & 1) + 16 * (b >> 2))] =
-        kSolidBrick;
+    voxels->table[(b & 1) + 4 * (b >> 1 & 1) + 16 * (b >> 2)] = kSolidBrick;
   const Octree octree(Cloud(1e-3, {0, 0, 0}, voxels));
   EXPECT_EQ(octree.cubes(), 8u);
   EXPECT_EQ(octree.at(Vector3i(3, 15, 9)).edge, 16);

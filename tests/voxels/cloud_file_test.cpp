@@ -104,7 +104,7 @@ TEST_F(CloudFile, SaysWhatIsWrong) {
   later[8] = 9;
   expectRefused(written(later), "is a cloud of version 9");
   std::string huge = bytes;
-  for (int i = 44; i < 56; ++i) huge[static_cast<std::size_t>(i)] = '\x7f';
+  for (int i = 44; i < 56; ++i) huge[i] = '\x7f';
   expectRefused(written(huge), "impossible sizes");
 }
 

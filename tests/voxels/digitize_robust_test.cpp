@@ -117,7 +117,7 @@ TEST(DigitizeShells, ShellAroundItself) {
   for (int i = 0; i < 5; ++i)
     for (int end = 0; end < 2; ++end) {
       const double angle = 2 * std::numbers::pi * 2 * i / 5;
-      Vector3d& v = star.vertices[static_cast<std::size_t>(2 * i + end)];
+      Vector3d& v = star.vertices[2 * i + end];
       v = {r * std::cos(angle), r * std::sin(angle), v[2]};
     }
   // The union is a ten-cornered star, its inner corners at r cos 72 / cos 36.

@@ -87,7 +87,7 @@ TEST(DisplayMesh, RenewedIsMadeAnew) {
     const std::set<int> anew(made.begin(), made.end());
     for (int i = 0; i < mesh.bricks(); ++i)
       if (!anew.count(i)) {
-        ASSERT_EQ(mesh.brick(i), before[static_cast<std::size_t>(i)]) << "kept as it was";
+        ASSERT_EQ(mesh.brick(i), before[i]) << "kept as it was";
       }
     if (k != 4) {
       EXPECT_LE(made.size(), 64u) << "a ball 8 wide is in at most 3 bricks a way";
@@ -110,8 +110,7 @@ TEST(DisplayMesh, KnowsMaterials) {
   int right = 0;
   for (std::size_t k = 0; k < materials.size(); ++k) {
     Vec3 middle = Vec3::Zero();
-    for (int i = 0; i < 3; ++i)
-      middle += mesh.vertices[static_cast<std::size_t>(mesh.triangles[k][i])] / 3;
+    for (int i = 0; i < 3; ++i) middle += mesh.vertices[mesh.triangles[k][i]] / 3;
     const double x = (middle.x() - cloud.origin().x()) / cloud.voxelSize();
     if (std::abs(x - 8) > 1) {
       ASSERT_EQ(materials[k], x > 8 ? 1 : 0);

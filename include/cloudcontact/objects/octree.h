@@ -83,8 +83,7 @@ class Octree {
       return;
     if (n.children < 0) return visit(Cube{low, edge, n.coverage, n.material});
     for (int k = 0; k < 8; ++k)
-      walk(static_cast<std::size_t>(n.children + k), low + edge / 2 * corner(k), edge / 2, boxLow,
-           boxHigh, visit);
+      walk(n.children + k, low + edge / 2 * corner(k), edge / 2, boxLow, boxHigh, visit);
   }
 
   double voxelSize_ = 0;

@@ -33,9 +33,7 @@ class DisplayMesh {
   const Cloud& cloud() const { return cloud_; }
   int bricks() const { return static_cast<int>(bricks_.size()); }
   // Null where there is no surface. The pointer is valid until the brick is rebuilt.
-  const DisplayBrick* brick(int number) const {
-    return bricks_[static_cast<std::size_t>(number)].get();
-  }
+  const DisplayBrick* brick(int number) const { return bricks_[number].get(); }
   // All bricks as one mesh in the cloud's frame [m], brick after brick. It is closed once equal
   // vertices are welded. `materials`, where not null, receives the material of each triangle.
   Mesh mesh(std::vector<std::uint8_t>* materials = nullptr) const;
