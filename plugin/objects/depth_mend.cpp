@@ -12,16 +12,54 @@
 
 #include <cloudcontact/objects/depth_image.h>
 
+#include <Eigen/Cholesky>
+
 #include "base/parallel.h"
-#include "objects/depth_fit.h"
 #include "objects/depth_pixels.h"
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr double kJump = 6;       // times the distance of neighbours
+constexpr double kJump = 6;       // times the distance of neighbors
 constexpr double kSpread = 0.25;  // of the jump: a pixel this far from the fit has a weight of 0.6
+
+// A least-squares quadratic in columns and rows. Fits `Values` numbers at once over the same
+// pixels.
+template <int Values>
+class PixelFit {
+ public:
+  static constexpr int kTerms = 6;  // 1 x y xx xy yy
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  using Row = Eigen::Matrix<double, 1, Values>;
+
+  void add(double x, double y, const Row& value, double weight = 1) {
+    const Terms t = terms(x, y);
+    a_ += weight * t * t.transpose();
+    b_ += weight * t * value;
+    ++count_;
+  }
+  int count() const { return count_; }
+  // Call after the last add(). Fits a plane to fewer than 9 pixels, a mean to fewer than 4.
+  void solve() {
+    const int n = count_ >= 9 ? 6 : count_ >= 4 ? 3 : 1;
+    a_.diagonal().array() += 1e-9 * a_(0, 0);
+    q_.setZero();
+    q_.topRows(n) = a_.topLeftCorner(n, n).ldlt().solve(b_.topRows(n));
+  }
+  Row at(double x, double y) const { return terms(x, y).transpose() * q_; }
+
+ private:
+  static Terms terms(double x, double y) {
+    Terms t;
+    t << 1, x, y, x * x, x * y, y * y;
+    return t;
+  }
+  Eigen::Matrix<double, kTerms, kTerms> a_ = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Eigen::Matrix<double, kTerms, Values> b_ = Eigen::Matrix<double, kTerms, Values>::Zero();
+  Eigen::Matrix<double, kTerms, Values> q_ = Eigen::Matrix<double, kTerms, Values>::Zero();
+  int count_ = 0;
+};
 
 struct Pixel {
   int x, y;

@@ -42,7 +42,7 @@ struct CloudMoments {
   Vec3 first = Vec3::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
 
-  // `corner`: centre of the brick's first voxel, seen from the chosen point.
+  // `corner`: center of the brick's first voxel, from the chosen point.
   void add(const BrickMoments& b, const Vec3& corner) {
     const double m = b.mass;
     const Vec3 f(static_cast<double>(b.first[0]), static_cast<double>(b.first[1]),

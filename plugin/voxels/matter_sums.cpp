@@ -126,7 +126,7 @@ MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud
   if (mass <= 0) return matter;
   const double h = grid.voxelSize(), unit = h * h * h / 255;
   const Vec3 mean = first / mass;
-  // Half voxels to metres; a voxel's own second moment is a twelfth of its edge squared.
+  // Half voxels to meters; a voxel's own second moment is a twelfth of its edge squared.
   const Eigen::Matrix3d about =
       unit * h * h *
       ((second - mass * mean * mean.transpose()) / 4 + mass / 12 * Eigen::Matrix3d::Identity());

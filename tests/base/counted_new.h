@@ -1,4 +1,5 @@
-// Counts what is allocated. Replaces the program's operator new: for one source of a test program.
+// Counts allocations by replacing the program's operator new. Include it in one source of a
+// program.
 #pragma once
 
 #include <atomic>
@@ -9,14 +10,13 @@ namespace {
 std::atomic<std::size_t> allocations{0};
 }
 
-// Not inlined: where GCC inlines one of a pair alone, as with sanitizers, it sees two that do not
-// match.
+// Not inlined: with sanitizers GCC may inline only one of a pair and then warn of a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* const p = std::malloc(size > 0 ? size : 1)) return p;
   throw std::bad_alloc();
 }
-// Sorting asks for its buffer so; the other two come from the library and would not match.
+// Used by std::stable_sort for its buffer. The library's own version would not match the others.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
   return std::malloc(size > 0 ? size : 1);

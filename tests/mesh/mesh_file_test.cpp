@@ -1,4 +1,4 @@
-// Mesh files: every format that the project names, and a table of broken ones.
+// Mesh files: every supported format, and a table of broken files.
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/mesh/mesh_repair.h>
 
@@ -181,14 +181,14 @@ TEST_F(MeshFile, UnitsAndMirrors) {
   const double truth = 0.75 * 0.5 / 6;
   EXPECT_NEAR(inspect(loadMesh(written("a.stl", binaryStl(sample())), 1e-3)).volume, truth * 1e-9,
               1e-18);
-  // A mirrored node keeps the body outside out.
+  // A mirrored node keeps the triangles facing outward.
   EXPECT_NEAR(inspect(loadMesh(written("a.gltf", gltf(sample(), "[-1,1,1]")))).volume, truth, 1e-9);
   const fs::path file = written("b.stl", binaryStl(sample()));
   for (const double unit : {0.0, -1.0, std::nan(""), double(INFINITY)})
     EXPECT_THROW(loadMesh(file, unit), std::runtime_error) << unit;
 }
 
-TEST_F(MeshFile, PolygonsBecomeTrianglesAndPointsAndLinesAreLeftOut) {
+TEST_F(MeshFile, PolygonsBecomeTrianglesAndPointsAndLinesAreIgnored) {
   const Mesh mesh =
       loadMesh(written("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nl 1 2\np 3\n"));
   EXPECT_EQ(mesh.triangles.size(), 2u);
@@ -280,8 +280,8 @@ TEST_F(MeshFile, BrokenFilesAreRefusedByNameAndReason) {
   expectRefused(folder_ / "folder.stl", "is not a file");
 }
 
-// Cut at any length the file is refused, or says all that it said before.
-TEST_F(MeshFile, CutAnywhereNeverPassesForAnother) {
+// A file truncated at any length is refused, or still gives the whole body.
+TEST_F(MeshFile, TruncatedNeverGivesAnotherBody) {
   const std::pair<const char*, std::string> files[] = {{"a.stl", binaryStl(sample())},
                                                        {"b.stl", asciiStl(sample())},
                                                        {"a.ply", asciiPly(sample())},

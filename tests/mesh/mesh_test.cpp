@@ -1,4 +1,4 @@
-// Looking at meshes and mending them, against counts and volumes known by construction.
+// Inspection and repair of meshes, against counts and volumes known by construction.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include "mesh/test_meshes.h"
@@ -20,13 +20,13 @@ TEST(MeshInspect, ClosedBodiesByClosedForms) {
   EXPECT_NEAR(tet.area, 1.5 + std::sqrt(3) / 2, 1e-12);
 }
 
-TEST(MeshInspect, SoupIsWeldedBeforeItIsJudged) {
+TEST(MeshInspect, SoupIsWeldedFirst) {
   const MeshReport report = inspect(soup(sphereMesh(1, 3)));
   EXPECT_TRUE(report.closed());
   EXPECT_NEAR(report.volume, inspect(sphereMesh(1, 3)).volume, 1e-12);
 }
 
-TEST(MeshInspect, CountsWhatIsBad) {
+TEST(MeshInspect, CountsFaults) {
   Mesh mesh = boxMesh({0, 0, 0}, {1, 1, 1});
   mesh.triangles.pop_back();
   EXPECT_EQ(inspect(mesh).openEdges, 3u);
@@ -41,7 +41,7 @@ TEST(MeshInspect, CountsWhatIsBad) {
   EXPECT_EQ(inspect(Mesh()).area, 0);
 }
 
-// -0 and 0 are one place.
+// -0 and 0 are equal.
 TEST(MeshInspect, SignedZerosWeld) {
   Mesh mesh = soup(boxMesh({0, 0, 0}, {1, 1, 1}));
   for (std::size_t i = 0; i < mesh.vertices.size(); i += 2)
@@ -61,7 +61,7 @@ TEST(MeshInspect, RefusesBadNumbers) {
   EXPECT_THROW(inspect(mesh), std::invalid_argument);
 }
 
-TEST(MeshScaled, VolumeByTheProductAndMirroredStaysOutsideOut) {
+TEST(MeshScaled, VolumeScalesByTheProductAlsoMirrored) {
   const Mesh box = boxMesh({0, 0, 0}, {1, 2, 3});
   EXPECT_NEAR(inspect(box.scaled({2, 3, 0.5})).volume, 6 * 3, 1e-12);
   EXPECT_NEAR(inspect(box.scaled({-1, 1, 1})).volume, 6, 1e-12);
@@ -82,7 +82,7 @@ TEST(MeshMended, WeldsWithinTheTolerance) {
   EXPECT_TRUE(mended(mesh, 10).triangles.empty());
 }
 
-TEST(MeshMended, TurnsTrianglesAsMostOfTheirComponent) {
+TEST(MeshMended, TrianglesFollowTheMajorityOfTheirComponent) {
   const Mesh sphere = sphereMesh(1, 3);
   Mesh mixed = sphere;
   std::mt19937 random(1);
@@ -92,7 +92,7 @@ TEST(MeshMended, TurnsTrianglesAsMostOfTheirComponent) {
   EXPECT_NEAR(inspect(mended(turnedInsideOut(mixed))).volume, inspect(sphere).volume, 1e-12);
 }
 
-TEST(MeshMended, KeepsCavitiesAndTurnsStrayBodies) {
+TEST(MeshMended, KeepsCavitiesAndReversesStrayBodies) {
   const Mesh outer = sphereMesh(1, 3), cavity = turnedInsideOut(sphereMesh(0.5, 3));
   const double hollow = inspect(outer).volume + inspect(cavity).volume;
   EXPECT_NEAR(inspect(mended(joined(outer, cavity))).volume, hollow, 1e-12);
@@ -110,7 +110,7 @@ TEST(MeshMended, DropsDoubles) {
   const Mesh box = boxMesh({0, 0, 0}, {1, 1, 1});
   EXPECT_EQ(mended(joined(box, box)).triangles.size(), 12u);
   EXPECT_NEAR(inspect(mended(joined(box, box))).volume, 1, 1e-12);
-  // Two-sided for display.
+  // Made two-sided for display.
   EXPECT_EQ(mended(joined(box, turnedInsideOut(box))).triangles.size(), 12u);
   EXPECT_NEAR(inspect(mended(joined(box, turnedInsideOut(box)))).volume, 1, 1e-12);
   // Two bodies that share a face keep it.
@@ -168,7 +168,7 @@ TEST(MeshShell, KeepsItsThicknessAtARidge) {
 }
 
 TEST(MeshShell, SphereShellByItsVolume) {
-  // Half a sphere: behind the faces is inside.
+  // Half a sphere, whose inside is behind its faces.
   Mesh dome = sphereMesh(1, 5);
   std::erase_if(dome.triangles, [&](const Vector3i& t) {
     return (dome.vertices[t[0]] + dome.vertices[t[1]] + dome.vertices[t[2]])[2] < 0;

@@ -1,4 +1,4 @@
-// Meshes made by formula for the geometry tests, and changes to them that keep their truth known.
+// Meshes by formula for tests, and changes to them whose effect is known.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ inline Mesh cylinderMesh(double radius, double height, int sides) {
   return mesh;
 }
 
-// A flat sheet of n x n squares in the plane z = 0, looking up.
+// A flat sheet of n x n squares in the plane z = 0, facing up.
 inline Mesh sheetMesh(double edge, int n) {
   Mesh mesh;
   for (int y = 0; y <= n; ++y)
@@ -110,7 +110,7 @@ inline Mesh joined(Mesh a, const Mesh& b) {
   return a;
 }
 
-// Every triangle with corners of its own, as an STL file has it.
+// Every triangle with vertices of its own, as in an STL file.
 inline Mesh soup(const Mesh& mesh) {
   Mesh result;
   for (const Vector3i& t : mesh.triangles) {
@@ -121,7 +121,7 @@ inline Mesh soup(const Mesh& mesh) {
   return result;
 }
 
-// Without `count` triangles drawn by lot.
+// Without `count` random triangles.
 inline Mesh withHoles(Mesh mesh, int count, unsigned seed) {
   std::mt19937 random(seed);
   std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);

@@ -1,5 +1,5 @@
-// Meshes of a rod with a thread and of a ring with the same thread inside, for pairs like a nut on
-// its bolt where no file is given.
+// Meshes of a threaded rod and of a ring with the same thread inside, for pairs like a nut on its
+// bolt.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -9,7 +9,8 @@
 
 namespace cloudcontact {
 
-// A thread about z: flanks of 30 deg to the cross-section, `pitch` a turn, crests at `radius` [m].
+// A thread about z: flanks of 30 deg to the cross-section, `pitch` [m] per turn, crests at `radius`
+// [m].
 struct Thread {
   double radius = 8e-3, pitch = 2e-3, depth = 1.1e-3;
 
@@ -20,8 +21,8 @@ struct Thread {
   }
 };
 
-// A closed surface about z: `place(angle, s)` for s in 0..1 along a profile; `ring`: the profile is
-// closed in itself, else it begins and ends on the axis.
+// A closed surface of revolution about z: `place(angle, s)` for s in 0..1 along a profile. The
+// profile is a closed curve where `ring` is set, otherwise it begins and ends on the axis.
 template <typename Place>
 Mesh turnedMesh(int around, int along, bool ring, const Place& place) {
   Mesh mesh;
@@ -40,7 +41,7 @@ Mesh turnedMesh(int around, int along, bool ring, const Place& place) {
 
 inline Mesh threadedRod(const Thread& thread, double length, int around = 180, int along = 240) {
   return turnedMesh(around, along, false, [&](double angle, double s) {
-    const double u = s * (along - 1);  // the first and the last are on the axis
+    const double u = s * (along - 1);  // the first and the last point are on the axis
     const double z = length * (std::min(std::max(u - 1, 0.0), along - 3.0) / (along - 3) - 0.5);
     const double r = u < 0.5 || u > along - 1.5 ? 0.0 : thread.at(angle, z);
     return Vec3(r * std::cos(angle), r * std::sin(angle), z);

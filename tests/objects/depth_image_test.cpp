@@ -1,5 +1,5 @@
-// A synthetic depth camera looks at a plane, a ball, a box and a step, with noise and holes: the
-// surface against closed forms, steps left open.
+// A synthetic depth camera sees a plane, a ball, a box and a step, with noise and holes. Surfaces
+// are compared with closed forms, and steps must stay open.
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/depth_image.h>
 
@@ -16,10 +16,10 @@ namespace {
 using namespace test;
 
 constexpr int kPixels = 121;
-constexpr double kPitch = 1e-3;  // between pixels on a plane a metre away [m]
+constexpr double kPitch = 1e-3;  // between pixels on a plane one meter away [m]
 
-// A pinhole at the origin looking along z: what a ray meets at `depthOf(direction)`, the direction
-// having z = 1; NaN for nothing.
+// A pinhole camera at the origin, facing along z. The ray of `direction` (with z = 1) hits the
+// scene at depth `depthOf(direction)`; NaN: nothing.
 DepthImage seen(const std::function<double(const Vec3&)>& depthOf, double noise = 0) {
   DepthImage image;
   image.width = kPixels, image.height = kPixels - 20;
@@ -33,7 +33,7 @@ DepthImage seen(const std::function<double(const Vec3&)>& depthOf, double noise 
   return image;
 }
 
-double ballAhead(const Vec3& ray, double radius) {  // its middle a metre ahead
+double ballAhead(const Vec3& ray, double radius) {  // its center one meter ahead
   const double a = ray.squaredNorm(), b = ray[2], c = 1 - radius * radius;
   const double root = b * b - a * c;
   return root < 0 ? NAN : (b - std::sqrt(root)) / a;
@@ -82,8 +82,7 @@ TEST(DepthImage, SmoothingAveragesNoise) {
   }
 }
 
-// A step of 20 pixels' height: no triangle across, either side as exact as a plane alone, noise and
-// all.
+// A step of 20 pixels: no triangle crosses it, and both sides are as exact as a plane with noise.
 TEST(DepthImage, StepsAreNotBridged) {
   const double high = 20 * kPitch;
   const auto step = [&](const Vec3& ray) { return ray[0] < 0.4e-3 ? 1 : 1 - high; };
@@ -104,7 +103,7 @@ TEST(DepthImage, StepsAreNotBridged) {
   }
 }
 
-TEST(DepthImage, TrianglesLookAtTheCamera) {
+TEST(DepthImage, TrianglesFaceTheCamera) {
   const Mesh mesh = toMesh(seen([](const Vec3& ray) { return 1 + 0.3 * ray[1]; }));
   EXPECT_EQ(mesh.triangles.size(), 2u * (kPixels - 1) * (kPixels - 21));
   for (const Vector3i& t : mesh.triangles) {
@@ -113,7 +112,7 @@ TEST(DepthImage, TrianglesLookAtTheCamera) {
   }
 }
 
-// Small holes are filled on the surface, large ones and those across a step are not.
+// Small holes are filled on the surface; large ones and those across a step stay open.
 TEST(DepthImage, SmallHolesAreFilledOnTheSurface) {
   const double r = 0.25;
   DepthImage image = seen([&](const Vec3& ray) { return ballAhead(ray, r); });
@@ -129,7 +128,7 @@ TEST(DepthImage, SmallHolesAreFilledOnTheSurface) {
   EXPECT_EQ(report.filled, 25u + 4 + 1);
   EXPECT_EQ(report.left, 144u);
   EXPECT_EQ(report.seen, image.points.size() - 174);
-  // Each where its pixel's ray meets the ball, but for what a quadratic leaves of it over five
+  // Each lies where its pixel's ray meets the ball, up to the error of a quadratic over five
   // pixels.
   const DepthImage whole = seen([&](const Vec3& ray) { return ballAhead(ray, r); });
   for (std::size_t k = 0; k < whole.points.size(); ++k)
@@ -143,8 +142,8 @@ TEST(DepthImage, SmallHolesAreFilledOnTheSurface) {
   EXPECT_EQ(report.filled, 0u);
 }
 
-// A plate seen from a metre: as thick as asked either way, and its front where it was seen.
-TEST(DepthImage, BecomesABodyOfTheThicknessAsked) {
+// A plate at one meter: it has the given thickness with either backing, and its front is in place.
+TEST(DepthImage, BecomesABodyOfTheGivenThickness) {
   const double t = 6e-3;
   const DepthImage image = seen([](const Vec3&) { return 1; }, 0.1 * kPitch);
   const double width = kPitch * (kPixels - 1), height = kPitch * (kPixels - 21);
@@ -155,13 +154,13 @@ TEST(DepthImage, BecomesABodyOfTheThicknessAsked) {
   EXPECT_NEAR(shell.volume / (width * height * t), 1, 0.01);
   EXPECT_NEAR(shell.centerOfMass[2], 1 + t / 2, 0.02 * kPitch);
   settings.backing = Backing::Rays;
-  // The back is larger, as the rays part: a frustum, but for the rays' own length.
+  // The rays diverge, so the back is larger: a frustum, up to the length of the rays.
   const MassProperties rays = toCloud(image, settings).massProperties();
   const double back = 1 + t;
   EXPECT_NEAR(rays.volume / (width * height * (1 + back + back * back) / 3 * t), 1, 0.01);
 }
 
-// A box's corner seen: its three faces where they are, the rest closed behind.
+// The corner of a box: its three visible faces are in place, the rest is closed behind.
 TEST(DepthImage, ABoxKeepsItsFaces) {
   const Vec3 nearest(0, 0, 1);
   const Eigen::Matrix3d turn =
@@ -186,7 +185,7 @@ TEST(DepthImage, ABoxKeepsItsFaces) {
   settings.thickness = 0.02;
   settings.backing = Backing::Rays;
   const Cloud cloud = toCloud(seen(corner, 0.2 * kPitch), settings);
-  // Inside behind each face, outside before it.
+  // Inside behind each face, outside in front of it.
   for (int k = 0; k < 3; ++k) {
     const Vec3 face = nearest + 0.02 * (turn.col((k + 1) % 3) + turn.col((k + 2) % 3));
     for (const double depth : {-2.0, 2.0}) {
@@ -205,7 +204,7 @@ TEST(DepthImage, SameForAnyNumberOfThreads) {
   EXPECT_EQ(mended(image, one).points, mended(image, three).points);
 }
 
-TEST(DepthImage, RefusesWhatIsNone) {
+TEST(DepthImage, RefusesBadInput) {
   const DepthImage good = seen([](const Vec3&) { return 1; });
   const auto refused = [&](auto change) {
     DepthImage bad = good;

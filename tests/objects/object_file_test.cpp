@@ -1,4 +1,4 @@
-// Every kind of object comes back from its file as it was, and nothing damaged comes back at all.
+// Every kind of object is read back unchanged, and damaged files are refused.
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
@@ -187,8 +187,8 @@ TEST_F(ObjectFile, DamageIsRefused) {
   }
 }
 
-// A list may not ask for more than is there, whatever the hash says.
-TEST_F(ObjectFile, ImpossibleSizesAreRefusedBeforeAnyMemoryIs) {
+// A list longer than the file is refused, even if the checksum matches.
+TEST_F(ObjectFile, ImpossibleSizesAreRefusedBeforeAnyAllocation) {
   std::string bytes = savedBytes(surfacePoints(ballCloud(4)));
   for (std::size_t k = 0; k < 8; ++k) bytes[24 + k] = k < 6 ? '\xff' : '\0';  // number of positions
   expectRefused(bytes, "impossible sizes");
@@ -197,7 +197,7 @@ TEST_F(ObjectFile, ImpossibleSizesAreRefusedBeforeAnyMemoryIs) {
   expectRefused(kind, "");
 }
 
-TEST_F(ObjectFile, NonsenseIsNotWritten) {
+TEST_F(ObjectFile, InvalidObjectsAreNotWritten) {
   PointCloud nan;
   nan.positions.assign(3, Vec3(0, NAN, 0));
   SphereCloud flat;

@@ -1,5 +1,4 @@
-// Octrees: nothing lost either way, merged where alike, and the same after changes in place as made
-// anew.
+// Octrees: exact conversion both ways, merged cubes, and changes in place that equal a rebuild.
 #include <cloudcontact/objects/octree.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -22,8 +21,8 @@ TEST(Octree, GivesTheCloudBack) {
   }
 }
 
-// A cube of 16 voxels on a lattice of 16 is one leaf; a ball's leaves are as its surface.
-TEST(Octree, MergesWhatIsAlike) {
+// A cube of 16 voxels on a lattice of 16 is one leaf; the leaves of a ball grow with its surface.
+TEST(Octree, MergesEqualCubes) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = {4, 4, 4};
   voxels->table.assign(64, kEmptyBrick);
@@ -41,7 +40,7 @@ TEST(Octree, MergesWhatIsAlike) {
   EXPECT_LT(ball.cubes(), (counts.inside + counts.interface) / 2);
 }
 
-TEST(Octree, AnswersPointsAsTheCloudDoes) {
+TEST(Octree, AgreesWithTheCloudAtPoints) {
   const Cloud cloud = nutCloud();
   const Octree octree(cloud);
   std::mt19937 random(3);
@@ -59,8 +58,8 @@ TEST(Octree, AnswersPointsAsTheCloudDoes) {
   EXPECT_EQ(octree.at(Vec3(NAN, 0, 0)).coverage, 0);
 }
 
-// All cubes that a box touches, each once; and few of them asked.
-TEST(Octree, ABoxMeetsItsCubes) {
+// All cubes that a box touches, each once, and few others visited.
+TEST(Octree, FindsTheCubesInABox) {
   const Cloud cloud = ballCloud(12);
   const Octree octree(cloud);
   const double h = cloud.voxelSize();
@@ -90,9 +89,9 @@ TEST(Octree, ABoxMeetsItsCubes) {
   }
 }
 
-// Cutting at random, also back to what was: the tree is always that of the changed voxels, and
-// holds no more cubes.
-TEST(Octree, ChangesInPlaceAsIfMadeAnew) {
+// Random changes, also back to the start: the tree always equals that of the changed voxels, with
+// as many cubes.
+TEST(Octree, ChangesInPlaceEqualARebuild) {
   const Cloud cloud = twoMaterials();
   Octree octree(cloud);
   const Octree first = octree;
@@ -109,9 +108,9 @@ TEST(Octree, ChangesInPlaceAsIfMadeAnew) {
     const unsigned what = random() % 4;
     octree.set(v, what == 0 ? 255 : what == 1 ? 100 : 0, static_cast<std::uint8_t>(random() % 2));
   }
-  const Octree anew(octree.cloud());
-  EXPECT_TRUE(octree == anew);
-  EXPECT_EQ(octree.cubes(), anew.cubes());
+  const Octree rebuilt(octree.cloud());
+  EXPECT_TRUE(octree == rebuilt);
+  EXPECT_EQ(octree.cubes(), rebuilt.cubes());
   EXPECT_FALSE(octree == first);
   for (const auto& [key, was] : before)
     octree.set(was.first, static_cast<std::uint8_t>(was.second[0]),
@@ -120,7 +119,7 @@ TEST(Octree, ChangesInPlaceAsIfMadeAnew) {
   EXPECT_EQ(octree.cubes(), first.cubes());
 }
 
-TEST(Octree, RefusesWhatIsNotThere) {
+TEST(Octree, RefusesBadVoxelsAndMaterials) {
   Octree octree(ballCloud(5));
   EXPECT_THROW(octree.set({-1, 0, 0}, 255), std::invalid_argument);
   EXPECT_THROW(octree.set({0, 0, octree.size()[2]}, 255), std::invalid_argument);

@@ -1,4 +1,4 @@
-// Points that fill a body, and points of its surface: clouds from both, against closed forms.
+// Clouds from points that fill a body and from points of its surface, against closed forms.
 #include <cloudcontact/objects/digital_object.h>
 #include <cloudcontact/objects/point_cloud.h>
 
@@ -11,12 +11,12 @@ namespace {
 
 using namespace test;
 
-TEST(Points, CentresGiveTheCloudBack) {
+TEST(Points, CentersGiveTheCloudBack) {
   for (const Cloud& cloud : {ballCloud(8), nutCloud(), twoMaterials()})
     expectSameVoxels(toCloud(centerPoints(cloud), kH), cloud);
 }
 
-// Parts of voxels follow the surface: their cloud at their own spacing is the body's, not steps.
+// Parts of voxels follow the surface: their cloud at their own spacing has no steps.
 TEST(Points, PartsOfVoxelsFollowTheSurface) {
   const double r = 10;
   const PointCloud points = centerPoints(ballCloud(r), 3);
@@ -25,7 +25,7 @@ TEST(Points, PartsOfVoxelsFollowTheSurface) {
   EXPECT_LT(ballError(toCloud(points, kH), r * kH, ballMiddle()), 0.002);
 }
 
-TEST(Points, CornersAreTheBodyBetweenVoxels) {
+TEST(Points, CornersGiveTheBodyHalfAVoxelAside) {
   const double r = 10;
   const PointCloud points = cornerPoints(ballCloud(r));
   const Vec3 corner = (points.positions[0] - ballCloud(r).origin()) / kH;
@@ -40,7 +40,7 @@ TEST(Points, KeepVolumeInVoxelsOfAnySize) {
       EXPECT_NEAR(toCloud(points, size * kH).massProperties().volume / volume, 1, 3e-3) << size;
 }
 
-TEST(Points, OfTheSurfaceLieOnIt) {
+TEST(Points, SurfacePointsLieOnTheSurface) {
   const double r = 9;
   for (const int perEdge : {1, 3}) {
     const PointCloud points = surfacePoints(ballCloud(r), perEdge);
@@ -54,7 +54,7 @@ TEST(Points, OfTheSurfaceLieOnIt) {
   }
 }
 
-// Spread evenly over a ball by a spiral.
+// Points spread evenly over a ball by a spiral.
 PointCloud ballScan(double radius, int count, double noise = 0, unsigned seed = 1) {
   PointCloud points;
   std::mt19937 random(seed);
@@ -74,7 +74,7 @@ Cloud fromScan(const PointCloud& points, double voxel = kH, ScanReport* report =
   return toCloud(points, settings, report);
 }
 
-TEST(Scan, OfABallIsTheBall) {
+TEST(Scan, BallIsReconstructed) {
   const double r = 12;
   for (const int count : {1200, 5000, 20000}) {
     ScanReport report;
@@ -90,7 +90,7 @@ TEST(Scan, OfABallIsTheBall) {
   }
 }
 
-// Noise is averaged: a tenth of a voxel leaves less than half of it.
+// Noise of a tenth of a voxel is averaged to less than half.
 TEST(Scan, AveragesNoise) {
   const double r = 12;
   EXPECT_LT(ballError(fromScan(ballScan(r, 8000, 0.1)), r * kH, ballMiddle()), 0.06);
@@ -110,8 +110,8 @@ TEST(Scan, NormalsOfEitherSignGiveTheSameBody) {
   expectSameVoxels(turned, right);
 }
 
-// Concave, with edges: rounded within the smoothing alone, so that volume and place stay.
-TEST(Scan, OfANutIsTheNut) {
+// A concave body with edges: rounded only within the smoothing, so volume and position hold.
+TEST(Scan, NutIsReconstructed) {
   const Cloud nut = nutCloud();
   const PointCloud points = surfacePoints(nut, 2);
   PointCloud bare = points;
@@ -134,9 +134,9 @@ TEST(Scan, SameForAnyNumberOfThreads) {
   expectSameVoxels(toCloud(points, one), toCloud(points, three));
 }
 
-// Half a ball closes nothing; with a thickness it is a cup, behind the points where they have
-// normals and about them where they have none.
-TEST(Scan, OpenIsRefusedOrAShell) {
+// Half a ball closes no volume. With a thickness it becomes a cup, behind points with normals and
+// centered on points without.
+TEST(Scan, OpenScanIsRefusedOrBecomesAShell) {
   const double r = 14, t = 3;
   PointCloud half = ballScan(r, 12000);
   std::erase_if(half.positions, [](const Vec3& p) { return p[2] < ballMiddle()[2]; });
@@ -176,7 +176,7 @@ TEST(Scan, VolumesAreRecognized) {
   }
 }
 
-TEST(Points, RefuseWhatDoesNotFit) {
+TEST(Points, RefuseBadInput) {
   PointCloud good = centerPoints(ballCloud(3));
   const auto refused = [&](auto change, const std::string& word) {
     PointCloud bad = good;

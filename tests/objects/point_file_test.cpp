@@ -1,4 +1,4 @@
-// Point files: every format that is read, and a table of broken ones.
+// Point files: every supported format, and a table of broken files.
 #include <cloudcontact/objects/point_file.h>
 #include <gtest/gtest.h>
 
@@ -118,12 +118,12 @@ TEST_F(PointFileTest, EveryFormatIsRead) {
                true);
   expectPoints("a.xyz", text());
   expectPoints("b.xyz", "# made by hand\n\n" + text(" 0.6 0 -0.8"), true);
-  expectPoints("c.XYZ", text(" 200 100 50"));  // colours
+  expectPoints("c.XYZ", text(" 200 100 50"));  // colors
   expectPoints("d.xyz", text(" 17"));          // intensity
   expectPoints("e.xyz", "0,0,0\n1.5;-2;0.25\r\n3\t4 -5\n0.5 0.5 0.5");
 }
 
-TEST_F(PointFileTest, OrganisedPcdIsADepthImage) {
+TEST_F(PointFileTest, OrganizedPcdIsADepthImage) {
   std::string body = "0 0 nan 0\n" + text(" 0");
   body = body.substr(0, body.rfind("0.5 0.5 0.5")) + "0 0 -2 0\n1 1 1 0\n";
   const PointFile read = loadPoints(written("a.pcd", pcd("ascii", 3, 2, body)), 1e-3);
@@ -134,7 +134,7 @@ TEST_F(PointFileTest, OrganisedPcdIsADepthImage) {
   EXPECT_LT((image.viewpoint - Vec3(0, 0, -2e-3)).norm(), 1e-12);
   EXPECT_TRUE(image.points[0].array().isNaN().all());
   EXPECT_LT((image.points[2] - 1e-3 * kPoints[1]).norm(), 1e-9);
-  EXPECT_TRUE(image.points[4].array().isNaN().all()) << "the viewpoint itself is no point";
+  EXPECT_TRUE(image.points[4].array().isNaN().all()) << "the viewpoint is not a point";
 }
 
 TEST_F(PointFileTest, BrokenFilesAreRefused) {

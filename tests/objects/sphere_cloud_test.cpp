@@ -1,4 +1,4 @@
-// Spheres: their union as voxels against closed forms, and spheres that fill a cloud from within.
+// The union of spheres as voxels, against closed forms, and inscribed spheres of clouds.
 #include <cloudcontact/objects/sphere_cloud.h>
 
 #include "objects/test_objects.h"
@@ -32,8 +32,8 @@ TEST(Spheres, OneIsABall) {
   }
 }
 
-// Two balls that overlap by a lens: volume in closed form. The same whichever is first, and with
-// one of them twice.
+// Two balls that overlap by a lens: volume in closed form. Neither their order nor a double
+// matters.
 TEST(Spheres, OverlapCountsOnce) {
   const double r1 = 9.2 * kH, r2 = 6.7 * kH, d = 11.1 * kH;
   const double lens = kPi * std::pow(r1 + r2 - d, 2) *
@@ -45,7 +45,7 @@ TEST(Spheres, OverlapCountsOnce) {
   expectSameVoxels(toCloud(spheres({b, a, b}, {r2, r1, r2}), kH), one);
 }
 
-TEST(Spheres, AreOfTheMaterialTheyAreDeepestIn) {
+TEST(Spheres, MaterialIsThatOfTheDeepestSphere) {
   SphereCloud s = spheres({Vec3(0, 0, 0), Vec3(12 * kH, 0, 0)}, {6 * kH, 6 * kH});
   s.material = {0, 1};
   s.materials = {"fat", "muscle"};
@@ -59,7 +59,7 @@ TEST(Spheres, AreOfTheMaterialTheyAreDeepestIn) {
         }
 }
 
-TEST(Spheres, SizeOfTheWorldDoesNotMatter) {
+TEST(Spheres, ScaleDoesNotMatter) {
   const Cloud one = toCloud(spheres({Vec3(1, 2, 3)}, {7}), 1);
   const Cloud small = toCloud(spheres({Vec3(1e-6, 2e-6, 3e-6)}, {7e-6}), 1e-6);
   EXPECT_EQ(one.voxels().table, small.voxels().table);
@@ -76,9 +76,9 @@ TEST(Inscribed, OneBallIsOneSphere) {
   EXPECT_LE(report.worstGap, 0.05 * kH);
 }
 
-// The union of a nut's spheres is the nut, short by what was allowed; finer asks give more spheres
-// and less gap.
-TEST(Inscribed, FillABodyAsCloselyAsAsked) {
+// The union of a nut's spheres is the nut, up to the tolerance. A finer tolerance gives more
+// spheres and smaller gaps.
+TEST(Inscribed, FillABodyWithinTheTolerance) {
   const Cloud cloud = nutCloud();
   const double volume = cloud.massProperties().volume;
   std::size_t last = 0;
@@ -92,7 +92,7 @@ TEST(Inscribed, FillABodyAsCloselyAsAsked) {
     EXPECT_LT(s.centers.size(), cloud.counts().interface * 2);
     EXPECT_LT(report.meanGap, tolerance * kH);
     EXPECT_LE(report.worstGap, tolerance * kH * (1 + 1e-9));
-    // The area is 2100 voxels^2 on a volume of 4050: a gap of 0.1 all over is 5 %.
+    // The area is 2100 voxels^2 on a volume of 4050: a gap of 0.1 everywhere is 5 %.
     const double filled = toCloud(s, kH).massProperties().volume / volume;
     EXPECT_GT(filled, 1 - 0.7 * tolerance - 0.01) << tolerance;
     EXPECT_LT(filled, 1.02);
@@ -107,7 +107,7 @@ TEST(Inscribed, SameForAnyNumberOfThreads) {
   EXPECT_EQ(a.centers, b.centers);
 }
 
-TEST(Spheres, RefuseWhatDoesNotFit) {
+TEST(Spheres, RefuseBadInput) {
   EXPECT_THROW(toCloud(SphereCloud(), kH), std::invalid_argument);
   EXPECT_THROW(toCloud(spheres({Vec3(0, 0, 0)}, {}), kH), std::invalid_argument);
   for (const double r : {0.0, -1.0, double(NAN), double(INFINITY)})

@@ -1,4 +1,4 @@
-// Sphere trees: every node holds what is below it, queries find what asking each leaf finds.
+// Sphere trees: every node encloses its subtree, and queries find the same leaves as a full search.
 #include <cloudcontact/objects/digital_object.h>
 #include <cloudcontact/objects/sphere_tree.h>
 
@@ -17,7 +17,7 @@ std::vector<SphereTree> trees() {
           SphereTree(centerPoints(nut, 2))};
 }
 
-TEST(SphereTree, NodesHoldWhatIsBelow) {
+TEST(SphereTree, NodesEncloseTheirSubtrees) {
   for (const SphereTree& tree : trees()) {
     const auto& nodes = tree.nodes();
     ASSERT_EQ(nodes.size(), 2 * tree.leaves().size() - 1);
@@ -31,8 +31,8 @@ TEST(SphereTree, NodesHoldWhatIsBelow) {
         EXPECT_LE((nodes[child].center - nodes[i].center).norm() + nodes[child].radius,
                   nodes[i].radius * (1 + 1e-9));
     }
-    // Spheres around spheres add up: the root is twice the body (14.7 voxels from its middle to its
-    // farthest corner), no more.
+    // Spheres around spheres grow: the root is at most twice the body (14.7 voxels from its middle
+    // to its farthest corner).
     EXPECT_LT(nodes[0].radius, 2.1 * 14.7 * kH);
   }
 }
@@ -62,8 +62,8 @@ TEST(SphereTree, FindsWhatTouches) {
     }
 }
 
-// A tree of a cloud, or of what fills one, is that body.
-TEST(SphereTree, IsTheBodyItWasMadeOf) {
+// The tree of a cloud, or of points that fill one, gives the same body.
+TEST(SphereTree, GivesTheSameBody) {
   for (const Cloud& cloud : {nutCloud(), twoMaterials()}) {
     expectSameVoxels(toCloud(SphereTree(cloud), kH), cloud);
     expectSameVoxels(toCloud(SphereTree(centerPoints(cloud)), kH), cloud);
@@ -76,7 +76,7 @@ TEST(SphereTree, IsTheBodyItWasMadeOf) {
   EXPECT_NEAR(volume / (double(ofCubes.radii.size()) * kH * kH * kH), 1, 1e-9);
 }
 
-TEST(SphereTree, ItemsAreThoseItWasMadeOf) {
+TEST(SphereTree, ItemsAreTheSources) {
   const SphereCloud spheres = inscribedSpheres(nutCloud());
   const SphereTree tree(spheres);
   for (const SphereTree::Leaf& leaf : tree.leaves()) {
@@ -85,7 +85,7 @@ TEST(SphereTree, ItemsAreThoseItWasMadeOf) {
   }
 }
 
-TEST(SphereTree, OfNothingAndOfNonsense) {
+TEST(SphereTree, EmptyAndBadInput) {
   EXPECT_TRUE(SphereTree().empty());
   EXPECT_TRUE(SphereTree(Cloud()).empty());
   int found = 0;

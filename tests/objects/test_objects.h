@@ -17,8 +17,8 @@ inline Cloud digitized(const Mesh& mesh, double voxel = kH) {
   return digitize(mesh, settings);
 }
 
-// Radius in voxels; the middle is off the lattice. The mesh keeps the ball's volume, and its facets
-// are within 0.01 voxel of it.
+// Radius in voxels; the center is off the lattice. The mesh has the ball's volume, and its facets
+// are within 0.01 voxel of the ball.
 inline Vector3d ballMiddle() {
   return kH * Vector3d(0.31, -0.17, 0.43);
 }
@@ -35,8 +35,8 @@ inline Cloud ballCloud(double radius) {
   return digitized(ballMesh(radius));
 }
 
-// A hexagonal prism over |z| < height / 2 with a round hole through it: a nut without its thread.
-// `width` across flats.
+// A nut without its thread: a hexagonal prism over |z| < height / 2 with a round hole through it.
+// `width` is across flats.
 inline Mesh nutMesh(double width, double hole, double height, int around = 120) {
   Mesh mesh;
   const double flat = 0.5 * width;
@@ -78,10 +78,10 @@ inline Cloud twoMaterials() {
       settings);
 }
 
-// The same coverage everywhere, and the same material wherever there is some.
+// Expects equal coverage everywhere, and equal material wherever there is any.
 inline void expectSameVoxels(const Cloud& a, const Cloud& b, int tolerance = 0) {
   ASSERT_EQ(a.voxelSize(), b.voxelSize());
-  // Grids may lie apart by whole voxels.
+  // The grids may be offset by whole voxels.
   const Vector3d apart = (b.origin() - a.origin()) / a.voxelSize();
   const Vector3i shift = apart.array().round().cast<int>();
   ASSERT_LT((apart - shift.cast<double>()).cwiseAbs().maxCoeff(), 1e-6) << "the lattices differ";
@@ -103,8 +103,8 @@ inline void expectSameVoxels(const Cloud& a, const Cloud& b, int tolerance = 0) 
   EXPECT_LE(worst, tolerance);
 }
 
-// How far the cloud's coverage is from a ball's: root mean square over the voxels near its surface,
-// the truth from 16^3 points a voxel.
+// The deviation of the cloud's coverage from that of a ball: root mean square over the voxels near
+// its surface. The truth is from 16^3 samples per voxel.
 inline double ballError(const Cloud& cloud, double radius, const Vector3d& middle) {
   const double h = cloud.voxelSize();
   double square = 0;

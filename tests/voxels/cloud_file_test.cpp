@@ -1,4 +1,4 @@
-// Cloud files: what is saved comes back to the bit, and nothing damaged comes back at all.
+// Cloud files: clouds are read back to the bit, and damaged files are refused.
 #include <cloudcontact/voxels/cloud_file.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -76,7 +76,7 @@ TEST_F(CloudFile, ReplacesAnOldOne) {
   EXPECT_EQ(filesInFolder(), 1u);
 }
 
-TEST_F(CloudFile, CutAnywhereIsRefused) {
+TEST_F(CloudFile, TruncatedAnywhereIsRefused) {
   const std::string bytes = savedBytes();
   for (std::size_t length = 0; length < bytes.size(); length += length < 200 ? 1 : 977)
     expectRefused(written(bytes.substr(0, length)), length == 0 ? "cut short" : "");
@@ -84,7 +84,7 @@ TEST_F(CloudFile, CutAnywhereIsRefused) {
   expectRefused(written(bytes + "x"), "1 bytes too many");
 }
 
-// Whatever byte is wrong, the file is refused: sizes by the length, the rest by the hash.
+// A file with any wrong byte is refused: sizes by the length, the rest by the checksum.
 TEST_F(CloudFile, AnyWrongByteIsRefused) {
   const std::string bytes = savedBytes();
   for (std::size_t i = 0; i < bytes.size(); i += i < 200 ? 1 : 1009)
@@ -95,7 +95,7 @@ TEST_F(CloudFile, AnyWrongByteIsRefused) {
     }
 }
 
-TEST_F(CloudFile, SaysWhatIsWrong) {
+TEST_F(CloudFile, NamesTheFault) {
   const std::string bytes = savedBytes();
   expectRefused(folder_ / "none.cloud", "no such file");
   expectRefused(folder_, "is not a file");
@@ -108,7 +108,7 @@ TEST_F(CloudFile, SaysWhatIsWrong) {
   expectRefused(written(huge), "impossible sizes");
 }
 
-TEST_F(CloudFile, LeavesNothingHalfWritten) {
+TEST_F(CloudFile, LeavesNoPartialFile) {
   EXPECT_THROW(saveCloud(sample(), folder_ / "no" / "such" / "a.cloud"), std::runtime_error);
   EXPECT_THROW(saveCloud(sample(), folder_), std::runtime_error);
   EXPECT_THROW(saveCloud(Cloud(), folder_ / "a.cloud"), std::runtime_error);

@@ -1,4 +1,4 @@
-// Clouds made by hand: access, counts, mass properties, and what the constructor refuses.
+// Clouds made by hand: access, counts, mass properties, and input that the constructor refuses.
 #include <cloudcontact/voxels/cloud.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ std::shared_ptr<Cloud::Voxels> someVoxels() {
   return voxels;
 }
 
-TEST(Cloud, KnowsItsVoxels) {
+TEST(Cloud, ReturnsItsVoxels) {
   const Cloud cloud(0.5, {1, 2, 3}, someVoxels());
   EXPECT_EQ(cloud.size(), Eigen::Vector3i(16, 8, 24));
   EXPECT_EQ(cloud.coverage(9, 2, 3), 100);
@@ -39,7 +39,7 @@ TEST(Cloud, KnowsItsVoxels) {
   EXPECT_GE(cloud.bytes(), 512u + 6 * 4);
 }
 
-TEST(Cloud, EmptyOne) {
+TEST(Cloud, Empty) {
   const Cloud cloud;
   EXPECT_TRUE(cloud.empty());
   EXPECT_EQ(cloud.coverage(0, 0, 0), 0);
@@ -61,7 +61,7 @@ TEST(Cloud, MovedSharesItsVoxels) {
   EXPECT_THROW(cloud.translated({NAN, 0, 0}), std::invalid_argument);
 }
 
-// A solid brick is a cube; two beside each other a bar. Far from the origin, too.
+// One solid brick is a cube, two in a row are a bar; also far from the origin.
 TEST(Cloud, MassOfSolidBricks) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = {2, 1, 1};
@@ -90,7 +90,7 @@ TEST(Cloud, MassOfOneVoxel) {
   EXPECT_LT((mass.inertia - truth).norm(), 1e-12);
 }
 
-TEST(Cloud, RefusesWhatDoesNotFit) {
+TEST(Cloud, RefusesBadInput) {
   struct Bad {
     const char* name;
     double voxelSize;

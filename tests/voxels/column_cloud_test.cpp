@@ -1,5 +1,5 @@
-// Columns: what a Z-buffer stores, exact where the surface crosses a column, and voxels that come
-// back as they were.
+// Columns, as a Z-buffer stores them: exact where the surface crosses a column, and exact
+// conversion of voxels and back.
 #include <cloudcontact/voxels/column_cloud.h>
 
 #include "objects/test_objects.h"
@@ -19,7 +19,7 @@ TEST(Columns, GiveTheCloudBack) {
       }
 }
 
-// A slab across the columns: one interval each, ending where the slab does.
+// A slab across the columns: one interval each, that ends where the slab does.
 TEST(Columns, EndWhereTheBodyDoes) {
   const Vector3d low = kH * Vector3d(-6.3, -5.2, -3.17), high = kH * Vector3d(7.1, 6.9, 4.41);
   const Cloud cloud = digitized(boxMesh(low, high));
@@ -36,7 +36,7 @@ TEST(Columns, EndWhereTheBodyDoes) {
       ASSERT_EQ(columns.first[c + 1] - columns.first[c], 1u);
       const ColumnInterval& only = columns.intervals[columns.first[c]];
       EXPECT_EQ(only.share, 1);
-      // What a voxel can say of itself: 1/510.
+      // The resolution of a voxel is 1/510.
       EXPECT_NEAR(columns.origin[2] + only.low, low[2], 0.003 * kH);
       EXPECT_NEAR(columns.origin[2] + only.high, high[2], 0.003 * kH);
     }
@@ -44,8 +44,7 @@ TEST(Columns, EndWhereTheBodyDoes) {
   }
 }
 
-// Finer than the voxels they came from, columns follow the ball: sub-columns that only repeated
-// their voxel would be off by 0.1.
+// Columns finer than their voxels follow the ball: copies of the voxels would be off by 0.1.
 TEST(Columns, FollowTheSurfaceWithinAVoxel) {
   const double r = 9;
   const Cloud finer = toCloud(toColumns(ballCloud(r), 2, 4), kH / 4);
@@ -80,7 +79,7 @@ TEST(Columns, SplitVoxelsInThree) {
   EXPECT_EQ(kindOf(cloud, {0, 0, 0}), VoxelKind::Outside);
 }
 
-TEST(Columns, RefuseWhatDoesNotFit) {
+TEST(Columns, RefuseBadInput) {
   const ColumnCloud good = toColumns(ballCloud(4), 2, 2);
   const auto refused = [&](auto change, const std::string& word) {
     ColumnCloud bad = good;

@@ -1,4 +1,4 @@
-// Bodies from CT values: a tooth-like ball of three tissues, as a scanner would see it.
+// Bodies from CT values: a ball of three tissues, like a tooth, as a scanner measures it.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/field/surface_field.h>
@@ -16,7 +16,7 @@ const Vec3 kMiddle(20.3, 19.8, 20.1);  // [voxels]
 constexpr double kOuter = 16.2, kDentin = 11.5, kPulp = 5;
 const std::vector<CtRange> kRanges = {{-300, "pulp"}, {800, "dentin"}, {2100, "enamel"}};
 
-// Each value the mean over its cube, plus the scanner's noise.
+// Each value is the mean over its cube plus noise.
 CtVolume scan(double noise) {
   CtVolume v;
   v.size = Eigen::Vector3i::Constant(40);
@@ -61,9 +61,9 @@ TEST(CtVolume, SurfaceAndMaterials) {
           ++surface;
           enamelAtSurface += cloud.material(x, y, z) == 2;
         }
-    EXPECT_EQ(wrong, 0u) << "a half full voxel of enamel has a dentin's value";
+    EXPECT_EQ(wrong, 0u) << "a half full voxel of enamel has the value of dentin";
     EXPECT_EQ(enamelAtSurface, surface);
-    // Its surface is a sphere to the field.
+    // The field sees a sphere.
     const auto field = SurfaceField::build(cloud);
     double worst = 0, sum = 0;
     for (std::size_t k = 0; k < field->sampleCount(); ++k) {
@@ -77,7 +77,7 @@ TEST(CtVolume, SurfaceAndMaterials) {
   }
 }
 
-TEST(CtVolume, ABodyCutOffByTheScanEndsThere) {
+TEST(CtVolume, ABodyEndsAtTheBorderOfTheScan) {
   CtVolume v;
   v.size = {8, 8, 8};
   v.voxelSize = kVoxel;
@@ -87,7 +87,7 @@ TEST(CtVolume, ABodyCutOffByTheScanEndsThere) {
   EXPECT_NEAR(cloud.massProperties().volume, 512 * kVoxel * kVoxel * kVoxel, 1e-15);
 }
 
-TEST(CtVolume, SaysWhatIsWrong) {
+TEST(CtVolume, RefusesBadInput) {
   CtVolume v = scan(0);
   EXPECT_THROW(cloudFromCt(v, {}), std::invalid_argument);
   EXPECT_THROW(cloudFromCt(v, {{800, "a"}, {800, "b"}}), std::invalid_argument);

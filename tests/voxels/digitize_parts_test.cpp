@@ -34,8 +34,8 @@ Mesh cracked(Mesh mesh, int around, double width) {
   for (int v = 0; v < count; ++v) mesh.vertices.emplace_back(mesh.vertices[v] * (1 + 100 * width));
   for (std::size_t t = 2 * around - 2; t < mesh.triangles.size(); t += 2 * around)
     for (std::size_t k = t; k < t + 2 && k < mesh.triangles.size(); ++k)
-      for (int& v : mesh.triangles[k].reshaped())
-        if (v % around == 0) v += count;
+      for (int c = 0; c < 3; ++c)
+        if (int& v = mesh.triangles[k][c]; v % around == 0) v += count;
   return mesh;
 }
 

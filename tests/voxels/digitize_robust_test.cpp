@@ -1,5 +1,5 @@
-// Digitising what is not a single closed shell: shells in and across each other, surfaces with
-// holes, cracks, doubles and wrongly turned triangles, sheets; and what is refused.
+// Digitizing bodies that are not one closed shell: nested and intersecting shells, surfaces with
+// holes, cracks, doubled and reversed triangles, sheets; and input that is refused.
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -25,7 +25,7 @@ void forEachVoxel(const Cloud& cloud, Visit&& visit) {
       for (int x = 0; x < n[0]; ++x) visit(x, y, z, cloud.coverage(x, y, z));
 }
 
-// Voxels that differ by more than `tolerance` [1/255], and the largest difference.
+// The number of voxels that differ by more than `tolerance` [1/255], and the largest difference.
 struct Difference {
   int largest = 0;
   std::size_t count = 0;
@@ -61,15 +61,15 @@ TEST(DigitizeShells, CavityStaysEmpty) {
   EXPECT_EQ(cloud.coverage(middle[0], middle[1], middle[2]), 0);
 }
 
-TEST(DigitizeShells, StrayBodyTurnedInsideOutIsTurnedBack) {
+TEST(DigitizeShells, StrayBodyThatFacesInwardIsReversed) {
   const Mesh a = sphereMesh(0.5, 3), b = moved(sphereMesh(0.3, 3), oddTurn(), {1, 0, 0});
   EXPECT_LE(
       difference(cloudOf(joined(a, turnedInsideOut(b)), 0.03), cloudOf(joined(a, b), 0.03)).largest,
       1);
 }
 
-// Two boxes that overlap and share the planes of four faces, none on a voxel face: in those the
-// shells' shares must not add up.
+// Two boxes that overlap and share the planes of four faces, none on a voxel face: there the shares
+// of the shells must not add up.
 TEST(DigitizeShells, CoplanarFacesCountOnce) {
   const double h = 0.05;
   const Mesh left = boxMesh({0, 0, 0}, {0.613, 0.437, 0.331});
@@ -87,7 +87,7 @@ TEST(DigitizeShells, TouchingBodiesHaveNoSeam) {
   EXPECT_LE(difference(cloudOf(joined(left, right), h), cloudOf(both, h)).largest, 1);
 }
 
-// Boxes across each other, against the exact union: vol A + vol B - vol (A and B) in each voxel.
+// Intersecting boxes, against the exact union: vol A + vol B - vol (A and B) in each voxel.
 TEST(DigitizeShells, CrossingBoxesAreUnited) {
   const double h = 0.06;
   const Mesh a = moved(boxMesh({-0.5, -0.2, -0.2}, {0.5, 0.2, 0.2}), oddTurn(), {0, 0, 0});
@@ -110,7 +110,7 @@ TEST(DigitizeShells, CrossingBoxesAreUnited) {
   EXPECT_LT(std::abs(sum), 3e-4);
 }
 
-// One shell that winds twice around its middle: a prism over a pentagram, its ends at odd heights.
+// One shell that winds twice around its middle: a prism over a pentagram with ends off the grid.
 TEST(DigitizeShells, ShellAroundItself) {
   const double r = 0.5, height = 0.413, h = 0.03;
   Mesh star = cylinderMesh(r, height, 5);
@@ -142,8 +142,8 @@ TEST(DigitizeOpen, MissingTrianglesAreFilled) {
   }
 }
 
-// Three triangles of ten are missing: too much to fill, so axes and winding number vote.
-TEST(DigitizeOpen, SurfaceThatLacksAThird) {
+// Three of ten triangles are missing: too many to cap, so the axes and the winding number vote.
+TEST(DigitizeOpen, SurfaceWithAThirdMissing) {
   const Mesh sphere = moved(sphereMesh(0.5, 4), oddTurn(), {0, 0, 0});
   const double truth = inspect(sphere).volume;
   DigitizeReport report;
@@ -171,8 +171,7 @@ TEST(DigitizeOpen, BoxWithoutItsLid) {
   EXPECT_NEAR(volumeOf(open), volumeOf(whole), 2e-3 * volumeOf(whole));
 }
 
-// Six faces that share no corner, a hair apart, each divided in its own way: every edge is open,
-// yet the body is there.
+// Six faces with small gaps, each meshed differently: every edge is open, yet they form a body.
 TEST(DigitizeOpen, PatchesWithCracksBetweenThem) {
   const double gap = 1e-5;
   Mesh box;
@@ -180,7 +179,7 @@ TEST(DigitizeOpen, PatchesWithCracksBetweenThem) {
     for (const double side : {-0.5, 0.5}) {
       Mesh face = moved(sheetMesh(1 - gap, 2 + k + (side > 0)), Eigen::Quaterniond::Identity(),
                         {-0.5 + gap / 2, -0.5 + gap / 2, 0});
-      // The sheet looks along z; turn that to the k-th axis, this way or the other.
+      // The sheet faces along z; rotate that to axis k, in either direction.
       const Vector3d about =
           k == 2 ? Vector3d::UnitX() : Vector3d::UnitZ().cross(Vector3d::Unit(k));
       const double angle = (k == 2 ? side - 0.5 : side) * std::numbers::pi;
@@ -189,12 +188,12 @@ TEST(DigitizeOpen, PatchesWithCracksBetweenThem) {
     }
   const Mesh turned = moved(box, oddTurn(), {0, 0, 0});
   EXPECT_EQ(inspect(turned).openEdges, 4u * (2 + 3 + 3 + 4 + 4 + 5));
-  // Far finer than the crack is wide and far coarser.
+  // Voxels much smaller and much larger than the crack.
   for (const double h : {0.03, 0.0004 / gap * 1e-3})
     EXPECT_NEAR(volumeOf(cloudOf(turned, h)), 1, 1e-3) << h;
 }
 
-// Triangles that nearly meet, as rounded exporters leave them.
+// Triangles that nearly meet, as exporters that round coordinates leave them.
 TEST(DigitizeOpen, SoupWithHairlineCracks) {
   const Mesh sphere = moved(sphereMesh(0.5, 3), oddTurn(), {0, 0, 0});
   const double truth = inspect(sphere).volume, h = 0.03;
@@ -211,7 +210,7 @@ TEST(DigitizeOpen, SoupWithHairlineCracks) {
 }
 
 TEST(DigitizeOpen, TJunctionsAndSliversLeaveNoStreak) {
-  // A vertex on an edge of the top: one side uses it, the other does not.
+  // A vertex on an edge of the top that only one side uses.
   Mesh box = boxMesh({0, 0, 0}, {1, 0.7, 0.41});
   box.vertices.emplace_back(0.37, 0, 0.41);
   box.triangles[2] = {4, 8, 6};
@@ -222,7 +221,7 @@ TEST(DigitizeOpen, TJunctionsAndSliversLeaveNoStreak) {
   EXPECT_LE(difference(cloudOf(turned, 0.03), cloudOf(plain, 0.03)).largest, 1);
 }
 
-TEST(DigitizeOpen, WronglyTurnedAndDoubledTriangles) {
+TEST(DigitizeOpen, ReversedAndDoubledTriangles) {
   const Mesh sphere = moved(sphereMesh(0.5, 4), oddTurn(), {0, 0, 0});
   const Cloud truth = cloudOf(sphere, 0.03);
   Mesh turned = sphere;
@@ -319,7 +318,7 @@ TEST(DigitizeRefuses, TooManyVoxelsAndSaysWhatFits) {
     settings.voxelSize = std::stod(message.substr(at + before.size()));
     const Cloud cloud = digitize(sphere, settings);
     EXPECT_LE(cloud.bytes(), settings.maxBytes);
-    EXPECT_GT(cloud.bytes(), settings.maxBytes / 50);  // the size said is not needlessly coarse
+    EXPECT_GT(cloud.bytes(), settings.maxBytes / 50);  // the named size is not needlessly coarse
   }
 }
 

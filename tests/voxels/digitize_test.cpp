@@ -1,5 +1,5 @@
-// Digitising against closed forms and an exact oracle: every voxel of convex bodies, volumes,
-// centres and inertias, and what must not change a voxel.
+// Digitizing against closed forms and an exact oracle: every voxel of convex bodies, volumes,
+// centers and inertias, and changes of the mesh that must not change a voxel.
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-// Of a closed mesh, whose columns must all close.
+// For closed meshes: every column must close.
 Cloud cloudOf(const Mesh& mesh, double voxelSize, int threads = 2) {
   DigitizeSettings settings;
   settings.voxelSize = voxelSize;
@@ -44,8 +44,7 @@ std::pair<int, int> difference(const Cloud& a, const Cloud& b) {
   return {largest, count};
 }
 
-// Every voxel holds its exact fraction, rounded once: 1/510, and a hair for the oracle's own
-// rounding.
+// Every voxel holds its exact fraction, rounded once: 1/510, plus the rounding of the oracle.
 void expectExact(const Mesh& convex, double h) {
   const Cloud cloud = cloudOf(convex, h);
   const std::vector<Plane> planes = planesOf(convex);
@@ -81,8 +80,8 @@ TEST(DigitizeExact, NeedleAcrossManyVoxels) {
   expectExact(tetrahedronMesh({0, 0, 0}, {0.02, 0, 0.01}, {0, 0.03, 0}, {1.3, 0.9, 0.7}), 0.01);
 }
 
-// Cut along itself a bar has layers of bricks in which no face ends, and walls that run along
-// them: a seventh of each voxel there, a fiftieth at the edges.
+// Cut along its length, a bar has layers of bricks without an end face, and walls along them: a
+// seventh of each voxel there, a fiftieth at the edges.
 TEST(DigitizeExact, LongBarAlongEachAxisInEveryVoxel) {
   for (int axis = 0; axis < 3; ++axis) {
     Vector3d size(0.615, 0.615, 0.615);
@@ -101,7 +100,7 @@ TEST(DigitizeExact, BoxOnTheGridHasNoInterface) {
   }
 }
 
-// At every size, whatever the bricks leave over.
+// At every size, however it divides into bricks.
 TEST(DigitizeExact, TwoEmptyVoxelsOnEverySide) {
   for (double voxels = 13; voxels < 30; voxels += 0.7) {
     const Cloud cloud = cloudOf(sphereMesh(1, 2), 2 / voxels);
@@ -123,7 +122,7 @@ struct Truth {
   double volume;
   Vector3d center;
   Eigen::Matrix3d inertia;
-  double tolerance;  // of centre and inertia, relative
+  double tolerance;  // of center and inertia, relative
 };
 
 Eigen::Matrix3d boxInertia(const Vector3d& edges) {
@@ -139,7 +138,7 @@ std::vector<Truth> truths() {
   const Eigen::Matrix3d turn = q.toRotationMatrix();
   all.push_back({"turned box", moved(boxMesh(-0.5 * edges, 0.5 * edges), q, shift), edges.prod(),
                  shift, turn * boxInertia(edges) * turn.transpose(), 2e-4});
-  // The tetrahedron with legs a, b, c along the axes: V = abc / 6, about its centre
+  // The tetrahedron with legs a, b, c along the axes: V = abc / 6, about its center
   // Ixx = V (b^2 + c^2) 3 / 80, Ixy = + V a b / 80 (products enter with a minus).
   const double a = 1.1, b = 0.8, c = 0.9, v = a * b * c / 6;
   Eigen::Matrix3d tet;
@@ -180,7 +179,7 @@ TEST(DigitizeMass, ClosedFormsAtEverySize) {
     }
 }
 
-// Eight voxels a side, all full: every sum is exact, the voxels' own inertia included.
+// Eight full voxels along each side: all sums are exact, including the voxels' own inertia.
 TEST(DigitizeMass, SmallCubeHasItsExactInertia) {
   const MassProperties mass =
       cloudOf(boxMesh(Vector3d::Constant(-0.5), Vector3d::Constant(0.5)), 0.25).massProperties();
@@ -197,7 +196,7 @@ TEST(DigitizeInvariance, OrderOfTrianglesAndTheirCorners) {
   EXPECT_LE(difference(cloudOf(mesh, 0.03), cloudOf(other, 0.03)).first, 1);
 }
 
-TEST(DigitizeInvariance, InsideOutIsTurned) {
+TEST(DigitizeInvariance, InwardFacingIsReversed) {
   const Mesh mesh = moved(sphereMesh(0.5, 3), oddTurn(), {0, 0, 0});
   EXPECT_LE(difference(cloudOf(mesh, 0.03), cloudOf(turnedInsideOut(mesh), 0.03)).first, 1);
 }

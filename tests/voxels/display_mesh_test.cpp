@@ -1,4 +1,4 @@
-// The mesh that is looked at: closed whatever was cut, right in volume, and renewed brick by brick.
+// Display meshes: closed after any cut, of the right volume, and updated brick by brick.
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/voxels/display_mesh.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(DisplayMesh, OfASphereIsClosedAndHasItsVolume) {
   }
 }
 
-// Faces along the grid lie where coverage says, to a float's last bits.
+// Faces along the grid lie where coverage puts them, to the last bits of a float.
 TEST(DisplayMesh, OfABoxLiesOnItsFaces) {
   const Cloud cloud = cloudOf(
       [](const Vec3& p) {
@@ -46,8 +46,8 @@ TEST(DisplayMesh, OfABoxLiesOnItsFaces) {
   EXPECT_LT((box.min() - Vec3(4.25, 5.75, 7)).cwiseAbs().maxCoeff(), 0.01);
 }
 
-// Voxels that meet in edges and corners, and a grid that is full to its border.
-TEST(DisplayMesh, IsClosedWhateverWasCut) {
+// Voxels that meet at edges and corners, and a grid that is full to its border.
+TEST(DisplayMesh, IsClosedAfterAnyCut) {
   Random random(9);
   Cloud dust = cloudOf([](const Vec3&) { return true; }, {3, 2, 2});
   expectClosed(DisplayMesh(dust, 1).mesh(), "full grid");
@@ -71,7 +71,7 @@ void expectEqual(const DisplayMesh& a, const DisplayMesh& b, const std::string& 
   }
 }
 
-TEST(DisplayMesh, RenewedIsMadeAnew) {
+TEST(DisplayMesh, UpdateEqualsARebuild) {
   Random random(11);
   Cloud cloud = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
   DisplayMesh mesh(cloud, 1);
@@ -84,19 +84,19 @@ TEST(DisplayMesh, RenewedIsMadeAnew) {
     for (int i = 0; i < mesh.bricks(); ++i) before.push_back(mesh.brick(i));
     const std::vector<int> made = mesh.renew(cloud);
     expectEqual(mesh, DisplayMesh(cloud, 2), "cut " + std::to_string(k));
-    const std::set<int> anew(made.begin(), made.end());
+    const std::set<int> rebuilt(made.begin(), made.end());
     for (int i = 0; i < mesh.bricks(); ++i)
-      if (!anew.count(i)) {
-        ASSERT_EQ(mesh.brick(i), before[i]) << "kept as it was";
+      if (!rebuilt.count(i)) {
+        ASSERT_EQ(mesh.brick(i), before[i]) << "an unchanged brick must stay";
       }
     if (k != 4) {
-      EXPECT_LE(made.size(), 64u) << "a ball 8 wide is in at most 3 bricks a way";
+      EXPECT_LE(made.size(), 64u) << "a ball of 8 voxels is in at most 3 bricks along an axis";
     }
     expectClosed(mesh.mesh(), "cut " + std::to_string(k));
   }
 }
 
-// Two halves of two materials: each triangle has that of the voxels under it.
+// Two halves of two materials: each triangle has the material of the voxels under it.
 TEST(DisplayMesh, KnowsMaterials) {
   const Cloud one = cloudOf(ball({12, 12, 12}, 9), {3, 3, 3});
   auto voxels = std::make_shared<Cloud::Voxels>(one.voxels());
@@ -120,7 +120,7 @@ TEST(DisplayMesh, KnowsMaterials) {
   EXPECT_GT(right, int(materials.size() / 2));
 }
 
-TEST(DisplayMesh, RefusesWhatItCannotShow) {
+TEST(DisplayMesh, RefusesBadInput) {
   EXPECT_THROW(DisplayMesh{Cloud()}, std::invalid_argument);
   DisplayMesh mesh(cloudOf(ball({12, 12, 12}, 9), {3, 3, 3}), 1);
   EXPECT_THROW(mesh.renew(Cloud()), std::invalid_argument);

@@ -1,4 +1,4 @@
-// Bodies of several materials: meshes within one another, each voxel of one of them.
+// Bodies of several materials, from nested meshes.
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 #include <cloudcontact/voxels/digitize.h>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kVoxel = 0.01;
 
-// A block of 0.3 x 0.3 x 0.2 with a core, and in that a pocket. Of the voxels that an inner face
-// cuts eight tenths are inside where its coordinate is low, two where it is high.
+// A block of 0.3 x 0.3 x 0.2 with a core, and a pocket in the core. Voxels that an inner face cuts
+// are inside by eight tenths at the low faces and by two tenths at the high ones.
 std::vector<NamedMesh> nested() {
   return {{"shell", test::boxMesh(Vec3(0, 0, 0), Vec3(0.3, 0.3, 0.2))},
           {"core", test::boxMesh(Vec3(0.032, 0.032, 0.052), Vec3(0.262, 0.262, 0.142))},
@@ -47,8 +47,8 @@ std::string materialAt(const Cloud& cloud, const Vec3& place) {
   return cloud.materials()[cloud.material(v.x(), v.y(), v.z())];
 }
 
-// A boundary between materials runs along voxels' faces: two tenths outside of it at low
-// coordinates and as far inside at high ones, so that what it takes and leaves makes up.
+// Boundaries between materials run along voxel faces: two tenths of a voxel outside the mesh at the
+// low faces and two tenths inside at the high ones, which cancels.
 TEST(Materials, HaveTheirVolumes) {
   const Cloud cloud = digitize(nested(), settings());
   ASSERT_EQ(cloud.materials(), (std::vector<std::string>{"shell", "core", "pocket"}));
@@ -70,8 +70,8 @@ TEST(Materials, DoNotDependOnTheOrderOfTheMeshes) {
   EXPECT_EQ(volumes(one), volumes(other));
 }
 
-// The matter itself knows nothing of materials.
-TEST(Materials, LeaveTheCoverageAlone) {
+// Materials do not change coverage.
+TEST(Materials, DoNotChangeCoverage) {
   const Cloud with = digitize(nested(), settings());
   const Cloud without = digitize(merged(nested()), settings());
   EXPECT_EQ(with.voxels().table, without.voxels().table);
@@ -80,8 +80,8 @@ TEST(Materials, LeaveTheCoverageAlone) {
   EXPECT_EQ(without.material(10, 10, 10), 0);
 }
 
-// Half a shell bounds nothing; the rest of the body still knows what it is of.
-TEST(Materials, PartsWithoutAVolumeLeaveTheirPlaceToTheLargest) {
+// Half a shell bounds no volume; the other meshes keep their materials.
+TEST(Materials, PartsWithoutAVolumeBelongToTheLargest) {
   auto meshes = nested();
   Mesh& shell = meshes[0].mesh;
   NamedMesh lid{"lid", shell};
@@ -103,7 +103,7 @@ TEST(Materials, StandSideBySide) {
   EXPECT_EQ(materialAt(cloud, Vec3(0.2, 0.05, 0.05)), "right");
 }
 
-// What lies within another is told by the volume that it bounds, however often its faces are there.
+// The bounded volume decides which mesh is inside, even where its faces are doubled.
 TEST(Materials, ADoubledCoreStaysInItsShell) {
   auto meshes = nested();
   Mesh& core = meshes[1].mesh = test::boxMesh({0.02, 0.02, 0.02}, {0.28, 0.28, 0.18});
@@ -114,7 +114,7 @@ TEST(Materials, ADoubledCoreStaysInItsShell) {
   EXPECT_EQ(materialAt(cloud, Vec3(0.005, 0.15, 0.1)), "shell");
 }
 
-// Bodies that cross: the smaller has the bricks that both fill, and none is stored for nothing.
+// Intersecting bodies: the smaller has the bricks that both fill, and no brick is stored in vain.
 TEST(Materials, BricksAreStoredOnce) {
   const Cloud cloud = digitize({{"long", test::boxMesh({0, 0, 0}, {0.64, 0.16, 0.16})},
                                 {"half", test::boxMesh({0.2, 0, 0}, {0.64, 0.16, 0.16})},
@@ -130,7 +130,7 @@ TEST(Materials, OfAnEmptyCloudAreNone) {
   EXPECT_TRUE(Cloud().materials().empty());
 }
 
-TEST(Materials, AreRefusedWhereTheyCannotBe) {
+TEST(Materials, RefuseBadTables) {
   EXPECT_THROW(digitize(std::vector<NamedMesh>{}, settings()), std::invalid_argument);
   const Cloud cloud = digitize(nested(), settings());
   const auto broken = [&](auto breakIt) {
@@ -171,8 +171,8 @@ TEST_F(MaterialFile, KeepsThem) {
   EXPECT_EQ(volumes(back), volumes(cloud));
 }
 
-// Cut short anywhere, or with any byte changed, it is refused.
-TEST_F(MaterialFile, IsRefusedWhereItIsBroken) {
+// A file that is truncated anywhere, or has any byte changed, is refused.
+TEST_F(MaterialFile, BrokenIsRefused) {
   saveCloud(digitize(nested(), settings()), folder / "a.cloud");
   std::ifstream in(folder / "a.cloud", std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

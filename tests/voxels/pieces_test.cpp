@@ -1,4 +1,4 @@
-// Cut clouds, their connected parts and their sums, against a flood over all voxels and closed
+// Cut clouds, their connected parts and their sums, against a flood fill over all voxels and closed
 // forms.
 #include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/pieces.h>
@@ -29,7 +29,7 @@ Inside either(const Inside& a, const Inside& b) {
   return [=](const Vec3& p) { return a(p) || b(p); };
 }
 
-// The parts by a flood that knows nothing of bricks: each voxel's part, numbered as found.
+// The part of each voxel by a flood fill without bricks, numbered in the order of discovery.
 std::vector<int> flooded(const Cloud& cloud, int& parts) {
   const Eigen::Vector3i n = cloud.size();
   const auto index = [&](int x, int y, int z) { return x + n.x() * (y + n.y() * z); };
@@ -56,13 +56,14 @@ std::vector<int> flooded(const Cloud& cloud, int& parts) {
   return part;
 }
 
-// Every voxel is in one part, with all its coverage, and just with those that the flood found.
+// Every voxel is in one part with all its coverage, together with the same voxels as in the flood
+// fill.
 void expectParts(const Cloud& cloud, const std::string& what) {
   int wanted = 0;
   const std::vector<int> truth = flooded(cloud, wanted);
   const std::vector<Cloud> found = pieces(cloud);
   ASSERT_EQ(static_cast<int>(found.size()), wanted) << what;
-  std::map<int, int> named;  // the flood's number -> ours
+  std::map<int, int> numberOf;  // number in the flood fill -> part
   std::size_t v = 0;
   forEachVoxel(cloud, [&](int x, int y, int z) {
     int sum = 0, owner = -1;
@@ -73,14 +74,14 @@ void expectParts(const Cloud& cloud, const std::string& what) {
       }
     ASSERT_EQ(sum, cloud.coverage(x, y, z)) << what;
     if (owner >= 0) {
-      ASSERT_EQ(named.try_emplace(truth[v], owner).first->second, owner) << what;
+      ASSERT_EQ(numberOf.try_emplace(truth[v], owner).first->second, owner) << what;
     }
     ++v;
   });
-  EXPECT_EQ(static_cast<int>(named.size()), wanted) << what;
+  EXPECT_EQ(static_cast<int>(numberOf.size()), wanted) << what;
 }
 
-TEST(Pieces, HangTogetherByFacesAlone) {
+TEST(Pieces, AreConnectedByFacesOnly) {
   const Cloud face =
       cloudOf(either(boxFrom({2, 2, 2}, {8, 8, 8}), boxFrom({8, 6, 6}, {14, 14, 14})), {2, 2, 2});
   EXPECT_EQ(pieces(face).size(), 1u);
@@ -115,14 +116,14 @@ TEST(Pieces, ComeInTheOrderOfTheirFirstVoxels) {
   EXPECT_EQ(parts[1].origin(), cloud.origin());
 }
 
-// Left half of one material, the right of another; sawn along the border.
+// The left half of one material, the right of another, sawn along the border.
 Cloud twoMaterials() {
   const Cloud plain = cloudOf(boxFrom({2, 2, 2}, {30, 14, 14}), {4, 2, 2});
   auto voxels = std::make_shared<Cloud::Voxels>(plain.voxels());
   voxels->materials = {"light", "heavy"};
   for (std::size_t t = 0; t < voxels->table.size(); ++t)
     voxels->materialTable.push_back(t % 4 < 2 ? -1 : -2);
-  voxels->materialTable[1] = 0;  // a brick in which they are mixed
+  voxels->materialTable[1] = 0;  // a brick of both
   voxels->material.emplace_back().fill(0);
   voxels->material[0][7 + 8 * 7 + 64 * 7] = 1;
   return Cloud(plain.voxelSize(), plain.origin(), voxels);
@@ -150,7 +151,7 @@ TEST(Pieces, OfNothing) {
   EXPECT_TRUE(pieces(cutCloud(cloud, bite(cloud, {8, 8, 8}, 6))).empty());
 }
 
-TEST(CutCloud, TakesAwayOnly) {
+TEST(CutCloud, OnlyRemoves) {
   const Cloud cloud = cloudOf(ball({8, 8, 8}, 5), {2, 2, 2});
   const std::vector<VoxelCut> cuts = {
       {{8, 8, 8}, 100}, {{8, 8, 8}, 200}, {{0, 0, 0}, 77}, {{9, 8, 8}, 255}};
@@ -185,7 +186,7 @@ TEST(Matter, OfABoxOfTwoDensities) {
       mass / 12 *
       Vec3(squares.y() + squares.z(), squares.z() + squares.x(), squares.x() + squares.y());
   EXPECT_LT((box.inertia - Eigen::Matrix3d(truth.asDiagonal())).norm(), 1e-11 * truth.norm());
-  // Light up to x = 16, heavy from there on, but for one voxel.
+  // Light up to x = 16, heavy beyond, except for one voxel.
   const Cloud two = twoMaterials();
   const MassProperties both = massPropertiesOf(matterSums(two), two, {1000, 3000});
   const double voxel = 1e-9, light = 14 * 144 * 1000 * voxel, heavy = 14 * 144 * 3000 * voxel;
@@ -205,7 +206,7 @@ TEST(Matter, OfPartsAddsUpExactly) {
   EXPECT_TRUE(sum == MatterSums{});
 }
 
-TEST(Matter, RefusesDensitiesThatAreNone) {
+TEST(Matter, RefusesBadDensities) {
   const Cloud cloud = twoMaterials();
   const std::vector<MatterSums> sums = matterSums(cloud);
   for (const std::vector<double>& bad :

@@ -1,4 +1,4 @@
-// Clouds of a few voxels, for answers that can be worked out by hand.
+// Clouds of a few voxels, with results that can be computed by hand.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -9,7 +9,7 @@
 
 namespace cloudcontact::test {
 
-// `coverage` of each voxel, in 1/255; `tissue` where there are several `materials`.
+// `coverage` of each voxel [1/255]; `tissue` for several `materials`.
 inline Cloud smallCloud(double voxel, const Eigen::Vector3i& bricks,
                         const std::function<int(int, int, int)>& coverage,
                         const std::vector<std::string>& materials = {},
@@ -41,7 +41,7 @@ inline Cloud smallCloud(double voxel, const Eigen::Vector3i& bricks,
   return Cloud(voxel, Vec3::Zero(), std::move(v));
 }
 
-// A ball, each voxel's coverage by 6x6x6 points of it.
+// A ball; 6x6x6 samples give the coverage of each voxel.
 inline Cloud ballCloud(double voxel, int bricks, const Vec3& center, double radius,
                        const std::vector<std::string>& materials = {},
                        const std::function<int(int, int, int)>& tissue = {}) {

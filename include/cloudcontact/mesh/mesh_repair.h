@@ -1,4 +1,4 @@
-// Inspects meshes and repairs what keeps their inside from being told from their outside.
+// Inspects meshes and repairs faults that make inside and outside ambiguous.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
