@@ -15,7 +15,9 @@ namespace {
 class Temporary {
  public:
   explicit Temporary(const fs::path& target) : path_(target) {
-    path_ += "." + std::to_string(std::random_device()()) + ".part";
+    path_ += ".";
+    path_ += std::to_string(std::random_device()());
+    path_ += ".part";
   }
   ~Temporary() {
     std::error_code ignored;
