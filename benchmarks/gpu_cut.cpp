@@ -123,8 +123,7 @@ bool same(const BaseVectorField& a, const BaseVectorField& b) {
   for (std::size_t e = 0; e < p.table.size(); ++e) {
     if ((p.table[e] == kNoBlock) != (q.table[e] == kNoBlock)) return false;
     if (p.table[e] != kNoBlock &&
-        std::memcmp(static_cast<const void*>(&p.blocks[std::size_t(p.table[e])]),
-                    static_cast<const void*>(&q.blocks[std::size_t(q.table[e])]),
+        std::memcmp(&p.blocks[std::size_t(p.table[e])], &q.blocks[std::size_t(q.table[e])],
                     sizeof(FieldBlock)) != 0)
       return false;
   }

@@ -107,9 +107,7 @@ bool same(const Cloud& a, const Cloud& b) {
 bool same(const BaseVectorField& a, const BaseVectorField& b) {
   const BaseVectorField::Bricks &p = a.bricks(), &q = b.bricks();
   return p.table == q.table && p.blocks.size() == q.blocks.size() &&
-         std::memcmp(static_cast<const void*>(p.blocks.data()),
-                     static_cast<const void*>(q.blocks.data()),
-                     p.blocks.size() * sizeof(FieldBlock)) == 0;
+         std::memcmp(p.blocks.data(), q.blocks.data(), p.blocks.size() * sizeof(FieldBlock)) == 0;
 }
 
 // The least work of a kernel: bytes to move, and operations on doubles or floats.

@@ -229,15 +229,14 @@ void OpenClDigitizer::sendWindow(const Bricks& field) {
   const auto write = [&](DeviceBuffer& buffer, const auto& values) {
     const std::size_t bytes = values.size() * sizeof(values[0]);
     auto* const to = static_cast<unsigned char*>(sentWindow_.data()) + sentBytes_;
-    std::memcpy(to, static_cast<const void*>(values.data()), bytes);
+    std::memcpy(to, values.data(), bytes);
     sentBytes_ += bytes;
     d.queue().enqueueWriteBuffer(buffer.reserve(d, bytes), CL_FALSE, 0, bytes, to, nullptr,
                                  d.note("window sent"));
   };
   sentWindow_.reserve(d, sizeof(FieldBlock) + (any.size() + 1) * sizeof(CcWindowTap) +
                              any.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)));
-  std::memcpy(sentWindow_.data(), static_cast<const void*>(field.blocks.data()),
-              sizeof(FieldBlock));
+  std::memcpy(sentWindow_.data(), field.blocks.data(), sizeof(FieldBlock));
   sentBytes_ = sizeof(FieldBlock);
   write(density_, field.density);
   if (flat_) {
@@ -411,8 +410,7 @@ void OpenClDigitizer::fetchField(Bricks& to) {
   fetchTable(to);
   to.blocks.resize(blockCount());
   d.queue().enqueueReadBuffer(blocks_.buffer(), CL_TRUE, 0, to.blocks.size() * sizeof(FieldBlock),
-                              static_cast<void*>(to.blocks.data()), nullptr,
-                              d.note("field fetched"));
+                              to.blocks.data(), nullptr, d.note("field fetched"));
 }
 
 }  // namespace cloudcontact::opencl

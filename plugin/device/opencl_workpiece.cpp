@@ -114,8 +114,7 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
     // Kernels need a buffer even if it is empty.
     const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(bytes, 16));
     if (bytes > 0)
-      d.queue().enqueueWriteBuffer(target, CL_TRUE, 0, bytes,
-                                   static_cast<const void*>(values.data()), nullptr,
+      d.queue().enqueueWriteBuffer(target, CL_TRUE, 0, bytes, values.data(), nullptr,
                                    d.note("field sent"));
   };
   // Tissues of equal density are one kind.
@@ -175,9 +174,9 @@ std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
 std::string OpenClWorkpiece::load(const Bricks& field) {
   if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
   static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
-  device_->queue().enqueueWriteBuffer(
-      deviceBlocks_.buffer(), CL_TRUE, 0, field.blocks.size() * sizeof(CcBlock),
-      static_cast<const void*>(field.blocks.data()), nullptr, device_->note("field sent"));
+  device_->queue().enqueueWriteBuffer(deviceBlocks_.buffer(), CL_TRUE, 0,
+                                      field.blocks.size() * sizeof(CcBlock), field.blocks.data(),
+                                      nullptr, device_->note("field sent"));
   return {};
 }
 
@@ -354,9 +353,9 @@ void OpenClWorkpiece::fetch(Bricks& to) {
   to.table.assign(table_.begin(), table_.end());
   to.blocks.resize(shared_ + used.size());
   const auto read = [&](std::size_t from, std::size_t first, std::size_t count) {
-    d.queue().enqueueReadBuffer(
-        deviceBlocks_.buffer(), CL_FALSE, from * sizeof(CcBlock), count * sizeof(CcBlock),
-        static_cast<void*>(to.blocks.data() + first), nullptr, d.note("field fetched"));
+    d.queue().enqueueReadBuffer(deviceBlocks_.buffer(), CL_FALSE, from * sizeof(CcBlock),
+                                count * sizeof(CcBlock), to.blocks.data() + first, nullptr,
+                                d.note("field fetched"));
   };
   settled(d.queue(), [&] {
     read(0, 0, shared_);

@@ -59,8 +59,7 @@ void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
   for (std::size_t e = 0; e < g.table.size(); ++e) {
     ASSERT_EQ(g.table[e] == kNoBlock, w.table[e] == kNoBlock) << "brick " << e;
     if (g.table[e] == kNoBlock) continue;
-    ASSERT_EQ(std::memcmp(static_cast<const void*>(&g.blocks[std::size_t(g.table[e])]),
-                          static_cast<const void*>(&w.blocks[std::size_t(w.table[e])]),
+    ASSERT_EQ(std::memcmp(&g.blocks[std::size_t(g.table[e])], &w.blocks[std::size_t(w.table[e])],
                           sizeof(FieldBlock)),
               0)
         << "brick " << e;

@@ -93,10 +93,7 @@ void expectSame(const BaseVectorField& got, const BaseVectorField& want) {
   const BaseVectorField::Bricks &g = got.bricks(), &w = want.bricks();
   EXPECT_EQ(g.table, w.table);
   ASSERT_EQ(g.blocks.size(), w.blocks.size());
-  EXPECT_EQ(
-      std::memcmp(static_cast<const void*>(g.blocks.data()),
-                  static_cast<const void*>(w.blocks.data()), g.blocks.size() * sizeof(FieldBlock)),
-      0);
+  EXPECT_EQ(std::memcmp(g.blocks.data(), w.blocks.data(), g.blocks.size() * sizeof(FieldBlock)), 0);
   EXPECT_EQ(got.hash(), want.hash());
   const Eigen::Vector3i middle = want.size() / 2;
   for (int x = 0; x < want.size().x(); ++x)
