@@ -7,7 +7,7 @@
 
 #include "heap.h"
 #include "scene/generated_mesh.h"
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 namespace cloudcontact {
 
@@ -36,7 +36,7 @@ inline void makeOfParts(HeapSettings& settings, const program::ConvexParts& part
                         std::vector<std::shared_ptr<void>>& keep) {
   settings.clouds = false;
   settings.shape = [&] {
-    const program::PeerShape made = program::convexPartsShape(parts);
+    const program::BulletShape made = program::convexPartsShape(parts);
     keep.insert(keep.end(), made.keep.begin(), made.keep.end());
     return made.shape;
   };

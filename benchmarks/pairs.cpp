@@ -20,7 +20,7 @@
 #include "lab/pair.h"
 #include "scene/generated_mesh.h"
 #include "scene/pair_probe.h"
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 #include "scene/primitive_mesh.h"
 #include "timing.h"
 #include "torus.h"
@@ -54,10 +54,10 @@ using Timer = std::function<std::vector<double>(int repeat)>;
 
 // A probe with the shapes that it refers to.
 struct Probed {
-  program::PeerShape a, b;
+  program::BulletShape a, b;
   PairProbe probe;
 
-  Probed(program::PeerShape first, program::PeerShape second, const Pose& pose, Method method,
+  Probed(program::BulletShape first, program::BulletShape second, const Pose& pose, Method method,
          const CloudContactSettings& law)
       : a(std::move(first)),
         b(std::move(second)),
@@ -65,7 +65,7 @@ struct Probed {
 };
 
 // `lists`: with Verlet lists (ContactSettings::lists), for bodies at rest.
-Timer probed(const program::PeerShape& a, const program::PeerShape& b, const Case& pair,
+Timer probed(const program::BulletShape& a, const program::BulletShape& b, const Case& pair,
              Method method, bool lists = false) {
   CloudContactSettings law{KelvinVoigt{1e4, 0}};
   law.lists = lists;
@@ -140,7 +140,7 @@ json measure(const Case& pair, int turns) {
              b = SurfaceField::build(digitize(pair.b, settings));
   std::vector<std::pair<std::string, Timer>> timers;
   const auto cloud = [](const auto& field) {
-    return program::PeerShape{{}, std::make_shared<CloudShape>(field)};
+    return program::BulletShape{{}, std::make_shared<CloudShape>(field)};
   };
   timers.emplace_back("cloud", probed(cloud(a), cloud(b), pair, Method::Cloud));
   timers.emplace_back("cloud, at rest", probed(cloud(a), cloud(b), pair, Method::Cloud, true));

@@ -12,7 +12,7 @@
 
 #include "io/errors.h"
 #include "io/json.h"
-#include "io/whole_file.h"
+#include "io/output_file.h"
 #include "lab/families.h"
 #include "lab/pair_others.h"
 #include "lab/ratios.h"

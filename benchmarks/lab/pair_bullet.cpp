@@ -1,5 +1,5 @@
 // Bullet 3.24's own methods on a pair, as its users set them: bodies of about a metre
-// (pair_others.h says why), margins a thousandth of a per cent of them (demos/peers.cpp), in float,
+// (pair_others.h says why), margins a thousandth of a per cent of them (demos/scene/bullet_methods.cpp), in float,
 // a fresh manifold for the answer, a kept one for the times. Debian's 3.24 has the early-out
 // between a convex shape and a triangle that later versions disabled.
 //
@@ -19,7 +19,7 @@
 #include "lab/pair_sdf_bake.h"
 #include "scene/mesh_distance.h"
 #include "scene/pair_probe.h"
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 namespace cloudcontact::program::lab {
 
@@ -32,20 +32,20 @@ constexpr double kHacdFacets = 1.0 / 25;
 constexpr double kCoarseSdf = 1.0 / 8;
 constexpr double kFineSdf = 1.0 / 16;
 
-// As demos/peers.cpp sets it.
+// As demos/scene/bullet_methods.cpp sets it.
 constexpr const char* kMargin =
     "margin a thousandth of a per cent of the diagonal (Bullet's 4 cm would hide errors); in float";
 
 // A half-space has no mesh: with every method it is Bullet's static plane.
-PeerShape planeOr(const LabBody& body, const std::function<PeerShape()>& otherwise) {
+BulletShape planeOr(const LabBody& body, const std::function<BulletShape()>& otherwise) {
   return isHalfSpace(body) ? primitiveShape(*body.shape) : otherwise();
 }
 
-PeerShape hullOf(const LabBody& body, double tolerance) {
+BulletShape hullOf(const LabBody& body, double tolerance) {
   return planeOr(body, [&] { return hullShape(body.mesh(tolerance)); });
 }
 
-LabPair probed(const PeerShape& a, const PeerShape& b, Method method) {
+LabPair probed(const BulletShape& a, const BulletShape& b, Method method) {
   const auto probeAt = [a, b, method](const Pose& pose) {
     return std::make_unique<PairProbe>(*a.shape, *b.shape, pose, Motion{}, method,
                                        CloudContactSettings{});
@@ -82,7 +82,7 @@ LabPair gimpactPair(const LabBody& a, const LabBody& b, double tolerance) {
 // minutes where it has thousands of triangles.
 class PartsMade {
  public:
-  PeerShape of(const Mesh& mesh) {
+  BulletShape of(const Mesh& mesh) {
     const std::lock_guard lock(mutex_);
     for (const auto& [known, shape] : made_)
       if (known.vertices == mesh.vertices && known.triangles == mesh.triangles) return shape;
@@ -92,7 +92,7 @@ class PartsMade {
 
  private:
   std::mutex mutex_;
-  std::vector<std::pair<Mesh, PeerShape>> made_;
+  std::vector<std::pair<Mesh, BulletShape>> made_;
 };
 
 LabMethod hacdMethod() {
@@ -130,14 +130,14 @@ bool isSphere(const LabBody& body) {
 }
 
 // The distance of a half-space is linear, which cubic cells keep exactly: few and large ones.
-PeerShape planeSdf(const HalfSpace& plane, double reach) {
+BulletShape planeSdf(const HalfSpace& plane, double reach) {
   const Vec3 half = Vec3::Constant(10 * reach), foot = plane.offset * plane.normal;
   return bakedSdfShape([&](const Vec3& p) { return -solidAt(plane, p).depth; },
                        Eigen::AlignedBox3d(foot - half, foot + half), 10 * reach);
 }
 
 // `pad`: how far from the surface the other's points are still looked up.
-PeerShape sdfOf(const LabBody& body, double cell, double pad) {
+BulletShape sdfOf(const LabBody& body, double cell, double pad) {
   const Mesh mesh = body.mesh(kFacetsOfCell * cell);
   const MeshDistance byMesh(mesh);
   const Vec3 margin = Vec3::Constant(cell + pad);
@@ -158,9 +158,9 @@ LabPair sdfPair(const LabBody& a, const LabBody& b, double cell) {
   const bool bakeA = !askable(a) || (askable(b) && reachOf(a, tolerance) >= reachOf(b, tolerance));
   const LabBody &field = bakeA ? a : b, &other = bakeA ? b : a;
   const double reach = reachOf(other, tolerance);
-  PeerShape sdf = isHalfSpace(field) ? planeSdf(std::get<HalfSpace>(*field.shape), reach)
+  BulletShape sdf = isHalfSpace(field) ? planeSdf(std::get<HalfSpace>(*field.shape), reach)
                                      : sdfOf(field, cell, isSphere(other) ? reach : 0);
-  PeerShape convex = isSphere(other) ? primitiveShape(*other.shape) : hullOf(other, tolerance);
+  BulletShape convex = isSphere(other) ? primitiveShape(*other.shape) : hullOf(other, tolerance);
   if (!bakeA) std::swap(sdf, convex);
   return probed(sdf, convex, Method::Sdf);
 }

@@ -9,7 +9,7 @@
 #include "lab/pair.h"
 #include "lab/solids.h"
 #include "scene/pair_probe.h"
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 namespace cloudcontact::program::lab {
 namespace {

@@ -113,7 +113,7 @@ class SdfData {
 
 }  // namespace
 
-PeerShape bakedSdfShape(const std::function<double(const Vec3&)>& distance,
+BulletShape bakedSdfShape(const std::function<double(const Vec3&)>& distance,
                         const Eigen::AlignedBox3d& domain, double cell) {
   const std::vector<char> bytes = SdfData(domain, cell).bake(distance);
   auto shape = std::make_shared<btSdfCollisionShape>();

@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 namespace cloudcontact::program::lab {
 
@@ -13,7 +13,7 @@ namespace cloudcontact::program::lab {
 // kMaxSdfCells along an axis. Outside the domain Bullet sees nothing. Throws std::runtime_error
 // where Bullet does not take the data.
 constexpr int kMaxSdfCells = 64;
-PeerShape bakedSdfShape(const std::function<double(const Vec3&)>& distance,
+BulletShape bakedSdfShape(const std::function<double(const Vec3&)>& distance,
                         const Eigen::AlignedBox3d& domain, double cell);
 
 }  // namespace cloudcontact::program::lab

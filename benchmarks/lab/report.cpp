@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <map>
 
-#include "io/html.h"
+#include "io/text.h"
 #include "lab/chart.h"
 
 namespace cloudcontact::program::lab {

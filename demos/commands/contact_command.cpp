@@ -92,7 +92,7 @@ void printText(const Json& j) {
 ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
   if (query.common.method != Method::Cloud) {
     if (query.common.backend == Backend::OpenCl) tellOfCpu("it is for --method cloud");
-    return peerContact(query);
+    return bulletContact(query);
   }
   if (!picture) return cloudContact(query);
   ContactScene scene;

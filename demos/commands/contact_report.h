@@ -43,6 +43,6 @@ Law pairLaw(const CommonOptions& options);
 // `scene`, where there is one, with what a picture needs.
 ContactReport cloudContact(const ContactQuery& query, ContactScene* scene = nullptr);
 // By Bullet's own shapes, k and c shared equally among the points that touch.
-ContactReport peerContact(const ContactQuery& query);
+ContactReport bulletContact(const ContactQuery& query);
 
 }  // namespace cloudcontact::program

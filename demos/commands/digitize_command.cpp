@@ -13,6 +13,7 @@
 #include "draw/cloud_picture.h"
 #include "draw/picture_file.h"
 #include "io/json.h"
+#include "io/output_file.h"
 #include "scene/body.h"
 
 namespace cloudcontact::program {

@@ -7,11 +7,10 @@
 
 #include "commands/commands.h"
 #include "io/json.h"
+#include "io/output_file.h"
 #include "io/progress.h"
-#include "io/whole_file.h"
 #include "replay/recorder.h"
 #include "replay/replay_file.h"
-#include "replay/words.h"
 #include "scene/scene_shapes.h"
 #include "scene/simulation.h"
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "demos/cut_presentation.h"
 #include "demos/cut_scenes.h"
-#include "demos/cut_show.h"
 #include "demos/demo.h"
 #include "io/progress.h"
 #include "scene/cutting_figures.h"

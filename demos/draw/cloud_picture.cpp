@@ -11,8 +11,8 @@
 
 #include "draw/cloud_slice.h"
 #include "draw/isometric.h"
-#include "draw/picture_parts.h"
-#include "io/figure_text.h"
+#include "draw/picture_elements.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 namespace cloudcontact::program {
 

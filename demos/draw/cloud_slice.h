@@ -4,7 +4,7 @@
 #include <array>
 
 #include "draw/contact_scene.h"
-#include "draw/cut.h"
+#include "draw/cut_view.h"
 #include "draw/drawing.h"
 
 namespace cloudcontact::program {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "draw/contact_view.h"
-#include "draw/cut.h"
+#include "draw/cut_view.h"
 #include "draw/drawing.h"
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 namespace cloudcontact::program {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "draw/contact_scene.h"
-#include "draw/cut.h"
+#include "draw/cut_view.h"
 
 namespace cloudcontact::program {
 

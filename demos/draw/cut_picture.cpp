@@ -11,7 +11,7 @@
 
 #include "draw/cloud_slice.h"
 #include "draw/isometric.h"
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 #include "draw/tissue_colors.h"
 
 namespace cloudcontact::program {

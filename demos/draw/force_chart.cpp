@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 #include "draw/plot.h"
 #include "draw/tissue_colors.h"
 

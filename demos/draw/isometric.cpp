@@ -13,7 +13,7 @@
 #include <tuple>
 #include <vector>
 
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 namespace cloudcontact::program {
 

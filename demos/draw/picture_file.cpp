@@ -3,8 +3,7 @@
 
 #include "draw/png.h"
 #include "draw/svg.h"
-#include "io/json.h"
-#include "io/whole_file.h"
+#include "io/output_file.h"
 
 namespace cloudcontact::program {
 

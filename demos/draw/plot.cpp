@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 namespace cloudcontact::program {
 

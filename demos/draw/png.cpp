@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "io/errors.h"
-#include "io/figure_text.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "io/figure_text.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 namespace cloudcontact::program {
 

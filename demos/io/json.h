@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 namespace cloudcontact::program {
 
@@ -20,10 +19,5 @@ std::string vectorText(const Json& array);
 // As text: indented where `indent` is not negative. Names come from files; what is not UTF-8 in
 // them is replaced.
 std::string jsonText(const Json& json, int indent = 2);
-
-// Throws BadInput naming `option` where `file` cannot be written or ends in none of `extensions`:
-// before the work rather than after it.
-void checkOutput(const std::string& option, const std::string& file,
-                 const std::vector<std::string>& extensions);
 
 }  // namespace cloudcontact::program

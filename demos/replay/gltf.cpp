@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "io/errors.h"
-#include "io/figure_text.h"
+#include "io/text.h"
 #include "replay/body_colors.h"
 #include "replay/shaded_mesh.h"
 

@@ -10,4 +10,9 @@ namespace cloudcontact::program {
 
 std::string pageBytes(const Replay& replay);
 
+// How a page carries bytes: deflated by zlib (RFC 1950), which a browser's
+// DecompressionStream("deflate") reads, and spelled in base64 (RFC 4648, padded).
+std::string deflated(const std::string& bytes);
+std::string base64(const std::string& bytes);
+
 }  // namespace cloudcontact::program

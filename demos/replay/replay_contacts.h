@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "scene/contacts_now.h"
+#include "scene/world.h"
 
 namespace cloudcontact::program {
 

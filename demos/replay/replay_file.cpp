@@ -1,8 +1,7 @@
 // Which of the two formats, and the way to the disk.
 #include "replay/replay_file.h"
 
-#include "io/json.h"
-#include "io/whole_file.h"
+#include "io/output_file.h"
 #include "replay/gltf.h"
 #include "replay/page.h"
 

@@ -8,25 +8,12 @@
 #include <new>
 #include <stdexcept>
 
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
+#include "scene/bullet_vectors.h"
 
 namespace cloudcontact::program {
 
 namespace {
-
-btVector3 toBullet(const Vec3& v) {
-  return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
-}
-Vec3 fromBullet(const btVector3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-btTransform toBullet(const Pose& p) {
-  const Eigen::Quaterniond& q = p.orientation;
-  return btTransform(
-      btQuaternion(btScalar(q.x()), btScalar(q.y()), btScalar(q.z()), btScalar(q.w())),
-      toBullet(p.position));
-}
 
 // A plane may not move; everything else may, and a pair of two that may not is never looked at.
 std::unique_ptr<btRigidBody> makeBody(btCollisionShape& shape) {
@@ -98,7 +85,7 @@ PairProbe::PairProbe(btCollisionShape& a, btCollisionShape& b, const Pose& pose,
   if (method == Method::Cloud)
     seam_.attach(dispatcher_);
   else
-    registerPeer(dispatcher_, method);
+    registerMethod(dispatcher_, method);
   a_ = makeBody(a);
   b_ = makeBody(b);
   b_->setWorldTransform(toBullet(pose));

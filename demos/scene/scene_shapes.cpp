@@ -239,19 +239,19 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
 }
 
 // A shape of one collision whose frame is the Bullet body's: the mesh is moved, not the shape.
-PeerShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose,
-                                 const std::string& body) {
+BulletShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose,
+                                   const std::string& body) {
   if (isPlane(geometry)) {
     const Vec3 normal = pose.orientation * std::get<ScenePlane>(geometry).normal;
     return primitiveShape(HalfSpace{normal, normal.dot(pose.position)});
   }
   if (options_.method == Method::Cloud)
     return {{}, std::make_shared<CloudShape>(field(geometry, pose, body))};
-  auto& kept = peers_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
+  auto& kept = bulletShapes_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
   if (kept.shape) return kept;
-  return kept = naming(body, [&]() -> PeerShape {
+  return kept = naming(body, [&]() -> BulletShape {
            if (!isMesh(geometry)) {
-             PeerShape bare = primitiveShape(analytic(geometry));
+             BulletShape bare = primitiveShape(analytic(geometry));
              if (pose.position.isZero() && pose.orientation.coeffs().head<3>().isZero())
                return bare;
              auto compound = std::make_shared<btCompoundShape>(false, 1);
@@ -279,7 +279,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
     const Eigen::Matrix3d r = out.frame.orientation.toRotationMatrix();
     out.inertia = (r.transpose() * inertia.inertia * r).diagonal();
   }
-  std::vector<PeerShape> shapes;
+  std::vector<BulletShape> shapes;
   for (const auto& collision : body.collisions) {
     const auto& geometry = collision.geometry;
     const Pose placed = out.frame.inverse() * collision.pose;
@@ -297,7 +297,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
     return out;
   }
   auto compound = std::make_shared<btCompoundShape>();  // empty where there is no collision
-  for (PeerShape& part : shapes) {
+  for (BulletShape& part : shapes) {
     compound->addChildShape(btTransform::getIdentity(), part.shape.get());
     out.shape.keep.insert(out.shape.keep.end(), part.keep.begin(), part.keep.end());
     out.shape.keep.push_back(part.shape);

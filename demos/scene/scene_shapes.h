@@ -9,8 +9,8 @@
 #include <string>
 
 #include "io/options.h"
+#include "scene/bullet_methods.h"
 #include "scene/drawn_body.h"
-#include "scene/peers.h"
 #include "scene/penetration.h"
 #include "scene/scene.h"
 #include "scene/shape_store.h"
@@ -20,7 +20,7 @@ namespace cloudcontact::program {
 // What a Bullet body is made of. Bullet wants the origin at the centre of mass and the inertia
 // diagonal, so its frame is another one than the scene's.
 struct BodyParts {
-  PeerShape shape;
+  BulletShape shape;
   Pose frame;                   // of the Bullet body in the scene body's frame
   double mass = 0;              // [kg], 0 for a static body
   Vec3 inertia = Vec3::Zero();  // about the frame's axes [kg m^2]
@@ -45,7 +45,7 @@ class SceneShapes {
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
   Cloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  PeerShape partShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  BulletShape partShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   std::shared_ptr<const SurfaceField> field(const SceneGeometry& geometry, const Pose& pose,
                                             const std::string& body);
   DrawnPart drawnPart(const SceneCollision& collision, const std::string& body);
@@ -56,7 +56,7 @@ class SceneShapes {
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;
   std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;
-  std::map<std::string, PeerShape> peers_;
+  std::map<std::string, BulletShape> bulletShapes_;
   std::map<std::string, std::shared_ptr<const Probed>> probed_;
 };
 

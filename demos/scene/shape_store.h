@@ -12,7 +12,7 @@
 #include <mutex>
 #include <string>
 
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 namespace cloudcontact::program {
 

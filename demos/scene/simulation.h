@@ -2,6 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "scene/world.h"
 
@@ -37,5 +40,11 @@ struct SimulationReport {
 };
 
 SimulationReport simulate(World& world, const SimulationSettings& settings);
+
+// "clouds of 0.25 mm voxels, steps of 1 ms"
+std::string setupText(const WorldSettings& settings, double step, int substeps = 1);
+
+// Names and figures of how it went.
+std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& report);
 
 }  // namespace cloudcontact::program

@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "io/errors.h"
-#include "io/figure_text.h"
 #include "io/json.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 

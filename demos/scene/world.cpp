@@ -11,8 +11,8 @@
 
 #include "io/errors.h"
 #include "scene/bullet_vectors.h"
+#include "scene/scene_dispatcher.h"
 #include "scene/scene_shapes.h"
-#include "scene/world_parts.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -32,7 +32,7 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
   settings.friction = options.friction;
   if (options.stiffness)
     settings.pair = KelvinVoigt{*options.stiffness, options.damping.value_or(0)};
-  settings.pressPeers =
+  settings.springsForBullet =
       options.method != Method::Cloud && !std::holds_alternative<Rigid>(options.law);
   for (const auto& body : scene.bodies) {
     Surface surface{body.friction, {}};
@@ -122,7 +122,7 @@ World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings
   if (settings.common.method == Method::Cloud)
     cloudContact->attach(dispatcher);
   else
-    registerPeer(dispatcher, settings.common.method);
+    registerMethod(dispatcher, settings.common.method);
   world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity(toBullet(scene.gravity));
   addBodies(scene, settings);
@@ -255,6 +255,33 @@ std::vector<std::pair<int, int>> World::Parts::measuredPairs() const {
   return pairs;
 }
 
+namespace {
+
+// The points' places are those of the step's start; the bodies have moved since, and a picture
+// shows them where they are now.
+Vec3 placeNow(const btManifoldPoint& point, const btCollisionObject& a,
+              const btCollisionObject& b) {
+  const btVector3 onA = a.getWorldTransform()(point.m_localPointA);
+  const btVector3 onB = b.getWorldTransform()(point.m_localPointB);
+  return 0.5 * (fromBullet(onA) + fromBullet(onB));
+}
+
+// Bullet's normals point from its second body to its first: along them it presses the first.
+ContactNow contactOf(const btManifoldPoint& point, const btPersistentManifold& manifold,
+                     double step) {
+  const btVector3 onFirst = point.m_normalWorldOnB * point.m_appliedImpulse +
+                            point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+                            point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
+  ContactNow now;
+  now.position = placeNow(point, *manifold.getBody0(), *manifold.getBody1());
+  now.normal = -fromBullet(point.m_normalWorldOnB);
+  now.force = step > 0 ? Vec3(-fromBullet(onFirst) / step) : Vec3::Zero();
+  now.depth = -point.getDistance();
+  return now;
+}
+
+}  // namespace
+
 World::World(const SceneDescription& scene, const WorldSettings& settings) {
   checkOptions(settings);
   parts_ = std::make_unique<Parts>(scene, settings);
@@ -297,7 +324,17 @@ const ContactMoment& World::moment() const {
   return parts_->moment;
 }
 void World::contacts(ContactsNow& now) const {
-  findContactsNow(parts_->dispatcher, parts_->latestStep, now);
+  now.patches.clear();
+  now.points.clear();
+  for (int i = 0; i < parts_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *parts_->dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    const auto points = static_cast<std::size_t>(manifold.getNumContacts());
+    now.patches.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex(),
+                           now.points.size(), points});
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+      now.points.push_back(contactOf(manifold.getContactPoint(k), manifold, parts_->latestStep));
+  }
 }
 const DrawnBody& World::drawn(std::size_t body) const {
   return parts_->bodies[body].parts.drawn;

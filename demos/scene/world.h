@@ -1,13 +1,14 @@
 // A scene as a running Bullet world.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/options.h"
-#include "scene/contacts_now.h"
 #include "scene/drawn_body.h"
 #include "scene/penetration.h"
 #include "scene/scene.h"
@@ -49,6 +50,30 @@ struct ContactMoment {
   int pairs = 0;       // of bodies that have contacts
   int contacts = 0;    // points
   double deepest = 0;  // of them, as the method under test sees it [m]
+};
+
+// One point. `force` is what the solver let body a press on body b with during the latest step,
+// friction with it, as a mean over that step [N].
+struct ContactNow {
+  Vec3 position = Vec3::Zero();  // midway between the surfaces, moved on with the bodies [m]
+  Vec3 normal = Vec3::UnitZ();   // from a to b
+  Vec3 force = Vec3::Zero();
+  double depth = 0;  // [m] positive inside, at the step's start
+};
+
+// One manifold: with clouds a patch of the pair's contact.
+struct PatchNow {
+  int a = -1, b = -1;                 // btCollisionObject::getUserIndex
+  std::size_t first = 0, points = 0;  // of all points
+};
+
+struct ContactsNow {
+  std::vector<PatchNow> patches;
+  std::vector<ContactNow> points;  // of all patches, in their order
+
+  std::span<const ContactNow> of(const PatchNow& patch) const {
+    return {points.data() + patch.first, patch.points};
+  }
 };
 
 class World {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "scene/body.h"
+#include "scene/bullet_methods.h"
 #include "scene/pair_probe.h"
-#include "scene/peers.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include "draw/drawing.h"
 #include "draw/svg.h"
-#include "io/figure_text.h"
+#include "io/text.h"
 #include "program/program_run.h"
 
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "replay/packed.h"
+#include "replay/page.h"
 #include "replay/shaded_mesh.h"
 #include "replay/voxel_shell.h"
 #include "scene/primitive_mesh.h"

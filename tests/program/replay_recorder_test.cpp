@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "io/json.h"
-#include "program/scene_parts.h"
+#include "program/scene_bodies.h"
 #include "replay/page_record.h"
 #include "replay/recorder.h"
 #include "scene/simulation.h"

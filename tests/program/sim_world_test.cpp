@@ -5,10 +5,10 @@
 #include <numbers>
 
 #include "io/errors.h"
-#include "program/scene_parts.h"
+#include "program/scene_bodies.h"
+#include "scene/scene_dispatcher.h"
 #include "scene/scene_shapes.h"
 #include "scene/simulation.h"
-#include "scene/world_parts.h"
 
 namespace cloudcontact::program {
 namespace {

@@ -1,5 +1,5 @@
 // What a scene adds to Bullet's own dispatcher and solver.
-#include "scene/world_parts.h"
+#include "scene/scene_dispatcher.h"
 
 #include <algorithm>
 #include <chrono>
@@ -47,7 +47,7 @@ void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
 // points, after the narrow phase and before the solver.
 void SceneDispatcher::applySurfaces() {
   std::map<std::pair<int, int>, int> points;  // of a pair, to share its spring out
-  if (settings_.pressPeers)
+  if (settings_.springsForBullet)
     for (int i = 0; i < getNumManifolds(); ++i) {
       const btPersistentManifold& manifold = *getManifoldByIndexInternal(i);
       points[std::minmax(indexOf(manifold.getBody0()), indexOf(manifold.getBody1()))] +=
@@ -58,7 +58,7 @@ void SceneDispatcher::applySurfaces() {
     const int a = indexOf(manifold.getBody0()), b = indexOf(manifold.getBody1());
     const auto friction = btScalar(pairFriction(settings_, a, b));
     std::optional<KelvinVoigt> material;
-    if (settings_.pressPeers)
+    if (settings_.springsForBullet)
       material = settings_.pair
                      ? settings_.pair
                      : inSeries(settings_.bodies[a].material, settings_.bodies[b].material);

@@ -1,12 +1,12 @@
 // Takes of a replay without a Bullet world: the tool's way as keys, the force as one contact.
-#include "demos/cut_show.h"
+#include "demos/cut_presentation.h"
 
 #include <cloudcontact/field/surface_field.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "io/figure_text.h"
+#include "io/text.h"
 #include "scene/level_surface.h"
 
 namespace cloudcontact::program {

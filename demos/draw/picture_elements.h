@@ -5,7 +5,7 @@
 #include <string>
 
 #include "draw/drawing.h"
-#include "io/figure_text.h"
+#include "io/text.h"
 
 namespace cloudcontact::program {
 

@@ -23,4 +23,7 @@ std::string printable(const std::string& text);
 // The last part of a path, shortened in its middle to `most` characters.
 std::string shortName(const std::string& path, std::size_t most = 34);
 
+// `text` for HTML, with < and & escaped; not for attributes.
+std::string asHtml(const std::string& text);
+
 }  // namespace cloudcontact::program

@@ -23,7 +23,7 @@ struct SurfaceSettings {
   std::vector<Surface> bodies;      // by btCollisionObject::getUserIndex
   std::optional<double> friction;   // every pair's mu, whatever the bodies say
   std::optional<KelvinVoigt> pair;  // every pair's k and c
-  bool pressPeers = false;          // put k and c into the contacts of Bullet's own algorithms
+  bool springsForBullet = false;          // put k and c into the contacts of Bullet's own algorithms
 };
 
 // mu of a pair: the smaller of the two, as SDFormat's engine has it; a body that states none leaves

@@ -1,5 +1,5 @@
 // Figures, bars and tables of the pictures.
-#include "draw/picture_parts.h"
+#include "draw/picture_elements.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Rounding, units, gaps; text that is safe to show.
-#include "io/figure_text.h"
+#include "io/text.h"
 
 #include <cmath>
 #include <cstdio>
@@ -111,6 +111,19 @@ std::string printable(const std::string& text) {
     k += std::max<std::size_t>(length, 1);
   }
   return clean;
+}
+
+std::string asHtml(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
+  }
+  return out;
 }
 
 }  // namespace cloudcontact::program

@@ -1,5 +1,5 @@
 // Cutting voxels and surfaces by a plane.
-#include "draw/cut.h"
+#include "draw/cut_view.h"
 
 #include <algorithm>
 #include <array>

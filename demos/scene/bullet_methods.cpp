@@ -1,5 +1,5 @@
 // Bullet's shapes of the same bodies: what its users have today.
-#include "scene/peers.h"
+#include "scene/bullet_methods.h"
 
 #include <cloudcontact/mesh/mesh_repair.h>
 
@@ -15,6 +15,8 @@
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
+
+#include "scene/bullet_vectors.h"
 
 namespace cloudcontact::program {
 
@@ -35,10 +37,6 @@ btScalar marginOf(const Mesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Vec3& v : mesh.vertices) box.extend(v);
   return btScalar(kMarginOfDiagonal * box.diagonal().norm());
-}
-
-btVector3 toBullet(const Vec3& v) {
-  return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
 }
 
 // Mesh data that btTriangleIndexVertexArray points into.
@@ -166,7 +164,7 @@ void prepare(HACD::HACD& hacd, std::vector<HACD::Vec3<HACD::Real>>& points,
 
 }  // namespace
 
-PeerShape hullShape(const Mesh& mesh) {
+BulletShape hullShape(const Mesh& mesh) {
   std::vector<double> coordinates;
   for (const Vec3& v : mesh.vertices)
     for (int k = 0; k < 3; ++k) coordinates.push_back(v[k]);
@@ -178,7 +176,7 @@ PeerShape hullShape(const Mesh& mesh) {
   return {{}, hullOf(corners, marginOf(mesh))};
 }
 
-PeerShape gimpactShape(const Mesh& mesh) {
+BulletShape gimpactShape(const Mesh& mesh) {
   auto triangles = std::make_shared<IndexedTriangles>(mesh);
   auto shape = std::make_shared<btGImpactMeshShape>(&triangles->array);
   shape->setMargin(marginOf(mesh));
@@ -209,9 +207,9 @@ ConvexParts convexParts(const Mesh& fine, double concavity) {
   return parts;
 }
 
-PeerShape convexPartsShape(const ConvexParts& parts) {
+BulletShape convexPartsShape(const ConvexParts& parts) {
   auto compound = std::make_shared<btCompoundShape>();
-  PeerShape result{{}, compound};
+  BulletShape result{{}, compound};
   for (const auto& corners : parts.corners) {
     auto hull = hullOf(corners, parts.margin);
     compound->addChildShape(btTransform::getIdentity(), hull.get());
@@ -220,11 +218,11 @@ PeerShape convexPartsShape(const ConvexParts& parts) {
   return result;
 }
 
-PeerShape primitiveShape(const Solid& shape) {
+BulletShape primitiveShape(const Solid& shape) {
   return {{}, std::visit(PrimitiveMaker{}, shape)};
 }
 
-void registerPeer(btCollisionDispatcher& dispatcher, Method method) {
+void registerMethod(btCollisionDispatcher& dispatcher, Method method) {
   if (method == Method::Gimpact) btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
 }
 
