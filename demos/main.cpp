@@ -1,5 +1,5 @@
-// The program `cloudcontact`: one of its commands runs (io/command_line.h turns failures into exit
-// codes).
+// The program `cloudcontact`. It runs one of its commands; io/command_line.h turns failures into
+// exit codes.
 #include "commands/commands.h"
 #include "io/command_line.h"
 
@@ -20,7 +20,7 @@ void addCommands(CLI::App& app) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Contact between digital clouds: digitise bodies, press them together, simulate.",
+  CLI::App app("Contact between digital clouds: digitize bodies, find their contacts, simulate.",
                "cloudcontact");
   return cloudcontact::program::runCommandLine(argc, argv, app, addCommands);
 }

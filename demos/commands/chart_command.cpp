@@ -1,5 +1,6 @@
-// `cloudcontact chart`: starts the laboratory, cloudcontact-chart, which lies beside this program.
-// It is a program of its own, so that demos and commands are built without it and its peers.
+// `cloudcontact chart`: starts the laboratory, the program cloudcontact-chart in the same folder. A
+// separate program, so that demos and commands are built without it and the libraries it compares
+// with.
 #include <unistd.h>
 
 #include <filesystem>
@@ -33,9 +34,9 @@ std::filesystem::path laboratory() {
 void addChartCommand(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
       "chart",
-      "measure speed against accuracy, and stability where methods fail, beside the peers; or\n"
-      "chart a pair of your own, its finest voxels standing for the truth.");
-  command.set_help_flag();  // the laboratory has its own
+      "measure speed against accuracy, and stability where methods fail, for all methods; or\n"
+      "chart a pair of your own, with its finest voxels as the reference.");
+  command.set_help_flag();  // the laboratory prints its own help
   command.prefix_command();
   command.callback([&command] { start(command.remaining()); });
 }

@@ -1,5 +1,5 @@
-// The program's commands: each adds itself to the command line and runs when it is chosen.
-// A command throws BadInput or WorkFailed (errors.h); main() turns them into exit codes.
+// The program's commands. Each function adds one to the command line. Commands throw BadInput or
+// WorkFailed (io/errors.h), which main() turns into exit codes.
 #pragma once
 
 #include "io/errors.h"

@@ -1,4 +1,5 @@
-// `cloudcontact contact A B --pose POSE`: how two bodies touch, with what force, in what time.
+// `cloudcontact contact A B --pose POSE`: contacts and force between two bodies, and the time to
+// find them.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -32,21 +33,21 @@ ContactQuery readQuery(const ContactOptions& options) {
   if (std::holds_alternative<Rigid>(options.common.law))
     throw BadInput("--law rigid: has no force until a solver runs; use paper or foundation");
   if (isViscoelastic(options.common.law))
-    throw BadInput("--law: its force depends on what was before; use paper, or simulate");
+    throw BadInput("--law: its force depends on the past; use paper, or simulate");
   ContactQuery query;
   query.common = options.common;
   query.repeat = options.repeat;
   query.pose = readPose("--pose", options.pose);
   if (!options.velocity.empty()) query.motion = readVelocity("--velocity", options.velocity);
-  query.motion.center = query.pose.position;  // the velocity is that of B's origin
+  query.motion.center = query.pose.position;  // the velocity is given at B's origin
   query.a = readBody(options.a, options.common);
   query.b = readBody(options.b, options.common);
   if (isHalfSpace(query.a) && isHalfSpace(query.b))
-    throw BadInput("halfspace: two half-spaces have no contact to look for; make A or B a body");
+    throw BadInput("halfspace: two half-spaces have no contact to find; make A or B a body");
   return query;
 }
 
-// The value below which a share of the times lies; times must be sorted.
+// The quantile of sorted times at `share`.
 double quantile(const std::vector<double>& sorted, double share) {
   if (sorted.empty()) return 0;
   const auto last = static_cast<double>(sorted.size() - 1);
@@ -91,7 +92,8 @@ void printText(const Json& j) {
 
 ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
   if (query.common.method != Method::Cloud) {
-    if (query.common.backend == Backend::OpenCl) tellOfCpu("it is for --method cloud");
+    if (query.common.backend == Backend::OpenCl)
+      reportCpuFallback("only --method cloud can use it");
     return bulletContact(query);
   }
   if (!picture) return cloudContact(query);
@@ -105,7 +107,7 @@ void run(const ContactOptions& options) {
   if (options.picture) {
     checkPicture(*options.picture);
     if (options.common.method != Method::Cloud)
-      throw BadInput("--picture: shows the cloud's own method; use it with --method cloud");
+      throw BadInput("--picture: shows the method of clouds; use it with --method cloud");
   }
   const ContactQuery query = readQuery(options);
   const Json json = reportJson(contactOf(query, options.picture), options.common);
@@ -128,13 +130,11 @@ void addContactCommand(CLI::App& app) {
   auto options = std::make_shared<ContactOptions>();
   CLI::App& command = *app.add_subcommand(
       "contact",
-      "press body B into body A: contacts, force and time.\n"
-      "A stands at the origin. Stiffness is 1e4 N/m (1e9 N/m^3 with foundation) if not given.");
-  command
-      .add_option("A", options->a,
-                  "file of a mesh or of points, .cloud file, primitive or halfspace")
+      "find the contact of body B with body A: points, force and time.\n"
+      "A is at the origin. Stiffness is 1e4 N/m (1e9 N/m^3 with foundation) if not given.");
+  command.add_option("A", options->a, "mesh file, point file, .cloud file, primitive or halfspace")
       ->required();
-  command.add_option("B", options->b, "the same")->required();
+  command.add_option("B", options->b, "as A")->required();
   command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
       ->required()
       ->type_name("POSE");
@@ -148,12 +148,12 @@ void addContactCommand(CLI::App& app) {
           [options](const std::string& text) {
             options->repeat = readCount("--repeat", text, 1, kMostRepeats);
           },
-          "calls to time (default 100)")
+          "number of timed calls (default 100)")
       ->type_name("N");
   command
       .add_option_function<std::string>(
           "--picture", [options](const std::string& text) { options->picture = text; },
-          "where to draw the contact, in a cut through it")
+          "file for a picture of a cut through the contact")
       ->type_name("FILE.png|FILE.svg");
   addCommonOptions(command, options->common, Devices::OpenCl);
   command.callback([options] { run(*options); });

@@ -21,7 +21,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// A body ready for both: the field or the plane, and its Bullet shape.
+// A body as field or plane for ContactFinder, and as a Bullet shape.
 struct Side {
   std::shared_ptr<const SurfaceField> field;
   std::optional<Solid> plane;
@@ -39,7 +39,7 @@ struct Side {
 };
 
 Side makeSide(const Body& body, double voxel, CommonOptions options) {
-  options.backend = Backend::Cpu;  // the field, which takes most of the time, is the CPU's
+  options.backend = Backend::Cpu;  // building the field takes longest, on the CPU
   Side side;
   if (isHalfSpace(body)) {
     side.plane = body.shape;
@@ -52,7 +52,7 @@ Side makeSide(const Body& body, double voxel, CommonOptions options) {
   return side;
 }
 
-// One voxel for both bodies, unless a saved cloud brings its own.
+// The voxel size of both bodies; a saved cloud keeps its own.
 double sharedVoxel(const Body& a, const Body& b, const CommonOptions& options) {
   if (options.voxel) return *options.voxel;
   if (isHalfSpace(a)) return defaultVoxel(b);
@@ -71,7 +71,7 @@ ContactReport asReport(const ContactResult& result, const Motion& motionB) {
   return report;
 }
 
-// Microseconds of each of so many steps of a batch of this pair, B elsewhere by `jitter` [m] in
+// Microseconds of each of `repeat` steps of a batch with this pair. Moves B by `jitter` [m] in
 // each.
 std::vector<double> batchTimes(ContactBatch& batch, BatchPair pair, int repeat, double jitter) {
   using Clock = std::chrono::steady_clock;
@@ -86,19 +86,20 @@ std::vector<double> batchTimes(ContactBatch& batch, BatchPair pair, int repeat, 
   return times;
 }
 
-// The pair on a device; nothing, and a message, where that is not to be.
+// The pair's contact on a device; empty, with a message, if the device cannot compute it.
 std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery& query,
                                       double jitter) {
   ContactBatch batch({query.common.backend, query.common.threads, false});
   if (batch.backend() != Backend::OpenCl) {
-    tellOfCpu(batch.message());
+    reportCpuFallback(batch.message());
     return std::nullopt;
   }
   const std::span<const BatchPair> one(&pair, 1);
-  batch.find(one);  // the first makes room
+  batch.find(one);  // the first call allocates
   ContactReport report = asReport(*batch.find(one)[0], query.motion);
   if (batch.report().onDevice == 0) {
-    tellOfCpu("half-spaces, near misses and contacts too large for the device are the CPU's");
+    reportCpuFallback(
+        "the CPU handles half-spaces, near misses and contacts too large for the device");
     return std::nullopt;
   }
   report.backend = Backend::OpenCl;
@@ -106,8 +107,8 @@ std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery&
   return report;
 }
 
-// Facets of a primitive's mesh: finer and Bullet's own mesh methods would be charged for our
-// tessellation, coarser and for an error that is not theirs.
+// Tolerance of a primitive's facets. Finer ones slow down Bullet's mesh methods for no gain,
+// coarser ones add an error that is not theirs.
 constexpr double kFacetTolerance = 0.02;     // [voxels]
 constexpr double kHacdFacetTolerance = 0.1;  // [voxels]
 
@@ -125,14 +126,14 @@ BulletShape shapeOf(const Body& body, double voxel, Method method) {
     throw BadInput("--method primitive: " + body.name +
                    " is not a primitive; give sphere:R, box:X,Y,Z ... or another method");
   }
-  // HACD is given coarser primitives still: it would merge their facets for minutes.
+  // HACD gets coarser primitives, because merging fine facets takes it minutes.
   const double tolerance = method == Method::Hacd ? kHacdFacetTolerance : kFacetTolerance;
   const Mesh mesh = meshOf(body, tolerance * voxel);
   if (method == Method::Gimpact) return gimpactShape(mesh);
   return method == Method::Hacd ? convexPartsShape(convexParts(mesh)) : hullShape(mesh);
 }
 
-// Kelvin-Voigt at each point, which never pulls: the same force as the clouds' points give.
+// Kelvin-Voigt without tension at each point, as for clouds.
 Wrench wrenchOf(const std::vector<ReportedContact>& contacts, const Motion& motionB) {
   Wrench sum;
   for (const ReportedContact& c : contacts) {
@@ -167,7 +168,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
     if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
   CloudContactSettings seam;
   seam.law = settings.law;
-  seam.lists = false;  // nothing is to be answered from memory
+  seam.lists = false;  // no cached results
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);
   return report;
@@ -176,16 +177,16 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
 ContactReport bulletContact(const ContactQuery& query) {
   const Method method = query.common.method;
   if (method == Method::Sdf)
-    throw BadInput("--method sdf: btSdfCollisionShape is not there yet; use cloud or gimpact");
+    throw BadInput("--method sdf: btSdfCollisionShape is not supported yet; use cloud or gimpact");
   if (!std::holds_alternative<KelvinVoigt>(query.common.law))
     throw BadInput("--law foundation: needs contact areas; use --method cloud or --law paper");
   const double voxel = voxelOf(query);
   const BulletShape a = shapeOf(query.a, voxel, method), b = shapeOf(query.b, voxel, method);
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, method, {});
   ContactReport report;
-  int manifold = -1;  // of the point before: a patch is a manifold that touches
+  int manifold = -1;  // of the last point; each touching manifold is a patch
   for (const ProbedPoint& p : probe.points()) {
-    if (!(p.depth > 0)) continue;  // Bullet also reports points that are only near
+    if (!(p.depth > 0)) continue;  // Bullet also reports points that are merely near
     if (p.manifold != manifold) ++report.patches;
     manifold = p.manifold;
     const int patch = static_cast<int>(report.patches) - 1;

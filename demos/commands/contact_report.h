@@ -1,4 +1,4 @@
-// What `contact` tells of a pair, whichever method found it.
+// The report of `contact` on a pair, by clouds or by Bullet's own methods.
 #pragma once
 
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -13,7 +13,7 @@ namespace cloudcontact::program {
 
 struct ContactQuery {
   Body a, b;
-  Pose pose;      // of B; A stands at the origin
+  Pose pose;      // of B; A is at the origin
   Motion motion;  // of B; A is at rest
   int repeat = 100;
   CommonOptions common;
@@ -32,17 +32,17 @@ struct ContactReport {
   std::vector<ReportedContact> contacts;
   std::size_t patches = 0, samples = 0;
   Wrench onB;                        // torque about the world's origin
-  std::vector<double> microseconds;  // of each repeat
-  Backend backend = Backend::Cpu;    // that found them
+  std::vector<double> microseconds;  // of each repetition
+  Backend backend = Backend::Cpu;    // that found the contacts
 };
 
-// The pair's k and c: as given, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.
+// The pair's k and c: from the options, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.
 Law pairLaw(const CommonOptions& options);
 
-// By clouds: ContactFinder's points in double, and the time of the same pair through Bullet. Fills
-// `scene`, where there is one, with what a picture needs.
+// By clouds: ContactFinder's points in double, and the time of the same pair in Bullet. Fills
+// `scene`, if given, for a picture.
 ContactReport cloudContact(const ContactQuery& query, ContactScene* scene = nullptr);
-// By Bullet's own shapes, k and c shared equally among the points that touch.
+// By Bullet's own shapes. Divides k and c equally among the touching points.
 ContactReport bulletContact(const ContactQuery& query);
 
 }  // namespace cloudcontact::program

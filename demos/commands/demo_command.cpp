@@ -1,4 +1,4 @@
-// `cloudcontact demo [NAME]`: lists the demos, or runs one and says whether it held.
+// `cloudcontact demo [NAME]`: lists the demos, or runs one and reports its checks.
 #include <unistd.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ const Demo& find(const std::string& name) {
   throw BadInput("demo: '" + name + "' is not known; use one of " + known);
 }
 
-void tell(const Demo& demo, const std::vector<ReplayCheck>& checks) {
+void print(const Demo& demo, const std::vector<ReplayCheck>& checks) {
   std::string expected, found;
   for (const ReplayCheck& check : checks) {
     std::cout << (check.holds ? "  held    " : "  FAILED  ") << check.expected << ": "
@@ -46,19 +46,19 @@ void tell(const Demo& demo, const std::vector<ReplayCheck>& checks) {
             << "; was: " << found << std::endl;
 }
 
-// Made where it is not there.
+// Creates the folder if needed.
 void checkPictures(const Demo& demo, const std::string& folder) {
   namespace fs = std::filesystem;
   if (!demo.draws)
     throw BadInput(std::string("--pictures: demo ") + demo.name +
-                   " draws none; leave it out, or use --replay");
+                   " has none; leave it out, or use --replay");
   std::error_code error;
   fs::create_directories(folder, error);
   if (!fs::is_directory(folder, error) || access(folder.c_str(), W_OK) != 0)
-    throw BadInput("--pictures: " + folder + " is no folder that can be written; choose another");
+    throw BadInput("--pictures: " + folder + " is not a writable folder; choose another");
 }
 
-// A demo that fails is one to look at all the more: its replay is written first.
+// Writes the replay even if a check fails, because then it matters most.
 void run(const std::string& name, const std::string& replay, const std::string& pictures) {
   const Demo& demo = find(name);
   if (!replay.empty()) checkReplay(replay);
@@ -66,7 +66,7 @@ void run(const std::string& name, const std::string& replay, const std::string& 
   std::cout << demo.title << "\n" << demo.story << "\n" << demo.watch << "\n" << std::endl;
   DemoStage stage(!replay.empty(), !pictures.empty());
   const std::vector<ReplayCheck> checks = demo.run(stage);
-  tell(demo, checks);
+  print(demo, checks);
   if (!replay.empty()) {
     Replay shown = stage.replay();
     shown.title = demo.title;
@@ -83,7 +83,7 @@ void run(const std::string& name, const std::string& replay, const std::string& 
       std::cout << "picture: " << path << std::endl;
     }
   if (!allHold(checks))
-    throw WorkFailed(std::string("demo ") + demo.name + ": its own check did not hold");
+    throw WorkFailed(std::string("demo ") + demo.name + ": its own check failed");
 }
 
 }  // namespace
@@ -98,17 +98,17 @@ void addDemoCommand(CLI::App& app) {
   command.add_option("NAME", options->name, "the demo to run; without it they are listed");
   command
       .add_option("--replay", options->replay,
-                  "a replay: an animated glTF file, or a page that any browser shows")
+                  "file for a replay: animated glTF, or a page for any browser")
       ->type_name("OUT.glb|OUT.html");
   command
       .add_option("--pictures", options->pictures,
-                  "a folder for a demo's pictures, as SVG and PNG: drill, scalpel")
+                  "folder for the pictures of drill and scalpel, as SVG and PNG")
       ->type_name("DIR");
   command.callback([options] {
     if (options->name.empty() && !options->replay.empty())
-      throw BadInput("--replay: of which demo? give its name");
+      throw BadInput("--replay: needs a demo; give its name");
     if (options->name.empty() && !options->pictures.empty())
-      throw BadInput("--pictures: of which demo? give its name");
+      throw BadInput("--pictures: needs a demo; give its name");
     options->name.empty() ? list() : run(options->name, options->replay, options->pictures);
   });
 }

@@ -1,5 +1,5 @@
-// `cloudcontact digitize BODY [-o FILE.cloud] [--picture FILE]`: a body as voxels, what it weighs,
-// what it costs.
+// `cloudcontact digitize BODY [-o FILE.cloud] [--picture FILE]`: a body as voxels, with its mass
+// and the time and memory it takes.
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
@@ -20,7 +20,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kWater = 1000;  // density where none is given [kg/m^3]
+constexpr double kWater = 1000;  // default density [kg/m^3]
 
 struct DigitizeOptions {
   CommonOptions common;
@@ -46,7 +46,7 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
 Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
   const double voxel = options.common.voxel.value_or(defaultVoxel(body));
   if (options.common.backend == Backend::OpenCl && (body.cloud || body.object))
-    tellOfCpu(options.body + " is no mesh");
+    reportCpuFallback(options.body + " is not a mesh");
   Digitized result;
   const auto start = std::chrono::steady_clock::now();
   DigitizedBody digitized = digitizeBody(body, voxel, options.common);
@@ -60,7 +60,7 @@ Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
   return result;
 }
 
-// Each material's name and volume: its voxels' coverage, added up.
+// Name and volume of each material, from the sum of its coverage.
 Json materialsJson(const Cloud& cloud) {
   std::vector<std::uint64_t> sums(cloud.materials().size(), 0);
   const Eigen::Vector3i size = cloud.size();
@@ -107,13 +107,13 @@ void printText(const std::string& name, const Json& j) {
             << '\n'
             << "  volume         " << n("volume") << " m^3\n"
             << "  mass           " << n("mass") << " kg at " << n("density") << " kg/m^3\n"
-            << "  centre of mass " << vectorText(j["centerOfMass"]) << " m\n"
+            << "  center of mass " << vectorText(j["centerOfMass"]) << " m\n"
             << "  memory         " << n("bytes") / 1e6 << " MB (voxels " << n("cloudBytes") / 1e6
             << ", field " << n("fieldBytes") / 1e6 << ")\n"
             << "  time           " << n("milliseconds") << " ms (voxels " << n("cloudMilliseconds")
             << ", field " << n("fieldMilliseconds") << ")\n";
   if (!j["closed"].get<bool>())
-    std::cout << "  the mesh is not closed: where an axis could not tell, others did\n";
+    std::cout << "  the mesh is not closed: where one axis was ambiguous, others decided\n";
 }
 
 void run(const DigitizeOptions& options) {
@@ -141,15 +141,13 @@ void run(const DigitizeOptions& options) {
 void addDigitizeCommand(CLI::App& app) {
   auto options = std::make_shared<DigitizeOptions>();
   CLI::App& command = *app.add_subcommand("digitize", "turn a body into voxels and measure it");
-  command
-      .add_option("BODY", options->body, "file of a mesh or of points, .cloud file or primitive")
+  command.add_option("BODY", options->body, "mesh file, point file, .cloud file or primitive")
       ->required();
-  command.add_option("-o,--output", options->output, "where to save the cloud")
-      ->type_name("FILE.cloud");
+  command.add_option("-o,--output", options->output, "file for the cloud")->type_name("FILE.cloud");
   command
       .add_option_function<std::string>(
           "--picture", [options](const std::string& text) { options->picture = text; },
-          "where to draw the cloud: slices and a view")
+          "file for a picture of the cloud: slices and a view")
       ->type_name("FILE.png|FILE.svg");
   command
       .add_option_function<std::string>(

@@ -1,5 +1,5 @@
-// `cloudcontact drill WORKPIECE`: a tool in a simulated hand goes into a body along a straight way
-// and out again, cutting; force, volume and what is left.
+// `cloudcontact drill WORKPIECE`: a tool in a simulated hand cuts straight into a body and comes
+// out again. Reports force and removed volume, and saves the remaining body.
 #include <cloudcontact/voxels/cloud_file.h>
 #include <cloudcontact/workpiece/cloud_solid.h>
 
@@ -25,22 +25,22 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kSpindle = 300000 / 60.0;  // turns a second, of --edge-speed's default
-constexpr double kLeastTool = 2;            // half of the tool's least width [voxels]
+constexpr double kSpindle = 300000 / 60.0;  // [1/s], of --edge-speed's default
+constexpr double kLeastTool = 2;            // least half width of the tool [voxels]
 constexpr double kMostTicks = 5e6;
-constexpr double kBack = 5;  // times faster the tool comes out
+constexpr double kBack = 5;  // times the speed on the way out
 
 struct DrillOptions {
   CommonOptions common;
   std::string body, bur = "sphere:0.0006", tissues = "dental";
-  std::vector<std::string> told;
+  std::vector<std::string> partTissues;
   std::optional<Pose> from, to;
   double seconds = 5, step = 1e-3, efficiency = 0.1;
   std::optional<double> edgeSpeed;
   std::string output, force, picture, chart;
 };
 
-// The tool's area and its least and greatest half width [m].
+// The tool with its least and greatest half width [m].
 struct Bur {
   PlacedSolid area;
   double least = 0, most = 0;
@@ -48,7 +48,8 @@ struct Bur {
 
 Bur burOf(const DrillOptions& o, double voxel) {
   const Body body = readBody(o.bur, o.common);
-  if (isHalfSpace(body)) throw BadInput("--bur: halfspace is no tool; give a sphere, box or file");
+  if (isHalfSpace(body))
+    throw BadInput("--bur: a halfspace is no tool; give a sphere, box or file");
   Bur bur;
   const Vec3 half = boundsOf(body).sizes() / 2;
   bur.least = half.minCoeff(), bur.most = half.maxCoeff();
@@ -65,8 +66,7 @@ Bur burOf(const DrillOptions& o, double voxel) {
   return bur;
 }
 
-// Above the body's middle and down by four half widths of the tool below its top, where no way was
-// given.
+// The default path runs from above the body's middle to four half widths of the tool below its top.
 PlannedPath pathOf(const DrillOptions& o, const Cloud& cloud, const Bur& bur) {
   Eigen::AlignedBox3d bounds;
   const Eigen::Vector3i size = cloud.size();
@@ -84,7 +84,7 @@ PlannedPath pathOf(const DrillOptions& o, const Cloud& cloud, const Bur& bur) {
       for (int y = 0; y < size.y(); ++y)
         for (int x = 0; x < size.x(); ++x)
           if (cloud.coverage(x, y, z) > 127 && depthOf(bur.area, cloud.center(x, y, z) - from) > 0)
-            throw BadInput("--from: the tool stands in the body there; give a place outside");
+            throw BadInput("--from: the tool intersects the body there; give a place outside");
   }
   const double speed = way / o.seconds;
   return PlannedPath({{from, 1, 0}, {to, speed, 0.1}, {from, kBack * speed, 0}});
@@ -170,7 +170,7 @@ void printText(const std::string& body, const Json& j) {
       continue;
     }
     std::cout << "touched at " << timeText(t["firstTouch"].get<double>()) << ", "
-              << volumeText(t["cutVolume"].get<double>()) << " gone";
+              << volumeText(t["cutVolume"].get<double>()) << " removed";
     if (t["seconds"].get<double>() > 0)
       std::cout << ", " << forceText(t["meanForce"].get<double>()) << " on average";
     std::cout << '\n';
@@ -188,16 +188,16 @@ void save(const DrillOptions& o, const CuttingRun& run, const Cloud& before, con
   const std::string name = shortName(o.body);
   std::ostringstream below;
   below << lengthText(before.voxelSize()) << " voxels, "
-        << volumeText(run.volumeBefore - run.volumeAfter) << " cut away by " << o.bur;
+        << volumeText(run.volumeBefore - run.volumeAfter) << " removed by " << o.bur;
   if (!o.force.empty()) writeWhole("--force", o.force, forceCsv(run));
   const Vec3 way = run.ticks.front().hand;
   Vec3 farthest = way;
   for (const CuttingTick& t : run.ticks)
     if ((t.hand - way).norm() > (farthest - way).norm()) farthest = t.hand;
   if (!o.chart.empty())
-    savePicture(forceChart(run, {"Force on the hand while " + name + " is drilled", below.str(),
+    savePicture(forceChart(run, {"Force on the hand while drilling " + name, below.str(),
                                  (farthest - way).stableNormalized(),
-                                 "Way of the tool from its first touch [mm]"}),
+                                 "Depth of the tool below its first contact [mm]"}),
                 o.chart);
   if (!o.picture.empty())
     savePicture(cutPicture(before, after, {name + ", drilled", below.str(), run.tissues, true}),
@@ -214,17 +214,19 @@ void run(const DrillOptions& o) {
   checkFiles(o);
   const TissueTable table = readTissues("--tissues", o.tissues, o.common.stiffness.value_or(2e4));
   if (o.common.stiffness && o.tissues != "dental")
-    throw BadInput("--stiffness: is enamel's, of the dental table; write it into " + o.tissues);
-  std::vector<std::pair<std::string, std::string>> told;
-  for (const std::string& text : o.told) told.push_back(readTissueName("--tissue", text));
+    throw BadInput("--stiffness: applies to enamel of the dental table; write it into " +
+                   o.tissues);
+  std::vector<std::pair<std::string, std::string>> tissueOfPart;
+  for (const std::string& text : o.partTissues)
+    tissueOfPart.push_back(readTissueName("--tissue", text));
   const Body body = readBody(o.body, o.common);
   const double voxel = o.common.voxel.value_or(defaultVoxel(body));
   const Bur bur = burOf(o, voxel);
   const Cloud before = digitizeBody(body, voxel, o.common).cloud;
-  const TissueTable tissues = tissuesOfParts(o.body, table, before.materials(), told);
+  const TissueTable tissues = tissuesOfParts(o.body, table, before.materials(), tissueOfPart);
   const CuttingTask task = taskOf(o, before, bur);
   CuttingRun cut;
-  TissueTable named = tissues;  // two parts may be of one tissue: told apart by the parts' names
+  TissueTable named = tissues;  // parts may share a tissue, so use the parts' names
   if (!before.materials().empty())
     for (std::size_t t = 0; t < named.size(); ++t) named[t].name = before.materials()[t];
   BaseVectorField field(before, named, sphereWindow(before.voxelSize()));
@@ -250,18 +252,18 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
             name, [name, &pose](const std::string& t) { pose = readPose(name, t); }, help)
         ->type_name("\"x y z\"");
   };
-  place("--from", o.from, "where the tool's origin starts [m]; above the body if not given");
-  place("--to", o.to, "where it goes [m]; two tools deep if not given");
+  place("--from", o.from, "start of the tool's origin [m]; above the body if not given");
+  place("--to", o.to, "end of its path [m]; two tools deep if not given");
   const auto number = [&](const char* name, auto& value, const char* help) {
     command
         .add_option_function<std::string>(
             name, [name, &value](const std::string& t) { value = readPositive(name, t); }, help)
         ->type_name("NUMBER");
   };
-  number("--seconds", o.seconds, "time for the way there [s] (default 5); back in a fifth of it");
-  number("--step", o.step, "between ticks [s] (default 0.001)");
+  number("--seconds", o.seconds, "time for the way in [s] (default 5); the way out takes a fifth");
+  number("--step", o.step, "time between ticks [s] (default 0.001)");
   number("--edge-speed", o.edgeSpeed,
-         "of the tool's edge [m/s]; of 300,000 turns a minute if not given");
+         "speed of the tool's edge [m/s]; that of 300,000 rpm if not given");
   command
       .add_option_function<std::string>(
           "--efficiency",
@@ -269,7 +271,7 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
             o.efficiency = readPositive("--efficiency", t);
             if (o.efficiency > 1) throw BadInput("--efficiency: must be 1 at most");
           },
-          "of the ploughed volume, what comes off (default 0.1)")
+          "removed share of the ploughed volume (default 0.1)")
       ->type_name("NUMBER");
 }
 
@@ -278,7 +280,7 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
 void addDrillCommand(CLI::App& app) {
   auto options = std::make_shared<DrillOptions>();
   CLI::App& command = *app.add_subcommand(
-      "drill", "cut into a body with a tool in a simulated hand: force, volume, what is left");
+      "drill", "cut into a body with a tool in a simulated hand: force, volume, remaining body");
   command.add_option("WORKPIECE", options->body, "mesh file, .cloud file or primitive")->required();
   command
       .add_option("--bur", options->bur,
@@ -287,17 +289,20 @@ void addDrillCommand(CLI::App& app) {
   command.add_option("--tissues", options->tissues, "table of tissues (default dental)")
       ->type_name("dental|FILE.json");
   command
-      .add_option("--tissue", options->told,
-                  "which tissue a part of the body is, once for each; 'all' of a body of one part")
+      .add_option("--tissue", options->partTissues,
+                  "the tissue of a part, once for each part; 'all' for a body of one part")
       ->type_name("PART=TISSUE");
   addPlaces(command, *options);
-  command.add_option("--force", options->force, "where to write force and place of every tick")
+  command.add_option("--force", options->force, "file for force and position of every tick")
       ->type_name("OUT.csv");
-  command.add_option("--chart", options->chart, "where to draw the force over time by tissue")
+  command
+      .add_option("--chart", options->chart, "file for a chart of the force over time by tissue")
       ->type_name("OUT.svg|OUT.png");
-  command.add_option("--picture", options->picture, "where to draw what is left, cut open")
+  command
+      .add_option("--picture", options->picture,
+                  "file for a picture of the remaining body, cut open")
       ->type_name("OUT.svg|OUT.png");
-  command.add_option("-o,--output", options->output, "where to save the cloud that is left")
+  command.add_option("-o,--output", options->output, "file for the remaining cloud")
       ->type_name("OUT.cloud");
   addCommonOptions(command, options->common);
   command.callback([options] { run(*options); });

@@ -1,4 +1,4 @@
-// `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and says how it went.
+// `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and reports on it.
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -18,7 +18,7 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kDefaultSeconds = 5;
-constexpr double kMostSteps = 1e9;  // weeks of work, and what an int can count
+constexpr double kMostSteps = 1e9;  // weeks of computing, and within int
 
 struct SimulateOptions {
   CommonOptions common;
@@ -28,8 +28,7 @@ struct SimulateOptions {
   bool sleep = false;
 };
 
-// Rows are kept and written at the end, to a file beside the one asked for that then takes its
-// name: whole or not at all.
+// Collects rows and writes them at the end: the whole file or none.
 class Trajectory {
  public:
   explicit Trajectory(std::string file) : file_(std::move(file)) {
@@ -121,9 +120,9 @@ void printText(const Json& j) {
               << (b["asleep"].get<bool>() ? "  asleep\n" : "\n");
 }
 
-// What the page tells of a run.
-Replay told(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
-            const WorldSettings& settings, const SimulationReport& r) {
+// Adds the texts of a page to a replay.
+Replay described(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
+                 const WorldSettings& settings, const SimulationReport& r) {
   replay.title = scene.name;
   replay.story = std::filesystem::path(options.scene).filename().string();
   replay.setup = setupText(settings, r.step, options.substeps);
@@ -163,10 +162,10 @@ void run(const SimulateOptions& options) {
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
   const SimulationReport report = simulate(world, run);
-  if (progress) progress(1);  // whatever rounding made of the last time
+  if (progress) progress(1);  // in case rounding leaves the last time below 1
   if (!options.trajectory.empty()) trajectory.write();
   if (!options.replay.empty())
-    saveReplay(told(recorder.finish(), scene, options, settings, report), options.replay);
+    saveReplay(described(recorder.finish(), scene, options, settings, report), options.replay);
   const Json json = reportJson(world, report, options.common);
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
@@ -178,17 +177,17 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
   const auto text = [&](const char* name, const char* help, const char* type, auto reader) {
     command.add_option_function<std::string>(name, reader, help)->type_name(type);
   };
-  text("--seconds", "how long to simulate [s] (default 5)", "S",
+  text("--seconds", "simulated time [s] (default 5)", "S",
        [&o](const std::string& t) { o.seconds = readPositive("--seconds", t); });
   text("--step", "length of a step [s]; the scene's <max_step_size> if not given", "H",
        [&o](const std::string& t) { o.step = readPositive("--step", t); });
-  text("--substeps", "take each step in this many parts (default 1)", "N",
+  text("--substeps", "parts of each step (default 1)", "N",
        [&o](const std::string& t) { o.substeps = readCount("--substeps", t, 1, 10000); });
-  text("--iterations", "of the solver, a step (default 10)", "N",
+  text("--iterations", "iterations of the solver per step (default 10)", "N",
        [&o](const std::string& t) { o.iterations = readCount("--iterations", t, 1, 100000); });
-  text("--trajectory", "write every body's state after every step to a CSV file", "OUT.csv",
+  text("--trajectory", "CSV file for every body's state after every step", "OUT.csv",
        [&o](const std::string& t) { o.trajectory = t; });
-  text("--replay", "a replay: an animated glTF file, or a page that any browser shows",
+  text("--replay", "file for a replay: animated glTF, or a page for any browser",
        "OUT.glb|OUT.html", [&o](const std::string& t) { o.replay = t; });
   command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");
 }
@@ -200,10 +199,10 @@ void addSimulateCommand(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
       "simulate",
       "run an SDFormat world.\n"
-      "Energy is the bodies', kinetic and of gravity (zero at the world's origin); the contacts'\n"
-      "springs are told apart. A pair's friction is the smaller of its bodies' mu; a body that "
-      "states none leaves it to the\n"
-      "other, and where neither does nothing rubs. Bodies without a mass weigh as water.");
+      "Energy is that of the bodies, kinetic and of gravity (zero at the world's origin), without\n"
+      "the springs of contacts. A pair's friction is the smaller mu of its bodies; a body without\n"
+      "mu takes the other's, and without both there is no friction. Bodies without a mass have\n"
+      "the density of water.");
   command.add_option("SCENE", options->scene, "an SDFormat world (.sdf)")->required();
   addOptions(command, *options);
   addCommonOptions(command, options->common);

@@ -1,4 +1,4 @@
-// Takes of a replay without a Bullet world: the tool's way as keys, the force as one contact.
+// Makes takes without a Bullet world: the tool's motion as keys, the force as one contact.
 #include "demos/cut_presentation.h"
 
 #include <cloudcontact/field/surface_field.h>
@@ -13,8 +13,12 @@ namespace cloudcontact::program {
 
 namespace {
 
+constexpr double kMostStep = 0.05,
+                 kMostCuttingStep = 0.15;  // allowed changes of the force in a tick
+constexpr double kArchard = 0.03;          // allowed error of the volume
+constexpr double kLeastEnergy = -1e-6;     // [J]
 constexpr double kFramesASecond = 60;
-constexpr double kTolerance = 1e-4;  // of the body's size: how true the tool's way is kept
+constexpr double kTolerance = 1e-4;  // of the tool's motion, relative to the body's size
 constexpr int kMostMeshed = 110;     // blocks along the longest axis of the body's mesh
 
 Eigen::AlignedBox3d boxOf(const Mesh& mesh) {
@@ -62,7 +66,7 @@ void addFrames(ReplayTake& take, const ShownCut& shown, double size) {
       now.points.push_back({t.center, t.force.stableNormalized(), t.force, t.depth});
     }
     take.contacts.add(now, {true, false});
-    // No weights and no springs stand behind these bodies: their energies are left at zero.
+    // These bodies have no gravity and no springs, so their energies are zero.
     take.frames.push_back({t.time, 0, 0, 0, t.depth, 1e-6 * static_cast<double>(t.microseconds)});
   }
 }
@@ -83,19 +87,31 @@ ReplayTake takeOf(const ShownCut& shown, const Cloud& cloud, const std::string& 
 }  // namespace
 
 void showCut(DemoStage& stage, const ShownCut& shown) {
-  if (stage.pictured()) {
+  if (stage.wantsPictures()) {
     stage.addPicture(shown.name + "_force",
                      std::make_shared<const Drawing>(forceChart(shown.run, shown.force)));
     stage.addPicture(shown.name + "_cut", std::make_shared<const Drawing>(cutPicture(
                                               shown.scene.cloud, shown.after, shown.cut)));
   }
-  if (!stage.watched()) return;
+  if (!stage.wantsReplay()) return;
   ReplayTake first = takeOf(shown, shown.scene.cloud, "the whole " + shown.body);
-  ReplayTake second = takeOf(shown, shown.after, "what is left of it");
+  ReplayTake second = takeOf(shown, shown.after, "the cut " + shown.body);
   second.offset.x() = 1.2 * first.extent.sizes().x();
   const double voxel = shown.scene.cloud.voxelSize();
   stage.addTakes({std::move(first), std::move(second)}, shown.run.ticks.back().time,
                  "voxels of " + lengthText(voxel) + ", a haptic loop at 1 kHz", voxel);
+}
+
+std::vector<ReplayCheck> stepChecks(const CuttingRun& run, const CuttingFigures& f) {
+  return {
+      {"the removed volume follows Archard's law within 3 %",
+       figure(1e9 * f.cutVolume, 2) + " and " + figure(1e9 * f.workVolume, 2, "mm^3"),
+       std::abs(f.cutVolume - f.workVolume) <= kArchard * f.workVolume && f.workVolume > 0},
+      {"the hand never gets back more energy than it gave", figure(1e6 * run.leastEnergy, 3, "uJ"),
+       run.leastEnergy >= kLeastEnergy},
+      {"no tick changes the force by over 5 %, or by over 15 % while cutting",
+       figure(100 * f.largestStep, 1, "%") + " and " + figure(100 * f.largestCuttingStep, 1, "%"),
+       f.largestStep <= kMostStep && f.largestCuttingStep <= kMostCuttingStep}};
 }
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// A cut as its pictures and its replay.
+// The pictures, the replay and the checks of a cutting demo.
 #pragma once
 
 #include <string>
@@ -13,20 +13,20 @@
 namespace cloudcontact::program {
 
 struct ShownCut {
-  std::string name;  // of the pictures' files: NAME_force, NAME_cut
+  std::string name;  // of the picture files: NAME_force, NAME_cut
   const CutScene& scene;
   const CuttingRun& run;
   const Cloud& after;
-  ForceChartWords force;
-  CutPictureWords cut;
-  std::string body, tool;  // what they are called in the replay
+  ForceChartText force;
+  CutPictureText cut;
+  std::string body, tool;  // names in the replay
 };
 
-// Hands the stage the two pictures and a replay of two takes, the tool over the whole body and in
-// what it has left of it; each only where the stage wants it.
+// Adds to the stage, if it wants them, the two pictures and a replay of two takes: the tool with
+// the whole body, and with the remaining one.
 void showCut(DemoStage& stage, const ShownCut& shown);
 
-// What every cut must hold to: Archard's volume, passivity, no jumps.
+// Checks of every cut: Archard's volume, passivity, no jumps of the force.
 std::vector<ReplayCheck> stepChecks(const CuttingRun& run, const CuttingFigures& figures);
 
 }  // namespace cloudcontact::program

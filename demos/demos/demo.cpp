@@ -14,23 +14,23 @@ const std::vector<Demo>& demos() {
       {"nut_bolt", "An M16 nut on its bolt",
        "The same nut and bolt twice: at friction 0.01, below the slope of the thread, and at 0.3, "
        "above it.",
-       "On the left the nut turns down under its own weight, 2 mm a turn; on the right it stays "
-       "where it is. Cut the bodies open to see the flanks press.",
+       "On the left the nut turns down under its own weight, 2 mm per turn; on the right it stays "
+       "in place. Cut the bodies open to see the flanks press.",
        runNutBolt},
       {"peg_hole", "An 8 mm peg in a hole 0.1 mm wider",
-       "The peg stands a little tilted in the hole's mouth, and off its axis.",
-       "It rights itself on the hole's wall, slides down without jamming and lies still on the "
+       "The peg starts tilted and off the axis, at the mouth of the hole.",
+       "The wall straightens it; it slides down without jamming and comes to rest on the "
        "floor. Cut the bodies open to see it inside.",
        runPegHole},
       {"stack", "Ten boxes on top of each other",
        "Ten boxes of a tonne each, five times: clouds at 240 and 60 steps a second, with a "
-       "stiffness stated and with none, and Bullet's own boxes at 60.",
+       "given stiffness and without, and Bullet's own boxes at 60.",
        "All stacks of clouds stand for a minute, without sleeping; the stack of Bullet's own boxes "
-       "leans over and falls.",
+       "tips over.",
        runStack},
       {"chain", "Ten links of a chain",
-       "Ten links hang from the first, which is fixed. Each carries all that is below it.",
-       "They hang still; forces grow from link to link upward, and with them the depth.", runChain},
+       "Ten links hang from the first, which is fixed. Each carries all links below it.",
+       "They hang still. Force and depth grow from link to link upward.", runChain},
       {"drill", "A bur opens a tooth",
        "A ball bur in a simulated hand drills through enamel into the caries below, down to just "
        "above the pulp, and clears a cavity along the fissure.",
@@ -38,9 +38,9 @@ const std::vector<Demo>& demos() {
        "tissue, and the opened tooth.",
        runDrill, true},
       {"scalpel", "A blade slits skin",
-       "A thin blade whose rim alone cuts is drawn through skin and the muscle below it.",
+       "A thin blade that cuts with its rim is drawn through skin and the muscle below.",
        "The slit stays open behind the blade. With --pictures DIR: the force over time, and the "
-       "slab that is left.",
+       "cut slab.",
        runScalpel, true}};
   return all;
 }
@@ -50,16 +50,16 @@ SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettin
   World world(scene, settings);
   setups_.insert(setupText(settings, simulation.step, simulation.substeps));
   if (settings.common.method == Method::Cloud) voxel_ = std::max(voxel_, settings.voxel);
-  if (watched_) recorder_.begin(world, label, simulation.seconds, simulation.step);
+  if (wantsReplay_) recorder_.begin(world, label, simulation.seconds, simulation.step);
   const auto progress =
       progressBar("simulating " + scene.name + (label.empty() ? "" : " (" + label + ")"));
   SimulationSettings watched = simulation;
   watched.observe = [&](double time, const World& now) {
-    if (watched_) recorder_.record(time, now);
+    if (wantsReplay_) recorder_.record(time, now);
     if (progress) progress(std::min(1.0, time / simulation.seconds));
   };
   const SimulationReport report = simulate(world, watched);
-  if (progress) progress(1);  // whatever rounding made of the last time
+  if (progress) progress(1);  // in case rounding leaves the last time below 1
   return report;
 }
 
@@ -79,7 +79,7 @@ Replay DemoStage::replay() {
   Replay replay = recorder_.finish();
   for (ReplayTake& take : takes_) replay.takes.push_back(std::move(take));
   replay.seconds = std::max(replay.seconds, seconds_);
-  if (setups_.size() == 1) replay.setup = *setups_.begin();  // else the labels tell
+  if (setups_.size() == 1) replay.setup = *setups_.begin();  // otherwise the labels name the set-up
   replay.voxel = voxel_;
   return replay;
 }

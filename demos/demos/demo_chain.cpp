@@ -1,4 +1,4 @@
-// The demo `chain`: ten links that hold each other by their shape alone.
+// The demo `chain`: ten links that hold each other by their shape.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,14 +14,14 @@ constexpr double kVoxel = 0.02;  // [m]
 constexpr double kStep = 1.0 / 240;
 constexpr double kSeconds = 10;
 constexpr double kMass = 40;
-constexpr double kStiffness = 1e6;  // of a pair: the first joint bears 3.5 kN and sags 3.5 mm
+constexpr double kStiffness = 1e6;  // of a pair: the first joint carries 3.5 kN and sags 3.5 mm
 
-// Distance of taut neighbours: their wires touch where they cross.
+// Distance of neighbors under load, whose wires touch where they cross.
 double pitch(const ChainLink& link) {
   return link.straight + 2 * link.bend - 2 * link.wire;
 }
 
-// How far the joint above a link gives under what hangs from it, that link included [m].
+// Sag of the joint above a link under the weight of it and all below [m].
 double sag(int link) {
   return (kLinks - link) * kMass * 9.8 / kStiffness;
 }
@@ -31,10 +31,10 @@ SceneDescription scene(const ChainLink& link) {
   SceneDescription scene;
   scene.name = "chain";
   scene.step = kStep;
-  // The link's long axis, y, stands up; every other link is turned a quarter about it.
+  // The link's long axis, y, is vertical; every other link is turned by 90 degrees about it.
   const Eigen::Quaterniond up(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()));
-  // It hangs from the start: nothing would stop the swing and spin that a drop leaves in it.
+  // It starts in equilibrium: nothing would damp the swing and spin after a drop.
   double height = 12;
   for (int i = 0; i < kLinks; ++i) {
     if (i > 0) height -= pitch(link) + sag(i);
@@ -65,10 +65,10 @@ std::vector<ReplayCheck> runChain(DemoStage& stage) {
   }
   return {{"all links hang still, under 1 mm/s and 1 mrad/s",
            figure(1e3 * speed, 4, "mm/s or mrad/s at most"), speed < 1e-3},
-          {"straight down within half a voxel", figure(sideways / kVoxel, 4, "vox aside"),
+          {"straight down within half a voxel", figure(sideways / kVoxel, 4, "vox sideways"),
            sideways < 0.5 * kVoxel},
-          {"a pitch and m g / k apart within half a voxel", figure(gap / kVoxel, 3, "vox off"),
-           gap < 0.5 * kVoxel}};
+          {"neighbors at a pitch and m g / k within half a voxel",
+           figure(gap / kVoxel, 3, "vox off"), gap < 0.5 * kVoxel}};
 }
 
 }  // namespace cloudcontact::program

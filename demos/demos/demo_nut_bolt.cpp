@@ -1,4 +1,4 @@
-// The demo `nut_bolt`: a screw's two outcomes, told by friction.
+// The demo `nut_bolt`: friction decides whether a nut turns on its bolt.
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +12,8 @@ constexpr double kVoxel = 0.25e-3;  // [m]
 constexpr double kStep = 1.0 / 960;
 constexpr double kSeconds = 1.2;
 constexpr double kStart = 16e-3;  // of the nut's lower face, a multiple of the pitch [m]
-constexpr double kLoose = 0.01, kTight = 0.3;  // friction; a M16 thread locks at about 0.037
+constexpr double kLoose = 0.01,
+                 kTight = 0.3;  // friction; an M16 thread is self-locking from about 0.037
 
 SceneDescription scene(const Thread& thread, double friction) {
   Thread nutThread = thread;
@@ -51,7 +52,7 @@ std::vector<ReplayCheck> runNutBolt(DemoStage& stage) {
   return {
       {"at friction 0.01 the nut turns down by more than a turn", figure(-turns, 2, "turns"),
        turns < -1},
-      {"falling 2 mm a turn within 3 %", figure(1e3 * perTurn, 3, "mm a turn"),
+      {"falling 2 mm per turn within 3 %", figure(1e3 * perTurn, 3, "mm per turn"),
        std::abs(perTurn - thread.lead()) < 0.03 * thread.lead()},
       {"at friction 0.3 it stays within a twentieth of a turn", figure(held, 4, "turns"),
        held < 0.05},

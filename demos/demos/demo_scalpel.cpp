@@ -12,7 +12,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// How deep the slit is at a place of the line, and how wide at the surface [m].
+// Depth of the slit at a point of the line, and its width at the surface [m].
 struct Slit {
   double depth = 0, width = 0;
 };
@@ -49,23 +49,23 @@ std::vector<ReplayCheck> runScalpel(DemoStage& stage) {
   }
   const double blade = 2 * kBladeHalfThickness, voxel = after.voxelSize();
   std::vector<ReplayCheck> checks = {
-      {"the skin is parted all along the line", figure(1e3 * least, 2, "mm deep at least"),
+      {"the skin is cut along the whole line", figure(1e3 * least, 2, "mm deep at least"),
        least > kSkinThickness},
-      {"the slit is no deeper than the hand meant to go", figure(1e3 * most, 2, "mm of 5"),
+      {"the slit is no deeper than the hand's plan", figure(1e3 * most, 2, "mm of 5"),
        most <= kBladePlan},
-      {"and no wider than the blade, 0.8 mm, and a voxel", figure(1e3 * widest, 2, "mm"),
+      {"the slit is no wider than the blade, 0.8 mm, and a voxel", figure(1e3 * widest, 2, "mm"),
        widest > 0.5 * blade && widest <= blade + voxel}};
   for (const ReplayCheck& check : stepChecks(run, f)) checks.push_back(check);
   const std::string below = "A blade 0.8 mm thick, drawn at 8 mm/s through 2 mm of skin; " +
                             figure(run.ticks.back().time, 1) + " s at 1 kHz, " +
-                            figure(1e9 * f.cutVolume, 1, "mm\u00b3 gone");
+                            figure(1e9 * f.cutVolume, 1, "mm\u00b3 removed");
   showCut(stage, {"scalpel",
                   scene,
                   run,
                   after,
                   {"Force on the hand while a blade slits skin", below, -Vec3::UnitZ(),
                    "Depth of the blade below its first touch [mm]"},
-                  {"The slit that the blade has left", below, {}, false},
+                  {"The slit of the blade", below, {}, false},
                   "slab",
                   "blade"});
   return checks;

@@ -1,5 +1,5 @@
-// The drill: a tungsten carbide ball bur of 1.2 mm at 300,000 turns a minute, held as a dentist
-// holds it, on a wrist that is as stiff as the device renders.
+// The drill: a tungsten carbide ball bur of 1.2 mm at 300,000 rpm, in a hand whose wrist is as
+// stiff as the device's rendering.
 #include <cloudcontact/workpiece/window.h>
 
 #include <numbers>
@@ -15,17 +15,17 @@ namespace {
 constexpr double kMm = 1e-3;
 constexpr double kVoxel = 0.1 * kMm;
 constexpr double kBur = 0.6 * kMm;            // radius
-constexpr double kSpindle = 300000 / 60.0;    // turns a second
-constexpr double kDeep = kDrillFloor + kBur;  // the bur's centre at its deepest
-constexpr double kSide = 1.2 * kMm;           // of the borehole from the pit, along the fissure
-constexpr double kWide = 0.15 * kMm;          // the cavity is so much wider than the bur, each way
+constexpr double kSpindle = 300000 / 60.0;    // [1/s]
+constexpr double kDeep = kDrillFloor + kBur;  // the bur's center at its deepest
+constexpr double kSide = 1.2 * kMm;           // from the pit to the borehole, along the fissure
+constexpr double kWide = 0.15 * kMm;          // margin of the cavity around the bur
 
-// Of what the bur ploughs a tenth comes off: it then goes through enamel at 1 mm/s with a newton,
-// and all of it takes 20 s.
+// A tenth of the ploughed volume comes off. The bur then passes enamel at 1 mm/s with one newton,
+// and the whole demo takes 20 s.
 constexpr double kEfficiency = 0.1;
 
-// Straight down, and slowly up again: a bur fits its own hole and rubs on the way out, with a force
-// that grows with its speed.
+// Straight down and slowly up: a bur rubs on its own hole on the way out, with a force that grows
+// with its speed.
 void addBorehole(std::vector<PathPoint>& path) {
   path.push_back({Vec3(kSide, 0, 6.4 * kMm), 1, 0});
   path.push_back({Vec3(kSide, 0, 5.8 * kMm), 3 * kMm, 0});
@@ -33,7 +33,7 @@ void addBorehole(std::vector<PathPoint>& path) {
   path.push_back({Vec3(kSide, 0, 4.7 * kMm), 1 * kMm, 0});
 }
 
-// Layer by layer there and back, with a rest at each end for what the hand lags behind its plan.
+// Layer by layer, there and back, with a pause at each end because the hand lags behind its plan.
 void addCavity(std::vector<PathPoint>& path) {
   for (const double z : {4.7 * kMm, 3.8 * kMm, 2.9 * kMm, kDeep}) {
     path.push_back({Vec3(kSide, kWide, z), 1.5 * kMm, 0});

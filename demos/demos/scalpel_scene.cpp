@@ -1,11 +1,10 @@
 // The scalpel: a round-bellied blade, 0.8 mm thick, drawn through 2 mm of skin and as much muscle.
-//
-// Soft tissue is known by its toughness, the work that a square metre of new cut takes. Chicken
-// skin cut with scissors takes 2,800 J/m^2, porcine muscle 550 and more (both as gathered in
-// "Recent Advances in Soft Biological Tissue Manipulating Technologies", Chin. J. Mech. Eng. 35,
-// 2022, table 2). The blade takes a strip as wide as itself away, so toughness over that width is
-// the work for a volume, which is what Archard's hardness over efficiency says. Stiffness and
-// damping are ours, for a hand to feel: nobody's skin is a spring.
+// Soft tissue is described by its toughness, the work per area of a cut: 2,800 J/m^2 for chicken
+// skin cut with scissors, 550 and more for porcine muscle (both from "Recent Advances in Soft
+// Biological Tissue Manipulating Technologies", Chin. J. Mech. Eng. 35, 2022, table 2). The blade
+// removes a strip of its own width, so toughness over that width is the work per volume: Archard's
+// hardness over efficiency. Stiffness and damping are chosen for the feel of a hand; real skin is
+// no linear spring.
 #include <cloudcontact/voxels/digitize.h>
 
 #include "demos/cut_scenes.h"
@@ -21,12 +20,12 @@ constexpr double kSkinToughness = 2800, kMuscleToughness = 550;  // [J/m^2]
 constexpr double kSlab = 8 * kMm;                                // thickness
 constexpr double kLength = 36 * kMm, kWidth = 10 * kMm;
 constexpr double kBelly = 5 * kMm;  // half length and half height of the blade
-// What of the blade cuts, from its rim. With 0.7 mm half of the skin in the slit stayed: tissue
-// gives way before it is cut, and what the rim leaves nothing takes.
+// Width of the cutting rim. With 0.7 mm half of the skin in the slit remains: tissue yields before
+// it is cut, and nothing cuts it behind the rim.
 constexpr double kEdge = 3 * kMm;
 
 NamedMesh box(const char* name, double top) {
-  const double height = kSlab + top;  // both stand on z = -kSlab
+  const double height = kSlab + top;  // both start at z = -kSlab
   NamedMesh part{name, primitiveMesh(Box{Vec3(kLength, kWidth, height) / 2}, kVoxel)};
   for (Vec3& v : part.mesh.vertices) v.z() += top - height / 2;
   return part;
@@ -39,7 +38,7 @@ Cloud slab(int threads) {
   return digitize({box("skin", kSlabTop), box("muscle", kSlabTop - kSkinThickness)}, settings);
 }
 
-// The blade's area D, and within it what does not cut: all but the rim.
+// The blade, and its part that does not cut: all but the rim.
 Detection blade() {
   Detection tool;
   tool.area = {Ellipsoid{Vec3(kBelly, kBladeHalfThickness, kBelly)}};

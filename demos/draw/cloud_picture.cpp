@@ -1,5 +1,5 @@
-// The picture of a cloud: its voxels from outside, three slices through its centre of mass, figures
-// and a key.
+// Lays out the picture of a cloud: a view from outside, three slices through the center of mass,
+// figures and a key.
 #include "draw/cloud_picture.h"
 
 #include <algorithm>
@@ -24,9 +24,10 @@ const std::array<Rectangle, 3> kFrames = {
     {{{436, 82}, {836, 366}}, {{kMargin, 378}, {424, 662}}, {{436, 378}, {836, 662}}}};
 const Rectangle kLook{{864, 304}, {kWidth - kMargin, 488}};
 const Rectangle kSide{{864, 82}, {kWidth - kMargin, 662}};
-constexpr double kColours = 500, kBall = 598;  // heights of the colours' heading and their ball
+constexpr double kColors = 500,
+                 kBall = 598;  // heights of the heading of the colors and of their ball
 
-// One scale for all slices, at which the largest fills its frame.
+// The scale of all slices, at which the largest fills its frame.
 double sliceScale(const SurfaceField& field) {
   const Vec3 size = 1.16 * field.bounds().sizes();
   const Point room = belowCaption(kFrames[0]).size();
@@ -58,9 +59,9 @@ void addSlices(Drawing& drawing, const PictureBody& body, const Vec3& center) {
   }
   drawing.add(GroupBegin{"close-look", near.frame});
   addSlice(drawing, body, kSlices[look.slice], near);
-  addBaseVectors(drawing, body, kSlices[look.slice], near);
+  addSurfaceNormals(drawing, body, kSlices[look.slice], near);
   drawing.add(GroupEnd{});
-  addCaption(drawing, kLook, "a nearer look at the box", near.scale);
+  addCaption(drawing, kLook, "close-up of the box", near.scale);
   addFrame(drawing, kLook);
 }
 
@@ -77,7 +78,7 @@ void addFigures(Drawing& drawing, const SurfaceField& field, const MassPropertie
   table.row("volume", volumeText(mass.volume));
   table.row("inside voxels", countText(counts.inside));
   table.row("interface voxels", countText(counts.interface));
-  table.row("voxels with a base vector", countText(field.bandVoxels()));
+  table.row("voxels near the surface", countText(field.bandVoxels()));
   if (!cloud.materials().empty()) table.row("materials", countText(cloud.materials().size()));
   table.row("surface samples", countText(field.sampleCount()));
 }
@@ -93,13 +94,13 @@ void addKey(Drawing& drawing, const std::vector<std::string>& materials) {
     drawing.add(Polygons{{ringOf({low, low + Point(15, 15)})}, {color, kPaperWhite, 1}});
   };
   drawing.add(GroupBegin{"key", {}});
-  Point at = entry(0, "Interface voxels", "the darker, the more of it is material");
+  Point at = entry(0, "Interface voxels", "darker with more material");
   for (int k = 0; k < 3; ++k) {
     Color color = kInterface;
     color.alpha = inkOf((k + 0.5) / 3);
     square(at, -25 + 16 * k, color);
   }
-  constexpr std::size_t kNamed = 3;  // as many as there are colours in the key, and room
+  constexpr std::size_t kNamed = 3;  // limited by the key's colors and space
   std::string names;
   for (std::size_t m = 0; m < std::min(kNamed, materials.size()); ++m)
     names += (m == 0 ? "" : ", ") + shortName(printable(materials[m]), 16);
@@ -107,12 +108,12 @@ void addKey(Drawing& drawing, const std::vector<std::string>& materials) {
   at = entry(1, "Inside voxels", names.empty() ? "all material" : names.c_str());
   const int shown = std::clamp(static_cast<int>(materials.size()), 1, 3);
   for (int k = 0; k < shown; ++k) square(at, shown == 1 ? 0 : -25 + 16 * k, insideColor(k));
-  at = entry(2, "Surface", "fitted to the shades, finer than a voxel");
+  at = entry(2, "Surface", "fitted to the coverage, finer than a voxel");
   drawing.add(line(at + Point(-24, 0), at + Point(20, 0), kSurface, 1.5));
-  at = entry(3, "Base vectors", "out of the material, one a surface voxel");
+  at = entry(3, "Surface normals", "out of the material, one per surface voxel");
   drawing.add(arrow(at + Point(-2, 10), at + Point(-2, -14), kSurface, 2));
-  addCenterMark(drawing, entry(4, "Centre of mass", "the slices run through it"));
-  at = entry(5, "Box", "what the nearer look shows");
+  addCenterMark(drawing, entry(4, "Center of mass", "all slices contain it"));
+  at = entry(5, "Box", "shown in the close-up");
   drawing.add(Polygons{{ringOf({at - Point(14, 8), at + Point(14, 8)})}, {std::nullopt, kInk, 2}});
   drawing.add(GroupEnd{});
 }
@@ -122,11 +123,11 @@ void addOutside(Drawing& drawing, const SurfaceField& field) {
   drawing.add(GroupBegin{"outside", inner});
   const double alongAxes = addVoxelsFromOutside(drawing, field, inner);
   drawing.add(GroupEnd{});
-  addCaption(drawing, kOutside, "from outside, coloured by base vectors", alongAxes);
+  addCaption(drawing, kOutside, "from outside, colored by surface normals", alongAxes);
   addFrame(drawing, kOutside);
-  drawing.add(GroupBegin{"colours", {}});
-  Table heading(drawing, {kSide.low.x(), kColours}, kSide.size().x());
-  heading.heading("Colours: where a base vector points");
+  drawing.add(GroupBegin{"colors", {}});
+  Table heading(drawing, {kSide.low.x(), kColors}, kSide.size().x());
+  heading.heading("Colors: direction of the surface normal");
   addNormalBall(drawing, {kSide.center().x(), kBall}, 36);
   drawing.add(GroupEnd{});
 }

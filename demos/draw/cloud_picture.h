@@ -1,4 +1,4 @@
-// `digitize --picture`: a body as voxels, in slices and from outside.
+// The picture of `digitize --picture`: a body's voxels in slices and from outside.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>

@@ -1,4 +1,4 @@
-// Slices: voxels along the grid as squares by their shade, the field's surface, base vectors.
+// Draws slices: voxels as shaded squares, the field's surface, and surface normals.
 #include "draw/cloud_slice.h"
 
 #include <algorithm>
@@ -16,14 +16,14 @@ namespace {
 
 constexpr int kShades = 8;
 constexpr double kLeastOutlined = 5;      // voxels smaller than this get no outline [px]
-constexpr double kLeastCell = 2;          // and smaller than this they are shown in blocks [px]
-constexpr int kLookWidth = 20;            // voxels across a nearer look
-constexpr double kLookMargin = 1.5;       // left about the body in it [voxels]
-constexpr int kLookReach = 5;             // half of the square that is judged [voxels]
-constexpr std::size_t kMostPlaces = 400;  // that are judged in a slice
-constexpr double kVectorLength = 0.85;    // of a base vector [voxels]
+constexpr double kLeastCell = 2;          // smaller voxels are merged into blocks [px]
+constexpr int kLookWidth = 20;            // voxels across the close-up
+constexpr double kLookMargin = 1.5;       // around the body in it [voxels]
+constexpr int kLookReach = 5;             // half width of a rated square [voxels]
+constexpr std::size_t kMostPlaces = 400;  // rated in a slice
+constexpr double kVectorLength = 0.85;    // of a normal's arrow [voxels]
 
-// Mean coverage of a square of voxels, and whether all of them are full; the first one's material.
+// Mean coverage of a square of voxels, whether all are full, and the first one's material.
 struct Cell {
   double coverage = 0;
   bool inside = true;
@@ -48,7 +48,7 @@ Cell cellAt(const Cloud& cloud, const Slice& slice, Eigen::Vector3i voxel, int s
 void addSliceVoxels(Drawing& drawing, const Cloud& cloud, const Slice& slice, const CutView& view) {
   const double h = cloud.voxelSize();
   const int step = std::max(1, static_cast<int>(std::ceil(kLeastCell / (h * view.scale))));
-  std::map<int, Polygons> shades;  // by coverage; those inside by kShades + 1 + material
+  std::map<int, Polygons> shades;  // by coverage; inside voxels at kShades + 1 + material
   Eigen::Vector3i voxel;
   voxel[slice.axis] =
       static_cast<int>(std::floor((view.origin[slice.axis] - cloud.origin()[slice.axis]) / h));
@@ -77,8 +77,8 @@ void addSliceVoxels(Drawing& drawing, const Cloud& cloud, const Slice& slice, co
   }
 }
 
-// How much a square of voxels shows of a surface: those on it count by how squarely the slice cuts
-// it there, down to -2 where the slice runs along it.
+// Rates how much surface a square of voxels shows. Surface voxels count by the angle between slice
+// and surface, down to -2 where the two are parallel.
 double surfaceAround(const SurfaceField& field, const Slice& slice, const Eigen::Vector3i& middle) {
   const Cloud& cloud = field.cloud();
   double sum = 0;
@@ -107,7 +107,7 @@ double inkOf(double coverage) {
   return 0.1 + 0.8 * coverage;
 }
 
-// Through the middle of the voxels in which the centre of mass lies.
+// Through the middle of the voxel layer at the center of mass.
 CutView sliceView(const SurfaceField& field, const Vec3& center, const Slice& slice,
                   const Rectangle& frame, double scale) {
   CutView view;
@@ -156,7 +156,7 @@ CloseLook closeLookAt(const SurfaceField& field, const Vec3& center) {
 CutView closeLookView(const SurfaceField& field, const CloseLook& look, const Rectangle& frame) {
   const double scale = frame.size().x() / (kLookWidth * field.cloud().voxelSize());
   CutView view = sliceView(field, look.place, kSlices[look.slice], frame, scale);
-  // Toward the body where its edge would leave most of the frame empty.
+  // Shifted toward the body if most of the frame would be empty.
   const Slice& slice = kSlices[look.slice];
   const Eigen::AlignedBox3d bounds = field.bounds();
   for (const auto& [axis, px] :
@@ -169,8 +169,8 @@ CutView closeLookView(const SurfaceField& field, const CloseLook& look, const Re
   return view;
 }
 
-void addBaseVectors(Drawing& drawing, const PictureBody& body, const Slice& slice,
-                    const CutView& view) {
+void addSurfaceNormals(Drawing& drawing, const PictureBody& body, const Slice& slice,
+                       const CutView& view) {
   const Cloud& cloud = body.field->cloud();
   const double h = cloud.voxelSize();
   const Vec3 low = (view.toWorld({view.frame.low.x(), view.frame.high.y()}) - cloud.origin()) / h;
@@ -185,7 +185,7 @@ void addBaseVectors(Drawing& drawing, const PictureBody& body, const Slice& slic
       const auto point = body.field->at(center);
       if (coverage == 0 || coverage == 255 || !point) continue;
       const Point along = view.direction(point->normal), start = view.toPaper(center);
-      if (along.norm() < 0.4) continue;  // it points at who looks: nothing to see
+      if (along.norm() < 0.4) continue;  // points at the viewer: too short to show
       drawing.add(arrow(start, start + kVectorLength * h * view.scale * along, kSurface, 1.5));
     }
 }

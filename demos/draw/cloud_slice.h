@@ -1,4 +1,4 @@
-// Slices of a cloud along its grid, and a nearer look at one of them.
+// Slices of a cloud along its grid, and a close-up of one of them.
 #pragma once
 
 #include <array>
@@ -9,15 +9,15 @@
 
 namespace cloudcontact::program {
 
-// What is inside, by its material.
+// Color of inside voxels, by material.
 Color insideColor(int material);
 inline constexpr Color kInterface{43, 108, 176}, kSurface{20, 62, 112};
 inline constexpr Color kCenter{190, 18, 60};
 
-// The share of kInterface's ink that a coverage gets.
+// Share of kInterface's ink for a coverage.
 double inkOf(double coverage);
 
-// What a slice across `axis` shows: which axes run to the right and upward on paper.
+// A slice across `axis`, with the axes to the right and upward in the drawing.
 struct Slice {
   int axis, right, up;
   const char* caption;
@@ -27,7 +27,7 @@ inline constexpr std::array<Slice, 3> kSlices = {
      {0, 1, 2, "slice across x: y to the right, z up"},
      {1, 0, 2, "slice across y: x to the right, z up"}}};
 
-// A place worth a nearer look: where a small square of a slice shows the most surface.
+// The place for the close-up: where a small square of a slice shows the most surface.
 struct CloseLook {
   std::size_t slice = 0;  // of kSlices
   Vec3 place = Vec3::Zero();
@@ -35,17 +35,17 @@ struct CloseLook {
 
 CloseLook closeLookAt(const SurfaceField& field, const Vec3& center);
 
-// All of a slice through `center`, at `scale` px a metre.
+// The whole slice through `center`, at `scale` [px/m].
 CutView sliceView(const SurfaceField& field, const Vec3& center, const Slice& slice,
                   const Rectangle& frame, double scale);
-// Its voxels by their coverage and the surface through them.
+// Adds the voxels shaded by coverage, and the surface.
 void addSlice(Drawing& drawing, const PictureBody& body, const Slice& slice, const CutView& view);
 
-// About the place, as far as there is something to see.
+// The view around the place, within the body's bounds.
 CutView closeLookView(const SurfaceField& field, const CloseLook& look, const Rectangle& frame);
-// Of the interface voxels, by their part in the slice.
-void addBaseVectors(Drawing& drawing, const PictureBody& body, const Slice& slice,
-                    const CutView& view);
+// Adds the surface normals of the interface voxels, projected onto the slice.
+void addSurfaceNormals(Drawing& drawing, const PictureBody& body, const Slice& slice,
+                       const CutView& view);
 
 void addCenterMark(Drawing& drawing, const Point& at);
 

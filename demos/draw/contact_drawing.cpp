@@ -21,9 +21,9 @@ constexpr int kShades = 8;
 constexpr double kNormalLength = 130;   // of the big arrow [px]
 constexpr double kLabelDistance = 235;  // of a body's letter from the contact [px]
 constexpr double kLetterSize = 18;
-constexpr double kVectorLength = 0.85;  // of a base vector [voxels]
+constexpr double kVectorLength = 0.85;  // of a normal's arrow [voxels]
 
-// Voxels by their material and shade: one element for those that look alike.
+// Groups voxels by material and shade into one element each.
 void addVoxels(Drawing& drawing, const std::vector<CutVoxel>& voxels, const Cloud& cloud,
                bool isA) {
   std::map<std::pair<int, int>, std::vector<std::vector<Point>>> alike;
@@ -49,7 +49,7 @@ double areaOf(const std::vector<Point>& ring) {
   return std::abs(twice) / 2;
 }
 
-// Without the slivers of voxels that the plane barely meets: nothing but thick lines.
+// Leaves out slivers of voxels, which would be thick lines only.
 void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const CutView& view,
                         const std::vector<CutVoxel>& voxels, const std::vector<FoundSample>& found,
                         const Color& color) {
@@ -64,7 +64,7 @@ void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const CutView
   drawing.add(std::move(marked));
 }
 
-// Whether the surface runs through a voxel with material, or along its face.
+// Whether the surface crosses a voxel with material or touches its face.
 bool onSurface(const Cloud& cloud, const CutVoxel& v) {
   if (v.coverage < 255) return true;
   for (int axis = 0; axis < 3; ++axis)
@@ -75,10 +75,10 @@ bool onSurface(const Cloud& cloud, const CutVoxel& v) {
   return false;
 }
 
-// Base vectors of the voxels with a surface in them, out of the material, by their part in the cut.
-// Where a cut meets several layers of the grid, the one nearest to it speaks for them.
-void addBaseVectors(Drawing& drawing, const PictureBody& body, std::vector<CutVoxel> voxels,
-                    const CutView& view, const Focus& focus, const Color& color) {
+// Outward surface normals of the interface voxels, projected onto the cut. Of several layers of the
+// grid in the cut only the nearest is drawn.
+void addSurfaceNormals(Drawing& drawing, const PictureBody& body, std::vector<CutVoxel> voxels,
+                       const CutView& view, const Focus& focus, const Color& color) {
   if (!body.field) return;
   const double h = body.field->cloud().voxelSize();
   const double near = std::max(5 * h, 1.25 * focus.reach);
@@ -92,7 +92,7 @@ void addBaseVectors(Drawing& drawing, const PictureBody& body, std::vector<CutVo
     const std::optional<FieldPoint> point = body.at(v.center);
     if (!point) continue;
     const Point along = view.direction(point->normal);
-    if (along.norm() < 0.4) continue;  // it points at who looks: nothing to see
+    if (along.norm() < 0.4) continue;  // points at the viewer: too short to show
     const Point start = view.toPaper(v.center);
     const auto close = [&](const Point& p) { return (p - start).norm() < 0.7 * h * view.scale; };
     if (std::any_of(starts.begin(), starts.end(), close)) continue;
@@ -110,7 +110,7 @@ void addBody(Drawing& drawing, const PictureBody& body, const CutView& view, boo
                          {shade(materialColor(isA, 0), 1), std::nullopt, 0}});
 }
 
-// Those in the cut: what lies before it or behind it is seen in the patch's own view.
+// Only points in the cut; the view of the patch shows the others.
 void addPoints(Drawing& drawing, const ContactScene& scene, const CutView& view) {
   for (const ContactPoint& p : scene.result.points)
     if (std::abs(view.distance(p.position)) < 1.5 * scene.voxel)
@@ -136,7 +136,7 @@ void addDigitalNormal(Drawing& drawing, const ContactScene& scene, const CutView
   drawing.add(Text{label, "digital normal", 16, kContactRed, align, true, true});
 }
 
-// A body's letter, and the material's name where it has several, where there is nothing but that.
+// A body's letter, with the material's name if there are several, placed inside that material.
 void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& other,
                   const CutView& view, const std::string& words, int material, const Color& color) {
   const Point half(widthOf(words, kLetterSize, true) / 2, 12);
@@ -154,7 +154,7 @@ void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& 
       bool clear = true;
       for (const double sx : {-1.0, -0.5, 0.0, 0.5, 1.0})
         for (const double sy : {-1.0, 1.0}) clear &= only({x + sx * half.x(), y + sy * half.y()});
-      // Off the marks about the contact, yet in sight of them.
+      // Near the contact, but clear of its marks.
       const double score = -std::abs((Point(x, y) - center).norm() - kLabelDistance);
       if (!clear || score <= best) continue;
       best = score;
@@ -167,7 +167,8 @@ void addBodyLabel(Drawing& drawing, const PictureBody& body, const PictureBody& 
 void addBodyLabels(Drawing& drawing, const PictureBody& body, const PictureBody& other,
                    const CutView& view, const std::string& letter, const Color& color) {
   if (!body.field)
-    return addBodyLabel(drawing, body, other, view, letter + ", a half-space: no voxels", 0, color);
+    return addBodyLabel(drawing, body, other, view, letter + ", a half-space without voxels", 0,
+                        color);
   const std::vector<std::string>& materials = body.field->cloud().materials();
   if (materials.empty()) return addBodyLabel(drawing, body, other, view, letter, 0, color);
   for (std::size_t m = 0; m < materials.size(); ++m)
@@ -175,7 +176,7 @@ void addBodyLabels(Drawing& drawing, const PictureBody& body, const PictureBody&
                  static_cast<int>(m), color);
 }
 
-// Samples as small squares; where there are thousands, some stand for all.
+// Samples as small squares; draws a subset of thousands.
 Polygons dots(const std::vector<FoundSample>& samples, int patch, const CutView& view,
               const Color& color) {
   constexpr std::size_t kMostDots = 500;
@@ -189,8 +190,7 @@ Polygons dots(const std::vector<FoundSample>& samples, int patch, const CutView&
   return squares;
 }
 
-// Beside the line through `center`, near the frame's lower edge, or its left one where it lies
-// flat.
+// Labels the line through `center`, near the frame's lower edge, or the left one for a flat line.
 void addCutLabel(Drawing& drawing, const Rectangle& frame, const Point& center,
                  const Point& along) {
   const bool steep = std::abs(along.y()) > 0.4;
@@ -240,9 +240,9 @@ void addCloseView(Drawing& drawing, const ContactScene& scene, const Marks& mark
     addCollisionVoxels(drawing, scene.a, view, a, marks.inA, kDarkA);
     addCollisionVoxels(drawing, scene.b, view, b, marks.inB, kDarkB);
   });
-  group("base-vectors", [&] {
-    addBaseVectors(drawing, scene.a, a, view, marks.focus, kDarkA);
-    addBaseVectors(drawing, scene.b, b, view, marks.focus, kDarkB);
+  group("surface-normals", [&] {
+    addSurfaceNormals(drawing, scene.a, a, view, marks.focus, kDarkA);
+    addSurfaceNormals(drawing, scene.b, b, view, marks.focus, kDarkB);
   });
   group("digital-normal", [&] { addDigitalNormal(drawing, scene, view, marks.focus); });
   group("contact-points", [&] { addPoints(drawing, scene, view); });

@@ -1,5 +1,4 @@
-// How the picture of a contact is laid out: the cut, figures and small views beside it, a key
-// below.
+// Lays out the picture of a contact: the cut, figures and small views on the right, a key below.
 #include "draw/contact_picture.h"
 
 #include <string>
@@ -87,11 +86,11 @@ void pointSymbol(Drawing& drawing, const Point& at) {
 
 void addKey(Drawing& drawing) {
   const KeyEntry entries[] = {
-      {"Voxels of A and B", "the darker, the more of it is material", voxelSymbol},
-      {"Surface", "fitted to the shades, finer than a voxel", surfaceSymbol},
-      {"Base vectors", "out of the material, one a surface voxel", vectorSymbol},
+      {"Voxels of A and B", "darker with more material", voxelSymbol},
+      {"Surface", "fitted to the coverage, finer than a voxel", surfaceSymbol},
+      {"Surface normals", "out of the material, one per surface voxel", vectorSymbol},
       {"Collision voxels", "their surface lies inside the other body", collisionSymbol},
-      {"Digital normal", "their base vectors, summed by area and depth", normalSymbol},
+      {"Digital normal", "their normals, summed by area and depth", normalSymbol},
       {"Contact points", "at most four a patch, with all its force", pointSymbol}};
   drawing.add(GroupBegin{"key", {}});
   for (int k = 0; k < 6; ++k) {
@@ -111,12 +110,12 @@ std::string subtitle(const ContactScene& scene, const Marks& marks) {
          ", along its digital normal; it pushes B that way with the force k d.";
 }
 
-// A plane through both bodies' middles, where there is no contact to cut.
+// Without a contact, the cut is a plane through the middles of both bodies.
 CutView apartView(const ContactScene& scene) {
   const Vec3 middle = scene.b.pose.position - scene.a.pose.position;
   Vec3 across = Vec3::UnitZ().cross(middle);
   across = across.norm() > 1e-9 * middle.norm() ? across.normalized() : Vec3::UnitY();
-  // Off the grid's own planes, as in closeView.
+  // Off the planes of the grid, as in closeView.
   const Vec3 origin = scene.b.pose.position + 1e-3 * scene.voxel * across;
   const CutView view = viewAcross(origin, across, kMain, 0);
   return wholeView(scene, view, kMain);

@@ -1,4 +1,4 @@
-// `contact --picture`: the method made visible in a cut through a contact.
+// The picture of `contact --picture`: a cut through a contact that shows the method.
 #pragma once
 
 #include "draw/contact_scene.h"
@@ -6,9 +6,9 @@
 
 namespace cloudcontact::program {
 
-// The cut through the most loaded patch, along its digital normal, turned about it so that the
-// surfaces are met squarely; with the figures, a key, and the whole bodies in small. Bodies that do
-// not touch are shown whole.
+// Shows a cut through the most loaded patch that contains its digital normal and is as
+// perpendicular to the surfaces as possible, with figures, a key, and the whole bodies. Bodies that
+// do not touch are shown whole.
 Drawing contactPicture(const ContactScene& scene);
 
 }  // namespace cloudcontact::program

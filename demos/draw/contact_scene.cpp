@@ -1,4 +1,4 @@
-// Looking up the bodies of a picture at points of the world.
+// Looks up fields and voxels of the bodies at points of the world.
 #include "draw/contact_scene.h"
 
 #include <algorithm>
@@ -8,7 +8,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// By the nearest contact point: they stand about the patch as it reaches, its centre does not.
+// By the nearest contact point: points spread over the patch, while its center may lie elsewhere.
 int nearestPatch(const Vec3& position, const std::vector<ContactPoint>& points) {
   int best = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -36,8 +36,7 @@ std::optional<FieldPoint> PictureBody::at(const Vec3& world) const {
   return point;
 }
 
-// The voxel at a place of the world; outside of the grid the cloud itself says that nothing is
-// there.
+// The voxel at a place; the cloud returns 0 for voxels outside of the grid.
 static Eigen::Vector3i voxelAt(const Cloud& cloud, const Vec3& local) {
   const Vec3 g = (local - cloud.origin()) / cloud.voxelSize();
   return g.array().floor().max(-1).min(1e9).cast<int>();

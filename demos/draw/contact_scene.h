@@ -1,4 +1,4 @@
-// What a picture of a contact is made of: the two bodies as they stand, and what was found.
+// The data of a contact's picture: the two bodies with their poses, and the contact.
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
@@ -14,10 +14,10 @@ namespace cloudcontact::program {
 struct PictureBody {
   std::string name;
   std::shared_ptr<const SurfaceField> field;
-  std::optional<Solid> plane;  // where there is no field
+  std::optional<Solid> plane;  // if there is no field
   Pose pose;
 
-  // Depth and outward normal at a point of the world; nothing far from the surface. [m]
+  // Depth [m] and outward normal at a point of the world; empty far from the surface.
   std::optional<FieldPoint> at(const Vec3& world) const;
   double coverageAt(const Vec3& world) const;  // 0..1 of the voxel there
   int materialAt(const Vec3& world) const;     // of the voxel there, see Cloud::material
@@ -30,17 +30,17 @@ struct ContactScene {
   double voxel = 0;  // the larger of the two [m]
 };
 
-// A sample of one body that lies in the other: the paper's collision voxel.
+// A sample of one body inside the other: the paper's collision voxel.
 struct FoundSample {
   Vec3 position;          // world [m]
-  Eigen::Vector3i voxel;  // of its own body's grid
+  Eigen::Vector3i voxel;  // in the grid of its own body
   int patch = 0;          // the nearest one
 };
 
 std::vector<FoundSample> samplesIn(const PictureBody& own, const PictureBody& other,
                                    const std::vector<ContactPoint>& points);
 
-// Index of the patch with the largest force, k d over its points. There must be one.
+// Index of the patch with the largest force, the sum of k d over its points. There must be a patch.
 int mostLoaded(const ContactResult& result);
 double forceOf(const ContactResult& result, int patch);  // [N], at rest
 

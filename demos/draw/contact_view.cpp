@@ -1,5 +1,5 @@
-// The choice of the cut: of the planes through the contact that hold its normal, the one that cuts
-// the surfaces around it most squarely, so that their true shapes show. On a thread that is the
+// Chooses the cut. Of the planes through the contact that contain its normal, it is the one most
+// perpendicular to the surfaces around, which shows their true shapes. On a thread that is the
 // plane through the axis, with the profile.
 #include "draw/contact_view.h"
 
@@ -12,12 +12,12 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kNear = 2;      // of a patch's centre to its own samples [voxels]
-constexpr int kCandidates = 24;  // planes about the normal, over half a turn
+constexpr double kNear = 2;                            // a patch's center to its samples [voxels]
+constexpr int kCandidates = 24;                        // planes around the normal, over half a turn
 constexpr double kLeastHalf = 11, kGreatestHalf = 15;  // half the view's width [voxels]
 constexpr double kSquareBonus = 0.02;  // for cuts along the grid, whose voxels show as squares
 
-// How much the surfaces around a place face along each direction: the mean of n n^T.
+// Directions of the surfaces around a place: the mean of n n^T.
 Eigen::Matrix3d facing(const ContactScene& scene, const Vec3& place, double radius) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   double area = 0;
@@ -37,7 +37,7 @@ Eigen::Matrix3d facing(const ContactScene& scene, const Vec3& place, double radi
   return area > 0 ? Eigen::Matrix3d(sum / area) : sum;
 }
 
-// 1 where the plane lies along a grid, falling to 0 at 45 deg.
+// 1 for a plane parallel to a grid plane, down to 0 at 45 deg.
 double alongGrid(const ContactScene& scene, const Vec3& across) {
   double best = 0;
   for (const PictureBody* body : {&scene.a, &scene.b}) {
@@ -62,7 +62,7 @@ Focus focusOn(const ContactScene& scene, const std::vector<FoundSample>& found) 
     least = distance;
     nearest = sample.position;
   }
-  // The centre of a patch that runs around something is in the void.
+  // The center of a ring-shaped patch lies in empty space.
   const bool here = least < kNear * scene.voxel;
   focus.place = here ? center : nearest;
   std::vector<double> distances;
@@ -78,8 +78,7 @@ CutView closeView(const ContactScene& scene, const Focus& focus, const Rectangle
   const double half =
       std::clamp(1.3 * focus.reach, kLeastHalf * scene.voxel, kGreatestHalf * scene.voxel);
   const double scale = frame.size().x() / (2 * half);
-  // The axis least along the normal is the first direction tried: cuts along the world's planes win
-  // where nothing else decides.
+  // Starts with the axis least along the normal, so that ties go to planes of the world.
   int axis = 0;
   normal.cwiseAbs().minCoeff(&axis);
   const Vec3 side = normal.cross(Vec3::Unit(axis)).normalized();
@@ -95,7 +94,7 @@ CutView closeView(const ContactScene& scene, const Focus& focus, const Rectangle
     best = across;
   }
   CutView view = viewAcross(focus.place, best, frame, scale);
-  // Off the grid's own planes, where a cut would run between two voxels and belong to neither.
+  // Off the planes of the grid, where a cut would lie between two voxels.
   view.origin += 1e-3 * scene.voxel * view.across();
   return view;
 }
@@ -111,7 +110,7 @@ CutView wholeView(const ContactScene& scene, const CutView& cut, const Rectangle
     }
   }
   if (cut.scale > 0)
-    for (const Point& corner : ringOf(cut.frame))  // what is looked at nearer belongs to it
+    for (const Point& corner : ringOf(cut.frame))  // contains the close view
       box.extend(Point((corner - cut.frame.center()) / cut.scale));
   CutView view = cut;
   view.frame = frame;

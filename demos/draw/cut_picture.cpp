@@ -1,4 +1,5 @@
-// Finds what went, and shows the body about it: a box two and a half times as wide as the cut.
+// Finds the removed voxels and shows the body around them: a box two and a half times as wide as
+// the cut.
 #include "draw/cut_picture.h"
 
 #include <algorithm>
@@ -22,13 +23,13 @@ constexpr double kHeight = 610;
 constexpr double kTop = 86, kEnd = 536;
 const std::array<Rectangle, 3> kFrames = {
     {{{kMargin, kTop}, {400, kEnd}}, {{412, kTop}, {788, kEnd}}, {{800, kTop}, {1176, kEnd}}}};
-constexpr double kRoom = 2.5;      // of the picture to the cut's widest side
-constexpr double kLeastRoom = 16;  // half of what is shown, at least [voxels]
-constexpr double kLeastCell = 2;   // smaller voxels are shown in blocks [px]
+constexpr double kRoom = 2.5;      // width of the box, relative to the cut
+constexpr double kLeastRoom = 16;  // least half width of the box [voxels]
+constexpr double kLeastCell = 2;   // smaller voxels are merged into blocks [px]
 constexpr int kShades = 8;
-constexpr double kGone = 0.3;  // ink of what went
+constexpr double kGone = 0.3;  // ink of the removed part
 
-// What went: its bounds and its middle [m].
+// Bounds and middle of the removed part [m].
 struct Cut {
   Eigen::AlignedBox3d bounds;
   Vec3 middle = Vec3::Zero();
@@ -62,7 +63,7 @@ Cut cutOf(const Cloud& before, const Cloud& after) {
   return cut;
 }
 
-// A cube about the cut, of the body's own bounds where those are narrower.
+// A cube around the cut, within the body's bounds.
 Eigen::AlignedBox3d roomAbout(const Cut& cut, const Cloud& cloud) {
   const double h = cloud.voxelSize();
   const double half = std::max(kRoom / 2 * cut.bounds.sizes().maxCoeff(), kLeastRoom * h);
@@ -73,7 +74,7 @@ Eigen::AlignedBox3d roomAbout(const Cut& cut, const Cloud& cloud) {
       .intersection(body);
 }
 
-// Cells of a slice gathered by look: gone or there, its material, how full.
+// Cells of a slice by appearance: removed or not, material, coverage.
 using Look = std::tuple<bool, int, int>;
 using Looks = std::map<Look, Polygons>;
 
@@ -139,11 +140,11 @@ void addMaterials(Drawing& drawing, const Cloud& before, const Cloud& after, con
     Color color = colors[std::min(static_cast<std::size_t>(material), colors.size() - 1)];
     color.alpha = static_cast<double>(shade) / kShades * (gone ? kGone : 1.0);
     if (color.alpha >= 1)
-      polygons.paint = {color, color, 0.4};  // its own rim hides the seams
+      polygons.paint = {color, color, 0.4};  // an outline in the same color hides the seams
     else
       polygons.paint = {color, std::nullopt, 0};
   }
-  // What went lies beneath.
+  // The removed part is drawn first.
   for (const bool gone : {true, false})
     for (auto& [look, polygons] : looks)
       if (std::get<0>(look) == gone) drawing.add(std::move(polygons));
@@ -183,7 +184,7 @@ void addKey(Drawing& drawing, const std::vector<std::string>& names,
 
 }  // namespace
 
-Drawing cutPicture(const Cloud& before, const Cloud& after, const CutPictureWords& words) {
+Drawing cutPicture(const Cloud& before, const Cloud& after, const CutPictureText& words) {
   if (before.empty() || before.size() != after.size() || before.voxelSize() != after.voxelSize())
     throw std::invalid_argument("cutPicture: both clouds must be of one grid");
   const Cut cut = cutOf(before, after);

@@ -1,5 +1,5 @@
-// The picture of a body that was cut: what is left from outside, and two slices through the cut
-// with every material in its colour and what went faintly behind.
+// The picture of a cut body: the remaining body from outside, and two slices through the cut, with
+// materials in color and the removed part in pale.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -12,13 +12,13 @@
 
 namespace cloudcontact::program {
 
-struct CutPictureWords {
+struct CutPictureText {
   std::string title, below;
-  std::vector<std::string> names;  // of the materials, where not the cloud's own
-  bool opened = false;  // the view from outside without what lies before the cut's middle (y)
+  std::vector<std::string> names;  // of the materials, if not the cloud's own
+  bool opened = false;             // leaves out the half in front of the cut's middle (y)
 };
 
-// `before` and `after` are of one grid; throws std::invalid_argument where they are not.
-Drawing cutPicture(const Cloud& before, const Cloud& after, const CutPictureWords& words);
+// `before` and `after` must have the same grid; throws std::invalid_argument otherwise.
+Drawing cutPicture(const Cloud& before, const Cloud& after, const CutPictureText& words);
 
 }  // namespace cloudcontact::program

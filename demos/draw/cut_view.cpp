@@ -1,4 +1,4 @@
-// Cutting voxels and surfaces by a plane.
+// Cuts voxels and surfaces by a plane.
 #include "draw/cut_view.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLeastUp = 0.3;  // length of z in the plane, below which it no longer points up
 
-// Where the plane n.x = offset cuts the cube of edge 1 about the origin: corners in no order.
+// Corners of the section of the plane n.x = offset with the unit cube around the origin, unordered.
 std::vector<Vec3> cubeCut(const Vec3& n, double offset) {
   std::vector<Vec3> corners;
   for (int axis = 0; axis < 3; ++axis)
@@ -41,7 +41,7 @@ struct VoxelRange {
   Eigen::Vector3i low, high;
 };
 
-// The voxels among which all that show in the frame are.
+// A range of voxels that contains all in the frame.
 VoxelRange voxelsIn(const Cloud& cloud, const Pose& pose, const CutView& view) {
   Eigen::AlignedBox3d box;
   for (const Point& corner : ringOf(view.frame))
@@ -52,7 +52,7 @@ VoxelRange voxelsIn(const Cloud& cloud, const Pose& pose, const CutView& view) {
   return {low.cast<int>(), high.cast<int>()};
 }
 
-// The piece of the level 0 in a cell with values at its four corners, counter-clockwise.
+// Adds the zero level in a cell with values at its four corners, counter-clockwise.
 void addLevel(const std::array<Point, 4>& corners, const std::array<double, 4>& values,
               std::vector<std::vector<Point>>& lines) {
   std::vector<Point> crossings;
@@ -77,7 +77,7 @@ CutView viewAcross(const Vec3& origin, const Vec3& across, const Rectangle& fram
   const Vec3 z = inPlane(Vec3::UnitZ());
   view.up = (z.norm() > kLeastUp ? z : inPlane(Vec3::UnitY())).normalized();
   view.right = view.up.cross(across);
-  // The same plane seen from its other side: x, where it shows at all, runs to the right.
+  // Seen from the other side, so that x runs to the right.
   if (view.right.x() + view.right.y() < 0) view.right = -view.right;
   return view;
 }
@@ -125,7 +125,7 @@ std::vector<std::vector<Point>> surfaceLines(const PictureBody& body, const CutV
   for (int y = 0; y + 1 < rows; ++y)
     for (int x = 0; x + 1 < columns; ++x) {
       const auto a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
-      if (!a || !b || !c || !d) continue;  // beyond the band: the surface is not here
+      if (!a || !b || !c || !d) continue;  // far from the surface
       addLevel({place(x, y), place(x + 1, y), place(x + 1, y + 1), place(x, y + 1)},
                {*a, *b, *c, *d}, lines);
     }

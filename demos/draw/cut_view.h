@@ -1,5 +1,5 @@
-// A plane through bodies and the paper it is shown on: where things of the world come to lie in a
-// picture, and what the plane meets of voxels and surfaces.
+// A plane through bodies and its projection onto the drawing, and the voxels and surfaces that it
+// cuts.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@
 namespace cloudcontact::program {
 
 struct CutView {
-  Vec3 origin = Vec3::Zero();                      // shown at the frame's centre, world [m]
-  Vec3 right = Vec3::UnitX(), up = Vec3::UnitY();  // of the paper, in the world, unit
+  Vec3 origin = Vec3::Zero();                      // shown at the frame's center, world [m]
+  Vec3 right = Vec3::UnitX(), up = Vec3::UnitY();  // directions of the drawing in the world, unit
   Rectangle frame;                                 // [px]
   double scale = 1;                                // [px/m]
 
-  Vec3 across() const { return right.cross(up); }  // toward who looks
+  Vec3 across() const { return right.cross(up); }  // toward the viewer
   double distance(const Vec3& world) const { return across().dot(world - origin); }
-  // A direction's part in the plane, on paper, with its length.
+  // Projects a direction onto the drawing; keeps its length in the plane.
   Point direction(const Vec3& v) const { return {right.dot(v), -up.dot(v)}; }
   Point toPaper(const Vec3& world) const {
     return frame.center() + scale * direction(world - origin);
@@ -28,24 +28,25 @@ struct CutView {
   }
 };
 
-// A view of the plane through `origin` across `across`, z upward on paper where it can be (else y).
+// A view of the plane through `origin` with the normal `across`, with z upward in the drawing if
+// possible (else y).
 CutView viewAcross(const Vec3& origin, const Vec3& across, const Rectangle& frame, double scale);
 
 struct CutVoxel {
   Eigen::Vector3i voxel;
   std::uint8_t coverage;       // never 0
   Vec3 center;                 // world [m]
-  std::vector<Point> outline;  // where the plane cuts it, on paper
+  std::vector<Point> outline;  // of its section, in the drawing
 };
 
-// The voxels with material that the plane meets within the frame.
+// The voxels with material that the plane cuts within the frame.
 std::vector<CutVoxel> cutVoxels(const Cloud& cloud, const Pose& pose, const CutView& view);
 
-// Pieces of the line in which the plane cuts the body's surface, as the field knows it.
+// Pieces of the line in which the plane cuts the field's surface.
 std::vector<std::vector<Point>> surfaceLines(const PictureBody& body, const CutView& view,
                                              double spacing);
 
-// One of the body's materials in the plane as stripes `stripe` px high: for small views.
+// The section of one material as stripes `stripe` px high, for small views.
 std::vector<std::vector<Point>> materialStripes(const PictureBody& body, const CutView& view,
                                                 double stripe, int material);
 

@@ -1,4 +1,4 @@
-// The few shapes that are made of simpler ones, and how wide words are.
+// Lines, arrows and the width of text.
 #include "draw/drawing.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A drawing as a list of primitives, from which svg.h and png.h each make a file: what is drawn is
-// said once, so the two look alike. Lengths in px of a screen of 96 dpi, x to the right, y down.
+// A drawing as a list of primitives, from which svg.h and png.h make files that look alike. Lengths
+// in px at 96 dpi, x to the right, y down.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ struct Color {
   double alpha = 1;  // 0 clear .. 1 opaque
 };
 
-// What a shape is filled and outlined with; neither where empty.
+// Fill and outline of a shape; none if empty.
 struct Paint {
   std::optional<Color> fill, stroke;
   double width = 1;  // of the stroke [px]
@@ -34,7 +34,7 @@ struct Rectangle {
   }
 };
 
-// Any number of polygons of one paint, so that a thousand voxels of one shade are one element.
+// Polygons with the same paint, so that a thousand voxels of one shade are one element.
 struct Polygons {
   std::vector<std::vector<Point>> rings;
   Paint paint;
@@ -49,7 +49,7 @@ struct Circle {
 
 enum class Align { Left, Middle, Right };
 
-// One line of text; `at` is on its base line.
+// One line of text; `at` is on its baseline.
 struct Text {
   Point at = Point::Zero();
   std::string words;  // UTF-8
@@ -57,11 +57,10 @@ struct Text {
   Color color;
   Align align = Align::Left;
   bool bold = false;
-  bool halo = false;  // a white rim, for text over other things
+  bool halo = false;  // a white outline, for text over other shapes
 };
 
-// What stands between a begin and its end belongs together under one name, and is cut off at
-// `clip`. Groups may hold groups.
+// Primitives between a begin and its end form a named group, clipped at `clip`. Groups may nest.
 struct GroupBegin {
   std::string name;
   std::optional<Rectangle> clip;
@@ -78,14 +77,14 @@ struct Drawing {
   void add(Primitive primitive) { primitives.push_back(std::move(primitive)); }
 };
 
-// The font of all text; the metrics below are its own.
+// The font of all text and of widthOf().
 inline constexpr const char* kFontFamily = "DejaVu Sans";
-// How wide a line of text is at most, roughly: for placing, not for typesetting. [px]
+// Approximate upper bound for the width of a line of text, for placing it. [px]
 double widthOf(const std::string& words, double size, bool bold = false);
 
 std::vector<Point> ringOf(const Rectangle& rectangle);
 Polygons line(const Point& from, const Point& to, const Color& color, double width);
-// A filled arrow whose shaft is `width` thick; the head is in proportion.
+// A filled arrow with a shaft of `width` and a head in proportion.
 Polygons arrow(const Point& from, const Point& to, const Color& color, double width);
 
 }  // namespace cloudcontact::program

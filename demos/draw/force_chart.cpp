@@ -1,4 +1,4 @@
-// Three plots over one time axis, with a ribbon of tissues between the first two.
+// Draws three plots over one time axis, with a ribbon of tissues below the first.
 #include "draw/force_chart.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Plot plotOf(const CuttingRun& run, double top, double end, double low, double hi
   return {{{kLeft, top}, {kRight, end}}, 0, last, low, high};
 }
 
-// Runs of ticks under one px: first and one past the last.
+// Ranges of ticks within one px: first and one past the last.
 std::vector<std::pair<std::size_t, std::size_t>> columnsOf(const CuttingRun& run,
                                                            const Plot& plot) {
   std::vector<std::pair<std::size_t, std::size_t>> columns;
@@ -46,7 +46,7 @@ std::vector<double> meanShares(const CuttingRun& run, std::pair<std::size_t, std
   return sums;
 }
 
-// The ground under the force in the colour of the tissue that is touched most.
+// The background of the force in the color of the tissue touched most.
 void addGround(Drawing& drawing, const CuttingRun& run, const Plot& plot,
                const std::vector<Color>& colors) {
   std::map<std::size_t, Polygons> areas;
@@ -66,7 +66,7 @@ void addGround(Drawing& drawing, const CuttingRun& run, const Plot& plot,
   for (auto& [tissue, polygons] : areas) drawing.add(std::move(polygons));
 }
 
-// How much of what is touched is of which tissue, from none to all.
+// The share of each tissue among the touched voxels, from 0 to 1.
 void addRibbon(Drawing& drawing, const CuttingRun& run, const Rectangle& frame, const Plot& plot,
                const std::vector<Color>& colors) {
   std::vector<Polygons> stripes(colors.size());
@@ -98,7 +98,7 @@ void addForce(Drawing& drawing, const CuttingRun& run, const std::vector<Color>&
   }
   const Plot plot = plotOf(run, kForceTop, kForceEnd, 0, most > 0 ? 1.08 * most : 1);
   drawing.add(GroupBegin{"force", {}});
-  addUpright(drawing, plot, "Force on the hand [N], over the tissue touched most");
+  addVerticalAxis(drawing, plot, "Force on the hand [N], over the tissue touched most");
   addGround(drawing, run, plot, colors);
   drawing.add(curve(plot, force, kForceInk, 1.2));
   drawing.add(GroupEnd{});
@@ -108,7 +108,7 @@ void addForce(Drawing& drawing, const CuttingRun& run, const std::vector<Color>&
   drawing.add(GroupEnd{});
 }
 
-void addWay(Drawing& drawing, const CuttingRun& run, const ForceChartWords& words) {
+void addWay(Drawing& drawing, const CuttingRun& run, const ForceChartText& words) {
   Vec3 start = run.ticks.front().tool;
   for (const CuttingTick& t : run.ticks)
     if (t.depth > 0) {
@@ -122,10 +122,10 @@ void addWay(Drawing& drawing, const CuttingRun& run, const ForceChartWords& word
     least = std::min(least, way.back().y()), most = std::max(most, way.back().y());
   }
   const double margin = 0.06 * std::max(most - least, 1e-3);
-  // Downward, as the tool goes.
+  // Depth increases downward.
   const Plot plot = plotOf(run, kWayTop, kWayEnd, most + margin, least - margin);
   drawing.add(GroupBegin{"way", {}});
-  addUpright(drawing, plot, words.way);
+  addVerticalAxis(drawing, plot, words.way);
   drawing.add(curve(plot, way, kWayInk, 1.5));
   drawing.add(GroupEnd{});
 }
@@ -139,8 +139,8 @@ void addVolume(Drawing& drawing, const CuttingRun& run) {
   const double most = std::max({gone.back().y(), law.back().y(), 1e-6});
   const Plot plot = plotOf(run, kVolumeTop, kVolumeEnd, 0, 1.08 * most);
   drawing.add(GroupBegin{"volume", {}});
-  addUpright(drawing, plot, "Volume [mm\u00b3]");
-  addAcross(drawing, plot, "time [s]");
+  addVerticalAxis(drawing, plot, "Volume [mm\u00b3]");
+  addHorizontalAxis(drawing, plot, "time [s]");
   drawing.add(curve(plot, law, kLawInk, 4));
   drawing.add(curve(plot, gone, kPaperWhite, 1.4));
   drawing.add(curve(plot, gone, kForceInk, 1.2));
@@ -149,7 +149,7 @@ void addVolume(Drawing& drawing, const CuttingRun& run) {
     drawing.add(line({x, y - 5}, {x + 26, y - 5}, color, width));
     drawing.add(Text{{x + 34, y}, says, kSmallText, kFaintInk});
   };
-  key(kLeft + 130, kForceInk, 1.2, "that went");
+  key(kLeft + 130, kForceInk, 1.2, "removed");
   key(kLeft + 270, kLawInk, 4,
       "Archard's law for the work done: efficiency \u00d7 force \u00d7 way / hardness");
   drawing.add(GroupEnd{});
@@ -157,7 +157,7 @@ void addVolume(Drawing& drawing, const CuttingRun& run) {
 
 }  // namespace
 
-Drawing forceChart(const CuttingRun& run, const ForceChartWords& words) {
+Drawing forceChart(const CuttingRun& run, const ForceChartText& words) {
   if (run.ticks.empty()) throw std::invalid_argument("forceChart: the run has no ticks");
   const std::vector<Color> colors = tissueColors(run.tissues);
   Drawing drawing{kWidth, kHeight, {}, {}};

@@ -1,5 +1,5 @@
-// The chart of a cut: force over time with what the tool touches, its way into the work, and the
-// volume that went beside what Archard's law says.
+// The chart of a cutting run: the force and the touched tissues, the depth of the tool, and the
+// removed volume next to Archard's law, over time.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace cloudcontact::program {
 
-struct ForceChartWords {
+struct ForceChartText {
   std::string title, below;
-  Vec3 inward = -Vec3::UnitZ();  // unit: the direction in which the tool's way is counted
-  std::string way;               // name of that way with its unit: "Depth of the bur [mm]"
+  Vec3 inward = -Vec3::UnitZ();  // unit direction in which the tool's depth is measured
+  std::string way;               // label of that depth with its unit: "Depth of the bur [mm]"
 };
 
-// Times begin at the run's start; the way at the first touch. Throws std::invalid_argument where
-// the run has no ticks.
-Drawing forceChart(const CuttingRun& run, const ForceChartWords& words);
+// Time starts with the run, depth at the first contact. Throws std::invalid_argument if the run has
+// no ticks.
+Drawing forceChart(const CuttingRun& run, const ForceChartText& words);
 
 }  // namespace cloudcontact::program

@@ -1,6 +1,5 @@
-// The isometric view. Seen along (1, 1, 1) the faces of voxels fall on a lattice of triangles, two
-// to a face, and each triangle shows the nearest face over it: hidden faces are known exactly, by
-// a table, with nothing painted over.
+// Seen along (1, 1, 1) the faces of voxels fall on a lattice of triangles, two for each face. A
+// table holds the nearest face of each triangle, which removes hidden faces exactly.
 #include "draw/isometric.h"
 
 #include <algorithm>
@@ -20,12 +19,12 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr int kMostBlocks = 72;       // along the longest axis
-constexpr double kMaterial = 0.35;    // mean coverage from which a block is shown
-constexpr double kTilt = 0.81649658;  // length of an axis on paper, sqrt(2/3)
+constexpr double kMaterial = 0.35;    // least mean coverage of a visible block
+constexpr double kTilt = 0.81649658;  // projected length of an axis, sqrt(2/3)
 constexpr double kSeam = 0.5;         // width of an outline that hides a seam [px]
 constexpr double kLeastOutlined = 4;  // length of an edge from which faces are outlined [px]
 constexpr int kColorSteps = 6;        // along each of red, green and blue
-// Light from above: how bright the faces across x, y and z are.
+// Brightness of the faces across x, y and z, with light from above.
 constexpr std::array<double, 3> kBrightness = {0.9, 0.8, 1.0};
 
 struct Blocks {
@@ -48,7 +47,7 @@ double meanCoverage(const Cloud& cloud, const Eigen::Vector3i& low, int step) {
   return sum / (255.0 * step * step * step);
 }
 
-// Of `size` voxels from `low` on.
+// Blocks over `size` voxels from `low`.
 Blocks blocksOf(const Cloud& cloud, const Eigen::Vector3i& low, const Eigen::Vector3i& size) {
   Blocks blocks;
   blocks.low = low;
@@ -62,13 +61,13 @@ Blocks blocksOf(const Cloud& cloud, const Eigen::Vector3i& low, const Eigen::Vec
   return blocks;
 }
 
-// A face by its block and the axis along which it looks at us.
+// A face by its block and its axis.
 struct Face {
   Eigen::Vector3i block;
   int axis;
 };
 
-// A lattice triangle: the unit square of (x - z, y - z) it is in, and which half of it.
+// A lattice triangle: its unit square in (x - z, y - z) and its half.
 using Triangle = std::tuple<int, int, bool>;  // true: the half beyond the diagonal, toward y
 
 std::array<Triangle, 2> trianglesOf(const Face& face) {
@@ -111,7 +110,7 @@ std::map<Triangle, Face> visible(const Blocks& blocks) {
   return nearest;
 }
 
-// The field's normal at the face, or behind it; the face's own where the field says nothing.
+// The field's normal at the face or behind it, else that of the face.
 Vec3 normalAt(const SurfaceField& field, const Face& face, int step) {
   const Cloud& cloud = field.cloud();
   const double block = step * cloud.voxelSize();
@@ -122,7 +121,7 @@ Vec3 normalAt(const SurfaceField& field, const Face& face, int step) {
   return Vec3::Unit(face.axis);
 }
 
-// Of few colours, so that many faces make one element.
+// Rounded to few colors, so that many faces form one element.
 Color faceColor(const Vec3& normal, int axis) {
   Color color = normalColor(normal);
   for (std::uint8_t* part : {&color.red, &color.green, &color.blue}) {
@@ -138,8 +137,7 @@ std::uint32_t keyOf(const Color& c) {
          c.blue;
 }
 
-// Polygons gathered by colour, outlined in their own colour, which hides the seams between them, or
-// in another.
+// Polygons grouped by color, outlined in their own color, which hides seams, or in another.
 class ByColor {
  public:
   ByColor(std::optional<Color> outline, double width) : outline_(outline), width_(width) {}
@@ -158,7 +156,7 @@ class ByColor {
   std::map<std::uint32_t, Polygons> all_;
 };
 
-// Centred, and as large as the frame allows for the grid's whole block.
+// Centered, at the largest scale at which the bounds fit the frame.
 IsometricView viewOf(const Eigen::AlignedBox3d& bounds, const Rectangle& frame) {
   IsometricView view;
   view.origin = bounds.center();
@@ -171,7 +169,7 @@ IsometricView viewOf(const Eigen::AlignedBox3d& bounds, const Rectangle& frame) 
   return view;
 }
 
-// The material that a face shows: of the first voxel with matter behind its middle.
+// The material of a face: that of the first voxel with coverage behind its middle.
 std::size_t materialAt(const Cloud& cloud, const Blocks& blocks, const Face& face) {
   Eigen::Vector3i voxel = blocks.low + blocks.step * face.block;
   for (int axis = 0; axis < 3; ++axis)
@@ -190,7 +188,7 @@ Color shaded(Color color, int axis) {
   return color;
 }
 
-// Draws the faces that can be seen; the scale along the axes [px/m].
+// Draws the visible faces; returns the scale along the axes [px/m].
 double addFaces(Drawing& drawing, const Cloud& cloud, const Blocks& blocks,
                 const IsometricView& view, const std::function<Color(const Face&)>& colorOf) {
   const double h = cloud.voxelSize(), block = blocks.step * h;

@@ -1,4 +1,4 @@
-// Figures, bars and tables of the pictures.
+// Draws titles, scale bars, tables and keys.
 #include "draw/picture_elements.h"
 
 #include <algorithm>
@@ -8,10 +8,10 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kLine = 22;                          // from one line of a table to the next [px]
-constexpr double kMostBar = 160, kMostSmallBar = 52;  // lengths of scale bars [px]
+constexpr double kLine = 22;                          // line height of a table [px]
+constexpr double kMostBar = 160, kMostSmallBar = 52;  // largest lengths of scale bars [px]
 
-// The greatest of 1, 2 and 5 times a power of ten that is not above `most`.
+// The largest of 1, 2 and 5 times a power of ten up to `most`.
 double roundBelow(double most) {
   const double power = std::pow(10, std::floor(std::log10(most)));
   for (const double step : {5.0, 2.0})
@@ -33,10 +33,10 @@ void addTitle(Drawing& drawing, const std::string& title, const std::string& bel
   drawing.add(Text{{kMargin, 64}, below, 15, kFaintInk});
 }
 
-void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMetre) {
-  const double length = roundBelow(kMostBar / pxPerMetre);
+void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMeter) {
+  const double length = roundBelow(kMostBar / pxPerMeter);
   const Point left(frame.low.x() + 16, frame.high.y() - 16);
-  const Point right = left + Point(length * pxPerMetre, 0);
+  const Point right = left + Point(length * pxPerMeter, 0);
   drawing.add(GroupBegin{"scale-bar", {}});
   const Rectangle back{left - Point(8, 28), right + Point(8, 9)};
   drawing.add(Polygons{{ringOf(back)}, {Color{255, 255, 255, 0.8}, std::nullopt, 0}});
@@ -51,11 +51,11 @@ void addFrame(Drawing& drawing, const Rectangle& frame) {
 }
 
 void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words,
-                double pxPerMetre) {
+                double pxPerMeter) {
   drawing.add(Text{frame.low + Point(8, 18), words, kSmallText, kFaintInk});
-  const double length = roundBelow(kMostSmallBar / pxPerMetre);
+  const double length = roundBelow(kMostSmallBar / pxPerMeter);
   const Point right(frame.high.x() - 10, frame.low.y() + 14);
-  const Point left = right - Point(length * pxPerMetre, 0);
+  const Point left = right - Point(length * pxPerMeter, 0);
   addBar(drawing, left, right, 2);
   drawing.add(Text{left + Point(-7, 4), lengthText(length), kSmallText, kInk, Align::Right});
 }

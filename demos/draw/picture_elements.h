@@ -1,4 +1,4 @@
-// What all our pictures share: colours, scale bars, tables, keys.
+// Elements shared by all pictures: colors, titles, scale bars, tables, keys.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,15 +15,15 @@ inline constexpr double kWidth = 1200, kMargin = 24;  // of a whole picture [px]
 inline constexpr double kTextSize = 14, kSmallText = 13;
 
 void addTitle(Drawing& drawing, const std::string& title, const std::string& below);
-// A bar of a round length in the frame's lower left corner.
-void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMetre);
+// Adds a bar of round length in the frame's lower left corner.
+void addScaleBar(Drawing& drawing, const Rectangle& frame, double pxPerMeter);
 void addFrame(Drawing& drawing, const Rectangle& frame);
-Rectangle belowCaption(const Rectangle& frame);  // what a caption leaves of it
-// A line on top of a small frame: what it shows, and a bar of a round length.
+Rectangle belowCaption(const Rectangle& frame);  // the frame without its caption
+// Adds a line of text and a scale bar at the top of a small frame.
 void addCaption(Drawing& drawing, const Rectangle& frame, const std::string& words,
-                double pxPerMetre);
+                double pxPerMeter);
 
-// Lines of a table from its top downward: names on the left, figures on the right.
+// A table, filled from top to bottom: names on the left, figures on the right.
 class Table {
  public:
   Table(Drawing& drawing, const Point& at, double width);
@@ -37,7 +37,7 @@ class Table {
   double left_, width_, y_;
 };
 
-// One entry of a key: a bold term and a line that explains it, right of a symbol `at`.
+// One entry of a key: a bold term and a line of explanation at `at`, to the right of its symbol.
 void addKeyText(Drawing& drawing, const Point& at, const std::string& term,
                 const std::string& meaning);
 

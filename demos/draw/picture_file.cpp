@@ -1,4 +1,4 @@
-// Which of the two formats, and the way to the disk.
+// Picks the format by extension and writes the file.
 #include "draw/picture_file.h"
 
 #include "draw/png.h"

@@ -1,4 +1,4 @@
-// `--picture FILE`: a drawing kept as PNG or SVG, whichever the file's name asks for.
+// `--picture FILE`: saves a drawing as PNG or SVG, by the file's extension.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cloudcontact::program {
 
-// Throws BadInput naming --picture where `file` ends in neither .png nor .svg or cannot be
-// written: before the work rather than after it.
+// Throws BadInput naming --picture if `file` ends in neither .png nor .svg or cannot be written.
+// Call it before the work starts.
 void checkPicture(const std::string& file);
 
 // Writes the file whole or not at all. Throws BadInput or WorkFailed naming it.

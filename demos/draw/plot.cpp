@@ -39,7 +39,7 @@ std::vector<double> roundTicks(double low, double high, int wanted) {
   return ticks;
 }
 
-void addUpright(Drawing& drawing, const Plot& plot, const std::string& name) {
+void addVerticalAxis(Drawing& drawing, const Plot& plot, const std::string& name) {
   const std::vector<double> ticks = roundTicks(plot.low, plot.high, 4);
   for (const double tick : ticks) {
     const double y = plot.y(tick);
@@ -54,7 +54,7 @@ void addUpright(Drawing& drawing, const Plot& plot, const std::string& name) {
   drawing.add(Text{plot.frame.low - Point(0, 9), name, kTextSize, kInk, Align::Left, true});
 }
 
-void addAcross(Drawing& drawing, const Plot& plot, const std::string& name) {
+void addHorizontalAxis(Drawing& drawing, const Plot& plot, const std::string& name) {
   const std::vector<double> ticks = roundTicks(plot.left, plot.right, 10);
   for (const double tick : ticks) {
     const Point at(plot.x(tick), plot.frame.high.y());

@@ -1,4 +1,4 @@
-// A pair of axes: where numbers come to lie on paper, ticks of round numbers, names with units.
+// A pair of axes: maps numbers to the drawing, with round ticks and labels.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace cloudcontact::program {
 
 struct Plot {
   Rectangle frame;
-  double left = 0, right = 1;  // numbers at the frame's sides
-  double low = 0, high = 1;    // at its bottom and top; either may be the greater
+  double left = 0, right = 1;  // values at the frame's sides
+  double low = 0, high = 1;    // values at its bottom and top, in any order
 
   double x(double number) const {
     return frame.low.x() + (number - left) / (right - left) * frame.size().x();
@@ -25,13 +25,12 @@ struct Plot {
 // Round numbers from `low` to `high`, about `wanted` of them.
 std::vector<double> roundTicks(double low, double high, int wanted);
 
-// The frame, lines across it at round numbers, and their figures on the left; `name` above it.
-void addUpright(Drawing& drawing, const Plot& plot, const std::string& name);
-// The figures below it, and what they are.
-void addAcross(Drawing& drawing, const Plot& plot, const std::string& name);
+// Adds the vertical axis: the frame, grid lines with figures on the left, and `name` above.
+void addVerticalAxis(Drawing& drawing, const Plot& plot, const std::string& name);
+// Adds the horizontal axis: figures and `name` below the frame.
+void addHorizontalAxis(Drawing& drawing, const Plot& plot, const std::string& name);
 
-// A line through many points (x, y), as fine as paper shows: the least and the greatest of each
-// px.
+// A line through many points (x, y), reduced to the lowest and highest of each px.
 Polygons curve(const Plot& plot, const std::vector<Point>& numbers, const Color& color,
                double width);
 

@@ -1,4 +1,4 @@
-// The rasteriser: the drawing's primitives as calls to Cairo, on an image in memory.
+// Draws the primitives with Cairo onto an image in memory.
 #include "draw/png.h"
 
 #include <cairo.h>
@@ -30,7 +30,7 @@ void setRectangle(cairo_t* context, const Rectangle& r) {
 struct Painter {
   cairo_t* context;
 
-  // Fills and outlines the path that has been set.
+  // Fills and outlines the current path.
   void paint(const Paint& paint) const {
     if (paint.fill) {
       setColor(context, *paint.fill);
@@ -97,7 +97,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned int lengt
 
 std::string pngBytes(const Drawing& drawing) {
   const auto pixels = [](double px) { return static_cast<int>(std::ceil(px * kPixelsPerPx)); };
-  // Opaque: a picture with clear parts is unreadable on a dark page.
+  // Opaque, because a transparent picture is unreadable on a dark page.
   const std::unique_ptr<cairo_surface_t, Release> surface(cairo_image_surface_create(
       CAIRO_FORMAT_RGB24, pixels(drawing.width), pixels(drawing.height)));
   const std::unique_ptr<cairo_t, Release> context(cairo_create(surface.get()));

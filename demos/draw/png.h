@@ -1,4 +1,4 @@
-// A drawing as the bytes of a PNG file, rasterised by Cairo.
+// Renders a drawing to the bytes of a PNG file with Cairo.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace cloudcontact::program {
 
-// Pixels of the file per px of the drawing: twice as fine as a plain screen, so that small voxels
-// and their arrows stay sharp where the picture is enlarged.
+// Pixels of the file per px of the drawing, so that small voxels and arrows stay sharp when
+// enlarged.
 inline constexpr int kPixelsPerPx = 2;
 
-// The same drawing gives the same bytes on one machine. Throws WorkFailed where Cairo cannot.
+// Deterministic on one machine. Throws WorkFailed if Cairo fails.
 std::string pngBytes(const Drawing& drawing);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// The SVG writer: one element a primitive, coordinates rounded to 0.1 px to keep files small.
+// Writes one element per primitive, with coordinates rounded to 0.1 px to keep files small.
 #include "draw/svg.h"
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// One decimal at most, no locale, no "-0": the same text on every machine.
+// At most one decimal, no locale and no "-0", so that the text is the same on every machine.
 std::string shortNumber(double value) {
   const long long tenths = std::llround(10 * value);
   const long long size = tenths < 0 ? -tenths : tenths;
@@ -67,7 +67,7 @@ std::string paintText(const Paint& paint) {
   return text;
 }
 
-// The path's data. Steps are taken between rounded places, so that rounding does not add up.
+// The path's data. Steps connect rounded points, so that rounding errors do not add up.
 std::string pathData(const Polygons& polygons) {
   std::string data;
   for (const auto& ring : polygons.rings) {
@@ -133,7 +133,8 @@ std::string svgText(const Drawing& drawing) {
   SvgWriter writer;
   for (const Primitive& primitive : drawing.primitives) std::visit(writer, primitive);
   const std::string width = shortNumber(drawing.width), height = shortNumber(drawing.height);
-  // Verdana is as wide, Helvetica narrower: nothing runs out of its place where DejaVu is missing.
+  // Fallback fonts: Verdana is as wide and Helvetica narrower, so that text still fits without
+  // DejaVu.
   return "<svg xmlns=\"http://www.w3.org/2000/svg\"" + attribute("width", width) +
          attribute("height", height) + attribute("viewBox", "0 0 " + width + " " + height) +
          attribute("font-family", std::string(kFontFamily) + ", Verdana, Helvetica, sans-serif") +

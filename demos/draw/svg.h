@@ -7,7 +7,7 @@
 
 namespace cloudcontact::program {
 
-// Groups become <g id="NAME">. The same drawing gives the same bytes.
+// Groups become <g id="NAME">. Deterministic.
 std::string svgText(const Drawing& drawing);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// Tissues by name, others by their place in the list.
+// Known tissues by name, others by their place in the list.
 #include "draw/tissue_colors.h"
 
 #include <array>

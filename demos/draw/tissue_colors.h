@@ -1,4 +1,4 @@
-// One colour a tissue, the same in every picture and chart.
+// One color for each tissue, the same in all pictures and charts.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace cloudcontact::program {
 
-// Those of teeth and flesh look as one expects; all others get colours that stay apart.
+// Known tissues of teeth and flesh have natural colors, others distinct ones.
 std::vector<Color> tissueColors(const std::vector<std::string>& names);
 
-// A coloured square with the name right of it; returns where the next one may stand.
+// Adds a colored square with the name on its right; returns the x of the next entry.
 double addTissueKey(Drawing& drawing, const Point& at, const std::string& name, const Color& color);
 
 }  // namespace cloudcontact::program

@@ -1,12 +1,12 @@
-// What every main() of the program does: it parses, runs, and turns failures into exit codes.
+// Parses a command line, runs it and turns failures into exit codes, for main().
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace cloudcontact::program {
 
-// Lets `add` give `app` its commands or options, then parses and runs them. A failure becomes one
-// line on stderr and an exit code: 0 done, 1 the work failed, 2 bad input. Throws nothing.
+// Calls `add` to add the commands or options to `app`, then parses and runs. A failure becomes one
+// line on stderr. Returns the exit code: 0 done, 1 the work failed, 2 bad input.
 int runCommandLine(int argc, char** argv, CLI::App& app, void (*add)(CLI::App&)) noexcept;
 
 }  // namespace cloudcontact::program

@@ -1,5 +1,4 @@
-// How the program writes: JSON fields in the order they are set, vectors as arrays, files checked
-// before the work starts.
+// JSON with its fields in the order they are set, and vectors as arrays.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,11 +12,11 @@ using Json = nlohmann::ordered_json;
 Json asJson(const Eigen::Vector3d& v);  // [x, y, z]
 Json asJson(const Eigen::Matrix3d& m);  // 9 numbers, row by row
 
-// "x y z" of an array, for people.
+// "x y z" from an array, for text output.
 std::string vectorText(const Json& array);
 
-// As text: indented where `indent` is not negative. Names come from files; what is not UTF-8 in
-// them is replaced.
+// `json` as text, on one line if `indent` is negative. Replaces invalid UTF-8, which names from
+// files may hold.
 std::string jsonText(const Json& json, int indent = 2);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// The common options, and strict readers: a value is used as typed or refused by name.
+// The common options and the strict readers.
 #include "io/options.h"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ int readName(std::string_view option, const std::string& text, const Names& name
   throw BadInput(std::string(option) + ": '" + text + "' is not usable; give " + wanted);
 }
 
-// Whole of `text` as a finite number; nothing where it is anything else.
+// `text` as a finite number; empty if any part of it is something else.
 std::optional<double> number(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double value = 0;
@@ -63,10 +63,11 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-// Beyond this single precision, which Bullet may run in, cannot square what it is given.
+// Largest magnitude. Bullet may run in single precision, where the square of larger numbers loses
+// meaning.
 constexpr double kGreatest = 1e9;
 
-// Numbers apart by blanks; empty where one of them is none or too large to compute with.
+// Numbers separated by blanks; empty if one is invalid or above kGreatest.
 std::vector<double> numbers(const std::string& text) {
   std::vector<double> values;
   std::istringstream words(text);
@@ -81,17 +82,17 @@ std::vector<double> numbers(const std::string& text) {
 double readUnit(const std::string& text) {
   constexpr std::array<std::pair<std::string_view, double>, 4> units = {
       {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"m", 1}}};
-  for (const auto& [name, metres] : units)
-    if (name == text) return metres;
-  // Models from the net come in any unit: a tooth of 500.
-  if (const std::optional<double> metres = number(text);
-      metres && *metres > 0 && *metres <= kGreatest)
-    return *metres;
+  for (const auto& [name, meters] : units)
+    if (name == text) return meters;
+  // Downloaded models come in any unit, so a number is valid too.
+  if (const std::optional<double> meters = number(text);
+      meters && *meters > 0 && *meters <= kGreatest)
+    return *meters;
   throw BadInput("--unit: '" + text +
-                 "' is not known; use one of mm, cm, in, m, or a unit's length in metres");
+                 "' is not known; use one of mm, cm, in, m, or a unit's length in meters");
 }
 
-// An option whose text goes through a reader of ours.
+// Adds an option whose text goes through `reader`.
 template <class Reader>
 void add(CLI::App& command, const std::string& name, const std::string& help, const char* type,
          Reader reader) {
@@ -101,7 +102,7 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
       ->type_name(type);
 }
 
-// "maxwell:K,C" or "solid:K,K1,C1"; nothing where the text is a plain name.
+// Reads "maxwell:K,C" or "solid:K,K1,C1"; empty for a plain name.
 std::optional<Law> readViscoelastic(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string::npos) return {};
@@ -135,10 +136,10 @@ void addLawOptions(CLI::App& command, CommonOptions& o) {
       [&o](const std::string& t) { o.damping = readNotNegative("--damping", t); });
   add(command, "--friction", "the pair's friction coefficient", "MU",
       [&o](const std::string& t) { o.friction = readNotNegative("--friction", t); });
-  add(command, "--material", "a material's name or file (not there yet)", "NAME|FILE",
+  add(command, "--material", "a material's name or file (not supported yet)", "NAME|FILE",
       [](const std::string& t) {
         throw BadInput("--material: '" + t +
-                       "' cannot be looked up, the materials table is not there yet; give "
+                       "' cannot be looked up, materials tables are not supported yet; give "
                        "--stiffness and --damping instead");
       });
 }
@@ -157,26 +158,26 @@ std::string_view nameOf(Backend backend) {
   return nameIn(backendNames(), int(backend));
 }
 
-void tellOfCpu(const std::string& why) {
+void reportCpuFallback(const std::string& why) {
   std::cerr << "cloudcontact: --backend opencl: " << why << "; using cpu\n";
 }
 
 void addCommonOptions(CLI::App& command, CommonOptions& o, Devices devices) {
   add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
       "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
-  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in metres (default m)",
-      "UNIT", [&o](const std::string& t) { o.metresPerUnit = readUnit(t); });
+  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in meters (default m)",
+      "UNIT", [&o](const std::string& t) { o.metersPerUnit = readUnit(t); });
   add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
       [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
   addLawOptions(command, o);
   add(command, "--method", "cloud, or Bullet's gjk, gimpact, hacd, primitive, sdf", "METHOD",
       [&o](const std::string& t) { o.method = Method(readName("--method", t, methodNames())); });
   const bool none = devices == Devices::None;
-  add(command, "--backend", none ? "cpu" : "cpu, or opencl: a GPU, where there is one", "BACKEND",
+  add(command, "--backend", none ? "cpu" : "cpu, or opencl for a GPU", "BACKEND",
       [&o, none, name = command.get_name()](const std::string& t) {
         o.backend = Backend(readName("--backend", t, backendNames()));
         if (o.backend != Backend::OpenCl || !none) return;
-        tellOfCpu(name + " has nothing for a device");
+        reportCpuFallback(name + " cannot use a device");
         o.backend = Backend::Cpu;
       });
   add(command, "--threads", "threads to use; 0 means all cores (default)", "N",
@@ -217,12 +218,12 @@ int readCount(std::string_view option, const std::string& text, int least, int m
 Pose readPose(std::string_view option, const std::string& text) {
   const std::vector<double> v = numbers(text);
   if (v.size() != 3 && v.size() != 7)
-    refuse(option, text, "\"x y z\" or \"x y z qx qy qz qw\", in metres, none beyond 1e9");
+    refuse(option, text, "\"x y z\" or \"x y z qx qy qz qw\", in meters, none beyond 1e9");
   Pose pose;
   pose.position = Vec3(v[0], v[1], v[2]);
   if (v.size() == 7) {
     const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    // Far from unit length is a slip of the keyboard, not a rounded quaternion.
+    // A length far from 1 is a typing error, not rounding.
     if (std::abs(q.norm() - 1) > 0.01) refuse(option, text, "a quaternion qx qy qz qw of length 1");
     pose.orientation = q.normalized();
   }

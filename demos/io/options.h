@@ -1,4 +1,4 @@
-// The options that several commands share, and strict readers for what users type.
+// Options shared by several commands, and strict readers of their values.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -17,11 +17,11 @@ enum class Method { Cloud, Gjk, Gimpact, Hacd, Primitive, Sdf };
 std::string_view nameOf(Method method);
 std::string_view nameOf(Backend backend);
 
-// What the common options say. Empty: not given on the command line; the command decides.
+// Values of the common options. An empty optional was not given; the command picks a default.
 struct CommonOptions {
   std::optional<double> voxel;  // [m]
-  double metresPerUnit = 1;     // of mesh files: --unit
-  std::optional<double> shell;  // thickness of a sheet [m]; three voxels where empty
+  double metersPerUnit = 1;     // of mesh files: --unit
+  std::optional<double> shell;  // thickness of a sheet [m]; default three voxels
   // --law: paper|foundation|rigid (without k and c) or maxwell:K,C or solid:K,K1,C1
   Law law = KelvinVoigt{};
   std::optional<double> stiffness;  // the pair's k: [N/m], [N/m^3] with foundation
@@ -36,23 +36,23 @@ struct CommonOptions {
 // Whether --law names a law with its own values and a memory.
 bool isViscoelastic(const Law& law);
 
-// Whether a command has something to do on an OpenCL device.
+// Whether a command can use an OpenCL device.
 enum class Devices { None, OpenCl };
 
-// Adds the options to a command; they fill `options`, which must live until the command has run.
-// Values are checked as they are read: BadInput names the option and what it takes. A command
-// without use for a device takes the CPU, and says so.
+// Adds the options to a command. They fill `options`, which must live until the command has run. An
+// invalid value throws BadInput naming the option and its valid values. A command that cannot use a
+// device runs on the CPU and says so on stderr.
 void addCommonOptions(CLI::App& command, CommonOptions& options, Devices devices = Devices::None);
 
-// Says on stderr why the CPU does what --backend opencl was to do.
-void tellOfCpu(const std::string& why);
+// Says on stderr why the CPU replaces --backend opencl.
+void reportCpuFallback(const std::string& why);
 
-// The readers. `option` is the name users know the value by, and starts the message of BadInput.
+// Readers. They throw BadInput with a message that starts with `option`.
 double readNumber(std::string_view option, const std::string& text);    // finite
 double readPositive(std::string_view option, const std::string& text);  // finite, > 0
 double readNotNegative(std::string_view option, const std::string& text);
 int readCount(std::string_view option, const std::string& text, int least, int most);
-// "x y z" or "x y z qx qy qz qw"; the quaternion is normalised.
+// "x y z" or "x y z qx qy qz qw"; the quaternion is normalized.
 Pose readPose(std::string_view option, const std::string& text);
 // "vx vy vz wx wy wz"
 Motion readVelocity(std::string_view option, const std::string& text);

@@ -1,4 +1,4 @@
-// A temporary that is renamed once it is whole, and removed on every other way out.
+// The temporary file is renamed once it is complete, and removed otherwise.
 #include "io/output_file.h"
 
 #include <unistd.h>
@@ -53,7 +53,7 @@ void checkOutput(const std::string& option, const std::string& file,
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error))
     refuse("cannot be written, its folder does not exist; make it first");
-  // Asked by trying: to root every folder looks writable, also where none can write.
+  // Tries to write a file, because to root every folder looks writable.
   const std::string trial = file + "." + std::to_string(getpid()) + ".part";
   const bool written = std::ofstream(trial).good();
   fs::remove(trial, error);

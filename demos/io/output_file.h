@@ -1,4 +1,4 @@
-// Files that the program writes: whole or not at all.
+// Output files: checked before the work starts, and written whole or not at all.
 #pragma once
 
 #include <string>
@@ -6,14 +6,14 @@
 
 namespace cloudcontact::program {
 
-// Throws BadInput naming `option` where `file` cannot be written or ends in none of `extensions`:
-// before the work rather than after it.
+// Throws BadInput naming `option` if `file` cannot be written or has none of `extensions`. Call it
+// before the work starts.
 void checkOutput(const std::string& option, const std::string& file,
                  const std::vector<std::string>& extensions);
 
-// Writes a temporary beside `file`, then gives it its name; whatever goes wrong leaves what was
-// there before and nothing else. Throws BadInput naming `option` where the file cannot be opened,
-// WorkFailed where it cannot be filled (a full disk is nothing that the input could mend).
+// Writes a temporary file next to `file` and renames it. On failure the old file stays and no
+// temporary is left. Throws BadInput naming `option` if the file cannot be opened, WorkFailed if
+// writing fails (a full disk).
 void writeWhole(const std::string& option, const std::string& file, const std::string& bytes);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// The progress bar: one line that is overwritten, whichever thread reports.
+// The progress bar: one line, overwritten at each report from any thread.
 #include "io/progress.h"
 
 #include <sys/ioctl.h>
@@ -17,9 +17,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kBar = 24;              // cells
-constexpr double kFirstGuess = 0.5;   // of the time left, after this long [s]
-constexpr double kRedraw = 0.1;       // no oftener than this [s]
-constexpr std::size_t kLineEnd = 52;  // what bar, percentage and time take at most
+constexpr double kFirstGuess = 0.5;   // delay before the time left is shown [s]
+constexpr double kRedraw = 0.1;       // least time between drawings [s]
+constexpr std::size_t kLineEnd = 52;  // most columns for bar, percentage and time
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

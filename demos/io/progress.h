@@ -1,4 +1,4 @@
-// A progress bar on stderr, drawn only where stderr is a terminal.
+// A progress bar on stderr, drawn only on a terminal.
 #pragma once
 
 #include <functional>
@@ -6,9 +6,8 @@
 
 namespace cloudcontact::program {
 
-// A callback for DigitizeSettings::progress and its like, which draws `label`, a bar, a percentage
-// and, from half a second on, the time left; at 1 it wipes the line. Empty (no callback at all)
-// where stderr is not a terminal.
+// A callback for DigitizeSettings::progress and similar. It draws `label`, a bar, a percentage and,
+// after half a second, the time left; at 1 it clears the line. Empty if stderr is not a terminal.
 std::function<void(double)> progressBar(const std::string& label);
 
 // "12 s left", "3 min left", "2 h 5 min left".

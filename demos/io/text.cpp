@@ -1,4 +1,4 @@
-// Rounding, units, gaps; text that is safe to show.
+// Rounds numbers, picks units and checks UTF-8.
 #include "io/text.h"
 
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace cloudcontact::program {
 namespace {
 
-// Three digits, never an exponent where the number is below a million.
+// Three digits, without an exponent below a million.
 std::string threeDigits(double value) {
   char text[32];
   std::snprintf(text, sizeof text,
@@ -16,12 +16,13 @@ std::string threeDigits(double value) {
   return text;
 }
 
-// Bytes of the UTF-8 character that starts at `k`; 0 where none does.
+// Length in bytes of the UTF-8 character at `k`; 0 if there is no valid one.
 std::size_t characterAt(const std::string& text, std::size_t k) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(k);
   if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
-  // 0xC0, 0xC1 and above 0xF4 never start one; the rarer wrong forms within are refused too.
+  // 0xC0, 0xC1 and bytes above 0xF4 never start a character. Overlong and surrogate forms are
+  // invalid too.
   const std::size_t length = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
   if (length == 0 || first > 0xF4 || k + length > text.size()) return 0;
   for (std::size_t i = 1; i < length; ++i)
@@ -37,18 +38,18 @@ std::size_t characterAt(const std::string& text, std::size_t k) {
 
 }  // namespace
 
-std::string lengthText(double metres) {
-  const double size = std::abs(metres);
+std::string lengthText(double meters) {
+  const double size = std::abs(meters);
   if (size == 0) return "0 mm";
-  if (size < 1e-5) return threeDigits(1e6 * metres) + " \u00b5m";
-  if (size < 0.9995) return threeDigits(1e3 * metres) + " mm";
-  return threeDigits(metres) + " m";
+  if (size < 1e-5) return threeDigits(1e6 * meters) + " \u00b5m";
+  if (size < 0.9995) return threeDigits(1e3 * meters) + " mm";
+  return threeDigits(meters) + " m";
 }
 
-std::string volumeText(double cubicMetres) {
-  if (cubicMetres < 1e-6) return threeDigits(1e9 * cubicMetres) + " mm\u00b3";
-  if (cubicMetres < 1e-2) return threeDigits(1e6 * cubicMetres) + " cm\u00b3";
-  return threeDigits(cubicMetres) + " m\u00b3";
+std::string volumeText(double cubicMeters) {
+  if (cubicMeters < 1e-6) return threeDigits(1e9 * cubicMeters) + " mm\u00b3";
+  if (cubicMeters < 1e-2) return threeDigits(1e6 * cubicMeters) + " cm\u00b3";
+  return threeDigits(cubicMeters) + " m\u00b3";
 }
 
 std::string forceText(double newtons) {

@@ -1,5 +1,4 @@
-// A palette that stays apart for most colour-blind eyes (after Okabe and Ito 2008, softened), then
-// round again.
+// A palette for most color-blind eyes (after Okabe and Ito 2008, softened), used in a cycle.
 #include "replay/body_colors.h"
 
 #include <cmath>

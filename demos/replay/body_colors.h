@@ -1,4 +1,4 @@
-// Which body has which colour in a replay: what stands still is grey, what moves is coloured.
+// The colors of bodies in a replay: gray for static bodies, a palette for moving ones.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace cloudcontact::program {
 
 struct BodyColor {
   std::string name;              // "#rrggbb"
-  std::array<double, 3> linear;  // as glTF wants it: without the screen's gamma, 0..1
+  std::array<double, 3> linear;  // linear RGB as in glTF, 0..1
 };
 
-// One a body.
+// One for each body.
 std::vector<BodyColor> bodyColors(const std::vector<ReplayBody>& bodies);
 
 }  // namespace cloudcontact::program

@@ -1,5 +1,4 @@
-// The replay page's files, which are part of the program, as they were when it was built
-// (cmake/EmbedText.cmake).
+// The files of the replay page, embedded into the program by cmake/EmbedText.cmake.
 #pragma once
 
 #include <string_view>

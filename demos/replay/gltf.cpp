@@ -1,4 +1,4 @@
-// Fills tinygltf's model; buffers are one blob, each accessor with a view of its own.
+// Fills tinygltf's model: one buffer, and a view for each accessor.
 #include "replay/gltf.h"
 
 #include <tiny_gltf.h>
@@ -17,7 +17,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kPlaneSpan = 14;  // a plane's square, by the take's diagonal
+constexpr double kPlaneSpan = 14;  // edge of a plane's square, in diagonals of the take
 constexpr const char* kGenerator = "CloudContact";
 
 std::vector<double> numbers(const Vec3& v) {
@@ -28,7 +28,7 @@ std::vector<double> numbers(const Eigen::Quaterniond& q) {
   return {q.x(), q.y(), q.z(), q.w()};
 }
 
-// An endless plane as far as it can be seen.
+// The visible part of an infinite plane.
 Mesh planeMesh(const Vec3& normal, const Vec3& about, double span) {
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal);
   const Vec3 middle = about - normal.dot(about) * normal;
@@ -66,7 +66,7 @@ class Writer {
     model_.defaultScene = 0;
     std::ostringstream out;
     if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model_, out, false, true))
-      throw WorkFailed("--replay: the glTF could not be put together");
+      throw WorkFailed("--replay: tinygltf could not write the glTF");
     return out.str();
   }
 
@@ -118,7 +118,7 @@ class Writer {
     return add(node);
   }
 
-  // Stored once, in however many worlds it was made.
+  // Stores equal meshes of several worlds once.
   int meshOf(const Mesh& mesh, int material, const std::string& name) {
     std::size_t which = 0;
     while (which < known_.size() && !same(*known_[which].mesh, mesh)) ++which;
@@ -178,7 +178,7 @@ class Writer {
     return materials_[color.name] = static_cast<int>(model_.materials.size()) - 1;
   }
 
-  // Times are stored once for a body; both its channels share them.
+  // Both channels of a body share its times.
   void addMotion(const ReplayBody& body, int node, tinygltf::Animation& motion) {
     std::vector<float> times;
     std::vector<Eigen::Vector3f> places;

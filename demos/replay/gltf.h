@@ -7,10 +7,10 @@
 
 namespace cloudcontact::program {
 
-// Each body is a node named after it, its meshes below it; equal meshes are stored once. Nodes move
-// by one animation of linear keys. The root turns this program's z, up, into glTF's y. Bodies of
-// a replay of several takes stand below a node named after the take. Endless planes are squares
-// about the take.
+// Each body is a node of its name with its meshes as children; equal meshes are stored once. One
+// animation with linear keys moves the nodes. The root node turns z up into glTF's y up. With
+// several takes, each has a node of its name above its bodies. Infinite planes become squares
+// around the take.
 std::string gltfBytes(const Replay& replay);
 
 }  // namespace cloudcontact::program

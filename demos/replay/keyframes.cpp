@@ -1,8 +1,7 @@
-// Douglas and Peucker's thinning (1973, "Algorithms for the reduction of the number of points
-// required to represent a digitized line"), on poses instead of points: the key between two kept
-// ones that strays most from their interpolation is kept too, where it strays too far, and the
-// two halves are looked at in turn. It needs all poses at hand, so it runs on a few hundred at a
-// time: memory stays bounded, and a step costs a quarter of a microsecond a body.
+// The algorithm of Douglas and Peucker (1973, "Algorithms for the reduction of the number of points
+// required to represent a digitized line") on poses instead of points: the pose that deviates most
+// from the interpolation between two keys becomes a key if it deviates too far, and both halves are
+// processed in turn. It runs on blocks of a few hundred poses, which bounds the memory.
 #include "replay/keyframes.h"
 
 #include <algorithm>
@@ -12,13 +11,13 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr std::size_t kBlock = 256;  // poses that wait to be thinned
+constexpr std::size_t kBlock = 256;  // poses in a block
 
-// Below this angle between two quaternions their slerp is their lerp: it strays by a^2 / 8, 1e-9,
-// and a body at rest costs no sines.
+// Below this angle between two quaternions lerp replaces slerp: the error is a^2 / 8 = 1e-9, and a
+// body at rest needs no sines.
 constexpr double kStraight = 1e-4;
 
-// The way from key to key, with what all instants between them share.
+// The interpolation between two keys, with the terms that all instants share.
 class Way {
  public:
   Way(const PoseKey& from, const PoseKey& to) : from_(from), to_(to) {
@@ -51,9 +50,9 @@ bool same(const Pose& a, const Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
 
-// How far a point within `reach` of the origin may be from where `shown` has it.
+// Upper bound for the distance between a point within `reach` at pose `seen` and at pose `shown`.
 double strays(const Pose& seen, const Pose& shown, double reach) {
-  // |q - p| is 2 sin(angle / 4), so twice it is a chord's 2 sin(angle / 2) or a little more.
+  // |q - p| is 2 sin(angle / 4); twice that bounds the chord 2 sin(angle / 2).
   const auto &p = shown.orientation.coeffs(), &q = seen.orientation.coeffs();
   const double turned = 2 * std::sqrt(std::min((p - q).squaredNorm(), (p + q).squaredNorm()));
   return (shown.position - seen.position).norm() + turned * reach;
@@ -67,10 +66,10 @@ Pose between(const PoseKey& from, const PoseKey& to, double time) {
 
 void Keyframes::add(double time, const Pose& pose) {
   PoseKey key{time, pose};
-  // A rotation has two quaternions; the nearer one keeps a viewer from turning the long way.
+  // Of the two quaternions of a rotation take the nearer one, so that a viewer turns the short way.
   if (!waiting_.empty() && waiting_.back().pose.orientation.dot(pose.orientation) < 0)
     key.pose.orientation.coeffs() = -key.pose.orientation.coeffs();
-  // A body that lies still to the last bit costs nothing, however long.
+  // Poses that equal the last one to the bit cost no memory.
   const std::size_t n = waiting_.size();
   if (n >= 2 && same(waiting_[n - 1].pose, key.pose) && same(waiting_[n - 2].pose, key.pose)) {
     waiting_.back().time = time;
@@ -84,7 +83,7 @@ void Keyframes::add(double time, const Pose& pose) {
 void Keyframes::finish() {
   if (waiting_.size() > 1) thin();
   waiting_.clear();
-  // A body that never moved needs one key.
+  // One key is enough for a body that never moves.
   const auto moved = [this](const PoseKey& k) {
     return strays(k.pose, keys_.front().pose, reach_) > 0;
   };

@@ -1,6 +1,5 @@
-// A body's motion as few keys as it takes: between two keys a viewer moves on a straight line and
-// turns at an even rate (glTF's LINEAR), and no point of the body is ever further than a tolerance
-// from where the simulation had it.
+// Reduces a body's motion to few keys. Between keys a viewer interpolates linearly (glTF's LINEAR),
+// and every point of the body stays within a tolerance of the simulation.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -14,16 +13,16 @@ struct PoseKey {
   Pose pose;
 };
 
-// Where a viewer shows the body between two keys.
+// The interpolated pose between two keys.
 Pose between(const PoseKey& from, const PoseKey& to, double time);
 
 class Keyframes {
  public:
-  // No point within `reach` of the body's origin strays further than `tolerance` [m].
+  // Points within `reach` of the body's origin deviate by at most `tolerance` [m].
   Keyframes(double reach, double tolerance) : reach_(reach), tolerance_(tolerance) {}
 
   void add(double time, const Pose& pose);
-  void finish();  // what is still waiting; nothing may be added after it
+  void finish();  // processes the last poses; add() must not follow
   const std::vector<PoseKey>& keys() const { return keys_; }
 
  private:
@@ -31,7 +30,7 @@ class Keyframes {
 
   double reach_, tolerance_;
   std::vector<PoseKey> keys_;     // done
-  std::vector<PoseKey> waiting_;  // since the last of them, which is the first here
+  std::vector<PoseKey> waiting_;  // poses since the last key, with that key first
 };
 
 }  // namespace cloudcontact::program

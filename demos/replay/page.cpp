@@ -1,3 +1,4 @@
+// Fills the template of the page, and packs bytes.
 #include "replay/page.h"
 
 #include <zlib.h>
@@ -16,9 +17,9 @@
 namespace cloudcontact::program {
 namespace {
 
-using Filling = std::pair<std::string_view, std::string_view>;  // a name and what stands for it
+using Filling = std::pair<std::string_view, std::string_view>;  // a name and its text
 
-// `text` with each {{NAME}} replaced once, in the order in which they stand in it.
+// Replaces each {{NAME}} in `text`; `fillings` are in the order of the text.
 std::string filled(std::string_view text, std::initializer_list<Filling> fillings) {
   std::size_t size = text.size();
   for (const Filling& f : fillings) size += f.second.size();
@@ -51,8 +52,7 @@ std::string pageBytes(const Replay& replay) {
 }
 
 std::string deflated(const std::string& bytes) {
-  // Of 30 resting boxes, 60 s: level 3 takes half of 6's time for 12 % more bytes; 9 takes 4 times
-  // 6's for 1 % less.
+  // Half the time of level 6 for 12 % more bytes.
   constexpr int kLevel = 3;
   uLongf size = compressBound(bytes.size());
   std::string out(size, '\0');

@@ -1,5 +1,5 @@
-// A replay as one file that a browser shows without a network: three.js around the glTF, with
-// contacts, figures over time and voxels beside it.
+// A replay as a single HTML file that needs no network: the glTF in three.js, with contacts, graphs
+// and voxels.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace cloudcontact::program {
 
 std::string pageBytes(const Replay& replay);
 
-// How a page carries bytes: deflated by zlib (RFC 1950), which a browser's
-// DecompressionStream("deflate") reads, and spelled in base64 (RFC 4648, padded).
+// The encoding of bytes in a page: zlib (RFC 1950), which a browser's
+// DecompressionStream("deflate") reads, then base64 (RFC 4648, padded).
 std::string deflated(const std::string& bytes);
 std::string base64(const std::string& bytes);
 

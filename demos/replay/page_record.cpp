@@ -1,5 +1,5 @@
-// Numbers are rounded to what an eye can tell before they are packed: a contact at rest is then the
-// same bytes in every frame, and packs to almost nothing.
+// Rounds numbers to visible differences before packing: a contact at rest then has the same bytes
+// in every frame, which compress to almost nothing.
 #include "replay/page_record.h"
 
 #include <algorithm>
@@ -36,12 +36,12 @@ class Arrays {
   std::string bytes_;
 };
 
-// As std::lround, inline: calls of that took a third of the record's time.
+// An inline std::lround, whose calls take a third of the time.
 int rounded(float value) {
   return static_cast<int>(value < 0 ? value - 0.5f : value + 0.5f);
 }
 
-// Places in a box, directions and sizes as small whole numbers.
+// Rounds positions in a box, directions and sizes to small integers.
 struct Rounding {
   Eigen::AlignedBox3f box;
   float size = 0, mostForce = 0, mostDepth = 0;
@@ -71,7 +71,7 @@ struct Rounding {
   }
 
  private:
-  // Steps finer than an eye can tell cost bytes: what lies almost still would still move in them.
+  // Finer steps cost bytes, because bodies almost at rest would change in every frame.
   static constexpr float kPlaces = 8191, kSteps = 1023;
   static std::uint16_t whole(float share, float steps) {
     return static_cast<std::uint16_t>(rounded(steps * std::clamp(share, 0.f, 1.f)));
@@ -145,7 +145,7 @@ Json figuresJson(const ReplayTake& take, Arrays& arrays) {
           {"deepest", arrays.add(deepest)},     {"narrowPhase", arrays.add(narrowPhase)}};
 }
 
-// Voxels, once for all bodies that share them.
+// Voxel shells, shared by bodies.
 class Shells {
  public:
   explicit Shells(Arrays& arrays) : arrays_(arrays) {}
@@ -161,7 +161,7 @@ class Shells {
   const Json& json() const { return out_; }
 
  private:
-  // Equal clouds of several worlds are stored once.
+  // Stores equal clouds of several worlds once.
   std::size_t numberOf(const VoxelShell& s) {
     std::size_t which = 0;
     while (which < shells_.size() && !(shells_[which] == s)) ++which;

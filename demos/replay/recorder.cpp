@@ -1,5 +1,5 @@
-// Poses at every step, thinned as they come; contacts and figures at no more instants than a screen
-// shows.
+// Records poses at every step, reduced to keys on the fly, and contacts and figures at a screen's
+// frame rate.
 #include "replay/recorder.h"
 
 #include <algorithm>
@@ -10,13 +10,13 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kTolerance = 3e-5;    // of the scene's size: 0.03 px at 1000 px
-constexpr double kFramesASecond = 60;  // what a screen shows at full speed
-constexpr double kLeastFrames = 600;   // short runs are looked at slowed down
+constexpr double kFramesASecond = 60;  // a screen's rate at full speed
+constexpr double kLeastFrames = 600;   // short runs are watched in slow motion
 constexpr double kMostFrames = 6000;
-constexpr double kGap = 0.12;      // between takes, of a take's diagonal
-constexpr double kMostSpread = 3;  // a take's width counts up to this times its start's
+constexpr double kGap = 0.12;      // between takes, in diagonals of a take
+constexpr double kMostSpread = 3;  // limits a take's width to this multiple of its start's
 
-// How far a body's farthest vertex is from its origin.
+// Distance of a body's farthest vertex from its origin.
 double reachOf(const DrawnBody& body) {
   double reach = 0;
   for (const DrawnPart& part : body.parts) {
@@ -41,15 +41,15 @@ Eigen::AlignedBox3d boxOf(const DrawnBody& body, const Pose& at) {
 
 struct Recorder::Take {
   ReplayTake take;
-  std::vector<Keyframes> motions;  // one a body
-  Eigen::AlignedBox3d swept;       // by the origins of what moves
+  std::vector<Keyframes> motions;  // one for each body
+  Eigen::AlignedBox3d swept;       // of the origins of moving bodies
   double interval = 0;             // of frames [s]
   double due = 0;                  // time of the next frame
   long steps = 0;                  // since the last frame
   double narrowPhase = 0;          // the world's clock at the last frame [s]
   double deepest = 0;              // since the last frame
   std::vector<bool> isFixed;       // of each body
-  ContactsNow now;                 // used again at each frame
+  ContactsNow now;                 // reused in each frame
 };
 
 Recorder::Recorder(std::size_t mostPoints) : mostPoints_(mostPoints) {}
@@ -107,23 +107,24 @@ void Recorder::addFrame(double time, const World& world) {
   ReplayContacts& contacts = t.take.contacts;
   contacts.add(t.now, t.isFixed);
   if (std::max(contacts.points().size(), contacts.shown().size()) <= mostPoints_) return;
-  // Too many: every other instant will do, from here on and back to the start.
+  // Too many points: drops every other frame, and doubles the interval.
   contacts.thin();
   std::vector<ReplayFrame>& frames = t.take.frames;
   for (std::size_t i = 1; 2 * i < frames.size(); ++i) {
-    const ReplayFrame lost = frames[2 * i - 1];  // a copy: it is the first to be written over
+    const ReplayFrame lost = frames[2 * i - 1];  // a copy, because it is overwritten first
     frames[i] = frames[2 * i];
     frames[i].deepest = std::max(frames[i].deepest, lost.deepest);
     frames[i].narrowPhase = (frames[i].narrowPhase + lost.narrowPhase) / 2;
   }
-  if (frames.size() % 2 == 0) t.deepest = frames.back().deepest;  // lost too: the next one's
+  if (frames.size() % 2 == 0)
+    t.deepest = frames.back().deepest;  // dropped too: counts for the next frame
   frames.resize(contacts.frames());
   t.interval *= 2;
 }
 
 void Recorder::endTake() {
   Take& t = *take_;
-  // Energy is known once a step has been taken.
+  // The energy is known after the first step.
   if (t.take.frames.size() > 1) {
     ReplayFrame &first = t.take.frames[0], &second = t.take.frames[1];
     std::tie(first.kinetic, first.potential, first.spring, first.narrowPhase) =
@@ -133,7 +134,7 @@ void Recorder::endTake() {
     t.motions[i].finish();
     t.take.bodies[i].keys = t.motions[i].keys();
   }
-  // Beside the takes before it, by as much room as it takes up while it runs.
+  // Next to the previous takes, by the space that it occupies while it runs.
   Eigen::AlignedBox3d room = t.take.start;
   const Vec3 spread = kMostSpread / 2 * room.sizes();
   const Eigen::AlignedBox3d most(room.center() - spread, room.center() + spread);

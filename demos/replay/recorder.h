@@ -1,4 +1,4 @@
-// Watches worlds run and keeps what a replay shows.
+// Records running worlds for a replay.
 #pragma once
 
 #include <memory>
@@ -11,17 +11,18 @@ namespace cloudcontact::program {
 
 class Recorder {
  public:
-  // Where a take's contacts become more points than that (84 MB by default), every other frame is
-  // left out.
+  // If a take has more contact points than `mostPoints` (84 MB by default), every other frame is
+  // dropped.
   explicit Recorder(std::size_t mostPoints = 3'000'000);
   ~Recorder();
 
   // Starts a take: a world that will run for `seconds`, in steps of `step` [s]. It must outlive
   // the take's last record().
   void begin(const World& world, const std::string& label, double seconds, double step);
-  // After each step, and once before the first (time 0).
+  // Call after each step, and once before the first (time 0).
   void record(double time, const World& world);
-  // Ends the recording: the takes in a row, thinned. title, story, checks are the caller's to fill.
+  // Ends the recording and returns the takes, placed in a row. The caller fills title, story and
+  // checks.
   Replay finish();
 
  private:
@@ -31,7 +32,7 @@ class Recorder {
 
   std::size_t mostPoints_;
   Replay replay_;
-  std::unique_ptr<Take> take_;  // the one that runs
+  std::unique_ptr<Take> take_;  // the current one
 };
 
 }  // namespace cloudcontact::program

@@ -1,5 +1,5 @@
-// A replay as plain values: what a recorder has seen of one or several worlds, ready to be written
-// as a glTF file (gltf.h) or as a page (page.h).
+// A replay as plain values: one or more recorded worlds, written as a glTF file (gltf.h) or as a
+// page (page.h).
 #pragma once
 
 #include <string>
@@ -17,30 +17,30 @@ struct ReplayBody {
   bool isStatic = false;
   double mass = 0;  // [kg]
   DrawnBody drawn;
-  std::vector<PoseKey> keys;  // one for a body that does not move
+  std::vector<PoseKey> keys;  // one if the body does not move
 };
 
-// What is known at one instant beyond where bodies stand.
+// Figures of one instant.
 struct ReplayFrame {
   double time = 0;                    // [s]
   double kinetic = 0, potential = 0;  // of the bodies [J]
   double spring = 0;                  // in the contacts [J]
-  double deepest = 0;                 // since the frame before, by the method under test [m]
-  double narrowPhase = 0;             // a step's, mean since the frame before [s]
+  double deepest = 0;                 // since the last frame, by the method under test [m]
+  double narrowPhase = 0;             // of a step, mean since the last frame [s]
 };
 
-// One world's run. Several stand beside each other and run at the same time.
+// One world's run. A viewer shows several takes side by side, at the same time.
 struct ReplayTake {
   std::string label;
   Vec3 offset = Vec3::Zero();  // where the viewer puts the world's origin [m]
   std::vector<ReplayBody> bodies;
   std::vector<ReplayFrame> frames;
   ReplayContacts contacts;     // of each frame
-  Eigen::AlignedBox3d start;   // of all that is not endless, at the start [m]
-  Eigen::AlignedBox3d extent;  // with where it moves to, as far as that is not very far
+  Eigen::AlignedBox3d start;   // without infinite planes, at the start [m]
+  Eigen::AlignedBox3d extent;  // including motion up to a limit [m]
 };
 
-// Something that should have happened, and what did.
+// An expected outcome and the actual one.
 struct ReplayCheck {
   std::string expected, found;
   bool holds = false;
@@ -48,14 +48,14 @@ struct ReplayCheck {
 
 struct Replay {
   std::string title;
-  std::string story;  // what is shown
+  std::string story;  // what it shows
   std::string watch;  // what to look for; may be empty
   std::string setup;  // method, voxel, step
   double seconds = 0;
   double voxel = 0;  // [m]
   std::vector<ReplayTake> takes;
   std::vector<ReplayCheck> checks;                         // of a demo
-  std::vector<std::pair<std::string, std::string>> facts;  // of any run: a name and a figure
+  std::vector<std::pair<std::string, std::string>> facts;  // names and figures of a run
 };
 
 }  // namespace cloudcontact::program

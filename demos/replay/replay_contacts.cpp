@@ -1,4 +1,4 @@
-// Compares each manifold with what was stored of it at the frame before.
+// Compares each manifold with its stored patch of the last frame.
 #include "replay/replay_contacts.h"
 
 #include <algorithm>
@@ -8,22 +8,23 @@
 namespace cloudcontact::program {
 namespace {
 
-// Of a force or depth, and of the largest there has been: an arrow of 100 px moves by half a pixel.
+// Invisible changes, relative to a force or depth and to the largest so far: half a pixel on an
+// arrow of 100 px.
 constexpr float kOfItself = 0.005f, kOfTheMost = 1e-4f;
 
 }  // namespace
 
-// A patch on its way in, turned so that what is fixed is its first body.
+// A new patch, turned so that a fixed body is its first.
 struct ReplayContacts::Seen {
   int a, b;
-  double sign;  // -1 where that turned it round
+  double sign;  // -1 if turned
   std::span<const ContactNow> points;
 
   Eigen::Vector3f forceOf(const ContactNow& c) const { return (sign * c.force).cast<float>(); }
   ReplayPatch disc() const;
 };
 
-// A disc of radius R has the second moment R^2 / 2 about its centre in its plane.
+// A disc of radius R has the second moment R^2 / 2 about its center in its plane.
 ReplayPatch ReplayContacts::Seen::disc() const {
   double weight = 0, moment = 0, deepest = points.front().depth;
   Vec3 center = Vec3::Zero(), normal = Vec3::Zero();
@@ -47,8 +48,8 @@ ReplayPatch ReplayContacts::Seen::disc() const {
           static_cast<float>(deepest)};
 }
 
-// The k-th manifold is compared with the k-th of the frame before: Bullet keeps their order but
-// where one ends.
+// Compares the k-th manifold with the k-th of the last frame: Bullet keeps their order unless one
+// ends.
 void ReplayContacts::add(const ContactsNow& now, const std::vector<bool>& isFixed) {
   const std::size_t before = shownEnd_.size() < 2 ? 0 : shownEnd_[shownEnd_.size() - 2];
   const std::size_t end = shown_.size();

@@ -1,4 +1,4 @@
-// The contacts of a replay: what touched what at each of its frames, for the eye.
+// The contacts of a replay in each of its frames.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,31 +11,30 @@
 
 namespace cloudcontact::program {
 
-// A point of a contact. Single precision: for the eye.
+// A contact point, in single precision for display.
 struct ReplayPoint {
   Eigen::Vector3f position;  // in the take [m]
   Eigen::Vector3f force;     // of body a on body b [N]
   float depth = 0;           // [m]
 };
 
-// Points that belong together, as a disc: it has the second moment of its points.
+// A patch, shown as a disc with the second moment of its points.
 struct ReplayPatch {
-  int a = -1, b = -1;                   // indices of bodies; where one is fixed, it is a
+  int a = -1, b = -1;                   // indices of bodies; a fixed body is a
   std::uint32_t first = 0, points = 0;  // in ReplayContacts::points
   Eigen::Vector3f position, normal;     // from a to b
   float radius = 0, depth = 0;          // [m]
 };
 
-// A patch is stored once for as long as an eye sees no change in it: a heap at rest costs four
-// bytes a patch and frame. Stored anew in each frame, the contacts of 30 resting boxes slowed a run
-// of Bullet's own methods by 8 %, all of it the writing of memory.
+// The patches of all frames. A patch without a visible change is not stored again: a heap at rest
+// costs four bytes per patch and frame.
 class ReplayContacts {
  public:
-  // `still` is how far a point may move unseen [m].
+  // `still` is the invisible motion of a point [m].
   explicit ReplayContacts(double still = 0) : still_(static_cast<float>(still)) {}
 
-  // The contacts of one more frame. `isFixed` tells of a body whether it never moves: arrows show
-  // the forces on what does.
+  // Adds the contacts of a frame. `isFixed` marks bodies that never move: arrows show the forces on
+  // moving ones.
   void add(const ContactsNow& now, const std::vector<bool>& isFixed);
   void thin();  // keeps every other frame
 

@@ -1,4 +1,4 @@
-// `--replay FILE`: a replay kept as glTF or as a page, whichever the file's name asks for.
+// `--replay FILE`: saves a replay as glTF or as a page, by the file's extension.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cloudcontact::program {
 
-// Throws BadInput naming --replay where `file` ends in neither .glb nor .html or cannot be written:
-// before the work rather than after it.
+// Throws BadInput naming --replay if `file` ends in neither .glb nor .html or cannot be written.
+// Call it before the work starts.
 void checkReplay(const std::string& file);
 
 // Writes the file whole or not at all. Throws BadInput or WorkFailed naming it.

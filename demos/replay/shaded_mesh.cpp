@@ -1,5 +1,5 @@
-// At each corner of a triangle the normals of the faces around that vertex are added, by their
-// angle there, as far as they differ from this face's by less than the crease.
+// The normal at a triangle's corner is the sum of the normals of the faces around that vertex,
+// weighted by their angle there, over faces within the crease angle.
 #include "replay/shaded_mesh.h"
 
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr std::size_t kMostFaces = 400;  // a fan of more is shaded flat
+constexpr std::size_t kMostFaces = 400;  // larger fans are shaded flat
 
 using Vector = Eigen::Vector3d;
 
@@ -19,7 +19,7 @@ struct Corner {
   double angle;
 };
 
-// The faces around each vertex, one list after the other.
+// The faces around each vertex, in one array.
 struct Fans {
   std::vector<std::size_t> first;
   std::vector<Corner> corners;
@@ -59,7 +59,7 @@ std::vector<Vector> faceNormals(const Mesh& mesh) {
   return normals;
 }
 
-// Vertices of one place and one shade are one.
+// Merges vertices of equal position and normal.
 class Vertices {
  public:
   explicit Vertices(ShadedMesh& out) : out_(out) {}

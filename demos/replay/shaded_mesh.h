@@ -1,4 +1,4 @@
-// A mesh as a viewer wants it: single precision, a normal at every vertex.
+// A mesh for viewers: single precision, with a normal at each vertex.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -10,11 +10,11 @@ namespace cloudcontact::program {
 
 struct ShadedMesh {
   std::vector<Eigen::Vector3f> positions, normals;  // [m]; unit
-  std::vector<std::uint32_t> corners;               // three a triangle
+  std::vector<std::uint32_t> corners;               // three per triangle
 };
 
-// Faces that meet at less than `crease` [rad] are shaded as one smooth surface; a vertex on a
-// sharper edge becomes several.
+// Shades faces that meet at less than `crease` [rad] as one smooth surface; splits vertices on
+// sharper edges.
 ShadedMesh shaded(const Mesh& mesh, double crease = 0.6);
 
 }  // namespace cloudcontact::program

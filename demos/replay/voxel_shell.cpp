@@ -1,4 +1,4 @@
-// Brick by brick; bricks that are empty, or solid among solid ones, are passed by.
+// Goes brick by brick and skips bricks that are empty or solid with solid neighbors.
 #include "replay/voxel_shell.h"
 
 namespace cloudcontact::program {
@@ -6,7 +6,7 @@ namespace {
 
 constexpr int kHalf = 128;
 
-// The cloud in cubes of block^3 voxels, block a power of two.
+// The cloud in cubes of block^3 voxels; block is a power of two.
 class Cubes {
  public:
   Cubes(const Cloud& cloud, int block) : cloud_(cloud), block_(block) {}
@@ -33,7 +33,7 @@ class Cubes {
     }
     return open;
   }
-  // No surface within the brick that the cube belongs to, nor beside it.
+  // No surface in this brick nor at its faces.
   bool dull(const Eigen::Vector3i& brick) const {
     const int own = table(brick);
     if (own == kEmptyBrick) return true;
@@ -93,7 +93,7 @@ VoxelShell shellOf(const Cloud& cloud, int block) {
 }  // namespace
 
 VoxelShell voxelShell(const Cloud& cloud, std::size_t mostCubes) {
-  constexpr int kMostAlong = 65536;  // what the coordinates can count
+  constexpr int kMostAlong = 65536;  // limit of the coordinates
   for (int block = 1;; block *= 2) {
     if (cloud.size().maxCoeff() / block > kMostAlong && block < kBrickEdge) continue;
     VoxelShell shell = shellOf(cloud, block);

@@ -1,4 +1,4 @@
-// The voxels of a cloud that can be seen from outside, packed for a page.
+// The visible voxels of a cloud, packed for a page.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -8,15 +8,15 @@
 
 namespace cloudcontact::program {
 
-// Voxels at least half full that have a neighbour which is not. Large clouds are shown in blocks
-// of 2, 4 or 8 voxels' edge, no larger however many cubes that leaves.
+// Voxels that are at least half full and have a neighbor that is not. Large clouds are merged into
+// blocks of 2, 4 or at most 8 voxels' edge.
 struct VoxelShell {
   double edge = 0;             // of a cube [m]
   int block = 1;               // voxels along it
   Vec3 origin = Vec3::Zero();  // lowest corner of cube (0,0,0), in the grid's frame [m]
   std::vector<std::uint16_t> x, y, z;
   std::vector<std::uint8_t> coverage;  // in 1/255
-  std::vector<std::uint8_t> open;      // faces without a neighbour: bit 0 -x, 1 +x, 2 -y ... 5 +z
+  std::vector<std::uint8_t> open;      // visible faces: bit 0 -x, 1 +x, 2 -y ... 5 +z
 
   bool operator==(const VoxelShell&) const = default;
 };

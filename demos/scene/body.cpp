@@ -1,4 +1,4 @@
-// Reading a body's specification, and turning it into a cloud or a mesh.
+// Reads a body's specification and turns the body into a cloud or a mesh.
 #include "scene/body.h"
 
 #include <cloudcontact/device/digitizer.h>
@@ -24,11 +24,11 @@ namespace cloudcontact::program {
 
 namespace {
 
-// Facets of a primitive stay this far within its surface, so that the mesh adds nothing to what
-// digitising itself does to a shape (its own error is 0.004 voxels at best).
+// Facets of a primitive stay this close to its surface: below the digitizer's own error, 0.004
+// voxels at best.
 constexpr double kFacetTolerance = 0.002;  // [voxels]
-constexpr std::size_t kMostParts = 32;     // of a mesh file that are told apart as materials
-// Lengths that single precision, which Bullet may run in, can hold and square. [m]
+constexpr std::size_t kMostParts = 32;     // above this number parts are one material
+// Lengths whose squares fit single precision, in which Bullet may run. [m]
 constexpr double kLeastLength = 1e-7, kGreatestLength = 1e6;
 
 struct PrimitiveKind {
@@ -47,7 +47,7 @@ constexpr std::array<PrimitiveKind, 5> kPrimitives = {{
      [](const std::vector<double>& v) -> Solid {
        return Cylinder{v[0], v[1] / 2};
      }},
-    {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centres)",
+    {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centers)",
      [](const std::vector<double>& v) -> Solid {
        return Capsule{v[0], v[1] / 2};
      }},
@@ -69,11 +69,11 @@ Solid readPrimitive(const std::string& specification, const PrimitiveKind& kind,
     sizes.push_back(size);
   }
   if (sizes.size() != kind.numbers || list.back() == ',')
-    throw BadInput(specification + ": wrong number of sizes; write " + kind.form + ", in metres");
+    throw BadInput(specification + ": wrong number of sizes; write " + kind.form + ", in meters");
   return kind.make(sizes);
 }
 
-// The primitive that the specification names, if it names one.
+// The primitive in the specification, if there is one.
 std::optional<Solid> primitiveIn(const std::string& specification) {
   if (specification == "halfspace") return HalfSpace{};
   const std::size_t colon = specification.find(':');
@@ -81,7 +81,7 @@ std::optional<Solid> primitiveIn(const std::string& specification) {
   for (const PrimitiveKind& kind : kPrimitives) {
     if (name != kind.name) continue;
     if (colon == std::string::npos || colon + 1 == specification.size())
-      throw BadInput(specification + ": sizes are missing; write " + kind.form + ", in metres");
+      throw BadInput(specification + ": sizes are missing; write " + kind.form + ", in meters");
     return readPrimitive(specification, kind, specification.substr(colon + 1));
   }
   return {};
@@ -94,8 +94,8 @@ std::string lowerExtension(const std::filesystem::path& file) {
   return extension;
 }
 
-// What a library throws about a file is the user's to mend; running out of memory is not. `advice`
-// follows where the library found none to give.
+// Turns the library's exceptions about a file into BadInput, but for lack of memory. Appends
+// `advice` to messages without any.
 template <class Load>
 auto asBadInput(const std::string& name, const std::string& advice, Load load) {
   try {
@@ -123,7 +123,7 @@ void refuseUnusable(const std::string& name) {
   std::error_code error;
   if (!fs::exists(file, error))
     throw BadInput(name +
-                   ": no such file; give a file of a mesh or of points, a .cloud file, "
+                   ": no such file; give a mesh file, a point file, a .cloud file, "
                    "sphere:R, box:X,Y,Z, "
                    "cylinder:R,H, capsule:R,H, cone:R,H or halfspace");
   if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
@@ -148,21 +148,21 @@ void refuseCoarse(const Body& body, const Mesh& mesh, double voxel) {
                    "volume");
   std::ostringstream message;
   message << "--voxel: " << voxel << " m is larger than " << body.name << " is thick (" << thinnest
-          << " m); give at most " << thinnest / 4 << ", or --unit if the file is not in metres";
+          << " m); give at most " << thinnest / 4 << ", or --unit if the file is not in meters";
   throw BadInput(message.str());
 }
 
 void readMesh(Body& body, const CommonOptions& options) {
   std::vector<NamedMesh> parts = asBadInput(
-      body.name, kMeshAdvice, [&] { return loadMeshParts(body.name, options.metresPerUnit); });
+      body.name, kMeshAdvice, [&] { return loadMeshParts(body.name, options.metersPerUnit); });
   body.mesh = merged(parts);
   if (parts.size() > 1 && parts.size() <= kMostParts) body.parts = std::move(parts);
 }
 
-// What a file's points are taken for.
+// Reads a point file: a depth image, a volume, or a surface.
 DigitalObject readPoints(const std::string& name, const CommonOptions& options) {
   const PointFile file = asBadInput(name, "give points as PLY, PCD or XYZ, in rows of x y z",
-                                    [&] { return loadPoints(name, options.metresPerUnit); });
+                                    [&] { return loadPoints(name, options.metersPerUnit); });
   if (const auto* image = std::get_if<DepthImage>(&file)) return *image;
   PointCloud points = std::get<PointCloud>(file);
   recognizeVolume(points);
@@ -180,7 +180,7 @@ Cloud scanned(const std::string& name, const PointCloud& points, double voxel,
   std::cerr << "cloudcontact: " << name << " is " << points.positions.size()
             << " points of a surface, " << report.pointDistance << " m apart; ";
   if (report.closed)
-    std::cerr << "filled what they enclose\n";
+    std::cerr << "filled the volume that they enclose\n";
   else
     std::cerr << "they enclose nothing: made a shell " << settings.shell << " m thick "
               << (points.normals.empty() ? "about" : "behind") << " them (--shell)\n";
@@ -198,11 +198,11 @@ Cloud pictured(const std::string& name, const DepthImage& image, double voxel,
   std::cerr << "cloudcontact: " << name << " is a depth image of " << image.width << " x "
             << image.height << " pixels, " << report.seen << " seen, " << report.filled
             << " filled; made a shell " << settings.thickness
-            << " m thick behind what it saw (--shell)\n";
+            << " m thick behind the seen surface (--shell)\n";
   return cloud;
 }
 
-// What is no mesh as a cloud; a message says what points were taken for.
+// The cloud of points and other objects; a message reports the kind of points.
 Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
   if (const auto* image = std::get_if<DepthImage>(&*body.object))
     return pictured(body.name, *image, voxel, options);
@@ -215,7 +215,7 @@ Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
   return toCloud(*body.object, voxel);
 }
 
-// On what --backend names.
+// Digitizes on the backend of --backend.
 DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
                            const CommonOptions& options) {
   if (options.backend == Backend::Cpu) {
@@ -225,7 +225,7 @@ DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
   }
   Digitizer digitizer({options.backend});
   digitizer.run(mesh, settings);
-  if (!digitizer.message().empty()) tellOfCpu(digitizer.message());
+  if (!digitizer.message().empty()) reportCpuFallback(digitizer.message());
   return {digitizer.cloud(), digitizer.report().closed,
           digitizer.deviceReport().onDevice ? Backend::OpenCl : Backend::Cpu};
 }
@@ -279,13 +279,13 @@ double defaultVoxel(const Body& body) {
 
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options) {
   if (isHalfSpace(body))
-    throw BadInput("halfspace: is endless and has no voxels; give a box as large as you need");
+    throw BadInput("halfspace: is infinite and has no voxels; give a box of the size you need");
   if (body.cloud) {
     const double own = body.cloud->voxelSize();
     if (options.voxel && std::abs(*options.voxel - own) > 1e-6 * own) {
       std::ostringstream message;
       message << "--voxel: " << body.name << " was saved with voxels of " << own
-              << " m; leave --voxel out or digitise its mesh again";
+              << " m; leave --voxel out or digitize its mesh again";
       throw BadInput(message.str());
     }
     return {*body.cloud, true, Backend::Cpu};
@@ -303,10 +303,10 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     DigitizeSettings settings;
     settings.voxelSize = voxel;
     settings.threads = options.threads;
-    settings.progress = progressBar("digitising " + body.name);
-    // A sheet that was given a thickness is no longer its parts.
+    settings.progress = progressBar("digitizing " + body.name);
+    // A thickened sheet has lost its parts.
     if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
-    if (options.backend == Backend::OpenCl) tellOfCpu(body.name + " is of several materials");
+    if (options.backend == Backend::OpenCl) reportCpuFallback(body.name + " has several materials");
     DigitizeReport report;
     Cloud cloud = digitize(body.parts, settings, &report);
     return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
@@ -323,7 +323,7 @@ std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::st
 }
 
 Mesh meshOf(const Body& body, double tolerance) {
-  if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box as large as you need");
+  if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box of the size you need");
   if (body.cloud)
     throw BadInput(body.name + ": a saved cloud has no mesh; use --method cloud or give the mesh");
   if (body.object)

@@ -1,4 +1,4 @@
-// Bullet's shapes of the same bodies: what its users have today.
+// Makes Bullet's shapes from meshes and primitives.
 #include "scene/bullet_methods.h"
 
 #include <cloudcontact/mesh/mesh_repair.h>
@@ -22,14 +22,14 @@ namespace cloudcontact::program {
 
 namespace {
 
-// Bullet's default margin, 4 cm, is larger than many bodies here. A thousandth of a per cent of
-// the diagonal hides nothing and still lets GJK tell touching from apart.
+// Bullet's default margin, 4 cm, exceeds many bodies here. This one hides no detail and is still
+// enough for GJK to separate touching from apart.
 constexpr double kMarginOfDiagonal = 1e-5;
 
-// HACD in its own units, in which every body's diagonal is 2000. Its time grows faster than the
-// square of the triangles (284: 3 s, 20,480: 6 minutes on one core), so that meshes are made
-// coarser first, as its users do.
-constexpr double kHacdDiagonal = 2000;  // HACD's measure of concavity is of a body this large
+// HACD's time grows faster than the square of the number of triangles (20,480 take 6 minutes), so
+// meshes are coarsened first.
+constexpr double kHacdDiagonal =
+    2000;  // HACD scales bodies to this diagonal; its concavity refers to it
 constexpr std::size_t kHacdPartVertices = 64;
 constexpr std::size_t kHacdTriangles = 2000;
 
@@ -39,7 +39,7 @@ btScalar marginOf(const Mesh& mesh) {
   return btScalar(kMarginOfDiagonal * box.diagonal().norm());
 }
 
-// Mesh data that btTriangleIndexVertexArray points into.
+// Mesh data for btTriangleIndexVertexArray, which holds pointers only.
 struct IndexedTriangles {
   std::vector<btScalar> coordinates;
   std::vector<int> indices;
@@ -89,7 +89,7 @@ struct PrimitiveMaker {
     return std::make_shared<btCylinderShapeZ>(toBullet(Vec3(s.radius, s.radius, s.halfHeight)));
   }
   Shape operator()(const Cone& s) const {
-    // The one primitive that Bullet puts its margin around rather than inside of.
+    // The only primitive whose margin Bullet adds outside.
     auto cone = std::make_shared<btConeShapeZ>(btScalar(s.radius), btScalar(2 * s.halfHeight));
     const double least = kMarginOfDiagonal * boundsOf(s).diagonal().norm();
     cone->setMargin(btScalar(std::max(least, s.margin)));
@@ -106,7 +106,7 @@ struct PrimitiveMaker {
   }
 };
 
-// The mesh with the vertices of each cell of a grid made one.
+// Merges the vertices in each cell of a grid.
 Mesh clustered(const Mesh& mesh, double cell) {
   std::map<std::array<long, 3>, int> cells;
   std::vector<int> clusterOf;
@@ -136,7 +136,7 @@ Mesh clustered(const Mesh& mesh, double cell) {
   return coarse;
 }
 
-// At most kHacdTriangles, by the finest grid that does it.
+// Coarsens to at most kHacdTriangles, with the finest grid that does so.
 Mesh coarsened(const Mesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Vec3& v : mesh.vertices) box.extend(v);

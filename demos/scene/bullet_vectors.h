@@ -1,4 +1,4 @@
-// Between this project's vectors and poses, in double, and Bullet's.
+// Converts vectors and poses to Bullet's types and back.
 #pragma once
 
 #include <LinearMath/btTransform.h>
@@ -22,7 +22,8 @@ inline Vec3 fromBullet(const btVector3& v) {
 }
 
 inline Pose fromBullet(const btTransform& t) {
-  // From the matrix that Bullet integrates, so that nothing is lost on the way.
+  // Through the matrix that Bullet integrates: Bullet's own conversion to a quaternion may round to
+  // float.
   Eigen::Matrix3d m;
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) m(r, c) = t.getBasis()[r][c];

@@ -1,4 +1,4 @@
-// Sums over a run's ticks.
+// Sums over the ticks of a run.
 #include "scene/cutting_figures.h"
 
 #include <algorithm>
@@ -8,9 +8,9 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr float kTouched = 0.05f;  // of what is touched: less is a corner's doing
+constexpr float kTouched = 0.05f;  // least share of the touched voxels; corners touch less
 constexpr float kAlone = 0.9f;
-constexpr double kFaint = 0.1;  // of the greatest force: below it a step is no part of anything
+constexpr double kFaint = 0.1;  // share of the largest force, below which steps do not count
 
 void addTissues(const CuttingRun& run, CuttingFigures& figures) {
   for (const std::string& name : run.tissues) figures.tissues.push_back({name, {}, 0, 0});

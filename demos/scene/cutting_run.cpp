@@ -1,6 +1,6 @@
-// The ticks of a cut, one after the other. Archard's volume is summed here from what the loop gives
-// out, force, speed, and the voxels it touched; what really went is the workpiece's own volume,
-// before less after. The two meet only if the cutter does what its law says.
+// Runs the ticks. Archard's volume is summed here from the loop's force, speed and touched voxels,
+// independently of the cutter. The removed volume is that of the workpiece before minus after. The
+// two agree only if the cutter follows its law.
 #include "scene/cutting_run.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// Volume that one newton takes over one metre of way from what is touched [m^3/J].
+// Removed volume for each joule of work on the touched voxels [m^3/J].
 double softness(const BaseVectorField& workpiece, const Collision& collision,
                 const Cutter& cutter) {
   double sum = 0;
@@ -60,7 +60,7 @@ Vec3 PlannedPath::at(double time) const {
   if (k == 0) return points_.front().place;
   const double way = (points_[k].place - points_[k - 1].place).norm();
   const double gone = std::max(time - arrivals_[k - 1], 0.0) * points_[k].speed;
-  if (gone >= way) return points_[k].place;  // it rests there
+  if (gone >= way) return points_[k].place;  // pausing
   return points_[k - 1].place + gone / way * (points_[k].place - points_[k - 1].place);
 }
 

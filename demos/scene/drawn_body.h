@@ -1,5 +1,5 @@
-// What of a body can be drawn: its meshes, and its voxels where it is a cloud. Shared with the
-// world that simulates it; nothing is copied.
+// The drawable parts of a body: its meshes, and the voxels of its clouds. Shared with the world,
+// not copied.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -14,12 +14,12 @@
 namespace cloudcontact::program {
 
 struct DrawnPart {
-  std::shared_ptr<const Mesh> mesh;  // none for an endless plane
+  std::shared_ptr<const Mesh> mesh;  // null for an infinite plane
   Pose pose;                         // of the mesh in the body's frame
   std::optional<Vec3> planeNormal;   // through the part's origin, in the part's frame
 };
 
-// Voxels as the contact sees them.
+// Voxels that the contact method uses.
 struct DrawnCloud {
   std::shared_ptr<const SurfaceField> field;
   Pose pose;  // of the grid in the body's frame

@@ -1,5 +1,5 @@
-// Meshes by formula. All but the chain link are built of rings: loops of points around the z axis
-// at the same angles, so that neighbouring rings join without a gap.
+// All meshes but the chain link are built of rings: loops of points around the z axis at equal
+// angles, so that neighboring rings join without gaps.
 #include "scene/generated_mesh.h"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class RingBuilder {
     mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
     return static_cast<int>(mesh.vertices.size()) - 1;
   }
-  // A ring at height z: the index of its first point; the rest follow.
+  // Adds a ring at height z and returns the index of its first point.
   int ring(double z, const std::function<double(double)>& radius) {
     const int first = static_cast<int>(mesh.vertices.size());
     for (int i = 0; i < segments_; ++i) point(radius(angle(i)), angle(i), z);
@@ -36,8 +36,8 @@ class RingBuilder {
   void triangle(int a, int b, int c) {
     if (a != b && b != c && c != a) mesh.triangles.emplace_back(a, b, c);
   }
-  // Joins two rings; outside is to the right of the way from `a` to `b` seen in the half plane of
-  // radius (right) and z (up) -- an outer wall goes up, a top face goes inward.
+  // Joins two rings. In the half plane of radius (right) and z (up), the outside lies to the right
+  // of the line from `a` to `b`: an outer wall goes up, a top face goes inward.
   void join(int a, int b) {
     for (int i = 0; i < segments_; ++i) {
       const int j = (i + 1) % segments_;
@@ -45,7 +45,7 @@ class RingBuilder {
       triangle(a + i, b + j, b + i);
     }
   }
-  // Closes a ring with a flat fan, outside up or down.
+  // Closes a ring with a flat fan that faces up or down.
   void cap(int ring, double z, bool up) {
     const int center = point(0, 0, z);
     for (int i = 0; i < segments_; ++i) {
@@ -67,7 +67,8 @@ std::function<double(double)> circle(double radius) {
   return [radius](double) { return radius; };
 }
 
-// A regular polygon `width` across flats, a corner at angle 0 for six sides, a flat for four.
+// Radius of a regular polygon, `width` across flats, by angle: a corner at angle 0 for six sides, a
+// flat for four.
 std::function<double(double)> polygon(int sides, double width) {
   return [=](double angle) {
     const double sector = 2 * kPi / sides;
@@ -92,9 +93,9 @@ double minorRadius(const Thread& t) {
   return t.majorDiameter / 2 - 5.0 / 16 * t.pitch / std::tan(t.flankAngle / 2);
 }
 
-// The threaded wall between rings at z = 0 and z = length, whose radius is limit(radius, z). Grid
-// lines run along the helix, so that the profile's corners are edges of the mesh; where a line
-// leaves the wall at an end it merges into that end's ring. Written for a right-hand thread.
+// The threaded wall between rings at z = 0 and z = length, with the radius limit(radius, z). Grid
+// lines follow the helix, so the profile's corners are edges of the mesh; at each end they merge
+// into the end's ring. For a right-hand thread.
 struct Wall {
   int bottom, top;
 };
@@ -104,7 +105,7 @@ Wall threadWall(RingBuilder& builder, const Thread& t, double length,
   const double step = t.pitch / t.profileSteps;
   const int perLead = t.starts * t.profileSteps;
   const int rows = perLead + static_cast<int>(std::ceil(length / step)) + 1;
-  const double snap = 1e-3 * step;  // a point this close to an end is on it
+  const double snap = 1e-3 * step;  // points this close to an end are moved onto it
   const auto radius = [&](double z, double axial) { return limit(threadRadius(t, axial), z); };
   const Wall wall{builder.ring(0, circle(radius(0, 0))),
                   builder.ring(length, circle(radius(length, 0)))};
@@ -121,7 +122,7 @@ Wall threadWall(RingBuilder& builder, const Thread& t, double length,
       else
         id = builder.point(radius(z, axial), builder.angle(i), z);
     }
-  // Past the last column the first one follows, a lead higher.
+  // After the last column comes the first one, a lead higher.
   const auto at = [&](int i, int k) {
     if (i == n) return k + perLead < rows ? grid[k + perLead] : wall.top;
     return grid[static_cast<std::size_t>(i) * rows + k];
@@ -139,7 +140,7 @@ Mesh turned(Mesh mesh) {
   return mesh;
 }
 
-// A right-hand thread seen in a mirror is left-handed.
+// Mirrors a right-hand thread for a left-hand one.
 Mesh handed(Mesh mesh, bool left) {
   if (!left) return mesh;
   for (auto& v : mesh.vertices) v.y() = -v.y();
@@ -158,7 +159,7 @@ double threadRadius(const Thread& t, double axial) {
 Mesh boltMesh(const Thread& t, double length, double headWidth, double headHeight) {
   check(t, length);
   RingBuilder builder(t.segments);
-  // A 45 degree chamfer from just under the minor radius, so that no thread ends in a knife edge.
+  // A 45 degree chamfer from just under the minor radius avoids knife edges.
   const double end = minorRadius(t) - t.clearance - 0.05 * t.pitch;
   const Wall wall = threadWall(builder, t, length, [&](double radius, double z) {
     return std::min(radius - t.clearance, end + std::min(z, length - z));
@@ -182,7 +183,7 @@ Mesh nutMesh(const Thread& t, double height, double width) {
   const double end = t.majorDiameter / 2 + t.clearance + 0.05 * t.pitch;
   if (width / 2 <= end + 0.05 * t.pitch)
     throw std::invalid_argument("nutMesh: width must exceed the thread's major diameter");
-  // Built inside out: the hole's wall faces the axis.
+  // Built inside out, because the wall of the hole faces the axis.
   const Wall wall = threadWall(builder, t, height, [&](double radius, double z) {
     return std::max(radius + t.clearance, end - std::min(z, height - z));
   });

@@ -1,5 +1,5 @@
-// Closed meshes made by formula, so that demos and tests need no files: threads, chain links,
-// pegs and holes. All in metres, watertight, triangles counter-clockwise seen from outside.
+// Closed meshes from formulas, for demos and tests without files: threads, chain links, pegs and
+// holes. In meters, watertight, triangles counter-clockwise from outside.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -11,17 +11,17 @@ namespace cloudcontact::program {
 struct Thread {
   double majorDiameter = 16e-3;  // [m]
   double pitch = 2e-3;           // [m], from one crest to the next
-  int starts = 1;                // threads wound side by side; a turn advances starts * pitch
+  int starts = 1;                // number of parallel threads
   bool leftHanded = false;
   double flankAngle = 1.0471975511965976;  // [rad] between the two flanks, 60 deg
-  double clearance = 0;   // [m] radial: the bolt shrinks by it, the nut grows by it
+  double clearance = 0;                    // [m] radial: shrinks the bolt, widens the nut
   int segments = 192;     // around the axis, a multiple of 24 (hexagon corners, starts)
   int profileSteps = 16;  // along a pitch, a multiple of 16 (the profile's corners)
 
   double lead() const { return starts * pitch; }  // [m] per turn
 };
 
-// The thread's radius [m] over the axial distance from a crest's middle, clearance left out.
+// The thread's radius [m] at an axial distance from the middle of a crest, without clearance.
 double threadRadius(const Thread& thread, double axial);
 
 // A threaded rod over 0 <= z <= length, its ends chamfered to below the minor diameter. A positive
@@ -45,8 +45,8 @@ Mesh chainLinkMesh(const ChainLink& link);
 // A round peg over 0 <= z <= length, both ends chamfered.
 Mesh pegMesh(double radius, double length, double chamfer, int segments = 192);
 
-// A square block over 0 <= z <= height with a round hole along z right through it, chamfered at
-// the top. `segments` is a multiple of 8.
+// A square block over 0 <= z <= height with a round through hole along z, chamfered at the top.
+// `segments` is a multiple of 8.
 Mesh holeMesh(double radius, double width, double height, double chamfer, int segments = 192);
 
 }  // namespace cloudcontact::program

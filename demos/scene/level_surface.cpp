@@ -1,7 +1,6 @@
-// Surface nets (Gibson, MICCAI 1998): every cell that the surface crosses gets one vertex, the mean
-// of where it crosses the cell's edges; every edge that it crosses gets a quadrilateral of the four
-// cells about it. Closed by construction: outside the grid all is outside. The mean is not moved
-// any further: on a ball of ten cells' radius it lies within 0.06 cell of the surface.
+// Surface nets (Gibson, MICCAI 1998). Each cell that the surface crosses gets one vertex, the mean
+// of the crossings of its edges; each crossed edge gets a quadrilateral of its four cells. Closed,
+// because everything beyond the grid counts as outside.
 #include "scene/level_surface.h"
 
 #include <array>
@@ -14,7 +13,7 @@ namespace {
 
 constexpr double kMostCells = 1 << 28;
 
-// Values at the nodes of a grid with a rim of nodes that are outside.
+// Values at the nodes of a grid whose rim is outside.
 struct Nodes {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   Vec3 origin = Vec3::Zero();  // of node (0,0,0) [m]
@@ -47,7 +46,7 @@ Eigen::Vector3i corner(int k) {
   return {k & 1, k >> 1 & 1, k >> 2};
 }
 
-// Mean of the crossings of the cell's edges; false where there is none.
+// Mean of the crossings of the cell's edges; false if there is none.
 bool vertexOf(const Nodes& nodes, const Eigen::Vector3i& cell, Vec3& vertex) {
   Vec3 sum = Vec3::Zero();
   int crossings = 0;
@@ -97,7 +96,7 @@ Mesh surfaceOf(const Nodes& nodes) {
             vertices[nodes.index(cell)] = static_cast<int>(mesh.vertices.size());
             mesh.vertices.push_back(vertex);
           });
-  // Edges within the rim have four cells; those of the rim cross nothing.
+  // Edges within the rim have four cells; the surface never crosses edges of the rim.
   forEach(
       Eigen::Vector3i::Zero(), nodes.size - Eigen::Vector3i::Ones(),
       [&](const Eigen::Vector3i& node) {

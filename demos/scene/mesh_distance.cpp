@@ -1,4 +1,4 @@
-// Closest points by a tree of boxes, signs by pseudo-normals or winding numbers.
+// Finds closest points in a tree of boxes and signs by pseudo-normals or winding numbers.
 #include "scene/mesh_distance.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct LessVec3 {
   }
 };
 
-// Angle at `corner` between the ways to `a` and `b`.
+// Angle at `corner` between the directions to `a` and `b`.
 double angleAt(const Vec3& corner, const Vec3& a, const Vec3& b) {
   const Vec3 u = a - corner, v = b - corner;
   return std::atan2(u.cross(v).norm(), u.dot(v));
@@ -51,7 +51,7 @@ MeshDistance::MeshDistance(const Mesh& mesh) {
   pseudoNormals();
 }
 
-// Equal positions are one vertex: files often give each face its own.
+// Merges equal positions: files often give each face its own vertices.
 void MeshDistance::weld(const Mesh& mesh) {
   std::map<Vec3, int, LessVec3> known;
   std::vector<int> index;
@@ -67,7 +67,7 @@ void MeshDistance::weld(const Mesh& mesh) {
   }
 }
 
-// Splits triangles [first, first + count) at the middle of the longest axis of their centres.
+// Splits triangles [first, first + count) at the middle of the longest axis of their centers.
 void MeshDistance::build(int node, int first, int count, std::vector<Vec3>& centers) {
   Eigen::AlignedBox3d box, middle;
   for (int i = first; i < first + count; ++i) {
@@ -134,7 +134,7 @@ void MeshDistance::pseudoNormals() {
     }
 }
 
-// The closest point is inside the face, or on the nearest of its three edges.
+// The closest point lies inside the face or on the nearest of its three edges.
 void MeshDistance::closestInTriangle(int triangle, const Vec3& point, Closest& best) const {
   const auto& v = triangles_[triangle];
   const Vec3& normal = faceNormal_[triangle];
@@ -159,7 +159,7 @@ void MeshDistance::closestInTriangle(int triangle, const Vec3& point, Closest& b
 MeshDistance::Closest MeshDistance::closest(const Vec3& point, int hint) const {
   Closest best{std::numeric_limits<double>::infinity(), hint, 0, Vec3::Zero()};
   closestInTriangle(hint, point, best);
-  std::array<std::pair<int, double>, 128> stack;  // the tree halves: its depth is under 64
+  std::array<std::pair<int, double>, 128> stack;  // nodes split in half, so the depth is below 64
   int size = 0;
   stack[size++] = {0, squaredDistance(nodes_[0].box, point)};
   while (size > 0) {
@@ -180,7 +180,7 @@ MeshDistance::Closest MeshDistance::closest(const Vec3& point, int hint) const {
 }
 
 double MeshDistance::depth(const Vec3& point, double reach, int* hint) const {
-  // Outside the box by more than the reach nothing can be found; inside it the point may be deep.
+  // Beyond the reach from the box the answer is known.
   const double toBox = squaredDistance(bounds(), point);
   if (toBox > reach * reach) return -std::numeric_limits<double>::infinity();
   const Closest best = closest(point, hint ? *hint : 0);
@@ -212,7 +212,7 @@ std::vector<Vec3> surfacePoints(const Mesh& mesh, int wanted) {
   std::vector<Vec3> points = mesh.vertices;
   double area = 0;
   const auto corners = [&](const Eigen::Vector3i& t) {
-    // Spanned from the corner opposite the longest side, so that a sliver gets a thin grid.
+    // Starts at the corner opposite the longest side, so that a sliver gets a thin grid.
     std::array<Vec3, 3> c{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
     int longest = 0;
     double length = 0;

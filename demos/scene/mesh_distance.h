@@ -1,5 +1,5 @@
-// The signed distance of a point to a triangle mesh, in double and independent of any voxels: the
-// yardstick by which a simulation's penetration is measured.
+// Signed distance of a point to a triangle mesh, in double and without voxels. It measures a
+// simulation's penetration.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -11,26 +11,25 @@
 
 namespace cloudcontact::program {
 
-// A tree of boxes over the triangles finds the closest point; the angle-weighted pseudo-normal of
-// the face, edge or vertex it lies on tells inside from outside (Baerentzen and Aanaes 2005,
-// "Signed distance computation using the angle weighted pseudonormal"). Where that feature belongs
-// to an edge without exactly two faces, the generalised winding number over all triangles decides
-// instead, so that slits in a mesh do no harm.
+// A tree of boxes over the triangles finds the closest point. The angle-weighted pseudo-normal of
+// its face, edge or vertex gives the sign (Baerentzen and Aanaes 2005, "Signed distance computation
+// using the angle weighted pseudonormal"). At edges without exactly two faces the generalized
+// winding number gives the sign, so slits in a mesh do no harm.
 class MeshDistance {
  public:
-  // Throws std::invalid_argument where no triangle has an area.
+  // Throws std::invalid_argument if no triangle has an area.
   explicit MeshDistance(const Mesh& mesh);
 
-  // Depth of a point: positive inside, minus the distance outside [m]. Points further out than
-  // `reach` may be answered with any value below -reach. `hint` is a triangle that may be close
-  // (any valid index), and becomes the closest: neighbouring points in turn halve the search.
+  // Depth of a point: positive inside, minus the distance outside [m]. For points farther out than
+  // `reach`, any value below -reach. `hint` is any triangle, best a close one, and is set to the
+  // closest one: queries in spatial order then take half the time.
   double depth(const Vec3& point, double reach, int* hint = nullptr) const;
-  // Winding number, 1 inside and 0 outside a closed mesh. Sums over every triangle.
+  // Winding number, 1 inside and 0 outside a closed mesh. Visits every triangle.
   double winding(const Vec3& point) const;
   const Eigen::AlignedBox3d& bounds() const { return nodes_.front().box; }
 
  private:
-  // Where a point's closest point on a triangle lies: 0 face, 1..3 edge after corner, 4..6 corner.
+  // The closest point of a triangle. `feature`: 0 face, 1..3 edge after corner, 4..6 corner.
   struct Closest {
     double squared;
     int triangle;
@@ -58,8 +57,7 @@ class MeshDistance {
   std::vector<Node> nodes_;
 };
 
-// The mesh's vertices, and points spread over those triangles that are larger than the cells of a
-// grid of `wanted` points over its area.
+// The mesh's vertices, and about `wanted` points spread evenly over its area.
 std::vector<Vec3> surfacePoints(const Mesh& mesh, int wanted);
 
 }  // namespace cloudcontact::program

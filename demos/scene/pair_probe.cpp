@@ -1,4 +1,4 @@
-// The probe: what btCollisionDispatcher does for a pair of its broad phase, one pair at a time.
+// Does for one pair what btCollisionDispatcher does for each pair of the broad phase.
 #include "scene/pair_probe.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -15,7 +15,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-// A plane may not move; everything else may, and a pair of two that may not is never looked at.
+// Planes are static, all else moves: Bullet skips pairs of two static bodies.
 std::unique_ptr<btRigidBody> makeBody(btCollisionShape& shape) {
   const bool fixed = shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
   const btRigidBody::btRigidBodyConstructionInfo info(fixed ? 0 : 1, nullptr, &shape,
@@ -23,7 +23,7 @@ std::unique_ptr<btRigidBody> makeBody(btCollisionShape& shape) {
   return std::make_unique<btRigidBody>(info);
 }
 
-// The same directions on every run: a linear congruential generator, its high bits.
+// The same directions in every run, from the high bits of a linear congruential generator.
 class Directions {
  public:
   Vec3 next() {
@@ -42,7 +42,7 @@ class Directions {
 
 }  // namespace
 
-// A collision algorithm of the dispatcher's pool, given back at the end.
+// A collision algorithm from the dispatcher's pool, returned by the destructor.
 class PairProbe::Algorithm {
  public:
   explicit Algorithm(PairProbe& probe)
@@ -103,7 +103,7 @@ std::vector<ProbedPoint> PairProbe::points() {
   btManifoldArray manifolds = algorithm.manifolds();
   for (int m = 0; m < manifolds.size(); ++m) {
     const btPersistentManifold& manifold = *manifolds[m];
-    // The manifold's normal points from its body 1 to its body 0, whichever of ours those are.
+    // The manifold's normal points from its body 1 to its body 0, which may be A or B.
     const double sign = manifold.getBody0() == a_.get() ? -1 : 1;
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       const btManifoldPoint& p = manifold.getContactPoint(k);

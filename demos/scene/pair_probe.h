@@ -1,4 +1,4 @@
-// One pair of Bullet shapes whose narrow phase is run, read and timed alone: no world, no solver.
+// Runs and times Bullet's narrow phase on one pair of shapes, without a world or a solver.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -12,39 +12,38 @@
 
 namespace cloudcontact::program {
 
-// A point of a manifold, in the world and in double.
+// A point of a manifold, in world coordinates and double.
 struct ProbedPoint {
   Vec3 position = Vec3::Zero();       // midway between the surfaces [m]
   Vec3 normal = Vec3::UnitZ();        // from A to B
   double depth = 0;                   // [m] positive inside
-  double stiffness = 0, damping = 0;  // as the algorithm set them; 0 where it did not
+  double stiffness = 0, damping = 0;  // as set by the algorithm, else 0
   int manifold = 0;
 };
 
 class PairProbe {
  public:
-  // A stands at the origin, B at `pose`, moving by `motion`. The shapes are not owned. For
-  // Method::Cloud `settings` say the law.
+  // A is at the origin, B at `pose` with the velocity `motion`. Does not own the shapes. `settings`
+  // apply to Method::Cloud.
   PairProbe(btCollisionShape& a, btCollisionShape& b, const Pose& pose, const Motion& motion,
             Method method, const CloudContactSettings& settings);
   ~PairProbe();
   PairProbe(const PairProbe&) = delete;
   PairProbe& operator=(const PairProbe&) = delete;
 
-  // What one processCollision of a fresh algorithm reports, touching or not.
+  // All points that one processCollision of a new algorithm reports, also those that do not touch.
   std::vector<ProbedPoint> points();
 
-  // Microseconds of each of `repeat` calls of processCollision, B moved by `jitter` [m] in another
-  // direction before each, so that nothing is answered from memory; nor is a cloud's query where
-  // the settings' `lists` are off. One call more runs first,
-  // untimed: it allocates.
+  // Microseconds of each of `repeat` calls of processCollision. Before each, B is moved by `jitter`
+  // [m] in a new direction, so that no cached result applies; for clouds also switch the settings'
+  // `lists` off. One more call runs first, untimed, for allocations.
   std::vector<double> microseconds(int repeat, double jitter);
 
  private:
   class Algorithm;
 
   Pose pose_;
-  CloudContact seam_;  // outlives the dispatcher
+  CloudContact seam_;  // must outlive the dispatcher
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   std::unique_ptr<btRigidBody> a_, b_;

@@ -1,4 +1,4 @@
-// Closed-form depths of primitives, and the search for the deepest probe of two bodies.
+// Closed-form depths of primitives, and the search for the deepest probe.
 #include "scene/penetration.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@ namespace {
 constexpr int kSurfaceProbes = 4000;  // per solid, beside its vertices
 constexpr int kAxisProbes = 129;      // along a capsule's axis
 
-// Depth in a shape of which `outside` holds, per dimension, how far the point is beyond each pair
-// of sides (negative: how far within).
+// Depth in a shape. For each dimension `outside` is the distance of the point beyond a pair of
+// sides, negative inside.
 template <class Vector>
 double depthFromSides(const Vector& outside) {
   const double beyond = outside.cwiseMax(0).norm();
@@ -76,7 +76,7 @@ MeasuredSolid solidOf(const SceneGeometry& geometry, const Mesh* mesh) {
       geometry);
 }
 
-// Deepest of the probes of `a` in the solid of `b`, above what is known already.
+// Largest depth of the probes of `a` in the solid of `b`, if above the one known already.
 double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pose& bToWorld,
                double known) {
   const Pose aToB = bToWorld.inverse() * aToWorld;
@@ -88,8 +88,8 @@ double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pos
         (mesh ? (*mesh)->depth(p, probe.radius, &hint) : depthIn(b.solid, p, probe.radius)) +
         probe.radius;
     if (depth <= known) continue;
-    // A new record on a mesh must stand up to the winding number too: meshes may be folded. Only
-    // points themselves inside can be asked.
+    // Meshes may be folded, so the winding number must confirm a new maximum. It applies only to
+    // points that are themselves inside.
     if (mesh && depth > probe.radius && (*mesh)->winding(p) < 0.5) continue;
     known = depth;
   }

@@ -1,5 +1,5 @@
-// Primitive meshes: boxes by their faces, round bodies by turning a profile about z, spheres as
-// subdivided icosahedra.
+// Boxes from their faces, round bodies from a profile turned about z, spheres as subdivided
+// icosahedra.
 #include "scene/primitive_mesh.h"
 
 #include <array>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMaxSubdivisions = 7;  // of the icosahedron: 327,680 triangles
 constexpr int kMaxSlices = 4096;     // about the axis
-constexpr int kMaxCapSlices = 512;   // with as fine rings: 264,192 triangles
+constexpr int kMaxCapSlices = 512;   // with rings as fine: 264,192 triangles
 
 using Eigen::Vector3i;
 
@@ -32,7 +32,7 @@ Mesh icosahedron() {
   return mesh;
 }
 
-// Each triangle in four, the new corners moved out to the unit sphere.
+// Splits each triangle in four and moves the new corners to the unit sphere.
 Mesh subdivided(const Mesh& coarse) {
   Mesh fine;
   fine.vertices = coarse.vertices;
@@ -64,8 +64,8 @@ double volumeOf(const Mesh& mesh) {
 
 Mesh sphereMesh(double radius, double tolerance) {
   Mesh mesh = icosahedron();
-  // A facet of edge L lies up to L^2 / (6 R) below its sphere; the icosahedron's edge is 1.05 R,
-  // its spherical subdivisions' longest about 1.2 of a flat split's.
+  // A facet of edge L lies up to L^2 / (6 R) below its sphere. The icosahedron's edge is 1.05 R;
+  // the longest edge of a spherical subdivision is about 1.2 that of a flat one.
   int level = 2;
   for (double edge = 1.05 * 1.2 / 4;
        edge * edge / 6 * radius > tolerance && level < kMaxSubdivisions; edge /= 2)
@@ -86,19 +86,19 @@ Mesh boxMesh(const Vec3& half) {
   return mesh;
 }
 
-// Slices about the axis so that a chord's middle is at most `tolerance` inside the circle.
+// Number of slices for which a chord's middle lies at most `tolerance` inside the circle.
 int slicesFor(double radius, double tolerance) {
   const double slices = std::numbers::pi * std::sqrt(radius / (2 * tolerance));
   return static_cast<int>(std::clamp(std::ceil(slices), 24.0, double(kMaxSlices)));
 }
 
-// A closed body of revolution about z: `profile` holds (radius, z) from the lowest to the highest
-// point, its ends on the axis. Circles become polygons of the circle's area.
+// A closed body of revolution about z. `profile` holds (radius, z) from the lowest to the highest
+// point, with its ends on the axis. Circles become polygons of equal area.
 Mesh turned(const std::vector<Eigen::Vector2d>& profile, int slices) {
   const double step = 2 * std::numbers::pi / slices;
   const double widen = std::sqrt(step / std::sin(step));
   Mesh mesh;
-  std::vector<int> first;  // of each ring; a single vertex where it is on the axis
+  std::vector<int> first;  // vertex of each ring; rings on the axis have one vertex
   for (const Eigen::Vector2d& p : profile) {
     first.push_back(static_cast<int>(mesh.vertices.size()));
     const int count = p[0] > 0 ? slices : 1;
@@ -119,7 +119,7 @@ Mesh turned(const std::vector<Eigen::Vector2d>& profile, int slices) {
 }
 
 Mesh capsuleMesh(const Capsule& shape, double tolerance) {
-  // A cap bends two ways, and each takes its half of the tolerance.
+  // A cap curves in two directions; each gets half of the tolerance.
   const int slices = std::min(slicesFor(shape.radius, tolerance / 2), kMaxCapSlices);
   const int rings = std::max(8, slices / 4);
   std::vector<Eigen::Vector2d> profile;

@@ -1,4 +1,4 @@
-// SDFormat worlds through libsdformat into plain values.
+// Reads SDFormat worlds with libsdformat.
 #include "scene/scene.h"
 
 #include <cmath>
@@ -14,8 +14,8 @@
 namespace cloudcontact::program {
 namespace {
 
-// Takes what libraries write to std::cerr while it lives: where a file is no valid SDFormat,
-// libsdformat tries it as a robot description and complains about that.
+// Discards std::cerr output while it exists: libsdformat tries invalid files as robot descriptions
+// and complains about those.
 class SilencedErrors {
  public:
   SilencedErrors() : kept_(std::cerr.rdbuf(nullptr)) {}
@@ -27,7 +27,7 @@ class SilencedErrors {
   std::streambuf* kept_;
 };
 
-// Collects what one file's reading needs: where meshes lie, and how to name an element in errors.
+// Reads one file. Resolves mesh paths and names elements in errors.
 class SceneReader {
  public:
   explicit SceneReader(std::filesystem::path file) : file_(std::move(file)) {}
@@ -110,8 +110,8 @@ double SceneReader::positive(double value, const std::string& element) const {
   return value;
 }
 
-// Files that are something else or cut short are told apart here: libsdformat would only say that
-// it cannot read them.
+// Finds the cause for files that are truncated or something else: libsdformat only says that it
+// cannot read them.
 void SceneReader::checkText() const {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file_, ignored))
@@ -133,14 +133,14 @@ const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
     const auto path = folder / uri;
     return std::filesystem::exists(path) ? path.string() : std::string();
   });
-  // A misspelt element would otherwise be passed over, and its body get another mass or surface.
+  // Otherwise libsdformat ignores a misspelled element, and the body gets another mass or surface.
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
   const auto errors = [&] {
     const SilencedErrors silence;
-    // libsdformat takes a relative path from $PWD, which need not be where the program is.
+    // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
     return root.Load(std::filesystem::absolute(file_).string(), config);
   }();
-  check(errors, "not valid SDFormat, mend it");
+  check(errors, "not valid SDFormat, correct it");
   if (root.WorldCount() != 1)
     fail("<sdf>", "has " + std::to_string(root.WorldCount()) +
                       " worlds; put the models in exactly one <world>");
@@ -225,7 +225,7 @@ void SceneReader::readCollision(const sdf::Collision& collision, SceneBody& body
   SceneCollision out;
   const std::string element = "body '" + body.name + "' collision '" + collision.Name() + "'";
   out.name = collision.Name();
-  // Resolved to the frame of the link that holds it.
+  // In the frame of its link.
   out.pose = resolved(collision.SemanticPose(), "", element);
   if (!collision.Geom()) fail(element, "has no <geometry>; add one");
   out.geometry = readGeometry(*collision.Geom(), element);
@@ -237,7 +237,7 @@ void SceneReader::readCollision(const sdf::Collision& collision, SceneBody& body
   body.collisions.push_back(std::move(out));
 }
 
-// The element at the end of a path of names, or null: GetElement alone would make what is missing.
+// The element at the end of a path of names, or null. GetElement alone creates missing elements.
 sdf::ElementPtr descend(sdf::ElementPtr element, std::initializer_list<const char*> path) {
   for (const char* name : path) {
     if (!element || !element->HasElement(name)) return nullptr;
@@ -259,7 +259,7 @@ void SceneReader::readSurface(const sdf::ElementPtr& surface, const std::string&
       fail(name, "differs from the body's other collisions; a body has one surface here");
     field = value;
   };
-  // ODE's names are the format's own; Bullet's count where those are missing.
+  // ODE's elements are the format's standard; Bullet's apply if those are missing.
   if (descend(surface, {"friction", "ode", "mu"}))
     take({"friction", "ode", "mu"}, body.friction);
   else
@@ -267,7 +267,7 @@ void SceneReader::readSurface(const sdf::ElementPtr& surface, const std::string&
   take({"contact", "ode", "kp"}, body.stiffness);
   take({"contact", "ode", "kd"}, body.damping);
   if (body.stiffness && *body.stiffness == 0)
-    fail(element + " <kp>", "is 0: nothing would press back; give a stiffness in N/m");
+    fail(element + " <kp>", "is 0: the contact would have no force; give a stiffness in N/m");
 }
 
 SceneGeometry SceneReader::readGeometry(const sdf::Geometry& geometry,
@@ -362,7 +362,7 @@ void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
   scene_.joints.push_back(std::move(out));
 }
 
-// Velocities at the start: <state><model name><link name><velocity>, linear then angular.
+// Initial velocities: <state><model name><link name><velocity>, linear then angular.
 void SceneReader::readState(const sdf::ElementPtr& state) {
   for (auto model = descend(state, {"model"}); model; model = model->GetNextElement("model")) {
     const std::string modelName = model->Get<std::string>("name");
@@ -381,7 +381,7 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
       SceneBody& body = scene_.bodies[found->second.body];
       const Vec3 linear = v.head<3>(), angular = v.tail<3>();
       body.angularVelocity = angular;
-      // Stated for the link's origin.
+      // Given at the link's origin.
       body.linearVelocity = linear - angular.cross(body.pose.orientation * found->second.origin);
     }
   }

@@ -1,5 +1,5 @@
-// A scene as plain values: what an SDFormat world says, with nothing added. An element that the
-// file leaves out is an empty optional here, never the format's own default.
+// A scene as plain values, read from an SDFormat world. An element that the file leaves out is an
+// empty optional, never the format's default.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -14,7 +14,7 @@
 
 namespace cloudcontact::program {
 
-// Geometries, each about its own frame's origin, axes along z. [m]
+// Geometries, centered at the origin of their frame, axes along z. [m]
 struct SceneBox {
   Vec3 size = Vec3::Ones();  // full edges
 };
@@ -28,9 +28,10 @@ struct SceneCapsule {
   double radius = 1, length = 1;  // length of the straight part
 };
 struct ScenePlane {
-  Vec3 normal = Vec3::UnitZ();  // material behind it, endless
+  Vec3 normal = Vec3::UnitZ();  // infinite; the material lies behind it
 };
-// A file, or a mesh made in memory (then `file` is only its name, and equal names are one mesh).
+// A mesh from a file, or one made in memory: then `file` is its name, and equal names mean equal
+// meshes.
 struct SceneMesh {
   std::filesystem::path file;
   Vec3 scale = Vec3::Ones();
@@ -45,17 +46,17 @@ struct SceneCollision {
   SceneGeometry geometry;
 };
 
-// A link of a model. Where the model has one link the body has the model's name and frame, else
-// MODEL::LINK and the link's frame.
+// A link of a model. The only link of a model has the model's name and frame; others are named
+// MODEL::LINK and have the link's frame.
 struct SceneBody {
   std::string name;
   Pose pose;  // of the body's frame in the world
   bool isStatic = false;
   std::optional<double> mass;              // [kg]
-  std::optional<Pose> inertialPose;        // centre of mass and axes, in the body's frame
-  std::optional<Eigen::Matrix3d> inertia;  // about the centre of mass, in inertialPose's axes
+  std::optional<Pose> inertialPose;        // center of mass and axes, in the body's frame
+  std::optional<Eigen::Matrix3d> inertia;  // about the center of mass, in inertialPose's axes
   std::vector<SceneCollision> collisions;
-  // The surface, one for all collisions of a body: Bullet rubs and presses by body.
+  // Surface properties, one set for all collisions of a body, as in Bullet.
   std::optional<double> friction;       // mu
   std::optional<double> stiffness;      // kp [N/m]
   std::optional<double> damping;        // kd [N s/m]
@@ -84,9 +85,9 @@ struct SceneDescription {
   std::vector<SceneJoint> joints;
 };
 
-// Reads the one world of an SDFormat file; mesh paths are relative to it. Throws BadInput naming
-// the file and the element: unreadable, not SDFormat, no world, a geometry or joint not known
-// here, a value that is not finite or not positive where it must be.
+// Reads the only world of an SDFormat file; mesh paths are relative to the file. Throws BadInput
+// naming the file and the element if the file is unreadable, not SDFormat or has no world, if a
+// geometry or joint is not supported, or if a value is not finite or not positive.
 SceneDescription loadScene(const std::filesystem::path& file);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// What a scene adds to Bullet's own dispatcher and solver.
+// Timers, and surface properties written into contact points.
 #include "scene/scene_dispatcher.h"
 
 #include <algorithm>
@@ -42,11 +42,11 @@ void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
   if (onContacts) onContacts();
 }
 
-// Bullet multiplies two bodies' frictions, and no product can be the smaller of two for every
-// pair; its combining functions are global pointers. So the pair's values are written into the
-// points, after the narrow phase and before the solver.
+// Bullet combines friction by a product, and its combining functions are global pointers. The
+// smaller of two values is no product, so this writes each pair's values into the points, between
+// the narrow phase and the solver.
 void SceneDispatcher::applySurfaces() {
-  std::map<std::pair<int, int>, int> points;  // of a pair, to share its spring out
+  std::map<std::pair<int, int>, int> points;  // of each pair, which share its spring
   if (settings_.springsForBullet)
     for (int i = 0; i < getNumManifolds(); ++i) {
       const btPersistentManifold& manifold = *getManifoldByIndexInternal(i);

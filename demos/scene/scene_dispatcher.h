@@ -1,5 +1,5 @@
-// Bullet's dispatcher and solver with a clock each, and with what a scene says about a pair's
-// surface put into the contacts. For every method alike, so that methods can be compared.
+// Bullet's dispatcher and solver with timers. The dispatcher writes the scene's surface properties
+// into the contacts, for every collision method alike, so that methods can be compared.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -13,7 +13,7 @@
 
 namespace cloudcontact::program {
 
-// A body's surface as the scene states it.
+// A body's surface properties in the scene.
 struct Surface {
   std::optional<double> friction;  // mu
   std::optional<KelvinVoigt> material;
@@ -21,25 +21,25 @@ struct Surface {
 
 struct SurfaceSettings {
   std::vector<Surface> bodies;      // by btCollisionObject::getUserIndex
-  std::optional<double> friction;   // every pair's mu, whatever the bodies say
+  std::optional<double> friction;   // mu of every pair, overrides the bodies
   std::optional<KelvinVoigt> pair;  // every pair's k and c
-  bool springsForBullet = false;          // put k and c into the contacts of Bullet's own algorithms
+  bool springsForBullet = false;    // write k and c into the contacts of Bullet's own algorithms
 };
 
-// mu of a pair: the smaller of the two, as SDFormat's engine has it; a body that states none leaves
-// it to the other; where neither does, nothing rubs.
+// mu of a pair: the smaller of the two, as in SDFormat's engine. A body without mu takes the
+// other's; without both the pair is frictionless.
 double pairFriction(const SurfaceSettings& settings, int a, int b);
 
 class SceneDispatcher : public CloudDispatcher {
  public:
-  // `threads` as CloudDispatcher's, of no use to Bullet's own methods.
+  // `threads` as in CloudDispatcher; Bullet's own methods ignore it.
   SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings, int threads);
 
   void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 
-  // Called when the contacts of a step are known, positions and velocities being those of its
-  // start.
+  // Called after the narrow phase, while positions and velocities are still those at the start of
+  // the step.
   std::function<void()> onContacts;
 
   double seconds() const { return seconds_; }
@@ -64,7 +64,7 @@ class TimedSolver : public ExtrapolatingSolver {
   double seconds_ = 0;
 };
 
-// Keeps the links of one model apart, unless the model says that they collide.
+// Skips pairs of links of one model, unless the model lets them collide.
 class ModelFilter : public btOverlapFilterCallback {
  public:
   struct Body {

@@ -1,4 +1,4 @@
-// Geometry to shapes, once per different geometry.
+// Makes shapes, once for each different geometry.
 #include "scene/scene_shapes.h"
 
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -20,10 +20,10 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kFacetTolerance = 0.002;  // of primitives' meshes [voxels]
-constexpr double kDefaultDensity = 1000;   // where no mass is stated: water [kg/m^3]
-constexpr double kDiagonalEnough = 1e-3;   // off-diagonals below this share need no turning
+constexpr double kDefaultDensity = 1000;   // of bodies without a mass: water [kg/m^3]
+constexpr double kDiagonalEnough = 1e-3;   // off-diagonals below this share count as 0
 constexpr double kVoxelOfDiagonal = 0.01;
-constexpr double kDrawnTolerance = 5e-4;  // of a primitive's diagonal: unseen at 1000 px
+constexpr double kDrawnTolerance = 5e-4;  // of a primitive's diagonal: invisible at 1000 px
 
 bool isMesh(const SceneGeometry& g) {
   return std::holds_alternative<SceneMesh>(g);
@@ -44,7 +44,7 @@ Solid analytic(const SceneGeometry& geometry) {
   return std::visit(Visitor{}, geometry);
 }
 
-// Equal keys, equal geometry: all numbers to the bit.
+// Equal keys mean geometry that is equal to the bit.
 std::string keyOf(const SceneGeometry& geometry) {
   std::ostringstream key;
   key << std::hexfloat << geometry.index();
@@ -81,7 +81,7 @@ Mesh moved(const Mesh& mesh, const Pose& pose) {
   return out;
 }
 
-// What a library throws about a body is the user's to mend, named by the body.
+// Turns the library's exceptions into BadInput that names the body.
 template <class Work>
 auto naming(const std::string& body, Work work) {
   try {
@@ -95,7 +95,7 @@ auto naming(const std::string& body, Work work) {
   }
 }
 
-// Axes in which the inertia is diagonal, each as near to the given one as can be.
+// Axes in which the inertia is diagonal, each as close to the given one as possible.
 Eigen::Quaterniond principalAxes(const Eigen::Matrix3d& inertia) {
   const double most = inertia.diagonal().cwiseAbs().maxCoeff();
   const Eigen::Matrix3d off = inertia - Eigen::Matrix3d(inertia.diagonal().asDiagonal());
@@ -118,11 +118,11 @@ Eigen::Quaterniond principalAxes(const Eigen::Matrix3d& inertia) {
 
 }  // namespace
 
-// Mass, centre and inertia in the scene body's frame.
+// Mass, center and inertia in the scene body's frame.
 struct SceneShapes::Inertia {
   double mass = 0;  // or the volume
   Vec3 center = Vec3::Zero();
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the centre
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // about the center
 };
 
 SceneShapes::SceneShapes(const CommonOptions& options, double voxel,
@@ -140,7 +140,7 @@ std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
              return std::make_shared<const Mesh>(
                  primitiveMesh(analytic(geometry), kFacetTolerance * voxel_));
            const auto& named = std::get<SceneMesh>(geometry);
-           Mesh mesh = named.mesh ? *named.mesh : loadMesh(named.file, options_.metresPerUnit);
+           Mesh mesh = named.mesh ? *named.mesh : loadMesh(named.file, options_.metersPerUnit);
            mesh = mended(mesh.scaled(named.scale));
            if (isSheet(mesh)) {
              const double thickness = options_.shell.value_or(3 * voxel_);
@@ -152,7 +152,7 @@ std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
          });
 }
 
-// Digitised once per turning; a move costs nothing.
+// Digitizes once for each orientation; positions share the cloud.
 Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body) {
   Cloud& kept = clouds_[keyOf(geometry) + keyOf(pose.orientation)];
   if (kept.empty()) {
@@ -163,7 +163,7 @@ Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const 
         DigitizeSettings settings;
         settings.voxelSize = voxel_;
         settings.threads = options_.threads;
-        settings.progress = progressBar("digitising " + body);
+        settings.progress = progressBar("digitizing " + body);
         return digitize(turned, settings);
       });
     });
@@ -218,7 +218,7 @@ std::shared_ptr<const SurfaceField> SceneShapes::field(const SceneGeometry& geom
              key, [&] { return buildField(cloud(geometry, pose, body), body, options_); });
 }
 
-// Meshes as they are; primitives much coarser than the contact needs them.
+// Meshes as they are; primitives coarser than for contacts.
 DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::string& body) {
   DrawnPart part;
   part.pose = collision.pose;
@@ -238,7 +238,7 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   return part;
 }
 
-// A shape of one collision whose frame is the Bullet body's: the mesh is moved, not the shape.
+// The shape of one collision in the Bullet body's frame: the mesh is moved, not the shape.
 BulletShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose,
                                    const std::string& body) {
   if (isPlane(geometry)) {
@@ -307,7 +307,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
 }
 
 double defaultVoxel(const SceneDescription& scene, const CommonOptions& options) {
-  // The voxel is not known yet; only sizes are asked for here.
+  // The voxel is not known yet; only sizes are needed here.
   double least = std::numeric_limits<double>::infinity();
   for (const auto& body : scene.bodies)
     for (const auto& collision : body.collisions) {
@@ -316,7 +316,7 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
       if (isMesh(collision.geometry)) {
         const auto& named = std::get<SceneMesh>(collision.geometry);
         const Mesh mesh = naming(body.name, [&] {
-          return named.mesh ? *named.mesh : loadMesh(named.file, options.metresPerUnit);
+          return named.mesh ? *named.mesh : loadMesh(named.file, options.metersPerUnit);
         });
         for (const Vec3& v : mesh.vertices) box.extend(v.cwiseProduct(named.scale));
       } else {

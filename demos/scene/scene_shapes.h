@@ -1,5 +1,5 @@
-// From a scene's bodies to Bullet's: shapes by the method asked for, masses, principal frames, and
-// the solids by which penetration is measured.
+// Turns a scene's bodies into Bullet's: shapes for the chosen method, masses, principal frames, and
+// solids that measure penetration.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
@@ -17,8 +17,8 @@
 
 namespace cloudcontact::program {
 
-// What a Bullet body is made of. Bullet wants the origin at the centre of mass and the inertia
-// diagonal, so its frame is another one than the scene's.
+// The parts of a Bullet body. Its frame differs from the scene body's: Bullet needs the origin at
+// the center of mass and a diagonal inertia.
 struct BodyParts {
   BulletShape shape;
   Pose frame;                   // of the Bullet body in the scene body's frame
@@ -28,15 +28,15 @@ struct BodyParts {
   DrawnBody drawn;              // in the scene body's frame
 };
 
-// Makes them, and keeps what equal bodies share: meshes, clouds, fields, distance trees.
+// Makes the parts. Equal bodies share meshes, clouds, fields and distance trees.
 class SceneShapes {
  public:
-  // `voxel` is the clouds' [m]; masses come from clouds too, whatever the method.
-  // `store`, where there is one, keeps what takes long for other worlds too.
+  // `voxel` is the edge of the clouds' voxels [m]; every method takes its masses from clouds.
+  // `store`, if any, shares slow results with other worlds.
   SceneShapes(const CommonOptions& options, double voxel,
               std::shared_ptr<ShapeStore> store = nullptr);
 
-  // Throws BadInput naming the body: a mesh that cannot be used, a primitive asked of a mesh.
+  // Throws BadInput naming the body if its mesh is unusable, or if the method needs a primitive.
   BodyParts make(const SceneBody& body);
 
  private:
@@ -60,7 +60,7 @@ class SceneShapes {
   std::map<std::string, std::shared_ptr<const Probed>> probed_;
 };
 
-// Voxels for a scene that names none: a hundredth of the smallest moving body's diagonal [m].
+// Default voxel size of a scene: a hundredth of the smallest moving body's diagonal [m].
 double defaultVoxel(const SceneDescription& scene, const CommonOptions& options);
 
 }  // namespace cloudcontact::program

@@ -1,5 +1,5 @@
-// What several worlds of the same bodies share, so that a mesh is digitised, or cut into convex
-// parts, once for all of them.
+// Results that worlds with equal bodies share, so that each mesh is digitized, or decomposed into
+// convex parts, only once.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
@@ -16,11 +16,11 @@
 
 namespace cloudcontact::program {
 
-// One value a key. Threads may ask at once: the first makes it, the others wait for it.
+// A thread-safe cache: one value for each key. The first thread makes it, others wait.
 template <class Value>
 class KeptOnce {
  public:
-  // Rethrows what `make` threw, to every asker.
+  // Rethrows what `make` threw to every caller.
   Value get(const std::string& key, const std::function<Value()>& make) {
     std::promise<Value> promise;
     std::shared_future<Value> future;
@@ -44,14 +44,14 @@ class KeptOnce {
   std::map<std::string, std::shared_future<Value>> kept_;
 };
 
-// Keys say all that the values hang on (contentKey, pose, voxel).
+// Keys hold all that the values depend on (contentKey, pose, voxel).
 struct ShapeStore {
   KeptOnce<Cloud> clouds;
   KeptOnce<std::shared_ptr<const SurfaceField>> fields;
   KeptOnce<ConvexParts> parts;
 };
 
-// Of a mesh's own numbers, to the bit.
+// A key from a hash of a mesh's vertices and triangles.
 std::string contentKey(const Mesh& mesh);
 
 }  // namespace cloudcontact::program

@@ -1,4 +1,4 @@
-// The loop of steps, and what is measured on the way.
+// The loop of steps and its measurements.
 #include "scene/simulation.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLeastInstants = 10;
 
-// Turns unwrapped: the small rotations from state to state, added up as vectors in the world.
+// Unwrapped rotations: sums the small rotations between states as vectors in the world.
 class TurnCounter {
  public:
   explicit TurnCounter(const World& world)
@@ -35,7 +35,7 @@ class TurnCounter {
   std::vector<Vec3> turns_;
 };
 
-// After which steps penetration is measured.
+// The steps after which penetration is measured.
 class Instants {
  public:
   Instants(int steps, const SimulationSettings& settings, std::size_t probes) : steps_(steps) {
@@ -96,7 +96,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   report.hash = world.hash();
   for (std::size_t i = 0; i < world.bodyCount(); ++i) report.bodies.push_back(world.state(i));
   report.turns = turns.turns();
-  // The last state's energy needs its contacts' depths, which no step has looked for yet.
+  // The energy of the last state needs the depths of its contacts, which no step has found yet.
   world.findContacts();
   report.energyEnd = world.moment().energy;
   report.energyMax = std::max(report.energyMax, report.energyEnd.ofBodies());

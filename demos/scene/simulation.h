@@ -1,4 +1,4 @@
-// Runs a world for a while and measures it.
+// Runs a world for a given time and measures it.
 #pragma once
 
 #include <functional>
@@ -13,9 +13,9 @@ namespace cloudcontact::program {
 struct SimulationSettings {
   double seconds = 1;
   double step = 1.0 / 240;  // [s]
-  int substeps = 1;         // a step is taken in this many equal parts
-  // Penetration is measured at this many instants over the run, always at its end; fewer where
-  // that would look up more than `mostProbes` probes in all.
+  int substeps = 1;         // number of equal parts of a step
+  // Penetration is measured at this many instants, always at the end; fewer if that takes more than
+  // `mostProbes` lookups in total.
   int instants = 100;
   std::size_t mostProbes = 1'500'000;
   // Called at the start (time 0) and after each step.
@@ -25,7 +25,7 @@ struct SimulationSettings {
 struct SimulationReport {
   int steps = 0;
   double step = 0;
-  double wallSeconds = 0;  // of the steps alone, without measuring
+  double wallSeconds = 0;  // of the steps, without the measurements
   double realTimeFactor = 0;
   double narrowPhaseSeconds = 0, solverSeconds = 0;
   double pairs = 0;            // in contact, mean of the substeps
@@ -44,7 +44,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings);
 // "clouds of 0.25 mm voxels, steps of 1 ms"
 std::string setupText(const WorldSettings& settings, double step, int substeps = 1);
 
-// Names and figures of how it went.
+// Names and figures of a run, for people.
 std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& report);
 
 }  // namespace cloudcontact::program

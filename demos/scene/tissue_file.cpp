@@ -1,4 +1,4 @@
-// Reading tables of tissues, strictly: a field that is missing, or one too many, is refused.
+// Reads tables of tissues. A missing or unknown field is an error.
 #include "scene/tissue_file.h"
 
 #include <algorithm>
@@ -74,10 +74,10 @@ std::pair<std::string, std::string> readTissueName(const std::string& option,
 
 TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
                            const std::vector<std::string>& parts,
-                           const std::vector<std::pair<std::string, std::string>>& told) {
+                           const std::vector<std::pair<std::string, std::string>>& tissueOfPart) {
   std::vector<std::string> all = parts;
   if (all.empty()) all = {"all"};
-  for (const auto& [part, tissue] : told)
+  for (const auto& [part, tissue] : tissueOfPart)
     if (std::find(all.begin(), all.end(), part) == all.end()) {
       std::string names;
       for (const std::string& name : all) names += (names.empty() ? "" : ", ") + printable(name);
@@ -86,7 +86,7 @@ TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
   TissueTable found;
   for (const std::string& part : all) {
     std::string name = parts.empty() ? table.front().name : part;
-    for (const auto& [of, tissue] : told)
+    for (const auto& [of, tissue] : tissueOfPart)
       if (of == part) name = tissue;
     const auto at =
         std::find_if(table.begin(), table.end(), [&](const Tissue& t) { return t.name == name; });

@@ -1,5 +1,5 @@
-// Which tissues a workpiece on the command line is made of: a table by name or from a JSON file,
-// and its parts' names told as tissues.
+// The tissues of a workpiece on the command line: a table by name or from a JSON file, and the
+// tissue of each part.
 #pragma once
 
 #include <cloudcontact/law/tissue.h>
@@ -19,10 +19,10 @@ TissueTable readTissues(const std::string& option, const std::string& text, doub
 std::pair<std::string, std::string> readTissueName(const std::string& option,
                                                    const std::string& text);
 
-// The table's entries in the order of `parts`, each by the name it was told or by its own. Throws
-// BadInput where one is not known, with what to type.
+// The table's entries in the order of `parts`, each looked up in `tissueOfPart`, else by its own
+// name. Throws BadInput for an unknown tissue or part.
 TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
                            const std::vector<std::string>& parts,
-                           const std::vector<std::pair<std::string, std::string>>& told);
+                           const std::vector<std::pair<std::string, std::string>>& tissueOfPart);
 
 }  // namespace cloudcontact::program

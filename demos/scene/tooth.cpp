@@ -1,7 +1,7 @@
-// The tooth as level functions, in millimetres, positive inside. Sizes follow what textbooks of
-// dental anatomy give for a first lower molar (crown 7.5 high, 11 by 10.5 wide, roots 14; enamel
-// 1 to 2 thick); the form is ours. Caries enters by the fissure and spreads where enamel meets
-// dentin, as it does in teeth: wide below a small hole.
+// The tooth as level functions, in millimeters, positive inside. Sizes follow textbooks of dental
+// anatomy for a first lower molar (crown 7.5 high, 11 by 10.5 wide, roots 14; enamel 1 to 2 thick);
+// the form is our own. As in real teeth, caries enters through the fissure and spreads below the
+// enamel.
 #include "scene/tooth.h"
 
 #include <cloudcontact/voxels/digitize.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMm = 1e-3;
 
-// The greater of two, rounded where they are less than `width` apart.
+// The maximum of two, rounded where they differ by less than `width`.
 double smoothMax(double a, double b, double width) {
   const double near = std::max(width - std::abs(a - b), 0.0) / width;
   return std::max(a, b) + near * near * width / 4;
@@ -56,12 +56,12 @@ double crown(const Vec3& p) {
   return std::min(smoothMin(side, top, 1.2), p.z() + 0.6);
 }
 
-// Only what lies below `top`: roots and canals end where they have grown into the crown.
+// The part below `top`: roots and canals end inside the crown.
 double below(double top, double z, double depth) {
   return std::min(depth, top - z);
 }
 
-// Roots lean apart.
+// The roots diverge.
 double rootMiddle(double side, double z) {
   return side * (2.0 - 0.06 * z);
 }
@@ -76,7 +76,7 @@ double wholeTooth(const Vec3& p) {
   return depth;
 }
 
-// Nearly a distance: the function over its own slope.
+// Approximates a distance: the function over its slope.
 double toothDepth(const Vec3& p) {
   constexpr double kStep = 1e-3;
   Vec3 slope;
@@ -90,7 +90,7 @@ double dentin(const Vec3& p, const ToothShape& shape) {
   return toothDepth(p) - shape.enamel / kMm * smoothStep(-0.2, 3.2, p.z());
 }
 
-// A chamber with a horn below each cusp and a canal in each root.
+// A chamber with a horn under each cusp and a canal in each root.
 double pulp(const Vec3& p, const ToothShape& shape) {
   const double roof = shape.pulpRoof / kMm;
   double depth = ellipsoid(p, Vec3(0, 0, roof - 1.3), Vec3(2.2, 1.7, 1.3));

@@ -1,4 +1,4 @@
-// Builds Bullet's world from a scene, and reads it back.
+// Builds Bullet's world from a scene and reads its state.
 #include "scene/world.h"
 
 #include <cloudcontact/bullet/cloud_contact.h>
@@ -18,7 +18,7 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kBears = 10;  // what ExtrapolatingSolver takes
+constexpr double kBears = 10;  // for ExtrapolatingSolver
 
 struct WorldBody {
   SceneBody scene;
@@ -36,7 +36,7 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
       options.method != Method::Cloud && !std::holds_alternative<Rigid>(options.law);
   for (const auto& body : scene.bodies) {
     Surface surface{body.friction, {}};
-    // Damping alone is no spring; the body then counts as rigid.
+    // Damping alone is no spring; such a body is rigid.
     if (body.stiffness) surface.material = KelvinVoigt{*body.stiffness, body.damping.value_or(0)};
     settings.bodies.push_back(surface);
   }
@@ -61,8 +61,8 @@ void checkOptions(const WorldSettings& settings) {
 
 }  // namespace
 
-struct World::Parts {
-  explicit Parts(const SceneDescription& scene, const WorldSettings& settings);
+struct World::State {
+  explicit State(const SceneDescription& scene, const WorldSettings& settings);
   void addBodies(const SceneDescription& scene, const WorldSettings& settings);
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
   void addJoint(const SceneJoint& joint);
@@ -71,7 +71,7 @@ struct World::Parts {
   void look();
   std::vector<std::pair<int, int>> measuredPairs() const;
 
-  // In the order in which Bullet needs them to outlive each other.
+  // Declared in the order of their lifetimes in Bullet.
   std::unique_ptr<CloudContact> cloudContact;
   btDefaultCollisionConfiguration configuration;
   SceneDispatcher dispatcher;
@@ -84,7 +84,7 @@ struct World::Parts {
   btDiscreteDynamicsWorld world;
   ContactMoment moment;
   double latestStep = 0;    // [s]
-  std::vector<Pose> poses;  // of all bodies, once they are asked for after a step
+  std::vector<Pose> poses;  // of all bodies; empty until needed after a step
 };
 
 namespace {
@@ -113,7 +113,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
 
 }  // namespace
 
-World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings)
+World::State::State(const SceneDescription& scene, const WorldSettings& settings)
     : cloudContact(makeCloudContact(settings.common)),
       dispatcher(&configuration, surfacesOf(scene, settings.common),
                  settings.common.method == Method::Cloud ? settings.common.threads : 1),
@@ -131,13 +131,13 @@ World::Parts::Parts(const SceneDescription& scene, const WorldSettings& settings
   dispatcher.onContacts = [this] { look(); };
 }
 
-void World::Parts::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
+void World::State::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
   SceneShapes shapes(settings.common, settings.voxel, settings.store);
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
 }
 
-void World::Parts::addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings) {
+void World::State::addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings) {
   btRigidBody::btRigidBodyConstructionInfo info(btScalar(parts.mass), nullptr,
                                                 parts.shape.shape.get(), toBullet(parts.inertia));
   info.m_startWorldTransform = toBullet(body.pose * parts.frame);
@@ -158,11 +158,11 @@ void World::Parts::addBody(const SceneBody& body, BodyParts parts, const WorldSe
   world.addRigidBody(bodies.back().rigid.get());
 }
 
-void World::Parts::addJoint(const SceneJoint& joint) {
-  // The joint's frame, its z along the axis, as each of its bodies sees it.
+void World::State::addJoint(const SceneJoint& joint) {
+  // The joint's frame, with z along the axis.
   Pose frame = joint.pose;
   frame.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), joint.axis);
-  // A weld holds anywhere; Bullet's solver holds it best where no lever magnifies its error.
+  // A fixed joint may be anywhere; at the center of mass no lever magnifies the solver's error.
   if (joint.kind == SceneJoint::Kind::Fixed && joint.child >= 0)
     frame.position = (bodies[joint.child].scene.pose * bodies[joint.child].parts.frame).position;
   const auto seenFrom = [&](int body) {
@@ -185,18 +185,18 @@ void World::Parts::addJoint(const SceneJoint& joint) {
   joined.insert(std::minmax(joint.parent, joint.child));
 }
 
-void World::Parts::settle(const WorldSettings& settings) {
+void World::State::settle(const WorldSettings& settings) {
   auto& info = world.getSolverInfo();
   info.m_numIterations = settings.iterations;
   bool springs = settings.common.stiffness.has_value();
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
-  // Bullet's own methods keep Bullet's own solver and settings, unless a law is asked of them.
+  // Bullet's own methods keep Bullet's solver and settings, unless stiffness is given.
   solver.extrapolates = settings.common.method == Method::Cloud;
   if (settings.common.method == Method::Cloud || springs) recommendedSettings(world);
   if (!settings.common.friction) noteFrictionless();
 }
 
-void World::Parts::noteFrictionless() const {
+void World::State::noteFrictionless() const {
   int silent = 0;
   const std::string* first = nullptr;
   for (const auto& body : bodies) {
@@ -204,14 +204,15 @@ void World::Parts::noteFrictionless() const {
     if (silent++ == 0) first = &body.scene.name;
   }
   if (silent > 0)
-    std::cerr << "cloudcontact: " << silent << (silent == 1 ? " body" : " bodies")
-              << " without <mu> ('" << *first
-              << "'): the other body's counts, where that has none nothing rubs; --friction sets "
-                 "all\n";
+    std::cerr
+        << "cloudcontact: " << silent << (silent == 1 ? " body" : " bodies") << " without <mu> ('"
+        << *first
+        << "'): they take the other body's; without both there is no friction; --friction sets "
+           "all\n";
 }
 
-// Energy and counts as the narrow phase leaves them.
-void World::Parts::look() {
+// Energy and counts after the narrow phase.
+void World::State::look() {
   moment = {};
   std::set<std::pair<int, int>> touching;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
@@ -241,7 +242,7 @@ void World::Parts::look() {
   }
 }
 
-std::vector<std::pair<int, int>> World::Parts::measuredPairs() const {
+std::vector<std::pair<int, int>> World::State::measuredPairs() const {
   std::vector<std::pair<int, int>> pairs;
   const int n = static_cast<int>(bodies.size());
   for (int a = 0; a < n; ++a)
@@ -257,8 +258,8 @@ std::vector<std::pair<int, int>> World::Parts::measuredPairs() const {
 
 namespace {
 
-// The points' places are those of the step's start; the bodies have moved since, and a picture
-// shows them where they are now.
+// The manifold's points are those at the start of the step; a picture needs them at the current
+// poses.
 Vec3 placeNow(const btManifoldPoint& point, const btCollisionObject& a,
               const btCollisionObject& b) {
   const btVector3 onA = a.getWorldTransform()(point.m_localPointA);
@@ -266,7 +267,8 @@ Vec3 placeNow(const btManifoldPoint& point, const btCollisionObject& a,
   return 0.5 * (fromBullet(onA) + fromBullet(onB));
 }
 
-// Bullet's normals point from its second body to its first: along them it presses the first.
+// Bullet's normals point from its second body to its first, in the direction of the force on the
+// first.
 ContactNow contactOf(const btManifoldPoint& point, const btPersistentManifold& manifold,
                      double step) {
   const btVector3 onFirst = point.m_normalWorldOnB * point.m_appliedImpulse +
@@ -284,20 +286,20 @@ ContactNow contactOf(const btManifoldPoint& point, const btPersistentManifold& m
 
 World::World(const SceneDescription& scene, const WorldSettings& settings) {
   checkOptions(settings);
-  parts_ = std::make_unique<Parts>(scene, settings);
+  state_ = std::make_unique<State>(scene, settings);
 }
 
-// Bullet's world wants its bodies and joints taken out before either goes.
+// Bullet's world must lose its bodies and joints before they are destroyed.
 World::~World() {
-  for (auto& joint : parts_->joints) parts_->world.removeConstraint(joint.get());
-  for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.rigid.get());
+  for (auto& joint : state_->joints) state_->world.removeConstraint(joint.get());
+  for (auto& body : state_->bodies) state_->world.removeRigidBody(body.rigid.get());
 }
 
 void World::step(double seconds) {
-  parts_->world.stepSimulation(btScalar(seconds), 0);
-  parts_->latestStep = seconds;
-  parts_->poses.clear();
-  for (const auto& body : parts_->bodies) {
+  state_->world.stepSimulation(btScalar(seconds), 0);
+  state_->latestStep = seconds;
+  state_->poses.clear();
+  for (const auto& body : state_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
     const btVector3 sum = at.getOrigin() + at.getBasis()[0] + at.getBasis()[1] +
                           body.rigid->getLinearVelocity() + body.rigid->getAngularVelocity();
@@ -308,57 +310,57 @@ void World::step(double seconds) {
 }
 
 void World::findContacts() {
-  parts_->world.performDiscreteCollisionDetection();
+  state_->world.performDiscreteCollisionDetection();
 }
 
 std::size_t World::bodyCount() const {
-  return parts_->bodies.size();
+  return state_->bodies.size();
 }
 const std::string& World::name(std::size_t body) const {
-  return parts_->bodies[body].scene.name;
+  return state_->bodies[body].scene.name;
 }
 bool World::isStatic(std::size_t body) const {
-  return parts_->bodies[body].scene.isStatic;
+  return state_->bodies[body].scene.isStatic;
 }
 const ContactMoment& World::moment() const {
-  return parts_->moment;
+  return state_->moment;
 }
 void World::contacts(ContactsNow& now) const {
   now.patches.clear();
   now.points.clear();
-  for (int i = 0; i < parts_->dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold = *parts_->dispatcher.getManifoldByIndexInternal(i);
+  for (int i = 0; i < state_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *state_->dispatcher.getManifoldByIndexInternal(i);
     if (manifold.getNumContacts() == 0) continue;
     const auto points = static_cast<std::size_t>(manifold.getNumContacts());
     now.patches.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex(),
                            now.points.size(), points});
     for (int k = 0; k < manifold.getNumContacts(); ++k)
-      now.points.push_back(contactOf(manifold.getContactPoint(k), manifold, parts_->latestStep));
+      now.points.push_back(contactOf(manifold.getContactPoint(k), manifold, state_->latestStep));
   }
 }
 const DrawnBody& World::drawn(std::size_t body) const {
-  return parts_->bodies[body].parts.drawn;
+  return state_->bodies[body].parts.drawn;
 }
 double World::mass(std::size_t body) const {
-  return parts_->bodies[body].parts.mass;
+  return state_->bodies[body].parts.mass;
 }
 double World::narrowPhaseSeconds() const {
-  return parts_->dispatcher.seconds();
+  return state_->dispatcher.seconds();
 }
 double World::solverSeconds() const {
-  return parts_->solver.seconds();
+  return state_->solver.seconds();
 }
 
 const Pose& World::pose(std::size_t body) const {
-  if (parts_->poses.empty()) {
-    for (const WorldBody& b : parts_->bodies)
-      parts_->poses.push_back(fromBullet(b.rigid->getWorldTransform()) * b.fromFrame);
+  if (state_->poses.empty()) {
+    for (const WorldBody& b : state_->bodies)
+      state_->poses.push_back(fromBullet(b.rigid->getWorldTransform()) * b.fromFrame);
   }
-  return parts_->poses[body];
+  return state_->poses[body];
 }
 
 BodyState World::state(std::size_t body) const {
-  const WorldBody& b = parts_->bodies[body];
+  const WorldBody& b = state_->bodies[body];
   BodyState state;
   state.pose = pose(body);
   state.angularVelocity = fromBullet(b.rigid->getAngularVelocity());
@@ -371,15 +373,15 @@ BodyState World::state(std::size_t body) const {
 
 double World::penetration() const {
   double deepest = 0;
-  for (const auto& [a, b] : parts_->measuredPairs())
-    deepest = std::max(deepest, program::penetration(parts_->bodies[a].parts.measured, pose(a),
-                                                     parts_->bodies[b].parts.measured, pose(b)));
+  for (const auto& [a, b] : state_->measuredPairs())
+    deepest = std::max(deepest, program::penetration(state_->bodies[a].parts.measured, pose(a),
+                                                     state_->bodies[b].parts.measured, pose(b)));
   return deepest;
 }
 
 std::size_t World::probes() const {
   std::size_t count = 0;
-  for (const auto& body : parts_->bodies) count += probeCount(body.parts.measured);
+  for (const auto& body : state_->bodies) count += probeCount(body.parts.measured);
   return count;
 }
 
@@ -392,7 +394,7 @@ std::uint64_t World::hash() const {
       for (unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211ull;
     }
   };
-  for (const auto& body : parts_->bodies) {
+  for (const auto& body : state_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
     mix(at.getOrigin());
     for (int row = 0; row < 3; ++row) mix(at.getBasis()[row]);

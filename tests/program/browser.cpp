@@ -1,4 +1,4 @@
-// Messages are JSON texts that end in a zero byte, both ways.
+// Messages are JSON texts that end in a zero byte, in both directions.
 #include "program/browser.h"
 
 #include <cairo.h>
@@ -20,14 +20,14 @@ namespace program_test {
 namespace {
 
 using Json = nlohmann::json;
-constexpr int kPatience = 120'000;  // for an answer [ms]
+constexpr int kPatience = 120'000;  // timeout of an answer [ms]
 
 std::vector<std::string> commandLine(int width, int height, const std::string& profile,
                                      const std::vector<std::string>& flags) {
   std::vector<std::string> words = {
       "chromium",
       "--headless=new",
-      "--no-sandbox",  // or it will not run as root
+      "--no-sandbox",  // needed as root
       "--remote-debugging-pipe",
       "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader",
@@ -35,14 +35,14 @@ std::vector<std::string> commandLine(int width, int height, const std::string& p
       "--hide-scrollbars",
       "--no-first-run",
       "--disable-background-networking",
-      "--disable-dev-shm-usage",  // small where there is a container
+      "--disable-dev-shm-usage",  // small in containers
       "--user-data-dir=" + profile,
       "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
   words.insert(words.end(), flags.begin(), flags.end());
   return words;
 }
 
-// In the child: 3 is read from, 4 is written to, the rest is quiet.
+// In the child: Chromium reads from 3 and writes to 4; all else is silenced.
 [[noreturn]] void become(const std::vector<std::string>& words, int read, int write) {
   const int quiet = open("/dev/null", O_RDWR);
   dup2(quiet, STDOUT_FILENO);
@@ -112,7 +112,7 @@ Browser::Browser(int width, int height, const std::vector<std::string>& flags) {
   int toChild[2], fromChild[2];
   if (pipe2(toChild, O_CLOEXEC) != 0 || pipe2(fromChild, O_CLOEXEC) != 0)
     throw std::runtime_error("no pipe");
-  signal(SIGPIPE, SIG_IGN);  // where chromium is missing, writing to it is to fail with a message
+  signal(SIGPIPE, SIG_IGN);  // without chromium, writing fails with a message instead
   const auto words = commandLine(width, height, profile_, flags);
   process_ = fork();
   if (process_ == 0) become(words, toChild[0], fromChild[1]);
@@ -209,7 +209,7 @@ bool Browser::becomes(const std::string& expression, double seconds) {
   do {
     try {
       if (value("!!(" + expression + ")") == true) return true;
-    } catch (const std::runtime_error&) {  // the page is between two documents
+    } catch (const std::runtime_error&) {  // the page is loading
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   } while (std::chrono::steady_clock::now() < end);
@@ -245,7 +245,7 @@ void Browser::drag(double x, double y, double toX, double toY) {
 }
 
 std::string Browser::screenshot() {
-  // Two frames, so that what a key changed has been drawn.
+  // Waits two frames, so that a key's effect is drawn.
   value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
   return fromBase64(call("Page.captureScreenshot", {{"format", "png"}})["data"]);
 }

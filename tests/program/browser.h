@@ -1,5 +1,5 @@
-// A headless Chromium that a test drives as a person would: keys and the pointer in, pictures and
-// the console out. Spoken to by the DevTools protocol over a pipe, so that no port is open.
+// A headless Chromium for tests: sends keys and pointer events, returns screenshots and the
+// console. Uses the DevTools protocol over a pipe, so that no port is open.
 #pragma once
 
 #include <sys/types.h>
@@ -11,23 +11,23 @@ namespace program_test {
 
 class Browser {
  public:
-  // A window of this size [css px]. Throws std::runtime_error where Chromium cannot be started.
+  // A window of this size [css px]. Throws std::runtime_error if Chromium does not start.
   Browser(int width, int height, const std::vector<std::string>& flags = {});
   ~Browser();
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
   void open(const std::string& file);
-  // The value of a JavaScript expression; an exception in it throws here.
+  // The value of a JavaScript expression. Throws if the expression does.
   nlohmann::json value(const std::string& expression);
-  // Asks again until the expression is true; false where it is not within `seconds`.
+  // Polls until the expression is true; false if it is not within `seconds`.
   bool becomes(const std::string& expression, double seconds = 30);
   void press(const std::string& key);
   void click(double x, double y);
-  // Presses the pointer at one place, moves it and lets go at another.
+  // Drags the pointer from one place to another.
   void drag(double x, double y, double toX, double toY);
   std::string screenshot();  // a PNG file
-  // Errors and warnings of the console, exceptions, and what the browser itself complains of.
+  // Errors and warnings of the console, exceptions, and the browser's own complaints.
   const std::vector<std::string>& complaints() const { return complaints_; }
 
  private:
@@ -44,8 +44,8 @@ class Browser {
   std::vector<std::string> complaints_;
 };
 
-// Of a PNG file: how different two pictures of one size are, the share of pixels that are not
-// nearly the same; and how many colours a picture has.
+// For PNG files: the share of pixels that differ between two pictures of one size, and the number
+// of colors in a picture.
 double difference(const std::string& a, const std::string& b);
 std::size_t colors(const std::string& png);
 

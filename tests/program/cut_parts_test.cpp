@@ -1,5 +1,5 @@
-// What the demos of cutting are made of: the surface of a level, the tooth, the hand's plan, and a
-// run's figures, each against what is known of it.
+// Tests the parts of the cutting demos: level surfaces, the tooth, planned paths, and a run's
+// figures.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/mesh/mesh_repair.h>
@@ -33,12 +33,12 @@ TEST(LevelSurface, OfABallHasItsVolumeAndIsClosed) {
     EXPECT_TRUE(report.closed());
     const double error =
         std::abs(report.volume / (4 * std::numbers::pi / 3 * r * r * r) - 1);  // outward: positive
-    // Edges of up to sqrt(3) cells are chords: each stands off by 3 cell^2 / 8 r at most.
+    // Edges of up to sqrt(3) cells are chords with an error of at most 3 cell^2 / 8 r.
     EXPECT_LT(error, 1.125 * (cell / r) * (cell / r));
     EXPECT_LT(error, before);
     before = error;
   }
-  // Cut off by its box it is closed there.
+  // A box that cuts it off closes it.
   const Mesh half = levelSurface([&](const Vec3& p) { return r - p.norm(); },
                                  {Vec3(-3e-3, -3e-3, 0), Vec3::Constant(3e-3)}, 1e-4);
   EXPECT_TRUE(inspect(half).closed());
@@ -57,7 +57,7 @@ TEST(LevelSurface, OfACloudHasItsVolume) {
   EXPECT_TRUE(cloudSurface(Cloud()).triangles.empty());
 }
 
-// Of a first lower molar: about 10 by 10 by 20 mm, each part closed and within the one before.
+// A first lower molar is about 10 by 10 by 20 mm; each part is closed and inside the previous one.
 TEST(Tooth, HasTheSizesOfAMolar) {
   Eigen::AlignedBox3d whole;
   double last = 1;
@@ -80,8 +80,8 @@ TEST(Tooth, HasTheSizesOfAMolar) {
   EXPECT_THROW(toothMeshes(shape), std::invalid_argument);
 }
 
-// Down the fissure beside the pit: enamel, caries, dentin, pulp, in this order and of these
-// thicknesses; through the pit caries alone.
+// Down the fissure next to the pit: enamel, caries, dentin, pulp with these thicknesses. Through
+// the pit only caries.
 TEST(Tooth, HasItsTissuesWhereTheyBelong) {
   const double h = 2e-4;
   const Cloud cloud = toothCloud(h);
@@ -124,7 +124,7 @@ TEST(PlannedPath, GoesAndRestsAsItSays) {
   EXPECT_THROW(PlannedPath({{Vec3(NAN, 0, 0), 1, 0}}), std::invalid_argument);
 }
 
-// Two ticks of each kind, by hand.
+// Two ticks of each kind.
 TEST(CuttingFigures, CountWhatTheyName) {
   CuttingRun run;
   run.step = 0.5;
@@ -140,12 +140,12 @@ TEST(CuttingFigures, CountWhatTheyName) {
     run.shares.insert(run.shares.end(), {hard, soft});
   };
   tick(0, false, 0, 0);
-  tick(10, false, 1, 0);      // from nothing: the greatest there is, 1
+  tick(10, false, 1, 0);      // from zero: the largest possible, 1
   tick(8, false, 1, 0);       // 0.2
   tick(4, true, 0.5f, 0.5f);  // 0.5, with a cut
   tick(3, true, 0, 1);
   tick(0.5, false, 0, 1);  // 2.5 of 3
-  tick(0.1, false, 0, 1);  // below a tenth of the greatest
+  tick(0.1, false, 0, 1);  // below a tenth of the largest
   run.volumeBefore = 5, run.volumeAfter = 2;
   const CuttingFigures f = figuresOf(run);
   EXPECT_EQ(f.mostForce, 10);

@@ -1,6 +1,6 @@
-// page_check FILE.html [gtest's own options]: opens a replay's page in a browser, at the size of
-// a desktop's window and of a phone, and uses it: plays, scrubs, toggles, cuts. Pictures of it are
-// left beside the file. Not one complaint may reach the console.
+// page_check FILE.html [options of gtest]: opens a replay's page in a browser, in a desktop and a
+// phone size, and uses it: plays, scrubs, toggles, cuts. Saves screenshots next to the file. The
+// console must stay free of messages.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -35,7 +35,7 @@ class PageAt : public testing::TestWithParam<Size> {
     return browser.value("document.getElementById('" + id + "').getAttribute('aria-pressed')") ==
            "true";
   }
-  // What a click on a button changes in the picture, and that a second one takes it back.
+  // A click on a button changes the picture, and a second click reverts it.
   void expectToggles(const std::string& id, double least) {
     const std::string before = browser.screenshot();
     const bool was = pressed(id);
@@ -48,7 +48,7 @@ class PageAt : public testing::TestWithParam<Size> {
     EXPECT_EQ(pressed(id), was) << id;
     EXPECT_LT(difference(before, browser.screenshot()), least) << id;
   }
-  // From one end of its way to the other the cut leaves all of the bodies, and nothing.
+  // At the ends of its range the cut leaves all of the bodies, or none.
   void expectCutsAway() {
     clickOn("#contacts");
     clickOn("#cut");
@@ -58,12 +58,12 @@ class PageAt : public testing::TestWithParam<Size> {
           "; slider.dispatchEvent(new Event('input')); })(document.getElementById('cut-at'))");
       return browser.screenshot();
     };
-    const std::string none = cutAt("max"), all = cutAt("min");  // what lies behind is kept
-    // A hanging chain covers a hundredth of the picture; where nothing is cut, nothing differs.
+    const std::string none = cutAt("max"), all = cutAt("min");  // keeps the part behind
+    // A hanging chain covers a hundredth of the picture.
     EXPECT_GT(difference(all, none), 0.004);
     EXPECT_GT(double(colors(all)), 1.1 * double(colors(none)));
     clickOn("#cut-flip");
-    EXPECT_GT(difference(all, browser.screenshot()), 0.004);  // the other half stays
+    EXPECT_GT(difference(all, browser.screenshot()), 0.004);  // keeps the other half
     clickOn("#cut-flip");
     clickOn("#cut");
     clickOn("#contacts");
@@ -86,7 +86,7 @@ TEST_P(PageAt, ShowsPlaysScrubsTogglesAndCuts) {
             << browser.value("document.documentElement.dataset.ready").get<std::string>()
             << " ms\n";
   const std::string start = browser.screenshot();
-  EXPECT_GT(colors(start), 500u);  // a blank page has some 200, of its letters
+  EXPECT_GT(colors(start), 500u);  // a blank page has about 200, from its letters
   EXPECT_EQ(time(), 0);
 
   clickOn("#play");
@@ -134,7 +134,7 @@ TEST_P(PageAt, TurnsUnderThePointer) {
   ASSERT_TRUE(ready);
   const double x = browser.value("document.getElementById('view').clientWidth / 2");
   browser.click(x, 300);
-  browser.press("r");  // with the focus, and its ring, on the picture as it will be afterwards
+  browser.press("r");  // sets the focus, whose ring shows, as later on
   const std::string before = browser.screenshot();
   browser.drag(x, 300, x + 120, 260);
   EXPECT_GT(difference(before, browser.screenshot()), 0.005);
@@ -154,7 +154,7 @@ TEST(Page, SaysWhatToDoWithoutWebGl) {
   EXPECT_NE(words.find("WebGL"), std::string::npos);
   EXPECT_EQ(browser.value("document.getElementById('message').offsetHeight > 100"), true);
   EXPECT_EQ(browser.value("[...document.querySelectorAll('.drawn')].every(e => e.hidden)"), true);
-  browser.press("End");  // figures over time are there all the same
+  browser.press("End");  // the graphs are present nevertheless
   EXPECT_EQ(browser.value("document.querySelectorAll('#graphs canvas').length"), 3);
   EXPECT_EQ(browser.complaints(), std::vector<std::string>());
 }
@@ -165,7 +165,7 @@ TEST(Page, SaysWhatToDoWithoutWebGl) {
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   if (argc != 2 || !std::filesystem::exists(argv[1])) {
-    std::cerr << "page_check: give a replay's page\n";
+    std::cerr << "page_check: needs a replay's page\n";
     return 2;
   }
   program_test::page = argv[1];

@@ -1,5 +1,5 @@
-// Bad input of every kind: exit code 2, one line on stderr that names the file or option and says
-// what to do, nothing on stdout, no file left behind.
+// Bad input of every kind gives exit code 2, one line on stderr that names the file or option and
+// says what to do, nothing on stdout, and no new file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ void writeFiles(const Workplace& place) {
   std::filesystem::create_directory(place / "folder.cloud");
 }
 
-// A ball in a world, and what may be wrong with it.
+// Worlds with a ball and an error each.
 void writeScenes(const Workplace& place) {
   const auto scene = [](const std::string& geometry) {
     return "<?xml version='1.0'?><sdf version='1.9'><world name='w'><gravity>0 0 -9.81</gravity>"
@@ -70,7 +70,7 @@ void writeScenes(const Workplace& place) {
   place.write("meshless.sdf", scene("<mesh><uri>gone.obj</uri></mesh>"));
 }
 
-// Clouds that were good once.
+// Damaged cloud files.
 void writeClouds(const Workplace& place) {
   const Outcome saved =
       place.run({"digitize", "sphere:0.01", "--voxel", "0.001", "-o", "good.cloud"});
@@ -152,7 +152,7 @@ std::vector<Case> optionCases() {
       {digitize({"--threads", "-1"}), {"--threads", "0 to 1024"}},
       {digitize({"--threads", "many"}), {"--threads", "'many'"}},
       {digitize({"--backend", "cuda"}), {"--backend", "cpu, opencl"}},
-      {digitize({"--material", "steel"}), {"--material", "not there yet", "--stiffness"}},
+      {digitize({"--material", "steel"}), {"--material", "not supported yet", "--stiffness"}},
       {digitize({"-o", "cloud.stl"}), {"-o", "cloud.stl", ".cloud"}},
       {digitize({"-o", "nowhere/a.cloud"}), {"-o", "nowhere/a.cloud", "folder"}},
       {digitize({"-o", "folder.cloud"}), {"-o", "folder.cloud", "directory"}},
@@ -281,7 +281,7 @@ TEST_F(BadInput, SimulationsAreRefusedByName) {
   expectRefused(simulateCases());
 }
 
-// The half of a table that a program refusing everything would pass: what must be accepted.
+// Guards against a program that rejects everything.
 TEST_F(BadInput, GoodInputIsNotRefused) {
   const std::vector<std::vector<std::string>> good = {
       {"digitize", "good.obj", "--voxel", "0.0005"},
@@ -306,7 +306,7 @@ TEST_F(BadInput, GoodInputIsNotRefused) {
   }
 }
 
-// An output that cannot be written leaves the old file as it was.
+// A failed write leaves the old file unchanged.
 TEST_F(BadInput, AFailedSaveKeepsTheOldFile) {
   const std::string before = place.read("good.cloud");
   const Outcome outcome =

@@ -1,4 +1,4 @@
-// `cloudcontact contact`: its contract's names, and forces that are known.
+// `cloudcontact contact`: the names in its JSON, and known forces.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -56,7 +56,8 @@ TEST(Contact, HasTheContractsNames) {
   }
 }
 
-// k d upwards, and the torque of that force about the world's origin, for every method that can.
+// k d upward, and the torque of that force about the world's origin, for every method that supports
+// it.
 TEST(Contact, ASphereOnAPlaneIsPushedOutByItsStiffnessTimesItsDepth) {
   for (const char* method : {"cloud", "primitive", "gjk"}) {
     SCOPED_TRACE(method);
@@ -78,7 +79,7 @@ TEST(Contact, GimpactFindsABoxInAPlane) {
   EXPECT_EQ(result["contacts"].size(), 4U);
 }
 
-// Exchanging A and B, and standing in the other's frame, turns the force around.
+// Exchanging A and B reverses the force.
 TEST(Contact, NormalsPointFromAToBInEitherOrder) {
   for (const char* method : {"cloud", "primitive", "gjk", "gimpact", "hacd"}) {
     SCOPED_TRACE(method);
@@ -88,11 +89,12 @@ TEST(Contact, NormalsPointFromAToBInEitherOrder) {
                                "0 0 -0.0095", "--method", method});
     EXPECT_GT(vec(up["force"]).z(), 0);
     EXPECT_NEAR(vec(up["force"]).z() / -vec(down["force"]).z(), 1, 1e-3);
-    // GImpact against a plane gives its points on one surface, not on each: half a depth off.
+    // GImpact against a plane puts its points on one surface: half a depth off.
     const double midway = std::string(method) == "gimpact" ? 6e-4 : 1e-4;
     for (const json& c : down["contacts"]) {
       EXPECT_LT(vec(c["normal"]).z(), -0.99);
-      EXPECT_NEAR(c["position"][2].get<double>(), -0.00975, midway) << "midway, where the face is";
+      EXPECT_NEAR(c["position"][2].get<double>(), -0.00975, midway)
+          << "midway between the surfaces";
     }
   }
 }
@@ -110,9 +112,9 @@ TEST(Contact, DampingResistsApproachAndNeverPulls) {
     EXPECT_NEAR(still, 0.5, 0.02);
     EXPECT_NEAR(force("0 0 -0.01 0 0 0") - still, 20 * 0.01, 0.01);
     EXPECT_NEAR(force("0 0 0.01 0 0 0") - still, -20 * 0.01, 0.01);
-    EXPECT_NEAR(force("0 0 1 0 0 0"), 0, 1e-9) << "leaving fast: let go, not held back";
+    EXPECT_NEAR(force("0 0 1 0 0 0"), 0, 1e-9) << "separating fast: no tension";
     EXPECT_NEAR(force("3 0 0 0 0 0") - still, 0, 0.02) << "sliding along";
-    // Turning about the sphere's own centre moves no surface point along its normal.
+    // Rotation about the sphere's center moves no surface point along its normal.
     EXPECT_NEAR(force("0 0 0 10 0 0") - still, 0, 0.02);
   }
 }
@@ -133,7 +135,7 @@ TEST(Contact, FoundationWeighsTheOverlap) {
   EXPECT_NEAR(vec(result["force"]).z() / (1e8 * 0.02 * 0.03 * 0.0003), 1, 0.03);
 }
 
-// A primitive as a cloud is its mesh as a cloud: a file of the same box gives the same contact.
+// A primitive and a mesh file of the same box give the same contact.
 TEST(Contact, APrimitiveIsTheSameAsItsMesh) {
   const Workplace place;
   std::string obj;
@@ -161,7 +163,7 @@ TEST(Contact, SaysWhatOpenClCannotDoAndUsesTheCpu) {
   EXPECT_EQ(outcome.json()["backend"], "cpu");
 }
 
-// To the last digit that is printed.
+// Equal to the last printed digit.
 TEST(Contact, OpenClFindsWhatTheCpuFinds) {
   const Workplace place;
   const auto contact = [&](const char* backend) {

@@ -1,4 +1,4 @@
-// `cloudcontact digitize`: its contract's names, closed forms, and files that come back.
+// `cloudcontact digitize`: the names in its JSON, closed forms, and files read back.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ TEST(Digitize, HasTheContractsNames) {
 
 TEST(Digitize, WeighsABoxByItsClosedForm) {
   const Workplace place;
-  const double x = 0.0103, y = 0.0207, z = 0.0311;  // nothing falls on a voxel's face
+  const double x = 0.0103, y = 0.0207, z = 0.0311;  // no face lies on a voxel's face
   const json result =
       digitize(place, {"box:0.0103,0.0207,0.0311", "--voxel", "0.0005", "--density", "7800"});
   const double mass = 7800 * x * y * z;
@@ -68,9 +68,9 @@ TEST(Digitize, ReadsFilesInTheirUnit) {
               "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const std::pair<const char*, double> units[] = {
       {"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"m", 1}};
-  for (const auto& [unit, metres] : units) {
+  for (const auto& [unit, meters] : units) {
     const json result = digitize(place, {"corner.obj", "--unit", unit});
-    EXPECT_NEAR(result["volume"].get<double>() * 6 / std::pow(10 * metres, 3), 1, 1e-3) << unit;
+    EXPECT_NEAR(result["volume"].get<double>() * 6 / std::pow(10 * meters, 3), 1, 1e-3) << unit;
   }
 }
 
@@ -85,7 +85,7 @@ TEST(Digitize, ASavedCloudComesBackTheSame) {
     EXPECT_EQ(made[name], kept[name]) << name;
 }
 
-// A square sheet of side 20 mm becomes a plate as thick as asked: its volume is known.
+// A square sheet of side 20 mm becomes a plate of the given thickness, with a known volume.
 TEST(Digitize, ASheetBecomesAShellAndSaysSo) {
   const Workplace place;
   place.write("sheet.obj", "v 0 0 0\nv 20 0 0\nv 20 20 0\nv 0 20 0\nf 1 2 3\nf 1 3 4\n");
@@ -94,7 +94,7 @@ TEST(Digitize, ASheetBecomesAShellAndSaysSo) {
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("sheet.obj has no inside"), std::string::npos) << outcome.err;
   EXPECT_NEAR(outcome.json()["volume"].get<double>(), 0.02 * 0.02 * 0.002, 1e-9);
-  // Behind the faces: they look up, so the material lies below them.
+  // The faces point up, so the material lies below them.
   EXPECT_NEAR(outcome.json()["centerOfMass"][2].get<double>(), -0.001, 1e-5);
 }
 
@@ -115,7 +115,7 @@ TEST(Digitize, ThreadsChangeNothing) {
   EXPECT_EQ(one, two);
 }
 
-// A device's cloud file is the CPU's, byte by byte; where a device cannot, it says why.
+// The cloud files of device and CPU are equal; without a device there is a message.
 TEST(Digitize, OpenClMakesWhatTheCpuMakes) {
   const Workplace place;
   const auto made = [&](const char* backend, const std::string& body) {
@@ -134,7 +134,7 @@ TEST(Digitize, OpenClMakesWhatTheCpuMakes) {
   }
   const Outcome saved = place.run({"digitize", "cpu.cloud", "--backend", "opencl", "--json"});
   EXPECT_EQ(saved.exitCode, 0);
-  EXPECT_NE(saved.err.find("--backend opencl: cpu.cloud is no mesh"), std::string::npos)
+  EXPECT_NE(saved.err.find("--backend opencl: cpu.cloud is not a mesh"), std::string::npos)
       << saved.err;
   EXPECT_EQ(saved.json()["backend"], "cpu");
 }

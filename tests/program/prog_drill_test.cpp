@@ -1,4 +1,4 @@
-// `cloudcontact drill` as a user runs it: a body of two materials, its files, and what it refuses.
+// `cloudcontact drill` from the command line: a body of two materials, output files, and bad input.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "program/obj_file.h"
 #include "program/program_run.h"
+#include "scene/tooth.h"
 
 namespace {
 
@@ -75,13 +77,13 @@ TEST(Drill, TellsWhatWasTouchedAndWhatWent) {
   EXPECT_GT(result["tissues"][0]["meanForce"].get<double>(),
             1.5 * result["tissues"][1]["meanForce"].get<double>())
       << "enamel is harder";
-  // The saved cloud lacks what went; its mass by densities that are the tissues' own.
+  // The saved cloud lacks the removed volume; masses follow from the densities of the tissues.
   const json left = place.run({"digitize", "left.cloud", "--json"}).json();
   EXPECT_NEAR(144e-9 - left["volume"].get<double>(), cut, 1e-3 * cut + 1e-12);
   const double mass = 2970 * result["tissues"][0]["cutVolume"].get<double>() +
                       2140 * result["tissues"][1]["cutVolume"].get<double>();
   EXPECT_NEAR(result["cutMass"].get<double>(), mass, 1e-6 * mass);
-  // A line a tick, with the last line's sums as told.
+  // One line per tick; the last one holds the reported sums.
   std::istringstream csv(place.read("force.csv"));
   std::string line, last;
   std::getline(csv, line);
@@ -104,8 +106,7 @@ TEST(Drill, SameCommandSameHash) {
     EXPECT_EQ(one[name], two[name]) << name;
 }
 
-// The same body and tool a thousandth as large, in a thousandth of the time a step: forces scale
-// with lengths only where stiffness is per metre; what goes must still be what the law says.
+// A body and tool ten times as large: the removed volume must still follow the law.
 TEST(Drill, WorksAtAnySize) {
   const Workplace place;
   const Outcome outcome = place.run({"drill", "box:0.06,0.06,0.04", "--voxel", "0.002", "--bur",
@@ -161,15 +162,15 @@ TEST(Drill, RefusesByName) {
   }
 }
 
-// A real tooth of two shells, outside and nerve.
-TEST(Drill, OpensARealTooth) {
-  const std::string tooth = CLOUDCONTACT_SHARED_DIR "/data/tooth.obj";
-  if (!std::filesystem::exists(tooth)) GTEST_SKIP() << "tooth.obj is not there";
+// A tooth of two shells, outside and nerve, in millimeters.
+TEST(Drill, OpensATooth) {
   const Workplace place;
-  // Its unit is its own; in mm it is a tooth of 0.3 m.
-  const Outcome outcome = place.run({"drill", tooth, "--unit", "mm", "--tissue", "Tooth0=enamel",
-                                     "--tissue", "Nerve=pulp", "--seconds", "1", "--bur",
-                                     "sphere:0.012", "--voxel", "0.004", "--json"});
+  const auto parts = cloudcontact::program::toothMeshes();
+  place.write("tooth.obj",
+              program_test::objText({{"Tooth0", parts[0].mesh}, {"Nerve", parts[2].mesh}}, 1e-3));
+  const Outcome outcome = place.run({"drill", "tooth.obj", "--unit", "mm", "--tissue",
+                                     "Tooth0=enamel", "--tissue", "Nerve=pulp", "--seconds", "1",
+                                     "--bur", "sphere:0.0006", "--voxel", "0.0002", "--json"});
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const json result = outcome.json();
   EXPECT_GT(result["cutVolume"].get<double>(), 0);

@@ -1,5 +1,5 @@
-// What `contact` reports is what Bullet is given: the finder's points and the points in Bullet's
-// manifolds of the same pair are the same, and carry the same law.
+// `contact` reports what Bullet gets: the finder's points and those in Bullet's manifolds of the
+// same pair are equal and carry the same law.
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/contact/contact_finder.h>
 #include <gtest/gtest.h>

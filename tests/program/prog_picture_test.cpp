@@ -1,4 +1,4 @@
-// `--picture` of contact and digitize: whole PNG and SVG files that show what was found, or none.
+// `--picture` of contact and digitize: complete PNG and SVG files that show the results, or none.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -11,7 +11,9 @@
 #include "draw/drawing.h"
 #include "draw/svg.h"
 #include "io/text.h"
+#include "program/obj_file.h"
 #include "program/program_run.h"
+#include "scene/generated_mesh.h"
 
 namespace {
 
@@ -21,7 +23,7 @@ using program_test::Outcome;
 using program_test::Workplace;
 using Arguments = std::vector<std::string>;
 
-// Bodies small enough to be quick, off the grid so that there are shades to show.
+// Small bodies for speed, off the grid for partly covered voxels.
 const Arguments kSphereOnPlane = {"contact",  "halfspace", "sphere:0.0101", "--voxel",   "0.001",
                                   "--repeat", "1",         "--pose",        "0 0 0.0095"};
 const Arguments kCorner = {"contact",
@@ -44,12 +46,12 @@ std::string pictureOf(const Arguments& arguments, const std::string& file) {
   const Workplace place;
   const Outcome outcome = place.run(drawn(arguments, file));
   EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-  EXPECT_NE(outcome.out, "") << "the command's own answer is still there";
+  EXPECT_NE(outcome.out, "") << "the command still prints its result";
   EXPECT_EQ(place.files(), std::set<std::string>{file});
   return place.read(file);
 }
 
-// The tags of an XML text in which every tag closes in its turn; a complaint as a failure.
+// The tags of an XML text. Fails if they do not nest.
 std::vector<std::string> openedTags(const std::string& xml) {
   std::vector<std::string> open, all;
   for (std::size_t k = xml.find('<'); k != std::string::npos; k = xml.find('<', k + 1)) {
@@ -73,7 +75,7 @@ std::vector<std::string> openedTags(const std::string& xml) {
   return all;
 }
 
-// A block of three layers as an OBJ file: each its own object, all within the first.
+// A block of three layers as an OBJ file, one object each, all inside the first.
 void writeBlock(const Workplace& place) {
   struct Layer {
     const char* name;
@@ -100,7 +102,7 @@ void writeBlock(const Workplace& place) {
   place.write("block.obj", text);
 }
 
-// What stands in the group of that name, up to the first end of a group.
+// The content of a group by name, up to the first end of a group.
 std::string group(const std::string& svg, const std::string& name) {
   const std::size_t start = svg.find("<g id=\"" + name + "\"");
   EXPECT_NE(start, std::string::npos) << "no group " << name;
@@ -132,7 +134,7 @@ std::vector<Point> firstPath(const std::string& svg) {
     }
     at += Point(step[0], step[1]);
     points.push_back(at);
-    ++k;  // the l of the next corner
+    ++k;  // skips the 'l' of the next corner
   }
   return points;
 }
@@ -141,18 +143,19 @@ TEST(Picture, OfAContactHasEveryPartOfTheMethod) {
   const std::string svg = pictureOf(kCorner, "corner.svg");
   EXPECT_EQ(openedTags(svg).front().rfind("svg xmlns=", 0), 0U);
   for (const char* name :
-       {"body-a", "body-b", "surfaces", "collision-voxels", "base-vectors", "digital-normal",
+       {"body-a", "body-b", "surfaces", "collision-voxels", "surface-normals", "digital-normal",
         "contact-points", "scale-bar", "key", "figures", "overview", "patch"})
     EXPECT_NE(group(svg, name), "") << name;
-  EXPECT_GE(count(group(svg, "base-vectors"), "<path"), 10U);
+  EXPECT_GE(count(group(svg, "surface-normals"), "<path"), 10U);
   EXPECT_GE(count(group(svg, "contact-points"), "<circle"), 1U);
   EXPECT_EQ(count(group(svg, "patch"), "<circle"), 4U);
-  for (const char* words : {"digital normal", "force on B", "voxel", "mm</text>", "Base vectors"})
+  for (const char* words :
+       {"digital normal", "force on B", "voxel", "mm</text>", "Surface normals"})
     EXPECT_NE(svg.find(words), std::string::npos) << words;
   EXPECT_LT(svg.size(), 200000U);
 }
 
-// The half-space pushes the sphere straight up, and so does the big arrow.
+// The half-space pushes the sphere straight up, so the big arrow points up.
 TEST(Picture, TheDigitalNormalPointsWhereTheForceDoes) {
   const std::string svg = pictureOf(kSphereOnPlane, "sphere.svg");
   const std::vector<Point> arrow = firstPath(group(svg, "digital-normal"));
@@ -175,9 +178,9 @@ TEST(Picture, OfACloudHasSlicesAndAView) {
   const std::string svg = pictureOf(kCylinder, "cylinder.svg");
   openedTags(svg);
   for (const char* name :
-       {"slice-x", "slice-y", "slice-z", "outside", "close-look", "colours", "key", "figures"})
+       {"slice-x", "slice-y", "slice-z", "outside", "close-look", "colors", "key", "figures"})
     EXPECT_NE(group(svg, name), "") << name;
-  // A cylinder's top is one colour, its side many.
+  // A cylinder's top has one color, its side many.
   EXPECT_GE(count(group(svg, "outside"), "<path"), 4U);
   EXPECT_GE(count(group(svg, "close-look"), "<path"), 10U);
 }
@@ -243,7 +246,7 @@ TEST(Picture, WhatCannotBeWrittenIsRefusedByName) {
     expectRefused(place, drawn(arguments, "nowhere/a.png"),
                   {"--picture", "nowhere/a.png", "folder"});
     expectRefused(place, drawn(arguments, "folder.png"), {"--picture", "folder.png", "directory"});
-    // Where nobody may make files, not even root.
+    // Not even root can create files there.
     expectRefused(place, drawn(arguments, "/proc/a.svg"), {"--picture", "/proc/a.svg"});
   }
   Arguments other = kSphereOnPlane;
@@ -251,7 +254,7 @@ TEST(Picture, WhatCannotBeWrittenIsRefusedByName) {
   expectRefused(place, drawn(other, "a.png"), {"--picture", "--method cloud"});
 }
 
-// A limit on the size of files stands in for a full disk: writing fails half-way.
+// A limit on the size of files simulates a full disk: writing fails half-way.
 TEST(Picture, AFullDiskLeavesTheOldPictureAndNothingElse) {
   const Workplace place;
   place.write("old.svg", "the old picture");
@@ -268,16 +271,23 @@ TEST(Picture, AFullDiskLeavesTheOldPictureAndNothingElse) {
   EXPECT_EQ(place.read("old.svg"), "the old picture");
 }
 
-TEST(Picture, TheRealNutNamesItsMostLoadedPatch) {
-  const std::string data = std::string(CLOUDCONTACT_SHARED_DIR) + "/data/";
-  if (!std::filesystem::exists(data + "nut_m16_loose.obj")) GTEST_SKIP() << "no meshes here";
-  const std::string svg =
-      pictureOf({"contact", data + "bolt_m16_loose.obj", data + "nut_m16_loose.obj", "--voxel",
-                 "0.0005", "--pose", "0 0 0.0078", "--repeat", "1"},
-                "nut.svg");
+// An M16 nut whose thread hangs on the bolt's by its flanks.
+TEST(Picture, ANutNamesItsMostLoadedPatch) {
+  using namespace cloudcontact::program;
+  const Workplace place;
+  const Thread bolt;
+  Thread nut;
+  nut.clearance = 0.1e-3;
+  place.write("bolt.obj", program_test::objText({{"bolt", boltMesh(bolt, 32e-3, 24e-3, 10e-3)}}));
+  place.write("nut.obj", program_test::objText({{"nut", nutMesh(nut, 13e-3, 24e-3)}}));
+  const Outcome outcome =
+      place.run({"contact", "bolt.obj", "nut.obj", "--voxel", "0.0005", "--pose", "0 0 0.0078",
+                 "--repeat", "1", "--picture", "nut.svg"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const std::string svg = place.read("nut.svg");
   openedTags(svg);
   EXPECT_NE(svg.find("the most loaded of its"), std::string::npos);
-  EXPECT_NE(svg.find("nut_m16_loose.obj (B)"), std::string::npos);
+  EXPECT_NE(svg.find("nut.obj (B)"), std::string::npos);
 }
 
 TEST(Svg, CoordinatesAreShortAndDoNotAddUpTheirRounding) {
@@ -300,12 +310,12 @@ TEST(Svg, TextIsMadePrintable) {
   EXPECT_EQ(printable("plain \u00b5m"), "plain \u00b5m");
   EXPECT_EQ(printable("a\nb\x7f"), "a?b?");
   EXPECT_EQ(printable("\xc3"), "?");            // cut short
-  EXPECT_EQ(printable("\xc0\xaf"), "??");       // longer than need be
+  EXPECT_EQ(printable("\xc0\xaf"), "??");       // overlong
   EXPECT_EQ(printable("\xed\xa0\x80"), "???");  // half a surrogate pair
   EXPECT_EQ(printable("\xf0\x9f\x98\x80"), "\xf0\x9f\x98\x80");
 }
 
-// A bur in a layered block: every layer in the cut has a colour and its name.
+// A bur in a layered block: every layer in the cut has its color and name.
 TEST(ContactPicture, NamesTheLayersOfABlock) {
   const Workplace place;
   writeBlock(place);

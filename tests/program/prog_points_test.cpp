@@ -1,4 +1,4 @@
-// Bodies that are points: what the program takes them for, what it says, and what they weigh.
+// Bodies from points: their detected kind, the messages, and the mass.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/objects/object_file.h>
@@ -17,7 +17,7 @@ using program_test::Workplace;
 
 constexpr double kRadius = 0.02;
 
-// A ball of points, evenly spread over it by a spiral, in millimetres.
+// A ball of points, spread evenly by a spiral, in millimeters.
 std::string ballPoints(int count, double from = -1) {
   std::ostringstream rows;
   for (int i = 0; i < count; ++i) {
@@ -58,7 +58,7 @@ TEST(Points, AScanIsTheBodyItEncloses) {
         outcome.json()["volume"].get<double>() / (4 * std::numbers::pi / 3 * std::pow(kRadius, 3)),
         1, 3e-3);
   }
-  // A voxel is found where none is named.
+  // Without --voxel there is a default.
   EXPECT_GT(digitize(place, {"ball.xyz", "--unit", "mm"}).json()["voxels"].get<int>(), 5000);
 }
 
@@ -103,7 +103,7 @@ TEST(Points, AnOrganisedPcdIsADepthImage) {
   EXPECT_NEAR(outcome.json()["volume"].get<double>() / (0.039 * 0.039 * 0.004), 1, 0.01);
 }
 
-// A saved object of any kind is a body, and pressed like its mesh.
+// A saved object of any kind is a body, with the same contact as its mesh.
 TEST(Points, SavedObjectsAreBodies) {
   using namespace cloudcontact;
   const Workplace place;

@@ -1,5 +1,5 @@
-// Primitive meshes against the primitives: closed, of the right volume, within the tolerance of the
-// surface, and of the bounds users asked for.
+// Meshes of primitives: closed, with the right volume and bounds, within the tolerance of the
+// surface.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include <gtest/gtest.h>
@@ -40,12 +40,12 @@ TEST(PrimitiveMesh, IsClosedAndHasTheShapesVolume) {
       const MeshReport report = inspect(primitiveMesh(p.shape, 1e-4 * size));
       EXPECT_TRUE(report.closed());
       EXPECT_EQ(report.degenerateTriangles, 0U);
-      // Turned the right way out, too: the volume is signed.
+      // The volume is signed, so this checks the orientation too.
       EXPECT_NEAR(report.volume / p.volume, 1, 3e-4);
     }
 }
 
-// Corners, edge middles and face middles, where a facet is furthest from a curved surface.
+// Checks corners, edge middles and face middles, where a facet is farthest from a curved surface.
 TEST(PrimitiveMesh, LiesWithinTheToleranceOfTheSurface) {
   for (double tolerance : {1e-2, 1e-3, 1e-4})
     for (const Primitive& p : primitives(1)) {

@@ -1,4 +1,4 @@
-// Progress: a bar with the time left on a terminal, nothing in a pipe.
+// The progress bar: drawn with the time left on a terminal, absent in a pipe.
 #include <gtest/gtest.h>
 #include <pty.h>
 
@@ -10,7 +10,7 @@
 namespace cloudcontact::program {
 namespace {
 
-// What the program writes to a terminal of this width as its stderr.
+// The program's stderr output on a terminal of this width.
 std::string onTerminal(const program_test::Workplace& place, unsigned short columns,
                        std::vector<std::string> words) {
   winsize size{24, columns, 0, 0};
@@ -52,7 +52,7 @@ TEST(Progress, IsDrawnOnATerminalAndWiped) {
     EXPECT_NE(seen.find(" %"), std::string::npos) << seen;
     EXPECT_NE(seen.find("#--"), std::string::npos) << seen;
     EXPECT_NE(seen.find(" left"), std::string::npos) << seen;
-    // Every drawing starts the line anew and fits in it; the last thing done is to wipe it.
+    // Each drawing restarts the line and fits into it; the last one clears it.
     std::size_t at = 0;
     while ((at = seen.find("\r\033[K", at)) != std::string::npos) {
       const std::size_t next = std::min(seen.find('\r', at + 1), seen.size());

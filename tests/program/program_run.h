@@ -1,4 +1,4 @@
-// Runs the built program as a user would: arguments in, exit code and both streams out.
+// Runs the built program with arguments and returns its exit code and both output streams.
 #pragma once
 
 #include <fcntl.h>
@@ -23,7 +23,7 @@ struct Outcome {
   nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-// A folder of its own for each test, gone with it; the program runs in it.
+// A temporary folder for one test, in which the program runs.
 class Workplace {
  public:
   Workplace() {
@@ -54,13 +54,13 @@ class Workplace {
     return names;
   }
 
-  // The streams go to files of a folder beside, so that `files` sees the program's own only.
+  // The streams go to files in another folder, so that files() lists the program's only.
   Outcome run(const std::vector<std::string>& arguments) const {
     const std::string streams = folder_.string() + ".streams";
     std::filesystem::create_directory(streams);
     const pid_t child = fork();
     if (child == 0) {
-      // Descriptors, not stdio: what the test has buffered is not the program's to print.
+      // Uses descriptors, not stdio, so that the child does not print the test's buffered output.
       if (chdir(folder_.c_str()) != 0 || !redirect(STDOUT_FILENO, streams + "/out") ||
           !redirect(STDERR_FILENO, streams + "/err"))
         _exit(126);

@@ -1,5 +1,4 @@
-// Contacts are stored once while nothing changes that an eye sees, and what is shown at each frame
-// is what was there.
+// Contacts are stored once while there is no visible change, and each frame shows the right ones.
 #include "replay/replay_contacts.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +10,7 @@ namespace {
 
 constexpr double kStill = 1e-4;  // [m]
 
-// Body 0 rests on the fixed body 2 with four points; body 1 slides on it, pressed ever harder.
+// Body 0 rests on the fixed body 2 with four points; body 1 slides on it under growing pressure.
 ContactsNow at(double time) {
   ContactsNow now;
   now.patches = {{0, 2, 0, 4}, {2, 1, 4, 1}};
@@ -23,21 +22,21 @@ ContactsNow at(double time) {
   return now;
 }
 
-// How many points of a frame are there, and whether each is within what may be unseen.
+// Checks the number of points in a frame, and that each is within the invisible difference.
 void expectShown(const ReplayContacts& contacts, std::size_t frame, double time) {
   const ContactsNow truth = at(time);
   const auto shown = contacts.shownAt(frame);
   ASSERT_EQ(shown.size(), 2u);
   for (std::size_t k = 0; k < 2; ++k) {
     const ReplayPatch& patch = contacts.patches()[shown[k]];
-    EXPECT_EQ(patch.a, 2);  // what is fixed comes first
+    EXPECT_EQ(patch.a, 2);  // the fixed body comes first
     EXPECT_EQ(patch.b, int(k));
     EXPECT_NEAR(patch.normal.z(), 1, 1e-6);
     const auto points = contacts.of(patch);
     const auto expected = truth.of(truth.patches[k]);
     ASSERT_EQ(points.size(), expected.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Vec3 up = (k == 0 ? -1 : 1) * expected[i].force;  // on what moves
+      const Vec3 up = (k == 0 ? -1 : 1) * expected[i].force;  // on the moving body
       EXPECT_LE((points[i].position.cast<double>() - expected[i].position).norm(), 1.01 * kStill);
       EXPECT_LE((points[i].force.cast<double>() - up).norm(), 0.006 * up.norm());
       EXPECT_NEAR(points[i].depth, expected[i].depth, 0.006 * expected[i].depth);
@@ -77,7 +76,7 @@ TEST(ReplayContacts, EveryOtherFrameIsLeft) {
   expectShown(contacts, 151, 301 / 60.0);
 }
 
-// A contact that ends moves the others up in Bullet's list.
+// When a contact ends, the others move up in Bullet's list.
 TEST(ReplayContacts, OneThatEndsIsNotShown) {
   ReplayContacts contacts = recorded(10);
   ContactsNow now = at(10 / 60.0);

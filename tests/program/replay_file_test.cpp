@@ -1,5 +1,4 @@
-// `--replay`: what another reader finds in the file, what is refused, and that nothing is left
-// behind half-written.
+// `--replay`: the file as read by another library, bad input, and no incomplete files.
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
@@ -20,7 +19,7 @@ namespace {
 using program_test::Outcome;
 using program_test::Workplace;
 
-// A box tumbles down on a plane beside a ball; an L of two boxes stands fixed.
+// A box tumbles onto a plane next to a ball; an L of two boxes is fixed.
 constexpr const char* kScene = R"(<?xml version="1.0"?>
 <sdf version="1.9"><world name="tumble &amp; &lt;/script&gt;"><gravity>0 0 -9.8</gravity>
 <physics name="p" type="bullet"><max_step_size>0.005</max_step_size>
@@ -72,7 +71,7 @@ std::map<std::string, std::vector<Row>> trajectory(const std::string& csv) {
   return rows;
 }
 
-// Assimp's own keys at a time, between two of them as glTF has it.
+// Interpolates Assimp's keys as glTF does.
 aiVector3D placeAt(const aiNodeAnim& channel, double ticks) {
   unsigned i = 0;
   while (i + 2 < channel.mNumPositionKeys && channel.mPositionKeys[i + 1].mTime < ticks) ++i;
@@ -91,7 +90,7 @@ aiQuaternion turnAt(const aiNodeAnim& channel, double ticks) {
   return out;
 }
 
-// Of two quaternions, whose signs mean nothing.
+// Angle between two quaternions of any sign.
 double apart(const aiQuaternion& p, const aiQuaternion& q) {
   double minus = 0, plus = 0;
   for (const auto& [a, b] : {std::pair(p.w, q.w), {p.x, q.x}, {p.y, q.y}, {p.z, q.z}}) {
@@ -102,7 +101,7 @@ double apart(const aiQuaternion& p, const aiQuaternion& q) {
 }
 
 TEST_F(ReplayFile, AnotherReaderFindsTheTrajectoryInIt) {
-  // Until the brick, too, lies still: what tumbles needs every state.
+  // Runs until the brick is at rest: a tumbling body needs a key for every state.
   ASSERT_EQ(place
                 .run({"simulate", "scene.sdf", "--seconds", "3", "--voxel", "0.02", "--replay",
                       "out.glb", "--trajectory", "out.csv"})
@@ -133,7 +132,7 @@ TEST_F(ReplayFile, AnotherReaderFindsTheTrajectoryInIt) {
   }
 }
 
-// Where the file has them, z up turned to y up, and as large.
+// Positions and sizes as in the scene, with z up turned to y up.
 TEST_F(ReplayFile, BodiesStandWhereTheyAre) {
   ASSERT_EQ(simulate({"--replay", "out.glb"}).exitCode, 0);
   Assimp::Importer importer;
@@ -164,7 +163,7 @@ TEST_F(ReplayFile, APageStandsAlone) {
   ASSERT_EQ(simulate({"--replay", "out.html"}).exitCode, 0);
   const std::string page = place.read("out.html");
   EXPECT_EQ(page.rfind("<!doctype html>", 0), 0u);
-  // The scene's name is text, whatever is in it.
+  // The scene's name is escaped.
   EXPECT_NE(page.find("<title>tumble &amp; &lt;/script></title>"), std::string::npos);
   for (const char* outside : {"src=\"", "href=\"", "@import", "url(http"})
     EXPECT_EQ(page.find(outside), std::string::npos) << outside;
@@ -175,7 +174,7 @@ TEST_F(ReplayFile, TheSameRunIsTheSameFile) {
   ASSERT_EQ(simulate({"--replay", "a.glb"}).exitCode, 0);
   ASSERT_EQ(simulate({"--replay", "b.glb"}).exitCode, 0);
   EXPECT_EQ(place.read("a.glb"), place.read("b.glb"));
-  // Watching changes nothing of what is watched.
+  // Recording does not change the simulation.
   const auto watched = simulate({"--replay", "c.html", "--json"}).json();
   EXPECT_EQ(watched["hash"], simulate({"--json"}).json()["hash"]);
 }
@@ -209,8 +208,7 @@ TEST_F(ReplayFile, OfNoDemoIsRefused) {
   EXPECT_NE(outcome.err.find("give its name"), std::string::npos) << outcome.err;
 }
 
-// A full disk, played by a limit on a file's size: what was there before stays, nothing else is
-// left.
+// A limit on the size of files simulates a full disk: the old file stays, and no other is left.
 TEST_F(ReplayFile, AFullDiskLeavesWhatWasThere) {
   for (const char* name : {"out.glb", "out.html"}) {
     place.write(name, "old");
@@ -231,8 +229,8 @@ TEST_F(ReplayFile, AFullDiskLeavesWhatWasThere) {
   }
 }
 
-// Every method can be looked at.
-TEST_F(ReplayFile, PeersHaveReplaysToo) {
+// Every method can write a replay.
+TEST_F(ReplayFile, BulletsMethodsHaveReplaysToo) {
   for (const char* method : {"primitive", "gjk"}) {
     const Outcome outcome = simulate({"--replay", "out.html", "--method", method});
     EXPECT_EQ(outcome.exitCode, 0) << method << outcome.err;

@@ -1,4 +1,4 @@
-// Keys of a motion: closed forms, and the promise that nothing strays.
+// Keys of a motion: closed forms, and the bound on the deviation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,14 +14,14 @@ Pose turned(double angle, const Vec3& axis, const Vec3& place) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis.normalized())), place};
 }
 
-// Where the keys show the body.
+// The pose that the keys give.
 Pose shown(const std::vector<PoseKey>& keys, double time) {
   std::size_t i = 0;
   while (i + 2 < keys.size() && keys[i + 1].time < time) ++i;
   return keys.size() < 2 ? keys[0].pose : between(keys[i], keys[i + 1], time);
 }
 
-// The furthest that any of eight corners at distance `reach` is from its true place.
+// Largest error of eight corners at distance `reach`.
 double furthest(const Pose& a, const Pose& b, double reach) {
   double most = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -39,7 +39,7 @@ TEST(Keyframes, OneForABodyAtRest) {
   EXPECT_EQ(keyframes.keys().size(), 1u);
 }
 
-// It lies still, moves on, lies still again: a key where each begins and ends.
+// At rest, in motion, at rest again: a key at each change.
 TEST(Keyframes, AreFewHoweverLongABodyRests) {
   Keyframes keyframes(1, 1e-6);
   const auto at = [](double t) { return std::clamp(t - 100, 0.0, 1.0); };
@@ -61,8 +61,8 @@ TEST(Keyframes, TwoForAStraightLineAndAnEvenTurn) {
   EXPECT_DOUBLE_EQ(keyframes.keys().back().time, 1.0);
 }
 
-// A chord of length T over a parabola with acceleration g is off by g T^2 / 8, so free fall for a
-// second needs at least sqrt(g / (8 tolerance)) keys; the thinning may take twice as many.
+// A chord of duration T over a parabola with acceleration g has an error of g T^2 / 8, so free fall
+// for a second needs at least sqrt(g / (8 tolerance)) keys; up to twice as many are allowed.
 TEST(Keyframes, AsManyForFreeFallAsAParabolaTakes) {
   constexpr double g = 9.8, tolerance = 1e-4;
   Keyframes keyframes(1, tolerance);
@@ -74,8 +74,8 @@ TEST(Keyframes, AsManyForFreeFallAsAParabolaTakes) {
   EXPECT_LE(double(keyframes.keys().size()), 2 * least + 2);
 }
 
-// A turn by more than half a circle between keys would be shown the short way; every step is known,
-// so it never comes to that, whichever of its two quaternions a step arrives as.
+// A turn by more than half a circle between keys would be shown the short way. Every step is known,
+// so this never occurs, whichever of its two quaternions a step has.
 TEST(Keyframes, NothingStraysOnAWildMotion) {
   for (const double tolerance : {1e-2, 1e-4}) {
     std::mt19937 random(7);

@@ -1,4 +1,4 @@
-// What a replay is packed from: bytes, shaded meshes, voxel shells.
+// Parts of a replay: packed bytes, shaded meshes, voxel shells.
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -61,7 +61,7 @@ TEST(ShadedMesh, ASphereIsSmooth) {
     EXPECT_GT(sphere.normals[i].dot(sphere.positions[i].normalized()), std::cos(0.02));
 }
 
-// Triangles without area: nothing to shade by, and still a normal.
+// Triangles without area still have a normal.
 TEST(ShadedMesh, BadTrianglesHaveNormalsToo) {
   Mesh mesh;
   mesh.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};
@@ -75,7 +75,7 @@ Cloud boxCloud(const Vec3& size, double voxel) {
   return digitize(primitiveMesh(Box{size / 2}, 0.1 * voxel), settings);
 }
 
-// A cloud whose voxels are full below a corner, and of the given coverage in the layer beyond.
+// A cloud with full voxels up to a corner, and a layer of the given coverage beyond.
 Cloud blockCloud(const Eigen::Vector3i& full, int beyond) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = Eigen::Vector3i(4, 3, 2);
@@ -128,7 +128,7 @@ TEST(VoxelShell, OfALargeCloudIsInBlocks) {
   EXPECT_EQ(coarse.block, 2);
   EXPECT_DOUBLE_EQ(coarse.edge, 0.2);
   EXPECT_LE(coarse.x.size(), 10'000u);
-  // The same body: as wide, and in the same place.
+  // The same body, with equal width and position.
   const auto span = [](const VoxelShell& s) {
     const auto [low, high] = std::minmax_element(s.x.begin(), s.x.end());
     return std::pair(s.origin.x() + s.edge * *low, s.origin.x() + s.edge * (*high + 1));

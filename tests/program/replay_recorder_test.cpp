@@ -1,4 +1,4 @@
-// What a recorder keeps, against mechanics: forces carry weights, slide with friction, fall freely.
+// A recorder's contents against mechanics: weights, friction, free fall.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace cloudcontact::program {
 namespace {
 
-// Two boxes of 2 kg and 3 kg on each other, on a floor; a ball of 1 kg falls beside them.
+// A stack of two boxes, 2 kg and 3 kg, on a floor; a ball of 1 kg falls next to it.
 SceneDescription stacked(const Vec3& gravity = {0, 0, -kGravity}) {
   SceneDescription scene;
   scene.gravity = gravity;
@@ -54,7 +54,7 @@ std::vector<ReplayPatch> lastPatches(const ReplayTake& take) {
   return patches;
 }
 
-// The sum of the forces on `body` from others in the last frame, and the deepest point.
+// The sum of the forces on `body` in the last frame, and the deepest point.
 struct Pushed {
   Vec3 force = Vec3::Zero();
   double depth = 0;
@@ -79,7 +79,7 @@ TEST(Recorder, ForcesCarryTheWeight) {
     EXPECT_NEAR(onUpper.z(), 2 * kGravity, 0.02 * 2 * kGravity);
     EXPECT_NEAR(onLower.z(), 5 * kGravity, 0.02 * 5 * kGravity);
     EXPECT_LT(onUpper.head<2>().norm(), 0.1);
-    // What is fixed is the first of a patch: its arrows are the forces on what moves.
+    // A fixed body is the first of a patch: arrows show the forces on the moving one.
     for (const ReplayPatch& patch : lastPatches(take)) {
       EXPECT_NE(patch.b, 1);
       if (patch.a == 1) {
@@ -89,7 +89,7 @@ TEST(Recorder, ForcesCarryTheWeight) {
   }
 }
 
-// On a slope the push stands upright: its part along the slope is friction.
+// On a slope the force is vertical: its component along the slope is friction.
 TEST(Recorder, ForcesHoldTheirFriction) {
   const double slope = 0.3;
   const Vec3 gravity = kGravity * Vec3(std::sin(slope), 0, -std::cos(slope));
@@ -117,20 +117,20 @@ TEST(Recorder, FiguresAreThoseOfTheRun) {
     const ReplayFrame& frame = take.frames[i];
     EXPECT_GT(frame.time, take.frames[i - 1].time);
     EXPECT_GT(frame.narrowPhase, 0);
-    // The ball falls freely and the boxes stand: what the one gains in speed it loses in height,
-    // but for what the integrator's step itself costs, m g h v / 2.
+    // The ball falls freely and the boxes rest: kinetic energy replaces potential energy, but for
+    // the integrator's error, m g h v / 2.
     const double before = frame.time - kStep;
     const double fallen = 0.5 * kGravity * before * before;
     EXPECT_NEAR(frame.kinetic, kGravity * fallen, 0.01 * kGravity * fallen + 0.1);
     EXPECT_NEAR(frame.potential, kGravity * (50 - fallen + 2 * 0.3 + 3 * 0.1),
                 0.01 * kGravity * fallen + 0.1);
   }
-  // Two springs in series between the boxes; the floor, which states none, is rigid.
+  // Two springs in series between the boxes; the floor, without stiffness, is rigid.
   const double sag = 5 * kGravity / 1e5;
   EXPECT_NEAR(take.frames.back().deepest, sag, 0.05 * sag);
 }
 
-// Too many contacts: every other frame goes, and what was deepest in it stays.
+// With too many contacts every other frame is dropped, but its deepest contact is kept.
 TEST(Recorder, KeepsTheDeepestWhereFramesAreLeftOut) {
   const ReplayTake all = recorded(stacked(), 1).takes[0];
   const ReplayTake some = recorded(stacked(), 1, Method::Cloud, 60).takes[0];
@@ -167,7 +167,7 @@ TEST(Recorder, TakesStandBesideEachOther) {
   EXPECT_EQ(replay.takes[2].label, "three");
 }
 
-// The page's record holds the same contacts, rounded: read as page/record.js does.
+// The page's record holds the same contacts, rounded. Reads it as page/record.js does.
 TEST(PageRecord, HoldsTheContactsThatWereSeen) {
   const Replay replay = recorded(stacked(), 1);
   const std::string bytes = pageRecord(replay);

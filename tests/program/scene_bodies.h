@@ -1,4 +1,4 @@
-// Bodies from which tests make their scenes.
+// Makes bodies for the scenes of tests.
 #pragma once
 
 #include "scene/scene.h"

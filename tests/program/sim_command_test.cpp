@@ -1,5 +1,4 @@
-// The commands simulate and demo from their command lines: the contract's names, whole files, and
-// what is refused.
+// The commands simulate and demo: the names in their JSON, complete files, and bad input.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -38,7 +37,7 @@ class CommandTest : public testing::Test {
   std::string scene() const { return (folder_ / "scene.sdf").string(); }
   std::string file(const char* name) const { return (folder_ / name).string(); }
 
-  // What the command wrote to stdout.
+  // Runs the command and returns its stdout.
   static std::string run(std::vector<std::string> words) {
     CLI::App app("", "cloudcontact");
     addSimulateCommand(app);
@@ -136,15 +135,15 @@ TEST_F(CommandTest, RefusesByName) {
       {{"simulate", where, "--law", "solid:1,2,3", "--method", "gjk", "--voxel", "0.02"}, "--law"},
       {{"demo", "nut"}, "nut_bolt"},
       {{"demo", "chain", "--replay", file("a.mp4")}, "--replay"},
-      {{"demo", "chain", "--pictures", file("folder")}, "--pictures: demo chain draws none"},
-      {{"demo", "--pictures", file("folder")}, "--pictures: of which demo"},
+      {{"demo", "chain", "--pictures", file("folder")}, "--pictures: demo chain has none"},
+      {{"demo", "--pictures", file("folder")}, "--pictures: needs a demo"},
       {{"demo", "drill", "--pictures", where}, "--pictures"}};
   for (const auto& [words, says] : table) {
     const std::string message = refusal(words);
     EXPECT_NE(message.find(says), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
-  // Nothing half-written stays behind.
+  // No incomplete file is left.
   for (const auto& entry : std::filesystem::directory_iterator(folder_))
     EXPECT_EQ(entry.path().filename(), "scene.sdf");
 }

@@ -1,5 +1,5 @@
-// Generated meshes against closed forms: watertight, of the right volume, of the right hand, and
-// with the play between nut and bolt that their clearance gives.
+// Generated meshes against closed forms: watertight, with the right volume, handedness, and play
+// between nut and bolt.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ double frustum(double areaA, double areaB, double height) {
   return height / 3 * (areaA + areaB + std::sqrt(areaA * areaB));
 }
 
-// Closed and turned outside out; its volume.
+// Checks that the mesh is closed and oriented outward; returns its volume.
 double soundVolume(const Mesh& mesh) {
   const MeshReport report = inspect(mesh);
   EXPECT_TRUE(report.closed()) << report.openEdges << " open, " << report.overusedEdges;
@@ -44,7 +44,7 @@ TEST(GeneratedMesh, HoleHasItsBlocksVolumeWithoutTheHole) {
               14e-3 * 14e-3 * 12e-3 - wall * 11.5e-3 - frustum(wall, mouth, 0.5e-3), 1e-16);
 }
 
-// Pappus; facets take away a share that falls with their number squared.
+// Pappus' theorem; the error of facets falls with their number squared.
 TEST(GeneratedMesh, ChainLinkTendsToPappus) {
   const double truth = kPi * 0.1 * 0.1 * (2 * kPi * 0.25 + 2 * 0.6);
   ChainLink coarse{0.1, 0.25, 0.6, 24, 32}, fine{0.1, 0.25, 0.6, 48, 64};
@@ -55,7 +55,7 @@ TEST(GeneratedMesh, ChainLinkTendsToPappus) {
   EXPECT_NEAR(lackCoarse / lackFine, 4, 0.05);
 }
 
-// Mean over a pitch of the profile's radius squared: flats of P/8 and P/4, flanks between.
+// Mean of the profile's squared radius over a pitch: flats of P/8 and P/4 with flanks between.
 double meanSquaredRadius(double major, double pitch) {
   const double high = major / 2, low = high - 5.0 / 16 * pitch * std::sqrt(3.0);
   return high * high / 8 + low * low / 4 + 0.625 * (high * high + high * low + low * low) / 3;
@@ -66,7 +66,7 @@ struct ThreadCase {
   int starts;
   bool left;
 };
-// How gtest names a case in a failure.
+// Names a case in gtest's output.
 void PrintTo(const ThreadCase& one, std::ostream* out) {
   *out << (one.left ? "left M" : "M") << 1e3 * one.major << ", " << one.starts << " starts";
 }
@@ -83,7 +83,7 @@ class ThreadTest : public testing::TestWithParam<ThreadCase> {
   }
 };
 
-// Two lengths a whole number of pitches apart differ by full thread alone, whatever the ends are.
+// Lengths that differ by whole pitches differ by full thread only, whatever the ends are.
 TEST_P(ThreadTest, HoldsTheIsoProfilesVolume) {
   const Thread t = thread();
   const double longer = soundVolume(boltMesh(t, 14 * t.pitch));
@@ -123,8 +123,8 @@ TEST_P(ThreadTest, WindsAsItsHandAndStartsSay) {
   EXPECT_GT(strayed(hand, t.starts + 1), 0.25);
 }
 
-// A radial clearance c leaves the flanks c tan(30 deg) of axial play to either side; a push beyond
-// it overlaps by its cosine.
+// A radial clearance c gives the flanks an axial play of c tan(30 deg) to either side; an offset
+// beyond it overlaps by its cosine.
 TEST_P(ThreadTest, MatesWithItsNutWithinTheClearance) {
   const Thread t = thread();
   Thread wide = t;
@@ -140,13 +140,14 @@ TEST_P(ThreadTest, MatesWithItsNutWithinTheClearance) {
   };
   EXPECT_EQ(pushed(0.8 * play), 0);
   EXPECT_EQ(pushed(-0.8 * play), 0);
-  // Probes lie on the flanks' edges too, which meet facets of the other's: a facet's sagitta.
+  // Probes on the edges of flanks meet facets of the other body: tolerance of a facet's sagitta.
   const double sagitta = t.majorDiameter / 2 * (1 - std::cos(kPi / t.segments));
   for (const double by : {2 * play, -2 * play})
     EXPECT_NEAR(pushed(by), play * std::cos(kPi / 6), sagitta) << by;
 }
 
-// A turn moves a thread by its lead: along with it nothing overlaps, against it the threads cross.
+// A turn moves a thread by its lead: with the matching shift nothing overlaps, against it the
+// threads cross.
 TEST_P(ThreadTest, TurnsByItsLead) {
   const Thread t = thread();
   Thread wide = t;

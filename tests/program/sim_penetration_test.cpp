@@ -1,4 +1,4 @@
-// The penetration yardstick against closed forms.
+// The measured penetration against closed forms.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Pose at(double x, double y, double z) {
   return {Eigen::Quaterniond::Identity(), Vec3(x, y, z)};
 }
 
-// Depth in a box by its sides, written out.
+// Depth in a box, from its sides.
 double boxDepth(const Vec3& half, const Vec3& p) {
   const Vec3 out = p.cwiseAbs() - half;
   if (out.maxCoeff() <= 0) return -out.maxCoeff();
@@ -44,7 +44,7 @@ TEST(MeshDistanceTest, OfABoxIsTheBoxesAtEveryPoint) {
   }
 }
 
-// Concave, with points whose closest feature is an edge or corner seen from either side.
+// Concave, with points whose closest feature is an edge or corner, inside and outside.
 TEST(MeshDistanceTest, SignsOfAConcaveBodyAreThoseOfItsWindingNumber) {
   const MeshDistance mesh(holeMesh(0.4, 2, 1, 0.2, 24));
   std::mt19937 random(2);
@@ -63,7 +63,7 @@ TEST(MeshDistanceTest, SignsOfAConcaveBodyAreThoseOfItsWindingNumber) {
 TEST(MeshDistanceTest, ASlitDoesNotTurnInsideOut) {
   const Vec3 half(1, 1, 1);
   Mesh slit = boxMesh(2 * half);
-  // A sliver is missing along one edge: its two neighbours are no longer joined.
+  // A sliver is missing along one edge, so its two neighbors are not connected.
   slit.vertices.push_back(slit.vertices[slit.triangles[0][0]]);
   slit.vertices.back() *= 1 - 1e-9;
   slit.triangles[0][0] = static_cast<int>(slit.vertices.size()) - 1;
@@ -117,7 +117,7 @@ TEST(Penetration, OfACapsuleAndACylinderLyingOnAPlane) {
               0.05, 2e-5);
 }
 
-// No vertex of either is in the other: only points spread over the faces find it.
+// No vertex of either is inside the other: only points on the faces find the overlap.
 TEST(Penetration, OfCrossedBarsIsFoundBetweenVertices) {
   const Mesh mesh = boxMesh(Vec3(0.2, 0.2, 4));
   const MeasuredBody bar = bodyOf(SceneMesh{}, &mesh);

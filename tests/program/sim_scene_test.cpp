@@ -1,4 +1,4 @@
-// Scenes from SDFormat text: what is read, what stays absent, and what is refused with which words.
+// Scenes from SDFormat text: values, absent elements, and messages for bad input.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 namespace cloudcontact::program {
 namespace {
 
-// A folder of its own for each test, gone with it.
+// A temporary folder for each test.
 class SceneTest : public testing::Test {
  protected:
   SceneTest() {
@@ -70,7 +70,7 @@ TEST_F(SceneTest, ReadsWhatIsStated) {
   EXPECT_EQ(std::get<SceneSphere>(body.collisions[0].geometry).radius, 0.5);
 }
 
-// libsdformat would say mass 1, inertia 1, mu 1, kp 1e12, kd 1.
+// libsdformat's defaults would be mass 1, inertia 1, mu 1, kp 1e12, kd 1.
 TEST_F(SceneTest, WhatIsAbsentStaysAbsent) {
   const auto scene = load(world(ball() + "<model name=\"massOnly\"><link name=\"l\"><inertial>"
                                          "<mass>3</mass></inertial></link></model>"));
@@ -113,7 +113,8 @@ TEST_F(SceneTest, ReadsEveryGeometry) {
   EXPECT_EQ(mesh.scale, Vec3(1, 2, 4));
 }
 
-// A model turned by a quarter about z; its link hangs on a frame of it, its collision on its link.
+// A model turned by 90 degrees about z, with a link relative to one of its frames and a collision
+// relative to the link.
 TEST_F(SceneTest, ResolvesFramesThroughModelsAndLinks) {
   const std::string model =
       "<model name=\"m\"><pose>0 0 1 0 0 1.5707963267948966</pose>"
@@ -127,7 +128,7 @@ TEST_F(SceneTest, ResolvesFramesThroughModelsAndLinks) {
   EXPECT_TRUE(two.bodies[0].pose.position.isApprox(Vec3(0, 1, 3), 1e-12));
   EXPECT_TRUE(two.bodies[0].collisions[0].pose.position.isApprox(Vec3(0, 1, 0), 1e-12));
   EXPECT_EQ(two.bodies[0].model, two.bodies[1].model);
-  // Alone, the link is the model: its frame is the model's, and the collision moves with it.
+  // The only link of a model has the model's frame, and the collision moves with it.
   const auto one = load(world(model + "</model>" + ball()));
   EXPECT_EQ(one.bodies[0].name, "m");
   EXPECT_TRUE(one.bodies[0].pose.position.isApprox(Vec3(0, 0, 1), 1e-12));
@@ -156,7 +157,7 @@ TEST_F(SceneTest, ReadsJointsInTheWorldsFrame) {
   EXPECT_EQ(scene.joints[1].parent, -1);
 }
 
-// Read as six numbers: as a pose, which libsdformat takes it for, 10 rad/s would come back wrapped.
+// Must be read as six numbers: libsdformat reads a pose, which would wrap 10 rad/s.
 TEST_F(SceneTest, ReadsInitialVelocities) {
   const std::string state =
       "<state world_name=\"w\"><model name=\"ball\"><link name=\"l\"><velocity>1 2 3 10 20 -30"

@@ -2,8 +2,8 @@
 
 const showStates = ['solid', 'faded', 'hidden'];
 
-// The face that a cut lays open, where the plane is inside of a closed surface: there a line of sight
-// has met more of its back faces than of its front faces beyond the plane. The stencil counts them.
+// The section face of a cut, where the plane is inside a closed surface: beyond the plane a line of sight
+// crosses more back faces than front faces. The stencil buffer counts them.
 class Section {
   constructor(color, planes) {
     const counting = (side, step) => new THREE.MeshBasicMaterial({
@@ -19,7 +19,7 @@ class Section {
       stencilZPass: THREE.ReplaceStencilOp
     });
     this.shown = [];
-    this.face = null;  // the stage's to place
+    this.face = null;  // placed by the stage
   }
 
   show(meshes) {
@@ -37,7 +37,7 @@ class Section {
 }
 
 class BodyView {
-  // `node` is the glTF's, which the motion moves.
+  // `node` is the body's node of the glTF, moved by Motion.
   constructor(body, node, planes) {
     this.body = body;
     this.node = node;

@@ -1,21 +1,21 @@
-// Contacts of the frame that is shown: an arrow for each point's force, a disc with its normal for
-// each patch. Drawn over the bodies, for most contacts lie inside of what touches.
+// The contacts of the current frame: an arrow for the force of each point, a disc with its normal for each
+// patch. Drawn over the bodies, because most contacts lie inside them.
 
 const depthColors = ['#ffd75e', '#f59331', '#dc3b32', '#8f0b3a'].map(c => new THREE.Color(c).convertSRGBToLinear());
 const apartColor = new THREE.Color('#7c8798').convertSRGBToLinear();
 
-// A depth's colour on the scale from 0 to 1; not touching is grey.
+// The color of a depth on a scale from 0 to 1; gray without contact.
 function depthColor(share, out) {
   if (!(share > 0)) return out.copy(apartColor);
   const at = Math.min(0.9999, share) * (depthColors.length - 1);
   return out.copy(depthColors[Math.floor(at)]).lerp(depthColors[Math.floor(at) + 1], at % 1);
 }
 
-// The record's whole numbers as N and m (page_record.h).
+// The record's integers as N and m (page_record.h).
 const forceOf = (contacts, point) => contacts.mostForce * (contacts.pointForce[point] / 1023) ** 2;
 const depthOf = (contacts, whole) => contacts.mostDepth * whole / 1023;
 
-// Many copies of a geometry, each with its own place and colour.
+// Instances of a geometry, each with a transform and a color.
 class Copies {
   constructor(geometry, material, most, parent) {
     this.mesh = new THREE.InstancedMesh(geometry, material, Math.max(1, most));
@@ -35,7 +35,7 @@ class Copies {
 }
 
 class ContactView {
-  // `parent` has the take's frame; `scale` says what arrows and colours mean.
+  // `parent` has the take's frame; `scale` gives the meaning of arrows and colors.
   constructor(take, parent, scale) {
     this.take = take;
     this.scale = scale;
@@ -62,7 +62,7 @@ class ContactView {
     return out.fromArray(array, 3 * i).multiplyScalar(size / 8191).add(ContactView.low.fromArray(low));
   }
 
-  // What the frame holds, for the words beside the picture.
+  // Returns the number of points and patches in the frame.
   show(t) {
     const frame = indexAt(this.take.figures.time, t), c = this.take.contacts;
     const all = [this.shafts, this.heads, this.discs, this.pins];
@@ -102,7 +102,7 @@ class ContactView {
     this.pins.add(this.matrix(at, ContactView.along, 0.012 * s.length, 0.45 * s.length), ContactView.ink);
   }
 
-  // From the unit geometry along y to one of `width` and `length` along a direction.
+  // Maps the unit geometry along y to `width` and `length` along a direction.
   matrix(at, along, width, length) {
     ContactView.turn.setFromUnitVectors(ContactView.up, along);
     return ContactView.whole.compose(at, ContactView.turn, ContactView.size.set(width, length, width));

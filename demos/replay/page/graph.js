@@ -1,4 +1,4 @@
-// The figures over time beneath the picture, with the playhead: energy, depth, narrow phase.
+// The graphs under the view, with the playhead: energy, depth, narrow phase.
 
 const takeColors = ['#1f5fa8', '#c2571a', '#15803d', '#8b3fb0', '#606773', '#b3164a'];
 
@@ -11,8 +11,8 @@ function graphRows(record) {
   if (single) energy.push({...lines('kinetic')[0], color: '#c2571a', shift: true}, {...lines('spring')[0], color: '#15803d', shift: true});
   return [
     {name: 'Energy of the bodies', note: single ? [['all', '#1f5fa8'], ['kinetic', '#c2571a'], ['springs', '#15803d']] : 'kinetic and of gravity', unit: 'J', lines: energy},
-    {name: 'Deepest contact', note: 'as the method sees it', unit: 'm', lines: lines('deepest'), fromZero: true},
-    {name: 'Narrow phase', note: 'a step', unit: 's', lines: lines('narrowPhase'), fromZero: true, calm: true}
+    {name: 'Deepest contact', note: 'by the method itself', unit: 'm', lines: lines('deepest'), fromZero: true},
+    {name: 'Narrow phase', note: 'per step', unit: 's', lines: lines('narrowPhase'), fromZero: true, calm: true}
   ];
 }
 
@@ -56,7 +56,7 @@ class Graphs {
     this.scale(row);
   }
 
-  // Kinetic and spring energy count from the bottom of the scale: their size is comparable, not their zero.
+  // Kinetic and spring energy start at the bottom of the scale: compare their size, not their zero.
   scale(row) {
     let low = row.fromZero ? 0 : Infinity, high = -Infinity;
     for (const line of row.lines) {
@@ -92,7 +92,7 @@ class Graphs {
     pen.lineWidth = 1.4;
     pen.lineJoin = 'round';
     pen.beginPath();
-    // More values than pixels: each column of pixels shows its lowest and its highest.
+    // With more values than pixels, each column of pixels shows its lowest and highest.
     const step = Math.max(1, Math.floor(line.values.length / (2 * width)));
     for (let i = 0; i < line.values.length; i += step) {
       let low = Infinity, high = -Infinity;

@@ -1,4 +1,4 @@
-// Puts the page together and runs it.
+// Assembles the page and runs it.
 
 const $ = id => document.getElementById(id);
 const speeds = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 4, 8];
@@ -8,11 +8,11 @@ function complain(html) {
   $('message').hidden = false;
 }
 
-// What an arrow's length and a colour mean: the same in all takes and frames.
+// The scale of arrows and colors, the same in all takes and frames.
 function contactScale(record, size) {
   const forces = [], depths = [];
   for (const {contacts: c} of record.takes) {
-    // Each as often as it is shown.
+    // Counts each patch once for each frame that shows it.
     const every = Math.max(1, Math.floor(c.shown.length / 20000));
     for (let k = 0; k < c.shown.length; k += every) {
       const first = c.patchPoint[c.shown[k]], end = first + c.patchCount[c.shown[k]];
@@ -22,7 +22,7 @@ function contactScale(record, size) {
       }
     }
   }
-  // Arrows of many bodies are as much shorter as the bodies are smaller.
+  // More bodies are smaller, and so are their arrows.
   const moving = Math.max(...record.takes.map(take => take.bodies.filter(body => !body.fixed).length), 1);
   const length = Math.min(0.12, 0.2 / Math.cbrt(moving)) * size / Math.sqrt(record.takes.length);
   return {force: quantile(forces, 0.9) || 1, depth: quantile(depths, 0.98) || record.voxel || 1, length};
@@ -135,7 +135,7 @@ function addLabels(record, stage) {
       const middle = [(take.startLow[0] + take.startHigh[0]) / 2, take.startLow[1], take.startLow[2]];
       const [x, y] = stage.onScreen(take, middle);
       labels[i].style.left = x + 'px';
-      // One that would run into another steps down a line.
+      // Moves overlapping labels down by a line.
       const half = labels[i].offsetWidth / 2, high = labels[i].offsetHeight;
       let top = y;
       for (const other of placed)
@@ -146,14 +146,14 @@ function addLabels(record, stage) {
   };
 }
 
-// Bodies, contacts and everything that moves with time, on a stage that WebGL draws.
+// Bodies, contacts and everything else that changes with time, drawn by WebGL.
 async function buildStage(record) {
   const stage = new Stage($('view'), record);
   const buffer = await inflated('replay-gltf');
   const gltf = await new Promise((resolve, reject) => new THREE.GLTFLoader().parse(buffer, '', resolve, reject));
   const motion = await Motion.of(gltf);
   stage.scene.add(gltf.scene);
-  // The loader hangs children up as they get ready; only the file's own numbers keep the order.
+  // The loader adds children as they become ready, so use the order in the file.
   const {nodes, scenes} = gltf.parser.json, rootNumber = scenes[0].nodes[0];
   const nodeOf = number => gltf.parser.getDependency('node', number);
   const root = await nodeOf(rootNumber);

@@ -1,5 +1,4 @@
-// Bodies move by the glTF's own animation. Sampled here and not by three's mixer, which finds nodes
-// by name: bodies of two takes may have the same.
+// Samples the glTF's animation. three.js's mixer finds nodes by name, which bodies of two takes may share.
 
 class Motion {
   static async of(gltf) {

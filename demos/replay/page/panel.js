@@ -1,4 +1,4 @@
-// The words beside the picture: story, outcome, bodies, legend.
+// The side panel: story, outcome, bodies, legend.
 
 function element(tag, text, parent, className) {
   const e = document.createElement(tag);
@@ -36,7 +36,7 @@ function fillStory(record) {
   }
 }
 
-// `views` are the BodyViews of all takes; `changed` is called after a button was pressed.
+// `views` are the BodyViews of all takes; `changed` is called after each press of a button.
 function fillBodies(record, views, changed) {
   const list = document.getElementById('bodies');
   record.takes.forEach((take, t) => {
@@ -49,7 +49,7 @@ function fillBodies(record, views, changed) {
       element('small', body.fixed ? 'fixed' : withUnit(1000 * body.mass, 'g'), name);
       view.voxelButton = body.clouds.length ? element('button', 'mesh', item) : element('span', '', item);
       view.stateButton = element('button', 'solid', item);
-      view.stateButton.setAttribute('aria-label', 'How ' + body.name + ' is shown');
+      view.stateButton.setAttribute('aria-label', 'Display of ' + body.name);
       view.voxelButton.onclick = () => { view.asVoxels = !view.asVoxels; changed(view); };
       view.stateButton.onclick = () => {
         view.state = showStates[(showStates.indexOf(view.state) + 1) % showStates.length];

@@ -1,4 +1,4 @@
-// What the file carries: inflates the two blobs, and turns the record's references into arrays.
+// Inflates the two blobs in the file and turns the record's references into arrays.
 
 function bytesOf(id) {
   const text = atob(document.getElementById(id).textContent);
@@ -14,7 +14,7 @@ async function inflated(id) {
 
 const arrayTypes = {u8: Uint8Array, i8: Int8Array, u16: Uint16Array, i16: Int16Array, u32: Uint32Array, f32: Float32Array};
 
-// Every {at, length, type} below `value` becomes an array over the buffer.
+// Replaces each {at, length, type} below `value` by an array over the buffer.
 function withArrays(value, buffer, start) {
   if (value === null || typeof value !== 'object') return value;
   if (value.type in arrayTypes && 'at' in value)
@@ -29,7 +29,7 @@ function readRecord(buffer) {
   return withArrays(json, buffer, 8 + length);
 }
 
-// The last index whose time is not after t; times ascend.
+// The last index with a time up to t; times ascend.
 function indexAt(times, t) {
   let low = 0, high = times.length - 1;
   while (low < high) {
@@ -39,7 +39,7 @@ function indexAt(times, t) {
   return low;
 }
 
-// The value below which a share of the positive numbers lies.
+// The quantile of the positive numbers at `share`.
 function quantile(numbers, share) {
   const positive = Array.from(numbers).filter(v => v > 0).sort((a, b) => a - b);
   return positive.length ? positive[Math.min(positive.length - 1, Math.floor(share * positive.length))] : 0;

@@ -1,4 +1,4 @@
-// The picture: camera, light, the cut, and drawing only when something changed.
+// The view: camera, light and cut. Draws only after a change.
 
 class Stage {
   constructor(canvas, record) {
@@ -13,10 +13,10 @@ class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
     this.scene = new THREE.Scene();
-    this.scene.fog = new THREE.Fog(0xeef0f4, 1, 2);  // of endless planes alone
+    this.scene.fog = new THREE.Fog(0xeef0f4, 1, 2);  // for infinite planes only
     this.overlay = new THREE.Scene();  // contacts, drawn over the bodies
     this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
-    this.planes = [];  // given to the bodies' materials; holds `plane` while there is a cut
+    this.planes = [];  // clipping planes of the bodies' materials: `plane` while there is a cut
     this.faces = [];
     this.box = this.boxOfTakes('low', 'high');
     this.cutBox = this.boxOfTakes('startLow', 'startHigh');
@@ -25,7 +25,7 @@ class Stage {
     this.scene.fog.far = 6.5 * this.size;
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.01 * this.size, 40 * this.size);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
-    this.controls.enableKeys = false;  // arrows are the timeline's
+    this.controls.enableKeys = false;  // the arrow keys belong to the timeline
     this.addLight(this.scene, true);
     this.addLight(this.overlay, false);
     this.home();
@@ -33,7 +33,7 @@ class Stage {
     this.controls.addEventListener('change', () => { this.changed = true; });
   }
 
-  // In the viewer's frame, y up, from the takes' z up.
+  // Converts from the takes' frame, z up, to the viewer's, y up.
   boxOfTakes(low, high) {
     const box = new THREE.Box3();
     for (const take of this.record.takes)
@@ -57,7 +57,7 @@ class Stage {
     sun.shadow.bias = -0.002;
   }
 
-  // All takes in the picture, from a little above.
+  // Shows all takes, from slightly above.
   home() {
     const center = this.box.getCenter(new THREE.Vector3()), half = this.box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
     const aspect = Math.max(0.3, this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight));
@@ -72,7 +72,7 @@ class Stage {
     this.changed = true;
   }
 
-  // A square as large as the picture, of which each body's section shows its part.
+  // A square as large as the view, masked by each body's section.
   addSections(sections) {
     const square = new THREE.PlaneBufferGeometry(6 * this.size, 6 * this.size);
     this.faces = sections.map((section, i) => {
@@ -86,8 +86,8 @@ class Stage {
     });
   }
 
-  // `axis` in the takes' frame; `at` from -1 to 1 over what there is at the start. Kept is what lies below the cut
-  // along x and z, and behind it along y, as one looks from the front; flipped the other side.
+  // `axis` in the takes' frame; `at` from -1 to 1 over the bounds at the start. Keeps the part below the cut
+  // along x and z, and behind it along y as seen from the front; `flipped` keeps the other part.
   cut(on, axis, at, flipped) {
     const directions = {x: [1, 0, 0], y: [0, 0, -1], z: [0, 1, 0]};
     const normal = new THREE.Vector3().fromArray(directions[axis]);
@@ -125,7 +125,7 @@ class Stage {
     return true;
   }
 
-  // Where a place of a take is on the canvas [css px].
+  // Projects a point of a take onto the canvas [css px].
   onScreen(take, place) {
     const v = new THREE.Vector3(place[0] + take.offset[0], place[2] + take.offset[2], -place[1] - take.offset[1]).project(this.camera);
     return [(v.x + 1) / 2 * this.canvas.clientWidth, (1 - v.y) / 2 * this.canvas.clientHeight];

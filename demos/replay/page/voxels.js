@@ -1,4 +1,4 @@
-// A body's voxels as the contact sees them: cubes with only those faces that nothing hides.
+// A body's voxels for the contact method: cubes with their visible faces only.
 
 const cubeFaces = [
   [[-1, 0, 0], [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0]]],
@@ -19,7 +19,7 @@ function voxelGeometry(shell) {
     for (let f = 0; f < 6; ++f) {
       if (!(shell.open[i] >> f & 1)) continue;
       const [normal, quad] = cubeFaces[f];
-      // Full voxels have the body's colour, emptier ones are darker; multiplied by the material's.
+      // Full voxels have the body's color, emptier ones are darker.
       const shade = 120 + 135 * (shell.coverage[i] - 128) / 127;
       for (let k = 0; k < 4; ++k) {
         const v = 3 * (4 * at + k);
