@@ -1,5 +1,6 @@
 // The program `cloudcontact`. It runs one of its commands; io/command_line.h turns failures into
 // exit codes.
+#include <CLI/CLI.hpp>
 #include "commands/commands.h"
 #include "io/command_line.h"
 

@@ -1,5 +1,6 @@
 // The program cloudcontact-chart, which `cloudcontact chart` starts: the laboratory, on its own
 // cases or on a pair of the user's.
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
 #include <memory>

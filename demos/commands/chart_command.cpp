@@ -2,6 +2,7 @@
 // separate program, so that demos and commands are built without it and the libraries it compares
 // with.
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <memory>

@@ -1,5 +1,6 @@
 // `cloudcontact contact A B --pose POSE`: contacts and force between two bodies, and the time to
 // find them.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <iostream>

@@ -1,5 +1,6 @@
 // `cloudcontact demo [NAME]`: lists the demos, or runs one and reports its checks.
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <filesystem>

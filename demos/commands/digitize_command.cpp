@@ -2,6 +2,7 @@
 // and the time and memory it takes.
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/voxels/cloud_file.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <iostream>

@@ -2,6 +2,7 @@
 // out again. Reports force and removed volume, and saves the remaining body.
 #include <cloudcontact/voxels/cloud_file.h>
 #include <cloudcontact/workpiece/cloud_solid.h>
+#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <iostream>

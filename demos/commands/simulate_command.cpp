@@ -1,4 +1,5 @@
 // `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and reports on it.
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>

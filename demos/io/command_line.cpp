@@ -1,6 +1,7 @@
 // Parses a command line and turns what goes wrong into one line on stderr and an exit code.
 #include "io/command_line.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
 #include <iostream>

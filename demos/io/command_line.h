@@ -1,7 +1,9 @@
 // Parses a command line, runs it and turns failures into exit codes, for main().
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace cloudcontact::program {
 

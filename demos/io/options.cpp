@@ -1,6 +1,7 @@
 // The common options and the strict readers.
 #include "io/options.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>

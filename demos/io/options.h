@@ -5,10 +5,13 @@
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+
+namespace CLI {
+class App;
+}
 
 namespace cloudcontact::program {
 
