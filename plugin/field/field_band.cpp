@@ -2,6 +2,7 @@
 #include "field/field_band.h"
 
 #include "base/parallel.h"
+#include "kernels/contact/search.h"
 #include "voxels/brick_grid.h"
 
 #include <algorithm>
