@@ -16,7 +16,7 @@ namespace {
 // half a voxel's edge, the ramp, and the bend of a curvature of 0.3 over half a voxel.
 constexpr float kClear = 0.5f * kSub + 0.5f + 0.2f;
 
-// Standard deviations of the wanted coverage (rounding to 1/255 and the sub-samples' error) and of
+// Standard deviations of the target coverage (rounding to 1/255 and the sub-samples' error) and of
 // a face's place and tilt as its neighbors know them [voxels, radians]. Their ratio says how firmly
 // a face is held. If firmer, the crests of the M16 thread keep 0.1 voxel of error; if looser, the
 // two faces of a shallow edge swap places.
@@ -351,7 +351,7 @@ struct Equations {
   }
 
   // Also returns the coverage found.
-  void addCoverage(const float* wanted, const Combination& c, const Tangents* tangent,
+  void addCoverage(const float* target, const Combination& c, const Tangents* tangent,
                    float* coverage) {
     Vector g(3 * c.count);
     for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
@@ -373,7 +373,7 @@ struct Equations {
       }
       const float w = windowWeight(v);
       left.noalias() += w * g * g.transpose();
-      right.noalias() += w * (wanted[v] - coverage[v]) * g;
+      right.noalias() += w * (target[v] - coverage[v]) * g;
     }
   }
 };
@@ -424,10 +424,10 @@ float middleCoverageOf(const Combination& c) {
   return coverageAt(c, CC_WINDOW_VOXELS / 2);
 }
 
-float blockResidual(const float* wanted, const float* found) {
+float blockResidual(const float* target, const float* found) {
   float square = 0, weight = 0;
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    const float r = wanted[v] - found[v];
+    const float r = target[v] - found[v];
     const bool irrelevant = (found[v] <= 0.0f || found[v] >= 1.0f) && std::abs(r) < 2e-3f;
     if (irrelevant) continue;
     const float w = windowWeight(v);
@@ -437,7 +437,7 @@ float blockResidual(const float* wanted, const float* found) {
   return weight > 0 ? std::sqrt(square / weight) : 1.0f;
 }
 
-void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
+void refine(const float* target, Hypothesis& h, FaceField* fields) {
   Combination c;
   c.count = h.count;
   c.concave = h.concave;
@@ -453,11 +453,11 @@ void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
     for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
     if (round < kRounds) {
       equations.addPrior(now.faces, first.faces, tangent, h.count);
-      equations.addCoverage(wanted, c, tangent, found);
+      equations.addCoverage(target, c, tangent, found);
     } else {
       coverageOf(c, found);
     }
-    now.residual = blockResidual(wanted, found);
+    now.residual = blockResidual(target, found);
     if (now.residual < h.residual) h = now;
     if (round == kRounds || now.residual > kHopeless) return;
     const Vector step = equations.left.ldlt().solve(equations.right);

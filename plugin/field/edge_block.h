@@ -92,7 +92,7 @@ void coverageOf(const Combination& c, float* coverage);
 float middleCoverageOf(const Combination& c);
 
 // Root mean square of the difference, over the voxels near the surface.
-float blockResidual(const float* wanted, const float* found);
+float blockResidual(const float* target, const float* found);
 
 // Faces that explain a block.
 struct Hypothesis {
@@ -102,8 +102,8 @@ struct Hypothesis {
   float residual = 1.0f;
 };
 
-// Moves all faces of a hypothesis at once to fit the wanted coverage (Gauss-Newton). A prior holds
+// Moves all faces of a hypothesis at once to fit the target coverage (Gauss-Newton). A prior holds
 // each face near its start, weighted by how well its neighbors know it. `fields` is workspace.
-void refine(const float* wanted, Hypothesis& h, FaceField* fields);
+void refine(const float* target, Hypothesis& h, FaceField* fields);
 
 }  // namespace cloudcontact

@@ -37,9 +37,9 @@ Combination without(const Combination& c, int face) {
 
 }  // namespace
 
-Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
+Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
                            const Eigen::Vector3f& mean, TipsTried tips) {
-  wanted_ = wanted;
+  target_ = target;
   best_ = {};
   count_ = 0;
   around_.clear();
@@ -64,13 +64,13 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
 float EdgeSearch::residualOf(const Combination& c) const {
   float found[CC_WINDOW_VOXELS];
   coverageOf(c, found);
-  return blockResidual(wanted_, found);
+  return blockResidual(target_, found);
 }
 
 // Combinations that miss the middle voxel's coverage by far are skipped: neighbors' faces are right
 // to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryOne(const Combination& c) {
-  if (std::abs(middleCoverageOf(c) - wanted_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
+  if (std::abs(middleCoverageOf(c) - target_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
   trials_.push_back({c, {}, residualOf(c)});
 }
 
@@ -161,7 +161,7 @@ void EdgeSearch::refineBest(std::size_t most) {
     h.residual = trial.residual;
     for (int i = 0; i < h.count; ++i)
       h.faces[i] = trial.faces.face[i] == &hidden_ ? trial.plane : trial.faces.face[i]->face();
-    refine(wanted_, h, work_);
+    refine(target_, h, work_);
     keep(h);
   }
 }
@@ -199,7 +199,7 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   for (int k = 0; k + 1 < c.count; ++k)
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
   float mass = 0;
-  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted_[k];
+  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += target_[k];
   float low = -2, high = 2, found[CC_WINDOW_VOXELS];
   for (int round = 0; round < kMassRounds; ++round) {
     plane.s = 0.5f * (low + high);
@@ -210,7 +210,7 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
     for (float v : found) sum += v;
     (sum < mass ? low : high) = plane.s;
   }
-  trials_.push_back({c, plane, blockResidual(wanted_, found)});
+  trials_.push_back({c, plane, blockResidual(target_, found)});
 }
 
 }  // namespace cloudcontact

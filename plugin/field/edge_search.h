@@ -20,9 +20,9 @@ enum class TipsTried : std::uint8_t { Last, Soon };
 // Reuses its memory between blocks.
 class EdgeSearch {
  public:
-  // `wanted` is the block's coverage. `faces` are those seen near the block, heaviest first, at
+  // `target` is the block's coverage. `faces` are those seen near the block, heaviest first, at
   // most kMostAround. `mean` is the normal of the block's quadric.
-  Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
+  Hypothesis run(const float* target, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
                  TipsTried tips);
 
  private:
@@ -44,7 +44,7 @@ class EdgeSearch {
   void placeHidden(Combination c, const Eigen::Vector3f& normal);
   void keep(const Hypothesis& h);
 
-  const float* wanted_ = nullptr;
+  const float* target_ = nullptr;
   int count_ = 0;
   FaceField fields_[kMostNear];
   std::vector<Face> around_;

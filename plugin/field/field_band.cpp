@@ -43,7 +43,7 @@ struct Source {
 };
 
 // A source relative to a voxel's center.
-struct Seen {
+struct NearPiece {
   std::uint32_t source;
   float distance2;  // squared distance to the piece's centroid
   float depth;      // of the center below the piece's surface
@@ -57,7 +57,7 @@ float dropOf(const CcSurface& f) {
   return (f.k11 + f.k22) * (1.0f / 24.0f);
 }
 
-Seen see(const std::vector<Source>& sources, std::uint32_t source, const V3& center) {
+NearPiece nearPiece(const std::vector<Source>& sources, std::uint32_t source, const V3& center) {
   const Source& at = sources[source];
   const SurfacePiece& p = *at.piece;
   const Eigen::Map<const V3> n(p.surface.n), t1(p.surface.t1), t2(p.surface.t2), c(p.centroid);
@@ -169,35 +169,35 @@ class Spreader {
   // Keeps the nearest pieces that the neighbors of earlier layers know, one per direction.
   void inherit(const Eigen::Vector3i& at, int layer) {
     const V3 center = at.cast<float>() + V3::Constant(0.5f);
-    Seen seen[27 * kKept];
+    NearPiece near[27 * kKept];
     int count = 0;
     for (int k = 0; k < 27; ++k) {
       const BandCell& from =
           grid_.at(at.x() + k % 3 - 1, at.y() + k / 3 % 3 - 1, at.z() + k / 9 - 1);
       if (from.layer < 0 || from.layer >= layer) continue;
       for (int i = 0; i < from.count; ++i) {
-        const bool known = std::any_of(seen, seen + count,
-                                       [&](const Seen& s) { return s.source == from.piece[i]; });
-        if (!known) seen[count++] = see(sources_, from.piece[i], center);
+        const bool known = std::any_of(
+            near, near + count, [&](const NearPiece& s) { return s.source == from.piece[i]; });
+        if (!known) near[count++] = nearPiece(sources_, from.piece[i], center);
       }
     }
-    std::sort(seen, seen + count, [](const Seen& a, const Seen& b) {
+    std::sort(near, near + count, [](const NearPiece& a, const NearPiece& b) {
       return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.source < b.source;
     });
     BandCell& cell = grid_.make(at.x(), at.y(), at.z());
-    Seen kept[kKept];
+    NearPiece kept[kKept];
     for (int i = 0; i < count && cell.count < kKept; ++i) {
-      const bool same = std::any_of(kept, kept + cell.count, [&](const Seen& k) {
-        return k.normal.dot(seen[i].normal) > kOneFace;
+      const bool same = std::any_of(kept, kept + cell.count, [&](const NearPiece& k) {
+        return k.normal.dot(near[i].normal) > kOneFace;
       });
       if (same) continue;
-      kept[cell.count] = seen[i];
-      cell.piece[cell.count++] = seen[i].source;
+      kept[cell.count] = near[i];
+      cell.piece[cell.count++] = near[i].source;
     }
   }
 
   // True if `b` bounds the body together with `a`, in a convex edge or as a thin wall's back.
-  bool partners(const Seen& a, const Seen& b) const {
+  bool partners(const NearPiece& a, const NearPiece& b) const {
     const Source& from = sources_[a.source];
     if (from.sameVoxel(sources_[b.source])) return from.rule == PieceRule::Convex;
     const V3 d = b.centroid - a.centroid;
@@ -205,12 +205,12 @@ class Spreader {
   }
 
   // The part of the voxel below a face.
-  static float below(const Seen& s) {
+  static float below(const NearPiece& s) {
     return ccCutCube(s.normal.x(), s.normal.y(), s.normal.z(), s.depth).volume;
   }
 
   // True if the faces together put material into the voxel.
-  static bool claims(const Seen* faces, int count) {
+  static bool claims(const NearPiece* faces, int count) {
     for (int i = 0; i < count; ++i)
       if (below(faces[i]) <= kSliver) return false;
     if (count <= 1) return count == 1;
@@ -246,10 +246,10 @@ class Spreader {
                  std::vector<CcVoxel>& planes) const {
     const V3 center = at.cast<float>() + V3::Constant(0.5f);
     const bool inside = draft_.cloud.coverage(at.x(), at.y(), at.z()) > 127;
-    Seen kept[kKept];
+    NearPiece kept[kKept];
     int count = 0;
     for (int i = 0; i < cell.count; ++i) {
-      const Seen s = see(sources_, cell.piece[i], center);
+      const NearPiece s = nearPiece(sources_, cell.piece[i], center);
       // A full voxel lies entirely below every face that bounds it. A face that cuts it has ended.
       if (inside && below(s) < 1 - kSliver) continue;
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
@@ -259,7 +259,7 @@ class Spreader {
     // voxel is full. Otherwise the voxel would count as deep inside, which throws contacting bodies
     // aside.
     if (inside && count == 0 && cell.count > 0) {
-      Seen s = see(sources_, cell.piece[0], center);
+      NearPiece s = nearPiece(sources_, cell.piece[0], center);
       s.depth = std::max(s.depth, 0.5f * s.normal.lpNorm<1>() + s.drop);
       kept[count++] = s;
     }

@@ -315,7 +315,7 @@ class SliverCutter {
 
   Sliver find(const Candidate& c) const {
     const int x = c.x, y = c.y, z = c.z;
-    const float wanted = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
+    const float filled = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
     Sliver best;
     float nearest = 4;  // squared distance to the owner's center [voxel^2]
     for (int k = 0; k < 27; ++k) {
@@ -324,7 +324,7 @@ class SliverCutter {
       if (!other) continue;
       const V3 offset(float(x - u), float(y - v), float(z - w));
       if (offset.squaredNorm() >= nearest) continue;
-      Sliver found = sliverOf(other, offset, wanted);
+      Sliver found = sliverOf(other, offset, filled);
       if (found.pieces == 0) continue;
       nearest = offset.squaredNorm();
       best = found;
@@ -335,7 +335,7 @@ class SliverCutter {
 
   // The voxel's pieces inside the one at `offset` from it. None if they would cut off too much:
   // then the surface has bent away or ended.
-  static Sliver sliverOf(const VoxelState& v, const V3& offset, float wanted) {
+  static Sliver sliverOf(const VoxelState& v, const V3& offset, float filled) {
     Sliver sliver;
     sliver.owner = v;
     // A quadric that does not explain its own block does not extend to the next voxel.
@@ -343,12 +343,12 @@ class SliverCutter {
     float all = 0;
     // The pieces must leave the voxel full or empty, as it is. For an empty voxel of an
     // intersection and a full voxel of a union, one face suffices; otherwise all must.
-    const bool one = (v.rule() == PieceRule::Concave) == (wanted > 0);
+    const bool one = (v.rule() == PieceRule::Concave) == (filled > 0);
     bool thin = !one;
     for (int own = 0; own < v.count(); ++own) {
       const SurfacePiece& piece = v.pieces[own];
       const CcSurface& f = piece.surface;
-      const bool agrees = ccAbs(ccPredict(&f, offset.data()).volume - wanted) < kSliver;
+      const bool agrees = ccAbs(ccPredict(&f, offset.data()).volume - filled) < kSliver;
       thin = one ? thin || agrees : thin && agrees;
       const Eigen::Map<const V3> n(f.n);
       if (piece.area == 0) continue;

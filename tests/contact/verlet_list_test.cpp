@@ -16,7 +16,7 @@ constexpr double kVoxel = 1e-3;
 struct Walk {
   ContactBody a, b;
   ContactSettings settings;
-  double reach;  // [voxels] of B about its centre
+  double reach;  // [voxels] of B about its center
   Random random{5};
   Vec3 way = Vec3::Zero(), axis = Vec3::Zero();
 
