@@ -4,6 +4,7 @@
 
 #include "base/simd.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
