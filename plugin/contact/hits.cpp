@@ -38,7 +38,7 @@ Pose gridPose(const Cloud& cloud) {
 }
 
 const FieldData& dataOf(const ContactBody& body) {
-  return static_cast<const FieldData&>(*body.field);
+  return body.field->data();
 }
 
 }  // namespace

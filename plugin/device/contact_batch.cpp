@@ -157,8 +157,7 @@ void ContactBatch::State::runOnDevice(std::span<const BatchPair> pairs) {
   const auto findField = [&](const ContactBody& body, int side) {
     if (body.field == lastField[side]) return;
     lastField[side] = body.field;
-    lastIndex[side] = opencl::guarded(
-        name, [&] { return fields->indexOf(static_cast<const FieldData&>(*body.field)); });
+    lastIndex[side] = opencl::guarded(name, [&] { return fields->indexOf(body.field->data()); });
   };
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const BatchPair& pair = pairs[k];

@@ -1,4 +1,4 @@
-// How deep each voxel's centre lies below a cloud's surface: for clouds used as solids.
+// Depth of every voxel's center below a cloud's surface, for clouds used as solids.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
@@ -7,8 +7,7 @@
 
 namespace cloudcontact {
 
-// One value a voxel of the cloud's grid, x fastest [m], negative outside. The method:
-// cloud_depth.cpp.
+// One value per voxel of the cloud's grid, x fastest [m], negative outside.
 std::vector<float> cloudDepth(const Cloud& cloud);
 
 }  // namespace cloudcontact

@@ -1,9 +1,10 @@
-// Coverage of a block by sub-samples: each is full, empty, or on the ramp of half a sub-sample's
-// width on either side of the surface.
+// Coverage of a block by sub-samples. Each is full, empty, or on a ramp that ends half a
+// sub-sample's width on either side of the surface.
 #include "field/edge_block.h"
 
 #include "base/simd.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -12,21 +13,21 @@ namespace cloudcontact {
 
 namespace {
 
-// In sub-sample widths: a voxel's corner is half its edge away, then the ramp, then what a
-// curvature of 0.3 bends over half a voxel.
+// A face farther from a voxel's center than this does not cross the voxel, in sub-sample widths:
+// half a voxel's edge, the ramp, and the bend of a curvature of 0.3 over half a voxel.
 constexpr float kClear = 0.5f * kSub + 0.5f + 0.2f;
 
-// Deviations that the wanted coverage (1/255, and the sub-samples' own error) leaves open, over
-// those that a face's neighbours leave [voxels, radians]: how firmly a face is held. Firmer than
-// this the M16 thread's crests keep 0.1 voxel of error, looser the two faces of a shallow edge
-// trade places.
+// Standard deviations of the target coverage (rounding to 1/255 and the sub-samples' error) and of
+// a face's place and tilt as its neighbors know them [voxels, radians]. Their ratio says how firmly
+// a face is held. If firmer, the crests of the M16 thread keep 0.1 voxel of error; if looser, the
+// two faces of a shallow edge swap places.
 constexpr float kCoverageNoise = 0.004f;
 constexpr float kPlaceNoise = 0.02f, kTiltNoise = 0.015f;
-constexpr float kSoughtNoise = 0.5f;
+constexpr float kHiddenNoise = 0.5f;
 constexpr int kRounds = 4;
 constexpr float kLongestStep = 0.4f;
 constexpr float kSettled = 2e-3f;
-constexpr float kHopeless = 0.3f;  // residual at which it is given up
+constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 
 struct Points {
   alignas(64) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
@@ -37,7 +38,7 @@ float middleOf(int voxel, int axis) {
   return static_cast<float>(at[axis] - 1);
 }
 
-// Where the sub-samples lie, in the order of FaceField.
+// Positions of the sub-samples, in the order of FaceField.
 const Points& subSamples() {
   static const Points points = [] {
     Points p;
@@ -55,7 +56,7 @@ const Points& subSamples() {
   return points;
 }
 
-// A face in sub-sample widths along its normal.
+// A face, scaled to sub-sample widths along its normal.
 struct FaceTerms {
   Eigen::Vector3f n;
   float s;
@@ -79,7 +80,7 @@ struct FaceTerms {
   }
 };
 
-// How far a voxel's sub-samples lie outside a face.
+// Distances of a voxel's sub-samples outside a face.
 CC_LANES void findOutside(const FaceTerms& terms, int voxel, float* outside) {
   const Points& points = subSamples();
   const float *x = points.x + voxel * kPerVoxel, *y = points.y + voxel * kPerVoxel,
@@ -100,14 +101,13 @@ float windowWeight(int voxel) {
   return q * q;
 }
 
-// What becomes of a voxel.
-struct Sight {
-  bool sure = false;  // full or empty, and which
-  float coverage = 0;
-  int only = -1;  // the one face that crosses it, -1: several do
+struct VoxelCase {
+  bool uniform = false;  // full or empty
+  float coverage = 0;    // if uniform
+  int only = -1;         // the one face that crosses the voxel; -1: several do
 };
 
-Sight look(const Combination& c, int voxel) {
+VoxelCase classify(const Combination& c, int voxel) {
   int crossing = 0, face = 0;
   for (int i = 0; i < c.count; ++i) {
     const float middle = c.face[i]->middle(voxel);
@@ -120,8 +120,8 @@ Sight look(const Combination& c, int voxel) {
   return {false, 0, crossing == 1 ? face : -1};
 }
 
-// How a voxel's coverage moves with one face: as the face shifts outwards, and that times the place
-// where it does so, as turning the face asks.
+// Derivative of a voxel's coverage as one face shifts outward, and its first moment, which gives
+// the derivative as the face turns.
 struct Slope {
   float shift = 0;
   Eigen::Vector3f moment = Eigen::Vector3f::Zero();
@@ -152,20 +152,20 @@ CC_LANES [[gnu::flatten]] void cutWindow(const Face& f, float length1, const flo
   }
 }
 
-// How much of a sub-sample two faces leave together, when each alone leaves r and q. Faces at right
-// angles cut independently, r q; the same face twice leaves the least of both, and back to back
-// faces what they do not cut away between them. Between these by the angle, which is exact where
-// both run through the middle. Taking the least throughout put edges 0.03 voxel inside.
+// How much of a sub-sample two faces leave together, if each alone leaves r and q: r q for faces at
+// right angles, which cut independently; min(r, q) for parallel faces; max(0, r + q - 1) for
+// opposite ones. Interpolated by the angle, which is exact where both run through the center. With
+// min(r, q) throughout, edges lie 0.03 voxel inside.
 Angle angleOf(const Eigen::Vector3f& n, const Eigen::Vector3f& m) {
   const float turn = std::acos(std::clamp(n.dot(m), -1.0f, 1.0f)) * (2.0f / 3.14159265f);
   return {std::max(1.0f - turn, 0.0f), std::max(turn - 1.0f, 0.0f)};
 }
 
-// What becomes part of the clone that calls it.
+// Inlined into the clone that calls it, so that it is compiled for the same instruction set.
 #define CC_INLINE [[gnu::always_inline]] inline
 
 struct Joined {
-  float both, byFirst, bySecond;  // and how that moves with each
+  float both, byFirst, bySecond;  // the share left, and its derivatives by r and q
 };
 
 template <bool kSlopes>
@@ -181,16 +181,16 @@ CC_INLINE Joined join(float r, float q, float alike, float opposed) {
   return j;
 }
 
-CC_INLINE float within(float v) {
+CC_INLINE float clamped(float v) {
   const float low = v > 0.0f ? v : 0.0f;
   return low < 1.0f ? low : 1.0f;
 }
 
-// The share of a sub-sample below a face is not a straight ramp but an S, the more so the more
-// obliquely the face runs: the cubic that is as steep as the closed form in the middle. Straight
-// ramps left 0.0045 of residual at a box's edges.
+// The share of a sub-sample below a face is no linear ramp but an S, more so for oblique faces.
+// This cubic has the slope of the closed form in the middle. Linear ramps leave a residual of
+// 0.0045 at a box's edges.
 CC_INLINE float bent(float r, float bend) {
-  return within(r + bend * r * (1.0f - r) * (r + r - 1.0f));
+  return clamped(r + bend * r * (1.0f - r) * (r + r - 1.0f));
 }
 
 CC_INLINE float bentSlope(float r, float bend) {
@@ -199,15 +199,14 @@ CC_INLINE float bentSlope(float r, float bend) {
   return ((r > 0.0f) & (r < 1.0f)) ? rising : 0.0f;
 }
 
-// A number for each of a voxel's sub-samples. What is done to them is done to all, one step after
-// the other: so the compiler makes whole registers of each step, which it did not of sixteen or
-// four sub-samples on their way through all steps.
+// A number for each of a voxel's sub-samples. Every step runs over all of them before the next one
+// starts, so that the compiler vectorizes each step.
 struct Lanes {
   alignas(64) float at[kPerVoxel];
 };
 
-// Four sums, each of every fourth sub-sample in their order: that, and not the registers, is what
-// results depend on.
+// Four partial sums, each over every fourth sub-sample. This fixes the order of additions whatever
+// the register width.
 typedef float F4 __attribute__((vector_size(16)));
 CC_INLINE float total(const Lanes& v) {
   F4 sum{};
@@ -219,8 +218,8 @@ CC_INLINE float total(const Lanes& v) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-// How face `j` shares sub-samples with the faces before it: by its angle to the one that matters
-// most there, which leaves the least.
+// How face `j` shares sub-samples with the faces before it: by its angle to the one of them that
+// leaves the least there.
 CC_INLINE void findAngles(const Combination& c, int j, const Lanes* r, Lanes& alike,
                           Lanes& opposed) {
   Lanes least = r[0];
@@ -256,42 +255,42 @@ CC_INLINE void joinFace(const Combination& c, int j, const Lanes* r, Lanes& left
       for (int k = 0; k < kPerVoxel; ++k) weight[i].at[k] *= byFirst.at[k];
 }
 
-// From how each of the voxel's sub-samples moves with the face.
-CC_INLINE Slope slopeOf(const FaceField& face, int voxel, const Lanes& moves) {
+// From the derivative of each of the voxel's sub-samples.
+CC_INLINE Slope slopeOf(const FaceField& face, int voxel, const Lanes& derivative) {
   const Points& points = subSamples();
   float sum[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float* const at = (axis == 0 ? points.x : axis == 1 ? points.y : points.z);
     Lanes moment;
-    for (int k = 0; k < kPerVoxel; ++k) moment.at[k] = moves.at[k] * at[voxel * kPerVoxel + k];
+    for (int k = 0; k < kPerVoxel; ++k) moment.at[k] = derivative.at[k] * at[voxel * kPerVoxel + k];
     sum[axis] = total(moment);
   }
   const float scale = kSub / face.face().n.lpNorm<1>() / kPerVoxel;
-  return {scale * total(moves), scale * Eigen::Vector3f(sum[0], sum[1], sum[2])};
+  return {scale * total(derivative), scale * Eigen::Vector3f(sum[0], sum[1], sum[2])};
 }
 
-// What a face alone leaves of a voxel's sub-samples, and the ramp that it is bent from.
-CC_INLINE void leave(const FaceField& face, int voxel, float side, Lanes& ramp, Lanes& left) {
+// The share of each sub-sample that a face alone leaves, and the linear ramp that it derives from.
+CC_INLINE void faceShares(const FaceField& face, int voxel, float side, Lanes& ramp, Lanes& left) {
   const float* const outside = face.outside(voxel);
   const float bend = face.bend();
   CC_INDEPENDENT
   for (int k = 0; k < kPerVoxel; ++k) {
-    ramp.at[k] = within(0.5f + side * outside[k]);
+    ramp.at[k] = clamped(0.5f + side * outside[k]);
     left.at[k] = bent(ramp.at[k], bend);
   }
 }
 
-// A voxel's coverage by two faces or more; and its slopes, where asked for. A union of faces is the
-// intersection of their complements.
+// A voxel's coverage under two or more faces, and optionally its slopes. A union is computed as the
+// intersection of complements.
 template <bool kSlopes>
-CC_INLINE float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
+CC_INLINE float voxelCoverage(const Combination& c, int voxel, Slope* slopes) {
   const float side = c.concave ? 1.0f : -1.0f;
   Lanes ramp[kMostFaces], r[kMostFaces], weight[kMostFaces];
-  leave(*c.face[0], voxel, side, ramp[0], r[0]);
+  faceShares(*c.face[0], voxel, side, ramp[0], r[0]);
   Lanes left = r[0];
   for (int k = 0; k < kPerVoxel; ++k) weight[0].at[k] = 1.0f;
   for (int j = 1; j < c.count; ++j) {
-    leave(*c.face[j], voxel, side, ramp[j], r[j]);
+    faceShares(*c.face[j], voxel, side, ramp[j], r[j]);
     joinFace<kSlopes>(c, j, r, left, weight);
   }
   for (int i = 0; kSlopes && i < c.count; ++i) {
@@ -304,17 +303,17 @@ CC_INLINE float coverVoxel(const Combination& c, int voxel, Slope* slopes) {
   return c.concave ? 1.0f - share : share;
 }
 
-CC_LANES float coverOnly(const Combination& c, int voxel) {
-  return coverVoxel<false>(c, voxel, nullptr);
+CC_LANES float coverageOnly(const Combination& c, int voxel) {
+  return voxelCoverage<false>(c, voxel, nullptr);
 }
-CC_LANES float coverWithSlopes(const Combination& c, int voxel, Slope* slopes) {
-  return coverVoxel<true>(c, voxel, slopes);
+CC_LANES float coverageAndSlopes(const Combination& c, int voxel, Slope* slopes) {
+  return voxelCoverage<true>(c, voxel, slopes);
 }
 
 float coverageAt(const Combination& c, int voxel) {
-  const Sight sight = look(c, voxel);
-  if (sight.sure) return sight.coverage;
-  return sight.only >= 0 ? c.face[sight.only]->cuts().volume[voxel] : coverOnly(c, voxel);
+  const VoxelCase kind = classify(c, voxel);
+  if (kind.uniform) return kind.coverage;
+  return kind.only >= 0 ? c.face[kind.only]->cuts().volume[voxel] : coverageOnly(c, voxel);
 }
 
 constexpr int kUnknowns = 3 * kMostFaces;
@@ -329,20 +328,20 @@ Tangents tangentsOf(const Eigen::Vector3f& n) {
   return t;
 }
 
-// One round's normal equations: coverage wanted, and each face where it was at first.
+// Normal equations of one round: the prior on each face, then the coverage of each voxel.
 struct Equations {
   Matrix left;
   Vector right;
 
-  void hold(const Face* now, const Face* first, const Tangents* tangent, int count) {
+  void addPrior(const Face* now, const Face* first, const Tangents* tangent, int count) {
     left.setZero(3 * count, 3 * count);
     right.setZero(3 * count);
     const auto precision = [](float noise) {
       return (kCoverageNoise / noise) * (kCoverageNoise / noise);
     };
     for (int i = 0; i < count; ++i) {
-      const float place = precision(first[i].sought ? kSoughtNoise : kPlaceNoise),
-                  tilt = precision(first[i].sought ? kSoughtNoise : kTiltNoise);
+      const float place = precision(first[i].hidden ? kHiddenNoise : kPlaceNoise),
+                  tilt = precision(first[i].hidden ? kHiddenNoise : kTiltNoise);
       const Eigen::Vector2f turned = tangent[i].transpose() * (now[i].n - first[i].n);
       const float off[3] = {now[i].s - first[i].s, turned.x(), turned.y()};
       for (int j = 0; j < 3; ++j) {
@@ -352,21 +351,22 @@ struct Equations {
     }
   }
 
-  // Also tells the coverage found.
-  void see(const float* wanted, const Combination& c, const Tangents* tangent, float* coverage) {
+  // Also returns the coverage found.
+  void addCoverage(const float* target, const Combination& c, const Tangents* tangent,
+                   float* coverage) {
     Vector g(3 * c.count);
     for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-      const Sight sight = look(c, v);
-      coverage[v] = sight.coverage;
-      if (sight.sure) continue;
+      const VoxelCase kind = classify(c, v);
+      coverage[v] = kind.coverage;
+      if (kind.uniform) continue;
       Slope slope[kMostFaces];
-      if (sight.only < 0) {
-        coverage[v] = coverWithSlopes(c, v, slope);
+      if (kind.only < 0) {
+        coverage[v] = coverageAndSlopes(c, v, slope);
       } else {
-        const FaceCuts& cuts = c.face[sight.only]->cuts();
+        const FaceCuts& cuts = c.face[kind.only]->cuts();
         coverage[v] = cuts.volume[v];
-        slope[sight.only] = {cuts.shift[v],
-                             {cuts.moment[0][v], cuts.moment[1][v], cuts.moment[2][v]}};
+        slope[kind.only] = {cuts.shift[v],
+                            {cuts.moment[0][v], cuts.moment[1][v], cuts.moment[2][v]}};
       }
       for (int i = 0; i < c.count; ++i) {
         const Eigen::Vector2f turn = -tangent[i].transpose() * slope[i].moment;
@@ -374,7 +374,7 @@ struct Equations {
       }
       const float w = windowWeight(v);
       left.noalias() += w * g * g.transpose();
-      right.noalias() += w * (wanted[v] - coverage[v]) * g;
+      right.noalias() += w * (target[v] - coverage[v]) * g;
     }
   }
 };
@@ -425,12 +425,12 @@ float middleCoverageOf(const Combination& c) {
   return coverageAt(c, CC_WINDOW_VOXELS / 2);
 }
 
-float blockResidual(const float* wanted, const float* found) {
+float blockResidual(const float* target, const float* found) {
   float square = 0, weight = 0;
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    const float r = wanted[v] - found[v];
-    const bool silent = (found[v] <= 0.0f || found[v] >= 1.0f) && std::abs(r) < 2e-3f;
-    if (silent) continue;
+    const float r = target[v] - found[v];
+    const bool irrelevant = (found[v] <= 0.0f || found[v] >= 1.0f) && std::abs(r) < 2e-3f;
+    if (irrelevant) continue;
     const float w = windowWeight(v);
     square += w * r * r;
     weight += w;
@@ -438,7 +438,7 @@ float blockResidual(const float* wanted, const float* found) {
   return weight > 0 ? std::sqrt(square / weight) : 1.0f;
 }
 
-void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
+void refine(const float* target, Hypothesis& h, FaceField* fields) {
   Combination c;
   c.count = h.count;
   c.concave = h.concave;
@@ -453,12 +453,12 @@ void refine(const float* wanted, Hypothesis& h, FaceField* fields) {
     float found[CC_WINDOW_VOXELS];
     for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
     if (round < kRounds) {
-      equations.hold(now.faces, first.faces, tangent, h.count);
-      equations.see(wanted, c, tangent, found);
+      equations.addPrior(now.faces, first.faces, tangent, h.count);
+      equations.addCoverage(target, c, tangent, found);
     } else {
       coverageOf(c, found);
     }
-    now.residual = blockResidual(wanted, found);
+    now.residual = blockResidual(target, found);
     if (now.residual < h.residual) h = now;
     if (round == kRounds || now.residual > kHopeless) return;
     const Vector step = equations.left.ldlt().solve(equations.right);

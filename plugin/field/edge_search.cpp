@@ -1,4 +1,4 @@
-// The search over pairs and triples of faces, and for a face that no neighbour shows.
+// The search over pairs, triples and tips, and for a face that no neighbor shows.
 #include "field/edge_search.h"
 
 #include <algorithm>
@@ -8,22 +8,22 @@ namespace cloudcontact {
 
 namespace {
 
-// A residual below this explains the block: no other trial is moved into place, no third face
-// tried. A box's true planes leave 0.0014 at its edges, 0.004 at most.
+// A residual below this explains the block and ends the search. A box's true planes leave 0.0014
+// at its edges, 0.004 at most.
 constexpr float kExplained = 0.003f;
-constexpr float kHidden = 0.006f;       // above this a face is sought that no neighbour shows
-constexpr std::size_t kRefined = 2;     // trials of each kind that are moved into place
+constexpr float kHidden = 0.006f;       // above this a face that no neighbor shows is tried
+constexpr std::size_t kRefined = 2;     // trials of each kind that are refined
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
-constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is sought between
+constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
 constexpr int kMassRounds = 6;
-constexpr float kMiddleMiss = 0.35f;    // of the middle voxel's coverage
-constexpr float kFurther = 0.8f;        // a further face must earn its place
-constexpr float kBackToBack = -0.8f;    // cosine of a plate's two faces
-constexpr float kOneDirection = 0.97f;  // cosine: a sought face is not one of the known again
+constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
+constexpr float kFurther = 0.8f;        // an additional face must lower the residual by this factor
+constexpr float kBackToBack = -0.8f;    // cosine between a plate's two faces
+constexpr float kOneDirection = 0.97f;  // cosine: a hidden face must not repeat a known one
 
-constexpr float kNeedless = 1.02f;  // a face is left out where that costs less
-// All faces together must do this well beside the best few: on ordinary parts nine blocks of ten
-// are sent away at once, of those where it succeeds one of twenty.
+constexpr float kNeedless = 1.02f;  // a face is dropped if the residual grows by less than this
+// A tip is pursued only if all faces together leave at most this times the residual of the best
+// few. This rejects nine blocks of ten on ordinary parts, and one of twenty where a tip is found.
 constexpr float kPromising = 2.0f;
 
 Combination without(const Combination& c, int face) {
@@ -37,14 +37,14 @@ Combination without(const Combination& c, int face) {
 
 }  // namespace
 
-Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
+Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
                            const Eigen::Vector3f& mean, TipsTried tips) {
-  wanted_ = wanted;
+  target_ = target;
   best_ = {};
   count_ = 0;
   around_.clear();
   for (const Face& f : faces) {
-    // A face that passes the block by says nothing of it.
+    // Faces that miss the block do not matter.
     if (std::abs(f.s) > 1.5f * f.n.lpNorm<1>()) continue;
     if (count_ < kMostNear) fields_[count_++].set(f);
     around_.push_back(f);
@@ -57,20 +57,20 @@ Hypothesis EdgeSearch::run(const float* wanted, const std::vector<Face>& faces,
     refineBest(kRefined);
   }
   if (best_.residual > (tips == TipsTried::Soon ? kExplained : kHidden)) tryTips();
-  if (best_.residual > kHidden) trySought(mean);
+  if (best_.residual > kHidden) tryHidden(mean);
   return best_;
 }
 
 float EdgeSearch::residualOf(const Combination& c) const {
   float found[CC_WINDOW_VOXELS];
   coverageOf(c, found);
-  return blockResidual(wanted_, found);
+  return blockResidual(target_, found);
 }
 
-// Faces that miss the middle voxel by far are not looked at further: the neighbours' faces are
-// right to 0.1 voxel, so what holds shows itself there.
+// Combinations that miss the middle voxel's coverage by far are skipped: neighbors' faces are right
+// to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryOne(const Combination& c) {
-  if (std::abs(middleCoverageOf(c) - wanted_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
+  if (std::abs(middleCoverageOf(c) - target_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
   trials_.push_back({c, {}, residualOf(c)});
 }
 
@@ -79,7 +79,7 @@ void EdgeSearch::sortTrials() {
                    [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
 }
 
-// All pairs as they stand; the best first.
+// All pairs, unrefined, best first.
 void EdgeSearch::tryPairs() {
   trials_.clear();
   for (bool concave : {false, true})
@@ -88,7 +88,7 @@ void EdgeSearch::tryPairs() {
   sortTrials();
 }
 
-// Triples: the best pairs and one face more.
+// The best pairs, each with one more face.
 void EdgeSearch::tryTriples() {
   trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kWidened; ++p) {
@@ -100,8 +100,8 @@ void EdgeSearch::tryTriples() {
   sortTrials();
 }
 
-// Where more faces are around than a record holds, as at the tip of a cone, those that stand for
-// all: of the two that look most alike one goes, the lighter, until no more are left than that.
+// Selects faces that represent all, where there are more than a record holds, as at the tip of a
+// cone: of the two most alike the lighter is dropped, until few enough are left.
 const FaceField* EdgeSearch::spreadFaces() {
   while (around_.size() > kMostFaces) {
     std::size_t drop = 0;
@@ -111,7 +111,7 @@ const FaceField* EdgeSearch::spreadFaces() {
         const float alike = around_[i].n.dot(around_[j].n);
         if (alike <= most) continue;
         most = alike;
-        drop = j;  // they stand by their weight
+        drop = j;  // sorted by weight
       }
     around_.erase(around_.begin() + static_cast<std::ptrdiff_t>(drop));
   }
@@ -119,8 +119,8 @@ const FaceField* EdgeSearch::spreadFaces() {
   return spread_;
 }
 
-// More faces than three: at the tip of a slender body all that are near bound it. From all of them
-// those are taken away, one by one, without which the block is explained as well.
+// More than three faces: all faces near the tip of a slender body bound it. Starts with all of them
+// and drops, one by one, those that do not improve the fit.
 void EdgeSearch::tryTips() {
   trials_.clear();
   if (count_ <= kFewFaces) return;
@@ -160,8 +160,8 @@ void EdgeSearch::refineBest(std::size_t most) {
     h.concave = trial.faces.concave;
     h.residual = trial.residual;
     for (int i = 0; i < h.count; ++i)
-      h.faces[i] = trial.faces.face[i] == &sought_ ? trial.plane : trial.faces.face[i]->face();
-    refine(wanted_, h, work_);
+      h.faces[i] = trial.faces.face[i] == &hidden_ ? trial.plane : trial.faces.face[i]->face();
+    refine(target_, h, work_);
     keep(h);
   }
 }
@@ -170,47 +170,47 @@ void EdgeSearch::keep(const Hypothesis& h) {
   if (h.residual < (h.count > best_.count ? kFurther : 1.0f) * best_.residual) best_ = h;
 }
 
-// A face too narrow to be seen on its own: its normal starts midway between two known ones (a
-// thread's crest), across two that are back to back (the rim of a plate), or mirrors one about the
+// A face too narrow for a fit of its own. Its normal starts midway between two known ones (crest of
+// a thread), across two that are back to back (rim of a plate), or as one mirrored about the
 // block's mean normal.
-void EdgeSearch::trySought(const Eigen::Vector3f& mean) {
+void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
   trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
     const Combination& pair = pairs_[p].faces;
     const Eigen::Vector3f &a = pair.face[0]->face().n, &b = pair.face[1]->face().n;
     const Eigen::Vector3f across = mean - mean.dot(a) * a;
-    guess(combine({pair.face[0], pair.face[1], &sought_}, pair.concave),
-          a.dot(b) < kBackToBack ? across : Eigen::Vector3f(a + b));
+    placeHidden(combine({pair.face[0], pair.face[1], &hidden_}, pair.concave),
+                a.dot(b) < kBackToBack ? across : Eigen::Vector3f(a + b));
   }
   for (int i = 0; i < count_; ++i)
     for (bool concave : {false, true})
-      guess(combine({&fields_[i], &sought_}, concave),
-            2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
+      placeHidden(combine({&fields_[i], &hidden_}, concave),
+                  2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
   sortTrials();
   refineBest(kRefined);
 }
 
-// Puts the sought face, with the given normal, where the block's mass wants it.
-void EdgeSearch::guess(Combination c, const Eigen::Vector3f& normal) {
+// Places the hidden face, with the given normal, so that the block's mass is right.
+void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   if (normal.norm() < 0.2f) return;
   Face plane;
-  plane.sought = true;
+  plane.hidden = true;
   plane.n = normal.normalized();
   for (int k = 0; k + 1 < c.count; ++k)
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
   float mass = 0;
-  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += wanted_[k];
+  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += target_[k];
   float low = -2, high = 2, found[CC_WINDOW_VOXELS];
   for (int round = 0; round < kMassRounds; ++round) {
     plane.s = 0.5f * (low + high);
-    sought_.set(plane);
+    hidden_.set(plane);
     if (round == 0) measureAngles(c);
     coverageOf(c, found);
     float sum = 0;
     for (float v : found) sum += v;
     (sum < mass ? low : high) = plane.s;
   }
-  trials_.push_back({c, plane, blockResidual(wanted_, found)});
+  trials_.push_back({c, plane, blockResidual(target_, found)});
 }
 
 }  // namespace cloudcontact

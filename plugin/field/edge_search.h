@@ -1,5 +1,5 @@
-// What explains a block of voxels that no smooth surface does: two or three faces that meet in it,
-// or the four to six of a tip.
+// Explains a block of voxels that no smooth surface fits: two or three faces that meet in it, or
+// the four to six of a tip.
 #pragma once
 
 #include "field/edge_block.h"
@@ -8,27 +8,27 @@
 
 namespace cloudcontact {
 
-constexpr int kMostNear = 6;     // faces that a search tries in pairs and triples
-constexpr int kMostAround = 10;  // and those that it chooses a tip's from
-constexpr int kFewFaces = 3;  // so many are tried in all their combinations, more only all at once
+constexpr int kMostNear = 6;     // faces tried in pairs and triples
+constexpr int kMostAround = 10;  // faces that the ones of a tip are chosen from
+constexpr int kFewFaces = 3;  // up to this many are tried in all combinations, more only together
 
-// When more than three faces are tried: where fewer leave much, or, beside a known tip, already
-// where they are not exact.
+// When to try more than three faces: if fewer leave a large residual, or already if they leave any,
+// beside a known tip.
 enum class TipsTried : std::uint8_t { Last, Soon };
 
-// Tries combinations of faces on one block, moves the best few into place and keeps the best of
-// these. Holds its memory between blocks.
+// Tries combinations of faces on one block, refines the best few and keeps the best of these.
+// Reuses its memory between blocks.
 class EdgeSearch {
  public:
-  // `wanted` the block's coverage, `faces` those seen near it, the weightiest first (at most
-  // kMostAround), `mean` the normal of the block's quadric.
-  Hypothesis run(const float* wanted, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
+  // `target` is the block's coverage. `faces` are those seen near the block, heaviest first, at
+  // most kMostAround. `mean` is the normal of the block's quadric.
+  Hypothesis run(const float* target, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
                  TipsTried tips);
 
  private:
   struct Trial {
     Combination faces{};
-    Face plane;  // the last face, where it is sought
+    Face plane;  // the last face, if hidden
     float residual = 1.0f;
   };
 
@@ -40,15 +40,15 @@ class EdgeSearch {
   const FaceField* spreadFaces();
   void tryTips();
   void refineBest(std::size_t most);
-  void trySought(const Eigen::Vector3f& mean);
-  void guess(Combination c, const Eigen::Vector3f& normal);
+  void tryHidden(const Eigen::Vector3f& mean);
+  void placeHidden(Combination c, const Eigen::Vector3f& normal);
   void keep(const Hypothesis& h);
 
-  const float* wanted_ = nullptr;
+  const float* target_ = nullptr;
   int count_ = 0;
   FaceField fields_[kMostNear];
   std::vector<Face> around_;
-  FaceField spread_[kMostFaces], sought_, work_[kMostFaces];
+  FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
   std::vector<Trial> trials_, pairs_;
   Hypothesis best_;
 };

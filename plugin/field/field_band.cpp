@@ -1,9 +1,9 @@
-// The last step of the field: the band. Voxels beside the surface inherit the pieces nearest to
-// them from their neighbours, layer by layer, and become records of one plane, or of several where
-// the nearest pieces meet in a convex edge or stand back to back (a thin wall): there the depth is
-// the least over the planes, which is the distance to the body's outside.
+// Spreads the pieces over the layers and packs the records.
+#include "field/field_band.h"
+
 #include "base/parallel.h"
-#include "field/field_data.h"
+#include "kernels/contact/search.h"
+#include "voxels/brick_grid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,27 +14,26 @@ namespace {
 
 using V3 = Eigen::Vector3f;
 
-constexpr int kInsideLayers = 5;   // how deep contact is known [voxels]
+constexpr int kInsideLayers = 5;   // depth is known this far below the surface [voxels]
 constexpr int kOutsideLayers = 2;  // samples feel a surface before they cross it (smoothed depth)
 static_assert(kInsideLayers <= kBandReach && kOutsideLayers <= kBandReach);
-constexpr int kKept = 4;  // pieces a voxel passes on
-constexpr float kOneFace =
-    0.9f;  // cosine: pieces within 26 deg are one face, the nearest stands for it
-// A voxel that counts as full or empty may still be cut by this much of its volume: what coverage
-// in 1/255 rounds away, and the fits' noise.
+constexpr int kKept = 4;          // pieces that a voxel passes on
+constexpr float kOneFace = 0.9f;  // cosine: of pieces within 26 deg only the nearest is kept
+// A full or empty voxel may be cut by this part of its volume: rounding of coverage to 1/255, and
+// noise of the fits.
 constexpr float kSliver = 0.006f;
-constexpr int kProbes = 4;            // points along a voxel's edge where an edge is looked for
-constexpr float kProbeDepth = 0.05f;  // and how deep it may claim them to be
-constexpr float kMatters = 1.2f;      // a further plane counts where it is less than this deeper
+constexpr int kProbes = 4;            // points along a voxel's edge in claims()
+constexpr float kProbeDepth = 0.05f;  // largest depth at such a point
+constexpr float kMatters = 1.2f;      // a further plane counts if less than this deeper
 
 struct BandCell {
   std::uint32_t piece[kKept];
   std::int8_t count = 0;
-  std::int8_t layer = -1;  // 0: surface voxel, then 1, 2, ... outwards from it on both sides
+  std::int8_t layer = -1;  // 0: surface voxel; 1, 2, ... away from it on both sides
 };
 
-// A piece that is there, and the voxel that it was found in. Numbered by the pass that found them,
-// then by their voxels' order: of two as near the one with the lower number comes first.
+// A piece inside a voxel, and that voxel. Numbered by the pass that found it, then by its voxel's
+// order; of two equally near ones the lower number comes first.
 struct Source {
   const SurfacePiece* piece;
   std::int16_t x, y, z;
@@ -43,39 +42,39 @@ struct Source {
   bool sameVoxel(const Source& other) const { return x == other.x && y == other.y && z == other.z; }
 };
 
-// A source seen from a voxel's middle.
-struct Seen {
+// A source relative to a voxel's center.
+struct NearPiece {
   std::uint32_t source;
-  float far;    // squared distance to the piece's centroid
-  float depth;  // of the middle under the piece's surface
+  float distance2;  // squared distance to the piece's centroid
+  float depth;      // of the center below the piece's surface
   V3 normal, centroid;
-  float drop;  // of the surface's mean over a voxel below its middle
+  float drop;  // dropOf(surface)
 };
 
 // The mean of a curved surface over a voxel (variance 1/12 each way) lies this much below its
-// middle, so that a sample anywhere in the voxel reads the right depth in the mean.
+// center. With it, samples spread over the voxel read the right depth on average.
 float dropOf(const CcSurface& f) {
   return (f.k11 + f.k22) * (1.0f / 24.0f);
 }
 
-Seen see(const std::vector<Source>& sources, std::uint32_t source, const V3& middle) {
+NearPiece nearPiece(const std::vector<Source>& sources, std::uint32_t source, const V3& center) {
   const Source& at = sources[source];
   const SurfacePiece& p = *at.piece;
   const Eigen::Map<const V3> n(p.surface.n), t1(p.surface.t1), t2(p.surface.t2), c(p.centroid);
-  const V3 r = middle - V3(float(at.x) + 0.5f, float(at.y) + 0.5f, float(at.z) + 0.5f);
-  // Curvature only near the piece: the quadric is known over its own block.
+  const V3 r = center - V3(float(at.x) + 0.5f, float(at.y) + 0.5f, float(at.z) + 0.5f);
+  // Clamped, because the quadric holds over its own block only.
   const float u = std::clamp(t1.dot(r), -1.5f, 1.5f), v = std::clamp(t2.dot(r), -1.5f, 1.5f);
   const float ku = p.surface.k11 * u + p.surface.k12 * v,
               kv = p.surface.k12 * u + p.surface.k22 * v;
   const V3 m = n + ku * t1 + kv * t2;
   const float phi = n.dot(r) + 0.5f * (ku * u + kv * v) - p.surface.s, length = m.norm();
-  return {source, (middle - c).squaredNorm(), -phi / length, m / length, c, dropOf(p.surface)};
+  return {source, (center - c).squaredNorm(), -phi / length, m / length, c, dropOf(p.surface)};
 }
 
-// A brick of a finished band as it is being written.
-struct Draught {
+// A brick of the band as it is being written.
+struct NewBrick {
   BandBrick brick;
-  bool used = false;  // some voxel has a plane
+  bool used = false;  // at least one voxel has a plane
 
   void set(int cell, CcVoxel record) {
     brick.cells[static_cast<std::size_t>(cell)] = record;
@@ -85,32 +84,31 @@ struct Draught {
 
 class Spreader {
  public:
-  // Sources are the surface voxels of `near`, or all.
+  // The sources are the surface voxels in `near`, or all.
   Spreader(const FieldDraft& draft, const VoxelSet* near)
       : draft_(draft), grid_(draft.cloud.bricks(), BandCell{}) {
     seed(near);
     for (int layer = 1; layer <= std::max(kInsideLayers, kOutsideLayers); ++layer) grow(layer);
   }
 
-  // Everything.
   Band finish() const {
     std::vector<std::int32_t> bricks;
     for (std::size_t t = 0; t < grid_.table().size(); ++t)
       if (grid_.table()[t] >= 0) bricks.push_back(static_cast<std::int32_t>(t));
     return write(bricks, kNoBand,
-                 [&](std::int32_t t, int cell, const Eigen::Vector3i& at, Draught& out) {
+                 [&](std::int32_t t, int cell, const Eigen::Vector3i& at, NewBrick& out) {
                    out.set(cell, recordAt(t, cell, at, out.brick.planes));
                  });
   }
 
-  // Only the voxels of `where`; the bricks' others are what they were.
-  Band finish(const VoxelSet& where, const FieldData& before) const {
-    return write(where.bricks(), kAsBefore,
-                 [&](std::int32_t t, int cell, const Eigen::Vector3i& at, Draught& out) {
-                   out.set(cell, where.has(t, cell)
-                                     ? recordAt(t, cell, at, out.brick.planes)
-                                     : copied(before.bandBrick(static_cast<std::size_t>(t)), cell,
-                                              out.brick.planes));
+  // As renewBand().
+  Band finish(const VoxelSet& scope,
+              const std::function<BandView(std::size_t brick)>& before) const {
+    return write(scope.bricks(), kAsBefore,
+                 [&](std::int32_t t, int cell, const Eigen::Vector3i& at, NewBrick& out) {
+                   out.set(cell, scope.has(t, cell) ? recordAt(t, cell, at, out.brick.planes)
+                                                    : copied(before(static_cast<std::size_t>(t)),
+                                                             cell, out.brick.planes));
                  });
   }
 
@@ -127,8 +125,7 @@ class Spreader {
       const Eigen::Vector3i low = draft_.cornerOf(static_cast<std::size_t>(t));
       for (const SurfaceVoxel& v : b->voxels)
         if (!near || near->has(t, v.cell))
-          seeds.push_back({b->stateAt(v.last),
-                           low + Eigen::Vector3i(v.cell & 7, v.cell >> 3 & 7, v.cell >> 6)});
+          seeds.push_back({b->stateAt(v.last), low + cellOffset(v.cell)});
     }
     std::stable_sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
       return a.state.step->pass < b.state.step->pass;
@@ -139,7 +136,7 @@ class Spreader {
   void seed(const VoxelState& v, const Eigen::Vector3i& at) {
     BandCell& cell = grid_.make(at.x(), at.y(), at.z());
     cell.layer = 0;
-    // Only pieces that are there are handed on; a plane that merely bounds them is not a surface.
+    // Planes that only bound other pieces are no surface and are not passed on.
     for (int k = 0; k < v.count() && cell.count < kKept; ++k) {
       if (!(v.pieces[k].area > 0)) continue;
       cell.piece[cell.count++] = static_cast<std::uint32_t>(sources_.size());
@@ -162,58 +159,58 @@ class Spreader {
         grid_.make(w.x(), w.y(), w.z()).layer = static_cast<std::int8_t>(layer);
         next.push_back(w);
       }
-    parallelFor((next.size() + 511) / 512, draft_.settings.threads, [&](std::size_t chunk, int) {
+    parallelFor((next.size() + 511) / 512, draft_.threads, [&](std::size_t chunk, int) {
       const std::size_t end = std::min(next.size(), (chunk + 1) * 512);
       for (std::size_t i = chunk * 512; i < end; ++i) inherit(next[i], layer);
     });
     frontier_ = std::move(next);
   }
 
-  // The nearest piece and its convex partners among all that the neighbours of earlier layers know.
+  // Keeps the nearest pieces that the neighbors of earlier layers know, one per direction.
   void inherit(const Eigen::Vector3i& at, int layer) {
-    const V3 middle = at.cast<float>() + V3::Constant(0.5f);
-    Seen seen[27 * kKept];
+    const V3 center = at.cast<float>() + V3::Constant(0.5f);
+    NearPiece near[27 * kKept];
     int count = 0;
     for (int k = 0; k < 27; ++k) {
       const BandCell& from =
           grid_.at(at.x() + k % 3 - 1, at.y() + k / 3 % 3 - 1, at.z() + k / 9 - 1);
       if (from.layer < 0 || from.layer >= layer) continue;
       for (int i = 0; i < from.count; ++i) {
-        const bool known = std::any_of(seen, seen + count,
-                                       [&](const Seen& s) { return s.source == from.piece[i]; });
-        if (!known) seen[count++] = see(sources_, from.piece[i], middle);
+        const bool known = std::any_of(
+            near, near + count, [&](const NearPiece& s) { return s.source == from.piece[i]; });
+        if (!known) near[count++] = nearPiece(sources_, from.piece[i], center);
       }
     }
-    std::sort(seen, seen + count, [](const Seen& a, const Seen& b) {
-      return a.far != b.far ? a.far < b.far : a.source < b.source;
+    std::sort(near, near + count, [](const NearPiece& a, const NearPiece& b) {
+      return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.source < b.source;
     });
     BandCell& cell = grid_.make(at.x(), at.y(), at.z());
-    Seen kept[kKept];
+    NearPiece kept[kKept];
     for (int i = 0; i < count && cell.count < kKept; ++i) {
-      const bool same = std::any_of(kept, kept + cell.count, [&](const Seen& k) {
-        return k.normal.dot(seen[i].normal) > kOneFace;
+      const bool same = std::any_of(kept, kept + cell.count, [&](const NearPiece& k) {
+        return k.normal.dot(near[i].normal) > kOneFace;
       });
       if (same) continue;
-      kept[cell.count] = seen[i];
-      cell.piece[cell.count++] = seen[i].source;
+      kept[cell.count] = near[i];
+      cell.piece[cell.count++] = near[i].source;
     }
   }
 
-  // True where `b` bounds the body beside `a` as a convex edge or a thin wall's back does.
-  bool partners(const Seen& a, const Seen& b) const {
+  // True if `b` bounds the body together with `a`, in a convex edge or as a thin wall's back.
+  bool partners(const NearPiece& a, const NearPiece& b) const {
     const Source& from = sources_[a.source];
     if (from.sameVoxel(sources_[b.source])) return from.rule == PieceRule::Convex;
     const V3 d = b.centroid - a.centroid;
     return a.normal.dot(d) < -0.05f && b.normal.dot(d) > 0.05f;
   }
 
-  // The share of the voxel that lies below a face.
-  static float below(const Seen& s) {
+  // The part of the voxel below a face.
+  static float below(const NearPiece& s) {
     return ccCutCube(s.normal.x(), s.normal.y(), s.normal.z(), s.depth).volume;
   }
 
-  // True where the faces together put material into the voxel.
-  static bool claims(const Seen* faces, int count) {
+  // True if the faces together put material into the voxel.
+  static bool claims(const NearPiece* faces, int count) {
     for (int i = 0; i < count; ++i)
       if (below(faces[i]) <= kSliver) return false;
     if (count <= 1) return count == 1;
@@ -231,7 +228,7 @@ class Spreader {
     return false;
   }
 
-  // Of a surface voxel.
+  // The record of a surface voxel.
   static CcVoxel record(const VoxelState& v, std::vector<CcVoxel>& planes) {
     const std::uint32_t first = static_cast<std::uint32_t>(planes.size());
     for (int k = 0; k < v.count(); ++k) {
@@ -244,30 +241,29 @@ class Spreader {
                         v.rule() == PieceRule::Concave);
   }
 
-  // Of a voxel beside the surface.
+  // The record of a voxel beside the surface.
   CcVoxel record(const Eigen::Vector3i& at, const BandCell& cell,
                  std::vector<CcVoxel>& planes) const {
-    const V3 middle = at.cast<float>() + V3::Constant(0.5f);
+    const V3 center = at.cast<float>() + V3::Constant(0.5f);
     const bool inside = draft_.cloud.coverage(at.x(), at.y(), at.z()) > 127;
-    Seen kept[kKept];
+    NearPiece kept[kKept];
     int count = 0;
     for (int i = 0; i < cell.count; ++i) {
-      const Seen s = see(sources_, cell.piece[i], middle);
-      // A full voxel lies wholly below every face that bounds it; one that says otherwise has
-      // ended.
+      const NearPiece s = nearPiece(sources_, cell.piece[i], center);
+      // A full voxel lies entirely below every face that bounds it. A face that cuts it has ended.
       if (inside && below(s) < 1 - kSliver) continue;
       if (count > 0 && (s.depth > kept[0].depth + kMatters || !partners(kept[0], s))) continue;
       kept[count++] = s;
     }
-    // Where all of them do, at a vertex that no fit explains, the nearest stands in, moved to where
-    // the voxel is full: without it two such voxels at the end of a M16 nut's thread counted as
-    // deep inside, and threw the nut aside.
+    // If all have ended, at a vertex that no fit explains, the nearest is used, moved until the
+    // voxel is full. Otherwise the voxel would count as deep inside, which throws contacting bodies
+    // aside.
     if (inside && count == 0 && cell.count > 0) {
-      Seen s = see(sources_, cell.piece[0], middle);
+      NearPiece s = nearPiece(sources_, cell.piece[0], center);
       s.depth = std::max(s.depth, 0.5f * s.normal.lpNorm<1>() + s.drop);
       kept[count++] = s;
     }
-    // Nor does an empty voxel lie in the material: a face alone would run on into the air.
+    // An empty voxel holds no material: such a face would extend into the air.
     if (!inside && claims(kept, count)) return {0, 0};
     if (count == 0) return {0, 0};
     if (count == 1) return ccPackPlane(kept[0].normal.data(), kept[0].depth - kept[0].drop);
@@ -299,15 +295,13 @@ class Spreader {
     return v;
   }
 
-  // Bricks whose records `put` gives, one after the other; all others are `rest`.
+  // Writes the records of `bricks` by put(brick, cell, voxel, out); all other bricks are `rest`.
   template <typename Put>
   Band write(const std::vector<std::int32_t>& bricks, std::int32_t rest, Put&& put) const {
-    std::vector<Draught> made(bricks.size());
-    parallelFor(bricks.size(), draft_.settings.threads, [&](std::size_t i, int) {
+    std::vector<NewBrick> made(bricks.size());
+    parallelFor(bricks.size(), draft_.threads, [&](std::size_t i, int) {
       const Eigen::Vector3i low = draft_.cornerOf(static_cast<std::size_t>(bricks[i]));
-      for (int k = 0; k < kBrickVoxels; ++k)
-        put(bricks[i], k, Eigen::Vector3i(low + Eigen::Vector3i(k & 7, k >> 3 & 7, k >> 6)),
-            made[i]);
+      for (int k = 0; k < kBrickVoxels; ++k) put(bricks[i], k, low + cellOffset(k), made[i]);
       if (made[i].used) markDeep(low, made[i].brick);
     });
     Band band{std::vector<std::int32_t>(grid_.table().size(), rest), {}};
@@ -319,14 +313,13 @@ class Spreader {
     return band;
   }
 
-  // Full voxels of the band's bricks that have no plane.
+  // Marks full voxels without planes.
   void markDeep(const Eigen::Vector3i& low, BandBrick& brick) const {
     for (int k = 0; k < kBrickVoxels; ++k) {
       CcVoxel& cell = brick.cells[static_cast<std::size_t>(k)];
       if (ccPlaneCount(cell) > 0) continue;
-      if (draft_.cloud.coverage(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6)) >
-          127)
-        cell.b = kDeepInside;
+      const Eigen::Vector3i v = low + cellOffset(k);
+      if (draft_.cloud.coverage(v.x(), v.y(), v.z()) > 127) cell.b = CC_DEEP_INSIDE;
     }
   }
 
@@ -342,9 +335,10 @@ Band spreadBand(const FieldDraft& draft) {
   return Spreader(draft, nullptr).finish();
 }
 
-Band spreadBandAgain(const FieldDraft& draft, const VoxelSet& where, const FieldData& before) {
-  const VoxelSet near = where.dilated(kBandReach);
-  return Spreader(draft, &near).finish(where, before);
+Band renewBand(const FieldDraft& draft, const VoxelSet& scope,
+               const std::function<BandView(std::size_t brick)>& before) {
+  const VoxelSet near = scope.dilated(kBandReach);
+  return Spreader(draft, &near).finish(scope, before);
 }
 
 }  // namespace cloudcontact

@@ -1,63 +1,45 @@
-// The built field, as the contact finder reads it. SurfaceField's only implementation.
+// FieldData: the data of a SurfaceField as the library reads it, from SurfaceField::data().
 #pragma once
 
-#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/voxels/cloud.h>
 
-#include "field/field_builder.h"
+#include "field/field_draft.h"
 #include "field/field_records.h"
 #include "field/sample_set.h"
 
+#include <memory>
 #include <vector>
 
 namespace cloudcontact {
 
-// What a renewal starts from: kept only where FieldSettings::renewable asks for it.
+// The input of a renewal, kept if FieldSettings::renewable is set.
 struct FieldNotes {
   SurfaceBricks bricks;
   std::vector<SampleOrigin> origins;  // of the samples
 };
 
-class FieldData final : public SurfaceField {
+class FieldData {
  public:
-  // What the builder hands over. `before`: where the band's kept bricks are, and what else of an
-  // earlier field still holds; null where all was built.
-  struct Parts {
-    Band band;
-    SampleSet samples;
-    std::shared_ptr<const FieldNotes> notes;
-    const FieldData* before = nullptr;
-  };
-  FieldData(Cloud cloud, Parts parts);
+  // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
+  FieldData(Cloud cloud, const Band& band, SampleSet samples,
+            std::shared_ptr<const FieldNotes> notes, const FieldData* before);
 
-  const Cloud& cloud() const override { return cloud_; }
-  std::size_t bandVoxels() const override { return records_.bandVoxels(); }
-  std::size_t bytes() const override;
-  std::size_t sampleCount() const override { return samples_.levels[0].samples.size(); }
-  SurfaceSample sample(std::size_t k) const override { return samples_.levels[0].samples[k]; }
-  std::optional<FieldPoint> at(const Vec3& local) const override;
-  Eigen::AlignedBox3d bounds() const override { return bounds_; }
-  std::uint64_t hash() const override;
-
+  const Cloud& cloud() const { return cloud_; }
   const FieldRecords& records() const { return records_; }
-  // The planes that records of several lead to.
-  const CcVoxel* planes() const { return planes_.planes.data(); }
-  std::size_t planeCount() const { return planes_.planes.size(); }
+  const CcVoxel* planes() const { return records_.planes().data(); }
+  std::size_t planeCount() const { return records_.planes().size(); }
+  const std::vector<std::uint8_t>& brickDistance() const { return records_.brickDistance(); }
   const SampleSet& samples() const { return samples_; }
-  // How many bricks away (Chebyshev) the nearest brick of the band is, 255 at most; 0 inside the
-  // band.
-  const std::vector<std::uint8_t>& brickDistance() const { return distance_; }
-  // A brick as the band has it; without cells where it is none of the band's.
-  BandView bandBrick(std::size_t brick) const;
+  const Eigen::AlignedBox3d& bounds() const { return bounds_; }  // of the samples, body's frame [m]
   const FieldNotes* notes() const { return notes_.get(); }
-  // Lives as long as the field, for those who keep a copy of what it holds.
+  // Expires with the field, for owners of copies of its data.
   const std::shared_ptr<const int>& life() const { return life_; }
 
- private:
-  FieldData(Cloud cloud, Parts& parts, const BandSource& source);
+  std::size_t bytes() const;
+  std::uint64_t hash() const;
 
+ private:
   Cloud cloud_;
-  BandPlanes planes_;
-  std::vector<std::uint8_t> distance_;
   FieldRecords records_;
   SampleSet samples_;
   Eigen::AlignedBox3d bounds_;

@@ -1,7 +1,8 @@
-// The first step of the field: which voxels the surface crosses, and its quadric in each.
+// Fits the quadrics, brick by brick.
+#include "field/field_fit.h"
+
 #include "base/parallel.h"
 #include "base/simd.h"
-#include "field/field_builder.h"
 
 namespace cloudcontact {
 
@@ -14,7 +15,7 @@ void gatherBlock(const Cloud& cloud, int x, int y, int z, float* coverage) {
 
 namespace {
 
-// A surface crosses a voxel that is partly full, and runs between a full and an empty one.
+// The surface crosses voxels that are partly full, and runs between a full voxel and an empty one.
 bool crossed(const Cloud& cloud, int x, int y, int z) {
   const int own = cloud.coverage(x, y, z);
   if (own > 0 && own < 255) return true;
@@ -24,34 +25,31 @@ bool crossed(const Cloud& cloud, int x, int y, int z) {
          cloud.coverage(x, y, z - 1) == other || cloud.coverage(x, y, z + 1) == other;
 }
 
-// With all that it calls within it, so that the loops over the window are the machine's own.
-CC_LANES [[gnu::flatten]] void fitWindow(const float* block, CcSurface& f) {
+// Flattened, so that the loops over the window are compiled for each instruction set.
+CC_LANES [[gnu::flatten]] void fitBlock(const float* block, CcSurface& f) {
   f = ccFitSurface(block, 0);
 }
 
-// The voxel's quadric; of weight 0 where no surface crosses it. A wisp thinner than 1/255 has no
-// direction: it is not a surface.
-CcSurface fitVoxel(const Cloud& cloud, int x, int y, int z) {
-  CcSurface f{};
-  if (!crossed(cloud, x, y, z)) return f;
-  float block[CC_WINDOW_VOXELS];
-  gatherBlock(cloud, x, y, z, block);
-  fitWindow(block, f);
-  return f;
+VoxelStep quadricStep() {
+  return {0, -1, 1, 0, PieceRule::Smooth};
 }
 
 std::int16_t addQuadric(SurfaceBrick& brick, const CcSurface& f) {
-  const std::int16_t step = brick.addStep({0, -1, 1, 0, PieceRule::Smooth});
+  const std::int16_t step = brick.addStep(quadricStep());
   brick.pieces.back() = {f, {0, 0, 0}, 0};
   return step;
+}
+
+CcSurface fitCell(const FieldDraft& draft, const Eigen::Vector3i& low, int cell) {
+  const Eigen::Vector3i v = low + cellOffset(cell);
+  return fitVoxel(draft.cloud, v.x(), v.y(), v.z());
 }
 
 void fitBrick(FieldDraft& draft, std::size_t t) {
   const Eigen::Vector3i low = draft.cornerOf(t);
   SurfaceBrick* brick = nullptr;
   for (int k = 0; k < kBrickVoxels; ++k) {
-    const CcSurface f =
-        fitVoxel(draft.cloud, low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
+    const CcSurface f = fitCell(draft, low, k);
     if (f.weight == 0.0f) continue;
     if (!brick) brick = &draft.write(t);
     brick->voxels.push_back({static_cast<std::int16_t>(k), addQuadric(*brick, f)});
@@ -59,12 +57,11 @@ void fitBrick(FieldDraft& draft, std::size_t t) {
   if (brick) brick->findPlaces();
 }
 
-// A brick of one kind whose six neighbours are of the same kind holds no surface.
+// True if the brick and its six neighbors are all empty or all solid: it holds no surface.
 bool uniform(const Cloud& cloud, const Eigen::Vector3i& brick) {
   const Eigen::Vector3i n = cloud.bricks();
   const auto kind = [&](const Eigen::Vector3i& b) {
-    if ((b.array() < 0).any() || (b.array() >= n.array()).any()) return kEmptyBrick;
-    return cloud.voxels().table[static_cast<std::size_t>(b.x() + n.x() * (b.y() + n.y() * b.z()))];
+    return insideGrid(b, n) ? cloud.voxels().table[gridIndex(b, n)] : kEmptyBrick;
   };
   const std::int32_t own = kind(brick);
   if (own >= 0) return false;
@@ -74,19 +71,8 @@ bool uniform(const Cloud& cloud, const Eigen::Vector3i& brick) {
   return true;
 }
 
-}  // namespace
-
-void fitSurfaceVoxels(FieldDraft& draft) {
-  parallelFor(draft.bricks().size(), draft.settings.threads, [&](std::size_t t, int) {
-    if (!uniform(draft.cloud, draft.cornerOf(t) / kBrickEdge)) fitBrick(draft, t);
-  });
-}
-
-namespace {
-
-// The voxels of a brick that are looked at again, each as it now is; `changed` tells which of them
-// are not what they were.
-void refitBrick(FieldDraft& draft, std::size_t t, const VoxelSet::Rows& where,
+// Fits the voxels of a brick in `scope` and appends those that changed to `changed`.
+void renewBrick(FieldDraft& draft, std::size_t t, const VoxelSet::Rows& scope,
                 std::vector<int>& changed) {
   const Eigen::Vector3i low = draft.cornerOf(t);
   const SurfaceBrick* const before = draft.brick(t);
@@ -96,16 +82,15 @@ void refitBrick(FieldDraft& draft, std::size_t t, const VoxelSet::Rows& where,
     const auto keep = [&] {
       if (known >= 0) voxels.push_back(before->voxels[static_cast<std::size_t>(known)]);
     };
-    if (!VoxelSet::holds(where, k)) {
+    if (!VoxelSet::holds(scope, k)) {
       keep();
       continue;
     }
-    const CcSurface f =
-        fitVoxel(draft.cloud, low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
+    const CcSurface f = fitCell(draft, low, k);
     if (f.weight == 0.0f && known < 0) continue;
-    const VoxelStep quadric{0, -1, 1, 0, PieceRule::Smooth};
+    const VoxelStep step = quadricStep();
     const SurfacePiece piece{f, {0, 0, 0}, 0};
-    if (f.weight != 0.0f && known >= 0 && same(before->state(k, 1), {&quadric, &piece})) {
+    if (f.weight != 0.0f && known >= 0 && same(before->state(k, 1), {&step, &piece})) {
       keep();
       continue;
     }
@@ -121,16 +106,32 @@ void refitBrick(FieldDraft& draft, std::size_t t, const VoxelSet::Rows& where,
 
 }  // namespace
 
-VoxelSet refitSurfaceVoxels(FieldDraft& draft, const VoxelSet& where) {
+// A wisp thinner than 1/255 has no direction; ccFitSurface() gives it weight 0.
+CcSurface fitVoxel(const Cloud& cloud, int x, int y, int z) {
+  CcSurface f{};
+  if (!crossed(cloud, x, y, z)) return f;
+  float block[CC_WINDOW_VOXELS];
+  gatherBlock(cloud, x, y, z, block);
+  fitBlock(block, f);
+  return f;
+}
+
+void fitVoxels(FieldDraft& draft) {
+  parallelFor(draft.bricks().size(), draft.threads, [&](std::size_t t, int) {
+    if (!uniform(draft.cloud, draft.cornerOf(t) / kBrickEdge)) fitBrick(draft, t);
+  });
+}
+
+VoxelSet renewFits(FieldDraft& draft, const VoxelSet& scope) {
   VoxelSet all(draft.cloud.bricks());
   std::vector<int> changed;
-  for (const std::int32_t t : where.bricks()) {
+  for (const std::int32_t t : scope.bricks()) {
     changed.clear();
-    const std::size_t brick = static_cast<std::size_t>(t);
-    refitBrick(draft, brick, *where.find(t), changed);
-    const Eigen::Vector3i low = draft.cornerOf(brick);
-    for (const int k : changed)
-      all.add(low.x() + (k & 7), low.y() + (k >> 3 & 7), low.z() + (k >> 6));
+    renewBrick(draft, static_cast<std::size_t>(t), *scope.find(t), changed);
+    for (const int k : changed) {
+      const VoxelIndex v = draft.voxelAt(t, k);
+      all.add(v.x, v.y, v.z);
+    }
   }
   return all;
 }

@@ -1,6 +1,8 @@
-// A segment through a cloud: brick by brick, empty and solid bricks in one stride, half a voxel at
-// a time where there is a surface, and the crossing itself by bisection of the field's depth.
+// Marches along a segment: empty and solid bricks in one stride, bricks with a surface in strides
+// of half a voxel. The crossing is found by bisection of the field's depth.
 #include "field/field_ray.h"
+
+#include "base/grid_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +11,9 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kStride = 0.5;     // [voxels] less than any wall the cloud can hold
+constexpr double kStride = 0.5;     // [voxels] thinner than any wall of a cloud
 constexpr double kAccuracy = 1e-4;  // [voxels]
-constexpr double kNudge = 1e-6;     // [voxels] over a brick's face
+constexpr double kNudge = 1e-6;     // [voxels] past a brick's face
 
 class Walk {
  public:
@@ -27,7 +29,7 @@ class Walk {
   std::optional<FieldHit> firstEntry(double maxFraction) const {
     auto [t, end] = clipped(maxFraction);
     if (!(t <= end)) return std::nullopt;
-    // A segment that starts outside the bounds comes from outside the material.
+    // A segment that enters the bounds comes from outside the material.
     bool outside = t > 0 || !inside(t);
     double before = t;
     while (t <= end) {
@@ -42,7 +44,7 @@ class Walk {
   }
 
  private:
-  // The part of [0, maxFraction] within the surface's bounds.
+  // The part of [0, maxFraction] inside the surface's bounds.
   std::pair<double, double> clipped(double maxFraction) const {
     const Eigen::AlignedBox3d box = field_.bounds();
     double enter = 0, leave = maxFraction;
@@ -65,17 +67,13 @@ class Walk {
     return cloud_.coverage(voxel.x(), voxel.y(), voxel.z()) >= 128;
   }
 
-  // Where to look next: past the brick where it has no surface, else a short stride on.
+  // The next point to test: past the brick if it has no surface, else a short stride farther.
   double next(double t) const {
     const Vec3 at = start_ + t * step_;
     const Eigen::Vector3i brick = (at / kBrickEdge).array().floor().cast<int>();
     const Eigen::Vector3i bricks = cloud_.bricks();
-    if ((brick.array() < 0).any() || (brick.array() >= bricks.array()).any())
-      return t + kStride / length_;
-    const auto entry =
-        cloud_.voxels()
-            .table[brick.x() + std::size_t(bricks.x()) * (brick.y() + bricks.y() * brick.z())];
-    if (entry >= 0) return t + kStride / length_;
+    if (!insideGrid(brick, bricks)) return t + kStride / length_;
+    if (cloud_.voxels().table[gridIndex(brick, bricks)] >= 0) return t + kStride / length_;
     double exit = kBrickEdge * 2;  // [voxels] more than a brick's diagonal
     for (int axis = 0; axis < 3; ++axis) {
       if (step_[axis] == 0) continue;

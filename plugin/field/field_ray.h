@@ -1,4 +1,4 @@
-// Where a segment enters a cloud.
+// The point where a segment enters a cloud, for ray queries.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
@@ -6,11 +6,12 @@
 namespace cloudcontact {
 
 struct FieldHit {
-  double fraction;  // of the way from the segment's start to its end
-  Vec3 normal;      // outward, body's frame
+  double fraction;  // of the segment, from its start
+  Vec3 normal;      // outward unit vector, body's frame
 };
 
-// The first place before `maxFraction` where the segment goes from outside to inside. Body's frame.
+// The first point before `maxFraction` where the segment passes from outside to inside. Body's
+// frame [m]. Empty if there is none or the segment is not finite.
 std::optional<FieldHit> firstEntry(const SurfaceField& field, const Vec3& from, const Vec3& to,
                                    double maxFraction = 1);
 

@@ -1,7 +1,10 @@
-// Records for every brick: the band's own, or a constant one by what fills the brick and where the
-// band is near.
-#include "field/field_data.h"
+// Records for every brick: the band's own, or constant ones that depend on what fills the brick and
+// where the band is near.
+#include "field/field_records.h"
 
+#include "base/grid_index.h"
+
+#include <algorithm>
 #include <map>
 
 namespace cloudcontact {
@@ -14,53 +17,92 @@ int blockOf(int cell) {
   return (cell >> 2 & 1) | (cell >> 4 & 2) | (cell >> 6 & 4);
 }
 
+// Chebyshev distance transform over the table of bricks, 0 where `distance` is 0 at first.
+std::vector<std::uint8_t> distanceToBand(const Eigen::Vector3i& n,
+                                         std::vector<std::uint8_t> distance) {
+  for (int axis = 0; axis < 3; ++axis) {
+    // Per axis: d(x) = min over y of max(d(y), |x - y|).
+    std::vector<std::uint8_t> line(static_cast<std::size_t>(n[axis]));
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (int j = 0; j < n[b]; ++j)
+      for (int i = 0; i < n[a]; ++i) {
+        Eigen::Vector3i at;
+        at[a] = i;
+        at[b] = j;
+        for (int k = 0; k < n[axis]; ++k) {
+          at[axis] = k;
+          line[static_cast<std::size_t>(k)] = distance[gridIndex(at, n)];
+        }
+        for (int k = 0; k < n[axis]; ++k) {
+          int best = 255;
+          for (int r = 0; r < best && r < n[axis]; ++r)
+            for (int side : {-r, r})
+              if (k + side >= 0 && k + side < n[axis])
+                best = std::min(
+                    best, std::max(r, static_cast<int>(line[static_cast<std::size_t>(k + side)])));
+          at[axis] = k;
+          distance[gridIndex(at, n)] = static_cast<std::uint8_t>(best);
+        }
+      }
+  }
+  return distance;
+}
+
 }  // namespace
 
-BandView BandSource::view(std::size_t brick) const {
-  const std::int32_t slot = band_.table[brick];
-  if (slot == kNoBand) return {};
-  if (slot == kAsBefore) return before_->bandBrick(brick);
-  const BandBrick& b = band_.bricks[static_cast<std::size_t>(slot)];
-  return {b.cells.data(), b.planes.data(), static_cast<std::uint32_t>(b.planes.size()), 0};
-}
+// The bricks of a band: new ones, and those of an earlier field.
+class FieldRecords::Source {
+ public:
+  Source(const Band& band, const FieldRecords* before) : band_(band), before_(before) {}
 
-std::uint8_t BandSource::held(std::size_t brick) const {
-  if (!fresh(brick)) return before_->records().held()[brick];
-  const BandView b = view(brick);
-  int mask = 0;
-  for (int k = 0; k < kBrickVoxels && b.cells; ++k)
-    if (ccPlaneCount(b.cells[k]) > 0) mask |= 1 << blockOf(k);
-  return static_cast<std::uint8_t>(mask);
-}
-
-BandPlanes::BandPlanes(const BandSource& source) {
-  firsts.reserve(source.size() + 1);
-  for (std::size_t t = 0; t < source.size(); ++t) {
-    const BandView brick = source.view(t);
-    firsts.push_back(static_cast<std::uint32_t>(planes.size()));
-    planes.insert(planes.end(), brick.planes, brick.planes + brick.planeCount);
+  std::size_t size() const { return band_.table.size(); }
+  BandView view(std::size_t brick) const {
+    const std::int32_t slot = band_.table[brick];
+    if (slot == kNoBand) return {};
+    if (slot == kAsBefore) return before_->bandBrick(brick);
+    const BandBrick& b = band_.bricks[static_cast<std::size_t>(slot)];
+    return {b.cells.data(), b.planes.data(), static_cast<std::uint32_t>(b.planes.size()), 0};
   }
-  firsts.push_back(static_cast<std::uint32_t>(planes.size()));
-}
+  // As FieldRecords::held().
+  std::uint8_t held(std::size_t brick) const {
+    if (band_.table[brick] == kAsBefore) return before_->held_[brick];
+    const BandView b = view(brick);
+    int mask = 0;
+    for (int k = 0; k < kBrickVoxels && b.cells; ++k)
+      if (ccPlaneCount(b.cells[k]) > 0) mask |= 1 << blockOf(k);
+    return static_cast<std::uint8_t>(mask);
+  }
+  // As FieldRecords::brickDistance(). Those of the earlier field hold if the band has the same
+  // bricks.
+  std::vector<std::uint8_t> distances(const Cloud& cloud) const {
+    std::vector<std::uint8_t> inBand(size());
+    bool same = before_ != nullptr;
+    for (std::size_t t = 0; t < inBand.size(); ++t) {
+      inBand[t] = view(t).cells ? 0 : 255;
+      same = same && (inBand[t] == 0) == (before_->distance_[t] == 0);
+    }
+    return same ? before_->distance_ : distanceToBand(cloud.bricks(), std::move(inBand));
+  }
+
+ private:
+  const Band& band_;
+  const FieldRecords* before_;
+};
 
 struct FieldRecords::Builder {
   const Cloud& cloud;
-  const BandSource& source;
-  const BandPlanes& planes;
+  const std::vector<std::uint32_t>& planeFirsts;
   const std::vector<std::uint8_t>& held;
-  std::vector<std::uint8_t> near;  // of each brick, a bit for each block
-  std::map<int, std::int32_t> constant;
+  std::vector<std::uint8_t> near;        // by brick, one bit per block
+  std::map<int, std::int32_t> constant;  // first record of the constant bricks, by kind
 
-  Eigen::Vector3i brickAt(std::size_t t) const {
-    const int b = static_cast<int>(t), nx = cloud.bricks().x(), ny = cloud.bricks().y();
-    return {b % nx, b / nx % ny, b / nx / ny};
-  }
+  Eigen::Vector3i brickAt(std::size_t t) const { return gridCell(t, cloud.bricks()); }
   bool inside(const Eigen::Vector3i& low, int cell) const {
-    return cloud.coverage(low.x() + (cell & 7), low.y() + (cell >> 3 & 7), low.z() + (cell >> 6)) >
-           127;
+    const Eigen::Vector3i v = low + cellOffset(cell);
+    return cloud.coverage(v.x(), v.y(), v.z()) > 127;
   }
 
-  // Blocks that hold band voxels, and their 26 neighbours.
+  // Marks blocks that hold band voxels, and their 26 neighbors.
   void markNear() {
     near.assign(held.size(), 0);
     for (std::size_t t = 0; t < near.size(); ++t)
@@ -74,19 +116,18 @@ struct FieldRecords::Builder {
       const int x = brick.x() * 2 + (block & 1) + k % 3 - 1,
                 y = brick.y() * 2 + (block >> 1 & 1) + k / 3 % 3 - 1,
                 z = brick.z() * 2 + (block >> 2) + k / 9 - 1;
-      if (x < 0 || y < 0 || z < 0 || x >= n.x() || y >= n.y() || z >= n.z()) continue;
-      near[static_cast<std::size_t>((x >> 1) + cloud.bricks().x() *
-                                                   ((y >> 1) + cloud.bricks().y() * (z >> 1)))] |=
+      if (!insideGrid(x, y, z, n)) continue;
+      near[gridIndex(x >> 1, y >> 1, z >> 1, cloud.bricks())] |=
           static_cast<std::uint8_t>(1 << ((x & 1) | (y & 1) << 1 | (z & 1) << 2));
     }
   }
 
-  CcVoxel plain(const Eigen::Vector3i& low, int cell, int mask) const {
-    if (inside(low, cell)) return {0, kDeepInside};
-    return {0, mask >> blockOf(cell) & 1 ? kNearOutside : 0};
+  CcVoxel plainRecord(const Eigen::Vector3i& low, int cell, int mask) const {
+    if (inside(low, cell)) return {0, CC_DEEP_INSIDE};
+    return {0, mask >> blockOf(cell) & 1 ? CC_NEAR_OUTSIDE : 0};
   }
 
-  // A brick without planes: one of its own only where it is inside in part.
+  // Records of a brick without planes. Its own if it is partly inside, otherwise shared.
   std::int32_t plainBrick(std::size_t t, std::vector<CcVoxel>& records, bool& solid) {
     const Eigen::Vector3i low = brickAt(t) * kBrickEdge;
     const std::int32_t stored = cloud.voxels().table[t];
@@ -99,40 +140,48 @@ struct FieldRecords::Builder {
     if (!mixed)
       if (const auto known = constant.find(kind); known != constant.end()) return known->second;
     const std::int32_t first = static_cast<std::int32_t>(records.size());
-    for (int k = 0; k < kBrickVoxels; ++k) records.push_back(plain(low, k, near[t]));
+    for (int k = 0; k < kBrickVoxels; ++k) records.push_back(plainRecord(low, k, near[t]));
     if (!mixed) constant[kind] = first;
     return first;
   }
 
-  // A brick with planes: they are numbered anew, and what is near outside may have changed with the
-  // bricks beside it.
+  // Records of a brick with planes. Renumbers the planes and marks near-outside voxels again, since
+  // these depend on neighboring bricks.
   std::int32_t bandBrick(std::size_t t, const BandView& brick, std::vector<CcVoxel>& records,
                          std::size_t& bandVoxels) const {
     const std::size_t first = records.size();
     records.insert(records.end(), brick.cells, brick.cells + kBrickVoxels);
-    const std::uint32_t shift = planes.firsts[t] - brick.first;
+    const std::uint32_t shift = planeFirsts[t] - brick.first;
     for (int k = 0; k < kBrickVoxels; ++k) {
       CcVoxel& v = records[first + static_cast<std::size_t>(k)];
       const uint count = ccPlaneCount(v);
       bandVoxels += count > 0;
       if (count > 1)
         v.b += shift;
-      else if (count == 0 && v.b != kDeepInside)
-        v.b = near[t] >> blockOf(k) & 1 ? kNearOutside : 0;
+      else if (count == 0 && v.b != CC_DEEP_INSIDE)
+        v.b = near[t] >> blockOf(k) & 1 ? CC_NEAR_OUTSIDE : 0;
     }
     return static_cast<std::int32_t>(first);
   }
 };
 
-FieldRecords::FieldRecords(const Cloud& cloud, const BandSource& source, const BandPlanes& planes,
-                           const std::vector<std::uint8_t>& distance) {
+FieldRecords::FieldRecords(const Cloud& cloud, const Band& band, const FieldRecords* before)
+    : FieldRecords(cloud, Source(band, before)) {}
+
+FieldRecords::FieldRecords(const Cloud& cloud, const Source& source)
+    : distance_(source.distances(cloud)) {
   const std::size_t all = source.size();
   std::size_t bandBricks = 0;
+  planeFirsts_.reserve(all + 1);
   for (std::size_t t = 0; t < all; ++t) {
+    const BandView brick = source.view(t);
+    planeFirsts_.push_back(static_cast<std::uint32_t>(planes_.size()));
+    planes_.insert(planes_.end(), brick.planes, brick.planes + brick.planeCount);
     held_.push_back(source.held(t));
     bandBricks += held_.back() > 0;
   }
-  Builder builder{cloud, source, planes, held_, {}, {}};
+  planeFirsts_.push_back(static_cast<std::uint32_t>(planes_.size()));
+  Builder builder{cloud, planeFirsts_, held_, {}, {}};
   builder.markNear();
   const Eigen::Vector3i n = cloud.bricks();
   bricks_ = {n.x(), n.y(), n.z()};
@@ -144,23 +193,30 @@ FieldRecords::FieldRecords(const Cloud& cloud, const BandSource& source, const B
     bool solid = false;
     firsts_.push_back(held_[t] ? builder.bandBrick(t, source.view(t), records_, bandVoxels_)
                                : builder.plainBrick(t, records_, solid));
-    // At a Chebyshev distance of n bricks lie at least n - 1 whole bricks between.
-    between_.push_back(solid ? -kBrickEdge : (static_cast<int>(distance[t]) - 1) * kBrickEdge);
+    // At a Chebyshev distance of n bricks there are at least n - 1 whole bricks between.
+    between_.push_back(solid ? -kBrickEdge : (static_cast<int>(distance_[t]) - 1) * kBrickEdge);
   }
   firsts_.push_back(0);
 }
 
 CcVoxel FieldRecords::at(int x, int y, int z) const {
-  if (x < 0 || y < 0 || z < 0 || x >= 8 * bricks_.nx || y >= 8 * bricks_.ny || z >= 8 * bricks_.nz)
-    return {0, 0};
-  const int brick = (x >> 3) + bricks_.nx * ((y >> 3) + bricks_.ny * (z >> 3));
-  const int cell = (x & 7) | (y & 7) << 3 | (z & 7) << 6;
-  return records_[static_cast<std::size_t>(firsts_[static_cast<std::size_t>(brick)] + cell)];
+  const Eigen::Vector3i bricks(bricks_.nx, bricks_.ny, bricks_.nz);
+  if (!insideGrid(x >> 3, y >> 3, z >> 3, bricks)) return {0, 0};
+  return records_[static_cast<std::size_t>(firsts_[brickIndex(x, y, z, bricks)] +
+                                           cellIndex(x, y, z))];
+}
+
+BandView FieldRecords::bandBrick(std::size_t brick) const {
+  if (distance_[brick] > 0) return {};
+  const std::uint32_t first = planeFirsts_[brick];
+  return {records_.data() + firsts_[brick], planes_.data() + first, planeFirsts_[brick + 1] - first,
+          first};
 }
 
 std::size_t FieldRecords::bytes() const {
-  return records_.size() * sizeof(CcVoxel) +
-         (firsts_.size() + between_.size()) * sizeof(std::int32_t) + held_.size();
+  return (records_.size() + planes_.size()) * sizeof(CcVoxel) +
+         (firsts_.size() + between_.size()) * sizeof(std::int32_t) +
+         planeFirsts_.size() * sizeof(std::uint32_t) + held_.size() + distance_.size();
 }
 
 }  // namespace cloudcontact

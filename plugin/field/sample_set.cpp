@@ -1,8 +1,7 @@
-// Coarser samples for large contacts: a model of no more than a query needs. Of a cell's samples
-// that look the same way the one nearest to their centroid stands for all, with their area and mean
-// normal. It keeps its own plane and width: a merged sample, wider and flatter than any piece of
-// the surface, made the M16 thread three times as deep (0.21 mm for 0.07) and turned its force by
-// 3 %.
+// Coarse levels for large contacts: a search uses no more samples than it needs. Of a cell's
+// samples that face the same way, the one nearest to their centroid represents all, with their area
+// and mean normal. It keeps its own plane and width: averaged samples are wider and flatter than
+// any piece of the surface, and make the M16 thread three times as deep.
 #include "field/sample_set.h"
 
 #include <algorithm>
@@ -13,18 +12,18 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr float kAlike = 0.95f;  // cosine: 18 deg; across more than that depth is not linear
-constexpr int kBrickBits = 18;   // of a brick's place along an axis
+constexpr float kAlike = 0.95f;  // cosine: 18 deg; depth is not linear across larger angles
+constexpr int kBrickBits = 18;   // of a brick's index along an axis
 constexpr int kCellBits = 3;     // of a cell's octant in the next coarser cell
 
 using V3 = Eigen::Vector3f;
 using Key = std::uint64_t;
 
-Eigen::Map<const V3> placeOf(const SurfaceSample& s) {
+Eigen::Map<const V3> positionOf(const SurfaceSample& s) {
   return Eigen::Map<const V3>(s.position);
 }
 
-// Brick, then 4-voxel cell in it, then 2-voxel cell in that: samples sorted by it lie in runs.
+// Brick, then 4-voxel cell within it, then 2-voxel cell within that: sorting by it yields runs.
 Key keyOf(const SurfaceSample& s) {
   constexpr int kMiddle = 1 << (kBrickBits - 1);  // pieces may lie a little outside the grid
   Key brick = 0, four = 0, two = 0;
@@ -37,7 +36,6 @@ Key keyOf(const SurfaceSample& s) {
   return brick << 2 * kCellBits | four << kCellBits | two;
 }
 
-// A piece by its place.
 struct Keyed {
   Key key;
   CutSample piece;
@@ -65,15 +63,16 @@ std::vector<Keyed> sorted(const std::vector<CutSample>& pieces) {
   return keyed;
 }
 
-// Calls `with(begin, end)` for each run of pieces whose keys agree above `shift` bits.
-template <typename With>
-void runs(Pieces pieces, int shift, With&& with) {
+// Calls visit(begin, end) for each run of pieces whose keys agree above `shift` bits.
+template <typename Visit>
+void forEachRun(Pieces pieces, int shift, Visit&& visit) {
   for (std::size_t begin = 0, end = 0; begin < pieces.size(); begin = end) {
     while (end < pieces.size() && pieces[end].key >> shift == pieces[begin].key >> shift) ++end;
-    with(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
+    visit(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
   }
 }
 
+// Samples of a cell that face the same way.
 struct Group {
   V3 vector = V3::Zero();  // sum of area times normal
   V3 first = V3::Zero();   // sum of area times position
@@ -82,50 +81,48 @@ struct Group {
 
   void add(const SurfaceSample& s, std::uint32_t index) {
     vector += s.area * Eigen::Map<const V3>(s.normal);
-    first += s.area * placeOf(s);
+    first += s.area * positionOf(s);
     area += s.area;
     members.push_back(index);
   }
 
   SurfaceSample sample(Pieces pieces) const {
     const V3 centroid = first / area;
-    const auto away = [&](std::uint32_t i) {
-      return (placeOf(pieces[i].piece.sample) - centroid).squaredNorm();
+    const auto distance = [&](std::uint32_t i) {
+      return (positionOf(pieces[i].piece.sample) - centroid).squaredNorm();
     };
-    const std::uint32_t nearest =
-        *std::min_element(members.begin(), members.end(),
-                          [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
+    const std::uint32_t nearest = *std::min_element(
+        members.begin(), members.end(),
+        [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
     SurfaceSample s = pieces[nearest].piece.sample;
     s.area = vector.norm();
-    // Within its own plane it moves to the centroid: on a face along the grid all four of a cell
-    // are as near, and the first of each would shift a cube's centre of force by 0.37 voxel.
-    Eigen::Map<V3> place(s.position);
+    // Moves to the centroid within its own plane. On a face along the grid, all four samples of a
+    // cell are equally near; taking the first would shift a cube's center of force by 0.37 voxel.
+    Eigen::Map<V3> position(s.position);
     const Eigen::Map<const V3> normal(s.normal);
-    const V3 aside = centroid - place;
-    place += aside - normal.dot(aside) * normal;
-    // The pieces' force has the direction of their normals' sum: with the nearest one's normal two
-    // tori of 20 voxels were 0.37 deg off all their samples, with this one 0.14. Across its plane
-    // it stays: in the centroid the tori were less than half as far off in depth, but a screw
-    // locked late or early.
+    const V3 offset = centroid - position;
+    position += offset - normal.dot(offset) * normal;
+    // The mean normal, because the pieces' force points along the sum of their normals. Not moved
+    // across its plane: at the centroid a screw locks late or early.
     Eigen::Map<V3>(s.normal) = vector.normalized();
     return s;
   }
 };
 
-// Puts a set together, brick after brick.
+// Assembles a set brick by brick.
 class Assembler {
  public:
   explicit Assembler(std::vector<SampleOrigin>& origins) : origins_(origins) { origins_.clear(); }
 
-  // A brick's pieces, in their order.
+  // Appends a brick from its sorted pieces.
   void add(Pieces pieces) {
     const std::uint32_t own = samplesOf(0);
     for (const Keyed& k : pieces) {
       set_.levels[0].samples.push_back(k.piece.sample);
       origins_.push_back(k.piece.origin);
     }
-    std::vector<std::uint32_t> firsts, ends;  // of level 1's cells: in that level, in the pieces
-    runs(pieces, 0, [&](std::uint32_t begin, std::uint32_t end) {
+    std::vector<std::uint32_t> firsts, ends;  // of cells: first sample on level 1, end in `pieces`
+    forEachRun(pieces, 0, [&](std::uint32_t begin, std::uint32_t end) {
       firsts.push_back(samplesOf(1));
       merge(set_.levels[1], pieces, begin, end, {own + begin, end - begin});
       ends.push_back(end);
@@ -133,7 +130,7 @@ class Assembler {
     firsts.push_back(samplesOf(1));
     const std::uint32_t coarse = samplesOf(2);
     std::size_t fine = 0;
-    runs(pieces, kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+    forEachRun(pieces, kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
       const std::uint32_t first = firsts[fine];
       while (fine < ends.size() && ends[fine] <= end) ++fine;
       merge(set_.levels[2], pieces, begin, end, {first, firsts[fine] - first});
@@ -141,7 +138,7 @@ class Assembler {
     addBrick(pieces, {coarse, samplesOf(2) - coarse});
   }
 
-  // Bricks [from, to) of another set as they are.
+  // Appends bricks [from, to) of another set.
   void copy(const SampleSet& other, const std::vector<SampleOrigin>& origins, std::size_t from,
             std::size_t to);
 
@@ -173,7 +170,7 @@ class Assembler {
 
   void addBrick(Pieces pieces, SampleRun run) {
     Eigen::AlignedBox3f box;
-    for (const Keyed& k : pieces) box.extend(placeOf(k.piece.sample));
+    for (const Keyed& k : pieces) box.extend(positionOf(k.piece.sample));
     SampleBricks& bricks = set_.bricks;
     bricks.x.push_back(box.center().x());
     bricks.y.push_back(box.center().y());
@@ -187,11 +184,11 @@ class Assembler {
   std::vector<Group> groups_;
 };
 
-// The samples that all bricks before this one hold, on each level.
-struct Begins {
+// Numbers of samples and cells in all bricks before this one, on each level.
+struct Offsets {
   std::uint32_t samples[kLevels], cells[kLevels];
 
-  Begins(const SampleSet& set, std::size_t brick) {
+  Offsets(const SampleSet& set, std::size_t brick) {
     const SampleLevel& coarsest = set.levels[kLevels - 1];
     const bool end = brick == set.bricks.runs.size();
     samples[kLevels - 1] =
@@ -209,7 +206,7 @@ struct Begins {
 void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& origins,
                      std::size_t from, std::size_t to) {
   if (from == to) return;
-  const Begins begin(other, from), end(other, to);
+  const Offsets begin(other, from), end(other, to);
   std::uint32_t shift[kLevels];
   for (int level = 0; level < kLevels; ++level)
     shift[level] = samplesOf(level) - begin.samples[level];
@@ -237,13 +234,13 @@ void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& or
   }
 }
 
-// What is left of a brick's samples, in their order.
-std::vector<Keyed> leftOf(const SampleSet& set, const std::vector<SampleOrigin>& origins,
-                          const VoxelSet& gone, std::size_t brick) {
+// A brick's samples without those of removed voxels, in their order.
+std::vector<Keyed> remaining(const SampleSet& set, const std::vector<SampleOrigin>& origins,
+                             const VoxelSet& removed, std::size_t brick) {
   std::vector<Keyed> left;
-  const std::uint32_t end = Begins(set, brick + 1).samples[0];
-  for (std::uint32_t i = Begins(set, brick).samples[0]; i < end; ++i) {
-    if (gone.has(origins[i].brick, origins[i].cell)) continue;
+  const std::uint32_t end = Offsets(set, brick + 1).samples[0];
+  for (std::uint32_t i = Offsets(set, brick).samples[0]; i < end; ++i) {
+    if (removed.has(origins[i].brick, origins[i].cell)) continue;
     const SurfaceSample s = set.levels[0].samples[i];
     left.push_back({keyOf(s), {s, origins[i]}});
   }
@@ -252,22 +249,41 @@ std::vector<Keyed> leftOf(const SampleSet& set, const std::vector<SampleOrigin>&
 
 }  // namespace
 
+void SampleColumns::append(const SampleColumns& from, std::size_t first, std::size_t count) {
+  const auto add = [&](std::vector<float>& to, const std::vector<float>& source) {
+    const auto begin = source.begin() + static_cast<std::ptrdiff_t>(first);
+    to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
+  };
+  add(x, from.x), add(y, from.y), add(z, from.z);
+  add(nx, from.nx), add(ny, from.ny), add(nz, from.nz);
+  add(area, from.area), add(width, from.width);
+}
+
+void SampleColumns::fit(const SampleColumns& other) {
+  for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width})
+    column->reserve(other.x.capacity());
+}
+
+void SampleColumns::clear() {
+  for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->clear();
+}
+
 SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {
   const std::vector<Keyed> keyed = sorted(pieces);
   Assembler assembler(origins);
-  runs(keyed, 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+  forEachRun(keyed, 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
     assembler.add(Pieces(keyed).subspan(begin, end - begin));
   });
   return assembler.take();
 }
 
 SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>& originsBefore,
-                       const VoxelSet& gone, std::vector<CutSample> fresh,
+                       const VoxelSet& removed, std::vector<CutSample> fresh,
                        std::vector<SampleOrigin>& origins) {
   const std::vector<Keyed> keyed = sorted(fresh);
   Assembler assembler(origins);
   auto next = keyed.begin();
-  const auto freshTo = [&](Key brick) {  // end of the fresh pieces in it
+  const auto freshEnd = [&](Key brick) {  // end of the fresh pieces in a brick
     auto end = next;
     while (end != keyed.end() && end->brick() == brick) ++end;
     return end;
@@ -275,29 +291,29 @@ SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>&
   std::size_t copied = 0;
   const std::size_t count = before.bricks.runs.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t first = Begins(before, i).samples[0],
-                        end = Begins(before, i + 1).samples[0];
+    const std::uint32_t first = Offsets(before, i).samples[0],
+                        end = Offsets(before, i + 1).samples[0];
     const Key own = keyOf(before.levels[0].samples[first]) >> 2 * kCellBits;
     bool touched = next != keyed.end() && next->brick() <= own;
     for (std::uint32_t k = first; k < end && !touched; ++k)
-      touched = gone.has(originsBefore[k].brick, originsBefore[k].cell);
+      touched = removed.has(originsBefore[k].brick, originsBefore[k].cell);
     if (!touched) continue;
     assembler.copy(before, originsBefore, copied, i);
     copied = i + 1;
     while (next != keyed.end() && next->brick() < own) {
-      const auto to = freshTo(next->brick());
+      const auto to = freshEnd(next->brick());
       assembler.add({next, to});
       next = to;
     }
-    std::vector<Keyed> pieces = leftOf(before, originsBefore, gone, i);
-    const auto to = freshTo(own);
+    std::vector<Keyed> pieces = remaining(before, originsBefore, removed, i);
+    const auto to = freshEnd(own);
     pieces.insert(pieces.end(), next, to);
     next = to;
     std::sort(pieces.begin(), pieces.end(), inOrder);
     if (!pieces.empty()) assembler.add(pieces);
   }
   assembler.copy(before, originsBefore, copied, count);
-  runs(Pieces(next, keyed.end()), 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
+  forEachRun(Pieces(next, keyed.end()), 2 * kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
     assembler.add(Pieces(next, keyed.end()).subspan(begin, end - begin));
   });
   return assembler.take();

@@ -1,31 +1,53 @@
-// A surface's samples in levels from coarse to fine. Each of a coarse level's cells knows the finer
-// samples within it: a search looks at few coarse samples first, then only where these were near.
+// SampleSet: a surface's samples in levels from coarse to fine. Each cell of a coarse level refers
+// to the finer samples within it: a search visits few coarse samples first, then only the cells
+// where these are near.
 #pragma once
 
-#include "field/sample_columns.h"
+#include <cloudcontact/field/surface_sample.h>
+
 #include "voxels/voxel_set.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace cloudcontact {
 
-constexpr int kLevels =
-    3;  // level 0 holds every piece; level 1 has cells of 2 voxels, level 2 of 4
+constexpr int kLevels = 3;  // level 0: every piece; level 1: cells of 2 voxels; level 2: of 4
 
-// A run of samples.
+// One column per quantity, so that many samples are looked up side by side.
+struct SampleColumns {
+  std::vector<float> x, y, z;     // [voxels], grid's frame
+  std::vector<float> nx, ny, nz;  // outward unit vector
+  std::vector<float> area, width;
+
+  std::size_t size() const { return x.size(); }
+  std::size_t bytes() const { return 8 * sizeof(float) * size(); }
+  SurfaceSample operator[](std::size_t k) const {
+    return {{x[k], y[k], z[k]}, {nx[k], ny[k], nz[k]}, area[k], width[k]};
+  }
+  void push_back(const SurfaceSample& s) {  // inline for the contact search
+    x.push_back(s.position[0]), y.push_back(s.position[1]), z.push_back(s.position[2]);
+    nx.push_back(s.normal[0]), ny.push_back(s.normal[1]), nz.push_back(s.normal[2]);
+    area.push_back(s.area), width.push_back(s.width);
+  }
+  void append(const SampleColumns& from, std::size_t first, std::size_t count);
+  void fit(const SampleColumns& other);  // reserves the other's capacity
+  void clear();
+};
+
 struct SampleRun {
   std::uint32_t first = 0, count = 0;
 };
 
-// Of a cell's pieces those that look the same way are one sample.
+// Pieces of a cell that face the same way are one sample.
 struct SampleLevel {
   SampleColumns samples;
-  std::vector<std::uint32_t> cellOf;  // each sample's cell; level 0 has none
-  std::vector<SampleRun> finer;       // a cell's samples of the next finer level
+  std::vector<std::uint32_t> cellOf;  // cell of each sample; empty on level 0
+  std::vector<SampleRun> finer;       // a cell's samples on the next finer level
 };
 
-// 8x8x8 voxels; `radius` about the centre holds all pieces (grid frame, voxels). Runs of the
-// coarsest level.
+// Bricks of 8x8x8 voxels. A sphere holds all pieces of a brick (grid's frame, voxels). The runs are
+// of the coarsest level.
 struct SampleBricks {
   std::vector<float> x, y, z, radius;
   std::vector<SampleRun> runs;
@@ -38,20 +60,20 @@ struct SampleSet {
   std::size_t bytes() const;
 };
 
-// Where a piece of surface was cut: the voxel that it belongs to, and its place among all pieces in
-// the order in which a whole surface is cut.
+// The voxel that a piece of surface belongs to, and its rank in the order in which a full build
+// cuts the surface.
 struct SampleOrigin {
   std::uint64_t order = 0;
   std::int32_t brick = 0;
   std::int16_t cell = 0;
 
-  // The n-th of a voxel.
+  // The n-th piece of a voxel.
   static SampleOrigin ofVoxel(std::int32_t brick, std::int16_t cell, int n) {
     return {static_cast<std::uint64_t>(brick) << 24 | static_cast<std::uint64_t>(cell) << 15 |
                 static_cast<std::uint64_t>(n),
             brick, cell};
   }
-  // The n-th that is found from a voxel beside it; these come after all of the first kind.
+  // The n-th piece found from a neighboring voxel. These rank after all of the first kind.
   static SampleOrigin ofSliver(std::int32_t brick, std::int16_t cell, int n) {
     SampleOrigin origin = ofVoxel(brick, cell, n);
     origin.order |= std::uint64_t{1} << 63;
@@ -64,14 +86,14 @@ struct CutSample {
   SampleOrigin origin;
 };
 
-// Sorts pieces of surface, in voxels, into bricks and cells, and makes the coarse levels. The order
-// depends on the pieces alone. `origins` are those of level 0's samples.
+// Sorts pieces of surface into bricks and cells and creates the coarse levels. The order depends on
+// the pieces alone. Returns the origins of level 0 in `origins`.
 SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins);
 
-// The set that sortSamples() makes of `before` without the samples of the voxels in `gone`, and
-// with `fresh` ones. Bricks of which nothing goes and to which nothing comes are copied.
+// The set that sortSamples() creates from `before` without the samples of voxels in `removed`, and
+// with `fresh` ones. Unaffected bricks are copied.
 SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>& originsBefore,
-                       const VoxelSet& gone, std::vector<CutSample> fresh,
+                       const VoxelSet& removed, std::vector<CutSample> fresh,
                        std::vector<SampleOrigin>& origins);
 
 }  // namespace cloudcontact

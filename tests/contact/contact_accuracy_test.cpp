@@ -1,5 +1,5 @@
-// Contacts of clouds against closed forms: normal, depth, centre of force and force of every case
-// in contact_cases.cpp, pressed 0.3 to 1 voxel, each at its own random grids, poses and place.
+// Contacts of clouds compared with closed forms: normal, depth, force and its center, for every
+// case of contact_cases.cpp, pressed by 0.3 to 1 voxel, on random grids and at random poses.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include <gtest/gtest.h>
@@ -24,12 +24,12 @@ TEST_P(ContactAccuracy, KeepsItsBounds) {
     EXPECT_EQ(s.missed, 0) << "contacts not found";
     EXPECT_LE(s.worst.normalDeg, one.bounds.normalDeg) << "degrees off the true normal";
     EXPECT_LE(s.worst.depth, one.bounds.depth) << "voxels off the true depth";
-    EXPECT_LE(s.worst.centre, one.bounds.centre) << "voxels from the true centre to the axis";
+    EXPECT_LE(s.worst.center, one.bounds.center) << "voxels from the true center to the axis";
     EXPECT_LE(s.worst.forceRelative, one.bounds.forceRelative) << "of the force k d";
   }
 }
 
-// Cases of which something is asked: the others are for the table.
+// Cases with bounds. The others are only printed by contact_table.
 std::vector<ContactCase> boundedCases() {
   std::vector<ContactCase> cases = contactCases();
   std::erase_if(cases, [](const ContactCase& one) { return std::isinf(one.bounds.normalDeg); });
@@ -42,9 +42,8 @@ std::string nameOf(const ::testing::TestParamInfo<ContactCase>& param) {
 
 INSTANTIATE_TEST_SUITE_P(Cases, ContactAccuracy, ::testing::ValuesIn(boundedCases()), nameOf);
 
-// The cases' own ground: meshes that are not the solids they stand for would make every figure
-// above a lie.
-TEST(ContactCaseMeshes, AreTheSolidsTheyStandFor) {
+// All results above rely on meshes that match the ideal solids.
+TEST(ContactCaseMeshes, MatchTheIdealSolids) {
   const double tolerance = 0.003;
   const Mesh sphere = sphereMesh(40, tolerance), cylinder = cylinderMesh(24, 36, tolerance);
   for (const Mesh* mesh : {&sphere, &cylinder}) {

@@ -1,4 +1,4 @@
-// Bodies far from each other are passed over without looking at a sample, and only these.
+// Pairs far apart are skipped without looking up a sample; other pairs are not.
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kVoxel = 1e-3, kMargin = 2 * kVoxel;
 
-// Whether a sample of one body lies in the other or within the margin of it.
+// True if a sample of one body lies in the other or within the margin.
 bool meets(const ContactBody& sampled, const ContactBody& other) {
   if (!sampled.field) return false;
   const Cloud& cloud = sampled.field->cloud();
@@ -38,21 +38,21 @@ class FarApart : public ::testing::Test {
   BodyMaker maker{kVoxel, Random(11)};
   Body bar = maker.box(Vec3(40, 8, 6), true);  // its grid along its edges
 
-  // Against the bar at random places about its reach.
+  // Against the bar, at random poses around it.
   void check(const Body& other, double reach) {
-    int passedOver = 0, met = 0;
+    int skipped = 0, met = 0;
     for (int i = 0; i < 300; ++i) {
       const Pose place{maker.random.rotation(),
                        kVoxel * reach * (2 * maker.random.inCube() - Vec3::Ones())};
       const ContactBody a = bar.at({}), b = other.at(place);
-      const bool over = asked(a, b) == 0;
-      EXPECT_EQ(asked(b, a) == 0, over);
+      const bool skip = asked(a, b) == 0;
+      EXPECT_EQ(asked(b, a) == 0, skip);
       const bool meeting = meets(a, b) || meets(b, a);
-      EXPECT_FALSE(over && meeting) << "place " << i;
-      passedOver += over;
+      EXPECT_FALSE(skip && meeting) << "pose " << i;
+      skipped += skip;
       met += meeting;
     }
-    EXPECT_GT(passedOver, 30);
+    EXPECT_GT(skipped, 30);
     EXPECT_GT(met, 30);
   }
 };
@@ -65,8 +65,8 @@ TEST_F(FarApart, AConvexShape) {
   check(BodyMaker::shape(Cylinder{4 * kVoxel, 12 * kVoxel}), 30);
 }
 
-// Crossed bars whose boxes along any face's normal overlap: edges tell them apart.
-TEST_F(FarApart, EdgesTellToo) {
+// Crossed bars that only an axis across two edges separates.
+TEST_F(FarApart, AlongEdgeAxes) {
   const Pose turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.25 * EIGEN_PI, Vec3::UnitX())),
                     Vec3::Zero()};
   Pose crossed = turned;

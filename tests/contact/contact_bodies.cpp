@@ -1,4 +1,4 @@
-// The bodies of the contact cases: random numbers, meshes of ideal solids, clouds made of them.
+// The bodies of the contact cases: random numbers, meshes of ideal solids and their clouds.
 #include <cloudcontact/voxels/digitize.h>
 
 #include <cmath>
@@ -76,7 +76,7 @@ Mesh icosahedron() {
       mesh.vertices.emplace_back(b, 0, a);
     }
   }
-  // Three corners make a face where each two are an edge (2) apart; turned to look outward.
+  // Three corners form a face if each two are an edge (2) apart. Oriented outward.
   const auto& v = mesh.vertices;
   const auto near = [&](int i, int j) { return (v[i] - v[j]).norm() < 2.1; };
   for (int i = 0; i < 12; ++i) {
@@ -91,7 +91,7 @@ Mesh icosahedron() {
   return mesh;
 }
 
-// Each triangle in four, new vertices on the unit sphere.
+// Splits each triangle into four, with new vertices on the unit sphere.
 Mesh refined(const Mesh& coarse) {
   Mesh mesh;
   mesh.vertices = coarse.vertices;
@@ -124,8 +124,9 @@ double volumeOf(const Mesh& mesh) {
 Mesh sphereMesh(double radius, double tolerance) {
   Mesh mesh = icosahedron();
   for (Vec3& v : mesh.vertices) v.normalize();
-  // A facet of edge e lies (e / sqrt 3)^2 / 2r within the sphere at its middle. Keeping the volume
-  // halves that, once on either side. The first edge is 1.0515 r; the longest shrinks by 0.52.
+  // The middle of a facet with edge e lies (e / sqrt 3)^2 / 2r inside the sphere. Keeping the
+  // volume spreads this evenly to both sides. The first edge is 1.0515 r; the longest shrinks by
+  // 0.52.
   for (double edge = 1.18; radius * edge * edge / 12 > tolerance; edge /= 2) mesh = refined(mesh);
   const double grow = std::cbrt(4 * std::numbers::pi / 3 / volumeOf(mesh));
   for (Vec3& v : mesh.vertices) v *= grow * radius;
@@ -135,7 +136,8 @@ Mesh sphereMesh(double radius, double tolerance) {
 Mesh cylinderMesh(double radius, double height, double tolerance) {
   const int n = std::max(12, int(std::ceil(std::numbers::pi / std::sqrt(tolerance / radius))));
   const double turn = 2 * std::numbers::pi / n;
-  const double corner = radius * std::sqrt(turn / std::sin(turn));  // keeps the cross-section
+  const double corner =
+      radius * std::sqrt(turn / std::sin(turn));  // keeps the cross-section's area
   Mesh mesh;
   mesh.vertices = {{0, 0, -height / 2}, {0, 0, height / 2}};
   for (int k = 0; k < n; ++k) {
@@ -180,7 +182,7 @@ Body BodyMaker::cloud(const Mesh& mesh, bool aligned) {
   return body;
 }
 
-// Facet tolerance: well under the least error asked for (3 % of 0.3 voxel).
+// Facet tolerance, well below the smallest bound (3 % of 0.3 voxel).
 constexpr double kTolerance = 0.003;  // [voxels]
 
 Body BodyMaker::box(const Vec3& voxels, bool aligned) {

@@ -1,9 +1,9 @@
-// The contact cases: solids, where they stand, and what is true of them.
+// The contact cases: solids, their poses, and the true contact.
 //
-// In the frame of a case A's touched surface is the plane z = 0 (or A's highest point or edge is at
-// z = 0), B comes from above and its lowest point is at z = -depth, and the true normal is +z. The
-// true centre is that of the overlap's volume: the centre of pressure of a pressure that grows with
-// the depth. Lengths in the builders' arguments are voxels.
+// In the frame of a case, A's touched surface is the plane z = 0, or A's highest point or edge is
+// at z = 0. B comes from above with its lowest point at z = -depth. The true normal is +z. The true
+// center is that of the overlap's volume: the center of a pressure proportional to depth. Lengths
+// in the builders' arguments are voxels.
 #include "contact/contact_cases.h"
 
 #include <algorithm>
@@ -17,12 +17,12 @@ namespace cloudcontact::testing {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-// What issue 2 asks ("Must show", `contact`).
+// Bounds of the contact tests.
 constexpr Bounds kSmooth{0.5, 0.1, 0.5, 0.03};
 constexpr Bounds kEdge{1.0, 0.3, kInfinite, kInfinite};
 constexpr Bounds kCrossed{4.0, kInfinite, kInfinite, kInfinite};
 constexpr Bounds kOverhang{1.5, kInfinite, kInfinite, kInfinite};
-// Asked of nothing so far: watched in the table alone.
+// No bounds: for contact_table only.
 constexpr Bounds kWatched{kInfinite, kInfinite, kInfinite, kInfinite};
 
 const std::vector<double> kPressed{0.3, 0.6, 1.0};
@@ -42,14 +42,14 @@ double capVolume(double radius, double depth) {
   return std::numbers::pi * depth * depth * (radius - depth / 3);
 }
 
-// Of the part of a disc that lies beyond a chord `depth` from its edge.
+// Area of the part of a disc beyond a chord at `depth` from its edge.
 double segmentArea(double radius, double depth) {
   const double chord = radius - depth;
   return radius * radius * std::acos(chord / radius) -
          chord * std::sqrt(depth * (2 * radius - depth));
 }
 
-// What B is pressed into.
+// The body that B is pressed into.
 enum class Ground { HalfSpace, Slab, AlignedSlab };
 
 Body groundBody(BodyMaker& make, Ground ground) {
@@ -63,8 +63,8 @@ Pose groundPose(Ground ground, double voxel) {
 
 using VolumeAt = std::function<double(double depth)>;
 
-// A body turned by `turn`, then about z at random, whose lowest point is then `below` [voxels]
-// under its origin, and the overlap's centre under that as well.
+// A body turned by `turn`, then about z at random. Its lowest point is then `below` [voxels] under
+// its origin, and so is the overlap's center.
 Instance onGround(BodyMaker& make, Ground ground, Body body, double below, VolumeAt volume,
                   const Quaternion& turn = Quaternion::Identity()) {
   const double h = make.voxel;
@@ -99,7 +99,7 @@ Instance cylinderOn(BodyMaker& make, Ground ground, Body body, double radius) {
       [=](double depth) { return length * segmentArea(r, depth); }, kAxisAlongX);
 }
 
-// A long cylinder across a narrow bar, the bar's middle 2 voxels from the cylinder's.
+// A long cylinder across a narrow bar, their centers 2 voxels apart.
 Instance cylinderAcross(BodyMaker& make, double radius) {
   const double h = make.voxel;
   const Vec3 bar(24, 40, 10);
@@ -120,9 +120,9 @@ Instance sphereOnSphere(BodyMaker& make, double lower, double upper) {
   return instance;
 }
 
-const Vec3 kFaced(24.3, 31.6, 18.4);  // of the box that touches with a face
+const Vec3 kFaced(24.3, 31.6, 18.4);  // edges of the box that touches with a face
 
-// Two equal boxes one on the other, edges over edges.
+// Two equal boxes stacked with their edges aligned.
 Instance stack(BodyMaker& make, bool aligned) {
   const double h = make.voxel, half = kFaced.z() / 2 * h;
   Instance instance{make.box(kFaced, aligned), make.box(kFaced, aligned), {}};
@@ -148,9 +148,9 @@ double genericRoll(Random& random) {
   return random.uniform(15, 75) * std::numbers::pi / 180;
 }
 
-const Vec3 kEdged(30, 24, 26);  // of the box that touches with an edge or a corner
+const Vec3 kEdged(30, 24, 26);  // edges of the box that touches with an edge or a corner
 
-// A box rolled about its x axis, so that an edge along x is the lowest.
+// A box rolled about its x axis, so that an edge along x is lowest.
 Instance edgeOn(BodyMaker& make, Ground ground, Body body) {
   const double h = make.voxel;
   const double roll = genericRoll(make.random);
@@ -160,18 +160,18 @@ Instance edgeOn(BodyMaker& make, Ground ground, Body body) {
   Instance instance{groundBody(make, ground), std::move(body), {}};
   instance.place = [=](double depth) {
     const Vec3 edgeToBox(0, -lowest.y() * h, -lowest.z() * h - depth);
-    // The wedge's section: a triangle from the edge up its two faces to z = 0.
-    const Vec3 centre(0, (depth / std::tan(roll) - depth * std::tan(roll)) / 3, -depth / 3);
+    // The wedge's cross-section: a triangle from the edge along its two faces to z = 0.
+    const Vec3 center(0, (depth / std::tan(roll) - depth * std::tan(roll)) / 3, -depth / 3);
     const double section = depth * depth * (std::tan(roll) + 1 / std::tan(roll)) / 2;
     const double volume = section * kEdged.x() * h;
     return Placed{groundPose(ground, h),
                   {yaw * rolled, yaw * edgeToBox},
-                  {Vec3::UnitZ(), depth, yaw * centre, volume}};
+                  {Vec3::UnitZ(), depth, yaw * center, volume}};
   };
   return instance;
 }
 
-// Turned so that a corner is lowest and its three edges rise by 15 degrees at least.
+// A rotation with a corner lowest and its three edges rising by at least 15 degrees.
 Quaternion cornerDown(Random& random) {
   for (;;) {
     const Quaternion turn = random.rotation();
@@ -186,25 +186,25 @@ Instance cornerOn(BodyMaker& make, Ground ground, Body body) {
   const Quaternion turn = cornerDown(make.random);
   const Vec3 lowest = lowestCorner(kEdged, turn);
   const double rises = turn.toRotationMatrix().row(2).cwiseAbs().prod();
-  Vec3 sum = Vec3::Zero();  // of the pyramid's three base corners, for depth 1
+  Vec3 sum = Vec3::Zero();  // sum of the pyramid's three base corners at depth 1
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 edge = turn.toRotationMatrix().col(axis);
     sum += edge / std::abs(edge.z()) * (edge.z() < 0 ? -1 : 1);
   }
   Instance instance{groundBody(make, ground), std::move(body), {}};
   instance.place = [=](double depth) {
-    const Vec3 centre = sum * depth / 4;  // of a pyramid, from its apex
+    const Vec3 center = sum * depth / 4;  // of the pyramid, from its apex
     return Placed{groundPose(ground, h),
                   {turn, -lowest * h - depth * Vec3::UnitZ()},
                   {Vec3::UnitZ(),
                    depth,
-                   {centre.x(), centre.y(), -depth / 2},
+                   {center.x(), center.y(), -depth / 2},
                    depth * depth * depth / rises / 6}};
   };
   return instance;
 }
 
-// A's highest edge along x, B's lowest edge turned from it by `degrees`; both rolled.
+// A's highest edge lies along x, B's lowest edge is turned from it by `degrees`; both are rolled.
 Instance crossedEdges(BodyMaker& make, double degrees) {
   const double h = make.voxel;
   const double angle = degrees * std::numbers::pi / 180;
@@ -219,8 +219,8 @@ Instance crossedEdges(BodyMaker& make, double degrees) {
     Placed placed;
     placed.a = {turnA, {slipA, lowA.y() * h, lowA.z() * h}};
     placed.b = {yaw * turnB, yaw * Vec3(slipB, -lowB.y() * h, -lowB.z() * h - depth)};
-    // The overlap is a tetrahedron: a piece of each edge, from where it enters the other wedge to
-    // where it leaves. `mean` is the middle of such a piece, sideways of the other edge.
+    // The overlap is a tetrahedron with a piece of each edge, from where it enters the other wedge
+    // to where it leaves. `mean` is the middle of such a piece, beside the other edge.
     const auto mean = [&](double roll) {
       return depth * (std::tan(roll) - 1 / std::tan(roll)) / 2;
     };
@@ -232,8 +232,8 @@ Instance crossedEdges(BodyMaker& make, double degrees) {
   return instance;
 }
 
-// The centre of the part of a rectangle, turned by `yaw` about z, that lies at x < 0. [voxels]
-Vec3 coveredCentre(double length, double width, const Quaternion& yaw) {
+// The center of the part at x < 0 of a rectangle turned by `yaw` about z [voxels].
+Vec3 coveredCenter(double length, double width, const Quaternion& yaw) {
   std::vector<Vec3> corners, kept;
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
     corners.push_back(yaw * Vec3(x * length / 2, y * width / 2, 0));
@@ -255,12 +255,12 @@ Vec3 coveredCentre(double length, double width, const Quaternion& yaw) {
   return moment / area;
 }
 
-// A box, half of it over the edge of a table that ends at x = 0.
+// A box that overhangs, by half, the edge of a table that ends at x = 0.
 Instance overhang(BodyMaker& make, bool aligned, bool yawed) {
   const double h = make.voxel;
   const Vec3 table(44, 40, 10), box(20, 24, 12);
   const Quaternion yaw = yawed ? make.random.yaw() : Quaternion::Identity();
-  const Vec3 covered = coveredCentre(box.x(), box.y(), yaw) * h;
+  const Vec3 covered = coveredCenter(box.x(), box.y(), yaw) * h;
   Instance instance{make.box(table, aligned), make.box(box, aligned), {}};
   instance.place = [=](double depth) {
     return Placed{at(-22 * h, 0, -5 * h), at(0, 0, 6 * h - depth, yaw),
@@ -269,7 +269,7 @@ Instance overhang(BodyMaker& make, bool aligned, bool yawed) {
   return instance;
 }
 
-// A sphere or a smaller plate on a plate, with nothing under it.
+// A sphere or a smaller plate on an unsupported plate.
 Instance onPlate(BodyMaker& make, double thickness, Instance instance) {
   const double h = make.voxel;
   instance.a = make.box({44, 42, thickness});
@@ -311,8 +311,8 @@ void addCurved(Cases& cases, double radius, const Bounds& bounds) {
   }
 }
 
-// A body of revolution whose point (radius, 0, z) is lowest once it is tilted by a random angle of
-// `least` to `most` degrees.
+// A body of revolution, tilted by a random angle of `least` to `most` degrees. Its lowest point is
+// then (radius, 0, z).
 Instance tiltedOn(BodyMaker& make, Body body, double radius, double z, double least, double most) {
   const double h = make.voxel;
   const double tilt = make.random.uniform(least, most) * std::numbers::pi / 180;
@@ -327,7 +327,7 @@ Instance tiltedOn(BodyMaker& make, Body body, double radius, double z, double le
   return instance;
 }
 
-// B known by its formula, on a slab that is a cloud.
+// B is an analytic shape, on a slab that is a cloud.
 void addPrimitives(Cases& cases) {
   for (const double radius : {16.0, 40.0}) {
     cases.push_back({"primitive-sphere" + digits(radius), kPressed, kSmooth, [=](BodyMaker& make) {

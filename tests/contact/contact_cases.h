@@ -1,6 +1,6 @@
-// Pairs of bodies whose contact is known in closed form, and how far a found contact is from it.
-// Shared by the contact tests and by the program contact_table. Nothing here asks the library what
-// is true: the truths are those of the ideal solids, the meshes are those solids to 0.003 voxel.
+// Pairs of bodies whose contact is known in closed form, and the errors of a contact found. Shared
+// by the contact tests and the program contact_table. The truth never comes from the library but
+// from the ideal solids; the meshes match these to 0.003 voxel.
 #pragma once
 
 #include <cloudcontact/contact/contact_finder.h>
@@ -29,16 +29,16 @@ class Random {
   std::uint64_t state_;
 };
 
-// Solids about the origin. Facets stray from the true curved surface by less than `tolerance` [m],
-// and keep its volume (sphere) or cross-section (cylinder, axis z).
+// Solids centered at the origin. Facets deviate from the curved surface by less than `tolerance`
+// [m] and keep its volume (sphere) or cross-section (cylinder, axis z).
 Mesh boxMesh(const Vec3& edges);
 Mesh sphereMesh(double radius, double tolerance);
 Mesh cylinderMesh(double radius, double height, double tolerance);
 Mesh transformed(const Mesh& mesh, const Pose& pose);
 Hull boxAsHull(const Vec3& half);
 
-// One side of a case. A cloud's grid does not lie along the solid's axes: `grid` places the solid
-// in the frame that was digitised.
+// One body of a case. A cloud's grid is not aligned with the solid's axes: `grid` places the solid
+// in the frame that was digitized.
 struct Body {
   std::shared_ptr<const SurfaceField> field;
   std::optional<Solid> shape;
@@ -48,13 +48,13 @@ struct Body {
   ContactBody at(const Pose& pose) const;
 };
 
-// Digitises solids, each at its own grid direction and phase.
+// Digitizes solids, each with its own grid direction and phase.
 struct BodyMaker {
   double voxel;  // [m]
   Random random;
   FieldSettings field{};
 
-  // The mesh as a cloud, its grid turned at random, or along its axes; the phase always random.
+  // The mesh as a cloud. Its grid is turned at random unless `aligned`, and has a random phase.
   Body cloud(const Mesh& mesh, bool aligned = false);
   Body box(const Vec3& voxels, bool aligned = false);
   Body sphere(double radiusVoxels);
@@ -62,15 +62,16 @@ struct BodyMaker {
   static Body shape(const Solid& analytic);
 };
 
-// What is true of two solids pressed together, in the frame of the case.
+// The true contact of two solids pressed together, in the frame of the case.
 struct Truth {
   Vec3 normal = Vec3::UnitZ();  // from A to B
-  double depth = 0;             // [m] the shift along the normal that just parts them
-  Vec3 centre = Vec3::Zero();   // [m] centre of the overlap: the force's axis goes through it
-  double volume = 0;            // [m^3] of the overlap; 0 where it is not worked out
+  double depth = 0;             // [m] shift along the normal that just separates them
+  Vec3 center = Vec3::Zero();   // [m] of the overlap; on the axis of the force
+  double volume = 0;            // [m^3] of the overlap; 0: not known
 
-  // The size of the force [N]. Paper's law: one spring a pair, k d. Foundation: a pressure k d on
-  // the surface of a body in a half-space is Archimedes' law, k times the volume under it.
+  // Magnitude of the force [N]. Paper's law: one spring per pair, k d. Foundation: a pressure k d
+  // on the surface of a body in a half-space is Archimedes' law, k times the volume under the
+  // plane.
   double force(const ContactSettings& settings) const;
 };
 
@@ -79,15 +80,15 @@ struct Placed {
   Truth truth;
 };
 
-// Two bodies, and where they stand when pressed by a depth [m].
+// Two bodies, and their poses when pressed by a depth [m].
 struct Instance {
   Body a, b;
   std::function<Placed(double depth)> place;
 };
 
-// What a case must keep; infinite where nothing is asked of it. Voxels and degrees.
+// Bounds on a case's errors, in voxels and degrees; infinite: no bound.
 struct Bounds {
-  double normalDeg, depth, centre, forceRelative;
+  double normalDeg, depth, center, forceRelative;
 };
 
 struct ContactCase {
@@ -97,36 +98,36 @@ struct ContactCase {
   std::function<Instance(BodyMaker&)> make;
 };
 
-// All cases; names are unique, words parted by dashes.
+// All cases. Names are unique, with dashes between words.
 std::vector<ContactCase> contactCases();
-// The case of that name; throws where there is none.
+// The case of that name. Throws std::invalid_argument if there is none.
 ContactCase contactCase(const std::string& name);
-// A case's name as gtest allows it, and as it shows it.
+// A case's name as gtest allows it, and in gtest's messages.
 std::string testName(std::string caseName);
 void PrintTo(const ContactCase& one, std::ostream* out);
 
-// How far a contact is from the truth. Lengths in voxels.
+// Errors of a contact. Lengths in voxels.
 struct ContactErrors {
   double normalDeg = 180;     // total force against the true normal
-  double depth = 0;           // heaviest patch's depth less the true one
-  double centre = 1e3;        // true centre to the axis of the wrench
-  double forceRelative = -1;  // |force| over the true one, less 1
-  double spin = 0;            // moment along the force, over the force
+  double depth = 0;           // depth of the heaviest patch, minus the true one
+  double center = 1e3;        // distance from the true center to the wrench's axis
+  double forceRelative = -1;  // |force| relative to the true one, minus 1
+  double spin = 0;            // moment along the force, per force
   std::size_t patches = 0, points = 0, samples = 0;
 };
 ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose& world,
                       const ContactSettings& settings, double voxel);
 
-// The contact of an instance, all of it placed by `world` first, or B's side asked first. The truth
-// is in the case's frame, as `place` gave it.
+// The contact of an instance moved by `world`, optionally with the bodies swapped. The truth stays
+// in the case's frame.
 const ContactResult& findContact(ContactFinder& finder, const Instance& instance,
                                  const Placed& placed, const Pose& world,
                                  const ContactSettings& settings, bool swapped = false);
 
-// Mean and largest size of the errors over instances of one case at one depth.
+// Mean and largest errors over instances of one case at one depth.
 struct ErrorSummary {
   ContactErrors mean, worst;
-  double depthBias = 0, forceBias = 0;  // means with their sign
+  double depthBias = 0, forceBias = 0;  // signed means
   int missed = 0, runs = 0;             // missed: no contact found
 };
 struct RunSettings {
@@ -136,7 +137,7 @@ struct RunSettings {
   ContactSettings contact{};
   FieldSettings field{};
 };
-// One summary a depth [voxels]; every instance has its own grids, poses and place in the world.
+// One summary per depth [voxels]. Every instance has its own grids and poses.
 std::vector<ErrorSummary> runCase(const ContactCase& one, const std::vector<double>& depths,
                                   const RunSettings& settings);
 

@@ -1,4 +1,4 @@
-// How far found contacts are from the truth, over many grids and poses.
+// Errors of contacts over many grids and poses.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,7 +8,7 @@
 namespace cloudcontact::testing {
 namespace {
 
-// The depth of the patch that bears most of the force.
+// Depth of the patch with the largest force.
 double heaviestDepth(const ContactResult& found) {
   double force = -1, depth = 0;
   for (const Patch& patch : found.patches) {
@@ -22,7 +22,7 @@ double heaviestDepth(const ContactResult& found) {
 void add(ContactErrors& sum, const ContactErrors& e) {
   sum.normalDeg += e.normalDeg;
   sum.depth += std::abs(e.depth);
-  sum.centre += e.centre;
+  sum.center += e.center;
   sum.forceRelative += std::abs(e.forceRelative);
   sum.spin += std::abs(e.spin);
   sum.patches += e.patches;
@@ -33,7 +33,7 @@ void add(ContactErrors& sum, const ContactErrors& e) {
 void raise(ContactErrors& worst, const ContactErrors& e) {
   worst.normalDeg = std::max(worst.normalDeg, e.normalDeg);
   worst.depth = std::max(worst.depth, std::abs(e.depth));
-  worst.centre = std::max(worst.centre, e.centre);
+  worst.center = std::max(worst.center, e.center);
   worst.forceRelative = std::max(worst.forceRelative, std::abs(e.forceRelative));
   worst.spin = std::max(worst.spin, std::abs(e.spin));
   worst.patches = std::max(worst.patches, e.patches);
@@ -46,7 +46,7 @@ void finish(ErrorSummary& summary) {
   ContactErrors& mean = summary.mean;
   mean.normalDeg /= n;
   mean.depth /= n;
-  mean.centre /= n;
+  mean.center /= n;
   mean.forceRelative /= n;
   mean.spin /= n;
   const auto rounded = [n](std::size_t sum) {
@@ -84,8 +84,8 @@ ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose
   const Vec3 direction = wrench.force / force;
   errors.normalDeg =
       std::atan2(direction.cross(normal).norm(), direction.dot(normal)) * 180 / std::numbers::pi;
-  const Vec3 moment = wrench.torque - world.toWorld(truth.centre).cross(wrench.force);
-  errors.centre = direction.cross(moment).norm() / force / voxel;
+  const Vec3 moment = wrench.torque - world.toWorld(truth.center).cross(wrench.force);
+  errors.center = direction.cross(moment).norm() / force / voxel;
   errors.spin = direction.dot(moment) / force / voxel;
   errors.forceRelative = force / truth.force(settings) - 1;
   return errors;

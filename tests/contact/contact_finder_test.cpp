@@ -1,5 +1,5 @@
-// The finder's promises beside accuracy: the law's shares, velocities, names that last,
-// the same bits every time, empty results and refused input.
+// What the finder guarantees beside accuracy: shares of spring and damper, velocities, persistent
+// IDs, reproducible bits, empty results and rejected input.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/voxels/digitize.h>
@@ -33,7 +33,7 @@ std::string nameOf(const ::testing::TestParamInfo<const char*>& param) {
   return testName(param.param);
 }
 
-TEST_P(ContactFinderOn, SharesOneSpringAndOneDamperOut) {
+TEST_P(ContactFinderOn, DistributesOneSpringAndOneDamper) {
   const Instance pair = instance();
   for (const double depth : {0.3, 1.0}) {
     const ContactResult& found =
@@ -56,10 +56,10 @@ TEST_P(ContactFinderOn, PointsAreWithinTheOverlap) {
   ASSERT_FALSE(found.points.empty());
   for (const ContactPoint& point : found.points) {
     EXPECT_NEAR(point.normal.norm(), 1, 1e-6);
-    // No point of either body is deeper in the other than 0.6; a slope adds to it at the ends.
+    // The bodies overlap by 0.6 at most; a slope adds to it at a patch's ends.
     EXPECT_LE(point.depth, 1.5 * kVoxel);
     EXPECT_GE(point.depth, 0);
-    // Every case touches about z = 0, and its bodies are at most 61 voxels across.
+    // Every case touches near z = 0, and its bodies are at most 61 voxels wide.
     EXPECT_LE(std::abs(point.position.z()), 1.5 * kVoxel);
     EXPECT_LE(point.position.head<2>().norm(), 45 * kVoxel);
     ASSERT_GE(point.patch, 0);
@@ -80,20 +80,20 @@ TEST_P(ContactFinderOn, DampsTheApproach) {
   Motion approach;
   approach.linear = -0.2 * Vec3::UnitZ();  // [m/s]
   const Wrench moving = wrenchOnB(found, {}, approach);
-  // FR = k d + c v (paper (3)); the normals of the points lean a little apart.
+  // FR = k d + c v (paper, equation 3). The points' normals differ slightly.
   EXPECT_NEAR((moving.force - still.force).z(), 30 * 0.2, 0.03 * 30 * 0.2);
   Motion retreat;
   retreat.linear = 50 * Vec3::UnitZ();  // c v far beyond k d: contacts do not pull
   EXPECT_EQ(wrenchOnB(found, {}, retreat).force.norm(), 0);
 }
 
-TEST_P(ContactFinderOn, NamesLastAndDiffer) {
+TEST_P(ContactFinderOn, IdsPersistAndAreUnique) {
   const Instance pair = instance();
   const auto idsAt = [&](double depth) {
     std::set<std::uint32_t> ids;
     for (const ContactPoint& point :
          findContact(finder_, pair, pair.place(depth * kVoxel), {}, paper()).points) {
-      EXPECT_TRUE(ids.insert(point.id).second) << "two points of the name " << point.id;
+      EXPECT_TRUE(ids.insert(point.id).second) << "two points with ID " << point.id;
     }
     return ids;
   };
@@ -102,11 +102,11 @@ TEST_P(ContactFinderOn, NamesLastAndDiffer) {
   EXPECT_EQ(idsAt(0.601), first);
 }
 
-TEST_P(ContactFinderOn, GivesTheSameBitsAgain) {
+TEST_P(ContactFinderOn, RepeatsItsBits) {
   const Instance pair = instance();
   const Placed placed = pair.place(0.6 * kVoxel);
   ContactFinder other;
-  findContact(other, pair, pair.place(0.9 * kVoxel), {}, {});  // a past must not matter
+  findContact(other, pair, pair.place(0.9 * kVoxel), {}, {});  // earlier queries must not matter
   const ContactResult first = findContact(finder_, pair, placed, {}, paper());
   const ContactResult& again = findContact(other, pair, placed, {}, paper());
   ASSERT_EQ(first.points.size(), again.points.size());
@@ -117,7 +117,7 @@ TEST_P(ContactFinderOn, GivesTheSameBitsAgain) {
   }
 }
 
-TEST_P(ContactFinderOn, IsEmptyApart) {
+TEST_P(ContactFinderOn, IsEmptyForSeparateBodies) {
   const Instance pair = instance();
   for (const double gap : {1.0, 3.0, 1000.0}) {
     const Placed placed = pair.place(-gap * kVoxel);
@@ -125,17 +125,18 @@ TEST_P(ContactFinderOn, IsEmptyApart) {
   }
 }
 
-// One spring whatever the area: a force from a sliver of false overlap would be as large as from a
-// face, and a body would hover on it. From apart to pressed the force is k d, or nothing.
-TEST_P(ContactFinderOn, ForceRisesFromNothing) {
+// With one spring for any area, a sliver of false overlap would push as hard as a face, and a body
+// would hover on it. The force must be k d when pressed and zero when apart.
+TEST_P(ContactFinderOn, ForceRisesFromZero) {
   const Instance pair = instance();
   const bool edge = std::string(GetParam()).find("edge") == 0;
-  const double bound = edge ? 0.3 : 0.1;  // voxels of depth, as issue 2 has it
+  const double bound = edge ? 0.3 : 0.1;  // [voxels] of depth
   for (double depth = -0.8; depth <= 1.0; depth += 0.1) {
     const ContactResult& found =
         findContact(finder_, pair, pair.place(depth * kVoxel), {}, paper());
     const double force = wrenchOnB(found, {}, {}).force.norm() / (2e4 * kVoxel);
-    EXPECT_NEAR(force, std::max(0.0, depth), bound) << "of k voxels, pressed by " << depth;
+    EXPECT_NEAR(force, std::max(0.0, depth), bound)
+        << "force over k in voxels, pressed by " << depth;
   }
 }
 
@@ -145,8 +146,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, ContactFinderOn,
                                            "edge-slab", "primitive-sphere16", "plate3-slab"),
                          nameOf);
 
-// An overhanging box meets the table with its wall too: a wall is wetted over a sliver, and a patch
-// of it must not be deep for that.
+// An overhanging box also touches the table's wall, over a sliver. That patch must not be deep.
 TEST(ContactFinderOverhang, NoPatchIsDeeperThanTheBodies) {
   ContactFinder finder;
   BodyMaker maker{kVoxel, Random(33)};
@@ -166,7 +166,7 @@ TEST(ContactFinderOverhang, NoPatchIsDeeperThanTheBodies) {
   }
 }
 
-TEST(ContactFinderInput, IsRefusedByName) {
+TEST(ContactFinderInput, IsValidated) {
   BodyMaker maker{kVoxel, Random(32)};
   const Body box = maker.box({10, 10, 10}), plane = BodyMaker::shape(HalfSpace{});
   ContactFinder finder;
@@ -185,16 +185,16 @@ TEST(ContactFinderInput, IsRefusedByName) {
     spun.pose.orientation.x() = bad;
     EXPECT_THROW(finder.find(shape, spun, {}), std::invalid_argument);
   }
-  EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works on after bad input";
+  EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works after bad input";
 }
 
-// A shape's corner, edge or rim pressed into a cloud's face along the grid, down to four voxels of
-// the five that the field reaches: the force stays k d. The cloud's own samples would see 0.58 of a
-// corner's depth.
+// A shape's corner, edge, rim or tip pressed into a cloud's face along the grid, by up to four of
+// the five voxels that the field reaches. The force stays k d. The cloud's samples alone would see
+// 0.58 of a corner's depth.
 struct Pressed {
   const char* name;
   Solid shape;
-  Vec3 lowest;  // the point of it that goes in first, in its frame [voxels]
+  Vec3 lowest;  // the point that enters first, in the shape's frame [voxels]
   Eigen::Quaterniond turn;
 };
 
@@ -230,7 +230,7 @@ TEST_P(DeepEdgeOf, StaysLinear) {
 INSTANTIATE_TEST_SUITE_P(Shapes, DeepEdgeOf, ::testing::ValuesIn(kPressed),
                          [](const auto& shape) { return testName(shape.param.name); });
 
-// A block of 48 voxels' edge whose inside has this coverage, brick by brick as a CT scan has it.
+// A block of 48 voxels with this coverage inside, with all bricks stored as in a CT scan.
 Cloud scannedBlock(std::uint8_t inside) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = Eigen::Vector3i::Constant(8);
@@ -247,9 +247,9 @@ Cloud scannedBlock(std::uint8_t inside) {
   return Cloud(kVoxel, Vec3::Constant(-32 * kVoxel), voxels);
 }
 
-// What lies far inside is inside, whether its bricks are marked solid, stored, or a hair less than
+// Points far inside count as inside, whether their bricks are solid, stored, or slightly less than
 // full.
-TEST(ContactFinderDeep, MatterIsMatterAnyWayItIsStored) {
+TEST(ContactFinderDeep, InsideDoesNotDependOnStorage) {
   DigitizeSettings digitizing;
   digitizing.voxelSize = kVoxel;
   const auto box = SurfaceField::build(digitize(boxMesh(Vec3(10, 10, 10) * kVoxel), digitizing));
@@ -259,7 +259,7 @@ TEST(ContactFinderDeep, MatterIsMatterAnyWayItIsStored) {
     ContactBody a, b;
     a.field = block.get();
     b.field = box.get();
-    b.pose.position = Vec3(0.3, 0.2, 24 + 5 - 9) * kVoxel;  // in by nine, beyond the band
+    b.pose.position = Vec3(0.3, 0.2, 24 + 5 - 9) * kVoxel;  // nine voxels deep, below the band
     return wrenchOnB(finder.find(a, b, paper()), {}, {}).force;
   };
   const Vec3 solid = forceOn(digitize(boxMesh(Vec3(48, 48, 48) * kVoxel), digitizing));

@@ -1,6 +1,6 @@
-// The elastic foundation against what must be true of it: a pressure k d on a body in a half-space
-// is Archimedes' law (force k times the volume under the plane, through that volume's centre), and
-// a force that is an energy's gradient does no work around a closed path.
+// The elastic foundation compared with its theory. A pressure k d on a body in a half-space is
+// Archimedes' law: the force is k times the volume under the plane, through the center of that
+// volume. And the gradient of an energy does no work around a closed path.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ TEST_P(Archimedes, ForceIsTheVolumeUnderThePlane) {
     const ErrorSummary& s = summaries[k];
     EXPECT_EQ(s.missed, 0);
     EXPECT_LE(s.worst.normalDeg, 0.5);
-    EXPECT_LE(s.worst.centre, 0.5);
+    EXPECT_LE(s.worst.center, 0.5);
     EXPECT_LE(s.worst.forceRelative, 0.03);
   }
 }
@@ -48,9 +48,9 @@ INSTANTIATE_TEST_SUITE_P(Cases, Archimedes,
                                            "edge-halfspace", "corner-halfspace"),
                          nameOf);
 
-// A face under a plane that leans by a degree or two: all of it wetted, deeper on one side. The
-// moment is what four points a patch must not lose.
-TEST(FoundationMoment, OfALeaningFaceIsThatOfTheWedgeUnderThePlane) {
+// A face below a plane tilted by a degree or two, deeper on one side. Four points per patch must
+// keep the moment.
+TEST(FoundationMoment, OfATiltedFaceIsThatOfTheWedgeBelowThePlane) {
   BodyMaker maker{kVoxel, Random(3)};
   ContactFinder finder;
   const Vec3 edges = Vec3(24, 30, 20) * kVoxel;
@@ -58,28 +58,28 @@ TEST(FoundationMoment, OfALeaningFaceIsThatOfTheWedgeUnderThePlane) {
   for (const auto& [leanX, leanY] : {std::pair{1.5, 0.0}, {0.0, 1.0}, {1.0, -1.5}}) {
     const double sx = std::tan(leanX * std::numbers::pi / 180);
     const double sy = std::tan(leanY * std::numbers::pi / 180);
-    const double depth = 0.9 * kVoxel;  // at the face's middle
-    // The plane in the box's frame, through the point `depth` above the face's middle.
+    const double depth = 0.9 * kVoxel;  // at the face's center
+    // The plane in the box's frame, through the point `depth` above the face's center.
     const Vec3 up = Vec3(sx, sy, 1).normalized();
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Vec3::UnitZ());
     const Vec3 onPlane(0, 0, -edges.z() / 2 + depth);
     const Pose pose{turn, -(turn * onPlane)};
-    // Under the plane: height depth - sx x - sy y over the face; its first moments in closed form.
+    // The wedge has the height depth - sx x - sy y over the face; first moments in closed form.
     const double area = edges.x() * edges.y(), volume = area * depth;
-    const Vec3 centre(-sx * edges.x() * edges.x() / 12 / depth,
+    const Vec3 center(-sx * edges.x() * edges.x() / 12 / depth,
                       -sy * edges.y() * edges.y() / 12 / depth, onPlane.z());
     const Wrench wrench = wrenchOnB(finder.find(ground.at({}), box.at(pose), foundation()), {}, {});
     const double force = sharedSpring(foundation().law).stiffness * volume;
     EXPECT_NEAR(wrench.force.z(), force, 0.02 * force);
     EXPECT_LE(wrench.force.head<2>().norm(), 0.01 * force);
-    // Horizontal place of the axis: centre of the wedge, whose height matters little (lean^2).
-    const Vec3 through = pose.toWorld(centre);
+    // The axis passes through the wedge's center, whose height matters little (tilt^2).
+    const Vec3 through = pose.toWorld(center);
     EXPECT_NEAR(-wrench.torque.y() / force, through.x(), 0.1 * kVoxel);
     EXPECT_NEAR(wrench.torque.x() / force, through.y(), 0.1 * kVoxel);
   }
 }
 
-// Work of the contact on B along a straight way of its solid [J]: total, and what was put in.
+// Work of the contact on B along a straight path [J]: total, and the work done against the contact.
 struct Work {
   double total = 0, putIn = 0;
 };
@@ -99,7 +99,8 @@ void travel(Work& work, ContactFinder& finder, const Instance& pair, const Pose&
   }
 }
 
-// Pressed down on the table, slid over its edge and off, lifted, and brought back through the air.
+// Presses the box onto the table, slides it over the edge and off, lifts it and returns it in the
+// air.
 Work loopOverEdge(const Instance& pair, double depth) {
   ContactFinder finder;
   Work work;
@@ -114,7 +115,7 @@ Work loopOverEdge(const Instance& pair, double depth) {
   go(-18, height - depth, 0.025);
   go(18, height - depth, 0.05);
   go(18, height + 0.5 * kVoxel, 0.1);
-  return work;  // the way back, half a voxel above the table, touches nothing
+  return work;  // the way back, half a voxel above the table, is free
 }
 
 class FoundationLoop : public ::testing::TestWithParam<const char*> {};

@@ -1,5 +1,5 @@
-// What a contact may not depend on: which body is asked first, where the pair stands in the world,
-// and whether it is a micrometre or a metre large.
+// A contact does not depend on the order of the bodies, on the pose of the pair in the world, or on
+// its size, from micrometers to meters.
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
@@ -8,8 +8,8 @@ namespace cloudcontact::testing {
 namespace {
 
 constexpr double kVoxel = 1e-3;     // [m]
-constexpr double kSame = 1e-4;      // relative, of force (issue 2)
-constexpr double kLever = 30;       // voxels: a body's size, the lever of the moments compared
+constexpr double kSame = 1e-4;      // relative error of the force
+constexpr double kLever = 30;       // [voxels] a body's size, the lever arm for moments
 constexpr double kPressedBy = 0.6;  // voxels
 
 std::string nameOf(const ::testing::TestParamInfo<const char*>& param) {
@@ -18,12 +18,12 @@ std::string nameOf(const ::testing::TestParamInfo<const char*>& param) {
 
 class ContactInvariance : public ::testing::TestWithParam<const char*> {};
 
-// The wrench on B about the true centre, in the case's own frame. [N], [N m]
+// The wrench on B about the true center, in the case's frame [N], [N m].
 Wrench seenFromCase(const ContactResult& found, const Placed& placed, const Pose& world) {
   const Wrench wrench = wrenchOnB(found, {}, {});
-  const Vec3 centre = world.toWorld(placed.truth.centre);
+  const Vec3 center = world.toWorld(placed.truth.center);
   return {world.orientation.conjugate() * wrench.force,
-          world.orientation.conjugate() * (wrench.torque - centre.cross(wrench.force))};
+          world.orientation.conjugate() * (wrench.torque - center.cross(wrench.force))};
 }
 
 void expectSame(const Wrench& found, const Wrench& expected, double voxel) {
@@ -54,7 +54,7 @@ TEST_P(ContactInvariance, SwappedMovedAndTurned) {
   }
 }
 
-TEST_P(ContactInvariance, ScaledFromMicrometresToMetres) {
+TEST_P(ContactInvariance, ScaledFromMicrometersToMeters) {
   std::vector<Wrench> wrenches;
   const std::vector<double> voxels{kVoxel, 1e-3 * kVoxel, 100 * kVoxel};
   for (const double voxel : voxels) {
@@ -63,7 +63,7 @@ TEST_P(ContactInvariance, ScaledFromMicrometresToMetres) {
     const Instance instance = contactCase(GetParam()).make(maker);
     const Placed placed = instance.place(kPressedBy * voxel);
     Wrench wrench = seenFromCase(findContact(finder, instance, placed, {}, {}), placed, {});
-    // The paper's force grows with the depth, its moment with the lever too.
+    // The paper's force is proportional to depth, its moment also to the lever arm.
     wrench.force *= kVoxel / voxel;
     wrench.torque *= kVoxel / voxel * kVoxel / voxel;
     wrenches.push_back(wrench);

@@ -1,7 +1,6 @@
-// One ball and one nut in every digital kind: as object 1 and as object 2, against a half-space, a
-// box and a ball, all give the normal and the force of the ideal solid.
+// A ball and a nut in every kind of digital object, as object 1 and as object 2, pressed by a
+// half-space, a box and a ball. All give the normal and force of the ideal solid.
 #include <cloudcontact/contact/contact_finder.h>
-#include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/objects/digital_object.h>
 #include <cloudcontact/objects/object_file.h>
 
@@ -10,6 +9,7 @@
 #include <map>
 #include <numbers>
 
+#include "mesh/thread_meshes.h"
 #include "objects/test_objects.h"
 
 namespace cloudcontact {
@@ -18,19 +18,20 @@ namespace {
 using namespace test;
 
 constexpr double kStiffness = 1e4;            // [N/m]
-constexpr double kNormal = 1, kForce = 0.02;  // bounds: degrees, share of k d
+constexpr double kNormal = 1, kForce = 0.02;  // bounds: degrees, relative error of k d
 constexpr double kDepth = 1;                  // voxels
 
-// A solid known by its voxels, and where it is pressed: `at` on its surface, looking along `out`.
+// A solid and the point of its surface where it is pressed.
 struct Specimen {
   Cloud cloud;
-  Vec3 at, out;
-  double ball;  // radius of the ball that presses it [voxels]
-  double box;   // half the edge of the box that does
-  std::function<double(const Vec3& from, const Vec3& ray)> seen;  // distance along a ray; NaN: none
+  Vec3 at, out;  // the point and the outward normal there
+  double ball;   // radius of the ball that presses it [voxels]
+  double box;    // half the edge of the box that presses it [voxels]
+  // Distance to the solid along a ray; NaN: the ray misses it.
+  std::function<double(const Vec3& from, const Vec3& ray)> seen;
 };
 
-Specimen theBall() {
+Specimen ballSolid() {
   const double r = 14;
   Specimen solid{ballCloud(r), {}, {}, 10, 12, {}};
   solid.out = Vec3(0.3, -0.5, 0.8).normalized();
@@ -43,9 +44,9 @@ Specimen theBall() {
   return solid;
 }
 
-// 44 voxels across flats, hole 20, 12 high; turned against its grid. Pressed on its face, the ball
-// and the box in the middle of the ring beside a flat.
-Specimen theNut() {
+// 44 voxels across flats, hole 20, 12 high, turned against its grid. Pressed on its face, halfway
+// between the hole and a flat.
+Specimen nutSolid() {
   const double width = 44.3 * kH, hole = 20.6 * kH, height = 12.4 * kH;
   Specimen solid{
       digitized(moved(nutMesh(width, hole, height), oddTurn(), ballMiddle())), {}, {}, 10, 3, {}};
@@ -65,8 +66,8 @@ Specimen theNut() {
   return solid;
 }
 
-// What a camera before `at` sees, a third of a voxel from pixel to pixel.
-DepthImage photographed(const Specimen& solid) {
+// The image of a camera in front of `at`, with pixels a third of a voxel apart.
+DepthImage depthImage(const Specimen& solid) {
   DepthImage image;
   image.width = image.height = 221;
   const Vec3 t1 = solid.out.unitOrthogonal(), t2 = solid.out.cross(t1);
@@ -79,7 +80,7 @@ DepthImage photographed(const Specimen& solid) {
   return image;
 }
 
-PointCloud bare(PointCloud points) {
+PointCloud withoutNormals(PointCloud points) {
   points.normals.clear();
   return points;
 }
@@ -88,12 +89,12 @@ struct Kind {
   const char* name;
   std::function<Cloud(const Specimen&)> make;
 };
-// How gtest names a kind in a failure.
+// A kind's name in gtest's messages.
 void PrintTo(const Kind& kind, std::ostream* out) {
   *out << kind.name;
 }
 
-// Lossless kinds as they are; lossy ones as dense as it takes, which is told beside them.
+// Lossless kinds with default settings; lossy ones as dense as the bounds require.
 std::vector<Kind> kinds() {
   const auto by = [](auto make) {
     return [make](const Specimen& s) { return toCloud(DigitalObject(make(s.cloud)), kH); };
@@ -103,15 +104,15 @@ std::vector<Kind> kinds() {
       {"octree", by([](const Cloud& c) { return Octree(c); })},
       {"columnsX", by([](const Cloud& c) { return toColumns(c, 0, 4); })},
       {"columnsZ", by([](const Cloud& c) { return toColumns(c, 2, 1); })},
-      {"voxelCentres", by([](const Cloud& c) { return centerPoints(c); })},
+      {"voxelCenters", by([](const Cloud& c) { return centerPoints(c); })},
       {"partsOfVoxels", by([](const Cloud& c) { return centerPoints(c, 3); })},
       {"voxelCorners", by([](const Cloud& c) { return cornerPoints(c); })},
       {"treeOfVoxels", by([](const Cloud& c) { return SphereTree(c); })},
       {"treeOfPoints", by([](const Cloud& c) { return SphereTree(centerPoints(c)); })},
-      // A scan of 9 points a voxel face; its edges are rounded over a voxel.
-      {"scan", by([](const Cloud& c) { return bare(surfacePoints(c, 3)); })},
+      // 9 points per voxel face. Edges are rounded over a voxel.
+      {"scan", by([](const Cloud& c) { return withoutNormals(surfacePoints(c, 3)); })},
       {"scanWithNormals", by([](const Cloud& c) { return surfacePoints(c, 3); })},
-      // Spheres that leave at most 0.02 voxel of the surface uncovered.
+      // Spheres within 0.02 voxel of the surface.
       {"spheres", by([](const Cloud& c) {
          InscribedSettings settings;
          settings.tolerance = 0.02;
@@ -122,7 +123,7 @@ std::vector<Kind> kinds() {
          settings.tolerance = 0.02;
          return SphereTree(inscribedSpheres(c, settings));
        })},
-      // One side, three pixels a voxel; closed 8 voxels behind.
+      // One side, three pixels per voxel, closed 8 voxels behind.
       {"depthImage",
        [](const Specimen& s) {
          DepthCloudSettings settings;
@@ -130,7 +131,7 @@ std::vector<Kind> kinds() {
          settings.thickness = 8 * kH;
          settings.backing = Backing::Rays;
          settings.image.jump = 2 * kH;
-         return toCloud(photographed(s), settings);
+         return toCloud(depthImage(s), settings);
        }},
       {"otherVoxels", [](const Specimen& s) { return resampled(s.cloud, 0.8 * kH); }},
       {"saved",
@@ -147,7 +148,7 @@ std::vector<Kind> kinds() {
   };
 }
 
-// What presses the solid by kDepth voxels.
+// A body that presses the solid by kDepth voxels.
 struct Presser {
   std::string name;
   std::shared_ptr<const SurfaceField> field;
@@ -176,10 +177,10 @@ std::vector<Presser> makePressers(const Specimen& s) {
           {"ballCloud", SurfaceField::build(ballCloud(s.ball)), {}, ballCloudPose}};
 }
 
-// Made once a solid.
+// Cached for each solid.
 const std::vector<Presser>& pressers(const Specimen& s) {
-  static std::map<const Specimen*, std::vector<Presser>> made;
-  std::vector<Presser>& found = made[&s];
+  static std::map<const Specimen*, std::vector<Presser>> cache;
+  std::vector<Presser>& found = cache[&s];
   if (found.empty()) found = makePressers(s);
   return found;
 }
@@ -201,9 +202,9 @@ void expectContact(const Specimen& s, const SurfaceField& field, const Presser& 
   ASSERT_GT(force.norm(), 0);
   const double degrees =
       180 / std::numbers::pi * std::atan2(force.cross(out).norm(), force.dot(out));
-  const double off = force.norm() / (kStiffness * kDepth * kH) - 1;
+  const double error = force.norm() / (kStiffness * kDepth * kH) - 1;
   EXPECT_LE(degrees, kNormal);
-  EXPECT_LE(std::abs(off), kForce) << off;
+  EXPECT_LE(std::abs(error), kForce) << error;
 }
 
 class ContactObjects : public ::testing::TestWithParam<Kind> {};
@@ -218,41 +219,38 @@ void pressOnAll(const Specimen& solid, const Cloud& cloud) {
 }
 
 TEST_P(ContactObjects, BallIsTheSame) {
-  static const Specimen solid = theBall();
+  static const Specimen solid = ballSolid();
   pressOnAll(solid, GetParam().make(solid));
 }
 
 TEST_P(ContactObjects, NutIsTheSame) {
-  static const Specimen solid = theNut();
+  static const Specimen solid = nutSolid();
   pressOnAll(solid, GetParam().make(solid));
 }
 
-// The real M16 nut in voxels of 0.4 mm, pressed on its bearing face, in the middle of the ring
-// beside a flat. Told as if its voxels were kH: contact does not know the size.
-Specimen theRealNut(const std::filesystem::path& file) {
-  Mesh mesh = loadMesh(file);
-  Eigen::AlignedBox3d box;
-  for (const Vec3& v : mesh.vertices) box.extend(v);
+// An M16 nut with its thread, round outside, in voxels of 0.4 mm. Pressed on its bearing face,
+// halfway between the thread and the outside. Scaled to voxels of kH.
+Specimen threadedNut() {
+  constexpr double kOuter = 12e-3, kPlay = 0.15e-3, kHeight = 12.8e-3;
+  const Thread thread;
+  Mesh mesh = threadedRing(thread, kHeight, kOuter, kPlay);
   const double scale = kH / 0.4e-3;
-  for (Vec3& v : mesh.vertices) v = oddTurn() * (scale * (v - box.center()));
+  for (Vec3& v : mesh.vertices) v = oddTurn() * (scale * v);
   Specimen solid{digitized(mesh), {}, {}, 8, 3, {}};
   solid.out = oddTurn() * -Vec3::UnitZ();
-  solid.at = oddTurn() * (scale * Vec3(10.15e-3, 0, -0.5 * box.sizes()[2]));
+  solid.at = oddTurn() * (scale * Vec3((thread.radius + kPlay + kOuter) / 2, 0, -0.5 * kHeight));
   return solid;
 }
 
-// A kind that gives the voxels back is pressed above; here one of them, and those that lose some.
-class RealContactObjects : public ::testing::TestWithParam<Kind> {};
+// The simple solids cover all kinds; here one lossless kind and those that lose detail.
+class ThreadedContactObjects : public ::testing::TestWithParam<Kind> {};
 
-TEST_P(RealContactObjects, NutIsTheSame) {
-  const std::filesystem::path file =
-      std::filesystem::path(CLOUDCONTACT_SHARED_DIR) / "data" / "nut_m16_loose.obj";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here";
-  const Specimen solid = theRealNut(file);
+TEST_P(ThreadedContactObjects, NutIsTheSame) {
+  static const Specimen solid = threadedNut();
   pressOnAll(solid, GetParam().make(solid));
 }
 
-std::vector<Kind> realKinds() {
+std::vector<Kind> threadedKinds() {
   std::vector<Kind> some;
   for (const Kind& kind : kinds())
     for (const char* name : {"octree", "partsOfVoxels", "voxelCorners", "scan", "spheres"})
@@ -260,7 +258,7 @@ std::vector<Kind> realKinds() {
   return some;
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, RealContactObjects, ::testing::ValuesIn(realKinds()),
+INSTANTIATE_TEST_SUITE_P(Kinds, ThreadedContactObjects, ::testing::ValuesIn(threadedKinds()),
                          [](const auto& param) { return std::string(param.param.name); });
 INSTANTIATE_TEST_SUITE_P(Kinds, ContactObjects, ::testing::ValuesIn(kinds()),
                          [](const auto& param) { return std::string(param.param.name); });

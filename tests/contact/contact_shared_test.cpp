@@ -1,4 +1,4 @@
-// A large search shared out finds the same to the bit, whoever does the shares and in what order.
+// A large search divided into tasks finds the same bits, whatever the order of the tasks.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -16,7 +16,7 @@ struct Runner {
   TaskRunner run;
 };
 
-// From the last share to the first; and all at the same time.
+// Runs the tasks in reverse order, and all at the same time.
 const Runner kRunners[] = {{"backwards",
                             [](int count, const std::function<void(int)>& task) {
                               for (int i = count - 1; i >= 0; --i) task(i);
@@ -49,7 +49,7 @@ std::vector<double> bitsOf(const ContactResult& found) {
 
 class SharedSearch : public ::testing::Test {
  protected:
-  // Two slabs of 25,000 samples a face, one across the other, the grids askew.
+  // Two crossed slabs with 25,000 samples per face, on different grids.
   static const Body& slab() {
     static const Body body = [] {
       BodyMaker maker{kVoxel, Random(5)};
@@ -68,7 +68,7 @@ class SharedSearch : public ::testing::Test {
                   bool touches = true) {
     ContactFinder alone;
     const std::vector<double> wanted = bitsOf(alone.find(a, b, settings));
-    EXPECT_GT(wanted[1], 0) << "they should have patches";
+    EXPECT_GT(wanted[1], 0) << "no patches";
     EXPECT_EQ(wanted[0] > 0, touches);
     for (const Runner& runner : kRunners) {
       ContactFinder finder;
@@ -91,7 +91,7 @@ class SharedSearch : public ::testing::Test {
 
 ContactSettings foundation() {
   ContactSettings settings;
-  settings.law = Foundation{1e9, 1e5};  // takes all samples
+  settings.law = Foundation{1e9, 1e5};  // uses all samples
   return settings;
 }
 

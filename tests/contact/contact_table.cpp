@@ -1,15 +1,15 @@
-// contact_table: the errors of every contact case, as a table. For developers; no test.
+// contact_table: prints the errors of every contact case. For developers; not a test.
 //
 //   contact_table [part-of-a-name ...] [--depths 0.3,0.6,1] [--instances 12] [--seed 1]
 //                 [--voxel 1e-3] [--law paper|foundation]
 //
-// A part `field` prints the field's own errors on solids instead: depth (bias, mean, worst) and
-// normal (mean, worst) away from edges and within 3 voxels of them, then false
-// claims of in and out, then of the samples area, volume, distance from the surface, and the strips
-// beside edges (field_cases.h).
+// With the single part `field` it prints the errors of fields instead: depth (bias, mean, worst)
+// and normal (mean, worst) away from edges and within 3 voxels of them, then errors of side
+// (inside, outside), then the samples' area, volume, distance from the surface, and strips beside
+// edges (field_cases.h).
 //
-// Lengths in voxels, mean/largest of the instances; +- columns are means with their sign. A mark
-// behind a number: beyond the bound that the tests hold the case to.
+// Lengths in voxels, mean/largest over the instances; +- columns are signed means. A mark (!)
+// behind a number: beyond the bound of the tests.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -45,7 +45,7 @@ Options parsed(int argc, char** argv) {
       options.parts.push_back(key);
       continue;
     }
-    if (++k >= argc) throw std::invalid_argument(key + ": give a value after it");
+    if (++k >= argc) throw std::invalid_argument(key + ": needs a value");
     const std::string value = argv[k];
     if (key == "--depths")
       options.depths = numbers(value);
@@ -60,7 +60,7 @@ Options parsed(int argc, char** argv) {
     else if (key == "--law" && value == "foundation")
       options.run.contact.law = cc::Foundation{1e4, 0};
     else
-      throw std::invalid_argument(key + " " + value + ": see the head of contact_table.cpp");
+      throw std::invalid_argument(key + " " + value + ": see the first lines of contact_table.cpp");
   }
   return options;
 }
@@ -116,7 +116,7 @@ void row(const std::string& name, double depth, const ct::ErrorSummary& s, const
   pair(s.mean.normalDeg, s.worst.normalDeg, b.normalDeg, 3);
   pair(s.mean.depth, s.worst.depth, b.depth, 4);
   std::printf(" %+7.4f", s.depthBias);
-  pair(s.mean.centre, s.worst.centre, b.centre, 3);
+  pair(s.mean.center, s.worst.center, b.center, 3);
   pair(100 * s.mean.forceRelative, 100 * s.worst.forceRelative, 100 * b.forceRelative, 2);
   std::printf(" %+6.2f %6.3f %3zu/%-3zu %3zu/%-3zu %6zu %d\n", 100 * s.forceBias, s.worst.spin,
               s.mean.patches, s.worst.patches, s.mean.points, s.worst.points, s.mean.samples,
@@ -125,7 +125,7 @@ void row(const std::string& name, double depth, const ct::ErrorSummary& s, const
 
 void table(const Options& options) {
   std::printf("%-24s %4s %-19s %-19s %7s %-19s %-19s %6s %6s %-7s %-7s %6s %s\n", "case", "d",
-              "      normal deg", "      depth", "+-", "      centre", "      force %", "+-",
+              "      normal deg", "      depth", "+-", "      center", "      force %", "+-",
               "spin", "patches", "points", "sample", "missed");
   for (const ct::ContactCase& one : ct::contactCases()) {
     if (!wanted(options, one.name)) continue;

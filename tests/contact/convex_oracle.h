@@ -1,5 +1,5 @@
-// The exact volume of a convex body, cut by planes, found face by face: an oracle for coverage that
-// shares nothing with depth columns.
+// The exact volume of a convex body bounded by planes, face by face: a reference for coverage that
+// is independent of the library's depth columns.
 #pragma once
 
 #include <cloudcontact/mesh/mesh.h>
@@ -17,7 +17,7 @@ struct Plane {
   double offset;
 };
 
-// The planes of a convex mesh's triangles, outwards.
+// The planes of a convex mesh's triangles, facing outward.
 inline std::vector<Plane> planesOf(const Mesh& convex) {
   std::vector<Plane> planes;
   for (const Eigen::Vector3i& t : convex.triangles) {
@@ -33,8 +33,8 @@ inline std::vector<Plane> planesOf(const Mesh& convex) {
   return planes;
 }
 
-// The volume of the intersection of half-spaces (bounded; no plane twice): each plane's face is a
-// large square clipped by all other planes, and the body a sum of pyramids over its faces.
+// The volume of the bounded intersection of distinct half-spaces. Each plane's face is a large
+// square clipped by all other planes; the body is a sum of pyramids over its faces.
 inline double convexVolume(const std::vector<Plane>& planes, const Eigen::Vector3d& apex,
                            double size) {
   using Eigen::Vector3d;
@@ -65,10 +65,10 @@ inline double convexVolume(const std::vector<Plane>& planes, const Eigen::Vector
   return volume;
 }
 
-// The volume that several convex bodies and the voxel with this centre and edge have in common,
-// as a fraction of the voxel.
+// The volume shared by several convex bodies and the voxel with this center and edge, as a fraction
+// of the voxel.
 inline double commonFraction(std::vector<Plane> planes, const Eigen::Vector3d& center, double h) {
-  // Voxels that no plane comes near need no clipping: half a voxel's diagonal is 0.87 h.
+  // Voxels away from all planes need no clipping: half a voxel's diagonal is 0.87 h.
   bool near = false;
   for (const Plane& p : planes) {
     const double outside = p.normal.dot(center) - p.offset;
@@ -79,7 +79,7 @@ inline double commonFraction(std::vector<Plane> planes, const Eigen::Vector3d& c
   for (int k = 0; k < 3; ++k)
     for (const double s : {1.0, -1.0}) {
       const Plane face{s * Eigen::Vector3d::Unit(k), s * center[k] + 0.5 * h};
-      // A plane that coincides with a voxel's face would count that face twice.
+      // A plane that coincides with a voxel's face must not count twice.
       const bool known = std::any_of(planes.begin(), planes.end(), [&](const Plane& p) {
         return (p.normal - face.normal).norm() < 1e-9 &&
                std::abs(p.offset - face.offset) < 1e-9 * h;

@@ -1,6 +1,6 @@
-// Prints every bit of some fields, by their hashes, and of their contacts in many poses. Built
-// twice: as users get the library, with loops for the machine's own instructions, and with plain
-// ones; both must print the same (DESIGN.md, "One arithmetic").
+// Prints the hashes of some fields and every bit of their contacts in many poses. Built twice: as
+// the library ships, with loops for the machine's instruction set, and with plain loops. Both must
+// print the same (docs/method.md, "One arithmetic").
 #include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -37,7 +37,7 @@ std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
 }  // namespace
 
 int main() {
-  // A cross of two beams has convex and concave edges; a drum is round and has rims.
+  // A cross of two beams has convex and concave edges; a drum has a curved side and rims.
   Mesh beams = boxMesh(Vec3(2, 0.5, 0.4));
   const Mesh other = boxMesh(Vec3(0.4, 1.6, 0.5));
   const std::uint32_t first = static_cast<std::uint32_t>(beams.vertices.size());

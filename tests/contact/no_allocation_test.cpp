@@ -1,5 +1,5 @@
-// A loop in real time must not wait for memory: no tick after the first contact allocates, cut or
-// not.
+// A real-time loop must not wait for memory: after the first contact no tick allocates, with or
+// without cutting.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/contact/contact_finder.h>
@@ -29,7 +29,7 @@ TEST(NoAllocation, InAHapticTick) {
   std::size_t before = 0, cut = 0;
   double deepest = 0;
   for (int k = 0; k < 2000; ++k) {
-    // Down through the enamel into the dentin, to and fro, and out again.
+    // Down through the enamel into the dentin, back and forth, and out again.
     const double down = k < 1500 ? 3e-6 * k : 3e-6 * 1500 - 2e-5 * (k - 1500);
     const Vec3 place(24 * kVoxel + 5e-4 * std::sin(0.01 * k), 24 * kVoxel, 36.5 * kVoxel - down);
     const HapticOutput& out = loop.tick({{Eigen::Quaterniond::Identity(), place}});
@@ -42,8 +42,8 @@ TEST(NoAllocation, InAHapticTick) {
   EXPECT_GT(deepest, kVoxel);
 }
 
-// Nor does a contact that comes to rest, from its second query on: the first that moves so little
-// makes lists of what to look up from then on (shortlist.h).
+// A contact at rest does not allocate either, from its second query on. The first query that moves
+// little builds the Verlet lists.
 TEST(NoAllocation, InAContactAtRest) {
   const auto slab = [](int bricks) {
     return SurfaceField::build(test::smallCloud(

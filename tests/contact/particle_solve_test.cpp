@@ -1,5 +1,5 @@
-// Particles against a rigid body over one step: against the one-row closed form, against a dense
-// solution of all rows, and against what friction and momentum say.
+// Particles in contact with a rigid body over one step, compared with the closed form for one row,
+// with a dense solution of all rows, and with the laws of friction and momentum.
 #include "contact/particle_solve.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ RigidResponse freeBody(double mass, double inertia) {
   return body;
 }
 
-// A crowd on the lower side of a body of 2 kg, each on a line of its own, some with a gap.
+// Particles at the lower side of a 2 kg body, each with its own normal, some with a gap.
 std::vector<ParticleContact> crowd(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> real(-1, 1);
@@ -36,7 +36,7 @@ std::vector<ParticleContact> crowd(int count, unsigned seed) {
   return contacts;
 }
 
-TEST(ParticleSolve, OneOnAFixedBodyIsOneBackwardEulerRow) {
+TEST(ParticleSolve, OneOnAFixedBodyIsABackwardEulerStep) {
   for (const double depth : {2e-3, -2e-4}) {
     std::vector<ParticleContact> one(1);
     RigidResponse wall;
@@ -46,7 +46,7 @@ TEST(ParticleSolve, OneOnAFixedBodyIsOneBackwardEulerRow) {
     const double k = 700, c = 3;
     one[0].line = {k * std::max(0.0, depth), kStep * k + c};
     solveParticles(one, wall, 0, kStep);
-    // m (v+ - v) = h (k d+ - c v+), of what is inside at the end: d+ = d - h v+.
+    // m (v+ - v) = h (k d+ - c v+) with the depth at the end of the step, d+ = d - h v+.
     const double m = 1 / 50., late = std::max(0.0, -depth);
     const double inside = k * std::max(0.0, depth) - (k + c / kStep) * late;
     const double v = (-0.5 * m + kStep * inside) / (m + kStep * (kStep * k + c));
@@ -56,16 +56,16 @@ TEST(ParticleSolve, OneOnAFixedBodyIsOneBackwardEulerRow) {
   }
 }
 
-TEST(ParticleSolve, ManyOnAFreeBodyAreOneLinearSystem) {
+TEST(ParticleSolve, ManyOnAFreeBodySolveOneLinearSystem) {
   std::vector<ParticleContact> contacts = crowd(40, 3), before = contacts;
   RigidResponse body = freeBody(2, 0.02);
   solveParticles(contacts, body, 0, kStep);
-  // Rows that push: push / h = force + grip (rate - late), rate from all pushes.
+  // Active rows: push / h = force + grip (rate - late), where the rate depends on all pushes.
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (contacts[i].push > 0) rows.push_back(i);
   ASSERT_GT(rows.size(), 10u);
-  ASSERT_LT(rows.size(), contacts.size()) << "none was let go";
+  ASSERT_LT(rows.size(), contacts.size()) << "none separated";
   const Eigen::Index n = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd right(n);
@@ -87,7 +87,7 @@ TEST(ParticleSolve, ManyOnAFreeBodyAreOneLinearSystem) {
                 1e-7 * push.cwiseAbs().maxCoeff());
 }
 
-TEST(ParticleSolve, KeepsMomentumAndItsMoment) {
+TEST(ParticleSolve, ConservesLinearAndAngularMomentum) {
   std::vector<ParticleContact> contacts = crowd(30, 5);
   const std::vector<ParticleContact> before = contacts;
   RigidResponse body = freeBody(0.5, 0.004);
@@ -107,7 +107,7 @@ TEST(ParticleSolve, KeepsMomentumAndItsMoment) {
 
 TEST(ParticleSolve, FrictionStopsASlipOrReachesItsLimit) {
   std::vector<ParticleContact> contacts = crowd(60, 7);
-  for (std::size_t i = 0; i < 30; ++i) {  // half of them come almost head-on
+  for (std::size_t i = 0; i < 30; ++i) {  // half of them approach almost along the normal
     ParticleContact& c = contacts[i];
     c.velocity = -c.normal + 0.02 * Vec3::Ones();
   }

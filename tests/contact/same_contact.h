@@ -1,4 +1,4 @@
-// Two contacts compared to the bit.
+// Compares two contacts to the bit.
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
@@ -22,7 +22,7 @@ inline void same(const Vec3& a, const Vec3& b, const char* what) {
   for (int i = 0; i < 3; ++i) same(a[i], b[i], what);
 }
 
-// Names of points last from step to step: finders with another past give others.
+// IDs of points persist between queries, so finders with different histories assign different ones.
 enum class Ids { Compared, Ignored };
 
 inline void expectSame(const ContactResult& got, const ContactResult& want,

@@ -1,4 +1,4 @@
-# Fails unless the programs ONE and OTHER end well and print the same, and print something.
+# Fails unless the programs ONE and OTHER succeed and print the same output of 10,000 characters or more.
 foreach(name ONE OTHER)
   execute_process(COMMAND ${${name}} OUTPUT_VARIABLE ${name}_printed RESULT_VARIABLE result)
   if(NOT result EQUAL 0)

@@ -1,5 +1,5 @@
-// A finder whose pair hardly moves looks up only what may touch, and finds what a finder that has
-// never seen the pair finds, to the bit.
+// A finder whose pair hardly moves looks up only the samples of its Verlet lists, and finds the
+// same bits as a finder without lists.
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
@@ -11,12 +11,12 @@ namespace {
 
 constexpr double kVoxel = 1e-3;
 
-// A pair of clouds, and a walk of one of them: steps of a length [voxels], with turns that move its
-// rim as far.
+// A pair of clouds and a random walk of B: steps of a given length [voxels], and rotations that
+// move B's rim as far.
 struct Walk {
   ContactBody a, b;
   ContactSettings settings;
-  double reach;  // [voxels] of B about its centre
+  double reach;  // radius of B [voxels]
   Random random{5};
   Vec3 way = Vec3::Zero(), axis = Vec3::Zero();
 
@@ -36,7 +36,7 @@ struct Asked {
   std::size_t listed = 0, fresh = 0;
 };
 
-// One query of a finder that has memory and of one that has none.
+// One query of a finder with lists and of a new one.
 void ask(ContactFinder& finder, const Walk& walk, Asked& asked) {
   ContactFinder fresh;
   const ContactResult& want = fresh.find(walk.a, walk.b, walk.settings);
@@ -51,7 +51,7 @@ class Shortlists : public ::testing::Test {
   BodyMaker maker{kVoxel, Random(7)};
   Body box = maker.box(Vec3(30, 24, 12)), ball = maker.sphere(14), roller = maker.cylinder(9, 22);
 
-  // B rests on A's upper side, turned by a little.
+  // B rests on A's upper side, slightly rotated.
   static Walk walk(const Body& a, double height, const Body& b, double below, double reach) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1, Vec3(1, 2, 0.5).normalized()));
     Walk w{a.at({}), b.at({turn, Vec3(1.3, 0.4, height + below) * kVoxel}), {}, reach};
@@ -100,7 +100,7 @@ TEST_F(Shortlists, FindTheSameOfAllSamples) {
   }
 }
 
-// From touching to apart and back, slowly: the list ends on another level than the query.
+// Slowly from contact to separation and back: the list ends on another level than the query.
 TEST_F(Shortlists, FindTheSameAsLevelsChange) {
   for (Walk w : walks()) {
     ContactFinder finder;
@@ -134,7 +134,7 @@ TEST_F(Shortlists, AreOfThisPairAlone) {
   std::swap(w.a, w.b);
   w.b.pose.position += Vec3(2.5, -1, 0.4) * kVoxel;  // a jump
   rest(w);
-  w.b.pose.position.z() = 20.5 * kVoxel;  // apart, but within the second margin
+  w.b.pose.position.z() = 20.5 * kVoxel;  // separate, but within the second margin
   w.settings.margin = 0.2 * kVoxel;
   rest(w);
   w.settings.margin = 2 * kVoxel;
@@ -146,7 +146,7 @@ TEST_F(Shortlists, AreOfThisPairAlone) {
   rest(w);
 }
 
-// The same grid at the same place, but another surface: a body that was cut, or another one.
+// The same grid and pose, but another surface: a cut body, or a different one.
 TEST_F(Shortlists, AreOfTheseFieldsAlone) {
   const auto slab = [](int top) {
     return SurfaceField::build(test::smallCloud(kVoxel, {5, 5, 2}, [=](int x, int y, int z) {

@@ -1,4 +1,4 @@
-// Solids with known distance: spheres, cylinders, boxes and plates, and the field's errors on them.
+// Spheres, cylinders, boxes and plates with known distance, and the errors of fields on them.
 #include "field/field_cases.h"
 
 #include <cloudcontact/field/surface_field.h>
@@ -15,7 +15,7 @@ TrueSurface trueSphere(double radius, const Vec3& p) {
   return {radius - p.norm(), p.normalized(), 1e9};
 }
 
-// Beside faces only, where every definition of distance agrees; inside it holds at edges too.
+// Valid beside faces, where all definitions of distance agree, and inside also at edges.
 TrueSurface trueBox(const Vec3& half, const Vec3& p) {
   const Vec3 depths = half - p.cwiseAbs();
   int axis = 0;
@@ -53,18 +53,18 @@ void compareAt(FieldErrors& errors, const Body& body, const Vec3& at, const True
   errors.normalWorst = std::max(errors.normalWorst, degrees);
 }
 
-// Integrals of max(0, d - distance to the edge) beside each edge: by face (6) and edge's side (6).
+// Integrals of max(0, d - distance to the edge) beside each edge, by face (6) and side (6).
 using Strips = std::array<std::array<double, 36>, 2>;
 constexpr double kStripDepths[2] = {0.5, 1.0};
-constexpr double kFromCorner = 2;  // the ends of an edge are left out
+constexpr double kFromCorner = 2;  // the ends of an edge are excluded
 
 int sideOf(int axis, double x) {
   return 2 * axis + (x > 0 ? 1 : 0);
 }
 
-// The mean of max(0, x) over a piece that is `width` wide, x rising by its width across it: what a
-// sample that states its width says of a wall's push.
-double wetMean(double x, double width) {
+// The mean of max(0, x) over a piece of this width, where x rises by the width across it: a
+// sample's share of a wall's force.
+double positiveMean(double x, double width) {
   if (x >= width / 2) return x;
   const double in = std::max(0.0, x + width / 2);
   return in * in / (2 * width);
@@ -81,7 +81,7 @@ void addToStrips(Strips& strips, const Vec3& half, const SurfaceSample& s, const
     const int strip = 6 * sideOf(face, normal[face]) + sideOf(edge, at[edge]);
     for (std::size_t d = 0; d < 2; ++d) {
       strips[d][static_cast<std::size_t>(strip)] +=
-          s.area * wetMean(kStripDepths[d] - inside[edge], s.width);
+          s.area * positiveMean(kStripDepths[d] - inside[edge], s.width);
     }
   }
 }
@@ -204,7 +204,7 @@ SampleSums sampleSums(const SolidCase& one, const Body& body) {
     sums.volume += s.area * normal.dot(at) / 3;  // divergence theorem
     sums.offMean += s.area * std::abs(truth.depth);
     sums.offWorst = std::max(sums.offWorst, std::abs(truth.depth));
-    // Degrees; nearer to an edge either face may be meant.
+    // [deg]; closer to an edge, either face may be the nearest.
     if (truth.toEdge > 1) {
       sums.normalMean += s.area * truth.normal.cross(normal).norm() * 180 / std::numbers::pi;
     }

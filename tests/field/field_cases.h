@@ -1,14 +1,14 @@
-// Solids whose signed distance is known, and how far the field of a cloud of them is from it.
-// Shared by surface_field_test and contact_table. Lengths in voxels throughout.
+// Solids with known signed distance, and the errors of their clouds' fields. Shared by
+// surface_field_test and contact_table. All lengths in voxels.
 #pragma once
 
 #include "contact/contact_cases.h"
 
 namespace cloudcontact::testing {
 
-// What is true at a point of the solid's frame.
+// The truth at a point of the solid's frame.
 struct TrueSurface {
-  double depth;   // positive inside; beside faces, and inside at edges too
+  double depth;   // positive inside; valid beside faces, and inside also at edges
   Vec3 normal;    // outward, of the nearest face
   double toEdge;  // distance to the nearest edge: 1e9 on a sphere
 };
@@ -17,31 +17,31 @@ struct SolidCase {
   std::string name;
   std::function<Body(BodyMaker&)> make;
   std::function<TrueSurface(const Vec3&)> truth;
-  Vec3 half;  // of the bounds
+  Vec3 half;  // half the size of the bounds
   double area, volume;
   double radius = 1e9;  // of curvature
   double deepest = 1;   // below this depth no face is nearer than the other
   bool box = false;
 };
-// How gtest names a case in a failure.
+// A case's name in gtest's messages.
 void PrintTo(const SolidCase& one, std::ostream* out);
 std::vector<SolidCase> solidCases();
 
-// Of depth and normal [deg] at points near the surface.
+// Errors of depth and normal [deg] at points near the surface.
 struct FieldErrors {
   double depthBias = 0, depthMean = 0, depthWorst = 0, normalMean = 0, normalWorst = 0;
-  int points = 0, missing = 0;  // missing: the field knows nothing there
+  int points = 0, missing = 0;  // missing: the field has no value there
 };
-// At points as deep as the case allows and `outermost` outside, whose distance from edges is in
+// At points from `outermost` outside to as deep as the case allows, at distances from edges in
 // [least, most), on a number of clouds.
 FieldErrors fieldErrors(const SolidCase& one, double least, double most, double outermost,
                         int clouds, const BodyMaker& settings);
 
-// The worst claims a field makes about which side a point is on, at points up to 4 voxels from the
-// solid's bounds: the largest depth at points outside it, and the least at points `deepest` inside.
+// The worst errors of a field about the side of a point, up to 4 voxels from the solid's bounds:
+// the largest depth outside, and the least depth inside down to `deepest`.
 struct FieldSides {
   double falseOverlap = -1e9, falseGap = 1e9;
-  int outside = 0, inside = 0;            // points asked, and known to the field
+  int outside = 0, inside = 0;            // points at which the field has a value
   int falseOutside = 0, falseInside = 0;  // beyond kSideSlack on the wrong side
 };
 constexpr double kSideSlack = 0.1;
@@ -53,10 +53,9 @@ struct SampleSums {
   double volume = 0;  // by the divergence theorem
   Vec3 vectorArea = Vec3::Zero();
   double offMean = 0, offWorst = 0;  // distance from the true surface
-  double normalMean = 0;             // [deg] farther than a voxel from edges
-  // A box's faces beside its edges: the integral of max(0, d - distance to the edge) along each
-  // side of each edge over its true value, less 1, at d = 0.5 and 1: the push of a wall pressed in
-  // by d.
+  double normalMean = 0;             // [deg], more than a voxel from edges
+  // Beside a box's edges: relative error of the integral of max(0, d - distance to the edge) along
+  // each side of each edge, at d = 0.5 and 1. This is the force of a wall pressed in by d.
   double stripMean[2] = {}, stripWorst[2] = {};
 };
 SampleSums sampleSums(const SolidCase& one, const Body& body);

@@ -1,14 +1,13 @@
-// A field renewed after cuts is the field built anew, to the bit.
+// A field renewed after cuts equals a newly built one to the bit.
 #include <cloudcontact/field/surface_field.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <filesystem>
 #include <stdexcept>
 
-#include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/voxels/digitize.h>
 
+#include "mesh/thread_meshes.h"
 #include "workpiece/cut_cases.h"
 
 namespace cloudcontact::testing {
@@ -44,14 +43,14 @@ void expectSame(const SurfaceField& renewedField, const SurfaceField& built, Ran
   EXPECT_EQ(renewedField.hash(), built.hash()) << what;
 }
 
-// Cuts of all kinds, one after the other, each field from the one before.
+// Cuts of all kinds in sequence; each field is renewed from the previous one.
 void cutAndCompare(Cloud cloud, std::uint64_t seed) {
   Random random(seed);
   auto field = SurfaceField::build(cloud, forCuts());
   for (int k = 0; k < 5; ++k) {
     const std::uint64_t before = field->hash();
     const Vec3 at = random.inCube().cwiseProduct(cloud.size().cast<double>());
-    // A bite is taken where there is something: about a sample of the surface.
+    // Bites are centered at a sample, where there is material.
     const SurfaceSample s =
         field->sample(static_cast<std::size_t>(random.uniform() * double(field->sampleCount())));
     const Vec3 surface(s.position[0], s.position[1], s.position[2]);
@@ -80,25 +79,22 @@ TEST(RenewedField, OfABoxAlongTheGrid) {
           {4, 4, 4}),
       3);
 }
-TEST(RenewedField, OfAToothLikeThing) {
+TEST(RenewedField, OfAToothShape) {
   cutAndCompare(cloudOf(tooth({20, 20, 22}), {5, 5, 5}), 4);
 }
-// Up to the grid's own faces, where nothing is beyond.
+// Material up to the grid's own faces.
 TEST(RenewedField, OfAFullGrid) {
   cutAndCompare(cloudOf([](const Vec3&) { return true; }, {3, 3, 3}), 5);
 }
 
-TEST(RenewedField, OfAScannedTooth) {
-  const std::filesystem::path file =
-      std::filesystem::path(CLOUDCONTACT_SHARED_DIR) / "data" / "tooth.obj";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no tooth.obj beside the checkout";
-  const Mesh mesh = loadMesh(file);
-  Eigen::AlignedBox3d box;
-  for (const Vec3& v : mesh.vertices) box.extend(v);
+// Crests and roots 3 voxels apart, where the edge search takes all of its passes.
+TEST(RenewedField, OfADigitizedThread) {
+  const Pose turned{Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Vec3(1, 2, -1).normalized())),
+                    Vec3::Zero()};
   DigitizeSettings settings;
-  settings.voxelSize = box.sizes().maxCoeff() / 26;
+  settings.voxelSize = 16e-3 / 26;
   settings.threads = 1;
-  cutAndCompare(digitize(mesh, settings), 6);
+  cutAndCompare(digitize(transformed(threadedRod(Thread{}, 16e-3), turned), settings), 6);
 }
 
 TEST(BuiltField, IsTheSameForAnyNumberOfThreads) {
@@ -114,8 +110,8 @@ TEST(RenewedField, OfACloudThatDidNotChange) {
   EXPECT_EQ(renewed(field, cloud)->hash(), field->hash());
 }
 
-// What came back is built again where it was: a renewal is of any change, not of cuts alone.
-TEST(RenewedField, OfMatterThatCameBack) {
+// A renewal handles any change, not only cuts.
+TEST(RenewedField, OfRestoredMaterial) {
   const Cloud whole = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
   const auto first = SurfaceField::build(whole, forCuts());
   const auto cut = renewed(first, cutCloud(whole, bite(whole, {20, 14, 30}, 5)));
@@ -123,16 +119,16 @@ TEST(RenewedField, OfMatterThatCameBack) {
   EXPECT_EQ(renewed(cut, whole)->hash(), first->hash());
 }
 
-TEST(RenewedField, IsBuiltWhereNothingWasKept) {
+TEST(RenewedField, IsBuiltIfTheOldOneIsNotRenewable) {
   const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
   const auto plain = SurfaceField::build(cloud);
   const Cloud after = cutCloud(cloud, bite(cloud, {12, 12, 20}, 3));
   const auto field = renewed(plain, after);
   EXPECT_EQ(field->hash(), SurfaceField::build(after)->hash());
-  EXPECT_GT(field->bytes(), plain->bytes()) << "and is renewable from then on";
+  EXPECT_GT(field->bytes(), plain->bytes()) << "the result is renewable";
 }
 
-TEST(RenewedField, RefusesWhatItCannotRenew) {
+TEST(RenewedField, RejectsOtherGridsAndEmptyClouds) {
   const Cloud cloud = cloudOf(ball({12, 12, 12}, 8), {3, 3, 3});
   const auto field = SurfaceField::build(cloud, forCuts());
   EXPECT_THROW(renewed(nullptr, cloud), std::invalid_argument);

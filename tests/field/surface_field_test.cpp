@@ -1,5 +1,5 @@
-// The field of a cloud against the true signed distance of the solid it was made of: depth and
-// normal within a voxel of the surface, and the samples' places, normals and areas.
+// The field of a cloud compared with the true signed distance of the original solid: depth and
+// normal within a voxel of the surface, and the positions, normals and areas of the samples.
 #include <cloudcontact/field/surface_field.h>
 #include <gtest/gtest.h>
 
@@ -22,13 +22,13 @@ TEST_P(SurfaceFieldOf, KnowsDepthAndNormalAwayFromEdges) {
   const FieldErrors e = fieldErrors(GetParam(), 4, 1e10, 1, kClouds, kMaker);
   ASSERT_GT(e.points, 300);
   EXPECT_EQ(e.missing, 0);
-  // A force within 3 % of k d at 0.3 voxel leaves 0.009 voxel for what does not average out.
+  // A force within 3 % of k d at a depth of 0.3 voxel allows a bias of 0.009 voxel.
   EXPECT_LE(std::abs(e.depthBias), 0.009);
   EXPECT_LE(e.depthMean, 0.02);
   EXPECT_LE(e.depthWorst, 0.1);
-  // A voxel holds one plane, whose normal is the surface's at the voxel's middle: a point of it is
-  // 0.383 voxel sideways of that in the mean, half the diagonal at worst, on a surface that turns
-  // by 1 / radius a voxel. The rest is the fit's own error.
+  // A voxel holds one plane with the surface's normal at the voxel's center. Points of the voxel
+  // lie 0.383 voxel beside the center on average, half a diagonal at most, and the surface turns by
+  // 1 / radius per voxel. The rest is the error of the fit.
   const double turn = 180 / std::numbers::pi / GetParam().radius;
   EXPECT_LE(e.normalMean, 0.383 * turn + 0.1);
   EXPECT_LE(e.normalWorst, 0.87 * turn + 1);
@@ -43,13 +43,13 @@ TEST_P(EdgedFieldOf, KnowsDepthAtEdgesFromInside) {
   EXPECT_EQ(e.missing, 0);
   EXPECT_LE(std::abs(e.depthBias), 0.02);
   EXPECT_LE(e.depthMean, 0.05);
-  // An edge or a corner pressed into a face may be 0.3 voxel off (issue 2); two bodies share it.
+  // The error of a contact at an edge or corner may be 0.3 voxel, shared by two bodies.
   EXPECT_LE(e.depthWorst, 0.3);
 }
 
-// A field that claims material outside the solid makes a contact where nothing touches, however
-// seldom; one that claims a gap inside lets a corner in.
-TEST_P(SurfaceFieldOf, KnowsInsideFromOutside) {
+// A field that claims material outside the solid creates false contacts; one that claims a gap
+// inside lets corners penetrate.
+TEST_P(SurfaceFieldOf, DistinguishesInsideFromOutside) {
   const FieldSides sides = fieldSides(GetParam(), kClouds, kMaker);
   ASSERT_GT(sides.outside, 1000);
   ASSERT_GT(sides.inside, 1000);
@@ -63,22 +63,22 @@ TEST_P(SurfaceFieldOf, SamplesCoverTheSurface) {
     const SampleSums sums = sampleSums(GetParam(), GetParam().make(maker));
     EXPECT_NEAR(sums.area, GetParam().area, 0.01 * GetParam().area);
     EXPECT_NEAR(sums.volume, GetParam().volume, 0.01 * GetParam().volume);
-    // A closed surface's vector area is zero: else a body under pressure from all sides moves.
+    // The vector area of a closed surface is zero; otherwise uniform pressure moves the body.
     EXPECT_LE(sums.vectorArea.norm(), 2e-3 * GetParam().area);
     EXPECT_LE(sums.offMean, 0.02);
     EXPECT_LE(sums.offWorst, 0.3);
     EXPECT_LE(sums.normalMean, 0.5);
-    // A wall's push beside its edge bends a contact's force over that edge.
+    // An error of a wall's force beside an edge would turn the contact force there.
     EXPECT_LE(std::abs(sums.stripWorst[1]), 0.1);
   }
 }
 
-TEST_P(SurfaceFieldOf, BoundsHoldTheSolid) {
+TEST_P(SurfaceFieldOf, BoundsContainTheSolid) {
   BodyMaker maker{kVoxel, Random(23)};
   const SolidCase& one = GetParam();
   const Body body = one.make(maker);
   const Eigen::AlignedBox3d bounds = body.field->bounds();
-  // The farthest point of the solid along each axis of the grid, found by the samples' own places.
+  // The farthest points of the solid along the grid's axes, from the samples' positions.
   Eigen::AlignedBox3d reached;
   for (std::size_t k = 0; k < body.field->sampleCount(); ++k) {
     const SurfaceSample s = body.field->sample(k);
@@ -105,8 +105,8 @@ std::string nameOf(const ::testing::TestParamInfo<SolidCase>& param) {
 INSTANTIATE_TEST_SUITE_P(Solids, SurfaceFieldOf, ::testing::ValuesIn(solidCases()), nameOf);
 INSTANTIATE_TEST_SUITE_P(Solids, EdgedFieldOf, ::testing::ValuesIn(edgedCases()), nameOf);
 
-// An L, 24 x 20 x 14 voxels: at the ends of its inner edge a concave edge and two convex ones meet,
-// a vertex that no fit explains, as where a thread runs out.
+// An L, 24 x 20 x 14 voxels. At the ends of its inner edge, a concave edge and two convex ones meet
+// in a vertex that no fit explains, as at the end of a thread.
 constexpr double kLength = 24, kWidth = 20, kHeight = 14, kInnerX = 11, kInnerY = 9;
 
 Mesh lMesh() {
@@ -129,7 +129,7 @@ Mesh lMesh() {
   return mesh;
 }
 
-// To the nearest face, from inside; the notch is all beyond its two faces.
+// Distance to the nearest face from inside, or to the inner edge.
 double trueDepthInL(const Vec3& p) {
   const double sides =
       std::min({p.x(), p.y(), p.z(), kLength - p.x(), kWidth - p.y(), kHeight - p.z()});
@@ -137,9 +137,9 @@ double trueDepthInL(const Vec3& p) {
                   std::hypot(std::max(0.0, kInnerX - p.x()), std::max(0.0, kInnerY - p.y())));
 }
 
-// Where a voxel under the surface has no plane it counts as deep inside, and throws off whatever
-// comes there: a nut was thrown across its bolt by 2.5 mJ, thirteen times what it had.
-TEST(SurfaceField, CountsNoVoxelUnderTheSurfaceAsDeep) {
+// A voxel below the surface without a plane would count as deep inside, and a contact there would
+// throw bodies apart.
+TEST(SurfaceField, HasPlanesInAllVoxelsBelowTheSurface) {
   BodyMaker maker{kVoxel, Random(26)};
   for (int k = 0; k < 8; ++k) {
     const Body body = maker.cloud(lMesh());
@@ -154,11 +154,11 @@ TEST(SurfaceField, CountsNoVoxelUnderTheSurfaceAsDeep) {
   }
 }
 
-TEST(SurfaceField, RefusesAnEmptyCloud) {
+TEST(SurfaceField, RejectsAnEmptyCloud) {
   EXPECT_THROW(SurfaceField::build(Cloud()), std::invalid_argument);
 }
 
-TEST(SurfaceField, KnowsNothingFarOutside) {
+TEST(SurfaceField, HasNoPointFarOutside) {
   BodyMaker maker{kVoxel, Random(25)};
   const Body body = maker.box({12, 12, 12});
   EXPECT_FALSE(body.field->at(body.grid.toWorld(Vec3(0.05, 0, 0))).has_value());

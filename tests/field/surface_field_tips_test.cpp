@@ -1,6 +1,6 @@
-// Tips of pyramids and cones, pressed point first into a plane and into a cloud's face: how late
-// they are felt, how deep they are said to be, and whether the field claims material beside them.
-// Truth is the pyramid's own geometry. Lengths in voxels.
+// Tips of pyramids and cones, pressed point first into a plane and into a cloud's face: at which
+// depth contact begins, which depth is found, and whether the field claims material beside the tip.
+// Compared with the geometry of the pyramid. Lengths in voxels.
 #include <cloudcontact/contact/contact_finder.h>
 #include <gtest/gtest.h>
 
@@ -14,12 +14,12 @@ namespace cloudcontact::testing {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
-constexpr int kGrids = 5;        // each tip is digitised at so many grid directions and phases
+constexpr int kGrids = 5;        // each tip is digitized at this many grid directions and phases
 
 struct Tip {
   int faces;
   double degrees;  // half angle, from the axis to a face
-  // [voxels] the most that any grid may be late, and all in the mean.
+  // Largest delay of contact on any grid, and on average [voxels].
   double late, lateMean;
 };
 void PrintTo(const Tip& tip, std::ostream* out) {
@@ -33,7 +33,7 @@ double heightOf(const Tip& tip) {
   return tip.degrees > 20 ? 16 : 30;
 }
 
-// Its point in the origin, its body above, the axis along z.
+// Point at the origin, axis along z, body above.
 Mesh meshOf(const Tip& tip) {
   Mesh mesh;
   const double height = heightOf(tip) * kVoxel;
@@ -51,7 +51,7 @@ Mesh meshOf(const Tip& tip) {
   return mesh;
 }
 
-// Positive inside: distance to the nearest face's plane.
+// Distance to the nearest face's plane, positive inside.
 double trueDepth(const Tip& tip, const Vec3& x) {
   double depth = heightOf(tip) - x.z();
   for (int i = 0; i < tip.faces; ++i) {
@@ -69,7 +69,7 @@ std::vector<Body> bodiesOf(const Tip& tip) {
   return bodies;
 }
 
-// What a tip is pressed into; its face lies in the plane z = 0.
+// The body that a tip is pressed into. Its face lies in the plane z = 0.
 struct Wall {
   Body body;
   double half;
@@ -83,7 +83,7 @@ Wall block() {
   return {maker.box({24, 24, 10}), 5};
 }
 
-// The force over k, in voxels: the pair's depth, for a contact along the normal.
+// Force over stiffness, in voxels: the pair's depth, for a contact along the normal.
 double depthOf(ContactFinder& finder, const Body& tip, const Wall& wall, double press) {
   const ContactSettings settings;
   const Pose pose{Eigen::Quaterniond::Identity(), Vec3(0, 0, -press * kVoxel)};
@@ -91,8 +91,8 @@ double depthOf(ContactFinder& finder, const Body& tip, const Wall& wall, double 
   return wrenchOnB(found, {}, {}).force.norm() / sharedSpring(settings.law).stiffness / kVoxel;
 }
 
-// How far the tip is pressed in when its push is first that of 0.01 voxel.
-double latenessOf(ContactFinder& finder, const Body& tip, const Wall& wall) {
+// The tip's true depth when the depth found first reaches 0.01 voxel.
+double delayOf(ContactFinder& finder, const Body& tip, const Wall& wall) {
   double press = -1;
   while (press < 5 && depthOf(finder, tip, wall, press) < 0.01) press += 0.05;
   return press;
@@ -100,13 +100,13 @@ double latenessOf(ContactFinder& finder, const Body& tip, const Wall& wall) {
 
 class FieldOfTip : public ::testing::TestWithParam<Tip> {};
 
-TEST_P(FieldOfTip, IsFeltWhereItBegins) {
+TEST_P(FieldOfTip, TouchesAtItsPoint) {
   const Tip& tip = GetParam();
   ContactFinder finder;
   for (const Wall& wall : {plane(), block()}) {
     double mean = 0;
     for (const Body& body : bodiesOf(tip)) {
-      const double late = latenessOf(finder, body, wall);
+      const double late = delayOf(finder, body, wall);
       EXPECT_LE(late, tip.late);
       EXPECT_GE(late, -0.75);
       mean += late / kGrids;
@@ -115,7 +115,7 @@ TEST_P(FieldOfTip, IsFeltWhereItBegins) {
   }
 }
 
-TEST_P(FieldOfTip, IsAsDeepAsItIsPressed) {
+TEST_P(FieldOfTip, IsAsDeepAsPressed) {
   const Tip& tip = GetParam();
   const Wall wall = plane();
   ContactFinder finder;
@@ -130,7 +130,7 @@ TEST_P(FieldOfTip, IsAsDeepAsItIsPressed) {
 TEST_P(FieldOfTip, ClaimsNoMaterialBesideIt) {
   const Tip& tip = GetParam();
   Random random(33);
-  int asked = 0;
+  int points = 0;
   double worst = -1e9;
   for (const Body& body : bodiesOf(tip))
     for (int drawn = 0; drawn < 20000; ++drawn) {
@@ -138,10 +138,10 @@ TEST_P(FieldOfTip, ClaimsNoMaterialBesideIt) {
       if (trueDepth(tip, at) > -0.1) continue;
       const auto found = body.field->at(body.grid.toWorld(kVoxel * at));
       if (!found) continue;
-      ++asked;
+      ++points;
       worst = std::max(worst, found->depth / kVoxel);
     }
-  EXPECT_GT(asked, 1000);
+  EXPECT_GT(points, 1000);
   EXPECT_LE(worst, 0.15);
 }
 
@@ -155,7 +155,7 @@ std::vector<Tip> tips() {
   for (const int faces : {3, 4, 6})
     for (const double degrees : {8.0, 9.5, 11.3, 13.1, 18.4, 30.0, 45.0})
       all.push_back({faces, degrees, 0.45, 0.25});
-  // Rounder tips have more faces than a voxel holds: slenderer ones are felt up to two voxels late.
+  // Round tips have more faces than a voxel holds. Slender ones would touch up to two voxels late.
   for (const int faces : {8, 64})
     for (const double degrees : {30.0, 45.0}) all.push_back({faces, degrees, 0.45, 0.25});
   return all;

@@ -1,0 +1,85 @@
+// Size, bounds and hash of a field's data.
+#include "field/field_data.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace cloudcontact {
+
+namespace {
+
+// FNV-1a (Fowler, Noll, Vo) over 8 bytes at a time, with an extra mixing step.
+class Hasher {
+ public:
+  template <typename T>
+  void add(const T* first, std::size_t count) {
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(first);
+    mix(count);
+    for (std::size_t i = 0; i < count * sizeof(T); i += 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes + i, std::min<std::size_t>(8, count * sizeof(T) - i));
+      mix(word);
+    }
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  void mix(std::uint64_t word) {
+    value_ = (value_ ^ word) * 0x100000001b3u;
+    value_ ^= value_ >> 29;
+  }
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace
+
+FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
+                     std::shared_ptr<const FieldNotes> notes, const FieldData* before)
+    : cloud_(std::move(cloud)),
+      records_(cloud_, band, before ? &before->records_ : nullptr),
+      samples_(std::move(samples)),
+      notes_(std::move(notes)) {
+  const SampleColumns& all = samples_.levels[0].samples;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    bounds_.extend(cloud_.origin() + cloud_.voxelSize() * Vec3(all.x[k], all.y[k], all.z[k]));
+}
+
+std::size_t FieldData::bytes() const {
+  std::size_t sum = records_.bytes() + samples_.bytes();
+  if (!notes_) return sum;
+  sum += notes_->origins.size() * sizeof(SampleOrigin);
+  for (const auto& brick : notes_->bricks)
+    if (brick)
+      sum += sizeof(SurfaceBrick) + brick->voxels.size() * sizeof(SurfaceVoxel) +
+             brick->steps.size() * sizeof(VoxelStep) + brick->pieces.size() * sizeof(SurfacePiece);
+  return sum;
+}
+
+// Over all data that queries read, in memory order.
+std::uint64_t FieldData::hash() const {
+  Hasher hasher;
+  const std::size_t bricks = brickDistance().size();
+  hasher.add(records_.records(), records_.size());
+  hasher.add(records_.firsts(), bricks + 1);
+  hasher.add(records_.between(), bricks);
+  hasher.add(planes(), planeCount());
+  hasher.add(brickDistance().data(), bricks);
+  for (const SampleLevel& level : samples_.levels) {
+    const SampleColumns& s = level.samples;
+    for (const auto* column : {&s.x, &s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
+      hasher.add(column->data(), column->size());
+    hasher.add(level.cellOf.data(), level.cellOf.size());
+    hasher.add(level.finer.data(), level.finer.size());
+  }
+  const SampleBricks& b = samples_.bricks;
+  for (const auto* column : {&b.x, &b.y, &b.z, &b.radius})
+    hasher.add(column->data(), column->size());
+  hasher.add(b.runs.data(), b.runs.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    hasher.add(&bounds_.min()[axis], 1);
+    hasher.add(&bounds_.max()[axis], 1);
+  }
+  return hasher.value();
+}
+
+}  // namespace cloudcontact
