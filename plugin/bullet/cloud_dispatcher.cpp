@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "bullet/cloud_algorithm.h"
 #include "bullet/look_ahead.h"
 
 namespace cloudcontact {
@@ -41,7 +40,7 @@ int CloudDispatcher::threads() const {
 }
 
 CloudDispatcherStatistics CloudDispatcher::statistics() const {
-  return lookAhead_->statistics();
+  return {lookAhead_->searched(), lookAhead_->taken()};
 }
 
 void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
@@ -64,11 +63,11 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
     if (!pair.m_algorithm && getNearCallback() == defaultNearCallback) {
       auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
                                                        [b.getCollisionShape()->getShapeType()];
-      if (dynamic_cast<CloudAlgorithm::Factory*>(maker))
+      if (dynamic_cast<AheadPairFactory*>(maker))
         pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     }
-    if (auto* const cloudPair = dynamic_cast<CloudAlgorithm*>(pair.m_algorithm))
-      lookAhead_->add(*cloudPair, wrapA, wrapB, info);
+    if (auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm))
+      lookAhead_->add(*ahead, wrapA, wrapB, info);
   }
 }
 
@@ -80,7 +79,7 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
     try {
       lookAhead_->begin();
       gather(*pairs, info);
-      lookAhead_->work();
+      lookAhead_->search();
     } catch (...) {
     }
   }

@@ -38,7 +38,7 @@ using Column = std::vector<double>;
 
 }  // namespace
 
-struct ExtrapolatingSolver::Memory {
+struct ExtrapolatingSolver::State {
   Column weight, start, result, residual, lastResult, lastResidual, next;
   std::array<Column, kDepth> residuals, results;  // differences, the oldest overwritten
   int kept = 0, oldest = 0;
@@ -61,7 +61,7 @@ struct ExtrapolatingSolver::Memory {
 };
 
 // The way from the last sweep's residual and result to this one's.
-void ExtrapolatingSolver::Memory::remember() {
+void ExtrapolatingSolver::State::remember() {
   const int at = kept < kDepth ? kept++ : std::exchange(oldest, (oldest + 1) % kDepth);
   for (std::size_t i = 0; i < weight.size(); ++i) {
     residuals[at][i] = residual[i] - lastResidual[i];
@@ -71,7 +71,7 @@ void ExtrapolatingSolver::Memory::remember() {
 
 // The smallest residual that the differences leave, by their normal equations. At most kDepth
 // unknowns: Cholesky's root in place.
-bool ExtrapolatingSolver::Memory::combine() {
+bool ExtrapolatingSolver::State::combine() {
   double a[kDepth][kDepth], b[kDepth], most = 0;
   for (int i = 0; i < kept; ++i) {
     for (int j = 0; j <= i; ++j) a[i][j] = dot(residuals[i], residuals[j]);
@@ -105,7 +105,7 @@ bool ExtrapolatingSolver::Memory::combine() {
   return true;
 }
 
-ExtrapolatingSolver::ExtrapolatingSolver() : memory_(std::make_unique<Memory>()) {}
+ExtrapolatingSolver::ExtrapolatingSolver() : state_(std::make_unique<State>()) {}
 ExtrapolatingSolver::~ExtrapolatingSolver() = default;
 
 // Joints, then contacts, then their friction, then rolling: friction's limits follow the contacts'.
@@ -119,7 +119,7 @@ void ExtrapolatingSolver::forEachRow(Function f) {
 }
 
 void ExtrapolatingSolver::begin() {
-  Memory& m = *memory_;
+  State& m = *state_;
   m.forget();
   std::size_t rows = 0;
   forEachRow([&](const btSolverConstraint&, std::size_t) { ++rows; });
@@ -164,7 +164,7 @@ btScalar ExtrapolatingSolver::solveSingleIteration(
     int iteration, btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
     int manifoldCount, btTypedConstraint** constraints, int constraintCount,
     const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  Memory& m = *memory_;
+  State& m = *state_;
   const bool last = !extrapolates || iteration >= info.m_numIterations - 1;
   if (!last && iteration == 0) begin();
   if (!last) read(m.start);

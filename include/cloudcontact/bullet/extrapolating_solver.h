@@ -26,7 +26,7 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
                                 const btContactSolverInfo& info, btIDebugDraw* drawer) override;
 
  private:
-  struct Memory;
+  struct State;
 
   template <typename Function>
   void forEachRow(Function f);
@@ -34,7 +34,7 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
   void read(std::vector<double>& impulses);
   void moveTo(const std::vector<double>& impulses);
 
-  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace cloudcontact
