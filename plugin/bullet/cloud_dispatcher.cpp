@@ -1,4 +1,4 @@
-// Which pairs of a step are cloud pairs, as Bullet's default near callback will find them.
+// Finds the cloud pairs of a step, as Bullet's default near callback will find them.
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
@@ -59,7 +59,7 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
       lookAhead_->addChildren(wrapA, wrapB, info);
       continue;
     }
-    // Made here as the callback would make it, where it would be a cloud's: that has no effect yet.
+    // A cloud pair's algorithm is made here as the callback would make it.
     if (!pair.m_algorithm && getNearCallback() == defaultNearCallback) {
       auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
                                                        [b.getCollisionShape()->getShapeType()];
@@ -75,7 +75,7 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
   if (threads() > 1 && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
-    // Bullet is not exception-safe; what is not worked out ahead is found in its walk.
+    // Bullet is not exception-safe; its walk searches the pairs that fail here.
     try {
       lookAhead_->begin();
       gather(*pairs, info);
