@@ -57,7 +57,7 @@ TissueTable readTissues(const std::string& option, const std::string& text, doub
   TissueTable table;
   for (const Json& entry : json) table.push_back(tissueOf(entry, where));
   try {
-    requireTissues(table);
+    validate(table);
   } catch (const std::invalid_argument& error) {
     throw BadInput(where + ": " + error.what());
   }

@@ -1,9 +1,10 @@
-// One pair's step: wrappers to ContactBody, ContactFinder, points to manifolds or to a query.
+// One pair's step: query, search, and points written to manifolds or to a Bullet query.
 #include "bullet/cloud_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <cloudcontact/contact/contact_finder.h>
 
 #include <chrono>
 #include <cstdint>
@@ -11,22 +12,19 @@
 #include <typeinfo>
 #include <utility>
 
-#include "bullet/closest_gap.h"
 #include "bullet/convert.h"
-#include "bullet/look_ahead.h"
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
-#include "bullet/pair_memory.h"
 #include "bullet/pair_query.h"
 
 namespace cloudcontact {
 
 namespace {
 
-// The collision algorithm pool's element; release builds of Bullet do not check it.
+// The element size of Bullet's pool of algorithms, which release builds of Bullet do not check.
 static_assert(sizeof(CloudAlgorithm) <= 192);
 
-// [voxels a step] Sliding slower than this is not told from a standing contact's solver residue.
+// [voxels per step] Slower sliding cannot be told from the solver's residue in a standing contact.
 constexpr double kSlidingVoxelsPerStep = 1e-3;
 
 using Clock = std::chrono::steady_clock;
@@ -35,19 +33,59 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// A query wants the points, or, where the bodies are apart, how far: its own addContactPoint also
-// wants a manifold, of which it reads the order of the bodies.
-void tell(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
-          const ContactBody& b, const ContactResult& contact) {
-  btPersistentManifold order(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
-                             0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+std::optional<FieldPoint> lookUp(const ContactBody& body, const Vec3& local) {
+  if (body.field) return body.field->at(local);
+  const SolidPoint point = solidAt(*body.shape, local);
+  return FieldPoint{point.depth, point.normal};
+}
+
+// The sample of one body nearest to the other's surface; the point's normal leads away from
+// `other`.
+std::optional<ContactPoint> nearestSample(const ContactBody& sampled, const ContactBody& other,
+                                          double within) {
+  std::optional<ContactPoint> best;
+  if (!sampled.field) return best;
+  const Cloud& cloud = sampled.field->cloud();
+  const Pose toOther = other.pose.inverse() * sampled.pose;
+  for (std::size_t k = 0; k < sampled.field->sampleCount(); ++k) {
+    const SurfaceSample sample = sampled.field->sample(k);
+    const Vec3 grid = Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
+    const Vec3 local = toOther.toWorld(cloud.origin() + cloud.voxelSize() * grid);
+    const auto found = lookUp(other, local);
+    if (!found || -found->depth > within) continue;
+    if (best && found->depth <= best->depth) continue;
+    best.emplace();
+    best->depth = found->depth;
+    best->normal = other.pose.orientation * found->normal;
+    best->position = other.pose.toWorld(local + found->depth / 2 * found->normal);
+  }
+  return best;
+}
+
+// The smallest gap of two bodies that do not touch, as a point of negative depth, if it is at most
+// `within` [m]. It looks up all samples of each cloud in the other body: exact against a shape,
+// and between clouds as far as their bands reach.
+std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& b, double within) {
+  const auto ofB = nearestSample(b, a, within);
+  auto ofA = nearestSample(a, b, within);
+  if (ofA) ofA->normal = -ofA->normal;
+  if (!ofA || !ofB) return ofA ? ofA : ofB;
+  return ofA->depth > ofB->depth ? ofA : ofB;
+}
+
+// Gives a Bullet query the points or, if the bodies are apart, the gap. Its addContactPoint() reads
+// the order of the bodies from a manifold.
+void report(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
+            const ContactBody& b, const ContactResult& contact) {
+  btPersistentManifold inOrder(sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject(),
+                               0, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
   btPersistentManifold* const before = result.getPersistentManifold();
   const auto add = [&result](const ContactPoint& point) {
     const Vec3 onB = point.position - point.depth / 2 * point.normal;
     result.addContactPoint(toBullet(Vec3(-point.normal)), toBullet(onB),
                            static_cast<btScalar>(-point.depth));
   };
-  result.setPersistentManifold(&order);
+  result.setPersistentManifold(&inOrder);
   for (const ContactPoint& point : contact.points) add(point);
   if (contact.points.empty() && result.m_closestPointDistanceThreshold > 0)
     if (const auto gap = closestGap(a, b, result.m_closestPointDistanceThreshold)) add(*gap);
@@ -67,31 +105,31 @@ struct CloudAlgorithm::State {
                btManifoldResult& result);
   PairQuery read(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step,
                  bool steps) {
-    const auto lock = narrowPhase.whileReading();
+    const auto lock = narrowPhase.lockToRead();
     return reader.read(narrowPhase.settings(), a, b, step, steps);
   }
-  double answer(const PairQuery& query);
+  double search(const PairQuery& query);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
 
   NarrowPhase& narrowPhase;
-  LookAhead* lookAhead = nullptr;  // where the dispatcher has one
+  LookAhead* lookAhead = nullptr;  // of a CloudDispatcher, or null
   ManifoldWriter writer;
   PairReader reader;
-  ContactFinder finder;  // a pair's own: it remembers the last step's patches, to name them again
-  PairMemory memory;     // of a viscoelastic law
+  ContactFinder finder;  // one per pair: it keeps the last step's patches and their IDs
+  PairMemory memory;
 
-  PairQuery ahead;                 // what is worked out ahead
-  double aheadSeconds = 0;         // and took so long
-  std::uint64_t answeredStep = 0;  // the finder has searched for it in this step; 0: it has not
-  bool wanted = true;              // processCollision() came after the last look ahead
-  int slot = -1;                   // as a compound's child
+  PairQuery ahead;                 // the query that is searched ahead
+  double aheadSeconds = 0;         // time of that search
+  std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
+  bool processed = true;           // processCollision() ran after the last prepare()
+  int slot = -1;                   // in CompoundChildren
 };
 
-// Leaves the answer in the finder; [s] that it took ahead of this step.
-double CloudAlgorithm::State::answer(const PairQuery& query) {
-  const std::uint64_t step = std::exchange(answeredStep, 0);
-  const bool known = step > 0 && step == lookAhead->step() && sameQuestion(query, ahead);
+// Leaves the result in the finder. Returns the time [s] that it took ahead of Bullet's walk.
+double CloudAlgorithm::State::search(const PairQuery& query) {
+  const std::uint64_t step = std::exchange(searchedStep, 0);
+  const bool known = step > 0 && step == lookAhead->step() && sameQuery(query, ahead);
   if (!known) finder.search(query.a, query.b, query.settings);
   if (known) lookAhead->countTaken();
   return known ? aheadSeconds : 0;
@@ -112,8 +150,8 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
                                     const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                                     btManifoldResult& result) {
   const auto start = Clock::now();
-  wanted = true;
-  // Bullet's queries subclass the result to override addContactPoint; its solver never does.
+  processed = true;
+  // Bullet's queries derive from btManifoldResult; its solver does not.
   const bool steps = typeid(result) == typeid(btManifoldResult);
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
@@ -123,13 +161,13 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     writer.clear();
     return;
   }
-  const double earlier = answer(query);
+  const double earlier = search(query);
   const ContactResult& contact = finder.named();
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (steps)
     write(query, sides, contact, info.m_timeStep);
   else
-    tell(result, sides, query.a, query.b, contact);
+    report(result, sides, query.a, query.b, contact);
   narrowPhase.count(earlier + since(start), contact.samples, contact.points.size());
 }
 
@@ -145,8 +183,8 @@ CloudAlgorithm::~CloudAlgorithm() {
 void CloudAlgorithm::processCollision(const btCollisionObjectWrapper* a,
                                       const btCollisionObjectWrapper* b,
                                       const btDispatcherInfo& info, btManifoldResult* result) {
-  // Bullet is not exception-safe: what goes wrong is counted, and the pair has no contacts, for old
-  // ones would go on pressing where the bodies no longer are.
+  // Bullet is not exception-safe. A failure is counted and the pair has no contacts, because old
+  // ones would keep pushing where the bodies no longer are.
   try {
     state_->process(*this, *a, *b, info, *result);
     return;
@@ -162,23 +200,23 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b,
                                     const btDispatcherInfo& info) noexcept {
   State& own = *state_;
-  own.answeredStep = 0;
-  if (!std::exchange(own.wanted, false)) return 0;
+  own.searchedStep = 0;
+  if (!std::exchange(own.processed, false)) return 0;
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true);
   } catch (...) {
-    return 0;  // processCollision() will meet it too, and tell
+    return 0;  // processCollision() fails likewise and counts it
   }
   if (own.ahead.wrong) return 0;
   return 1 + own.finder.asked();
 }
 
-void CloudAlgorithm::workOut(const TaskRunner* shareOut) noexcept {
+void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
   State& own = *state_;
   const auto start = Clock::now();
   try {
     own.finder.search(own.ahead.a, own.ahead.b, own.ahead.settings, shareOut);
-    own.answeredStep = own.lookAhead->step();
+    own.searchedStep = own.lookAhead->step();
   } catch (...) {  // as above
   }
   own.aheadSeconds = since(start);

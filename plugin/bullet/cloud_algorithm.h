@@ -1,25 +1,24 @@
-// CloudAlgorithm: what Bullet runs, once a step, for a pair with a CloudShape in it.
+// CloudAlgorithm: Bullet's collision algorithm for a pair with a CloudShape.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
-#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
-
-#include <cloudcontact/contact/contact_finder.h>
 
 #include <memory>
+
+#include "bullet/look_ahead.h"
 
 namespace cloudcontact {
 
 class NarrowPhase;
 
-class CloudAlgorithm : public btCollisionAlgorithm {
+class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
  public:
   CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info, NarrowPhase& narrowPhase);
   ~CloudAlgorithm() override;
 
-  // Finds the pair's contact and writes it to the pair's own manifolds. Where `result` is not
-  // Bullet's plain one but a query's (contactTest, contactPairTest), tells the query instead, and
-  // leaves the manifolds alone.
+  // Finds the contact and writes it to the pair's own manifolds. If `result` is a query's
+  // (contactTest, contactPairTest) instead of Bullet's plain one, it gets the points and the
+  // manifolds stay as they are.
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
   // Clouds have no continuous detection: 1, the whole step.
@@ -27,16 +26,12 @@ class CloudAlgorithm : public btCollisionAlgorithm {
                                  btManifoldResult*) override;
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  // For CloudDispatcher: reads what processCollision() will ask in this step if nothing changes
-  // until then. Returns about how many samples that will look up; 0: there is nothing to work out.
   std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                      const btDispatcherInfo& info) noexcept;
-  // Finds the answer, which processCollision() takes if it asks just that. Different pairs may be
-  // worked out at the same time; a large one may be shared out.
-  void workOut(const TaskRunner* shareOut) noexcept;
+                      const btDispatcherInfo& info) noexcept override;
+  void searchAhead(const TaskRunner* shareOut) noexcept override;
 
   // Makes the algorithm in the dispatcher's pool.
-  class Factory : public btCollisionAlgorithmCreateFunc {
+  class Factory : public AheadPairFactory {
    public:
     explicit Factory(NarrowPhase& narrowPhase) : narrowPhase_(narrowPhase) {}
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,

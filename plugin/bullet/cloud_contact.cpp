@@ -1,5 +1,6 @@
-// CloudContact: the factories, and which of Bullet's shape types they answer for.
+// The algorithm factories, and the shape types that they are registered for.
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <cloudcontact/bullet/cloud_contact.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -14,16 +15,17 @@ namespace cloudcontact {
 
 namespace {
 
-const CloudContactSettings& checked(const CloudContactSettings& settings) {
-  if (settings.law && !takesBodiesSprings(*settings.law)) validate(*settings.law);
-  return settings;
+void validate(const CloudContactSettings& settings) {
+  if (settings.law && !takesBodiesSprings(*settings.law)) cloudcontact::validate(*settings.law);
+  if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
+    throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
 }
 
 }  // namespace
 
-struct CloudContact::Shared {
-  explicit Shared(const CloudContactSettings& settings)
-      : narrowPhase(checked(settings)), factory(narrowPhase), softFactory(narrowPhase) {}
+struct CloudContact::State {
+  explicit State(const CloudContactSettings& settings)
+      : narrowPhase(settings), factory(narrowPhase), softFactory(narrowPhase) {}
 
   NarrowPhase narrowPhase;
   CloudAlgorithm::Factory factory;
@@ -31,46 +33,45 @@ struct CloudContact::Shared {
 };
 
 CloudContact::CloudContact(const CloudContactSettings& settings)
-    : shared_(std::make_unique<Shared>(settings)) {
-  if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
-    throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
+    : state_(std::make_unique<State>(settings)) {
+  validate(settings);
 }
 
 CloudContact::~CloudContact() = default;
 
 void CloudContact::attach(btCollisionDispatcher& dispatcher) {
   constexpr int kCloud = HFFLUID_SHAPE_PROXYTYPE;
-  const auto answerFor = [&](int a, int b) {
-    dispatcher.registerCollisionCreateFunc(a, b, &shared_->factory);
-    dispatcher.registerClosestPointsCreateFunc(a, b, &shared_->factory);
+  const auto registerFor = [&](int a, int b) {
+    dispatcher.registerCollisionCreateFunc(a, b, &state_->factory);
+    dispatcher.registerClosestPointsCreateFunc(a, b, &state_->factory);
   };
-  // Compounds stay with Bullet: a compound's algorithm asks for its children's pairs, which then
-  // come here. Triangle meshes and terrains stay too, which means no contact.
+  // Bullet's algorithm for compounds creates its children's pairs through these factories. Triangle
+  // meshes and terrains are not registered: they have no contact with clouds.
   for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
     if (!isConvertible(other)) continue;
-    answerFor(kCloud, other);
-    answerFor(other, kCloud);
+    registerFor(kCloud, other);
+    registerFor(other, kCloud);
   }
-  answerFor(kCloud, kCloud);
-  dispatcher.registerCollisionCreateFunc(kCloud, SOFTBODY_SHAPE_PROXYTYPE, &shared_->softFactory);
-  dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, kCloud, &shared_->softFactory);
+  registerFor(kCloud, kCloud);
+  dispatcher.registerCollisionCreateFunc(kCloud, SOFTBODY_SHAPE_PROXYTYPE, &state_->softFactory);
+  dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, kCloud, &state_->softFactory);
 }
 
 const CloudContactSettings& CloudContact::settings() const {
-  return shared_->narrowPhase.settings();
+  return state_->narrowPhase.settings();
 }
 
 CloudContactStatistics CloudContact::statistics() const {
-  return shared_->narrowPhase.statistics();
+  return state_->narrowPhase.statistics();
 }
 
 void CloudContact::softContacts(const btSoftBody& soft,
                                 std::vector<SoftContactPoint>& points) const {
-  for (const SoftAlgorithm* pair : shared_->narrowPhase.softPairs()) pair->tell(soft, points);
+  for (const SoftAlgorithm* pair : state_->narrowPhase.softPairs()) pair->append(soft, points);
 }
 
 void CloudContact::resetStatistics() {
-  shared_->narrowPhase.resetStatistics();
+  state_->narrowPhase.resetStatistics();
 }
 
 }  // namespace cloudcontact

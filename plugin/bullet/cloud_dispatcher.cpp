@@ -1,4 +1,4 @@
-// Which pairs of a step are cloud pairs, as Bullet's default near callback will find them.
+// Finds the cloud pairs of a step, as Bullet's default near callback will find them.
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "bullet/cloud_algorithm.h"
 #include "bullet/look_ahead.h"
 
 namespace cloudcontact {
@@ -41,7 +40,7 @@ int CloudDispatcher::threads() const {
 }
 
 CloudDispatcherStatistics CloudDispatcher::statistics() const {
-  return lookAhead_->statistics();
+  return {lookAhead_->searched(), lookAhead_->taken()};
 }
 
 void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
@@ -60,15 +59,15 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
       lookAhead_->addChildren(wrapA, wrapB, info);
       continue;
     }
-    // Made here as the callback would make it, where it would be a cloud's: that has no effect yet.
+    // A cloud pair's algorithm is made here as the callback would make it.
     if (!pair.m_algorithm && getNearCallback() == defaultNearCallback) {
       auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
                                                        [b.getCollisionShape()->getShapeType()];
-      if (dynamic_cast<CloudAlgorithm::Factory*>(maker))
+      if (dynamic_cast<AheadPairFactory*>(maker))
         pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     }
-    if (auto* const cloudPair = dynamic_cast<CloudAlgorithm*>(pair.m_algorithm))
-      lookAhead_->add(*cloudPair, wrapA, wrapB, info);
+    if (auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm))
+      lookAhead_->add(*ahead, wrapA, wrapB, info);
   }
 }
 
@@ -76,11 +75,11 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
   if (threads() > 1 && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
-    // Bullet is not exception-safe; what is not worked out ahead is found in its walk.
+    // Bullet is not exception-safe; its walk searches the pairs that fail here.
     try {
       lookAhead_->begin();
       gather(*pairs, info);
-      lookAhead_->work();
+      lookAhead_->search();
     } catch (...) {
     }
   }

@@ -1,4 +1,4 @@
-// CloudShape: bounds, inertia and drawing of a cloud for Bullet.
+// Bounds, inertia and drawing of a cloud for Bullet.
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -25,8 +25,8 @@ Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
 
 CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
   setField(std::move(field));
-  // Free of side effects in Bullet, allowed as a compound's child; CUSTOM_CONCAVE_SHAPE_TYPE is
-  // not, for Bullet casts it to its own distance-field shape.
+  // This type has no side effects in Bullet and may be a compound's child. Bullet casts
+  // CUSTOM_CONCAVE_SHAPE_TYPE to its own distance-field shape.
   m_shapeType = HFFLUID_SHAPE_PROXYTYPE;
   m_collisionMargin = 0;
 }
@@ -46,7 +46,7 @@ void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aa
 void CloudShape::setLocalScaling(const btVector3& scaling) {
   if (!(scaling == kUnitScaling))
     throw std::invalid_argument(
-        "CloudShape::setLocalScaling: a cloud cannot be scaled; scale the mesh and digitise it "
+        "CloudShape::setLocalScaling: a cloud cannot be scaled; scale the mesh and digitize it "
         "again");
 }
 
@@ -64,13 +64,13 @@ void CloudShape::processAllTriangles(btTriangleCallback* callback, const btVecto
   const Vec3& origin = field_->cloud().origin();
   for (std::size_t k = 0; k < field_->sampleCount(); ++k) {
     const SurfaceSample sample = field_->sample(k);
-    const Vec3 centre =
+    const Vec3 center =
         origin + voxel * Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
     const Vec3 normal = Eigen::Map<const Eigen::Vector3f>(sample.normal).cast<double>();
     const double half = voxel * std::sqrt(double(sample.area)) / 2;
     const Vec3 u = half * normal.unitOrthogonal(), v = normal.cross(u);
-    btVector3 corners[] = {toBullet(Vec3(centre - u - v)), toBullet(Vec3(centre + u - v)),
-                           toBullet(Vec3(centre + u + v)), toBullet(Vec3(centre - u + v))};
+    btVector3 corners[] = {toBullet(Vec3(center - u - v)), toBullet(Vec3(center + u - v)),
+                           toBullet(Vec3(center + u + v)), toBullet(Vec3(center - u + v))};
     btVector3 other[] = {corners[0], corners[2], corners[3]};
     if (!TestTriangleAgainstAabb2(corners, aabbMin, aabbMax) &&
         !TestTriangleAgainstAabb2(other, aabbMin, aabbMax))

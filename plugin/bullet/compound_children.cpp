@@ -1,4 +1,4 @@
-// Children by slot, and by their objects.
+// Children by slot and by their objects.
 #include "bullet/compound_children.h"
 
 namespace cloudcontact {
@@ -13,7 +13,7 @@ bool ChildPath::readFrom(const btCollisionObjectWrapper& wrap) {
   return true;
 }
 
-void CompoundChildren::remember(CloudAlgorithm& pair, const btCollisionObjectWrapper& a,
+void CompoundChildren::remember(AheadPair& pair, const btCollisionObjectWrapper& a,
                                 const btCollisionObjectWrapper& b, int& slot) {
   Child child{&pair,
               {a.getCollisionObject(), b.getCollisionObject()},
@@ -25,7 +25,7 @@ void CompoundChildren::remember(CloudAlgorithm& pair, const btCollisionObjectWra
   children_.push_back(child);
 }
 
-void CompoundChildren::forget(const CloudAlgorithm& pair, int slot) {
+void CompoundChildren::forget(const AheadPair& pair, int slot) {
   const auto place = static_cast<std::size_t>(slot);
   if (slot >= 0 && place < children_.size() && children_[place].pair == &pair)
     children_[place].pair = nullptr;

@@ -1,5 +1,5 @@
-// The cloud pairs that live inside Bullet's algorithms for compounds, which do not show them: each
-// is remembered as a step processes it, and found again by its objects in the next one.
+// CompoundChildren: the cloud pairs inside Bullet's algorithms for compounds, which hide them. A
+// step remembers each pair as it is processed; the next step finds them by their objects.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -13,46 +13,46 @@
 
 namespace cloudcontact {
 
-class CloudAlgorithm;
+class AheadPair;  // look_ahead.h
 
-// Which child of which child of an object's shape; compounds hung deeper are not followed.
+// The path to a child in nested compounds.
 struct ChildPath {
   static constexpr int kDeepest = 4;
   int index[kDeepest] = {};
   int depth = 0;  // 0: the object's own shape
 
-  // False where the wrapper is deeper than that.
+  // False if the wrapper is deeper than kDeepest.
   bool readFrom(const btCollisionObjectWrapper& wrap);
 };
 
 class CompoundChildren {
  public:
-  // Objects and shapes are compared, never looked at: they may be gone.
+  // Objects and shapes may be deleted by now: pointers are compared, never followed.
   struct Child {
-    CloudAlgorithm* pair = nullptr;
+    AheadPair* pair = nullptr;
     const btCollisionObject* object[2] = {};
     const btCollisionShape* shape[2] = {};
     ChildPath path[2];
   };
 
-  // `slot`: the pair's own, -1 at first.
-  void remember(CloudAlgorithm& pair, const btCollisionObjectWrapper& a,
+  // `slot` belongs to the pair and is -1 at first.
+  void remember(AheadPair& pair, const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b, int& slot);
-  void forget(const CloudAlgorithm& pair, int slot);
+  void forget(const AheadPair& pair, int slot);
   void clear();
 
-  // Makes children found by their objects; before the first visit() after remember().
+  // Sorts children by their objects; call it before the first visit() after remember().
   void sort();
-  // Calls visit(pair, wrapper, wrapper) for the children of a pair of objects that are still what
-  // they were, with wrappers as Bullet's compound algorithms make them.
+  // Calls visit(pair, wrapper, wrapper) for the children of a pair of objects whose shapes are
+  // still the same, with wrappers as Bullet's compound algorithms make them.
   template <typename Visit>
   void visit(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
              const Visit& visit) const {
-    const Objects wanted(a.getCollisionObject(), b.getCollisionObject());
+    const Objects objects(a.getCollisionObject(), b.getCollisionObject());
     auto found = std::lower_bound(
-        sorted_.begin(), sorted_.end(), wanted,
+        sorted_.begin(), sorted_.end(), objects,
         [this](std::uint32_t i, const Objects& o) { return Objects(children_[i]) < o; });
-    for (; found != sorted_.end() && !(wanted < Objects(children_[*found])); ++found) {
+    for (; found != sorted_.end() && !(objects < Objects(children_[*found])); ++found) {
       const Child& child = children_[*found];
       if (!child.pair) continue;
       const bool swapped = child.object[0] != a.getCollisionObject();
@@ -75,7 +75,7 @@ class CompoundChildren {
     }
   };
 
-  // The place of a child as btCompoundCollisionAlgorithm works it out, to the bit.
+  // Computes the transform of a child as btCompoundCollisionAlgorithm does, to the bit.
   template <typename Visit>
   static void follow(const btCollisionObjectWrapper& wrap, const Child& child, int side, int level,
                      const Visit& visit) {
@@ -96,7 +96,7 @@ class CompoundChildren {
   }
 
   std::vector<Child> children_;
-  std::vector<std::uint32_t> sorted_;  // numbers of children, by their objects
+  std::vector<std::uint32_t> sorted_;  // indices into children_, by their objects
 };
 
 }  // namespace cloudcontact

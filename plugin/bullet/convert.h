@@ -1,4 +1,4 @@
-// Bullet's vectors and transforms to ours and back: the only place where btScalar's width shows.
+// Converts vectors and transforms between Bullet and this project.
 #pragma once
 
 #include <LinearMath/btTransform.h>
@@ -14,8 +14,8 @@ inline btVector3 toBullet(const Vec3& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
 
-// Through the matrix in double and normalised: Bullet's own float quaternion is off by 1e-7, which
-// a millimetre part a metre from the origin would feel.
+// Through the matrix in double, because Bullet's float quaternion is off by 1e-7: too much for a
+// part of a millimeter, a meter away from the origin.
 inline Pose toPose(const btTransform& t) {
   Eigen::Matrix3d basis;
   for (int row = 0; row < 3; ++row) basis.row(row) = toVec3(t.getBasis()[row]).transpose();

@@ -1,7 +1,6 @@
-// A body's life after a cut. The cloud's frame is fixed to the matter and never moves against it;
-// Bullet's frame (centre of mass, principal axes) is placed anew in it. The cloud hangs in a
-// compound shape, whose child transform takes up the difference: so pairs, which see the child's
-// frame, do not notice that Bullet's moved, and their contacts keep names and impulses.
+// The cloud's frame is fixed to the matter. A cut moves Bullet's frame (center of mass, principal
+// axes) in it. The cloud is the child of a compound shape, whose child transform makes up for the
+// difference. Pairs see the child's frame, which does not move, so contacts keep IDs and impulses.
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -22,7 +21,8 @@ struct Principal {
   Vec3 inertia;  // [kg m^2]
 };
 
-// Axes that lie as near as can be to those of `near`: a small cut shall not make x of y.
+// The axes in the order and direction nearest to those of `near`, so that a small cut does not swap
+// them.
 Principal principalOf(const MassProperties& matter, const Eigen::Quaterniond& near) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matter.inertia);
   const Eigen::Matrix3d found = solver.eigenvectors(), wanted = near.toRotationMatrix();
@@ -44,7 +44,7 @@ Principal principalOf(const MassProperties& matter, const Eigen::Quaterniond& ne
   return {{Eigen::Quaterniond(axes).normalized(), matter.centerOfMass}, inertia};
 }
 
-// Rigid matter that turns and moves about a point as the body does.
+// Matter that moves rigidly with the body.
 MovingMatter moving(const MassProperties& matter, const Pose& cloud, const Motion& motion) {
   const Eigen::Matrix3d turn = cloud.orientation.toRotationMatrix();
   MovingMatter m;
@@ -69,8 +69,8 @@ std::int64_t coverageOf(const std::vector<MatterSums>& sums) {
   return all;
 }
 
-// Throws where `after` is not a cut `before`.
-void checkLess(const Cloud& before, const Cloud& after) {
+// Throws std::invalid_argument if `after` is not a cut `before`.
+void validate(const Cloud& before, const Cloud& after) {
   if (after.empty() || after.bricks() != before.bricks() ||
       after.voxelSize() != before.voxelSize() || after.origin() != before.origin() ||
       after.materials().size() != before.materials().size())
@@ -90,7 +90,7 @@ void checkLess(const Cloud& before, const Cloud& after) {
   }
 }
 
-// What a piece takes over from the body that it falls off.
+// Copies the settings that a piece inherits from its body.
 void inherit(const btRigidBody& from, btRigidBody& to) {
   to.setFriction(from.getFriction());
   to.setRollingFriction(from.getRollingFriction());
@@ -120,7 +120,7 @@ struct CuttableBody::State {
   btDynamicsWorld* world = nullptr;
   int group = 0, mask = 0;
 
-  // A body of a piece that is known already; not yet in a world.
+  // Of known matter; not yet in a world.
   State(const CuttableBodySettings& how, const Cloud& matter, std::vector<MatterSums> known,
         std::shared_ptr<const SurfaceField> surface, const Pose& place, const Motion& motion);
   ~State() {
@@ -152,8 +152,7 @@ CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterC
   settle(place, motion);
 }
 
-// The rigid body of the matter as it now is: mass, frame, and the velocity that the matter has at
-// the centre.
+// Sets mass, frame and velocity of the rigid body from its matter.
 void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
   const MassProperties m = matter();
   const Principal principal = principalOf(m, frame.orientation);
@@ -167,8 +166,8 @@ void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
   body->updateInertiaTensor();
 }
 
-// A small piece's field is built sooner than a large body's is renewed down to it. Null: it has no
-// surface.
+// Renews the body's field for a large piece; building is faster for a small one. Null if the piece
+// has no surface.
 std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& piece,
                                                                  bool large) const {
   FieldSettings how;
@@ -181,7 +180,7 @@ std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& pi
   }
 }
 
-// Points are kept in the bodies' frames, for Bullet to find them again where the bodies have moved.
+// Bullet keeps points in the bodies' frames, which a cut moves.
 void CuttableBody::State::moveContacts(const Pose& byInverse) {
   if (!world) return;
   const btTransform move = toBullet(byInverse);
@@ -256,7 +255,7 @@ CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {
 
 CutOutcome CuttableBody::become(const Cloud& after) {
   State& own = *state_;
-  checkLess(own.cloud, after);
+  validate(own.cloud, after);
   struct Piece {
     Cloud cloud;
     std::vector<MatterSums> sums;

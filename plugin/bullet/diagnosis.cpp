@@ -1,14 +1,14 @@
-// What in a world's solver settings defeats the Kelvin-Voigt law, as a table of checks.
+// One table of checks.
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
-#include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/diagnosis.h>
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr int kWantedModes = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS |
-                             SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
+constexpr int kModes = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS |
+                       SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 
 struct Check {
   bool wrong;
@@ -19,7 +19,7 @@ struct Check {
 
 std::vector<std::string> diagnose(const btDynamicsWorld& world) {
   const btContactSolverInfo& info = world.getSolverInfo();
-  // Bullet has no const way to the solver, though asking its type changes nothing.
+  // Bullet has no const access to the solver.
   const btConstraintSolver* const solver =
       const_cast<btDynamicsWorld&>(world).getConstraintSolver();
   const auto lacks = [&info](int mode) { return !(info.m_solverMode & mode); };
@@ -34,9 +34,8 @@ std::vector<std::string> diagnose(const btDynamicsWorld& world) {
        "Warm starting is off, so every step starts its contacts from nothing: add "
        "SOLVER_USE_WARMSTARTING to getSolverInfo().m_solverMode."},
       {info.m_warmstartingFactor < 1,
-       "getSolverInfo().m_warmstartingFactor is below 1, so every step drops a part of what holds "
-       "a "
-       "stack: set it to 1."},
+       "getSolverInfo().m_warmstartingFactor is below 1, so every step drops a part of what "
+       "holds a stack: set it to 1."},
       {lacks(SOLVER_USE_2_FRICTION_DIRECTIONS),
        "Contacts rub in one direction only, which topples stacks: add "
        "SOLVER_USE_2_FRICTION_DIRECTIONS to getSolverInfo().m_solverMode."},
@@ -56,8 +55,8 @@ std::vector<std::string> diagnose(const btDynamicsWorld& world) {
 void recommendedSettings(btDynamicsWorld& world) {
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_splitImpulse = 0;
-  info.m_solverMode |= kWantedModes;
-  info.m_warmstartingFactor = 1;  // stacks of ten drift 30 times less than with Bullet's 0.85
+  info.m_solverMode |= kModes;
+  info.m_warmstartingFactor = 1;
   info.m_linearSlop = 0;
 }
 

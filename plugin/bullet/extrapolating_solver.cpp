@@ -1,18 +1,18 @@
-// Sweeps that are extrapolated.
+// Anderson acceleration of Bullet's sweeps.
 //
-// A sweep of sequential impulses is a map x -> g(x) of all rows' impulses, and the solution its
-// fixed point. It goes there slowly where a light body stands between heavy ones, or where weight
-// must pass through many: of a ton on a kilogram a sweep carries a kilogram's share, and ten sweeps
-// at 60 Hz make of any contact a spring of 10 m / h^2 of the light one.
+// A sweep of sequential impulses is a map x -> g(x) of all rows' impulses, and the solution is its
+// fixed point. Convergence is slow where a light body is between heavy ones, or where weight passes
+// through many bodies.
 //
-// So the residuals r = g(x) - x of the last few sweeps are combined to the smallest one that they
-// can make, and the next sweep starts at the same combination of their results (Anderson 1965; for
-// rows that are linear it is GMRES with the sweep as preconditioner). Residuals are measured in
-// energy, r^2 times the row's inverse mass, or heavy bodies' rows would drown the light ones'.
+// The residuals r = g(x) - x of the last few sweeps are combined to the smallest possible one, and
+// the next sweep starts at the same combination of their results (Anderson 1965; for linear rows it
+// is GMRES with the sweep as preconditioner). Residuals are measured in energy, r^2 times the row's
+// inverse mass; otherwise rows of heavy bodies would outweigh those of light ones.
 //
-// Rows have limits, so that the map has kinks. What is combined is put back within them, friction's
-// by the new normal impulse; where a residual grew, what went before is another piece's and is
-// forgotten; and the last sweep stands as it is, so that what a step ends with is Bullet's own.
+// Rows have limits, so the map has kinks. The combination is clamped to the limits, those of
+// friction by the new normal impulse. Where a residual grew, the history belongs to other active
+// limits and is dropped. The last sweep is not extrapolated, so a step ends with Bullet's own
+// result.
 #include <cloudcontact/bullet/extrapolating_solver.h>
 
 #include <algorithm>
@@ -25,11 +25,11 @@ namespace cloudcontact {
 
 namespace {
 
-// Differences of residuals that are combined.
+// The number of differences of residuals that are combined.
 constexpr int kDepth = 5;
-// Below this share of the impulses a residual is rounding.
+// A residual below this fraction of the impulses is rounding.
 constexpr double kRounding = sizeof(btScalar) == 4 ? 1e-12 : 1e-26;  // of the squares
-// Differences that are nearly parallel tell nothing new.
+// Regularization, for differences that are nearly parallel.
 constexpr double kRegular = sizeof(btScalar) == 4 ? 1e-8 : 1e-12;
 // A residual that grew by more than this (of the squares) belongs to other active limits.
 constexpr double kGrown = 1.0;
@@ -38,7 +38,7 @@ using Column = std::vector<double>;
 
 }  // namespace
 
-struct ExtrapolatingSolver::Memory {
+struct ExtrapolatingSolver::State {
   Column weight, start, result, residual, lastResult, lastResidual, next;
   std::array<Column, kDepth> residuals, results;  // differences, the oldest overwritten
   int kept = 0, oldest = 0;
@@ -60,8 +60,8 @@ struct ExtrapolatingSolver::Memory {
   bool combine();
 };
 
-// The way from the last sweep's residual and result to this one's.
-void ExtrapolatingSolver::Memory::remember() {
+// Stores the differences of this sweep's residual and result from the last one's.
+void ExtrapolatingSolver::State::remember() {
   const int at = kept < kDepth ? kept++ : std::exchange(oldest, (oldest + 1) % kDepth);
   for (std::size_t i = 0; i < weight.size(); ++i) {
     residuals[at][i] = residual[i] - lastResidual[i];
@@ -69,9 +69,9 @@ void ExtrapolatingSolver::Memory::remember() {
   }
 }
 
-// The smallest residual that the differences leave, by their normal equations. At most kDepth
-// unknowns: Cholesky's root in place.
-bool ExtrapolatingSolver::Memory::combine() {
+// The combination with the smallest residual, from the normal equations of at most kDepth unknowns,
+// by Cholesky's decomposition in place.
+bool ExtrapolatingSolver::State::combine() {
   double a[kDepth][kDepth], b[kDepth], most = 0;
   for (int i = 0; i < kept; ++i) {
     for (int j = 0; j <= i; ++j) a[i][j] = dot(residuals[i], residuals[j]);
@@ -105,10 +105,10 @@ bool ExtrapolatingSolver::Memory::combine() {
   return true;
 }
 
-ExtrapolatingSolver::ExtrapolatingSolver() : memory_(std::make_unique<Memory>()) {}
+ExtrapolatingSolver::ExtrapolatingSolver() : state_(std::make_unique<State>()) {}
 ExtrapolatingSolver::~ExtrapolatingSolver() = default;
 
-// Joints, then contacts, then their friction, then rolling: friction's limits follow the contacts'.
+// Joints, contacts, friction, rolling friction: friction's limits depend on the contacts.
 template <typename Function>
 void ExtrapolatingSolver::forEachRow(Function f) {
   std::size_t index = 0;
@@ -119,7 +119,7 @@ void ExtrapolatingSolver::forEachRow(Function f) {
 }
 
 void ExtrapolatingSolver::begin() {
-  Memory& m = *memory_;
+  State& m = *state_;
   m.forget();
   std::size_t rows = 0;
   forEachRow([&](const btSolverConstraint&, std::size_t) { ++rows; });
@@ -164,7 +164,7 @@ btScalar ExtrapolatingSolver::solveSingleIteration(
     int iteration, btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
     int manifoldCount, btTypedConstraint** constraints, int constraintCount,
     const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  Memory& m = *memory_;
+  State& m = *state_;
   const bool last = !extrapolates || iteration >= info.m_numIterations - 1;
   if (!last && iteration == 0) begin();
   if (!last) read(m.start);

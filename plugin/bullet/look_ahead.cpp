@@ -1,6 +1,7 @@
-// Tasks by cost, the dearest first, handed out by a counter.
+// Tasks sorted by cost, the largest first; workers take them by a shared counter.
 #include "bullet/look_ahead.h"
 
+#include <cloudcontact/contact/contact_finder.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
@@ -10,19 +11,17 @@
 #include <atomic>
 #include <optional>
 
-#include "bullet/cloud_algorithm.h"
-
 namespace cloudcontact {
 
-struct LookAhead::Arena {
-  explicit Arena(int threads) : arena(threads) {
+struct LookAhead::State {
+  explicit State(int threads) : arena(threads) {
     constexpr auto kLimit = tbb::global_control::max_allowed_parallelism;
-    const auto wanted = static_cast<std::size_t>(threads);
-    if (wanted > tbb::global_control::active_value(kLimit)) more.emplace(kLimit, wanted);
+    const auto limit = static_cast<std::size_t>(threads);
+    if (limit > tbb::global_control::active_value(kLimit)) raised.emplace(kLimit, limit);
   }
-  std::optional<tbb::global_control> more;  // threads than cores, where that is asked for
-  // Whoever waits for the shares of a pair takes no other pair on meanwhile. ThreadSanitizer does
-  // not see how TBB hands them over: that is what the atomics are for.
+  std::optional<tbb::global_control> raised;  // if more threads than cores are set
+  // Isolated, so that a worker that waits for the shares of its pair takes no other pair meanwhile.
+  // The atomics are for ThreadSanitizer, which does not see how TBB hands tasks over.
   const TaskRunner shareOut = [](int count, const std::function<void(int)>& task) {
     std::atomic<int> handed;
     handed.store(0, std::memory_order_release);
@@ -37,10 +36,10 @@ struct LookAhead::Arena {
   };
   tbb::task_arena arena;
   std::atomic<std::size_t> next{0};
-  std::atomic<int> done{0};  // workers; ThreadSanitizer does not see TBB's own waiting
+  std::atomic<int> done{0};  // workers; for ThreadSanitizer, as above
 };
 
-LookAhead::LookAhead(int threads) : threads_(threads), arena_(std::make_unique<Arena>(threads)) {}
+LookAhead::LookAhead(int threads) : threads_(threads), state_(std::make_unique<State>(threads)) {}
 LookAhead::~LookAhead() = default;
 
 void LookAhead::begin() {
@@ -49,38 +48,38 @@ void LookAhead::begin() {
   children_.sort();
 }
 
-void LookAhead::add(CloudAlgorithm& pair, const btCollisionObjectWrapper& a,
+void LookAhead::add(AheadPair& pair, const btCollisionObjectWrapper& a,
                     const btCollisionObjectWrapper& b, const btDispatcherInfo& info) {
   if (const std::size_t cost = pair.prepare(a, b, info)) tasks_.push_back({&pair, cost});
 }
 
 void LookAhead::addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                             const btDispatcherInfo& info) {
-  children_.visit(a, b, [&](CloudAlgorithm& pair, const auto& first, const auto& second) {
+  children_.visit(a, b, [&](AheadPair& pair, const auto& first, const auto& second) {
     add(pair, first, second, info);
   });
 }
 
-void LookAhead::work() {
-  children_.clear();  // Bullet's walk tells which live on
+void LookAhead::search() {
+  children_.clear();  // Bullet's walk adds those that still exist
   std::sort(tasks_.begin(), tasks_.end(),
             [](const Task& x, const Task& y) { return x.cost > y.cost; });
-  statistics_.ahead += tasks_.size();
+  searched_ += tasks_.size();
   std::size_t all = 0;
   for (const Task& task : tasks_) all += task.cost;
-  std::atomic<std::size_t>& next = arena_->next;
+  std::atomic<std::size_t>& next = state_->next;
   next = 0;
-  const auto takeOn = [&](int) {
+  const auto work = [&](int) {
     for (std::size_t i = next++; i < tasks_.size(); i = next++) {
-      // What would keep one thread busy after the others are done.
+      // A pair that would keep one thread busy after the others are done.
       const bool large = 2 * tasks_[i].cost * static_cast<std::size_t>(threads_) > all;
-      tasks_[i].pair->workOut(large ? &arena_->shareOut : nullptr);
+      tasks_[i].pair->searchAhead(large ? &state_->shareOut : nullptr);
     }
-    arena_->done.fetch_add(1, std::memory_order_release);
+    state_->done.fetch_add(1, std::memory_order_release);
   };
   const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
-  arena_->arena.execute([&] { tbb::parallel_for(0, workers, takeOn, tbb::simple_partitioner()); });
-  arena_->done.load(std::memory_order_acquire);
+  state_->arena.execute([&] { tbb::parallel_for(0, workers, work, tbb::simple_partitioner()); });
+  state_->done.load(std::memory_order_acquire);
   ContactFinder::makeRoom(threads_);
 }
 

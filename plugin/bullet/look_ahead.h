@@ -1,7 +1,9 @@
-// The cloud pairs of one step, gathered and worked out on several threads before Bullet asks.
+// LookAhead: gathers the cloud pairs of a step and searches them on several threads before Bullet's
+// walk reaches them.
 #pragma once
 
-#include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+#include <cloudcontact/base/task_runner.h>
 
 #include <cstdint>
 #include <memory>
@@ -9,9 +11,27 @@
 
 #include "bullet/compound_children.h"
 
+struct btDispatcherInfo;
+
 namespace cloudcontact {
 
-class CloudAlgorithm;
+// A pair that can be searched ahead of processCollision().
+class AheadPair {
+ public:
+  // Reads the query that processCollision() will make in this step if nothing changes until then.
+  // Returns its approximate cost in samples, or 0 if there is nothing to search.
+  virtual std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                              const btDispatcherInfo& info) noexcept = 0;
+  // Searches that query; processCollision() takes the result if its own query is equal. Different
+  // pairs may be searched at the same time. A large search is split up with `shareOut`.
+  virtual void searchAhead(const TaskRunner* shareOut) noexcept = 0;
+
+ protected:
+  ~AheadPair() = default;
+};
+
+// Makes algorithms that are an AheadPair.
+class AheadPairFactory : public btCollisionAlgorithmCreateFunc {};
 
 class LookAhead {
  public:
@@ -19,41 +39,43 @@ class LookAhead {
   ~LookAhead();
 
   int threads() const { return threads_; }
-  const CloudDispatcherStatistics& statistics() const { return statistics_; }
+  std::size_t searched() const { return searched_; }  // pairs, in all steps
+  std::size_t taken() const { return taken_; }        // results that Bullet's walk used
 
-  // A step, in this order; Bullet's walk is between the last two. Answers hold no longer.
+  // One step, in this order; Bullet's walk is between search() and end(), which ends the results'
+  // validity.
   void begin();
-  void add(CloudAlgorithm& pair, const btCollisionObjectWrapper& a,
-           const btCollisionObjectWrapper& b, const btDispatcherInfo& info);
-  // What is known of two objects of which one is a compound.
+  void add(AheadPair& pair, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+           const btDispatcherInfo& info);
+  // Adds the known pairs of children of two objects, one of which is a compound.
   void addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                    const btDispatcherInfo& info);
-  void work();
+  void search();
   void end() { step_ = 0; }
   // The step's number, from 1; 0 between steps.
   std::uint64_t step() const { return step_; }
 
-  // While Bullet walks: an answer was used; a compound's child was processed; a pair goes.
-  void countTaken() { ++statistics_.taken; }
-  void remember(CloudAlgorithm& pair, const btCollisionObjectWrapper& a,
+  // During Bullet's walk: a result was used, a compound's child was processed, a pair is deleted.
+  void countTaken() { ++taken_; }
+  void remember(AheadPair& pair, const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b, int& slot) {
     children_.remember(pair, a, b, slot);
   }
-  void forget(const CloudAlgorithm& pair, int slot) { children_.forget(pair, slot); }
+  void forget(const AheadPair& pair, int slot) { children_.forget(pair, slot); }
 
  private:
   struct Task {
-    CloudAlgorithm* pair;
-    std::size_t cost;  // [samples], as far as known
+    AheadPair* pair;
+    std::size_t cost;  // [samples] estimate
   };
-  struct Arena;
+  struct State;
 
   int threads_;
-  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<State> state_;
   std::vector<Task> tasks_;
   CompoundChildren children_;
   std::uint64_t step_ = 0, steps_ = 0;
-  CloudDispatcherStatistics statistics_;
+  std::size_t searched_ = 0, taken_ = 0;
 };
 
 }  // namespace cloudcontact

@@ -1,6 +1,6 @@
 // Contact points to btManifoldPoint. Bullet's normal points from body 1 (our B) to body 0 (our A),
-// the reverse of ours. A point's id is kept in m_partId0 and its patch in m_partId1: both are free,
-// as a cloud's pairs have no triangles, and users may read them there.
+// the reverse of ours. m_partId0 holds the point's ID and m_partId1 its patch, for users to read;
+// both fields are free, because cloud pairs have no triangles.
 #include "bullet/manifold_writer.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
@@ -15,7 +15,7 @@ namespace cloudcontact {
 
 namespace {
 
-// What a pair's points have in common: Bullet's combined coefficients, and its flags.
+// Fields that are equal for all points of a pair: Bullet's combined coefficients and flags.
 btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   const btCollisionObject* const a = sides.wrapA->getCollisionObject();
   const btCollisionObject* const b = sides.wrapB->getCollisionObject();
@@ -29,13 +29,13 @@ btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   point.m_index1 = sides.wrapB->m_index;
   point.m_contactPointFlags = 0;
   if (!rigid) point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
-  // Anisotropic friction is left to Bullet, which bends the directions it chooses itself.
+  // Bullet chooses the directions of anisotropic friction itself.
   if (!a->hasAnisotropicFriction() && !b->hasAnisotropicFriction())
     point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
   return point;
 }
 
-void copyLearnt(const btManifoldPoint& from, btManifoldPoint& to) {
+void copySolverData(const btManifoldPoint& from, btManifoldPoint& to) {
   to.m_appliedImpulse = from.m_appliedImpulse;
   to.m_appliedImpulseLateral1 = from.m_appliedImpulseLateral1;
   to.m_appliedImpulseLateral2 = from.m_appliedImpulseLateral2;
@@ -58,9 +58,8 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
       sides.wrapB->getCollisionObject()->getWorldTransform().invXform(point.m_positionWorldOnB);
 }
 
-// The spring where a pair's points together stand in it. One line for all of them, not each its
-// own: a deep point's would be steeper, and what noise makes of the pressure's slope be magnified
-// (a wedge in a crack gained a voxel of lift).
+// The spring's tangent at the mean depth of the pair's points. One tangent for all of them: a deep
+// point's own would be steeper and would magnify the noise in the pressure's slope.
 SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
                         const ContactResult& contact, double step) {
   double whole = 0, depth = 0, closing = 0;
@@ -87,7 +86,7 @@ void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tang
   point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);
 }
 
-// What Bullet's own algorithms tell the user of a point.
+// Bullet's callbacks for a point.
 void announce(const btPersistentManifold& manifold, const PairSides& sides, bool known,
               btManifoldPoint& point) {
   auto* const a = const_cast<btCollisionObject*>(manifold.getBody0());
@@ -116,11 +115,11 @@ void ManifoldWriter::remember() {
   inherited_.assign(old_.size(), 0);
 }
 
-const btManifoldPoint* ManifoldWriter::heirOf(int id) {
+const btManifoldPoint* ManifoldWriter::ancestorOf(int id) {
   auto found = std::lower_bound(
       old_.begin(), old_.end(), id,
       [](const btManifoldPoint& point, int wanted) { return point.m_partId0 < wanted; });
-  // An id that came twice gives each of its two points one ancestor, never the same one.
+  // Two points with one ID get different ancestors.
   for (; found != old_.end() && found->m_partId0 == id; ++found) {
     char& taken = inherited_[found - old_.begin()];
     if (taken) continue;
@@ -138,7 +137,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
   const btManifoldPoint* before[MANIFOLD_CACHE_SIZE] = {};
   PatchLoad load;
   for (int i = 0; i < count; ++i) {
-    before[i] = heirOf(static_cast<int>(sources[i].id));
+    before[i] = ancestorOf(static_cast<int>(sources[i].id));
     load.add(sources[i].position, before[i]);
   }
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
@@ -153,12 +152,12 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
     setFrictionDirections(sources[i].position, slip, load, before[i], point);
     if (!load.slides()) anchor(slip, before[i], settings.slidingSpeed, point);
-    if (before[i]) copyLearnt(*before[i], point);
+    if (before[i]) copySolverData(*before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);
   }
 }
 
-void ManifoldWriter::dropWithoutHeir() {
+void ManifoldWriter::reportDestroyed() {
   if (!gContactDestroyedCallback) return;
   for (std::size_t i = 0; i < old_.size(); ++i)
     if (!inherited_[i] && old_[i].m_userPersistentData)
@@ -180,9 +179,9 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
   while (manifolds_.size() < patches) {
     btPersistentManifold* const manifold = dispatcher_.getNewManifold(
         sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject());
-    if (!manifold) break;  // Bullet's pool is full and told not to grow
-    // btCompoundCollisionAlgorithm refreshes its children's manifolds, which drops points that
-    // moved further than this: ours are rewritten anyway, and must not lose their impulses.
+    if (!manifold) break;  // Bullet's pool is full and must not grow
+    // btCompoundCollisionAlgorithm refreshes its children's manifolds and drops points that moved
+    // further than this. Our points are rewritten anyway and must keep their impulses.
     manifold->setContactBreakingThreshold(BT_LARGE_FLOAT);
     manifolds_.push_back(manifold);
   }
@@ -203,7 +202,7 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
       gContactEndedCallback(ended);
     }
   }
-  dropWithoutHeir();
+  reportDestroyed();
 }
 
 }  // namespace cloudcontact

@@ -1,8 +1,8 @@
-// What all cloud pairs of a world share: settings, counters, and a lock for dispatchers that run
-// pairs in parallel (Bullet's btCollisionDispatcherMt).
+// NarrowPhase: what the cloud pairs of one CloudContact share. Bullet may run pairs in parallel
+// (btCollisionDispatcherMt), hence the locks.
 #pragma once
 
-#include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/cloud_contact_settings.h>
 
 #include <mutex>
 #include <shared_mutex>
@@ -18,25 +18,48 @@ class NarrowPhase {
 
   const CloudContactSettings& settings() const { return settings_; }
 
-  void count(double seconds, std::size_t samples, std::size_t contacts);
-  void countFailure(const char* what);
-  CloudContactStatistics statistics() const;
-  void resetStatistics();
+  // One pair that was processed.
+  void count(double seconds, std::size_t samples, std::size_t contacts) {
+    const std::lock_guard lock(mutex_);
+    statistics_.seconds += seconds;
+    statistics_.pairs += 1;
+    statistics_.samples += samples;
+    statistics_.contacts += contacts;
+  }
+  void countFailure(const char* message) {
+    const std::lock_guard lock(mutex_);
+    statistics_.failures += 1;
+    statistics_.lastFailure = message;
+  }
+  CloudContactStatistics statistics() const {
+    const std::lock_guard lock(mutex_);
+    return statistics_;
+  }
+  void resetStatistics() {
+    const std::lock_guard lock(mutex_);
+    statistics_ = {};
+  }
 
-  // A pair with a soft body pushes both of its bodies as it is processed, while other pairs read
-  // how they move.
-  std::shared_lock<std::shared_mutex> whileReading() { return std::shared_lock(moving_); }
-  std::unique_lock<std::shared_mutex> whilePushing() { return std::unique_lock(moving_); }
+  // A pair with a soft body changes the velocities of both bodies while it is processed. Other
+  // pairs read velocities under the shared lock.
+  std::shared_lock<std::shared_mutex> lockToRead() { return std::shared_lock(motion_); }
+  std::unique_lock<std::shared_mutex> lockToPush() { return std::unique_lock(motion_); }
 
-  // The pairs with a soft body that live, in the order in which they came.
-  void add(const SoftAlgorithm& pair);
-  void remove(const SoftAlgorithm& pair);
+  // The pairs with a soft body, in order of creation.
+  void add(const SoftAlgorithm& pair) {
+    const std::lock_guard lock(mutex_);
+    softPairs_.push_back(&pair);
+  }
+  void remove(const SoftAlgorithm& pair) {
+    const std::lock_guard lock(mutex_);
+    std::erase(softPairs_, &pair);
+  }
   const std::vector<const SoftAlgorithm*>& softPairs() const { return softPairs_; }
 
  private:
   CloudContactSettings settings_;
-  mutable std::mutex mutex_;  // of all below
-  std::shared_mutex moving_;  // how bodies move
+  mutable std::mutex mutex_;  // statistics_ and softPairs_
+  std::shared_mutex motion_;  // velocities of bodies
   CloudContactStatistics statistics_;
   std::vector<const SoftAlgorithm*> softPairs_;
 };

@@ -1,5 +1,5 @@
-// Materials of a pair: the settings', the shapes', Bullet's own per body, or none's: a spring that
-// follows from the bodies' masses, gravity, voxel and step.
+// A pair's law comes from the settings, the shapes, Bullet's own stiffness of a body, or from no
+// one: then its spring follows from the bodies' masses, gravity, voxel and step.
 #include "bullet/pair_law.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <stdexcept>
+
+#include "bullet/convert.h"
 
 namespace cloudcontact {
 
@@ -52,15 +54,15 @@ PairLaw fixedLaw(const Law& law) {
   return {KelvinVoigt{1, 0}, {}, &law};
 }
 
-// [N] 0 for what no contact moves, and for a multi-body's links, which do not know what pulls them.
+// [N] 0 for an object that contacts do not move, and for a multi-body's links, which do not know
+// their gravity.
 double weightOf(const btCollisionObject& object) {
   const auto* rigid = btRigidBody::upcast(&object);
   return rigid && rigid->getInvMass() > 0 ? rigid->getGravity().length() / rigid->getInvMass() : 0;
 }
 
-// The part of a voxel that the automatic spring takes for one where both bodies move. They may bear
-// others, and then the sags of all joints add up: ten boxes stand 0.9 voxel lower with 0.25, 1.0
-// with 0.3, 2.8 with 1. What stands still does so for one of them alone.
+// The fraction of a voxel that the automatic spring takes for a voxel if both bodies move. Such
+// bodies may bear others, and the sags of all joints of a stack add up.
 constexpr double kJoint = 0.25;
 
 AutomaticSpring springOf(const btCollisionObject& a, const btCollisionObject& b, double voxel,
@@ -68,6 +70,24 @@ AutomaticSpring springOf(const btCollisionObject& a, const btCollisionObject& b,
   const double inverseA = inverseMass(a), inverseB = inverseMass(b);
   return automaticSpring(1 / (inverseA + inverseB), std::max(weightOf(a), weightOf(b)), voxel, step,
                          inverseA > 0 && inverseB > 0 ? kJoint : 1, bears);
+}
+
+struct PairPoints {
+  double whole = 0, depth = 0, closing = 0;
+};
+
+PairPoints gather(const PairSides& sides, const ContactResult& contact) {
+  PairPoints sum;
+  for (const ContactPoint& p : contact.points) {
+    const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
+    sum.whole += p.stiffness;
+    sum.depth += p.stiffness * std::max(0.0, p.depth);
+    sum.closing += p.stiffness * meeting.dot(p.normal);
+  }
+  if (!(sum.whole > 0)) return {};
+  sum.depth /= sum.whole;
+  sum.closing /= sum.whole;
+  return sum;
 }
 
 }  // namespace
@@ -117,6 +137,45 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
           springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step),
                    settings.bears),
           nullptr};
+}
+
+PairMemory::Fingerprint PairMemory::fingerprintOf(
+    const PairSides& sides, const std::vector<btPersistentManifold*>& manifolds) {
+  Fingerprint print{};
+  std::size_t n = 0;
+  for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB}) {
+    const btTransform& place = wrap->getWorldTransform();
+    for (int row = 0; row < 3; ++row)
+      for (int i = 0; i < 3; ++i) print[n++] = place.getBasis()[row][i];
+    for (int i = 0; i < 3; ++i) print[n++] = place.getOrigin()[i];
+  }
+  for (const Motion* motion : {&sides.motionA, &sides.motionB})
+    for (const Vec3* v : {&motion->linear, &motion->angular})
+      for (int i = 0; i < 3; ++i) print[n++] = static_cast<btScalar>((*v)[i]);
+  for (const btPersistentManifold* manifold : manifolds)
+    for (int i = 0; i < manifold->getNumContacts(); ++i)
+      print[n] += manifold->getContactPoint(i).m_appliedImpulse;
+  return print;
+}
+
+KelvinVoigt PairMemory::row(const Law& law, const PairSides& sides, const ContactResult& contact,
+                            const std::vector<btPersistentManifold*>& manifolds, double step) {
+  const PairPoints points = gather(sides, contact);
+  if (step_ == 0)
+    law_ = lawAdvance(law, {}, points.depth, step);
+  else if (fingerprintOf(sides, manifolds) != fingerprint_)
+    law_ = lawAdvance(law, law_, points.depth, step_);
+  step_ = step;
+  const LawTangent line = lawTangent(law, law_, points.closing, step);
+  if (!(points.whole > 0)) return {};
+  // For points that do not touch yet only the sum, grip, matters.
+  const double k = points.depth > 0 ? line.force / points.depth : line.grip / step;
+  return {k / points.whole, (line.grip - step * k) / points.whole};
+}
+
+void PairMemory::remember(const PairSides& sides,
+                          const std::vector<btPersistentManifold*>& manifolds) {
+  fingerprint_ = fingerprintOf(sides, manifolds);
 }
 
 }  // namespace cloudcontact

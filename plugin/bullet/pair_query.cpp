@@ -23,7 +23,7 @@ constexpr const char* kBadPose = "a body's pose is NaN or infinite: it has no co
 
 Motion motionOf(const btCollisionObject& object) {
   const Vec3 center = toVec3(object.getWorldTransform().getOrigin());
-  // Velocities as they are before this step's gravity: Bullet adds that only in its solver.
+  // Without this step's gravity, which Bullet adds in its solver.
   if (const auto* rigid = btRigidBody::upcast(&object))
     return {toVec3(rigid->getLinearVelocity()), toVec3(rigid->getAngularVelocity()), center};
   return {Vec3::Zero(), Vec3::Zero(), center};
@@ -40,24 +40,23 @@ double voxelOf(const ContactBody& a, const ContactBody& b) {
   return size;
 }
 
-// The fastest that a body's points go about its centre [m/s].
+// Upper limit of the speed of a body's points about its center [m/s].
 double spinSpeed(const ContactBody& body) {
   const double rate = body.motion.angular.norm();
-  if (!(rate > 0)) return 0;  // a half-space has no end, but does not turn
+  if (!(rate > 0)) return 0;  // also for a half-space, which has no corners
   const Eigen::AlignedBox3d box = body.field ? body.field->bounds() : boundsOf(*body.shape);
   const Vec3 center = body.pose.toLocal(body.motion.center);
   return rate * (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
 }
 
-// How near bodies get points before they touch: a voxel, or as far as fast ones come in a step. A
-// spike of 3 m that falls off another's flank comes 1.3 voxels a step, and was 0.7 inside before
-// anything stopped it. What turns comes fastest far out: see spinSpeed().
+// Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
+// step.
 double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
   const double speed = (a.motion.linear - b.motion.linear).norm() + spinSpeed(a) + spinSpeed(b);
   return std::max(voxel, speed * step);
 }
 
-// One side for the finder; nothing where the shape is neither a cloud nor a convex body.
+// One side of the query. Empty if the shape is neither a cloud nor convex.
 std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, ConversionCache& cache) {
   ContactBody body;
   body.pose = toPose(wrap.getWorldTransform());
@@ -95,7 +94,7 @@ Bits bitsOf(const PairQuery& query) {
 
 }  // namespace
 
-bool sameQuestion(const PairQuery& x, const PairQuery& y) {
+bool sameQuery(const PairQuery& x, const PairQuery& y) {
   const auto sameBody = [](const ContactBody& one, const ContactBody& other) {
     return one.field == other.field && one.shape == other.shape;
   };

@@ -1,4 +1,4 @@
-// What a pair asks of ContactFinder, read from Bullet's wrappers; told from another to the bit.
+// PairQuery: a pair's input for ContactFinder, read from Bullet's wrappers.
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
@@ -13,22 +13,20 @@ struct PairQuery {
   ContactSettings settings;
   PairLaw law;
   double voxel = 0;  // the smaller of the bodies' [m]
-  double mass = 0;   // [kg] 1 / (1/mA + 1/mB); 0 where neither moves
-  // How often the bodies' shapes were converted: a conversion may be made anew in its place.
+  double mass = 0;   // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
+  // Number of shape conversions so far, since a new conversion may reuse the address of an old one.
   int conversions = 0;
-  const char* wrong = nullptr;  // why nothing can be asked, then the rest is unset
+  const char* wrong = nullptr;  // why there is no query; then the rest is unset
 };
 
-// Whether ContactFinder is given the same by both: the same bodies, and not a bit of a pose, a
-// motion or a setting different.
-bool sameQuestion(const PairQuery& x, const PairQuery& y);
+// Whether bodies, poses, motions and settings are equal to the bit.
+bool sameQuery(const PairQuery& x, const PairQuery& y);
 
-// Of one pair; keeps what it converted.
+// Reads the queries of one pair; caches converted shapes.
 class PairReader {
  public:
-  // `steps`: Bullet steps, and bodies about to touch get points too: without them a body that has
-  // lifted off by a micrometre falls freely for a step, 0.04 mm at 480 Hz, and rattles for ever.
-  // Throws as lawOf().
+  // `steps`: Bullet steps, so bodies about to touch get points too. Without them a body that has
+  // lifted off by a micrometer falls freely for a step, and rattles for ever. Throws as lawOf().
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, double step, bool steps);
 

@@ -1,4 +1,4 @@
-// Friction rows that face their load, and the memory of standing points.
+// Friction rows along their load, and the memory of standing points.
 #include "bullet/point_friction.h"
 
 #include "bullet/convert.h"
@@ -7,16 +7,15 @@ namespace cloudcontact {
 
 namespace {
 
-// The share of the Coulomb limit above which rows turn to face their load. Below it no row is near
-// its bound, so the directions do not matter and had better not move.
+// Fraction of the Coulomb limit above which rows turn to their load. Below it no row is near its
+// bound, so directions do not matter and stay as they are.
 constexpr double kNearLimit = 0.5;
 
-// The share of the Coulomb limit from which on a patch does not stand but slides.
+// Fraction of the Coulomb limit above which a patch slides.
 constexpr double kSliding = 0.99;
 
-// The share of a standing point's slip that friction takes back each step, and the most slip that
-// it remembers, in steps at the sliding speed. Without it a cube creeps 0.15 voxel in 10 s on a
-// slope of 25 degrees at friction 0.6, with it 1e-8; 0.05 to 0.5 do alike.
+// Fraction of a standing point's slip that friction takes back each step, and the most slip that it
+// keeps, in steps at the sliding speed.
 constexpr double kAnchor = 0.2;
 constexpr double kAnchorSteps = 10;
 
@@ -69,7 +68,7 @@ void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLo
   if (wanted.isZero(0) && before) wanted = toVec3(before->m_lateralFrictionDir1);
   const btVector3& normal = point.m_normalWorldOnB;
   const Vec3 n = toVec3(normal), along = wanted - n.dot(wanted) * n;
-  // What is left of a vector along the normal is rounding, not a direction.
+  // The rest of a vector along the normal is rounding, not a direction.
   if (along.norm() <= 1e-3 * wanted.norm()) {
     btPlaneSpace1(normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
     return;

@@ -1,4 +1,4 @@
-// Rays and drawing: what Bullet does by shape type, done for clouds by hand.
+// Rays and drawing of clouds.
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <LinearMath/btIDebugDraw.h>
@@ -12,8 +12,8 @@ namespace cloudcontact {
 
 namespace {
 
-// Calls visit(cloud, place, child) for the shape itself or, in a compound, for its children that
-// are clouds; `child` is -1 for a body's own shape.
+// Calls visit(cloud, place, child) for the shape itself or, in a compound, for its clouds; `child`
+// is -1 for the shape itself.
 template <typename Visit>
 void forEachCloud(const btCollisionShape& shape, const btTransform& place, const Visit& visit,
                   int child = -1) {
@@ -26,7 +26,7 @@ void forEachCloud(const btCollisionShape& shape, const btTransform& place, const
   }
 }
 
-// The broadphase's side of a ray: hands every object whose box the ray crosses to the clouds' test.
+// The broad phase calls process() for every object whose box the ray crosses.
 class CloudRay : public btBroadphaseRayCallback {
  public:
   CloudRay(const btVector3& from, const btVector3& to,
@@ -93,21 +93,21 @@ class SurfaceDrawer : public btTriangleCallback {
   bool normals_;
 };
 
-// Outline of a patch's points, and their mean normal from the middle, as long as the outline.
+// The outline of a patch's points, and their mean normal, as long as the outline.
 void drawPatch(const btPersistentManifold& manifold, btIDebugDraw& drawer) {
   const btVector3 color(1, 0, 1);
   const int count = manifold.getNumContacts();
   btVector3 middle(0, 0, 0), normal(0, 0, 0);
-  btScalar round = 0;
+  btScalar length = 0;
   for (int i = 0; i < count; ++i) {
     const btManifoldPoint& point = manifold.getContactPoint(i);
     const btVector3& other = manifold.getContactPoint((i + 1) % count).m_positionWorldOnB;
     drawer.drawLine(point.m_positionWorldOnB, other, color);
-    round += (other - point.m_positionWorldOnB).length();
+    length += (other - point.m_positionWorldOnB).length();
     middle += point.m_positionWorldOnB / btScalar(count);
     normal += point.m_normalWorldOnB;
   }
-  if (normal.length2() > 0) drawer.drawLine(middle, middle + normal.normalized() * round, color);
+  if (normal.length2() > 0) drawer.drawLine(middle, middle + normal.normalized() * length, color);
 }
 
 bool holdsCloud(const btCollisionObject& object) {

@@ -1,4 +1,4 @@
-// Bullet shape to Solid, one function a kind.
+// One function per kind of Bullet shape.
 #include "bullet/shape_conversion.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -18,8 +18,8 @@ namespace cloudcontact {
 
 namespace {
 
-// Directions in which a convex shape without vertices is sampled: a hull of 1,000 support points of
-// a sphere is within 0.5 % of its radius.
+// Directions for the support points of a convex shape without vertices. A sphere's hull is then
+// within 0.5 % of its radius.
 constexpr int kSupportDirections = 1000;
 
 // The frame whose z axis is the Bullet shape's axis `up`.
@@ -50,8 +50,7 @@ PlacedShape fromCone(const btConeShape& cone) {
           alongAxis(cone.getConeUpIndex())};
 }
 
-// The plane through a face of a computed hull, by Newell's sum over its corners: exact for a
-// triangle and the best for a larger face. Nothing where the face is a sliver.
+// The plane of a face of a computed hull, by Newell's sum over its corners. Empty for a sliver.
 std::optional<HalfSpace> planeOfFace(const btConvexHullComputer& hull, int face) {
   const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
   const Vec3 origin = toVec3(hull.vertices[first->getSourceVertex()]);

@@ -1,4 +1,4 @@
-// Plain Bullet shapes as Solid: what a cloud meets on the other side.
+// Converts Bullet's convex shapes to Solid.
 #pragma once
 
 #include <LinearMath/btVector3.h>
@@ -10,28 +10,28 @@ class btCollisionShape;
 
 namespace cloudcontact {
 
-// A shape and where its own frame (axis along z) stands in the Bullet shape's frame.
+// A shape, and the pose of its own frame (axis along z) in the Bullet shape's frame.
 struct PlacedShape {
   Solid shape;
   Pose frame;
 };
 
-// The plane, box, sphere, capsule, cylinder, cone and hull exactly, with Bullet's margins as Bullet
-// means them: inside a box's and a cylinder's extents, outside a cone's and a hull's surface. Any
-// other convex shape as the hull of its vertices, or, where it has none, of its support points in
-// many directions. Nothing where the shape is not convex or has no volume.
+// Planes, boxes, spheres, capsules, cylinders, cones and hulls are exact, with Bullet's meaning of
+// margins: inside the extents of a box or cylinder, outside the surface of a cone or hull. Any
+// other convex shape becomes the hull of its vertices or, without vertices, of its support points
+// in many directions. Empty if the shape is not convex or has no volume.
 std::optional<PlacedShape> toAnalytic(const btCollisionShape& shape);
 
-// Whether toAnalytic knows what to do with this BroadphaseNativeTypes value.
+// Whether toAnalytic() converts this BroadphaseNativeTypes value.
 bool isConvertible(int proxyType);
 
-// What a converted shape depended on, so that a conversion can be kept until one of them changes.
+// Keeps a conversion until what it depends on changes.
 class ConversionCache {
  public:
-  // The conversion, made anew where the shape is another or was scaled, given a margin or more
-  // points since; null where it has none.
+  // Converts again if this is another shape, or its scaling, margin or number of vertices changed.
+  // Null if the shape cannot be converted.
   const PlacedShape* of(const btCollisionShape& shape);
-  int conversions() const { return conversions_; }  // made so far
+  int conversions() const { return conversions_; }  // so far
 
  private:
   const btCollisionShape* source_ = nullptr;

@@ -1,4 +1,4 @@
-// One soft pair's step: which side is which, what its law is, and never an exception to Bullet.
+// One step of a soft pair. Exceptions end here, because Bullet is not exception-safe.
 #include "bullet/soft_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
@@ -31,17 +31,17 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const auto start = std::chrono::steady_clock::now();
   const bool first = a.getCollisionShape()->getShapeType() == SOFTBODY_SHAPE_PROXYTYPE;
   const btCollisionObjectWrapper &softSide = first ? a : b, &cloudSide = first ? b : a;
-  // Bullet hands its algorithms const objects that they are meant to change.
+  // Bullet passes const objects to its algorithms that they have to change.
   auto* const cloudObject = const_cast<btCollisionObject*>(cloudSide.getCollisionObject());
   auto* const body =
       static_cast<btSoftBody*>(const_cast<btCollisionObject*>(softSide.getCollisionObject()));
-  const auto lock = narrowPhase.whilePushing();
+  const auto lock = narrowPhase.lockToPush();
   soft = body;
   const auto& apart = body->m_collisionDisabledObjects;
   if (!body->hasContactResponse() || !cloudObject->hasContactResponse() ||
       apart.findLinearSearch(cloudObject) != apart.size())
     return pair.noContact();
-  checkSolver(*body);
+  validate(*body);
   if (!steppedSince(*body, cloudSide)) return;
   const auto& field = static_cast<const CloudShape*>(cloudSide.getCollisionShape())->field();
   const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide, field.cloud().voxelSize(),
@@ -81,8 +81,8 @@ btScalar SoftAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObj
   return 1;
 }
 
-void SoftAlgorithm::tell(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const {
-  if (&soft == state_->soft) state_->pair.tell(points);
+void SoftAlgorithm::append(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const {
+  if (&soft == state_->soft) state_->pair.append(points);
 }
 
 btCollisionAlgorithm* SoftAlgorithm::Factory::CreateCollisionAlgorithm(

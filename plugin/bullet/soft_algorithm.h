@@ -1,4 +1,4 @@
-// SoftAlgorithm: what Bullet runs, once a step, for a soft body beside a CloudShape.
+// SoftAlgorithm: Bullet's collision algorithm for a soft body and a CloudShape.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
@@ -19,16 +19,16 @@ class SoftAlgorithm : public btCollisionAlgorithm {
   SoftAlgorithm(const btCollisionAlgorithmConstructionInfo& info, NarrowPhase& narrowPhase);
   ~SoftAlgorithm() override;
 
-  // Finds the nodes that touch and gives them and the rigid body their impulses. Queries
-  // (contactTest) and looks between steps change nothing.
+  // Finds the nodes that touch and applies impulses to them and to the rigid body. Queries
+  // (contactTest) and calls between steps change nothing.
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override;
-  void getAllContactManifolds(btManifoldArray&) override {}  // Bullet's solver has no part in it
+  void getAllContactManifolds(btManifoldArray&) override {}  // none: no solver rows
 
-  // Adds what the last step did, where the pair's soft body is this one.
-  void tell(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
+  // Appends the contacts of the last step, if this is the pair's soft body.
+  void append(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
 
   // Makes the algorithm in the dispatcher's pool.
   class Factory : public btCollisionAlgorithmCreateFunc {

@@ -1,8 +1,8 @@
-// Nodes to particles and impulses to nodes.
+// Nodes to particles, and impulses to nodes.
 //
-// Bullet has moved its nodes by their velocities when it looks for contacts (m_q is where they
-// were, m_x where they go), binds them afterwards by moving m_x, and takes their velocity from m_x
-// - m_q. An impulse therefore goes into both.
+// When Bullet looks for contacts it has already moved the nodes by their velocities, from m_q to
+// m_x. Afterwards it moves m_x to satisfy the links, and sets the velocity from m_x - m_q. An
+// impulse therefore changes m_v and m_x.
 #include "bullet/soft_pair.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -63,7 +63,7 @@ void SoftPair::share(const btSoftBody& soft, bool byArea) {
   double all = 0;
   for (int i = 0; i < now.faces; ++i) {
     const btSoftBody::Face& face = soft.m_faces[i];
-    const double area = std::abs(face.m_ra) / 2;  // what Bullet calls a rest area is twice that
+    const double area = std::abs(face.m_ra) / 2;  // m_ra is twice the area
     for (const btSoftBody::Node* node : face.m_n) add(node, area / 3);
     all += area;
   }
@@ -120,13 +120,13 @@ void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLa
   write(soft, opponent);
 }
 
-void SoftPair::tell(std::vector<SoftContactPoint>& points) const {
+void SoftPair::append(std::vector<SoftContactPoint>& points) const {
   if (!contacts_) return;
   for (const ParticleContact& c : *contacts_)
     points.push_back({c.particle, center_ + c.arm, c.normal, c.depth, c.impulse()});
 }
 
-void checkSolver(btSoftBody& soft) {
+void validate(btSoftBody& soft) {
   const btSoftBodySolver* const solver = soft.getSoftBodySolver();
   if (!solver || solver->getSolverType() != btSoftBodySolver::DEFAULT_SOLVER)
     throw std::runtime_error(kDeformable);
@@ -147,7 +147,7 @@ bool steppedSince(btSoftBody& soft, const btCollisionObjectWrapper& opponent) {
   mark.m_cti.m_offset = 0;
   mark.m_cti.m_bary.setZero();
   mark.m_node = &soft.m_nodes[0];
-  mark.m_c0.setValue(0, 0, 0, 0, 0, 0, 0, 0, 0);  // its impulses are this times something finite
+  mark.m_c0.setValue(0, 0, 0, 0, 0, 0, 0, 0, 0);  // Bullet multiplies its impulses by this
   mark.m_c1.setZero();
   mark.m_c2 = 0;
   mark.m_c3 = child;

@@ -1,4 +1,4 @@
-// A soft body as particles, and back: between Bullet's nodes and ParticleCloud.
+// SoftPair: steps one soft body against one cloud, with the soft body's nodes as particles.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -14,24 +14,23 @@ namespace cloudcontact {
 // The cloud's side of the pair.
 struct SoftOpponent {
   const btCollisionObjectWrapper* wrap = nullptr;
-  btRigidBody* rigid = nullptr;  // null: a collision object or a link, which nothing moves
+  btRigidBody* rigid = nullptr;  // null: a collision object or a link, which is not moved
 };
 
-// One soft body against one cloud, from step to step.
 class SoftPair {
  public:
-  // Throws std::runtime_error where the soft body cannot touch, which says why.
+  // Throws std::runtime_error, which says why, if the soft body cannot touch.
   void step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law);
   void noContact() { contacts_ = nullptr; }
   const std::vector<ParticleContact>* contacts() const { return contacts_; }
-  void tell(std::vector<SoftContactPoint>& points) const;
+  void append(std::vector<SoftContactPoint>& points) const;
 
  private:
   void share(const btSoftBody& soft, bool byArea);
   void read(btSoftBody& soft);
   void write(btSoftBody& soft, const SoftOpponent& opponent) const;
 
-  struct Shape {  // what shares depend on
+  struct Shape {  // what the nodes' shares depend on
     int nodes = -1, links = -1, faces = -1;
     bool byArea = false;
     bool operator==(const Shape&) const = default;
@@ -43,13 +42,14 @@ class SoftPair {
   Vec3 center_ = Vec3::Zero();
 };
 
-// Throws std::runtime_error where the soft body moves by other rules than
-// btSoftRigidDynamicsWorld's.
-void checkSolver(btSoftBody& soft);
+// Throws std::runtime_error if the soft body does not belong to btSoftRigidDynamicsWorld or
+// btSoftMultiBodyDynamicsWorld.
+void validate(btSoftBody& soft);
 
-// Whether a soft body has been stepped since the last call for this opponent (and this child of
-// it): Bullet also looks for contacts between steps, when nodes must not be pushed. A step empties
-// a soft body's list of rigid contacts; a mark is put there, of no effect in Bullet's solver.
+// Whether a soft body was stepped since the last call for this opponent (or this child of a
+// compound). Bullet also looks for contacts between steps, when nodes must not be pushed. A step
+// empties the soft body's list of rigid contacts, so the function leaves a mark there, which has no
+// effect in Bullet's solver.
 bool steppedSince(btSoftBody& soft, const btCollisionObjectWrapper& opponent);
 
 }  // namespace cloudcontact

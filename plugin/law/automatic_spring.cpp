@@ -1,31 +1,23 @@
-// The spring that a pair gets where nobody states one.
+// The spring for pairs without a stated stiffness.
 //
-// As hard as the step allows (stepLimited) it would be, at 1 kHz, so hard that a body's weight
-// sinks it by 0.0001 voxel, and bodies grind on the noise of the fits, a hundred times that: balls
-// lost 14 % and cylinders 44 % of their speed in 3 s, slopes crept, a screw locked at half of
-// theory, a spike in a hole jumped out. So:
+// The stiffest spring that the step allows (stepLimited) is too stiff: at 1 kHz a body's weight
+// sinks it by 0.0001 voxel, and bodies grind on the noise of the voxel fits, which is a hundred
+// times that. So the force has three parts (docs/measurements.md has the figures):
 //
-//   up to `even`, 0.2 voxel, its stiffness is weight / (0.1 voxel): that sags by 0.1 voxel, and
-//   what bears a few times that in several places still meets a straight line. With 0.05 a spike
-//   that slides on its flank is 0.9 voxel off its way, and a wedge in a crack rocks; with `even` at
-//   0.15 the wedge rocks, too. The price: a box over a table's edge leans out before it tips.
-//   Beyond, f = soft x / (1 - x / reach) in addition, x the way beyond and `reach` 0.1 voxel, until
-//   its slope is that of stepLimited: twenty times the weight sag by 0.3 voxel, not 2, and the
-//   joints of a stack of twenty stiffen as their load grows, which keeps it from buckling.
-//
-// What bears many times its own mass is pressed in by voxels all the same: a ton on a kilogram
-// stands 0.7 voxel deep in it at 240 Hz, the topmost of thirty links 0.7 in the next. Where the
-// solver can bear harder rows (ExtrapolatingSolver) `bears` says for how many times the pair's own
-// mass: from `deep`, 0.3 voxel, on, f = hard x / (1 - x / last) in addition, `last` 0.1 voxel,
-// until its slope is what the step allows for that mass. The damping is then that mass's, too: with
-// the light body's own the ton bounced by a metre. Ten is what ten sweeps carry: with 30 a wrecking
-// ball gains energy at 60 Hz. What stands less deep is not changed.
+//   Up to `even`, 0.2 voxel, the stiffness is weight / (0.1 voxel). The weight sags by 0.1 voxel,
+//   and a few times the weight, spread over several places, is still on a straight line. Beyond
+//   `even`, f = soft x / (1 - x / reach) in addition, where x is the depth beyond and `reach` is
+//   0.1 voxel, until the slope is that of stepLimited. Twenty times the weight sag by 0.3 voxel,
+//   and the joints of a tall stack stiffen with their load, which keeps it from buckling.
+//   Beyond `deep`, 0.3 voxel, f = hard x / (1 - x / last) in addition, `last` 0.1 voxel, until the
+//   slope is what the step allows for `bears` times the pair's mass. This is for light bodies that
+//   bear heavy ones, if the solver can bear harder rows (ExtrapolatingSolver). The damping is then
+//   that mass's, too. Ten is what ten sweeps carry.
 //
 // Bullet's row is a straight line over the step. Where bodies part it is the tangent: f is convex,
-// so the line lies below it, and less is given back than was stored. Where they close it is the
-// chord to where they would be without contact: above f all the way, so that more is taken than is
-// stored. With tangents alone nothing was gained either, but a fast body came in almost for nothing
-// and left with 0.46 of its speed; damping ratio 1 means exp(-2) = 0.135 at most.
+// so the line lies below it, and less energy is returned than was stored. Where bodies close it is
+// the chord to the depth without contact: it lies above f all the way, so more energy is taken than
+// is stored. With tangents only, a fast body would enter almost without resistance.
 #include <cloudcontact/law/automatic_spring.h>
 
 #include <algorithm>
@@ -38,16 +30,15 @@ namespace {
 
 constexpr double kSagVoxels = 0.1, kEvenVoxels = 0.2, kReachVoxels = 0.1;
 constexpr double kDeepVoxels = 0.3, kLastVoxels = 0.1;
-// What bodies weigh that do not say: nothing pulls gears in a void, but things are built to bear
-// what they would on the ground.
-constexpr double kOnTheGround = 9.81;
+// [m/s^2] Gravity for bodies without a weight: machines in a void are built as on the ground.
+constexpr double kGravity = 9.81;
 
-// How far beyond `even` the spring is as hard as it may be.
+// The depth beyond `even` from which the stiffness is `hard`.
 double hardFrom(const AutomaticSpring& s) {
   return s.reach * (1 - std::sqrt(s.soft / s.hard));
 }
 
-// The same beyond `deep`.
+// The depth beyond `deep` from which the stiffness is `hardest`.
 double hardestFrom(const AutomaticSpring& s) {
   return s.last * (1 - std::sqrt(s.hard / s.hardest));
 }
@@ -90,13 +81,13 @@ SpringTangent AutomaticSpring::tangent(double depth, double closing, double step
   const double from = std::max(0.0, depth), next = depth + step * closing, now = force(depth);
   double slope = stiffness(from);
   if (next > from) slope = std::max(slope, (force(next) - now) / (next - from));
-  // Harder than its own mass's limit it is for the mass that it bears.
+  // Beyond its own mass's limit it is hard for the mass that it bears.
   const double borne = mass * std::max(1.0, slope / hard);
   return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
 }
 
 KelvinVoigt SpringTangent::row(double depth, double step) const {
-  // Of a gap Bullet's row takes k and c for what will be inside at the step's end.
+  // For a gap Bullet's row applies k and c to the depth at the step's end.
   if (!(depth > 0)) return {slope, damping};
   const double secant = std::max(0.0, slope * (1 - offset / depth));
   return {secant, damping + step * (slope - secant)};
@@ -110,7 +101,7 @@ AutomaticSpring automaticSpring(double mass, double weight, double voxel, double
   if (!(bears >= 1) || !std::isfinite(bears))
     throw std::invalid_argument("automaticSpring: bears must be finite and at least 1");
   const double hard = stepLimited(mass, step).stiffness, unit = joint * voxel;
-  if (!(weight > 0)) weight = mass * kOnTheGround;
+  if (!(weight > 0)) weight = mass * kGravity;
   return {mass,
           std::min(hard, weight / (kSagVoxels * unit)),
           hard,

@@ -1,4 +1,4 @@
-// Tables of tissues, and the dental one with its sources.
+// Tissue tables, and the dental one with its sources.
 #include <cloudcontact/law/tissue.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace cloudcontact {
 
 namespace {
 
-void require(const Tissue& tissue, const char* field, double value, bool positive) {
+void validate(const Tissue& tissue, const char* field, double value, bool positive) {
   if (std::isfinite(value) && (positive ? value > 0 : value >= 0)) return;
   throw std::invalid_argument("tissue " + tissue.name + ": its " + field + " must be " +
                               (positive ? "positive" : "zero or more") + " and finite");
@@ -18,21 +18,21 @@ void require(const Tissue& tissue, const char* field, double value, bool positiv
 
 }  // namespace
 
-void requireTissues(const TissueTable& table) {
+void validate(const TissueTable& table) {
   if (table.empty()) throw std::invalid_argument("the table of tissues is empty");
   std::set<std::string> names;
   for (const Tissue& t : table) {
     if (!names.insert(t.name).second)
-      throw std::invalid_argument("tissue " + t.name + ": stands twice in the table");
-    require(t, "stiffness", t.stiffness, true);
-    require(t, "damping", t.damping, false);
-    require(t, "hardness", t.hardness, false);
-    require(t, "density", t.density, true);
+      throw std::invalid_argument("tissue " + t.name + ": is in the table twice");
+    validate(t, "stiffness", t.stiffness, true);
+    validate(t, "damping", t.damping, false);
+    validate(t, "hardness", t.hardness, false);
+    validate(t, "density", t.density, true);
   }
 }
 
 TissueTable tissuesOf(const TissueTable& table, const std::vector<std::string>& names) {
-  requireTissues(table);
+  validate(table);
   if (names.empty()) return {table.front()};
   TissueTable found;
   for (const std::string& name : names) {
@@ -49,11 +49,10 @@ TissueTable tissuesOf(const TissueTable& table, const std::vector<std::string>& 
 // lesion of ICDAS code 3 KHN 31.7, and its mineral 35.5 % of the volume (Shimizu et al., Dent.
 // Mater. J. 34, 2015), which gives its density, with 3160 kg/m^3 for the mineral and water for the
 // rest. Moduli: enamel 84 GPa (He and others by indentation: 80-105), dentin 20 GPa (Kinney et al.,
-// Crit. Rev. Oral Biol. Med. 14, 2003: 20-25), pulp 2 MPa as finite-element studies take it;
-// caries: as dentin's hardness is to its own. Densities of enamel 2970, dentin 2140 kg/m^3
-// (Manly et al., J. Biol. Chem. 128, 1939). Nobody cuts pulp by its hardness: its modulus, for want
-// of better. Damping, ours: stiffness times
-// 20 microseconds.
+// Crit. Rev. Oral Biol. Med. 14, 2003: 20-25), pulp 2 MPa as in finite-element studies, caries in
+// proportion to its hardness and dentin's. Densities: enamel 2970, dentin 2140 kg/m^3 (Manly et
+// al., J. Biol. Chem. 128, 1939). No hardness of pulp is known; its modulus stands in. The damping
+// is this project's choice: stiffness times 20 microseconds.
 TissueTable dentalTissues(double enamel) {
   if (!(enamel > 0) || !std::isfinite(enamel))
     throw std::invalid_argument("the stiffness of enamel must be positive and finite");

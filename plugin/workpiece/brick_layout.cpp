@@ -34,7 +34,7 @@ void makeRows(Bricks& f) {
 
 void fillTissues(Bricks& f, const std::vector<std::string>& names, const TissueTable& tissues) {
   const std::size_t kinds = std::max<std::size_t>(names.size(), 1);
-  requireTissues(tissues);
+  validate(tissues);
   if (tissues.size() != kinds)
     throw std::invalid_argument("BaseVectorField: the cloud has " + std::to_string(kinds) +
                                 " materials, " + std::to_string(tissues.size()) +

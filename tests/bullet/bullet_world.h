@@ -1,5 +1,5 @@
-// A small Bullet world for the tests: bodies made of clouds or of Bullet's own shapes, torn down in
-// the right order. Compiled against Bullet in float and in double.
+// BulletWorld: a small world for tests, with bodies made of clouds or Bullet's own shapes. Tests
+// are compiled against Bullet in float and in double.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -15,7 +15,7 @@
 
 namespace cloudcontact::testing {
 
-// How far float and double worlds stray from exact arithmetic.
+// Rounding of float and double worlds.
 constexpr double kRounding = sizeof(btScalar) == 4 ? 1e-5 : 1e-10;
 
 inline std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {

@@ -1,4 +1,4 @@
-// A step must not wait for memory: once its pairs are known CloudDispatcher allocates nothing.
+// Once its pairs are known CloudDispatcher allocates nothing in a step.
 #include "bullet/dispatch_stage.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kVoxel = 1e-3, kAcross = 20e-3, kHeight = 10e-3;
 
-// Nuts in twos, pressed half a voxel into the ground and each other, some in compounds.
+// Pairs of nuts, pressed half a voxel into the ground and each other, some in compounds.
 void lay(Stage& stage) {
   const auto field = fieldOf(plainNut(kAcross, kAcross / 2, kHeight), kVoxel);
   stage.addGround();

@@ -1,6 +1,6 @@
-// CloudDispatcher leaves every manifold, its place and every bit of its points as Bullet's own
-// dispatcher does, step after step, for any number of threads; what was foretold wrongly is found
-// anew, and what fails is counted once.
+// CloudDispatcher gives manifolds equal to those of Bullet's own dispatcher to the bit, in the same
+// order, for any number of threads. Results for queries that changed are searched again, and
+// failures are counted once.
 #include "bullet/dispatch_stage.h"
 
 #include <cloudcontact/bullet/cuttable_body.h>
@@ -34,7 +34,7 @@ std::unique_ptr<CloudShape> nut() {
   return std::make_unique<CloudShape>(nutField());
 }
 
-// Turned nuts over one another, so that they fall into a heap.
+// Turned nuts above one another, which fall into a heap.
 void pour(Stage& stage, int count) {
   Random random(7);
   for (int i = 0; i < count; ++i) {
@@ -53,7 +53,7 @@ struct Outcome {
   double hitRate = 0;
 };
 
-// What a scene is: set up on a stage, and what happens before each step.
+// How a scene is set up, and what happens before each step.
 struct Scene {
   int steps = 240;
   std::function<void(Stage&)> build;
@@ -75,7 +75,7 @@ Outcome play(const Scene& scene, int threads) {
   return outcome;
 }
 
-// `foretold`: the share of the answers worked out ahead that Bullet then asks for, at least.
+// `foretold`: the least fraction of the results searched ahead that Bullet then uses.
 void expectSame(const Scene& scene, double foretold = 0.99) {
   const Outcome serial = play(scene, 0);
   EXPECT_GT(serial.counted.contacts, 0u);
@@ -124,7 +124,7 @@ TEST(CloudDispatcher, ShapesOfEveryKindAndASoftSheet) {
                    0.005);
     sheet.m_cfg.piterations = 4;
   };
-  // The sheet pushes bodies while Bullet walks, after their pairs were foretold.
+  // The sheet pushes bodies during Bullet's walk, after their pairs were searched.
   expectSame(scene, 0.5);
 }
 
@@ -149,7 +149,7 @@ TEST(CloudDispatcher, CompoundsInCompounds) {
     for (int i = 0; i < 4; ++i) addCompound(stage, 0.02 + 0.035 * i);
     stage.add(nut(), 0.03, at(v(0, 0, 0.17)));
   };
-  // A child that parts from its neighbour is foretold once more.
+  // A child that parts from its neighbor is searched ahead once more.
   expectSame(scene, 0.95);
 }
 
@@ -219,7 +219,7 @@ TEST(CloudDispatcher, BodiesThatComeAndGo) {
 }
 
 int passed = 0;
-// Lets every other pair pass, and moves what it lets pass: foretold in vain.
+// Processes every other pair and moves its bodies, so that results ahead are of no use.
 void choosy(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
             const btDispatcherInfo& info) {
   const int sum = pair.m_pProxy0->m_uniqueId + pair.m_pProxy1->m_uniqueId;
@@ -281,7 +281,7 @@ TEST(CloudDispatcher, FailuresAreCountedOnce) {
   scene.build = [](Stage& stage) {
     stage.addGround();
     pour(stage, 4);
-    // A flat hull has no volume, and a NaN pose no place.
+    // A flat hull has no volume, and a NaN pose is no pose.
     auto flat = std::make_unique<btConvexHullShape>();
     for (const auto& corner : {v(-0.02, -0.02, 0), v(0.02, -0.02, 0), v(0, 0.03, 0)})
       flat->addPoint(corner);

@@ -1,5 +1,5 @@
-// Bodies that are cut while they move, spin and rest: their matter stays where it is and moves as
-// it moved, nothing of mass and momentum is lost, and contacts live on.
+// Bodies that are cut while they move, spin and rest: matter keeps its place and motion, mass and
+// momentum are conserved, and contacts persist.
 #include <cloudcontact/bullet/cuttable_body.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ void add(MovingMatter& sum, const MovingMatter& more) {
   sum.angularMomentum += more.angularMomentum;
 }
 
-// Where some voxels are in the world, and how fast.
+// Position and velocity of some voxels in the world.
 struct Marks {
   std::vector<Vec3> place, velocity;
 
@@ -88,7 +88,7 @@ void expectSameMotion(const Marks& a, const Marks& b) {
   }
 }
 
-// What the rigid bodies and the matter cut away have together, against what there was.
+// Mass and momentum of bodies and cut-away matter together, against those before the cut.
 void expectKept(const MovingMatter& before, const CuttableBody& body, const CutOutcome& outcome) {
   MovingMatter after = outcome.cutAway;
   if (!outcome.gone) add(after, body.matter());
@@ -139,7 +139,7 @@ TEST(CuttableBody, FallsApartWhereItIsCutThrough) {
   expectSameMotion(marks, Marks(piece));
   EXPECT_GT(scene.body->matter().mass, piece.matter().mass) << "the heaviest is the body";
   EXPECT_EQ(scene.world.world.getNumCollisionObjects(), 2);
-  // They part as they spin, and meet nothing where the saw went.
+  // They spin apart without contact in the saw's kerf.
   const double apart = (scene.body->matter().center - piece.matter().center).norm();
   for (int k = 0; k < 20; ++k) scene.world.step(1 / 240.0);
   EXPECT_GT((scene.body->matter().center - piece.matter().center).norm(), 1.01 * apart);
@@ -202,8 +202,8 @@ std::map<int, double> impulses(const BulletWorld& world) {
   return all;
 }
 
-// A box at rest on the ground keeps its contacts' names and what the solver learnt of them when
-// its top is cut, and does not start.
+// A box at rest on the ground keeps its contacts' IDs and the solver's data when its top is cut,
+// and does not move.
 TEST(CuttableBody, RestsOnWhenItsTopIsCut) {
   BulletWorld world;
   world.addGround();
@@ -238,7 +238,7 @@ TEST(CuttableBody, RestsOnWhenItsTopIsCut) {
   EXPECT_NEAR(carried, body.matter().mass * 9.81 / 240, 0.02 * carried);
 }
 
-// What was cut is no longer felt.
+// Removed material has no contact.
 TEST(CuttableBody, IsNotFeltWhereItWasCut) {
   BulletWorld world;
   world.world.setGravity(v(0, 0, 0));

@@ -1,4 +1,4 @@
-// Each solver setting that defeats the law is told of by name, and the advice taken cures it.
+// diagnose() names each setting that defeats the law, and its advice cures it.
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ TEST(Diagnose, AnMlcpSolverIsTold) {
 }
 
 TEST(Diagnose, SplitImpulseDoesDropTheSpringOfDeepContacts) {
-  // Not the advice but its reason: 5 cm deep, a spring of 100 N/m holds nothing with split impulse.
+  // The reason for the advice: at 5 cm a spring of 100 N/m holds nothing with split impulse.
   const auto field = fieldOf(boxMesh({0.5, 0.5, 0.5}), 0.05);
   for (const bool split : {false, true}) {
     CloudContactSettings settings;

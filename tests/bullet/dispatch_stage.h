@@ -1,4 +1,4 @@
-// A world whose dispatcher the test chooses, and all that a step leaves in it as one number.
+// A world with the dispatcher of the test's choice, and a hash of its state after a step.
 #pragma once
 
 // First: Bullet's soft bodies declare a global named seed.
@@ -50,7 +50,7 @@ class Hash {
     std::memcpy(bytes, &value, sizeof value);
     for (const unsigned char byte : bytes) hash_ = (hash_ ^ byte) * 1099511628211ull;
   }
-  void add(const btVector3& v) {  // its fourth number is nobody's
+  void add(const btVector3& v) {  // without its unused fourth number
     for (int i = 0; i < 3; ++i) add(v[i]);
   }
   std::uint64_t value() const { return hash_; }
@@ -125,7 +125,7 @@ class Stage {
 
   void step() { world.stepSimulation(btScalar(1) / 240, 0); }
 
-  // Every manifold in its order with its bodies and points, and how all objects move.
+  // A hash of all manifolds in order, with bodies and points, and of all objects' motion.
   std::uint64_t hash() const {
     Hash sum;
     const auto& objects = world.getCollisionObjectArray();
@@ -145,7 +145,7 @@ class Stage {
       for (int i = 0; i < soft->m_nodes.size(); ++i) sum.add(soft->m_nodes[i].m_x);
     return sum.value();
   }
-  // Of the pairs that were worked out ahead, how many as they then were asked; NaN: none was.
+  // The fraction of results searched ahead that Bullet used; NaN if there are none.
   double hitRate() const {
     const auto* own = dynamic_cast<const CloudDispatcher*>(dispatcher.get());
     const CloudDispatcherStatistics s = own ? own->statistics() : CloudDispatcherStatistics{};

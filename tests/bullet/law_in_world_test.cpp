@@ -1,5 +1,5 @@
-// The Kelvin-Voigt law as Bullet's solver carries it out: against the exact backward Euler
-// recurrence, against m g / k, and against the materials' series formula.
+// The Kelvin-Voigt law in Bullet's solver against the exact backward Euler recurrence, m g / k, and
+// the formula for springs in series.
 #include <cloudcontact/law/automatic_spring.h>
 #include <gtest/gtest.h>
 
@@ -17,14 +17,14 @@ std::shared_ptr<const SurfaceField> cubeField() {
   return field;
 }
 
-// How deep the cube's ideal face is below the ground.
+// Depth of the cube's ideal face below the ground.
 double depthOf(const btRigidBody& cube) {
   return 0.1 - cube.getWorldTransform().getOrigin().z();
 }
 
 TEST(LawInWorld, AFallingCubeFollowsTheBackwardEulerRecurrence) {
-  // m (v+ - v) = -m g h + h max(0, k (d - h v+) - c v+), d the depth before the step: no free
-  // parameter. Several materials, from soft and undamped to stiff and overdamped.
+  // m (v+ - v) = -m g h + h max(0, k (d - h v+) - c v+), d the depth before the step, without a
+  // free parameter. Springs from soft and undamped to stiff and overdamped.
   const KelvinVoigt materials[] = {{500, 0}, {2e4, 30}, {1e5, 2000}};
   for (const KelvinVoigt& law : materials) {
     CloudContactSettings settings;
@@ -99,7 +99,7 @@ TEST(LawInWorld, SagIsWeightOverStiffness) {
     }
 }
 
-// The stiffness that the contacts of a pair of shapes add up to.
+// The sum of the contacts' stiffnesses.
 double stiffnessOf(BulletWorld& scene) {
   scene.detect();
   double sum = 0;
@@ -107,8 +107,7 @@ double stiffnessOf(BulletWorld& scene) {
   return sum;
 }
 
-// What the contacts of a pair that stands still push with is the automatic spring's force at the
-// depth that they tell.
+// The contacts of a pair at rest push with the automatic spring's force at their mean depth.
 void expectAutomatic(BulletWorld& scene, double mass, double weight, double voxel = kVoxel) {
   scene.detect();
   double push = 0, whole = 0, depth = 0;
@@ -137,7 +136,7 @@ TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromNoOne) {
   EXPECT_NEAR(stiffnessOf(*scene(KelvinVoigt{2000, 1}, std::nullopt)), 2000, 0.01);
   EXPECT_NEAR(stiffnessOf(*scene(std::nullopt, KelvinVoigt{700, 1})), 700, 0.01);
   EXPECT_NEAR(stiffnessOf(*scene(KelvinVoigt{2000, 1}, KelvinVoigt{500, 1})), 400, 0.01);
-  // Neither: the automatic spring of what moves.
+  // Neither: the automatic spring.
   expectAutomatic(*scene(std::nullopt, std::nullopt), 3, 3 * kGravity);
 }
 
@@ -146,11 +145,11 @@ TEST(LawInWorld, TwoFreeBodiesShareAnAutomaticSpringByTheirReducedMass) {
   scene.addCloud(cubeField(), 3, at({0, 0, 0}));
   scene.addCloud(cubeField(), 6, at({0, 0, btScalar(0.197)}));
   scene.world.getDispatchInfo().m_timeStep = btScalar(0.01);
-  // Reduced mass 3 * 6 / 9, the weight of the heavier, lengths a quarter: either may bear more.
+  // Reduced mass 3 * 6 / 9, the weight of the heavier body, a quarter of the lengths.
   expectAutomatic(scene, 2, 6 * kGravity, 0.25 * kVoxel);
 }
 
-// A world gives its gravity to the bodies: with none, as on the ground; on the moon, softer.
+// The spring follows the world's gravity; without gravity it is as on the ground.
 TEST(LawInWorld, TheAutomaticSpringKnowsWhatPulls) {
   for (const double gravity : {0.0, 1.62, 9.81}) {
     BulletWorld scene;

@@ -1,4 +1,4 @@
-// What the algorithm writes into Bullet's manifolds, point by point.
+// What the algorithm writes into Bullet's manifolds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ std::shared_ptr<const SurfaceField> cubeField() {
   return field;
 }
 
-// Four legs under nothing: what a table touches the floor with.
+// Four legs of a table without its top.
 std::shared_ptr<const SurfaceField> legsField() {
   Mesh mesh;
   for (const double x : {-0.2, 0.2})
@@ -32,7 +32,7 @@ std::shared_ptr<const SurfaceField> legsField() {
   return fieldOf(mesh, kVoxel);
 }
 
-// A cube 0.3 voxel in the ground, tilted so little that the whole face still touches.
+// A cube 0.3 voxel in the ground, tilted so little that the whole face touches.
 btTransform pressed() {
   return at({btScalar(0.01), btScalar(0.02), btScalar(0.097)});
 }
@@ -70,7 +70,7 @@ TEST(Manifold, PointsLieOnBothBodiesAndTheNormalLooksFromBody1ToBody0) {
 }
 
 TEST(Manifold, BulletsRefreshAgreesWithTheDepthWritten) {
-  // Bullet computes a point's distance anew from the local points: it must find what we wrote.
+  // Bullet recomputes a point's distance from the local points, and must get the same.
   BulletWorld scene;
   scene.addGround();
   scene.addCloud(cubeField(), 1, pressed());
@@ -119,9 +119,9 @@ TEST(Manifold, IdsLastAndImpulsesFollowThem) {
   ASSERT_EQ(solved.size(), scene.points().size()) << "two points with one id";
   double impulse = 0;
   for (const auto& [id, point] : solved) impulse += point.m_appliedImpulse;
-  EXPECT_NEAR(impulse, 9.81 / 240, 1e-3 * impulse);  // what carries the cube for a step
+  EXPECT_NEAR(impulse, 9.81 / 240, 1e-3 * impulse);  // carries the cube for a step
 
-  // Detection alone writes all points anew: what the solver left must still be there.
+  // Detection alone rewrites all points but keeps the solver's data.
   scene.detect();
   const auto again = scene.points();
   ASSERT_EQ(again.size(), solved.size());
@@ -137,7 +137,7 @@ TEST(Manifold, IdsLastAndImpulsesFollowThem) {
 
 TEST(Manifold, EachPatchHasItsOwnAndTheyAreKeptWhenEmpty) {
   BulletWorld scene;
-  // A box as ground, for a plane's pairs never end: its bounds are infinite.
+  // A box as ground, because a plane's pairs never end: its bounds are infinite.
   scene.add(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), 0, at({0, 0, -1}));
   btRigidBody& legs = scene.addCloud(legsField(), 1, pressed());
   scene.detect();
@@ -149,20 +149,20 @@ TEST(Manifold, EachPatchHasItsOwnAndTheyAreKeptWhenEmpty) {
   }
   EXPECT_EQ(corners.size(), 4u) << "a leg without contact";
 
-  // Lifted by less than a voxel, it has points at its gap, so that a step can end at the ground.
+  // Lifted by less than a voxel, it has points of negative depth.
   legs.setWorldTransform(at({0, 0, btScalar(0.101)}));
   scene.detect();
   EXPECT_EQ(scene.points().size(), 16u);
   for (const btManifoldPoint& point : scene.points())
     EXPECT_NEAR(point.m_distance1, 0.001, 0.1 * kVoxel);
 
-  // Lifted by more, but less than the broadphase's margin, the pair lives on without points.
+  // Lifted by more, but less than the broad phase's margin, the pair exists without points.
   legs.setWorldTransform(at({0, 0, btScalar(0.1 + 1.5 * kVoxel)}));
   scene.detect();
   EXPECT_EQ(scene.points().size(), 0u);
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 4);
   legs.setWorldTransform(at({0, 0, 9}));
-  legs.setInterpolationWorldTransform(at({0, 0, 9}));  // counts for Bullet's bounds too
+  legs.setInterpolationWorldTransform(at({0, 0, 9}));  // Bullet's bounds include it
   scene.detect();
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0) << "manifolds leaked";
 }
@@ -225,7 +225,7 @@ TEST(Manifold, FrictionDirectionsFollowTheSlidingAndLastWithoutIt) {
   };
   for (const auto& [id, direction] : directions())
     EXPECT_GT(btFabs(direction.dot(slide)), std::cos(3 / 57.3)) << "not along the sliding";
-  // Come to rest with nothing that pushes sideways, the rows have no reason to turn.
+  // At rest without a load sideways, the rows do not turn.
   for (int i = 0; i < 480; ++i) scene.step(1. / 240);
   const auto resting = directions();
   for (int i = 0; i < 10; ++i) scene.step(1. / 240);
@@ -238,13 +238,13 @@ TEST(Manifold, FrictionDirectionsFollowTheSlidingAndLastWithoutIt) {
 }
 
 TEST(Manifold, OnASlopeTheFirstFrictionRowFacesDownhill) {
-  // What the load is: nothing slides, and each point carries its own share, yet all rows agree.
+  // Nothing slides and each point carries its own share, but all rows are parallel.
   BulletWorld scene;
   const btVector3 normal = btVector3(btScalar(-0.3), btScalar(-0.2), 1).normalized();
   scene.add(std::make_unique<btStaticPlaneShape>(normal, 0), 0, at({0, 0, 0})).setFriction(1);
   btRigidBody& cube = scene.addCloud(
       cubeField(), 1, at(normal * btScalar(0.1), shortestArcQuat({0, 0, 1}, normal)));
-  cube.setFriction(btScalar(0.4));  // of which 0.36 is needed
+  cube.setFriction(btScalar(0.4));  // 0.36 is needed
   for (int i = 0; i < 240; ++i) scene.step(1. / 240);
   const btVector3 down = (btVector3(0, 0, -1) + normal * normal.z()).normalized();
   ASSERT_FALSE(scene.points().empty());
@@ -252,7 +252,7 @@ TEST(Manifold, OnASlopeTheFirstFrictionRowFacesDownhill) {
     EXPECT_GT(btFabs(point.m_lateralFrictionDir1.dot(down)), std::cos(10 / 57.3));
 }
 
-// Bullet's contact callbacks are global pointers: put back whatever a test did.
+// Restores Bullet's contact callbacks, which are global pointers.
 struct CallbackGuard {
   ~CallbackGuard() {
     gContactAddedCallback = nullptr;

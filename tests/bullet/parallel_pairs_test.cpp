@@ -1,6 +1,5 @@
-// Pairs processed at the same time by a dispatcher that does so, as Bullet's
-// btCollisionDispatcherMt where Bullet is built for it: nothing that they share is spoilt. Meant to
-// be run under ThreadSanitizer too (preset tsan).
+// Pairs processed by several threads, as by btCollisionDispatcherMt in a Bullet built for threads.
+// Also for ThreadSanitizer (preset tsan).
 #include "bullet/dispatch_stage.h"
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
@@ -18,7 +17,7 @@ btVector3 v(double x, double y, double z) {
   return {btScalar(x), btScalar(y), btScalar(z)};
 }
 
-// What a Bullet built for threads guards, and Debian's does not.
+// Guards what a Bullet built for threads guards, and Debian's does not.
 class GuardedDispatcher : public btCollisionDispatcher {
  public:
   using btCollisionDispatcher::btCollisionDispatcher;
@@ -36,7 +35,7 @@ class GuardedDispatcher : public btCollisionDispatcher {
   std::mutex mutex_;
 };
 
-// Pairs of objects with their algorithms, made one after another, processed by several threads.
+// Pairs of objects and their algorithms; made serially, processed by several threads.
 class Pairs {
  public:
   Pairs() {
@@ -74,7 +73,7 @@ class Pairs {
         }
       });
   }
-  // Of all pairs' points, pair by pair: the order of the manifolds is the threads' own.
+  // By pair, because the order of the manifolds depends on the threads.
   std::uint64_t hash() {
     Hash sum;
     for (Pair& pair : pairs_) {
@@ -114,7 +113,7 @@ const std::shared_ptr<const SurfaceField>& ballField() {
   return field;
 }
 
-// One cloud in the middle, pressed by twelve clouds, hulls, and a flat shape that has no answer.
+// One cloud in the middle, pressed by twelve clouds, hulls, and a flat shape without contact.
 std::vector<btRigidBody*> crowd(Pairs& pairs) {
   btRigidBody& middle = pairs.body(std::make_unique<CloudShape>(ballField()), at(v(0, 0, 0)));
   std::vector<btRigidBody*> all{&middle};
@@ -161,7 +160,7 @@ TEST(ParallelPairs, SameContactsAndCountsForAnyNumberOfThreads) {
   EXPECT_EQ(counted[0].pairs, 12u * 12);
 }
 
-// Two sheets on one cloud, which each of them and the clouds beside it push and read.
+// Two sheets on one cloud: they push it while pairs with other clouds read its motion.
 TEST(ParallelPairs, SoftBodiesPushWhileOthersRead) {
   Pairs pairs;
   const std::vector<btRigidBody*> bodies = crowd(pairs);

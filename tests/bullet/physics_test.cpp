@@ -1,5 +1,5 @@
-// Bodies in motion against mechanics: rest, slopes, rolling, falling, momentum, sleep, and that a
-// run can be repeated to the bit.
+// Bodies in motion against mechanics: rest, slopes, rolling, falling, momentum, sleep; and runs
+// that repeat to the bit.
 #include <cloudcontact/law/automatic_spring.h>
 #include <gtest/gtest.h>
 
@@ -31,8 +31,7 @@ double energy(const btRigidBody& body) {
   return sum;
 }
 
-// For a minute at 240 Hz, with nothing allowed to sleep, on Bullet's plane and on a cloud whose
-// grid is turned under it.
+// A minute at 240 Hz without sleeping, on Bullet's plane and on a cloud with a turned grid.
 TEST(Rest, ACubeStaysWhereItIsPut) {
   const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
   for (const bool onCloud : {false, true}) {
@@ -52,7 +51,7 @@ TEST(Rest, ACubeStaysWhereItIsPut) {
 
 constexpr double kSteps[] = {1. / 60, 1. / 240, 1e-3};
 
-// A box on a slope of the given tangent, pressed in by what it will sag there.
+// A box on a slope of the given tangent, at the depth to which it will sag.
 struct Slope {
   BulletWorld scene;
   btRigidBody* box;
@@ -83,7 +82,7 @@ struct Slope {
     return field;
   }
 
-  // How far it goes down in `seconds` [m].
+  // The distance that it slides in `seconds` [m].
   double run(double seconds) {
     const btVector3 before = box->getWorldTransform().getOrigin();
     for (int i = 0; i < seconds / step; ++i) scene.step(step);
@@ -91,27 +90,27 @@ struct Slope {
   }
 };
 
-// g (sin - mu cos) t^2 / 2: what a body that starts at once has slid after 3 s.
+// g (sin - mu cos) t^2 / 2: the distance of a body that slides from the start, after 3 s.
 double freeWay(double tangent, double friction) {
   const double angle = std::atan(tangent);
   return kGravity * (std::sin(angle) - friction * std::cos(angle)) * 9 / 2;
 }
 
-// As hard as the step allows, so that the cube's start, level, is how it will lean.
+// The stiffest spring of the step, with which the cube hardly leans.
 TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
   CloudContactSettings hard;
   hard.law = stepLimited(1, 1. / 240);
   for (const double yaw : {0.0, 0.4}) {
     EXPECT_LT(Slope(0.5, 0.51, yaw, 1. / 240, 0.2, hard).run(3), 0.1 * kVoxel) << "yaw " << yaw;
-    // Never more than free; it may start late.
+    // It may start late.
     const double gone = Slope(0.5, 0.48, yaw, 1. / 240, 0.2, hard).run(3);
     EXPECT_GT(gone, 0.8 * freeWay(0.5, 0.48)) << "yaw " << yaw;
     EXPECT_LT(gone, 1.02 * freeWay(0.5, 0.48)) << "yaw " << yaw;
   }
 }
 
-// A brick hardly leans. With a stated spring and without, at all steps: what slides must not be
-// pulled back to where it stood, what stands must not creep once it has settled.
+// A brick hardly leans. With a stated spring and without, at all steps: a sliding brick must not be
+// pulled back, and a standing one must not creep once it has settled.
 TEST(OnASlope, ABrickTells049From051AtEveryStepWhetherItsSpringIsStatedOrNot) {
   CloudContactSettings stated;
   stated.law = KelvinVoigt{9810, 2 * std::sqrt(9810)};
@@ -192,8 +191,8 @@ TEST(Falling, NeverGainsEnergyOnAnyCornerOrEdge) {
   }
 }
 
-// A body that comes 1.7 voxels a step is seen a step before it touches, wherever that step ends:
-// 0.7 voxel deep at worst if only those within a voxel were.
+// A body that moves 1.7 voxels a step gets points a step before it touches, wherever that step
+// ends. With points within a voxel only, it would be 0.7 voxel deep at worst.
 TEST(Falling, WhatComesInMoreThanAVoxelAStepIsStoppedAtTheSurface) {
   const double step = 1. / 100, half = 0.1;
   const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);

@@ -1,5 +1,4 @@
-// contactTest, contactPairTest, compounds, rays and drawing: what Bullet's users ask a world
-// besides stepping it.
+// contactTest, contactPairTest, compounds, rays and drawing.
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <cloudcontact/bullet/query.h>
 #include <gtest/gtest.h>
@@ -102,7 +101,7 @@ TEST(Compound, AChildIsTheBareShape) {
       scene.detect();
       bare.detect();
     }
-    // Bullet hands a compound's children over as the first body, so that A and B change places.
+    // Bullet passes a compound's children as the first body, which swaps A and B.
     const auto a = bare.points(), b = scene.points();
     ASSERT_EQ(a.size(), b.size()) << "tree " << tree;
     ASSERT_FALSE(a.empty());
@@ -167,7 +166,7 @@ TEST(Robustness, MeshesTerrainsAndFlatShapesAreNoContactAndNoCrash) {
   scene.add(std::move(flat), 0, at({0, 0, 0}));
   for (int i = 0; i < 3; ++i) scene.step(1. / 60);
   EXPECT_TRUE(scene.points().empty());
-  EXPECT_GT(scene.clouds.statistics().failures, 0u) << "the flat hull should have been told of";
+  EXPECT_GT(scene.clouds.statistics().failures, 0u) << "the flat hull is no failure";
 }
 
 TEST(Ray, EntersTheCubeAndTheBallWhereTheirFormulasSay) {
@@ -184,7 +183,8 @@ TEST(Ray, EntersTheCubeAndTheBallWhereTheirFormulasSay) {
     const double a = along.squaredNorm(), b = offset.dot(along), c = offset.squaredNorm() - 0.04;
     const double root = b * b - a * c, t = (-b - std::sqrt(root)) / a;
     const double miss = (offset - b / a * along).norm();
-    if (std::abs(miss - 0.2) < 0.02 || std::abs(t - 1) < 0.05) continue;  // grazing, or ends there
+    if (std::abs(miss - 0.2) < 0.02 || std::abs(t - 1) < 0.05)
+      continue;  // grazes, or ends at the surface
     const btVector3 start(btScalar(from.x()), btScalar(from.y()), btScalar(from.z()));
     const btVector3 end(btScalar(to.x()), btScalar(to.y()), btScalar(to.z()));
     btCollisionWorld::ClosestRayResultCallback hit(start, end);

@@ -2,9 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <btBulletDynamicsCommon.h>
-#include <cloudcontact/bullet/cloud_contact.h>
-#include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/bullet.h>
+#include <cloudcontact/cloudcontact.h>
 
 #include <fstream>
 #include <sstream>

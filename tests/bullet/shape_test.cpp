@@ -1,5 +1,5 @@
-// CloudShape as Bullet sees it, and every plain Bullet shape as a cloud meets it: where its surface
-// is, which axis it stands on, and what its margin means.
+// CloudShape as a Bullet shape, and the surface, axis and margin of each convex Bullet shape that a
+// cloud can touch.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,7 +55,7 @@ ShapeMaker cone() {
   };
 }
 
-// A place on a shape's surface, by its formula, and the normal there.
+// A point of a shape's surface and its normal, by formula.
 struct Touch {
   const char* name;
   ShapeMaker shape;

@@ -1,5 +1,5 @@
-// Soft bodies on clouds: rest and slip against closed forms, momentum and energy, two-way load, and
-// that only a step is a step.
+// Soft bodies on clouds: rest and slip against closed forms, momentum, energy, loads in both
+// directions; calls between steps change nothing.
 // First: Bullet's soft bodies declare a global named seed.
 #include "bullet/bullet_world.h"
 
@@ -162,7 +162,7 @@ Vec3 middleOf(const btSoftBody& soft) {
   return sum / soft.m_nodes.size();
 }
 
-// All nodes weigh as much as their share of the spring, so all sink by weight / k.
+// Each node's weight is its share of the spring, so all sink by weight / k.
 void expectSag(SoftWorld& scene, const btSoftBody& sheet, double top, double sag, double voxel) {
   double worst = 0;
   for (int i = 0; i < sheet.m_nodes.size(); ++i)
@@ -196,7 +196,7 @@ TEST(SoftContact, ATinySheetRestsAlike) {
 TEST(SoftContact, AFreeBoxUnderASheetTakesNothingFromItsSag) {
   const double mass = 0.1, stiffness = 50;
   SoftWorld scene;
-  // Not Bullet's own plane, which pushes soft bodies up to 6 cm above it.
+  // Bullet's own plane would push soft bodies up to 6 cm above it.
   scene.addCloud(boxField(), 0, at({0, 0, btScalar(-0.1)}))
       .setContactStiffnessAndDamping(btScalar(1e5), 500);
   btRigidBody& box = scene.addCloud(boxField(), 0.2);
@@ -231,8 +231,8 @@ TEST(SoftContact, FoundationIsStiffnessTimesTheFacesArea) {
   EXPECT_TRUE(std::isfinite(middleOf(rope).norm()));
 }
 
-// All nodes sink alike, as one mass on a standard linear solid: by backward Euler, written out
-// here, step by step; in the end by weight / k.
+// All nodes sink as one mass on a standard linear solid: by backward Euler, written out here, and
+// in the end by weight / k.
 TEST(SoftContact, ASheetCreepsAsTheSolidSays) {
   const double mass = 0.02, load = mass * kGravity, step = 1e-3;
   const double k = 10, k1 = 20, c1 = 2, keep = c1 / (c1 + step * k1);  // creep time 0.3 s
@@ -279,8 +279,8 @@ TEST(SoftContact, ASheetOnASlopeStandsOrSlidesAsCoulombSays) {
   }
 }
 
-// A rope over a ball, 0.1 m longer on one side: how far what lies on top moves once it hangs. The
-// ends go on swinging: nothing damps them.
+// The motion of the top of a rope that hangs over a ball, 0.1 m longer on one side. The ends swing
+// undamped.
 double ranOff(double friction) {
   SoftWorld scene(pairOf(2000, 5));
   scene.addCloud(ballField(), 0);
@@ -316,7 +316,7 @@ TEST(SoftContact, ASheetAndAFreeCloudKeepTheirMomentumAndGainNoEnergy) {
       most = std::max(most, energyOf(sheet, 0) + energyOf(ball, 0));
     }
     EXPECT_LT((momentum() - start).norm(), 1e-5 * start.norm());
-    // Positions move on within the step in which impulses act: exact only as the step goes to 0.
+    // Positions change within the step in which impulses act: exact in the limit of small steps.
     EXPECT_LT((spinOf(sheet) + spinOf(ball) - spin).norm(), 0.05 * spin.norm());
     EXPECT_LT(most, energy * (1 + 1e-5));
     EXPECT_GT(ball.getLinearVelocity().length(), 0.05) << "they never met";
@@ -349,8 +349,8 @@ TEST(SoftContact, ADroppedSheetGainsNoEnergy) {
   }
 }
 
-// A ball on a sheet as heavy that is pinned all round: the nodes bear its weight. (Much lighter
-// ones would, too, but Bullet's links stretch without end under a load so much heavier.)
+// A ball on a sheet of equal mass that is pinned all around: the nodes bear its weight. (Bullet's
+// links stretch without end under much heavier loads.)
 TEST(SoftContact, ATrampolineBearsWhatLiesOnIt) {
   for (const bool stated : {true, false}) {
     SoftWorld scene(stated ? pairOf(5000, 100) : CloudContactSettings{});
@@ -372,8 +372,7 @@ TEST(SoftContact, ATrampolineBearsWhatLiesOnIt) {
   }
 }
 
-// A sheet and a ball; in which order they are made, and what is looked up between steps,
-// changes no bit.
+// Neither the order of creation nor queries between steps change a bit.
 std::vector<btScalar> endState(bool softFirst, bool look) {
   SoftWorld scene(pairOf(300, 2));
   btSoftBody* sheet = nullptr;
@@ -402,8 +401,8 @@ TEST(SoftContact, NeitherOrderNorLookingChangesABit) {
   EXPECT_EQ(state, endState(true, true));
 }
 
-// A sheet that comes nine voxels a step, from beyond what the plate's field knows on one side to
-// beyond its middle on the other, is stopped where it would have entered.
+// A sheet that moves nine voxels a step, from outside the field of the plate on one side to beyond
+// its middle, stops where it would have entered.
 TEST(SoftContact, AFastSheetDoesNotPassAPlate) {
   SoftWorld scene(pairOf(1e6, 450));
   scene.addCloud(fieldOf(boxMesh({0.3, 0.3, 0.04}), kVoxel), 0);
@@ -413,7 +412,7 @@ TEST(SoftContact, AFastSheetDoesNotPassAPlate) {
   EXPECT_GT(middleOf(sheet).z(), 0.01);
 }
 
-// Seven voxels deep: the field knows five.
+// Seven voxels deep, beyond the field's five.
 TEST(SoftContact, DeeperThanTheFieldKnowsASheetIsStillPushedOut) {
   const double mass = 0.1, stiffness = 14;
   SoftWorld scene(pairOf(stiffness, 2 * std::sqrt(stiffness * mass)));
@@ -465,7 +464,7 @@ TEST(SoftContact, ADeformableWorldsBodiesAreToldToBeFailures) {
   delete sheet;
 }
 
-// Bullet by itself has nothing for a soft body beside a cloud: it passes, unharmed.
+// Bullet alone has no algorithm for a soft body and a cloud: it passes through.
 TEST(SoftContact, WithoutAttachASoftBodyPassesThrough) {
   CloudShape shape(boxField());
   btSoftBodyRigidBodyCollisionConfiguration configuration;

@@ -1,5 +1,5 @@
-// The other laws as Bullet's solver carries them out: creep and relaxation against closed forms,
-// energy and momentum, Kelvin-Voigt said in both ways, and what cannot be combined.
+// The other laws in Bullet's solver: creep and relaxation against closed forms, energy and
+// momentum, a table against Kelvin-Voigt, and laws that cannot be combined.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,8 +35,8 @@ double depthOf(const btRigidBody& body) {
   return 0.1 - body.getWorldTransform().getOrigin().z();
 }
 
-// Pressed by 20 N a solid creeps from 0.67 to 2 voxels. The body weighs next to nothing, so that
-// its own swing is over when we look; `more` is done between steps.
+// Under 20 N a solid creeps from 0.67 to 2 voxels. The body is light, so that its own oscillation
+// is over at the first measurement. `more` runs between steps.
 void expectCreep(const std::shared_ptr<const SurfaceField>& field, bool onCloud,
                  const std::function<void(BulletWorld&)>& more = {}) {
   static const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
@@ -90,7 +90,7 @@ TEST(ViscoelasticWorld, AHeldBodyIsPushedLessAndLess) {
     scene.world.setGravity({0, 0, 0});
     scene.world.getSolverInfo().m_numIterations = 50;
     scene.addGround();
-    scene.addCloud(cubeField(), 1e6, at({0, 0, btScalar(0.085)}));  // too heavy to be moved
+    scene.addCloud(cubeField(), 1e6, at({0, 0, btScalar(0.085)}));  // too heavy to move
     const double step = 2.5e-4;
     for (int i = 1; i <= 1200; ++i) {
       scene.step(step);
@@ -101,7 +101,7 @@ TEST(ViscoelasticWorld, AHeldBodyIsPushedLessAndLess) {
   }
 }
 
-// Under a load Maxwell's depth grows by load / c for ever.
+// Under a load Maxwell's depth grows by load / c without end.
 TEST(ViscoelasticWorld, OnAMaxwellABodySinksSteadily) {
   BulletWorld scene(settingsOf(Maxwell{3000, 2000}));
   scene.world.setGravity({0, 0, 0});

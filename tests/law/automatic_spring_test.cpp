@@ -1,5 +1,5 @@
-// The automatic spring against its own definition: own weight sags by a tenth of a voxel, stiffness
-// is the force's derivative, and no way in and out of it, stepped as Bullet steps it, gains energy.
+// The automatic spring against its definition: the own weight sags by a tenth of a voxel, stiffness
+// is the force's derivative, and no path in and out, in Bullet's steps, gains energy.
 #include <cloudcontact/law/automatic_spring.h>
 #include <gtest/gtest.h>
 
@@ -63,11 +63,11 @@ double speedAfter(const AutomaticSpring& spring, double step, double speed, doub
   return -closing;
 }
 
-// Without damping no more than came in; with ratio 1 no more than exp(-2) of it, which is what a
-// critically damped spring that cannot pull gives back. With tangents alone it was 0.46.
+// Without damping the speed out is at most the speed in. With damping ratio 1 it is at most exp(-2)
+// of it, as for a critically damped spring that cannot pull.
 TEST(AutomaticSpring, GivesBackNoMoreThanItsDampingRatioSays) {
   for (const double step : {1. / 60, 1. / 240, 1e-3, 1e-4})
-    for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels a step]
+    for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels per step]
       for (const double phase : {0.01, 0.3, 0.5, 0.7, 0.95}) {
         const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step);
         const double speed = way * kVoxel / step;
@@ -77,8 +77,8 @@ TEST(AutomaticSpring, GivesBackNoMoreThanItsDampingRatioSays) {
       }
 }
 
-// Up to 0.3 voxel as without; a thousand times its weight within 0.4 at 240 Hz, where it stood at
-// 0.75; stiffness is the force's derivative there, too.
+// Up to 0.3 voxel nothing changes. A thousand times the weight sags by less than 0.4 voxel at 240
+// Hz; stiffness is the force's derivative there, too.
 TEST(AutomaticSpring, WhatBearsManyTimesItselfIsHarderOnlyWhereItIsDeep) {
   const double step = 1. / 240;
   for (const double joint : {0.25, 1.0}) {
@@ -107,7 +107,7 @@ TEST(AutomaticSpring, WhatBearsManyTimesItselfIsHarderOnlyWhereItIsDeep) {
 
 TEST(AutomaticSpring, GivesBackNoMoreWhereItBearsMuch) {
   for (const double step : {1. / 60, 1. / 240, 1e-3})
-    for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels a step]
+    for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels per step]
       for (const double phase : {0.01, 0.5, 0.95}) {
         const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step, 1, 10);
         const double speed = way * kVoxel / step;

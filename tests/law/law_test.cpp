@@ -1,5 +1,5 @@
-// The law's two bodies in series against the complex stiffness of two springs with dampers, and the
-// step's limit against the motion that backward Euler makes of it.
+// Two springs in series against their complex stiffness, the stiffest spring of a step against its
+// backward Euler motion, and the laws that have no state.
 #include <cloudcontact/law/law.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ TEST(InSeries, ABodyWithoutAMaterialIsRigid) {
   EXPECT_EQ(inSeries(a, std::nullopt)->stiffness, 2000);
   EXPECT_EQ(inSeries(std::nullopt, a)->damping, 3);
   EXPECT_FALSE(inSeries(std::nullopt, std::nullopt));
-  // Rigid is the limit of ever stiffer.
+  // The limit of a very stiff body.
   EXPECT_NEAR(inSeries(a, KelvinVoigt{1e12, 0})->stiffness, 2000, 1e-5);
   EXPECT_NEAR(inSeries(a, KelvinVoigt{1e12, 0})->damping, 3, 1e-5);
 }
@@ -44,6 +44,24 @@ TEST(InSeries, TwoThatDoNotResistDoNotDivideByZero) {
   const auto pair = inSeries(KelvinVoigt{0, 0}, KelvinVoigt{0, 0});
   EXPECT_EQ(pair->stiffness, 0);
   EXPECT_EQ(pair->damping, 0);
+}
+
+TEST(Laws, AFoundationIsKelvinVoigtPerAreaAndRigidHasNoForce) {
+  const LawState before{1e-3, 0};
+  EXPECT_EQ(lawForce(Foundation{2e6, 30}, before, 2e-3, 0.01),
+            lawForce(KelvinVoigt{2e6, 30}, before, 2e-3, 0.01));
+  EXPECT_EQ(lawTangent(Foundation{2e6, 30}, before, 0, 0.01).grip,
+            lawTangent(KelvinVoigt{2e6, 30}, before, 0, 0.01).grip);
+  EXPECT_THROW(lawForce(Rigid{}, before, 2e-3, 0.01), std::invalid_argument);
+  EXPECT_THROW(lawAdvance(Rigid{}, before, 2e-3, 0.01), std::invalid_argument);
+}
+
+TEST(Laws, PointsShareOutASpringOrAWholeLaw) {
+  EXPECT_EQ(sharedSpring(KelvinVoigt{3, 2}).damping, 2);
+  EXPECT_EQ(sharedSpring(Foundation{5, 4}).stiffness, 5);
+  EXPECT_EQ(sharedSpring(Rigid{}).stiffness, 0);
+  EXPECT_EQ(sharedSpring(Maxwell{7, 8}).stiffness, 1);
+  EXPECT_EQ(sharedSpring(Maxwell{7, 8}).damping, 0);
 }
 
 TEST(StepLimited, PushesABodyOutWithinAFewStepsAndNeverPastTheSurface) {

@@ -1,5 +1,5 @@
-// Each law against its closed forms: relaxation, creep, a damped swing, the energy of a cycle; its
-// limits; the order of its steps; and that nothing is gained from a law that is bent.
+// Each law against closed forms (relaxation, creep, a damped oscillation, the energy of a cycle),
+// its limits and the order of its steps; nonlinear laws gain no energy.
 #include <cloudcontact/law/law.h>
 #include <gtest/gtest.h>
 
@@ -17,13 +17,13 @@ constexpr double kPi = std::numbers::pi;
 constexpr StandardLinearSolid kSolid{300, 700, 14};  // branch time 0.02 s, creep time 0.0667 s
 constexpr Maxwell kMaxwell{900, 18};                 // 0.02 s
 
-// The depth at which the law carries `load` at the step's end. Newton over its own line.
+// The depth at which the law carries `load` at the step's end, by one Newton step.
 double depthUnder(const Law& law, const LawState& state, double load, double step) {
   const LawTangent line = lawTangent(law, state, 0, step);
   return state.depth + step * (load - line.force) / line.grip;
 }
 
-// The force at time `end` after a jump to `depth`, held.
+// The force at time `end` at constant `depth`.
 double relaxed(const Law& law, double depth, double end, int steps) {
   LawState state;
   double force = 0;
@@ -34,7 +34,7 @@ double relaxed(const Law& law, double depth, double end, int steps) {
   return force;
 }
 
-// The depth at time `end` under a load that is put on at once.
+// The depth at time `end` under constant load.
 double crept(const Law& law, double load, double end, int steps) {
   LawState state;
   for (int i = 0; i < steps; ++i)
@@ -42,8 +42,7 @@ double crept(const Law& law, double load, double end, int steps) {
   return state.depth;
 }
 
-// Halving the step halves the error of `run(steps)` against `truth`, which at the fine end is
-// small.
+// The error of `run(steps)` against `truth` is proportional to the step, and small for many steps.
 template <class Run>
 void expectFirstOrder(const Run& run, double truth) {
   const double coarse = run(200) - truth, fine = run(400) - truth, finest = run(4000) - truth;
@@ -72,13 +71,13 @@ TEST(Viscoelastic, AHeldForceCreepsAsEachLawSays) {
   const double creepTime = 14. / 700 * 1000 / 300;
   expectFirstOrder([&](int n) { return crept(kSolid, load, end, n); },
                    load / 300 * (1 - 0.7 * std::exp(-end / creepTime)));
-  // Maxwell's creep is a straight line: backward Euler has no error on it.
+  // Maxwell's creep is a straight line, on which backward Euler is exact.
   for (const int steps : {1, 7, 100})
     EXPECT_NEAR(crept(kMaxwell, load, end, steps), load / 900 + load * end / 18, 1e-12);
 }
 
-// A mass on Kelvin-Voigt under its weight, let go at no depth: it never leaves, so the closed form
-// holds all the way.
+// A mass on Kelvin-Voigt under its weight, released at depth 0. It never leaves, so the closed form
+// holds throughout.
 TEST(Viscoelastic, AMassOnKelvinVoigtSwingsAsADampedOscillator) {
   const double mass = 0.5, k = 800, c = 10, weight = mass * 9.81, end = 0.3;
   const double decay = c / (2 * mass), swing = std::sqrt(k / mass - decay * decay);
@@ -175,7 +174,7 @@ TEST(Viscoelastic, NeverPullsAndNeverPushesApart) {
     EXPECT_EQ(lawForce(law, deep, 1e-4, 1e-3), 0) << law.index();
     EXPECT_EQ(lawForce(law, deep, 0, 1e-3), 0);
     EXPECT_EQ(lawForce(law, deep, -1e-3, 1e-3), 0);
-    // Apart, all is forgotten.
+    // Parted bodies have no state.
     const LawState apart = lawAdvance(law, deep, -1e-3, 1e-3);
     EXPECT_EQ(apart.depth, 0);
     EXPECT_EQ(apart.branchForce, 0);
@@ -183,8 +182,8 @@ TEST(Viscoelastic, NeverPullsAndNeverPushesApart) {
   }
 }
 
-// Torn back at once, the branch holds the spring's push and no more; held there it lets go, and the
-// spring pushes again.
+// Pulled back in one step, the branch balances the spring. Held there, it relaxes and the spring
+// pushes again.
 TEST(Viscoelastic, ABranchThatWouldPullLetsGo) {
   LawState state{2e-3, 0};
   state = lawAdvance(kSolid, state, 1e-3, 1e-9);
@@ -200,7 +199,7 @@ TEST(Viscoelastic, ATableIsItsPointsWithLinesBetween) {
   EXPECT_NEAR(force(1e-3), 1, 1e-12);
   EXPECT_NEAR(force(1.25e-3), 2, 1e-12);
   EXPECT_NEAR(force(4e-3), 6, 1e-12);
-  EXPECT_NEAR(force(8e-3), 8, 1e-12);  // the last line goes on
+  EXPECT_NEAR(force(8e-3), 8, 1e-12);  // the last segment continues
   const TableLaw ready{{{0, 2}, {1e-3, 3}}, 0};
   EXPECT_NEAR(lawForce(ready, {1e-6, 0}, 1e-6, 1e-3), 2.001, 1e-9);
   EXPECT_EQ(lawForce(ready, {}, 0, 1e-3), 0);
@@ -208,13 +207,13 @@ TEST(Viscoelastic, ATableIsItsPointsWithLinesBetween) {
   EXPECT_EQ(lawForce(yields, {5e-3, 0}, 5e-3, 1e-3), 0);
 }
 
-// A mass flies in and is thrown out again, stepped as a solver steps it: the speed that is left.
+// The speed of a mass after a bounce, stepped as a solver steps it.
 double speedAfter(const Law& law, double mass, double speed, double step, double phase) {
   LawState state;
   double gap = phase * step * speed, rate = speed;
   for (int i = 0; i < 100000 && (rate > 0 || state.depth > 0); ++i) {
     const LawTangent line = lawTangent(law, state, rate, step);
-    const double late = gap / step;  // of a step that begins outside, the part that is inside
+    const double late = gap / step;  // the part inside of a step that begins outside
     const double push = (line.force + line.grip * (rate - late)) / (1 + step * line.grip / mass);
     rate -= step * std::max(0.0, push) / mass;
     const double depth = (state.depth > 0 ? state.depth : -gap) + step * rate;
@@ -244,12 +243,12 @@ TEST(Viscoelastic, NoLawGivesBackMoreThanItTook) {
           EXPECT_LE(left, speed * (1 + 1e-9)) << law.index() << ' ' << step << ' ' << speed;
           EXPECT_GE(left, -1e-12);
         }
-  // And a fine step gives back nearly all, where nothing damps.
+  // Without damping a fine step returns nearly all.
   for (const std::size_t i : {0, 3, 5})
     EXPECT_GT(speedAfter(laws[i], 0.1, 0.05, 1e-6, 0.5), 0.049) << i;
 }
 
-// The same law for a body a thousand times as small: lengths by s, forces by s^3, as weight does.
+// The same law for a body a thousand times smaller: lengths scale with s, forces with s^3.
 TEST(Viscoelastic, ScaleDoesNotMatter) {
   const double s = 1e-3;
   const StandardLinearSolid tiny{300 * s * s, 700 * s * s, 14 * s * s};

@@ -238,7 +238,7 @@ TEST(BaseVectorField, SaysWhatIsWrong) {
 
 TEST(Tissues, DentalTableAndItsErrors) {
   const TissueTable table = dentalTissues();
-  requireTissues(table);
+  validate(table);
   ASSERT_EQ(table.size(), 4u);
   EXPECT_GT(table[0].hardness, 3 * table[1].hardness) << "enamel HV 275, dentin 66";
   EXPECT_GT(table[1].hardness, table[3].hardness) << "caries is softer than dentin";
@@ -246,7 +246,7 @@ TEST(Tissues, DentalTableAndItsErrors) {
   EXPECT_THROW(tissuesOf(table, {"bone"}), std::invalid_argument);
   EXPECT_THROW(dentalTissues(-1), std::invalid_argument);
   TissueTable twice = {kEnamel, kEnamel};
-  EXPECT_THROW(requireTissues(twice), std::invalid_argument);
+  EXPECT_THROW(validate(twice), std::invalid_argument);
 }
 
 }  // namespace

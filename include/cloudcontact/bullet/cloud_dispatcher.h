@@ -1,13 +1,13 @@
-// CloudDispatcher: Bullet's own dispatcher, with a step's cloud pairs worked out on all cores. One
+// CloudDispatcher: Bullet's own dispatcher, which computes a step's cloud pairs on all cores. One
 // line of a program changes:
 //
 //   cloudcontact::CloudDispatcher dispatcher(&configuration);  // was btCollisionDispatcher
 //   contact.attach(dispatcher);                                // as before
 //
-// Manifolds, their order and every bit in them are those of btCollisionDispatcher, for any number
-// of threads: pairs are only looked for ahead of Bullet's own serial walk over them, which then
-// takes each answer if it was found for exactly what the walk asks, and otherwise finds it on the
-// spot. Callbacks come from that walk, as ever, in its order and its thread.
+// Manifolds, their order and every bit in them equal those of btCollisionDispatcher, for any number
+// of threads. Pairs are searched ahead of Bullet's serial walk over them. The walk takes a result
+// if the query has not changed since, and otherwise searches again. Callbacks still come from the
+// walk, in its order and on its thread.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -21,23 +21,23 @@ class LookAhead;
 
 // Since the dispatcher was made.
 struct CloudDispatcherStatistics {
-  std::size_t ahead = 0;  // pairs worked out ahead of Bullet's walk
-  std::size_t taken = 0;  // and of these the answers that it took
+  std::size_t ahead = 0;  // pairs searched ahead of Bullet's walk
+  std::size_t taken = 0;  // results of these that the walk used
 };
 
 class CloudDispatcher : public btCollisionDispatcher {
  public:
-  // `threads`, the caller's among them; 0: all cores; 1: nothing is done ahead. Throws
-  // std::invalid_argument where it is negative.
+  // `threads` includes the caller's; 0: all cores; 1: no search ahead. Throws std::invalid_argument
+  // if it is negative.
   explicit CloudDispatcher(btCollisionConfiguration* configuration, int threads = 0);
   ~CloudDispatcher() override;
 
   int threads() const;
   CloudDispatcherStatistics statistics() const;
 
-  // Pairs are looked for ahead where Bullet's own near callback is in place, and with another one
-  // those that it let pass in the step before. needsCollision() may be asked twice a pair. Pairs
-  // with children of compounds are from their second step on.
+  // With Bullet's own near callback all pairs are searched ahead; with another one, those that it
+  // processed in the step before, as are the children of compounds. needsCollision() may be called
+  // twice per pair.
   void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 

@@ -1,4 +1,4 @@
-// CloudShape: a cloud as a Bullet collision shape. Concave, may move, may be a compound's child.
+// CloudShape: a cloud as a Bullet collision shape. Concave; it may move and be a compound's child.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -10,15 +10,16 @@
 
 namespace cloudcontact {
 
-// The body's frame is the cloud's: Bullet wants the centre of mass at the frame's origin, so
-// move the cloud there first (Cloud::translated). One field serves any number of shapes.
+// The body's frame is the cloud's. Bullet expects the center of mass at the frame's origin, so move
+// the cloud there first (Cloud::translated). Any number of shapes may share a field.
 class CloudShape : public btConcaveShape {
  public:
+  // Throws std::invalid_argument if `field` is null, as setField() does.
   explicit CloudShape(std::shared_ptr<const SurfaceField> field);
 
   const SurfaceField& field() const { return *field_; }
-  // For a cloud that was cut (renewed() in surface_field.h). Between steps; whoever holds the shape
-  // (a compound, the world) must be told that its bounds changed. See cuttable_body.h.
+  // For a cloud that was cut (renewed() in surface_field.h). Call it between steps, then update the
+  // bounds in whatever holds the shape (a compound, the world). CuttableBody does all that.
   void setField(std::shared_ptr<const SurfaceField> field);
 
   // The body's own law, which must be valid; empty or Rigid: the body is rigid. Two Kelvin-Voigt
@@ -28,16 +29,16 @@ class CloudShape : public btConcaveShape {
   std::optional<Law> law;
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
-  void setLocalScaling(const btVector3& scaling)
-      override;  // only (1,1,1) is accepted: a scaled cloud is another cloud
+  // Throws std::invalid_argument for any scaling but (1, 1, 1).
+  void setLocalScaling(const btVector3& scaling) override;
   const btVector3& getLocalScaling() const override;
-  // From the voxels, for a uniform density. Bullet keeps the diagonal alone: where the body's axes
-  // are not its principal axes, turn them first (PrincipalFrame).
+  // From the voxels, for a uniform density. Bullet keeps the diagonal only: use PrincipalFrame if
+  // the cloud's axes are not its principal axes.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
   const char* getName() const override { return "CloudShape"; }
   void setMargin(btScalar margin) override { margin_ = margin; }
   btScalar getMargin() const override { return margin_; }
-  // The surface as small squares of two triangles each, for drawing; never used for contact.
+  // The surface as small squares of two triangles each. For drawing only, not for contact.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                            const btVector3& aabbMax) const override;
 
@@ -46,11 +47,11 @@ class CloudShape : public btConcaveShape {
   btScalar margin_ = 0;
 };
 
-// The frame in which a cloud's inertia is diagonal, for bodies whose own axes are askew: put the
-// CloudShape in a btCompoundShape with the child transform `frame.inverse()`, give the rigid body
-// the compound, `frame` as its place in the cloud's frame, and mass * inertiaPerMass.
+// The frame in which a cloud's inertia is diagonal. Put the CloudShape in a btCompoundShape with
+// the child transform frame.inverse(), and give the rigid body that compound, the transform
+// (cloud's transform) * frame, and the inertia mass * inertiaPerMass.
 struct PrincipalFrame {
-  btTransform frame;         // from the cloud's frame, at its centre of mass
+  btTransform frame;         // in the cloud's frame, at its center of mass
   btVector3 inertiaPerMass;  // [m^2]
 };
 PrincipalFrame principalFrame(const Cloud& cloud);

@@ -1,4 +1,4 @@
-// ExtrapolatingSolver: Bullet's sequential impulses, nearer to their solution in as many sweeps.
+// ExtrapolatingSolver: Bullet's sequential impulses with faster convergence.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -8,10 +8,9 @@
 
 namespace cloudcontact {
 
-// Takes the place of btSequentialImpulseConstraintSolver, with the same settings and the same rows:
-// after each sweep but the last it steps further the way that the sweeps so far have gone, which
-// carries weight down a stack, along a chain or through a light body in fewer of them. What it does
-// and why stands in extrapolating_solver.cpp. One world each; keeps its memory between steps.
+// Replaces btSequentialImpulseConstraintSolver, with the same settings and rows. After each sweep
+// but the last it extrapolates from the sweeps so far (Anderson 1965), which carries weight down a
+// stack, along a chain or through a light body in fewer sweeps. One solver per world.
 class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
  public:
   ExtrapolatingSolver();
@@ -26,7 +25,7 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
                                 const btContactSolverInfo& info, btIDebugDraw* drawer) override;
 
  private:
-  struct Memory;
+  struct State;
 
   template <typename Function>
   void forEachRow(Function f);
@@ -34,7 +33,7 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
   void read(std::vector<double>& impulses);
   void moveTo(const std::vector<double>& impulses);
 
-  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace cloudcontact

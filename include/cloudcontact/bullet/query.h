@@ -1,6 +1,5 @@
-// Rays and drawing for worlds with CloudShapes. Bullet's own rayTest and debugDrawWorld pass over
-// them, because they switch on shape types that a new shape cannot join without harm; contactTest
-// and contactPairTest need nothing of this. Sweeps (convexSweepTest) do not see clouds.
+// Rays and drawing for worlds with CloudShapes, which Bullet's own rayTest and debugDrawWorld skip.
+// contactTest and contactPairTest work as they are. Sweeps (convexSweepTest) do not see clouds.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
@@ -11,18 +10,18 @@ namespace cloudcontact {
 
 class CloudShape;
 
-// world.rayTest(from, to, callback), then the clouds, children of compounds included, through the
-// same callback and its filters: hits are where the ray enters material, exact to 1e-3 voxel. A ray
-// that starts inside a cloud meets it only after it left.
+// Calls world.rayTest(from, to, callback) and then tests the clouds, children of compounds
+// included, with the same callback and its filters. A hit is where the ray enters material, exact
+// to 1e-3 voxel. A ray that starts inside a cloud must leave it before it can hit it.
 void rayTest(const btCollisionWorld& world, const btVector3& from, const btVector3& to,
              btCollisionWorld::RayResultCallback& callback);
 
-// All clouds of the world as the drawer's mode asks: DBG_DrawWireframe their surfaces,
-// DBG_DrawNormals the surfaces' normals, DBG_DrawContactPoints the outline and mean normal of each
-// contact patch. Call it beside world.debugDrawWorld().
+// Draws all clouds of the world by the drawer's mode: surfaces (DBG_DrawWireframe), normals
+// (DBG_DrawNormals), and the outline and mean normal of each contact patch (DBG_DrawContactPoints).
+// Call it in addition to world.debugDrawWorld().
 void debugDraw(btCollisionWorld& world, btIDebugDraw& drawer);
 
-// One cloud's surface, and its normals where asked.
+// Draws one cloud's surface, with normals if `normals` is true.
 void debugDraw(const CloudShape& shape, const btTransform& place, btIDebugDraw& drawer,
                const btVector3& color, bool normals = false);
 

@@ -1,5 +1,5 @@
-// What a body is made of, where it is made of several things: stiffness, damping, hardness and
-// density of each (paper, Steps 3 to 5: enamel, dentin, pulp, caries).
+// Tissue: stiffness, damping, hardness and density of one material of a body (paper, steps 3 to 5:
+// enamel, dentin, pulp, caries).
 #pragma once
 
 #include <string>
@@ -9,28 +9,27 @@ namespace cloudcontact {
 
 struct Tissue {
   std::string name;
-  double stiffness = 0;  // k [N/m] of a contact with this alone, paper (1)
+  double stiffness = 0;  // k [N/m] of a contact with this tissue alone, paper (1)
   double damping = 0;    // c [N s/m], paper (2)
-  double hardness =
-      0;               // [Pa] resistance to cutting: h in paper (5') is this over the table's first
-  double density = 0;  // [kg/m^3], weighs the matter in the centre of gravity Gc
+  double hardness = 0;   // [Pa] resistance to cutting; h in paper (5') is its ratio to the first's
+  double density = 0;    // [kg/m^3] weight of voxels in the center of gravity Gc
 };
 
-// One entry a material. Names are those of a cloud's materials (Cloud::materials).
+// One entry per material, by the names of a cloud's materials (Cloud::materials).
 using TissueTable = std::vector<Tissue>;
 
-// Throws std::invalid_argument, naming tissue and field, where a value is negative or not finite, a
-// stiffness or density is not positive, or two tissues have one name.
-void requireTissues(const TissueTable& table);
+// Throws std::invalid_argument, naming tissue and field, for an empty table, a value that is
+// negative or not finite, a stiffness or density that is not positive, or a name that occurs twice.
+void validate(const TissueTable& table);
 
-// The table's entries in the order of `names`. Throws std::invalid_argument, naming it, where one
-// is not in the table. A body without names is all of the table's first.
+// The table's entries in the order of `names`, or its first entry if there are no names. Throws
+// std::invalid_argument for an invalid table and for a name that it does not have.
 TissueTable tissuesOf(const TissueTable& table, const std::vector<std::string>& names);
 
-// Enamel, dentin, pulp, caries. Densities and hardnesses are measured ones; so are the ratios of
-// the stiffnesses, which follow the moduli of elasticity. Their scale is the caller's, for no
-// haptic device renders what a tooth has: `enamel` is the stiffness of enamel [N/m]. Sources stand
-// at the figures in tissue.cpp.
+// Enamel, dentin, pulp, caries. Densities, hardnesses and the ratios of the stiffnesses, which
+// follow the moduli of elasticity, are measured (sources in tissue.cpp). No haptic device renders
+// the stiffness of a tooth, so the caller sets the scale: `enamel` is the stiffness of enamel
+// [N/m]. Throws std::invalid_argument if it is not positive and finite.
 TissueTable dentalTissues(double enamel = 2e4);
 
 }  // namespace cloudcontact

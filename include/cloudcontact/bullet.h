@@ -1,0 +1,12 @@
+// Clouds in Bullet worlds: every public header that needs Bullet.
+#pragma once
+
+#include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/cloud_contact_settings.h>
+#include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/bullet/diagnosis.h>
+#include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/query.h>
+#include <cloudcontact/bullet/soft_contact_point.h>

@@ -1,0 +1,37 @@
+// What all cloud pairs of a Bullet world share: settings in, statistics out.
+#pragma once
+
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/law/law.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+namespace cloudcontact {
+
+struct CloudContactSettings {
+  // The law of every pair, whatever its bodies state. Empty: the bodies' laws decide
+  // (CloudShape::law, btCollisionObject::setContactStiffnessAndDamping), and pairs without one get
+  // an automatic spring (automatic_spring.h). Foundation{}, without a stiffness: the same, but
+  // shared out by area. Laws with a memory keep it while the bodies touch.
+  std::optional<Law> law = std::nullopt;
+  std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
+  // Upper limit of an automatic spring where a light body bears heavy ones, in multiples of the
+  // stiffness that the pair's own mass allows. Use 1 with Bullet's own solver and up to 10 with
+  // ExtrapolatingSolver. At least 1 and finite.
+  double bears = 1;
+  bool lists = true;  // ContactSettings::lists of every pair
+};
+
+// Time and work of the cloud narrow phase since the last reset.
+struct CloudContactStatistics {
+  double seconds = 0;
+  std::size_t pairs = 0, samples = 0, contacts = 0;
+  // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
+  // and the message of the last one.
+  std::size_t failures = 0;
+  std::string lastFailure;
+};
+
+}  // namespace cloudcontact
