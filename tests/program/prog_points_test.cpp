@@ -53,7 +53,8 @@ TEST(Points, AScanIsTheBodyItEncloses) {
   for (const char* name : {"ball.xyz", "ball.ply", "ball.pcd"}) {
     const Outcome outcome = digitize(place, {name, "--unit", "mm", "--voxel", "0.001"});
     EXPECT_NE(outcome.err.find("8000 points of a surface"), std::string::npos) << outcome.err;
-    EXPECT_NE(outcome.err.find("filled what they enclose"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("filled the volume that they enclose"), std::string::npos)
+        << outcome.err;
     EXPECT_NEAR(
         outcome.json()["volume"].get<double>() / (4 * std::numbers::pi / 3 * std::pow(kRadius, 3)),
         1, 3e-3);
