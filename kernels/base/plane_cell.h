@@ -7,9 +7,7 @@
 #ifndef CLOUDCONTACT_KERNELS_PLANE_CELL_H
 #define CLOUDCONTACT_KERNELS_PLANE_CELL_H
 
-#ifndef CC_FN
-#define CC_FN static inline
-#endif
+#include "kernels/base/vector.h"
 
 // Smallest scaled normal component: below it the cubic pieces cancel in float (error of the volume
 // 1e-4 at 1e-3); the plane is turned by less than 0.06 deg about the cube's centre instead.
@@ -19,16 +17,6 @@ typedef struct {
   float volume;  // of the cube that lies below the plane, 0..1
   float area;    // of the plane inside the cube, 0..sqrt(3)
 } CcCut;
-
-CC_FN float ccAbs(float x) {
-  return x < 0.0f ? -x : x;
-}
-CC_FN float ccMin(float a, float b) {
-  return a < b ? a : b;
-}
-CC_FN float ccMax(float a, float b) {
-  return a > b ? a : b;
-}
 
 // The lower half of the cubic: alpha in [0, 1/2]. Returns volume, and its slope in *slope. All of
 // its pieces are worked out and one is taken: which one it is cannot be foretold, and a loop over

@@ -35,13 +35,13 @@ CC_FN double ccDeepestByMoments(const double* moments) {
   const double ratio = moments[2] * moments[0] / (moments[1] * moments[1]);
   const double b = ratio >= 1.4
                        ? CC_MOST_POINTED
-                       : ccWithin(3.0 * (ratio - 1.0) / (1.5 - ratio), 0.0, CC_MOST_POINTED);
+                       : ccClamp64(3.0 * (ratio - 1.0) / (1.5 - ratio), 0.0, CC_MOST_POINTED);
   return (1.0 + 0.5 * b) * moments[1] / moments[0];
 }
 
 // 0 up to `none`, 1 from `all` on.
 CC_FN double ccRamp(double x, double none, double all) {
-  return ccWithin((x - none) / (all - none), 0.0, 1.0);
+  return ccClamp64((x - none) / (all - none), 0.0, 1.0);
 }
 
 // Sums over a pair's patches.
@@ -79,13 +79,13 @@ CC_FN void ccAddPatch(CcPairSums* sums, CC_GLOBAL const CcSums* patch, double si
   sums->lean += patch->facing * lean;
   sums->trust += size * trustA;
   sums->size += size;
-  sums->most = ccMore(sums->most, patch->deepest);
+  sums->most = ccMax64(sums->most, patch->deepest);
 }
 
 // The more coherent body's surface is where depth is measured: by the other body's samples.
 CC_FN double ccPairByMoments(const CcPairSums* s, int oneSided) {
   const double byA = ccDeepestByMoments(s->momentsA), byB = ccDeepestByMoments(s->momentsB);
-  if (oneSided || byA == 0.0 || byB == 0.0) return ccMore(byA, byB);
+  if (oneSided || byA == 0.0 || byB == 0.0) return ccMax64(byA, byB);
   return (s->trust * byB + (s->size - s->trust) * byA) / s->size;
 }
 
@@ -98,7 +98,7 @@ CC_FN double ccPointedness(const CcPairSums* s, double depth) {
 CC_FN double ccSmooth(const CcPairSums* s, double depth) {
   if (!(s->square > 0.0)) return 0.0;
   const double bulge = 2.0 * s->fall / s->square;
-  const double off = ccSize(ccPointedness(s, depth) - bulge) * CC_SQRT64((double)s->hits);
+  const double off = ccAbs64(ccPointedness(s, depth) - bulge) * CC_SQRT64((double)s->hits);
   return ccRamp(off, CC_SHARP, 1.0) * ccRamp(s->lean / s->volume, CC_LEANS_FAR, CC_LEANS) *
          ccRamp(bulge, CC_EVEN, CC_CURVED);
 }
@@ -119,7 +119,7 @@ CC_FN CcPairDepth ccDepthOfPair(const CcPairSums* s, int oneSided, double voxel)
   d.depth = rough;
   if (d.smooth > 0.0) d.depth += d.smooth * ((s->middle + s->fall) / s->volume - rough);
   // A rim of samples that hardly touch must not look like a face that is pressed in.
-  d.depth = ccMore(0.0, ccLess(d.depth, s->most + CC_RIM * voxel));
+  d.depth = ccMax64(0.0, ccMin64(d.depth, s->most + CC_RIM * voxel));
   return d;
 }
 

@@ -59,7 +59,7 @@ CC_FN int ccCounts(CC_GLOBAL const CcSums* patch, double size, double all, doubl
 
 // A patch's share of the pair's spring: by area, and by force where the area is too small for it.
 CC_FN double ccShareOf(double area, double size, const CcWhole* whole) {
-  return ccMore(area / whole->area, size / (CC_MOST_DEPTH * whole->force));
+  return ccMax64(area / whole->area, size / (CC_MOST_DEPTH * whole->force));
 }
 
 CC_FN void ccPut64(CC_GLOBAL double* to, CcVec v) {
@@ -73,8 +73,8 @@ CC_FN void ccShareLaw(CC_GLOBAL const CcSums* patch, double size, CC_GLOBAL cons
   *area = patch->area * (terms->oneSided ? 1.0 : 0.5);
   if (terms->foundation) {
     // No depth of the pair: the patch's own is its force over its area.
-    const double deepest = ccMore(0.0, patch->deepest) + CC_RIM * terms->voxel;
-    *area = ccMore(*area, size / deepest);
+    const double deepest = ccMax64(0.0, patch->deepest) + CC_RIM * terms->voxel;
+    *area = ccMax64(*area, size / deepest);
     *share = *area;
     *depth = size / *area;
     return;
@@ -97,10 +97,10 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
   ccShareLaw(patch, force->size, terms, whole, &area, &share, &depth);
   CcPatchPoint points[4];
   ccPointsOf(patch, force, flat, terms->voxel, points);
-  const CcVec arm = ccTimes(1.0 / force->size, ccCrossOf(force->normal, force->torque));
+  const CcVec arm = ccTimes(1.0 / force->size, ccCross64(force->normal, force->torque));
   const double a = patch->side[0].size, b = patch->side[1].size;
-  const double pushes = terms->oneSided ? ccMore(a, b) : 0.5 * (a + b);
-  const double confidence = ccLess(1.0, force->size / ccMore(pushes, 1e-300));
+  const double pushes = terms->oneSided ? ccMax64(a, b) : 0.5 * (a + b);
+  const double confidence = ccMin64(1.0, force->size / ccMax64(pushes, 1e-300));
   ccPut64(out->position, ccPlaced(&terms->frame, ccPlus(force->center, arm)));
   ccPut64(out->normal, ccTurned(&terms->frame, force->normal));
   out->depth = depth - terms->gap;

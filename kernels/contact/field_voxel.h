@@ -9,11 +9,7 @@
 #ifndef CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
 #define CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
 
-#include "kernels/contact/surface_fit.h"
-
-#if !defined(__OPENCL_VERSION__)
-typedef unsigned int uint;
-#endif
+#include "kernels/base/vector.h"
 
 #define CC_NORMAL_STEPS 16383.0f
 #define CC_OFFSET_STEPS 65536.0f
@@ -74,12 +70,6 @@ CC_FN CcDepth ccPlaneDepth(CcVoxel v, const float* x) {
   d.depth = (float)(int)v.b * (1.0f / CC_OFFSET_STEPS) - ccDot(n, x);
   return d;
 }
-
-#if defined(__OPENCL_VERSION__)
-#define CC_GLOBAL __global
-#else
-#define CC_GLOBAL
-#endif
 
 // The voxel's depth at x: the least over a convex edge's planes, the largest over a concave one's.
 CC_FN CcDepth ccVoxelDepth(CcVoxel v, CC_GLOBAL const CcVoxel* planes, const float* x) {

@@ -22,7 +22,7 @@
 // What tells a bin's neighbours whether they may be linked to it.
 typedef struct {
   CcFaces faces;
-  double center[3];
+  CcVec center;
 } CcStem;
 
 // Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
@@ -78,13 +78,14 @@ void ccTakeSprouts(__global const CcSums* sums, uint all, __global CcSprout* spr
 CcStem ccStemOf(__global const CcSprout* sprout) {
   CcStem s;
   for (int side = 0; side < 2; ++side) {
-    for (int i = 0; i < 3; ++i) s.faces.normal[side][i] = sprout->normal[side][i];
+    s.faces.normal[side] = ccVecAt(sprout->normal[side]);
     s.faces.length[side] = ccLength64(s.faces.normal[side]);
   }
   const double area = sprout->area;
-  for (int i = 0; i < 3; ++i) {
-    s.center[i] = sprout->origin[i];
-    if (area > 0.0) s.center[i] += sprout->first[i] / area;
+  s.center = ccVecAt(sprout->origin);
+  if (area > 0.0) {
+    const CcVec first = ccVecAt(sprout->first);
+    s.center = ccPlus(s.center, ccVec(first.x / area, first.y / area, first.z / area));
   }
   return s;
 }
@@ -92,8 +93,7 @@ CcStem ccStemOf(__global const CcSprout* sprout) {
 // Whether two bins may be linked, whatever the patch. Nearly all are told apart by their centres'
 // distance; its root and their faces are for the others.
 int ccMayLink(const CcStem* from, const CcStem* to, double close) {
-  double apart[3];
-  for (int i = 0; i < 3; ++i) apart[i] = to->center[i] - from->center[i];
+  const CcVec apart = ccMinus(to->center, from->center);
   if (ccDot64(apart, apart) > close * close * (1.0 + CC_SURELY)) return 0;
   return ccLinked(&to->faces, &from->faces, 1.0, 1.0, to->center, from->center, close);
 }
@@ -175,15 +175,15 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
 
 // What growing asks of a bin, and of a patch.
 typedef struct {
-  double normal[2][3];  // sums of A's and of B's normals
-  double square[2];     // of their lengths
-  double size[2];       // of its two sides
+  CcVec normal[2];   // sums of A's and of B's normals
+  double square[2];  // of their lengths
+  double size[2];    // of its two sides
 } CcGrowing;
 
 CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
   CcGrowing g;
   for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) g.normal[s][i] = sprout->normal[s][i];
+    g.normal[s] = ccVecAt(sprout->normal[s]);
     g.square[s] = ccDot64(g.normal[s], g.normal[s]);
     g.size[s] = sprout->size[s];
   }
@@ -247,7 +247,7 @@ uint ccSeed(const CcGarden* g, uint* done, __local CcTeam* team) {
 CcFaces ccFacesOf(const CcGrowing* g) {
   CcFaces f;
   for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) f.normal[s][i] = g->normal[s][i];
+    f.normal[s] = g->normal[s];
     f.length[s] = ccLength64(f.normal[s]);
   }
   return f;
@@ -286,7 +286,7 @@ int ccJoins(const CcGrowing* bin, uint entry, const CcGrowing* patch) {
 // The patch that takes a bin in.
 void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) patch->normal[s][i] += bin->normal[s][i];
+    patch->normal[s] = ccPlus(patch->normal[s], bin->normal[s]);
     patch->square[s] = ccDot64(patch->normal[s], patch->normal[s]);
     patch->size[s] += bin->size[s];
   }

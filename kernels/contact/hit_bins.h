@@ -3,11 +3,8 @@
 #ifndef CLOUDCONTACT_KERNELS_HIT_BINS_H
 #define CLOUDCONTACT_KERNELS_HIT_BINS_H
 
+#include "kernels/base/vector64.h"
 #include "kernels/contact/hit_sums.h"
-
-#if !defined(__OPENCL_VERSION__)
-typedef unsigned long ulong;
-#endif
 
 // A sample faces the other body fully where the cosine between the normals exceeds this; at a wall
 // that runs along the other's face it is zero within the fits' noise (0.02).
@@ -64,16 +61,9 @@ CC_FN ulong ccBinKey(int x, int y, int z, int direction) {
 
 // What growing asks of a bin, or of a patch.
 typedef struct {
-  double normal[2][3];  // sums of A's and of B's normals
-  double length[2];     // of these
+  CcVec normal[2];   // sums of A's and of B's normals
+  double length[2];  // of these
 } CcFaces;
-
-CC_FN double ccDot64(const double* a, const double* b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-CC_FN double ccLength64(const double* a) {
-  return CC_SQRT64(ccDot64(a, a));
-}
 
 // Whether dot / length is at least that, without the division where it cannot matter; nothing is as
 // long as it likes.
@@ -98,12 +88,10 @@ CC_FN int ccAlike(const CcFaces* a, const CcFaces* b, double agree) {
 // Where edges cross, each face of one body meets two of the other: four bins, of which the last
 // shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
 // turn would hang together. `weight` of the bin, `all` of the patch.
-CC_FN int ccLinked(const CcFaces* bin, const CcFaces* from, double weight, double all,
-                   const double* center, const double* centerFrom, double close) {
+CC_FN int ccLinked(const CcFaces* bin, const CcFaces* from, double weight, double all, CcVec center,
+                   CcVec centerFrom, double close) {
   if (weight < CC_LEAST_LINK * all || !ccAlike(bin, from, CC_LINK)) return 0;
-  double apart[3];
-  for (int i = 0; i < 3; ++i) apart[i] = center[i] - centerFrom[i];
-  return ccLength64(apart) < close;
+  return ccLength64(ccMinus(center, centerFrom)) < close;
 }
 
 #endif

@@ -2,15 +2,7 @@
 #ifndef CLOUDCONTACT_KERNELS_LOOK_UP_H
 #define CLOUDCONTACT_KERNELS_LOOK_UP_H
 
-#include "kernels/contact/surface_fit.h"
-
-// On a device, what a group of work-items shares: with copies of their own each of the search's had
-// 760 bytes on its stack.
-#if defined(__OPENCL_VERSION__)
-#define CC_NEAR __local
-#else
-#define CC_NEAR
-#endif
+#include "kernels/base/vector.h"
 
 // A rigid map with a scale, x -> turn x + shift; `turn` by rows.
 typedef struct {

@@ -17,8 +17,8 @@
 #ifndef CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 #define CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 
+#include "kernels/base/vector64.h"
 #include "kernels/contact/hit_sums.h"
-#include "kernels/contact/vector64.h"
 
 // Below this lack of coherence the bodies decide alike: noise of the normals is 0.001.
 #define CC_COHERENCE_NOISE 0.003
@@ -63,17 +63,6 @@ typedef struct {
   CcMatrix2 turn[2];             // of each body's normals, with the place: curvature times C [m]
 } CcFlat;
 
-// Two units across n: the first off the axis that n runs along least.
-CC_FN void ccTangentsOf(CcVec n, CcVec* t1, CcVec* t2) {
-  const double x = ccSize(n.x), y = ccSize(n.y), z = ccSize(n.z);
-  const int first = x <= y && x <= z, second = !first && y <= z;
-  const CcVec aside = first    ? ccVec(0.0, n.z, -n.y)
-                      : second ? ccVec(-n.z, 0.0, n.x)
-                               : ccVec(n.y, -n.x, 0.0);
-  *t1 = ccUnit(aside);
-  *t2 = ccCrossOf(n, *t1);
-}
-
 // A matrix by columns times a vector.
 CC_FN CcVec ccColumnsTimes(CC_GLOBAL const double* m, CcVec v) {
   return ccPlus(ccPlus(ccTimes(v.x, ccVecAt(m)), ccTimes(v.y, ccVecAt(m + 3))),
@@ -83,29 +72,29 @@ CC_FN CcVec ccColumnsTimes(CC_GLOBAL const double* m, CcVec v) {
 CC_FN CcFlat ccFlatten(CC_GLOBAL const CcSums* patch, CcVec n) {
   CcFlat f;
   f.n = n;
-  ccTangentsOf(n, &f.t1, &f.t2);
+  ccTangents64(n, &f.t1, &f.t2);
   const double per = 1.0 / patch->area;
   const CcVec x = ccTimes(per, ccVecAt(patch->first));
-  const double x1 = ccDotOf(x, f.t1), x2 = ccDotOf(x, f.t2);
+  const double x1 = ccDot64(x, f.t1), x2 = ccDot64(x, f.t2);
   const CcVec s1 = ccColumnsTimes(patch->second, f.t1), s2 = ccColumnsTimes(patch->second, f.t2);
-  f.spread.uu = per * ccDotOf(f.t1, s1) - x1 * x1;
-  f.spread.uv = per * ccDotOf(f.t1, s2) - x1 * x2;
-  f.spread.vv = per * ccDotOf(f.t2, s2) - x2 * x2;
+  f.spread.uu = per * ccDot64(f.t1, s1) - x1 * x1;
+  f.spread.uv = per * ccDot64(f.t1, s2) - x1 * x2;
+  f.spread.vv = per * ccDot64(f.t2, s2) - x2 * x2;
   // A patch of one sample has no spread: a thousandth of its area stands in.
   f.inverse = ccInverse(f.spread, 1e-3 * (patch->area + f.spread.uu + f.spread.vv));
   double cosine = 0.0;
   for (int s = 0; s < 2; ++s) {
     const CcVec mean = ccTimes(per, ccVecAt(patch->normal[s]));
-    const double m1 = ccDotOf(mean, f.t1), m2 = ccDotOf(mean, f.t2);
+    const double m1 = ccDot64(mean, f.t1), m2 = ccDot64(mean, f.t2);
     const CcVec b1 = ccColumnsTimes(patch->normalBy[s], f.t1),
                 b2 = ccColumnsTimes(patch->normalBy[s], f.t2);
-    f.turn[s].uu = per * ccDotOf(f.t1, b1) - m1 * x1;
-    f.turn[s].uv = per * ccDotOf(f.t1, b2) - m1 * x2;
-    f.turn[s].vu = per * ccDotOf(f.t2, b1) - m2 * x1;
-    f.turn[s].vv = per * ccDotOf(f.t2, b2) - m2 * x2;
-    cosine += 0.5 * ccSize(ccDotOf(mean, n));
+    f.turn[s].uu = per * ccDot64(f.t1, b1) - m1 * x1;
+    f.turn[s].uv = per * ccDot64(f.t1, b2) - m1 * x2;
+    f.turn[s].vu = per * ccDot64(f.t2, b1) - m2 * x1;
+    f.turn[s].vv = per * ccDot64(f.t2, b2) - m2 * x2;
+    cosine += 0.5 * ccAbs64(ccDot64(mean, n));
   }
-  const double scale = 1.0 / ccMore(cosine, 0.3);
+  const double scale = 1.0 / ccMax64(cosine, 0.3);
   for (int s = 0; s < 2; ++s) {
     f.turn[s].uu *= scale;
     f.turn[s].uv *= scale;
@@ -120,12 +109,12 @@ CC_FN CcVec ccSharedWall(CcVec pushA, CcVec pushB, CcVec wallA, CcVec wallB) {
   const CcVec none = {0.0, 0.0, 0.0}, all = ccPlus(pushA, pushB);
   CcVec shared = none;
   for (int round = 0; round < 3; ++round) {
-    const CcVec n = ccUnit(ccMinus(all, ccTimes(2.0, shared)));
-    const CcVec a = ccMinus(wallA, ccTimes(ccDotOf(n, wallA), n)),
-                b = ccMinus(wallB, ccTimes(ccDotOf(n, wallB), n));
-    if (ccDotOf(a, b) <= 0.0) return none;
-    const double least = CC_SQRT64(ccLess(ccDotOf(a, a), ccDotOf(b, b)));
-    shared = ccTimes(least, ccUnit(ccPlus(a, b)));
+    const CcVec n = ccUnit64(ccMinus(all, ccTimes(2.0, shared)));
+    const CcVec a = ccMinus(wallA, ccTimes(ccDot64(n, wallA), n)),
+                b = ccMinus(wallB, ccTimes(ccDot64(n, wallB), n));
+    if (ccDot64(a, b) <= 0.0) return none;
+    const double least = CC_SQRT64(ccMin64(ccDot64(a, a), ccDot64(b, b)));
+    shared = ccTimes(least, ccUnit64(ccPlus(a, b)));
   }
   return shared;
 }
@@ -145,8 +134,8 @@ CC_FN double ccFallOf(CC_GLOBAL const CcSums* patch, const CcFlat* f, double lea
   const double within = patch->width / patch->area / 12.0 * curved;
   const double per = 1.0 / patch->facing;
   const double bent =
-      (patch->opening - ccDotOf(ccVecAt(patch->apart), ccVecAt(patch->place)) * per) * per;
-  return 0.5 * (bent / ccMore(lean, 0.5) + within);
+      (patch->opening - ccDot64(ccVecAt(patch->apart), ccVecAt(patch->place)) * per) * per;
+  return 0.5 * (bent / ccMax64(lean, 0.5) + within);
 }
 
 // How far a side's pushes cancel each other; `push` what is left of them. A body without samples of
@@ -156,13 +145,13 @@ CC_FN double ccFallOf(CC_GLOBAL const CcSums* patch, const CcFlat* f, double lea
 CC_FN double ccIncoherence(CC_GLOBAL const CcSums* patch, int s, double noise, CcVec other,
                            CcVec* push) {
   const double size = patch->side[s].size;
-  if (size != 0.0) return ccMore(0.0, 1.0 - ccLengthOf(*push) / ccMore(size, 1e-300)) + noise;
+  if (size != 0.0) return ccMax64(0.0, 1.0 - ccLength64(*push) / ccMax64(size, 1e-300)) + noise;
   const CcVec normal = ccVecAt(patch->normal[s]);
-  const double found = ccLengthOf(normal);
+  const double found = ccLength64(normal);
   if (!(found > 0.0)) return 1e3;  // the other decides
   const double sign = s == 0 ? 1.0 : -1.0;
-  *push = ccTimes(sign * ccLengthOf(other) / found, normal);
-  return ccMore(0.0, 1.0 - found / patch->area) + CC_COHERENCE_NOISE;
+  *push = ccTimes(sign * ccLength64(other) / found, normal);
+  return ccMax64(0.0, 1.0 - found / patch->area) + CC_COHERENCE_NOISE;
 }
 
 // Under the foundation law the exact gradient of the overlap's energy; under the paper's law
@@ -179,13 +168,13 @@ CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int 
   const CcVec arm = ccMinus(origin, out.center);
   // A's outward normals push B, B's own push it back.
   CcVec pushA = ccVecAt(patch->side[0].push), pushB = ccTimes(-1.0, ccVecAt(patch->side[1].push));
-  const CcVec momentA = ccPlus(ccVecAt(patch->side[0].moment), ccCrossOf(arm, pushA)),
-              momentB = ccMinus(ccCrossOf(arm, pushB), ccVecAt(patch->side[1].moment));
+  const CcVec momentA = ccPlus(ccVecAt(patch->side[0].moment), ccCross64(arm, pushA)),
+              momentB = ccMinus(ccCross64(arm, pushB), ccVecAt(patch->side[1].moment));
   const double byA = oneSided ? (sampled ? 0.0 : 1.0) : 0.5, byB = oneSided ? 1.0 - byA : 0.5;
   const CcVec force = ccPlus(ccTimes(byA, pushA), ccTimes(byB, pushB));
   out.torque = ccPlus(ccTimes(byA, momentA), ccTimes(byB, momentB));
-  out.size = ccLengthOf(force);
-  out.normal = ccUnit(force);
+  out.size = ccLength64(force);
+  out.normal = ccUnit64(force);
   if (foundation || !(out.size > 0.0)) return out;
 
   const CcVec shared = ccSharedWall(pushA, pushB, ccVecAt(patch->side[0].wall),
@@ -197,19 +186,19 @@ CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int 
   const double a = ccIncoherence(patch, 0, noiseA, pushB, &pushA),
                b = ccIncoherence(patch, 1, noiseB, pushA, &pushB);
   out.trustA = b / (a + b);
-  const CcVec n = ccUnit(ccPlus(ccTimes(out.trustA, pushA), ccTimes(1.0 - out.trustA, pushB)));
-  if (!(ccDotOf(n, n) > 0.0)) return out;
-  const double size = 0.5 * (ccLengthOf(pushA) + ccLengthOf(pushB)), per = 1.0 / out.size;
+  const CcVec n = ccUnit64(ccPlus(ccTimes(out.trustA, pushA), ccTimes(1.0 - out.trustA, pushB)));
+  if (!(ccDot64(n, n) > 0.0)) return out;
+  const double size = 0.5 * (ccLength64(pushA) + ccLength64(pushB)), per = 1.0 / out.size;
   // The same line of action: through the old centre of pressure, with the old spin.
-  const CcVec pressure = ccTimes(per, ccCrossOf(out.normal, out.torque));
-  const double spin = ccDotOf(out.normal, out.torque) * size * per;
-  out.torque = ccPlus(ccCrossOf(pressure, ccTimes(size, n)), ccTimes(spin, n));
+  const CcVec pressure = ccTimes(per, ccCross64(out.normal, out.torque));
+  const double spin = ccDot64(out.normal, out.torque) * size * per;
+  out.torque = ccPlus(ccCross64(pressure, ccTimes(size, n)), ccTimes(spin, n));
   out.normal = n;
   out.size = size;
   if (!(patch->facing > 0.0)) return out;
   const double perArea = 1.0 / patch->area;
-  out.lean = ccLengthOf(ccVecAt(patch->normal[0])) * perArea *
-             (ccLengthOf(ccVecAt(patch->normal[1])) * perArea);
+  out.lean = ccLength64(ccVecAt(patch->normal[0])) * perArea *
+             (ccLength64(ccVecAt(patch->normal[1])) * perArea);
   *flat = ccFlatten(patch, n);
   out.fall = ccFallOf(patch, flat, out.lean, oneSided, sampled);
   return out;
@@ -222,12 +211,12 @@ typedef struct {
 } CcExtent;
 
 CC_FN double ccFlatness(double v) {
-  return ccWithin(ccLess(v, CC_ROUND_AGAIN * (v - CC_ROUND)), 0.0, 1.0);
+  return ccClamp64(ccMin64(v, CC_ROUND_AGAIN * (v - CC_ROUND)), 0.0, 1.0);
 }
 
 CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
   const CcMatrix2 a = f->turn[0], b = f->turn[1];
-  const double per = 1.0 / ccMore(depth, 1e-30);
+  const double per = 1.0 / ccMax64(depth, 1e-30);
   const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
                uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
   // The flatness of both eigenvalues, middle -+ apart, by the matrix itself.
@@ -239,7 +228,7 @@ CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
   const CcMatrix2 across = {0.5 * (a.uu - b.uu), 0.5 * (a.uv - b.uv), 0.5 * (a.vu - b.vu),
                             0.5 * (a.vv - b.vv)};
   CcExtent e;
-  e.kept = ccBothSides(ccRootOf(f->spread), flatness);
+  e.kept = ccBothSides(ccMatrixRoot(f->spread), flatness);
   e.lean = ccTimesSymmetric(across, ccInverse(f->spread, noise));
   return e;
 }
@@ -257,20 +246,20 @@ CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, 
   const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel, per = 1.0 / force->size;
   const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise);
   // Centre of pressure less area centre.
-  const CcVec arm = ccTimes(per, ccCrossOf(f->n, force->torque));
-  const CcTwo cop = {ccDotOf(f->t1, arm), ccDotOf(f->t2, arm)};
+  const CcVec arm = ccTimes(per, ccCross64(f->n, force->torque));
+  const CcTwo cop = {ccDot64(f->t1, arm), ccDot64(f->t2, arm)};
   CcTwo slope = ccOn(f->inverse, cop);
-  const CcSymmetric2 root = ccRootOf(e.kept);
+  const CcSymmetric2 root = ccMatrixRoot(e.kept);
   const CcTwo corner[2] = {{root.uu + root.uv, root.uv + root.vv},
                            {root.uv - root.uu, root.vv - root.uv}};
-  const double most = ccMore(ccSize(slope.u * corner[0].u + slope.v * corner[0].v),
-                             ccSize(slope.u * corner[1].u + slope.v * corner[1].v));
+  const double most = ccMax64(ccAbs64(slope.u * corner[0].u + slope.v * corner[0].v),
+                              ccAbs64(slope.u * corner[1].u + slope.v * corner[1].v));
   if (-most < CC_LEAST_WEIGHT - 1.0) {
     slope.u *= (1.0 - CC_LEAST_WEIGHT) / most;
     slope.v *= (1.0 - CC_LEAST_WEIGHT) / most;
   }
   const CcTwo aside = ccOn(e.kept, slope);
-  double spin = ccDotOf(f->n, force->torque) * per, polar = 0.0;
+  double spin = ccDot64(f->n, force->torque) * per, polar = 0.0;
   CcTwo at[4], turned[4];
   for (int i = 0; i < 4; ++i) {
     const double sign = i < 2 ? 1.0 : -1.0;
@@ -281,8 +270,8 @@ CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, 
     spin -= 0.25 * points[i].weight * (at[i].u * turned[i].v - at[i].v * turned[i].u);
     polar += 0.25 * points[i].weight * (at[i].u * at[i].u + at[i].v * at[i].v);
   }
-  const double limit = CC_MOST_SPIN / CC_SQRT64(ccMore(polar, 1e-300));
-  const double omega = polar > 0.0 ? ccWithin(spin / (polar + noise), -limit, limit) : 0.0;
+  const double limit = CC_MOST_SPIN / CC_SQRT64(ccMax64(polar, 1e-300));
+  const double omega = polar > 0.0 ? ccClamp64(spin / (polar + noise), -limit, limit) : 0.0;
   const CcVec pressure = ccPlus(force->center, arm);
   double kept = 0.0;
   for (int i = 0; i < 4; ++i) {

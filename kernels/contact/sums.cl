@@ -149,7 +149,7 @@ void ccAddHits(CcRowSums* sums, const CcRow* r, __local const double* hit, uint 
     const double product = hit[r->a] * hit[r->b], more = hit[r->more];
     sums->sum += product;
     for (int k = 0; k < 3; ++k) sums->row[k] += product * hit[CC_X + k];
-    sums->more = row == CC_HALF - 1 ? ccMore(sums->more, more) : sums->more + more;
+    sums->more = row == CC_HALF - 1 ? ccMax64(sums->more, more) : sums->more + more;
   }
 }
 
@@ -192,7 +192,7 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
     a += CC_OPENS_BY, b += CC_OPENS_BY;
     return (0.0 + unit4 * (a[0] + a[1] + a[2])) + unit4 * (b[0] + b[1] + b[2]);
   }
-  return n == CC_DEEPEST ? ccMore(a[n], b[n]) : n == CC_HITS ? a[n] : a[n] + b[n];
+  return n == CC_DEEPEST ? ccMax64(a[n], b[n]) : n == CC_HITS ? a[n] : a[n] + b[n];
 }
 
 // Bins of a pair: every CC_TEAMS_A_PAIR-th. The next bin, where its first hits are, and these, are

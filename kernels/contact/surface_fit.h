@@ -21,15 +21,6 @@
   3.3f                   // square of the window's radius: the block's corners are just inside
 #define CC_FIT_ROUNDS 4  // 3 leave 0.004 on spheres of 10 voxels
 
-#if defined(__OPENCL_VERSION__)
-#define CC_SQRT(x) sqrt(x)
-#define CC_SQRT64(x) sqrt(x)
-#else
-#include <math.h>
-#define CC_SQRT(x) sqrtf(x)
-#define CC_SQRT64(x) sqrt(x)
-#endif
-
 // Material where n.x + (k11 u^2 + 2 k12 u v + k22 v^2)/2 < s, u and v along t1 and t2.
 typedef struct {
   float n[3], t1[3], t2[3];
@@ -38,36 +29,6 @@ typedef struct {
   float residual;  // root mean square of coverage not explained, over the voxels near the surface
   float weight;    // of the voxels that said something; 0: no surface here
 } CcSurface;
-
-CC_FN float ccDot(const float* a, const float* b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-CC_FN void ccCross(const float* a, const float* b, float* out) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-CC_FN float ccNormalize(float* a) {
-  const float length = CC_SQRT(ccDot(a, a));
-  if (length > 0.0f) {
-    a[0] /= length;
-    a[1] /= length;
-    a[2] /= length;
-  }
-  return length;
-}
-
-// Two tangents for a unit normal, the first across the axis that the normal is least along.
-CC_FN void ccTangents(const float* n, float* t1, float* t2) {
-  const float x = ccAbs(n[0]), y = ccAbs(n[1]), z = ccAbs(n[2]);
-  float axis[3] = {0.0f, 0.0f, 0.0f};
-  axis[x <= y && x <= z ? 0 : (y <= z ? 1 : 2)] = 1.0f;
-  ccCross(n, axis, t1);
-  ccNormalize(t1);
-  ccCross(n, t1, t2);
-}
 
 // The paper's base vector (4) of the block, weight (1 - r^2/R^2)^2: Gr - Gc for
 // Gr the middle; and in *fraction how much of the window is material.

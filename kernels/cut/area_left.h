@@ -4,15 +4,7 @@
 #ifndef CLOUDCONTACT_KERNELS_AREA_LEFT_H
 #define CLOUDCONTACT_KERNELS_AREA_LEFT_H
 
-#include "kernels/base/number64.h"
-
-#if defined(__OPENCL_VERSION__)
-#define CC_ROOT sqrt
-#define CC_ABS fabs
-#else
-#define CC_ROOT __builtin_sqrt
-#define CC_ABS __builtin_fabs
-#endif
+#include "kernels/base/vector64.h"
 
 #define CC_SPHERE 0
 #define CC_BOX 1
@@ -29,7 +21,7 @@ typedef struct {
 } CcArea;
 
 CC_FN double ccLength(double x, double y, double z) {
-  return CC_ROOT(x * x + y * y + z * z);
+  return CC_SQRT64(x * x + y * y + z * z);
 }
 
 // Signed depth of a point, seen from the area's centre along its axes: plugin/contact/area.cpp.
@@ -37,14 +29,14 @@ CC_FN double ccAreaDepth(const CcArea* a, double x, double y, double z) {
   const double u = a->size[0], v = a->size[1], w = a->size[2];
   if (a->kind == CC_SPHERE) return u - ccLength(x, y, z);
   if (a->kind == CC_BOX) {
-    const double i = CC_ABS(x) - u, j = CC_ABS(y) - v, k = CC_ABS(z) - w;
-    const double outside = ccLength(ccMore(i, 0.0), ccMore(j, 0.0), ccMore(k, 0.0));
-    return outside > 0.0 ? -outside : -ccMore(ccMore(i, j), k);
+    const double i = ccAbs64(x) - u, j = ccAbs64(y) - v, k = ccAbs64(z) - w;
+    const double outside = ccLength(ccMax64(i, 0.0), ccMax64(j, 0.0), ccMax64(k, 0.0));
+    return outside > 0.0 ? -outside : -ccMax64(ccMax64(i, j), k);
   }
-  const double least = ccLess(ccLess(u, v), w), r = ccLength(x / u, y / v, z / w);
+  const double least = ccMin64(ccMin64(u, v), w), r = ccLength(x / u, y / v, z / w);
   if (r < 1e-12) return least;
   const double slope = ccLength(x / (u * u), y / (v * v), z / (w * w)) / r;
-  return ccLess((1.0 - r) / slope, least);
+  return ccMin64((1.0 - r) / slope, least);
 }
 
 // [1/255] of a whole voxel.
@@ -53,7 +45,7 @@ CC_FN int ccAreaLeaves(const CcArea* a, int x, int y, int z) {
   const double depth = ccAreaDepth(a, a->turn[0] * i + a->turn[1] * j + a->turn[2] * k,
                                    a->turn[3] * i + a->turn[4] * j + a->turn[5] * k,
                                    a->turn[6] * i + a->turn[7] * j + a->turn[8] * k);
-  const double share = ccLess(ccMore(depth + 0.5, 0.0), 1.0);
+  const double share = ccMin64(ccMax64(depth + 0.5, 0.0), 1.0);
   return 255 - (int)(255.0 * share + 0.5);
 }
 

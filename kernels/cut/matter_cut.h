@@ -6,11 +6,6 @@
 #include "kernels/digitize/flat_window.h"
 #include "kernels/digitize/window_sums.h"
 
-#if !defined(__OPENCL_VERSION__)
-typedef unsigned int uint;
-typedef unsigned short ushort;
-#endif
-
 // A workpiece and its window.
 typedef struct {
   int nx, ny, nz;       // bricks

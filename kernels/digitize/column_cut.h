@@ -4,9 +4,7 @@
 #ifndef CLOUDCONTACT_KERNELS_COLUMN_CUT_H
 #define CLOUDCONTACT_KERNELS_COLUMN_CUT_H
 
-#ifndef CC_FN
-#define CC_FN static inline
-#endif
+#include "kernels/base/vector64.h"
 
 #if defined(__OPENCL_VERSION__)
 #define CC_FLOOR floor

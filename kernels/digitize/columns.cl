@@ -25,7 +25,7 @@ void ccOverColumns(const CcColumns* g, __global const double* vertices,
   if (t >= g->triangles) return;
   double p[9];
   ccCornersOf(vertices, triangles, t, p);
-  if (fabs(ccTwiceArea(p, p + 3, p + 6, g->u, g->v)) < CC_SMALLEST_AREA) return;
+  if (ccAbs64(ccTwiceArea(p, p + 3, p + 6, g->u, g->v)) < CC_SMALLEST_AREA) return;
   const CcCells rows = ccRowsOf(p, g->v, g->depth);
   for (int row = rows.first + (int)(i % CC_ROW_ITEMS); row <= rows.last; row += CC_ROW_ITEMS) {
     const CcCells columns = ccColumnsOf(p, g->u, g->v, row, g->width);
@@ -136,9 +136,9 @@ CcCells ccRowsInColumn(const CcColumns* g, __global const double* vertices,
     v[k] = vertices[3 * (size_t)triangles[3 * (size_t)triangle + k] + g->v] -
            (int)(bin / (uint)g->width) * CC_EDGE;
   CcCells rows;
-  rows.first = max((int)floor(fmin(v[0], fmin(v[1], v[2])) - CC_COLUMN_SLACK), 0);
+  rows.first = max((int)floor(ccMin64(v[0], ccMin64(v[1], v[2])) - CC_COLUMN_SLACK), 0);
   rows.last =
-      min((int)floor(fmax(v[0], fmax(v[1], v[2])) + CC_COLUMN_SLACK), CC_EDGE - 1);
+      min((int)floor(ccMax64(v[0], ccMax64(v[1], v[2])) + CC_COLUMN_SLACK), CC_EDGE - 1);
   return rows;
 }
 
@@ -424,7 +424,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColum
     if (c == 0) table[ccTableAt(&g, bin, layer)] = code;
   }
   if (c == 0) stored[bin] = count;
-  if (fabs(run.sum) > CC_CLOSED_SUM) atomic_inc(&counters[CC_BAD_COLUMNS]);
+  if (ccAbs64(run.sum) > CC_CLOSED_SUM) atomic_inc(&counters[CC_BAD_COLUMNS]);
   int several = run.most > 1 + CC_CLOSED_SUM || run.least < -CC_CLOSED_SUM;
   if (g.shells && sound)
     several |= ccSeveralShells(first[bin], first[bin + 1], c, found, entries, shells);

@@ -6,10 +6,6 @@
 #include "kernels/digitize/column_cut.h"
 #include "kernels/digitize/window_sums.h"
 
-#if !defined(__OPENCL_VERSION__)
-typedef unsigned int uint;
-#endif
-
 // A grid cut into columns along the axis w; the others are u and v.
 typedef struct {
   int u, v, w;

@@ -4,7 +4,7 @@
 #ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 #define CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 
-#include "kernels/base/plane_cell.h"
+#include "kernels/base/language.h"
 
 // Whole numbers below 2^53, which a double holds exactly: any order of sums gives the same. (64-bit
 // integers do the same; their product has no instruction of its own on most machines.)
@@ -33,13 +33,6 @@ CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
   sums->z += (CcSum)matter * (CcSum)tap.z;
 }
 
-#ifndef CC_GLOBAL
-#if defined(__OPENCL_VERSION__)
-#define CC_GLOBAL __global
-#else
-#define CC_GLOBAL
-#endif
-#endif
 #ifndef CC_MAY_ALIAS
 #if defined(__OPENCL_VERSION__)
 #define CC_MAY_ALIAS
