@@ -64,7 +64,7 @@ struct Probed {
         probe(*a.shape, *b.shape, pose, Motion{}, method, law) {}
 };
 
-// `lists`: with Verlet lists (ContactSettings::lists), for bodies at rest.
+// `lists`: with Verlet lists (ContactSettings::verletLists), for bodies at rest.
 Timer probed(const program::BulletShape& a, const program::BulletShape& b, const Case& pair,
              Method method, bool lists = false) {
   CloudContactSettings law{KelvinVoigt{1e4, 0}};

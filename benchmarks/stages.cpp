@@ -13,8 +13,8 @@
 #include <cmath>
 #include <random>
 
-#include "contact/bins.h"
-#include "contact/hits.h"
+#include "contact/binner.h"
+#include "contact/hit_search.h"
 #include "kernels/contact/patch_force.h"
 #include "torus.h"
 
@@ -57,7 +57,7 @@ struct Found {
   explicit Found(const Pair& p) {
     HitSearch search;
     search.run(p.a, p.b, frameOf(p.a, p.b), 0, kEnough, hits);
-    samples = search.asked();
+    samples = search.lookups();
   }
 };
 
@@ -104,7 +104,7 @@ void testingSamples(benchmark::State& state) {
     hits.clear();
     search.run(p.a, p.b, frame, 0, kEnough, hits);
   }
-  perItem(state, "s per sample", double(search.asked()), kLookUpBytes, kLookUpOperations);
+  perItem(state, "s per sample", double(search.lookups()), kLookUpBytes, kLookUpOperations);
   state.counters["hits"] = double(hits.size());
 }
 
@@ -140,7 +140,7 @@ void wholeContact(benchmark::State& state) {
   std::size_t samples = 0;
   ContactSettings settings;
   settings.samples = kEnough;
-  settings.lists = state.range(0) != 0;
+  settings.verletLists = state.range(0) != 0;
   for (auto _ : state) samples = finder.find(p.a, p.b, settings).samples;
   perItem(state, "s per hit", double(samples), 0);
 }

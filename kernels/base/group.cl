@@ -1,9 +1,9 @@
-// What the work-items of a group do together: sums over all before them.
+// Operations of a whole work-group: votes, prefix sums, and flags.
 
 #define CC_WORDS (CC_GROUP / 32)
 
-// Which work-items of a team say so, a bit each; all of it ask. `room` is theirs. A team of 32 runs
-// in step on a NVIDIA device, where its instruction saves three barriers.
+// The votes of a team's work-items, one bit each; all of the team must call it. `room` is memory of
+// the team. On NVIDIA devices a team of 32 runs in step, and one instruction saves three barriers.
 #if defined(CC_NVIDIA)
 uint ccVotes(__local uint* room, int is) {
   uint votes;
@@ -24,14 +24,13 @@ uint ccVotes(__local uint* room, int is) {
 }
 #endif
 
-// The lowest bit that is set, of some.
+// The index of the lowest bit set; one must be.
 uint ccLowest(uint bits) {
   return 31u - clz(bits & (0u - bits));
 }
 
-// The sum of `value` over the work-items up to this one; `room` for two numbers each. First in
-// teams of 32. Without barriers in a loop, on which PoCL's compiler is slow: 12 s for bins.cl,
-// not 9.
+// The sum of `value` over the work-items up to this one, first in teams of 32. `room` holds two
+// numbers for each work-item. There are no barriers in loops, which PoCL compiles slowly.
 uint ccSumUpTo(__local uint* room, uint value) {
   const uint i = get_local_id(0), n = get_local_size(0);
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -45,8 +44,8 @@ uint ccSumUpTo(__local uint* room, uint value) {
   return sum;
 }
 
-// Flags of all work-items, a bit each, `kinds` of them beside each other, and how many had each
-// before these. Begins with ccNoFlags().
+// Flags of all work-items, a bit each, of up to four kinds, and the number of earlier flags of each
+// kind. Begin with ccNoFlags().
 typedef struct {
   uint words[4 * CC_WORDS], before[4];
 } CcFlags;
@@ -58,7 +57,7 @@ void ccNoFlags(__local CcFlags* flags) {
   if (i < 4) flags->before[i] = 0u;
 }
 
-// What was flagged so far counts as before.
+// Counts the flags set so far as earlier ones.
 void ccCountFlags(__local CcFlags* flags, uint kinds) {
   const uint i = get_local_id(0);
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -81,7 +80,7 @@ void ccFlag(__local CcFlags* flags, uint kinds, uint mine) {
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// How many had the flag before this work-item.
+// The number of flags before this work-item's.
 uint ccFlagged(__local const CcFlags* flags, uint kind) {
   const uint i = get_local_id(0);
   uint count = flags->before[kind];
@@ -89,21 +88,21 @@ uint ccFlagged(__local const CcFlags* flags, uint kind) {
   return count + popcount(flags->words[kind * CC_WORDS + (i >> 5)] & ((1u << (i & 31u)) - 1u));
 }
 
-// Flags of a window of items, of which a work-item has every CC_GROUP-th: two kinds, bit j and bit
-// 16 + j of its word for its j-th item. It asks for all of its items first and the group meets
-// once; flagged one by one, items wait for each other at every one.
+// Flags of a window of items. A work-item has every CC_GROUP-th item, and two kinds of flags: bits j
+// and 16 + j of its word are for its j-th item. So the group synchronizes once a window, not once an
+// item.
 #define CC_ROUNDS 16
 #define CC_WINDOW (CC_ROUNDS * CC_GROUP)
 #define CC_ROWS (CC_ROUNDS * CC_WORDS)
 
 typedef struct {
   uint words[CC_GROUP];
-  uint rows[2 * CC_ROWS];  // 32 items each, in their order; the second kind's behind
-  uint before[CC_ROWS];    // flagged before each row, and << 16 of the second kind
-  uint all;                // and of all
+  uint rows[2 * CC_ROWS];  // 32 items each, in order; then those of the second kind
+  uint before[CC_ROWS];    // flags before each row; << 16 of the second kind
+  uint all;                // all flags
 } CcMarks;
 
-// Flags of all work-items, and in `all` how many; `room` as ccSumUpTo() wants it.
+// Sets the flags of all work-items, and `all`. `room` as for ccSumUpTo().
 void ccMark(__local CcMarks* marks, __local uint* room, uint mine) {
   const uint i = get_local_id(0), bit = i & 31u, word = i >> 5;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -121,14 +120,14 @@ void ccMark(__local CcMarks* marks, __local uint* room, uint mine) {
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// How many of a kind are flagged before this work-item's j-th item.
+// The number of flags of a kind before this work-item's j-th item.
 uint ccMarked(__local const CcMarks* marks, uint kind, uint j) {
   const uint i = get_local_id(0), row = j * CC_WORDS + (i >> 5);
   return (marks->before[row] >> 16 * kind & 0xffffu) +
          popcount(marks->rows[kind * CC_ROWS + row] & ((1u << (i & 31u)) - 1u));
 }
 
-// The first of `count` rising ends that lies beyond k.
+// The first of `count` ascending ends that is greater than k.
 uint ccRunOf(__local const uint* ends, uint count, uint k) {
   uint low = 0, high = count;
   while (low < high) {

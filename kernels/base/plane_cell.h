@@ -1,16 +1,16 @@
-// How a plane cuts a unit cube: the volume below it and the area of the cut, in closed form.
+// A plane that cuts a unit cube: the volume below it and the area of the cut, in closed form. Plain
+// C for C++ and OpenCL C.
 //
-// One text for C++ and OpenCL C: plain C, float, no library call but fabs. The closed form is the
-// "volume of fluid" one (Scardovelli and Zaleski, J. Comput. Phys. 164, 2000): with the normal's
-// sizes m1 <= m2 <= m3 scaled to m1 + m2 + m3 = 1 the volume is a cubic in the plane's offset,
-// piecewise, symmetric about the middle.
+// The closed form is that of the volume of fluid method (Scardovelli and Zaleski, J. Comput. Phys.
+// 164, 2000). With the sizes of the normal's components scaled so that m1 <= m2 <= m3 add up to 1,
+// the volume is a piecewise cubic in the plane's offset, symmetric about the middle.
 #ifndef CLOUDCONTACT_KERNELS_PLANE_CELL_H
 #define CLOUDCONTACT_KERNELS_PLANE_CELL_H
 
 #include "kernels/base/vector.h"
 
-// Smallest scaled normal component: below it the cubic pieces cancel in float (error of the volume
-// 1e-4 at 1e-3); the plane is turned by less than 0.06 deg about the cube's centre instead.
+// Smallest scaled normal component. Below it the cubic pieces cancel in float (an error of the
+// volume of 1e-4 at 1e-3), so the plane is turned about the cube's center by less than 0.06 deg.
 #define CC_MIN_COMPONENT 1e-3f
 
 typedef struct {
@@ -18,9 +18,8 @@ typedef struct {
   float area;    // of the plane inside the cube, 0..sqrt(3)
 } CcCut;
 
-// The lower half of the cubic: alpha in [0, 1/2]. Returns volume, and its slope in *slope. All of
-// its pieces are worked out and one is taken: which one it is cannot be foretold, and a loop over
-// voxels without branches becomes one over registers.
+// The lower half of the cubic, alpha in [0, 1/2]. Returns the volume, and its slope in *slope. It
+// computes all pieces and selects one, so that a loop over voxels has no branches and vectorizes.
 CC_FN float ccCubic(float m1, float m2, float m3, float alpha, float* slope) {
   const float m12 = m1 + m2;
   const float d = 1.0f / (6.0f * m1 * m2 * m3), e = 1.0f / (2.0f * m2 * m3);
@@ -40,7 +39,7 @@ CC_FN float ccCubic(float m1, float m2, float m3, float alpha, float* slope) {
   return v;
 }
 
-// The cube [-1/2,1/2]^3 cut by normal . x < offset; (nx, ny, nz) is of length 1.
+// The cube [-1/2,1/2]^3 cut by normal . x < offset; (nx, ny, nz) has length 1.
 CC_FN CcCut ccCutCube(float nx, float ny, float nz, float offset) {
   CcCut cut;
   const float x = ccAbs(nx), y = ccAbs(ny), z = ccAbs(nz);

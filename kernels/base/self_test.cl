@@ -1,5 +1,5 @@
-// What a device must do like a CPU, to the bit: rounded division and root, no contraction, numbers
-// below the normal ones, doubles.
+// Tests what a device must compute like a CPU, to the bit: rounded division and square root, no
+// contraction, subnormal numbers, doubles.
 __kernel void ccSelfTest(__global const float* a, __global const float* b, __global const float* c,
                          __global float* out, __global double* wide) {
   const size_t i = get_global_id(0), n = get_global_size(0);

@@ -1,16 +1,16 @@
-// Hits to bins: a group for each pair. Bins are numbered as their first hits come, and each bin's
-// hits are listed in their order, so that sums over them are those of a CPU.
+// Groups hits into bins, one group for each pair. Bins are numbered in the order of their first hits,
+// and each bin's hits are listed in order, so that sums over them equal those of the CPU.
 
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
-#define CC_TEAMS (CC_GROUP / CC_TEAM)  // as much room as CC_SLOTS twice
+#define CC_TEAMS (CC_GROUP / CC_TEAM)  // as much room as 2 * CC_SLOTS
 
-// A hit of a pair: those of the first direction, then those of the second.
+// The hits of a pair: those of the first direction, then those of the second.
 typedef struct {
   uint first[2], room[2], count[2], deep[2][2];
 } CcHits;
 
-// Its number among all pairs' hits.
+// The number of the pair's i-th hit among all pairs' hits.
 uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
 }
@@ -39,7 +39,7 @@ CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float p
   return ccBinOf(x, own, other, q.w, side, perCell);
 }
 
-// What a pair's search came to; whether all its hits found room.
+// The result of a pair's search, with `failed` set if its hits found no room.
 CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
                     __global const CcDirection* directions, uint p, int finest) {
   CcAnswer a;
@@ -59,8 +59,8 @@ CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
   return a;
 }
 
-// Bins of all hits in the table `slots`: least[k] becomes slot k's first hit. Returns how many bins
-// there are, or more than CC_MOST_BINS.
+// Finds the bin of each hit as a slot of the table; least[k] becomes the first hit of slot k. Returns
+// the number of bins, or more than CC_MOST_BINS.
 uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __global uint* slots,
                 __local int* holder, __local int* least, __local uint* used) {
   const uint lid = get_local_id(0);
@@ -84,9 +84,8 @@ uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __globa
   return *used;
 }
 
-// Lists each bin's hits as they come, by their numbers in their direction. A team takes one run of
-// hits after the other's; `next` tells for each team and bin where its next hit goes; `bins` is
-// room for a number each.
+// Lists each bin's hits in order, by their numbers in their direction. Each team takes one run of
+// hits. `next`: for each team and bin, where its next hit goes. `bins`: one number per work-item.
 void ccListHits(const CcHits* h, uint count, __global const uint* binOf, __local uint* next,
                 __local uint* bins, __global uint* order) {
   const uint lid = get_local_id(0), lane = lid % CC_TEAM, team = lid / CC_TEAM;
@@ -117,7 +116,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
     __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
     __global uint* counters, uint binRoom, int finest) {
-  // First a table of keys, then where the next hits of four teams go.
+  // First a table of keys, then for four teams where the next hits go.
   __local uint table[CC_TEAMS * CC_MOST_BINS];
   __local int *holder = (__local int*)table, *least = holder + CC_SLOTS;
   __local uint counts[CC_MOST_BINS], firsts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
@@ -143,7 +142,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
     }
     return;
   }
-  // Their numbers, in the order of their first hits; the table then leads to them.
+  // Number the bins in the order of their first hits; `holder` then has each slot's number.
   ccNoFlags(&flags);
   for (uint base = 0; base < count; base += CC_GROUP) {
     const uint i = base + lid;

@@ -1,29 +1,29 @@
-// The depth of the deepest point of a contact, from sums over its area. Plain C for C++ and OpenCL
-// C.
+// The depth of the deepest point of a contact, from sums over its area (docs/force.md, "Depth of
+// the pair"). Plain C for C++ and OpenCL C.
 //
-// By moments: ccDeepestByMoments().
+// By moments: ccDeepestByMoments(). They include the rim, which few samples resolve poorly: two
+// spheres of 16 voxels pressed by 0.3 read up to 7 % too deep.
 //
-// By curvature. The moments are those of the rim, too, and few samples make a poor rim: two spheres
-// of 16 voxels pressed 0.3 read up to 7 % too deep. Where both surfaces are smooth, depth falls
-// from the deepest point as t(x) = d - x K x / 2, so that at every sample, wet or hardly so, t + x
-// K x / 2 = d; K is how the normals turn over the patch (1.1 %). Such a patch is told by its b,
-// which then follows from the mean of x K x / 2.
+// By curvature: where both surfaces are smooth, the depth falls from the deepest point as t(x) = d
+// - x K x / 2, so every sample gives d = t + x K x / 2. K is the rate at which the normals turn
+// over the patch. The same spheres are 1.1 % off. A patch is smooth if its b by moments agrees with
+// the b that the mean of x K x / 2 implies.
 #ifndef CLOUDCONTACT_KERNELS_CONTACT_DEPTH_H
 #define CLOUDCONTACT_KERNELS_CONTACT_DEPTH_H
 
 #include "kernels/contact/patch_force.h"
 
-#define CC_MOST_POINTED 2.0  // b of a corner; noise alone would go on
-// What samples tell of a depth is at most this much more than at the deepest of them [voxels].
+#define CC_MOST_POINTED 2.0  // b of a corner; noise would give more
+// The pair's depth exceeds that of the deepest sample by at most this [voxels].
 #define CC_RIM 0.1
-// Surfaces are smooth where b and what curvature makes of it differ by less than b's noise, one
-// over the root of the number of hits, and not where by more than this many times that. Nor where
-// their normals lean far apart, as at a corner, whose b may agree by chance: a ball of 10 voxels
-// pressed in by one leans by 0.97.
+// Surfaces are smooth if the two values of b differ by less than b's noise, one over the root of
+// the number of hits, and sharp from this many times that on. They are also sharp if their normals
+// spread widely, as at a corner, where both values may agree by chance. The mean cosine of a ball
+// of 10 voxels pressed in by one is 0.97.
 #define CC_SHARP 1.6
 #define CC_LEANS 0.93
 #define CC_LEANS_FAR 0.87
-// And they are curved where b is more than noise: on a face it is 0.02.
+// They are curved if b is more than noise; on a face it is 0.02.
 #define CC_EVEN 0.1
 #define CC_CURVED 0.3
 
@@ -39,7 +39,7 @@ CC_FN double ccDeepestByMoments(const double* moments) {
   return (1.0 + 0.5 * b) * moments[1] / moments[0];
 }
 
-// 0 up to `none`, 1 from `all` on.
+// 0 up to `none`, 1 from `all` on, linear between.
 CC_FN double ccRamp(double x, double none, double all) {
   return ccClamp64((x - none) / (all - none), 0.0, 1.0);
 }
@@ -82,19 +82,19 @@ CC_FN void ccAddPatch(CcPairSums* sums, CC_GLOBAL const CcSums* patch, double si
   sums->most = ccMax64(sums->most, patch->deepest);
 }
 
-// The more coherent body's surface is where depth is measured: by the other body's samples.
+// The depth is measured at the surface of the more coherent body, by the other body's samples.
 CC_FN double ccPairByMoments(const CcPairSums* s, int oneSided) {
   const double byA = ccDeepestByMoments(s->momentsA), byB = ccDeepestByMoments(s->momentsB);
   if (oneSided || byA == 0.0 || byB == 0.0) return ccMax64(byA, byB);
   return (s->trust * byB + (s->size - s->trust) * byA) / s->size;
 }
 
-// The pair's b, if it is that deep.
+// The pair's b at a given depth.
 CC_FN double ccPointedness(const CcPairSums* s, double depth) {
   return s->volume > 0.0 ? depth * s->area / s->volume - 1.0 : 0.0;
 }
 
-// How far curvature tells the depth, 0..1.
+// The weight of the depth by curvature, 0..1.
 CC_FN double ccSmooth(const CcPairSums* s, double depth) {
   if (!(s->square > 0.0)) return 0.0;
   const double bulge = 2.0 * s->fall / s->square;
@@ -105,8 +105,8 @@ CC_FN double ccSmooth(const CcPairSums* s, double depth) {
 
 typedef struct {
   double depth;    // of all patches together [m]
-  double pointed;  // b by moments, as far as curvature does not tell the depth
-  double smooth;   // how far it does
+  double pointed;  // b by moments
+  double smooth;   // weight of the depth by curvature
 } CcPairDepth;
 
 // `voxel` [m] the pair's.
@@ -118,7 +118,7 @@ CC_FN CcPairDepth ccDepthOfPair(const CcPairSums* s, int oneSided, double voxel)
   d.pointed = ccPointedness(s, rough);
   d.depth = rough;
   if (d.smooth > 0.0) d.depth += d.smooth * ((s->middle + s->fall) / s->volume - rough);
-  // A rim of samples that hardly touch must not look like a face that is pressed in.
+  // Limits a rim of samples that hardly touch, which would read as deep as a face.
   d.depth = ccMax64(0.0, ccMin64(d.depth, s->most + CC_RIM * voxel));
   return d;
 }

@@ -1,30 +1,30 @@
-// The last step of a query: a pair's patches share its law, and become contacts. Plain C for C++
-// and OpenCL C; offsets are pinned by a test.
+// The last step of a query: the patches share the pair's law and become contacts (docs/force.md,
+// "Shares of the patches"). Plain C for C++ and OpenCL C; a test checks the offsets.
 //
-// The paper's law (3) is one spring for the pair, FR = k d (contact_depth.h has d). The spring is
-// shared out by area, the force by the patches' own sums.
+// The paper's law (3) is one spring for the pair, FR = k d (contact_depth.h has d). The patches
+// share the spring by area, and the force by their sums.
 #ifndef CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 #define CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 
 #include "kernels/contact/contact_depth.h"
 
-#define CC_LEAST_SHARE 0.003  // of the pair's force: lighter patches are dropped
-// No patch is deeper than this many times the pair's depth (a wall wetted over a sliver).
+#define CC_LEAST_SHARE 0.003  // of the pair's force; lighter patches are dropped
+// No patch is deeper than this many times the pair's depth, such as a wall with a sliver of area.
 #define CC_MOST_DEPTH 1.5
 
-// What makes a contact of a pair's patches.
+// The terms that turn a pair's patches into a contact.
 typedef struct {
-  CcPlacement frame, toA;  // the frame body in the world, and in A's frame
+  CcPlacement frame, toA;  // of the frame body in the world and in A's frame
   double voxel;            // the larger of the bodies' [m]
   double stiffness, damping;
-  double gap;      // by which the bodies were moved together [m]
-  int foundation;  // the law: one spring a pair, or stiffness per area
+  double gap;      // by which the search moved the bodies together [m]
+  int foundation;  // law: 0 one spring a pair, 1 stiffness per area
   int oneSided;    // one body is a shape
-  int sampled;     // and the other is: 0 A, 1 B
+  int sampled;     // then the body with samples: 0 A, 1 B
   int unused;
 } CcTerms;
 
-// A pair's patches together.
+// Sums over a pair's patches, and its depth.
 typedef struct {
   double force, area, shares, depth;
 } CcWhole;
@@ -34,30 +34,30 @@ typedef struct {
   double depth;                   // [m]
 } CcContactPoint;
 
-// Why a patch is not trusted, in the order of the Doubt of contact.h.
+// Why a patch is not trusted, in the order of Doubt (contact.h).
 #define CC_NO_DOUBT 0
 #define CC_FEW_SAMPLES 1
 #define CC_OPPOSED 2
 #define CC_DEEP_PATCH 3
 
-// A patch of a contact, with its points; the patch's share of the spring is theirs in equal parts.
+// A patch of a contact with its points, each of which has a quarter of the patch's spring.
 typedef struct {
   double position[3], normal[3];  // world
   double depth, stiffness, damping, area, confidence;
-  double center[3], seen[3];  // area centre and normal in A's frame
+  double center[3], seen[3];  // center of the area and normal, in A's frame
   CcContactPoint points[4];
   int doubt, unused;
 } CcContactPatch;
 
-// Whether a patch counts; `all` the sum of the pair's patches' forces. The energy's gradient, which
-// the foundation law is, leaves nothing out.
+// Whether a patch counts. `all`: sum of the patches' forces. The foundation law is the gradient of
+// an energy and drops no force.
 CC_FN int ccCounts(CC_GLOBAL const CcSums* patch, double size, double all, double voxel,
                    int foundation) {
   const double least = foundation ? 0.0 : CC_LEAST_SHARE;
   return size > least * all && patch->area > 0.0 && patch->deepest > -CC_RIM * voxel;
 }
 
-// A patch's share of the pair's spring: by area, and by force where the area is too small for it.
+// A patch's share of the pair's spring: by area, or by force if the area is too small for it.
 CC_FN double ccShareOf(double area, double size, const CcWhole* whole) {
   return ccMax64(area / whole->area, size / (CC_MOST_DEPTH * whole->force));
 }
@@ -72,7 +72,7 @@ CC_FN void ccShareLaw(CC_GLOBAL const CcSums* patch, double size, CC_GLOBAL cons
                       const CcWhole* whole, double* area, double* share, double* depth) {
   *area = patch->area * (terms->oneSided ? 1.0 : 0.5);
   if (terms->foundation) {
-    // No depth of the pair: the patch's own is its force over its area.
+    // The patch's own depth is its force over its area.
     const double deepest = ccMax64(0.0, patch->deepest) + CC_RIM * terms->voxel;
     *area = ccMax64(*area, size / deepest);
     *share = *area;
@@ -89,7 +89,7 @@ CC_FN int ccDoubtOf(CC_GLOBAL const CcSums* patch, double pushes, double confide
   return patch->hits < 4 ? CC_FEW_SAMPLES : CC_NO_DOUBT;
 }
 
-// `flat` the patch in the plane across force->normal.
+// `flat`: the patch in the plane across force->normal.
 CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* flat,
                        CC_GLOBAL const CcTerms* terms, const CcWhole* whole,
                        CC_GLOBAL CcContactPatch* out) {

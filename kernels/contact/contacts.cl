@@ -1,8 +1,7 @@
-// Patches become contacts: a team for each pair, a work-item for each of its patches, and the first
-// of them for what the pair is asked for as a whole.
+// Patches become contacts: one team for each pair, one work-item for each patch. The first work-item
+// also computes what belongs to the pair as a whole.
 
-// What counts of a pair's patches, by their numbers; returns how many, and what they come to
-// together.
+// Lists the patches of a pair that count, and computes the pair's sums. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
               __global const CcPatchForce* forces, uint count, __global uint* kept,
               __local CcWhole* whole) {

@@ -1,10 +1,10 @@
-// The field's record of a voxel near the surface: 8 bytes that hold a small plane, or point to
-// several where an edge runs through. Plain C for C++ and OpenCL C; offsets are pinned by a test.
+// The field's record of a voxel near the surface: 8 bytes that hold one plane, or the index of
+// several planes at an edge. Plain C for C++ and OpenCL C; a test checks the offsets.
 //
 //   a: bits 0-27 the outward normal, octahedral, 14 bits each way (worst error 0.01 deg);
-//      bits 28-30 the number of planes, 0: no surface near; bit 31: set where the planes'
-//      half-spaces unite (a concave edge) rather than intersect (a convex one)
-//   b: one plane: its offset from the voxel's centre, 16.16 fixed point, in voxels;
+//      bits 28-30 the number of planes, 0: no surface near; bit 31: set if the planes'
+//      half-spaces unite (a concave edge), clear if they intersect (a convex edge)
+//   b: one plane: its offset from the voxel's center, 16.16 fixed point, in voxels;
 //      several: index of the first in the list of planes, which are records of one plane each
 #ifndef CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
 #define CLOUDCONTACT_KERNELS_FIELD_VOXEL_H
@@ -21,7 +21,7 @@ typedef struct {
 
 typedef struct {
   float depth;      // positive inside, voxels
-  float normal[3];  // of the plane that gave it
+  float normal[3];  // of the plane that gives it
 } CcDepth;
 
 CC_FN uint ccPlaneCount(CcVoxel v) {
@@ -53,7 +53,7 @@ CC_FN CcVoxel ccPackPlanes(uint first, uint count, int concave) {
   return v;
 }
 
-// The plane's depth at x (from the voxel's centre, voxels).
+// The plane's depth at x (from the voxel's center, voxels).
 CC_FN CcDepth ccPlaneDepth(CcVoxel v, const float* x) {
   CcDepth d;
   float* n = d.normal;

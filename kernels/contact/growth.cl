@@ -1,47 +1,44 @@
-// Bins grow together to patches. First, by a group for each pair, all that can be known of its bins
-// before any patch grows: which are the heaviest, which are beside each other and in which order
-// they are asked, which may be linked. Then, by a team for each pair, the growth itself: all
-// neighbours of a bin are asked at once whether they would join the patch as it is; the first in
-// order does, and those before it were asked in time. So the patches are those of one worker who
-// goes from bin to bin.
+// Region growing of patches. First a group for each pair finds what does not depend on patches: the
+// order of the bins by weight, each bin's neighbors in the order of their visits, and which of them
+// may be linked. Then a team for each pair grows its patches. It tests all neighbors of a bin at once
+// against the patch as it is, and the first in order joins; those before it have been tested in
+// time. So the patches equal those of a single thread.
 
-#define CC_NEAR_BINS 128                // of a pair, that are at hand
-#define CC_NEAR_HELD 32                 // neighbours of each of these
-#define CC_NEAR_ROW (CC_NEAR_HELD + 2)  // of their list: rows begin in different banks
-#define CC_COMING 8                     // neighbours that are on their way at once
-#define CC_SPROUTS_COMING 4             // bins that are
+#define CC_NEAR_BINS 128                // bins of a pair in local memory
+#define CC_NEAR_HELD 32                 // neighbors of each of these in local memory
+#define CC_NEAR_ROW (CC_NEAR_HELD + 2)  // row of their list; rows begin in different banks
+#define CC_COMING 8                     // neighbors read at once
+#define CC_SPROUTS_COMING 4             // bins read at once
 
-// A neighbour in a list: its bin, and whether the two may be linked.
+// A neighbor in a list: its bin, and whether the two may be linked.
 #define CC_NEAR_BIN (CC_MOST_BINS - 1)
 #define CC_MAY_LINK 0x8000u
 
-// Squares decide only where they differ by more than all that rounding can do to either; else roots
-// do, as on the CPU.
+// Squares decide only if they differ by more than rounding can; otherwise roots do, as on the CPU.
 #define CC_SURELY 1e-12
 
-// What tells a bin's neighbours whether they may be linked to it.
+// The part of a bin that decides about links.
 typedef struct {
   CcFaces faces;
   CcVec center;
 } CcStem;
 
-// Room of a group for a pair's bins: by their numbers, and in the order in which they are asked,
-// with the number.
+// Local memory of a group for a pair's bins.
 typedef struct {
-  // First keys and weights of all bins, then the first bins' stems.
+  // First keys and weights of all bins, then the stems of the first bins.
   double numbers[2 * CC_MOST_BINS];
-  short4 sorted[CC_MOST_BINS];
-  uint crowded;  // a bin has more neighbours than there is room for
+  short4 sorted[CC_MOST_BINS];  // cells in the order of visits, with the bin's number in w
+  uint crowded;                 // a bin has more than CC_NEIGHBORS neighbors
 } CcSproutRoom;
 
-// A bin's cell from that of the pair's first. No grid holds more cells than these numbers
+// A bin's cell relative to that of the pair's first bin. No grid has more cells than fit
 // (CC_KEY_BITS).
 short4 ccCellFrom(__global const CcBin* first, __global const CcBin* bin) {
   return (short4)((short)(bin->cell[0] - first->cell[0]), (short)(bin->cell[1] - first->cell[1]),
                   (short)(bin->cell[2] - first->cell[2]), 0);
 }
 
-// Neighbours are asked cell by cell, of a cell's bins the last first.
+// Neighbors are visited cell by cell, the last bin of a cell first.
 ulong ccOrderOf(short4 cell, uint bin) {
   return (ulong)(cell.z + 16384) << 40 | (ulong)(cell.y + 16384) << 25 |
          (ulong)(cell.x + 16384) << 10 | (CC_MOST_BINS - 1 - bin);
@@ -52,7 +49,7 @@ int ccBeside(short4 a, short4 b) {
   return (x >= -1) & (x <= 1) & (y >= -1) & (y <= 1) & (z >= -1) & (z <= 1);
 }
 
-// Where the n-th number of CcSprout is in CcSums.
+// The offset in CcSums of the n-th number of CcSprout.
 uint ccSproutFrom(uint n) {
   if (n < 6) return CC_NORMALS + n;
   if (n < 8) return CC_SIDES + CC_SIZE + (n - 6) * CC_SIDE_NUMBERS;
@@ -60,8 +57,8 @@ uint ccSproutFrom(uint n) {
   return n < 12 ? CC_FIRST + n - 9 : n - 12;
 }
 
-// What growing asks of a pair's bins, out of their sums. 16 work-items share a bin: one that read
-// all of its numbers fetched a line of memory for each, and took 40 us of this kernel's 110.
+// Copies the sprouts of a pair's bins out of their sums. 16 work-items share a bin, so that they read
+// whole lines of memory.
 void ccTakeSprouts(__global const CcSums* sums, uint all, __global CcSprout* sprouts) {
   const uint n = get_local_id(0) % 16, from = ccSproutFrom(min(n, CC_SPROUT_NUMBERS - 1u));
   for (uint b = get_local_id(0) / 16; b < all; b += CC_SPROUTS_COMING * CC_GROUP / 16) {
@@ -90,18 +87,17 @@ CcStem ccStemOf(__global const CcSprout* sprout) {
   return s;
 }
 
-// Whether two bins may be linked, whatever the patch. Nearly all are told apart by their centres'
-// distance; its root and their faces are for the others.
+// Whether two bins may be linked, whatever the patch. The distance of their centers decides nearly all
+// cases without a root.
 int ccMayLink(const CcStem* from, const CcStem* to, double close) {
   const CcVec apart = ccMinus(to->center, from->center);
   if (ccDot64(apart, apart) > close * close * (1.0 + CC_SURELY)) return 0;
   return ccLinked(&to->faces, &from->faces, 1.0, 1.0, to->center, from->center, close);
 }
 
-// Lists a bin's neighbours in the order in which they are asked, and which of them may be linked to
-// it: the j-th at near[j * all], so that bins side by side write side by side. Returns how many
-// there are. Those of 32 bins are found before any of them is looked at.
-uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* sprouts,
+// Lists a bin's neighbors in the order of visits, with whether they may be linked. The j-th is at
+// near[j * all], so that consecutive bins write consecutive numbers. Returns their number.
+uint ccListNeighbors(uint bin, short4 cell, uint all, __global const CcSprout* sprouts,
                       double close, __global ushort* near, __local const CcSproutRoom* r) {
   __local const CcStem* stems = (__local const CcStem*)r->numbers;
   const CcStem own = bin < CC_NEAR_BINS ? stems[bin] : ccStemOf(&sprouts[bin]);
@@ -113,7 +109,7 @@ uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* 
     for (; beside; beside &= beside - 1u) {
       const uint other = (uint)r->sorted[base + ccLowest(beside)].w;
       if (other == bin) continue;
-      if (count < CC_NEIGHBOURS) {
+      if (count < CC_NEIGHBORS) {
         const CcStem stem = other < CC_NEAR_BINS ? stems[other] : ccStemOf(&sprouts[other]);
         near[count * all] = (ushort)(other | (ccMayLink(&own, &stem, close) ? CC_MAY_LINK : 0u));
       }
@@ -126,7 +122,7 @@ uint ccListNeighbours(uint bin, short4 cell, uint all, __global const CcSprout* 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     __global const CcPair* pairs, __global CcAnswer* answers, __global const CcBin* allBins,
     __global const CcSums* allSums, __global CcSprout* allSprouts, __global ushort* allHeaviest,
-    __global ushort* allNear, __global uchar* allNeighbours) {
+    __global ushort* allNear, __global uchar* allNeighbors) {
   __local CcSproutRoom r;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
@@ -134,7 +130,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
   if (all == 0u) return;
   __global const CcBin* bins = allBins + first;
   __global CcSprout* sprouts = allSprouts + first;
-  __global ushort* near = allNear + (size_t)first * CC_NEIGHBOURS;
+  __global ushort* near = allNear + (size_t)first * CC_NEIGHBORS;
   __local ulong* keys = (__local ulong*)r.numbers;
   __local double* weights = r.numbers + CC_MOST_BINS;
   __local CcStem* stems = (__local CcStem*)r.numbers;
@@ -164,16 +160,16 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     stems[b] = ccStemOf(&sprouts[b]);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    const uint count = ccListNeighbours(b, ccCellFrom(bins, &bins[b]), all, sprouts,
+    const uint count = ccListNeighbors(b, ccCellFrom(bins, &bins[b]), all, sprouts,
                                         CC_CLOSE * cell, near + b, &r);
-    if (count > CC_NEIGHBOURS) r.crowded = 1u;
-    allNeighbours[first + b] = (uchar)min(count, (uint)CC_NEIGHBOURS);
+    if (count > CC_NEIGHBORS) r.crowded = 1u;
+    allNeighbors[first + b] = (uchar)min(count, (uint)CC_NEIGHBORS);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0 && r.crowded) answers[p].failed = CC_NO_BINS;
 }
 
-// What growing asks of a bin, and of a patch.
+// A bin or a patch as region growing sees it.
 typedef struct {
   CcVec normal[2];   // sums of A's and of B's normals
   double square[2];  // of their lengths
@@ -190,19 +186,19 @@ CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
   return g;
 }
 
-// What a team has near at hand: the first bins and neighbours, which bins have a patch, and these
-// in the order in which they came.
+// Local memory of a team: the first bins and neighbors, which bins have a patch, and the bins in the
+// order in which they joined.
 typedef struct {
   CcGrowing bins[CC_NEAR_BINS];
   ushort near[CC_NEAR_BINS * CC_NEAR_ROW], queue[CC_MOST_BINS];
-  uchar neighbours[CC_MOST_BINS], taken[CC_MOST_BINS];
+  uchar neighbors[CC_MOST_BINS], taken[CC_MOST_BINS];
   uint votes, place;
 } CcTeam;
 
-// Where the pair's bins and their neighbours lie, but for those at hand.
+// The pair's bins and neighbors in global memory.
 typedef struct {
   __global const CcSprout* bins;
-  __global const uchar* neighbours;  // how many
+  __global const uchar* neighbors;  // number of each bin's
   __global const ushort *near, *heaviest;
   uint all;
 } CcGarden;
@@ -215,12 +211,12 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   const uint lid = get_local_id(0);
   for (uint b = lid; b < g->all; b += CC_TEAM) {
     team->taken[b] = 0;
-    team->neighbours[b] = g->neighbours[b];
+    team->neighbors[b] = g->neighbors[b];
     if (b < CC_NEAR_BINS) team->bins[b] = ccGrowingFrom(&g->bins[b]);
   }
-  // Some more than there are, where others' are or nothing is: all on their way at a time.
+  // Reads whole batches, beyond the last neighbor too, so that all reads run together.
   for (uint b = lid; b < min(g->all, (uint)CC_NEAR_BINS); b += CC_TEAM)
-    for (uint j = 0; j < min((uint)team->neighbours[b], (uint)CC_NEAR_HELD); j += CC_COMING) {
+    for (uint j = 0; j < min((uint)team->neighbors[b], (uint)CC_NEAR_HELD); j += CC_COMING) {
       ushort coming[CC_COMING];
       for (uint k = 0; k < CC_COMING; ++k) coming[k] = g->near[(j + k) * g->all + b];
       for (uint k = 0; k < CC_COMING; ++k) team->near[b * CC_NEAR_ROW + j + k] = coming[k];
@@ -228,8 +224,8 @@ void ccTakeIn(const CcGarden* g, __local CcTeam* team) {
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// The j-th neighbour of a bin.
-uint ccNeighbour(const CcGarden* g, __local const CcTeam* team, uint bin, uint j) {
+// The j-th neighbor of a bin.
+uint ccNeighbor(const CcGarden* g, __local const CcTeam* team, uint bin, uint j) {
   return bin < CC_NEAR_BINS && j < CC_NEAR_HELD ? team->near[bin * CC_NEAR_ROW + j]
                                                 : g->near[j * g->all + bin];
 }
@@ -255,8 +251,8 @@ CcFaces ccFacesOf(const CcGrowing* g) {
 
 #define CC_LEAST_SQUARES 1e-250  // of lengths: below it products of four lose their bits
 
-// ccAlike(a, b, CC_AGREE) by squares: a root is long to wait for. A sum of no length, as walls
-// have, agrees with any.
+// ccAlike(a, b, CC_AGREE) by squares, since roots are slow. A sum without length, as of walls, agrees
+// with any.
 int ccAlikeBySquares(const CcGrowing* a, const CcGrowing* b) {
   int oneAgrees = 0, noneAgrees = 1, oneOpposes = 0, noneOpposes = 1;
   for (int s = 0; s < 2; ++s) {
@@ -283,7 +279,7 @@ int ccJoins(const CcGrowing* bin, uint entry, const CcGrowing* patch) {
   return (entry & CC_MAY_LINK) && !(weight < CC_LEAST_LINK * all);
 }
 
-// The patch that takes a bin in.
+// Adds a bin to a patch.
 void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   for (int s = 0; s < 2; ++s) {
     patch->normal[s] = ccPlus(patch->normal[s], bin->normal[s]);
@@ -292,22 +288,21 @@ void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   }
 }
 
-// Takes in of the neighbours of the bin `from` those that join, from the `first` of them on, no
-// more than a team; they follow in the team's queue, which is `length` long. Returns how long it is
-// then.
-uint ccTakeNeighbours(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
+// Tests as many neighbors of the bin `from` as a team has work-items, beginning with the `first`, and
+// appends those that join to the team's queue of `length` bins. Returns the new length.
+uint ccTakeNeighbors(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
                       __local CcTeam* team) {
   const uint lid = get_local_id(0), j = first + lid;
   uint entry = 0, waiting = 0;
-  if (j < team->neighbours[from]) {
-    entry = ccNeighbour(g, team, from, j);
+  if (j < team->neighbors[from]) {
+    entry = ccNeighbor(g, team, from, j);
     waiting = team->taken[entry & CC_NEAR_BIN] == 0;
   }
   const CcGrowing own = ccGrowingOf(g, team, entry & CC_NEAR_BIN);
   uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   while (joining) {
     const uint asked = ccLowest(joining);
-    const uint bin = ccNeighbour(g, team, from, first + asked) & CC_NEAR_BIN;
+    const uint bin = ccNeighbor(g, team, from, first + asked) & CC_NEAR_BIN;
     const CcGrowing more = ccGrowingOf(g, team, bin);
     ccJoin(&more, patch);
     if (lid == asked) {
@@ -321,8 +316,8 @@ uint ccTakeNeighbours(const CcGarden* g, uint from, uint first, uint length, CcG
   return length;
 }
 
-// The patch that begins with the bin `seed`; its bins go to the team's queue from `begin` on.
-// Returns where they end.
+// Grows the patch of the bin `seed`. Its bins go to the team's queue from `begin` on. Returns their
+// end.
 uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) {
   uint length = begin + 1;
   CcGrowing patch = ccGrowingOf(g, team, seed);
@@ -333,23 +328,23 @@ uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) 
   }
   for (uint next = begin; next < length; ++next) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    const uint from = team->queue[next], all = team->neighbours[from];
+    const uint from = team->queue[next], all = team->neighbors[from];
     for (uint first = 0; first < all; first += CC_TEAM)
-      length = ccTakeNeighbours(g, from, first, length, &patch, team);
+      length = ccTakeNeighbors(g, from, first, length, &patch, team);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   return length;
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
-    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const uchar* neighbours,
+    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const uchar* neighbors,
     __global const ushort* heaviest, __global const ushort* near, __global uint* queues,
     __global CcGrown* scratch, __global CcGrown* grown, __global uint* counters, uint patchRoom) {
   __local CcTeam team;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
   if (all == 0u) return;
-  const CcGarden g = {sprouts + first, neighbours + first, near + (size_t)first * CC_NEIGHBOURS,
+  const CcGarden g = {sprouts + first, neighbors + first, near + (size_t)first * CC_NEIGHBORS,
                       heaviest + first, all};
   __global CcGrown* own = scratch + first;
   ccTakeIn(&g, &team);
@@ -367,7 +362,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   const uint place = team.place;
   const int fits = place + patches <= patchRoom;
-  // What has no room leaves no gap that holds anything: all places up to the room's end are read.
+  // Patches without room are written as empty ones, since later kernels read all places.
   const CcGrown nothing = {0u, 0u};
   for (uint k = lid; k < patches && place + k < patchRoom; k += CC_TEAM)
     grown[place + k] = fits ? own[k] : nothing;
@@ -379,9 +374,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
   }
 }
 
-// How a bin's k-th number is told about a patch's origin, `shift` away: as ccJoinSums() of
-// hit_sums.h has it, and for all numbers by the same instructions, of which each takes its own. A
-// shift takes the place of the bin's origin.
+// How a bin's k-th number moves to a patch's origin: as in ccJoinSums() (hit_sums.h), with the same
+// instructions for all numbers. The shift between the origins is in the place of the bin's origin.
 #define CC_STAYS 0
 #define CC_MOVES 1    // by a
 #define CC_TURNS 2    // by a - b
@@ -390,8 +384,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
 
 typedef struct {
   int kind;
-  int a, i, b, j;  // places of factors: a is [a] [i], b is [b] [j]
-  int c, k, l;     // and c is [c] [k] [l], or without the last where that is none
+  int a, i, b, j;  // offsets of factors: a = [a] * [i], b = [b] * [j]
+  int c, k, l;     // c = [c] * [k] * [l], or without [l] for CC_OPENS
 } CcMove;
 
 CcMove ccMoveOf(int k) {
@@ -420,7 +414,7 @@ CcMove ccMoveOf(int k) {
   return m;
 }
 
-// A patch's k-th number with that of a bin.
+// Adds a bin's k-th number to a patch's.
 double ccJoined(double to, __local const double* from, const CcMove* m, int k) {
   const double own = from[k];
   const double a = from[m->a] * from[m->i], b = from[m->b] * from[m->j];
@@ -433,10 +427,10 @@ double ccJoined(double to, __local const double* from, const CcMove* m, int k) {
   return to + more;
 }
 
-#define CC_STAGE 4  // bins at hand
+#define CC_STAGE 4  // bins in local memory at a time
 #define CC_STAGE_ROUNDS ((CC_STAGE * CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
 
-// A work-item's share of the numbers of `some` bins, on their way.
+// Reads a work-item's share of the numbers of `some` bins.
 void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some, double* numbers) {
   for (int n = 0; n < CC_STAGE_ROUNDS; ++n) {
     const int at = (int)get_local_id(0) + n * CC_TEAM, r = at / CC_SUMS_NUMBERS;
@@ -447,8 +441,8 @@ void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some,
 
 #define CC_TEAM_ROUNDS ((CC_SUMS_NUMBERS + CC_TEAM - 1) / CC_TEAM)
 
-// Sums of patches, bin by bin in the order in which they came: a team shares a patch, each of its
-// work-items some of the numbers.
+// Sums patches, bin by bin in the order in which they joined. A team shares a patch; each work-item
+// has some of the numbers.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
     __global const CcSums* sums, __global const uint* queues, __global const CcGrown* grown,
     __global const uint* counters, uint patchRoom, __global CcSums* patches) {

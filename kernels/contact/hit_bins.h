@@ -1,25 +1,26 @@
-// Which bin a hit belongs to, and which bins grow together to a patch. Plain C for C++ and OpenCL
-// C.
+// The bin of a hit, and the conditions under which bins grow together to a patch (docs/force.md,
+// "Bins", "Growing patches"). Plain C for C++ and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_HIT_BINS_H
 #define CLOUDCONTACT_KERNELS_HIT_BINS_H
 
 #include "kernels/base/vector64.h"
 #include "kernels/contact/hit_sums.h"
 
-// A sample faces the other body fully where the cosine between the normals exceeds this; at a wall
-// that runs along the other's face it is zero within the fits' noise (0.02).
+// A sample fully faces the other body if the cosine between the normals exceeds this. At a wall
+// that runs along the other's face the cosine is zero within the noise of the fitted normals
+// (0.02).
 #define CC_FACING 0.2f
-// Bins belong together where one body's mean normals agree this well (22 deg) ...
+// Bins are alike if the mean normals on one body agree this well (22 deg) ...
 #define CC_AGREE 0.93
-// ... and the other's do not disagree.
+// ... and those on the other do not disagree.
 #define CC_DISAGREE (-0.2)
-// Bins are close where their centres are nearer than this share of a cell; a bin that only links
-// must weigh this share of its patch.
+// Bins are close if their centers are nearer than this share of a cell. A bin that joins by a link
+// alone must have this share of its patch's push.
 #define CC_CLOSE 0.5
 #define CC_LEAST_LINK 0.05
 #define CC_LINK 0.7
 
-#define CC_KEY_BITS 14  // of a cell's place: they wrap around after as many as no grid holds
+#define CC_KEY_BITS 14  // of a cell's coordinate; no grid has more cells
 
 typedef struct {
   int x, y, z;    // cell
@@ -31,9 +32,9 @@ CC_FN float ccGate(float facing) {
   return ccMin(ccMax(facing * (1.0f / CC_FACING), 0.0f), 1.0f);
 }
 
-// The direction is one of the six of the axes, of the other body's normal less the own one's share,
-// seen from A to B whoever's sample it is (`side` 0: A's), so that both bodies' samples meet in one
-// bin. `perCell` [1/m].
+// The direction is the axis nearest to the other body's normal less the gated own normal. It is
+// seen from A to B for samples of either body (`side` 0: A's), so that both meet in one bin.
+// `perCell` [1/m].
 CC_FN CcBinOfHit ccBinOf(const float* at, const float* own, const float* other, float facing,
                          int side, float perCell) {
   CcBinOfHit b;
@@ -59,14 +60,14 @@ CC_FN ulong ccBinKey(int x, int y, int z, int direction) {
          ((ulong)z & mask) << (2 * CC_KEY_BITS) | (ulong)direction << (3 * CC_KEY_BITS);
 }
 
-// What growing asks of a bin, or of a patch.
+// The mean normals of a bin or of a patch.
 typedef struct {
   CcVec normal[2];   // sums of A's and of B's normals
   double length[2];  // of these
 } CcFaces;
 
-// Whether dot / length is at least that, without the division where it cannot matter; nothing is as
-// long as it likes.
+// Whether dot / length >= least, without the division if rounding cannot matter. A sum without
+// length counts as 1.
 CC_FN int ccAtLeast(double dot, double length, double least) {
   if (!(length > 0.0)) return 1.0 >= least;
   const double beyond = dot - least * length, doubt = 1e-14 * length;
@@ -85,9 +86,9 @@ CC_FN int ccAlike(const CcFaces* a, const CcFaces* b, double agree) {
          ccAtLeast(dot[0], length[0], CC_DISAGREE) && ccAtLeast(dot[1], length[1], CC_DISAGREE);
 }
 
-// Where edges cross, each face of one body meets two of the other: four bins, of which the last
-// shares no face with the first, but one with either neighbour. Only close by, or all of a thread's
-// turn would hang together. `weight` of the bin, `all` of the patch.
+// Where edges cross, each face of one body meets two of the other. That makes four bins; the last
+// shares no face with the first, but one with each neighbor. Links are short, or a whole turn of a
+// thread would become one patch. `weight`: of the bin; `all`: of the patch.
 CC_FN int ccLinked(const CcFaces* bin, const CcFaces* from, double weight, double all, CcVec center,
                    CcVec centerFrom, double close) {
   if (weight < CC_LEAST_LINK * all || !ccAlike(bin, from, CC_LINK)) return 0;

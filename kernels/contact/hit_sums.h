@@ -1,46 +1,46 @@
-// What hits add up to, in a bin and in a patch. Nearly all sums are a weight times the vector
-// (1, x, y, z). Plain C for C++ and OpenCL C; offsets are pinned by a test.
+// Sums over the hits of a bin or a patch (docs/force.md, "Bins"). Nearly all are a weight times the
+// vector (1, x, y, z). Plain C for C++ and OpenCL C; a test checks the offsets.
 //
-// C++ keeps the vector in a register of four doubles. On a device a team shares the sums, a row of
-// them a work-item: one work-item's registers would not hold a bin's. It adds up the same products
-// in the same order (sums.cl, growth.cl).
+// C++ keeps the vector in a register of four doubles. On a device a team shares the sums, one row a
+// work-item, because the registers of one work-item cannot hold a bin. It adds the same products in
+// the same order (sums.cl, growth.cl).
 #ifndef CLOUDCONTACT_KERNELS_HIT_SUMS_H
 #define CLOUDCONTACT_KERNELS_HIT_SUMS_H
 
 #include "kernels/contact/sample.h"
 
-#if defined(__OPENCL_VERSION__)
-#define CC_MAY_ALIAS
-#else
-#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ names the same places by its own types
-#endif
-
-// A side's: by whose surface pushes.
-typedef struct CC_MAY_ALIAS {
-  double push[3], moment[3], wall[3];
-  double size;
-  double depth[3];
+// Sums over the samples of one body. Normals are that body's outward normals; a push is an area
+// times a depth times a normal.
+typedef struct {
+  double push[3];    // sum a d n [m^3]
+  double moment[3];  // sum a d (x - origin) x n [m^4]
+  double wall[3];    // the part of `push` by samples that do not face the other body [m^3]
+  double size;       // sum a d [m^3]
+  double depth[3];   // sum a d^k of facing samples, k = 1..3
 } CcSideSums;
 
-// Sums, in C++ (plugin/contact/sums.h tells what each is); matrices by columns.
-typedef struct CC_MAY_ALIAS {
+// A bin or a patch: sums over its hits about `origin`, in the frame body [m]. Matrices by columns.
+typedef struct {
   double origin[3];
-  CcSideSums side[2];
-  double area, width, facing;
-  double first[3];
-  double second[9];
-  double normal[2][3];
-  double normalBy[2][9];
-  double place[3];
-  double middle;
-  double apart[3];
-  double opening;
-  double deepest;
-  double deep;
+  CcSideSums side[2];     // A's samples, B's samples
+  double area;            // in contact, of facing samples of both bodies [m^2]
+  double width;           // sum over these of a times the whole sample's area [m^4]
+  double facing;          // sum a d of facing samples of both bodies [m^3]
+  double first[3];        // sum a x
+  double second[9];       // sum a x x^T
+  double normal[2][3];    // sum a n of A's surface and of B's
+  double normalBy[2][9];  // sum a n x^T of each
+  // Of facing samples of both bodies, weighted by a d (the weights add up to `facing`):
+  double place[3];  // x [m^4]
+  double middle;    // depth at the sample's middle [m^4]
+  double apart[3];  // sum of both outward normals [m^3]
+  double opening;   // that sum times x [m^4]
+  double deepest;   // largest depth at a sample [m]
+  double deep;      // part of both sides' `size` by samples below the band
   int hits, unused;
 } CcSums;
 
-// Places in CcSums, counted in doubles, for those who share its numbers out; pinned by a test.
+// Offsets in CcSums, counted in doubles; a test checks them.
 #define CC_SUMS_NUMBERS 79
 #define CC_SIDES 3
 #define CC_SIDE_NUMBERS 13
@@ -63,9 +63,9 @@ typedef struct CC_MAY_ALIAS {
 #define CC_DEEP_PRESSED 77
 #define CC_HITS 78
 
-// What a hit weighs, in units: area, and area times depth; wet and pressed as far as it faces the
-// other body, the rest of pressed; and what powers of depth are weighed with. Of one hit, or of
-// several in registers of `Number`.
+// The weights of a hit, in lengths of `unit`: whole area; area times depth; both gated by how far
+// the hit faces the other body (w, f); the rest (blind); and the weight of the powers of depth. For
+// one hit, or for several in vectors of `Number`.
 #define CC_WEIGHTS(Number, area, share, depth1, gate, perUnit) \
   const Number whole = (area) * (perUnit) * (perUnit);         \
   const Number pressed = whole * ((depth1) * (perUnit));       \
@@ -78,8 +78,8 @@ typedef struct {
   double x[3];
 } CcWeights;
 
-// `at` the hit's place, `area` of its whole sample; `gate` how far it faces the other body, 0..1;
-// `perUnit` [1/m].
+// `at`: the hit's place; `area`: of its whole sample; `gate`: how far it faces the other body,
+// 0..1; `perUnit`: 1/unit [1/m].
 CC_FN CcWeights ccWeightsOf(const float* at, float area, const CcWet* wet, double gate,
                             const double* origin, double perUnit) {
   CC_WEIGHTS(double, area, wet->share, wet->depth1, gate, perUnit);
@@ -98,8 +98,8 @@ typedef double CcFour __attribute__((vector_size(32)));
 #define CC_NO_FOUR \
   CcFour {}
 
-// Sums of hits of one body while they are added up, lengths in units; three rows n_j (1, x, y, z)
-// each; own and other: by whose normals.
+// Running sums over hits of one body, with lengths in units. Matrices are three rows n_j (1, x, y,
+// z). Own and other say whose normals.
 typedef struct {
   CcFour area, faced;  // times (1, x, y, z)
   CcFour second[3], normalOwn[3], normalOther[3], apart[3], pushOwn[3], pushOther[3];
@@ -109,7 +109,7 @@ typedef struct {
   float deepest;
 } CcAdding;
 
-// The same, added up.
+// The final sums.
 typedef struct {
   double area[4], faced[4];
   double second[3][4], normalOwn[3][4], normalOther[3][4], apart[3][4], pushOwn[3][4],
@@ -131,14 +131,14 @@ CC_FN CcAdding ccNothingAdded(void) {
   return a;
 }
 
-// Three rows more of (nx, ny, nz) times v.
+// Adds three rows of (nx, ny, nz) times v.
 CC_FN void ccAddRows(CcFour* rows, double nx, double ny, double nz, const CcFour* v) {
   rows[0] += nx * *v;
   rows[1] += ny * *v;
   rows[2] += nz * *v;
 }
 
-// One hit more: `depth` at the sample. `both`: it stands for the other's surface too.
+// Adds a hit. `depth`: at the sample. `both`: the hit also stands for the other body's surface.
 CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const float* other,
                     float area, const CcWet* wet, float depth, double gate, const double* origin,
                     double perUnit, int both) {
@@ -165,22 +165,22 @@ CC_FN void ccAddHit(CcAdding* sums, const float* at, const float* own, const flo
   sums->deepest = ccMax(sums->deepest, depth);
 }
 
-// The same for eight bins side by side, a lane each, of contacts in which both bodies have samples:
-// the numbers that ccGive() reads of such, `CC_LANE_SUMS` rows of eight.
+// The same for eight bins side by side, one lane each, in contacts of two clouds: only the numbers
+// that ccGive() reads of those, in CC_LANE_SUMS rows of eight.
 #define CC_SUM_LANES 8
 #define CC_LANE_SUMS 64
 
 typedef double CcEight __attribute__((vector_size(64)));
 typedef long CcEightBits __attribute__((vector_size(64)));
 
-// A hit in each lane, as ccAddHit() takes one; places from the lane's origin, in units.
+// A hit in each lane, as for ccAddHit(); places are from the lane's origin, in units.
 typedef struct {
   CcEight x[3], own[3], other[3];
   CcEight area, share, depth1, depth2, depth3, depth, gate;
 } CcEightHits;
 
-// Adds a hit to each lane, with the products that ccAddHit() makes; where `keep` has no bits it is
-// the lane's first.
+// Adds a hit to each lane, with the same products as ccAddHit(). A lane without bits in `keep`
+// starts from zero.
 CC_FN void ccAddInLanes(CcEight* sums, const CcEightHits* hit, const CcEightBits* keep,
                         double perUnit) {
   const CcEightBits old = *keep;
@@ -213,8 +213,8 @@ CC_FN void ccAddInLanes(CcEight* sums, const CcEightHits* hit, const CcEightBits
 #undef CC_ADD_THREE
 }
 
-// A lane's sums.
-CC_FN CcAdded ccTakeLane(const double (*sums)[CC_SUM_LANES], int lane, double deepest) {
+// The sums of one lane.
+CC_FN CcAdded ccTakeLane(const CcEight* sums, int lane, double deepest) {
 #define CC_OF(k) sums[k][lane]
   CcAdded a;
   for (int i = 0; i < 4; ++i) {
@@ -242,7 +242,7 @@ CC_FN CcAdded ccTakeLane(const double (*sums)[CC_SUM_LANES], int lane, double de
   return a;
 }
 
-// A body's surface in a bin: its normals' sums, and, where it pushes, the push.
+// Adds one body's surface to a bin: the sums of its normals and, if it pushes, its push.
 CC_FN void ccGiveSide(CcSums* sums, int s, const CcAdded* from, int own, int pushes, double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
   const double(*normal)[4] = own ? from->normalOwn : from->normalOther;
@@ -266,7 +266,7 @@ CC_FN void ccGiveSide(CcSums* sums, int s, const CcAdded* from, int own, int pus
   to->depth[2] += u4 * unit * from->powers[2];
 }
 
-// What was added, in lengths of `unit` [m], goes to `sums`; `side`: whose samples these were.
+// Adds final sums, in lengths of `unit` [m], to `sums`. `side`: whose samples they are.
 CC_FN void ccGive(CcSums* sums, const CcAdded* from, int hits, int oneSided, int side,
                   double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
@@ -287,7 +287,7 @@ CC_FN void ccGive(CcSums* sums, const CcAdded* from, int hits, int oneSided, int
   sums->hits += hits;
 }
 
-// One bin's sums more to a patch's, about the patch's origin.
+// Adds a bin's sums to a patch's, about the patch's origin.
 CC_FN void ccJoinSums(CcSums* to, const CcSums* from) {
   double shift[3];
   for (int i = 0; i < 3; ++i) shift[i] = from->origin[i] - to->origin[i];

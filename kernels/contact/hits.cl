@@ -1,5 +1,5 @@
-// Hits of a level of the search, of all directions of pairs that came to it: of the samples that
-// the search lists, in their order.
+// Hits of one level of the search, in all directions that reached it: of the samples that the search
+// lists, in their order.
 
 // Where hits go.
 typedef struct {
@@ -7,7 +7,7 @@ typedef struct {
   __global ulong* keys;
 } CcOut;
 
-// The i-th hit of the direction.
+// Writes the i-th hit of the direction.
 void ccPut(__local const CcTask* t, CcOut out, uint i, const CcHit* h, float area, float depth) {
   const uint room = t->dir.room;
   __global float4* hits = out.hits + 4 * (size_t)t->dir.hits + i;
@@ -25,7 +25,7 @@ CcHit ccHitFrom(__local const CcTask* t, const float* x, const float* n, const C
                  d->normal, d->depth, t->limits.halfWidth * width);
 }
 
-// Hits among the `count` samples in the list `tried`; returns how many there are.
+// Writes the hits among the `count` samples in `tried`; returns their number.
 uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, uint count,
                  __global const uint* tried, CcOut out) {
   ccNoFlags(flags);
@@ -54,7 +54,7 @@ uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, 
   return flags->before[0];
 }
 
-// Samples below the band, by their numbers; hits from the one numbered `begin`.
+// Writes samples below the band as hits, from number `begin` on.
 void ccTakeDeep(__local const CcTask* t, CcFields all, uint count, __global const uint* deep,
                 uint begin, CcOut out) {
   for (uint i = get_local_id(0); i < count; i += CC_GROUP) {
@@ -71,7 +71,7 @@ void ccTakeDeep(__local const CcTask* t, CcFields all, uint count, __global cons
   }
 }
 
-// The part-th part of a sample over an edge.
+// Makes a hit of one part of a sample over an edge; returns whether it is one.
 uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, CcHit* h, float* area,
                 float* depth) {
   const CcSample s = ccSampleOf(t, all, sample);
@@ -94,8 +94,7 @@ uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, Cc
   return h->wet.depth1 > 0.0f;
 }
 
-// Parts of samples over an edge, by the samples' numbers; hits from the one numbered `begin`.
-// Returns how many there are.
+// Writes the parts of samples over an edge as hits, from number `begin` on. Returns their number.
 uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __local CcFlags* flags,
                  uint count, __global const uint* divided, uint begin, CcOut out) {
   const uint lid = get_local_id(0);
@@ -131,8 +130,8 @@ uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __lo
   return flags->before[0];
 }
 
-// Until then `found` tells how many samples are listed, then how many are hits. Where they are more
-// than there is room for they stay as they are.
+// Replaces the numbers of listed samples in `found` by those of hits. If there are more listed samples
+// than room, `found` stays.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,

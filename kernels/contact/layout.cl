@@ -1,4 +1,4 @@
-// Sizes and places in the structures that host and device share.
+// Reports sizes and offsets of the structures that host and device share, for a test.
 __kernel void ccLayout(__global const CcPair* pairs, __global const CcDirection* directions,
                        __global const CcAnswer* answers, __global const CcSums* sums,
                        __global const CcContactPatch* contacts, __global uint* out) {

@@ -1,4 +1,5 @@
-// Where a point of one body lies in the records of another's field. Plain C for C++ and OpenCL C.
+// The place of a point of one body in the records of another body's field. Plain C for C++ and
+// OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_LOOK_UP_H
 #define CLOUDCONTACT_KERNELS_LOOK_UP_H
 
@@ -23,16 +24,16 @@ CC_FN void ccApply(CC_NEAR const CcMap* map, const float* x, float* out) {
   out[2] += map->shift[2];
 }
 
-// One body's samples on their way into another body and into the frame of the pair.
+// The maps of one body's samples into the other body and into the pair's frame.
 typedef struct {
   CcMap toFrame;            // samples' grid -> frame body, metres
   float frameFromOwn[9];    // turns the samples' normals into the frame
   float frameFromOther[9];  // turns the other body's normals into the frame
   float turnToOther[9];     // turns the samples' normals into the other body's frame
-  CcMap toOther;            // samples' grid -> other's grid, voxels; unless that is a shape
+  CcMap toOther;            // samples' grid -> other's grid, voxels; unused for a shape
 } CcWay;
 
-// A grid of bricks of 8x8x8 voxels. The brick of a point outside it has the number nx ny nz.
+// A grid of bricks of 8x8x8 voxels. A point outside has the brick number nx * ny * nz.
 typedef struct {
   int nx, ny, nz;
 } CcBricks;
@@ -40,7 +41,7 @@ typedef struct {
 typedef struct {
   int brick;   // its number, x fastest
   int cell;    // of the voxel in its brick, x fastest
-  float r[3];  // the point from the voxel's centre, voxels
+  float r[3];  // the point from the voxel's center, voxels
 } CcPlace;
 
 CC_FN CcPlace ccPlaceOf(CcBricks bricks, const float* x) {
@@ -48,7 +49,7 @@ CC_FN CcPlace ccPlaceOf(CcBricks bricks, const float* x) {
   const int inside = (x[0] >= 0.0f) & (x[1] >= 0.0f) & (x[2] >= 0.0f) &
                      (x[0] < (float)(8 * bricks.nx)) & (x[1] < (float)(8 * bricks.ny)) &
                      (x[2] < (float)(8 * bricks.nz));
-  // Cast only what fits: inside the grid a cast is a floor.
+  // Inside the grid a cast is a floor; outside it might overflow.
   const float u = inside ? x[0] : 0.0f, v = inside ? x[1] : 0.0f, w = inside ? x[2] : 0.0f;
   const int i = (int)u, j = (int)v, k = (int)w;
   const int brick = (i >> 3) + bricks.nx * ((j >> 3) + bricks.ny * (k >> 3));
@@ -60,7 +61,7 @@ CC_FN CcPlace ccPlaceOf(CcBricks bricks, const float* x) {
   return p;
 }
 
-// How far a point lies outside the grid, and the brick of the grid's point nearest to it.
+// The distance of a point from the grid, and the brick nearest to it.
 CC_FN float ccAwayFrom(CcBricks bricks, const float* x, int* brick) {
   const float u = ccMax(ccMin(x[0], (float)(8 * bricks.nx) - 0.5f), 0.0f),
               v = ccMax(ccMin(x[1], (float)(8 * bricks.ny) - 0.5f), 0.0f),

@@ -1,66 +1,61 @@
 // Direction, torque and points of a patch, from its sums. Plain C for C++ and OpenCL C.
 //
-// Force. The sum over a body's own samples of area times depth along their own normals is the
-// gradient of the overlap's energy (FORCE.md, "P"). Where the law's magnitude does not grow with
-// area (the paper's, one spring a pair) the energy knows no edge either, and the push of walls that
-// run along the other body's face is taken out, as far as both bodies agree on it; the more
-// coherent body (a face against an edge) decides the direction ("CW").
+// Force (docs/force.md, "Patch force"). The sum of area times depth along a body's own normals is
+// the gradient of the overlap's energy. Under the paper's law, one spring a pair, the magnitude
+// does not grow with area and the energy knows no edge. So the push of walls that run along the
+// other body's face is removed as far as both bodies agree on it, and the more coherent body (a
+// face against an edge) decides the direction.
 //
-// Points. For a patch of area centre x, covariance C and mean depth 1, four points at
-// x0 + root(C') (+-1, +-1) with depths 1 + g.xi have force 1 and centre of pressure x0 + C' g,
-// for any C' and g; so x0 = cop - C' g makes the wrench exact, whatever is chosen for the rest:
-//   g  = C^-1 (cop - x), the slope of the pressure, less where a point would pull;
-//   C' = C where the bodies fit each other, shrunk to nothing where relative curvature alone
-//        bounds the patch: there points apart from the centre would brake rolling, as an
-//        implicit step moves the pressure ahead by v h (a ball lost 20 % in 3 m).
-// The root is symmetric, so that the points do not turn with the eigenvectors of a round patch.
+// Points (docs/force.md, "Points"). For a patch with center x, covariance C and mean depth 1, four
+// points at x0 + sqrt(C') (+-1, +-1) with depths 1 + g.xi have force 1 and center of pressure
+// x0 + C' g, for any C' and g. So x0 = cop - C' g makes the wrench exact, and the rest is free:
+//   g  = C^-1 (cop - x), the slope of the pressure, limited so that no point pulls;
+//   C' = C where the bodies fit each other, shrunk to zero where relative curvature alone bounds
+//        the patch: there, points apart from the center would brake rolling, since an implicit
+//        step moves the pressure ahead by v h.
+// The root is symmetric, so the points do not turn with the eigenvectors of a round patch.
 #ifndef CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 #define CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 
 #include "kernels/base/vector64.h"
 #include "kernels/contact/hit_sums.h"
 
-// Below this lack of coherence the bodies decide alike: noise of the normals is 0.001.
+// Below this incoherence both bodies decide alike; the noise of the fitted normals is 0.001.
 #define CC_COHERENCE_NOISE 0.003
-// A shape's own normals have none but rounding: where they all agree the shape decides, even
-// against a cloud's rim of which only the side is wet (a peg on its rim was pushed 11 deg aside).
+// A shape's normals have no noise but rounding. If they all agree the shape decides, even against a
+// cloud's rim of which only the side is in contact (else a peg on its rim is pushed 11 deg aside).
 #define CC_FORMULA_NOISE 1e-6
 #define CC_LEAST_WEIGHT 0.05  // of a point, so that none pulls
-// Patches narrower than this [voxels] are too small for their normals' gradient to be told from
-// noise. Points that do not lean with their flank brake a thread through the pair's damping: on a
-// M16 thread their normals are 3.3 deg off the way of the screw at 8, 1.3 deg at 1.
+// In patches narrower than this [voxels] the normals' gradient is noise. Points that do not lean
+// with their flank brake a thread through the pair's damping: on an M16 thread their normals
+// are 3.3 deg off the direction of the screw with 8, 1.3 deg with 1.
 #define CC_LEAN_VOXELS 1.0
-// What rolls bounds its patch by curvature alone. Its flatness is then nothing but noise, 0.06
-// under a ball of 20 voxels that sags by 0.1, and points that it holds apart brake: less than this
-// counts for nothing, a little more for itself. Without it balls and cylinders lost 1.4-3.3 % of
-// their speed in 3 m, with it less than 1 %. Faces must keep what they have: scaled down from 1, a
-// box over a table's edge tipped 0.2 voxel earlier. It costs: a peg that rattles at 60 steps a
-// second was quieted by that braking, and with any value from 0.07 to 0.15 jams in 2-4 of 5 holes
-// instead of 1; which ones is chance. From 240 steps on all of them go in with this one, but not
-// with 0.1 or 0.12, by as little.
+// The patch of a rolling body is bounded by curvature alone. Its flatness is then noise, 0.06 under
+// a ball of 20 voxels that sags by 0.1, and points apart would brake it. So a flatness below this
+// counts as zero, and a slightly larger one as it is. Without it balls and cylinders lose 1.4-3.3 %
+// of their speed in 3 m, with it less than 1 %.
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
-#define CC_MOST_SPIN 0.3  // [rad] a point's normal leans for the patch's spin
+#define CC_MOST_SPIN 0.3  // [rad] by which a point's normal leans for the patch's spin
 
 // A patch's force before the law scales it: direction and torque, in units of area times depth.
 typedef struct {
-  CcVec normal;   // of the force on B; nothing where the bodies push each other nowhere
+  CcVec normal;   // direction of the force on B; zero if there is none
   double size;    // of the force [m^3]
-  CcVec torque;   // about the patch's area centre [m^4]
-  CcVec center;   // area centre, frame body [m]
-  double trustA;  // how far A's surface, the more coherent, decides
-  // How far the surfaces fall away from each other over the patch by their curvature, the mean by
-  // pressed volume [m]. Of a patch that is d deep d/3 for balls, d/5 for a cylinder's side on a
-  // face, 0 for faces that fit.
+  CcVec torque;   // about the patch's center [m^4]
+  CcVec center;   // of the area, frame body [m]
+  double trustA;  // weight of A's surface, 0..1; larger if A is more coherent
+  // How far curvature separates the surfaces over the patch, the mean weighted by volume [m]. For a
+  // patch of depth d: d/3 for balls, d/5 for a cylinder's side on a face, 0 for faces that fit.
   double fall;
-  double lean;  // mean cosine of A's normals to theirs in the mean, times that of B's
+  double lean;  // mean cosine of A's normals to their mean, times the same of B's
 } CcPatchForce;
 
 // The patch in its own plane.
 typedef struct {
   CcVec n, t1, t2;
   CcSymmetric2 spread, inverse;  // C, and C^-1, regularised
-  CcMatrix2 turn[2];             // of each body's normals, with the place: curvature times C [m]
+  CcMatrix2 turn[2];             // of each body's normals over the patch: curvature times C [m]
 } CcFlat;
 
 // A matrix by columns times a vector.
@@ -80,7 +75,7 @@ CC_FN CcFlat ccFlatten(CC_GLOBAL const CcSums* patch, CcVec n) {
   f.spread.uu = per * ccDot64(f.t1, s1) - x1 * x1;
   f.spread.uv = per * ccDot64(f.t1, s2) - x1 * x2;
   f.spread.vv = per * ccDot64(f.t2, s2) - x2 * x2;
-  // A patch of one sample has no spread: a thousandth of its area stands in.
+  // A patch of one sample has no spread; a thousandth of its area regularizes it.
   f.inverse = ccInverse(f.spread, 1e-3 * (patch->area + f.spread.uu + f.spread.vv));
   double cosine = 0.0;
   for (int s = 0; s < 2; ++s) {
@@ -104,7 +99,7 @@ CC_FN CcFlat ccFlatten(CC_GLOBAL const CcSums* patch, CcVec n) {
   return f;
 }
 
-// What both bodies' walls push alike across the patch's normal.
+// The push across the patch's normal that the walls of both bodies share.
 CC_FN CcVec ccSharedWall(CcVec pushA, CcVec pushB, CcVec wallA, CcVec wallB) {
   const CcVec none = {0.0, 0.0, 0.0}, all = ccPlus(pushA, pushB);
   CcVec shared = none;
@@ -119,10 +114,10 @@ CC_FN CcVec ccSharedWall(CcVec pushA, CcVec pushB, CcVec wallA, CcVec wallB) {
   return shared;
 }
 
-// Half of curvature times the places' spread, both summed over directions. A sample lies where its
-// own surface has its mean over it, and counts by its middle alone: its own curvature over its own
-// width (variance about a twelfth of its area each way) is missing there. And normals that lean
-// shorten the way across: by the cosines, exact to second order for a ball on a face.
+// Half of curvature times the spread of places, summed over directions. A sample counts by its
+// middle alone, which lies on the mean of its surface, so the curvature over its own width (a
+// variance of a twelfth of its area each way) is added. Leaning normals shorten distances across
+// the patch: by their cosines, exact to second order for a ball on a face.
 CC_FN double ccFallOf(CC_GLOBAL const CcSums* patch, const CcFlat* f, double lean, int oneSided,
                       int sampled) {
   const CcMatrix2 a = f->turn[0], b = f->turn[1];
@@ -138,10 +133,9 @@ CC_FN double ccFallOf(CC_GLOBAL const CcSums* patch, const CcFlat* f, double lea
   return 0.5 * (bent / ccMax64(lean, 0.5) + within);
 }
 
-// How far a side's pushes cancel each other; `push` what is left of them. A body without samples of
-// its own in the patch, as a flank has none where a tooth's tip just touches it, is known by the
-// normals that the other's samples found there (the paper's own base vectors): `push` becomes
-// theirs, as large as `other`.
+// How far a body's pushes cancel each other; `push` is their sum. A body without samples in the
+// patch, such as a flank that a tooth's tip just touches, is known by the normals that the other's
+// samples found there: then `push` takes their direction and the size of `other`.
 CC_FN double ccIncoherence(CC_GLOBAL const CcSums* patch, int s, double noise, CcVec other,
                            CcVec* push) {
   const double size = patch->side[s].size;
@@ -154,10 +148,9 @@ CC_FN double ccIncoherence(CC_GLOBAL const CcSums* patch, int s, double noise, C
   return ccMax64(0.0, 1.0 - found / patch->area) + CC_COHERENCE_NOISE;
 }
 
-// Under the foundation law the exact gradient of the overlap's energy; under the paper's law
-// without the share of walls that run along the other body (FORCE.md, "P" and "CW"). `oneSided`:
-// one body is a shape, and only samples of `sampled` (0: A's) push. Gives the patch in its own
-// plane where it has one and was worked out: where `lean` is not 0.
+// The force of a patch: under the foundation law the exact gradient of the overlap's energy; under
+// the paper's law without the push of walls that run along the other body. `oneSided`: one body is
+// a shape, and only samples of `sampled` (0: A's) push. Sets *flat only if `lean` is not 0.
 CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int oneSided,
                              int sampled, CcFlat* flat) {
   CcPatchForce out;
@@ -189,7 +182,7 @@ CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int 
   const CcVec n = ccUnit64(ccPlus(ccTimes(out.trustA, pushA), ccTimes(1.0 - out.trustA, pushB)));
   if (!(ccDot64(n, n) > 0.0)) return out;
   const double size = 0.5 * (ccLength64(pushA) + ccLength64(pushB)), per = 1.0 / out.size;
-  // The same line of action: through the old centre of pressure, with the old spin.
+  // Keeps the line of action: through the old center of pressure, with the old spin.
   const CcVec pressure = ccTimes(per, ccCross64(out.normal, out.torque));
   const double spin = ccDot64(out.normal, out.torque) * size * per;
   out.torque = ccPlus(ccCross64(pressure, ccTimes(size, n)), ccTimes(spin, n));
@@ -204,7 +197,7 @@ CC_FN CcPatchForce ccForceOf(CC_GLOBAL const CcSums* patch, int foundation, int 
   return out;
 }
 
-// Where points may lie, C', and how the common normal turns over them [1/m].
+// The spread of the points, C', and how the common normal turns over it [1/m].
 typedef struct {
   CcSymmetric2 kept;
   CcMatrix2 lean;
@@ -219,7 +212,7 @@ CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
   const double per = 1.0 / ccMax64(depth, 1e-30);
   const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
                uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
-  // The flatness of both eigenvalues, middle -+ apart, by the matrix itself.
+  // Applies ccFlatness() to both eigenvalues, middle -+ apart, without eigenvectors.
   const double middle = 0.5 * (uu + vv), lean = 0.5 * (uu - vv),
                apart = CC_SQRT64(lean * lean + uv * uv);
   const double low = ccFlatness(middle - apart), high = ccFlatness(middle + apart);
@@ -239,13 +232,13 @@ typedef struct {
   double weight;
 } CcPatchPoint;
 
-// Four points in the frame body that together have exactly the patch's force and torque; `f` the
-// patch in the plane across force->normal, `voxel` [m] the pair's.
+// Finds four points in the frame body that together have the patch's force and torque. `f`: the
+// patch in the plane across force->normal; `voxel`: the pair's [m].
 CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
                       double voxel, CcPatchPoint* points) {
   const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel, per = 1.0 / force->size;
   const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise);
-  // Centre of pressure less area centre.
+  // From the area's center to the center of pressure.
   const CcVec arm = ccTimes(per, ccCross64(f->n, force->torque));
   const CcTwo cop = {ccDot64(f->t1, arm), ccDot64(f->t2, arm)};
   CcTwo slope = ccOn(f->inverse, cop);

@@ -1,4 +1,4 @@
-// What a device can do at most (plugin/backend/device_probe.h).
+// Measures a device: memory bandwidth, gathers, double arithmetic (plugin/device/device_probe.h).
 
 __kernel void ccCopy(__global const float4* from, __global float4* to) {
   to[get_global_id(0)] = from[get_global_id(0)];

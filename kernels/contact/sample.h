@@ -1,13 +1,13 @@
-// What one sample of a surface adds to a contact: a small piece of area that lies at a mean depth d
-// in the other body and leans against its surface. Plain C for C++ and OpenCL C.
+// One sample's part of a contact: a small piece of area at a mean depth d in the other body, tilted
+// against the other's surface (docs/force.md, "Clipped depth"). Plain C for C++ and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_SAMPLE_H
 #define CLOUDCONTACT_KERNELS_SAMPLE_H
 
 #include "kernels/contact/look_up.h"
 
-#define CC_LEAST_SPREAD 1e-30f  // [m] keeps a division by zero from a branch that is not taken
+#define CC_LEAST_SPREAD 1e-30f  // [m] avoids a division by zero in a branch that is not taken
 
-// Means over the piece of the depth's powers, each with the depth cut off at zero.
+// Means over the piece of the depth's powers, with the depth clipped at zero.
 typedef struct {
   float share;   // of the piece that is wet, 0..1
   float middle;  // mean depth of that share
@@ -16,13 +16,13 @@ typedef struct {
   float depth3;  // of its cube
 } CcWet;
 
-// `depth` at the piece's centroid; `spread` the half-range of the depth over the piece, which is
+// `depth`: at the piece's centroid. `spread`: half the range of the depth over the piece, which is
 // taken to be evenly distributed: half the piece's width times the sine between the two surfaces.
-// Without it the rim of every contact is counted by whole samples: crossed edges turn by 6.3 deg at
-// depth 0.5 instead of 2.2 (FORCE.md), and the force of a shallow cap is 3 % high.
+// Without it the rim of a contact consists of whole samples: crossed edges turn by 6.3 deg at a
+// depth of 0.5 instead of 2.2, and the force of a shallow cap is 3 % high.
 CC_FN CcWet ccWet(float depth, float spread) {
-  // The depth is evenly spread from `low` to `high`. One choice alone, so that samples can be
-  // worked out side by side.
+  // The depth is evenly spread from `low` to `high`. Only selections, no branches, so that loops
+  // over samples vectorize.
   CcWet wet;
   const float low = ccMax(depth - spread, 0.0f), high = ccMax(depth + spread, 0.0f);
   const float part = high / (2.0f * ccMax(spread, CC_LEAST_SPREAD));
@@ -44,8 +44,8 @@ typedef struct {
   CcWet wet;
 } CcHit;
 
-// `at`: the sample; `spread`: half its width; lengths in metres, all in the pair's frame. The hit
-// lies along the sample's own normal, so that its moment stays what it was.
+// `at`: the sample; `spread`: half its width; lengths in meters, all in the pair's frame. The hit
+// lies on the sample's own normal, which keeps its moment.
 CC_FN CcHit ccHitOf(const float* at, const float* own, const float* other, float depth,
                     float spread) {
   CcHit hit;
@@ -64,8 +64,8 @@ CC_FN CcHit ccHitOf(const float* at, const float* own, const float* other, float
   return hit;
 }
 
-// 1 where a sample beside this one may touch though this one, at `depth`, does not: it lies at most
-// `slope` aside, and both surfaces may bend by `slack`; `facing`: cosine between the surfaces.
+// Whether a sample beside this one may touch, if this one is at `depth`: it lies at most `slope`
+// aside, and both surfaces may bend by `slack`. `facing`: cosine between the surfaces.
 CC_FN int ccNearBeside(float depth, float slack, float slope, float facing) {
   const float beyond = -depth - slack;
   const int aside = beyond * beyond < slope * slope * (1.0f - facing * facing);

@@ -1,14 +1,14 @@
-// A level of the search, of all pairs that want it: a group for each direction of a pair. Samples
-// are asked in windows, in their order, and what is found keeps it: hits of whole samples, then of
-// those below the band, then of parts of samples over an edge, as lane_search.h of plugin/contact
-// has them. A sample in five is a hit: which ones may be is found out here, hits are worked out by
-// a kernel of their own (hits.cl). On a M16 thread a third of the samples lies where several planes
-// meet: they wait until there are enough of them for all work-items.
+// One level of the search, for all pairs that need it: a group for each direction of a pair. Samples
+// are looked up in windows. Results keep the samples' order: hits of whole samples, then samples
+// below the band, then parts of samples over an edge, as in plugin/contact/lane_search.h. One sample
+// in five is a hit, so this kernel lists those that may be and another computes hits (hits.cl). On
+// an M16 thread a third of the samples lie where several planes meet; these wait until there are
+// enough of them for all work-items.
 
-#define CC_SOURCES 4  // of a work-item at a time
-#define CC_AT_ONCE 4  // samples of a work-item that are on their way: memory is far
+#define CC_SOURCES 4  // sources of samples of a work-item at a time
+#define CC_AT_ONCE 4  // samples that a work-item reads at once
 
-// All fields' numbers: one buffer, seen as each of its types.
+// The one buffer of all fields' numbers, as each of its types.
 typedef struct {
   __global const float4* floats;
   __global const CcVoxel* records;
@@ -17,7 +17,7 @@ typedef struct {
   __global const uint2* runs;
 } CcFields;
 
-// What a group's work-items share.
+// The data that a group's work-items share.
 typedef struct {
   CcDirection dir;
   CcField own, other;
@@ -26,17 +26,17 @@ typedef struct {
   float perCell, unit;  // [1/m] of a bin's cell; [m^2] of a sample's area
 } CcTask;
 
-// Room of a group for a window of samples.
+// Local memory of a group for a window of samples.
 typedef struct {
   uint samples[CC_WINDOW];
-  uchar is[CC_WINDOW];     // what ccAsk() tells of each
-  ushort many[CC_WINDOW];  // those whose records have several planes, by their place in the window
-  CcVoxel records[CC_WINDOW];  // of these many
+  uchar is[CC_WINDOW];         // result of ccAsk() for each
+  ushort many[CC_WINDOW];      // places in the window of samples whose records have several planes
+  CcVoxel records[CC_WINDOW];  // of these
   uint sums[2 * CC_GROUP];
   CcMarks marks;
   uint manyCount;                 // in the window
   uint tried, near, below, over;  // so far
-  uint rounds;                    // 2 where samples lie below the band or over an edge
+  uint rounds;                    // 2 if samples lie below the band or over an edge
 } CcWindow;
 
 typedef struct {
@@ -63,7 +63,8 @@ CcVoxel ccRecordAt(__local const CcTask* t, CcFields all, const CcPlace* place) 
   return all.records[t->other.records + (uint)(first + place->cell)];
 }
 
-// A source of samples: of the coarsest level a brick that may touch, else a sample's cell.
+// A source of samples: on the coarsest level a brick that may touch, otherwise the cell of a sample
+// of the coarser level.
 uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
                 __global const uint* nearby) {
   if (i >= sources) return (uint2)(0, 0);
@@ -76,21 +77,21 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
                        all.ints + t->other.between);
     return touches ? all.runs[t->own.runs + i] : (uint2)(0, 0);
   }
-  // A cell's samples lie side by side: it is looked into once, for the first of them.
+  // The samples of a cell are consecutive. Only the first of them searches the cell.
   __global const uint* cells = all.uints + t->own.cells[t->level + 1];
   const uint cell = cells[nearby[i]];
   if (i > 0 && cells[nearby[i - 1]] == cell) return (uint2)(0, 0);
   return all.runs[t->own.finer[t->level + 1] + cell];
 }
 
-// What ccAsk() tells of a sample.
+// Results of ccAsk() for a sample.
 #define CC_MAY_HIT 1u
-#define CC_ASK_FINER 2u  // finer samples beside it are asked for
-#define CC_BELOW 4u    // below the band
-#define CC_DIVIDED 8u  // over an edge
-#define CC_MANY 16u    // not told yet: its record has several planes
+#define CC_ASK_FINER 2u  // finer samples beside it may touch
+#define CC_BELOW 4u      // below the band
+#define CC_DIVIDED 8u    // over an edge
+#define CC_MANY 16u      // not known yet: its record has several planes
 
-// What becomes of a sample whose record has planes, by the one that is nearest in `d`, voxels.
+// The result for a sample whose record has planes; `d` is that of the deciding plane [voxels].
 uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const CcSample* s,
                  CcVoxel record, const CcPlace* place, CcDepth d) {
   d.depth *= t->other.voxel;
@@ -107,7 +108,7 @@ uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const 
   return is | (may ? CC_MAY_HIT : 0u);
 }
 
-// Of a sample at `place`, where the other body has that record.
+// The result for a sample at `place`, where the other body has the given record.
 uint ccAsk(__local const CcTask* t, CcFields all, const CcSample* s, const CcPlace* place,
            CcVoxel record) {
   const uint count = ccPlaneCount(record);
@@ -119,7 +120,7 @@ uint ccAsk(__local const CcTask* t, CcFields all, const CcSample* s, const CcPla
   return (kind & CC_NEARBY ? CC_ASK_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
-// ccVoxelDepth() with all planes on their way at once.
+// ccVoxelDepth(), but it reads all planes at once.
 CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) {
   const uint count = ccPlaneCount(v);
   const int concave = ccConcave(v);
@@ -142,7 +143,7 @@ uint ccAskMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record) {
   return ccAskPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
 }
 
-// Asks for the window's samples: what is told of each.
+// Looks up the window's samples.
 void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
   const uint lid = get_local_id(0);
   for (uint base = lid; base < some; base += CC_AT_ONCE * CC_GROUP) {
@@ -176,13 +177,13 @@ void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint s
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// Where numbers of samples go: those that may be hits, below the band, over an edge, and those
-// beside which finer ones are asked for.
+// Where the numbers of samples go: those that may be hits, those below the band, those over an edge,
+// and those beside which finer ones may touch.
 typedef struct {
   __global uint *tried, *deep, *divided, *next;
 } CcLists;
 
-// Asks for the window's samples, and lists their numbers.
+// Looks up the window's samples and lists their numbers.
 void ccAskWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
                  CcLists lists) {
   const uint lid = get_local_id(0), room = t->dir.room;
@@ -222,7 +223,7 @@ void ccAskWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uin
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// The window's samples, of runs of which this work-item has some: `before` samples of the others.
+// Lists the window's samples from this work-item's runs; `before` samples of others come first.
 void ccList(__local CcWindow* w, const uint2* runs, uint before, uint begin) {
   for (uint s = 0; s < CC_SOURCES; ++s) {
     for (uint j = 0; j < runs[s].y; ++j) {
@@ -233,7 +234,7 @@ void ccList(__local CcWindow* w, const uint2* runs, uint before, uint begin) {
   }
 }
 
-// What a group shares of the direction d; all wait for it.
+// Sets the group's data for direction d.
 void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* fields,
              __global const CcPair* pairs, __global const CcDirection* directions) {
   if (get_local_id(0) == 0) {

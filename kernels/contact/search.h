@@ -1,37 +1,37 @@
-// What becomes of a sample of one body in the records of another's field: how far off the surface
-// it lies, whether it is a hit, whether finer samples beside it may be, and where it must be taken
-// in parts. Plain C for C++ and OpenCL C.
+// A sample of one body in the records of another's field: its depth, whether it is a hit, whether
+// finer samples beside it may be hits, and whether it must be divided. Plain C for C++ and OpenCL
+// C.
 #ifndef CLOUDCONTACT_KERNELS_SEARCH_H
 #define CLOUDCONTACT_KERNELS_SEARCH_H
 
 #include "kernels/contact/field_voxel.h"
 #include "kernels/contact/sample.h"
 
-// What has been found of a sample.
+// Kinds of samples.
 #define CC_WET 1     // deep enough to be a hit, or a near miss
 #define CC_DEEP 2    // below the band
 #define CC_NEARBY 4  // finer samples of its cell may touch
 
-// What `b` of a record without planes says: below the band, or empty with a voxel of the band
+// Values of `b` in a record without planes: below the band, or outside with a voxel of the band
 // within four.
 #define CC_DEEP_INSIDE 1u
 #define CC_NEAR_OUTSIDE 2u
 
 #define CC_HALF_WIDTH \
-  0.5f  // of a sample: over it the depth varies by the sine between the surfaces
+  0.5f  // of a sample; the depth varies over it by the sine between the surfaces
 #define CC_HALF_DIAGONAL 0.71f
-#define CC_WIDE 0.3f         // [voxels] wider samples are taken in parts at an edge
+#define CC_WIDE 0.3f         // [voxels] wider samples are divided at an edge
 #define CC_BEYOND_BAND 5.5f  // depth given to a sample below the band's last layer [voxels]
 
-// A sample farther off the other surface than `slack` has no finer sample in its cell that touches:
-// these lie at most `slope` beside it, times the sine between the surfaces, and both may bend by
-// `slack`.
+// Limits of a level. Finer samples of a cell lie at most `slope` beside the coarse one, times the
+// sine between the surfaces, and both surfaces may bend by `slack`; beyond that none of them
+// touches.
 typedef struct {
   float halfWidth;          // [m] half the width of a sample one voxel wide
-  float margin;             // [m] samples nearer than this are wet, too
+  float margin;             // [m] samples nearer than this are wet too
   float perVoxel;           // [1/m]
   float slack, slope;       // [voxels]
-  int nearby, nearOutside;  // CC_NEARBY where finer samples are asked for
+  int nearby, nearOutside;  // CC_NEARBY if there are finer samples
 } CcLimits;
 
 // `level` of the samples, 0 the finest; `voxel` and `margin` in metres.
@@ -47,8 +47,8 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
   return l;
 }
 
-// The kind of a sample `width` voxels wide, at `depth` [m] in the other body; `own` and `other` are
-// the two normals in one frame.
+// The kind of a sample `width` voxels wide at `depth` [m] in the other body. `own` and `other`: the
+// two normals in one frame.
 CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, const float* own,
                    const float* other, float width) {
   const float reach = ccMax(limits->halfWidth * width, limits->margin);
@@ -63,15 +63,15 @@ CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, 
   return (record.a & 0x70000000u) != 0 ? surface : plain;
 }
 
-// Whether a sample that ccKindOf() calls wet may come to a hit; never 0 where it does. `facing`:
-// cosine between the normals, to 1e-5.
+// Whether a wet sample may be a hit; never 0 if it is. `facing`: cosine between the normals, to
+// 1e-5.
 CC_FN int ccMayHit(CC_NEAR const CcLimits* limits, float depth, float facing, float width) {
   const float reach = limits->halfWidth * width;
   return (depth > 0.0f) | (depth * depth <= reach * reach * (1.0f - facing * facing + 1e-4f));
 }
 
-// Whether the plane may give the depth within `far` [m] of the sample, where another gave `depth`
-// [m] and `normal`; `place` from the record's voxel, `voxel` [m] the record's.
+// Whether a plane may give the depth somewhere within `far` [m] of a sample at which another plane
+// gives `depth` [m] and `normal`. `place`: from the record's voxel; `voxel`: the record's [m].
 CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const float* normal,
                         float far, float voxel) {
   const CcDepth d = ccPlaneDepth(plane, place);
@@ -80,9 +80,8 @@ CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const fl
   return (apart > 0.0f) & (apart < far * CC_SQRT(ccDot(turn, turn)));
 }
 
-// Whether another of the record's planes than that of `depth` [m] and `normal` may give the depth
-// somewhere within a sample `width` voxels wide; `place` from the record's voxel, `voxel` [m] the
-// record's, `own` [m] the sample's.
+// Whether another plane of the record may give the depth somewhere within a sample `width` voxels
+// wide. `own`: the sample's voxel [m]; the rest as above.
 CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
                        CC_GLOBAL const CcVoxel* planes, const float* place, float depth,
                        const float* normal, float width, float voxel, float own) {
@@ -94,14 +93,14 @@ CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
   return 0;
 }
 
-// Parts along each side of a sample that is taken in parts: their number is the square of it.
+// The number of parts along each side of a divided sample.
 CC_FN int ccPartsAlong(float width) {
   const float ratio = width / CC_WIDE;
   const int whole = (int)ratio;
   return whole + (ratio > (float)whole ? 1 : 0);
 }
 
-// The k-th part's middle from the sample's; t1 and t2 are tangents of the sample.
+// From the sample's middle to that of its k-th part; t1 and t2 are tangents of the sample.
 CC_FN void ccPartAside(float width, int along, int k, const float* t1, const float* t2,
                        float* aside) {
   const float a = (float)(k % along) - 0.5f * (float)(along - 1),
@@ -109,14 +108,14 @@ CC_FN void ccPartAside(float width, int along, int k, const float* t1, const flo
   for (int i = 0; i < 3; ++i) aside[i] = width * (a * t1[i] + b * t2[i]);
 }
 
-// Depth [m] of a sample below the band, by the bricks to the nearest one that the band is in.
+// Depth [m] of a sample below the band, by the number of bricks to the nearest one with the band.
 CC_FN float ccDepthBelow(int bricks, float voxel) {
   const int whole = bricks > 1 ? bricks - 1 : 0;
   return (CC_BEYOND_BAND + (float)(whole * 8)) * voxel;
 }
 
-// A brick of samples within `radius` about `center` may touch the other body; `ratio` of the
-// voxels, own to other; `between` of the other's bricks (voxels to its band).
+// Whether a brick of samples, within `radius` of `center`, may touch the other body. `ratio`: of
+// the voxels, own to other; `between`: voxels from each of the other's bricks to its band.
 CC_FN int ccBrickTouches(CC_NEAR const CcMap* toOther, const float* center, float radius,
                          float ratio, CcBricks bricks, CC_GLOBAL const int* between) {
   float at[3];
@@ -127,7 +126,7 @@ CC_FN int ccBrickTouches(CC_NEAR const CcMap* toOther, const float* center, floa
   return (away <= reach) & ((float)between[brick] - away <= reach);
 }
 
-// A sample as a hit: `at`, its normal and the other's there turned into the pair's frame.
+// Makes a hit: maps `at`, the sample's normal and the other's into the pair's frame.
 CC_FN CcHit ccHitIn(CC_NEAR const CcMap* toFrame, CC_NEAR const float* fromOwn,
                     CC_NEAR const float* fromOther, const float* at, const float* normal,
                     const float* other, float depth, float spread) {

@@ -1,12 +1,10 @@
-// Sums of bins: a team for each, half of it for either body's hits. Each work-item weighs a hit;
-// then each adds up a row of all hits' numbers, a product of two times the vector (1, x, y, z), and
-// one number more: what the sums of hit_sums.h are made of, each product made once. With the vector
-// shared by four work-items that all weighed each hit, and wrote their sums where they belong in
-// pieces of 8 bytes, an H100 took half as long again.
+// Sums bins, a team for each bin and half a team for the hits of each body. Each work-item weighs one
+// hit. Then each sums one row over all hits: a product of two numbers times (1, x, y, z), and one
+// more number. These are the sums of hit_sums.h with the same products.
 
 #define CC_HALF (CC_TEAM / 2)
 
-// Numbers of a hit; odd, so that neighbours lie in different banks.
+// Numbers of a hit. Their count is odd, so that neighbors are in different banks.
 #define CC_ONE 0
 #define CC_W 1
 #define CC_F 2
@@ -24,13 +22,13 @@
 #define CC_HIT_DEPTH 26
 #define CC_HIT_NUMBERS 27
 
-// Behind the places in CcSums (hit_sums.h): what sums are yet to be made of.
-#define CC_TURNING 79  // of a body's hits, n x^T
+// Offsets after those of CcSums (hit_sums.h), for intermediate sums.
+#define CC_TURNING 79  // matrix n x^T of a body's hits
 #define CC_OPENS_BY 88
 #define CC_NOWHERE 91
 #define CC_SUMS_ROOM 92
 
-// What a work-item adds up of each hit, and where that goes.
+// What a work-item sums over hits, and where the sums go.
 typedef struct {
   int a, b, more;           // numbers of a hit
   int to, toRow, step;      // of the product; of it times x, y and z
@@ -38,12 +36,12 @@ typedef struct {
   double by, byRow, byMore;  // powers of the unit
 } CcRow;
 
-// Of the row-th work-item of a body's half.
+// The row of a work-item in its half of the team.
 CcRow ccRowOf(int row, int side, double unit) {
   const double u2 = unit * unit, u3 = u2 * unit, u4 = u2 * u2;
   const int own = CC_SIDES + CC_SIDE_NUMBERS * side;
   CcRow r = {CC_ONE, CC_ONE, CC_ONE, CC_NOWHERE, CC_NOWHERE, 0, CC_NOWHERE, u3, u4, u3};
-  const int i = (row + 1) % 3;  // of rows by threes
+  const int i = (row + 1) % 3;  // of three rows
   if (row == 0) {
     r.a = CC_W, r.to = CC_AREA, r.by = u2, r.toRow = CC_FIRST, r.step = 1, r.byRow = u3;
   } else if (row == 1) {
@@ -87,7 +85,7 @@ typedef struct {
   __global const float4* hits;
   __global const uint* list;  // their numbers, bin by bin
   size_t room;
-  uint below, above;  // numbers of those below the band
+  uint below, above;  // hits from `below` to `above` are below the band
 } CcSideHits;
 
 CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcDirection* directions,
@@ -100,7 +98,7 @@ CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcDirect
   return s;
 }
 
-// A hit on its way: memory is far.
+// A hit, read ahead of its use.
 typedef struct {
   float4 p, q, r, v;
 } CcComing;
@@ -111,7 +109,7 @@ CcComing ccFetchHit(const CcSideHits* s, uint at) {
   return c;
 }
 
-// A hit's numbers.
+// Computes a hit's numbers.
 void ccWeighHit(const CcComing* hit, const double* origin, double perUnit, __local double* to) {
   const float4 p = hit->p, q = hit->q, r = hit->r, v = hit->v;
   const float at3[3] = {p.x, p.y, p.z};
@@ -138,12 +136,12 @@ void ccWeighHit(const CcComing* hit, const double* origin, double perUnit, __loc
   to[CC_HIT_DEPTH] = p.w;
 }
 
-// What a work-item has added up.
+// The sums of a work-item.
 typedef struct {
   double sum, row[3], more;
 } CcRowSums;
 
-// A work-item's row of the first `count` hits at `hit`; the last of a half has depths.
+// Sums a work-item's row over `count` hits from `hit` on. The last row takes the maximum of depths.
 void ccAddHits(CcRowSums* sums, const CcRow* r, __local const double* hit, uint count, int row) {
   for (; count > 0; --count, hit += CC_HIT_NUMBERS) {
     const double product = hit[r->a] * hit[r->b], more = hit[r->more];
@@ -153,7 +151,7 @@ void ccAddHits(CcRowSums* sums, const CcRow* r, __local const double* hit, uint 
   }
 }
 
-// A body's part of the sums.
+// Writes a row's sums to a body's part.
 void ccGiveRow(__local double* to, const CcRow* r, const CcRowSums* from) {
   if (r->to != CC_NOWHERE) to[r->to] = 0.0 + r->by * from->sum;
   if (r->toRow != CC_NOWHERE)
@@ -161,7 +159,7 @@ void ccGiveRow(__local double* to, const CcRow* r, const CcRowSums* from) {
   if (r->toMore != CC_NOWHERE) to[r->toMore] = 0.0 + r->byMore * from->more;
 }
 
-// Pressed volume of hits below the band, `before` that of the other side's; few pairs have such.
+// Adds the pressed volume of hits below the band to `before`; few pairs have such hits.
 double ccAddDeep(const CcSideHits* s, uint begin, uint end, double before) {
   if (s->above == s->below) return before;
   for (uint i = begin; i < end; ++i) {
@@ -172,7 +170,7 @@ double ccAddDeep(const CcSideHits* s, uint begin, uint end, double before) {
   return before;
 }
 
-// The vector that belongs to a body's matrix n x^T: sum of x cross n.
+// The sum of x cross n, from the matrix n x^T.
 double ccTurningOf(__local const double* part, int j) {
   const int p = (j + 1) % 3, q = (j + 2) % 3;
   return part[CC_TURNING + 3 * q + p] - part[CC_TURNING + 3 * p + q];
@@ -195,8 +193,8 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
   return n == CC_DEEPEST ? ccMax64(a[n], b[n]) : n == CC_HITS ? a[n] : a[n] + b[n];
 }
 
-// Bins of a pair: every CC_TEAMS_A_PAIR-th. The next bin, where its first hits are, and these, are
-// on their way while a bin is added up.
+// Sums every CC_TEAMS_A_PAIR-th bin of a pair. The next bin and its first hits are read while a bin is
+// summed.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const CcAnswer* answers, __global const float4* hits,
@@ -216,7 +214,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
   uint b = get_group_id(0) % CC_TEAMS_A_PAIR;
   CcBin bin = bins[b];
   uint begin = side == 0 ? bin.begin : bin.middle, end = side == 0 ? bin.middle : bin.end;
-  // A place in the list that is the pair's, whether a hit of this bin or not.
+  // Without a hit, reads another of the pair's hits, which is not used.
   CcComing coming = ccFetchHit(&s, begin + (uint)row < end ? s.list[begin + (uint)row] : 0u);
   for (; b < all; b += CC_TEAMS_A_PAIR) {
     const CcBin next = bins[min(b + CC_TEAMS_A_PAIR, all - 1u)];

@@ -1,37 +1,33 @@
-// The surface inside a cuttable area, from the coverage of the voxels there.
+// Fits a surface to the coverage of a window of voxels (docs/method.md, "Depth from the window").
+// Voxel units, origin at the center of the window's middle voxel. Plain C for C++ and OpenCL C.
 //
-// The paper's base vector points from the centre of gravity Gc of the material in the window C to
-// the window's representative point Gr (4). Its direction is right to 0.4-3 deg, its length a poor
-// measure of depth (DESIGN.md, "The method", 2 and 3). So it only starts the work here: from it a
-// small quadric is fitted that gives every voxel of the window the coverage it has (the closed
-// form of plane_cell.h), by Gauss-Newton. On planes that leaves 0.001 voxel and 0.05 deg, on
-// spheres of 10 voxels' radius 0.0014 voxel and 0.08 deg (the base vector alone: 0.5 deg), and what
-// it cannot reproduce is an edge: the residual is 0.001 on smooth surfaces, above 0.003 within 1.5
-// voxels of an edge of 10 deg, above 0.03 of one of 90 deg. A block of 3x3x3 is enough: larger ones
+// The fit starts from the paper's base vector (4), from the center of mass Gc of the material in
+// the window to the representative point Gr. Its direction is right to 0.4-3 deg, but its length is
+// a poor measure of depth. Gauss-Newton then fits a small quadric that reproduces the coverage of
+// every voxel (plane_cell.h). Errors: 0.001 voxel and 0.05 deg on planes, 0.0014 voxel and 0.08 deg
+// on spheres of radius 10. The residual shows edges: 0.001 on smooth surfaces, above 0.003
+// within 1.5 voxels of an edge of 10 deg, above 0.03 near one of 90 deg. Windows larger than 3x3x3
 // are twice as exact on planes, but see edges from farther away and cost five times as much.
-//
-// Voxel units, origin at the window's middle voxel's centre. Plain C for C++ and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_SURFACE_FIT_H
 #define CLOUDCONTACT_KERNELS_SURFACE_FIT_H
 
 #include "kernels/base/plane_cell.h"
 
-#define CC_WINDOW_VOXELS 27  // 3x3x3, x fastest
-#define CC_WINDOW_RADIUS2 \
-  3.3f                   // square of the window's radius: the block's corners are just inside
-#define CC_FIT_ROUNDS 4  // 3 leave 0.004 on spheres of 10 voxels
+#define CC_WINDOW_VOXELS 27     // 3x3x3, x fastest
+#define CC_WINDOW_RADIUS2 3.3f  // square of the window's radius; the block's corners are inside
+#define CC_FIT_ROUNDS 4         // 3 leave 0.004 on spheres of 10 voxels
 
 // Material where n.x + (k11 u^2 + 2 k12 u v + k22 v^2)/2 < s, u and v along t1 and t2.
 typedef struct {
   float n[3], t1[3], t2[3];
   float s;
   float k11, k12, k22;
-  float residual;  // root mean square of coverage not explained, over the voxels near the surface
-  float weight;    // of the voxels that said something; 0: no surface here
+  float residual;  // root mean square error of coverage over the voxels near the surface
+  float weight;    // of these voxels; 0: no surface here
 } CcSurface;
 
-// The paper's base vector (4) of the block, weight (1 - r^2/R^2)^2: Gr - Gc for
-// Gr the middle; and in *fraction how much of the window is material.
+// The paper's base vector (4) of the block with the weight (1 - r^2/R^2)^2: Gr - Gc, where Gr is
+// the middle. *fraction: share of material in the window.
 CC_FN void ccBaseVector(const float* coverage, float* base, float* fraction) {
   float sum[3] = {0.0f, 0.0f, 0.0f}, mass = 0.0f, all = 0.0f;
   for (int k = 0; k < CC_WINDOW_VOXELS; ++k) {
@@ -48,7 +44,7 @@ CC_FN void ccBaseVector(const float* coverage, float* base, float* fraction) {
   *fraction = mass / all;
 }
 
-// What a surface says of the voxel at x: its coverage and how that grows with s.
+// The coverage that a surface gives the voxel at x, and its derivative with respect to s.
 CC_FN CcCut ccPredict(const CcSurface* f, const float* x) {
   const float u = ccDot(f->t1, x), v = ccDot(f->t2, x);
   const float ku = f->k11 * u + f->k12 * v, kv = f->k12 * u + f->k22 * v;
@@ -63,7 +59,7 @@ CC_FN CcCut ccPredict(const CcSurface* f, const float* x) {
   return cut;
 }
 
-// Solves the symmetric 6x6 system a x = b in place by Cholesky; false where it is not definite.
+// Solves the symmetric 6x6 system a x = b in place by Cholesky; returns 0 if it is not definite.
 CC_FN int ccSolve6(float* a, float* b) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) {
@@ -88,8 +84,7 @@ CC_FN int ccSolve6(float* a, float* b) {
   return 1;
 }
 
-// What a surface says of all voxels of the window. One step for all before the next: compilers make
-// whole registers of it, also of the few voxels more that fill the last.
+// ccPredict() for all voxels of the window and a few more that fill the last vector register.
 #define CC_WINDOW_LANES 32
 CC_FN void ccPredictWindow(const CcSurface* f, float* volume, float* area) {
   for (int k = 0; k < CC_WINDOW_LANES; ++k) {
@@ -117,8 +112,8 @@ CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
     square += w * r * r;
     weight += w;
     const float u = ccDot(f->t1, x), v = ccDot(f->t2, x);
-    // A voxel that the surface has just left still pulls it back: faces along the grid stuck on
-    // voxel faces without this, 0.04 from where they are.
+    // A voxel that the surface has just left still pulls it back. Without this, faces along the
+    // grid stick to voxel faces, 0.04 from where they are.
     const float pull = cut.area == 0.0f ? 0.5f : cut.area;
     float g[6] = {pull, -pull * u, -pull * v, 0.0f, 0.0f, 0.0f};
     if (!planar) {
@@ -133,7 +128,7 @@ CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
   }
   f->weight = weight;
   f->residual = weight > 0.0f ? CC_SQRT(square / weight) : 1.0f;
-  // A little ridge: where the window shows too little, no tilt and no curvature rather than any.
+  // A small ridge: a window that shows too little gets no tilt and no curvature.
   const float ridge[6] = {1e-5f, 1e-4f, 1e-4f, 1e-3f, 1e-3f, 1e-3f};
   for (int i = 0; i < 6; ++i) a[i * 6 + i] += ridge[i] + (planar && i > 2 ? 1.0f : 0.0f);
   b[3] -= ridge[3] * f->k11;
@@ -149,7 +144,7 @@ CC_FN int ccFitRound(const float* coverage, int planar, CcSurface* f) {
   for (int i = 0; i < 3; ++i) f->n[i] += step * (b[1] * f->t1[i] + b[2] * f->t2[i]);
   const float length = ccNormalize(f->n);
   f->s /= length;
-  // The tangents follow the normal by projection, so that the curvatures keep their meaning.
+  // Project the tangents, so that the curvatures keep their meaning.
   const float lean = ccDot(f->t1, f->n);
   for (int i = 0; i < 3; ++i) f->t1[i] -= lean * f->n[i];
   ccNormalize(f->t1);
@@ -174,7 +169,7 @@ CC_FN CcSurface ccFitSurface(const float* coverage, int planar) {
   for (int round = 0; round < CC_FIT_ROUNDS; ++round) {
     if (!ccFitRound(coverage, planar, &f)) break;
   }
-  // The residual of what was found, not of the round before.
+  // The residual of the final surface, not of the round before.
   float square = 0.0f, weight = 0.0f, volume[CC_WINDOW_LANES], area[CC_WINDOW_LANES];
   ccPredictWindow(&f, volume, area);
   for (int k = 0; k < CC_WINDOW_VOXELS; ++k) {

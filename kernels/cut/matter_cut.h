@@ -1,5 +1,5 @@
-// What the host hands to a device that takes matter from a workpiece, and what lies there. Plain C
-// for C++ and OpenCL C.
+// The data that host and device exchange when material is removed from a workpiece. Plain C for C++
+// and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_MATTER_CUT_H
 #define CLOUDCONTACT_KERNELS_MATTER_CUT_H
 
@@ -14,31 +14,29 @@ typedef struct {
   int kinds;            // of density
 } CcCutting;
 
-// A voxel that a step names: where it is, and what is to be left of it [1/255].
+// A voxel to cut in a step, and what is left of it [1/255].
 typedef struct {
   ushort x, y, z, left;
 } CcVoxelLeft;
 #define CC_WIDEST 65536  // voxels along an axis
 
-// What a step sends: counters, all zero, and then its voxels.
-#define CC_CHANGED 0   // voxels that lost matter, as BaseVectorField::cut() counts them
-#define CC_AFFECTED 1  // bricks whose windows see that
+// A step sends counters, all zero, and then its voxels.
+#define CC_CHANGED 0   // voxels that lost material, as BaseVectorField::cut() counts them
+#define CC_AFFECTED 1  // bricks whose windows contain such voxels
 #define CC_STEP_HEAD 4
 
-#define CC_NO_CHANGE 0xffffffffu  // of a voxel named that keeps what it has
+#define CC_NO_CHANGE 0xffffffffu  // of a listed voxel that keeps its material
 #define CC_STEP_GROUP 128
-#define CC_FEW 64    // times that a voxel is named for which each is looked at by all
-#define CC_LEFTS 16  // values told apart at a look through more
-// Voxels above each other that a work-item renews, and the work-items of a brick. On an H100 the
-// bricks of 100,000 voxels anywhere took 145 us with two, 175 with eight; a cut of 1,000 that lie
-// together 16 us and 21.
+#define CC_FEW 64    // up to this many repeats of a voxel, each is compared with all others
+#define CC_LEFTS 16  // values distinguished in one pass over more repeats
+// Voxels above each other that a work-item updates, and the work-items of a brick.
 #define CC_DEEP 2
 #define CC_RENEW_GROUP (512 / CC_DEEP)
 
-// What a voxel lost in a step, and of which tissue; zero where nothing.
+// The loss of a voxel in a step and its tissue; zero for no loss.
 #define CC_LOSS_OF(lost, tissue) ((ushort)((lost) | (tissue) << 8))
 
-// What a brick holds of one tissue: sums of coverage times powers of the places in the brick, below
+// Sums over one tissue in a brick: coverage times powers of the coordinates in the brick, below
 // 2^23.
 #define CC_SUM_1 0
 #define CC_SUM_X 1

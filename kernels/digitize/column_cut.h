@@ -1,6 +1,6 @@
-// How a triangle is cut into voxels: which brick-wide columns it lies over, what of it lies in a
-// voxel, and what that adds to the sums along a column (the method: plugin/geometry/columns.cpp).
-// Plain C for C++ and OpenCL C, in doubles.
+// Cutting a triangle into voxels: which brick-wide columns it crosses, its part in a voxel, and
+// what that adds to the sums along a column (the method is in plugin/voxels/columns.cpp). Plain C
+// for C++ and OpenCL C, in doubles.
 #ifndef CLOUDCONTACT_KERNELS_COLUMN_CUT_H
 #define CLOUDCONTACT_KERNELS_COLUMN_CUT_H
 
@@ -19,19 +19,18 @@
 #define CC_EMPTY_CODE (-1)  // bricks that store no numbers: all coverage 0,
 #define CC_SOLID_CODE (-2)  // all 255
 
-// Smallest projected area of a triangle that is cut [voxel^2]: what is less changes no voxel, even
-// summed over a million triangles, and is the rounding of a face that is parallel to the columns.
+// Smallest projected area of a triangle that is cut [voxel^2]. Smaller areas are rounding of faces
+// parallel to the columns; a million of them change no voxel.
 #define CC_SMALLEST_AREA 1e-12
-// Largest sum that a column may leave at its end and yet count as closed [voxel^2]. Rounding leaves
-// 1e-12; a crack may leave more, which is carried along the column and must round to no coverage
-// (1/510), lest the crack draw a streak through the empty voxels above it.
+// Largest sum at the end of a column that counts as closed [voxel^2]. Rounding leaves 1e-12. A
+// crack may leave more; it is carried along the column and must round to no coverage (1/510), or
+// the crack would draw a streak through the empty voxels above it.
 #define CC_CLOSED_SUM 1e-3
-// A brick-wide column too many costs time, one too few a hole [voxels].
+// [voxels] One brick-wide column too many costs time, one too few leaves a hole.
 #define CC_COLUMN_SLACK 1e-6
 
-// A convex polygon. A triangle cut by at most six planes has at most nine corners; the room beyond
-// is for slivers that rounding makes cross a plane more than twice, and what they have beyond that
-// room has no area to lose.
+// A convex polygon. A triangle cut by six planes has at most nine corners. The rest is for slivers
+// that cross a plane more than twice by rounding; corners beyond it have no area to lose.
 #define CC_CORNERS 16
 typedef struct {
   int corners;
@@ -46,8 +45,8 @@ CC_FN void ccAddCorner(CcPolygon* polygon, const double* x) {
   p[2] = x[2];
 }
 
-// The parts of `polygon` below and above the plane x[axis] = value. Corners on the plane go to
-// both, so that an area of zero may come out, never a gap.
+// Splits `polygon` at the plane x[axis] = value. Corners on the plane go to both parts, which may
+// give an area of zero but never a gap.
 CC_FN void ccSplit(const CcPolygon* polygon, const int axis, double value, CcPolygon* below,
                    CcPolygon* above) {
   below->corners = above->corners = 0;
@@ -86,7 +85,7 @@ CC_FN CcSpan ccSpan(const CcPolygon* polygon, const int axis) {
   return s;
 }
 
-// Between which whole numbers a polygon lies: first, first + 1 ... last.
+// The cells that a polygon crosses along an axis: first to last.
 typedef struct {
   int first, last;
 } CcCells;
@@ -118,7 +117,7 @@ CC_FN CcPolygon* ccClip(CcPolygon* polygon, const int axis, CcPolygon* spare, Cc
   return polygon;
 }
 
-// Twice the projected area of a triangle, positive where it faces up.
+// Twice the projected area of a triangle, positive if it faces up.
 CC_FN double ccTwiceArea(const double* a, const double* b, const double* c, const int u,
                          const int v) {
   return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
@@ -129,7 +128,7 @@ typedef struct {
   double area, under;
 } CcPiece;
 
-// ccPieceOf() as corners come, where they are not kept.
+// ccPieceOf() corner by corner, for corners that are not stored.
 typedef struct {
   int corners;
   double first[3], last[3];

@@ -1,5 +1,4 @@
-// What the host hands to a device that digitises, and what the device's steps count for it. Plain C
-// for C++ and OpenCL C.
+// The data that host and device exchange when digitizing. Plain C for C++ and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_DIGITIZE_H
 #define CLOUDCONTACT_KERNELS_DIGITIZE_H
 
@@ -13,34 +12,34 @@ typedef struct {
   int nx, ny;                // bricks along x, y
   uint triangles;
   int shells;  // whether triangles are of several shells
-  // Room for what is counted below.
+  // Room for the counted items below.
   uint entryRoom, pieceRoom, sumRoom, brickRoom;
 } CcColumns;
 
-// Counters, as wanted: beyond its room nothing is written, and the host asks again with more.
+// Counters of needed room. Beyond the given room nothing is written, and the host tries again.
 #define CC_ENTRIES 0      // triangles over brick-wide columns
 #define CC_PIECES 1       // places for pieces of triangles in voxels, in units of CC_PIECE_UNIT
 #define CC_SUM_BRICKS 2   // bricks that a piece lies in
 #define CC_STORED 3       // bricks that store numbers
-#define CC_BAD_COLUMNS 4  // columns whose sum does not come back to zero
+#define CC_BAD_COLUMNS 4  // columns whose sum does not return to zero
 #define CC_OVERLAPPING 5  // columns in which shells may overlap
-#define CC_LOST 6         // pieces that lay where none may
+#define CC_LOST 6         // pieces outside the grid
 #define CC_OWN_BLOCKS 7   // bricks with windows of their own
 #define CC_CUT_COUNTERS 8
-#define CC_PIECE_UNIT 256  // so that a count of 32 bits does not run over before memory does
+#define CC_PIECE_UNIT 256  // so that memory runs out before a 32-bit count overflows
 
-// What a triangle leaves in one column: its pieces, cell by cell.
+// The pieces of a triangle in one column, cell by cell.
 typedef struct {
   uint begin;       // of its pieces
   uint firstCount;  // first cell << 16 | how many
 } CcColumnPieces;
 #define CC_TALLEST 65535  // cells of a column
 
-#define CC_GROUP 128  // as batch.h has it
+#define CC_GROUP 128  // as in batch_layout.h
 #define CC_CUT_GROUP 128
 #define CC_SCAN_GROUP 256
 
-// The bricks of a field of base vectors to be summed, of one tissue.
+// A base-vector field of one tissue whose bricks are summed.
 typedef struct {
   int nx, ny, nz;       // bricks
   int low[3], high[3];  // the window's reach [voxels]

@@ -1,13 +1,13 @@
-// What a voxel of a workpiece knows of its cuttable area C: sums over C's voxels, of integers, so
-// that matter taken away leaves what a new sum would give. Paper (4) with densities.
-// Plain C for C++ and OpenCL C; offsets are pinned by a test.
+// The sums that a voxel of a workpiece keeps over the window of its cuttable area C: the paper's
+// (4) with densities. They are sums of integers, so that removing material leaves exactly what a
+// new sum would give. Plain C for C++ and OpenCL C; a test checks the offsets.
 #ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 #define CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 
 #include "kernels/base/language.h"
 
-// Whole numbers below 2^53, which a double holds exactly: any order of sums gives the same. (64-bit
-// integers do the same; their product has no instruction of its own on most machines.)
+// Integers below 2^53, exact in a double, so any order of summation gives the same. (64-bit
+// integers would do too, but most machines have no vector instruction for their product.)
 typedef double CcSum;
 
 // Weights are in 1/255 of a voxel, matter is coverage [1/255] times density in 1/CC_DENSEST of the
@@ -25,7 +25,7 @@ typedef struct {
   int weight, x, y, z;
 } CcTap;
 
-// Matter at the tap grows by `matter` (shrinks where negative).
+// Adds `matter` at the tap; a negative value removes it.
 CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
   sums->mass += (CcSum)matter * (CcSum)tap.weight;
   sums->x += (CcSum)matter * (CcSum)tap.x;
@@ -37,27 +37,27 @@ CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
 #if defined(__OPENCL_VERSION__)
 #define CC_MAY_ALIAS
 #else
-#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ names the same places by its own types
+#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ has types of its own for the same memory
 #endif
 #endif
 
 #define CC_BRICK_VOXELS 512  // 8x8x8, x fastest
 
-// A brick of a workpiece: what its voxels hold, and what their windows hold.
+// A brick of a workpiece: its voxels, and the sums over their windows.
 typedef struct CC_MAY_ALIAS {
   CcMoments moments[CC_BRICK_VOXELS];
   CcSum volume[CC_BRICK_VOXELS];  // sum of weight * coverage
   unsigned char coverage[CC_BRICK_VOXELS], tissue[CC_BRICK_VOXELS];
 } CcBlock;
 
-// One voxel of C, seen from its middle voxel.
+// One voxel of C, relative to its middle voxel.
 typedef struct {
   int x, y, z;
   CcTap tap;
 } CcWindowTap;
 
-// A workpiece's bricks, x fastest: which block each has, negative where it holds no matter; and
-// each tissue's density [1/CC_DENSEST].
+// A workpiece: the block of each brick, x fastest (negative: empty), the blocks, and each tissue's
+// density [1/CC_DENSEST].
 typedef struct {
   int nx, ny, nz;
   CC_GLOBAL const int* table;
@@ -85,7 +85,7 @@ CC_FN void ccWindowSum(const CcWorkpiece* w, CC_GLOBAL const CcWindowTap* taps, 
   }
 }
 
-// Gr - Gc in voxels; zero where there is no matter.
+// The base vector Gr - Gc in voxels; zero without matter.
 CC_FN void ccToRepresentative(CcMoments sums, const float* representative, float* out) {
   const float scale = sums.mass > 0 ? 1.0f / (float)sums.mass : 0.0f;
   out[0] = sums.mass > 0 ? representative[0] - (float)sums.x * scale : 0.0f;

@@ -95,7 +95,8 @@ void report(btManifoldResult& result, const PairSides& sides, const ContactBody&
 }  // namespace
 
 struct CloudAlgorithm::State {
-  State(btDispatcher& dispatcher, NarrowPhase& shared) : narrowPhase(shared), writer(dispatcher) {
+  State(btDispatcher& dispatcher, NarrowPhase& shared)
+      : narrowPhase(shared), writer(dispatcher), finder(shared.workspace()) {
     if (const auto* own = dynamic_cast<CloudDispatcher*>(&dispatcher))
       lookAhead = own->lookAhead_.get();
   }
@@ -162,7 +163,7 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     return;
   }
   const double earlier = search(query);
-  const ContactResult& contact = finder.named();
+  const ContactResult& contact = finder.withIds();
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (steps)
     write(query, sides, contact, info.m_timeStep);
@@ -208,7 +209,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
     return 0;  // processCollision() fails likewise and counts it
   }
   if (own.ahead.wrong) return 0;
-  return 1 + own.finder.asked();
+  return 1 + own.finder.sampleLookups();
 }
 
 void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
@@ -220,6 +221,10 @@ void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
   } catch (...) {  // as above
   }
   own.aheadSeconds = since(start);
+}
+
+void CloudAlgorithm::reserve(int threads) {
+  state_->narrowPhase.workspace()->reserve(threads);
 }
 
 btScalar CloudAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*,

@@ -80,7 +80,7 @@ void LookAhead::search() {
   const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
   state_->arena.execute([&] { tbb::parallel_for(0, workers, work, tbb::simple_partitioner()); });
   state_->done.load(std::memory_order_acquire);
-  ContactFinder::makeRoom(threads_);
+  if (!tasks_.empty()) tasks_.front().pair->reserve(threads_);
 }
 
 }  // namespace cloudcontact

@@ -25,6 +25,9 @@ class AheadPair {
   // Searches that query; processCollision() takes the result if its own query is equal. Different
   // pairs may be searched at the same time. A large search is split up with `shareOut`.
   virtual void searchAhead(const TaskRunner* shareOut) noexcept = 0;
+  // Reserves memory for searches on `threads` threads, in the workspace of this pair and others.
+  // Call it between searches.
+  virtual void reserve(int threads) = 0;
 
  protected:
   ~AheadPair() = default;

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cloudcontact/bullet/cloud_contact_settings.h>
+#include <cloudcontact/contact/contact_finder.h>
 
+#include <memory>
 #include <mutex>
 #include <shared_mutex>
 #include <vector>
@@ -17,6 +19,8 @@ class NarrowPhase {
   explicit NarrowPhase(const CloudContactSettings& settings) : settings_(settings) {}
 
   const CloudContactSettings& settings() const { return settings_; }
+  // The memory that the finders of all pairs work in.
+  const std::shared_ptr<ContactWorkspace>& workspace() const { return workspace_; }
 
   // One pair that was processed.
   void count(double seconds, std::size_t samples, std::size_t contacts) {
@@ -58,6 +62,7 @@ class NarrowPhase {
 
  private:
   CloudContactSettings settings_;
+  std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
   mutable std::mutex mutex_;  // statistics_ and softPairs_
   std::shared_mutex motion_;  // velocities of bodies
   CloudContactStatistics statistics_;

@@ -124,7 +124,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   query.law = lawOf(settings, a, b, query.voxel, step);
   query.settings.law = query.law.shared;
   query.settings.samples = settings.samples;
-  query.settings.lists = settings.lists;
+  query.settings.verletLists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
   return query;
 }

@@ -1,5 +1,5 @@
-// The loops over lanes. A pass reads what the one before has left: places, records, planes, kinds,
-// hits; memory is asked for in the second alone, where all lanes' requests are under way together.
+// The loops over lanes: places, records, planes, kinds, hits. Only the lookup of records reads
+// scattered memory, and the requests of all lanes run together there.
 #include "contact/field_lanes.h"
 
 #include "base/simd.h"
@@ -10,7 +10,8 @@ namespace cloudcontact::search {
 
 namespace {
 
-// What turns a lane into a hit. A copy, which no store into the hits can seem to change.
+// Makes a hit of a lane. It copies its inputs, so that the compiler knows that stores into the hits
+// do not change them.
 struct HitMaker {
   CcMap toFrame;
   float fromOwn[9], fromOther[9];
@@ -103,11 +104,11 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lane
     x[i] = lanes.x[lane];
     y[i] = lanes.y[lane];
     z[i] = lanes.z[lane];
-    size[i] = 1e30f;  // the least of depths, or, where planes unite, of their negatives
+    size[i] = 1e30f;  // least depth; of the negatives if planes unite
     nx[i] = ny[i] = nz[i] = 0;
   }
   for (int i = 0; i < count; ++i) most = std::max(most, has[i]);
-  // One plane of all lanes after the other; a lane that has no more asks for its first again.
+  // One plane of every lane at a time. Lanes with fewer planes repeat their first.
   for (int k = 0; k < most; ++k) {
     CC_INDEPENDENT
     for (int i = 0; i < count; ++i) {
@@ -138,7 +139,7 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lane
 
 namespace {
 
-// Of lanes.several those whose samples are wide and near enough, to its front: most are not.
+// Moves to the front of lanes.several those whose samples are wide and near enough. Most are not.
 CC_LANES int wideAndNear(const Direction& dir, int count, Lanes& lanes) {
   const float* const width = dir.samples.levels[dir.level].samples.width.data();
   const CcLimits limits = dir.limits();

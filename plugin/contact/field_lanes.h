@@ -1,5 +1,5 @@
-// Samples on their way through another body's field, many side by side: each step is a loop over
-// lanes without branches, which the compiler turns into vector instructions (simd.h).
+// Looks up many samples in a field side by side. Each step is a loop over lanes without branches,
+// which the compiler turns into vector instructions (base/simd.h).
 #pragma once
 
 #include "contact/sample_search.h"
@@ -8,8 +8,7 @@ namespace cloudcontact::search {
 
 constexpr int kLanes = 256, kVector = 16;
 
-// Loops go on to a whole number of vectors: what is left over would be done one by one. A few lanes
-// behind the last repeat it, and nobody looks at them.
+// Loops run over whole vectors. The lanes after the last repeat it and are not used.
 constexpr int padded(int count) {
   return (count + kVector - 1) & ~(kVector - 1);
 }
@@ -22,39 +21,40 @@ struct Lanes {
   int count = 0;
   std::uint32_t sample[kLanes];
   std::int32_t record[kLanes];                // number of the record
-  float x[kLanes], y[kLanes], z[kLanes];      // from the voxel's centre [voxels]
-  std::uint32_t a[kLanes], b[kLanes];         // the record (kernels/field_voxel.h)
+  float x[kLanes], y[kLanes], z[kLanes];      // from the voxel's center [voxels]
+  std::uint32_t a[kLanes], b[kLanes];         // the record (kernels/contact/field_voxel.h)
   float depth[kLanes];                        // [m]
-  float nx[kLanes], ny[kLanes], nz[kLanes];   // of the plane that gave it
+  float nx[kLanes], ny[kLanes], nz[kLanes];   // of the plane that gives the depth
   std::int32_t kind[kLanes];                  // CC_WET and so on
-  std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits, records of several planes
+  std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits; records of several planes
 };
 
-// The lanes' records; `voxel` [m] below is the other body's.
+// Finds the lanes' records.
 void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
-// Depth and normal of lanes whose record is one plane; what others get means nothing.
+// Finds depth and normal of the lanes whose records are one plane; other lanes get meaningless
+// values. Here and below, `voxel` [m] is the other body's.
 void findDepths(float voxel, Lanes& lanes);
-// The same for the first `count` of lanes.several, whose records have several planes: by the least,
-// or, where these unite, by the greatest.
+// The same for the first `count` of lanes.several, whose records have several planes: the plane of
+// least depth, or of greatest depth if the planes' half-spaces unite.
 void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
-// Both. How many of lanes.several have several planes.
+// Both. Returns how many lanes have several planes; lanes.several lists them.
 int measure(const FieldData& other, float voxel, Lanes& lanes);
-// Of the first `count` of lanes.several, measured, those first over which another of the record's
-// planes than the one that gave the depth may give it (ccEdgeWithin()). Returns how many.
+// Of the first `count` of lanes.several, measured, moves to the front those over which another
+// plane of the record may give the depth (ccEdgeWithin()). Returns how many.
 int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// Kinds, from depths and normals. Wet is what may come to a hit, or, with `missesToo`, what is near
-// enough to be told of as a near miss.
+// Sets the lanes' kinds from depths and normals. Wet lanes may be hits or, with `missesToo`, near
+// misses.
 void classify(const Direction& dir, bool missesToo, Lanes& lanes);
-// Makes the first `count` of lanes.wet hits; their samples are `samples`. Adds none, and returns
-// false, where one of them is no hit.
+// Adds the first `count` of lanes.wet as hits; their samples are in `samples`. If one of them is no
+// hit, it adds none and returns false.
 bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
              HitColumns& hits);
-// Parts the first `count` of lanes.wet: those that are hits stay, the others go to `dry`. Returns
-// how many stay.
+// Partitions the first `count` of lanes.wet: hits stay, the others go to `dry`. Returns how many
+// stay.
 int partHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
              std::int32_t* dry);
-// Numbers of the sample bricks that may touch the other body where they are, or `aside` [own
-// voxels] from there, first to last.
+// Lists the sample bricks that may touch the other body from where they are, or from up to `aside`
+// [own voxels] away, in ascending order.
 void nearBricks(const Direction& dir, const FieldData& other, float aside,
                 std::vector<std::uint32_t>& near);
 

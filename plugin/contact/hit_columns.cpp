@@ -1,4 +1,4 @@
-// Hits in columns: whole ones in and out.
+// Hits in columns: adding, appending and reading whole hits.
 #include "contact/hit_columns.h"
 
 #include <algorithm>
@@ -6,11 +6,11 @@
 namespace cloudcontact {
 
 void HitColumns::enlarge(std::size_t size) {
-  // Rounded up so that no two columns begin at places that a cache holds in one set.
+  // The odd size keeps the starts of the columns out of one set of the cache.
   move(std::max<std::size_t>({size, 2 * side_.size(), 256}) + 48);
 }
 
-// To columns of that size.
+// Moves the hits to columns of the size `room`.
 void HitColumns::move(std::size_t room) {
   std::vector<float> data(kColumns * room);
   for (std::size_t c = 0; c < kColumns; ++c)

@@ -1,4 +1,4 @@
-// Hits, a column a quantity; keeps its memory.
+// Hits, one column for each quantity.
 #pragma once
 
 #include "kernels/contact/sample.h"
@@ -12,22 +12,23 @@ namespace cloudcontact {
 
 enum Side : int { kA = 0, kB = 1 };
 
-// A sample found in (or within reach of) the other body.
+// A sample found in the other body, or close to it.
 struct Hit {
   Eigen::Vector3f position;             // midway between the two surfaces, frame body [m]
   Eigen::Vector3f own;                  // outward normal of the body that the sample belongs to
   Eigen::Vector3f other;                // outward normal of the body that it lies in
   float area;                           // [m^2]
-  float share, depth1, depth2, depth3;  // kernels/sample.h [1, m, m^2, m^3]
+  float share, depth1, depth2, depth3;  // of CcWet (kernels/contact/sample.h) [1, m, m^2, m^3]
   float depth;                          // at the sample itself, negative outside [m]
   float facing;                         // cosine between own and -other
   std::int8_t side;                     // whose sample it is
-  std::int8_t deep;                     // 1: deeper than the band knows
+  std::int8_t deep;                     // 1: below the band
 };
 
+// Hits in columns. It keeps its memory when cleared.
 class HitColumns {
  public:
-  // Where each quantity's column begins, or goes on.
+  // Pointers into the columns.
   template <typename Number>
   struct Columns {
     Number *x, *y, *z, *ownX, *ownY, *ownZ, *otherX, *otherY, *otherZ;
@@ -46,7 +47,7 @@ class HitColumns {
   bool deep(std::size_t i) const { return deep_[i] != 0; }
   bool anyDeep() const { return anyDeep_; }
 
-  // Room for `more` hits behind the last; `commit` makes the first of them hits of that side.
+  // Makes room for `more` hits after the last. commit() then adds the first `count` of them.
   Columns<float> room(std::size_t more) {
     if (size_ + more > side_.size()) enlarge(size_ + more);
     return at<float>(data_.data(), size_);
@@ -54,8 +55,8 @@ class HitColumns {
   void commit(std::size_t count, Side side, bool deep);
   void push_back(const Hit& hit);
   void append(const HitColumns& from);
-  // Room for what the other has room for.
-  void fit(const HitColumns& other) {
+  // Reserves what `other` has reserved.
+  void reserveLike(const HitColumns& other) {
     if (other.side_.size() > side_.size()) move(other.side_.size());
   }
   Hit operator[](std::size_t i) const;

@@ -1,24 +1,25 @@
-// One level's search: runs of samples in batches of lanes, measured by a target (a field or a
-// shape), and what becomes of them.
+// The search of one level: batches of samples measured by a target (a field or a shape). A large
+// level is shared out: each task takes consecutive runs of samples and collects hits of its own,
+// and the tasks' hits are joined in the order of the runs.
 //
-// Hits come in one order, whatever the batches: whole samples by their number, then those below the
-// band, then parts of samples that lie over an edge. Sums over them are the same to the bit however
-// the work was shared out, between threads or on another device.
+// The order of the hits does not depend on batches or tasks: first whole samples by number, then
+// samples below the band, then parts of samples that lie over an edge. So sums over them are the
+// same to the bit for any number of threads, and on a device.
 //
 // A target has
 //   void nearBricks(std::vector<std::uint32_t>& near): numbers of the sample bricks that may touch;
 //   int measure(Lanes& lanes): depth and normal of all lanes, with `a` a record of a plane, or none
-//     and `b` what it says instead; the first lanes of lanes.several, as many as it returns, have
-//     an edge of the target within them;
-//   void measureParts(Lanes& parts, const SampleColumns& samples): the same for samples of their
-//   own;
-//     x, y, z, a and b are those of the lanes they are parts of, moved aside by the parts' places;
+//     and the reason in `b`; returns how many lanes have an edge of the target within them, and
+//     lists these in lanes.several;
+//   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
+//     whose x, y, z, a and b come from Candidates::places;
 //   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
 #pragma once
 
 #include "contact/field_lanes.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace cloudcontact::search {
 
@@ -44,15 +45,15 @@ class LaneSearch {
     finish();
   }
 
-  // Its steps, for a search that is shared out (shared_search.h).
+  // The steps of run(), for searchShared().
   void clear() {
     candidates_.next.clear();
     candidates_.deep.clear();
     candidates_.parts.clear();
     candidates_.places.clear();
   }
-  // Whole bricks, or the finer samples of the cells that the coarser level found near; samples of a
-  // cell follow each other.
+  // Visits whole bricks, or the finer samples of the cells that the coarser level found near. The
+  // samples of a cell are consecutive.
   template <typename Visit>
   void eachRun(const Visit& visit) {
     if (dir_.listed) return eachListed(visit);
@@ -62,7 +63,7 @@ class LaneSearch {
     for (; first != last; ++first) lookInto(*first);
     flush();
   }
-  // What comes behind all whole samples.
+  // Adds what follows all whole samples.
   void finish() {
     for (const std::uint32_t k : candidates_.deep) {
       const SurfaceSample s = samples_[k];
@@ -90,7 +91,7 @@ class LaneSearch {
     }
   }
 
-  // What of these runs is listed, in runs again.
+  // Visits the parts of these runs that are on the Verlet list.
   template <typename Visit>
   void eachListed(const Visit& visit) {
     const std::uint32_t* next = dir_.listed->data();
@@ -105,7 +106,7 @@ class LaneSearch {
         visit(SampleRun{first, count});
       }
     };
-    // Of the coarsest level no brick need be asked: what is listed is near.
+    // On the coarsest level the list already holds only samples in near bricks.
     if (candidates_.all)
       within({0, ~0u});
     else
@@ -136,7 +137,7 @@ class LaneSearch {
 
   void flush() {
     if (lanes_.count == 0) return;
-    candidates_.asked += static_cast<std::size_t>(lanes_.count);
+    candidates_.lookups += static_cast<std::size_t>(lanes_.count);
     pad(lanes_.sample, lanes_.count);
     const int divided = target_.measure(lanes_);
     classify(dir_, missesWanted(), lanes_);
@@ -148,8 +149,7 @@ class LaneSearch {
     lanes_.count = 0;
   }
 
-  // What becomes of each lane, by its kind. Without branches: which lanes touch is chance to a
-  // processor, and cost 15 us of 93 on a M16 thread.
+  // Sorts the lanes by kind. Without branches, which a processor cannot predict here.
   void sort() {
     std::uint32_t nearby[kLanes];
     int wet = 0, near = 0;
@@ -162,7 +162,7 @@ class LaneSearch {
       near += (kind & CC_NEARBY) != 0;
       all |= kind;
     }
-    // With enough hits no finer level is asked, nor is it wanted to know where.
+    // With enough hits there is no finer level.
     if (hits_.size() < dir_.needed)
       candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
     if (all & CC_DEEP)
@@ -171,8 +171,8 @@ class LaneSearch {
     take(lanes_, samples_, wet);
   }
 
-  // A wide sample in parts: where the other body has an edge, depth is not linear over it. Crossed
-  // edges turn by 11 deg at a depth of half a voxel without this.
+  // Divides a wide sample: over an edge of the other body the depth is not linear. Without this,
+  // crossed edges turn by 11 deg at a depth of half a voxel.
   void divide(int lane) {
     const SurfaceSample s = samples_[lanes_.sample[lane]];
     const int along = ccPartsAlong(s.width);
@@ -201,7 +201,7 @@ class LaneSearch {
       lanes_.count = static_cast<int>(std::min<std::size_t>(kLanes, all - first));
       for (int i = 0; i < lanes_.count; ++i) {
         const std::size_t k = first + static_cast<std::size_t>(i);
-        const HitSearch::Part& part = candidates_.places[k];
+        const Part& part = candidates_.places[k];
         lanes_.sample[i] = static_cast<std::uint32_t>(k);
         lanes_.a[i] = part.record.a;
         lanes_.b[i] = part.record.b;
@@ -216,13 +216,13 @@ class LaneSearch {
     lanes_.count = 0;
   }
 
-  // Where there is a hit nobody asks for near misses.
+  // A level with hits needs no near misses.
   bool missesWanted() const { return dir_.level == 0 && dir_.misses.margin > 0 && hits_.empty(); }
 
-  // Hits of the wet lanes, and near misses.
+  // Adds hits and near misses of the wet lanes.
   void take(Lanes& lanes, const SampleColumns& samples, int wet) {
     const bool missesToo = missesWanted();
-    // Nearly all that may be hits are.
+    // Nearly all lanes that may be hits are hits.
     if (!missesToo && addHits(dir_, samples, lanes, wet, hits_)) return;
     std::int32_t dry[kLanes];
     const int some = partHits(dir_, samples, lanes, wet, dry);
@@ -243,5 +243,76 @@ class LaneSearch {
   HitColumns& hits_;
   Lanes lanes_;
 };
+
+// Samples in a share. A level of fewer than two shares is not shared out.
+constexpr std::size_t kShareSamples = 2048;
+
+// Assigns the runs to shares and returns the number of shares.
+inline int assignRuns(Shares& shares, std::size_t samples) {
+  const std::size_t count = samples / kShareSamples;
+  if (shares.all.size() < count) shares.all.resize(count);
+  std::size_t run = 0, seen = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    while (run < shares.runs.size() && seen * count < (i + 1) * samples)
+      seen += shares.runs[run++].count;
+    shares.all[i].last = run;
+  }
+  return static_cast<int>(count);
+}
+
+// Appends a share's results. Near misses that an earlier share would have dropped are dropped at
+// the end (HitSearch::touchLightly()).
+inline void join(const Share& share, const Direction& dir, Candidates& candidates,
+                 HitColumns& hits) {
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  candidates.lookups += share.candidates.lookups;
+  append(candidates.next, share.candidates.next);
+  append(candidates.deep, share.candidates.deep);
+  append(candidates.places, share.candidates.places);
+  candidates.parts.append(share.candidates.parts, 0, share.candidates.parts.size());
+  append(dir.misses.list, share.misses.list);
+  dir.misses.nearest = std::max(dir.misses.nearest, share.misses.nearest);
+  hits.append(share.hits);
+}
+
+template <typename Target>
+void searchShared(const Direction& dir, Target& target, Candidates& candidates, HitColumns& hits,
+                  Shares& shares) {
+  LaneSearch<Target> whole(dir, target, candidates, hits);
+  if (!shares.runner) return whole.run();
+  whole.clear();
+  shares.runs.clear();
+  std::size_t samples = 0;
+  whole.eachRun([&](const SampleRun& run) {
+    shares.runs.push_back(run);
+    samples += run.count;
+  });
+  const SampleRun* const runs = shares.runs.data();
+  if (samples < 2 * kShareSamples) {
+    whole.look(runs, runs + shares.runs.size());
+    return whole.finish();
+  }
+  const int count = assignRuns(shares, samples);
+  const auto look = [&](int i) {
+    Share& share = shares.all[static_cast<std::size_t>(i)];
+    const std::size_t first = i > 0 ? (&share - 1)->last : 0;
+    share.misses.margin = dir.misses.margin;
+    share.misses.within = dir.misses.within;
+    share.misses.nearest = dir.misses.nearest;
+    share.misses.list.clear();
+    share.hits.clear();
+    share.candidates.lookups = 0;
+    const Direction own = dir.with(share.misses);
+    LaneSearch<Target> part(own, target, share.candidates, share.hits);
+    part.clear();
+    part.look(runs + first, runs + share.last);
+  };
+  (*shares.runner)(count, std::cref(look));
+  for (int i = 0; i < count; ++i)
+    join(shares.all[static_cast<std::size_t>(i)], dir, candidates, hits);
+  whole.finish();
+}
 
 }  // namespace cloudcontact::search

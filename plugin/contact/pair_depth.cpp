@@ -1,25 +1,145 @@
-// The depth of the deepest point: by the samples (contact_depth.h), and by the edges themselves of
-// a plain shape (shape_edges.cpp).
+// The depth of the deepest point: from the samples (kernels/contact/contact_depth.h), and from the
+// edges of a shape.
+//
+// The samples of a cloud measure the depth to a shape's nearest face: the corner of a box that is
+// one voxel in reads 0.58. The corner itself, looked up in the cloud's field, is exact to the
+// field's accuracy down to the end of the band at five voxels. So the shape's edges are walked in
+// steps of a quarter of a voxel inside a box around the hits.
 #include "contact/pair_depth.h"
 
-#include "contact/shape_edges.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace cloudcontact {
 
 namespace {
 
-// An edge counts from the first b on, wholly from the second: on a face and on a cylinder's side
-// (0.55) the mean over many samples knows better than one of them.
+constexpr double kStep = 0.25;   // [voxels]
+constexpr int kMostSteps = 512;  // along one edge; long edges take longer steps
+// [voxels] Edges rounded by a larger margin are smooth surfaces to a cloud.
+constexpr double kSharpMargin = 1;
+
+class EdgeWalk {
+ public:
+  EdgeWalk(const Pose& toCloud, const SurfaceField& cloud, const Eigen::AlignedBox3d& within)
+      : toCloud_(toCloud), cloud_(cloud), within_(within), voxel_(cloud.cloud().voxelSize()) {}
+
+  double deepest() const { return deepest_; }
+
+  void operator()(const HalfSpace&) {}
+  void operator()(const Sphere&) {}
+  void operator()(const Capsule&) {}
+  void operator()(const Ellipsoid&) {}
+  void operator()(const CloudSolid&) {}
+  void operator()(const Box& box) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int k = 0; k < 4; ++k) {
+        Vec3 end = box.halfExtents;
+        if (k & 1) end[(axis + 1) % 3] *= -1;
+        if (k & 2) end[(axis + 2) % 3] *= -1;
+        Vec3 start = end;
+        start[axis] *= -1;
+        segment(start, end, 0);
+      }
+  }
+  void operator()(const Cylinder& cylinder) {
+    for (const double z : {-cylinder.halfHeight, cylinder.halfHeight})
+      circle(cylinder.radius, z, 0);
+  }
+  void operator()(const Cone& cone) {
+    if (cone.margin > kSharpMargin * voxel_) return;
+    circle(cone.radius, -cone.halfHeight, cone.margin);
+    point(toCloud_.toWorld({0, 0, cone.halfHeight}), cone.margin);
+  }
+  void operator()(const Hull& hull) {
+    if (hull.margin > kSharpMargin * voxel_) return;
+    for (const auto& [a, b] : hull.edges)
+      segment(hull.corners[static_cast<std::size_t>(a)], hull.corners[static_cast<std::size_t>(b)],
+              hull.margin);
+  }
+
+ private:
+  void lookUp(const Vec3& x, double margin) {
+    if (const auto found = cloud_.at(x)) deepest_ = std::max(deepest_, found->depth + margin);
+  }
+  void point(const Vec3& x, double margin) {
+    if (within_.contains(x)) lookUp(x, margin);
+  }
+
+  // Walks the part of the segment inside the box, ends included.
+  void segment(const Vec3& start, const Vec3& end, double margin) {
+    const Vec3 from = toCloud_.toWorld(start), way = toCloud_.toWorld(end) - from;
+    double first = 0, last = 1;
+    for (int i = 0; i < 3; ++i) {
+      double low = within_.min()[i] - from[i], high = within_.max()[i] - from[i];
+      if (way[i] == 0 && (low > 0 || high < 0)) return;
+      if (way[i] == 0) continue;
+      if (way[i] < 0) std::swap(low, high);
+      first = std::max(first, low / way[i]);
+      last = std::min(last, high / way[i]);
+    }
+    if (first > last) return;
+    const int steps = stepsOver((last - first) * way.norm());
+    for (int i = 0; i <= steps; ++i)
+      lookUp(from + (first + (last - first) * i / steps) * way, margin);
+  }
+
+  void circle(double radius, double z, double margin) {
+    const auto at = [&](double angle) {
+      return toCloud_.toWorld({radius * std::cos(angle), radius * std::sin(angle), z});
+    };
+    // The step depends on how much of the circle the box can hold, not on the circle's size.
+    const double inBox = std::min(2 * std::numbers::pi * radius, 4 * within_.diagonal().norm());
+    const double step = inBox / stepsOver(inBox);
+    arc(at, 0, 2 * std::numbers::pi, radius, step, margin);
+  }
+
+  // Halves an arc that is longer than a step and drops one that is outside the box: no point of an
+  // arc is farther from its middle than half its length.
+  template <class Place>
+  void arc(const Place& at, double first, double last, double radius, double step, double margin) {
+    const double length = (last - first) * radius;
+    const Vec3 middle = at(0.5 * (first + last));
+    if (within_.squaredExteriorDistance(middle) > 0.25 * length * length) return;
+    if (length <= step) return point(middle, margin);
+    arc(at, first, 0.5 * (first + last), radius, step, margin);
+    arc(at, 0.5 * (first + last), last, radius, step, margin);
+  }
+
+  int stepsOver(double length) const {
+    return std::clamp(static_cast<int>(std::min(length / (kStep * voxel_), 1e6)) + 1, 1,
+                      kMostSteps);
+  }
+
+  const Pose& toCloud_;
+  const SurfaceField& cloud_;
+  const Eigen::AlignedBox3d& within_;
+  double voxel_;
+  double deepest_ = -std::numeric_limits<double>::infinity();
+};
+
+// The largest depth [m] of the shape's edges inside `within`, a box in the cloud's frame; negative
+// infinity if there are none. `toCloud` maps from the shape's frame.
+double deepestEdge(const Solid& shape, const Pose& toCloud, const SurfaceField& cloud,
+                   const Eigen::AlignedBox3d& within) {
+  EdgeWalk walk(toCloud, cloud, within);
+  std::visit(walk, shape);
+  return walk.deepest();
+}
+
+// Edges count from the first pointedness b (ccPointedness()) and fully from the second. On a face
+// and on a cylinder's side (0.55) the mean over many samples is more accurate than one point.
 constexpr double kEdged = 0.6, kAllEdge = 0.8;
 constexpr double kDeeper = 4;  // see edgeDepth()
 
 double edgeDepth(const ShapeInCloud& s, double most) {
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < s.hits->size(); ++i) box.extend((*s.hits)[i].position.cast<double>());
-  // Samples of the level stand a voxel, two, or four apart; and they are less deep in the shape
-  // than it is in the cloud, for they measure to its nearest face: 0.58 of that at a box's corner,
-  // a quarter at a tip of 30 deg. A box that is too large costs time and no accuracy: all that lies
-  // deep in the cloud is in contact.
+  // Samples are one, two or four voxels apart, by level. They read less than the shape's depth in
+  // the cloud: 0.58 of it at a box's corner, a quarter at a tip of 30 deg. A box that is too large
+  // costs time but no accuracy, since all that is deep in the cloud is in contact.
   const double around =
       (1 << s.level) * s.cloud->field->cloud().voxelSize() + kDeeper * std::max(0.0, most);
   return deepestEdge(*s.shape->shape, s.cloud->pose.inverse() * s.shape->pose, *s.cloud->field,

@@ -1,21 +1,23 @@
-// The one depth of a pair of bodies that the paper's law (3), FR = k d, asks for.
+// The one depth of a pair for the paper's law (3), FR = k d (docs/force.md, "Depth of the pair").
 #pragma once
 
-#include "contact/hits.h"
+#include <cloudcontact/contact/contact.h>
+
+#include "contact/hit_columns.h"
 #include "kernels/contact/contact_depth.h"
 
 namespace cloudcontact {
 
-// A plain shape in a cloud: its edges are what the cloud's samples see too little of.
+// A shape in a cloud. The cloud's samples see too little of the shape's edges.
 struct ShapeInCloud {
   const ContactBody* shape = nullptr;
   const ContactBody* cloud = nullptr;
-  const HitColumns* hits = nullptr;  // frame: the cloud's
+  const HitColumns* hits = nullptr;  // in the cloud's frame
   int level = 0;                     // of the samples that hit
 };
 
-// Of all patches together [m]; `voxel` [m] the pair's. `shape` where one body is a plain shape (and
-// the bodies touch), null where both are clouds.
+// The depth of all patches together [m]. `shape`: null if both bodies are clouds or do not touch.
+// `voxel`: the pair's [m].
 double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, double voxel);
 
 }  // namespace cloudcontact

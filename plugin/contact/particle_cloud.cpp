@@ -1,22 +1,20 @@
-// One step of a crowd of particles against a cloud.
+// One step of particles against a cloud.
 //
-// Each particle is looked up in the cloud's field where it stands as the step begins: a depth and a
-// normal, the plane that it is behind for this step. One that the field does not know any more,
-// deeper than five voxels, keeps the plane that it went in by. One that comes more than a voxel a
-// step gets the plane where its way enters the cloud.
+// Each particle is looked up in the cloud's field at the start of the step. The depth and normal
+// there are the plane that it is behind in this step. A particle deeper than the band of five
+// voxels keeps the plane by which it went in. A particle that moves more than a voxel a step gets
+// the plane where its path enters the cloud.
 //
-// The pair's law is one spring, shared out once over all particles: each has its share whether the
-// others touch or not, so neither their number nor their resolution changes what a crowd that lies
-// flat sinks in. The paper's (1) shares among those in contact. That would stiffen the ones that
-// stay as others leave, which gives back energy that nobody stored; a pair of clouds has its
-// patches damped, a crowd's particles leave one by one all the time.
+// The pair's law is one spring, shared over all particles whether they touch or not. So neither
+// their number nor their resolution changes how far a flat body sinks in. The paper's (1) shares
+// among those in contact. That would stiffen the remaining ones as others leave, which creates
+// energy, and particles leave one by one all the time.
 //
-// What binds the particles (a soft body's links) acts after contact within a step, as do the body's
-// other contacts. Contact that knew nothing of it would take the parting that those are going to
-// undo for a true one: a rope over a ball lay seventeen times too deep, and crept, for friction had
-// held against gravity alone. So each side is expected to meet in this step what it met in the
-// last: what all else did to its velocity, as far as two steps agree on it, for a blow does not
-// come twice. In what rests or slides evenly that is exact.
+// The links of a soft body and the body's other contacts act after this contact within a step.
+// Contact that ignores them takes separations that they will undo for real: a rope over a ball lies
+// seventeen times too deep and creeps, since friction holds against gravity alone. So both sides
+// expect from them what they did to the velocities in the last step, as far as the last two steps
+// agree (an impact does not come twice). For bodies at rest or in steady sliding that is exact.
 #include "contact/particle_cloud.h"
 
 #include <algorithm>
@@ -28,10 +26,10 @@ namespace cloudcontact {
 
 namespace {
 
-// A particle that stays farther than this outside has no row: [voxels]
+// [voxels] A particle that stays farther outside than this gets no contact.
 constexpr double kApart = 0.5;
 
-// What two steps have in common.
+// The part on which two steps agree.
 Vec3 steady(const Vec3& last, const Vec3& before) {
   if (!(last.dot(before) > 0)) return Vec3::Zero();
   return last.squaredNorm() < before.squaredNorm() ? last : before;
@@ -64,7 +62,7 @@ std::optional<ParticleCloud::Plane> ParticleCloud::planeOf(const Vec3& local, co
   const auto hit = firstEntry(*body.field, local, end);
   if (!hit) return std::nullopt;
   const double depth = hit->fraction * (end - local).dot(hit->normal);
-  if (!(depth < 0)) return std::nullopt;  // it starts within, and leaves
+  if (!(depth < 0)) return std::nullopt;  // it starts inside and leaves
   return Plane{depth, hit->normal};
 }
 
@@ -78,7 +76,7 @@ LawTangent ParticleCloud::lineOf(const Particle& particle, const ParticleBody& b
     const LawTangent whole = lawTangent(*settings.law, memory.state, closing, settings.step);
     return {particle.share * whole.force, particle.share * whole.grip};
   }
-  // A body that lies on particles presses on each with its share, however light they are.
+  // A body on top of particles loads each with its share, however light they are.
   const double inverse = body.response.inverseMass.maxCoeff();
   const double mass = std::max(particle.inverseMass > 0 ? 1 / particle.inverseMass : 0.0,
                                inverse > 0 ? particle.share / inverse : 0.0);

@@ -1,5 +1,5 @@
-// A crowd of particles against one cloud, from step to step: the paper's object 1 as points
-// (paper, step 1: "particle groups express deformable soft tissue").
+// Particles against one cloud, step by step: the paper's object 1 as points ("particle groups
+// express deformable soft tissue"; docs/method.md, "Step 1: digital objects").
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
@@ -13,52 +13,51 @@
 namespace cloudcontact {
 
 struct Particle {
-  Vec3 start = Vec3::Zero();     // world, as the step begins [m]
-  Vec3 velocity = Vec3::Zero();  // over the step, but for contacts and for what binds particles
+  Vec3 start = Vec3::Zero();     // at the start of the step, world [m]
+  Vec3 velocity = Vec3::Zero();  // in the step, without contacts and links between particles [m/s]
   double inverseMass = 0;        // [1/kg] 0: pinned
-  double share = 0;              // of the pair's law; of a law per area, the area [m^2]
+  double share = 0;              // of the pair's law; for a law per area, the area [m^2]
 };
 
-// The cloud's body as the step begins.
+// The cloud's body at the start of the step.
 struct ParticleBody {
   const SurfaceField* field = nullptr;
   Pose pose;                   // of the cloud
   Vec3 center = Vec3::Zero();  // of mass, world
-  RigidResponse response;      // velocities as they are now
-  Vec3 pull = Vec3::Zero();    // what forces will add to its velocity in this step [m/s]
+  RigidResponse response;      // with its current velocities
+  Vec3 pull = Vec3::Zero();    // change of its velocity by forces in this step [m/s]
 };
 
 struct ParticleSettings {
   double step = 0;  // [s]
   double friction = 0;
-  const Law* law = nullptr;  // the pair's, or null: an automatic spring a particle
-  double gravity = 0;        // [m/s^2] what weighs on automatic springs
+  const Law* law = nullptr;  // the pair's; null: an automatic spring for each particle
+  double gravity = 0;        // [m/s^2] that loads automatic springs
 };
 
-// Keeps its memory between calls: a step after the first allocates nothing.
+// It keeps its memory between calls: a step after the first allocates nothing.
 class ParticleCloud {
  public:
-  // Those that touch or will within the step, with their impulses, in the particles' order; the
-  // body's answer to them is what `body.response` says afterwards of its velocities, less `before`.
-  // Call it once a step.
+  // Returns the particles that touch, or will within the step, with their impulses, in the order of
+  // the particles. linearChange() and angularChange() are the body's part. Call it once a step.
   const std::vector<ParticleContact>& step(const std::vector<Particle>& particles,
                                            const ParticleBody& body,
                                            const ParticleSettings& settings);
-  // What the last step changed of the body's velocities.
+  // The changes of the body's velocities in the last step.
   const Vec3& linearChange() const { return linearChange_; }
   const Vec3& angularChange() const { return angularChange_; }
   void forget();
 
  private:
-  // Of one particle.
+  // The last step of one particle.
   struct Memory {
     LawState state;
-    Vec3 local = Vec3::Zero(), normal = Vec3::Zero();  // body's frame: the plane that it is behind
+    Vec3 local = Vec3::Zero(), normal = Vec3::Zero();  // the plane that it is behind, body's frame
     double depth = 0;                                  // [m] under that plane
     Vec3 start = Vec3::Zero(),
-         after = Vec3::Zero();   // the last step's start, velocity with impulses
-    Vec3 others = Vec3::Zero();  // what all else did to it in the step before
-    bool near = false;           // in the last step
+         after = Vec3::Zero();   // its start, and its velocity with impulses
+    Vec3 others = Vec3::Zero();  // change of its velocity by everything but contact
+    bool near = false;           // it had a plane
   };
   struct Plane {
     double depth;  // [m]
@@ -73,8 +72,8 @@ class ParticleCloud {
 
   std::vector<Memory> memory_;
   std::vector<ParticleContact> contacts_;
-  double step_ = 0;         // [s] the last one; 0: none to remember
-  RigidResponse expected_;  // the body, with what else will happen to it
+  double step_ = 0;         // [s] the last step; 0: none
+  RigidResponse expected_;  // the body, with the expected effect of everything but contact
   Vec3 linearAfter_, angularAfter_, linearOthers_, angularOthers_;
   Vec3 linearChange_ = Vec3::Zero(), angularChange_ = Vec3::Zero();
 };

@@ -1,10 +1,10 @@
-// Gauss and Seidel's sweeps over the contacts, in their order, each by its own one-row solution.
+// Gauss-Seidel sweeps over the contacts in their order.
 //
-// A row is J = step (force + grip (rate - late)), rate = -(v_particle - v_body) . normal, late what
-// of the step a gap takes. J changes the rate by -K J, K the inverse masses along the normal, so a
-// row by itself is solved by J += (step (force + grip (rate - late)) - J) / (1 + step grip K).
-// Particles know of one another through the body alone: against a fixed one a single sweep is
-// exact, and a body as heavy as the particles together takes about ten.
+// A row is J = step (force + grip (rate - late)) with rate = -(v_particle - v_body) . normal;
+// `late` is the rate that closes the gap first. J changes the rate by -K J, where K is the inverse
+// mass along the normal, so one row is solved by J += (step (force + grip (rate - late)) - J) / (1
+// + step grip K). Particles interact through the body alone: against a fixed body one sweep is
+// exact, and a body as heavy as all particles takes about ten.
 #include "contact/particle_solve.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace cloudcontact {
 namespace {
 
 constexpr int kMostSweeps = 60;
-constexpr double kSettled = 1e-10;  // of the impulses: what a sweep changes when they are found
+constexpr double kSettled = 1e-10;  // change of a sweep relative to all impulses at which it stops
 
 // Applies a change of a contact's impulse to both sides.
 void apply(const Vec3& change, ParticleContact& c, RigidResponse& body) {
@@ -29,7 +29,8 @@ double alongNormal(const ParticleContact& c, const RigidResponse& body) {
          turn.dot(body.inverseInertia * turn);
 }
 
-// Not less than in any direction: the sweeps then come from one side and cannot swing.
+// An upper bound over all directions, so that the sweeps approach from one side and do not
+// oscillate.
 double sideways(const ParticleContact& c, const RigidResponse& body) {
   return c.inverseMass + body.inverseMass.maxCoeff() +
          c.arm.squaredNorm() * body.inverseInertia.trace();

@@ -1,7 +1,28 @@
-// What becomes of a sample whose depth is known.
+// Memory of a search, and single samples as hits or near misses.
 #include "contact/sample_search.h"
 
 namespace cloudcontact::search {
+
+void Candidates::reserveLike(const Candidates& other) {
+  // A search swaps `now` and `next`.
+  const std::size_t found = std::max(other.now.capacity(), other.next.capacity());
+  now.reserve(found);
+  next.reserve(found);
+  bricks.reserve(other.bricks.capacity());
+  deep.reserve(other.deep.capacity());
+  parts.fit(other.parts);
+  places.reserve(other.places.capacity());
+}
+
+void Shares::reserveLike(const Shares& other) {
+  runs.reserve(other.runs.capacity());
+  if (all.size() < other.all.size()) all.resize(other.all.size());
+  for (std::size_t i = 0; i < other.all.size(); ++i) {
+    all[i].candidates.reserveLike(other.all[i].candidates);
+    all[i].misses.list.reserve(other.all[i].misses.list.capacity());
+    all[i].hits.reserveLike(other.all[i].hits);
+  }
+}
 
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
             HitColumns& hits) {
@@ -10,7 +31,7 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
   const V3 n = deep ? V3(-own) : turned(dir.frameFromOther, other);
   const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, dir.limits().halfWidth * s.width);
   const bool miss = h.wet.depth1 <= 0.0f;
-  HitSearch::Misses& misses = dir.misses;
+  NearMisses& misses = dir.misses;
   if (miss && (dir.level > 0 || depth < std::max(-misses.margin, misses.nearest - misses.within)))
     return;
   Hit hit{V3(h.position[0], h.position[1], h.position[2]),

@@ -1,32 +1,82 @@
-// What the search of a field and that of a shape have in common: one direction of a query, and what
-// becomes of a sample whose depth is known.
+// One direction of a search, the samples of one body looked up in the other: what it reads, and
+// what it collects besides hits.
 #pragma once
 
-#include "contact/hits.h"
+#include <cloudcontact/base/task_runner.h>
+
+#include "contact/hit_columns.h"
+#include "field/field_data.h"
 #include "kernels/contact/search.h"
 
 #include <algorithm>
 #include <span>
+#include <vector>
 
 namespace cloudcontact::search {
 
 using V3 = Eigen::Vector3f;
-using Candidates = HitSearch::Candidates;
 
-// Everything that one direction of the query needs.
+constexpr std::size_t kAllSamples = ~std::size_t{0};
+
+// Where a part of a divided sample is looked up: the record of its voxel, and its place from that
+// voxel's center.
+struct Part {
+  CcVoxel record;
+  float x, y, z;
+};
+
+// Samples near the other body, from level to level: the next finer level searches only their cells.
+struct Candidates {
+  bool all = true;                    // the coarsest level: every brick
+  std::vector<std::uint32_t> now;     // found on the level before
+  std::vector<std::uint32_t> next;    // found on this level
+  std::vector<std::uint32_t> bricks;  // that may touch
+  std::size_t lookups = 0;            // samples looked up so far
+  std::vector<std::uint32_t> deep;    // samples below the band
+  SampleColumns parts;                // of samples that lie over an edge
+  std::vector<Part> places;           // of the parts
+
+  // Reserves what `other` has reserved.
+  void reserveLike(const Candidates& other);
+};
+
+// The samples that come nearest without touching.
+struct NearMisses {
+  float margin = 0;        // [m] farther ones are dropped; 0: keeps none
+  float within = 0;        // [m] so are those farther than the nearest by more than this
+  float nearest = -1e30f;  // largest depth so far, negative [m]
+  std::vector<Hit> list;
+};
+
+// One task's part of a large level, and what it found.
+struct Share {
+  std::size_t last = 0;  // end of its runs
+  Candidates candidates;
+  NearMisses misses;
+  HitColumns hits;
+};
+struct Shares {
+  const TaskRunner* runner = nullptr;  // null: no sharing
+  std::vector<SampleRun> runs;
+  std::vector<Share> all;
+
+  void reserveLike(const Shares& other);
+};
+
+// The samples of one body on their way into the other.
 struct Direction : CcWay {
   const FieldData& body;
   const SampleSet& samples;
   int level;
   Side side;
   float voxel;  // of the samples' body [m]
-  HitSearch::Misses& misses;
-  // The level's samples that need be looked up, ascending; null: all of them.
+  NearMisses& misses;
+  // The level's samples on the Verlet list, ascending; null: all samples.
   const std::span<const std::uint32_t>* listed = nullptr;
-  std::size_t needed = HitSearch::kAll;  // hits of both bodies with which the level is fine enough
+  std::size_t needed = kAllSamples;  // hits of both bodies that make the level fine enough
 
-  // The same with misses of its own.
-  Direction with(HitSearch::Misses& own) const {
+  // A copy with near misses of its own.
+  Direction with(NearMisses& own) const {
     return {
         static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own, listed, needed};
   }
@@ -44,16 +94,9 @@ inline V3 turned(const float* turn, const V3& x) {
   return out;
 }
 
-// A sample at this depth [m] in the other body, whose normal there is `other` (its own frame): a
-// hit, or a near miss.
+// Adds a sample at `depth` [m] in the other body as a hit or a near miss. `other`: the other
+// body's normal there, in that body's frame.
 void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
             HitColumns& hits);
-
-// Samples of `dir` looked up in another field.
-void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
-                 HitColumns& hits, HitSearch::Shares& shares);
-// Samples of `dir` against a shape's formula; `toShape` from their grid's frame, metres.
-void searchShape(const Direction& dir, const Solid& shape, const Pose& toShape,
-                 Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares);
 
 }  // namespace cloudcontact::search

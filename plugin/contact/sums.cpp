@@ -1,5 +1,5 @@
-// Sums of hits, four numbers at a time (kernels/hit_sums.h). In double, which costs no more than
-// float here, and in lengths of the hits' own size.
+// Sums of hits in double, which costs no more than float here, with lengths in units of the bin's
+// size.
 #include "contact/sums.h"
 
 #include "base/simd.h"
@@ -10,6 +10,13 @@
 namespace cloudcontact {
 
 namespace {
+
+// Clears all but the origin.
+void clear(CcSums& sums) {
+  static_assert(offsetof(CcSums, side) == sizeof sums.origin);
+  std::memset(sums.side, 0, sizeof sums - sizeof sums.origin);
+  sums.deepest = -1e300;
+}
 
 CcAdded added(const CcAdding& from) {
   CcAdded sums;
@@ -25,19 +32,18 @@ CcAdded added(const CcAdding& from) {
 CC_LANES void addHits(const HitColumns& hits, const float* gate, const HitRun& run, double unit) {
   const HitColumns::Columns<const float> c = hits.columns();
   const double perUnit = 1 / unit;
-  if (run.begins) run.to->clear();
+  if (run.begins) clear(*run.to);
   CcAdding adding = ccNothingAdded();
   for (const std::uint32_t* hit = run.first; hit != run.last; ++hit) {
     const std::size_t i = *hit;
     const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
                 other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
     const CcWet wet{c.share[i], 0, c.depth1[i], c.depth2[i], c.depth3[i]};
-    ccAddHit(&adding, at, own, other, c.area[i], &wet, c.depth[i], gate[i], run.to->origin.data(),
-             perUnit, 1);
+    ccAddHit(&adding, at, own, other, c.area[i], &wet, c.depth[i], gate[i], run.to->origin, perUnit,
+             1);
   }
   const CcAdded all = added(adding);
-  ccGive(reinterpret_cast<CcSums*>(run.to), &all, static_cast<int>(run.last - run.first), 1,
-         run.side, unit);
+  ccGive(run.to, &all, static_cast<int>(run.last - run.first), 1, run.side, unit);
 }
 
 void addDeep(const HitColumns& hits, const HitRun& run) {
@@ -48,7 +54,7 @@ void addDeep(const HitColumns& hits, const HitRun& run) {
 
 namespace {
 
-// Eight runs of hits side by side; a lane that has come to its end takes the next run.
+// Eight runs of hits side by side. A lane at the end of its run takes the next run.
 struct RunLanes {
   CcEight sums[CC_LANE_SUMS] = {};
   CcEight origin[3] = {}, deepest = {};
@@ -60,8 +66,8 @@ struct RunLanes {
   void begin(int lane, const HitRun* from) {
     run[lane] = from;
     keep[lane] = 0;
-    if (!from) return;  // what the lane adds up from here on nobody takes
-    if (from->begins) from->to->clear();
+    if (!from) return;  // the lane's sums are not used from here on
+    if (from->begins) clear(*from->to);
     next[lane] = from->first;
     hit[lane] = static_cast<std::int32_t>(*from->first);
     deepest[lane] = -1e30;
@@ -69,23 +75,21 @@ struct RunLanes {
   }
   void end(int lane, double unit) {
     const HitRun& from = *run[lane];
-    const CcAdded all =
-        ccTakeLane(reinterpret_cast<const double(*)[CC_SUM_LANES]>(sums), lane, deepest[lane]);
-    ccGive(reinterpret_cast<CcSums*>(from.to), &all, static_cast<int>(from.last - from.first), 0,
-           from.side, unit);
+    const CcAdded all = ccTakeLane(sums, lane, deepest[lane]);
+    ccGive(from.to, &all, static_cast<int>(from.last - from.first), 0, from.side, unit);
   }
 };
 
 typedef float EightFloats __attribute__((vector_size(32)));
 
-// A column's numbers of eight hits.
+// Reads eight hits' values of one column.
 [[gnu::always_inline]] inline void take(const float* column, const std::int32_t* hit, CcEight& to) {
   const EightFloats v = {column[hit[0]], column[hit[1]], column[hit[2]], column[hit[3]],
                          column[hit[4]], column[hit[5]], column[hit[6]], column[hit[7]]};
   to = __builtin_convertvector(v, CcEight);
 }
 
-// One hit of each lane.
+// Adds one hit in each lane.
 CC_LANES void addStep(const HitColumns::Columns<const float>& columns, const float* gate,
                       double perUnit, RunLanes& lanes) {
   const HitColumns::Columns<const float> c = columns;
@@ -137,15 +141,11 @@ void addRuns(const HitColumns& hits, const float* gate, std::span<const HitRun> 
   }
 }
 
-void Sums::clear() {
-  static_assert(offsetof(CcSums, side) == sizeof origin);
-  CcSums* const all = reinterpret_cast<CcSums*>(this);
-  std::memset(all->side, 0, sizeof *all - sizeof origin);
-  deepest = -1e300;
-}
-
-void Sums::add(const Sums& other) {
-  ccJoinSums(reinterpret_cast<CcSums*>(this), reinterpret_cast<const CcSums*>(&other));
+CcVec centerOf(const CcSums& sums) {
+  const CcVec origin = ccVecAt(sums.origin);
+  if (!(sums.area > 0)) return origin;
+  return ccPlus(origin, ccVec(sums.first[0] / sums.area, sums.first[1] / sums.area,
+                              sums.first[2] / sums.area));
 }
 
 }  // namespace cloudcontact

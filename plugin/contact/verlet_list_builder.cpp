@@ -1,4 +1,4 @@
-// Level by level, as a search goes, but with each sample's depth a skin deeper.
+// Goes level by level as a search does, with each sample a skin deeper.
 #include "contact/verlet_list_builder.h"
 
 #include "base/simd.h"
@@ -12,9 +12,10 @@ using namespace search;
 
 namespace {
 
-constexpr float kFacingNoise = 0.01f;  // of the sine between two normals (ccMayHit has its root)
+constexpr float kFacingNoise =
+    0.01f;  // of the sine between two normals (the root of that in ccMayHit())
 
-// A place's rounding, of the largest number on its way: a dozen operations.
+// Rounding of a place, a dozen operations, relative to the largest number in them.
 constexpr float kRounding = 1e-6f;
 
 float roundingOf(const Direction& dir, const FieldData& other) {
@@ -29,8 +30,8 @@ float roundingOf(const Direction& dir, const FieldData& other) {
 struct search::MayTouch {
   CcLimits limits;
   int level;
-  int wanted;   // what is asked of this level
-  float skin;   // [the other's voxels], with what rounding may add
+  int wanted;   // kinds that matter on this level
+  float skin;   // [the other's voxels] including rounding
   float voxel;  // [m] the other's
   float turn;   // [rad]
 
@@ -38,10 +39,10 @@ struct search::MayTouch {
   int operator()(CcVoxel record, float depth, float facing, float width) const {
     const std::uint32_t planes = ccPlaneCount(record);
     const float lean = std::sqrt(std::max(1.0f - facing * facing, 0.0f)) + turn + kFacingNoise;
-    const float sine = planes > 1 ? 1.0f : std::min(lean, 1.0f);  // any plane may be the next
+    const float sine =
+        planes > 1 ? 1.0f : std::min(lean, 1.0f);  // any of the planes may give the depth
     const float deep = depth + skin * voxel, half = limits.halfWidth * width;
-    // Wet samples are hits where they lean enough; what counts as a near miss, or is taken in
-    // parts, counts by itself.
+    // A wet sample is a hit if it leans enough. Near misses and divided samples count regardless.
     const bool plainly = (limits.margin > 0) | ((level < kLevels - 1) & (planes > 1));
     const float reach = plainly ? std::max(half, limits.margin) : half * sine;
     const float beyond = -deep * limits.perVoxel - limits.slack;
@@ -79,8 +80,8 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
 
 }  // namespace
 
-// Samples of the level that a search may come to.
-void ShortlistMaker::gather(const Direction& dir, const FieldData& other, float skin) {
+// Collects the samples of the level that a search may look up.
+void VerletListBuilder::gather(const Direction& dir, const FieldData& other, float skin) {
   samples_.clear();
   const auto take = [&](SampleRun run) {
     for (std::uint32_t i = 0; i < run.count; ++i) samples_.push_back(run.first + i);
@@ -100,7 +101,7 @@ void ShortlistMaker::gather(const Direction& dir, const FieldData& other, float 
   }
 }
 
-void ShortlistMaker::look(const Direction& dir, const FieldData& other, const Test& test) {
+void VerletListBuilder::look(const Direction& dir, const FieldData& other, const Test& test) {
   may_.assign(samples_.size(), 0);
   beside_.count = 0;
   for (std::size_t first = 0; first < samples_.size(); first += kLanes) {
@@ -123,9 +124,9 @@ void ShortlistMaker::look(const Direction& dir, const FieldData& other, const Te
   flushBeside(dir, other, test);
 }
 
-// The records of other voxels within the skin.
-void ShortlistMaker::lookBeside(const Direction& dir, const FieldData& other, const Test& test,
-                                int lane, std::uint32_t place) {
+// Looks up the records of other voxels within the skin.
+void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other, const Test& test,
+                                   int lane, std::uint32_t place) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const std::uint32_t k = lanes_.sample[lane];
   const V3 x = applied(dir.toOther, V3(samples.x[k], samples.y[k], samples.z[k]));
@@ -150,7 +151,8 @@ void ShortlistMaker::lookBeside(const Direction& dir, const FieldData& other, co
   }
 }
 
-void ShortlistMaker::flushBeside(const Direction& dir, const FieldData& other, const Test& test) {
+void VerletListBuilder::flushBeside(const Direction& dir, const FieldData& other,
+                                    const Test& test) {
   if (beside_.count == 0) return;
   measure(other, test.voxel, beside_);
   std::int32_t may[kLanes];
@@ -159,7 +161,7 @@ void ShortlistMaker::flushBeside(const Direction& dir, const FieldData& other, c
   beside_.count = 0;
 }
 
-bool ShortlistMaker::keep(int wanted, Shortlist& list) {
+bool VerletListBuilder::keep(int wanted, VerletList& list) {
   near_.clear();
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (may_[i] & CC_NEARBY) near_.push_back(samples_[i]);
@@ -170,10 +172,10 @@ bool ShortlistMaker::keep(int wanted, Shortlist& list) {
   return true;
 }
 
-bool ShortlistMaker::make(const FieldData& own, const FieldData& other, const Until& until,
-                          Shortlist& list) {
-  HitSearch::Misses none;
-  none.margin = until.margin;
+bool VerletListBuilder::build(const FieldData& own, const FieldData& other, const Limits& limits,
+                              VerletList& list) {
+  NearMisses none;
+  none.margin = limits.margin;
   const float voxel = static_cast<float>(own.cloud().voxelSize());
   Direction dir{list.way, own, own.samples(), kLevels - 1, kA, voxel, none};
   const float skin = list.skin + roundingOf(dir, other);
@@ -181,16 +183,16 @@ bool ShortlistMaker::make(const FieldData& own, const FieldData& other, const Un
   for (;; --dir.level) {
     list.begin[static_cast<std::size_t>(dir.level)] =
         static_cast<std::uint32_t>(list.samples.size());
-    const int wanted = dir.level == until.level ? CC_WET : CC_WET | CC_NEARBY;
+    const int wanted = dir.level == limits.level ? CC_WET : CC_WET | CC_NEARBY;
     const Test test{
         dir.limits(), dir.level, wanted, skin, static_cast<float>(other.cloud().voxelSize()),
-        until.turn};
+        limits.turn};
     gather(dir, other, skin);
     look(dir, other, test);
     if (!keep(wanted, list)) return false;
-    if (dir.level == until.level) break;
+    if (dir.level == limits.level) break;
   }
-  for (int level = 0; level < until.level; ++level)
+  for (int level = 0; level < limits.level; ++level)
     list.begin[static_cast<std::size_t>(level)] = static_cast<std::uint32_t>(list.samples.size());
   return true;
 }

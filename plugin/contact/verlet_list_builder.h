@@ -1,28 +1,44 @@
-// Which samples may touch as long as none comes farther than a skin from where it is now.
+// A Verlet list, and how it is made: which samples may touch while none moves farther than a skin.
 //
-// As long as a sample stays in its voxel it is measured by the same record, whose planes fall by no
-// more than it moves; where the skin reaches beyond the voxel, the records there are asked, too.
+// While a sample stays in its voxel it is measured by the same record, whose planes' depths change
+// by no more than it moves. If the skin reaches beyond the voxel, the records there count too.
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "contact/field_lanes.h"
-#include "contact/verlet_list.h"
 
 namespace cloudcontact {
 
 namespace search {
-struct MayTouch;  // what tells a sample that may touch from one that may not
+struct MayTouch;  // whether a sample may touch
 }
 
-class ShortlistMaker {
+// Samples of one body on their way into the other.
+struct VerletList {
+  std::vector<std::uint32_t> samples;  // of all levels, coarsest first; ascending in each level
+  std::array<std::uint32_t, kLevels> begin = {};  // of each level in `samples`
+  CcWay way = {};                                 // where they were measured
+  float skin = 0;                                 // [the other's voxels]
+
+  std::span<const std::uint32_t> of(int level) const {
+    const std::size_t first = begin[static_cast<std::size_t>(level)],
+                      end = level > 0 ? begin[static_cast<std::size_t>(level - 1)] : samples.size();
+    return std::span(samples).subspan(first, end - first);
+  }
+};
+
+class VerletListBuilder {
  public:
-  // What a list must hold for.
-  struct Until {
-    int level = 0;     // the finest that is asked
-    float margin = 0;  // [m]
+  // The queries for which a list is valid.
+  struct Limits {
+    int level = 0;     // the finest level searched
+    float margin = 0;  // [m] the largest
     float turn = 0;    // [rad] of normals
   };
-  // Fills the list for `own`'s samples at list.way; false where its memory is too small.
-  bool make(const FieldData& own, const FieldData& other, const Until& until, Shortlist& list);
+  // Fills the list with samples of `own` at list.way. Returns false if its memory is too small.
+  bool build(const FieldData& own, const FieldData& other, const Limits& limits, VerletList& list);
 
  private:
   using Direction = search::Direction;
@@ -34,12 +50,12 @@ class ShortlistMaker {
   void lookBeside(const Direction& dir, const FieldData& other, const Test& test, int lane,
                   std::uint32_t place);
   void flushBeside(const Direction& dir, const FieldData& other, const Test& test);
-  bool keep(int wanted, Shortlist& list);
+  bool keep(int wanted, VerletList& list);
 
-  std::vector<std::uint32_t> bricks_, samples_, near_;  // of the level that is looked at
+  std::vector<std::uint32_t> bricks_, samples_, near_;  // of the current level
   std::vector<std::uint8_t> may_;                       // of samples_: CC_WET, CC_NEARBY
   Lanes lanes_, beside_;
-  std::uint32_t owner_[search::kLanes];  // of samples_, beside_'s
+  std::uint32_t owner_[search::kLanes];  // for each lane of beside_, its sample's place in samples_
 };
 
 }  // namespace cloudcontact

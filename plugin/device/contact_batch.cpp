@@ -1,4 +1,5 @@
 // ContactBatch: decides which pairs go to the device, and solves the others on the CPU.
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 
 #include <oneapi/tbb/parallel_for.h>
@@ -12,7 +13,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "contact/finder_scratch.h"
+#include "contact/contact_builder.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
 #include "device/opencl_batch.h"
@@ -44,6 +45,7 @@ struct ContactBatch::State {
   BatchSettings settings;
   std::string message, name;
   tbb::task_arena arena;
+  std::shared_ptr<ContactWorkspace> workspace = std::make_shared<ContactWorkspace>();
   std::deque<ContactFinder> finders;
   std::vector<std::uint32_t> rooms;  // hits that a direction of each pair may store
   std::vector<const ContactResult*> results;
@@ -130,7 +132,7 @@ void ContactBatch::State::runOnCpu(std::span<const BatchPair> pairs) {
     const std::size_t k = cpuPairs[i];
     results[k] = &finders[k].find(pairs[k].a, pairs[k].b, pairs[k].settings);
   });
-  ContactFinder::makeRoom(arena.max_concurrency());
+  workspace->reserve(arena.max_concurrency());
   report.onCpu += cpuPairs.size();
 }
 
@@ -167,7 +169,7 @@ void ContactBatch::State::runOnDevice(std::span<const BatchPair> pairs) {
       continue;
     }
     if (!pair.a.field || !pair.b.field)  // throws the right message
-      ContactFinder::Scratch::of(finders[k]).begin(pair.a, pair.b);
+      finders[k].builder().begin(pair.a, pair.b);
     findField(pair.a, 0);
     findField(pair.b, 1);
     devicePairs.push_back(
@@ -216,8 +218,7 @@ void ContactBatch::State::runParts() {
 void ContactBatch::State::prepare(Part& part, bool reserved) {
   eachAlike(part.count, [&](std::size_t i) {
     opencl::DevicePair& pair = devicePairs[part.first + i];
-    pair.frame =
-        ContactFinder::Scratch::of(finders[indices[part.first + i]]).begin(*pair.a, *pair.b);
+    pair.frame = finders[indices[part.first + i]].builder().begin(*pair.a, *pair.b);
     if (reserved) part.batch.writePose(i);
   });
 }
@@ -304,10 +305,10 @@ void ContactBatch::State::readAnswer(Part& part, std::size_t i, Totals& totals) 
   totals.finest = std::min(totals.finest, answer.failed & CC_FINER ? 0 : answer.level);
   totals.failed += answer.failed != 0;
   if (answer.failed) return;
-  ContactFinder::Scratch& finder = ContactFinder::Scratch::of(finders[k]);
-  finder.result.samples = answer.hits;
-  for (const CcContactPatch& contact : part.batch.contacts(i)) finder.take(contact);
-  results[k] = &finder.named();
+  ContactBuilder& builder = finders[k].builder();
+  builder.setHits(answer.hits);
+  for (const CcContactPatch& contact : part.batch.contacts(i)) builder.add(contact);
+  results[k] = &builder.withIds();
 }
 
 void ContactBatch::State::addReport(Part& part) {
@@ -347,7 +348,7 @@ std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPa
   s.report = {};
   s.cpuPairs.clear();
   s.results.assign(pairs.size(), nullptr);
-  while (s.finders.size() < pairs.size()) s.finders.emplace_back();
+  while (s.finders.size() < pairs.size()) s.finders.emplace_back(s.workspace);
   s.rooms.resize(std::max(s.rooms.size(), pairs.size()), kFirstRoom);
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.device) {

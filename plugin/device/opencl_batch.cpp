@@ -174,7 +174,7 @@ void OpenClBatch::growPatches() {
   run({"ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM}, pairs, directions, found, answers,
       hitBuffer, order, bins, sums);
   const cl::Buffer& heaviest = heaviest_.reserve(d, binRoom_ * sizeof(cl_ushort));
-  const cl::Buffer& near = near_.reserve(d, binRoom_ * CC_NEIGHBOURS * sizeof(cl_ushort));
+  const cl::Buffer& near = near_.reserve(d, binRoom_ * CC_NEIGHBORS * sizeof(cl_ushort));
   const cl::Buffer& neighbours = neighbours_.reserve(d, binRoom_);
   run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, answers, bins, sums, sprouts, heaviest,
       near, neighbours);

@@ -4,7 +4,8 @@
 
 #include <cloudcontact/contact/contact.h>
 
-#include "contact/finder_scratch.h"
+#include "contact/contact_builder.h"
+#include "contact/hit_search.h"
 #include "device/device_fields.h"
 #include "device/opencl_device.h"
 

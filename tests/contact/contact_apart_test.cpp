@@ -30,7 +30,7 @@ std::size_t asked(const ContactBody& a, const ContactBody& b) {
   settings.margin = kMargin;
   ContactFinder finder;
   finder.find(a, b, settings);
-  return finder.asked();
+  return finder.sampleLookups();
 }
 
 class FarApart : public ::testing::Test {

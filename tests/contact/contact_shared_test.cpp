@@ -79,7 +79,7 @@ class SharedSearch : public ::testing::Test {
           runner.run(count, task);
         };
         finder.search(a, b, settings, &counting);
-        const std::vector<double> found = bitsOf(finder.named());
+        const std::vector<double> found = bitsOf(finder.withIds());
         EXPECT_GT(shared, 3) << "nothing was shared out";
         ASSERT_EQ(found.size(), wanted.size()) << runner.name;
         EXPECT_EQ(std::memcmp(found.data(), wanted.data(), sizeof(double) * wanted.size()), 0)

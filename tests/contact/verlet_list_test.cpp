@@ -42,11 +42,11 @@ void ask(ContactFinder& finder, const Walk& walk, Asked& asked) {
   const ContactResult& want = fresh.find(walk.a, walk.b, walk.settings);
   const ContactResult& got = finder.find(walk.a, walk.b, walk.settings);
   expectSame(got, want, Ids::Ignored);
-  asked.listed += finder.asked();
-  asked.fresh += fresh.asked();
+  asked.listed += finder.sampleLookups();
+  asked.fresh += fresh.sampleLookups();
 }
 
-class Shortlists : public ::testing::Test {
+class VerletLists : public ::testing::Test {
  protected:
   BodyMaker maker{kVoxel, Random(7)};
   Body box = maker.box(Vec3(30, 24, 12)), ball = maker.sphere(14), roller = maker.cylinder(9, 22);
@@ -64,7 +64,7 @@ class Shortlists : public ::testing::Test {
   }
 };
 
-TEST_F(Shortlists, FindTheSameAtAnySpeed) {
+TEST_F(VerletLists, FindTheSameAtAnySpeed) {
   for (const double margin : {0.0, 0.4})
     for (const double length : {1e-5, 1e-3, 5e-3, 9e-3, 0.03})
       for (Walk w : walks()) {
@@ -86,7 +86,7 @@ TEST_F(Shortlists, FindTheSameAtAnySpeed) {
 }
 
 // The energy's gradient asks all samples.
-TEST_F(Shortlists, FindTheSameOfAllSamples) {
+TEST_F(VerletLists, FindTheSameOfAllSamples) {
   for (Walk w : walks()) {
     w.settings.law = Foundation{1e4, 0};
     ContactFinder finder;
@@ -101,7 +101,7 @@ TEST_F(Shortlists, FindTheSameOfAllSamples) {
 }
 
 // Slowly from contact to separation and back: the list ends on another level than the query.
-TEST_F(Shortlists, FindTheSameAsLevelsChange) {
+TEST_F(VerletLists, FindTheSameAsLevelsChange) {
   for (Walk w : walks()) {
     ContactFinder finder;
     Asked asked;
@@ -116,7 +116,7 @@ TEST_F(Shortlists, FindTheSameAsLevelsChange) {
 }
 
 // What else may change between two queries.
-TEST_F(Shortlists, AreOfThisPairAlone) {
+TEST_F(VerletLists, AreOfThisPairAlone) {
   Walk w = walk(box, 6, ball, 13.5, 14), other = walk(box, 6, roller, 11, 14);
   ContactFinder finder;
   Asked asked;
@@ -147,7 +147,7 @@ TEST_F(Shortlists, AreOfThisPairAlone) {
 }
 
 // The same grid and pose, but another surface: a cut body, or a different one.
-TEST_F(Shortlists, AreOfTheseFieldsAlone) {
+TEST_F(VerletLists, AreOfTheseFieldsAlone) {
   const auto slab = [](int top) {
     return SurfaceField::build(test::smallCloud(kVoxel, {5, 5, 2}, [=](int x, int y, int z) {
       return x < 2 || y < 2 || z < 2 || x > 37 || y > 37 || z > 10 ? 0 : z == 10 ? top : 255;

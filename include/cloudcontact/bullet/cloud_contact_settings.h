@@ -21,7 +21,7 @@ struct CloudContactSettings {
   // stiffness that the pair's own mass allows. Use 1 with Bullet's own solver and up to 10 with
   // ExtrapolatingSolver. At least 1 and finite.
   double bears = 1;
-  bool lists = true;  // ContactSettings::lists of every pair
+  bool lists = true;  // ContactSettings::verletLists of every pair
 };
 
 // Time and work of the cloud narrow phase since the last reset.

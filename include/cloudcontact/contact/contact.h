@@ -35,7 +35,7 @@ struct ContactSettings {
   // Keep Verlet lists between queries: a pair that moves by less than a hundredth of a voxel a
   // query then looks up only the samples that may touch. Results are equal to the bit. False makes
   // each query a first one, for measurements.
-  bool lists = true;
+  bool verletLists = true;
 };
 
 // A point of contact; it becomes one btManifoldPoint.

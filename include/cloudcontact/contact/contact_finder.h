@@ -10,40 +10,61 @@
 
 namespace cloudcontact {
 
-// Finds contacts. It keeps its results and their names between calls; what it works with is lent by
-// the process, as many times as queries run at once, and kept there, so that a step after the first
-// allocates nothing. One finder serves one thread.
+class ContactBuilder;
+
+// The memory that queries work in. Finders that share a workspace need one set of memory for each
+// query that runs at the same time, not one for each finder. A workspace grows to the largest query
+// and keeps that memory until its end. It may be shared by finders of any threads.
+class ContactWorkspace {
+ public:
+  ContactWorkspace();
+  ~ContactWorkspace();
+  ContactWorkspace(ContactWorkspace&&) noexcept;
+  ContactWorkspace& operator=(ContactWorkspace&&) noexcept;
+
+  // Makes a set of memory for each of `threads` threads, as large as the largest query so far
+  // needed, so that later queries of that size allocate nothing in any thread. Call it while no
+  // query runs.
+  void reserve(int threads);
+
+ private:
+  friend class ContactFinder;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Finds the contacts of one pair, step by step. It keeps its result, the points' IDs and Verlet
+// lists between calls. After the first step a query allocates nothing. One finder serves one thread
+// at a time.
 class ContactFinder {
  public:
-  ContactFinder();
+  ContactFinder();  // with a workspace of its own
+  explicit ContactFinder(std::shared_ptr<ContactWorkspace> workspace);  // not null
   ~ContactFinder();
   ContactFinder(ContactFinder&&) noexcept;
   ContactFinder& operator=(ContactFinder&&) noexcept;
 
-  // "No contact" is an empty result. Throws std::invalid_argument where a body has neither field
-  // nor shape, both bodies are shapes, or a pose is not finite.
+  // Finds the contact; without contact the result is empty. The result is valid until the next
+  // call. Throws std::invalid_argument if a body has neither a field nor a shape or has both, if
+  // both bodies are shapes, or if a pose is not finite.
   const ContactResult& find(const ContactBody& a, const ContactBody& b,
                             const ContactSettings& settings);
 
-  // find() in two halves, for a question that is worked out before it is asked: search() throws as
-  // find() does and remembers nothing of its bodies for a later search, so that it may turn out not
-  // to be wanted; named(), once after a search that is, gives its points their ids. With `shareOut`
-  // a large search is shared out over it; what is found is the same to the bit.
+  // find() in two halves, for queries made ahead of time. search() finds the contact without the
+  // points' IDs, and throws as find() does. Call withIds() once after a search whose result is
+  // used; searches that are not used leave the IDs as they were. With `runner`, large searches run
+  // in parallel; the result is the same to the bit.
   void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-              const TaskRunner* shareOut = nullptr);
-  const ContactResult& named();
-  // Samples that the last search looked up: what it cost.
-  std::size_t asked() const;
+              const TaskRunner* runner = nullptr);
+  const ContactResult& withIds();
+  // Number of samples that the last search looked up, a measure of its cost.
+  std::size_t sampleLookups() const;
 
-  // Where several threads search: gives what is lent the room that any query has needed, `threads`
-  // times, so that none has to ask for more which another thread had asked for before. Between
-  // steps.
-  static void makeRoom(int threads);
-
-  struct Scratch;  // its memory, which the backends share
+  ContactBuilder& builder();  // internal: ContactBatch builds results of the device with it
 
  private:
-  std::unique_ptr<Scratch> scratch_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace cloudcontact

@@ -1,7 +1,5 @@
-// When lists hold, when they are worth making, and of what: see shortlist_maker.h.
-#include "contact/verlet_list.h"
-
-#include "contact/verlet_list_builder.h"
+// When lists are valid, and when they are worth making.
+#include "contact/verlet_lists.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +8,10 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kSteps = 10;                         // that a skin should last
+constexpr double kSteps = 10;                         // for which a skin should last
 constexpr double kLeastSkin = 0.03, kMostSkin = 0.1;  // [voxels] a wider one leaves too little out
-constexpr double kMostTurn = 0.01;                    // [rad] that normals may have turned
-// Of the pair's margin, which follows its speed: how much larger a later query's may be.
+constexpr double kMostTurn = 0.01;                    // [rad] by which normals may turn
+// The margin follows the pair's speed; lists are made for one larger by this factor.
 constexpr float kMoreMargin = 1.25f;
 
 double turned(const CcWay& from, const CcWay& to) {
@@ -27,7 +25,7 @@ double turned(const CcWay& from, const CcWay& to) {
 
 }  // namespace
 
-Shortlists::Ball Shortlists::ballOf(const SampleBricks& bricks) {
+VerletLists::Ball VerletLists::ballOf(const SampleBricks& bricks) {
   Eigen::AlignedBox3d box;
   const std::size_t count = bricks.runs.size();
   for (std::size_t i = 0; i < count; ++i) box.extend(Vec3(bricks.x[i], bricks.y[i], bricks.z[i]));
@@ -42,9 +40,10 @@ Shortlists::Ball Shortlists::ballOf(const SampleBricks& bricks) {
   return ball;
 }
 
-// How far at most a sample has come [the other's voxels]: what the ball's centre has, and the turn
-// about it. The difference of two rotations stretches nothing by more than its norm over root two.
-double Shortlists::moved(const CcWay& from, const CcWay& to, const Ball& ball) {
+// A bound on how far samples have moved [the other's voxels]: the ball's center, plus the rotation
+// about it. The difference of two rotations stretches no vector by more than its Frobenius norm
+// over root two.
+double VerletLists::moved(const CcWay& from, const CcWay& to, const Ball& ball) {
   double square = 0, shift = 0;
   for (int i = 0; i < 3; ++i) {
     double d = static_cast<double>(to.toOther.shift[i]) - from.toOther.shift[i];
@@ -60,7 +59,7 @@ double Shortlists::moved(const CcWay& from, const CcWay& to, const Ball& ball) {
 }
 
 // A pair of fields seen for the first time.
-void Shortlists::meet(const FieldData& a, const FieldData& b) {
+void VerletLists::meet(const FieldData& a, const FieldData& b) {
   const FieldData* const fields[2] = {&a, &b};
   for (int side = 0; side < 2; ++side) {
     lives_[side] = fields[side]->life();
@@ -69,7 +68,7 @@ void Shortlists::meet(const FieldData& a, const FieldData& b) {
   known_ = made_ = false;
 }
 
-bool Shortlists::hold(const CcWay* ways, float margin) const {
+bool VerletLists::valid(const CcWay* ways, float margin) const {
   if (!made_ || margin > margin_) return false;
   for (int side = 0; side < 2; ++side)
     if (!(moved(lists_[side].way, ways[side], balls_[side]) <= lists_[side].skin) ||
@@ -78,7 +77,7 @@ bool Shortlists::hold(const CcWay* ways, float margin) const {
   return true;
 }
 
-bool Shortlists::begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin) {
+bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin) {
   if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
@@ -88,30 +87,30 @@ bool Shortlists::begin(const FieldData& a, const FieldData& b, const CcWay* ways
     last_[side] = ways[side];
   }
   known_ = true;
-  made_ = hold(ways, margin);
+  made_ = valid(ways, margin);
   return made_;
 }
 
-void Shortlists::giveRoom(std::size_t ofA, std::size_t ofB) {
+void VerletLists::reserve(std::size_t ofA, std::size_t ofB) {
   for (int side = 0; side < 2; ++side) {
-    const std::size_t asked = side == 0 ? ofA : ofB;
+    const std::size_t lookups = side == 0 ? ofA : ofB;
     std::vector<std::uint32_t>& samples = lists_[side].samples;
-    if (samples.capacity() < asked / 2) samples.reserve(asked / 4 * 3);
+    if (samples.capacity() < lookups / 2) samples.reserve(lookups / 4 * 3);
   }
 }
 
-void Shortlists::make(const FieldData& a, const FieldData& b, int level, float margin,
-                      ShortlistMaker& maker) {
+void VerletLists::make(const FieldData& a, const FieldData& b, int level, float margin,
+                       VerletListBuilder& builder) {
   margin_ = kMoreMargin * margin;
   level_ = level;
   const FieldData* const fields[2] = {&a, &b};
   made_ = true;
   for (int side = 0; side < 2; ++side) {
-    Shortlist& list = lists_[side];
+    VerletList& list = lists_[side];
     list.way = last_[side];
     list.skin = skins_[side];
-    const ShortlistMaker::Until until{level, margin_, static_cast<float>(kMostTurn)};
-    made_ = made_ && maker.make(*fields[side], *fields[1 - side], until, list);
+    const VerletListBuilder::Limits limits{level, margin_, static_cast<float>(kMostTurn)};
+    made_ = made_ && builder.build(*fields[side], *fields[1 - side], limits, list);
   }
 }
 

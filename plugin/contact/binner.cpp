@@ -1,5 +1,5 @@
 // Bins in a flat table, and the patches that grow from the heaviest of them.
-#include "contact/bins.h"
+#include "contact/binner.h"
 
 #include "base/simd.h"
 
@@ -10,11 +10,11 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::size_t kShareHits = 1024;  // a share of the summing
-constexpr std::size_t kFewSlots = 1024;   // of bins by key, to begin with
-constexpr double kMostBox = 4096;         // cells in a box that is looked up directly
+constexpr std::size_t kShareHits = 1024;  // of one task that sums
+constexpr std::size_t kFewSlots = 1024;   // of the table by key, at first
+constexpr double kMostBox = 4096;         // cells in a box that is addressed directly
 constexpr std::int32_t kDirections = 6;
-constexpr std::size_t kEmptyPlaces = 2048;  // of cells and directions, that may be cleared in vain
+constexpr std::size_t kEmptyPlaces = 2048;  // of a direct table that may stay empty
 
 std::size_t slotOf(std::uint64_t key) {
   return static_cast<std::size_t>(key * 0x9E3779B97F4A7C15u >> 40);
@@ -44,22 +44,22 @@ CC_LANES void keysOf(const HitColumns& hits, float perCell, const HitKeys& keys)
   }
 }
 
-CcFaces facesOf(const Sums& sums) {
+CcFaces facesOf(const CcSums& sums) {
   CcFaces faces;
   for (int s = 0; s < 2; ++s) {
-    Eigen::Map<Vec3>(faces.normal[s]) = sums.normal[s];
+    faces.normal[s] = ccVecAt(sums.normal[s]);
     faces.length[s] = ccLength64(faces.normal[s]);
   }
   return faces;
 }
 
-double weightOf(const Sums& sums) {
+double weightOf(const CcSums& sums) {
   return sums.side[0].size + sums.side[1].size;
 }
 
 }  // namespace
 
-void Binner::fit(const Binner& other) {
+void Binner::reserveLike(const Binner& other) {
   const auto fit = [](auto& to, const auto& from) { to.reserve(from.capacity()); };
   fit(cellX_, other.cellX_), fit(cellY_, other.cellY_), fit(cellZ_, other.cellZ_);
   fit(direction_, other.direction_), fit(gate_, other.gate_), fit(bin_, other.bin_);
@@ -68,8 +68,8 @@ void Binner::fit(const Binner& other) {
   fit(queue_, other.queue_), fit(patches_, other.patches_), fit(runs_, other.runs_);
 }
 
-// The box of the hits' cells, with a cell of margin all around, so that a neighbour is never
-// outside; where it is too large its cells are looked up by hash.
+// Finds the box of the hits' cells, with a margin of one cell so that it contains all neighbors. A
+// box that is too large is hashed.
 CC_LANES void Binner::findBox(int count) {
   const std::vector<std::int32_t>* const cells[3] = {&cellX_, &cellY_, &cellZ_};
   double all = 1;
@@ -88,7 +88,7 @@ CC_LANES void Binner::findBox(int count) {
   cells_ = hashed_ ? 0 : static_cast<std::size_t>(all);
 }
 
-// Each hit's place among the box's cells times directions, in place of its direction.
+// Replaces each hit's direction by its index in a table of the box's cells times directions.
 CC_LANES void Binner::findPlaces(int count) {
   const std::int32_t *const x = cellX_.data(), *const y = cellY_.data(), *const z = cellZ_.data();
   std::int32_t* const direction = direction_.data();
@@ -112,7 +112,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
   keysOf(hits, static_cast<float>(1 / cell),
          {cellX_.data(), cellY_.data(), cellZ_.data(), direction_.data(), gate_.data()});
   findBox(static_cast<int>(count));
-  // A table of all the box's places, unless most of it would be empty.
+  // Address the table directly unless most of it would stay empty.
   const std::size_t places = kDirections * cells_;
   if (!hashed_ && places <= kEmptyPlaces + 8 * count) {
     findPlaces(static_cast<int>(count));
@@ -131,7 +131,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
     addTo(binOf(ccBinKey(cellX_[i], cellY_[i], cellZ_[i], direction_[i])), i);
 }
 
-// One hit more in a bin, the one behind the last included.
+// Adds a hit to a bin, which may be a new one after the last.
 void Binner::addTo(std::uint32_t bin, std::size_t hit) {
   if (bin == bins_.size()) {
     Bin& made = bins_.emplace_back();
@@ -143,7 +143,7 @@ void Binner::addTo(std::uint32_t bin, std::size_t hit) {
   ++bins_[bin].end;
 }
 
-// The key's bin; the one after the last where it has none yet, and then it is its.
+// The bin of a key; a new key gets the bin after the last.
 std::uint32_t Binner::binOf(std::uint64_t key) {
   const std::size_t mask = slots_ - 1;
   std::size_t slot = slotOf(key) & mask;
@@ -173,7 +173,7 @@ void Binner::enlarge() {
   }
 }
 
-// Hits in the order of their bins.
+// Orders the hits by their bins.
 void Binner::order(const HitColumns& hits) {
   std::uint32_t begin = 0;
   for (Bin& bin : bins_) {
@@ -199,13 +199,13 @@ void Binner::order(const HitColumns& hits) {
   }
 }
 
-// Each bin's hits at one go, of the bins from `first` to `last`.
+// Sums the hits of the bins from `first` to `last`.
 void Binner::sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first,
                  std::size_t last) {
   if (first == last) return;
   for (std::size_t b = first; b < last; ++b) {
     const std::int32_t* const at = bins_[b].cell;
-    sums_[b].origin = Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) * cell;
+    for (int i = 0; i < 3; ++i) sums_[b].origin[i] = (at[i] + 0.5) * cell;
   }
   const std::size_t begin = bins_[first].run,
                     end = last < bins_.size() ? bins_[last].run : runs_.size();
@@ -222,7 +222,7 @@ void Binner::sum(const HitColumns& hits, double cell, bool oneSided, std::size_t
   }
 }
 
-// Neighbours are looked up 27 times a bin, mostly in vain: in a box of cells that is a read each.
+// Chains the bins of each cell. Growth looks up 27 cells a bin, mostly empty ones.
 void Binner::layOut() {
   box_.assign(cells_, -1);
   for (std::size_t b = 0; b < bins_.size(); ++b) {
@@ -245,7 +245,7 @@ std::size_t Binner::placeOf(const std::int32_t* cell) const {
   return static_cast<std::size_t>(x + span_[0] * (y + span_[1] * z));
 }
 
-// Where a cell's first free bin is noted; null where it has had none.
+// The head of a cell's chain of free bins; null if the cell has no bins.
 std::int32_t* Binner::chainOf(const std::int32_t* cell) {
   if (!hashed_) return &box_[placeOf(cell)];
   const std::uint64_t key = ccBinKey(cell[0], cell[1], cell[2], 7);
@@ -257,15 +257,14 @@ std::int32_t* Binner::chainOf(const std::int32_t* cell) {
 }
 
 bool Binner::linked(std::size_t bin, std::size_t from, double weight, double close) const {
-  if (bins_[bin].weight < CC_LEAST_LINK * weight) return false;  // as ccLinked() begins
-  const Vec3 here = sums_[bin].center(), there = sums_[from].center();
-  return ccLinked(&bins_[bin].faces, &bins_[from].faces, bins_[bin].weight, weight, here.data(),
-                  there.data(), close) != 0;
+  if (bins_[bin].weight < CC_LEAST_LINK * weight) return false;  // the first test of ccLinked()
+  return ccLinked(&bins_[bin].faces, &bins_[from].faces, bins_[bin].weight, weight,
+                  centerOf(sums_[bin]), centerOf(sums_[from]), close) != 0;
 }
 
-// The chains of a cell and of the 26 around it, x fastest.
+// Visits the chains of a cell and of its 26 neighbors, x fastest.
 template <typename Visit>
-void Binner::eachNeighbour(const std::int32_t* cell, const Visit& visit) {
+void Binner::eachNeighbor(const std::int32_t* cell, const Visit& visit) {
   for (int z = cell[2] - 1; z <= cell[2] + 1; ++z)
     for (int y = cell[1] - 1; y <= cell[1] + 1; ++y) {
       const std::int32_t row[3] = {cell[0] - 1, y, z};
@@ -278,9 +277,9 @@ void Binner::eachNeighbour(const std::int32_t* cell, const Visit& visit) {
     }
 }
 
-// Grows a patch from its heaviest bin over neighbouring bins that look the same way. A bin that
-// belongs to a patch leaves its cell's chain: what is free is all that is asked.
-void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double close) {
+// Region growing: from its heaviest bin, a patch takes in neighboring bins that face the same way.
+// A bin that has a patch leaves its cell's chain.
+void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double close) {
   std::int32_t* link = chainOf(bins_[seed].cell);
   while (*link != static_cast<std::int32_t>(seed))
     link = &bins_[static_cast<std::size_t>(*link)].next;
@@ -302,24 +301,24 @@ void Binner::grow(std::size_t seed, Sums& patch, std::int32_t number, double clo
         const std::size_t b = static_cast<std::size_t>(*chain);
         if (ccAlike(&bins_[b].faces, &faces, CC_AGREE) || linked(b, from, weightOf(patch), close)) {
           take(chain);
-          patch.add(sums_[b]);
+          ccJoinSums(&patch, &sums_[b]);
           faces = facesOf(patch);
         } else {
           chain = &bins_[b].next;
         }
       }
     };
-    eachNeighbour(bins_[from].cell, visit);
+    eachNeighbor(bins_[from].cell, visit);
   }
 }
 
-const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
-                                         const TaskRunner* shareOut) {
+const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
+                                           const TaskRunner* runner) {
   patches_.clear();
   findBins(hits, cell);
   order(hits);
-  const int shares = shareOut ? static_cast<int>(hits.size() / kShareHits) : 1;
-  // A share's bins are those whose last hit is in its part of the hits.
+  const int shares = runner ? static_cast<int>(hits.size() / kShareHits) : 1;
+  // A task sums the bins whose last hit lies in its part of the hits.
   const auto binAt = [&](int share) {
     const auto hit = static_cast<std::uint32_t>(hits.size() * static_cast<std::size_t>(share) /
                                                 static_cast<std::size_t>(shares));
@@ -330,7 +329,7 @@ const std::vector<Sums>& Binner::patches(const HitColumns& hits, double cell, bo
   };
   const auto sumShare = [&](int i) { sum(hits, cell, oneSided, binAt(i), binAt(i + 1)); };
   if (shares > 1)
-    (*shareOut)(shares, std::cref(sumShare));
+    (*runner)(shares, std::cref(sumShare));
   else
     sum(hits, cell, oneSided, 0, bins_.size());
   layOut();

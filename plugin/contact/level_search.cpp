@@ -1,11 +1,43 @@
-// Samples of a cloud against a shape's own formula.
-#include "contact/shared_search.h"
+// The two targets of a LaneSearch: a field, whose records a sample finds in one 8-byte fetch, and a
+// shape's formula.
+#include "contact/level_search.h"
+
+#include "contact/lane_search.h"
 
 namespace cloudcontact::search {
 
 namespace {
 
-// Cosine: normals that differ by more over a sample meet at an edge, 26 deg.
+struct FieldTarget {
+  const Direction& dir;
+  const FieldData& other;
+  float voxel;  // of the other body [m]
+
+  void nearBricks(std::vector<std::uint32_t>& near) const {
+    search::nearBricks(dir, other, 0, near);
+  }
+
+  int measure(Lanes& lanes) const {
+    findRecords(dir, other, lanes);
+    const int count = search::measure(other, voxel, lanes);
+    if (dir.level == kLevels - 1) return 0;
+    return edgesWithin(dir, other, voxel, count, lanes);
+  }
+
+  void measureParts(Lanes& parts, const SampleColumns&) const {
+    for (int i = 0; i < parts.count; ++i) parts.several[i] = i;
+    choosePlanes(other, voxel, parts.count, parts);
+  }
+
+  float deepAt(const SurfaceSample& s) const {
+    const V3 x = applied(dir.toOther, V3(s.position[0], s.position[1], s.position[2]));
+    const CcPlace place = ccPlaceOf(other.records().bricks(), x.data());
+    const int bricks = other.brickDistance()[static_cast<std::size_t>(place.brick)];
+    return ccDepthBelow(bricks, voxel);
+  }
+};
+
+// Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
 constexpr float kOneFace = 0.9f;
 
 struct ShapeTarget {
@@ -17,7 +49,7 @@ struct ShapeTarget {
   SolidPoint at(const V3& grid) const {
     return solidAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
   }
-  std::pair<float, V3> told(const V3& grid) const {
+  std::pair<float, V3> lookUp(const V3& grid) const {
     const SolidPoint p = at(grid);
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
@@ -50,7 +82,7 @@ struct ShapeTarget {
     int divided = 0;
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
-      const std::pair<float, V3> there = told({samples.x[k], samples.y[k], samples.z[k]});
+      const std::pair<float, V3> there = lookUp({samples.x[k], samples.y[k], samples.z[k]});
       set(lanes, i, there);
       lanes.several[divided] = i;
       divided += edgeWithin(k, there.first, there.second);
@@ -58,7 +90,7 @@ struct ShapeTarget {
     return divided;
   }
 
-  // Depth falls by the same along each of the grid's axes everywhere.
+  // The depth is linear in the grid's coordinates.
   void measurePlane(const HalfSpace& plane, Lanes& lanes) const {
     const V3 n = plane.normal.cast<float>();
     const V3 slope =
@@ -75,7 +107,7 @@ struct ShapeTarget {
     }
   }
 
-  // Whether the shape has an edge over a wide sample; looked for where few samples touch.
+  // Whether the shape has an edge within a wide sample; on the finest level only.
   bool edgeWithin(std::uint32_t k, float depth, const V3& normal) const {
     if (dir.level > 0) return false;
     const SurfaceSample s = samples[k];
@@ -85,24 +117,30 @@ struct ShapeTarget {
     ccTangents(s.normal, t1, t2);
     const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
     for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
-      if (told(middle + aside).second.dot(normal) < kOneFace) return true;
+      if (lookUp(middle + aside).second.dot(normal) < kOneFace) return true;
     return false;
   }
 
   void measureParts(Lanes& parts, const SampleColumns& of) const {
     for (int i = 0; i < parts.count; ++i) {
       const std::uint32_t k = parts.sample[i];
-      set(parts, i, told({of.x[k], of.y[k], of.z[k]}));
+      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}));
     }
   }
 
-  float deepAt(const SurfaceSample&) const { return 0; }  // a shape knows its depth everywhere
+  float deepAt(const SurfaceSample&) const { return 0; }  // a formula has no band
 };
 
 }  // namespace
 
+void searchField(const Direction& dir, const FieldData& other, Candidates& candidates,
+                 HitColumns& hits, Shares& shares) {
+  FieldTarget target{dir, other, static_cast<float>(other.cloud().voxelSize())};
+  searchShared(dir, target, candidates, hits, shares);
+}
+
 void searchShape(const Direction& dir, const Solid& shape, const Pose& toShape,
-                 Candidates& candidates, HitColumns& hits, HitSearch::Shares& shares) {
+                 Candidates& candidates, HitColumns& hits, Shares& shares) {
   ShapeTarget target{dir, shape, toShape, dir.samples.levels[dir.level].samples};
   searchShared(dir, target, candidates, hits, shares);
 }

@@ -1,0 +1,72 @@
+// Groups hits into bins, one for each cell of 8 voxels and each of six directions, and grows bins
+// into patches by region growing (docs/force.md, "Bins", "Growing patches").
+#pragma once
+
+#include <cloudcontact/base/task_runner.h>
+
+#include "contact/sums.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cloudcontact {
+
+// Groups hits into patches. It keeps its memory between calls.
+class Binner {
+ public:
+  // Returns the sums of each patch, in a fixed order. `cell`: edge of a bin's cell [m]. `oneSided`:
+  // the other body is a shape, so each hit also stands for the shape's surface. With `runner` the
+  // sums over many hits run in parallel; the bits are the same.
+  const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
+                                     const TaskRunner* runner = nullptr);
+  // Reserves what `other` has reserved.
+  void reserveLike(const Binner& other);
+
+ private:
+  struct Bin {
+    std::int32_t cell[3];
+    std::int32_t next = -1;  // next free bin of the same cell; -1: none
+    std::int32_t patch = -1;
+    std::uint32_t end = 0;  // of its hits in order_
+    std::size_t run = 0;    // its first in runs_
+    double weight = 0;      // sizes of both sides' pushes
+    CcFaces faces = {};
+  };
+  void findBins(const HitColumns& hits, double cell);
+  void findBox(int count);
+  void findPlaces(int count);
+  void addTo(std::uint32_t bin, std::size_t hit);
+  std::uint32_t binOf(std::uint64_t key);
+  void enlarge();
+  void clearSlots();
+  void order(const HitColumns& hits);
+  void sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first, std::size_t last);
+  void layOut();
+  std::size_t placeOf(const std::int32_t* cell) const;
+  std::int32_t* chainOf(const std::int32_t* cell);
+  template <typename Visit>
+  void eachNeighbor(const std::int32_t* cell, const Visit& visit);
+  bool linked(std::size_t bin, std::size_t from, double weight, double close) const;
+  void grow(std::size_t seed, CcSums& patch, std::int32_t number, double close);
+
+  // For each hit: its cell, its direction, how far it faces the other body, and its bin.
+  std::vector<std::int32_t> cellX_, cellY_, cellZ_, direction_;
+  std::vector<float> gate_;
+  std::vector<std::uint32_t> bin_;
+
+  std::vector<Bin> bins_;
+  std::vector<CcSums> sums_;         // of each bin
+  std::vector<std::uint64_t> keys_;  // of each bin
+  std::vector<std::int32_t> table_;  // bin of a key; open addressing, -1: empty
+  std::size_t slots_ = 0;            // part of table_ in use
+  std::vector<std::int32_t> box_;    // first free bin of a cell, by place in the box or by hash
+  std::size_t free_ = 0;             // bins without a patch
+  std::size_t cells_ = 0;            // of the box; 0 if hashed
+  bool hashed_ = false;
+  std::int32_t low_[3] = {}, span_[3] = {};
+  std::vector<std::uint32_t> order_, queue_;  // order_: hits by bin, then bins by weight
+  std::vector<HitRun> runs_;                  // in the order of the bins
+  std::vector<CcSums> patches_;
+};
+
+}  // namespace cloudcontact

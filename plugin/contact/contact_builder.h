@@ -1,0 +1,80 @@
+// From a pair's patches to its contact: forces, the pair's depth, points, and their IDs. The CPU
+// and the device share it.
+#pragma once
+
+#include <cloudcontact/contact/contact.h>
+
+#include <span>
+#include <vector>
+
+#include "contact/pair_depth.h"
+#include "contact/pair_frame.h"
+#include "kernels/contact/contact_patch.h"
+
+namespace cloudcontact {
+
+// The terms of the law for a pair; the search sets the gap.
+CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                const PairFrame& frame);
+// The number of hits that makes the coarsest level fine enough.
+std::size_t enoughFor(const ContactSettings& settings);
+// The edge of a bin's cell [m].
+double cellOf(const PairFrame& frame, int level);
+
+// The outcome of a search.
+struct SearchOutcome {
+  int level = 0;         // of the samples that hit
+  std::size_t hits = 0;  // their number
+  double gap = 0;        // HitSearch::gap()
+};
+
+// IDs that patches keep from step to step, so that a solver finds their points again. Places and
+// normals are in A's frame, because the frame body may change from one step to the next.
+class PatchIds {
+ public:
+  struct Patch {
+    Vec3 center, normal;
+    std::uint32_t id = 0;
+  };
+  // Gives each patch, in order, the ID of the nearest patch of the last step that is similar and
+  // not taken yet, or a new ID; and remembers the patches.
+  void assign(std::vector<Patch>& patches, double voxel);
+
+ private:
+  std::vector<Patch> known_;
+  std::uint32_t next_ = 0;
+};
+
+// Builds the contact of one pair. It keeps its memory and the IDs between queries.
+class ContactBuilder {
+ public:
+  // Validates the bodies (ContactFinder::find() says what throws) and clears the last result.
+  PairFrame begin(const ContactBody& a, const ContactBody& b);
+  // Builds the result from the sums of the patches, all but the points' IDs. `hits` is needed if
+  // one body is a shape.
+  void build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+             const PairFrame& frame, SearchOutcome outcome, std::span<const CcSums> patches,
+             const HitColumns* hits = nullptr);
+  // Sets the number of hits, and adds a patch; for results that a device built.
+  void setHits(std::size_t hits) { result_.samples = hits; }
+  void add(const CcContactPatch& patch);
+  // Gives the points their IDs and returns the result.
+  const ContactResult& withIds();
+
+ private:
+  struct FoundPatch {
+    const CcSums* sums = nullptr;
+    CcPatchForce force;
+    CcFlat flat;  // in the plane across its normal, if force.lean is not 0
+  };
+  CcPairSums collect(const CcTerms& terms);
+  void emit(const CcTerms& terms, CcWhole whole);
+
+  std::vector<FoundPatch> found_;
+  std::vector<PatchIds::Patch> patches_;  // of the result, in its order
+  PatchIds ids_;
+  double voxel_ = 0;  // the pair's [m]
+  ContactResult result_;
+};
+
+}  // namespace cloudcontact

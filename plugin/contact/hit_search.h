@@ -1,0 +1,53 @@
+// The search for hits: samples of either body that lie in the other, level by level. Everything is
+// in the pair's frame (PairFrame), in meters. docs/force.md, "Samples".
+#pragma once
+
+#include <memory>
+
+#include "contact/pair_frame.h"
+#include "contact/sample_search.h"
+
+namespace cloudcontact {
+
+class VerletListBuilder;
+class VerletLists;
+
+// The number of hits that makes a level fine enough, if the coarsest needs `enough`.
+std::size_t neededOf(int level, std::size_t enough);
+
+// Searches the samples of both bodies. It keeps its memory between calls.
+class HitSearch {
+ public:
+  HitSearch();
+  ~HitSearch();
+
+  // Finds the hits of the coarsest level that gives `enough` of them (ContactSettings::samples), or
+  // of all samples, and returns the level. Without hits, and if the bodies are nearer than `margin`
+  // [m], it moves near misses together by gap() until they touch lightly, and returns those as
+  // hits. With the pair's own `lists` it skips samples that cannot touch. With `runner` large
+  // levels run in parallel. The hits are the same to the bit in all cases.
+  int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
+          std::size_t enough, HitColumns& hits, const TaskRunner* runner = nullptr,
+          VerletLists* lists = nullptr);
+  static constexpr std::size_t kAll = search::kAllSamples;
+  double gap() const { return gap_; }  // [m] 0: the hits are real
+  // Samples that the last run looked up, on all levels.
+  std::size_t lookups() const { return candidates_[0].lookups + candidates_[1].lookups; }
+  // Reserves what `other` has reserved.
+  void reserveLike(const HitSearch& other);
+
+ private:
+  struct Query;
+  int searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists);
+  void searchSide(const Query& query, Side side, int level, HitColumns& hits,
+                  const VerletLists* lists);
+  void touchLightly(HitColumns& hits);
+
+  std::unique_ptr<VerletListBuilder> builder_;
+  search::Candidates candidates_[2];
+  search::NearMisses misses_;
+  search::Shares shares_;
+  double gap_ = 0;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,58 @@
+// Verlet lists of a pair (L. Verlet, Phys. Rev. 159, 1967), with fields in the place of particles:
+// which samples a pair that hardly moves has to look up again.
+//
+// On an M16 thread, four of five samples that a query looks up touch nothing. A list holds those
+// that may touch or may need finer ones. It is valid while no sample has moved farther than a skin
+// from where the list was made. Results are the same to the bit: a sample is left out only if every
+// record that it could meet within the skin, taken a skin deeper, says nothing.
+//
+// Pairs that move farther than a tenth of a skin per query have no lists, since making one looks up
+// all samples and the voxels beside them.
+#pragma once
+
+#include <memory>
+
+#include "contact/verlet_list_builder.h"
+
+namespace cloudcontact {
+
+// The two lists of a pair, and how fast it moves. `ways`: of A's samples into B and of B's into A.
+class VerletLists {
+ public:
+  // Begins a query. Returns whether the lists are valid for it, down to level().
+  bool begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin);
+  // Whether this query should make lists for later ones; after begin() returned false.
+  bool wanted() const { return wanted_; }
+  // Makes lists in a query that ended on `level`. Keeps none that need more room than reserve()
+  // made.
+  void make(const FieldData& a, const FieldData& b, int level, float margin,
+            VerletListBuilder& builder);
+  void drop() { made_ = false; }
+  // Reserves memory after a query without lists, by its lookups of A's and B's samples, so that a
+  // step that makes lists allocates nothing. Lists hold at most three quarters as many samples.
+  void reserve(std::size_t ofA, std::size_t ofB);
+
+  int level() const { return level_; }
+  const VerletList& of(Side sampled) const { return lists_[sampled]; }
+
+ private:
+  // A ball around a body's samples [own voxels].
+  struct Ball {
+    double center[3] = {0, 0, 0}, radius = 0;
+  };
+  static Ball ballOf(const SampleBricks& bricks);
+  static double moved(const CcWay& from, const CcWay& to, const Ball& ball);
+  void meet(const FieldData& a, const FieldData& b);
+  bool valid(const CcWay* ways, float margin) const;
+
+  std::shared_ptr<const int> lives_[2];  // of the two fields
+  Ball balls_[2];
+  CcWay last_[2] = {};  // of the last query
+  VerletList lists_[2];
+  float margin_ = 0;  // [m] for which the lists are valid
+  float skins_[2] = {};
+  int level_ = 0;
+  bool known_ = false, made_ = false, wanted_ = false;
+};
+
+}  // namespace cloudcontact
