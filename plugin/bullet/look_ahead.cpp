@@ -1,7 +1,6 @@
 // Tasks sorted by cost, the largest first; workers take them by a shared counter.
 #include "bullet/look_ahead.h"
 
-#include <cloudcontact/contact/contact_finder.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
