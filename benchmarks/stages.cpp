@@ -121,10 +121,10 @@ void clustering(benchmark::State& state) {
 void reducing(benchmark::State& state) {
   const Found found(pair());
   Binner binner;
-  const std::vector<Sums>& patches = binner.patches(found.hits, kCell, false);
+  const std::vector<CcSums>& patches = binner.patches(found.hits, kCell, false);
   for (auto _ : state)
-    for (const Sums& sums : patches) {
-      const auto* const patch = reinterpret_cast<const CcSums*>(&sums);
+    for (const CcSums& sums : patches) {
+      const auto* const patch = &sums;
       CcFlat flat{};
       const CcPatchForce force = ccForceOf(patch, false, false, kA, &flat);
       CcPatchPoint points[4];
