@@ -62,16 +62,17 @@ bool packParallel(std::span<const VoxelCut> voxels, const Eigen::Vector3i& size,
 }
 
 // Adds a brick's sums, which are about its corner, to sums about the grid's center.
-void addBrick(const CcTissueSums& brick, const VoxelIndex& corner, TissueSums& to) {
+void addBrick(const CcTissueSums& brick, const VoxelIndex& corner, MatterSums& to) {
   const std::int64_t n = brick.sum[CC_SUM_1];
-  to.zeroth += n;
+  to.mass += n;
+  std::int64_t *const first = to.first.data(), *const second = to.second.data();
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
     const std::int64_t x = corner[i], y = corner[j], byX = brick.sum[CC_SUM_X + i],
                        byY = brick.sum[CC_SUM_X + j];
-    to.first[i] += n * x + byX;
-    to.second[i] += n * x * x + 2 * x * byX + brick.sum[CC_SUM_XX + i];
-    to.second[3 + i] += n * x * y + x * byY + y * byX + brick.sum[CC_SUM_XY + i];
+    first[i] += n * x + byX;
+    second[i] += n * x * x + 2 * x * byX + brick.sum[CC_SUM_XX + i];
+    second[3 + i] += n * x * y + x * byY + y * byX + brick.sum[CC_SUM_XY + i];
   }
 }
 
@@ -319,11 +320,11 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
   return report_.changed;
 }
 
-std::vector<TissueSums> OpenClWorkpiece::tissueSums() {
+std::vector<MatterSums> OpenClWorkpiece::tissueSums() {
   checkIntact();
   Device& d = *device_;
   const std::size_t count = bricks_.size(), bytes = count * shared_ * sizeof(CcTissueSums);
-  std::vector<TissueSums> all(shared_);
+  std::vector<MatterSums> all(shared_);
   if (count == 0) return all;
   d.run({"ccSumTissues", std::min(count, kGroups) * CC_ROWS, CC_ROWS}, deviceTable_.buffer(),
         deviceBlocks_.buffer(), deviceBricks_.buffer(), static_cast<cl_uint>(count),

@@ -31,7 +31,7 @@ class OpenClWorkpiece {
   // The same for all voxels in an area.
   std::size_t cut(const CcArea& area);
   // The sums of each tissue.
-  std::vector<TissueSums> tissueSums();
+  std::vector<MatterSums> tissueSums();
   // Downloads table and blocks: the shared blocks, then the bricks' own in the order of the table.
   void fetch(BaseVectorField::Bricks& to);
 

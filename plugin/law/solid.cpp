@@ -13,7 +13,8 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
+
+#include "base/grid_index.h"
 
 namespace cloudcontact {
 
@@ -254,11 +255,8 @@ double depthIn(const CloudSolid& solid, const Vec3& p) {
   const Vec3 in = g.cwiseMax(0.0).cwiseMin(top);
   const Eigen::Vector3i low = in.cast<int>().cwiseMin(n - Eigen::Vector3i::Constant(2));
   const Vec3 f = in - low.cast<double>();
-  const std::size_t nx = static_cast<std::size_t>(n.x()),
-                    nxy = nx * static_cast<std::size_t>(n.y());
-  const std::size_t at = static_cast<std::size_t>(low.x()) +
-                         nx * static_cast<std::size_t>(low.y()) +
-                         nxy * static_cast<std::size_t>(low.z());
+  const std::size_t nx = gridIndex(0, 1, 0, n), nxy = gridIndex(0, 0, 1, n);
+  const std::size_t at = gridIndex(low, n);
   const auto row = [&](std::size_t k) {
     return (1 - f.x()) * static_cast<double>(depth[k]) + f.x() * static_cast<double>(depth[k + 1]);
   };

@@ -14,14 +14,6 @@ namespace {
 
 using Int = std::int64_t;
 
-// Adds a voxel of coverage c at (x, y, z) [half voxels].
-void addVoxel(MatterSums& sums, Int c, Int x, Int y, Int z) {
-  sums.mass += c;
-  sums.first[0] += c * x, sums.first[1] += c * y, sums.first[2] += c * z;
-  sums.second[0] += c * x * x, sums.second[1] += c * y * y, sums.second[2] += c * z * z;
-  sums.second[3] += c * x * y, sums.second[4] += c * y * z, sums.second[5] += c * z * x;
-}
-
 // The sums about another point: all positions increase by `by`.
 MatterSums moved(MatterSums s, const Eigen::Vector3i& by) {
   const Int b[3] = {by.x(), by.y(), by.z()};
@@ -39,10 +31,7 @@ template <typename CoverageAt>
 MatterSums brickSums(CoverageAt&& coverageAt) {
   MatterSums sums;
   for (int k = 0; k < kBrickVoxels; ++k)
-    if (const Int c = coverageAt(k)) {
-      const Eigen::Vector3i at = 2 * cellOffset(k) + Eigen::Vector3i::Ones();
-      addVoxel(sums, c, at.x(), at.y(), at.z());
-    }
+    if (const Int c = coverageAt(k)) sums.add(2 * cellOffset(k) + Eigen::Vector3i::Ones(), c);
   return sums;
 }
 

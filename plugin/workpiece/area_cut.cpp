@@ -1,4 +1,4 @@
-// What an area leaves of voxels: see cutter.h and kernels/area_left.h.
+// Cuts by an area: see cutter.h and kernels/cut/area_left.h.
 #include "workpiece/area_cut.h"
 
 #include <cloudcontact/workpiece/cutter.h>
@@ -70,7 +70,7 @@ CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& pl
   CcArea a{};
   a.kind = p.kind;
   for (int k = 0; k < 3; ++k) {
-    // Half a voxel further a voxel's share begins; the rest is for rounding.
+    // Half a voxel farther a voxel's share begins; the rest is for rounding.
     const double reach = perVoxel * p.reach[k] + 1, end = grid.size[k];
     a.low[k] = static_cast<int>(std::clamp(std::floor(middle[k] - reach - 0.5), 0.0, end));
     a.high[k] = static_cast<int>(std::clamp(std::ceil(middle[k] + reach - 0.5), -1.0, end - 1));

@@ -1,4 +1,4 @@
-// An area as a workpiece's grid sees it, and what it leaves of the voxels.
+// An area in a workpiece's grid, and the cuts that it makes.
 #pragma once
 
 #include <cloudcontact/workpiece/base_vector_field.h>
@@ -14,15 +14,15 @@ struct VoxelGrid {
   Eigen::Vector3i size;
 };
 
-// The area in the grid; `place`: of the frame that the area is given in. Throws
-// std::invalid_argument where the area has no volume or the place is not finite.
+// The area in the grid. `place`: the pose of the area's frame. Throws std::invalid_argument where
+// the area has no volume or the place is not finite.
 CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place);
 
 // Whether ccAreaLeaves() (kernels/cut/area_left.h) knows the area's kind. Of other kinds
 // areaInGrid() gives the bounds alone.
 bool kernelKnows(const PlacedSolid& area);
 
-// What the area leaves of every voxel that it may meet, added to `cuts`.
+// Appends the cuts of all voxels that the area meets.
 void listCuts(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place,
               std::vector<VoxelCut>& cuts);
 

@@ -1,83 +1,67 @@
-// How a BaseVectorField lies in memory: blocks of 8x8x8 voxels. Bricks without matter have none;
-// those so deep inside one tissue that every window in them is full share that tissue's.
+// A BaseVectorField's memory: blocks of 8x8x8 voxels. Bricks without material have none; bricks so
+// deep inside one tissue that all their windows are full share that tissue's block.
 #pragma once
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/law/tissue.h>
+#include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/matter_sums.h>
+#include <cloudcontact/voxels/voxel_cut.h>
+#include <cloudcontact/workpiece/window.h>
 
 #include <array>
+#include <string>
 #include <vector>
 
+#include "base/grid_index.h"
 #include "kernels/digitize/window_sums.h"
-#include "workpiece/brick_changes.h"
 #include "workpiece/depth_table.h"
 
 namespace cloudcontact {
 
+// The voxels of a brick and the sums of their windows.
 struct FieldBlock {
-  alignas(64) std::array<CcMoments, kBrickVoxels> moments;  // of matter
+  alignas(64) std::array<CcMoments, kBrickVoxels> moments;  // of material
   alignas(64) std::array<CcSum, kBrickVoxels> volume;       // sum of weight * coverage
   BrickCoverage coverage;
   BrickMaterial tissue;
 };
 
-// A row of the window along x, turned round the voxel: whom a change of this voxel concerns.
+// A row along x of the mirrored window: the voxels whose windows hold the voxel in its middle.
 struct WindowRow {
-  int x, y, z;  // of its first voxel, seen from the one that changes
-  std::uint32_t first,
-      count;  // into taps
+  int x, y, z;                 // of its first voxel, from the middle
+  std::uint32_t first, count;  // into taps
 };
-
-// Of one tissue: sums over its voxels of coverage times powers of their indices, seen from
-// the grid's middle. Integers, so that what is taken away leaves what a new sum would give.
-struct TissueSums {
-  std::int64_t zeroth = 0, first[3] = {0, 0, 0},
-               second[6] = {0, 0, 0, 0, 0, 0};  // xx yy zz xy yz zx
-  void add(const VoxelIndex& fromMiddle, std::int64_t coverage);
-};
-
-// By the tissues' densities and sums.
-MassProperties massOf(const BaseVectorField::Bricks& field, const std::vector<TissueSums>& sums);
 
 constexpr std::int32_t kNoBlock = -1;
 
-struct BaseVectorField::Bricks {
-  double voxelSize = 0;
-  Vec3 origin = Vec3::Zero();
-  Eigen::Vector3i bricks = Eigen::Vector3i::Zero();
-  std::vector<std::int32_t> table;  // of each brick, x fastest: a block or kNoBlock
-  std::vector<FieldBlock> blocks;   // the first tissues.size() are the shared ones
+struct BaseVectorBricks {
+  double voxelSize = 0;                              // [m]
+  Vec3 origin = Vec3::Zero();                        // [m]
+  Eigen::Vector3i bricks = Eigen::Vector3i::Zero();  // along each axis
+  std::vector<std::int32_t> table;                   // block of each brick, or kNoBlock
+  std::vector<FieldBlock> blocks;                    // the first tissues.size() are shared
   TissueTable tissues;
-  std::vector<int> density;        // of each tissue [1/CC_DENSEST of the densest]
-  std::vector<std::string> names;  // of the cloud's materials, empty where it had none
+  std::vector<int> density;        // of each tissue, the densest's is CC_DENSEST
+  std::vector<std::string> names;  // of the cloud's materials; empty where it has none
   Window window;
   Vec3 windowCenter = Vec3::Zero();  // [voxels]
   double perFull = 0;                // 1 / (255 * the window's weights)
   std::vector<WindowRow> rows;
   std::vector<CcMoments> taps;  // row by row
-  std::vector<TissueSums> sums;
+  std::vector<MatterSums>
+      sums;  // of each tissue; positions are the voxels' indices from the middle
   DepthTable depths;
-  FieldChanges changes;
 
-  std::int32_t& entry(int bx, int by, int bz) {
-    return table[static_cast<std::size_t>(bx) +
-                 static_cast<std::size_t>(bricks.x()) *
-                     (static_cast<std::size_t>(by) +
-                      static_cast<std::size_t>(bricks.y()) * static_cast<std::size_t>(bz))];
-  }
-  std::int32_t entry(int bx, int by, int bz) const {
-    return const_cast<Bricks*>(this)->entry(bx, by, bz);
-  }
-  bool contains(const VoxelIndex& v) const {
-    return (v.array() >= 0).all() && (v.array() < kBrickEdge * bricks.array()).all();
-  }
-  static int cell(int x, int y, int z) { return (x & 7) | (y & 7) << 3 | (z & 7) << 6; }
-  // Null outside the grid and in bricks without matter.
+  std::int32_t& entry(int bx, int by, int bz) { return table[gridIndex(bx, by, bz, bricks)]; }
+  std::int32_t entry(int bx, int by, int bz) const { return table[gridIndex(bx, by, bz, bricks)]; }
+  bool contains(const VoxelIndex& v) const { return insideGrid(v, kBrickEdge * bricks); }
+  // Null outside the grid and in bricks without material.
   const FieldBlock* blockOf(const VoxelIndex& v) const {
     if (!contains(v)) return nullptr;
-    const std::int32_t b = entry(v.x() >> 3, v.y() >> 3, v.z() >> 3);
+    const std::int32_t b = table[brickIndex(v, bricks)];
     return b == kNoBlock ? nullptr : &blocks[static_cast<std::size_t>(b)];
   }
-  // The block of a brick with matter, its own from now on: a shared one is copied.
+  // The block of a brick with material, for changes: a shared block is copied first.
   FieldBlock& own(std::int32_t& entry) {
     if (static_cast<std::size_t>(entry) < tissues.size()) {
       blocks.push_back(FieldBlock(blocks[static_cast<std::size_t>(entry)]));
@@ -85,11 +69,11 @@ struct BaseVectorField::Bricks {
     }
     return blocks[static_cast<std::size_t>(entry)];
   }
-  // What the sums say of a voxel with matter: Gr - Gc and the window's centre of gravity when full
-  // less Gc, in voxels, and the share of the window that is matter.
+  // Of a voxel, by the sums of its window [voxels].
   struct Weighed {
-    Vec3 toRepresentative, outward;
-    double fraction;
+    Vec3 toRepresentative;  // Gr - Gc
+    Vec3 outward;           // center of gravity of a full window - Gc
+    double fraction;        // of the window that is material
   };
   Weighed weigh(const FieldBlock& block, int cell) const {
     const CcMoments& m = block.moments[static_cast<std::size_t>(cell)];

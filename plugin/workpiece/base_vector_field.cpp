@@ -1,30 +1,33 @@
-// A field of base vectors, read and cut. The sums are the same integers whichever way they come
-// about: gathered from a window's voxels when the field is built (field_layout.h), or changed by
-// what is cut (field_changes.h).
+// Reads and cuts a field of base vectors. Its sums are the same integers either way: gathered from
+// all windows when the field is built (brick_layout.h), or changed by cuts (brick_changes.h).
+#include <cloudcontact/workpiece/base_vector_field.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "base/hash.h"
+#include "workpiece/brick_changes.h"
 #include "workpiece/brick_layout.h"
 
 namespace cloudcontact {
 
 namespace {
 
-using Bricks = BaseVectorField::Bricks;
+using Bricks = BaseVectorBricks;
 
-// Cuts the first voxel that is there, and all others of its density: these spread together. Returns
-// whether some of another density are left.
-bool cutOneDensity(Bricks& f, std::span<const VoxelCut> voxels, std::size_t& changed) {
+// Cuts the first voxel that still holds material to cut, and all others of the same density, since
+// these can be spread together. Returns whether voxels of another density are left.
+bool cutOneDensity(Bricks& f, FieldChanges& changes, std::span<const VoxelCut> voxels,
+                   std::size_t& changed) {
   const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
   int density = 0;
   bool others = false;
   for (const VoxelCut& c : voxels) {
-    std::int32_t& entry = f.entry(c.voxel.x() >> 3, c.voxel.y() >> 3, c.voxel.z() >> 3);
+    std::int32_t& entry = f.table[brickIndex(c.voxel, f.bricks)];
     if (entry == kNoBlock) continue;
     FieldBlock* block = &f.blocks[static_cast<std::size_t>(entry)];
-    const auto cell = static_cast<std::size_t>(Bricks::cell(c.voxel.x(), c.voxel.y(), c.voxel.z()));
+    const auto cell = static_cast<std::size_t>(cellIndex(c.voxel));
     const int less = c.coverage - block->coverage[cell];
     if (less >= 0) continue;
     const std::uint8_t tissue = block->tissue[cell];
@@ -37,36 +40,40 @@ bool cutOneDensity(Bricks& f, std::span<const VoxelCut> voxels, std::size_t& cha
     block->coverage[cell] = c.coverage;
     if (c.coverage == 0) block->tissue[cell] = 0;
     f.sums[tissue].add(c.voxel - middle, less);
-    f.changes.add(f, c.voxel, density, less);
+    changes.add(f, c.voxel, density, less);
     ++changed;
   }
-  f.changes.spread(f);
+  changes.spread(f);
   return others;
 }
 
 }  // namespace
 
-void TissueSums::add(const VoxelIndex& at, std::int64_t coverage) {
-  const std::int64_t x = at.x(), y = at.y(), z = at.z();
-  zeroth += coverage;
-  first[0] += coverage * x, first[1] += coverage * y, first[2] += coverage * z;
-  second[0] += coverage * x * x, second[1] += coverage * y * y, second[2] += coverage * z * z;
-  second[3] += coverage * x * y, second[4] += coverage * y * z, second[5] += coverage * z * x;
-}
+struct BaseVectorField::State {
+  std::unique_ptr<Bricks> bricks;
+  FieldChanges changes;
+};
 
 BaseVectorField::BaseVectorField(const Cloud& cloud, const TissueTable& tissues,
                                  const WindowSettings& window)
-    : bricks_(layOutBricks(cloud, tissues, window)) {
-  sumWindows(*bricks_);
-  bricks_->changes.prepare(*bricks_);
+    : state_(std::make_unique<State>()) {
+  state_->bricks = layOutBricks(cloud, tissues, window);
+  sumWindows(*state_->bricks);
+  state_->changes.prepare(*state_->bricks);
 }
 
-BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks) : bricks_(std::move(bricks)) {
-  bricks_->changes.prepare(*bricks_);
+BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks)
+    : state_(std::make_unique<State>()) {
+  state_->bricks = std::move(bricks);
+  state_->changes.prepare(*state_->bricks);
 }
 
-std::unique_ptr<Bricks> BaseVectorField::takeBricks() && {
-  return std::move(bricks_);
+const BaseVectorField::Bricks& BaseVectorField::bricks() const {
+  return *state_->bricks;
+}
+
+std::unique_ptr<BaseVectorField::Bricks> BaseVectorField::takeBricks() && {
+  return std::move(state_->bricks);
 }
 
 BaseVectorField::~BaseVectorField() = default;
@@ -74,101 +81,74 @@ BaseVectorField::BaseVectorField(BaseVectorField&&) noexcept = default;
 BaseVectorField& BaseVectorField::operator=(BaseVectorField&&) noexcept = default;
 
 double BaseVectorField::voxelSize() const {
-  return bricks_->voxelSize;
+  return bricks().voxelSize;
 }
 const Vec3& BaseVectorField::origin() const {
-  return bricks_->origin;
+  return bricks().origin;
 }
 Eigen::Vector3i BaseVectorField::size() const {
-  return kBrickEdge * bricks_->bricks;
+  return kBrickEdge * bricks().bricks;
 }
 const TissueTable& BaseVectorField::tissues() const {
-  return bricks_->tissues;
+  return bricks().tissues;
 }
 const Window& BaseVectorField::window() const {
-  return bricks_->window;
+  return bricks().window;
 }
 
 std::uint8_t BaseVectorField::coverage(const VoxelIndex& v) const {
-  const FieldBlock* const block = bricks_->blockOf(v);
-  return block ? block->coverage[static_cast<std::size_t>(Bricks::cell(v.x(), v.y(), v.z()))] : 0;
+  const FieldBlock* const block = bricks().blockOf(v);
+  return block ? block->coverage[static_cast<std::size_t>(cellIndex(v))] : 0;
 }
 
 int BaseVectorField::tissue(const VoxelIndex& v) const {
-  const FieldBlock* const block = bricks_->blockOf(v);
-  return block ? block->tissue[static_cast<std::size_t>(Bricks::cell(v.x(), v.y(), v.z()))] : 0;
+  const FieldBlock* const block = bricks().blockOf(v);
+  return block ? block->tissue[static_cast<std::size_t>(cellIndex(v))] : 0;
 }
 
 BaseVector BaseVectorField::at(const VoxelIndex& v) const {
-  const FieldBlock* const block = bricks_->blockOf(v);
+  const FieldBlock* const block = bricks().blockOf(v);
   if (!block) return {};
-  const Bricks::Weighed w = bricks_->weigh(*block, Bricks::cell(v.x(), v.y(), v.z()));
-  return {bricks_->voxelSize * w.toRepresentative, w.fraction};
+  const Bricks::Weighed w = bricks().weigh(*block, cellIndex(v));
+  return {bricks().voxelSize * w.toRepresentative, w.fraction};
 }
 
 std::optional<double> BaseVectorField::depth(const VoxelIndex& v) const {
-  const FieldBlock* const block = bricks_->blockOf(v);
+  const FieldBlock* const block = bricks().blockOf(v);
   if (!block) return std::nullopt;
-  const Bricks::Weighed w = bricks_->weigh(*block, Bricks::cell(v.x(), v.y(), v.z()));
+  const Bricks::Weighed w = bricks().weigh(*block, cellIndex(v));
   if (w.fraction <= 0) return std::nullopt;
   const Vec3 outward = w.outward.isZero() ? Vec3::UnitZ() : w.outward;
-  return bricks_->voxelSize * bricks_->depths.at(outward, w.fraction);
+  return bricks().voxelSize * bricks().depths.at(outward, w.fraction);
 }
 
 std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
-  Bricks& f = *bricks_;
+  Bricks& f = *state_->bricks;
   for (const VoxelCut& c : voxels)
     if (!f.contains(c.voxel))
       throw std::out_of_range("BaseVectorField::cut: a voxel lies outside the grid");
   std::size_t changed = 0;
-  for (bool more = true; more;) more = cutOneDensity(f, voxels, changed);
+  for (bool more = true; more;) more = cutOneDensity(f, state_->changes, voxels, changed);
   return changed;
 }
 
 void BaseVectorField::reserve() {
+  Bricks& f = *state_->bricks;
   std::size_t shared = 0;
-  for (const std::int32_t entry : bricks_->table)
-    shared += entry != kNoBlock && static_cast<std::size_t>(entry) < bricks_->tissues.size();
-  // Touched as well as reserved: a page's first use costs more than what is written on it.
-  const std::size_t used = bricks_->blocks.size();
-  bricks_->blocks.resize(used + shared);
-  bricks_->blocks.resize(used);
+  for (const std::int32_t entry : f.table)
+    shared += entry != kNoBlock && static_cast<std::size_t>(entry) < f.tissues.size();
+  // resize() rather than reserve(), so that the pages are mapped too.
+  const std::size_t used = f.blocks.size();
+  f.blocks.resize(used + shared);
+  f.blocks.resize(used);
 }
 
 MassProperties BaseVectorField::mass() const {
-  return massOf(*bricks_, bricks_->sums);
-}
-
-MassProperties massOf(const Bricks& f, const std::vector<TissueSums>& sums) {
-  const double h = f.voxelSize, voxel = h * h * h;
-  MassProperties result;
-  Vec3 first = Vec3::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (std::size_t k = 0; k < sums.size(); ++k) {
-    const TissueSums& s = sums[k];
-    const auto d = [&](std::int64_t sum) { return static_cast<double>(sum) / 255; };
-    Eigen::Matrix3d m;
-    m << d(s.second[0]), d(s.second[3]), d(s.second[5]), d(s.second[3]), d(s.second[1]),
-        d(s.second[4]), d(s.second[5]), d(s.second[4]), d(s.second[2]);
-    // A voxel's own spread about its centre.
-    m += Eigen::Matrix3d::Identity() * (d(s.zeroth) / 12);
-    const double density = f.tissues[k].density;
-    result.volume += voxel * d(s.zeroth);
-    result.mass += density * voxel * d(s.zeroth);
-    first += density * voxel * h * Vec3(d(s.first[0]), d(s.first[1]), d(s.first[2]));
-    second += density * voxel * h * h * m;
-  }
-  if (!(result.mass > 0)) return result;
-  const Vec3 center = first / result.mass;
-  second -= result.mass * center * center.transpose();
-  result.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-  result.centerOfMass =
-      f.origin + h * ((kBrickEdge / 2 * f.bricks).cast<double>() + Vec3::Constant(0.5)) + center;
-  return result;
+  return massOf(bricks(), bricks().sums);
 }
 
 Cloud BaseVectorField::cloud() const {
-  const Bricks& f = *bricks_;
+  const Bricks& f = bricks();
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = f.bricks;
   voxels->materials = f.names;
@@ -198,7 +178,7 @@ Cloud BaseVectorField::cloud() const {
 }
 
 std::uint64_t BaseVectorField::hash() const {
-  const Bricks& f = *bricks_;
+  const Bricks& f = bricks();
   Fnv1a hash;
   for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
     if (f.table[entry] == kNoBlock) continue;
@@ -212,8 +192,8 @@ std::uint64_t BaseVectorField::hash() const {
         hash.addWord(static_cast<std::uint64_t>(static_cast<std::int64_t>(s)));
     }
   }
-  for (const TissueSums& s : f.sums) {
-    hash.addWord(static_cast<std::uint64_t>(s.zeroth));
+  for (const MatterSums& s : f.sums) {
+    hash.addWord(static_cast<std::uint64_t>(s.mass));
     for (const std::int64_t v : s.first) hash.addWord(static_cast<std::uint64_t>(v));
     for (const std::int64_t v : s.second) hash.addWord(static_cast<std::uint64_t>(v));
   }
@@ -221,8 +201,8 @@ std::uint64_t BaseVectorField::hash() const {
 }
 
 std::size_t BaseVectorField::bytes() const {
-  return bricks_->blocks.capacity() * sizeof(FieldBlock) +
-         bricks_->table.size() * sizeof(std::int32_t);
+  return bricks().blocks.capacity() * sizeof(FieldBlock) +
+         bricks().table.size() * sizeof(std::int32_t);
 }
 
 }  // namespace cloudcontact

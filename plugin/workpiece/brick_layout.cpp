@@ -1,5 +1,4 @@
-// Lays out a field of base vectors and sums its windows. Bricks without matter have no block; those
-// so deep inside one tissue that every window in them is full share that tissue's.
+// Lays out a field of base vectors and sums its windows.
 #include "workpiece/brick_layout.h"
 
 #include <algorithm>
@@ -13,18 +12,19 @@ namespace cloudcontact {
 
 namespace {
 
-using Bricks = BaseVectorField::Bricks;
+using Bricks = BaseVectorBricks;
 
 CcTap tapOf(const WindowTap& t) {
   return {t.weight, t.moment[0], t.moment[1], t.moment[2]};
 }
 
-// The window turned round, as rows.
+// The mirrored window, as rows.
 void makeRows(Bricks& f) {
   for (auto t = f.window.taps.rbegin(); t != f.window.taps.rend(); ++t) {
-    const bool goesOn = !f.rows.empty() && f.rows.back().y == -t->y && f.rows.back().z == -t->z &&
-                        f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
-    if (!goesOn)
+    const bool continues = !f.rows.empty() && f.rows.back().y == -t->y &&
+                           f.rows.back().z == -t->z &&
+                           f.rows.back().x + static_cast<int>(f.rows.back().count) == -t->x;
+    if (!continues)
       f.rows.push_back({-t->x, -t->y, -t->z, static_cast<std::uint32_t>(f.taps.size()), 0});
     ++f.rows.back().count;
     f.taps.push_back({static_cast<CcSum>(t->weight), static_cast<CcSum>(t->moment[0]),
@@ -49,7 +49,7 @@ void fillTissues(Bricks& f, const std::vector<std::string>& names, const TissueT
   f.sums.resize(kinds);
 }
 
-// What a brick of the cloud holds, in one number: a tissue where it is full of that alone.
+// The kind of each brick of the cloud: a tissue if it is full of that alone, kMixed or kVoid.
 constexpr int kMixed = -1, kVoid = -2;
 std::vector<int> kindsOf(const Cloud& cloud) {
   const Cloud::Voxels& v = cloud.voxels();
@@ -64,7 +64,7 @@ std::vector<int> kindsOf(const Cloud& cloud) {
   return kinds;
 }
 
-// The tissue of a brick all of whose windows are full of it, or kMixed.
+// The tissue of a brick whose windows are all full of it, or kMixed.
 int deepInside(const Bricks& f, const std::vector<int>& kinds, const Eigen::Vector3i& brick) {
   const auto brickOf = [](const Eigen::Vector3i& v) {
     return Eigen::Vector3i(v.unaryExpr([](int x) { return x >> 3; }));
@@ -74,12 +74,7 @@ int deepInside(const Bricks& f, const std::vector<int>& kinds, const Eigen::Vect
   const Eigen::Vector3i high =
       brickOf(corner + Eigen::Vector3i::Constant(kBrickEdge - 1) + f.window.high.cwiseMax(0));
   if ((low.array() < 0).any() || (high.array() >= f.bricks.array()).any()) return kMixed;
-  const auto kind = [&](int x, int y, int z) {
-    return kinds[static_cast<std::size_t>(x) +
-                 static_cast<std::size_t>(f.bricks.x()) *
-                     (static_cast<std::size_t>(y) +
-                      static_cast<std::size_t>(f.bricks.y()) * static_cast<std::size_t>(z))];
-  };
+  const auto kind = [&](int x, int y, int z) { return kinds[gridIndex(x, y, z, f.bricks)]; };
   const int own = kind(brick.x(), brick.y(), brick.z());
   if (own < 0) return kMixed;
   for (int z = low.z(); z <= high.z(); ++z)
@@ -109,51 +104,42 @@ void fillShared(Bricks& f) {
 void fillBlock(const Bricks& f, const Cloud& cloud, const Eigen::Vector3i& brick,
                FieldBlock& block) {
   for (int k = 0; k < kBrickVoxels; ++k) {
-    const VoxelIndex v = kBrickEdge * brick + VoxelIndex(k & 7, k >> 3 & 7, k >> 6);
+    const VoxelIndex v = kBrickEdge * brick + cellOffset(k);
     const auto at = static_cast<std::size_t>(k);
     block.coverage[at] = cloud.coverage(v.x(), v.y(), v.z());
-    const bool told = !f.names.empty() && block.coverage[at] > 0;
-    block.tissue[at] = told ? cloud.material(v.x(), v.y(), v.z()) : std::uint8_t{0};
+    const bool hasMaterial = !f.names.empty() && block.coverage[at] > 0;
+    block.tissue[at] = hasMaterial ? cloud.material(v.x(), v.y(), v.z()) : std::uint8_t{0};
   }
 }
 
-Eigen::Vector3i brickAt(const Bricks& f, std::size_t entry) {
-  const auto nx = static_cast<std::size_t>(f.bricks.x()),
-             ny = static_cast<std::size_t>(f.bricks.y());
-  return {static_cast<int>(entry % nx), static_cast<int>(entry / nx % ny),
-          static_cast<int>(entry / (nx * ny))};
-}
-
-// Gives every brick its block and the blocks their voxels.
+// Fills the table and the blocks' voxels.
 void fillTable(Bricks& f, const Cloud& cloud) {
   const std::vector<int> kinds = kindsOf(cloud);
   f.table.assign(kinds.size(), kNoBlock);
   std::size_t blocks = f.tissues.size();
   for (std::size_t entry = 0; entry < kinds.size(); ++entry) {
     if (kinds[entry] == kVoid) continue;
-    const int deep = deepInside(f, kinds, brickAt(f, entry));
+    const int deep = deepInside(f, kinds, gridCell(entry, f.bricks));
     f.table[entry] = deep >= 0 ? deep : static_cast<std::int32_t>(blocks++);
   }
   f.blocks.resize(blocks);
   const std::vector<std::int32_t> own = ownBricks(f);
   parallelFor(own.size(), 0, [&](std::size_t k, int) {
-    fillBlock(f, cloud, brickAt(f, static_cast<std::size_t>(own[k])),
+    fillBlock(f, cloud, gridCell(static_cast<std::size_t>(own[k]), f.bricks),
               f.blocks[f.tissues.size() + k]);
   });
 }
 
-// The tissues' sums, of the voxels as they are.
 void sumTissues(Bricks& f) {
-  for (TissueSums& sums : f.sums) sums = {};
+  for (MatterSums& sums : f.sums) sums = {};
   const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
   for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
     if (f.table[entry] == kNoBlock) continue;
     const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
-    const VoxelIndex corner = kBrickEdge * brickAt(f, entry) - middle;
+    const VoxelIndex corner = kBrickEdge * gridCell(entry, f.bricks) - middle;
     for (int k = 0; k < kBrickVoxels; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      f.sums[block.tissue[at]].add(corner + VoxelIndex(k & 7, k >> 3 & 7, k >> 6),
-                                   block.coverage[at]);
+      f.sums[block.tissue[at]].add(corner + cellOffset(k), block.coverage[at]);
     }
   }
 }
@@ -220,7 +206,7 @@ void sumWindows(Bricks& f) {
                               f.density.data()};
   const std::vector<std::int32_t> own = ownBricks(f);
   parallelFor(own.size(), 0, [&](std::size_t n, int) {
-    const VoxelIndex low = kBrickEdge * brickAt(f, static_cast<std::size_t>(own[n]));
+    const VoxelIndex low = kBrickEdge * gridCell(static_cast<std::size_t>(own[n]), f.bricks);
     FieldBlock& block = f.blocks[f.tissues.size() + n];
     for (int k = 0; k < kBrickVoxels; ++k)
       ccWindowSum(&workpiece, taps.data(), static_cast<int>(taps.size()), low.x() + (k & 7),
@@ -228,6 +214,34 @@ void sumWindows(Bricks& f) {
                   &block.moments[static_cast<std::size_t>(k)],
                   &block.volume[static_cast<std::size_t>(k)]);
   });
+}
+
+MassProperties massOf(const Bricks& f, const std::vector<MatterSums>& sums) {
+  const double h = f.voxelSize, voxel = h * h * h;
+  MassProperties result;
+  Vec3 first = Vec3::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const MatterSums& s = sums[k];
+    const auto d = [&](std::int64_t sum) { return static_cast<double>(sum) / 255; };
+    Eigen::Matrix3d m;
+    m << d(s.second[0]), d(s.second[3]), d(s.second[5]), d(s.second[3]), d(s.second[1]),
+        d(s.second[4]), d(s.second[5]), d(s.second[4]), d(s.second[2]);
+    // Second moment of a voxel about its own center.
+    m += Eigen::Matrix3d::Identity() * (d(s.mass) / 12);
+    const double density = f.tissues[k].density;
+    result.volume += voxel * d(s.mass);
+    result.mass += density * voxel * d(s.mass);
+    first += density * voxel * h * Vec3(d(s.first[0]), d(s.first[1]), d(s.first[2]));
+    second += density * voxel * h * h * m;
+  }
+  if (!(result.mass > 0)) return result;
+  const Vec3 center = first / result.mass;
+  second -= result.mass * center * center.transpose();
+  result.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+  result.centerOfMass =
+      f.origin + h * ((kBrickEdge / 2 * f.bricks).cast<double>() + Vec3::Constant(0.5)) + center;
+  return result;
 }
 
 }  // namespace cloudcontact

@@ -1,12 +1,12 @@
-// Laying out a BaseVectorField: which brick has a block of its own, and what its voxels hold. The
-// windows' sums come after, here or on a device.
+// Lays out a BaseVectorField: which bricks have a block of their own, and what their voxels hold.
+// The sums of the windows follow, here or on a device.
 #pragma once
 
 #include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact {
 
-// Where a field's voxels lie, and the materials that they may be of (none: of one).
+// A field's grid and its materials (empty: one without a name).
 struct FieldGrid {
   double voxelSize = 0;  // [m]
   Vec3 origin = Vec3::Zero();
@@ -14,26 +14,27 @@ struct FieldGrid {
   std::vector<std::string> materials;
 };
 
-// All that does not depend on which voxels hold matter; the blocks are the shared ones. Throws as
-// BaseVectorField does.
-std::unique_ptr<BaseVectorField::Bricks> startBricks(const FieldGrid& grid,
-                                                     const TissueTable& tissues,
-                                                     const WindowSettings& window);
-// What is left to do once the table and the blocks are there.
-void finishBricks(BaseVectorField::Bricks& field);
+// All that does not depend on the voxels; the blocks are the shared ones. Throws as BaseVectorField
+// does.
+std::unique_ptr<BaseVectorBricks> startBricks(const FieldGrid& grid, const TissueTable& tissues,
+                                              const WindowSettings& window);
+// The rest, once the table and the blocks are filled.
+void finishBricks(BaseVectorBricks& field);
 
-// All but the sums of the blocks that bricks have for themselves. Throws as BaseVectorField does.
-std::unique_ptr<BaseVectorField::Bricks> layOutBricks(const Cloud& cloud,
-                                                      const TissueTable& tissues,
-                                                      const WindowSettings& window);
+// All but the sums of blocks of a single brick. Throws as BaseVectorField does.
+std::unique_ptr<BaseVectorBricks> layOutBricks(const Cloud& cloud, const TissueTable& tissues,
+                                               const WindowSettings& window);
 
-// The bricks with blocks of their own, by their places in the table, in the blocks' order.
-std::vector<std::int32_t> ownBricks(const BaseVectorField::Bricks& field);
+// Table entries of the bricks with blocks of their own, in the order of the blocks.
+std::vector<std::int32_t> ownBricks(const BaseVectorBricks& field);
 
-// The window as kernels/window_sums.h has it.
+// Mass properties from sums by the tissues' densities, in the body's frame.
+MassProperties massOf(const BaseVectorBricks& field, const std::vector<MatterSums>& sums);
+
+// The window for kernels/digitize/window_sums.h.
 std::vector<CcWindowTap> windowTaps(const Window& window);
 
-// The sums of all these blocks, on all cores.
-void sumWindows(BaseVectorField::Bricks& field);
+// Sums the windows of all blocks of a single brick, on all cores.
+void sumWindows(BaseVectorBricks& field);
 
 }  // namespace cloudcontact

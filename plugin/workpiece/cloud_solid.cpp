@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/grid_index.h"
 #include "field/cloud_depth.h"
 
 namespace cloudcontact {
@@ -57,19 +58,14 @@ Cloud surfaceLayer(const Cloud& tool, double thickness, const PlacedSolid* where
     if (where) share *= std::clamp(depthOf(*where, tool.center(x, y, z)) / h + 0.5, 0.0, 1.0);
     const long kept = std::lround(share * tool.coverage(x, y, z));
     if (kept <= 0) return;
-    const std::size_t entry =
-        static_cast<std::size_t>(x >> 3) +
-        static_cast<std::size_t>(layer->bricks.x()) *
-            (static_cast<std::size_t>(y >> 3) +
-             static_cast<std::size_t>(layer->bricks.y()) * static_cast<std::size_t>(z >> 3));
+    const std::size_t entry = brickIndex(x, y, z, layer->bricks);
     if (layer->table[entry] < 0) {
       layer->table[entry] = static_cast<std::int32_t>(layer->coverage.size());
       layer->coverage.emplace_back();
       layer->coverage.back().fill(0);
     }
     layer->coverage[static_cast<std::size_t>(layer->table[entry])]
-                   [static_cast<std::size_t>((x & 7) | (y & 7) << 3 | (z & 7) << 6)] =
-        static_cast<std::uint8_t>(kept);
+                   [static_cast<std::size_t>(cellIndex(x, y, z))] = static_cast<std::uint8_t>(kept);
   });
   if (layer->coverage.empty())
     throw std::invalid_argument("surfaceLayer: no matter of the tool lies there");

@@ -1,13 +1,12 @@
-// Which voxels a detection area meets, and the sums over them. The area's bounds choose bricks of
-// the workpiece; each brick is worked through by itself and gives sums of its own, which are added
-// in the bricks' order: so any number of threads gives the same bits.
+// Finds the collision voxels and sums over them. The bounds of D select bricks of the workpiece.
+// Each brick has its own sums, which are added in the order of the bricks, so the number of threads
+// does not change the result.
 //
-// The depth d is not measured at the collision voxels, which lie anywhere in the tool, but on the
-// workpiece's surface: each voxel near it knows its own depth and direction, hence a point of the
-// surface, and the tool's area says how deep that point lies in the tool. Voxels share the surface
-// by 1 - |depth|, which along the grid adds up to one. From the first three moments follows the
-// depth of the deepest point (depth_moments.h). It is smooth in the tool's pose, and right in a
-// hole that the tool has cut itself, where the volume over the area, or the deepest voxel, are not.
+// The depth d is measured on the workpiece's surface: each voxel near it has a depth and a
+// direction, hence a point of the surface (its foot), which lies at some depth in D. Voxels share
+// the surface by 1 - |depth|, which adds up to one along the grid. The first three moments give the
+// depth of the deepest point (kernels/contact/contact_depth.h). It is smooth in the tool's pose,
+// and right in a hole that the tool has cut, where the deepest voxel or volume over area is not.
 #include <cloudcontact/workpiece/collision_finder.h>
 
 #include <algorithm>
@@ -25,16 +24,16 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-// Sums over the voxels of a brick; lengths in voxels, the workpiece's grid. Plain numbers: vectors
-// of three that are added to in memory are stored by twos and read by ones, and the wait for that
-// was half of a search.
+// Sums over the voxels of a brick, in the workpiece's grid [voxels]. Plain numbers rather than
+// Vec3: sums of vectors in memory are stored by twos and read by ones, and that wait took half the
+// time of a search.
 struct BrickSums {
   double count = 0;
   double mean[3] = {0, 0, 0};
   double moments[3] = {0, 0, 0};          // of the depth over the touched surface
-  double center[3] = {0, 0, 0};           // times moments[0]
-  double wet = 0;                         // area
-  double facing[6] = {0, 0, 0, 0, 0, 0};  // times it: xx yy zz xy yz zx
+  double center[3] = {0, 0, 0};           // of the touched surface, times moments[0]
+  double wet = 0;                         // area of the touched surface
+  double facing[6] = {0, 0, 0, 0, 0, 0};  // times `wet`: xx yy zz xy yz zx
 
   void add(const BrickSums& other) {
     count += other.count, wet += other.wet;
@@ -45,35 +44,35 @@ struct BrickSums {
   }
 };
 
-// A voxel at most one voxel outside the area.
+// A voxel in D or at most one voxel outside.
 struct NearVoxel {
   int cell;
-  double depth;  // of its centre in the tool [voxels]
+  double depth;  // of its center in D [voxels]
 };
 
-// A piece of the workpiece's surface, as the voxel beside it knows it; grid frame, voxels.
+// A piece of the workpiece's surface next to a voxel, in the grid's frame [voxels].
 struct Foot {
   double at[3], outward[3];
-  double weight;  // the voxel's share of it
+  double weight;  // the voxel's share of the surface
 };
 
 struct BrickPart {
   Eigen::Vector3i brick;
   std::int32_t block = kNoBlock;
-  Eigen::Vector3i low, high;  // the voxels of it within the area's bounds
+  Eigen::Vector3i low, high;  // its voxels inside the bounds of D
   BrickSums sums;
   std::vector<CollisionVoxel> voxels;
   std::vector<NearVoxel> near;
   std::vector<Foot> feet;
 };
 
-// The tool as a brick's loop sees it.
+// The query of a find().
 struct View {
   const Bricks* field;
   const Detection* tool;
   const double* hardness;  // h of each tissue in (5'), or 1
   Pose toTool;             // from the workpiece's frame
-  Eigen::Matrix3d turn;    // of it
+  Eigen::Matrix3d turn;    // its orientation
   Vec3 inTool(const Vec3& grid) const {
     return turn * (field->origin + field->voxelSize * grid) + toTool.position;
   }
@@ -86,7 +85,7 @@ double abilityAt(const Detection& tool, const Vec3& point) {
   return ability;
 }
 
-// Voxels with matter in the area or at most a voxel from it.
+// The voxels with material in D or at most a voxel outside.
 void findNear(const View& view, BrickPart& part) {
   const PlacedSolid& area = view.tool->area;
   const bool distance = isDistance(area.solid);
@@ -105,14 +104,14 @@ void findNear(const View& view, BrickPart& part) {
       depthsAlong(area, start, step, count, depth);
       for (int i = 0; i < count; ++i) depth[i] = perVoxel * depth[i];
       for (int i = 0; i < count; ++i) {
-        const int cell = Bricks::cell(part.low.x() + i, y, z);
+        const int cell = cellIndex(part.low.x() + i, y, z);
         if (depth[i] > -1 && block.coverage[static_cast<std::size_t>(cell)] > 0)
           part.near.push_back({cell, depth[i]});
       }
     }
 }
 
-// The surface that a voxel stands for: its foot on it.
+// Adds the voxel's piece of the surface, if it is near.
 void addFoot(const Bricks& f, const double* gravity, double fraction, const double* center,
              std::vector<Foot>& feet) {
   if (fraction <= f.depths.least() || fraction >= f.depths.most()) return;
@@ -141,7 +140,7 @@ void addVoxels(const View& view, BrickPart& part) {
     const auto at = static_cast<std::size_t>(near.cell);
     const CcMoments& m = block.moments[at];
     const double scale = 1 / m.mass, gc[3] = {m.x * scale, m.y * scale, m.z * scale};
-    const VoxelIndex v = corner + VoxelIndex(near.cell & 7, near.cell >> 3 & 7, near.cell >> 6);
+    const VoxelIndex v = corner + cellOffset(near.cell);
     const double center[3] = {v.x() + 0.5, v.y() + 0.5, v.z() + 0.5};
     addFoot(f, gc, block.volume[at] * f.perFull, center, part.feet);
     const double share = whole ? (near.depth >= 0 ? 1.0 : 0.0)
@@ -160,7 +159,7 @@ void addVoxels(const View& view, BrickPart& part) {
   for (int k = 0; k < 3; ++k) part.sums.mean[k] += mean[k];
 }
 
-// How deep the surface lies in the tool.
+// Adds the sums over the feet by their depth in D.
 void addSurface(const View& view, BrickPart& part) {
   const PlacedSolid& area = view.tool->area;
   const double perVoxel = 1 / view.field->voxelSize;
@@ -168,7 +167,7 @@ void addSurface(const View& view, BrickPart& part) {
   for (const Foot& foot : part.feet) {
     const Vec3 at = view.inTool(Vec3(foot.at[0], foot.at[1], foot.at[2]));
     const double depth = perVoxel * depthOf(area, at);
-    if (depth <= -0.5) continue;  // no part of a voxel's width is deeper
+    if (depth <= -0.5) continue;  // no part of a voxel's width is inside
     const Vec3 outward = view.turn * Vec3(foot.outward[0], foot.outward[1], foot.outward[2]);
     const double facing = outward.dot(normalOf(area, at));
     const double spread = 0.5 * std::sqrt(std::max(1 - facing * facing, 0.0));
@@ -194,7 +193,7 @@ void searchBrick(const View& view, BrickPart& part) {
   addSurface(view, part);
 }
 
-// The whole brick is farther than a voxel from the area.
+// Whether the whole brick is more than a voxel outside D.
 bool far(const View& view, const Eigen::Vector3i& brick) {
   const PlacedSolid& area = view.tool->area;
   if (!isDistance(area.solid)) return false;
@@ -224,7 +223,7 @@ View viewOf(const BaseVectorField& workpiece, const Pose& workpiecePose, const D
 
 }  // namespace
 
-struct CollisionFinder::Scratch {
+struct CollisionFinder::State {
   int threads = 1;
   Collision collision;
   std::vector<BrickPart> parts;  // the first `used` are this call's
@@ -246,7 +245,7 @@ struct CollisionFinder::Scratch {
   void sumUp(const View& view, const Pose& workpiecePose);
 };
 
-void CollisionFinder::Scratch::chooseBricks(const View& view) {
+void CollisionFinder::State::chooseBricks(const View& view) {
   const Bricks& f = *view.field;
   const Eigen::AlignedBox3d bounds = boundsOf(view.tool->area);
   Eigen::AlignedBox3d box;
@@ -273,7 +272,7 @@ void CollisionFinder::Scratch::chooseBricks(const View& view) {
       }
 }
 
-void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose) {
+void CollisionFinder::State::sumUp(const View& view, const Pose& workpiecePose) {
   const Bricks& f = *view.field;
   Collision& c = collision;
   c.voxels.clear();
@@ -309,8 +308,8 @@ void CollisionFinder::Scratch::sumUp(const View& view, const Pose& workpiecePose
                                              Vec3(sums.center[0], sums.center[1], sums.center[2]));
 }
 
-CollisionFinder::CollisionFinder(int threads) : scratch_(std::make_unique<Scratch>()) {
-  scratch_->threads = threads;
+CollisionFinder::CollisionFinder(int threads) : state_(std::make_unique<State>()) {
+  state_->threads = threads;
 }
 CollisionFinder::~CollisionFinder() = default;
 CollisionFinder::CollisionFinder(CollisionFinder&&) noexcept = default;
@@ -318,8 +317,8 @@ CollisionFinder& CollisionFinder::operator=(CollisionFinder&&) noexcept = defaul
 
 const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const Pose& workpiecePose,
                                        const Detection& tool, const Pose& toolPose) {
-  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, scratch_->hardness);
-  Scratch& s = *scratch_;
+  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, state_->hardness);
+  State& s = *state_;
   s.used = 0;
   s.chooseBricks(view);
   parallelFor(s.used, s.threads, [&](std::size_t k, int) { searchBrick(view, s.parts[k]); });
@@ -330,11 +329,11 @@ const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const P
 const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
                                          const Pose& workpiecePose, const Detection& tool,
                                          const Pose& toolPose, std::span<const VoxelIndex> voxels) {
-  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, scratch_->hardness);
-  Scratch& s = *scratch_;
+  const View view = viewOf(workpiece, workpiecePose, tool, toolPose, state_->hardness);
+  State& s = *state_;
   s.used = 0;
   for (std::size_t k = 0; k < voxels.size();) {
-    // A run of voxels of one brick.
+    // A run of voxels in one brick.
     const FieldBlock* const block = view.field->blockOf(voxels[k]);
     const Eigen::Vector3i brick = voxels[k] / kBrickEdge;
     if (!block) {
@@ -343,7 +342,7 @@ const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
     }
     BrickPart& part = s.part(brick, static_cast<std::int32_t>(block - view.field->blocks.data()));
     for (; k < voxels.size() && view.field->blockOf(voxels[k]) == block; ++k) {
-      const int cell = Bricks::cell(voxels[k].x(), voxels[k].y(), voxels[k].z());
+      const int cell = cellIndex(voxels[k]);
       if (block->coverage[static_cast<std::size_t>(cell)] > 0) part.near.push_back({cell, 0});
     }
     addVoxels(view, part);
@@ -354,11 +353,11 @@ const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
 }
 
 void CollisionFinder::reserve(std::size_t voxels, std::size_t tissues) {
-  scratch_->collision.voxels.reserve(voxels);
-  scratch_->collision.tissueCount.reserve(tissues);
+  state_->collision.voxels.reserve(voxels);
+  state_->collision.tissueCount.reserve(tissues);
   const std::size_t bricks = 27 + voxels / 64;
-  while (scratch_->parts.size() < bricks) scratch_->parts.emplace_back();
-  for (BrickPart& part : scratch_->parts) {
+  while (state_->parts.size() < bricks) state_->parts.emplace_back();
+  for (BrickPart& part : state_->parts) {
     part.voxels.reserve(kBrickVoxels);
     part.near.reserve(kBrickVoxels);
     part.feet.reserve(kBrickVoxels);

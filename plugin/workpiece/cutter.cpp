@@ -1,6 +1,5 @@
-// Archard's volume, shared out in whole 255ths of a voxel: see cutter.h. What each voxel should
-// lose is summed along the list of voxels, and a voxel loses what the sum's whole part grew by: no
-// random numbers, no loss.
+// Archard's volume, distributed in whole 255ths of a voxel. The loss of the voxels is summed along
+// their list, and each voxel loses the whole part of the sum: nothing is lost to rounding.
 #include <cloudcontact/workpiece/cutter.h>
 
 #include <algorithm>
@@ -9,9 +8,8 @@
 
 namespace cloudcontact {
 
-// [1/255] that a voxel loses at once at least, unless less is left: each change concerns the 81
-// voxels of a window, and in shavings of one, 60 a millisecond, cutting took a third of
-// a tick.
+// Least loss of a voxel at once, unless less is left [1/255]: each change updates the 81 voxels of
+// a window, so fewer and larger changes are cheaper.
 constexpr int kLeast = 8;
 
 CuttingProcess::CuttingProcess(const Cutter& cutter) : cutter_(cutter) {
@@ -29,7 +27,7 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
   if (!(work > 0) || !std::isfinite(work) || collision.empty()) return {};
   const double h = workpiece.voxelSize(), quantum = h * h * h / 255;
   const TissueTable& tissues = workpiece.tissues();
-  std::int64_t taken = 0;
+  std::int64_t removed = 0;
   const std::size_t count = collision.voxels.size(), most = cutter_.mostVoxels;
   const std::size_t stride = (count + most - 1) / most;
   for (std::size_t k = turn_++ % stride; k < count; k += stride) {
@@ -37,7 +35,7 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
     const double ability = static_cast<double>(v.ability), hardness = tissues[v.tissue].hardness;
     if (!(ability * cutter_.hardness > hardness)) continue;
     const int left = workpiece.coverage(v.voxel);
-    // Nothing is so soft that a step takes more than there is.
+    // At most all that is left, however soft.
     carry_ += std::min(static_cast<double>(stride) * ability * static_cast<double>(v.share) /
                            collision.count * work /
                            (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
@@ -45,11 +43,11 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
     const int less = std::min(left, static_cast<int>(carry_));
     if (less < std::min(left, kLeast)) continue;
     carry_ -= less;
-    taken += less;
+    removed += less;
     cuts_.push_back({v.voxel, static_cast<std::uint8_t>(left - less)});
   }
   carry_ = std::min(carry_, 255.0);
-  return {workpiece.cut(cuts_), static_cast<double>(taken) * quantum};
+  return {workpiece.cut(cuts_), static_cast<double>(removed) * quantum};
 }
 
 }  // namespace cloudcontact

@@ -1,6 +1,6 @@
-// The table is measured: a plane is moved through the window, each voxel's coverage is the closed
-// form of plane_cell.h, and where the window's fraction passes a table's mark the plane's place is
-// noted. The fraction grows with depth whatever the window's shape, so each mark has one place.
+// The table is measured: a plane moves through the window, with the coverage of each voxel in
+// closed form (plane_cell.h), and its offset is stored where the fraction reaches an entry's. The
+// fraction grows with depth for any shape of window, so each entry has one offset.
 #include "workpiece/depth_table.h"
 
 #include <algorithm>
@@ -12,13 +12,14 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kFractions = 64;  // marks of a table; straight lines between
-constexpr int kSteps = 8;       // of the plane a voxel
-// Directions along a side of the map; odd, so that one is the z axis itself. Large windows see the
-// grid less and cost more.
+constexpr int kFractions = 64;  // entries per direction, linear between
+constexpr int kSteps = 8;       // of the plane per voxel
+// Directions along a side of the octahedral map; odd, so that one is the z axis. Large windows
+// depend less on the direction and cost more.
 constexpr int kEdge = 17, kCoarseEdge = 7;
 constexpr std::size_t kLargeWindow = 400;  // voxels
 
+// The direction at a place of the octahedral map.
 Vec3 directionAt(double u, double v) {
   Vec3 n(u, v, 1 - std::abs(u) - std::abs(v));
   if (n.z() < 0) {
@@ -29,7 +30,7 @@ Vec3 directionAt(double u, double v) {
   return n.normalized();
 }
 
-// Of the window, below the plane n.x < offset.
+// The fraction of the window below the plane n.x = offset.
 double fractionBelow(const Window& window, const Vec3& n, double offset) {
   double sum = 0;
   for (const WindowTap& t : window.taps) {

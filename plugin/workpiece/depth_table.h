@@ -1,4 +1,5 @@
-// From how full a window is to how deep its voxel lies (DESIGN.md, "The method", 3).
+// A lookup table from how full a window is to how deep its voxel lies (docs/method.md, "Depth from
+// the window").
 #pragma once
 
 #include <cloudcontact/workpiece/window.h>
@@ -7,19 +8,19 @@
 
 namespace cloudcontact {
 
-// Made for planes, for each of many directions: faces along the grid differ from askew ones.
+// Measured on planes in many directions, since faces along the grid differ from oblique ones.
 class DepthTable {
  public:
   DepthTable() = default;
   explicit DepthTable(const Window& window);
 
-  // [voxels] signed depth of the voxel's centre below a plane with this outward unit normal that
-  // leaves `fraction` of the window full.
+  // Signed depth of the voxel's center below a plane with this outward unit normal that leaves
+  // `fraction` of the window full [voxels].
   double at(double x, double y, double z, double fraction) const;
   double at(const Vec3& outward, double fraction) const {
     return at(outward.x(), outward.y(), outward.z(), fraction);
   }
-  // No direction's depth lies within one voxel of the surface where the fraction is outside these.
+  // Outside these fractions, the depth is more than a voxel in all directions.
   double least() const { return least_; }
   double most() const { return most_; }
 
@@ -28,7 +29,7 @@ class DepthTable {
   std::size_t direction(double x, double y, double z) const;
   int edge_ = 0;  // directions along each side of the octahedral map
   double least_ = 0, most_ = 1;
-  std::vector<float> depth_;  // kFractions + 1 a direction
+  std::vector<float> depth_;  // kFractions + 1 per direction
 };
 
 }  // namespace cloudcontact

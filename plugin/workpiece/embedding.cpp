@@ -1,7 +1,7 @@
-// All searches look for the root of g(d) = index(d) - stiffness (reach - d), which rises with d:
-// below it the hand wins, above it the material. They keep a bracket, so each step is bounded and
-// none leaves the range. Newton's slope is the bracket's own where the curve's would leave it (the
-// Illinois secant): a law's kink costs a step, not the answer.
+// All searches find the root of g(d) = index(d) - stiffness (reach - d), which rises with d: below
+// the root the hand is stronger, above it the material. They keep a bracket, so no step leaves the
+// range. Search::Newton takes the slope from the bracket (Illinois secant), so a kink in the law
+// costs a step, not the solution.
 #include <cloudcontact/workpiece/embedding.h>
 
 #include <algorithm>
@@ -19,12 +19,12 @@ struct Bracket {
   double middle() const { return 0.5 * (low + high); }
 };
 
-// g, counted.
+// g, and how often it was evaluated.
 struct Balance {
   const Index& index;
   const HandSpring& hand;
   int evaluations = 0;
-  double force = 0;  // the index when last asked
+  double force = 0;  // the index at the last depth
   double operator()(double depth) {
     ++evaluations;
     force = index(depth);
@@ -32,7 +32,7 @@ struct Balance {
   }
 };
 
-void require(const HandSpring& hand, const EmbeddingSettings& settings) {
+void validate(const HandSpring& hand, const EmbeddingSettings& settings) {
   if (!(hand.stiffness >= 0) || !std::isfinite(hand.stiffness) || !std::isfinite(hand.reach))
     throw std::invalid_argument(
         "embed: the hand's stiffness must be zero or more and finite, its "
@@ -42,8 +42,8 @@ void require(const HandSpring& hand, const EmbeddingSettings& settings) {
   if (settings.iterations < 3) throw std::invalid_argument("embed: give at least 3 iterations");
 }
 
-// Where the next evaluation goes. A secant that falls too near an end is moved a little inwards, so
-// that the bracket closes from both sides.
+// The next depth to evaluate. A secant too near an end is moved inward, so that the bracket closes
+// from both sides.
 double next(const Bracket& b, double tolerance) {
   const double secant = b.low - b.below * b.width() / (b.above - b.below);
   const double margin = std::min(0.4 * tolerance, 0.25 * b.width());
@@ -52,9 +52,9 @@ double next(const Bracket& b, double tolerance) {
 
 Embedding search(Balance& g, Bracket b, const EmbeddingSettings& settings, double tolerance) {
   Embedding found{b.middle(), 0, g.evaluations, EmbeddingEnd::NotConverged};
-  int side = 0;  // which end stayed: its value is halved when it does so twice (Illinois)
-  // Secants that do not halve the bracket in three give way to one halving: no index is slower than
-  // four times a bisection.
+  int side = 0;  // the end that moved; if it moves twice, the other's value is halved (Illinois)
+  // If three secants do not halve the bracket, a bisection does: no index takes over four times the
+  // steps of a bisection.
   double width = b.width();
   int secants = 0;
   while (b.width() > tolerance) {
@@ -88,7 +88,7 @@ Embedding embedWithin(Balance& g, double low, double high, const EmbeddingSettin
   if (below >= 0) return {low, g.force, g.evaluations, EmbeddingEnd::NotPressed};
   const double above = g(high);
   if (!std::isfinite(above)) return {low, 0, g.evaluations, EmbeddingEnd::NoNumber};
-  // At the hand's reach g is the index: not above zero only where nothing resists.
+  // At the hand's reach g is the index, which is zero or less only if nothing resists.
   if (above <= 0) return {high, g.force, g.evaluations, EmbeddingEnd::TooSoft};
   return search(g, {low, high, below, above}, settings, tolerance);
 }
@@ -96,7 +96,7 @@ Embedding embedWithin(Balance& g, double low, double high, const EmbeddingSettin
 }  // namespace
 
 Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSettings& settings) {
-  require(hand, settings);
+  validate(hand, settings);
   if (!(hand.stiffness * hand.reach > 0)) return {};
   if (settings.search == Search::Table)
     return EmbeddingTable(index, hand.reach, settings.tableEntries).find(hand, settings, index);
@@ -106,13 +106,13 @@ Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSetti
 
 Embedding embed(const Law& law, const LawState& before, double step, const HandSpring& hand,
                 const EmbeddingSettings& settings) {
-  // One pointer's worth of capture: the function is kept in place, without an allocation.
-  const struct Asked {
+  // One reference to capture, so that std::function does not allocate.
+  const struct Query {
     const Law& law;
     const LawState& before;
     double step;
-  } asked{law, before, step};
-  return embed([&asked](double d) { return lawForce(asked.law, asked.before, d, asked.step); },
+  } query{law, before, step};
+  return embed([&query](double d) { return lawForce(query.law, query.before, d, query.step); },
                hand, settings);
 }
 
@@ -132,10 +132,10 @@ double EmbeddingTable::at(double depth) const {
 
 Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& settings,
                                const Index& polish) const {
-  require(hand, settings);
+  validate(hand, settings);
   if (!(hand.stiffness * hand.reach > 0)) return {};
-  const Index looked = [this](double d) { return at(d); };
-  // The entry before which the hand still wins.
+  const Index tabulated = [this](double d) { return at(d); };
+  // The last entry where the hand is stronger.
   const double apart = most_ / static_cast<double>(force_.size() - 1);
   std::size_t low = 0, high = force_.size() - 1;
   while (high - low > 1) {
@@ -145,14 +145,14 @@ Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& 
   }
   const double from = apart * static_cast<double>(low);
   const double to = std::min(hand.reach, apart * static_cast<double>(high));
-  Balance g{polish ? polish : looked, hand};
+  Balance g{polish ? polish : tabulated, hand};
   EmbeddingSettings secants = settings;
   secants.search = Search::Newton;
   Embedding found = from < to ? embedWithin(g, from, to, secants) : Embedding{};
   const bool outside = (found.end == EmbeddingEnd::NotPressed && from > 0) ||
                        (found.end == EmbeddingEnd::TooSoft && to < hand.reach);
   if (from < to && !outside) return found;
-  // What is asked now is not what was tabulated: the whole range.
+  // `polish` is not the tabulated index: search the whole range.
   return embedWithin(g, 0, hand.reach, secants);
 }
 

@@ -1,12 +1,11 @@
-// One tick: the tool follows the hand in steps of a voxel until it touches; where it touches, the
-// digital normal says which way the material pushes and the collision how deep the tool is; along
-// that direction the embedding is searched at which the material's law and the hand's spring are
-// even, and the tool moves there, freely along the surface. What is left of the spring is what the
-// hand feels.
+// One tick: the tool follows the hand in steps of a voxel until it touches. There, the digital
+// normal is the direction in which the material pushes, and the collision gives the depth. The tool
+// moves along the normal to the embedding depth where the force of the material's law equals that
+// of the hand's spring, and slides along the surface. The hand feels the spring.
 //
-// The collision is looked at where the tool was, so each tick is a step of Newton's on the true
-// balance of a curved surface; the tool moves a voxel a tick at most, or the surface seen from
-// where it was says nothing of where it goes.
+// The collision is that of the tool's last position, so each tick is a Newton step toward the
+// equilibrium on a curved surface. The tool moves at most a voxel per tick, as the last position
+// says little about the surface farther away.
 #include <cloudcontact/workpiece/haptic_loop.h>
 
 #include <Eigen/Cholesky>
@@ -25,7 +24,7 @@ bool isPerTissue(const Law& law) {
          std::holds_alternative<StandardLinearSolid>(law);
 }
 
-void require(const HapticSettings& s) {
+void validate(const HapticSettings& s) {
   const auto positive = [](double value, const char* field) {
     if (!(value > 0) || !std::isfinite(value))
       throw std::invalid_argument(std::string("HapticSettings: ") + field +
@@ -64,17 +63,17 @@ HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
       settings_(settings),
       collision_(&none_),
       process_(settings.cutter.value_or(Cutter{0, 0, 0})) {
-  require(settings);
+  validate(settings);
   finder_.reserve(kReserved, workpiece.tissues().size());
   process_->reserve(kReserved);
   reaction_.tissues.reserve(workpiece.tissues().size());
   workpiece.reserve();
 }
 
-// How long the spring must stay after this tick. Where matter goes or an edge ends, nothing holds
-// the tool any more, and the force would be gone in one tick: a click at every voxel that a bur
-// loosens. Instead the spring lets go by a part a tick. Only what the tool's own motion takes from
-// it is slowed, never what the hand's does: it gives back no more than the hand has put in.
+// The least length of the spring after this tick. Where material is removed or an edge ends,
+// nothing holds the tool, and the force would vanish in one tick: a click at each voxel that a bur
+// removes. Instead the spring relaxes by a fraction per tick. This only slows the tool's own
+// motion, not the hand's, so the spring returns no more energy than the hand has put in.
 double HapticLoop::leastLead(const Vec3& lead) const {
   if (settings_.release <= 0 || lead.dot(lastLead_) <= 0) return 0;
   const double least =
@@ -82,7 +81,7 @@ double HapticLoop::leastLead(const Vec3& lead) const {
   return least > 1e-3 * workpiece_->voxelSize() ? least : 0;
 }
 
-// How much of `step` the tool may go before the spring is as short as that.
+// The fraction of `step` after which the spring has its least length.
 double HapticLoop::letGo(const Vec3& lead, const Vec3& step) const {
   const double least = leastLead(lead);
   if ((lead - step).norm() >= least) return 1;
@@ -91,7 +90,7 @@ double HapticLoop::letGo(const Vec3& lead, const Vec3& step) const {
   return std::clamp((b - std::sqrt(std::max(b * b - a * c, 0.0))) / a, 0.0, 1.0);
 }
 
-// Moves the tool towards the hand until it touches or is there.
+// Moves the tool toward the hand until it touches or arrives. True if it touches.
 bool HapticLoop::follow(const Pose& hand) {
   const double voxel = workpiece_->voxelSize();
   output_.tool.orientation = hand.orientation;
@@ -122,7 +121,7 @@ Law HapticLoop::lawNow() const {
   return KelvinVoigt{l.stiffness * k, l.damping * c};
 }
 
-// The step along the surface: the hand's spring against its own and the material's stiffness.
+// The step along the surface, by the hand's spring against its own and the material's stiffness.
 Vec3 HapticLoop::slide(const Vec3& lead, const Vec3& outward) const {
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - outward * outward.transpose();
   const Eigen::Matrix3d stiffness =
@@ -131,11 +130,10 @@ Vec3 HapticLoop::slide(const Vec3& lead, const Vec3& outward) const {
   return across * stiffness.ldlt().solve(across * lead);
 }
 
-// How much of a step is taken. Between walls, as in the hole that a bur has cut itself, the digital
-// normal turns about within a part of a voxel: the whole step, which knows one surface only, leads
-// from wall to wall and back, tick by tick (forces of 1 N turned round 500 times a second while a
-// bur swept through a tooth). Where a step turns against the one before, the next is the secant's
-// between the two, and whole steps come back by and by.
+// The share of a step that is taken. Between walls, as in a hole that a bur has cut, the digital
+// normal reverses within a fraction of a voxel. The full step assumes one surface and would lead
+// from wall to wall, tick by tick. Where a step opposes the one before, the next is the secant
+// between the two; then the share grows back to 1.
 void HapticLoop::calm(const Vec3& step) {
   constexpr double kLeast = 0.05, kGrowth = 1.1;
   const Vec3 turn = step - lastStep_;
@@ -149,19 +147,19 @@ void HapticLoop::calm(const Vec3& step) {
 void HapticLoop::press(const HapticInput& input) {
   const Vec3 outward = collision_->normal();
   const Vec3 lead = input.hand.position - output_.tool.position;
-  // How deep the tool would be where the hand is.
+  // Depth of the tool where the hand is.
   const double reach = collision_->depth - lead.dot(outward);
   const Law law = lawNow();
   const Embedding found =
       embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
   const double voxel = workpiece_->voxelSize();
-  // A hand that leaves takes the tool with it, and not only as far as the surface: in a hole walls
-  // touch it all the way out, and each tick would win no more than they press it.
-  const double wanted = std::min(found.depth, std::max(reach, 0.0)) + std::min(reach, 0.0);
-  double deeper = std::clamp(wanted - collision_->depth, -voxel, voxel);
+  // A hand that leaves takes the tool along, beyond the surface: in a hole the walls touch the tool
+  // all the way out, and it would otherwise leave only by its own depth per tick.
+  const double target = std::min(found.depth, std::max(reach, 0.0)) + std::min(reach, 0.0);
+  double deeper = std::clamp(target - collision_->depth, -voxel, voxel);
   const Vec3 step = atMost(slide(lead, outward), voxel) - deeper * outward;
   calm(step);
-  if (lead.dot(outward) > 0) calm_ = 1;  // the hand leaves: nothing holds it back
+  if (lead.dot(outward) > 0) calm_ = 1;  // the hand leaves
   const double part = calm_ * letGo(lead, calm_ * step);
   deeper *= part;
   const double depth = std::max(0.0, collision_->depth + deeper);
@@ -188,7 +186,7 @@ void HapticLoop::press(const HapticInput& input) {
   output_.cutVolume = cut.volume;
 }
 
-// A force, once told, acts until the next tick: its work over the hand's way is exact.
+// A force acts until the next tick, so its work over the hand's motion is exact.
 void HapticLoop::watchEnergy(const Vec3& hand) {
   if (started_) output_.energy -= output_.onHand.force.dot(hand - lastHand_);
   output_.leastEnergy = std::min(output_.leastEnergy, output_.energy);
@@ -216,13 +214,13 @@ const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
       output_.depth = output_.stiffness = 0;
       output_.iterations = 0;
       output_.end = EmbeddingEnd::NotPressed;
-      // Farther behind than a tick can follow: the spring is felt all the same.
+      // The hand may be farther away than the tool follows in a tick: it feels the spring.
       output_.onHand.force =
           atMost(settings_.handStiffness * (output_.tool.position - input.hand.position),
                  settings_.mostForce);
     }
   } catch (...) {
-    output_.onHand = {};  // a user's law that throws, or gives no number: no force
+    output_.onHand = {};  // a user's law throws: no force
   }
   return output_;
 }

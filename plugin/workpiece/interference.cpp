@@ -1,5 +1,5 @@
-// Four ways to the collision voxels: see interference.h. Work is cut in slices, layers of voxels or
-// runs of points, whose answers are put together in their order.
+// Work is divided into slices, layers of voxels or runs of points, whose results are joined in
+// order.
 #include <cloudcontact/workpiece/interference.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using Voxels = std::vector<VoxelIndex>;
 
-void requirePlace(const Pose& place) {
+void validatePlace(const Pose& place) {
   if (!place.position.allFinite() || !place.orientation.coeffs().allFinite())
     throw std::invalid_argument("interference: the tool's place must be finite");
 }
@@ -24,7 +24,7 @@ bool before(const VoxelIndex& a, const VoxelIndex& b) {
   return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x();
 }
 
-// Runs find(slice, voxels) for every slice and joins what each found.
+// Calls find(slice, voxels) for each slice and joins the voxels found.
 template <typename Find>
 Voxels inSlices(std::size_t slices, int threads, Find&& find) {
   std::vector<Voxels> found(slices);
@@ -36,7 +36,7 @@ Voxels inSlices(std::size_t slices, int threads, Find&& find) {
   return all;
 }
 
-// The voxels whose middles lie in a box of the workpiece's frame: lowest and highest, clipped.
+// The range of voxels whose centers lie in a box of the workpiece's frame, inside the grid.
 struct Range {
   Eigen::Vector3i low, high;
   std::size_t layers() const {
@@ -57,7 +57,7 @@ Range voxelsIn(const Eigen::AlignedBox3d& box, const Vec3& origin, double voxel,
                                                                         Eigen::Vector3i::Ones())};
 }
 
-// Of a tool's bounds in its own frame.
+// Bounds of a placed box.
 Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box, const Pose& place) {
   Eigen::AlignedBox3d result;
   if (box.isEmpty()) return result;
@@ -66,9 +66,9 @@ Eigen::AlignedBox3d placed(const Eigen::AlignedBox3d& box, const Pose& place) {
   return result;
 }
 
-// Voxels of the workpiece with matter whose middles `inside` accepts.
+// Voxels of the workpiece with material whose centers `inside` accepts.
 template <typename Inside>
-Voxels middlesInside(const Cloud& workpiece, const Eigen::AlignedBox3d& box, int threads,
+Voxels centersInside(const Cloud& workpiece, const Eigen::AlignedBox3d& box, int threads,
                      Inside&& inside) {
   if (workpiece.empty()) return {};
   const Range range = voxelsIn(box, workpiece.origin(), workpiece.voxelSize(), workpiece.size());
@@ -81,7 +81,7 @@ Voxels middlesInside(const Cloud& workpiece, const Eigen::AlignedBox3d& box, int
   });
 }
 
-// A tool's columns, asked for points.
+// Whether points lie in a tool's columns.
 class Columns {
  public:
   explicit Columns(const ColumnCloud& c) : c_(c), u_((c.axis + 1) % 3), v_((c.axis + 2) % 3) {}
@@ -119,7 +119,7 @@ class Columns {
   int u_, v_;
 };
 
-// Spheres in a grid of cells as wide as the largest, so that a point asks few of them.
+// Spheres in a grid of cells as wide as the largest, so that a point is tested against few.
 class Spheres {
  public:
   Spheres(const SphereCloud& s, const Pose& place) {
@@ -140,7 +140,7 @@ class Spheres {
   bool contains(const Vec3& point) const {
     const Eigen::Vector3i at = cellOf(point);
     for (int k = 0; k < 9; ++k) {
-      // Three cells side by side are one run.
+      // Three cells along x are one run in the sorted list.
       const Eigen::Vector3i first = at + Eigen::Vector3i(-1, k % 3 - 1, k / 3 - 1);
       auto s = std::lower_bound(
           spheres_.begin(), spheres_.end(), first,
@@ -170,10 +170,10 @@ class Spheres {
 
 Voxels interference(const PointCloud& tool, const Pose& toolPlace, const Octree& workpiece,
                     int threads) {
-  requirePlace(toolPlace);
+  validatePlace(toolPlace);
   validate(tool);
   if (workpiece.empty()) return {};
-  constexpr std::size_t kRun = 4096;  // points a slice
+  constexpr std::size_t kRun = 4096;  // points per slice
   const std::size_t slices = (tool.positions.size() + kRun - 1) / kRun;
   const Vec3 top = workpiece.size().cast<double>();
   return inSlices(slices, threads, [&](std::size_t k, Voxels& found) {
@@ -190,7 +190,7 @@ Voxels interference(const PointCloud& tool, const Pose& toolPlace, const Octree&
 
 Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const ColumnCloud& workpiece,
                     int threads) {
-  requirePlace(toolPlace);
+  validatePlace(toolPlace);
   validate(tool);
   validate(workpiece);
   const Columns in(tool);
@@ -203,7 +203,7 @@ Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const Column
   size[w] = static_cast<int>(std::ceil(highest / width));
   const Range range = voxelsIn(placed(in.bounds(), toolPlace), workpiece.origin, width, size);
   if (range.layers() == 0) return {};
-  // A slice a row of columns; in each column its intervals, cut into voxels, meet the tool's.
+  // One slice per row of columns. Intervals are cut into voxels, whose centers are tested.
   const auto rows = static_cast<std::size_t>(range.high[v] - range.low[v] + 1);
   return inSlices(rows, threads, [&](std::size_t k, Voxels& found) {
     VoxelIndex at;
@@ -217,8 +217,8 @@ Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const Column
         const int high =
             std::min(range.high[w], static_cast<int>(std::ceil(has.high / width - 0.5)) - 1);
         for (at[w] = low; at[w] <= high; ++at[w]) {
-          const Vec3 middle = workpiece.origin + width * (at.cast<double>() + Vec3::Constant(0.5));
-          if (in.contains(toolPlace.toLocal(middle))) found.push_back(at);
+          const Vec3 center = workpiece.origin + width * (at.cast<double>() + Vec3::Constant(0.5));
+          if (in.contains(toolPlace.toLocal(center))) found.push_back(at);
         }
       }
     }
@@ -227,21 +227,21 @@ Voxels interference(const ColumnCloud& tool, const Pose& toolPlace, const Column
 
 Voxels interference(const SphereCloud& tool, const Pose& toolPlace, const Cloud& workpiece,
                     int threads) {
-  requirePlace(toolPlace);
+  validatePlace(toolPlace);
   validate(tool);
   const Spheres spheres(tool, toolPlace);
-  return middlesInside(workpiece, spheres.bounds(), threads,
-                       [&](const Vec3& middle) { return spheres.contains(middle); });
+  return centersInside(workpiece, spheres.bounds(), threads,
+                       [&](const Vec3& center) { return spheres.contains(center); });
 }
 
 Voxels interference(const Cloud& tool, const Pose& toolPlace, const Cloud& workpiece, int threads) {
-  requirePlace(toolPlace);
+  validatePlace(toolPlace);
   if (tool.empty()) return {};
   const double h = tool.voxelSize();
   const Vec3 top = tool.size().cast<double>();
   const Eigen::AlignedBox3d box(tool.origin(), Vec3(tool.origin() + h * top));
-  return middlesInside(workpiece, placed(box, toolPlace), threads, [&](const Vec3& middle) {
-    const Vec3 grid = (toolPlace.toLocal(middle) - tool.origin()) / h;
+  return centersInside(workpiece, placed(box, toolPlace), threads, [&](const Vec3& center) {
+    const Vec3 grid = (toolPlace.toLocal(center) - tool.origin()) / h;
     if (!((grid.array() >= 0).all() && (grid.array() < top.array()).all())) return false;
     const Eigen::Vector3i v = grid.cast<int>();
     return tool.coverage(v.x(), v.y(), v.z()) >= 128;

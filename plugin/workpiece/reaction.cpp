@@ -1,4 +1,4 @@
-// Magnitude and direction put together: see reaction.h.
+// Magnitude and direction of the reaction, and each tissue's part.
 #include <cloudcontact/workpiece/reaction.h>
 
 #include <algorithm>

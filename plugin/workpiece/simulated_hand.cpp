@@ -1,4 +1,4 @@
-// Semi-implicit Euler in substeps: see simulated_hand.h.
+// The hand's motion, by semi-implicit Euler in substeps.
 #include <cloudcontact/workpiece/simulated_hand.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Cuts an area into the voxels about one voxel: by eight points along each edge of a voxel that the
-// area's surface may cross, each with the weight that the area has there.
+// Cuts an area into the voxels around one voxel, by 8x8x8 sample points per voxel, each with the
+// weight of the area at it.
 #include <cloudcontact/workpiece/window.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kPoints = 8;               // along a voxel's edge
 constexpr double kMostVoxels = 1 << 18;  // of C
-constexpr int kFarthest = 1 << 13;       // [voxels] from the voxel: likewise
+constexpr int kFarthest = 1 << 13;       // from the voxel [voxels]
 
 double weightAt(const WindowSettings& settings, double depth, double greatest) {
   if (!(depth > 0)) return 0;
@@ -25,7 +25,7 @@ double weightAt(const WindowSettings& settings, double depth, double greatest) {
   return (1 - away * away) * (1 - away * away);
 }
 
-// Means over the voxel about `at`: of the weight, and of the weight times the place.
+// Means over the voxel at `at`: of the weight, and of the weight times the position.
 struct Weighed {
   double weight = 0;
   Vec3 moment = Vec3::Zero();

@@ -1,5 +1,6 @@
-// Depth and normal of the bodies known by a formula, against closed forms, against dense samples of
-// their surfaces, and against the inequality that only the nearest point of a convex body fulfils.
+// Depth and normal of solids given by a formula: against closed forms, against dense samples of
+// their surfaces, and against the inequality that holds only for the nearest point of a convex
+// body.
 #include <cloudcontact/law/solid.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +60,7 @@ std::vector<ClosedForm> closedForms() {
       {"half-space above", HalfSpace{z, 1}, {5, 6, 3}, -2, z},
       {"sphere inside", Sphere{2}, {0, 0.5, 0}, 1.5, y},
       {"sphere outside", Sphere{2}, {0, 0, -5}, -3, -z},
-      {"sphere's centre", Sphere{2}, {0, 0, 0}, 2, z},
+      {"sphere's center", Sphere{2}, {0, 0, 0}, 2, z},
       {"box inside", Box{{1, 2, 3}}, {0.9, 0, 0}, 0.1, x},
       {"box face", Box{{1, 2, 3}}, {0.5, -4, 1}, -2, -y},
       {"box edge", Box{{1, 2, 3}}, {4, 6, 0}, -5, {0.6, 0.8, 0}},
@@ -87,7 +88,7 @@ TEST(Solid, ClosedForms) {
   }
 }
 
-// Points all over a surface, no two neighbours further apart than `spacing`.
+// Points all over a surface, with neighbors at most `spacing` apart.
 std::vector<Vec3> revolved(const std::vector<Eigen::Vector2d>& profile, double spacing) {
   std::vector<Vec3> points;
   for (std::size_t i = 0; i + 1 < profile.size(); ++i) {

@@ -1,4 +1,4 @@
-// What an area leaves of the voxels that it lies in: volumes known in closed form.
+// Cuts by areas: volumes against closed forms.
 #include <cloudcontact/workpiece/cloud_solid.h>
 #include <cloudcontact/workpiece/cutter.h>
 #include <gtest/gtest.h>
@@ -28,8 +28,8 @@ Pose poseOf(const Vec3& place, double angle) {
   return pose;
 }
 
-// [voxels] that go.
-double taken(const std::vector<VoxelCut>& cuts) {
+// Volume that cuts remove [voxels].
+double removed(const std::vector<VoxelCut>& cuts) {
   double sum = 0;
   for (const VoxelCut& c : cuts) sum += 255 - c.coverage;
   return sum / 255;
@@ -57,20 +57,20 @@ TEST(AreaCut, VolumesAreTheAreas) {
   const BaseVectorField field = block();
   const Vec3 middle = Vec3(20.2, 19.7, 20.4) + Vec3(-3, 7, 2);
   const double ball = 4 / 3.0 * std::numbers::pi;
-  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Sphere{12.3 * kVoxel}}, poseOf(middle, 0.3))),
+  EXPECT_NEAR(removed(cutsOf(field, PlacedSolid{Sphere{12.3 * kVoxel}}, poseOf(middle, 0.3))),
               ball * std::pow(12.3, 3), 0.003 * ball * std::pow(12.3, 3));
   const Vec3 half(9.2, 6.1, 11.3);
-  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Box{kVoxel * half}}, poseOf(middle, 0.7))),
+  EXPECT_NEAR(removed(cutsOf(field, PlacedSolid{Box{kVoxel * half}}, poseOf(middle, 0.7))),
               8 * half.prod(), 0.01 * 8 * half.prod());
-  EXPECT_NEAR(taken(cutsOf(field, PlacedSolid{Ellipsoid{kVoxel * half}}, poseOf(middle, 0.7))),
+  EXPECT_NEAR(removed(cutsOf(field, PlacedSolid{Ellipsoid{kVoxel * half}}, poseOf(middle, 0.7))),
               ball * half.prod(), 0.01 * ball * half.prod());
   const Cloud cloud = test::ballCloud(kVoxel, 3, Vec3(12, 12, 12), 9.4);
   const PlacedSolid area = cloudSolid(cloud, poseOf(Vec3(-12, -12, -12), 0));
-  EXPECT_NEAR(taken(cutsOf(field, area, poseOf(middle, 0.7))), ball * std::pow(9.4, 3),
+  EXPECT_NEAR(removed(cutsOf(field, area, poseOf(middle, 0.7))), ball * std::pow(9.4, 3),
               0.02 * ball * std::pow(9.4, 3));
 }
 
-// A tool's area stands beside its middle, turned: the pose moves all of it.
+// An area beside the tool's origin, turned: the pose moves it too.
 TEST(AreaCut, ThePoseIsTheTools) {
   const BaseVectorField field = block();
   const Pose inTool = poseOf(Vec3(4, -2, 1), 0.4), tool = poseOf(Vec3(17, 26, 22), 0.9);
@@ -89,7 +89,7 @@ TEST(AreaCut, PartlyAndWhollyOutsideTheGrid) {
   BaseVectorField field = block();
   const PlacedSolid ball{Sphere{10 * kVoxel}};
   // Half of it is in.
-  const double half = taken(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0)));
+  const double half = removed(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0)));
   EXPECT_NEAR(half, 2 / 3.0 * std::numbers::pi * 1000, 10);
   EXPECT_NO_THROW(field.cut(cutsOf(field, ball, poseOf(Vec3(-3, 27, 22), 0))));
   EXPECT_TRUE(cutsOf(field, ball, poseOf(Vec3(-15, 27, 22), 0)).empty());

@@ -1,4 +1,4 @@
-// The field of base vectors: depth on planes and balls, and cuts that leave what a new field is.
+// The field of base vectors: depth on planes and balls, and cuts that equal a new field.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/field/surface_field.h>
@@ -21,7 +21,7 @@ Cloud tooth() {
       [](int x, int y, int z) { return (Vec3(x, y, z) - Vec3(20, 20, 20)).norm() > 11 ? 0 : 1; });
 }
 
-// [voxels] worst error of depth() against the half-space n.x < offset, near its surface.
+// Worst error of depth() against the half-space n.x < offset near its surface [voxels].
 double worstOnPlane(const Vec3& n, double offset) {
   const Cloud cloud = test::smallCloud(kVoxel, {3, 3, 3}, [&](int x, int y, int z) {
     int in = 0;
@@ -53,7 +53,7 @@ TEST(BaseVectorField, DepthOnPlanes) {
   }
 }
 
-// A ball is felt as the sphere whose window it fills: within curvature's error, a tenth.
+// A ball's depth is right within the error of curvature, a tenth.
 TEST(BaseVectorField, DepthOnABallAndDirection) {
   const Vec3 center(20.3, 19.6, 20.1);
   const BaseVectorField field(test::ballCloud(kVoxel, 5, center, 16.4), {kEnamel},
@@ -86,8 +86,8 @@ TEST(BaseVectorField, InsideAllIsEven) {
   EXPECT_EQ(field.coverage({1000, 0, 0}), 0);
 }
 
-// A hundred random cuts, whole voxels and parts, at the surface and inside: after each the field is
-// the one that is built from what is left.
+// A hundred random cuts, of whole voxels and parts, at the surface and inside: after each, the
+// field equals one built from the rest.
 TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
   for (const double radius : {1.5, 2.5, 6.0}) {
     BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel, radius));
@@ -110,8 +110,8 @@ TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
   }
 }
 
-// Rows from brick to brick through both tissues, down to what is left of them in three goes, under
-// windows that reach to the bricks beside, beyond them, and to one side alone.
+// Rows across bricks and both tissues, removed in three steps, with windows that reach to the
+// neighboring bricks, beyond them, and to one side only.
 TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
   WindowSettings aside = sphereWindow(kVoxel);
   aside.area = {Sphere{2.5 * kVoxel}, {.position = kVoxel * Vec3(4.3, -2.1, 0.4)}};
@@ -132,8 +132,8 @@ TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
   }
 }
 
-// Deep inside, bricks share what they hold until a cut comes near: then they get memory of their
-// own, and what lay beside them may move.
+// Deep inside, bricks share a block until a cut comes near. Then they get their own, and the other
+// blocks may move in memory.
 TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
   const Cloud ball = test::ballCloud(kVoxel, 8, Vec3(32.2, 31.9, 32.1), 30);
   BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
@@ -143,7 +143,7 @@ TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
   EXPECT_EQ(field.hash(), BaseVectorField(field.cloud(), {kEnamel}, sphereWindow(kVoxel)).hash());
 }
 
-// More bricks than a cut keeps in mind at once, a voxel or two in each.
+// More bricks than FieldChanges holds, with a voxel or two in each.
 TEST(BaseVectorField, AVoxelOfEveryBrickIsTheFieldOfWhatIsLeft) {
   const Cloud ball = test::ballCloud(kVoxel, 10, Vec3(40.2, 39.9, 40.1), 38);
   BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
@@ -156,7 +156,7 @@ TEST(BaseVectorField, AVoxelOfEveryBrickIsTheFieldOfWhatIsLeft) {
   EXPECT_EQ(field.hash(), BaseVectorField(field.cloud(), {kEnamel}, sphereWindow(kVoxel)).hash());
 }
 
-// The octree follows voxel by voxel, and is then the one of what is left.
+// The octree, updated voxel by voxel, equals that of the rest.
 TEST(BaseVectorField, TheOctreeFollowsTheCuts) {
   BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel));
   Octree octree(tooth());
@@ -193,7 +193,7 @@ TEST(BaseVectorField, CutInAnyOrderIsTheSame) {
   EXPECT_EQ(one.mass().mass, two.mass().mass);
 }
 
-// What is cut away and what is left add up; the whole has a ball's mass and inertia.
+// The removed part and the rest add up; the whole has a ball's mass and inertia.
 TEST(BaseVectorField, MassOfAShelledBall) {
   const double r = 16.4 * kVoxel;
   BaseVectorField field(test::ballCloud(kVoxel, 5, Vec3(20.3, 19.6, 20.1), 16.4), {kDentin},
@@ -210,7 +210,7 @@ TEST(BaseVectorField, MassOfAShelledBall) {
   const double voxel = kVoxel * kVoxel * kVoxel;
   const MassProperties rest = field.mass();
   EXPECT_NEAR(whole.volume - rest.volume, 1000 * voxel, 1e-9 * voxel * 1000);
-  // The block's own centre makes up for what the rest's moved.
+  // The centers of both parts balance.
   const Vec3 block = kVoxel * Vec3(25, 20, 20);
   EXPECT_NEAR((whole.mass * whole.centerOfMass -
                (rest.mass * rest.centerOfMass + 2140 * 1000 * voxel * block))

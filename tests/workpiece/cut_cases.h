@@ -1,5 +1,5 @@
-// Clouds made by formula, and cuts into them, for the tests of bodies that are cut. Lengths in
-// voxels, in the cloud's grid.
+// Clouds made by formula and cuts into them, for tests of bodies that are cut. Lengths in voxels,
+// in the cloud's grid.
 #pragma once
 
 #include <cloudcontact/voxels/pieces.h>
@@ -15,7 +15,7 @@ namespace cloudcontact::testing {
 
 using Inside = std::function<bool(const Vec3&)>;
 
-// The fraction of a voxel that lies in the solid, by n x n x n points, in 1/255.
+// The fraction of a voxel inside the body, by n x n x n points [1/255].
 inline int coverageOf(const Inside& solid, int x, int y, int z, int n = 4) {
   int inside = 0;
   const int all = n * n * n;
@@ -73,7 +73,7 @@ inline Inside tooth(const Vec3& center) {
   };
 }
 
-// Of all voxels that a tool lies in, what it leaves.
+// The cuts of all voxels that a tool meets.
 inline std::vector<VoxelCut> cutsOf(const Cloud& cloud, const Inside& tool, const Vec3& low,
                                     const Vec3& high, int points = 4) {
   std::vector<VoxelCut> cuts;
@@ -93,14 +93,14 @@ inline std::vector<VoxelCut> bite(const Cloud& cloud, const Vec3& center, double
                 center + Vec3::Constant(radius), points);
 }
 
-// A saw's cut: all between two planes across x.
+// A saw's cut: all material between two planes across x.
 inline std::vector<VoxelCut> sawn(const Cloud& cloud, double from, double to) {
   return cutsOf(
       cloud, [=](const Vec3& p) { return p.x() >= from && p.x() < to; }, Vec3(from, 0, 0),
       Vec3(to, cloud.size().y(), cloud.size().z()));
 }
 
-// Voxels here and there, each to some value.
+// Random voxels, each cut to a random value.
 inline std::vector<VoxelCut> specks(const Cloud& cloud, Random& random, int count) {
   std::vector<VoxelCut> cuts;
   for (int k = 0; k < count; ++k) {

@@ -1,5 +1,4 @@
-// How deep a tool goes: all searches find the same depth, on every law, and say so when there is
-// none.
+// Embedding depth: all searches find the same depth for every law, and report when there is none.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/embedding.h>
@@ -23,7 +22,7 @@ struct Case {
   const char* name;
   Law law;
   LawState before;
-  double truth;  // [m], in closed form
+  double truth;  // in closed form [m]
 };
 
 // Hertz: F = a d^1.5.
@@ -107,7 +106,7 @@ TEST(Embedding, SaysWhenThereIsNoAnswer) {
   EXPECT_THROW(EmbeddingTable(soft, 0, 10), std::invalid_argument);
 }
 
-// A step, a kink and a flat stretch: the bracket closes all the same.
+// A step, a kink and a flat part of the index: the bracket closes anyway.
 TEST(Embedding, IndicesThatDefyNewton) {
   const Index step = [](double d) { return d < 7.3e-4 ? 0.0 : 100.0; };
   const Index flat = [](double d) { return d < 1.9e-3 ? 1e-9 * d : 1e9 * (d - 1.9e-3); };
@@ -118,7 +117,7 @@ TEST(Embedding, IndicesThatDefyNewton) {
   }
 }
 
-// A table made once, asked with a law that has moved on since.
+// A table of a law, searched after the law has changed.
 TEST(Embedding, TableOfAnotherStateIsMendedByTheLawItself) {
   const Law law = StandardLinearSolid{2e4, 1e4, 8};
   LawState state{2e-4, 1.5};

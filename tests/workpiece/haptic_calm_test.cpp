@@ -1,5 +1,4 @@
-// The haptic loop where one surface is not all there is: between walls, and where what held the
-// tool is gone.
+// The haptic loop between walls, and where the material that held the tool is gone.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/haptic_loop.h>
@@ -37,9 +36,9 @@ HapticInput at(const Vec3& place, const Vec3& velocity = Vec3::Zero()) {
   return {{Eigen::Quaterniond::Identity(), place}, velocity};
 }
 
-// A bur drawn through a groove of its own width, pressed down and a little against a wall: the
-// floor and both walls touch it. Its force stays what it is from tick to tick; without the calming
-// it swung from wall to wall each tick, by 1.9 of itself.
+// A bur drawn through a groove of its own width, pressed down and a little against a wall, touches
+// the floor and both walls. Its force is steady; without calm() it swung from wall to wall each
+// tick, by 1.9 times its magnitude.
 TEST(HapticCalm, NoForceSwingsBetweenWalls) {
   BaseVectorField field(groove(), kTooth, sphereWindow(kVoxel));
   HapticLoop loop(field, {}, burSettings());
@@ -61,8 +60,8 @@ TEST(HapticCalm, NoForceSwingsBetweenWalls) {
   EXPECT_NEAR(down, 2e-4 / (1 / 5000.0 + 1 / 2e4), 0.15);
 }
 
-// What held the tool is gone from one tick to the next: the force fades by the part that is set,
-// and its work is no more than the spring held.
+// The material that held the tool is gone from one tick to the next: the force fades by the set
+// rate, and its work is at most the energy of the spring.
 TEST(HapticCalm, ForceFadesWhereMatterIsGone) {
   for (const double release : {0.02, 0.005, 0.0}) {
     BaseVectorField field(
@@ -94,7 +93,7 @@ TEST(HapticCalm, ForceFadesWhereMatterIsGone) {
   }
 }
 
-// A hand that leaves a surface is not held back: the force is gone as soon as the hand is out.
+// A hand that leaves a surface is not held back: there is no force once the hand is out.
 TEST(HapticCalm, NothingHoldsAHandThatLeaves) {
   BaseVectorField field(groove(), kTooth, sphereWindow(kVoxel));
   HapticLoop loop(field, {}, burSettings());
@@ -105,7 +104,7 @@ TEST(HapticCalm, NothingHoldsAHandThatLeaves) {
   ASSERT_GT(out.onHand.force.z(), 0.5);
   for (int k = 0; k < 100; ++k) {  // out at 50 mm/s
     out = loop.tick(at(deep + Vec3(0, 0, 5e-5 * k), Vec3(0, 0, 0.05)));
-    EXPECT_GE(out.onHand.force.z(), -0.3) << k;  // the damper's, while it touches
+    EXPECT_GE(out.onHand.force.z(), -0.3) << k;  // of the damper, while in contact
     if (k > 30) {
       EXPECT_EQ(out.onHand.force.norm(), 0) << k;
     }

@@ -1,5 +1,4 @@
-// The haptic loop: what the hand feels, that it gets back no more than it gave, and that no force
-// jumps, on surfaces of known stiffness.
+// The haptic loop on surfaces of known stiffness: force, passivity, and forces without jumps.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/haptic_loop.h>
@@ -14,7 +13,7 @@ namespace cloudcontact {
 namespace {
 
 constexpr double kVoxel = 1e-4;                          // [m]
-const Vec3 kTop(20 * kVoxel, 20 * kVoxel, 20 * kVoxel);  // the middle of the slab's surface
+const Vec3 kTop(20 * kVoxel, 20 * kVoxel, 20 * kVoxel);  // center of the slab's surface
 
 // 40 by 40 voxels, solid below z = 20.
 Cloud slab(const std::vector<std::string>& materials = {},
@@ -36,13 +35,13 @@ HapticSettings burSettings(double step = 1e-3) {
   return s;
 }
 
-constexpr double kAbove = 8 * kVoxel;  // the bur's centre, just touching
+constexpr double kAbove = 8 * kVoxel;  // the bur's center, just touching
 
 Pose at(const Vec3& place) {
   return {Eigen::Quaterniond::Identity(), place};
 }
 
-// Brings the hand to `place` at 5 mm/s and keeps it there.
+// Moves the hand to `place` at 5 mm/s and holds it there.
 const HapticOutput& pressTo(HapticLoop& loop, const Vec3& place, double step, double hold = 0.2) {
   const Vec3 start = place + Vec3(0, 0, 2e-3);
   const int moving = static_cast<int>(0.4 / step), holding = static_cast<int>(hold / step);
@@ -67,13 +66,13 @@ TEST(HapticLoop, HandAndMaterialAreSpringsInSeries) {
     EXPECT_NEAR(out.depth, depth, 0.03 * depth + 1e-3 * kVoxel) << k;
     EXPECT_NEAR(out.onHand.force.z(), k * depth, 0.03 * k * depth) << k;
     EXPECT_LT(out.onHand.force.head<2>().norm(), 0.01 * out.onHand.force.z());
-    // Where the tool is shown, it is as deep as it says: a ball's depth in a plane.
+    // The displayed tool has the reported depth: a ball's depth in a plane.
     EXPECT_NEAR(kTop.z() + kAbove - out.tool.position.z(), depth, 0.1 * depth + 0.05 * kVoxel);
   }
 }
 
-// Pressed and pulled back, again and again, by a hand of flesh, on enamel as stiff as any haptic
-// device was asked to render: it never gets back more than it gave.
+// Pressed and pulled back repeatedly by a simulated hand on very stiff enamel: the hand never gets
+// back more energy than it gave.
 TEST(HapticLoop, IsPassiveOnTheStiffestTissue) {
   for (const int delay : {0, 1}) {
     BaseVectorField field(slab(), {{"enamel", 1e5, 1, 1e9, 2000}}, sphereWindow(kVoxel));
@@ -99,8 +98,7 @@ TEST(HapticLoop, IsPassiveOnTheStiffestTissue) {
   }
 }
 
-// Stroking over a face, with the force well above the noise of a touch: a thousandth of a second
-// changes it by less than a twentieth.
+// Stroking over a face under a firm force: it changes by less than a twentieth per millisecond.
 TEST(HapticLoop, NoForceJumpsWithoutACut) {
   BaseVectorField field(slab(), {{"tooth", 2e4, .4, 1e9, 2000}}, sphereWindow(kVoxel));
   HapticLoop loop(field, {}, burSettings());
@@ -117,8 +115,7 @@ TEST(HapticLoop, NoForceJumpsWithoutACut) {
   EXPECT_GT(last.norm(), 1);
 }
 
-// With the cutter on: the force falls as matter goes, without a jump, and what goes is Archard's
-// volume.
+// While cutting, the force falls without a jump, and Archard's volume is removed.
 TEST(HapticLoop, CutsByForceSpeedAndHardness) {
   const double h = kVoxel;
   for (const double hardness : {6e8, 2.7e9}) {
@@ -143,7 +140,7 @@ TEST(HapticLoop, CutsByForceSpeedAndHardness) {
     EXPECT_GT(cut, 3 * h * h * h);
     EXPECT_LT(worst, 0.05);
   }
-  // What the tool is not hard enough for stays.
+  // Tissue that is too hard for the tool stays.
   BaseVectorField field(slab(), {{"steel", 2e4, .4, 2e10, 2000}}, sphereWindow(kVoxel));
   HapticSettings settings = burSettings();
   settings.cutter = Cutter{17e9, 0.1, 5.0};
@@ -153,8 +150,8 @@ TEST(HapticLoop, CutsByForceSpeedAndHardness) {
   EXPECT_EQ(field.hash(), hash);
 }
 
-// Each law at rest: Maxwell gives way, the standard linear solid relaxes to its spring, a user's
-// law is what it says.
+// Each law at rest: Maxwell creeps, the standard linear solid relaxes to its spring, a user's law
+// applies as it is.
 TEST(HapticLoop, OtherLaws) {
   const double k = 4e3, lead = 1e-3;
   const auto depthOf = [&](const std::optional<Law>& law, bool perTissue, double hold) {
@@ -174,7 +171,7 @@ TEST(HapticLoop, OtherLaws) {
   EXPECT_NEAR(1e6 * d * std::sqrt(d), 1000 * (lead - d), 0.02);
 }
 
-// Torque: pressing beside the tool's own place turns it.
+// Torque: a contact beside the tool's position turns the tool.
 TEST(HapticLoop, TorqueOfATipAside) {
   BaseVectorField field(slab(), {{"tooth", 2e4, .4, 1e9, 2000}}, sphereWindow(kVoxel));
   HapticSettings settings = burSettings();

@@ -1,5 +1,5 @@
-// Collision voxels by four kinds of objects: the same where all know the tool equally well, near
-// each other elsewhere, and the same whatever the number of threads.
+// Collision voxels of four kinds of objects: equal where all are equally fine, close elsewhere, and
+// the same for any number of threads.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/cloud_solid.h>
@@ -47,7 +47,7 @@ std::size_t apart(const Voxels& a, const Voxels& b) {
 TEST(Interference, AllKindsGiveTheSameForABox) {
   const Cloud tool = test::smallCloud(
       kVoxel, {1, 1, 1}, [](int x, int y, int z) { return x < 6 && y < 5 && z < 4 ? 255 : 0; });
-  SphereCloud spheres;  // a small one a voxel
+  SphereCloud spheres;  // a small one per voxel
   for (const Vec3& p : centerPoints(tool).positions) {
     spheres.centers.push_back(p);
     spheres.radii.push_back(0.4 * kVoxel);
@@ -62,8 +62,8 @@ TEST(Interference, AllKindsGiveTheSameForABox) {
   EXPECT_EQ(a.spheres, a.clouds);
 }
 
-// A ball, turned and anywhere: the kinds differ by its outermost voxels at most, and the digital
-// normal by a degree.
+// A ball at any pose: the kinds differ by its outermost voxels at most, and the digital normal by a
+// degree.
 TEST(Interference, KindsDifferByTheToolsRimAlone) {
   const double radius = 9.317;
   const Cloud tool = test::ballCloud(kVoxel, 3, Vec3(12, 12, 12), radius);
@@ -79,7 +79,7 @@ TEST(Interference, KindsDifferByTheToolsRimAlone) {
         truth += (Vec3(x + .5, y + .5, z + .5) - Vec3(15.2, 14.7, 33.1)).norm() < radius;
   ASSERT_GT(truth, 300u);
   EXPECT_EQ(a.spheres.size(), truth) << "a sphere is exact";
-  const double rim = 2 * M_PI * radius * 4.2;  // the touched cap's area: a voxel's layer of it
+  const double rim = 2 * M_PI * radius * 4.2;  // one layer of voxels of the touched cap
   EXPECT_LT(apart(a.clouds, a.spheres), 0.3 * rim);
   EXPECT_LT(apart(a.columns, a.spheres), 0.3 * rim);
   EXPECT_LT(apart(a.points, a.spheres), 0.9 * rim) << "a voxel with one point of 27 counts";
@@ -113,7 +113,7 @@ TEST(Interference, InSequenceAndInParallelTheSame) {
     EXPECT_EQ(one.spheres, many.spheres);
     EXPECT_EQ(one.clouds, many.clouds);
   }
-  // The finder too, to the bit.
+  // The finder too is equal to the bit.
   const BaseVectorField field(block(), {{"tooth", 1e4, 1, 1e9, 2000}}, sphereWindow(kVoxel));
   Detection d;
   d.area = cloudSolid(tool);

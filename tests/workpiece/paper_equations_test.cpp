@@ -1,4 +1,4 @@
-// One test an equation of the paper, on clouds of a few voxels worked out by hand.
+// One test per equation of the paper, on clouds of a few voxels computed by hand.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/collision_finder.h>
@@ -24,7 +24,7 @@ Cloud row(const std::vector<std::string>& materials = {},
       tissue);
 }
 
-// C: three voxels each way, evenly weighed, Gr in its middle.
+// C: a box of 3x3x3 voxels, evenly weighed, with Gr in its middle.
 WindowSettings cube() {
   return {PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}}, WindowWeight::Even, Vec3::Zero()};
 }
@@ -67,7 +67,7 @@ TEST(PaperEquation, Three_ForceIsSpringAndDamper) {
   EXPECT_EQ(kelvinVoigt(c, 0, 1), 0) << "nor acts where nothing is in";
 }
 
-// C about the first voxel holds it and its neighbour: Gc half a voxel along x.
+// C around the first voxel holds it and its neighbor: Gc half a voxel along x.
 TEST(PaperEquation, Four_BaseVectorRunsFromTheCenterOfGravity) {
   const BaseVectorField field(row(), {kHard}, cube());
   const double expected[4] = {-0.5, 0, 0, 0.5};
@@ -97,7 +97,7 @@ TEST(PaperEquation, FivePrime_HardnessDensityAndCuttingAbility) {
   Detection d = detect(3, 4);
   d.hardness = true;
   EXPECT_NEAR(finder.find(field, {}, d, {}).mean.x(), (1 * 0.2 + 0.5 * 0.25) / 2 * kVoxel, kExact);
-  // The part of the tool about the fifth voxel cuts three times as well, the rest a tenth.
+  // The part of the tool at the fifth voxel has ability 3, the rest a tenth.
   d.ability = 0.1;
   d.parts.push_back({PlacedSolid{Box{Vec3::Constant(0.4 * kVoxel)},
                                  {Eigen::Quaterniond::Identity(), kVoxel * Vec3(4.5, 2.5, 2.5)}},

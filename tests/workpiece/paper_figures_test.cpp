@@ -1,5 +1,5 @@
-// One test a figure of the paper (6 to 9): areas of any shape, representative points in any place,
-// and workpieces of several materials, on small clouds worked out by hand.
+// One test per figure of the paper (6 to 9): areas of any shape, representative points at any
+// place, and workpieces of several materials, on small clouds computed by hand.
 #include <gtest/gtest.h>
 
 #include <cloudcontact/workpiece/cloud_solid.h>
@@ -47,22 +47,22 @@ TEST(PaperFigure, Six_CollisionDetectionAreaOfAnyShape) {
   const Vec3 middle = Vec3::Constant(2.5 * kVoxel);
   // (a) the whole tool: two layers of 5x5.
   EXPECT_EQ(voxelsIn(field, cloudSolid(tool), place), 50u);
-  // (b) a box of 3x3x3 voxels about its middle reaches 1 voxel above the slab: nothing;
+  // (b) a box of 3x3x3 voxels around its middle reaches 1 voxel above the slab: nothing;
   //     one of 3x3x5 all along the tool: two layers of 3x3.
   const Pose at{Eigen::Quaterniond::Identity(), middle};
   EXPECT_EQ(voxelsIn(field, PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 0.49)}, at}, place), 0u);
   EXPECT_EQ(voxelsIn(field, PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 2.5)}, at}, place), 18u);
-  // (c) the cutting surface only, a voxel thick: the lowest layer whole, of the next its rim.
+  // (c) the cutting surface only, a voxel thick: the whole lowest layer and the rim of the next.
   const Cloud surface = surfaceLayer(tool, kVoxel);
   EXPECT_EQ(voxelsIn(field, cloudSolid(surface), place), 25u + 16u);
-  // ... and of that only the tip.
+  // ... and only its tip.
   const PlacedSolid tip =
       PlacedSolid{Box{kVoxel * Vec3(2.6, 2.6, 0.6)},
                   {Eigen::Quaterniond::Identity(), kVoxel * Vec3(2.5, 2.5, 0.5)}};
   EXPECT_EQ(voxelsIn(field, cloudSolid(surfaceLayer(tool, kVoxel, &tip)), place), 25u);
-  // (d) an ellipsoid of semi-axes 2.5, 1.5, 2.5: of the lowest layer, at z = -2, what has
-  //     (x/2.5)^2 + (y/1.5)^2 <= 0.36: one voxel's centre and its neighbours along x; of the next,
-  //     at -1, those with <= 0.84: x to 2, and at y = 1 x to 1.
+  // (d) an ellipsoid of semi-axes 2.5, 1.5, 2.5. The lowest layer, at z = -2, has voxels with
+  //     (x/2.5)^2 + (y/1.5)^2 <= 0.36: the middle one and its neighbors along x. The next, at -1,
+  //     has those with <= 0.84: |x| <= 2, and at |y| = 1 |x| <= 1.
   const PlacedSolid ellipsoid{Ellipsoid{kVoxel * Vec3(2.5, 1.5, 2.5)}, at};
   EXPECT_EQ(voxelsIn(field, ellipsoid, place), 3u + (5u + 2 * 3u));
 }
@@ -78,7 +78,7 @@ TEST(PaperFigure, Seven_CuttableAreaOfAnyShape) {
               kExact);
   EXPECT_NEAR((at(PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 2.5)}}, top) - Vec3(0, 0, 1)).norm(), 0,
               kExact);
-  // Deeper by one the box of three is full.
+  // One voxel deeper the box of three is full.
   EXPECT_NEAR(at(PlacedSolid{Box{kVoxel * Vec3(1.5, 1.5, 1.5)}}, top - VoxelIndex(0, 0, 1)).norm(),
               0, kExact);
   // A ball of radius R: below its plane z = 1/2, volume and moment of a ball less a cap:
@@ -102,13 +102,13 @@ TEST(PaperFigure, Seven_CuttableAreaOfAnyShape) {
       kExact);
   const Pose above{Eigen::Quaterniond::Identity(), kVoxel * Vec3(0, 0, 4)};
   EXPECT_EQ(at(PlacedSolid{Box{Vec3::Constant(1.5 * kVoxel)}, above}, top).norm(), 0);
-  // Any cloud: the tool itself, its corner at the voxel's middle.
+  // Any cloud: the tool itself, with its corner at the voxel's center.
   const Pose corner{Eigen::Quaterniond::Identity(), Vec3::Constant(-0.5 * kVoxel)};
   EXPECT_NEAR((at(cloudSolid(toolCloud(), corner), top) - Vec3(-2, -2, 0)).norm(), 0, 0.2)
       << "a cloud's depth is rounded at its edges";
 }
 
-// Wherever Gr stands, every base vector moves by the same, and so does their mean.
+// Moving Gr moves every base vector, and their mean, by the same amount.
 TEST(PaperFigure, Eight_RepresentativePointIsAConstantBias) {
   const PlacedSolid area{Sphere{2.5 * kVoxel}};
   const PlacedSolid askew{Box{kVoxel * Vec3(2.5, 1.5, 1.5)},
@@ -163,7 +163,7 @@ TEST(PaperFigure, Nine_SeveralMaterials) {
   EXPECT_NEAR((field.at({4, 4, 9}).toRepresentative / kVoxel - Vec3(-0.5, 0, 0)).norm(), 0, kExact);
   EXPECT_NEAR((field.at({6, 4, 11}).toRepresentative / kVoxel - Vec3(2 / 5.0, 0, 0.5)).norm(), 0,
               kExact);
-  // The mean over both, weighed with h = 1 and 1/3, leans towards the dentin; the uniform one does
+  // The mean over both, weighed with h = 1 and 1/3, leans toward the dentin; the uniform one does
   // not.
   Detection d;
   d.membership = Membership::Whole;

@@ -13,13 +13,21 @@
 
 namespace cloudcontact {
 
-// Zeroth, first and second moments of the coverage of one material [1/255]. Positions are those of
-// the voxels' centers from the middle of the grid [half voxels].
+// Zeroth, first and second moments of the coverage of one material [1/255]. In matterSums(),
+// positions are those of the voxels' centers from the middle of the grid [half voxels].
 struct MatterSums {
   std::int64_t mass = 0;
   std::array<std::int64_t, 3> first{};   // x y z
   std::array<std::int64_t, 6> second{};  // xx yy zz xy yz zx
 
+  // Adds a voxel.
+  void add(const Eigen::Vector3i& position, std::int64_t coverage) {
+    const std::int64_t x = position.x(), y = position.y(), z = position.z();
+    mass += coverage;
+    first[0] += coverage * x, first[1] += coverage * y, first[2] += coverage * z;
+    second[0] += coverage * x * x, second[1] += coverage * y * y, second[2] += coverage * z * z;
+    second[3] += coverage * x * y, second[4] += coverage * y * z, second[5] += coverage * z * x;
+  }
   MatterSums& operator+=(const MatterSums& other);
   MatterSums& operator-=(const MatterSums& other);
   bool operator==(const MatterSums&) const = default;

@@ -1,38 +1,39 @@
-// What a tool takes away: voxels go when its ability outdoes their hardness, at a rate that force
-// and speed set (paper, Step 3: cutting ability and cutting difficulty).
+// Cutting: a tool removes voxels where its cutting ability exceeds their hardness, at a rate set by
+// force and speed (paper, Step 3: cutting ability and cutting difficulty).
 #pragma once
 
 #include <cloudcontact/workpiece/collision_finder.h>
 
 namespace cloudcontact {
 
-// Archard's law of abrasion (J. Appl. Phys. 24, 1953): the volume that goes is
-// efficiency * force * way / hardness, the way that of the cutting edge over the material.
+// Archard's law of abrasion (J. Appl. Phys. 24, 1953): the volume removed is
+// efficiency * force * distance / hardness, with the distance that the cutting edges move over the
+// material.
 struct Cutter {
-  double hardness = 17e9;   // [Pa] of the tool itself; times the ability where a voxel lies, it
-                            // must outdo the voxel's, or nothing goes. 17 GPa: tungsten carbide
-  double efficiency = 0.1;  // of the ploughed volume, what comes off; 1 at most
-  double edgeSpeed = 0;     // [m/s] of the edges, from the spindle; the tool's own motion is added
-  // Voxels that one step changes at most: of more, every second, third ... takes its neighbours'
-  // turn too. What is as soft as pulp would else go in one step, all that the tool is in (1,400
-  // voxels, 0.8 ms).
+  // Of the tool [Pa]; 17 GPa is tungsten carbide. Times the tool's ability at a voxel, it must
+  // exceed the voxel's hardness, or nothing is removed.
+  double hardness = 17e9;
+  double efficiency = 0.1;  // share of the plowed volume that comes off, at most 1
+  double edgeSpeed = 0;     // of the edges, by the spindle; the tool's motion adds to it [m/s]
+  // Most voxels that one step changes. Beyond that, every second, third ... voxel also takes the
+  // share of its neighbors. Otherwise soft tissue would go all at once, at the cost of the whole
+  // tick.
   int mostVoxels = 500;
 };
 
-// What a tool leaves of every voxel that it lies in, where nothing withstands it: the part outside,
-// told by the depth of the voxel's centre (Membership::Shared); to be handed to cut(). The area is
-// given in the tool's frame, the pose is the tool's in the workpiece's frame. Throws
-// std::invalid_argument where the area has no volume or the pose is not finite.
+// The cuts of a tool that nothing resists, for BaseVectorField::cut(): of each voxel that the area
+// meets, the part outside the area remains, by the depth of the voxel's center
+// (Membership::Shared). `area` is in the tool's frame, `tool` is the tool's pose in the workpiece's
+// frame. Throws std::invalid_argument where the area has no volume or the pose is not finite.
 std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid& area,
                              const Pose& tool);
 
-// Takes matter from the collision's voxels, each by its share, ability and hardness, for `seconds`
-// under `force` [N] with the tool sliding at `speed` [m/s]. What is less than 1/255 of a voxel is
-// kept for the next, so that slow cutting is not lost. Allocates nothing after the first call with
-// as many voxels.
+// Removes material from a collision's voxels, from each by its share, ability and hardness. Carries
+// less than 1/255 of a voxel over to the next step, so that slow cutting also cuts. Does not
+// allocate after a call with as many voxels.
 class CuttingProcess {
  public:
-  // Throws std::invalid_argument where a value of the cutter is negative, or not finite, or
+  // Throws std::invalid_argument where a value of the cutter is negative or not finite, or
   // mostVoxels is not positive.
   explicit CuttingProcess(const Cutter& cutter);
 
@@ -40,16 +41,17 @@ class CuttingProcess {
     std::size_t voxels = 0;  // that changed
     double volume = 0;       // [m^3]
   };
+  // Cuts for `seconds` under `force` [N], with the tool sliding at `speed` [m/s].
   Cut step(BaseVectorField& workpiece, const Collision& collision, double force, double speed,
            double seconds);
-  // The voxels of the last step, as they are now: what else must be renewed.
+  // The voxels that the last step changed, as they are now.
   const std::vector<VoxelCut>& last() const { return cuts_; }
   void reserve(std::size_t voxels) { cuts_.reserve(voxels); }
 
  private:
   Cutter cutter_;
-  double carry_ = 0;      // [1/255 voxel] owed
-  std::size_t turn_ = 0;  // steps so far
+  double carry_ = 0;      // not yet removed [1/255 voxel]
+  std::size_t turn_ = 0;  // number of steps
   std::vector<VoxelCut> cuts_;
 };
 

@@ -1,10 +1,9 @@
-// A haptic loop: pose and velocity of the hand in, force and torque on it out, 1,000 to 10,000
-// times a second. Paper, Steps 2 to 5, with the workpiece cut as the tool works.
+// The haptic loop: pose and velocity of the hand in, force and torque on the hand out, 1,000 to
+// 10,000 times a second. Paper, Steps 2 to 5; the tool may cut the workpiece.
 //
-// The hand holds the tool by a spring (virtual coupling, Colgate et al. 1995): the tool stands
-// where the material's force and the spring's are even, and the hand feels the spring. However
-// stiff the material, the device renders no more than the spring's stiffness, which keeps it
-// passive.
+// The hand holds the tool by a spring (virtual coupling, Colgate et al. 1995). The tool is where
+// the material's force equals the spring's, and the hand feels the spring. So the device renders no
+// more than the spring's stiffness, however stiff the material, and stays passive.
 #pragma once
 
 #include <cloudcontact/workpiece/cutter.h>
@@ -16,14 +15,16 @@
 namespace cloudcontact {
 
 struct HapticSettings {
-  Detection tool;               // D, and how well which part of the tool cuts
-  double step = 1e-3;           // [s] between ticks
-  double handStiffness = 1000;  // [N/m] of the spring between hand and tool
-  double handDamping = 1;       // [N s/m] beside it, while in contact. A spring that is felt a
-                           // step late gives back energy; half of stiffness times step takes it
-  double release = 0.02;  // [s] in which a force fades that nothing holds any more, by matter cut
-                          // away or an edge's end; 0: at once. The default is 5 % a tick at 1 kHz
-  double mostForce = 20;  // [N] beyond it the device is not asked for more
+  Detection tool;               // D, and the cutting ability of the tool's parts
+  double step = 1e-3;           // time between ticks [s]
+  double handStiffness = 1000;  // of the spring between hand and tool [N/m]
+  // Parallel to the spring, while in contact [N s/m]. A spring that acts a step late adds energy;
+  // damping of half of stiffness times step removes it.
+  double handDamping = 1;
+  // Time constant of the force's decay where the material that held the tool is gone, by a cut or
+  // at the end of an edge; 0: at once [s]. The default is 5 % per tick at 1 kHz.
+  double release = 0.02;
+  double mostForce = 20;  // limit of the force on the hand [N]
   // Empty: Kelvin-Voigt with the tissues' k and c. Else this law; neither Foundation nor Rigid.
   std::optional<Law> law;
   // True: the stiffnesses and dampings in `law` are multiples of the tissues' k and c. For
@@ -31,40 +32,41 @@ struct HapticSettings {
   bool perTissue = false;
   EmbeddingSettings embedding;
   std::optional<Cutter> cutter;  // none: the tool touches only
-  int voxelsAStep = 8;           // the tool follows the hand by so many voxels a tick, a look at
-                                 // each: what is thicker than one is not passed through
+  // Most voxels that the tool follows the hand per tick, with a collision search after each: it
+  // cannot pass through walls thicker than a voxel.
+  int voxelsAStep = 8;
 };
 
 struct HapticInput {
   Pose hand;
-  Vec3 velocity = Vec3::Zero();  // [m/s] of the hand's place, world
+  Vec3 velocity = Vec3::Zero();  // of the hand's position, world [m/s]
 };
 
 struct HapticOutput {
-  Wrench onHand;         // torque about the hand's place
-  Pose tool;             // where the tool is shown: never deeper than its embedding
+  Wrench onHand;         // torque about the hand's position
+  Pose tool;             // for display: never deeper than its embedding depth
   double depth = 0;      // d [m]
   double stiffness = 0;  // k of (1) [N/m]
-  int iterations = 0;    // of the embedding's search
+  int iterations = 0;    // of the search for the embedding depth
   EmbeddingEnd end = EmbeddingEnd::NotPressed;
   std::size_t cutVoxels = 0;  // in this tick
   double cutVolume = 0;       // [m^3]
-  double energy = 0;          // [J] the hand has given so far, less what it got back
-  double leastEnergy = 0;     // [J] its least value: below zero only where the loop was not passive
+  double energy = 0;          // net work of the hand since the start [J]
+  double leastEnergy = 0;     // its minimum: below zero only where the loop was not passive [J]
 };
 
 class HapticLoop {
  public:
-  // The workpiece must outlive the loop, which cuts it. Throws std::invalid_argument where a
-  // setting is not usable.
+  // The loop cuts `workpiece`, which must outlive it. Throws std::invalid_argument where a setting
+  // is not valid.
   HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose, const HapticSettings& settings);
 
-  // Never allocates after the first contact of a size; never locks. An input that is not finite
-  // gives the output before, with the force gone. Throws nothing.
+  // Does not lock, and allocates only where a contact is larger than any before. For an input that
+  // is not finite, returns the previous output with zero force.
   const HapticOutput& tick(const HapticInput& input) noexcept;
 
   const Collision& collision() const { return *collision_; }  // of the last tick
-  const Reaction& reaction() const { return reaction_; }      // of it, by tissue
+  const Reaction& reaction() const { return reaction_; }      // of the last tick, by tissue
   const std::vector<VoxelCut>& lastCut() const { return process_->last(); }
 
  private:
@@ -86,9 +88,9 @@ class HapticLoop {
   Reaction reaction_;
   HapticOutput output_;
   LawState state_;
-  Vec3 lastLead_ = Vec3::Zero();  // of the hand before the tool, as far as matter held it
-  Vec3 lastStep_ = Vec3::Zero();  // the whole one that the tool wished to take
-  double calm_ = 1;               // how much of it is taken
+  Vec3 lastLead_ = Vec3::Zero();  // from the tool to the hand, as far as material held it
+  Vec3 lastStep_ = Vec3::Zero();  // the full step toward equilibrium
+  double calm_ = 1;               // share of the step that is taken
   bool started_ = false;
   Vec3 lastHand_ = Vec3::Zero();
   Collision none_;

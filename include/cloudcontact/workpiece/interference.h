@@ -1,11 +1,11 @@
-// Which voxels of a workpiece a tool meets: the paper's Step 2 (Fig. 5), for the kinds of digital
-// objects that meet without becoming another kind first. The voxels are the collision voxel set B;
-// CollisionFinder::gather() makes their digital normal.
+// Interference: the collision voxels B of a tool and a workpiece, for kinds of digital objects that
+// need no conversion first. Paper, Step 2, Fig. 5. CollisionFinder::gather() computes the digital
+// normal of the voxels.
 //
-// All four ask the same: does the middle of a workpiece's voxel with matter lie in the tool? Only
-// points cannot be asked that; of them a voxel must hold one. So where tool and voxels are known
-// equally well the answers are the same, and elsewhere they differ by the tool's outermost voxels.
-// The answer does not depend on the number of threads (0: all cores), and is sorted by z, y, x.
+// A voxel of the workpiece is in B if it holds material and its center lies in the tool; against
+// points, if it holds a point. Where tool and voxels are equally fine, all functions return the
+// same voxels; elsewhere results differ by the tool's outermost voxels. Results are sorted by z,
+// y, x and do not depend on the number of threads (0: all cores).
 #pragma once
 
 #include <cloudcontact/objects/octree.h>
@@ -19,16 +19,16 @@
 namespace cloudcontact {
 
 // `toolPlace`: the tool's frame in the workpiece's. All throw std::invalid_argument where it is not
-// finite, and as validate() of their kinds. No interference is an empty result.
+// finite, and as validate() of their kinds. Without interference the result is empty.
 
-// Points against an octree: each point goes down its path of cubes.
+// Points against an octree: each point descends through the cubes that hold it.
 std::vector<VoxelIndex> interference(const PointCloud& tool, const Pose& toolPlace,
                                      const Octree& workpiece, int threads = 1);
 
-// Columns against columns, as two Z-buffers are compared: the tool's intervals are carried over
-// into the workpiece's columns ("matching the coordinate systems in advance"), intersected there,
-// and what both share is divided into voxels of the columns' width; their indices count from the
-// workpiece's origin. Intervals of less than half a share count as nothing.
+// Columns against columns, as two Z-buffers are compared ("matching the coordinate systems in
+// advance"). The workpiece's intervals are divided into voxels of the columns' width, with indices
+// from the workpiece's origin; a voxel counts if the tool's intervals hold its center. Intervals
+// with a share below one half are ignored.
 std::vector<VoxelIndex> interference(const ColumnCloud& tool, const Pose& toolPlace,
                                      const ColumnCloud& workpiece, int threads = 1);
 
@@ -36,7 +36,7 @@ std::vector<VoxelIndex> interference(const ColumnCloud& tool, const Pose& toolPl
 std::vector<VoxelIndex> interference(const SphereCloud& tool, const Pose& toolPlace,
                                      const Cloud& workpiece, int threads = 1);
 
-// Cloud against cloud: a tool's voxel of half its coverage or more is in.
+// Voxels against voxels: the tool's voxels with coverage of one half or more.
 std::vector<VoxelIndex> interference(const Cloud& tool, const Pose& toolPlace,
                                      const Cloud& workpiece, int threads = 1);
 

@@ -1,6 +1,5 @@
-// A hand and a haptic device by numbers: stands in for hardware, for tests and demos. A mass on
-// the hand's spring and damper, drawn along a planned path and pushed by the loop's force, which
-// arrives late.
+// A simulated hand with a haptic device, in place of hardware in tests and demos: a mass on the
+// hand's spring and damper that follows a planned path, pushed by the loop's delayed force.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -10,19 +9,19 @@
 namespace cloudcontact {
 
 struct HandSettings {
-  double mass = 0.1;       // [kg] of the device's handle and the hand that moves with it
-  double stiffness = 300;  // [N/m] with which the hand follows its plan
-  double damping = 5;      // [N s/m] of hand and device
-  int delay = 0;           // [ticks] until a force acts, 15 at most
-  int substeps = 10;       // of a tick: the device moves on while the loop computes
+  double mass = 0.1;       // of the device's handle and the hand [kg]
+  double stiffness = 300;  // with which the hand follows its plan [N/m]
+  double damping = 5;      // of hand and device [N s/m]
+  int delay = 0;           // until a force acts, at most 15 [ticks]
+  int substeps = 10;       // integration steps per tick
 };
 
 class SimulatedHand {
  public:
-  // Throws std::invalid_argument where a setting is not usable.
+  // Throws std::invalid_argument where a setting is not valid.
   SimulatedHand(const HandSettings& settings, const Vec3& place);
 
-  // Moves on by `step` seconds, drawn to `plan`, with `force` told by the loop.
+  // Moves by `step` seconds toward `plan`, under the loop's `force` [N].
   void advance(const Vec3& plan, const Vec3& force, double step);
 
   const Vec3& position() const { return position_; }
