@@ -36,6 +36,7 @@
 #include <cloudcontact/law/tissue.h>
 
 #include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/field/surface_sample.h>
 
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/contact/contact_finder.h>

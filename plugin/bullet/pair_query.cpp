@@ -66,10 +66,10 @@ std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, Conversi
     body.field = &static_cast<const CloudShape&>(shape).field();
     return body;
   }
-  const PlacedShape* const placed = cache.of(shape);
+  const PlacedSolid* const placed = cache.of(shape);
   if (!placed) return std::nullopt;
-  body.shape = &placed->shape;
-  body.pose = body.pose * placed->frame;
+  body.shape = &placed->solid;
+  body.pose = body.pose * placed->place;
   return body;
 }
 

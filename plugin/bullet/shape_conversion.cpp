@@ -29,23 +29,23 @@ Pose alongAxis(int up) {
   return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis), Vec3::Zero()};
 }
 
-PlacedShape fromPlane(const btStaticPlaneShape& plane) {
+PlacedSolid fromPlane(const btStaticPlaneShape& plane) {
   const Vec3 normal = toVec3(plane.getPlaneNormal());
   return {HalfSpace{normal.normalized(), plane.getPlaneConstant() / normal.norm()}, {}};
 }
 
-PlacedShape fromCapsule(const btCapsuleShape& capsule) {
+PlacedSolid fromCapsule(const btCapsuleShape& capsule) {
   return {Capsule{capsule.getRadius(), capsule.getHalfHeight()}, alongAxis(capsule.getUpAxis())};
 }
 
-PlacedShape fromCylinder(const btCylinderShape& cylinder) {
+PlacedSolid fromCylinder(const btCylinderShape& cylinder) {
   const btVector3 half = cylinder.getHalfExtentsWithMargin();
   const int up = cylinder.getUpAxis();
   // Bullet's radius is the extent along x, or along y where x is the axis.
   return {Cylinder{half[up == 0 ? 1 : 0], half[up]}, alongAxis(up)};
 }
 
-PlacedShape fromCone(const btConeShape& cone) {
+PlacedSolid fromCone(const btConeShape& cone) {
   return {Cone{cone.getRadius(), cone.getHeight() / 2, cone.getMargin()},
           alongAxis(cone.getConeUpIndex())};
 }
@@ -72,7 +72,7 @@ std::optional<HalfSpace> planeOfFace(const btConvexHullComputer& hull, int face)
   return HalfSpace{normal, normal.dot(origin + mean / corners)};
 }
 
-std::optional<PlacedShape> hullOf(const std::vector<double>& coordinates, double margin) {
+std::optional<PlacedSolid> hullOf(const std::vector<double>& coordinates, double margin) {
   btConvexHullComputer computer;
   computer.compute(coordinates.data(), 3 * sizeof(double), static_cast<int>(coordinates.size() / 3),
                    0, 0);
@@ -92,7 +92,7 @@ std::optional<PlacedShape> hullOf(const std::vector<double>& coordinates, double
   for (const Vec3& corner : hull.corners) middle += corner / double(hull.corners.size());
   for (const HalfSpace& plane : hull.planes)
     if (plane.offset - plane.normal.dot(middle) <= 0) return std::nullopt;
-  return PlacedShape{std::move(hull), {}};
+  return PlacedSolid{std::move(hull), {}};
 }
 
 void append(std::vector<double>& coordinates, const btVector3& v) {
@@ -104,7 +104,7 @@ int vertexCount(const btCollisionShape& shape) {
                               : 0;
 }
 
-std::optional<PlacedShape> fromVertices(const btPolyhedralConvexShape& shape) {
+std::optional<PlacedSolid> fromVertices(const btPolyhedralConvexShape& shape) {
   std::vector<double> coordinates;
   for (int i = 0; i < shape.getNumVertices(); ++i) {
     btVector3 vertex;
@@ -115,7 +115,7 @@ std::optional<PlacedShape> fromVertices(const btPolyhedralConvexShape& shape) {
 }
 
 // Support points in directions spread evenly over the sphere (a golden spiral).
-std::optional<PlacedShape> fromSupport(const btConvexShape& shape) {
+std::optional<PlacedSolid> fromSupport(const btConvexShape& shape) {
   const double turn = SIMD_PI * (3 - std::sqrt(5.0));
   std::vector<double> coordinates;
   for (int i = 0; i < kSupportDirections; ++i) {
@@ -123,9 +123,9 @@ std::optional<PlacedShape> fromSupport(const btConvexShape& shape) {
     const Vec3 direction(r * std::cos(turn * i), r * std::sin(turn * i), z);
     append(coordinates, shape.localGetSupportingVertex(toBullet(direction)));
   }
-  std::optional<PlacedShape> placed = hullOf(coordinates, 0);
+  std::optional<PlacedSolid> placed = hullOf(coordinates, 0);
   // Its facets are the sampling's, not the shape's.
-  if (placed) std::get<Hull>(placed->shape).edges.clear();
+  if (placed) std::get<Hull>(placed->solid).edges.clear();
   return placed;
 }
 
@@ -143,16 +143,16 @@ bool isConvertible(int proxyType) {
   }
 }
 
-std::optional<PlacedShape> toAnalytic(const btCollisionShape& shape) {
+std::optional<PlacedSolid> toSolid(const btCollisionShape& shape) {
   if (!isConvertible(shape.getShapeType())) return std::nullopt;
   switch (shape.getShapeType()) {
     case STATIC_PLANE_PROXYTYPE:
       return fromPlane(static_cast<const btStaticPlaneShape&>(shape));
     case BOX_SHAPE_PROXYTYPE:
-      return PlacedShape{
+      return PlacedSolid{
           Box{toVec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin())}, {}};
     case SPHERE_SHAPE_PROXYTYPE:
-      return PlacedShape{Sphere{static_cast<const btSphereShape&>(shape).getRadius()}, {}};
+      return PlacedSolid{Sphere{static_cast<const btSphereShape&>(shape).getRadius()}, {}};
     case CAPSULE_SHAPE_PROXYTYPE:
       return fromCapsule(static_cast<const btCapsuleShape&>(shape));
     case CYLINDER_SHAPE_PROXYTYPE:
@@ -167,13 +167,13 @@ std::optional<PlacedShape> toAnalytic(const btCollisionShape& shape) {
   }
 }
 
-const PlacedShape* ConversionCache::of(const btCollisionShape& shape) {
+const PlacedSolid* ConversionCache::of(const btCollisionShape& shape) {
   const btVector3 scaling = shape.getLocalScaling();
   const int vertices = vertexCount(shape);
   const bool same = source_ == &shape && scaling == scaling_ && shape.getMargin() == margin_ &&
                     vertices == vertices_;
   if (!same) {
-    placed_ = toAnalytic(shape);
+    placed_ = toSolid(shape);
     source_ = &shape;
     scaling_ = scaling;
     margin_ = shape.getMargin();

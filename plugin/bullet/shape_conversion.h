@@ -10,19 +10,14 @@ class btCollisionShape;
 
 namespace cloudcontact {
 
-// A shape, and the pose of its own frame (axis along z) in the Bullet shape's frame.
-struct PlacedShape {
-  Solid shape;
-  Pose frame;
-};
+// The solid, and its place in the Bullet shape's frame. Planes, boxes, spheres, capsules,
+// cylinders, cones and hulls are exact, with Bullet's meaning of margins: inside the extents of a
+// box or cylinder, outside the surface of a cone or hull. Any other convex shape becomes the hull
+// of its vertices or, without vertices, of its support points in many directions. Empty if the
+// shape is not convex or has no volume.
+std::optional<PlacedSolid> toSolid(const btCollisionShape& shape);
 
-// Planes, boxes, spheres, capsules, cylinders, cones and hulls are exact, with Bullet's meaning of
-// margins: inside the extents of a box or cylinder, outside the surface of a cone or hull. Any
-// other convex shape becomes the hull of its vertices or, without vertices, of its support points
-// in many directions. Empty if the shape is not convex or has no volume.
-std::optional<PlacedShape> toAnalytic(const btCollisionShape& shape);
-
-// Whether toAnalytic() converts this BroadphaseNativeTypes value.
+// Whether toSolid() converts this BroadphaseNativeTypes value.
 bool isConvertible(int proxyType);
 
 // Keeps a conversion until what it depends on changes.
@@ -30,7 +25,7 @@ class ConversionCache {
  public:
   // Converts again if this is another shape, or its scaling, margin or number of vertices changed.
   // Null if the shape cannot be converted.
-  const PlacedShape* of(const btCollisionShape& shape);
+  const PlacedSolid* of(const btCollisionShape& shape);
   int conversions() const { return conversions_; }  // so far
 
  private:
@@ -38,7 +33,7 @@ class ConversionCache {
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;
   int vertices_ = 0, conversions_ = 0;
-  std::optional<PlacedShape> placed_;
+  std::optional<PlacedSolid> placed_;
 };
 
 }  // namespace cloudcontact
