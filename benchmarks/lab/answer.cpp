@@ -1,4 +1,4 @@
-// Angles, levers and sums over an answer's points.
+// Errors from sums over an answer's points.
 #include "lab/answer.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ double angle(const Vec3& a, const Vec3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// To the nearest direction between two: the angle to their plane where it lies between them.
+// Angle from v to the nearest direction of the arc between `from` and `to`.
 double angleToArc(const Vec3& v, const Vec3& from, const Vec3& to) {
   const Vec3 normal = from.cross(to).normalized();
   const bool between = normal.dot(from.cross(v)) > 0 && normal.dot(v.cross(to)) > 0;
@@ -37,10 +37,10 @@ Vec3 forceOf(const std::vector<LabPoint>& points) {
 }
 
 AnswerError errorOf(const std::vector<LabPoint>& points, const Truth& truth, double size) {
-  const Vec3 force = forceOf(points), centre = truth.centre.value_or(Vec3::Zero());
-  Vec3 torque = Vec3::Zero();  // about the true centre, or the origin
+  const Vec3 force = forceOf(points), center = truth.center.value_or(Vec3::Zero());
+  Vec3 torque = Vec3::Zero();  // about the true center, or the origin
   for (const LabPoint& p : points)
-    torque += (p.position - centre).cross(p.share * p.depth * p.normal);
+    torque += (p.position - center).cross(p.share * p.depth * p.normal);
   AnswerError error;
   const double strength = force.norm();
   if (!(strength > 0)) return error;
@@ -53,9 +53,9 @@ AnswerError errorOf(const std::vector<LabPoint>& points, const Truth& truth, dou
     error.wrongDepth = error.depth > kWrongDepth * size;
   }
   if (truth.depth) error.force = std::abs(strength / *truth.depth - 1);
-  if (truth.centre) {
+  if (truth.center) {
     const Vec3 across = torque - torque.dot(force) / strength * force / strength;
-    error.centre = across.norm() / strength;
+    error.center = across.norm() / strength;
     error.torque = torque.norm() / (strength * size);
   }
   if (truth.torquePerForce)
@@ -73,7 +73,7 @@ SwapError swapError(const std::vector<LabPoint>& answer, const LabPair& swapped,
 double loopWork(const LabPair& pair, const Pose& pose, const Vec3& direction, double radius,
                 int steps) {
   const Vec3 along = direction.normalized(), aside = along.unitOrthogonal();
-  // The trapezium rule, which on a circle is as exact as its harmonics are few.
+  // The trapezoidal rule, which converges exponentially for periodic functions.
   double net = 0, all = 0;
   for (int k = 0; k < steps; ++k) {
     const double turn = 2 * std::numbers::pi * k / steps;

@@ -1,5 +1,5 @@
-// One method's answer held against the truth, and against itself: seen from the other body, and led
-// around a closed loop.
+// One method's answer compared with the truth, with the answer for the swapped pair, and around a
+// closed loop of poses.
 #pragma once
 
 #include <limits>
@@ -11,36 +11,36 @@ namespace cloudcontact::program::lab {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// An answer whose depth is off by more than this share of the body's size is a wrong answer,
-// however true its normal: a hull that fills a groove pushes out of the whole groove.
+// A depth that is off by more than this share of the body's size counts as wrong, even where the
+// normal is right. Example: a hull that fills a groove pushes out of the whole groove.
 constexpr double kWrongDepth = 0.5;
 
-// NaN where the truth does not say.
+// NaN where the truth is not known.
 struct AnswerError {
-  double normalDeg = 180;
+  double normalDeg = 180;        // of the total force's direction
   double depth = kUnknown;       // [m] of the deepest point
-  double depthTimes = kUnknown;  // the deepest point's depth by the true one
-  double centre = kUnknown;      // [m] from the true centre to the force's axis
-  double force = kUnknown;       // of its size, relative
-  double torque = kUnknown;      // about the true centre, by force and size
-  bool wrongDepth = false;       // kWrongDepth
+  double depthTimes = kUnknown;  // depth of the deepest point / true depth
+  double center = kUnknown;      // [m] from the true center to the force's axis
+  double force = kUnknown;       // of the magnitude, relative
+  double torque = kUnknown;      // about the true center, relative to force * size
+  bool wrongDepth = false;       // see kWrongDepth
 };
 AnswerError errorOf(const std::vector<LabPoint>& points, const Truth& truth, double size);
 
-// The points' force on B for a spring of 1 N/m that they share [N].
+// Force of the points on B, for a pair stiffness of 1 N/m that the points share [N].
 Vec3 forceOf(const std::vector<LabPoint>& points);
 
-// What changes when A is called B and B is called A: nothing should.
+// What changes when A and B are exchanged. A symmetric method has no such error.
 struct SwapError {
   double normalDeg = kUnknown;
-  double force = kUnknown;  // of its size, relative
+  double force = kUnknown;  // of the magnitude, relative
 };
-// `answer` to (a, b) with B at `pose`; `swapped` is the method's pair (b, a).
+// `answer` is for (a, b) with B at `pose`; `swapped` is the same method's pair (b, a).
 SwapError swapError(const std::vector<LabPoint>& answer, const LabPair& swapped, const Pose& pose);
 
-// The net work that the force does while B goes once around a circle of `radius` [m] through
-// `pose`, towards `direction` and aside, by the work that goes back and forth; 0 for a force that
-// has an energy. NaN where the bodies part on the way.
+// Net work / total absolute work of the force while B moves once around a circle of `radius` [m]
+// through `pose`, in the plane of `direction` and a normal to it. 0 for a conservative force. NaN
+// where the bodies separate on the way.
 double loopWork(const LabPair& pair, const Pose& pose, const Vec3& direction, double radius,
                 int steps);
 

@@ -1,5 +1,5 @@
-// Reference cases: pairs of solids pressed together whose contact is known in closed form. Nothing
-// here asks the library, or any method, what is true.
+// Reference cases: pairs of solids pressed together whose contact is known in closed form, or by
+// quadrature that shares no code with the library.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +12,20 @@
 
 namespace cloudcontact::program::lab {
 
-// What is true of a pair at one pose, of the force on B. What is not known in closed form, or not
-// the same under every law, is left out: where a body touches in several places at once, how much
-// of the one spring each has is the law's to say.
+// The true contact of a pair at one pose; forces act on B. What has no closed form, or depends on
+// the contact law, is left out. Example: how a pair that touches in several places divides its
+// spring among them.
 struct Truth {
   Vec3 direction = Vec3::UnitZ();  // of the force on B
-  std::optional<double> depth;     // [m] how far B must move along it until they part
-  std::optional<Vec3> centre;      // a point of the force's axis [m]
-  // Of a screw about z, by the force along z [m]; centre is then on its axis.
+  std::optional<double> depth;     // [m] distance along `direction` until the bodies separate
+  std::optional<Vec3> center;      // a point on the force's axis [m]
+  // For a screw about z: torque / force along z [m]; `center` is then on the screw's axis.
   std::optional<double> torquePerForce;
-  // [m] how deep the deepest point of either surface lies, where that is not `depth`.
+  // [m] depth of the deepest point of either surface, where it differs from `depth`.
   std::optional<double> deepest = {};
-  // Where two places are pressed unequally, which way the force leans is the law's to say: one that
-  // grows with depth as a spring's points along `direction`, one that grows with its square along
-  // this. Anything between is right.
+  // Where two places are pressed unequally, the force's direction depends on the law: a force
+  // linear in depth points along `direction`, a quadratic one along `squareLaw`. Any direction
+  // between the two counts as right.
   std::optional<Vec3> squareLaw = {};
 };
 
@@ -34,7 +34,7 @@ struct Placement {
   Truth truth;
 };
 
-// One pair with its grids, in all its poses.
+// One pair with its voxel grids, in all its poses.
 struct Instance {
   LabBody a, b;
   std::vector<Placement> placements;
@@ -43,32 +43,20 @@ struct Instance {
 struct LabCase {
   std::string family, name;
   bool convex = false;
-  bool smooth = false;  // curved surfaces without edges in contact
-  double size = 0;      // [m] the radius or half width that details are shares of
-  bool quick = true;
+  bool smooth = false;  // curved surfaces, no edges in contact
+  double size = 0;      // [m] radius or half width; details are shares of it
+  bool quick = true;    // part of the quick run
   std::function<Instance(std::uint64_t seed)> make;
 };
 
-// SplitMix64 (Steele, Lea, Flood 2014): the same numbers everywhere.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high);
-  Eigen::Quaterniond rotation();  // uniform over all rotations
-  Pose grid(double voxel);        // turned at random, shifted by less than a voxel
-
- private:
-  std::uint64_t state_;
-};
-
-// How deep bodies are pressed, in shares of the size: 0.4, 0.7 and 1 voxel at size / 32.
+// Depths of the cases, as shares of the size: 0.4, 0.7 and 1 voxel of size / 32.
 constexpr double kDepths[] = {0.0125, 0.022, 0.031};
 
 std::vector<LabCase> convexCases();   // spheres, cylinders, boxes
 std::vector<LabCase> concaveCases();  // rings, holes, threads, pegs, plates
-std::vector<LabCase> grooveCases();   // capsules and spikes in V grooves
+std::vector<LabCase> grooveCases();   // capsules and wedges in V grooves
 std::vector<LabCase> deepCases();     // concave bodies deep in each other
-std::vector<LabCase> randomCases();   // meshes thrown together anyhow; truth by oracle.h
+std::vector<LabCase> randomCases();   // meshes in random poses; truth by oracle.h
 std::vector<LabCase> allCases();
 
 }  // namespace cloudcontact::program::lab

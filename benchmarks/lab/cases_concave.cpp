@@ -1,11 +1,11 @@
-// Concave bodies: what this project is for. The force on B is along +z or -x.
+// Concave bodies: rings, holes, threads, pegs, plates, and bodies deep in each other. The force on
+// B is along +z or -x.
 #include <cmath>
 #include <numbers>
 
-#include "lab/case_parts.h"
+#include "lab/case_bodies.h"
+#include "lab/lab_meshes.h"
 #include "lab/oracle.h"
-#include "lab/solids.h"
-#include "lab/turned_mesh.h"
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program::lab {
@@ -14,8 +14,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kSize = 0.01;  // [m]
 
-Truth along(const Vec3& direction, const Vec3& centre) {
-  return {direction, 0.0, centre, {}};
+Truth along(const Vec3& direction, const Vec3& center) {
+  return {direction, 0.0, center, {}};
 }
 
 Instance stackedTori(std::uint64_t seed) {
@@ -27,7 +27,7 @@ Instance stackedTori(std::uint64_t seed) {
               along(Vec3::UnitZ(), Vec3::Zero()))};
 }
 
-// Two rings of a chain, pulled apart: the tubes cross inside.
+// Two links of a chain, pulled apart: the tubes cross inside.
 Instance chainLinks(std::uint64_t seed) {
   Random random(seed);
   const double ring = 2.5 * kSize;
@@ -70,7 +70,7 @@ Instance hexKey(std::uint64_t seed) {
   LabBody b = meshBody(
       "key", [](double) { return prism(polygon(6, kSize, -kPi / 6), -0.7 * kSize, 3 * kSize); },
       random, true);
-  // The key's flat is as wide as itself; the socket's is wider by the gap.
+  // The key's flat is narrower than the socket's by the gap.
   return {a, b,
           pressed(
               depthsOf(kSize), [=](double d) { return at(gap + d, 0, 0); },
@@ -96,7 +96,7 @@ std::function<Instance(std::uint64_t)> pegInHole(double clearance) {
           return pegMesh(kPeg, 3 * kPeg, 0.1 * kPeg, n);
         },
         random, true);
-    // From the hole's lower end, where the peg's chamfer is, to its own chamfer at the top.
+    // The contact spans from the hole's lower end, plus the chamfer, to its chamfer at the top.
     const double low = 0.5 * kPeg + 0.1 * kPeg, high = 2 * kPeg - 0.1 * kPeg;
     return Instance{a, b,
                     pressed(
@@ -142,10 +142,10 @@ Thread boltThread(bool leftHanded, int starts, double tolerance) {
   return thread;
 }
 
-// Pulled along the axis until the flanks press. Turning by an angle and rising by its share of the
-// lead changes nothing, so no work is done by it: torque = -force lead / 2 pi, without friction. A
-// nut of two turns and a half is pressed sideways too, by the half turn and the chamfers: that part
-// is quadrature's.
+// The nut is pulled along the axis until the flanks press. A helical motion leaves the contact
+// unchanged and does no work, so without friction torque = -force * lead / (2 pi). A nut of two and
+// a half turns is also pushed sideways, by the half turn and the chamfers; quadrature supplies that
+// part.
 std::function<Instance(std::uint64_t)> nutOnBolt(bool leftHanded, int starts) {
   const auto bolt = [=](double t) { return boltMesh(boltThread(leftHanded, starts, t), 12e-3); };
   const auto nut = [=](double t) {
@@ -159,7 +159,7 @@ std::function<Instance(std::uint64_t)> nutOnBolt(bool leftHanded, int starts) {
         foundationForce(bolt(2e-6), nut(2e-6), at(0, 0, start + kDepths[1] * 4e-3), 0.1e-3);
     Truth known{fair.force.normalized(), {}, Vec3::Zero(), {}};
     known.torquePerForce = (leftHanded ? 1 : -1) * thread.lead() / (2 * kPi);
-    known.deepest = std::cos(flank);  // of what it is pulled; the lead's share is 0.3 %
+    known.deepest = std::cos(flank);  // times the pull; the lead changes it by 0.3 %
     return known;
   });
   return [=](std::uint64_t seed) {
@@ -169,6 +169,51 @@ std::function<Instance(std::uint64_t)> nutOnBolt(bool leftHanded, int starts) {
                     pressed(
                         depthsOf(4e-3), [=](double d) { return at(0, 0, start + d); }, truth())};
   };
+}
+
+// Concave bodies 2, 5 and 10 voxels (of size / 32) deep in each other: deeper than the fields' band
+// and than most methods are made for. The force on B is along z by symmetry, or because the forces
+// on a prism's sides cancel. Its line of action depends on the law.
+std::vector<double> deep() {
+  return {2 * kSize / 32, 5 * kSize / 32, 10 * kSize / 32};
+}
+Truth upward() {
+  return {Vec3::UnitZ(), 0.0, {}, {}};
+}
+
+Instance torusInPlate(std::uint64_t seed) {
+  Random random(seed);
+  LabBody a = primitiveBody("plate", Box{Vec3(4.5, 4.5, 1) * kSize}, random);
+  LabBody b = torusBody(random, 2.5 * kSize, kSize);
+  return {a, b,
+          pressed(
+              deep(), [](double d) { return at(0, 0, 2 * kSize - d); }, upward())};
+}
+
+Instance torusInTorus(std::uint64_t seed) {
+  Random random(seed);
+  LabBody a = torusBody(random, 2.5 * kSize, kSize), b = torusBody(random, 2.5 * kSize, kSize);
+  return {a, b,
+          pressed(
+              deep(), [](double d) { return at(0, 0, 2 * kSize - d); }, upward())};
+}
+
+// An L-shaped prism stands on its base.
+Instance angleInBlock(std::uint64_t seed) {
+  Random random(seed);
+  LabBody a = primitiveBody("block", Box{Vec3(2.5, 2.5, 1) * kSize}, random);
+  const Outline section = {{-1, -1}, {1, -1}, {1, -0.2}, {-0.2, -0.2}, {-0.2, 1}, {-1, 1}};
+  LabBody b = meshBody(
+      "L-shape",
+      [=](double) {
+        Outline scaled = section;
+        for (auto& p : scaled) p *= 1.5 * kSize;
+        return prism(scaled, 0, 1.5 * kSize);
+      },
+      random);
+  return {a, b,
+          pressed(
+              deep(), [](double d) { return at(0, 0, kSize - d, turnZ(0.5)); }, upward())};
 }
 
 }  // namespace
@@ -198,11 +243,10 @@ std::vector<LabCase> concaveCases() {
   return cases;
 }
 
-std::vector<LabCase> allCases() {
-  std::vector<LabCase> cases = convexCases();
-  for (const auto& more : {concaveCases(), grooveCases(), deepCases(), randomCases()})
-    cases.insert(cases.end(), more.begin(), more.end());
-  return cases;
+std::vector<LabCase> deepCases() {
+  return {{"deep, concave", "torus deep in a plate", false, false, kSize, true, torusInPlate},
+          {"deep, concave", "torus deep in a torus", false, false, kSize, false, torusInTorus},
+          {"deep, concave", "L-shape deep in a block", false, false, kSize, false, angleInBlock}};
 }
 
 }  // namespace cloudcontact::program::lab

@@ -1,8 +1,7 @@
-// Convex bodies: what every method can do, and GJK does best. A touches with its top at z = 0, B
-// comes from above, so that the force on B is along +z.
+// Convex bodies, which every method can do. B lies on A, so the force on B is along +z.
 #include <numbers>
 
-#include "lab/case_parts.h"
+#include "lab/case_bodies.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -13,13 +12,13 @@ const Vec3 kSlab(0.03, 0.028, 0.008);
 LabBody slab(Random& random) {
   return primitiveBody("slab", Box{kSlab / 2}, random);
 }
-// B's pose pressed by `depth` into a slab whose top is A's, B's lowest point `below` its origin.
+// B's pose, pressed by `depth` into the slab's top; B's lowest point is `below` its origin.
 std::function<Pose(double)> onSlab(double below, const Eigen::Quaterniond& turn, double x = 0,
                                    double y = 0) {
   return [=](double depth) { return at(x, y, kSlab.z() / 2 + below - depth, turn); };
 }
-Truth upward(const Vec3& centre = Vec3::Zero()) {
-  return {Vec3::UnitZ(), 0.0, centre, {}};
+Truth upward(const Vec3& center = Vec3::Zero()) {
+  return {Vec3::UnitZ(), 0.0, center, {}};
 }
 
 Instance sphereOnPlane(std::uint64_t seed) {
@@ -73,7 +72,7 @@ Instance boxEdge(std::uint64_t seed) {
   const auto turn = turnZ(random.uniform(0, 3)) * turnX(roll);
   const Vec3 lowest = turn * Vec3(0, -kHalf.y(), -kHalf.z());
   Truth truth = upward();
-  truth.centre = {};  // the wedge's middle lies beside the edge, by a share of the depth
+  truth.center = {};  // lies beside the edge by a share of the depth that the law decides
   return {a, b,
           pressed(depthsOf(kSize), onSlab(-lowest.z(), turn, -lowest.x(), -lowest.y()), truth)};
 }
@@ -91,22 +90,22 @@ Instance boxCorner(std::uint64_t seed) {
     if (corner.z() < lowest.z()) lowest = corner;
   }
   Truth truth = upward();
-  truth.centre = {};
+  truth.center = {};
   return {a, b,
           pressed(depthsOf(kSize), onSlab(-lowest.z(), turn, -lowest.x(), -lowest.y()), truth)};
 }
 
-// Both rolled by 45 degrees, their edges at right angles.
+// Both boxes rolled by 45 degrees, their edges at right angles.
 Instance crossedEdges(std::uint64_t seed) {
   Random random(seed);
   const Box cube{Vec3(1, 1, 1) * kSize};
   LabBody a = primitiveBody("box", cube, random), b = primitiveBody("box", cube, random);
   const double up = std::numbers::sqrt2 * kSize;
-  // A stands unturned at the origin: all is seen from it, so that up is (0, 1, 1).
+  // A is at the origin, not rotated; in its frame up is (0, 1, 1).
   const Eigen::Quaterniond seen = turnX(-std::numbers::pi / 4);
   Truth truth = upward();
   truth.direction = seen * Vec3::UnitZ();
-  truth.centre = seen * Vec3(0, 0, up);
+  truth.center = seen * Vec3(0, 0, up);
   const auto turn = turnZ(std::numbers::pi / 2) * turnX(std::numbers::pi / 4);
   return {a, b,
           pressed(
@@ -120,7 +119,7 @@ Instance crossedEdges(std::uint64_t seed) {
 Instance overhang(std::uint64_t seed) {
   Random random(seed);
   LabBody a = slab(random), b = box(random);
-  const double beyond = 0.4 * kSize;  // of B's middle past A's edge
+  const double beyond = 0.4 * kSize;  // distance of B's middle past A's edge
   const double x = kSlab.x() / 2 + beyond;
   const double from = x - kHalf.x(), to = kSlab.x() / 2;
   return {
@@ -128,7 +127,7 @@ Instance overhang(std::uint64_t seed) {
       pressed(depthsOf(kSize), onSlab(kHalf.z(), turnZ(0), x), upward({(from + to) / 2, 0, 0}))};
 }
 
-// Deeper than the fields' band: by 2, 5 and 10 voxels at size / 32.
+// Deeper than the fields' band: 2, 5 and 10 voxels of size / 32.
 std::vector<double> deep() {
   return {2 * kSize / 32, 5 * kSize / 32, 10 * kSize / 32};
 }

@@ -1,11 +1,11 @@
-// What lies in a V groove with flanks at 45 degrees: on both alike, on one more than on the other,
-// on one alone. A hull fills the groove, and by symmetry has the normal of the first right; only
-// the others, and the depth, show it.
+// Bodies in a V groove with flanks at 45 degrees: pressed equally on both flanks, unequally, or on
+// one only. A hull fills the groove and by symmetry still gets the first normal right; the others,
+// and the depth, expose it.
 #include <cmath>
 #include <numbers>
 
-#include "lab/case_parts.h"
-#include "lab/solids.h"
+#include "lab/case_bodies.h"
+#include "lab/lab_meshes.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 constexpr double kSize = 0.01;  // [m]
 constexpr double kGroove = 1.8 * kSize;
 const double kRoot2 = std::numbers::sqrt2;
-// The flank at positive x pushes this way.
+// Normal of the flank at positive x.
 const Vec3 kFlank = Vec3(-1, 0, 1).normalized();
 
 // The block's top at z = 0, the groove along y, its bottom at -kGroove.
@@ -34,7 +34,7 @@ LabBody capsuleBody(Random& random) {
   return primitiveBody("capsule", Capsule{kSize, 0.8 * kSize}, random);
 }
 
-// Of half angle 30 degrees, its edge along y at the origin.
+// Half angle 30 degrees, edge along y at the origin.
 LabBody wedgeBody(Random& random) {
   const Outline section = {
       {0, 0}, {kSize, std::sqrt(3.0) * kSize}, {-kSize, std::sqrt(3.0) * kSize}};
@@ -46,10 +46,10 @@ LabBody wedgeBody(Random& random) {
       random, true);
 }
 
-// How much more than the mean the one flank is pressed, and the other less.
+// One flank is pressed by this share more than the mean, the other by as much less.
 constexpr double kAside = 0.3;
 
-// Flanks pressed by 1 + kAside and 1 - kAside: as their depths say, or as the depths' squares.
+// Depths at the flanks are 1 + kAside and 1 - kAside; forces are linear or quadratic in depth.
 Truth leaning(double deepest) {
   const auto towards = [](double more, double less) {
     return (more * kFlank + less * Vec3(-kFlank.x(), 0, kFlank.z())).normalized();
@@ -66,7 +66,7 @@ Truth upward(double deepest) {
   return truth;
 }
 
-// The axis where the capsule touches both flanks, pressed into each by d.
+// The capsule pressed into both flanks by d, more or less by `aside`.
 Pose capsuleAt(double d, double aside) {
   return at(kRoot2 * aside * d, 0, -kGroove + kRoot2 * (kSize - d), turnX(std::numbers::pi / 2));
 }
@@ -90,7 +90,7 @@ Instance capsuleAside(std::uint64_t seed) {
 Instance capsuleOnFlank(std::uint64_t seed) {
   Random random(seed);
   LabBody a = groovedBlock(random), b = capsuleBody(random);
-  const Vec3 foot(0.5 * kGroove, 0, -0.5 * kGroove);  // the flank's middle
+  const Vec3 foot(0.5 * kGroove, 0, -0.5 * kGroove);  // middle of the flank
   return {a, b,
           pressed(depthsOf(kSize),
                   [=](double d) {
@@ -99,7 +99,7 @@ Instance capsuleOnFlank(std::uint64_t seed) {
                   {kFlank, 0.0, foot, {}})};
 }
 
-// The edge below the groove's bottom, which is the nearest that it has to part from.
+// The wedge's edge lies below the groove's bottom; the shortest way out is up.
 Instance spikeInCrack(std::uint64_t seed) {
   Random random(seed);
   LabBody a = groovedBlock(random), b = wedgeBody(random);
@@ -108,7 +108,7 @@ Instance spikeInCrack(std::uint64_t seed) {
               depthsOf(kSize), [](double d) { return at(0, 0, -kGroove - d); }, upward(1))};
 }
 
-// The edge in one flank: an edge on a face, whichever way the spike leans.
+// The wedge's edge lies in one flank: an edge on a face.
 Instance spikeOnFlank(std::uint64_t seed) {
   Random random(seed);
   LabBody a = groovedBlock(random), b = wedgeBody(random);

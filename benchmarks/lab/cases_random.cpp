@@ -1,10 +1,10 @@
-// Concave meshes thrown together anyhow: no closed form, but quadrature knows the direction and the
-// axis of the force.
+// Concave meshes in random poses. There is no closed form; quadrature supplies the force's
+// direction and axis.
 #include <algorithm>
 
-#include "lab/case_parts.h"
+#include "lab/case_bodies.h"
+#include "lab/lab_meshes.h"
 #include "lab/oracle.h"
-#include "lab/solids.h"
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program::lab {
@@ -13,7 +13,7 @@ namespace {
 constexpr double kSize = 0.01;  // [m]
 constexpr int kThrows = 3;
 
-// A link of round wire, and a ring with edges.
+// A chain link of round wire, and a ring with edges.
 Mesh link(double tolerance) {
   ChainLink shape{0.6 * kSize, 1.6 * kSize, 2 * kSize, 48, 64};
   shape.around = std::clamp(circleSegments(shape.wire, tolerance), 24, 96);
@@ -29,18 +29,18 @@ Placement thrown(const Mesh& a, const Mesh& b, Random& random) {
   const Vec3 way = random.rotation() * Vec3::UnitZ();
   Pose pose{random.rotation(), -7 * kSize * way};
   const double depth = kDepths[1] * kSize;
-  pose.position += wayUntil(a, b, pose, way, depth, 12 * kSize) * way;
+  pose.position += distanceUntil(a, b, pose, way, depth, 12 * kSize) * way;
   const OracleForce force = foundationForce(a, b, pose, kSize / 60);
   Truth truth;
   if (!(force.force.norm() > 0)) return {pose, truth};
   truth.direction = force.force.normalized();
-  truth.centre = force.force.cross(force.torque) / force.force.squaredNorm();
+  truth.center = force.force.cross(force.torque) / force.force.squaredNorm();
   truth.deepest = force.deepest;
   return {pose, truth};
 }
 
 std::vector<Placement> throws(const Mesh& a, const Mesh& b, std::uint64_t seed) {
-  Random random(seed);  // the same ones whatever the grids
+  Random random(seed);  // equal poses for all grids
   std::vector<Placement> placements;
   for (int k = 0; k < kThrows; ++k) placements.push_back(thrown(a, b, random));
   return placements;

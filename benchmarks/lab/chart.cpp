@@ -1,5 +1,5 @@
-// Measures: errors over several grids and depths, methods side by side; times on the first grid,
-// each method alone.
+// Errors are measured over several grids and depths, methods in parallel. Times are measured on the
+// first grid, one method at a time.
 #include "lab/chart.h"
 
 #include <algorithm>
@@ -17,9 +17,9 @@ namespace {
 
 constexpr int kGrids = 6, kQuickGrids = 1;
 constexpr double kFinest = 1.0 / 64, kQuickFinest = 1.0 / 32;
-constexpr double kTimed = 0.15, kQuickTimed = 0.03;  // [s] that a time is taken over
+constexpr double kTimed = 0.15, kQuickTimed = 0.03;  // [s] duration of a time measurement
 constexpr int kLoopSteps = 24;
-constexpr double kLoopSeconds = 1;  // loops that would take longer are left out
+constexpr double kLoopSeconds = 1;  // slower loops are skipped
 
 using Clock = std::chrono::steady_clock;
 
@@ -39,7 +39,7 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(std::ceil(share * double(values.size() - 1)))];
 }
 
-// The sum over tetrahedra.
+// Sum over signed tetrahedra.
 double volumeOf(const Mesh& mesh) {
   double six = 0;
   for (const auto& t : mesh.triangles) {
@@ -50,19 +50,19 @@ double volumeOf(const Mesh& mesh) {
 }
 
 struct Errors {
-  std::vector<double> normal, depth, depthTimes, centre, force, torque;
+  std::vector<double> normal, depth, depthTimes, center, force, torque;
 
   void add(const AnswerError& e) {
     normal.push_back(e.normalDeg);
     const auto known = [](std::vector<double>& to, double v) {
       if (!std::isnan(v)) to.push_back(v);
     };
-    known(depth, e.depth), known(depthTimes, e.depthTimes), known(centre, e.centre);
+    known(depth, e.depth), known(depthTimes, e.depthTimes), known(center, e.center);
     known(force, e.force), known(torque, e.torque);
   }
-  void summarise(ChartRow& row) const {
+  void summarize(ChartRow& row) const {
     row.normalDeg = {meanOf(normal), quantile(normal, 0.95), quantile(normal, 1)};
-    row.depth = meanOf(depth), row.depthTimes = meanOf(depthTimes), row.centre = meanOf(centre);
+    row.depth = meanOf(depth), row.depthTimes = meanOf(depthTimes), row.center = meanOf(center);
     row.force = meanOf(force), row.torque = meanOf(torque);
   }
 };
@@ -80,17 +80,17 @@ ChartRow rowOf(const LabCase& one, const LabMethod& method) {
   return row;
 }
 
-// Grids matter to clouds alone; the finest and slowest is asked on few.
+// Only clouds depend on the grid. The finest, which are slow, use at most two.
 int gridsOf(const LabMethod& method, bool quick) {
   if (method.method != "cloud") return 1;
   const int grids = quick ? kQuickGrids : kGrids;
   return method.detail < 1.0 / 40 ? std::min(grids, 2) : grids;
 }
 
-// A case's instances, made once for all methods.
-class Instances {
+// A case's instances, shared by all methods.
+class InstanceCache {
  public:
-  explicit Instances(const LabCase& one) : case_(one) {}
+  explicit InstanceCache(const LabCase& one) : case_(one) {}
   const Instance& with(std::uint64_t seed) {
     const std::lock_guard lock(mutex_);
     const auto [known, isNew] = made_.try_emplace(seed);
@@ -98,7 +98,7 @@ class Instances {
     return known->second;
   }
 
-  // Of both bodies, by their facets [m^3].
+  // Volume of both bodies, from fine facets [m^3].
   double volume() {
     const Instance& instance = with(1);
     const std::lock_guard lock(mutex_);
@@ -109,7 +109,7 @@ class Instances {
   }
 
  private:
-  static constexpr double kFineVolume = 5e-4;  // that facets may lie off the solid, by its size
+  static constexpr double kFineVolume = 5e-4;  // facet tolerance / size
 
   const LabCase& case_;
   std::map<std::uint64_t, Instance> made_;
@@ -122,10 +122,10 @@ const Placement& middleOf(const Instance& instance) {
   return instance.placements[instance.placements.size() / 2];
 }
 
-// A method on a case: what it says, and then how long it takes to say it.
+// One method on one case: first its errors, then its time.
 class Measurement {
  public:
-  Measurement(const LabCase& one, Instances& instances, const LabMethod& method,
+  Measurement(const LabCase& one, InstanceCache& instances, const LabMethod& method,
               const ChartSettings& settings)
       : case_(one),
         instances_(instances),
@@ -135,15 +135,15 @@ class Measurement {
 
   const std::string& method() const { return method_.method; }
 
-  // May run beside other methods'.
-  void ask() {
+  // May run in parallel with other methods.
+  void measure() {
     attempt([this] {
-      for (int g = 0; g < gridsOf(method_, settings_.quick); ++g) askOn(g);
-      errors_.summarise(row_);
+      for (int g = 0; g < gridsOf(method_, settings_.quick); ++g) measureOn(g);
+      errors_.summarize(row_);
       if (row_.missed == row_.runs) row_.why = "finds nothing though the bodies touch";
     });
   }
-  // Alone on the machine.
+  // Must run alone.
   ChartRow timed() {
     if (first_ && row_.why.empty())
       attempt([this] {
@@ -155,7 +155,7 @@ class Measurement {
   }
 
  private:
-  // What throws has no answer: CannotDo, or a body that it cannot take.
+  // Any exception means that the method has no answer: CannotDo, or an error of its own.
   template <class Work>
   void attempt(const Work& work) {
     const auto start = Clock::now();
@@ -167,7 +167,7 @@ class Measurement {
     row_.seconds += secondsSince(start);
   }
 
-  void askOn(int grid) {
+  void measureOn(int grid) {
     const Instance& instance = instances_.with(static_cast<std::uint64_t>(grid) + 1);
     LabPair pair = method_.prepare(instance.a, instance.b, detail());
     for (const Placement& p : instance.placements) {
@@ -183,12 +183,12 @@ class Measurement {
     }
     if (grid > 0) return;
     first_ = std::move(pair);
-    lookAround(instance);
+    measureSymmetry(instance);
     count(instance);
   }
 
-  // Swapped, and around a loop.
-  void lookAround(const Instance& instance) {
+  // The swapped pair and the closed loop.
+  void measureSymmetry(const Instance& instance) {
     const Placement& middle = middleOf(instance);
     const auto start = Clock::now();
     const auto points = first_->find(middle.b);
@@ -214,16 +214,16 @@ class Measurement {
   double detail() const { return method_.detail * case_.size; }
 
   const LabCase& case_;
-  Instances& instances_;
+  InstanceCache& instances_;
   const LabMethod& method_;
   const ChartSettings& settings_;
   ChartRow row_;
   Errors errors_;
-  std::optional<LabPair> first_;  // on the first grid
+  std::optional<LabPair> first_;  // prepared on the first grid
 };
 
-// Two threads ask different libraries at once, never the same one: ODE and MuJoCo allow no more.
-void askAll(std::vector<Measurement>& all, int threads) {
+// Each peer library runs on one thread at a time: ODE and MuJoCo are not thread-safe.
+void measureAll(std::vector<Measurement>& all, int threads) {
   std::vector<std::vector<Measurement*>> lanes;
   for (Measurement& one : all) {
     const bool own =
@@ -234,12 +234,31 @@ void askAll(std::vector<Measurement>& all, int threads) {
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < lanes.size(); i = next++)
-      for (Measurement* one : lanes[i]) one->ask();
+      for (Measurement* one : lanes[i]) one->measure();
   };
   std::vector<std::thread> others;
   for (int t = 1; t < threads; ++t) others.emplace_back(work);
   work();
   for (std::thread& other : others) other.join();
+}
+
+// The reference method's answer as the truth for the others.
+Truth asTruth(const std::vector<LabPoint>& points) {
+  Vec3 torque = Vec3::Zero();
+  double deepest = 0;
+  for (const LabPoint& p : points) {
+    torque += p.position.cross(p.share * p.depth * p.normal);
+    deepest = std::max(deepest, p.depth);
+  }
+  const Vec3 force = forceOf(points);
+  if (!(force.norm() > 0))
+    throw std::runtime_error("chart: the bodies do not touch at this --pose; press them together");
+  Truth truth;
+  truth.direction = force.normalized();
+  truth.depth = force.norm();
+  truth.deepest = deepest;
+  truth.center = force.cross(torque) / force.squaredNorm();
+  return truth;
 }
 
 }  // namespace
@@ -250,7 +269,7 @@ std::vector<LabMethod> chartMethods(const ChartSettings& settings) {
   for (LabMethod& m : otherMethods()) methods.push_back(std::move(m));
   const double finest = settings.quick ? kQuickFinest : kFinest;
   std::erase_if(methods, [&](const LabMethod& m) {
-    const bool slow = m.method == "hacd";  // cuts each body for seconds to a minute
+    const bool slow = m.method == "hacd";  // decomposes a body in seconds to a minute
     return (m.method == "cloud" && m.detail < 0.99 * finest) || (settings.quick && slow);
   });
   return methods;
@@ -261,11 +280,11 @@ std::vector<ChartRow> runChart(const std::vector<LabCase>& cases,
                                const ChartSettings& settings) {
   std::vector<ChartRow> rows;
   for (const LabCase& one : cases) {
-    Instances instances(one);
+    InstanceCache instances(one);
     std::vector<Measurement> measurements;
     for (const LabMethod& method : methods)
       measurements.emplace_back(one, instances, method, settings);
-    askAll(measurements, settings.threads);
+    measureAll(measurements, settings.threads);
     for (Measurement& measurement : measurements) {
       rows.push_back(measurement.timed());
       if (settings.progress)
@@ -284,6 +303,25 @@ std::vector<ChartRow> runChart(const ChartSettings& settings) {
     return !wanted || (settings.quick && !one.quick);
   });
   return runChart(cases, chartMethods(settings), settings);
+}
+
+std::vector<ChartRow> runChart(const LabCase& pair, const ChartSettings& settings) {
+  std::vector<LabMethod> methods = chartMethods({});
+  const auto finest =
+      std::min_element(methods.begin(), methods.end(), [](const LabMethod& a, const LabMethod& b) {
+        return std::pair(a.method != "cloud", a.detail) < std::pair(b.method != "cloud", b.detail);
+      });
+  const Instance instance = pair.make(1000);
+  const LabPair reference = finest->prepare(instance.a, instance.b, finest->detail * pair.size);
+  const Truth truth = asTruth(reference.find(instance.placements.front().b));
+  methods.erase(finest);
+  LabCase known = pair;
+  known.make = [=](std::uint64_t seed) {
+    Instance one = pair.make(seed);
+    for (Placement& p : one.placements) p.truth = truth;
+    return one;
+  };
+  return runChart({known}, methods, settings);
 }
 
 }  // namespace cloudcontact::program::lab

@@ -1,5 +1,5 @@
-// The program cloudcontact-chart, which `cloudcontact chart` starts: the laboratory, on its own
-// cases or on a pair of the user's.
+// The program cloudcontact-chart, started by `cloudcontact chart`: runs the laboratory's cases, or
+// a pair of the user's.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
@@ -10,7 +10,9 @@
 #include "io/errors.h"
 #include "io/options.h"
 #include "io/progress.h"
-#include "lab/chart_files.h"
+#include "lab/case_bodies.h"
+#include "lab/families.h"
+#include "lab/lab_results.h"
 #include "lab/self_check.h"
 #include "scene/body.h"
 
@@ -38,7 +40,7 @@ lab::LabBody labBody(const std::string& specification, const CommonOptions& opti
           {}};
 }
 
-// A length whose 32nd is half of the voxel that `contact` would take.
+// 32 times the given voxel; by default 16 times the voxel that `cloudcontact contact` would use.
 double sizeOf(const ChartOptions& options) {
   if (options.common.voxel) return 32 * *options.common.voxel;
   double voxel = 1e300;
@@ -66,8 +68,9 @@ lab::LabCase ownPair(const ChartOptions& options) {
 
 void run(const ChartOptions& options, const std::string& command) {
   if (options.a.empty() != options.b.empty() || options.b.empty() != options.pose.empty())
-    throw BadInput("chart: for a pair of your own give A, B and --pose; for the laboratory none");
-  lab::checkFolder(options.out);
+    throw BadInput(
+        "chart: for a pair of your own give A, B and --pose; for the reference cases none of them");
+  lab::makeFolder(options.out);
   const auto start = std::chrono::steady_clock::now();
   lab::LabResults results;
   results.quick = options.quick, results.command = command;
@@ -91,27 +94,30 @@ void run(const ChartOptions& options, const std::string& command) {
   results.faults = lab::ownFaults(results.chart, results.stability);
   lab::writeResults(results, options.out);
   for (const std::string& line : lab::advice(results.chart)) std::cout << line << '\n';
-  for (const std::string& fault : results.faults) std::cout << "falls short: " << fault << '\n';
+  for (const std::string& fault : results.faults) std::cout << "misses an aim: " << fault << '\n';
   std::cout << "written to " << options.out << ": report.html, chart.svg, chart.json, "
             << "failures.svg, failures.json\n";
 }
 
 void addOptions(CLI::App& command) {
   auto options = std::make_shared<ChartOptions>();
-  command.add_option("A", options->a, "mesh file or primitive; without it the laboratory's cases");
+  command.add_option("A", options->a, "mesh file or primitive; without it the reference cases");
   command.add_option("B", options->b, "the same");
-  command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
+  command.add_option("--pose", options->pose, "pose of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")
       ->type_name("POSE");
-  command.add_option("--out", options->out, "folder for what is written (default bench-results)")
+  command.add_option("--out", options->out, "output folder (default bench-results)")
       ->type_name("DIR");
   command.add_flag("--quick", options->quick, "fewer cases, grids and scenes: under two minutes");
-  command.add_option("--only", options->only, "cases, families and scenes whose name has this")
+  command
+      .add_option("--only", options->only, "cases, families and scenes whose names contain this")
       ->type_name("TEXT");
-  command.add_flag("--no-stability", options->noStability, "the chart alone");
-  // For who works on the scenes: one trial alone, and whether Bullet's solver is to blame for it.
-  command.add_option("--trials", options->trials, "trials whose name has this: \"cloud 60 stiff\"")
+  command.add_flag("--no-stability", options->noStability, "without the stability scenes");
+  // Hidden, for work on the scenes: selects single trials, and changes the solver's iterations.
+  command
+      .add_option("--trials", options->trials,
+                  "trials whose names contain this: \"cloud 60 stiff\"")
       ->group("");
-  command.add_option("--iterations", options->iterations, "of Bullet's solver in every trial")
+  command.add_option("--iterations", options->iterations, "solver iterations in every trial")
       ->check(CLI::Range(1, 100000))
       ->group("");
   addCommonOptions(command, options->common);
@@ -125,8 +131,8 @@ void addOptions(CLI::App& command) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Measures speed against accuracy, and stability where methods fail, beside the peers; or\n"
-      "charts a pair of your own, its finest voxels standing for the truth.",
+      "Measures speed, accuracy and stability beside other libraries; or charts a pair of your\n"
+      "own, with the finest voxels as the reference.",
       "cloudcontact chart");
   return cloudcontact::program::runCommandLine(argc, argv, app, cloudcontact::program::addOptions);
 }

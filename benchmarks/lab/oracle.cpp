@@ -8,7 +8,7 @@
 namespace cloudcontact::program::lab {
 namespace {
 
-// Adds the force on a surface that lies in `other`, seen from the frame of `other`.
+// Sums the force on the part of a surface inside `other`, in the frame of `other`.
 struct Quadrature {
   const MeshDistance& other;
   Pose pose;  // of the mesh in the other's frame
@@ -22,7 +22,7 @@ struct Quadrature {
     const Vec3 middle = (a + b + c) / 3;
     if (other.bounds().exteriorDistance(middle) > longest) return;
     if (longest > spacing) {
-      // Across its longest edge: triangles stay as plump as they were.
+      // Bisecting the longest edge keeps triangles well shaped.
       if (longest == ab) return cut(a, b, c);
       return longest == bc ? cut(b, c, a) : cut(c, a, b);
     }
@@ -56,15 +56,15 @@ OracleForce pressOn(const Mesh& mesh, const Pose& pose, const Mesh& other, doubl
 
 OracleForce foundationForce(const Mesh& a, const Mesh& b, const Pose& poseOfB, double spacing) {
   const OracleForce onB = pressOn(b, poseOfB, a, spacing);
-  // A's, in B's frame, is turned back; what presses A presses B the other way.
+  // The force on A, rotated from B's frame and reversed, acts on B.
   const OracleForce onA = pressOn(a, poseOfB.inverse(), b, spacing);
   const Vec3 force = -(poseOfB.orientation * onA.force);
   const Vec3 torque = -(poseOfB.orientation * onA.torque) + poseOfB.position.cross(force);
   return {(onB.force + force) / 2, (onB.torque + torque) / 2, std::max(onB.deepest, onA.deepest)};
 }
 
-double wayUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& way, double depth,
-                double reach) {
+double distanceUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& way,
+                     double depth, double reach) {
   const MeshDistance distance(a);
   const std::vector<Vec3> points = surfacePoints(b, 4000);
   const auto deepest = [&](double moved) {
@@ -74,8 +74,7 @@ double wayUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& w
       most = std::max(most, distance.depth(poseOfB.toWorld(p) + moved * way, reach, &hint));
     return most;
   };
-  // As far as the gap is wide nothing can touch; then steps shorter than the depth find the first
-  // touch, and bisection where it is that deep.
+  // Advance by the gap, which cannot touch; near contact by `depth`; then bisect.
   double low = 0, high = 0;
   for (double now = deepest(0); high < reach && now < depth; now = deepest(high))
     low = high, high += std::max(depth, -now);

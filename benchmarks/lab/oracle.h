@@ -1,5 +1,5 @@
-// The true force between two meshes by quadrature in double: where no closed form is at hand.
-// Shares no code with the library: depths are distances to triangles.
+// Reference force between two meshes, for cases without a closed form: quadrature in double over
+// distances to triangles. Shares no code with the library.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
@@ -8,18 +8,19 @@
 namespace cloudcontact::program::lab {
 
 struct OracleForce {
-  Vec3 force = Vec3::Zero();   // on B, by the foundation's stiffness [m^3]
+  Vec3 force = Vec3::Zero();   // on B / stiffness of the foundation [m^3]
   Vec3 torque = Vec3::Zero();  // about the world's origin
   double deepest = 0;          // [m]
 };
 
-// The elastic foundation: each body's surface, as far as it lies in the other, is pressed along its
-// own normal by as much as it lies deep there; half from either body. Triangles are cut until their
-// edges are below `spacing` [m].
+// Elastic foundation: every part of a surface inside the other body is pressed along its own normal
+// with a pressure proportional to its depth. The mean of both bodies' surfaces. Triangles are
+// subdivided until their edges are below `spacing` [m].
 OracleForce foundationForce(const Mesh& a, const Mesh& b, const Pose& poseOfB, double spacing);
 
-// How far B is to be moved along `way` (unit) from where it is apart, until it lies `depth` deep.
-double wayUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& way, double depth,
-                double reach);
+// Distance by which B, apart at `poseOfB`, must move along `way` (unit) until it is `depth` deep in
+// A; at most `reach` [m].
+double distanceUntil(const Mesh& a, const Mesh& b, const Pose& poseOfB, const Vec3& way,
+                     double depth, double reach);
 
 }  // namespace cloudcontact::program::lab

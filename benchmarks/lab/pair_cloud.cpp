@@ -1,4 +1,5 @@
-// Our own method: both bodies digitised with a voxel that is a share of the case's size.
+// CloudContact as a method of the laboratory: both bodies digitized, the voxel a share of the
+// case's size.
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
@@ -6,16 +7,16 @@
 #include <cmath>
 #include <memory>
 
+#include "lab/lab_meshes.h"
 #include "lab/pair.h"
-#include "lab/solids.h"
-#include "scene/pair_probe.h"
 #include "scene/bullet_methods.h"
+#include "scene/pair_probe.h"
 
 namespace cloudcontact::program::lab {
 namespace {
 
-constexpr double kFacets =
-    0.004;  // [voxels] of a primitive: adds nothing to digitising's own error
+// Facet tolerance of primitives [voxels], far below the error of digitizing.
+constexpr double kFacets = 0.004;
 
 struct Side {
   std::shared_ptr<const SurfaceField> field;
@@ -50,7 +51,7 @@ Side sideOf(const LabBody& body, double voxel) {
   return side;
 }
 
-// Each point's share of the pair's one spring; what its Kelvin-Voigt force is without damping.
+// A point's share of the pair's spring is its stiffness; damping is 0 here.
 std::vector<LabPoint> pointsOf(const ContactResult& result, double stiffness) {
   std::vector<LabPoint> points;
   for (const ContactPoint& p : result.points)
@@ -67,10 +68,10 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
     return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), 1);
   };
   pair.microseconds = [=](const Pose& pose, int repeat, double jitter) {
-    // The probe has A at the origin: all is seen from A's grid.
+    // The probe has A's grid at the origin.
     const Pose seen = a->grid.inverse() * pose * b->grid;
     CloudContactSettings law{KelvinVoigt{1e4, 0}};
-    law.lists = false;  // nothing is to be answered from memory
+    law.lists = false;  // no Verlet lists: every call searches
     PairProbe probe(*a->shape, *b->shape, seen, Motion{}, Method::Cloud, law);
     return probe.microseconds(repeat, jitter);
   };
@@ -83,10 +84,12 @@ LabPair prepare(const LabBody& a, const LabBody& b, double voxel) {
   return pairOf(std::make_shared<Side>(sideOf(a, voxel)), std::make_shared<Side>(sideOf(b, voxel)));
 }
 
-constexpr const char* kTold =
-    "both bodies digitised with default settings, their grids turned and shifted at random (six "
-    "times for the errors; twice at 1/64; once in the quick mode), contacts with default settings, "
-    "in metres as the bodies are; what is timed is Bullet's processCollision on the pair";
+constexpr const char* kDescription =
+    "both bodies digitized with default settings, at their true size, on randomly rotated and "
+    "shifted "
+    "grids (six for the errors, two at 1/64, one in the quick run); contacts with default "
+    "settings; "
+    "timed is Bullet's processCollision of the pair";
 
 }  // namespace
 
@@ -94,7 +97,7 @@ std::vector<LabMethod> cloudMethods() {
   std::vector<LabMethod> methods;
   for (const int parts : {4, 8, 16, 32, 64})
     methods.push_back(
-        {"cloud", "voxel = size / " + std::to_string(parts), 1.0 / parts, prepare, kTold});
+        {"cloud", "voxel = size / " + std::to_string(parts), 1.0 / parts, prepare, kDescription});
   return methods;
 }
 

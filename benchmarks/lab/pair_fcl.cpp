@@ -1,17 +1,16 @@
-// FCL 0.7 (Debian's libfcl-dev 0.7.0, double) on a pair.
+// FCL 0.7 (Debian's libfcl-dev 0.7.0, double).
 //
-// Meshes are BVHModel<OBBRSS>, FCL's usual tree for triangles, with contacts asked for and no limit
-// on their number that a pair here could reach. A contact is a pair of triangles that cross: its
-// position one of their corners, its normal the face normal of one of the two, its
-// penetration_depth how deep the corners of one lie below the other's plane (the shallower of the
-// two ways round; corners are not clipped to the other triangle). That depth grows with the
-// triangles and says nothing of the bodies, and its normals are those of the two triangles only:
-// there is no better in the library, so it is charted as it comes. A corner may lie on either
-// body: positions are off by half a depth. A body wholly inside the other gives nothing.
+// Meshes are BVHModel<OBBRSS>, FCL's usual tree for triangles, with contacts enabled and a limit on
+// their number that no pair here reaches. A contact is a pair of intersecting triangles. Its
+// position is one of their corners, its normal the face normal of one of them, and its
+// penetration_depth the depth of one triangle's corners below the other's plane (the smaller of the
+// two; corners are not clipped to the other triangle). That depth grows with the triangles' size
+// and is not the depth of the bodies. The library has nothing better, so the chart shows it
+// unchanged. A corner may lie on either body, so positions are off by half a depth. A body wholly
+// inside the other has no contact.
 //
-// Convex bodies: FCL's closed forms where it has them (spheres, boxes, planes), else GJK and EPA of
-// libccd 2.1 at FCL's default tolerance of 1e-6, over the primitives or over the facets' vertices
-// as fcl::Convex.
+// Convex bodies use FCL's closed forms for spheres, boxes and planes, else GJK and EPA of
+// libccd 2.1 at FCL's default tolerance of 1e-6, on primitives or on the facets as fcl::Convex.
 #include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
@@ -26,7 +25,7 @@
 #include <memory>
 #include <utility>
 
-#include "lab/pair_others.h"
+#include "lab/peer_pairs.h"
 
 namespace cloudcontact::program::lab {
 
@@ -75,7 +74,7 @@ struct PrimitiveMaker {
     return std::make_shared<fcl::Coned>(s.radius, 2 * s.halfHeight);
   }
   Geometry operator()(const Hull&) const {
-    throw CannotDo("FCL takes a hull as fcl::Convex: see that setting");
+    throw CannotDo("FCL takes a hull as fcl::Convex, another setting");
   }
   template <class Other>
   Geometry operator()(const Other&) const {
@@ -90,7 +89,7 @@ Geometry treeOf(const LabBody& body, double tolerance) {
 
 Geometry convexOf(const LabBody& body, double tolerance) {
   if (isHalfSpace(body)) return PrimitiveMaker{}(std::get<HalfSpace>(*body.shape));
-  if (!body.convex) throw CannotDo(body.name + " is concave: fcl::Convex takes convex bodies");
+  if (!body.convex) throw CannotDo(body.name + " is concave; fcl::Convex only takes convex bodies");
   return convexOf(body.mesh(tolerance));
 }
 
@@ -123,7 +122,7 @@ class FclPair {
     std::vector<LabPoint> points;
     for (std::size_t k = 0; k < result.numContacts(); ++k) {
       const fcl::Contactd& c = result.getContact(k);
-      // FCL swaps a shape before a mesh, and then speaks from the mesh to the shape.
+      // FCL swaps a shape before a mesh; the normal then points from the mesh to the shape.
       const double sign = c.o1 == b_.get() ? -1 : 1;
       points.push_back({c.pos, sign * c.normal, c.penetration_depth, 0});
     }
@@ -146,11 +145,11 @@ LabPair labPair(const Geometry& a, const Geometry& b) {
 }
 
 LabMethod fclMethod(const std::string& setting, double detail, GeometryMaker maker,
-                    const std::string& told) {
+                    const std::string& description) {
   const auto prepare = [maker](const LabBody& a, const LabBody& b, double tolerance) {
     return labPair(maker(a, tolerance), maker(b, tolerance));
   };
-  return {"fcl", setting, detail, prepare, told, detail > 0};
+  return {"fcl", setting, detail, prepare, description, detail > 0};
 }
 
 }  // namespace
@@ -159,15 +158,16 @@ std::vector<LabMethod> fclMethods() {
   std::vector<LabMethod> methods = {
       fclMethod("primitives, libccd", 0, primitive,
                 "closed forms for spheres, boxes and planes, else GJK and EPA of libccd at FCL's "
-                "default tolerance of 1e-6; contacts on"),
+                "default tolerance of 1e-6; contacts enabled"),
       fclMethod("Convex, libccd, facets " + fraction(kCoarseFacets), kCoarseFacets, convexOf,
                 "fcl::Convex of " + facetsWithin(kCoarseFacets) +
-                    ", GJK and EPA of libccd at the default tolerance of 1e-6; contacts on")};
+                    ", GJK and EPA of libccd at the default tolerance of 1e-6; contacts enabled")};
   for (const double facets : kFacetLadder)
-    methods.push_back(fclMethod("BVH, facets " + fraction(facets), facets, treeOf,
-                                "BVHModel<OBBRSS> of " + facetsWithin(facets) +
-                                    ", all contacts asked for, in double; a contact is a pair of "
-                                    "triangles that cross"));
+    methods.push_back(
+        fclMethod("BVH, facets " + fraction(facets), facets, treeOf,
+                  "BVHModel<OBBRSS> of " + facetsWithin(facets) +
+                      ", all contacts, in double; a contact is a pair of intersecting "
+                      "triangles"));
   return methods;
 }
 

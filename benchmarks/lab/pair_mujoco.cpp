@@ -1,13 +1,13 @@
-// MuJoCo 2.2 (Debian's libmujoco-dev 2.2.2) on a pair.
+// MuJoCo 2.2 (Debian's libmujoco-dev 2.2.2).
 //
-// A model of two geoms, the pair named as the only one to be looked at, margin and gap 0; B's body
-// is a mocap body, so that its pose is set as it is. What is timed: setting the pose,
-// mj_kinematics of the two bodies, mj_collision. MuJoCo takes a mesh by its convex hull (the
-// settings say "hull"), which fills holes; hulls go through libccd's MPR at MuJoCo's default
-// tolerance and give one point, or up to four more with the flag multiccd, which a user sets for
-// flat contacts. Primitives are its own sphere, box, capsule, cylinder and plane. Box against box
-// reports half the depth in this version (mended upstream in 2025, see pull request 822 of
-// google-deepmind/mujoco_warp), and often one more point at a far corner: charted as it comes.
+// A model of two geoms with an explicit pair, margin and gap 0. B is a mocap body, whose pose can
+// be set directly. Timed are setting the pose, mj_kinematics and mj_collision. MuJoCo replaces a
+// mesh by its convex hull ("hull" in the settings), which fills holes. Hulls use libccd's MPR at
+// MuJoCo's default tolerance, which returns one point, or up to four more with the flag multiccd,
+// meant for flat contacts. Primitives are MuJoCo's sphere, box, capsule, cylinder and plane. Box
+// against box reports half the depth in this version (fixed upstream in 2025, pull request 822 of
+// google-deepmind/mujoco_warp), and often an extra point at a far corner; the chart shows it
+// unchanged.
 #include <mujoco/mujoco.h>
 
 #include <cstdio>
@@ -15,15 +15,15 @@
 #include <sstream>
 #include <utility>
 
-#include "lab/pair_others.h"
+#include "lab/peer_pairs.h"
 
 namespace cloudcontact::program::lab {
 
 namespace {
 
-constexpr int kMaxContacts = 100;  // a pair gives 50 at most (mjMAXCONPAIR)
+constexpr int kMaxContacts = 100;  // a pair has at most 50 (mjMAXCONPAIR)
 
-// A geom's XML, and that of the mesh it refers to.
+// XML of a geom and of its mesh.
 struct GeomText {
   std::string geom, asset;
 };
@@ -47,7 +47,7 @@ struct PrimitiveText {
   }
   std::string operator()(const Cone&) const { throw CannotDo("MuJoCo has no cone"); }
   std::string operator()(const Hull&) const {
-    throw CannotDo("MuJoCo takes a hull as a mesh: see that setting");
+    throw CannotDo("MuJoCo takes a hull as a mesh, another setting");
   }
   template <class Other>
   std::string operator()(const Other&) const {
@@ -69,7 +69,7 @@ GeomText primitiveText(const std::string&, const LabBody& body, double) {
   return {std::visit(PrimitiveText{}, primitiveOf(body)), {}};
 }
 
-// The vertices alone: MuJoCo makes the faces, which are the hull's.
+// Only vertices: MuJoCo builds the hull's faces.
 GeomText hullText(const std::string& name, const LabBody& body, double tolerance) {
   if (isHalfSpace(body)) return primitiveText(name, body, tolerance);
   std::string vertices;
@@ -87,7 +87,7 @@ std::string modelText(const GeomText& a, const GeomText& b, bool manyPoints) {
          "/></body></worldbody>\n<contact><pair geom1='a' geom2='b'/></contact></mujoco>\n";
 }
 
-// The model's text goes in as a file of MuJoCo's own file system, which is large: on the heap.
+// MuJoCo reads the model from its virtual file system, which is too large for the stack.
 std::shared_ptr<mjModel> modelOf(const std::string& text) {
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
@@ -121,7 +121,7 @@ class MujocoPair {
     std::vector<LabPoint> points;
     for (int k = 0; k < data_->ncon; ++k) {
       const mjContact& c = data_->contact[k];
-      const double sign = c.geom1 == a_ ? 1 : -1;  // MuJoCo orders geoms by their type
+      const double sign = c.geom1 == a_ ? 1 : -1;  // MuJoCo orders geoms by type
       points.push_back({Vec3(c.pos[0], c.pos[1], c.pos[2]),
                         sign * Vec3(c.frame[0], c.frame[1], c.frame[2]), -c.dist, 0});
     }
@@ -144,7 +144,7 @@ LabMethod mujocoMethod(const std::string& setting, double detail, TextMaker text
   };
   const std::string what = detail > 0 ? "convex hull of " + facetsWithin(detail) +
                                             " through libccd's MPR at MuJoCo's default tolerance"
-                                      : "sphere, box, capsule, cylinder, plane of MuJoCo's own";
+                                      : "MuJoCo's sphere, box, capsule, cylinder and plane";
   return {"mujoco",
           setting,
           detail,

@@ -1,11 +1,10 @@
-// ODE 0.16 (Debian's libode-dev 0.16.2: double, OPCODE's trees, built without libccd) on a pair.
+// ODE 0.16 (Debian's libode-dev 0.16.2: double, OPCODE's trees, built without libccd).
 //
-// Triangles against triangles go through dTriMesh. Primitives are ODE's own sphere, box, capsule,
-// cylinder and plane. Without libccd it has no cylinder against a cylinder or a capsule, and no
-// cone; its convex hulls are left out, as they collide with each other by their vertices only.
-// Contacts asked for: as many as dCollide can give (65,535), its merging of equal ones left on. It
-// keeps caches a thread and Debian's build promises nothing of several threads: ask one pair at a
-// time.
+// Meshes are dTriMesh, primitives ODE's sphere, box, capsule, cylinder and plane. Without libccd
+// there is no cylinder against a cylinder or a capsule; there is no cone. Convex hulls are left
+// out, as they collide with each other by their vertices only. The contact limit is dCollide's
+// maximum (65,535); merging of equal contacts stays on. Debian's build is not thread-safe: query
+// one pair at a time.
 #include <ode/ode.h>
 #include <ode/version.h>
 
@@ -15,7 +14,7 @@
 #include <optional>
 #include <utility>
 
-#include "lab/pair_others.h"
+#include "lab/peer_pairs.h"
 
 namespace cloudcontact::program::lab {
 
@@ -23,11 +22,11 @@ namespace {
 
 constexpr int kMaxContacts = 0xffff;
 
-// Tens of thousands of times it would print that its table of equal contacts is full, in the time
-// that is measured.
+// Suppresses a message about a full table of equal contacts, which would be printed tens of
+// thousands of times while time is measured.
 void keepQuiet(int, const char*, va_list) {}
 
-// ODE's own state: of the process once, of each thread that calls it.
+// Initializes ODE once per process and once per calling thread.
 void startOde() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -35,10 +34,10 @@ void startOde() {
     dSetMessageHandler(keepQuiet);
   });
   thread_local const bool ready = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
-  if (!ready) throw CannotDo("ODE cannot start in this thread");
+  if (!ready) throw CannotDo("ODE cannot initialize in this thread");
 }
 
-// A geometry, and the mesh that it points into.
+// A geometry with the mesh that it refers to.
 class OdeGeometry {
  public:
   explicit OdeGeometry(dGeomID geometry) : geometry_(geometry) {}
@@ -52,7 +51,7 @@ class OdeGeometry {
                                 3 * sizeof(dTriIndex));
     geometry_ = dCreateTriMesh(nullptr, data_, nullptr, nullptr, nullptr);
   }
-  // A plane has no pose of its own: it is told anew where it lies.
+  // A plane has no pose; place() sets its parameters.
   explicit OdeGeometry(const HalfSpace& plane)
       : geometry_(dCreatePlane(nullptr, 0, 0, 1, 0)), plane_(plane) {
     place({});
@@ -105,7 +104,7 @@ struct PrimitiveMaker {
   }
   Geometry operator()(const Cone&) const { throw CannotDo("ODE has no cone"); }
   Geometry operator()(const Hull&) const {
-    throw CannotDo("ODE's convex hulls need libccd, which Debian's build leaves out");
+    throw CannotDo("ODE's convex hulls need libccd, which Debian's build lacks");
   }
   template <class Other>
   Geometry operator()(const Other&) const {
@@ -120,11 +119,12 @@ bool isCapsule(const LabBody& body) {
   return std::holds_alternative<Capsule>(*body.shape);
 }
 
-// dCollide answers "none" where it has no function for a pair.
-void checkPair(const LabBody& a, const LabBody& b) {
+// dCollide returns no contact for pairs that it does not support; this throws for them.
+void validate(const LabBody& a, const LabBody& b) {
   const bool round = (isCylinder(a) || isCapsule(a)) && (isCylinder(b) || isCapsule(b));
   if (round && (isCylinder(a) || isCylinder(b)))
-    throw CannotDo("ODE needs libccd for cylinder against cylinder or capsule; Debian's has none");
+    throw CannotDo(
+        "ODE needs libccd for cylinder against cylinder or capsule; Debian's build lacks it");
 }
 
 class OdePair {
@@ -144,7 +144,7 @@ class OdePair {
     for (int k = 0; k < count; ++k) {
       const dContactGeom& c = (*contacts_)[std::size_t(k)];
       const Vec3 intoA(c.normal[0], c.normal[1], c.normal[2]);
-      // dCollide turns the normals back where it swapped the two.
+      // Where dCollide swaps the bodies it reverses the normals.
       points.push_back({Vec3(c.pos[0], c.pos[1], c.pos[2]), -intoA, c.depth, 0});
     }
     return points;
@@ -171,7 +171,7 @@ LabPair odePair(Geometry a, Geometry b) {
 LabPair primitives(const LabBody& a, const LabBody& b, double) {
   startOde();
   const Solid &shapeA = primitiveOf(a), &shapeB = primitiveOf(b);
-  checkPair(a, b);
+  validate(a, b);
   return odePair(std::visit(PrimitiveMaker{}, shapeA), std::visit(PrimitiveMaker{}, shapeB));
 }
 
@@ -187,13 +187,12 @@ LabPair triangles(const LabBody& a, const LabBody& b, double tolerance) {
 }  // namespace
 
 std::vector<LabMethod> odeMethods() {
-  const std::string most = "up to 65,535 contacts, equal ones merged, in double";
-  std::vector<LabMethod> methods = {
-      {"ode", "primitives", 0, primitives, "ODE's sphere, box, capsule, cylinder, plane; " + most}};
+  const std::string limits = "up to 65,535 contacts, equal ones merged, in double";
+  std::vector<LabMethod> methods = {{"ode", "primitives", 0, primitives,
+                                     "ODE's sphere, box, capsule, cylinder and plane; " + limits}};
   for (const double facets : kFacetLadder)
     methods.push_back({"ode", "trimesh, facets " + fraction(facets), facets, triangles,
-                       "dTriMesh with OPCODE's trees of " + facetsWithin(facets) + "; " + most,
-                       true});
+                       "dTriMesh (OPCODE) of " + facetsWithin(facets) + "; " + limits, true});
   return methods;
 }
 

@@ -1,4 +1,4 @@
-# Draws the laboratory's pictures from its JSON: plots.py FOLDER. Run by `cloudcontact chart`.
+# Draws the laboratory's pictures from its JSON files: plots.py FOLDER. `cloudcontact chart` runs it.
 import json
 import math
 import os
@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-# Okabe and Ito's colours, which colour-blind people can tell apart; ours is the strongest.
+# Colors of Okabe and Ito, for color-blind readers.
 STYLES = {
     "cloud": ("#0072b2", "o", "CloudContact"),
     "primitive": ("#999999", "s", "Bullet's primitives"),
@@ -55,9 +55,9 @@ def panels(count, height):
 
 def chart(folder, data, field, floor, label, title, name):
     families = list(dict.fromkeys(mark["family"] for mark in data["families"]))
-    if not families:  # scenes alone were asked for
+    if not families:  # a run of stability scenes only
         figure = plt.figure(figsize=(9.5, 0.8))
-        figure.text(0.01, 0.5, "None of the reference cases was run.", fontsize=11, va="center")
+        figure.text(0.01, 0.5, "No reference case was run.", fontsize=11, va="center")
         return save(figure, folder, name)
     figure, axes = panels(len(families), 3.5)
     used = []
@@ -93,7 +93,7 @@ def chart(folder, data, field, floor, label, title, name):
         for m in data["families"]:
             if m["family"] == family and m["depthTimes"] > 0:
                 deep.setdefault(m["method"], []).append(m["depthTimes"])
-        notes += [f"{style(m)[2]}: depth {span(times)} times the true one" for m, times in deep.items()]
+        notes += [f"{style(m)[2]}: {span(times)} times the true depth" for m, times in deep.items()]
         if notes:
             text = "\n".join(line for note in notes for line in textwrap.wrap(note, 62))
             axis.text(0.0, -0.26, text, transform=axis.transAxes, fontsize=6.5, color="#666666", va="top")
@@ -107,12 +107,12 @@ def chart(folder, data, field, floor, label, title, name):
         for side in ("top", "right"):
             axis.spines[side].set_visible(False)
     for axis in axes:
-        axis.set_xlabel("time of a narrow phase [\u00b5s]")
+        axis.set_xlabel("time of the narrow phase [\u00b5s]")
         axis.set_ylabel(label)
     handles = [Line2D([], [], color=style(m)[0], marker=style(m)[1], ls="", label=style(m)[2]) for m in STYLES if m in used]
-    handles.append(Line2D([], [], color="#666666", marker="o", markerfacecolor="white", ls="", label="hollow: some of the cases"))
+    handles.append(Line2D([], [], color="#666666", marker="o", markerfacecolor="white", ls="", label="hollow: answers some of the cases"))
     if any(m["wrong"] > 0 for m in data["families"]):
-        handles.append(Line2D([], [], color="#c00000", marker="x", ls="", label="a depth is wrong, or a touch missed"))
+        handles.append(Line2D([], [], color="#c00000", marker="x", ls="", label="wrong depth or missed contact"))
     if field == "normalDeg":
         handles.append(Line2D([], [], color="#444444", ls="--", label="frontier"))
     figure.suptitle(title, fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
@@ -151,10 +151,10 @@ def failures(folder, data):
         if last is not None and column[0] != last:
             axis.axvline(x, color="#555555", lw=0.8)
         last = column[0]
-    figure.suptitle("Who holds, who fails", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
+    figure.suptitle("Stability: what holds, what fails", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
     figure.legend(handles=[Patch(color=colors["holds"], label="holds"), Patch(color=colors["fails"], label="fails"),
-                           Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="figures: see failures.json for units and limits"),
-                           Patch(color="white", label="cloud by ExtrapolatingSolver, the others by Bullet's own, ten sweeps each")],
+                           Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="numbers: units and limits in failures.json"),
+                           Patch(color="white", label="cloud: ExtrapolatingSolver, others: Bullet's solver, ten iterations each")],
                   loc="lower left", ncol=5, frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save(figure, folder, "failures")
@@ -165,7 +165,7 @@ def main():
     with open(os.path.join(folder, "chart.json"), encoding="utf-8") as file:
         data = json.load(file)
     chart(folder, data, "normalDeg", 1e-3, "mean error of the normal [deg]", "Error of the contact normal against time", "chart")
-    chart(folder, data, "wrench", 1e-5, "error of force or torque [share]", "Error of force and torque against time", "chart_force")
+    chart(folder, data, "wrench", 1e-5, "relative error of force or torque", "Error of force and torque against time", "chart_force")
     if os.path.exists(os.path.join(folder, "failures.json")):
         with open(os.path.join(folder, "failures.json"), encoding="utf-8") as file:
             data = json.load(file)

@@ -1,4 +1,4 @@
-// Means over the cases that both answer.
+// Means over the cases that both methods answer.
 #include "lab/ratios.h"
 
 #include <algorithm>
@@ -7,12 +7,13 @@
 #include <map>
 #include <utility>
 
-#include "lab/pair_others.h"
+#include "lab/families.h"
+#include "lab/peer_pairs.h"
 
 namespace cloudcontact::program::lab {
 namespace {
 
-constexpr double kHullDeg = 1;  // what ours may err beside a hull
+constexpr double kHullDeg = 1;  // error allowed to CloudContact beside a hull
 
 std::string text(const char* form, double value) {
   char out[48];
@@ -55,7 +56,7 @@ struct Means {
   int cases = 0, wrong = 0;
 };
 
-// Over the cases named; none where one of them is not answered.
+// Means over the named cases; none if any of them is not answered.
 std::optional<Means> meansOf(const Rows& rows, const std::vector<std::string>& names) {
   Means means;
   double logTime = 0;
@@ -81,7 +82,7 @@ std::vector<std::string> answeredBy(const Rows& rows) {
   return names;
 }
 
-// `allowedDeg` not given: as much as the peer errs.
+// `allowedDeg` is the peer's error if not given.
 std::optional<PeerRatio> ratioOf(const std::string& name, const Family& family, const Setting& peer,
                                  std::optional<double> allowedDeg) {
   const Rows& rows = family.rows.at(peer);
@@ -128,7 +129,7 @@ std::vector<PeerRatio> hullRatios(const std::vector<ChartRow>& rows) {
 }
 
 std::string verdictOf(const PeerRatio& ratio) {
-  if (ratio.ours.empty()) return "none of ours is as accurate";
+  if (ratio.ours.empty()) return "no setting of CloudContact is as accurate";
   if (ratio.timesFaster >= 1) return text("%.3g times faster", ratio.timesFaster);
   return text("%.3g times slower", 1 / ratio.timesFaster);
 }
@@ -138,9 +139,10 @@ std::string inWords(const PeerRatio& ratio) {
                      "): " + degrees(ratio.normalDeg) + text(" in %.3g us", ratio.microseconds);
   if (ratio.cases < ratio.of)
     line += " on " + std::to_string(ratio.cases) + " of " + std::to_string(ratio.of) + " cases";
-  if (ratio.wrong > 0) line += ", depth wrong on " + std::to_string(ratio.wrong);
-  if (ratio.ours.empty()) return line + "; none of ours is within " + degrees(ratio.allowedDeg);
-  return line + "; ours (" + ratio.ours + ") " + degrees(ratio.oursNormalDeg) +
+  if (ratio.wrong > 0) line += ", wrong depth on " + std::to_string(ratio.wrong);
+  if (ratio.ours.empty())
+    return line + "; no setting of CloudContact is within " + degrees(ratio.allowedDeg);
+  return line + "; CloudContact (" + ratio.ours + ") " + degrees(ratio.oursNormalDeg) +
          text(" in %.3g us: ", ratio.oursMicroseconds) + verdictOf(ratio);
 }
 

@@ -1,4 +1,4 @@
-// HTML put together from JSON: words, pictures, tables.
+// Builds the HTML page from JSON and the pictures.
 #include "lab/report.h"
 
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <map>
 
 #include "io/text.h"
-#include "lab/chart.h"
+#include "lab/families.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -25,7 +25,7 @@ bool isKnown(const Json& value) {
   return value.is_number() && std::isfinite(value.get<double>());
 }
 
-// A figure of a table: three digits, a dash where nothing is known.
+// A number in a table: three digits, or a dash where it is not known.
 std::string cell(const Json& value, double factor = 1) {
   if (!isKnown(value)) return "\u2013";
   char text[32];
@@ -40,7 +40,7 @@ std::string row(const std::vector<std::string>& cells, const char* tag = "td",
   return out + "</tr>\n";
 }
 
-// "1280 + 2112"; a dash where a method takes none.
+// "1280 + 2112"; a dash where the method takes no triangles.
 std::string trianglesOf(const Json& r) {
   const auto a = r["triangles"][0].get<std::size_t>(), b = r["triangles"][1].get<std::size_t>();
   return a + b == 0 ? "\u2013" : std::to_string(a) + " + " + std::to_string(b);
@@ -50,8 +50,8 @@ std::string chartTable(const Json& chart) {
   std::string out =
       "<div class=scroll><table>" +
       row({"case", "method", "setting", "triangles", "\u00b5s", "normal mean \u00b0", "p95 \u00b0",
-           "max \u00b0", "depth \u00b5m", "depth / true", "centre \u00b5m", "force %", "torque %",
-           "swapped \u00b0", "loop's work %", "volume %"},
+           "max \u00b0", "depth \u00b5m", "depth / true", "center \u00b5m", "force %", "torque %",
+           "swapped \u00b0", "loop work %", "volume %"},
           "th");
   for (const Json& r : chart["rows"]) {
     const std::string name = asHtml(r["case"].get<std::string>());
@@ -73,10 +73,10 @@ std::string chartTable(const Json& chart) {
   return out + "</table></div>";
 }
 
-// Part of what is compared, and not of the contacts.
+// The solvers differ, which the comparison must state.
 constexpr const char* kSolvers =
-    "<p>Each world takes ten sweeps of sequential impulses a step. Cloud's worlds have "
-    "ExtrapolatingSolver, which is this project's too, the others Bullet's own.</p>";
+    "<p>Each world runs ten iterations of sequential impulses per step. CloudContact's worlds use "
+    "this project's ExtrapolatingSolver, the others Bullet's own solver.</p>";
 
 std::string failuresTable(const Json& failures) {
   std::string out =
@@ -99,7 +99,7 @@ std::string tally(const Json& failures) {
   for (auto& [method, count] : counts)
     out += "<li><b>" + asHtml(method) + "</b>: " + std::to_string(count["holds"]) + " hold, " +
            std::to_string(count["fails"]) + " fail, " + std::to_string(count["cannot"]) +
-           " cannot</li>";
+           " cannot run</li>";
   return out + "</ul>";
 }
 
@@ -112,10 +112,10 @@ std::string methodOf(const Json& row) {
 }
 
 std::string ratiosTable(const Json& ratios) {
-  if (ratios.empty()) return "<p>Nothing to compare in what was run.</p>";
+  if (ratios.empty()) return "<p>This run has nothing to compare.</p>";
   std::string out = "<div class=scroll><table>" +
-                    row({"family", "peer", "setting", "cases", "its \u00b0", "its \u00b5s", "ours",
-                         "our \u00b0", "our \u00b5s", "ours is"},
+                    row({"family", "peer", "setting", "cases", "peer \u00b0", "peer \u00b5s",
+                         "CloudContact setting", "\u00b0", "\u00b5s", "CloudContact is"},
                         "th");
   for (const Json& r : ratios) {
     const Json& times = r["timesFaster"];
@@ -123,12 +123,12 @@ std::string ratiosTable(const Json& ratios) {
     const bool slower = !none && times.get<double>() < 1;
     const double shown = none ? 0 : slower ? 1 / times.get<double>() : times.get<double>();
     const std::string verdict =
-        none ? "none as accurate"
+        none ? "never as accurate"
              : cell(Json(shown)) + (slower ? " times slower" : " times faster");
     std::string cases = std::to_string(r["cases"].get<int>());
     cases += " of " + std::to_string(r["of"].get<int>());
     if (r["wrong"].get<int>() > 0)
-      cases += ", depth wrong on " + std::to_string(r["wrong"].get<int>());
+      cases += ", wrong depth on " + std::to_string(r["wrong"].get<int>());
     out += row({textOf(r, "family"), methodOf(r), textOf(r, "setting"), cases, cell(r["normalDeg"]),
                 cell(r["microseconds"]), textOf(r, "ours"), cell(r["oursNormalDeg"]),
                 cell(r["oursMicroseconds"]), verdict},
@@ -148,24 +148,29 @@ Json ofFamilies(const Json& ratios, bool convex) {
 }
 
 std::string ratiosText(const Json& chart) {
-  return "<h2>How many times faster, at the same error</h2><p>Against each setting of each peer: "
-         "the fastest of ours whose normal is off by no more than the peer's, on the cases that "
-         "the peer answers. Times are geometric means, errors means. A peer that tells a wrong "
-         "depth is still taken by its normal, and its line is grey.</p><h3>Concave families</h3>" +
+  return "<h2>How many times faster, at the same error</h2><p>Each line compares one setting of a "
+         "peer "
+         "with the fastest setting of CloudContact whose normals are at least as accurate, over "
+         "the cases "
+         "that the peer answers. Times are geometric means, errors arithmetic means. Peers with a "
+         "wrong "
+         "depth are still compared by their normals; their lines are gray.</p><h3>Concave "
+         "families</h3>" +
          ratiosTable(ofFamilies(chart["ratios"], false)) +
-         "<h3>Convex families, against GJK and EPA on the hull of the same coarse mesh</h3><p>On "
-         "spheres that hull has 642 vertices. Ours may err by 1\u00b0 here, whatever the hull "
-         "errs.</p>" +
+         "<h3>Convex families, against GJK and EPA on the hull of the coarsest mesh</h3><p>On "
+         "spheres "
+         "that hull has 642 vertices. CloudContact may be off by 1\u00b0 here, whatever the hull's "
+         "error.</p>" +
          ratiosTable(chart["hullRatios"]) +
-         "<details><summary>Convex families, against all settings at the peer's own "
+         "<details><summary>Convex families, against all settings, at the peer's own "
          "error</summary>" +
          ratiosTable(ofFamilies(chart["ratios"], true)) + "</details>";
 }
 
 std::string settingsText(const Json& chart) {
-  std::string out = "<details><summary>How each method is set</summary><p>" +
+  std::string out = "<details><summary>Settings of each method</summary><p>" +
                     textOf(chart, "metreScale") + "</p><div class=scroll><table class=wrapped>" +
-                    row({"method", "setting", "how it is set", "scaled to 1 m"}, "th");
+                    row({"method", "setting", "description", "scaled to 1 m"}, "th");
   for (const Json& m : chart["methods"])
     out += row({methodOf(m), textOf(m, "setting"), textOf(m, "told"),
                 m["metreScale"].get<bool>() ? "yes" : "no"});
@@ -181,8 +186,9 @@ std::string setupText(const Json& chart) {
   return "<p><small>" + textOf(m, "processor") + ", " + std::to_string(m["threads"].get<int>()) +
          " threads; " + versions + "; <code>" + textOf(chart, "command") + "</code>, " +
          cell(chart["seconds"]) +
-         " s. All methods ran in this one run; times were taken on one thread, nothing else of "
-         "the run beside them.</small></p>";
+         " s. All methods ran in this run; times were measured on one thread with nothing else of "
+         "the run "
+         "beside it.</small></p>";
 }
 
 std::string listOf(const Json& lines, const std::string& otherwise) {
@@ -193,14 +199,20 @@ std::string listOf(const Json& lines, const std::string& otherwise) {
 }
 
 std::string pictureText(const ReportPictures& pictures) {
-  return "<h2>Error against time</h2><p>Each mark is a method and a setting: its error is the "
-         "mean over the cases, grids and depths of a family, its time the geometric mean over the "
-         "cases. Left and low is good. Numbers beside ours are voxels to the body's size; peers "
-         "that take meshes have a mark for each fineness of facets. A hollow mark leaves out "
-         "cases that the method cannot do. A mark with a cross tells a wrong depth, off by more "
-         "than half the body's size, or misses a touch: it is on no frontier and is not advised, "
-         "however true its normal.</p>" +
-         pictures.chart + "<p>The same for force and torque, where the truth is known.</p>" +
+  return "<h2>Error against time</h2><p>Each mark is a method at one setting. Its error is the "
+         "mean over "
+         "the cases, grids and depths of a family; its time is the geometric mean over the cases. "
+         "Lower "
+         "left is better. Numbers beside CloudContact's marks are voxels per body size; peers that "
+         "take "
+         "meshes have one mark per facet tolerance. A hollow mark leaves out cases that the method "
+         "cannot "
+         "do. A cross marks a depth that is wrong by more than half the body's size, or a missed "
+         "contact: "
+         "such a method is neither on the frontier nor recommended, however accurate its "
+         "normals.</p><p>CloudContact's normals are those of its surface fits.</p>" +
+         pictures.chart +
+         "<p>The same for force and torque, where their true values are known.</p>" +
          pictures.force;
 }
 
@@ -209,25 +221,25 @@ std::string pictureText(const ReportPictures& pictures) {
 std::string reportHtml(const Json& chart, const Json& failures, const ReportPictures& pictures) {
   const std::string title = chart.contains("subject")
                                 ? "Contact of " + chart["subject"].get<std::string>()
-                                : "Speed against accuracy, and who holds";
+                                : "Contact methods: speed, accuracy and stability";
   std::string out =
       "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport "
       "content=\"width=device-width\"><title>" +
       asHtml(title) + "</title><style>" + kStyle + "</style>\n<h1>" + asHtml(title) + "</h1>" +
       setupText(chart) + settingsText(chart);
-  out += "<h2>Which method for which need</h2>" + listOf(chart["advice"], "nothing was run");
-  out += "<h2>Where CloudContact falls short of its own aims</h2>" +
-         listOf(chart["fallsShort"], "nowhere in what was run");
+  out += "<h2>Which method to use</h2>" + listOf(chart["advice"], "no cases were run");
+  out += "<h2>Where CloudContact misses its own aims</h2>" +
+         listOf(chart["fallsShort"], "nowhere in this run");
   out += ratiosText(chart) + pictureText(pictures);
   if (!pictures.failures.empty())
-    out += "<h2>Stability where methods fail</h2>" + tally(failures) + kSolvers +
-           pictures.failures + "<details><summary>All trials, with rules and limits</summary>" +
+    out += "<h2>Stability</h2>" + tally(failures) + kSolvers + pictures.failures +
+           "<details><summary>All trials, with rules and limits</summary>" +
            failuresTable(failures) + "</details>";
-  out += "<details><summary>All cases in figures</summary>" + chartTable(chart) + "</details>";
+  out += "<details><summary>All cases in numbers</summary>" + chartTable(chart) + "</details>";
   out +=
       "<h2>Your own pair</h2><p><code>cloudcontact chart A.stl B.stl --pose \"x y z qx qy qz "
-      "qw\" --out DIR</code> draws the same chart for two meshes of yours; the finest voxels "
-      "stand for the truth, as nothing else is known of them.</p></html>\n";
+      "qw\" --out DIR</code> draws this chart for two meshes of yours. Their true contact is not "
+      "known, so CloudContact at its finest voxels is the reference.</p></html>\n";
   return out;
 }
 

@@ -1,4 +1,4 @@
-// The laboratory's answer as one page that needs no network.
+// The results as one HTML page that needs no network.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ struct ReportPictures {
   std::string chart, force, failures;  // SVG; failures may be empty
 };
 
-// From what chart.json and failures.json hold.
+// From the contents of chart.json and failures.json.
 std::string reportHtml(const Json& chart, const Json& failures, const ReportPictures& pictures);
 
 }  // namespace cloudcontact::program::lab

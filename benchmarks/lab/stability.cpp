@@ -1,4 +1,4 @@
-// Runs the trials side by side; each has a world of its own, so that their order changes nothing.
+// Runs trials in parallel. Each has a world of its own, so their order does not matter.
 #include "lab/stability.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace cloudcontact::program::lab {
 
 Verdict atMost(double figure, double limit, const std::string& otherwise) {
-  const bool holds = figure <= limit;  // not so for NaN
+  const bool holds = figure <= limit;  // false for NaN
   return {holds ? Outcome::Holds : Outcome::Fails, figure, limit, holds ? "" : otherwise};
 }
 
@@ -68,7 +68,7 @@ std::vector<StabilityRow> runStability(const StabilitySettings& settings) {
   std::vector<Job> jobs = jobsOf(settings);
   std::atomic<std::size_t> next = 0;
   std::size_t done = 0;
-  std::mutex telling;
+  std::mutex reporting;
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
       const auto start = std::chrono::steady_clock::now();
@@ -76,7 +76,7 @@ std::vector<StabilityRow> runStability(const StabilitySettings& settings) {
       jobs[i].row.trial.store.reset();
       jobs[i].row.seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      const std::lock_guard lock(telling);
+      const std::lock_guard lock(reporting);
       ++done;
       if (settings.progress) settings.progress(double(done) / double(jobs.size()));
     }

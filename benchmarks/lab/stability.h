@@ -1,5 +1,4 @@
-// Stability where methods fail: scenes stepped through time, each with a physical rule and a
-// margin.
+// Stability: scenes stepped through time, each with a physical rule and a tolerance.
 #pragma once
 
 #include <functional>
@@ -17,48 +16,47 @@ namespace cloudcontact::program::lab {
 struct Trial {
   Method method = Method::Cloud;
   double step = 1.0 / 240;  // [s]
-  // "stiff": bodies state their stiffness and damping (the law). "auto": nobody states one; the
-  // method's own way (for clouds an automatic spring, for peers Bullet's rigid rows).
+  // "stiff": bodies state their stiffness and damping. "auto": none does; clouds take an automatic
+  // spring, peers Bullet's rigid constraints.
   std::string mode = "auto";
-  std::shared_ptr<ShapeStore> store = {};  // of all trials of the scene
-  int iterations = 10;                     // of Bullet's solver, its own default
-  // Called after each step, to follow one trial closely.
+  std::shared_ptr<ShapeStore> store = {};  // shared by all trials of the scene
+  int iterations = 10;                     // of the solver; 10 is Bullet's default
+  // Called after each step, to observe a single trial.
   std::function<void(double time, const World&)> watch = {};
 };
 
-// "cloud 60 stiff": the method's name on the command line, steps a second, the mode.
+// "cloud 60 stiff": the method's name on the command line, steps per second, mode.
 std::string trialName(const Trial& trial);
 
 enum class Outcome { Holds, Fails, Cannot };
 
 struct Verdict {
   Outcome outcome = Outcome::Holds;
-  double figure = 0, limit = 0;  // what was measured and what it may be, in the rule's unit
-  std::string why;               // in a few words, where it fails or cannot
+  double figure = 0, limit = 0;  // measured value and limit, in the rule's unit
+  std::string why;               // a few words, where it fails or cannot run
 };
 
-// A scene and its rule. `run` builds a world, steps it and measures; it is called from several
-// threads at once, each call with a world of its own.
+// A scene and its rule. `run` builds a world, steps it and measures. Several threads may call it at
+// once: each call has a world of its own.
 struct StabilityScene {
   std::string name;   // "stack of 10", unique
   std::string group;  // "Erleben", "stacks", "mechanisms", "motion"
-  std::string rule;   // what must hold, in words, with the figure's unit: "drift [voxels]"
+  std::string rule;   // in words, with the figure's unit: "drift [voxels]"
   std::vector<Method> methods;
-  std::vector<double> steps;  // [s]; the first is the one that the quick mode takes
+  std::vector<double> steps;  // [s]; the quick run takes the first
   std::vector<std::string> modes;
-  double cost =
-      1;  // seconds of work that a trial takes, about: those over kQuickCost are not quick
+  double cost = 1;  // approximate time of a trial [s]; over kQuickCost: not in the quick run
   std::function<Verdict(const Trial&)> run;
 };
 
 constexpr double kQuickCost = 1.5;  // [s]
 
-// A figure that must not pass its limit.
+// Holds if figure <= limit.
 Verdict atMost(double figure, double limit, const std::string& otherwise);
-// A figure within a share of what it should be.
+// Holds if the figure is within a share of the expected value.
 Verdict within(double figure, double expected, double share, const std::string& otherwise);
 
-std::vector<StabilityScene> erlebenScenes();    // the ten of Erleben 2018, sizes in DESIGN.md
+std::vector<StabilityScene> erlebenScenes();    // the ten of Erleben 2018, and two more
 std::vector<StabilityScene> stackScenes();      // stacks, houses, arches, chains, piles, rest
 std::vector<StabilityScene> mechanismScenes();  // screws, pegs, gears, bowls, cradles, inclines
 std::vector<StabilityScene> motionScenes();     // rolling, spinning, bouncing, tipping, tunnelling
@@ -67,14 +65,14 @@ struct StabilityRow {
   std::string scene, group, rule;
   Trial trial;
   Verdict verdict;
-  double seconds = 0;  // that the trial took, others beside it
+  double seconds = 0;  // wall time of the trial, with others running beside it
 };
 
 struct StabilitySettings {
   bool quick = false;
   int threads = 2;
   std::string only;    // a part of a scene's name; empty: all
-  std::string trials;  // of `trialName`; empty: all
+  std::string trials;  // a part of trialName(); empty: all
   int iterations = 10;
   std::function<void(double)> progress;
 };

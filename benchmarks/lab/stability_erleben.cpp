@@ -1,25 +1,26 @@
-// The ten scenes of Erleben 2018 ("Methodology for Assessing Mesh-Based Contact Point Methods",
-// ACM TOG 37), rebuilt from sizes alone: spike 1x1x3, wedge 1x2x3, crack 2x1x4 with a notch 0.5
-// deep, cliff frustum 1.5 to 1.0 of height 1, internal-edge box 2x1x2 (metres). Each is a place
-// where methods that make contact points from meshes go wrong: sharp tips, edges on edges, narrow
-// gaps, edges that line up, edges that are none. What the paper leaves open (gaps, friction) is set
-// so that the end is known from mechanics.
+// The ten scenes of Erleben 2018 ("Methodology for Assessing Mesh-Based Contact Point Methods", ACM
+// TOG 37), rebuilt from their dimensions: spike 1x1x3, wedge 1x2x3, crack 2x1x4 with a notch 0.5
+// deep, cliff frustum 1.5 to 1.0 of height 1, internal-edge box 2x1x2 (meters). Each is hard for
+// methods that derive contact points from meshes: sharp tips, edges on edges, narrow gaps, aligned
+// edges, internal edges. What the paper leaves open (gaps, friction) is chosen so that mechanics
+// gives the final state.
 #include <algorithm>
 #include <cmath>
 
-#include "lab/stability_parts.h"
+#include "lab/lab_meshes.h"
+#include "lab/trial_runs.h"
 
 namespace cloudcontact::program::lab {
 namespace {
 
 constexpr double kVoxel = 0.05;       // [m]
-constexpr double kFineVoxel = 0.025;  // where a gap of 0.15 is to be seen
-constexpr double kGap = 0.01;         // between bodies at the start [m]
-constexpr double kMass = 1000;        // of every body that moves [kg]
-constexpr double kFriction = 0.5;     // where nothing is to slide
-constexpr double kHigh = 3;           // a spike, a wedge [m]
+constexpr double kFineVoxel = 0.025;  // for scenes with a gap of 0.15
+constexpr double kGap = 0.01;         // initial gap between bodies [m]
+constexpr double kMass = 1000;        // of every moving body [kg]
+constexpr double kFriction = 0.5;     // where nothing should slide
+constexpr double kHigh = 3;           // of a spike or a wedge [m]
 constexpr double kSag = 0.1 * kVoxel;
-// A spike's and a wedge's flank leans by this from upright.
+// Angle of a spike's or wedge's flank from the vertical.
 const double kFlank = std::atan(0.5 / kHigh);
 
 std::shared_ptr<const Mesh> shared(Mesh mesh) {
@@ -34,14 +35,14 @@ Mesh wedge() {
 Mesh cliff() {
   return taperedMesh({1.5, 1.5}, {1, 1}, 1);
 }
-// A slab 4 long, 2 wide, 1 high; the notch across its middle is a little narrower than what goes
-// in.
+// A slab 4 long, 2 wide, 1 high, with a notch across its middle a little narrower than the tip that
+// enters it.
 constexpr double kMouth = 0.15, kNotch = 0.5;
 Mesh crack() {
   return prismMesh(
       {{0, 1 - kNotch}, {-kMouth / 2, 1}, {-2, 1}, {-2, 0}, {2, 0}, {2, 1}, {kMouth / 2, 1}}, 2);
 }
-// A square block over 0 <= z <= height with a square hole along z right through it.
+// A square block over 0 <= z <= height with a square through hole along z.
 Mesh squareHole(double width, double hole, double height) {
   Mesh mesh;
   for (const double z : {0.0, height})
@@ -55,9 +56,9 @@ Mesh squareHole(double width, double hole, double height) {
   for (int k = 0; k < 4; ++k) {
     const int n = (k + 1) % 4;
     side(k, n, n + 8, k + 8);            // outside
-    side(n + 4, k + 4, k + 12, n + 12);  // in the hole
-    side(k, k + 4, n + 4, n);            // below
-    side(k + 8, n + 8, n + 12, k + 12);  // above
+    side(n + 4, k + 4, k + 12, n + 12);  // hole
+    side(k, k + 4, n + 4, n);            // bottom
+    side(k + 8, n + 8, n + 12, k + 12);  // top
   }
   return mesh;
 }
@@ -65,9 +66,9 @@ Mesh squareHole(double width, double hole, double height) {
 const Eigen::Quaterniond kUpright = Eigen::Quaterniond::Identity();
 const Eigen::Quaterniond kUpsideDown(Eigen::AngleAxisd(EIGEN_PI, Vec3::UnitX()));
 const Eigen::Quaterniond kQuarter(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ()));
-// A spike or a wedge on its flank, its tip ahead in x.
+// A spike or wedge lying on its flank, tip toward +x.
 const Eigen::Quaterniond kLying(Eigen::AngleAxisd(EIGEN_PI / 2 + kFlank, Vec3::UnitY()));
-// Where it lies just above z = kHigh, its centre, `middle` above its base, over the origin.
+// Position just above z = kHigh, with the center of mass, `middle` above the base, over the origin.
 Vec3 lyingAbove(double middle) {
   return {-(kLying * Vec3(0, 0, middle)).x(), 0, kHigh + 0.5 * std::cos(kFlank) + kGap};
 }
@@ -81,11 +82,11 @@ SceneBody movingBody(const std::string& kind, const Mesh& mesh, const Pose& pose
   return meshBody(kind, shared(mesh), pose, kMass, friction);
 }
 
-// A wedge that stands on its edge falls over, slowly: from rest a lean grows as cosh(t / tau),
-// tau = sqrt(I / (m g l)), I about the edge. A method may push the tip aside by half
-// a voxel, no more; that lean, grown, is the most it may show.
+// A wedge on its edge falls over slowly: from rest its lean grows as cosh(t / tau) with tau =
+// sqrt(I / (m g l)), I about the edge. A method may push the tip sideways by half a voxel; the
+// limit is that lean after growing.
 double wedgeLean(double seconds) {
-  // About the edge, over the mass: a triangular prism's h^2 / 18 + a^2 / 24 at 2 h / 3.
+  // Inertia / mass about the edge: h^2 / 18 + a^2 / 24 for a triangular prism, plus its lever's.
   const double lever = 2 * kHigh / 3;
   const double inertia = kHigh * kHigh / 18 + 1.0 / 24 + lever * lever;
   const double tau = std::sqrt(inertia / (kGravity * lever));
@@ -102,29 +103,29 @@ Plan planOf(std::vector<SceneBody> bodies, double seconds) {
   return plan;
 }
 
-// All scenes: bodies do not enter each other and gain nothing.
-std::vector<Rule> with(const Course& course, std::vector<Rule> more) {
-  more.insert(more.begin(), {penetrationRule(course), energyRule(course)});
+// Rules of all scenes: no penetration, no energy gained.
+std::vector<Rule> with(const RunResult& result, std::vector<Rule> more) {
+  more.insert(more.begin(), {penetrationRule(result), energyRule(result)});
   return more;
 }
-// A body that ends where it started, the gap lower.
-void staysPut(std::vector<Rule>& rules, const Course& course, int body, double lever) {
-  const Vec3 place = course.scene.bodies[body].pose.position - Vec3(0, 0, kGap);
-  rules.push_back({course.moved(body, place), kInPlace, "moved [voxels]"});
-  rules.push_back({course.turned(body), turnLimit(kVoxel, lever), "turned [deg]"});
+// The body ends where it started, lower by the gap.
+void staysPut(std::vector<Rule>& rules, const RunResult& result, int body, double lever) {
+  const Vec3 place = result.scene.bodies[body].pose.position - Vec3(0, 0, kGap);
+  rules.push_back({result.moved(body, place), kInPlace, "moved [voxels]"});
+  rules.push_back({result.turned(body), turnLimit(kVoxel, lever), "turned [deg]"});
 }
 
-// Two spikes tip on tip, which nothing holds: the upper may fall, but not into the other.
+// Two spikes tip on tip: the upper one may fall, but not into the other.
 Verdict spikes(const Trial& trial) {
   return judged(trial,
                 planOf({fixedBody("spike", spike(), Pose()),
                         movingBody("spike", spike(), {kUpsideDown, Vec3(0, 0, 2 * kHigh + kGap)})},
                        1),
-                [](const Course& course) { return with(course, {}); });
+                [](const RunResult& result) { return with(result, {}); });
 }
 
-// A wedge on its base across the edges of two; beside it one that balances its edge across
-// another's.
+// A wedge stands on its base across the edges of two. Beside it one balances its edge across the
+// edge of another.
 Verdict wedges(const Trial& trial) {
   std::vector<SceneBody> bodies;
   for (const double x : {-0.5, 0.5})
@@ -133,15 +134,15 @@ Verdict wedges(const Trial& trial) {
   bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(5, 0, 0)}));
   bodies.push_back(
       movingBody("wedge", wedge(), {kQuarter * kUpsideDown, Vec3(5, 0, 2 * kHigh + kGap)}));
-  return judged(trial, planOf(bodies, 1), [](const Course& course) {
-    std::vector<Rule> rules{{course.turned(4), wedgeLean(1), "lean of the balanced one [deg]"}};
-    staysPut(rules, course, 2, 0.5);
-    return with(course, rules);
+  return judged(trial, planOf(bodies, 1), [](const RunResult& result) {
+    std::vector<Rule> rules{{result.turned(4), wedgeLean(1), "lean of the balanced one [deg]"}};
+    staysPut(rules, result, 2, 0.5);
+    return with(result, rules);
   });
 }
 
-// A spike lies on its flank across the edges of two wedges; beside it one balances its tip on a
-// wedge's edge, from which it may fall.
+// A spike lies on its flank across the edges of two wedges. Beside it one balances its tip on a
+// wedge's edge and may fall.
 Verdict spikeAndWedge(const Trial& trial) {
   std::vector<SceneBody> bodies;
   for (const double x : {-0.5, 0.5})
@@ -149,24 +150,24 @@ Verdict spikeAndWedge(const Trial& trial) {
   bodies.push_back(movingBody("spike", spike(), {kLying, lyingAbove(kHigh / 4)}));
   bodies.push_back(fixedBody("wedge", wedge(), {kUpright, Vec3(5, 0, 0)}));
   bodies.push_back(movingBody("spike", spike(), {kUpsideDown, Vec3(5, 0, 2 * kHigh + kGap)}));
-  return judged(trial, planOf(bodies, 1), [](const Course& course) {
+  return judged(trial, planOf(bodies, 1), [](const RunResult& result) {
     std::vector<Rule> rules;
-    staysPut(rules, course, 2, 0.5);
-    return with(course, rules);
+    staysPut(rules, result, 2, 0.5);
+    return with(result, rules);
   });
 }
 
-// Not Erleben's, and harder: on the tips of four spikes stands a spike, or lies a wedge. All of
-// the weight is on needles that are thinner than a voxel for their last three.
+// Not in Erleben's paper, and harder: a spike stands or a wedge lies on the tips of four spikes.
+// The last three voxels of each tip are thinner than a voxel.
 Verdict onTips(const Trial& trial, const SceneBody& body, double apart) {
   std::vector<SceneBody> bodies;
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
     bodies.push_back(fixedBody("spike", spike(), {kUpright, Vec3(x, y, 0) * apart / 2}));
   bodies.push_back(body);
-  return judged(trial, planOf(bodies, 1), [&](const Course& course) {
+  return judged(trial, planOf(bodies, 1), [&](const RunResult& result) {
     std::vector<Rule> rules;
-    staysPut(rules, course, 4, apart / 2);
-    return with(course, rules);
+    staysPut(rules, result, 4, apart / 2);
+    return with(result, rules);
   });
 }
 Verdict spikeOnTips(const Trial& trial) {
@@ -176,38 +177,38 @@ Verdict wedgeOnTips(const Trial& trial) {
   return onTips(trial, movingBody("wedge", wedge(), {kLying, lyingAbove(kHigh / 3)}), 1);
 }
 
-// On its flank, tip first, down a slope of 0.5 at friction 0.3: a = g (sin - mu cos).
+// Slides on its flank, tip first, down a slope of 0.5 at friction 0.3: a = g (sin - mu cos).
 Verdict sliding(const Trial& trial, const std::string& kind, const Mesh& mesh) {
-  constexpr double kRub = 0.3;
+  constexpr double kLowFriction = 0.3;
   const double slope = std::atan(0.5), low = 0.5 * std::cos(kFlank);
-  Plan plan = planOf(
-      {fixedBody("slab", taperedMesh({6, 3}, {6, 3}, 0.5), {kUpright, Vec3(1, 0, -0.5)}, kRub),
-       movingBody(kind, mesh, {kLying, Vec3(-1.5, 0, low)}, kRub)},
-      1);
+  Plan plan = planOf({fixedBody("slab", taperedMesh({6, 3}, {6, 3}, 0.5),
+                                {kUpright, Vec3(1, 0, -0.5)}, kLowFriction),
+                      movingBody(kind, mesh, {kLying, Vec3(-1.5, 0, low)}, kLowFriction)},
+                     1);
   plan.scene.gravity = kGravity * Vec3(std::sin(slope), 0, -std::cos(slope));
-  return judged(trial, plan, [&](const Course& course) {
-    const double a = kGravity * (std::sin(slope) - kRub * std::cos(slope));
-    const int n = course.report.steps;
-    const double way = a * course.report.step * course.report.step * n * (n + 1) / 2;
-    const Vec3 end = course.scene.bodies[1].pose.position + Vec3(way, 0, 0);
-    return with(course, {{course.moved(1, end), kInPlace, "off its way [voxels]"},
-                         {course.turned(1), turnLimit(kVoxel, 0.5), "turned [deg]"}});
+  return judged(trial, plan, [&](const RunResult& result) {
+    const double a = kGravity * (std::sin(slope) - kLowFriction * std::cos(slope));
+    const int n = result.report.steps;
+    const double way = a * result.report.step * result.report.step * n * (n + 1) / 2;
+    const Vec3 end = result.scene.bodies[1].pose.position + Vec3(way, 0, 0);
+    return with(result, {{result.moved(1, end), kInPlace, "off its path [voxels]"},
+                         {result.turned(1), turnLimit(kVoxel, 0.5), "turned [deg]"}});
   });
 }
 
-// Of what hangs tip down by its flanks between edges `mouth` apart, 1 above the ground: the height
-// of its base. Half a voxel into the flanks is three down.
+// Height of the base of a spike or wedge that hangs tip down by its flanks between edges `mouth`
+// apart, 1 above the ground. Half a voxel into the flanks lowers it by three voxels.
 double held(double mouth) {
   return 1 + kHigh - kHigh * mouth;
 }
-std::vector<Rule> heldAt(const Course& course, double mouth) {
-  const double sunk = std::abs(held(mouth) - course.report.bodies[1].pose.position.z());
-  return {{sunk * std::sin(kFlank) / course.voxel, kInPlace, "sunk, across the flank [voxels]"},
-          {course.aside(1), kInPlace, "aside [voxels]"},
-          {course.turned(1), turnLimit(course.voxel, mouth / 2), "turned [deg]"}};
+std::vector<Rule> heldAt(const RunResult& result, double mouth) {
+  const double sunk = std::abs(held(mouth) - result.report.bodies[1].pose.position.z());
+  return {{sunk * std::sin(kFlank) / result.voxel, kInPlace, "sunk, normal to the flank [voxels]"},
+          {result.aside(1), kInPlace, "sideways [voxels]"},
+          {result.turned(1), turnLimit(result.voxel, mouth / 2), "turned [deg]"}};
 }
 
-// Tip down in a square hole of 0.5, where the four rims hold it half way up.
+// Tip down in a square hole of 0.5, whose four rims hold it half way up.
 Verdict spikeInHole(const Trial& trial) {
   constexpr double kHole = 0.5;
   const Plan plan =
@@ -215,11 +216,11 @@ Verdict spikeInHole(const Trial& trial) {
               movingBody("spike", spike(), {kUpsideDown, Vec3(0, 0, held(kHole) + kGap)})},
              2);
   return judged(trial, plan,
-                [](const Course& course) { return with(course, heldAt(course, kHole)); });
+                [](const RunResult& result) { return with(result, heldAt(result, kHole)); });
 }
 
-// Tip or edge down in the notch, whose mouth holds both flanks; below it they leave a gap of half a
-// degree to its walls, and 0.05 to its bottom.
+// Tip or edge down in the notch, whose mouth holds both flanks. Below the mouth a gap of half a
+// degree remains to the walls, and 0.05 to the bottom.
 Verdict inCrack(const Trial& trial, const std::string& kind, const Mesh& mesh) {
   Plan plan = planOf({fixedBody("crack", crack(), Pose()),
                       movingBody(kind, mesh, {kUpsideDown, Vec3(0, 0, held(kMouth) + kGap)})},
@@ -227,27 +228,26 @@ Verdict inCrack(const Trial& trial, const std::string& kind, const Mesh& mesh) {
   plan.voxel = kFineVoxel;
   plan.spring = springFor(kMass, kMass, 0.1 * kFineVoxel);
   return judged(trial, plan,
-                [](const Course& course) { return with(course, heldAt(course, kMouth)); });
+                [](const RunResult& result) { return with(result, heldAt(result, kMouth)); });
 }
 
-// Two frusta, top on top, all edges of the one on those of the other.
+// Two frusta, top on top, with all edges of the tops aligned.
 Verdict cliffEdges(const Trial& trial) {
   return judged(trial,
                 planOf({fixedBody("cliff", cliff(), Pose()),
                         movingBody("cliff", cliff(), {kUpsideDown, Vec3(0, 0, 2 + kGap)})},
                        2),
-                [](const Course& course) {
+                [](const RunResult& result) {
                   std::vector<Rule> rules;
-                  staysPut(rules, course, 1, 0.5);
-                  return with(course, rules);
+                  staysPut(rules, result, 1, 0.5);
+                  return with(result, rules);
                 });
 }
 
-// A box slides at 3 m/s over three that stand side by side, one mesh with their walls still in it,
-// and stops after v^2 / (2 mu g): the walls' edges, which are none of the surface, must not catch
-// it.
+// A box slides at 3 m/s over three adjacent boxes, one mesh that still contains their inner walls,
+// and stops after v^2 / (2 mu g). The internal edges must not catch it.
 Verdict internalEdges(const Trial& trial) {
-  constexpr double kRub = 0.3, kSpeed = 3;
+  constexpr double kLowFriction = 0.3, kSpeed = 3;
   const Mesh box = taperedMesh({2, 2}, {2, 2}, 1);
   Mesh row;
   for (const double x : {-2, 0, 2}) {
@@ -257,15 +257,16 @@ Verdict internalEdges(const Trial& trial) {
       row.triangles.push_back(t + Eigen::Vector3i::Constant(first));
   }
   const Vec3 start(-1.3, 0, 0);
-  std::vector<SceneBody> bodies{fixedBody("row", row, Pose(), kRub),
-                                movingBody("box", box, {kUpright, start}, kRub)};
+  std::vector<SceneBody> bodies{fixedBody("row", row, Pose(), kLowFriction),
+                                movingBody("box", box, {kUpright, start}, kLowFriction)};
   bodies.back().linearVelocity.x() = kSpeed;
-  return judged(trial, planOf(bodies, 1.5), [&](const Course& course) {
-    // A step takes mu g h off the speed before it moves: v h / 2 less way in all.
-    const double way = kSpeed * kSpeed / (2 * kRub * kGravity) - kSpeed * course.report.step / 2;
-    return with(course, {{course.moved(1, start + Vec3(way, 0, 0)), kInPlace,
-                          "off where it must stop [voxels]"},
-                         {course.turned(1), turnLimit(kVoxel, 1), "turned [deg]"}});
+  return judged(trial, planOf(bodies, 1.5), [&](const RunResult& result) {
+    // Each step reduces the speed by mu g h before it moves: v h / 2 less distance in total.
+    const double way =
+        kSpeed * kSpeed / (2 * kLowFriction * kGravity) - kSpeed * result.report.step / 2;
+    return with(result, {{result.moved(1, start + Vec3(way, 0, 0)), kInPlace,
+                          "off its stopping place [voxels]"},
+                         {result.turned(1), turnLimit(kVoxel, 1), "turned [deg]"}});
   });
 }
 
@@ -285,22 +286,22 @@ StabilityScene scene(const std::string& name, const std::string& end, double cos
 
 std::vector<StabilityScene> erlebenScenes() {
   return {
-      scene("spikes", "the upper falls aside or balances", 1, spikes),
-      scene("wedges", "the one on two edges stays, the one edge on edge balances", 1, wedges),
+      scene("spikes", "the upper spike falls aside or balances", 1, spikes),
+      scene("wedges", "one stays on two edges, one balances edge on edge", 1, wedges),
       scene("spike and wedge", "the spike on two edges stays", 1, spikeAndWedge),
-      scene("sliding spike", "it slides as friction lets it", 1,
+      scene("sliding spike", "slides by g (sin - mu cos) t^2 / 2", 1,
             [](const Trial& trial) { return sliding(trial, "spike", spike()); }),
-      scene("sliding wedge", "it slides as friction lets it", 1,
+      scene("sliding wedge", "slides by g (sin - mu cos) t^2 / 2", 1,
             [](const Trial& trial) { return sliding(trial, "wedge", wedge()); }),
-      scene("spike in hole", "the rims hold it half way up", 1, spikeInHole),
-      scene("spike in crack", "the mouth holds it", 1,
+      scene("spike in hole", "the rims hold the spike half way up", 1, spikeInHole),
+      scene("spike in crack", "the mouth holds the spike", 1,
             [](const Trial& trial) { return inCrack(trial, "spike", spike()); }),
-      scene("wedge in crack", "the mouth holds it", 1,
+      scene("wedge in crack", "the mouth holds the wedge", 1,
             [](const Trial& trial) { return inCrack(trial, "wedge", wedge()); }),
-      scene("cliff edges", "it stays", 1, cliffEdges),
-      scene("internal edges", "it stops where friction stops it", 1, internalEdges),
-      scene("spike on tips", "it stays", 1, spikeOnTips),
-      scene("wedge on tips", "it stays", 1, wedgeOnTips),
+      scene("cliff edges", "the upper frustum stays", 1, cliffEdges),
+      scene("internal edges", "the box stops after v^2 / (2 mu g)", 1, internalEdges),
+      scene("spike on tips", "the spike stays", 1, spikeOnTips),
+      scene("wedge on tips", "the wedge stays", 1, wedgeOnTips),
   };
 }
 

@@ -1,13 +1,12 @@
-// Mechanisms: what sliding, locking, fitting and driving should do by their own formulas.
+// Mechanisms whose motion a formula gives: incline, screw, peg, gears, bowl, Newton's cradle.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include "lab/gear_mesh.h"
-#include "lab/moving_parts.h"
-#include "lab/turned_mesh.h"
+#include "lab/lab_meshes.h"
+#include "lab/trial_runs.h"
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program::lab {
@@ -15,29 +14,29 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// --- A brick on an incline of slope 0.5: friction 0.49 slides, 0.50 stands.
+// --- A brick on an incline of slope 0.5: slides at friction 0.49, stands at 0.50.
 
 namespace incline {
 
 constexpr double kSlope = 0.5, kVoxel = 0.02, kSeconds = 2;
 
-// How far it goes down [m]. Gravity leans, not the incline: that is the same to the bodies.
+// Distance that the brick slides [m]. Gravity is tilted, not the incline, which is equivalent.
 double slid(const Trial& trial, double friction) {
   const double angle = std::atan(kSlope);
   SceneDescription scene;
   scene.gravity = kGravity * Vec3(std::sin(angle), 0, -std::cos(angle));
-  const Matter brick = springy(1, friction, 4400, 1);  // sags by 0.1 voxel
+  const Matter brick = springMatter(1, friction, 4400, 1);  // sag 0.1 voxel
   addBody(scene, "incline", boxFor(trial, Vec3(2, 1, 0.2)), Vec3(0, 0, -0.1), {0, 1}, trial);
   const double sag = sagOf(trial, brick, brick.mass * kGravity * std::cos(angle), kVoxel);
   SceneBody& body = addBody(scene, "brick", boxFor(trial, Vec3(0.4, 0.4, 0.1)),
                             Vec3(-0.4, 0, 0.05 - sag), brick, trial);
-  body.pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());  // along no axis of the grid
+  body.pose.orientation = Eigen::AngleAxisd(0.3, Vec3::UnitZ());  // not along a grid axis
   MovingWorld motion(scene, trial, kVoxel);
   motion.run(kSeconds);
   return motion.body(1).pose.position.x() + 0.4;
 }
 
-// What it slides at friction 0.49: g (sin - mu cos) t^2 / 2.
+// Distance in theory: g (sin - mu cos) t^2 / 2 [m].
 double freeWay(double friction) {
   const double angle = std::atan(kSlope);
   return kGravity * (std::sin(angle) - friction * std::cos(angle)) / 2 * kSeconds * kSeconds;
@@ -48,31 +47,31 @@ Verdict slides(const Trial& trial) {
   return within(way, free, 0.2, way < free ? "is held back" : "runs ahead");
 }
 
-// At 0.50 friction just balances: what the first steps leave of speed, nothing takes again.
+// At friction 0.50 the forces just balance: nothing removes speed left over from the first steps.
 Verdict stands(const Trial& trial) {
   return atMost(100 * std::abs(slid(trial, 0.5)) / freeWay(0.49), 10, "slides");
 }
 
 }  // namespace incline
 
-// --- A nut turns down its bolt: above which friction does it stop?
+// --- A nut turns down its bolt. Above which friction does it stop?
 
 namespace screw {
 
 constexpr double kVoxel = 0.25e-3, kSeconds = 0.4;
-constexpr double kPlay = 0.1e-3;  // radial, between the threads
-constexpr double kApart = 40e-3;  // of neighbouring bolts
+constexpr double kPlay = 0.1e-3;  // radial clearance of the threads
+constexpr double kApart = 40e-3;  // distance of neighboring bolts
 constexpr double kMass = 0.02;
-constexpr double kSpin = 0.5;  // that it is given at the start [rad/s]
+constexpr double kSpin = 0.5;  // initial [rad/s]
 
 Thread threadFor(const Trial& trial) {
   Thread thread;
-  // Peers get fewer triangles, as a user who pays for each would choose.
+  // Fewer triangles for peers, whose time depends on them.
   thread.segments = trial.method == Method::Cloud ? 96 : 48;
   return thread;
 }
 
-// The flanks meet from the nut's minor to the bolt's major radius; half way is where friction acts.
+// The flanks touch from the nut's minor to the bolt's major radius; friction acts half way.
 double contactRadius(const Thread& t) {
   const double minor = t.majorDiameter / 2 - 5.0 / 16 * t.pitch / std::tan(t.flankAngle / 2);
   return (minor + kPlay + t.majorDiameter / 2) / 2;
@@ -84,25 +83,25 @@ double theory(const Thread& t) {
 
 struct Nuts {
   std::vector<bool> stayed;
-  bool threaded = true;  // none left its thread
+  bool threaded = true;  // all are still on their threads
 };
 
-// A nut for each friction, each on a bolt of its own: one world, one pair of fields.
+// One nut per friction, each on its own bolt, in one world that shares one pair of fields.
 SceneDescription sceneOf(const Trial& trial, const std::vector<double>& frictions) {
   const Thread thread = threadFor(trial);
   Thread nutThread = thread;
   nutThread.clearance = kPlay;
   const auto bolt = std::make_shared<const Mesh>(boltMesh(thread, 10e-3));
   const auto nut = std::make_shared<const Mesh>(nutMesh(nutThread, 4e-3, 20e-3));
-  // Whole pitches up, and down by the play along the axis, so that flanks touch.
+  // A whole number of pitches up, less the axial play, so that the flanks touch.
   const double start = 2e-3 - kPlay * std::tan(thread.flankAngle / 2);
   SceneDescription scene;
   for (std::size_t i = 0; i < frictions.size(); ++i) {
     addBody(scene, "bolt", meshNamed("bolt", bolt), Vec3(kApart * double(i), 0, 0),
             {0, frictions[i]}, trial);
     addBody(scene, "nut", meshNamed("nut", nut), Vec3(kApart * double(i), 0, start),
-            springy(kMass, frictions[i], 1e4, 1), trial);
-    // Set going, not let go: whether it stops is then friction's doing alone.
+            springMatter(kMass, frictions[i], 1e4, 1), trial);
+    // With an initial spin, only friction decides whether the nut stops.
     scene.bodies.back().angularVelocity = Vec3(0, 0, -kSpin);
     scene.bodies.back().linearVelocity = Vec3(0, 0, -kSpin * thread.lead() / (2 * kPi));
   }
@@ -111,7 +110,7 @@ SceneDescription sceneOf(const Trial& trial, const std::vector<double>& friction
 
 Nuts tried(const Trial& trial, const std::vector<double>& frictions) {
   MovingWorld motion(sceneOf(trial, frictions), trial, kVoxel);
-  // Right-handed: down is turning backward, far less than half a turn here.
+  // Right-handed: the nut turns backward on its way down, by much less than half a turn.
   const auto angle = [&](std::size_t nut) {
     const Vec3 x = motion.body(int(2 * nut + 1)).pose.orientation * Vec3::UnitX();
     return std::atan2(x.y(), x.x());
@@ -133,8 +132,8 @@ Nuts tried(const Trial& trial, const std::vector<double>& frictions) {
   return nuts;
 }
 
-// Clouds pay for their fields, once a world, and hardly for nuts: a fine ladder at once. Peers pay
-// for each nut and step: bisection with a few arms, twice.
+// Clouds build their fields once per world and nuts cost little: one fine ladder of frictions.
+// Peers pay for each nut and step: two rounds with three nuts each.
 Verdict threshold(const Trial& trial) {
   if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a nut's hull has no hole");
   const int arms = trial.method == Method::Cloud ? 15 : 3;
@@ -165,17 +164,17 @@ Verdict threshold(const Trial& trial) {
 namespace peg {
 
 constexpr double kRadius = 4e-3, kLength = 12e-3, kHeight = 8e-3, kWidth = 12e-3, kChamfer = 0.5e-3;
-constexpr double kInside = 3e-3;  // how deep it stands in the hole at the start
-constexpr double kMass = 0.0047;  // of steel
+constexpr double kInside = 3e-3;  // initial depth in the hole
+constexpr double kMass = 0.0047;  // steel
 constexpr double kSeconds = 0.5;
 
-// Fine enough for the peg's own shape; below that a clearance is half a voxel.
+// Fine enough for the peg's shape, and at most two clearances.
 double voxelFor(double clearance) {
   return std::min(0.4e-3, 2 * clearance);
 }
 
 SceneDescription sceneOf(const Trial& trial, double clearance) {
-  // HACD's time grows with the square of the triangles; 32 sides stand off a circle by 0.02 mm.
+  // HACD's time grows with the square of the triangles; 32 segments are within 0.02 mm of a circle.
   const int segments = trial.method == Method::Cloud ? 192 : trial.method == Method::Hacd ? 32 : 96;
   SceneDescription scene;
   addPlane(scene, 0.1);
@@ -183,12 +182,12 @@ SceneDescription sceneOf(const Trial& trial, double clearance) {
           meshNamed("hole", std::make_shared<const Mesh>(holeMesh(kRadius + clearance, kWidth,
                                                                   kHeight, kChamfer, segments))),
           Vec3::Zero(), {0, 0.1}, trial);
-  // Off the axis and tilted by about half of what the clearance leaves at this depth.
+  // Offset and tilted by about half of what the clearance allows at this depth.
   SceneBody& body = addBody(
       scene, "peg",
       meshNamed("peg", std::make_shared<const Mesh>(pegMesh(kRadius, kLength, kChamfer, segments))),
-      Vec3(0.3 * clearance, -0.15 * clearance, kHeight - kInside), springy(kMass, 0.1, 2e4, 0.5),
-      trial);
+      Vec3(0.3 * clearance, -0.15 * clearance, kHeight - kInside),
+      springMatter(kMass, 0.1, 2e4, 0.5), trial);
   const double tilt = std::min(0.02, 0.3 * clearance / kInside);
   body.pose.orientation = Eigen::AngleAxisd(tilt, Vec3(1, -0.5, 0).normalized());
   return scene;
@@ -200,8 +199,8 @@ Verdict goesIn(const Trial& trial, double clearance) {
   MovingWorld motion(sceneOf(trial, clearance), trial, voxel);
   motion.run(kSeconds);
   const double above = std::abs(motion.body(2).pose.position.z()) / voxel;
-  return unlessItGains(atMost(above, 0.5, "jams"), motion.gained(),
-                       kMass * kGravity * (kHeight - kInside));
+  return failIfGains(atMost(above, 0.5, "jams"), motion.gained(),
+                     kMass * kGravity * (kHeight - kInside));
 }
 
 }  // namespace peg
@@ -221,7 +220,7 @@ SceneJoint axle(int body, const Vec3& position) {
   return joint;
 }
 
-// The pinion's tooth on the x axis stands in a gap of the wheel: it has an odd number of teeth.
+// The pinion's tooth on the x axis is in a gap of the wheel, which has an odd number of teeth.
 SceneDescription sceneOf(const Trial& trial, const Gear& pinion, const Gear& wheel) {
   SceneDescription scene;
   scene.gravity = Vec3::Zero();
@@ -240,10 +239,10 @@ SceneDescription sceneOf(const Trial& trial, const Gear& pinion, const Gear& whe
   return scene;
 }
 
-// Tells the turns of a body about z, step by step.
-struct Turned {
+// Accumulates a body's rotation about z, step by step.
+struct Rotation {
   double last = 0, sum = 0;
-  void see(double angle) {
+  void add(double angle) {
     sum += std::remainder(angle - last, 2 * kPi);
     last = angle;
   }
@@ -257,31 +256,31 @@ Verdict keepRatio(const Trial& trial, double backlash) {
   MovingWorld motion(sceneOf(trial, pinion, wheel), trial, kVoxel);
   const double energy =
       0.5 * 0.5 * motion.world().mass(0) * std::pow(pinion.pitchRadius() * kSpin, 2);
-  Turned turned[2];
+  Rotation turned[2];
   double slip = 0;
   motion.run(kSeconds, [&] {
     for (int i = 0; i < 2; ++i) {
       const Vec3 x = motion.body(i).pose.orientation * Vec3::UnitX();
-      turned[i].see(std::atan2(x.y(), x.x()));
+      turned[i].add(std::atan2(x.y(), x.x()));
     }
     slip = std::max(slip, std::abs(turned[0].sum * pinion.teeth + turned[1].sum * wheel.teeth));
     return false;
   });
   if (std::abs(turned[1].sum) < kPi) return {Outcome::Fails, 0, 1, "the teeth catch"};
   const double tooth = kPi * pinion.module;
-  return unlessItGains(atMost(slip / (2 * kPi), (backlash + kVoxel) / tooth, "teeth pass through"),
-                       motion.gained(), energy);
+  return failIfGains(atMost(slip / (2 * kPi), (backlash + kVoxel) / tooth, "teeth pass through"),
+                     motion.gained(), energy);
 }
 
 }  // namespace gears
 
-// --- A bowl slides to rest in a bowl a little larger.
+// --- A bowl slides to rest in a slightly larger bowl.
 
 namespace bowls {
 
 constexpr double kVoxel = 5e-3, kInner = 0.1, kWall = 0.015, kGap = 5e-3, kSeconds = 3, kMass = 0.5;
 
-// Both are parts of spheres, so that how deep they stand in each other is a difference of radii.
+// Both are spherical, so their penetration follows from the distance of their centers.
 Verdict staysIn(const Trial& trial) {
   if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a bowl's hull is full");
   const int segments = trial.method == Method::Cloud ? 96 : trial.method == Method::Hacd ? 16 : 32;
@@ -292,7 +291,7 @@ Verdict staysIn(const Trial& trial) {
   addBody(scene, "large", bowl("large", kInner), Vec3::Zero(), {0, 0.1}, trial);
   const double low = 0.9 * kGap;
   SceneBody& small = addBody(scene, "small", bowl("small", kInner - kGap - kWall),
-                             Vec3(0.3 * kGap, 0, -low), springy(kMass, 0.1, 1e4, 0.5), trial);
+                             Vec3(0.3 * kGap, 0, -low), springMatter(kMass, 0.1, 1e4, 0.5), trial);
   small.pose.orientation = Eigen::AngleAxisd(0.5, Vec3(1, 2, 0).normalized());
   MovingWorld motion(scene, trial, kVoxel);
   double deepest = 0;
@@ -300,8 +299,8 @@ Verdict staysIn(const Trial& trial) {
     deepest = std::max(deepest, motion.body(1).pose.position.norm() - kGap);
     return false;
   });
-  return unlessItGains(atMost(deepest / kVoxel, 0.5, "goes through"), motion.gained(),
-                       kMass * kGravity * kInner * (1 - std::cos(0.5)) / 2);
+  return failIfGains(atMost(deepest / kVoxel, 0.5, "goes through"), motion.gained(),
+                     kMass * kGravity * kInner * (1 - std::cos(0.5)) / 2);
 }
 
 }  // namespace bowls
@@ -314,9 +313,9 @@ constexpr int kBalls = 5;
 constexpr double kRadius = 0.05, kString = 0.5, kLift = 0.3, kMass = 1, kStiffness = 1e4;
 constexpr double kVoxel = 0.005, kSeconds = 0.8;
 
-// The same in one dimension and in double: equal masses in a row, a spring between neighbours, each
-// step solved to the end. Its last ball's greatest speed, the first arriving with `speed` at a
-// `phase` of a step before it touches.
+// One-dimensional model in double: equal masses in a row, a spring between neighbors, each step
+// solved to convergence. Returns the last ball's maximum speed where the first arrives with
+// `speed`, a `phase` of a step before it touches.
 double lastSpeed(double speed, double step, double phase) {
   std::array<double, kBalls> x{}, v{};
   x[0] = -phase * speed * step;
@@ -325,7 +324,7 @@ double lastSpeed(double speed, double step, double phase) {
   for (double time = 0; time < 0.3; time += step) {
     std::array<double, kBalls> impulse{};
     for (int i = 0; i < kBalls; ++i) v[i] -= step * kGravity / kString * x[i];
-    // v holds the impulses so far; each sweep mends one spring's after the other.
+    // Gauss-Seidel: v includes the impulses so far; each sweep updates the springs in turn.
     for (int sweep = 0; sweep < 100; ++sweep)
       for (int i = 0; i + 1 < kBalls; ++i) {
         const double closing = v[i] - v[i + 1], stretch = step * step * kStiffness;
@@ -371,14 +370,14 @@ Verdict passesOn(const Trial& trial) {
     last = std::max(last, motion.body(kBalls - 1).linearVelocity.x());
     return false;
   });
-  // Whatever the phase; the nearest to what was found.
+  // The phase is not known: take the nearest prediction of all phases.
   double expected = 0;
   for (double phase = 0; phase < 1; phase += 0.125) {
     const double share = lastSpeed(first, trial.step, phase) / first;
     if (std::abs(share - last / first) < std::abs(expected - last / first)) expected = share;
   }
-  return unlessItGains(within(last / first, expected, 0.05, "not as its springs say"),
-                       motion.gained(), kMass * first * first / 2);
+  return failIfGains(within(last / first, expected, 0.05, "differs from the springs' recurrence"),
+                     motion.gained(), kMass * first * first / 2);
 }
 
 }  // namespace cradle
@@ -398,7 +397,7 @@ std::vector<StabilityScene> inclines() {
            incline::slides},
           {"incline at friction 0.50",
            "mechanisms",
-           "on a slope of 0.5 a brick stands for 2 s: moved, of what it slides at 0.49 [%]",
+           "on a slope of 0.5 a brick stands for 2 s: distance, relative to that at 0.49 [%]",
            methods,
            steps,
            {"stiff", "auto"},
@@ -414,7 +413,7 @@ std::vector<StabilityScene> pegs() {
         {std::string("peg in hole, clearance ") + name + " mm",
          "mechanisms",
          "an 8 mm peg reaches the floor through a hole whose radius is larger by the clearance "
-         "(half a voxel, from 0.2 mm down): end above the floor [voxels]",
+         "(half a voxel, from 0.2 mm down): height above the floor [voxels]",
          {Cloud, Gimpact, Hacd, Gjk},
          {kStep240, kStep60, kStep1000},
          {"stiff", "auto"},
@@ -430,7 +429,7 @@ std::vector<StabilityScene> mechanismScenes() {
   scenes.push_back(
       {"screw's self-locking",
        "mechanisms",
-       "a nut set turning stops from friction tan(lead) cos(half the flank angle) on, within 10 %",
+       "a turning nut stops above the friction tan(lead angle) cos(half flank angle), within 10 %",
        {Cloud, Gimpact, Gjk},
        {kStep1000, kStep240},
        {"stiff", "auto"},
@@ -442,8 +441,8 @@ std::vector<StabilityScene> mechanismScenes() {
     scenes.push_back(
         {name,
          "mechanisms",
-         "18 teeth drive 27 by half a turn and more: turns apart by no more than the "
-         "backlash and a voxel [teeth]",
+         "18 teeth drive 27 by at least half a turn: slip of at most the backlash and a voxel "
+         "[teeth]",
          {Cloud, Gimpact, Gjk},
          {kStep1000, kStep240},
          {"stiff", "auto"},
@@ -451,8 +450,7 @@ std::vector<StabilityScene> mechanismScenes() {
          [backlash = backlash](const Trial& trial) { return gears::keepRatio(trial, backlash); }});
   scenes.push_back({"bowl in bowl",
                     "mechanisms",
-                    "a bowl let go at 29 deg in one 5 mm larger never stands in it by more than "
-                    "[voxels]",
+                    "a bowl released at 29 deg in one 5 mm larger: maximum penetration [voxels]",
                     {Cloud, Gimpact, Hacd, Gjk},
                     {kStep240, kStep60, kStep1000},
                     {"stiff", "auto"},
@@ -461,7 +459,7 @@ std::vector<StabilityScene> mechanismScenes() {
   scenes.push_back({"Newton's cradle",
                     "mechanisms",
                     "of five balls the last leaves with the share of the first's speed that the "
-                    "springs' own recurrence gives, within 5 %",
+                    "springs' recurrence gives, within 5 %",
                     {Cloud, Primitive},
                     {kStep1000, kStep240},
                     {"stiff"},

@@ -1,9 +1,9 @@
-// Motion: what rolling, spinning, bouncing, tipping and hitting should keep and lose.
+// Motion whose energy, speed or end is known: rolling, spinning, bouncing, tipping, impact, rest.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "lab/moving_parts.h"
+#include "lab/trial_runs.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -18,9 +18,9 @@ namespace rolling {
 constexpr double kRadius = 0.2, kSpeed = 1, kVoxel = 0.01, kSeconds = 3, kMass = 1;
 
 Verdict keepsSpeed(const Trial& trial, bool cylinder) {
-  // Sags by 0.1 voxel. What rolls is pressed in front and let go behind, and damping takes its
-  // share of that, so that a ball which should roll far is little damped.
-  const Matter matter = springy(kMass, 0.5, 9800, 0.2);
+  // Sag 0.1 voxel. A rolling body is compressed in front and released behind, where damping takes
+  // energy; so the damping is low.
+  const Matter matter = springMatter(kMass, 0.5, 9800, 0.2);
   SceneDescription scene;
   addBody(scene, "table", boxFor(trial, Vec3(4, 0.6, 0.1)), Vec3(1.5, 0, -0.05), {0, 0.5}, trial);
   const auto shape = cylinder ? cylinderFor(trial, kRadius, 0.2) : ballFor(trial, kRadius);
@@ -32,12 +32,12 @@ Verdict keepsSpeed(const Trial& trial, bool cylinder) {
   MovingWorld motion(scene, trial, kVoxel);
   motion.run(kSeconds);
   const double lost = 100 * (1 - motion.body(1).linearVelocity.x() / kSpeed);
-  return unlessItGains(atMost(lost, 1, "slows down"), motion.gained(), kMass * kSpeed * kSpeed / 2);
+  return failIfGains(atMost(lost, 1, "slows down"), motion.gained(), kMass * kSpeed * kSpeed / 2);
 }
 
 }  // namespace rolling
 
-// --- A top on a round tip spins upright, or a little tilted.
+// --- A top spins on a round tip, slightly tilted.
 
 namespace top {
 
@@ -63,10 +63,10 @@ SceneDescription sceneOf(const Trial& trial, const Matter& matter) {
   return scene;
 }
 
-// Friction turns against the spin with no more than mu m g on an arm: two thirds of the contact's
-// radius where the tip drills, and the tip's radius times the tilt's sine where it slips.
+// Friction brakes the spin with at most mu m g on a lever: two thirds of the contact's radius for
+// drilling, plus the tip's radius times the sine of the tilt for slipping.
 Verdict keepsSpin(const Trial& trial) {
-  const Matter matter = springy(kMass, kFriction, 2e4, 1);
+  const Matter matter = springMatter(kMass, kFriction, 2e4, 1);
   MovingWorld motion(sceneOf(trial, matter), trial, kVoxel);
   double tilt = kTilt;
   motion.run(kSeconds, [&] {
@@ -77,17 +77,17 @@ Verdict keepsSpin(const Trial& trial) {
   if (tilt > 1) return {Outcome::Fails, 1, 1, "falls over"};
   const double sag = std::max(sagOf(trial, matter, kMass * kGravity, kVoxel), 1e-3 * kVoxel);
   const double arm = 2.0 / 3 * std::sqrt(2 * kTip * sag) + kTip * std::sin(tilt);
-  const double inertia = 0.5 * kMass * kDisc * kDisc;  // nearly all of it is the disc's
+  const double inertia = 0.5 * kMass * kDisc * kDisc;  // mostly the disc's
   const double mayLose = kFriction * kMass * kGravity * arm / inertia * kSeconds;
   const BodyState end = motion.body(1);
   const double lost = kSpin - end.angularVelocity.dot(end.pose.orientation * Vec3::UnitZ());
-  return unlessItGains(atMost(lost / mayLose, 1, "loses more spin than friction can take"),
-                       motion.gained(), inertia * kSpin * kSpin / 2);
+  return failIfGains(atMost(lost / mayLose, 1, "loses more spin than friction can remove"),
+                     motion.gained(), inertia * kSpin * kSpin / 2);
 }
 
 }  // namespace top
 
-// --- A ball bounces as its spring and damper say, step by step.
+// --- A ball bounces as the recurrence of its spring and damper predicts.
 
 namespace bouncing {
 
@@ -95,16 +95,15 @@ constexpr double kVoxel = 0.01, kRadius = 0.1, kGap = 0.5, kMass = 1, kStiffness
 
 struct Speeds {
   double down = 0, up = 0;
-  void see(double speed) {
+  void add(double speed) {
     down = std::max(down, -speed);
     up = std::max(up, speed);
   }
 };
 
-// The law as the solver steps it: impulse = step (k d+ + c v+), with d+ = d + step v+, never below
-// zero. Of a step in which the ball arrives only the part inside counts, and a contact nearer than
-// Bullet's threshold is known before. Backward Euler takes energy that the law would keep: at 60 Hz
-// nearly all.
+// The law as the solver steps it: impulse = step (k d+ + c v+), d+ = d + step v+, at least 0. In
+// the step of the impact only the part inside counts; contacts within Bullet's threshold are known
+// before. Backward Euler dissipates energy: at 60 Hz nearly all.
 Speeds recurrence(const Matter& matter, double step, double seconds) {
   constexpr double kSeen = 0.02;  // gContactBreakingThreshold [m]
   Speeds speeds;
@@ -117,13 +116,13 @@ Speeds recurrence(const Matter& matter, double step, double seconds) {
     const double impulse = gap < kSeen ? std::max(0.0, push / (1 + grip / matter.mass)) : 0;
     speed = free + impulse / matter.mass;
     gap += step * speed;
-    speeds.see(speed);
+    speeds.add(speed);
   }
   return speeds;
 }
 
 Verdict rebounds(const Trial& trial, double ratio) {
-  const Matter matter = springy(kMass, 0.5, kStiffness, ratio);
+  const Matter matter = springMatter(kMass, 0.5, kStiffness, ratio);
   SceneDescription scene;
   addBody(scene, "floor", boxFor(trial, Vec3(0.6, 0.6, 0.2)), Vec3(0, 0, -0.1), {0, 0.5}, trial);
   addBody(scene, "ball", ballFor(trial, kRadius), Vec3(0, 0, kRadius + kGap), matter, trial);
@@ -131,26 +130,26 @@ Verdict rebounds(const Trial& trial, double ratio) {
   const double seconds = 0.6;
   Speeds speeds;
   motion.run(seconds, [&] {
-    speeds.see(motion.body(1).linearVelocity.z());
+    speeds.add(motion.body(1).linearVelocity.z());
     return false;
   });
   const Speeds law = recurrence(matter, trial.step, seconds);
   const double found = speeds.up / speeds.down, expected = law.up / law.down;
-  return unlessItGains(within(found, expected, 0.05, "not as its law says"), motion.gained(),
-                       kMass * kGravity * kGap);
+  return failIfGains(within(found, expected, 0.05, "differs from the law's recurrence"),
+                     motion.gained(), kMass * kGravity * kGap);
 }
 
 }  // namespace bouncing
 
-// --- A box lies over a table's edge. It should tip where its centre passes the edge.
+// --- A box overhangs a table's edge. It should tip when its center passes the edge.
 
 namespace edge {
 
 constexpr double kVoxel = 0.02, kSeconds = 2.5, kMass = 1;
 
 bool stays(const Trial& trial, double beyond) {
-  // Sags by 0.01 voxel: a soft spring lets the box lean out before it tips.
-  const Matter matter = springy(kMass, 0.5, 4.9e4, 1);
+  // Sag 0.01 voxel: on a soft spring the box would lean out before it tips.
+  const Matter matter = springMatter(kMass, 0.5, 4.9e4, 1);
   SceneDescription scene;
   addBody(scene, "table", boxFor(trial, Vec3(0.6, 0.6, 0.1)), Vec3(-0.3, 0, -0.05), {0, 0.5},
           trial);
@@ -173,15 +172,15 @@ Verdict tips(const Trial& trial) {
 
 }  // namespace edge
 
-// --- A bullet at a thin wall: how fast may it be?
+// --- A bullet hits a thin wall. At which speed does it tunnel?
 
 namespace bullet {
 
 constexpr double kVoxel = 0.01, kWall = 0.04, kRadius = 0.03, kMass = 0.1;
-constexpr int kPhases = 3;  // of a step at which it arrives
+constexpr int kPhases = 3;  // of a step, at impact
 constexpr double kRow = 0.2;
 
-// Each bullet has a wall of its own, all in one world.
+// Each bullet has its own wall, all in one world.
 SceneDescription sceneOf(const Trial& trial, const std::vector<double>& shares) {
   SceneDescription scene;
   scene.gravity = Vec3::Zero();
@@ -192,13 +191,13 @@ SceneDescription sceneOf(const Trial& trial, const std::vector<double>& shares) 
     addBody(scene, "wall", wall, place, {0, 0.5}, trial);
     const Vec3 before((kWall / 2 + kRadius) + way * (1 + phase), 0, 0);
     SceneBody& body =
-        addBody(scene, "bullet", ball, place - before, springy(kMass, 0.5, 1e6, 0.5), trial);
+        addBody(scene, "bullet", ball, place - before, springMatter(kMass, 0.5, 1e6, 0.5), trial);
     body.linearVelocity = Vec3(way / trial.step, 0, 0);
   }
   return scene;
 }
 
-// Which hold: no centre passes the wall's middle, whatever the phase of a step it arrives in.
+// Per speed: whether no bullet's center passes the middle of its wall, at any phase of impact.
 std::vector<bool> held(const Trial& trial, const std::vector<double>& shares) {
   MovingWorld motion(sceneOf(trial, shares), trial, kVoxel);
   for (int step = 0; step < 30; ++step) motion.step();
@@ -208,7 +207,7 @@ std::vector<bool> held(const Trial& trial, const std::vector<double>& shares) {
   return hold;
 }
 
-// Bisection with several arms at once.
+// Each round tests several speeds at once.
 Verdict tunnels(const Trial& trial) {
   constexpr int kArms = 7;
   double low = 0, high = 4;
@@ -225,21 +224,21 @@ Verdict tunnels(const Trial& trial) {
 
 }  // namespace bullet
 
-// --- A sheet of two voxels carries a box and a ball from above, and from below where gravity
-// points up, wherever its faces lie in the grid.
+// --- A sheet of two voxels carries a box and a ball on either side, at any offset of the grid. For
+// the lower side gravity points up.
 
 namespace sheet {
 
 constexpr double kVoxel = 0.02, kThick = 2 * kVoxel, kSeconds = 1.5, kMass = 1, kHalf = 0.1;
 
 double sunk(const Trial& trial, double side, double phase) {
-  const Matter matter = springy(kMass, 0.5, 4900, 1);
+  const Matter matter = springMatter(kMass, 0.5, 4900, 1);
   const double sag = sagOf(trial, matter, kMass * kGravity, kVoxel);
   SceneDescription scene;
   scene.gravity = Vec3(0, 0, -side * kGravity);
   SceneBody& plate = addBody(scene, "plate", boxFor(trial, Vec3(1, 0.6, kThick)),
                              Vec3(0, 0, -phase), {0, 0.5}, trial);
-  plate.collisions[0].pose.position.z() = phase;  // the grid is laid about the body's origin
+  plate.collisions[0].pose.position.z() = phase;  // the grid is aligned with the body's origin
   const double height = side * (kThick / 2 + kHalf - sag);
   addBody(scene, "box", boxFor(trial, Vec3::Constant(2 * kHalf)), Vec3(-0.25, 0, height), matter,
           trial);
@@ -264,14 +263,14 @@ Verdict carries(const Trial& trial) {
 
 }  // namespace sheet
 
-// --- A box is dropped: no fall may end with more than it began with.
+// --- A dropped box must not gain energy.
 
 namespace drop {
 
 constexpr double kVoxel = 0.02, kSeconds = 1.5, kMass = 1, kEdge = 0.2, kHeight = 0.4;
 
 Verdict gainsNothing(const Trial& trial, const Vec3& turn, bool overEdge) {
-  const Matter matter = springy(kMass, 0.5, 2e4, 0.3);
+  const Matter matter = springMatter(kMass, 0.5, 2e4, 0.3);
   SceneDescription scene;
   addBody(scene, "table", boxFor(trial, Vec3(1, 1, 0.2)), Vec3(overEdge ? -0.47 : 0, 0, -0.1),
           {0, 0.5}, trial);
@@ -302,7 +301,7 @@ std::vector<StabilityScene> scenes() {
     scenes.push_back(
         {fall.name,
          "motion",
-         "the bodies' energy never grows: gained, of the fall's [%]",
+         "no energy gained: gain relative to the fall's energy [%]",
          {Cloud, Primitive, Gimpact, Gjk},
          {kStep240, kStep60, kStep1000},
          {"stiff", "auto"},
@@ -343,28 +342,28 @@ void addHits(std::vector<StabilityScene>& scenes) {
     scenes.push_back(
         {name,
          "motion",
-         "speed after over speed before is what the law's own recurrence gives, "
-         "within 5 %",
+         "speed after / speed before impact equals the law's recurrence, within 5 %",
          {Cloud, Primitive},
          {kStep1000, kStep240, kStep60},
          {"stiff"},
          0.3,
          [ratio = ratio](const Trial& trial) { return bouncing::rebounds(trial, ratio); }});
-  scenes.push_back({"bullet at a thin wall",
-                    "motion",
-                    "a ball of 3 voxels at a wall of 4 tunnels from this speed on [speed x step / "
-                    "thickness], half at least",
-                    {Cloud, Primitive, Gimpact},
-                    kAllSteps,
-                    kBothModes,
-                    1,
-                    bullet::tunnels});
+  scenes.push_back(
+      {"bullet at a thin wall",
+       "motion",
+       "a ball of 3 voxels at a wall of 4: speed at which it tunnels, at least half [speed x "
+       "step / thickness]",
+       {Cloud, Primitive, Gimpact},
+       kAllSteps,
+       kBothModes,
+       1,
+       bullet::tunnels});
 }
 
 void addResting(std::vector<StabilityScene>& scenes) {
   scenes.push_back({"over a table's edge",
                     "motion",
-                    "a box tips where its centre passes the edge: off by [voxels]",
+                    "a box tips when its center passes the edge: error [voxels]",
                     {Cloud, Primitive, Gimpact, Gjk},
                     kAllSteps,
                     kBothModes,
@@ -372,8 +371,8 @@ void addResting(std::vector<StabilityScene>& scenes) {
                     edge::tips});
   scenes.push_back({"sheet of 2 voxels",
                     "motion",
-                    "carries a box and a ball from either side, wherever it lies in the grid: off "
-                    "their place [voxels]",
+                    "carries a box and a ball on either side, at any grid offset: displacement "
+                    "[voxels]",
                     {Cloud, Primitive, Gimpact},
                     kAllSteps,
                     kBothModes,

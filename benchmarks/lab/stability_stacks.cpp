@@ -1,11 +1,12 @@
-// What carries its own weight through many contacts at once: stacks, a card house, an arch, a heavy
-// body on a light one, chains, a wrecking ball, piles, and rest that lasts.
+// Scenes whose weight passes through many contacts: stacks, a card house, an arch, a heavy body on
+// a light one, chains, a wrecking ball, piles, and long rest.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include "lab/stability_parts.h"
+#include "lab/lab_meshes.h"
+#include "lab/trial_runs.h"
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program::lab {
@@ -14,22 +15,22 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFriction = 0.6;
 
-// The furthest that any body of [first, end) went aside, and turned.
-std::vector<Rule> standing(const Course& course, int first, double lever) {
+// Rules for bodies [first, end): maximum horizontal drift and rotation, penetration, energy.
+std::vector<Rule> standing(const RunResult& result, int first, double lever) {
   double aside = 0, turned = 0;
-  for (int i = first; i < int(course.scene.bodies.size()); ++i) {
-    aside = std::max(aside, course.aside(i));
-    turned = std::max(turned, course.turned(i));
+  for (int i = first; i < int(result.scene.bodies.size()); ++i) {
+    aside = std::max(aside, result.aside(i));
+    turned = std::max(turned, result.turned(i));
   }
   return {{aside, kInPlace, "drift [voxels]"},
-          {turned, turnLimit(course.voxel, lever), "tilt [deg]"},
-          penetrationRule(course),
-          energyRule(course)};
+          {turned, turnLimit(result.voxel, lever), "tilt [deg]"},
+          penetrationRule(result),
+          energyRule(result)};
 }
 
-// Boxes of 2 m and a ton, as in Bullet's own examples. On springs they are a column under its own
-// weight, its joints as stiff as k edge^2 / 12 against tilting, which buckles (Greenhill 1881)
-// below k = 1.53 m g n^3 / edge; stated is 2.4 times that.
+// Boxes of 2 m and 1 t, as in Bullet's examples. On springs they form a column under its own weight
+// with joints of rotational stiffness k edge^2 / 12. It buckles below k = 1.53 m g n^3 / edge
+// (Greenhill 1881); the scene uses 2.4 times that.
 Verdict stack(const Trial& trial, int boxes, double seconds) {
   constexpr double kEdge = 2, kMass = 1000;
   const double k = 2.4 * 1.53 * kMass * kGravity * boxes * boxes * boxes / kEdge;
@@ -43,11 +44,10 @@ Verdict stack(const Trial& trial, int boxes, double seconds) {
     plan.scene.bodies.push_back(boxBody(trial, Vec3::Constant(kEdge),
                                         {Eigen::Quaterniond::Identity(), {0, 0, (i + 0.5) * kEdge}},
                                         kMass, kFriction));
-  return judged(trial, plan, [](const Course& c) { return standing(c, 1, kEdge / 2); });
+  return judged(trial, plan, [](const RunResult& c) { return standing(c, 1, kEdge / 2); });
 }
 
-// Two cards of 1.5 x 1 x 0.12 m that lean on each other by 20 deg, the inner edges of their tops
-// together at x.
+// Two cards of 1.5 x 1 x 0.12 m that lean on each other at 20 deg, their top edges touching at x.
 void leanTo(std::vector<SceneBody>& bodies, const Trial& trial, double x, double foot,
             double mass) {
   constexpr double kThick = 0.12, kLong = 1.5;
@@ -59,8 +59,8 @@ void leanTo(std::vector<SceneBody>& bodies, const Trial& trial, double x, double
   }
 }
 
-// Two pairs, a plate on their tops, one pair on it. The feet need a friction of 0.27: cards that
-// weigh W and bear P each push outward with (W / 2 + P) tan 20 deg.
+// Two pairs of cards, a plate on top, one pair on the plate. The feet need a friction of 0.27:
+// cards of weight W under a load P push outward with (W / 2 + P) tan 20 deg each.
 Verdict cardHouse(const Trial& trial) {
   constexpr double kMass = 90, kTop = 0.12 * 0.34202 + 1.5 * 0.93969;
   Plan plan;
@@ -75,12 +75,12 @@ Verdict cardHouse(const Trial& trial) {
                            {Eigen::Quaterniond::Identity(), {0, 0, kTop + 0.06}}, kMass * 4 / 3,
                            kFriction));
   leanTo(bodies, trial, 0, kTop + 0.12, kMass);
-  return judged(trial, plan, [](const Course& c) { return standing(c, 1, 0.75); });
+  return judged(trial, plan, [](const RunResult& c) { return standing(c, 1, 0.75); });
 }
 
-// Nine wedge-shaped stones on a half circle between the radii 2 and 3 m; nothing but their shape
-// and a friction of 0.7 holds them. It is four times as thick as an arch must be to stand (0.1075
-// of its radius, Milankovitch 1907).
+// Nine wedge-shaped stones on a half circle between the radii 2 and 3 m, held only by their shape
+// and a friction of 0.7. The arch is four times as thick as it must be to stand (0.1075 of its
+// radius, Milankovitch 1907).
 Verdict arch(const Trial& trial) {
   constexpr int kStones = 9;
   constexpr double kInner = 2, kOuter = 3, kMass = 2000;
@@ -105,10 +105,10 @@ Verdict arch(const Trial& trial) {
                   middle * Vec3(std::sin(angle), 0, std::cos(angle))},
                  kMass, 0.7));
   }
-  return judged(trial, plan, [](const Course& c) { return standing(c, 1, 0.5); });
+  return judged(trial, plan, [](const RunResult& c) { return standing(c, 1, 0.5); });
 }
 
-// A ton on a kilogram, both 1 m.
+// A cube of 1 t on a cube of 1 kg, both 1 m.
 Verdict heavyOnLight(const Trial& trial) {
   Plan plan;
   plan.voxel = 0.1;
@@ -120,15 +120,15 @@ Verdict heavyOnLight(const Trial& trial) {
     plan.scene.bodies.push_back(boxBody(trial, Vec3::Ones(),
                                         {Eigen::Quaterniond::Identity(), {0, 0, z}},
                                         z < 1 ? 1 : 1000, kFriction));
-  return judged(trial, plan, [](const Course& course) {
-    std::vector<Rule> rules = standing(course, 1, 0.5);
-    std::swap(rules[0], rules[2]);  // what it is about
+  return judged(trial, plan, [](const RunResult& result) {
+    std::vector<Rule> rules = standing(result, 1, 0.5);
+    std::swap(rules[0], rules[2]);  // the verdict's figure is the penetration
     return rules;
   });
 }
 
-// Links whose wires touch where they cross; coarse facets, so that GImpact and HACD can bear them:
-// no more than 2 mm off the round, a fifteenth of a voxel.
+// Chain links whose wires touch where they cross. The facets are coarse for GImpact and HACD:
+// within 2 mm of the round wire, a fifteenth of a voxel.
 const ChainLink kLink{0.1, 0.25, 0.6, 12, 10};
 constexpr double kPitch = 0.9;  // straight + 2 bend - 2 wire
 constexpr double kLinkMass = 40;
@@ -142,8 +142,8 @@ void needsHoles(const Trial& trial) {
     throw std::runtime_error("cannot: the convex hull of a link has no hole");
 }
 
-// Every other link turned a quarter about the chain's line, which runs from the first down `line`
-// (in the x-z plane, the second axis of `hung`); the first is fixed.
+// A chain from `top` along the negative y axis of `hung`, which lies in the x-z plane. Every other
+// link is turned a quarter about that axis; the first link is fixed.
 void hang(std::vector<SceneBody>& bodies, const Eigen::Quaterniond& hung, const Vec3& top,
           int links, const std::vector<double>& sags) {
   const auto mesh = linkMesh();
@@ -156,7 +156,7 @@ void hang(std::vector<SceneBody>& bodies, const Eigen::Quaterniond& hung, const 
   }
 }
 
-// Hangs from the start, each joint stretched by what it bears where a stiffness is stated.
+// The chain hangs from the start. In the mode "stiff" each joint starts stretched by its load.
 Verdict chain(const Trial& trial, int links, double seconds) {
   needsHoles(trial);
   Plan plan;
@@ -170,22 +170,23 @@ Verdict chain(const Trial& trial, int links, double seconds) {
       sags[i] = (links - i) * kLinkMass * kGravity / plan.spring.stiffness;
   const Eigen::Quaterniond up(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
   hang(plan.scene.bodies, up, Vec3(0, 0, links), links, sags);
-  return judged(trial, plan, [&](const Course& course) {
+  return judged(trial, plan, [&](const RunResult& result) {
     double off = 0, aside = 0;
     for (int i = 1; i < links; ++i) {
       const double distance =
-          course.report.bodies[i - 1].pose.position.z() - course.report.bodies[i].pose.position.z();
-      off = std::max(off, std::abs(distance - kPitch - sags[i]) / course.voxel);
-      aside = std::max(aside, course.aside(i));
+          result.report.bodies[i - 1].pose.position.z() - result.report.bodies[i].pose.position.z();
+      off = std::max(off, std::abs(distance - kPitch - sags[i]) / result.voxel);
+      aside = std::max(aside, result.aside(i));
     }
-    return std::vector<Rule>{{off, kInPlace, "a joint off its pitch [voxels]"},
-                             {aside, kInPlace, "aside [voxels]"},
-                             penetrationRule(course),
-                             energyRule(course)};
+    return std::vector<Rule>{{off, kInPlace, "joint error [voxels]"},
+                             {aside, kInPlace, "sideways [voxels]"},
+                             penetrationRule(result),
+                             energyRule(result)};
   });
 }
 
-constexpr double kBallRadius = 0.5, kBallMass = 2000, kArm = 1.1;  // the last link's middle to it
+constexpr double kBallRadius = 0.5, kBallMass = 2000,
+                 kArm = 1.1;  // from the last link's middle to the ball
 
 SceneBody wreckingBall(const Trial& trial, const Pose& link) {
   SceneBody ball = sphereBody(trial, kBallRadius, link, kBallMass, 0.4);
@@ -194,8 +195,8 @@ SceneBody wreckingBall(const Trial& trial, const Pose& link) {
   return ball;
 }
 
-// Two tons on a chain of links that weigh a fiftieth of it, let go at 60 deg, against three boxes
-// on each other. What comes at 7.8 m/s is a step's way deep before any method may have seen it.
+// A ball of 2 t on links of a fiftieth of its mass, released at 60 deg, hits three stacked boxes.
+// At 7.8 m/s it can be as deep as it moves in one step before a method first sees it.
 Verdict wrecking(const Trial& trial) {
   needsHoles(trial);
   constexpr int kLinks = 6;
@@ -205,7 +206,7 @@ Verdict wrecking(const Trial& trial) {
   plan.seconds = 2;
   plan.instants = 20;
   plan.spring = springFor(kLinkMass / 2, 2 * kBallMass, 0.1 * plan.voxel);
-  // The links' long axis, y, up and then 60 deg back.
+  // Rotates the links' long axis, y, upright and then back by 60 deg.
   const Eigen::Quaterniond hung =
       Eigen::AngleAxisd(kPi / 3, Vec3::UnitY()) * Eigen::AngleAxisd(kPi / 2, Vec3::UnitX());
   auto& bodies = plan.scene.bodies;
@@ -223,36 +224,35 @@ Verdict wrecking(const Trial& trial) {
           std::max(stretch, (world.pose(i).position - world.pose(i - 1).position).norm() - kPitch);
   };
   const double fall = (kLinks * kPitch + kArm) * (1 - std::cos(kPi / 3));
-  return judged(trial, plan, [&](const Course& course) {
-    const double way = std::sqrt(2 * kGravity * fall) * trial.step / course.voxel;
-    const bool struck = course.moved(kLinks + 3) > 5;
-    return std::vector<Rule>{
-        {stretch / course.voxel, kInPlace, "a joint beyond its pitch [voxels]"},
-        {course.deepest(), std::max(kInPlace, way), "penetration [voxels]"},
-        {struck ? 0.0 : 1.0, 0, "walls not struck"},
-        energyRule(course)};
+  return judged(trial, plan, [&](const RunResult& result) {
+    const double way = std::sqrt(2 * kGravity * fall) * trial.step / result.voxel;
+    const bool struck = result.moved(kLinks + 3) > 5;
+    return std::vector<Rule>{{stretch / result.voxel, kInPlace, "joint stretch [voxels]"},
+                             {result.deepest(), std::max(kInPlace, way), "penetration [voxels]"},
+                             {struck ? 0.0 : 1.0, 0, "boxes not hit"},
+                             energyRule(result)};
   });
 }
 
-// What lies still at the end, after a little fall.
-std::vector<Rule> settled(const Course& course) {
+// Rules for bodies that must be at rest at the end.
+std::vector<Rule> settled(const RunResult& result) {
   double fastest = 0;
-  for (const BodyState& body : course.report.bodies)
+  for (const BodyState& body : result.report.bodies)
     fastest = std::max(fastest, body.linearVelocity.norm());
-  return {penetrationRule(course),
-          {fastest / course.voxel, kInPlace, "still moves [voxels/s]"},
-          energyRule(course)};
+  return {penetrationRule(result),
+          {fastest / result.voxel, kInPlace, "still moves [voxels/s]"},
+          energyRule(result)};
 }
 
-// A little turn about the plumb line, another for each body.
+// A small rotation about the vertical, different for each body.
 Eigen::Quaterniond unevenTurn(int body, double upTo) {
   const double turn = (body * 37 % 13 - 6) / 6.0 * upTo;
   return Eigen::Quaterniond(Eigen::AngleAxisd(turn, Vec3::UnitZ()));
 }
 
-// Cubes of 1 m in six layers of 6 x 6, every other layer a quarter aside so that most rest on two,
-// each cube turned a little about the plumb line; they fall a little onto each other and are to lie
-// still.
+// Cubes of 1 m in six layers of 6 x 6. Every other layer is shifted by a quarter, so most cubes
+// rest on two; each is rotated slightly about the vertical. They drop a little and must come to
+// rest.
 Verdict pile(const Trial& trial) {
   constexpr int kSide = 6;
   constexpr double kBeside = 1.2, kAbove = 1.01;
@@ -273,12 +273,12 @@ Verdict pile(const Trial& trial) {
   return judged(trial, plan, settled);
 }
 
-// Chain links lying in ten layers of four, side by side and end to end, every other layer turned a
-// quarter so that wires cross: concave bodies that rest on the floor and on each other.
+// Chain links in ten layers of four, every other layer turned a quarter so that wires cross:
+// concave bodies resting on each other.
 Verdict linkPile(const Trial& trial) {
   constexpr int kLayers = 10;
   constexpr double kThick = 2 * 0.1, kGap = 1e-3;
-  // Apart so far that each link's middle lies between the two wires that carry it.
+  // Spaced so that each link's middle is between the two wires that carry it.
   constexpr double kLong = 1.35, kWide = 1.2;
   const auto mesh = linkMesh();
   Plan plan;
@@ -299,7 +299,7 @@ Verdict linkPile(const Trial& trial) {
   return judged(trial, plan, settled);
 }
 
-// A minute of rest in which nothing may fall asleep, after a second to settle in.
+// A minute of rest without deactivation, after a second for settling.
 Verdict rest(const Trial& trial, const std::vector<Vec3>& places) {
   Plan plan;
   plan.voxel = 0.1;
@@ -315,18 +315,18 @@ Verdict rest(const Trial& trial, const std::vector<Vec3>& places) {
     if (time < 1 || !settled.empty()) return;
     for (std::size_t i = 0; i < world.bodyCount(); ++i) settled.push_back(world.pose(i));
   };
-  return judged(trial, plan, [&](const Course& course) {
+  return judged(trial, plan, [&](const RunResult& result) {
     double drift = 0, turned = 0;
     for (std::size_t i = 1; i < settled.size(); ++i) {
-      const Pose& now = course.report.bodies[i].pose;
-      drift = std::max(drift, (now.position - settled[i].position).norm() / course.voxel);
+      const Pose& now = result.report.bodies[i].pose;
+      drift = std::max(drift, (now.position - settled[i].position).norm() / result.voxel);
       turned = std::max(turned, now.orientation.angularDistance(settled[i].orientation));
     }
     // A tenth of a voxel in a minute.
     return std::vector<Rule>{{drift, 0.1, "drift [voxels]"},
-                             {turned * 180 / kPi, 0.2 * turnLimit(course.voxel, 0.5), "tilt [deg]"},
-                             penetrationRule(course),
-                             energyRule(course)};
+                             {turned * 180 / kPi, 0.2 * turnLimit(result.voxel, 0.5), "tilt [deg]"},
+                             penetrationRule(result),
+                             energyRule(result)};
   });
 }
 
@@ -356,15 +356,15 @@ std::vector<StabilityScene> stackScenes() {
       make("arch", stands, kMeshes, kSteps, 1, arch),
       make("1000 on 1", "penetration [voxels]; tilt, drift, no energy gained", kAll, kSteps, 1,
            heavyOnLight),
-      make("chain of 10", "a joint off its pitch [voxels]; aside, penetration, no energy gained",
+      make("chain of 10", "joint error [voxels]; sideways drift, penetration, no energy gained",
            kMeshes, kSteps, 1, [](const Trial& t) { return chain(t, 10, 3); }),
-      make("chain of 30", "a joint off its pitch [voxels]; aside, penetration, no energy gained",
+      make("chain of 30", "joint error [voxels]; sideways drift, penetration, no energy gained",
            kMeshes, kSteps, 2, [](const Trial& t) { return chain(t, 30, 2); }),
-      make("wrecking ball", "a joint beyond its pitch [voxels]; penetration, no energy gained",
+      make("wrecking ball", "joint stretch [voxels]; penetration, no energy gained",
            {Method::Cloud, Method::Gimpact, Method::Gjk}, kSteps, 5, wrecking),
-      make("pile of 216", "penetration [voxels]; lies still, no energy gained",
+      make("pile of 216", "penetration [voxels]; at rest, no energy gained",
            {Method::Cloud, Method::Primitive, Method::Gimpact, Method::Gjk}, longer, 8, pile),
-      make("pile of 40 links", "penetration [voxels]; lies still, no energy gained",
+      make("pile of 40 links", "penetration [voxels]; at rest, no energy gained",
            {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk}, longer, 8, linkPile),
       make("60 s of rest, stack of 3", "drift [voxels]; tilt, penetration, no energy gained", kAll,
            longer, 1, [=](const Trial& t) { return rest(t, three); }),

@@ -1,4 +1,4 @@
-// The laboratory tells right from wrong: its truths agree with quadrature, and planted faults show.
+// The laboratory detects errors: its truths agree with quadrature, and planted faults are found.
 #include "lab/chart.h"
 
 #include <cloudcontact/voxels/digitize.h>
@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "lab/families.h"
+#include "lab/lab_meshes.h"
 #include "lab/oracle.h"
 #include "lab/ratios.h"
 #include "lab/self_check.h"
-#include "lab/solids.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -23,7 +23,7 @@ LabCase caseNamed(const std::string& name) {
   throw std::runtime_error("no case " + name);
 }
 
-// A method that answers with the truth, and then spoils it.
+// A method that answers with the truth, changed by `spoil`.
 LabMethod spoilt(const LabCase& one, const std::function<void(std::vector<LabPoint>&)>& spoil) {
   const Instance instance = one.make(1);
   return {"cloud", "voxel = size / 32", 1.0 / 32, [=](const LabBody&, const LabBody&, double) {
@@ -32,7 +32,7 @@ LabMethod spoilt(const LabCase& one, const std::function<void(std::vector<LabPoi
               for (const Placement& p : instance.placements)
                 if ((p.b.position - b.position).norm() < 1e-12) {
                   std::vector<LabPoint> points = {
-                      {*p.truth.centre, p.truth.direction, *p.truth.depth, 1}};
+                      {*p.truth.center, p.truth.direction, *p.truth.depth, 1}};
                   spoil(points);
                   return points;
                 }
@@ -88,7 +88,7 @@ TEST(LabCheck, SeesADampingThatIsDropped) {
   EXPECT_EQ(ownFaults({}, {row}).size(), 1u);
 }
 
-// And our own method, as it is, stands up to it where it is cheap to ask.
+// CloudContact passes where that is cheap to check.
 TEST(LabCheck, OursPassesOnSpheres) {
   std::vector<LabMethod> methods = cloudMethods();
   std::erase_if(methods, [](const LabMethod& m) { return m.detail != 1.0 / 32; });
@@ -99,8 +99,8 @@ TEST(LabCheck, OursPassesOnSpheres) {
       ADD_FAILURE() << fault;
 }
 
-// Each case's truth against the foundation's force by quadrature on fine meshes: they press the
-// same way along the same axis, whatever the law, where symmetry says so.
+// Each case's truth agrees with the elastic foundation's force, by quadrature on fine meshes: by
+// symmetry, direction and axis are equal for every law.
 class CaseTruth : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(CaseTruth, AgreesWithQuadrature) {
@@ -115,8 +115,8 @@ TEST_P(CaseTruth, AgreesWithQuadrature) {
   const AnswerError error =
       errorOf({{Vec3::Zero(), found.force.normalized(), 1, 1}}, p.truth, one.size);
   EXPECT_LT(error.normalDeg, 1.0);
-  if (p.truth.centre) {
-    const Vec3 torque = found.torque - p.truth.centre->cross(found.force);
+  if (p.truth.center) {
+    const Vec3 torque = found.torque - p.truth.center->cross(found.force);
     EXPECT_LT(torque.norm() / found.force.norm(), 0.02 * one.size);
   }
   if (const auto deepest = p.truth.deepest ? p.truth.deepest : p.truth.depth) {
@@ -145,7 +145,7 @@ TEST(LabSolids, AreClosedAndHaveTheirVolume) {
     DigitizeReport report;
     const double volume = digitize(mesh, settings, &report).massProperties().volume;
     EXPECT_TRUE(report.closed);
-    // The sum over tetrahedra has the sign of how triangles are turned.
+    // The sum over tetrahedra also checks the triangles' orientation.
     double six = 0;
     for (const auto& t : mesh.triangles)
       six += mesh.vertices[std::size_t(t[0])].dot(
@@ -161,8 +161,8 @@ TEST(LabSolids, AreClosedAndHaveTheirVolume) {
   EXPECT_NEAR(volumeOf(prism(notched, 0, 2)), 2 * (2 - 0.25), 0.01);
 }
 
-// Between the law of springs and that of squares any direction is right; beyond them the angle
-// counts from the nearer one, and out of their plane from the plane.
+// Any direction between those of the linear and the quadratic law is right. Beyond them the error
+// is the angle to the nearer one, out of their plane the angle to the plane.
 TEST(LabCheck, EitherLawIsRightAndNoOther) {
   const auto leaning = [](double degrees) {
     const double angle = degrees * std::numbers::pi / 180;
@@ -177,7 +177,7 @@ TEST(LabCheck, EitherLawIsRightAndNoOther) {
   EXPECT_NEAR(error(leaning(7)), 3, 1e-9);
   EXPECT_NEAR(error(leaning(26)), 6, 1e-9);
   EXPECT_NEAR(error(leaning(0)), 10, 1e-9);
-  EXPECT_NEAR(error(-leaning(15)), 170, 6);  // never taken for right
+  EXPECT_NEAR(error(-leaning(15)), 170, 6);  // never accepted
   EXPECT_NEAR(error(leaning(15) + 0.1 * Vec3::UnitY()), std::atan(0.1) * 180 / std::numbers::pi,
               1e-9);
 }
@@ -190,19 +190,19 @@ TEST(LabCheck, ATrueNormalDoesNotHideAWrongDepth) {
   EXPECT_FALSE(error(0.55).wrongDepth);
   EXPECT_TRUE(error(0.65).wrongDepth);
   EXPECT_NEAR(error(0.65).depthTimes, 6.5, 1e-9);
-  // Known as the deepest point's alone it counts too.
+  // A truth that only knows the deepest point detects it, too.
   truth.depth.reset(), truth.deepest = 0.1;
   EXPECT_TRUE(error(0.65).wrongDepth);
 }
 
-// A force k d along z has an energy. One that drags along is not known to have: its work around the
-// circle is the drag's, all of it in one sense.
-TEST(LabCheck, ALoopTellsAForceThatMakesEnergy) {
+// A force k d along z is conservative. One with a sideways share of it is not: that share does net
+// work around the circle.
+TEST(LabCheck, ALoopDetectsAForceThatGainsEnergy) {
   const auto work = [](double drag) {
     LabPair pair;
     pair.find = [=](const Pose& b) {
       const double depth = 1 - b.position.z();
-      // Aside by so much of the depth: a force without an energy.
+      // The sideways share makes the force non-conservative.
       const Vec3 force = depth * (Vec3::UnitZ() + drag * Vec3::UnitZ().unitOrthogonal());
       return std::vector<LabPoint>{{Vec3::Zero(), force.normalized(), force.norm(), 1}};
     };
@@ -218,9 +218,9 @@ TEST(LabCheck, SwappingShowsWhoLeansToOneSide) {
                   Vec3(1, 2, 3)};
   const auto swapped = [&](const Vec3& inWorld, double depth) {
     LabPair pair;
-    pair.find = [=](const Pose& asked) {
-      EXPECT_LT((asked.position - pose.inverse().position).norm(), 1e-12);
-      // A stands at `asked` as B sees it: the answer is in B's frame.
+    pair.find = [=](const Pose& poseOfA) {
+      EXPECT_LT((poseOfA.position - pose.inverse().position).norm(), 1e-12);
+      // A's pose and the answer are in B's frame.
       return std::vector<LabPoint>{
           {Vec3::Zero(), pose.orientation.conjugate() * inWorld, depth, 1}};
     };
@@ -249,21 +249,21 @@ TEST(LabChart, RatiosAreOverTheCasesThatAPeerAnswersAndMaySaySlower) {
   rows[7].why = "cannot";
   const std::vector<PeerRatio> ratios = peerRatios(rows);
   ASSERT_EQ(ratios.size(), 3u);
-  EXPECT_EQ(ratios[0].ours, "fine");  // the coarse one errs more than the peer
+  EXPECT_EQ(ratios[0].ours, "fine");  // the coarse setting is less accurate than the peer
   EXPECT_NEAR(ratios[0].timesFaster, 2 / 100.0, 1e-9);
   EXPECT_EQ(verdictOf(ratios[0]), "50 times slower");
   EXPECT_EQ(ratios[1].cases, 1);
   EXPECT_EQ(ratios[1].of, 2);
   EXPECT_NEAR(ratios[1].timesFaster, 500 / 10.0, 1e-9);
   EXPECT_TRUE(ratios[2].ours.empty());
-  EXPECT_EQ(verdictOf(ratios[2]), "none of ours is as accurate");
-  // What tells a wrong depth is none of ours to boast with.
+  EXPECT_EQ(verdictOf(ratios[2]), "no setting of CloudContact is as accurate");
+  // A setting with a wrong depth does not count.
   for (ChartRow& row : rows)
     if (row.setting == "fine") row.wrongDepth = 1;
   EXPECT_TRUE(peerRatios(rows)[1].ours.empty());
 }
 
-TEST(LabChart, WhatTellsAWrongDepthIsOnNoFrontier) {
+TEST(LabChart, MethodsWithAWrongDepthAreNotOnTheFrontier) {
   std::vector<ChartRow> rows = {rowOf("a", "s", "c", 1, 0.1), rowOf("b", "s", "c", 2, 2)};
   rows[0].wrongDepth = 1, rows[0].depthTimes = 25;
   markFrontier(rows);

@@ -1,4 +1,4 @@
-// The laboratory's cases through OpenCL: the CPU's contacts to the bit, in every pose.
+// The laboratory's cases on OpenCL: contacts equal to the CPU's to the bit, in every pose.
 #include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/voxels/digitize.h>
@@ -9,16 +9,16 @@
 #include "contact/same_contact.h"
 #include "device/skip_without_device.h"
 #include "lab/cases.h"
-#include "lab/solids.h"
+#include "lab/lab_meshes.h"
 
 namespace cloudcontact::testing {
 namespace {
 
 using namespace program::lab;
 
-constexpr double kVoxels = 12;  // of a case's size
+constexpr double kVoxels = 12;  // size of a case / voxel
 
-// All cases' pairs of bodies, which outlive the pairs.
+// The pairs of all cases, with the fields and shapes that they refer to.
 struct Laboratory {
   std::vector<std::shared_ptr<const SurfaceField>> fields;
   std::deque<Solid> shapes;
@@ -60,7 +60,7 @@ TEST(Laboratory, ThroughOpenClGivesTheCpusBits) {
   if (test::maySkip(batch)) GTEST_SKIP() << batch.message();
   ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();
   const Laboratory laboratory;
-  // The second time every pair has room.
+  // The first call sizes the buffers; in the second every pair has room.
   batch.find(laboratory.pairs);
   const auto results = batch.find(laboratory.pairs);
   std::size_t touching = 0;

@@ -1,5 +1,5 @@
-// The laboratory's mechanisms and motion: its meshes against their formulas, its bisection, and
-// that a scene's rule tells what holds from what does not.
+// The laboratory's mechanisms and motion: meshes against their formulas, bisection, and rules that
+// distinguish what holds from what fails.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,16 +7,15 @@
 #include <numbers>
 #include <set>
 
-#include "lab/gear_mesh.h"
-#include "lab/moving_parts.h"
-#include "lab/turned_mesh.h"
+#include "lab/lab_meshes.h"
+#include "lab/trial_runs.h"
 
 namespace cloudcontact::program::lab {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Each edge once in either direction: closed, and turned one way.
+// Each edge occurs once in each direction: closed and consistently oriented.
 void expectClosed(const Mesh& mesh) {
   std::map<std::pair<int, int>, int> edges;
   for (const auto& t : mesh.triangles)
@@ -54,7 +53,7 @@ TEST(LabMeshes, GearsAreClosedAndNearlyTheirPitchCylinder) {
   EXPECT_THROW(gearMesh(gear), std::invalid_argument);
 }
 
-// At the pitch circle a tooth is as wide as the gap beside it, less what it is thinned by.
+// On the pitch circle a tooth is half a pitch wide, less `thinned`.
 TEST(LabMeshes, AGearsToothHasItsWidthOnThePitchCircle) {
   Gear gear;
   gear.thinned = 0.4e-3;
@@ -88,12 +87,12 @@ TEST(LabBisection, FindsWhereARuleTurns) {
 TEST(LabVerdicts, EnergyGainedAndFiguresThatAreNoneFail) {
   const Verdict held = atLeast(2, 1, "");
   EXPECT_EQ(held.outcome, Outcome::Holds);
-  EXPECT_EQ(unlessItGains(held, 0.009, 1).outcome, Outcome::Holds);
-  EXPECT_EQ(unlessItGains(held, 0.011, 1).outcome, Outcome::Fails);
+  EXPECT_EQ(failIfGains(held, 0.009, 1).outcome, Outcome::Holds);
+  EXPECT_EQ(failIfGains(held, 0.011, 1).outcome, Outcome::Fails);
   EXPECT_EQ(atLeast(std::nan(""), 1, "").outcome, Outcome::Fails);
 }
 
-TEST(LabScenes, AreNamedOnceAndRunSomehow) {
+TEST(LabScenes, HaveUniqueNamesAndTrials) {
   std::set<std::string> names;
   for (const auto& scenes : {mechanismScenes(), motionScenes()})
     for (const StabilityScene& scene : scenes) {
@@ -103,8 +102,8 @@ TEST(LabScenes, AreNamedOnceAndRunSomehow) {
     }
 }
 
-// What holds, and what must not be said to: Bullet's own cylinder is braked by its rigid rows.
-TEST(LabScenes, TellHoldingFromFailing) {
+// Bullet's own cylinder must fail: its rigid constraints brake it.
+TEST(LabScenes, DistinguishHoldingFromFailing) {
   const auto scenes = motionScenes();
   const auto run = [&](const char* name, const Trial& trial) {
     return sceneNamed(scenes, name).run(trial).outcome;
@@ -114,7 +113,7 @@ TEST(LabScenes, TellHoldingFromFailing) {
   EXPECT_EQ(run("rolling cylinder", {Method::Primitive, kStep240, "auto"}), Outcome::Fails);
 }
 
-TEST(LabScenes, ASlopeTellsItsTwoFrictions) {
+TEST(LabScenes, ASlopeDistinguishesItsTwoFrictions) {
   const auto scenes = mechanismScenes();
   for (const char* name : {"incline at friction 0.49", "incline at friction 0.50"}) {
     const Verdict verdict = sceneNamed(scenes, name).run({Method::Cloud, kStep240, "stiff"});
@@ -122,8 +121,8 @@ TEST(LabScenes, ASlopeTellsItsTwoFrictions) {
   }
 }
 
-// Where a tooth's tip just touches a flank none of the flank's own samples is met: with the tip's
-// normals alone it was pushed 46 deg aside, and the teeth caught.
+// Where a tooth's tip just touches a flank, no sample of the flank is inside the tip. With the
+// tip's normals alone the force was 46 deg off and the teeth caught.
 TEST(LabScenes, GearsWithHalfAVoxelOfPlayTurn) {
   const auto scenes = mechanismScenes();
   const Verdict verdict = sceneNamed(scenes, "gear pair, backlash of half a voxel")

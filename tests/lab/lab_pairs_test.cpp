@@ -1,5 +1,5 @@
-// What every method of the laboratory says of pairs known in closed form: which way its normals
-// point, how deep, that swapping the bodies turns the normal round, that bodies apart give nothing.
+// Every method on pairs known in closed form: direction of the normals, depths, swapped bodies, and
+// bodies apart.
 #include <cloudcontact/law/solid.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 
 #include "lab/pair.h"
+#include "lab/peer_pairs.h"
 #include "scene/primitive_mesh.h"
 
 namespace {
@@ -18,7 +19,7 @@ using namespace cloudcontact;
 using namespace cloudcontact::program;
 using namespace cloudcontact::program::lab;
 
-constexpr double kSize = 0.02;           // of the cases: a sphere's radius, a box's half width [m]
+constexpr double kSize = 0.02;           // a sphere's radius, a box's half width [m]
 constexpr double kDepth = 0.03 * kSize;  // [m]
 
 LabBody primitiveBody(const std::string& name, const Solid& shape) {
@@ -42,7 +43,7 @@ LabBody halfSpace() {
   return primitiveBody("half-space", HalfSpace{});
 }
 
-// B's pose, and what the answer must be.
+// A pair, B's pose, and the expected normal.
 struct Case {
   std::string name;
   LabBody a, b;
@@ -55,8 +56,7 @@ Case sphereOnSphere(double depth) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()));
   return {"sphere on sphere", sphere(), sphere(), {turn, (2 * kSize - depth) * way}, way};
 }
-// A small box on the middle of a large one's face, where triangles tell up from sideways too; it is
-// turned, so that its edges are not parallel to the other's.
+// A small box on the middle of a large one's face, rotated so that no edges are parallel.
 Case boxOnBox(double depth) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
   const Vec3 position(0.12 * kSize, 0.07 * kSize, 1.5 * kSize - depth);
@@ -89,7 +89,7 @@ std::string nameOf(const LabMethod& method) {
   return method.method + ", " + method.setting;
 }
 
-// Nothing where the method cannot.
+// Empty where the method cannot do the pair.
 std::optional<LabPair> prepared(const LabMethod& method, const Case& c) {
   try {
     return method.prepare(c.a, c.b, method.detail * kSize);
@@ -99,9 +99,9 @@ std::optional<LabPair> prepared(const LabMethod& method, const Case& c) {
   }
 }
 
-// By how much a method may miss, as far as it is not the method's own fault.
+// Tolerances for errors that are inherent in a method.
 struct Tolerance {
-  double degrees, least, most;  // of the normal; of the depth over the true one
+  double degrees, least, most;  // of the normal; of depth / true depth
 };
 
 bool isMujocosBoxes(const LabMethod& method, const std::string& name) {
@@ -113,20 +113,19 @@ Tolerance toleranceOf(const LabMethod& method, const std::string& name) {
     return method.setting.find(word) != std::string::npos;
   };
   if (isMujocosBoxes(method, name)) return {0.1, 0.45, 1.05};  // 2.2.2 halves their depth
-  // The deepest corner of two triangles that cross lies the less deep the smaller they are, however
-  // deep the bodies: the chart's `depthTimes` says so.
+  // The deepest corner of two intersecting triangles is less deep for smaller triangles, whatever
+  // the depth of the bodies.
   const bool corners = says("BVH") || says("trimesh");
   if (corners && says("1/2000")) return {5, 0.25, 1.3};
-  // Triangles that cross tell the depth of corners, and normals of facets.
+  // Intersecting triangles give the depths of corners and the normals of facets.
   if (method.method == "gimpact" || says("BVH") || says("trimesh")) return {5, 0.4, 1.3};
-  // A facet of the coarse hulls is 8 degrees wide, and leaves out or adds a hundredth of the
-  // radius, a third of the depth.
+  // A facet of a coarse hull spans 8 degrees and is off by a hundredth of the radius, a third of
+  // the depth.
   if (says("1/100")) return {5, 0.8, 1.2};
   return {method.method == "primitive" || method.detail == 0 ? 0.1 : 2.0, 0.95, 1.05};
 }
 
-// The direction of the pair's force: each point by its depth and share. FCL's triangles give the
-// normals of facets, which agree on the whole only.
+// Direction of the pair's force. FCL's normals are those of facets, which only agree in the mean.
 Vec3 meanNormal(const std::vector<LabPoint>& points) {
   Vec3 sum = Vec3::Zero();
   for (const LabPoint& p : points) sum += p.share * p.depth * p.normal;
@@ -176,9 +175,9 @@ TEST(LabPairs, PositionsLieWhereTheBodiesTouch) {
       const std::optional<LabPair> pair = prepared(method, c);
       if (!pair) continue;
       SCOPED_TRACE(nameOf(method) + ": " + c.name);
-      // MuJoCo 2.2.2 adds a point at the large box's corner, far from the small one.
+      // MuJoCo 2.2.2 adds a point at the large box's corner, far from the contact.
       if (isMujocosBoxes(method, c.name)) continue;
-      // Midway, or on one of the two surfaces.
+      // Midway between the surfaces, or on one of them.
       for (const LabPoint& p : pair->find(c.pose)) {
         const auto depthIn = [](const LabBody& body, const Vec3& local) {
           return solidAt(*body.shape, local).depth;
@@ -197,7 +196,7 @@ TEST(LabPairs, BodiesApartGiveNothing) {
     }
 }
 
-TEST(LabPairs, TimesAreOfAsManyCallsAsAskedFor) {
+TEST(LabPairs, TimesAreOfTheGivenNumberOfCalls) {
   const Case c = sphereOnSphere(kDepth);
   for (const LabMethod& method : peers())
     if (const std::optional<LabPair> pair = prepared(method, c)) {
@@ -207,7 +206,7 @@ TEST(LabPairs, TimesAreOfAsManyCallsAsAskedFor) {
     }
 }
 
-// The jitter leaves the pose it was given: calls differ among themselves and stay within it.
+// Each call's pose differs from all others and is `jitter` away from the given one.
 TEST(LabPairs, JitterMovesEveryCallByItsLength) {
   std::vector<Vec3> seen;
   const Pose pose{Eigen::Quaterniond::Identity(), Vec3(1, 2, 3)};

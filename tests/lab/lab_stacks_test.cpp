@@ -1,4 +1,4 @@
-// Meshes, rules and a few quick trials of the stability scenes made of spikes, wedges and stacks.
+// Meshes and rules of the stability scenes, and a few quick trials with spikes, wedges and stacks.
 #include <cloudcontact/mesh/mesh_repair.h>
 
 #include <gtest/gtest.h>
@@ -6,7 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "lab/stability_parts.h"
+#include "lab/lab_meshes.h"
+#include "lab/trial_runs.h"
 
 namespace cloudcontact::program::lab {
 namespace {
@@ -40,8 +41,8 @@ TEST(StabilityMeshes, APrismMayBeHollowed) {
   EXPECT_NEAR(notched.volume, 2 * (4 - 0.125), 1e-12);
 }
 
-// k carries the load within the sag; c is the ratio-1 damper of the mass.
-TEST(StabilityRules, ASpringSagsAsAsked) {
+// k carries the load at the sag; c has damping ratio 1 for the mass.
+TEST(StabilityRules, ASpringSagsByTheGivenAmount) {
   const Spring spring = springFor(4, 10, 0.02);
   EXPECT_NEAR(spring.stiffness * 0.02, 10 * kGravity, 1e-9);
   EXPECT_NEAR(spring.damping, 2 * std::sqrt(spring.stiffness * 4), 1e-9);
@@ -58,7 +59,7 @@ TEST(StabilityRules, AllRulesMustHoldAndTheFirstIsTheFigure) {
   plan.scene.bodies.push_back(floorBody(0.5));
   const Trial trial = trialOf(Method::Primitive, 1.0 / 60, "auto");
   const auto verdict = [&](std::vector<Rule> rules) {
-    return judged(trial, plan, [&](const Course&) { return rules; });
+    return judged(trial, plan, [&](const RunResult&) { return rules; });
   };
   EXPECT_EQ(verdict({{1, 2, "a"}, {1, 1, "b"}}).outcome, Outcome::Holds);
   const Verdict failed = verdict({{1, 2, "a"}, {3, 2, "b [deg]"}});
@@ -69,8 +70,8 @@ TEST(StabilityRules, AllRulesMustHoldAndTheFirstIsTheFigure) {
   EXPECT_EQ(verdict({{std::nan(""), 2, "a"}}).outcome, Outcome::Fails);
 }
 
-// A ball let into the floor by two voxels is two voxels deep, however a run measures; pushed out,
-// it has energy that nobody gave it.
+// A box that starts two voxels in the floor is two voxels deep by either way of measuring, and
+// gains energy when it is pushed out.
 TEST(StabilityRules, OverlapAndEnergyAreSeenByBothWaysOfMeasuring) {
   const Trial trial = trialOf(Method::Primitive, 1.0 / 240, "auto");
   for (const bool many : {false, true}) {
@@ -82,8 +83,8 @@ TEST(StabilityRules, OverlapAndEnergyAreSeenByBothWaysOfMeasuring) {
         floorBody(0.5),
         boxBody(trial, Vec3::Ones(), {Eigen::Quaterniond::Identity(), {0, 0, 0.3}}, 1, 0.5)};
     Rule deep, gained;
-    judged(trial, plan, [&](const Course& course) {
-      deep = penetrationRule(course), gained = energyRule(course);
+    judged(trial, plan, [&](const RunResult& result) {
+      deep = penetrationRule(result), gained = energyRule(result);
       return std::vector<Rule>{deep};
     });
     EXPECT_GT(deep.figure, 1.5);
@@ -92,7 +93,7 @@ TEST(StabilityRules, OverlapAndEnergyAreSeenByBothWaysOfMeasuring) {
   }
 }
 
-TEST(StabilityScenes, NamesAreTheirOwnAndTheTenOfErlebenAreThere) {
+TEST(StabilityScenes, NamesAreUniqueAndIncludeErlebensTen) {
   std::set<std::string> names;
   std::size_t count = 0;
   for (const auto& scenes : {erlebenScenes(), stackScenes()})
@@ -115,10 +116,9 @@ TEST(StabilityScenes, CloudsHoldWhereAWedgeOrABoxIsInPlace) {
   }
 }
 
-// With Bullet's own ten sweeps the first sinks by 4 voxels and gains energy, the third gains some,
-// too; the second was 0.7 deep. Spikes at 60 Hz are no such test: of steps of 54 to 66 Hz they hold
-// in 4 to 10 of 13, as the last bit falls, and as many where what comes fast is not seen ahead.
-TEST(StabilityScenes, CloudsHoldWhatTenSweepsOfBulletsOwnDoNot) {
+// With ten iterations of Bullet's solver all three fail, by 4 and 0.7 voxels of penetration and by
+// energy. Spikes at 60 Hz are no useful test: their outcome depends on the last bit.
+TEST(StabilityScenes, CloudsHoldWhatTenIterationsOfBulletsSolverDoNot) {
   const auto stacks = stackScenes(), erleben = erlebenScenes();
   const auto holds = [](const std::vector<StabilityScene>& scenes, const char* name, double step,
                         const char* mode) {
@@ -130,7 +130,7 @@ TEST(StabilityScenes, CloudsHoldWhatTenSweepsOfBulletsOwnDoNot) {
   holds(erleben, "wedge in crack", 1.0 / 60, "auto");
 }
 
-TEST(StabilityScenes, ATrialIsToldByItsName) {
+TEST(StabilityScenes, ATrialIsSelectedByItsName) {
   EXPECT_EQ(trialName(trialOf(Method::Cloud, 1.0 / 60, "stiff")), "cloud 60 stiff");
   StabilitySettings settings;
   settings.only = "1000 on 1";
@@ -141,7 +141,7 @@ TEST(StabilityScenes, ATrialIsToldByItsName) {
   EXPECT_EQ(rows[0].trial.iterations, 3);
 }
 
-// A hull fills the hole in which the spike should hang, and a link's.
+// A hull fills the hole in which the spike should hang, and the hole of a link.
 TEST(StabilityScenes, HullsFailOnHoles) {
   const Verdict hole =
       sceneNamed(erlebenScenes(), "spike in hole").run(trialOf(Method::Gjk, 0.01, "auto"));

@@ -1,4 +1,4 @@
-// `chart` as a user runs it: a pair of their own, the files that it leaves, what it refuses.
+// The command `chart`: a user's pair, its output files, its error messages.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -28,7 +28,8 @@ TEST(Chart, OfAPairOfOnesOwn) {
     if (!row["why"].get<std::string>().empty()) continue;
     ++answered;
     EXPECT_GT(row["microseconds"].get<double>(), 0);
-    EXPECT_LT(row["normalDeg"]["mean"].get<double>(), 10) << row;  // sphere on face: all agree
+    EXPECT_LT(row["normalDeg"]["mean"].get<double>(), 10)
+        << row;  // sphere on face: all methods agree
   }
   EXPECT_GT(answered, 4);
   for (const auto& method : json["methods"])
@@ -37,7 +38,7 @@ TEST(Chart, OfAPairOfOnesOwn) {
   EXPECT_TRUE(json["versions"].contains("bullet") && json["versions"].contains("HACD"));
   const std::string report = place.read("out/report.html");
   EXPECT_NE(report.find("<svg"), std::string::npos);
-  EXPECT_EQ(report.find(">nan"), std::string::npos);  // what is not known is a dash
+  EXPECT_EQ(report.find(">nan"), std::string::npos);  // unknown values are dashes
   for (const char* outside : {"src=\"", "href=\"http"})
     EXPECT_EQ(report.find(outside), std::string::npos) << outside;
 }

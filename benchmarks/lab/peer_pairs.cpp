@@ -1,9 +1,11 @@
-// The peers outside Bullet as one list, and what all peers share.
-#include "lab/pair_others.h"
+// Scaling, timing and names for all peers; the list of peers outside Bullet.
+#include "lab/peer_pairs.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace cloudcontact::program::lab {
@@ -51,7 +53,7 @@ Pose scaled(const Pose& pose, double factor) {
   return {pose.orientation, factor * pose.position};
 }
 
-// A pair of bodies made larger by the factor, as one of the bodies themselves.
+// Wraps a pair of scaled bodies as a pair of the original ones.
 LabPair scaledBack(const LabPair& pair, double factor) {
   LabPair back;
   back.find = [pair, factor](const Pose& pose) {
@@ -69,7 +71,29 @@ LabPair scaledBack(const LabPair& pair, double factor) {
   return back;
 }
 
+// Direction of the k-th jitter: spread evenly over the sphere, equal on every run.
+Vec3 jitterDirection(int k) {
+  const double height = std::fmod(k * std::numbers::phi, 1.0) * 2 - 1;
+  const double angle = 2.399963229728653 * k, radius = std::sqrt(1 - height * height);
+  return {radius * std::cos(angle), radius * std::sin(angle), height};
+}
+
 }  // namespace
+
+std::vector<double> timedCalls(const Pose& b, int repeat, double jitter,
+                               const std::function<void(const Pose&)>& call) {
+  using Clock = std::chrono::steady_clock;
+  std::vector<double> times;
+  for (int k = -1; k < repeat; ++k) {
+    Pose moved = b;
+    moved.position += jitter * jitterDirection(k + 1);
+    const auto start = Clock::now();
+    call(moved);
+    const std::chrono::duration<double, std::micro> time = Clock::now() - start;
+    if (k >= 0) times.push_back(time.count());
+  }
+  return times;
+}
 
 double reachOf(const LabBody& body, double tolerance) {
   if (isHalfSpace(body)) return std::numeric_limits<double>::infinity();
@@ -83,11 +107,11 @@ double reachOf(const LabBody& body, double tolerance) {
   return reach;
 }
 
-LabMethod atMetreScale(const LabMethod& method) {
+LabMethod atMeterScale(const LabMethod& method) {
   LabMethod scaling = method;
-  scaling.metreScale = true;
+  scaling.meterScale = true;
   scaling.prepare = [prepare = method.prepare](const LabBody& a, const LabBody& b, double detail) {
-    // Primitives have no detail, and their reach needs no mesh; what is none cannot be one.
+    // Detail 0 means primitives: throws where a body is none.
     if (detail == 0) primitiveOf(a), primitiveOf(b);
     const double smaller = std::min(reachOf(a, detail), reachOf(b, detail));
     const double factor = std::isfinite(smaller) && smaller > 0 ? 1 / smaller : 1;
@@ -96,11 +120,12 @@ LabMethod atMetreScale(const LabMethod& method) {
   return scaling;
 }
 
-std::string whyMetreScale() {
-  return "Peers see both bodies scaled so that the smaller reaches 1 m from its origin, and their "
-         "answers scaled back: their tolerances are in metres, made for bodies of about that size, "
-         "and their users are told to choose units so. At their true size of centimetres several "
-         "would answer worse. CloudContact sees the bodies as they are.";
+std::string whyMeterScale() {
+  return "Peers get both bodies scaled so that the smaller one reaches 1 m from its origin; their "
+         "answers are scaled back. Their tolerances are absolute and made for bodies of about that "
+         "size, and their manuals advise such units. At the true size of centimeters several of "
+         "them "
+         "would be less accurate. CloudContact gets the bodies at their true size.";
 }
 
 std::string fraction(double detail) {
@@ -145,7 +170,7 @@ std::vector<Version> peerVersions() {
 std::vector<LabMethod> otherMethods() {
   std::vector<LabMethod> all;
   for (auto& methods : {fclMethods(), odeMethods(), mujocoMethods()})
-    for (const LabMethod& method : methods) all.push_back(atMetreScale(method));
+    for (const LabMethod& method : methods) all.push_back(atMeterScale(method));
   return all;
 }
 

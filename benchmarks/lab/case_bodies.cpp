@@ -1,11 +1,11 @@
-// Bodies, poses, and the numbers that place them.
-#include "lab/case_parts.h"
+// Random numbers, bodies, poses and placements.
+#include "lab/case_bodies.h"
 
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "lab/solids.h"
+#include "lab/lab_meshes.h"
 #include "scene/primitive_mesh.h"
 
 namespace cloudcontact::program::lab {

@@ -1,13 +1,12 @@
-// Meshes, bodies, runs and rules of the stability scenes.
-#include "lab/stability_parts.h"
-
-#include <cloudcontact/mesh/mesh_repair.h>
+// Runs trials, measures penetration, and checks rules.
+#include "lab/trial_runs.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <sstream>
 
 #include "demos/demo.h"
 #include "io/errors.h"
@@ -17,13 +16,13 @@ namespace cloudcontact::program::lab {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kMostLift = 0.1;  // [voxels]
+constexpr double kMaxLift = 0.1;  // [voxels]
 
-// The deepest of many bodies of one collision each: those whose bounding balls are apart are not
-// looked at. World::penetration() looks at all pairs, which a pile cannot afford.
-class NearbyOverlap {
+// Maximum penetration among many bodies with one collision shape each. Skips pairs whose bounding
+// spheres are apart; World::penetration() checks all pairs, which is too slow for a pile.
+class NearbyPenetration {
  public:
-  explicit NearbyOverlap(const SceneDescription& scene) {
+  explicit NearbyPenetration(const SceneDescription& scene) {
     std::map<std::string, std::shared_ptr<const Probed>> known;
     for (const SceneBody& body : scene.bodies) {
       auto& kept = known[body.collisions[0].name];
@@ -78,9 +77,9 @@ void prepare(SceneDescription& scene, const Trial& trial, const Spring& spring) 
   }
 }
 
-// simulate() for a pile: the same figures, penetration by NearbyOverlap.
+// simulate() for a pile, with NearbyPenetration.
 SimulationReport simulateMany(World& world, const Plan& plan, double step) {
-  const NearbyOverlap overlap(plan.scene);
+  const NearbyPenetration overlap(plan.scene);
   SimulationReport report;
   report.step = step;
   report.steps = static_cast<int>(std::llround(plan.seconds / step));
@@ -99,7 +98,7 @@ SimulationReport simulateMany(World& world, const Plan& plan, double step) {
   return report;
 }
 
-Course follow(const Trial& trial, Plan& plan) {
+RunResult follow(const Trial& trial, Plan& plan) {
   prepare(plan.scene, trial, plan.spring);
   if (trial.watch)
     plan.observe = [own = plan.observe, watch = trial.watch](double time, const World& world) {
@@ -119,95 +118,32 @@ Course follow(const Trial& trial, Plan& plan) {
 
 }  // namespace
 
-Mesh taperedMesh(const Eigen::Vector2d& bottom, const Eigen::Vector2d& top, double height) {
-  Mesh mesh;
-  for (const double z : {0.0, height}) {
-    const Eigen::Vector2d half = (z > 0 ? top : bottom) / 2;
-    for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-      mesh.vertices.emplace_back(x * half.x(), y * half.y(), z);
-  }
-  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
-  for (int k = 0; k < 4; ++k) {
-    const int n = (k + 1) % 4;
-    mesh.triangles.emplace_back(k, n, n + 4);
-    mesh.triangles.emplace_back(k, n + 4, k + 4);
-  }
-  return mended(mesh);  // a tip's four corners are one, its empty triangles go
-}
-
-Mesh prismMesh(const Outline& outline, double width) {
-  Mesh mesh = prism(outline, -width / 2, width / 2);
-  for (Vec3& v : mesh.vertices) v = Vec3(v.x(), -v.z(), v.y());
-  return mesh;
-}
-
-SceneBody meshBody(const std::string& kind, std::shared_ptr<const Mesh> mesh, const Pose& pose,
-                   double mass, double friction) {
-  SceneBody body;
-  body.pose = pose;
-  body.isStatic = mass == 0;
-  if (mass > 0) body.mass = mass;
-  body.friction = friction;
-  body.collisions.push_back({kind, Pose(), SceneMesh{kind, Vec3::Ones(), std::move(mesh)}});
-  return body;
-}
-
-SceneBody boxBody(const Trial& trial, const Vec3& size, const Pose& pose, double mass,
-                  double friction) {
-  const std::string kind =
-      "box " + figure(size.x(), 3) + " " + figure(size.y(), 3) + " " + figure(size.z(), 3);
-  SceneBody body = meshBody(kind, {}, pose, mass, friction);
-  body.collisions[0].geometry = boxFor(trial, size);
-  return body;
-}
-
-SceneBody sphereBody(const Trial& trial, double radius, const Pose& pose, double mass,
-                     double friction) {
-  const std::string kind = "sphere " + figure(radius, 3);
-  SceneBody body = meshBody(kind, {}, pose, mass, friction);
-  body.collisions[0].geometry = ballFor(trial, radius);
-  return body;
-}
-
-SceneBody floorBody(double friction) {
-  SceneBody body;
-  body.isStatic = true;
-  body.friction = friction;
-  body.collisions.push_back({"floor", Pose(), ScenePlane{}});
-  return body;
-}
-
-Spring springFor(double mass, double load, double sag) {
-  const double stiffness = load * kGravity / sag;
-  return {stiffness, 2 * std::sqrt(stiffness * mass)};
-}
-
-double Course::moved(int body, const Vec3& from) const {
+double RunResult::moved(int body, const Vec3& from) const {
   return (report.bodies[body].pose.position - from).norm() / voxel;
 }
 
-double Course::aside(int body) const {
+double RunResult::aside(int body) const {
   const Vec3 off = report.bodies[body].pose.position - scene.bodies[body].pose.position;
   return off.head<2>().norm() / voxel;
 }
 
-double Course::turned(int body) const {
+double RunResult::turned(int body) const {
   const Eigen::Quaterniond start(scene.bodies[body].pose.orientation);
   return start.angularDistance(report.bodies[body].pose.orientation) * kDegrees;
 }
 
-double Course::lifted() const {
+double RunResult::lifted() const {
   double mass = 0;
   for (const SceneBody& body : scene.bodies) mass += body.mass.value_or(0);
   return (report.energyMax - report.energyStart.ofBodies()) / (mass * kGravity * voxel);
 }
 
-Rule penetrationRule(const Course& course) {
-  return {course.deepest(), kInPlace, "penetration [voxels]"};
+Rule penetrationRule(const RunResult& result) {
+  return {result.deepest(), kInPlace, "penetration [voxels]"};
 }
 
-Rule energyRule(const Course& course) {
-  return {course.lifted(), kMostLift, "energy gained [voxels of lift]"};
+Rule energyRule(const RunResult& result) {
+  return {result.lifted(), kMaxLift, "energy gained [voxels of lift]"};
 }
 
 double turnLimit(double voxel, double lever) {
@@ -223,12 +159,51 @@ Verdict judged(const Trial& trial, Plan plan, const Rules& rules) {
   }
   Verdict verdict{Outcome::Holds, found.front().figure, found.front().limit, ""};
   for (const Rule& rule : found) {
-    if (rule.figure <= rule.limit) continue;  // not so for NaN
+    if (rule.figure <= rule.limit) continue;  // false for NaN
     verdict.outcome = Outcome::Fails;
     verdict.why += (verdict.why.empty() ? "" : "; ") + rule.what + " " + figure(rule.figure, 3) +
                    " over " + figure(rule.limit, 3);
   }
   return verdict;
+}
+
+MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)
+    : world_(scene, worldSettings(trial, voxel)), step_(trial.step), watch_(trial.watch) {}
+
+void MovingWorld::step() {
+  world_.step(step_);
+  const double energy = world_.moment().energy.ofBodies();
+  if (steps_++ == 0) start_ = most_ = energy;
+  most_ = std::max(most_, energy);
+  if (watch_) watch_(time(), world_);
+}
+
+void MovingWorld::run(double seconds, const std::function<bool()>& enough) {
+  while (time() < seconds - 0.5 * step_ && !(enough && enough())) step();
+}
+
+Verdict failIfGains(const Verdict& verdict, double gained, double scale) {
+  if (verdict.outcome != Outcome::Holds || gained <= 0.01 * scale) return verdict;
+  std::ostringstream why;
+  why.precision(2);
+  why << "gained " << 100 * gained / scale << " % energy";
+  return {Outcome::Fails, verdict.figure, verdict.limit, why.str()};
+}
+
+Verdict atLeast(double figure, double limit, const std::string& otherwise) {
+  const bool holds = figure >= limit;  // false for NaN
+  return {holds ? Outcome::Holds : Outcome::Fails, figure, limit, holds ? "" : otherwise};
+}
+
+double turningPoint(double low, double high, int halvings,
+                    const std::function<bool(double)>& holds) {
+  if (!holds(low)) return low;
+  if (holds(high)) return high;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (low + high) / 2;
+    (holds(middle) ? low : high) = middle;
+  }
+  return (low + high) / 2;
 }
 
 }  // namespace cloudcontact::program::lab

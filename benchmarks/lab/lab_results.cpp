@@ -1,5 +1,5 @@
-// JSON first: pictures and the report are drawn from what stands in it.
-#include "lab/chart_files.h"
+// Writes JSON first; the pictures and the report are made from it.
+#include "lab/lab_results.h"
 
 #include <LinearMath/btScalar.h>
 #include <sys/wait.h>
@@ -14,7 +14,7 @@
 #include "io/json.h"
 #include "io/output_file.h"
 #include "lab/families.h"
-#include "lab/pair_others.h"
+#include "lab/peer_pairs.h"
 #include "lab/ratios.h"
 #include "lab/report.h"
 
@@ -53,8 +53,8 @@ Json methodsJson(const std::vector<LabMethod>& methods) {
   for (const LabMethod& m : methods)
     json.push_back({{"method", m.method},
                     {"setting", m.setting},
-                    {"told", m.told},
-                    {"metreScale", m.metreScale}});
+                    {"told", m.description},
+                    {"metreScale", m.meterScale}});
   return json;
 }
 
@@ -73,7 +73,7 @@ Json rowJson(const ChartRow& r) {
           {"depth", r.depth},
           {"depthTimes", r.depthTimes},
           {"wrongDepth", r.wrongDepth},
-          {"centre", r.centre},
+          {"centre", r.center},
           {"force", r.force},
           {"torque", r.torque},
           {"swappedNormalDeg", r.swapped.normalDeg},
@@ -126,7 +126,7 @@ Json chartJson(const LabResults& results) {
   json["seconds"] = results.seconds;
   if (!results.subject.empty()) json["subject"] = results.subject;
   json["methods"] = methodsJson(results.methods);
-  json["metreScale"] = whyMetreScale();
+  json["metreScale"] = whyMeterScale();
   json["wrongDepth"] = {{"share", kWrongDepth}, {"of", "size"}};
   json["rows"] = Json::array();
   for (const ChartRow& r : results.chart) json["rows"].push_back(rowJson(r));
@@ -162,7 +162,7 @@ Json failuresJson(const LabResults& results) {
   return json;
 }
 
-// Runs python3 with the program's own script on its standard input; true where it did its work.
+// Runs python3 with the embedded plots.py on its standard input. Returns whether it succeeded.
 bool drawn(const std::string& folder) {
   int script[2];
   if (pipe(script) != 0) return false;
@@ -171,7 +171,7 @@ bool drawn(const std::string& folder) {
     dup2(script[0], 0);
     close(script[0]);
     close(script[1]);
-    // The system's first: its packages know of matplotlib, another python on the path may not.
+    // The system's python first: matplotlib is among its packages, a python in PATH may lack it.
     execl("/usr/bin/python3", "python3", "-", folder.c_str(), nullptr);
     execlp("python3", "python3", "-", folder.c_str(), nullptr);
     _exit(127);
@@ -197,11 +197,11 @@ std::string textOf(const fs::path& file) {
 
 }  // namespace
 
-void checkFolder(const std::string& folder) {
+void makeFolder(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (!fs::is_directory(folder))
-    throw BadInput("--out: " + folder + " is no folder and cannot be made one");
+    throw BadInput("--out: " + folder + " is not a folder and cannot be created");
   if (access(folder.c_str(), W_OK) != 0)
     throw BadInput("--out: " + folder + " cannot be written; choose another folder");
 }
