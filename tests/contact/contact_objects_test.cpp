@@ -228,7 +228,7 @@ TEST_P(ContactObjects, NutIsTheSame) {
   pressOnAll(solid, GetParam().make(solid));
 }
 
-// An M16 nut with its thread, round outside, in voxels of 0.4 mm. Pressed on its bearing face,
+// An M16 nut with its thread, round outside, in voxels of 0.4 mm. Pressed on its upper face,
 // halfway between the thread and the outside. Scaled to voxels of kH.
 Specimen threadedNut() {
   constexpr double kOuter = 12e-3, kPlay = 0.15e-3, kHeight = 12.8e-3;
@@ -237,8 +237,8 @@ Specimen threadedNut() {
   const double scale = kH / 0.4e-3;
   for (Vec3& v : mesh.vertices) v = oddTurn() * (scale * v);
   Specimen solid{digitized(mesh), {}, {}, 8, 3, {}};
-  solid.out = oddTurn() * -Vec3::UnitZ();
-  solid.at = oddTurn() * (scale * Vec3((thread.radius + kPlay + kOuter) / 2, 0, -0.5 * kHeight));
+  solid.out = oddTurn() * Vec3::UnitZ();
+  solid.at = oddTurn() * (scale * Vec3((thread.radius + kPlay + kOuter) / 2, 0, 0.5 * kHeight));
   return solid;
 }
 
