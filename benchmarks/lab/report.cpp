@@ -12,14 +12,14 @@ namespace cloudcontact::program::lab {
 namespace {
 
 constexpr const char* kStyle =
-    "body{font:15px/1.5 system-ui,'DejaVu Sans',sans-serif;margin:0 auto;max-width:1180px;"
-    "padding:1rem;color:#20242c}svg{max-width:100%;height:auto}table{border-collapse:collapse;"
-    "font-size:13px;margin:.5rem 0}td,th{padding:.15rem .6rem;border-bottom:1px solid #dfe2e7;"
-    "text-align:right;white-space:nowrap}td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}"
-    ".holds{color:#2d7a4f}.fails{color:#b3273b;font-weight:600}.cannot{color:#777}"
-    ".wrapped td{white-space:normal}"
-    "code{background:#eef0f3;padding:.1rem .3rem}details{margin:.4rem 0}.scroll{overflow-x:auto}"
-    "small{color:#666}";
+    "body{font:15px/1.5 system-ui,'DejaVu Sans',sans-serif;margin:0 "
+    "auto;max-width:1180px;padding:1rem;color:#20242c}svg{max-width:100%;height:auto}table{border-"
+    "collapse:collapse;font-size:13px;margin:.5rem "
+    "0}td,th{padding:.15rem .6rem;border-bottom:1px solid "
+    "#dfe2e7;text-align:right;white-space:nowrap}td:nth-child(-n+3),th:nth-child(-n+3){text-align:"
+    "left}.holds{color:#2d7a4f}.fails{color:#b3273b;font-weight:600}.cannot{color:#777}.wrapped "
+    "td{white-space:normal}code{background:#eef0f3;padding:.1rem "
+    ".3rem}details{margin:.4rem 0}.scroll{overflow-x:auto}small{color:#666}";
 
 bool isKnown(const Json& value) {
   return value.is_number() && std::isfinite(value.get<double>());
@@ -148,19 +148,15 @@ Json ofFamilies(const Json& ratios, bool convex) {
 }
 
 std::string ratiosText(const Json& chart) {
-  return "<h2>How many times faster, at the same error</h2><p>Each line compares one setting of a "
-         "peer "
-         "with the fastest setting of CloudContact whose normals are at least as accurate, over "
-         "the cases "
-         "that the peer answers. Times are geometric means, errors arithmetic means. Peers with a "
-         "wrong "
-         "depth are still compared by their normals; their lines are gray.</p><h3>Concave "
-         "families</h3>" +
+  return "<h2>How many times faster, at the same error</h2><p>Each line compares one setting "
+         "of a peer with the fastest setting of CloudContact whose normals are at least as "
+         "accurate, over the cases that the peer answers. Times are geometric means, errors "
+         "arithmetic means. Peers with a wrong depth are still compared by their normals; "
+         "their lines are gray.</p><h3>Concave families</h3>" +
          ratiosTable(ofFamilies(chart["ratios"], false)) +
          "<h3>Convex families, against GJK and EPA on the hull of the coarsest mesh</h3><p>On "
-         "spheres "
-         "that hull has 642 vertices. CloudContact may be off by 1\u00b0 here, whatever the hull's "
-         "error.</p>" +
+         "spheres that hull has 642 vertices. CloudContact may be off by 1\u00b0 here, "
+         "whatever the hull's error.</p>" +
          ratiosTable(chart["hullRatios"]) +
          "<details><summary>Convex families, against all settings, at the peer's own "
          "error</summary>" +
@@ -186,9 +182,8 @@ std::string setupText(const Json& chart) {
   return "<p><small>" + textOf(m, "processor") + ", " + std::to_string(m["threads"].get<int>()) +
          " threads; " + versions + "; <code>" + textOf(chart, "command") + "</code>, " +
          cell(chart["seconds"]) +
-         " s. All methods ran in this run; times were measured on one thread with nothing else of "
-         "the run "
-         "beside it.</small></p>";
+         " s. All methods ran in this run; times were measured on one thread with nothing "
+         "else of the run beside it.</small></p>";
 }
 
 std::string listOf(const Json& lines, const std::string& otherwise) {
@@ -199,18 +194,15 @@ std::string listOf(const Json& lines, const std::string& otherwise) {
 }
 
 std::string pictureText(const ReportPictures& pictures) {
-  return "<h2>Error against time</h2><p>Each mark is a method at one setting. Its error is the "
-         "mean over "
-         "the cases, grids and depths of a family; its time is the geometric mean over the cases. "
-         "Lower "
-         "left is better. Numbers beside CloudContact's marks are voxels per body size; peers that "
-         "take "
-         "meshes have one mark per facet tolerance. A hollow mark leaves out cases that the method "
-         "cannot "
-         "do. A cross marks a depth that is wrong by more than half the body's size, or a missed "
-         "contact: "
-         "such a method is neither on the frontier nor recommended, however accurate its "
-         "normals.</p><p>CloudContact's normals are those of its surface fits.</p>" +
+  return "<h2>Error against time</h2><p>Each mark is a method at one setting. Its error is "
+         "the mean over the cases, grids and depths of a family; its time is the geometric "
+         "mean over the cases. Lower left is better. Numbers beside CloudContact's marks are "
+         "voxels per body size; peers that take meshes have one mark per facet tolerance. A "
+         "hollow mark leaves out cases that the method cannot do. A cross marks a depth that "
+         "is wrong by more than half the body's size, or a missed contact: such a method is "
+         "neither on the frontier nor recommended, however accurate its "
+         "normals.</p><p>CloudContact's normals are the fitted normals of its surface "
+         "samples.</p>" +
          pictures.chart +
          "<p>The same for force and torque, where their true values are known.</p>" +
          pictures.force;
@@ -237,9 +229,10 @@ std::string reportHtml(const Json& chart, const Json& failures, const ReportPict
            failuresTable(failures) + "</details>";
   out += "<details><summary>All cases in numbers</summary>" + chartTable(chart) + "</details>";
   out +=
-      "<h2>Your own pair</h2><p><code>cloudcontact chart A.stl B.stl --pose \"x y z qx qy qz "
-      "qw\" --out DIR</code> draws this chart for two meshes of yours. Their true contact is not "
-      "known, so CloudContact at its finest voxels is the reference.</p></html>\n";
+      "<h2>Your own pair</h2><p><code>cloudcontact chart A.stl B.stl --pose \"x y z qx qy "
+      "qz qw\" --out DIR</code> draws this chart for two meshes of yours. Their true "
+      "contact is not known, so CloudContact at its finest voxels is the "
+      "reference.</p></html>\n";
   return out;
 }
 
