@@ -1,6 +1,8 @@
 // Windows for the faster kernels: see flat_taps.h.
 #include "device/flat_taps.h"
 
+#include <cloudcontact/voxels/cloud.h>
+
 #include <algorithm>
 #include <tuple>
 
