@@ -57,8 +57,9 @@ TEST(NoAllocation, InAContactAtRest) {
   const auto lower = slab(5), upper = slab(3);
   ContactBody a{lower.get(), nullptr, {}, {}}, b{upper.get(), nullptr, {}, {}};
   b.pose.position = kVoxel * Vec3(8.3, 7.1, 9.7);
-  ContactFinder first, second;
-  for (int i = 0; i < 3; ++i) first.find(a, b, {});  // what queries lend each other
+  const auto workspace = std::make_shared<ContactWorkspace>();
+  ContactFinder first(workspace), second(workspace);
+  for (int i = 0; i < 3; ++i) first.find(a, b, {});  // grows the workspace
   second.find(a, b, {});
   const std::size_t before = allocations, asked = second.sampleLookups();
   for (int i = 0; i < 3; ++i) second.find(a, b, {});
