@@ -1,5 +1,5 @@
-// Groups hits into bins, one group for each pair. Bins are numbered in the order of their first hits,
-// and each bin's hits are listed in order, so that sums over them equal those of the CPU.
+// Groups hits into bins, one group for each pair. Bins are numbered in the order of their first
+// hits, and each bin's hits are listed in order, so that sums over them equal those of the CPU.
 
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
@@ -59,8 +59,8 @@ CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
   return a;
 }
 
-// Finds the bin of each hit as a slot of the table; least[k] becomes the first hit of slot k. Returns
-// the number of bins, or more than CC_MOST_BINS.
+// Finds the bin of each hit as a slot of the table; least[k] becomes the first hit of slot k.
+// Returns the number of bins, or more than CC_MOST_BINS.
 uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __global uint* slots,
                 __local int* holder, __local int* least, __local uint* used) {
   const uint lid = get_local_id(0);

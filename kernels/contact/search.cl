@@ -1,9 +1,9 @@
-// One level of the search, for all pairs that need it: a group for each direction of a pair. Samples
-// are looked up in windows. Results keep the samples' order: hits of whole samples, then samples
-// below the band, then parts of samples over an edge, as in plugin/contact/lane_search.h. One sample
-// in five is a hit, so this kernel lists those that may be and another computes hits (hits.cl). On
-// an M16 thread a third of the samples lie where several planes meet; these wait until there are
-// enough of them for all work-items.
+// One level of the search, for all pairs that need it: a group for each direction of a pair.
+// Samples are looked up in windows. Results keep the samples' order: hits of whole samples, then
+// samples below the band, then parts of samples over an edge, as in plugin/contact/lane_search.h.
+// One sample in five is a hit, so this kernel lists those that may be and another computes hits
+// (hits.cl). On an M16 thread a third of the samples lie where several planes meet; these wait
+// until there are enough of them for all work-items.
 
 #define CC_SOURCES 4  // sources of samples of a work-item at a time
 #define CC_AT_ONCE 4  // samples that a work-item reads at once
@@ -177,8 +177,8 @@ void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint s
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// Where the numbers of samples go: those that may be hits, those below the band, those over an edge,
-// and those beside which finer ones may touch.
+// Where the numbers of samples go: those that may be hits, those below the band, those over an
+// edge, and those beside which finer ones may touch.
 typedef struct {
   __global uint *tried, *deep, *divided, *next;
 } CcLists;
