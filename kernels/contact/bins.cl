@@ -45,14 +45,14 @@ CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
   CcAnswer a;
   a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, finest);
   a.failed = a.level < finest ? CC_FINER : 0;
-  a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
+  a.hits = a.lookups = a.needed = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
   for (int level = CC_LEVELS - 1; level >= max(a.level, finest); --level)
     for (uint d = 0; d < 2; ++d) {
       const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
       const uint all = f.whole + f.deep + f.parts;
-      a.wanted = max(a.wanted, all);
+      a.needed = max(a.needed, all);
       if (all > directions[2 * p + d].room) a.failed |= CC_NO_ROOM;
-      a.asked += f.asked;
+      a.lookups += f.lookups;
       if (level == a.level) a.hits += all;
     }
   if (a.hits == 0 && pair->margin > 0.0f) a.failed |= CC_NO_TOUCH;

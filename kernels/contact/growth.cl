@@ -261,11 +261,11 @@ int ccAlikeBySquares(const CcGrowing* a, const CcGrowing* b) {
     const double agree = CC_AGREE * CC_AGREE * lengths;
     const double oppose = CC_DISAGREE * CC_DISAGREE * lengths;
     const int nothing = (a->square[s] == 0.0) | (b->square[s] == 0.0);
-    const int told = lengths > CC_LEAST_SQUARES;
-    oneAgrees |= nothing | (told & (dot > 0.0) & (dots > agree * (1.0 + CC_SURELY)));
-    noneAgrees &= told & ((dot < 0.0) | (dots < agree * (1.0 - CC_SURELY)));
-    oneOpposes |= told & (dot < 0.0) & (dots > oppose * (1.0 + CC_SURELY));
-    noneOpposes &= nothing | (told & ((dot > 0.0) | (dots < oppose * (1.0 - CC_SURELY))));
+    const int known = lengths > CC_LEAST_SQUARES;
+    oneAgrees |= nothing | (known & (dot > 0.0) & (dots > agree * (1.0 + CC_SURELY)));
+    noneAgrees &= known & ((dot < 0.0) | (dots < agree * (1.0 - CC_SURELY)));
+    oneOpposes |= known & (dot < 0.0) & (dots > oppose * (1.0 + CC_SURELY));
+    noneOpposes &= nothing | (known & ((dot > 0.0) | (dots < oppose * (1.0 - CC_SURELY))));
   }
   if (oneOpposes | noneAgrees) return 0;
   if (oneAgrees & noneOpposes) return 1;
@@ -301,16 +301,16 @@ uint ccTakeNeighbors(const CcGarden* g, uint from, uint first, uint length, CcGr
   const CcGrowing own = ccGrowingOf(g, team, entry & CC_NEAR_BIN);
   uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   while (joining) {
-    const uint asked = ccLowest(joining);
-    const uint bin = ccNeighbor(g, team, from, first + asked) & CC_NEAR_BIN;
+    const uint joins = ccLowest(joining);
+    const uint bin = ccNeighbor(g, team, from, first + joins) & CC_NEAR_BIN;
     const CcGrowing more = ccGrowingOf(g, team, bin);
     ccJoin(&more, patch);
-    if (lid == asked) {
+    if (lid == joins) {
       team->taken[bin] = 1;
       team->queue[length] = (ushort)bin;
     }
     ++length;
-    if (lid <= asked) waiting = 0;
+    if (lid <= joins) waiting = 0;
     joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   }
   return length;

@@ -222,7 +222,7 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
     CcColumns g, __global const double* vertices, __global const int* triangles,
     __global const uint* entries, __global const uint* owners, __global uint* counters,
     __global CcColumnPieces* found, __global double2* pieces, __global int* touched) {
-  __local uint wanted, groupBegin, sums[2 * CC_CUT_GROUP];
+  __local uint needed, groupBegin, sums[2 * CC_CUT_GROUP];
   __local ushort items[CC_CUT_GROUP * CC_EDGE];  // entry * 8 + row
   const uint lid = get_local_id(0), base = get_group_id(0) * CC_CUT_GROUP;
   const uint all = counters[CC_ENTRIES];
@@ -247,7 +247,7 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
     CcPolygon* row = 0;
     CcPieceRoom to;
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid == 0) wanted = 0u;
+    if (lid == 0) needed = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     uint before = 0, item = 0;
     if (turn + lid < count) {
@@ -263,10 +263,10 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
       const CcCells cells = ccCells(row, 2), columns = ccCells(row, 0);
       to.low = cells.first - 1;
       to.cells = cells.last - cells.first + 3;
-      before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
+      before = atomic_add(&needed, (uint)((columns.last - columns.first + 1) * to.cells));
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    const uint units = (wanted + CC_PIECE_UNIT - 1) / CC_PIECE_UNIT;
+    const uint units = (needed + CC_PIECE_UNIT - 1) / CC_PIECE_UNIT;
     if (lid == 0) groupBegin = atomic_add(&counters[CC_PIECES], units);
     barrier(CLK_LOCAL_MEM_FENCE);
     if (row && groupBegin + units <= g.pieceRoom) {
