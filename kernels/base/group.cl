@@ -88,9 +88,9 @@ uint ccFlagged(__local const CcFlags* flags, uint kind) {
   return count + popcount(flags->words[kind * CC_WORDS + (i >> 5)] & ((1u << (i & 31u)) - 1u));
 }
 
-// Flags of a window of items. A work-item has every CC_GROUP-th item, and two kinds of flags: bits j
-// and 16 + j of its word are for its j-th item. So the group synchronizes once a window, not once an
-// item.
+// Flags of a window of items. A work-item has every CC_GROUP-th item, and two kinds of flags: bits
+// j and 16 + j of its word are for its j-th item. So the group synchronizes once a window, not once
+// an item.
 #define CC_ROUNDS 16
 #define CC_WINDOW (CC_ROUNDS * CC_GROUP)
 #define CC_ROWS (CC_ROUNDS * CC_WORDS)

@@ -48,14 +48,14 @@ typedef struct {
 typedef struct {
   uint whole, deep, parts;  // hits, in this order
   uint nearby;              // samples near the other body
-  uint asked;               // samples looked up
+  uint lookups;             // samples looked up
 } CcFound;
 
 // The result of a pair, for the host.
 typedef struct {
   int level;
-  uint hits, asked, wanted;  // `wanted`: the most hits that one direction needed room for
-  int failed;                // CC_NO_ROOM and so on
+  uint hits, lookups, needed;  // `needed`: room for hits that the direction with more of them needs
+  int failed;                  // CC_NO_ROOM and so on
   uint firstBin, bins;
   uint firstPatch, patches;  // in the end, of its contacts
 } CcAnswer;

@@ -1,5 +1,5 @@
-// Groups hits into bins, one group for each pair. Bins are numbered in the order of their first hits,
-// and each bin's hits are listed in order, so that sums over them equal those of the CPU.
+// Groups hits into bins, one group for each pair. Bins are numbered in the order of their first
+// hits, and each bin's hits are listed in order, so that sums over them equal those of the CPU.
 
 #define CC_SLOTS (2 * CC_MOST_BINS)
 #define CC_EMPTY 0x7fffffff
@@ -45,22 +45,22 @@ CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
   CcAnswer a;
   a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, finest);
   a.failed = a.level < finest ? CC_FINER : 0;
-  a.hits = a.asked = a.wanted = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
+  a.hits = a.lookups = a.needed = a.firstBin = a.bins = a.firstPatch = a.patches = 0;
   for (int level = CC_LEVELS - 1; level >= max(a.level, finest); --level)
     for (uint d = 0; d < 2; ++d) {
       const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
       const uint all = f.whole + f.deep + f.parts;
-      a.wanted = max(a.wanted, all);
+      a.needed = max(a.needed, all);
       if (all > directions[2 * p + d].room) a.failed |= CC_NO_ROOM;
-      a.asked += f.asked;
+      a.lookups += f.lookups;
       if (level == a.level) a.hits += all;
     }
   if (a.hits == 0 && pair->margin > 0.0f) a.failed |= CC_NO_TOUCH;
   return a;
 }
 
-// Finds the bin of each hit as a slot of the table; least[k] becomes the first hit of slot k. Returns
-// the number of bins, or more than CC_MOST_BINS.
+// Finds the bin of each hit as a slot of the table; least[k] becomes the first hit of slot k.
+// Returns the number of bins, or more than CC_MOST_BINS.
 uint ccFindBins(const CcHits* h, uint count, __global const ulong* keys, __global uint* slots,
                 __local int* holder, __local int* least, __local uint* used) {
   const uint lid = get_local_id(0);

@@ -1,5 +1,5 @@
-// Patches become contacts: one team for each pair, one work-item for each patch. The first work-item
-// also computes what belongs to the pair as a whole.
+// Patches become contacts: one team for each pair, one work-item for each patch. The first
+// work-item also computes what belongs to the pair as a whole.
 
 // Lists the patches of a pair that count, and computes the pair's sums. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,

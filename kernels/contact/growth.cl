@@ -1,8 +1,8 @@
 // Region growing of patches. First a group for each pair finds what does not depend on patches: the
 // order of the bins by weight, each bin's neighbors in the order of their visits, and which of them
-// may be linked. Then a team for each pair grows its patches. It tests all neighbors of a bin at once
-// against the patch as it is, and the first in order joins; those before it have been tested in
-// time. So the patches equal those of a single thread.
+// may be linked. Then a team for each pair grows its patches. It tests all neighbors of a bin at
+// once against the patch as it is, and the first in order joins; those before it have been tested
+// in time. So the patches equal those of a single thread.
 
 #define CC_NEAR_BINS 128                // bins of a pair in local memory
 #define CC_NEAR_HELD 32                 // neighbors of each of these in local memory
@@ -57,8 +57,8 @@ uint ccSproutFrom(uint n) {
   return n < 12 ? CC_FIRST + n - 9 : n - 12;
 }
 
-// Copies the sprouts of a pair's bins out of their sums. 16 work-items share a bin, so that they read
-// whole lines of memory.
+// Copies the sprouts of a pair's bins out of their sums. 16 work-items share a bin, so that they
+// read whole lines of memory.
 void ccTakeSprouts(__global const CcSums* sums, uint all, __global CcSprout* sprouts) {
   const uint n = get_local_id(0) % 16, from = ccSproutFrom(min(n, CC_SPROUT_NUMBERS - 1u));
   for (uint b = get_local_id(0) / 16; b < all; b += CC_SPROUTS_COMING * CC_GROUP / 16) {
@@ -87,8 +87,8 @@ CcStem ccStemOf(__global const CcSprout* sprout) {
   return s;
 }
 
-// Whether two bins may be linked, whatever the patch. The distance of their centers decides nearly all
-// cases without a root.
+// Whether two bins may be linked, whatever the patch. The distance of their centers decides nearly
+// all cases without a root.
 int ccMayLink(const CcStem* from, const CcStem* to, double close) {
   const CcVec apart = ccMinus(to->center, from->center);
   if (ccDot64(apart, apart) > close * close * (1.0 + CC_SURELY)) return 0;
@@ -186,8 +186,8 @@ CcGrowing ccGrowingFrom(__global const CcSprout* sprout) {
   return g;
 }
 
-// Local memory of a team: the first bins and neighbors, which bins have a patch, and the bins in the
-// order in which they joined.
+// Local memory of a team: the first bins and neighbors, which bins have a patch, and the bins in
+// the order in which they joined.
 typedef struct {
   CcGrowing bins[CC_NEAR_BINS];
   ushort near[CC_NEAR_BINS * CC_NEAR_ROW], queue[CC_MOST_BINS];
@@ -251,8 +251,8 @@ CcFaces ccFacesOf(const CcGrowing* g) {
 
 #define CC_LEAST_SQUARES 1e-250  // of lengths: below it products of four lose their bits
 
-// ccAlike(a, b, CC_AGREE) by squares, since roots are slow. A sum without length, as of walls, agrees
-// with any.
+// ccAlike(a, b, CC_AGREE) by squares, since roots are slow. A sum without length, as of walls,
+// agrees with any.
 int ccAlikeBySquares(const CcGrowing* a, const CcGrowing* b) {
   int oneAgrees = 0, noneAgrees = 1, oneOpposes = 0, noneOpposes = 1;
   for (int s = 0; s < 2; ++s) {
@@ -261,11 +261,11 @@ int ccAlikeBySquares(const CcGrowing* a, const CcGrowing* b) {
     const double agree = CC_AGREE * CC_AGREE * lengths;
     const double oppose = CC_DISAGREE * CC_DISAGREE * lengths;
     const int nothing = (a->square[s] == 0.0) | (b->square[s] == 0.0);
-    const int told = lengths > CC_LEAST_SQUARES;
-    oneAgrees |= nothing | (told & (dot > 0.0) & (dots > agree * (1.0 + CC_SURELY)));
-    noneAgrees &= told & ((dot < 0.0) | (dots < agree * (1.0 - CC_SURELY)));
-    oneOpposes |= told & (dot < 0.0) & (dots > oppose * (1.0 + CC_SURELY));
-    noneOpposes &= nothing | (told & ((dot > 0.0) | (dots < oppose * (1.0 - CC_SURELY))));
+    const int known = lengths > CC_LEAST_SQUARES;
+    oneAgrees |= nothing | (known & (dot > 0.0) & (dots > agree * (1.0 + CC_SURELY)));
+    noneAgrees &= known & ((dot < 0.0) | (dots < agree * (1.0 - CC_SURELY)));
+    oneOpposes |= known & (dot < 0.0) & (dots > oppose * (1.0 + CC_SURELY));
+    noneOpposes &= nothing | (known & ((dot > 0.0) | (dots < oppose * (1.0 - CC_SURELY))));
   }
   if (oneOpposes | noneAgrees) return 0;
   if (oneAgrees & noneOpposes) return 1;
@@ -288,8 +288,8 @@ void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
   }
 }
 
-// Tests as many neighbors of the bin `from` as a team has work-items, beginning with the `first`, and
-// appends those that join to the team's queue of `length` bins. Returns the new length.
+// Tests as many neighbors of the bin `from` as a team has work-items, beginning with the `first`,
+// and appends those that join to the team's queue of `length` bins. Returns the new length.
 uint ccTakeNeighbors(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
                       __local CcTeam* team) {
   const uint lid = get_local_id(0), j = first + lid;
@@ -301,16 +301,16 @@ uint ccTakeNeighbors(const CcGarden* g, uint from, uint first, uint length, CcGr
   const CcGrowing own = ccGrowingOf(g, team, entry & CC_NEAR_BIN);
   uint joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   while (joining) {
-    const uint asked = ccLowest(joining);
-    const uint bin = ccNeighbor(g, team, from, first + asked) & CC_NEAR_BIN;
+    const uint joins = ccLowest(joining);
+    const uint bin = ccNeighbor(g, team, from, first + joins) & CC_NEAR_BIN;
     const CcGrowing more = ccGrowingOf(g, team, bin);
     ccJoin(&more, patch);
-    if (lid == asked) {
+    if (lid == joins) {
       team->taken[bin] = 1;
       team->queue[length] = (ushort)bin;
     }
     ++length;
-    if (lid <= asked) waiting = 0;
+    if (lid <= joins) waiting = 0;
     joining = ccVotes(&team->votes, waiting && ccJoins(&own, entry, patch));
   }
   return length;

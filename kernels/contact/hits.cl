@@ -1,5 +1,5 @@
-// Hits of one level of the search, in all directions that reached it: of the samples that the search
-// lists, in their order.
+// Hits of one level of the search, in all directions that reached it: of the samples that the
+// search lists, in their order.
 
 // Where hits go.
 typedef struct {
@@ -130,8 +130,8 @@ uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __lo
   return flags->before[0];
 }
 
-// Replaces the numbers of listed samples in `found` by those of hits. If there are more listed samples
-// than room, `found` stays.
+// Replaces the numbers of listed samples in `found` by those of hits. If there are more listed
+// samples than room, `found` stays.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,

@@ -1,9 +1,9 @@
-// One level of the search, for all pairs that need it: a group for each direction of a pair. Samples
-// are looked up in windows. Results keep the samples' order: hits of whole samples, then samples
-// below the band, then parts of samples over an edge, as in plugin/contact/lane_search.h. One sample
-// in five is a hit, so this kernel lists those that may be and another computes hits (hits.cl). On
-// an M16 thread a third of the samples lie where several planes meet; these wait until there are
-// enough of them for all work-items.
+// One level of the search, for all pairs that need it: a group for each direction of a pair.
+// Samples are looked up in windows. Results keep the samples' order: hits of whole samples, then
+// samples below the band, then parts of samples over an edge, as in plugin/contact/lane_search.h.
+// One sample in five is a hit, so this kernel lists those that may be and another computes hits
+// (hits.cl). On an M16 thread a third of the samples lie where several planes meet; these wait
+// until there are enough of them for all work-items.
 
 #define CC_SOURCES 4  // sources of samples of a work-item at a time
 #define CC_AT_ONCE 4  // samples that a work-item reads at once
@@ -29,7 +29,7 @@ typedef struct {
 // Local memory of a group for a window of samples.
 typedef struct {
   uint samples[CC_WINDOW];
-  uchar is[CC_WINDOW];         // result of ccAsk() for each
+  uchar is[CC_WINDOW];         // result of ccLookUp() for each
   ushort many[CC_WINDOW];      // places in the window of samples whose records have several planes
   CcVoxel records[CC_WINDOW];  // of these
   uint sums[2 * CC_GROUP];
@@ -84,21 +84,21 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
   return all.runs[t->own.finer[t->level + 1] + cell];
 }
 
-// Results of ccAsk() for a sample.
+// Results of ccLookUp() for a sample.
 #define CC_MAY_HIT 1u
-#define CC_ASK_FINER 2u  // finer samples beside it may touch
-#define CC_BELOW 4u      // below the band
-#define CC_DIVIDED 8u    // over an edge
-#define CC_MANY 16u      // not known yet: its record has several planes
+#define CC_SEARCH_FINER 2u  // finer samples beside it may touch
+#define CC_BELOW 4u         // below the band
+#define CC_DIVIDED 8u       // over an edge
+#define CC_MANY 16u         // not known yet: its record has several planes
 
 // The result for a sample whose record has planes; `d` is that of the deciding plane [voxels].
-uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const CcSample* s,
-                 CcVoxel record, const CcPlace* place, CcDepth d) {
+uint ccLookUpPlanes(__local const CcTask* t, __global const CcVoxel* planes, const CcSample* s,
+                    CcVoxel record, const CcPlace* place, CcDepth d) {
   d.depth *= t->other.voxel;
   float turned[3];
   ccTurn(t->dir.way.turnToOther, s->n, turned);
   const int kind = ccKindOf(&t->limits, record, d.depth, turned, d.normal, s->width);
-  const uint is = kind & CC_NEARBY ? CC_ASK_FINER : 0u;
+  const uint is = kind & CC_NEARBY ? CC_SEARCH_FINER : 0u;
   if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
                    t->other.voxel, t->own.voxel))
@@ -109,15 +109,15 @@ uint ccAskPlanes(__local const CcTask* t, __global const CcVoxel* planes, const 
 }
 
 // The result for a sample at `place`, where the other body has the given record.
-uint ccAsk(__local const CcTask* t, CcFields all, const CcSample* s, const CcPlace* place,
-           CcVoxel record) {
+uint ccLookUp(__local const CcTask* t, CcFields all, const CcSample* s, const CcPlace* place,
+              CcVoxel record) {
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
-    return ccAskPlanes(t, all.records, s, record, place, ccPlaneDepth(record, place->r));
+    return ccLookUpPlanes(t, all.records, s, record, place, ccPlaneDepth(record, place->r));
   const float nowhere[3] = {0.0f, 0.0f, 0.0f};
   const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s->width);
-  return (kind & CC_NEARBY ? CC_ASK_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
+  return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
 // ccVoxelDepth(), but it reads all planes at once.
@@ -136,15 +136,15 @@ CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) 
   return best;
 }
 
-uint ccAskMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record) {
+uint ccLookUpMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record) {
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
   __global const CcVoxel* planes = all.records + t->other.planes;
-  return ccAskPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
+  return ccLookUpPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
 }
 
 // Looks up the window's samples.
-void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
+void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
   const uint lid = get_local_id(0);
   for (uint base = lid; base < some; base += CC_AT_ONCE * CC_GROUP) {
     CcSample s[CC_AT_ONCE];
@@ -161,7 +161,7 @@ void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint s
     for (uint i = 0; i < CC_AT_ONCE; ++i) {
       const uint k = base + i * CC_GROUP;
       if (k >= some) break;
-      const uint is = ccAsk(t, all, &s[i], &place[i], record[i]);
+      const uint is = ccLookUp(t, all, &s[i], &place[i], record[i]);
       w->is[k] = (uchar)is;
       if (is == CC_MANY) {
         const uint at = atomic_inc(&w->manyCount);
@@ -173,21 +173,21 @@ void ccAskAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint s
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint count = w->manyCount;
   for (uint i = lid; i < count; i += CC_GROUP)
-    w->is[w->many[i]] = (uchar)ccAskMany(t, all, w->samples[w->many[i]], w->records[i]);
+    w->is[w->many[i]] = (uchar)ccLookUpMany(t, all, w->samples[w->many[i]], w->records[i]);
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// Where the numbers of samples go: those that may be hits, those below the band, those over an edge,
-// and those beside which finer ones may touch.
+// Where the numbers of samples go: those that may be hits, those below the band, those over an
+// edge, and those beside which finer ones may touch.
 typedef struct {
   __global uint *tried, *deep, *divided, *next;
 } CcLists;
 
 // Looks up the window's samples and lists their numbers.
-void ccAskWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
-                 CcLists lists) {
+void ccLookUpWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
+                    CcLists lists) {
   const uint lid = get_local_id(0), room = t->dir.room;
-  ccAskAll(t, all, w, some);
+  ccLookUpAll(t, all, w, some);
   uint first = 0, second = 0;
   for (uint j = 0; j * CC_GROUP < some; ++j) {
     const uint k = j * CC_GROUP + lid;
@@ -273,7 +273,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
                          nearby + t.dir.nearby[level == 1]};
   const uint sources =
       level == CC_LEVELS - 1 ? t.own.brickCount : found[d * CC_LEVELS + (uint)level + 1u].nearby;
-  uint asked = 0;
+  uint lookups = 0;
   for (uint chunk = 0; chunk < sources; chunk += CC_SOURCES * CC_GROUP) {
     uint2 run[CC_SOURCES];
     uint mine = 0;
@@ -285,7 +285,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     if (lid == CC_GROUP - 1) w.marks.all = upTo;
     barrier(CLK_LOCAL_MEM_FENCE);
     const uint total = w.marks.all;
-    asked += total;
+    lookups += total;
     for (uint begin = 0; begin < total; begin += CC_WINDOW) {
       barrier(CLK_LOCAL_MEM_FENCE);
       ccList(&w, run, upTo - mine, begin);
@@ -294,12 +294,12 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
         w.manyCount = 0;
       }
       barrier(CLK_LOCAL_MEM_FENCE);
-      ccAskWindow(&t, all, &w, min((uint)CC_WINDOW, total - begin), lists);
+      ccLookUpWindow(&t, all, &w, min((uint)CC_WINDOW, total - begin), lists);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
   if (lid == 0) {
-    const CcFound f = {w.tried, w.below, w.over, w.near, asked};
+    const CcFound f = {w.tried, w.below, w.over, w.near, lookups};
     found[d * CC_LEVELS + (uint)level] = f;
   }
 }

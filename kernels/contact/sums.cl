@@ -1,6 +1,6 @@
-// Sums bins, a team for each bin and half a team for the hits of each body. Each work-item weighs one
-// hit. Then each sums one row over all hits: a product of two numbers times (1, x, y, z), and one
-// more number. These are the sums of hit_sums.h with the same products.
+// Sums bins, a team for each bin and half a team for the hits of each body. Each work-item weighs
+// one hit. Then each sums one row over all hits: a product of two numbers times (1, x, y, z), and
+// one more number. These are the sums of hit_sums.h with the same products.
 
 #define CC_HALF (CC_TEAM / 2)
 
@@ -193,8 +193,8 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
   return n == CC_DEEPEST ? ccMax64(a[n], b[n]) : n == CC_HITS ? a[n] : a[n] + b[n];
 }
 
-// Sums every CC_TEAMS_A_PAIR-th bin of a pair. The next bin and its first hits are read while a bin is
-// summed.
+// Sums every CC_TEAMS_A_PAIR-th bin of a pair. The next bin and its first hits are read while a bin
+// is summed.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
     __global const CcPair* pairs, __global const CcDirection* directions,
     __global const CcFound* found, __global const CcAnswer* answers, __global const float4* hits,

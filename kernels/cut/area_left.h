@@ -1,4 +1,4 @@
-// The part of a voxel that lies outside a cutting area, from the depth of the voxel's center in it.
+// The part of a voxel that a cut leaves, from the depth of the voxel's center in the cutting area.
 // Lengths in voxels. Plain C for C++ and OpenCL C, in doubles.
 #ifndef CLOUDCONTACT_KERNELS_AREA_LEFT_H
 #define CLOUDCONTACT_KERNELS_AREA_LEFT_H
@@ -9,10 +9,10 @@
 #define CC_BOX 1
 #define CC_ELLIPSOID 2
 
-// An area in a grid.
+// A cutting area, placed in a grid.
 typedef struct {
   int kind;
-  int low[3], high[3];  // voxels that it may meet; none if low > high
+  int low[3], high[3];  // range of voxels that it may cut; none if low > high
   int unused;
   double turn[9];    // rows: the area's axes
   double middle[3];  // its center
@@ -23,7 +23,7 @@ CC_FN double ccLength(double x, double y, double z) {
   return CC_SQRT64(x * x + y * y + z * z);
 }
 
-// Signed depth of a point, given relative to the area's center along its axes.
+// Signed depth of a point that is given in the area's own frame.
 CC_FN double ccAreaDepth(const CcArea* a, double x, double y, double z) {
   const double u = a->size[0], v = a->size[1], w = a->size[2];
   if (a->kind == CC_SPHERE) return u - ccLength(x, y, z);
@@ -38,7 +38,7 @@ CC_FN double ccAreaDepth(const CcArea* a, double x, double y, double z) {
   return ccMin64((1.0 - r) / slope, least);
 }
 
-// The part of voxel (x, y, z) that the area leaves [1/255].
+// The part of the voxel (x, y, z) that the area leaves [1/255].
 CC_FN int ccAreaLeaves(const CcArea* a, int x, int y, int z) {
   const double i = x + 0.5 - a->middle[0], j = y + 0.5 - a->middle[1], k = z + 0.5 - a->middle[2];
   const double depth = ccAreaDepth(a, a->turn[0] * i + a->turn[1] * j + a->turn[2] * k,

@@ -1,10 +1,11 @@
-// Matter taken from a workpiece, step by step (plugin/contact/field_changes.cpp, and the arithmetic
-// of window_sums.h). Each voxel's loss is noted first, and the bricks whose windows see it are
-// listed; then each of these gathers from its surroundings what its windows lost. Nothing is added
-// up by several work-items at once: all sums are one work-item's own.
+// Removes material from a workpiece, step by step, with the arithmetic of window_sums.h (on the
+// CPU: plugin/workpiece/brick_changes.cpp). First the loss of each voxel is recorded, and the
+// bricks whose windows contain such a voxel are listed. Then each listed brick gathers the losses
+// within its windows. One work-item computes each sum alone, so no sum depends on the order of the
+// work-items.
 //
-// Every brick with matter has a block that is its own from the start, its home; what it holds may
-// still be a shared block's, as `table` has it, until a cut comes near.
+// Every brick with matter has a block reserved from the start, its home. Until a cut comes near,
+// `table` may still refer to a shared block instead.
 
 CcVoxelLeft ccNamed(__global const uint* step, uint i) {
   return ((__global const CcVoxelLeft*)(step + CC_STEP_HEAD))[i];
@@ -14,13 +15,13 @@ uint ccBrickOf(const CcCutting* g, CcVoxelLeft v) {
   return (v.x >> 3) + (uint)g->nx * ((v.y >> 3) + (uint)g->ny * (v.z >> 3));
 }
 
-// A voxel among those of all homes.
+// The index of a voxel among the voxels of all homes.
 size_t ccPlace(int home, CcVoxelLeft v) {
   return (size_t)home * CC_BRICK_VOXELS + ((v.x & 7) | (v.y & 7) << 3 | (v.z & 7) << 6);
 }
 
-// Voxels named more than once are strung together, from `last`, which holds one more than their
-// number in the step. What the step before noted is done with.
+// Chains the entries of a step that cut the same voxel. `last` holds the head of a voxel's chain
+// and `next` the rest, as index plus one; 0 ends it. Also clears the losses of the step before.
 __kernel void ccStringCuts(CcCutting g, __global const int* home, __global const int* table,
                            __global const CcBlock* blocks, __global const uint* step, uint count,
                            __global const uint* before, uint countBefore, __global uint* next,
@@ -42,7 +43,7 @@ __kernel void ccStringCuts(CcCutting g, __global const int* home, __global const
     next[i] = atomic_xchg(&last[place], i + 1u);
 }
 
-// Lists the bricks in which a window may reach the voxel, and its own.
+// Lists the voxel's brick and all bricks with a window that may contain the voxel.
 void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, __global uint* step,
                   __global uint* listed, __global uint* list) {
   const int x0 = max((v.x - max(g->high[0], 0)) >> 3, 0),
@@ -60,10 +61,11 @@ void ccListBricks(const CcCutting* g, __global const int* home, CcVoxelLeft v, _
       }
 }
 
-// A voxel named often, looked through by one work-item for all its times, from `last` on: returns
-// how many of them lower it when all are taken in their order, and what is left. They are as many
-// as there are values named before all lesser ones; CC_LEFTS of these are told a walk, the least
-// first, until one is the first of all times.
+// For a voxel with many entries, one work-item goes through the chain from `last` for all of them.
+// Returns how many entries lower the voxel when applied in order, and sets *least to what remains.
+// An entry lowers the voxel if it comes before every entry with the same or a smaller value. Each
+// pass over the chain finds the first entries of CC_LEFTS values, smallest values first; the search
+// ends when it has counted the voxel's earliest entry.
 uint ccTimesThatLower(__global const uint* step, __global const uint* next, uint last,
                       ushort* least) {
   uint lower = 0u, first = 0xffffffffu, earliest = 0u;
@@ -86,9 +88,10 @@ uint ccTimesThatLower(__global const uint* step, __global const uint* next, uint
   return lower;
 }
 
-// Of the times that a voxel is named, those count that lower it when all are taken in their order;
-// the first that names the least notes what the voxel loses. Each looks through all of the voxel's,
-// unless these are more than CC_FEW: then one looks for all, as m of them would take m * m steps.
+// Counts the entries that lower their voxel when applied in order. The first entry with the voxel's
+// smallest value records the voxel's loss. Each entry is compared with all others of its voxel.
+// With more than CC_FEW of them, one work-item does it for all, since m entries would take m * m
+// steps.
 __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteLosses(
     CcCutting g, __global const int* home, __global const int* table,
     __global const CcBlock* blocks, __global uint* step, uint count, __global const uint* next,
@@ -125,14 +128,14 @@ __kernel __attribute__((reqd_work_group_size(CC_STEP_GROUP, 1, 1))) void ccNoteL
   if (get_local_id(0) == 0 && changed > 0u) atomic_add(&step[CC_CHANGED], changed);
 }
 
-// The voxels that a work-item renews: CC_DEEP above each other, from this one on.
+// The first of the CC_DEEP voxels, above each other, that a work-item updates.
 int ccFirstVoxel(void) {
   const uint lid = get_local_id(0);
   return (int)((lid & 63u) | (lid >> 6) * CC_DEEP << 6);
 }
 
-// Notes what all voxels lose that lie in an area, a group a brick: so many along x and y from the
-// one of its lowest voxel on.
+// Records the losses of all voxels in an area, one group for each brick. `bricksX`, `bricksY`:
+// number of bricks along x and y, from the brick of the area's lowest voxel.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccNoteArea(
     CcCutting g, CcArea area, int bricksX, int bricksY, __global const int* home,
     __global const int* table, __global const CcBlock* blocks, __global uint* step,
@@ -167,7 +170,7 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccNote
   if (get_local_id(0) == 0 && changed > 0u) atomic_add(&step[CC_CHANGED], changed);
 }
 
-// What an area's step noted is done with.
+// Clears the losses that an area's step recorded.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccForgetArea(
     __global const int* home, __global const uint* list, __global const uint* step,
     __global ushort* lost) {
@@ -177,7 +180,8 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccForg
       lost[(size_t)home[list[n]] * CC_BRICK_VOXELS + (ccFirstVoxel() | m << 6)] = 0;
 }
 
-// They lose what was noted; what a brick shared it has by itself from now on.
+// Subtracts the recorded losses from the brick's voxels. A brick that used a shared block is first
+// copied to its home. Also clears the chains of ccStringCuts().
 void ccTakeMatter(int from, int home, __global CcBlock* blocks, __global const ushort* lost,
                   __global uint* last) {
   __global const CcBlock* const old = blocks + from;
@@ -202,7 +206,7 @@ void ccTakeMatter(int from, int home, __global CcBlock* blocks, __global const u
   }
 }
 
-// The homes of a brick and of those beside it; -1 where there is none.
+// The home of the k-th of the 27 bricks around brick `e`; -1 if there is none.
 int ccHomeBeside(const CcCutting* g, __global const int* home, uint e, uint k) {
   const int x = (int)(e % (uint)g->nx) + (int)(k % 3u) - 1,
             y = (int)(e / (uint)g->nx % (uint)g->ny) + (int)(k / 3u % 3u) - 1,
@@ -211,9 +215,9 @@ int ccHomeBeside(const CcCutting* g, __global const int* home, uint e, uint k) {
   return inside ? home[x + g->nx * (y + g->ny * z)] : -1;
 }
 
-// What the voxels of a brick and about it lost of one kind of density, as halves, which hold it
-// exactly; and of each of the tile's columns along z, a bit for each voxel that lost some. A
-// work-item takes what of a row lies in one brick.
+// Fills the tile with the losses of one density, for the voxels of a brick and around it. A half
+// holds a loss exactly. `columns` gets a bit for each voxel with a loss, one word for each column
+// of the tile along z. Each work-item copies the part of a row in one brick.
 void ccLayOutLosses(const CcCutting* g, __local const int* about, __global const ushort* lost,
                     __global const uchar* kindOf, int kind, __local half* tile,
                     __local uint* columns) {
@@ -239,14 +243,14 @@ void ccLayOutLosses(const CcCutting* g, __local const int* about, __global const
   }
 }
 
-// What a work-item's voxels lost: sums of losses times weight, and times places.
+// Losses in the windows of a work-item's voxels: sums of loss times weight, and times place.
 typedef struct {
   float mass[CC_DEEP], x[CC_DEEP], y[CC_DEEP], z[CC_DEEP];
 } CcLosses;
 
-// Sums over the window's taps, of which the next sees all but one voxel of a work-item's again.
-// Most columns of a tile lost nothing where a cut is sparse: they are passed by. `column`: the
-// work-item's own, and `up` its first voxel's layer, in the tile of the window's lowest corner.
+// Sums over the window's taps. From tap to tap a work-item keeps all but one of the losses it has
+// read. Columns of the tile without a loss, most of them in a sparse cut, are skipped. `column`:
+// the work-item's column in the tile; `up`: the layer of its first voxel.
 void ccSumLosses(const CcCutting* g, __local const float4* by, __local const CcFlatRun* runs,
                  uint runCount, __local const half* tile, __local const uint* columns, int column,
                  int up, CcLosses* sums) {
@@ -280,8 +284,9 @@ void ccSumLosses(const CcCutting* g, __local const float4* by, __local const CcF
   }
 }
 
-// Sums of losses times weight stay below 2^24, which a float holds exactly, as the host has made
-// sure; the density, a factor of all, comes last. All voxels are read before the first is written.
+// Subtracts the losses from the window sums. The host has made sure that sums of loss times weight
+// stay below 2^24, so a float holds them exactly. The common factor, the density, is applied here.
+// All voxels are read before the first is written.
 void ccTakeLosses(const CcLosses* sums, double density, __global CcBlock* block) {
   const int first = ccFirstVoxel();
   double4 moments[CC_DEEP];
@@ -300,9 +305,8 @@ void ccTakeLosses(const CcLosses* sums, double density, __global CcBlock* block)
   }
 }
 
-// Bricks that were listed, one after the other. The window's weights are copied beside the tile: in
-// constant memory, where they come in one by one, a cut of 1,000 voxels took 22 us, not 16, and
-// 100,000 anywhere 188, not 145.
+// Updates the listed bricks. The window's weights are copied to local memory, where reads of them
+// take less time than from constant memory (a cut of 1,000 voxels: 16 us instead of 22).
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRenewWindows(
     CcCutting g, __global const int* restrict home, __global int* restrict table,
     __global CcBlock* restrict blocks, __global const ushort* restrict lost,
@@ -343,7 +347,7 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
   }
 }
 
-// The same for windows of any size and place, each tap by itself.
+// Like ccRenewWindows(), for windows of any size. Reads each tap's voxel from global memory.
 __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRenewAnyWindows(
     CcCutting g, __global const int* home, __global int* table, __global CcBlock* blocks,
     __global const ushort* lost, __global uint* last, __global uint* listed,
@@ -384,9 +388,9 @@ __kernel __attribute__((reqd_work_group_size(CC_RENEW_GROUP, 1, 1))) void ccRene
   }
 }
 
-// What a brick holds of each tissue: sums of coverage times powers of the places in the brick. Rows
-// along x are summed first, a work-item each. `bricks`: of each home, beginning with the first that
-// is no shared block's.
+// Sums each tissue in a brick: coverage times powers of the coordinates in the brick. Each
+// work-item first sums one row along x. `bricks`: the brick of each home; the homes follow the
+// shared blocks.
 __kernel __attribute__((reqd_work_group_size(CC_ROWS, 1, 1))) void ccSumTissues(
     __global const int* table, __global const CcBlock* blocks, __global const uint* bricks,
     uint count, uint tissues, __global CcTissueSums* sums) {

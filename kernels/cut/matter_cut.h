@@ -10,8 +10,8 @@
 typedef struct {
   int nx, ny, nz;       // bricks
   int low[3], high[3];  // the window's reach [voxels]
-  int taps;             // of the window
-  int kinds;            // of density
+  int taps;             // voxels of the window
+  int kinds;            // distinct densities
 } CcCutting;
 
 // A voxel to cut in a step, and what is left of it [1/255].
@@ -25,7 +25,7 @@ typedef struct {
 #define CC_AFFECTED 1  // bricks whose windows contain such voxels
 #define CC_STEP_HEAD 4
 
-#define CC_NO_CHANGE 0xffffffffu  // of a listed voxel that keeps its material
+#define CC_NO_CHANGE 0xffffffffu  // `next` of an entry whose voxel keeps its material
 #define CC_STEP_GROUP 128
 #define CC_FEW 64    // up to this many repeats of a voxel, each is compared with all others
 #define CC_LEFTS 16  // values distinguished in one pass over more repeats
@@ -52,6 +52,6 @@ typedef struct {
 typedef struct {
   int sum[CC_TISSUE_SUMS];
 } CcTissueSums;
-#define CC_ROWS 64  // of a brick's voxels along x
+#define CC_ROWS 64  // rows of voxels along x in a brick
 
 #endif

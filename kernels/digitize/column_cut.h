@@ -99,8 +99,8 @@ CC_FN CcCells ccCells(const CcPolygon* polygon, const int axis) {
   return cells;
 }
 
-// What of the polygon lies between 0 and a brick's edge: in `polygon` or in `spare`, which both are
-// written to, as is `rest`.
+// Clips the polygon to 0..CC_EDGE along an axis. Returns `polygon` or `spare`. All three polygons
+// are workspace.
 CC_FN CcPolygon* ccClip(CcPolygon* polygon, const int axis, CcPolygon* spare, CcPolygon* rest) {
   if (polygon->corners < 3) return polygon;
   const CcSpan s = ccSpan(polygon, axis);
@@ -117,7 +117,7 @@ CC_FN CcPolygon* ccClip(CcPolygon* polygon, const int axis, CcPolygon* spare, Cc
   return polygon;
 }
 
-// Twice the projected area of a triangle, positive if it faces up.
+// Twice the projected area of a triangle. It is positive if the triangle faces up.
 CC_FN double ccTwiceArea(const double* a, const double* b, const double* c, const int u,
                          const int v) {
   return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
@@ -128,7 +128,7 @@ typedef struct {
   double area, under;
 } CcPiece;
 
-// ccPieceOf() corner by corner, for corners that are not stored.
+// Accumulates ccPieceOf() corner by corner, without storing the corners.
 typedef struct {
   int corners;
   double first[3], last[3];
@@ -178,7 +178,7 @@ CC_FN CcPiece ccPieceOf(const CcPolygon* polygon, int cell) {
   return piece;
 }
 
-// ccSplit() at the top of a cell, where of the part below no more than its sums is asked for.
+// ccSplit() at the top of a cell, for when only the sums of the part below are needed.
 CC_FN void ccCutCell(const CcPolygon* polygon, int cell, CcFan* below, CcPolygon* above) {
   ccOpenFan(below);
   above->corners = 0;
@@ -201,13 +201,13 @@ CC_FN void ccCutCell(const CcPolygon* polygon, int cell, CcFan* below, CcPolygon
   }
 }
 
-// Which of `count` bricks along an axis holds x [voxels].
+// The brick along an axis that contains x [voxels], clamped to the `count` bricks.
 CC_FN int ccBrickOf(double x, int count) {
   const int b = (int)CC_FLOOR(x / CC_EDGE);
   return b < 0 ? 0 : count - 1 < b ? count - 1 : b;
 }
 
-// Rows of bricks along v that a triangle's projection may touch; p: its corners, one after another.
+// Rows of bricks along v that a triangle's projection may touch. `p`: the three corners.
 CC_FN CcCells ccRowsOf(const double* p, const int v, int depth) {
   double low = p[v], high = p[v];
   for (int k = 1; k < 3; ++k) {
@@ -220,8 +220,8 @@ CC_FN CcCells ccRowsOf(const double* p, const int v, int depth) {
   return rows;
 }
 
-// The brick-wide columns of a row that the triangle may touch; last < first: none. Row by row, so
-// that a long oblique triangle is listed along its length and not all over its box.
+// The brick-wide columns of a row that the triangle may touch; none if last < first. Searching row
+// by row lists a long oblique triangle along its length only, not all over its bounding box.
 CC_FN CcCells ccColumnsOf(const double* p, const int u, const int v, int row, int width) {
   const double below = row * CC_EDGE - CC_COLUMN_SLACK;
   const double above = (row + 1) * CC_EDGE + CC_COLUMN_SLACK;
@@ -251,7 +251,7 @@ CC_FN CcCells ccColumnsOf(const double* p, const int u, const int v, int row, in
   return columns;
 }
 
-// The coverage of a voxel in 1/255 where the running sum of its column is `sum`.
+// The coverage of a voxel [1/255] from its column's running sum.
 CC_FN unsigned char ccCoverage(double sum) {
   const double all = sum < 0.0 ? 0.0 : 1.0 < sum ? 1.0 : sum;
   return (unsigned char)(int)(all * 255 + 0.5);

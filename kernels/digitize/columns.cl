@@ -1,9 +1,9 @@
-// A mesh into columns and those into voxels: the steps of plugin/geometry/columns.cpp and
-// cutter.cpp, with the same arithmetic in the same order.
+// Turns a mesh into voxels with the steps of plugin/voxels/columns.cpp and column_cutter.cpp, in
+// the same order and with the same arithmetic.
 //
-// Triangles are listed for each brick-wide column, in their order. A work-item cuts one row of a
-// listed triangle, eight columns long, and leaves what each voxel gets; another adds up a column,
-// triangle by triangle, so that its sums are those of a CPU to the bit.
+// Each brick-wide column has a list of its triangles, in their order. One work-item cuts one row of
+// a listed triangle, eight columns long, and stores a piece for each voxel. Later another work-item
+// sums a column, triangle by triangle, so the sums equal those of the CPU to the bit.
 
 #define CC_ROW_ITEMS 8  // work-items that list a triangle's rows
 
@@ -17,7 +17,7 @@ void ccCornersOf(__global const double* vertices, __global const int* triangles,
   }
 }
 
-// Counts the triangles over each brick-wide column; with `first`, lists them.
+// Counts the triangles over each brick-wide column and, if `first` is given, lists them.
 void ccOverColumns(const CcColumns* g, __global const double* vertices,
                    __global const int* triangles, __global uint* counts,
                    __global const uint* first, __global uint* entries, __global uint* owners) {
@@ -52,7 +52,7 @@ __kernel void ccListColumns(CcColumns g, __global const double* vertices,
   ccOverColumns(&g, vertices, triangles, counts, first, entries, owners);
 }
 
-// Puts a column's triangles in their order: bitonic, what lies beyond the end counts as largest.
+// Bitonic sort of a column's triangles. Places beyond the end count as the largest key.
 #define CC_SORT(keys)                                                            \
   for (uint size = 2; size / 2 < n; size *= 2) {                                 \
     for (uint half_ = size / 2; half_ > 0; half_ /= 2) {                         \
@@ -69,7 +69,7 @@ __kernel void ccListColumns(CcColumns g, __global const double* vertices,
     }                                                                            \
   }
 
-#define CC_SORT_HERE 1024  // in local memory
+#define CC_SORT_HERE 1024  // most triangles that are sorted in local memory
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSortColumns(
     CcColumns g, __global const uint* first, __global const uint* counters,
     __global uint* entries) {
@@ -88,9 +88,9 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSortColumn
   for (uint k = lid; k < n; k += CC_GROUP) there[k] = here[k];
 }
 
-// The piece of `polygon` in one cell of an axis, null where there is none, as slice() of
-// plugin/geometry/polygon.h gives it; a polygon that lies on the brick's far face is the last
-// cell's. It comes in one of the three, all of which are written to.
+// The piece of `polygon` in one cell along an axis, or null, as from slice() in
+// plugin/voxels/polygon.h. A polygon on the brick's far face belongs to the last cell. Returns one
+// of the three polygons; all are workspace.
 CcPolygon* ccSliceAt(CcPolygon* polygon, const int axis, int cell, CcPolygon* spare,
                      CcPolygon* piece) {
   const CcCells cells = ccCells(polygon, axis);
@@ -107,8 +107,8 @@ CcPolygon* ccSliceAt(CcPolygon* polygon, const int axis, int cell, CcPolygon* sp
   return rest->corners > 2 ? rest : 0;
 }
 
-// The row of a triangle that is cut, in the frame of its brick-wide column; null where it has no
-// part in that row. One of the three polygons of `room`.
+// The part of a triangle in one row of voxels, in the frame of its brick-wide column, or null.
+// Returns one of the three polygons in `room`.
 CcPolygon* ccRowOf(const CcColumns* g, __global const double* vertices,
                    __global const int* triangles, uint triangle, uint bin, int row,
                    CcPolygon* room) {
@@ -145,14 +145,14 @@ CcCells ccRowsInColumn(const CcColumns* g, __global const double* vertices,
 // Where a work-item writes the pieces of its row.
 typedef struct {
   __global double2* pieces;
-  __global int* touched;  // of the brick-wide column, a layer each
+  __global int* touched;  // a flag for each layer of the brick-wide column
   __global uint* counters;
   uint begin;
-  int low, cells;  // a column's places are cells low, low + 1 ...
+  int low, cells;  // each column has places for the cells low ... low + cells - 1
 } CcPieceRoom;
 
-// Cuts what lies in one column at whole numbers, and forgets it. Returns how many pieces there are
-// from `cells`' first on.
+// Cuts one column's polygon at whole numbers, destroying it. Returns the number of pieces, counted
+// from the first of `cells`, or 0 if none has an area.
 uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint begin,
                  CcPolygon* spare) {
   if (cells.first < to->low || cells.last >= to->low + to->cells) {
@@ -188,7 +188,8 @@ uint ccCutColumn(CcPolygon* column, CcCells cells, const CcPieceRoom* to, uint b
   return some ? (uint)(cells.last - cells.first + 1) : 0u;
 }
 
-// Cuts a row, and forgets it. `room`: a polygon more than ccRowOf()'s, of which one is the row.
+// Cuts a row, destroying it. `room`: the polygons of ccRowOf(), one of which is `row`, and one
+// more.
 void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
               __global CcColumnPieces* found) {
   CcPolygon* const spare = row == room ? room + 1 : room;
@@ -214,13 +215,14 @@ void ccCutRow(CcPolygon* row, const CcPieceRoom* to, CcPolygon* room,
   }
 }
 
-// A group takes a triangle over a column for each work-item, and hands out their rows in turn: fewer
-// than half of them have a part of the triangle.
+// A group takes as many entries (a triangle over a brick-wide column) as it has work-items,
+// collects the rows that may have a part of their triangle, and divides these among its work-items.
+// Fewer than half of all rows have a part.
 __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutColumns(
     CcColumns g, __global const double* vertices, __global const int* triangles,
     __global const uint* entries, __global const uint* owners, __global uint* counters,
     __global CcColumnPieces* found, __global double2* pieces, __global int* touched) {
-  __local uint wanted, groupBegin, sums[2 * CC_CUT_GROUP];
+  __local uint needed, groupBegin, sums[2 * CC_CUT_GROUP];
   __local ushort items[CC_CUT_GROUP * CC_EDGE];  // entry * 8 + row
   const uint lid = get_local_id(0), base = get_group_id(0) * CC_CUT_GROUP;
   const uint all = counters[CC_ENTRIES];
@@ -245,7 +247,7 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
     CcPolygon* row = 0;
     CcPieceRoom to;
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lid == 0) wanted = 0u;
+    if (lid == 0) needed = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     uint before = 0, item = 0;
     if (turn + lid < count) {
@@ -257,14 +259,14 @@ __kernel __attribute__((reqd_work_group_size(CC_CUT_GROUP, 1, 1))) void ccCutCol
       to.touched = touched + (size_t)bin * (size_t)(g.layers + 1);
     }
     if (row) {
-      // Rounding may put a cut's corner a hair beyond the polygon.
+      // One cell more at either end: rounding may put the corner of a cut just beyond the polygon.
       const CcCells cells = ccCells(row, 2), columns = ccCells(row, 0);
       to.low = cells.first - 1;
       to.cells = cells.last - cells.first + 3;
-      before = atomic_add(&wanted, (uint)((columns.last - columns.first + 1) * to.cells));
+      before = atomic_add(&needed, (uint)((columns.last - columns.first + 1) * to.cells));
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    const uint units = (wanted + CC_PIECE_UNIT - 1) / CC_PIECE_UNIT;
+    const uint units = (needed + CC_PIECE_UNIT - 1) / CC_PIECE_UNIT;
     if (lid == 0) groupBegin = atomic_add(&counters[CC_PIECES], units);
     barrier(CLK_LOCAL_MEM_FENCE);
     if (row && groupBegin + units <= g.pieceRoom) {
@@ -282,8 +284,9 @@ size_t ccTableAt(const CcColumns* g, uint bin, int layer) {
   return (size_t)b[0] + (size_t)g->nx * ((size_t)b[1] + (size_t)g->ny * (size_t)b[2]);
 }
 
-// A group for each brick-wide column: each layer with a piece in it gets a brick of differences,
-// its place - 1 in `touched`, listed by its number in that. No order is needed among them.
+// One group for each brick-wide column. Each layer with a piece gets a brick of differences. Its
+// index plus one replaces the layer's flag in `touched`, and `placed` lists the layer under that
+// index. The bricks need no order.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccPlaceLayers(
     CcColumns g, __global int* touched, __global uint* counters, __global uint* placed) {
   __local uint room[2 * CC_COLUMNS], base;
@@ -311,10 +314,10 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccPlaceLay
   }
 }
 
-#define CC_AHEAD 8  // triangles looked at together: their reads do not wait for each other
+#define CC_AHEAD 8  // triangles read together, so that their reads overlap
 
-// The differences of the bricks that have some: a work-item for each of a brick's columns adds up
-// its pieces, triangle by triangle.
+// Sums the differences of each brick that has some. One work-item for each of a brick's columns
+// adds the pieces, triangle by triangle.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccAddPieces(
     CcColumns g, __global const uint* restrict first, __global const uint* restrict placed,
     __global const uint2* restrict found, __global const double2* restrict pieces,
@@ -325,7 +328,8 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccAddPiece
   for (uint n = get_group_id(0); n < bricks; n += get_num_groups(0)) {
     const uint bin = placed[n] / layers, low = placed[n] % layers * CC_EDGE, high = low + CC_EDGE;
     const uint end = first[bin + 1];
-    // The cell before the brick's own leaves a part in the first; its rest is not used.
+    // A piece also adds to the cell above its own, so the cell below the brick counts. The last
+    // place belongs to the next brick and is not used.
     __local double* const mine = d + c;
     for (int w = 0; w < CC_EDGE + 1; ++w) mine[w * CC_COLUMNS] = 0.0;
     for (uint e = first[bin]; e < end; e += CC_AHEAD) {
@@ -347,8 +351,8 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccAddPiece
   }
 }
 
-// Whether triangles of several shells have pieces in a column; those that close a surface are of
-// none.
+// Whether triangles of several shells have pieces in a column. Triangles that close an open surface
+// belong to no shell.
 int ccSeveralShells(uint begin, uint end, uint c, __global const uint2* found,
                     __global const uint* entries, __global const int* shells) {
   int shell = -1, several = 0;
@@ -362,13 +366,13 @@ int ccSeveralShells(uint begin, uint end, uint c, __global const uint2* found,
   return several;
 }
 
-// The running sum of one column, brick by brick; what a CPU's Runs hold.
+// The running sum of one column, with its extremes.
 typedef struct {
   double sum, least, most;
 } CcRun;
 
-// A brick's eight cells of one column, from their differences (null: all zero). Returns bit 0 where
-// one is not empty, bit 1 where one is not full.
+// Computes the coverage of a brick's eight cells in one column from their differences (null: all
+// zero). Returns bit 0 if any cell is not empty, bit 1 if any is not full.
 uint ccAddCells(CcRun* run, __global const double* differences, uchar* coverage) {
   uint seen = 0;
   double d[CC_EDGE];
@@ -384,8 +388,8 @@ uint ccAddCells(CcRun* run, __global const double* differences, uchar* coverage)
   return seen;
 }
 
-// A group for each brick-wide column, a work-item for each of its columns: which bricks the running
-// sums make, and how many store numbers.
+// One group for each brick-wide column, one work-item for each of its columns. Finds from the
+// running sums which bricks are empty, solid or stored, and how many are stored.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColumns(
     CcColumns g, __global const uint* first, __global const uint* entries,
     __global const int* shells, __global const uint2* found, __global const int* touched,
@@ -398,7 +402,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColum
   barrier(CLK_LOCAL_MEM_FENCE);
   const int sound = counters[CC_ENTRIES] <= g.entryRoom && counters[CC_PIECES] <= g.pieceRoom &&
                     counters[CC_SUM_BRICKS] <= g.sumRoom;
-  int end = 0;  // beyond the last layer with a piece, whatever a bad column's sum leaves there
+  int end = 0;  // layers from here on have no piece and are empty, even if the sum does not close
   for (int layer = 0; sound && layer < g.layers; ++layer) end = places[layer] > 0 ? layer + 1 : end;
   CcRun run = {0.0, 0.0, 0.0};
   uchar coverage[CC_EDGE];
@@ -431,7 +435,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumColum
   if (several) atomic_inc(&counters[CC_OVERLAPPING]);
 }
 
-// The same sums again, and the bricks that store numbers, each column's in the order of its layers.
+// Repeats the sums and writes the stored bricks, those of each brick-wide column in layer order.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccStoreBricks(
     CcColumns g, __global const int* touched, __global const double* sums,
     __global const uint* counters, __global const uint* firstStored, __global int* table,

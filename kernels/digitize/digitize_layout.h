@@ -11,7 +11,7 @@ typedef struct {
   int width, depth, layers;  // bricks along u, v, w
   int nx, ny;                // bricks along x, y
   uint triangles;
-  int shells;  // whether triangles are of several shells
+  int shells;  // whether the mesh has several shells
   // Room for the counted items below.
   uint entryRoom, pieceRoom, sumRoom, brickRoom;
 } CcColumns;
@@ -30,16 +30,16 @@ typedef struct {
 
 // The pieces of a triangle in one column, cell by cell.
 typedef struct {
-  uint begin;       // of its pieces
+  uint begin;       // first piece
   uint firstCount;  // first cell << 16 | how many
 } CcColumnPieces;
-#define CC_TALLEST 65535  // cells of a column
+#define CC_TALLEST 65535  // most cells of a column
 
 #define CC_GROUP 128  // as in batch_layout.h
 #define CC_CUT_GROUP 128
 #define CC_SCAN_GROUP 256
 
-// A base-vector field of one tissue whose bricks are summed.
+// A body of one tissue and the window that its base-vector field sums over.
 typedef struct {
   int nx, ny, nz;       // bricks
   int low[3], high[3];  // the window's reach [voxels]

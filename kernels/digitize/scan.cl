@@ -1,6 +1,6 @@
-// Sums over all before, by one group.
+// Exclusive prefix sum, computed by one group.
 
-// first[k] = sum of counts[0..k), for k from 0 to count; the last is also counters[counter].
+// Sets first[k] = sum of counts[0..k) for k from 0 to count, and counters[counter] to the total.
 __kernel __attribute__((reqd_work_group_size(CC_SCAN_GROUP, 1, 1))) void ccScan(
     __global const uint* restrict counts, uint count, __global uint* restrict first, __global uint* counters,
     uint counter) {

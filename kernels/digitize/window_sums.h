@@ -1,6 +1,6 @@
-// The sums that a voxel of a workpiece keeps over the window of its cuttable area C: the paper's
-// (4) with densities. They are sums of integers, so that removing material leaves exactly what a
-// new sum would give. Plain C for C++ and OpenCL C; a test checks the offsets.
+// The sums that each voxel of a workpiece keeps over the window of its cuttable area C: the paper's
+// (4) with densities. They are sums of integers, so removing material gives exactly the result of
+// summing again. Plain C for C++ and OpenCL C; a test checks the offsets.
 #ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 #define CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
 
@@ -10,14 +10,14 @@
 // integers would do too, but most machines have no vector instruction for their product.)
 typedef double CcSum;
 
-// Weights are in 1/255 of a voxel, matter is coverage [1/255] times density in 1/CC_DENSEST of the
-// densest. CC_MOST_MOMENT bounds a window's sum of weight times place.
-#define CC_DENSEST 2520        // whole halves, thirds ... tenths
+// A weight counts 1/255 of a voxel. Matter is coverage [1/255] times density [1/CC_DENSEST of the
+// densest tissue]. CC_MOST_MOMENT bounds a window's sum of weight times place.
+#define CC_DENSEST 2520        // divisible by 1 to 10
 #define CC_MOST_MOMENT 1.4e10  // times 255 * 2520: 2^51
 
 typedef struct {
   CcSum mass;     // sum of weight * matter
-  CcSum x, y, z;  // of weight * matter * place, from the voxel, in voxels
+  CcSum x, y, z;  // sum of weight * matter * place; place from the voxel's center [voxels]
 } CcMoments;
 
 // One voxel of C: its weight and its weight times its place.
@@ -37,13 +37,13 @@ CC_FN void ccWeigh(CcMoments* sums, CcTap tap, int matter) {
 #if defined(__OPENCL_VERSION__)
 #define CC_MAY_ALIAS
 #else
-#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ has types of its own for the same memory
+#define CC_MAY_ALIAS __attribute__((may_alias))  // C++ reads the same memory as other types
 #endif
 #endif
 
 #define CC_BRICK_VOXELS 512  // 8x8x8, x fastest
 
-// A brick of a workpiece: its voxels, and the sums over their windows.
+// A brick of a workpiece: its voxels and their window sums.
 typedef struct CC_MAY_ALIAS {
   CcMoments moments[CC_BRICK_VOXELS];
   CcSum volume[CC_BRICK_VOXELS];  // sum of weight * coverage
@@ -56,8 +56,8 @@ typedef struct {
   CcTap tap;
 } CcWindowTap;
 
-// A workpiece: the block of each brick, x fastest (negative: empty), the blocks, and each tissue's
-// density [1/CC_DENSEST].
+// A workpiece. `table`: the block of each brick, x fastest, negative for an empty brick. `density`:
+// of each tissue [1/CC_DENSEST].
 typedef struct {
   int nx, ny, nz;
   CC_GLOBAL const int* table;
@@ -65,7 +65,7 @@ typedef struct {
   CC_GLOBAL const int* density;
 } CcWorkpiece;
 
-// Sums over the window of voxel (x, y, z).
+// Sums over the window of the voxel (x, y, z).
 CC_FN void ccWindowSum(const CcWorkpiece* w, CC_GLOBAL const CcWindowTap* taps, int count, int x,
                        int y, int z, CcMoments* moments, CcSum* volume) {
   moments->mass = moments->x = moments->y = moments->z = 0;
@@ -85,7 +85,7 @@ CC_FN void ccWindowSum(const CcWorkpiece* w, CC_GLOBAL const CcWindowTap* taps, 
   }
 }
 
-// The base vector Gr - Gc in voxels; zero without matter.
+// The base vector Gr - Gc [voxels]; zero without matter.
 CC_FN void ccToRepresentative(CcMoments sums, const float* representative, float* out) {
   const float scale = sums.mass > 0 ? 1.0f / (float)sums.mass : 0.0f;
   out[0] = sums.mass > 0 ? representative[0] - (float)sums.x * scale : 0.0f;

@@ -1,8 +1,9 @@
-// The windows' sums of a body of one tissue (plugin/contact/field_layout.cpp, and the arithmetic of
-// window_sums.h): which bricks have windows of their own, what their voxels hold, and the sums.
+// Window sums of a body of one tissue, with the arithmetic of window_sums.h and the layout of
+// plugin/workpiece/brick_layout.cpp. Finds the bricks that need a block of their own, then fills
+// these blocks with voxels and sums.
 
-// Whether a brick of the table needs a block of its own: it holds matter, and not all bricks that
-// its windows reach are full.
+// Whether a brick needs a block of its own: it holds matter, and some brick that its windows reach
+// is not full.
 int ccOwnsBlock(const CcWindows* g, __global const int* table, uint e) {
   const int x = (int)(e % (uint)g->nx), y = (int)(e / (uint)g->nx % (uint)g->ny),
             z = (int)(e / (uint)g->nx / (uint)g->ny);
@@ -18,8 +19,8 @@ int ccOwnsBlock(const CcWindows* g, __global const int* table, uint e) {
   return table[e] != CC_EMPTY_CODE && !deep;
 }
 
-// Of each brick with a block of its own, which it is of its group's, from 1; the groups' numbers of
-// such bricks.
+// Numbers the bricks that need a block, from 1 within each work-group (0: none), and counts them
+// for each work-group.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccOwnBlocks(
     CcWindows g, __global const int* table, uint count, __global uint* own,
     __global uint* groups) {
@@ -31,8 +32,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccOwnBlocks(
   if (get_local_id(0) == CC_GROUP - 1) groups[get_group_id(0)] = upTo;
 }
 
-// The table of blocks: the first is that of all full windows. `first`: how many the groups before
-// have; `list`: the bricks with blocks of their own, in their order.
+// Writes the table of blocks. Block 0 is shared by all bricks whose windows are full. `first`: the
+// number of blocks of the work-groups before. `list`: receives the bricks with a block, in order.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBlockTable(
     CcWindows g, __global const int* table, uint count, __global const uint* own,
     __global const uint* first, __global int* blockOf, __global uint* list) {
@@ -52,8 +53,9 @@ int ccCoverageAt(const CcWindows* g, __global const int* table, __global const u
   return bricks[(size_t)brick * CC_BRICK_VOXELS + ((x & 7) | (y & 7) << 3 | (z & 7) << 6)];
 }
 
-// The coverages of a brick and of what its windows reach, as halves, which hold them exactly.
-// `about`: the 27 bricks. A work-item takes what of a row lies in one brick.
+// Fills the tile with the coverage of a brick and of all voxels that its windows reach. A half
+// holds a coverage exactly. `about`: the 27 bricks. Each work-item copies the part of a row in one
+// brick.
 void ccLayOutTile(const CcWindows* g, __local const int* about, __global const uchar* bricks,
                   __local half* tile) {
   const int edgeY = 8 + g->high[1] - g->low[1], edgeZ = 8 + g->high[2] - g->low[2];
@@ -74,9 +76,10 @@ void ccLayOutTile(const CcWindows* g, __local const int* about, __global const u
   }
 }
 
-// Blocks of their own, from the second on; a work-item sums the windows of eight voxels above each
-// other, of which the next tap sees seven again. Sums of coverage times weight stay below 2^24,
-// which a float holds exactly, as the host has made sure; the density, a factor of all, comes last.
+// Fills the bricks' own blocks, from block 1 on. Each work-item sums the windows of eight voxels
+// above each other; from tap to tap it keeps seven of the coverages it has read. The host has made
+// sure that sums of coverage times weight stay below 2^24, so a float holds them exactly. The
+// common factor, the density, is applied last.
 __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindows(
     CcWindows g, __global const int* restrict table, __global const uchar* restrict bricks,
     __constant float4* by, __constant CcFlatRun* runs, uint runCount,
@@ -137,7 +140,7 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
   }
 }
 
-// The same for windows of any size: first what the blocks hold, then the sums as a CPU has them.
+// For windows of any size: this kernel fills the blocks' voxels, ccSumAnyWindows() their sums.
 __kernel void ccFillBlocks(CcWindows g, __global const int* table, __global const uchar* bricks,
                            __global const uint* list, __global const uint* counters,
                            __global CcBlock* blocks) {

@@ -295,12 +295,12 @@ void ContactBatch::State::readAnswers(Part& part) {
 void ContactBatch::State::readAnswer(Part& part, std::size_t i, Totals& totals) {
   const CcAnswer& answer = part.batch.answer(i);
   const std::size_t k = indices[part.first + i];
-  // If there was no room, `wanted` is not the full count.
+  // If there was no room, `needed` is not the full count.
   const std::uint32_t room = answer.failed & CC_NO_ROOM
-                                 ? std::max(kRoomFactor * rooms[k], 2 * answer.wanted)
-                                 : std::max(rooms[k], answer.wanted + answer.wanted / 4);
+                                 ? std::max(kRoomFactor * rooms[k], 2 * answer.needed)
+                                 : std::max(rooms[k], answer.needed + answer.needed / 4);
   rooms[k] = std::min(room, kMaxRoom);
-  totals.samples += answer.asked;
+  totals.samples += answer.lookups;
   totals.hits += answer.hits;
   totals.finest = std::min(totals.finest, answer.failed & CC_FINER ? 0 : answer.level);
   totals.failed += answer.failed != 0;
