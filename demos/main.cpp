@@ -1,8 +1,8 @@
-// The program `cloudcontact`. It runs one of its commands; io/command_line.h turns failures into
-// exit codes.
+// The program `cloudcontact`. It runs one of its commands; commands/command_line.h turns failures
+// into exit codes.
 #include <CLI/CLI.hpp>
+#include "commands/command_line.h"
 #include "commands/commands.h"
-#include "io/command_line.h"
 
 namespace {
 

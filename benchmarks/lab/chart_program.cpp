@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "io/command_line.h"
+#include "commands/command_line.h"
+#include "commands/common_options.h"
 #include "io/errors.h"
-#include "io/options.h"
 #include "io/progress.h"
 #include "lab/case_bodies.h"
 #include "lab/families.h"

@@ -2,8 +2,8 @@
 // WorkFailed (io/errors.h), which main() turns into exit codes.
 #pragma once
 
+#include "commands/common_options.h"
 #include "io/errors.h"
-#include "io/options.h"
 
 namespace cloudcontact::program {
 

@@ -1,7 +1,6 @@
-// The common options and the strict readers.
+// The strict readers of option values.
 #include "io/options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -80,29 +79,6 @@ std::vector<double> numbers(const std::string& text) {
   return values;
 }
 
-double readUnit(const std::string& text) {
-  constexpr std::array<std::pair<std::string_view, double>, 4> units = {
-      {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"m", 1}}};
-  for (const auto& [name, meters] : units)
-    if (name == text) return meters;
-  // Downloaded models come in any unit, so a number is valid too.
-  if (const std::optional<double> meters = number(text);
-      meters && *meters > 0 && *meters <= kGreatest)
-    return *meters;
-  throw BadInput("--unit: '" + text +
-                 "' is not known; use one of mm, cm, in, m, or a unit's length in meters");
-}
-
-// Adds an option whose text goes through `reader`.
-template <class Reader>
-void add(CLI::App& command, const std::string& name, const std::string& help, const char* type,
-         Reader reader) {
-  command
-      .add_option_function<std::string>(
-          name, [reader](const std::string& text) { reader(text); }, help)
-      ->type_name(type);
-}
-
 // Reads "maxwell:K,C" or "solid:K,K1,C1"; empty for a plain name.
 std::optional<Law> readViscoelastic(const std::string& text) {
   const std::size_t colon = text.find(':');
@@ -117,35 +93,34 @@ std::optional<Law> readViscoelastic(const std::string& text) {
   refuse("--law", text, "maxwell:K,C or solid:K,K1,C1, positive, in N/m and N s/m");
 }
 
-void readLaw(const std::string& text, CommonOptions& o) {
-  if (const auto law = readViscoelastic(text)) {
-    o.law = *law;
-    return;
-  }
-  const Law plain[] = {KelvinVoigt{}, Foundation{}, Rigid{}};
-  o.law = plain[readName("--law", text, lawNames())];
-}
-
-void addLawOptions(CLI::App& command, CommonOptions& o) {
-  add(command, "--law",
-      "contact law: paper (one spring a pair), foundation (stiffness per area); for simulate also "
-      "maxwell:K,C (spring and dashpot in series), solid:K,K1,C1 (a spring beside such a pair)",
-      "LAW", [&o](const std::string& t) { readLaw(t, o); });
-  add(command, "--stiffness", "the pair's k [N/m]; per area [N/m^3] with foundation", "K",
-      [&o](const std::string& t) { o.stiffness = readPositive("--stiffness", t); });
-  add(command, "--damping", "the pair's c [N s/m]; per area [N s/m^3] with foundation", "C",
-      [&o](const std::string& t) { o.damping = readNotNegative("--damping", t); });
-  add(command, "--friction", "the pair's friction coefficient", "MU",
-      [&o](const std::string& t) { o.friction = readNotNegative("--friction", t); });
-  add(command, "--material", "a material's name or file (not supported yet)", "NAME|FILE",
-      [](const std::string& t) {
-        throw BadInput("--material: '" + t +
-                       "' cannot be looked up, materials tables are not supported yet; give "
-                       "--stiffness and --damping instead");
-      });
-}
-
 }  // namespace
+
+Law readLaw(const std::string& text) {
+  if (const auto law = readViscoelastic(text)) return *law;
+  const Law plain[] = {KelvinVoigt{}, Foundation{}, Rigid{}};
+  return plain[readName("--law", text, lawNames())];
+}
+
+Method readMethod(const std::string& text) {
+  return Method(readName("--method", text, methodNames()));
+}
+
+Backend readBackend(const std::string& text) {
+  return Backend(readName("--backend", text, backendNames()));
+}
+
+double readUnit(const std::string& text) {
+  constexpr std::array<std::pair<std::string_view, double>, 4> units = {
+      {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"m", 1}}};
+  for (const auto& [name, meters] : units)
+    if (name == text) return meters;
+  // Downloaded models come in any unit, so a number is valid too.
+  if (const std::optional<double> meters = number(text);
+      meters && *meters > 0 && *meters <= kGreatest)
+    return *meters;
+  throw BadInput("--unit: '" + text +
+                 "' is not known; use one of mm, cm, in, m, or a unit's length in meters");
+}
 
 bool isViscoelastic(const Law& law) {
   return !std::holds_alternative<KelvinVoigt>(law) && !std::holds_alternative<Foundation>(law) &&
@@ -161,29 +136,6 @@ std::string_view nameOf(Backend backend) {
 
 void reportCpuFallback(const std::string& why) {
   std::cerr << "cloudcontact: --backend opencl: " << why << "; using cpu\n";
-}
-
-void addCommonOptions(CLI::App& command, CommonOptions& o, Devices devices) {
-  add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
-      "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
-  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in meters (default m)",
-      "UNIT", [&o](const std::string& t) { o.metersPerUnit = readUnit(t); });
-  add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
-      [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
-  addLawOptions(command, o);
-  add(command, "--method", "cloud, or Bullet's gjk, gimpact, hacd, primitive, sdf", "METHOD",
-      [&o](const std::string& t) { o.method = Method(readName("--method", t, methodNames())); });
-  const bool none = devices == Devices::None;
-  add(command, "--backend", none ? "cpu" : "cpu, or opencl for a GPU", "BACKEND",
-      [&o, none, name = command.get_name()](const std::string& t) {
-        o.backend = Backend(readName("--backend", t, backendNames()));
-        if (o.backend != Backend::OpenCl || !none) return;
-        reportCpuFallback(name + " cannot use a device");
-        o.backend = Backend::Cpu;
-      });
-  add(command, "--threads", "threads to use; 0 means all cores (default)", "N",
-      [&o](const std::string& t) { o.threads = readCount("--threads", t, 0, 1024); });
-  command.add_flag("--json", o.json, "print the result as JSON");
 }
 
 double readNumber(std::string_view option, const std::string& text) {

@@ -9,10 +9,6 @@
 #include <string>
 #include <string_view>
 
-namespace CLI {
-class App;
-}
-
 namespace cloudcontact::program {
 
 enum class Method { Cloud, Gjk, Gimpact, Hacd, Primitive, Sdf };
@@ -39,19 +35,15 @@ struct CommonOptions {
 // Whether --law names a law with its own values and a memory.
 bool isViscoelastic(const Law& law);
 
-// Whether a command can use an OpenCL device.
-enum class Devices { None, OpenCl };
-
-// Adds the options to a command. They fill `options`, which must live until the command has run. An
-// invalid value throws BadInput naming the option and its valid values. A command that cannot use a
-// device runs on the CPU and says so on stderr.
-void addCommonOptions(CLI::App& command, CommonOptions& options, Devices devices = Devices::None);
-
 // Says on stderr why the CPU replaces --backend opencl.
 void reportCpuFallback(const std::string& why);
 
-// Readers. They throw BadInput with a message that starts with `option`.
-double readNumber(std::string_view option, const std::string& text);    // finite
+// Readers. They throw BadInput with a message that starts with the option's name.
+Law readLaw(const std::string& text);  // of --law
+Method readMethod(const std::string& text);
+Backend readBackend(const std::string& text);
+double readUnit(const std::string& text);                             // meters per unit, of --unit
+double readNumber(std::string_view option, const std::string& text);  // finite
 double readPositive(std::string_view option, const std::string& text);  // finite, > 0
 double readNotNegative(std::string_view option, const std::string& text);
 int readCount(std::string_view option, const std::string& text, int least, int most);

@@ -1,5 +1,5 @@
 // Parses a command line and turns what goes wrong into one line on stderr and an exit code.
-#include "io/command_line.h"
+#include "commands/command_line.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
