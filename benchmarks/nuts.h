@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "heap.h"
-#include "scene/generated_mesh.h"
 #include "scene/bullet_methods.h"
+#include "scene/generated_mesh.h"
 
 namespace cloudcontact {
 

@@ -18,9 +18,9 @@
 #include <string>
 
 #include "lab/pair.h"
+#include "scene/bullet_methods.h"
 #include "scene/generated_mesh.h"
 #include "scene/pair_probe.h"
-#include "scene/bullet_methods.h"
 #include "scene/primitive_mesh.h"
 #include "timing.h"
 #include "torus.h"

@@ -1,5 +1,5 @@
-# cloudcontact_embed(TARGET NAME FILE...): the files, one after the other, become the function
-# cloudcontact::program::embedded::NAME() of the target; built anew when one of them changes.
+# cloudcontact_embed(TARGET NAME FILE...): adds the function cloudcontact::program::embedded::NAME() to the target,
+# which returns the files, one after the other. It is rebuilt when one of them changes.
 function(cloudcontact_embed target name)
   set(includes "")
   foreach(file ${ARGN})

@@ -59,7 +59,7 @@ Verdict within(double figure, double expected, double share, const std::string& 
 std::vector<StabilityScene> erlebenScenes();    // the ten of Erleben 2018, and two more
 std::vector<StabilityScene> stackScenes();      // stacks, houses, arches, chains, piles, rest
 std::vector<StabilityScene> mechanismScenes();  // screws, pegs, gears, bowls, cradles, inclines
-std::vector<StabilityScene> motionScenes();     // rolling, spinning, bouncing, tipping, tunnelling
+std::vector<StabilityScene> motionScenes();     // rolling, spinning, bouncing, tipping, tunneling
 
 struct StabilityRow {
   std::string scene, group, rule;

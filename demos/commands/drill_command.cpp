@@ -272,7 +272,7 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
             o.efficiency = readPositive("--efficiency", t);
             if (o.efficiency > 1) throw BadInput("--efficiency: must be 1 at most");
           },
-          "removed share of the ploughed volume (default 0.1)")
+          "removed share of the plowed volume (default 0.1)")
       ->type_name("NUMBER");
 }
 

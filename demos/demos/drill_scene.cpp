@@ -20,7 +20,7 @@ constexpr double kDeep = kDrillFloor + kBur;  // the bur's center at its deepest
 constexpr double kSide = 1.2 * kMm;           // from the pit to the borehole, along the fissure
 constexpr double kWide = 0.15 * kMm;          // margin of the cavity around the bur
 
-// A tenth of the ploughed volume comes off. The bur then passes enamel at 1 mm/s with one newton,
+// A tenth of the plowed volume comes off. The bur then passes enamel at 1 mm/s with one newton,
 // and the whole demo takes 20 s.
 constexpr double kEfficiency = 0.1;
 

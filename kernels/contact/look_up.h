@@ -26,7 +26,7 @@ CC_FN void ccApply(CC_NEAR const CcMap* map, const float* x, float* out) {
 
 // The maps of one body's samples into the other body and into the pair's frame.
 typedef struct {
-  CcMap toFrame;            // samples' grid -> frame body, metres
+  CcMap toFrame;            // samples' grid -> frame body, meters
   float frameFromOwn[9];    // turns the samples' normals into the frame
   float frameFromOther[9];  // turns the other body's normals into the frame
   float turnToOther[9];     // turns the samples' normals into the other body's frame

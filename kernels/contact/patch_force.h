@@ -54,7 +54,7 @@ typedef struct {
 // The patch in its own plane.
 typedef struct {
   CcVec n, t1, t2;
-  CcSymmetric2 spread, inverse;  // C, and C^-1, regularised
+  CcSymmetric2 spread, inverse;  // C, and C^-1, regularized
   CcMatrix2 turn[2];             // of each body's normals over the patch: curvature times C [m]
 } CcFlat;
 

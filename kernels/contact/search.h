@@ -34,7 +34,7 @@ typedef struct {
   int nearby, nearOutside;  // CC_NEARBY if there are finer samples
 } CcLimits;
 
-// `level` of the samples, 0 the finest; `voxel` and `margin` in metres.
+// `level` of the samples, 0 the finest; `voxel` and `margin` in meters.
 CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
   CcLimits l;
   l.halfWidth = CC_HALF_WIDTH * voxel;

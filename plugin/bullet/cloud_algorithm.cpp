@@ -24,7 +24,7 @@ namespace {
 // The element size of Bullet's pool of algorithms, which release builds of Bullet do not check.
 static_assert(sizeof(CloudAlgorithm) <= 192);
 
-// [voxels per step] Slower sliding cannot be told from the solver's residue in a standing contact.
+// [voxels per step] Slower sliding is indistinguishable from the solver's residue at rest.
 constexpr double kSlidingVoxelsPerStep = 1e-3;
 
 using Clock = std::chrono::steady_clock;

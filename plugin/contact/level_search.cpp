@@ -43,7 +43,7 @@ constexpr float kOneFace = 0.9f;
 struct ShapeTarget {
   const Direction& dir;
   const Solid& shape;
-  const Pose& toShape;  // from the samples' grid, metres
+  const Pose& toShape;  // from the samples' grid, meters
   const SampleColumns& samples;
 
   SolidPoint at(const V3& grid) const {

@@ -1,4 +1,4 @@
-// Lends sets of memory behind one lock, held for a tenth of a microsecond a query.
+// A pool behind one lock, held for a tenth of a microsecond a query.
 #include "contact/query_memory.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// The memory that a query works in, lent to one finder after another: as many sets as queries run
-// at once, not one for each finder. A thousand finders with memory of their own would find it cold
-// in the cache: an M16 contact takes 315 us so, 170 with warm memory.
+// The memory that queries work in. Finders share it: there is one set for each query that runs at
+// the same time, not one for each finder. With a set of its own, each of a thousand finders would
+// find it cold in the cache: an M16 contact then takes 315 us instead of 170.
 #pragma once
 
 #include <memory>
@@ -22,14 +22,14 @@ struct QueryMemory {
   void reserveLike(const QueryMemory& other);
 };
 
-// Sets of memory to lend. Any thread may borrow and give back.
+// A pool of sets of memory. Any thread may borrow a set and give it back.
 class QueryMemoryPool {
  public:
-  // The set that this thread had last, if it is free, or else another. Which one changes no bit.
+  // The set that this thread used last if it is free, else another. Results do not depend on it.
   std::unique_ptr<QueryMemory> borrow();
   void giveBack(std::unique_ptr<QueryMemory> memory) noexcept;
   // Makes at least `sets` sets, each with what any of them has reserved, so that later queries of
-  // the same size allocate nothing in any thread. Lent sets do not count.
+  // the same size allocate nothing in any thread. Borrowed sets do not count.
   void reserve(int sets);
 
  private:

@@ -109,7 +109,7 @@ std::string Digitizer::State::cut(const Prepared& prepared, const DigitizeSettin
   const std::string why = digitizer->run(surface, axis, start);
   onDevice = digitizer->report();
   if (!why.empty()) return why;
-  // Either solid bricks only or no voxel at all, which the CPU tells apart.
+  // Only solid bricks, or no voxel at all: the CPU distinguishes the two.
   if (onDevice.stored == 0) return "it stores no brick";
   report = {prepared.wasClosed, digitizer->badColumns() + cappedColumns(surface, axis), 0};
   return {};

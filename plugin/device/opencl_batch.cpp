@@ -47,10 +47,9 @@ void OpenClBatch::run(const Launch& launch, const Arguments&... arguments) {
 
 using B = OpenClBatch;
 constexpr std::array<DeviceBuffer OpenClBatch::*, 21> OpenClBatch::kBuffers = {
-    &B::tasks_,    &B::results_, &B::found_,     &B::nearby_,  &B::hits_,   &B::aside_,
-    &B::keys_,     &B::slots_,   &B::order_,     &B::bins_,    &B::sums_,   &B::sprouts_,
-    &B::queues_,   &B::scratch_, &B::grown_,     &B::patches_, &B::forces_, &B::kept_,
-    &B::heaviest_, &B::near_,    &B::neighbours_};
+    &B::tasks_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
+    &B::slots_, &B::order_,   &B::bins_,   &B::sums_,   &B::sprouts_,  &B::queues_, &B::scratch_,
+    &B::grown_, &B::patches_, &B::forces_, &B::kept_,   &B::heaviest_, &B::near_,   &B::neighbors_};
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -175,10 +174,10 @@ void OpenClBatch::growPatches() {
       hitBuffer, order, bins, sums);
   const cl::Buffer& heaviest = heaviest_.reserve(d, binRoom_ * sizeof(cl_ushort));
   const cl::Buffer& near = near_.reserve(d, binRoom_ * CC_NEIGHBORS * sizeof(cl_ushort));
-  const cl::Buffer& neighbours = neighbours_.reserve(d, binRoom_);
+  const cl::Buffer& neighbors = neighbors_.reserve(d, binRoom_);
   run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, answers, bins, sums, sprouts, heaviest,
-      near, neighbours);
-  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, answers, sprouts, neighbours, heaviest, near, queues,
+      near, neighbors);
+  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, answers, sprouts, neighbors, heaviest, near, queues,
       scratch_.reserve(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
   const cl::Buffer& patches = patches_.reserve(d, patchRoom_ * sizeof(CcSums));
   run({"ccPatches", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, nullptr,

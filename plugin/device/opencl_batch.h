@@ -134,7 +134,7 @@ class OpenClBatch {
   PinnedMemory sent_, fetched_;
   DeviceBuffer tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
       sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_,
-      neighbours_;
+      neighbors_;
   static const std::array<DeviceBuffer OpenClBatch::*, 21> kBuffers;  // all of these
   SubBuffer directions_, pairs_;                                      // of tasks_
   SubBuffer deviceAnswers_, counters_, contacts_;                     // of results_

@@ -33,7 +33,7 @@ struct InBody {
     const Eigen::Matrix3d axes = place.orientation.toRotationMatrix() * e.semiAxes.asDiagonal();
     return {CC_ELLIPSOID, place, e.semiAxes, axes.rowwise().norm()};
   }
-  // The kernel does not know these: as the box about them.
+  // The kernel does not support the other kinds. Their bounding box takes their place.
   template <typename Kind>
   AreaInBody operator()(const Kind& kind) const {
     const Eigen::AlignedBox3d bounds = boundsOf(kind);
@@ -70,7 +70,7 @@ CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& pl
   CcArea a{};
   a.kind = p.kind;
   for (int k = 0; k < 3; ++k) {
-    // Half a voxel farther a voxel's share begins; the rest is for rounding.
+    // The area reaches voxels whose centers are half a voxel outside; the rest is for rounding.
     const double reach = perVoxel * p.reach[k] + 1, end = grid.size[k];
     a.low[k] = static_cast<int>(std::clamp(std::floor(middle[k] - reach - 0.5), 0.0, end));
     a.high[k] = static_cast<int>(std::clamp(std::ceil(middle[k] + reach - 0.5), -1.0, end - 1));

@@ -18,7 +18,7 @@ struct VoxelGrid {
 // the area has no volume or the place is not finite.
 CcArea areaInGrid(const VoxelGrid& grid, const PlacedSolid& area, const Pose& place);
 
-// Whether ccAreaLeaves() (kernels/cut/area_left.h) knows the area's kind. Of other kinds
+// Whether ccAreaLeaves() (kernels/cut/area_left.h) supports the area's kind. Of other kinds
 // areaInGrid() gives the bounds alone.
 bool kernelKnows(const PlacedSolid& area);
 

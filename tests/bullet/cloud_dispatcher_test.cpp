@@ -75,8 +75,8 @@ Outcome play(const Scene& scene, int threads) {
   return outcome;
 }
 
-// `foretold`: the least fraction of the results searched ahead that Bullet then uses.
-void expectSame(const Scene& scene, double foretold = 0.99) {
+// `leastUsed`: the least fraction of the results searched ahead that Bullet then uses.
+void expectSame(const Scene& scene, double leastUsed = 0.99) {
   const Outcome serial = play(scene, 0);
   EXPECT_GT(serial.counted.contacts, 0u);
   for (const int count : {1, 2, 3, 8}) {
@@ -91,7 +91,7 @@ void expectSame(const Scene& scene, double foretold = 0.99) {
     EXPECT_EQ(found.counted.contacts, serial.counted.contacts);
     EXPECT_EQ(found.counted.failures, serial.counted.failures) << found.counted.lastFailure;
     if (count > 1) {
-      EXPECT_GE(found.hitRate, foretold);
+      EXPECT_GE(found.hitRate, leastUsed);
     } else {
       EXPECT_TRUE(std::isnan(found.hitRate)) << "one thread has nothing to share out";
     }
@@ -199,7 +199,7 @@ TEST(CloudDispatcher, BodiesThatAreCut) {
   }
 }
 
-TEST(CloudDispatcher, BodiesThatComeAndGo) {
+TEST(CloudDispatcher, BodiesAddedAndRemoved) {
   Scene scene;
   scene.build = [](Stage& stage) {
     stage.addGround();
@@ -243,7 +243,7 @@ TEST(CloudDispatcher, AUsersNearCallbackThatMovesBodies) {
   expectSame(scene, 0.2);
 }
 
-struct Told : btCollisionWorld::ContactResultCallback {
+struct HashPoints : btCollisionWorld::ContactResultCallback {
   Hash* hash;
   btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
                            const btCollisionObjectWrapper*, int, int) override {
@@ -254,25 +254,25 @@ struct Told : btCollisionWorld::ContactResultCallback {
 };
 
 TEST(CloudDispatcher, QueriesBetweenSteps) {
-  std::vector<std::uint64_t> told;
+  std::vector<std::uint64_t> hashes;
   Scene scene;
-  scene.build = [&told](Stage& stage) {
-    told.emplace_back();
+  scene.build = [&hashes](Stage& stage) {
+    hashes.emplace_back();
     stage.addGround();
     pour(stage, 6);
     addCompound(stage, 0.16);
   };
-  scene.before = [&told](Stage& stage, int step) {
+  scene.before = [&hashes](Stage& stage, int step) {
     Hash hash;
-    Told callback;
+    HashPoints callback;
     callback.hash = &hash;
     stage.world.contactTest(stage.bodies[1 + static_cast<std::size_t>(step % 6)].get(), callback);
     stage.world.contactPairTest(stage.bodies[7].get(), stage.bodies[0].get(), callback);
     if (step % 10 == 0) stage.world.performDiscreteCollisionDetection();
-    told.back() ^= hash.value() * static_cast<std::uint64_t>(2 * step + 1);
+    hashes.back() ^= hash.value() * static_cast<std::uint64_t>(2 * step + 1);
   };
   expectSame(scene);
-  for (const std::uint64_t one : told) EXPECT_EQ(one, told.front());
+  for (const std::uint64_t one : hashes) EXPECT_EQ(one, hashes.front());
 }
 
 TEST(CloudDispatcher, FailuresAreCountedOnce) {

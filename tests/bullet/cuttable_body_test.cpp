@@ -156,7 +156,7 @@ TEST(CuttableBody, FallsInSeveralPieces) {
   expectKept(before, *scene.body, outcome);
 }
 
-TEST(CuttableBody, CrumbsGoWithWhatIsCutAway) {
+TEST(CuttableBody, CrumbsCountAsCutAway) {
   CuttableBodySettings settings = plain();
   settings.leastPiece = 1000 * 5 * 256 * std::pow(kVoxel, 3);  // five layers of the box
   Scene scene(boxCloud(), settings);
@@ -254,7 +254,7 @@ TEST(CuttableBody, IsNotFeltWhereItWasCut) {
   EXPECT_TRUE(world.points().empty());
 }
 
-TEST(CuttableBody, RefusesWhatIsNotACut) {
+TEST(CuttableBody, RefusesAnythingButACut) {
   Scene scene(boxCloud());
   const Cloud whole = scene.body->cloud();
   const CutOutcome outcome = scene.body->cut(bite(whole, Vec3(16, 16, 20), 4));
@@ -273,7 +273,7 @@ TEST(CuttableBody, RefusesWhatIsNotACut) {
   EXPECT_THROW(CuttableBody(Cloud(), at(v(0, 0, 0))), std::invalid_argument);
 }
 
-TEST(CuttableBody, NothingCutIsNothingChanged) {
+TEST(CuttableBody, WithoutACutNothingChanges) {
   Scene scene(boxCloud());
   const btTransform before = scene.body->body().getWorldTransform();
   const CutOutcome outcome = scene.body->cut({});

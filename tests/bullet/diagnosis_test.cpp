@@ -10,7 +10,7 @@
 namespace cloudcontact::testing {
 namespace {
 
-TEST(Diagnose, NamesTheSettingThatIsWrongAndNothingElse) {
+TEST(Diagnose, NamesOnlyTheWrongSetting) {
   struct Row {
     const char* names;
     std::function<void(btContactSolverInfo&)> spoil;
@@ -39,13 +39,13 @@ TEST(Diagnose, NamesTheSettingThatIsWrongAndNothingElse) {
   }
 }
 
-TEST(Diagnose, BulletsDefaultsAreNotWell) {
+TEST(Diagnose, BulletsDefaultsAreReported) {
   BulletWorld scene;
   scene.world.getSolverInfo() = btContactSolverInfo();
   EXPECT_GE(diagnose(scene.world).size(), 3u);
 }
 
-TEST(Diagnose, AnMlcpSolverIsTold) {
+TEST(Diagnose, ReportsAnMlcpSolver) {
   BulletWorld scene;
   btDantzigSolver dantzig;
   btMLCPSolver solver(&dantzig);

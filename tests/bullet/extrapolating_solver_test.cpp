@@ -81,7 +81,7 @@ double farFrom(const std::vector<double>& solution, const std::vector<double>& f
 }
 
 // Relative error after 30 and 100 sweeps: Bullet's own 0.53 and 0.39, here 0.09 and 0.0003.
-TEST(ExtrapolatingSolver, ComesToTheSameSolutionInFewerSweeps) {
+TEST(ExtrapolatingSolver, FindsTheSameSolutionInFewerSweeps) {
   const auto solution = impulsesOf(false, 5000);
   ASSERT_GE(solution.size(), 24u);
   EXPECT_LT(farFrom(solution, impulsesOf(true, 10)), farFrom(solution, impulsesOf(false, 10)));
@@ -144,7 +144,7 @@ double deepestUnderATon(double bears, double step) {
   return deepest / kVoxel;
 }
 
-TEST(Bears, WhatBearsAThousandTimesItselfStandsWithinHalfAVoxelOnlyIfToldTo) {
+TEST(Bears, ALightBodyBearsAThousandTimesItsMassOnlyWithTheSetting) {
   EXPECT_LT(deepestUnderATon(10, 1. / 240), 0.5);
   EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.6);
 }

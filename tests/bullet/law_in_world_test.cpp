@@ -34,7 +34,7 @@ TEST(LawInWorld, AFallingCubeFollowsTheBackwardEulerRecurrence) {
     scene.addGround();
     const double mass = 2, step = 1e-3;
     btRigidBody& cube = scene.addCloud(cubeField(), mass, at({0, 0, btScalar(0.101)}));
-    double depth = depthOf(cube), speed = 0;  // upwards
+    double depth = depthOf(cube), speed = 0;  // upward
     double worst = 0, deepest = 0;
     for (int i = 0; i < 400; ++i) {
       const double free = speed - kGravity * step;
@@ -122,7 +122,7 @@ void expectAutomatic(BulletWorld& scene, double mass, double weight, double voxe
   EXPECT_NEAR(push, force, 0.02 * force) << "at " << depth / whole / kVoxel << " voxels";
 }
 
-TEST(LawInWorld, MaterialsComeFromTheShapesThenFromBulletThenFromNoOne) {
+TEST(LawInWorld, ShapesLawsPrecedeBulletsAndAutomaticSprings) {
   const auto scene = [](std::optional<KelvinVoigt> cloud, std::optional<KelvinVoigt> ground) {
     auto made = std::make_unique<BulletWorld>();
     btRigidBody& plane = made->addGround();
@@ -150,7 +150,7 @@ TEST(LawInWorld, TwoFreeBodiesShareAnAutomaticSpringByTheirReducedMass) {
 }
 
 // The spring follows the world's gravity; without gravity it is as on the ground.
-TEST(LawInWorld, TheAutomaticSpringKnowsWhatPulls) {
+TEST(LawInWorld, TheAutomaticSpringFollowsGravity) {
   for (const double gravity : {0.0, 1.62, 9.81}) {
     BulletWorld scene;
     scene.world.setGravity({0, 0, btScalar(-gravity)});

@@ -47,7 +47,7 @@ void expectConsistent(const btManifoldPoint& point, const btRigidBody& a, const 
               kRounding);
 }
 
-TEST(Manifold, PointsLieOnBothBodiesAndTheNormalLooksFromBody1ToBody0) {
+TEST(Manifold, PointsLieOnBothBodiesAndTheNormalPointsFromBody1ToBody0) {
   for (const bool groundFirst : {true, false}) {
     BulletWorld scene;
     if (groundFirst) scene.addGround();
@@ -167,7 +167,7 @@ TEST(Manifold, EachPatchHasItsOwnAndTheyAreKeptWhenEmpty) {
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0) << "manifolds leaked";
 }
 
-TEST(Manifold, StiffnessIsSharedOutAndRestitutionIsNone) {
+TEST(Manifold, StiffnessIsSharedAndRestitutionIsZero) {
   CloudContactSettings settings;
   settings.law = KelvinVoigt{5000, 7};
   BulletWorld scene(settings);

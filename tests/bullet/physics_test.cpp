@@ -111,7 +111,7 @@ TEST(OnASlope, FrictionHoldsAboveTheTangentAndDoesNotBelow) {
 
 // A brick hardly leans. With a stated spring and without, at all steps: a sliding brick must not be
 // pulled back, and a standing one must not creep once it has settled.
-TEST(OnASlope, ABrickTells049From051AtEveryStepWhetherItsSpringIsStatedOrNot) {
+TEST(OnASlope, ABrickDistinguishes049From051AtEveryStepAndWithAnySpring) {
   CloudContactSettings stated;
   stated.law = KelvinVoigt{9810, 2 * std::sqrt(9810)};
   for (const auto& settings : {CloudContactSettings{}, stated})
@@ -193,7 +193,7 @@ TEST(Falling, NeverGainsEnergyOnAnyCornerOrEdge) {
 
 // A body that moves 1.7 voxels a step gets points a step before it touches, wherever that step
 // ends. With points within a voxel only, it would be 0.7 voxel deep at worst.
-TEST(Falling, WhatComesInMoreThanAVoxelAStepIsStoppedAtTheSurface) {
+TEST(Falling, FasterThanAVoxelAStepIsStoppedAtTheSurface) {
   const double step = 1. / 100, half = 0.1;
   const auto slab = fieldOf(boxMesh({0.5, 0.4, 0.1}), kVoxel);
   for (int phase = 0; phase < 8; ++phase) {

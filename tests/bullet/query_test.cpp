@@ -69,7 +69,7 @@ TEST(ContactTest, SeesThePointsAndLeavesTheWorldAlone) {
   EXPECT_EQ(after[0].m_lifeTime, written[0].m_lifeTime);
 }
 
-TEST(ContactTest, ApartThereIsNothingAndWithinAThresholdTheGapIsTold) {
+TEST(ContactTest, ReportsNothingApartAndTheGapWithinAThreshold) {
   BulletWorld scene;
   btRigidBody& ground = scene.addGround();
   btRigidBody& cube = scene.addCloud(cubeField(), 1, at({0, 0, btScalar(0.105)}));
@@ -169,7 +169,7 @@ TEST(Robustness, MeshesTerrainsAndFlatShapesAreNoContactAndNoCrash) {
   EXPECT_GT(scene.clouds.statistics().failures, 0u) << "the flat hull is no failure";
 }
 
-TEST(Ray, EntersTheCubeAndTheBallWhereTheirFormulasSay) {
+TEST(Ray, EntersTheCubeAndTheBallByTheirFormulas) {
   BulletWorld scene;
   const btQuaternion turn(btVector3(1, 2, 3).normalized(), btScalar(0.8));
   btRigidBody& ball = scene.addCloud(ballField(), 1, at({1, 2, 3}, turn));
@@ -259,7 +259,7 @@ struct Pen : btIDebugDraw {
   int getDebugMode() const override { return mode; }
 };
 
-TEST(DebugDraw, DrawsTheSurfaceAndThePatchesAndOnlyWhenAsked) {
+TEST(DebugDraw, DrawsSurfaceAndPatchesInTheirModesOnly) {
   BulletWorld scene;
   scene.addCloud(cubeField(), 1, at({0, 0, 0}));
   scene.add(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(-0.097)), 0,

@@ -75,12 +75,12 @@ std::string between(const std::string& file, const std::string& begin, const std
 }
 
 // A 1 kg cube of 0.1 m at k = 1e5 N/m stands m g / k = 0.1 mm in the floor.
-TEST(ReadmeSample, ComesToRestWhereTheSpringHoldsIt) {
+TEST(ReadmeSample, RestsWhereTheSpringHoldsIt) {
   World w;
   EXPECT_NEAR(heightAfterASecond(w, cube(0.1)), 0.05 - 9.81 / 1e5, 5e-5);
 }
 
-TEST(ReadmeSample, StandsInTheReadme) {
+TEST(ReadmeSample, EqualsTheReadme) {
   std::string code =
       between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/tests/bullet/readme_sample_test.cpp",
               "// sample "

@@ -101,9 +101,9 @@ std::vector<Touch> touches() {
        v(0.4, 0, 0), x},
       {"multi-sphere",
        [=] {
-         const btVector3 centres[] = {v(-0.4, 0, 0), v(0.4, 0, 0)};
+         const btVector3 centers[] = {v(-0.4, 0, 0), v(0.4, 0, 0)};
          const btScalar radii[] = {r, r};
-         return std::make_unique<btMultiSphereShape>(centres, radii, 2);
+         return std::make_unique<btMultiSphereShape>(centers, radii, 2);
        },
        v(0.1, 0.3, 0), y},
   };
@@ -120,7 +120,7 @@ struct Deepest : btCollisionWorld::ContactResultCallback {
   }
 };
 
-TEST(PlainShapes, ACloudBallMeetsEachWhereItsFormulaSays) {
+TEST(PlainShapes, ACloudBallMeetsEachAtItsFormulasSurface) {
   const double depth = 0.6 * kVoxel;
   const btTransform place =
       at(v(1, -2, 0.5), btQuaternion(v(1, 2, -1).normalized(), btScalar(1.1)));

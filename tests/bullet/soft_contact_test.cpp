@@ -86,7 +86,7 @@ class SoftWorld {
   }
 
   void step(double seconds) { world.stepSimulation(btScalar(seconds), 0); }
-  double pushOn(const btSoftBody& soft) const {  // upwards, of the last step [N s]
+  double pushOn(const btSoftBody& soft) const {  // upward, of the last step [N s]
     std::vector<SoftContactPoint> points;
     clouds.softContacts(soft, points);
     double sum = 0;
@@ -233,7 +233,7 @@ TEST(SoftContact, FoundationIsStiffnessTimesTheFacesArea) {
 
 // All nodes sink as one mass on a standard linear solid: by backward Euler, written out here, and
 // in the end by weight / k.
-TEST(SoftContact, ASheetCreepsAsTheSolidSays) {
+TEST(SoftContact, ASheetCreepsAsTheSolid) {
   const double mass = 0.02, load = mass * kGravity, step = 1e-3;
   const double k = 10, k1 = 20, c1 = 2, keep = c1 / (c1 + step * k1);  // creep time 0.3 s
   CloudContactSettings settings;
@@ -255,7 +255,7 @@ TEST(SoftContact, ASheetCreepsAsTheSolidSays) {
 }
 
 // On a slope of 0.5 a sheet stands above friction 0.5 and below slides by g (sin - mu cos).
-TEST(SoftContact, ASheetOnASlopeStandsOrSlidesAsCoulombSays) {
+TEST(SoftContact, ASheetOnASlopeFollowsCoulombsLaw) {
   const double angle = std::atan(0.5);
   const btQuaternion turn(btVector3(0, 1, 0), btScalar(angle));
   for (const double friction : {0.0, 0.2, 0.4, 0.52}) {
@@ -351,7 +351,7 @@ TEST(SoftContact, ADroppedSheetGainsNoEnergy) {
 
 // A ball on a sheet of equal mass that is pinned all around: the nodes bear its weight. (Bullet's
 // links stretch without end under much heavier loads.)
-TEST(SoftContact, ATrampolineBearsWhatLiesOnIt) {
+TEST(SoftContact, ATrampolineBearsALoad) {
   for (const bool stated : {true, false}) {
     SoftWorld scene(stated ? pairOf(5000, 100) : CloudContactSettings{});
     btSoftBody& sheet = scene.addSheet(0.3, 13, 0.3, at({0, 0, 0}), 0.5);
@@ -395,7 +395,7 @@ std::vector<btScalar> endState(bool softFirst, bool look) {
   return state;
 }
 
-TEST(SoftContact, NeitherOrderNorLookingChangesABit) {
+TEST(SoftContact, OrderAndQueriesChangeNoBit) {
   const std::vector<btScalar> state = endState(true, false);
   EXPECT_EQ(state, endState(false, false));
   EXPECT_EQ(state, endState(true, true));
@@ -413,7 +413,7 @@ TEST(SoftContact, AFastSheetDoesNotPassAPlate) {
 }
 
 // Seven voxels deep, beyond the field's five.
-TEST(SoftContact, DeeperThanTheFieldKnowsASheetIsStillPushedOut) {
+TEST(SoftContact, DeeperThanTheBandASheetIsStillPushedOut) {
   const double mass = 0.1, stiffness = 14;
   SoftWorld scene(pairOf(stiffness, 2 * std::sqrt(stiffness * mass)));
   scene.addCloud(fieldOf(boxMesh({0.3, 0.3, 0.2}), kVoxel), 0);
@@ -435,7 +435,7 @@ TEST(SoftContact, AChildOfACompoundTouchesAlike) {
   expectSag(scene, sheet, 0.05, mass * kGravity / stiffness, kVoxel);
 }
 
-TEST(SoftContact, ADeformableWorldsBodiesAreToldToBeFailures) {
+TEST(SoftContact, BodiesOfADeformableWorldCountAsFailures) {
   CloudContact clouds;
   CloudShape shape(boxField());
   btSoftBodyRigidBodyCollisionConfiguration configuration;

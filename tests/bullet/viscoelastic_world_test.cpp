@@ -58,12 +58,12 @@ void expectCreep(const std::shared_ptr<const SurfaceField>& field, bool onCloud,
   }
 }
 
-TEST(ViscoelasticWorld, ACubeCreepsAsTheSolidSays) {
+TEST(ViscoelasticWorld, ACubeCreepsAsTheSolid) {
   expectCreep(cubeField(), false);
   expectCreep(cubeField(), true);
 }
 
-TEST(ViscoelasticWorld, ABallCreepsAsTheSolidSays) {
+TEST(ViscoelasticWorld, ABallCreepsAsTheSolid) {
   expectCreep(ballField(), false);
 }
 

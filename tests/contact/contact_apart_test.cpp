@@ -25,7 +25,7 @@ bool meets(const ContactBody& sampled, const ContactBody& other) {
   return false;
 }
 
-std::size_t asked(const ContactBody& a, const ContactBody& b) {
+std::size_t lookups(const ContactBody& a, const ContactBody& b) {
   ContactSettings settings;
   settings.margin = kMargin;
   ContactFinder finder;
@@ -45,8 +45,8 @@ class FarApart : public ::testing::Test {
       const Pose place{maker.random.rotation(),
                        kVoxel * reach * (2 * maker.random.inCube() - Vec3::Ones())};
       const ContactBody a = bar.at({}), b = other.at(place);
-      const bool skip = asked(a, b) == 0;
-      EXPECT_EQ(asked(b, a) == 0, skip);
+      const bool skip = lookups(a, b) == 0;
+      EXPECT_EQ(lookups(b, a) == 0, skip);
       const bool meeting = meets(a, b) || meets(b, a);
       EXPECT_FALSE(skip && meeting) << "pose " << i;
       skipped += skip;
@@ -72,19 +72,19 @@ TEST_F(FarApart, AlongEdgeAxes) {
   Pose crossed = turned;
   crossed.orientation = Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitZ()) * turned.orientation;
   crossed.position = Vec3(0, 0, 16 * kVoxel);  // edges reach 4.95 voxels: 6.1 apart
-  EXPECT_GT(asked(bar.at(turned), bar.at({crossed.orientation, Vec3(0, 0, 9 * kVoxel)})), 0u);
-  EXPECT_EQ(asked(bar.at(turned), bar.at(crossed)), 0u);
+  EXPECT_GT(lookups(bar.at(turned), bar.at({crossed.orientation, Vec3(0, 0, 9 * kVoxel)})), 0u);
+  EXPECT_EQ(lookups(bar.at(turned), bar.at(crossed)), 0u);
 }
 
 TEST_F(FarApart, AHalfSpace) {
   const Body ground = BodyMaker::shape(HalfSpace{});
   Pose upright{Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * EIGEN_PI, Vec3::UnitY())), Vec3::Zero()};
   upright.position = Vec3(0.3, -0.2, 21.5 * kVoxel);  // its end within the margin
-  EXPECT_GT(asked(bar.at(upright), ground.at({})), 0u);
+  EXPECT_GT(lookups(bar.at(upright), ground.at({})), 0u);
   upright.position.z() = 26 * kVoxel;
-  EXPECT_EQ(asked(bar.at(upright), ground.at({})), 0u);
+  EXPECT_EQ(lookups(bar.at(upright), ground.at({})), 0u);
   upright.position.z() = -1;  // deep below
-  EXPECT_GT(asked(bar.at(upright), ground.at({})), 0u);
+  EXPECT_GT(lookups(bar.at(upright), ground.at({})), 0u);
 }
 
 }  // namespace

@@ -61,10 +61,10 @@ TEST(NoAllocation, InAContactAtRest) {
   ContactFinder first(workspace), second(workspace);
   for (int i = 0; i < 3; ++i) first.find(a, b, {});  // grows the workspace
   second.find(a, b, {});
-  const std::size_t before = allocations, asked = second.sampleLookups();
+  const std::size_t before = allocations, lookups = second.sampleLookups();
   for (int i = 0; i < 3; ++i) second.find(a, b, {});
   EXPECT_EQ(allocations - before, 0u);
-  EXPECT_LT(second.sampleLookups(), asked);
+  EXPECT_LT(second.sampleLookups(), lookups);
 }
 
 }  // namespace

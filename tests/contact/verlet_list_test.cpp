@@ -32,18 +32,18 @@ struct Walk {
   }
 };
 
-struct Asked {
+struct Lookups {
   std::size_t listed = 0, fresh = 0;
 };
 
-// One query of a finder with lists and of a new one.
-void ask(ContactFinder& finder, const Walk& walk, Asked& asked) {
+// Queries a finder with lists and a new one, and adds up their lookups.
+void query(ContactFinder& finder, const Walk& walk, Lookups& lookups) {
   ContactFinder fresh;
   const ContactResult& want = fresh.find(walk.a, walk.b, walk.settings);
   const ContactResult& got = finder.find(walk.a, walk.b, walk.settings);
   expectSame(got, want, Ids::Ignored);
-  asked.listed += finder.sampleLookups();
-  asked.fresh += fresh.sampleLookups();
+  lookups.listed += finder.sampleLookups();
+  lookups.fresh += fresh.sampleLookups();
 }
 
 class VerletLists : public ::testing::Test {
@@ -70,33 +70,33 @@ TEST_F(VerletLists, FindTheSameAtAnySpeed) {
       for (Walk w : walks()) {
         w.settings.margin = margin * kVoxel;
         ContactFinder finder;
-        Asked asked;
+        Lookups lookups;
         for (int i = 0; i < 60; ++i) {
           w.step(length);
-          ask(finder, w, asked);
+          query(finder, w, lookups);
           if (HasFailure()) return;
         }
         if (length < 2e-3) {
-          EXPECT_LT(asked.listed, asked.fresh * 7 / 10);
+          EXPECT_LT(lookups.listed, lookups.fresh * 7 / 10);
         }
         if (length > 0.02) {
-          EXPECT_EQ(asked.listed, asked.fresh);
+          EXPECT_EQ(lookups.listed, lookups.fresh);
         }
       }
 }
 
-// The energy's gradient asks all samples.
+// The foundation law looks up all samples.
 TEST_F(VerletLists, FindTheSameOfAllSamples) {
   for (Walk w : walks()) {
     w.settings.law = Foundation{1e4, 0};
     ContactFinder finder;
-    Asked asked;
+    Lookups lookups;
     for (int i = 0; i < 40; ++i) {
       w.step(2e-3);
-      ask(finder, w, asked);
+      query(finder, w, lookups);
       if (HasFailure()) return;
     }
-    EXPECT_LT(asked.listed, asked.fresh);
+    EXPECT_LT(lookups.listed, lookups.fresh);
   }
 }
 
@@ -104,26 +104,26 @@ TEST_F(VerletLists, FindTheSameOfAllSamples) {
 TEST_F(VerletLists, FindTheSameAsLevelsChange) {
   for (Walk w : walks()) {
     ContactFinder finder;
-    Asked asked;
+    Lookups lookups;
     w.settings.margin = 0.3 * kVoxel;
     for (int i = 0; i < 400; ++i) {
       w.b.pose.position.z() += (i < 200 ? 8e-3 : -8e-3) * kVoxel;
-      ask(finder, w, asked);
+      query(finder, w, lookups);
       if (HasFailure()) return;
     }
-    EXPECT_LT(asked.listed, asked.fresh);
+    EXPECT_LT(lookups.listed, lookups.fresh);
   }
 }
 
-// What else may change between two queries.
+// Other changes between two queries.
 TEST_F(VerletLists, AreOfThisPairAlone) {
   Walk w = walk(box, 6, ball, 13.5, 14), other = walk(box, 6, roller, 11, 14);
   ContactFinder finder;
-  Asked asked;
+  Lookups lookups;
   const auto rest = [&](Walk& of) {
     for (int i = 0; i < 5; ++i) {
       of.step(1e-4);
-      ask(finder, of, asked);
+      query(finder, of, lookups);
     }
   };
   rest(w);
@@ -156,16 +156,16 @@ TEST_F(VerletLists, AreOfTheseFieldsAlone) {
   Walk w = walk(box, 10, ball, 14.0, 14);
   w.b.pose.position += Vec3(20, 20, 0) * kVoxel;
   ContactFinder finder;
-  Asked asked;
+  Lookups lookups;
   for (const int top : {60, 250, 100, 20}) {
     const auto field = slab(top);
     w.a = ContactBody{field.get(), nullptr, {}, {}};
     for (int i = 0; i < 4; ++i) {
       w.step(1e-5);
-      ask(finder, w, asked);
+      query(finder, w, lookups);
     }
   }
-  EXPECT_LT(asked.listed, asked.fresh);
+  EXPECT_LT(lookups.listed, lookups.fresh);
 }
 
 }  // namespace

@@ -123,7 +123,7 @@ TEST(Digitizer, DeviceVoxelsEqualCpu) {
 }
 
 // Mending is skipped only for meshes that it would not change.
-TEST(Digitizer, WholeMeshesAreThoseThatMendingKeeps) {
+TEST(Digitizer, WholeMeshesNeedNoMending) {
   const auto whole = [](const Mesh& mesh) {
     const auto prepared = preparedAsWhole(mesh);
     return prepared && isOneClosedSurface(prepared->closing.mesh);

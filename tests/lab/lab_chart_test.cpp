@@ -212,7 +212,7 @@ TEST(LabCheck, ALoopDetectsAForceThatGainsEnergy) {
   EXPECT_GT(work(0.1), 0.02);
 }
 
-TEST(LabCheck, SwappingShowsWhoLeansToOneSide) {
+TEST(LabCheck, SwappingDetectsABiasTowardOneBody) {
   const std::vector<LabPoint> answer = {{Vec3::Zero(), Vec3::UnitZ(), 1, 1}};
   const Pose pose{Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())),
                   Vec3(1, 2, 3)};
@@ -272,7 +272,7 @@ TEST(LabChart, MethodsWithAWrongDepthAreNotOnTheFrontier) {
   EXPECT_EQ(familyMarks(rows)[0].depthTimes, 25);
 }
 
-TEST(LabChart, TheFrontierIsWhatNothingBeats) {
+TEST(LabChart, TheFrontierHasTheUnbeatenMethods) {
   const auto row = [](const char* method, double time, double error) {
     return rowOf(method, "s", "c", time, error);
   };

@@ -55,7 +55,7 @@ struct Laboratory {
   }
 };
 
-TEST(Laboratory, ThroughOpenClGivesTheCpusBits) {
+TEST(Laboratory, OnOpenClEqualsTheCpu) {
   ContactBatch batch({Backend::OpenCl, 2});
   if (test::maySkip(batch)) GTEST_SKIP() << batch.message();
   ASSERT_EQ(batch.backend(), Backend::OpenCl) << batch.message();

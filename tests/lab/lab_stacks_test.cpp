@@ -118,7 +118,7 @@ TEST(StabilityScenes, CloudsHoldWhereAWedgeOrABoxIsInPlace) {
 
 // With ten iterations of Bullet's solver all three fail, by 4 and 0.7 voxels of penetration and by
 // energy. Spikes at 60 Hz are no useful test: their outcome depends on the last bit.
-TEST(StabilityScenes, CloudsHoldWhatTenIterationsOfBulletsSolverDoNot) {
+TEST(StabilityScenes, CloudsHoldWhereTenIterationsOfBulletsSolverFail) {
   const auto stacks = stackScenes(), erleben = erlebenScenes();
   const auto holds = [](const std::vector<StabilityScene>& scenes, const char* name, double step,
                         const char* mode) {

@@ -10,7 +10,7 @@ namespace {
 using program_test::Outcome;
 using program_test::Workplace;
 
-TEST(Chart, OfAPairOfOnesOwn) {
+TEST(Chart, OfAUsersPair) {
   const Workplace place;
   const Outcome outcome = place.run({"chart", "sphere:0.01", "box:0.03,0.03,0.01", "--pose",
                                      "0 0 0.0147", "--voxel", "0.001", "--out", "out"});
@@ -43,7 +43,7 @@ TEST(Chart, OfAPairOfOnesOwn) {
     EXPECT_EQ(report.find(outside), std::string::npos) << outside;
 }
 
-TEST(Chart, RefusesWhatItCannotChart) {
+TEST(Chart, RefusesUnusablePairs) {
   const Workplace place;
   const auto refused = [&](const std::vector<std::string>& words, const char* why) {
     const Outcome outcome = place.run(words);

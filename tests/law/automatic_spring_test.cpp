@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81, kSteps[] = {1. / 60, 1. / 240, 1e-3};
 
-TEST(AutomaticSpring, OwnWeightSagsByATenthOfAVoxelAndNoMoreThanTheStepAsks) {
+TEST(AutomaticSpring, OwnWeightSagsByATenthOfAVoxelWithinTheStepsLimit) {
   for (const double step : kSteps)
     for (const double voxel : {1e-4, 1e-2, 0.2}) {
       const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, voxel, step);
@@ -22,7 +22,7 @@ TEST(AutomaticSpring, OwnWeightSagsByATenthOfAVoxelAndNoMoreThanTheStepAsks) {
     }
 }
 
-TEST(AutomaticSpring, WhatBearsTwentyTimesItsWeightSagsByLessThanAThirdOfAVoxel) {
+TEST(AutomaticSpring, TwentyTimesTheWeightSagByLessThanAThirdOfAVoxel) {
   for (const double step : {1. / 240, 1e-3})
     EXPECT_LT(automaticSpring(2, 2 * kGravity, kVoxel, step).sag(40 * kGravity), 0.31 * kVoxel);
 }
@@ -65,7 +65,7 @@ double speedAfter(const AutomaticSpring& spring, double step, double speed, doub
 
 // Without damping the speed out is at most the speed in. With damping ratio 1 it is at most exp(-2)
 // of it, as for a critically damped spring that cannot pull.
-TEST(AutomaticSpring, GivesBackNoMoreThanItsDampingRatioSays) {
+TEST(AutomaticSpring, ReturnsNoMoreThanItsDampingRatioAllows) {
   for (const double step : {1. / 60, 1. / 240, 1e-3, 1e-4})
     for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels per step]
       for (const double phase : {0.01, 0.3, 0.5, 0.7, 0.95}) {
@@ -79,7 +79,7 @@ TEST(AutomaticSpring, GivesBackNoMoreThanItsDampingRatioSays) {
 
 // Up to 0.3 voxel nothing changes. A thousand times the weight sags by less than 0.4 voxel at 240
 // Hz; stiffness is the force's derivative there, too.
-TEST(AutomaticSpring, WhatBearsManyTimesItselfIsHarderOnlyWhereItIsDeep) {
+TEST(AutomaticSpring, WithBearsItIsHarderOnlyAtDepth) {
   const double step = 1. / 240;
   for (const double joint : {0.25, 1.0}) {
     const AutomaticSpring plain = automaticSpring(2, 2 * kGravity, kVoxel, step, joint),
@@ -105,7 +105,7 @@ TEST(AutomaticSpring, WhatBearsManyTimesItselfIsHarderOnlyWhereItIsDeep) {
   }
 }
 
-TEST(AutomaticSpring, GivesBackNoMoreWhereItBearsMuch) {
+TEST(AutomaticSpring, ReturnsNoMoreWithBears) {
   for (const double step : {1. / 60, 1. / 240, 1e-3})
     for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels per step]
       for (const double phase : {0.01, 0.5, 0.95}) {
@@ -117,7 +117,7 @@ TEST(AutomaticSpring, GivesBackNoMoreWhereItBearsMuch) {
       }
 }
 
-TEST(AutomaticSpring, HasDampingRatioOneWhereItStands) {
+TEST(AutomaticSpring, HasDampingRatioOneAtRest) {
   const AutomaticSpring spring = automaticSpring(0.3, kGravity, kVoxel, 1e-3);
   for (const double depth : {0.05 * kVoxel, 0.25 * kVoxel, kVoxel}) {
     const SpringTangent tangent = spring.tangent(depth, 0, 1e-3);
@@ -126,7 +126,7 @@ TEST(AutomaticSpring, HasDampingRatioOneWhereItStands) {
   }
 }
 
-TEST(AutomaticSpring, WithoutGravityIsAsOnTheGround) {
+TEST(AutomaticSpring, WithoutGravityItIsAsOnTheGround) {
   EXPECT_EQ(automaticSpring(1, 0, kVoxel, 1e-3).soft, automaticSpring(1, 9.81, kVoxel, 1e-3).soft);
   EXPECT_THROW(automaticSpring(1, 9.81, 0, 1e-3), std::invalid_argument);
   EXPECT_THROW(automaticSpring(0, 9.81, kVoxel, 1e-3), std::invalid_argument);

@@ -56,7 +56,7 @@ TEST(Laws, AFoundationIsKelvinVoigtPerAreaAndRigidHasNoForce) {
   EXPECT_THROW(lawAdvance(Rigid{}, before, 2e-3, 0.01), std::invalid_argument);
 }
 
-TEST(Laws, PointsShareOutASpringOrAWholeLaw) {
+TEST(Laws, PointsShareASpringOrALaw) {
   EXPECT_EQ(sharedSpring(KelvinVoigt{3, 2}).damping, 2);
   EXPECT_EQ(sharedSpring(Foundation{5, 4}).stiffness, 5);
   EXPECT_EQ(sharedSpring(Rigid{}).stiffness, 0);
@@ -87,7 +87,7 @@ TEST(StepLimited, HasDampingRatioOne) {
   EXPECT_NEAR(law.damping / (2 * std::sqrt(law.stiffness * 0.3)), 1, 1e-12);
 }
 
-TEST(StepLimited, RefusesWhatHasNoLimit) {
+TEST(StepLimited, RefusesBadInput) {
   EXPECT_THROW(stepLimited(0, 0.01), std::invalid_argument);
   EXPECT_THROW(stepLimited(1, 0), std::invalid_argument);
   EXPECT_THROW(stepLimited(INFINITY, 0.01), std::invalid_argument);

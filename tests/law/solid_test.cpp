@@ -126,7 +126,7 @@ std::vector<Sampled> sampledShapes(double spacing) {
           {"cone", Cone{0.6, 0.7}, revolved({{0, -0.7}, {0.6, -0.7}, {0, 0.7}}, spacing)}};
 }
 
-TEST(Solid, NoSampleOfTheSurfaceIsNearerAndTheFootLiesOnIt) {
+TEST(Solid, TheFootIsTheNearestSurfacePoint) {
   const double spacing = 0.02;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.2, 1.2);

@@ -52,7 +52,7 @@ void expectFirstOrder(const Run& run, double truth) {
   EXPECT_GT(std::abs(coarse), 1e-12 * std::abs(truth)) << "nothing was refined";
 }
 
-TEST(Viscoelastic, AHeldDepthRelaxesAsEachLawSays) {
+TEST(Viscoelastic, AHeldDepthRelaxesByEachLaw) {
   const double depth = 2e-3, end = 0.03;
   expectFirstOrder([&](int n) { return relaxed(kMaxwell, depth, end, n); },
                    900 * depth * std::exp(-end / 0.02));
@@ -61,7 +61,7 @@ TEST(Viscoelastic, AHeldDepthRelaxesAsEachLawSays) {
   EXPECT_NEAR(relaxed(KelvinVoigt{300, 7}, depth, end, 3), 300 * depth, 1e-12);
 }
 
-TEST(Viscoelastic, AHeldForceCreepsAsEachLawSays) {
+TEST(Viscoelastic, AHeldForceCreepsByEachLaw) {
   const double load = 0.7, end = 0.05;
   expectFirstOrder(
       [&](int n) {
@@ -101,7 +101,7 @@ TEST(Viscoelastic, AMassOnKelvinVoigtSwingsAsADampedOscillator) {
 }
 
 // Over a cycle d = d0 + a sin wt a standard linear solid loses pi a^2 k1 w tau / (1 + (w tau)^2).
-TEST(Viscoelastic, ACycleLosesWhatTheLossModulusSays) {
+TEST(Viscoelastic, ACycleLosesEnergyByTheLossModulus) {
   const double middle = 5e-3, a = 1e-3, tau = 0.02;
   for (const double turns : {0.2, 1.0, 5.0}) {  // w tau
     const double w = turns / tau, truth = kPi * a * a * 700 * turns / (1 + turns * turns);
@@ -184,7 +184,7 @@ TEST(Viscoelastic, NeverPullsAndNeverPushesApart) {
 
 // Pulled back in one step, the branch balances the spring. Held there, it relaxes and the spring
 // pushes again.
-TEST(Viscoelastic, ABranchThatWouldPullLetsGo) {
+TEST(Viscoelastic, ABranchNeverPulls) {
   LawState state{2e-3, 0};
   state = lawAdvance(kSolid, state, 1e-3, 1e-9);
   EXPECT_NEAR(state.branchForce, -0.3, 1e-9);
@@ -223,7 +223,7 @@ double speedAfter(const Law& law, double mass, double speed, double step, double
   return -rate;
 }
 
-TEST(Viscoelastic, NoLawGivesBackMoreThanItTook) {
+TEST(Viscoelastic, NoLawReturnsMoreThanItTook) {
   const auto power = [](double exponent) {
     return UserLaw{[exponent](double d, double) { return 10 * std::pow(d / 1e-3, exponent); }};
   };
@@ -271,7 +271,7 @@ std::string refusal(const Law& law) {
   return "";
 }
 
-TEST(Viscoelastic, RefusesWhatCannotBeALawByItsField) {
+TEST(Viscoelastic, RefusesInvalidLawsByField) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = 1 / std::sin(0.0);
   const auto names = [](const Law& law, const char* field) {
     EXPECT_NE(refusal(law).find(field), std::string::npos) << '"' << refusal(law) << '"';
@@ -300,7 +300,7 @@ TEST(Viscoelastic, RefusesWhatCannotBeALawByItsField) {
   EXPECT_EQ(refusal(KelvinVoigt{0, 1}), "");
 }
 
-TEST(Viscoelastic, RefusesWhatIsNotFiniteInAStep) {
+TEST(Viscoelastic, RefusesStepsThatAreNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(lawForce(kSolid, {}, nan, 1e-3), std::invalid_argument);
   EXPECT_THROW(lawForce(kSolid, {}, 1e-3, 0), std::invalid_argument);

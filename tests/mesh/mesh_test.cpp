@@ -119,7 +119,7 @@ TEST(MeshMended, DropsDoubles) {
   EXPECT_NEAR(inspect(mended(pair)).volume, 2, 1e-12);
 }
 
-TEST(MeshSheet, TellsSheetsFromBodiesWithHoles) {
+TEST(MeshSheet, DistinguishesSheetsFromBodiesWithHoles) {
   const Mesh sphere = sphereMesh(1, 4), box = boxMesh({0, 0, 0}, {1, 1, 1});
   EXPECT_FALSE(isSheet(sphere));
   EXPECT_FALSE(isSheet(turnedInsideOut(sphere)));

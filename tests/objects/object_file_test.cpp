@@ -133,7 +133,7 @@ class ObjectFile : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(ObjectFile, EveryKindComesBack) {
+TEST_F(ObjectFile, EveryKindIsReadBack) {
   for (const DigitalObject& object : objects()) {
     SCOPED_TRACE(kindName(object));
     saveObject(object, folder_ / "a.cloud");
@@ -145,7 +145,7 @@ TEST_F(ObjectFile, EveryKindComesBack) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
-TEST_F(ObjectFile, VoxelsAreWhatSaveCloudWrites) {
+TEST_F(ObjectFile, VoxelsEqualTheFilesOfSaveCloud) {
   const Cloud cloud = twoMaterials();
   const std::string bytes = savedBytes(cloud);
   saveCloud(cloud, folder_ / "c.cloud");

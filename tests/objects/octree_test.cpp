@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-TEST(Octree, GivesTheCloudBack) {
+TEST(Octree, ConvertsBackToTheCloud) {
   for (const Cloud& cloud : {ballCloud(10), nutCloud(), twoMaterials()}) {
     const Octree octree(cloud);
     expectSameVoxels(octree.cloud(), cloud);

@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-TEST(Points, CentersGiveTheCloudBack) {
+TEST(Points, CentersConvertBackToTheCloud) {
   for (const Cloud& cloud : {ballCloud(8), nutCloud(), twoMaterials()})
     expectSameVoxels(toCloud(centerPoints(cloud), kH), cloud);
 }

@@ -37,7 +37,7 @@ TEST(SphereTree, NodesEncloseTheirSubtrees) {
   }
 }
 
-TEST(SphereTree, FindsWhatTouches) {
+TEST(SphereTree, FindsTheLeavesThatTouch) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> at(-16 * kH, 16 * kH), size(0, 5 * kH);
   for (const SphereTree& tree : trees())

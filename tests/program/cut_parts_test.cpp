@@ -109,7 +109,7 @@ TEST(Tooth, HasItsTissuesWhereTheyBelong) {
   EXPECT_EQ(pit[2].first, "pulp");
 }
 
-TEST(PlannedPath, GoesAndRestsAsItSays) {
+TEST(PlannedPath, MovesAndPausesAsPlanned) {
   const PlannedPath path(
       {{Vec3(0, 0, 0), 1, 0.5}, {Vec3(0.01, 0, 0), 0.01, 0.25}, {Vec3(0.01, 0.02, 0), 0.04, 0}});
   EXPECT_NEAR(path.seconds(), 0.5 + 1 + 0.25 + 0.5, 1e-12);
@@ -125,7 +125,7 @@ TEST(PlannedPath, GoesAndRestsAsItSays) {
 }
 
 // Two ticks of each kind.
-TEST(CuttingFigures, CountWhatTheyName) {
+TEST(CuttingFigures, AreCountedRight) {
   CuttingRun run;
   run.step = 0.5;
   run.tissues = {"hard", "soft"};

@@ -37,7 +37,7 @@ std::vector<std::string> with(std::vector<std::string> arguments,
   return arguments;
 }
 
-TEST(Contact, HasTheContractsNames) {
+TEST(Contact, HasTheDocumentedNames) {
   const json result = contact(kSphereOnPlane);
   EXPECT_EQ(result.at("method"), "cloud");
   EXPECT_EQ(result.at("backend"), "cpu");
@@ -154,7 +154,7 @@ TEST(Contact, APrimitiveIsTheSameAsItsMesh) {
   EXPECT_LT((force("box.obj") - force("box:0.02,0.02,0.02")).norm(), 1e-4 * 5);
 }
 
-TEST(Contact, SaysWhatOpenClCannotDoAndUsesTheCpu) {
+TEST(Contact, FallsBackToTheCpuWithAMessage) {
   const Workplace place;
   const Outcome outcome = place.run({"contact", "halfspace", "sphere:0.02", "--voxel", "0.002",
                                      "--pose", "0 0 0.019", "--backend", "opencl", "--json"});
@@ -164,7 +164,7 @@ TEST(Contact, SaysWhatOpenClCannotDoAndUsesTheCpu) {
 }
 
 // Equal to the last printed digit.
-TEST(Contact, OpenClFindsWhatTheCpuFinds) {
+TEST(Contact, OpenClEqualsTheCpu) {
   const Workplace place;
   const auto contact = [&](const char* backend) {
     const Outcome outcome =

@@ -22,7 +22,7 @@ json digitize(const Workplace& place, std::vector<std::string> rest) {
   return outcome.json();
 }
 
-TEST(Digitize, HasTheContractsNames) {
+TEST(Digitize, HasTheDocumentedNames) {
   const Workplace place;
   const json result = digitize(place, {"box:0.01,0.02,0.03", "--voxel", "0.001"});
   for (const char* name :
@@ -74,7 +74,7 @@ TEST(Digitize, ReadsFilesInTheirUnit) {
   }
 }
 
-TEST(Digitize, ASavedCloudComesBackTheSame) {
+TEST(Digitize, ASavedCloudIsReadBackUnchanged) {
   const Workplace place;
   const json made =
       digitize(place, {"cylinder:0.01,0.02", "--voxel", "0.0007", "-o", "kept.cloud"});
@@ -116,7 +116,7 @@ TEST(Digitize, ThreadsChangeNothing) {
 }
 
 // The cloud files of device and CPU are equal; without a device there is a message.
-TEST(Digitize, OpenClMakesWhatTheCpuMakes) {
+TEST(Digitize, OpenClEqualsTheCpu) {
   const Workplace place;
   const auto made = [&](const char* backend, const std::string& body) {
     return place.run({"digitize", body, "--voxel", "0.001", "--backend", backend, "-o",

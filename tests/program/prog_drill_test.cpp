@@ -55,7 +55,7 @@ json drilled(const Workplace& place, const Arguments& more = {}) {
   return outcome.json();
 }
 
-TEST(Drill, TellsWhatWasTouchedAndWhatWent) {
+TEST(Drill, ReportsTouchedTissuesAndRemovedVolume) {
   const Workplace place;
   writeBlock(place);
   const json result = drilled(place, {"--force", "force.csv", "--chart", "chart.svg", "--picture",

@@ -237,7 +237,7 @@ void expectRefused(const Workplace& place, const Arguments& arguments,
   EXPECT_EQ(place.files(), before);
 }
 
-TEST(Picture, WhatCannotBeWrittenIsRefusedByName) {
+TEST(Picture, UnwritableFilesAreRefusedByName) {
   const Workplace place;
   std::filesystem::create_directory(place / "folder.png");
   for (const Arguments& arguments : {kSphereOnPlane, kCylinder}) {

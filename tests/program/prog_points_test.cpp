@@ -63,7 +63,7 @@ TEST(Points, AScanIsTheBodyItEncloses) {
   EXPECT_GT(digitize(place, {"ball.xyz", "--unit", "mm"}).json()["voxels"].get<int>(), 5000);
 }
 
-TEST(Points, AnOpenScanIsAShellAsThickAsAsked) {
+TEST(Points, AnOpenScanIsAShellOfTheGivenThickness) {
   const Workplace place;
   place.write("cup.xyz", ballPoints(12000, 0));
   const Outcome outcome =
@@ -84,7 +84,7 @@ TEST(Points, ALatticeIsTheVolumeItFills) {
   EXPECT_NEAR(outcome.json()["volume"].get<double>(), 1e-6, 1e-9);
 }
 
-TEST(Points, AnOrganisedPcdIsADepthImage) {
+TEST(Points, AnOrganizedPcdIsADepthImage) {
   const Workplace place;
   std::ostringstream rows;
   for (int k = 0; k < 1600; ++k)

@@ -36,7 +36,7 @@ std::string onTerminal(const program_test::Workplace& place, unsigned short colu
   return seen;
 }
 
-TEST(Progress, TellsTheTimeLeft) {
+TEST(Progress, ShowsTheTimeLeft) {
   EXPECT_EQ(timeLeftText(0.2), "1 s left");
   EXPECT_EQ(timeLeftText(59), "59 s left");
   EXPECT_EQ(timeLeftText(61), "2 min left");

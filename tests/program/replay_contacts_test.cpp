@@ -50,13 +50,13 @@ ReplayContacts recorded(int frames) {
   return contacts;
 }
 
-TEST(ReplayContacts, ShowWhatWasThereAtEachFrame) {
+TEST(ReplayContacts, AreThoseOfEachFrame) {
   const ReplayContacts contacts = recorded(300);
   ASSERT_EQ(contacts.frames(), 300u);
   for (std::size_t f = 0; f < 300; ++f) expectShown(contacts, f, double(f) / 60);
 }
 
-TEST(ReplayContacts, WhatRestsIsStoredOnce) {
+TEST(ReplayContacts, RestingContactsAreStoredOnce) {
   const ReplayContacts contacts = recorded(300);
   std::size_t resting = 0, sliding = 0;
   for (const ReplayPatch& patch : contacts.patches()) ++(patch.b == 0 ? resting : sliding);
@@ -65,7 +65,7 @@ TEST(ReplayContacts, WhatRestsIsStoredOnce) {
   EXPECT_EQ(contacts.points().size(), 4 * resting + sliding);
 }
 
-TEST(ReplayContacts, EveryOtherFrameIsLeft) {
+TEST(ReplayContacts, ThinningKeepsEveryOtherFrame) {
   ReplayContacts contacts = recorded(301);
   const std::size_t before = contacts.patches().size();
   contacts.thin();
@@ -77,7 +77,7 @@ TEST(ReplayContacts, EveryOtherFrameIsLeft) {
 }
 
 // When a contact ends, the others move up in Bullet's list.
-TEST(ReplayContacts, OneThatEndsIsNotShown) {
+TEST(ReplayContacts, EndedContactsAreNotShown) {
   ReplayContacts contacts = recorded(10);
   ContactsNow now = at(10 / 60.0);
   now.patches.erase(now.patches.begin());

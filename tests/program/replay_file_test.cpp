@@ -159,7 +159,7 @@ TEST_F(ReplayFile, BodiesStandWhereTheyAre) {
     EXPECT_NEAR(sphere.mVertices[i].Length(), 0.1, 0.002);
 }
 
-TEST_F(ReplayFile, APageStandsAlone) {
+TEST_F(ReplayFile, APageNeedsNoOtherFile) {
   ASSERT_EQ(simulate({"--replay", "out.html"}).exitCode, 0);
   const std::string page = place.read("out.html");
   EXPECT_EQ(page.rfind("<!doctype html>", 0), 0u);
@@ -209,7 +209,7 @@ TEST_F(ReplayFile, OfNoDemoIsRefused) {
 }
 
 // A limit on the size of files simulates a full disk: the old file stays, and no other is left.
-TEST_F(ReplayFile, AFullDiskLeavesWhatWasThere) {
+TEST_F(ReplayFile, AFullDiskLeavesTheOldFile) {
   for (const char* name : {"out.glb", "out.html"}) {
     place.write(name, "old");
     const auto before = place.files();

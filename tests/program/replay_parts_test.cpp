@@ -27,7 +27,7 @@ TEST(Packed, SpellsBase64) {
   EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
 }
 
-TEST(Packed, ComesBackWhole) {
+TEST(Packed, UnpacksToTheSameBytes) {
   std::mt19937 random(1);
   std::string bytes(100'000, '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = char(i < 50'000 ? random() : i / 999);

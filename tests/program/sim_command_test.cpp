@@ -66,7 +66,7 @@ class CommandTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(CommandTest, JsonHasTheContractsNames) {
+TEST_F(CommandTest, JsonHasTheDocumentedNames) {
   const auto json = nlohmann::json::parse(
       run({"simulate", scene(), "--seconds", "0.1", "--voxel", "0.02", "--json"}));
   for (const char* name :
@@ -87,7 +87,7 @@ TEST_F(CommandTest, JsonHasTheContractsNames) {
   EXPECT_EQ(brick["asleep"], false);
 }
 
-TEST_F(CommandTest, AsleepOnlyWhereAsked) {
+TEST_F(CommandTest, SleepsOnlyWithTheOption) {
   const std::vector<std::string> words = {"simulate", scene(),  "--seconds", "3",        "--voxel",
                                           "0.02",     "--json", "--method",  "primitive"};
   EXPECT_EQ(nlohmann::json::parse(run(words))["bodies"][1]["asleep"], false);

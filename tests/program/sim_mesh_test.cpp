@@ -93,7 +93,7 @@ TEST_P(ThreadTest, HoldsTheIsoProfilesVolume) {
   EXPECT_GT(longer - shorter, truth * (1 - 0.0015));  // 96 facets lack 0.0007
 }
 
-TEST_P(ThreadTest, NutLacksWhatTheProfileTakesOut) {
+TEST_P(ThreadTest, NutHasItsVolumeLessTheProfile) {
   const Thread t = thread();
   const double width = 1.6 * t.majorDiameter;
   const double more =
@@ -104,7 +104,7 @@ TEST_P(ThreadTest, NutLacksWhatTheProfileTakesOut) {
   EXPECT_NEAR(hole / truth, 1 - 0.0007, 0.0008);
 }
 
-TEST_P(ThreadTest, WindsAsItsHandAndStartsSay) {
+TEST_P(ThreadTest, FollowsItsHandAndStarts) {
   const Thread t = thread();
   const Mesh mesh = boltMesh(t, 8 * t.pitch);
   const auto strayed = [&](double hand, int starts) {

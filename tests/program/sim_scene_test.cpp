@@ -43,7 +43,7 @@ std::string ball(const std::string& inner = "", const std::string& surface = "")
          surface + "</collision></link></model>";
 }
 
-TEST_F(SceneTest, ReadsWhatIsStated) {
+TEST_F(SceneTest, ReadsAllValues) {
   const auto scene = load(world(
       "<gravity>1 2 3</gravity><physics name=\"p\" type=\"bullet\"><max_step_size>0.004"
       "</max_step_size><real_time_factor>0</real_time_factor></physics>" +
@@ -71,7 +71,7 @@ TEST_F(SceneTest, ReadsWhatIsStated) {
 }
 
 // libsdformat's defaults would be mass 1, inertia 1, mu 1, kp 1e12, kd 1.
-TEST_F(SceneTest, WhatIsAbsentStaysAbsent) {
+TEST_F(SceneTest, AbsentValuesStayAbsent) {
   const auto scene = load(world(ball() + "<model name=\"massOnly\"><link name=\"l\"><inertial>"
                                          "<mass>3</mass></inertial></link></model>"));
   const SceneBody& bare = scene.bodies[0];

@@ -193,7 +193,7 @@ TEST(Simulation, AStatedStiffnessSagsByTheWeight) {
 }
 
 // In the end the solid's spring alone carries the load; Maxwell's dashpot lets it sink at load / c.
-TEST(Simulation, LawsOfTheCommandLineBearAsTheySay) {
+TEST(Simulation, LawsOfTheCommandLineCarryTheLoad) {
   const auto scene =
       sceneOf({bodyWith("floor", SceneBox{Vec3(1, 1, 0.2)}, Vec3(0, 0, -0.1), 0),
                bodyWith("brick", SceneBox{Vec3(0.2, 0.2, 0.2)}, Vec3(0, 0, 0.1), 1)});
@@ -271,7 +271,7 @@ TEST(Simulation, AFixedJointHoldsBodiesTogether) {
   EXPECT_NEAR(middle.y(), 1, 5e-3);
 }
 
-TEST(Simulation, LinksOfOneModelTouchOnlyWhereItSaysSo) {
+TEST(Simulation, LinksOfOneModelTouchOnlyWithSelfCollide) {
   auto a = bodyWith("a", SceneSphere{0.5}, Vec3(0, 0, 5), 1);
   auto b = bodyWith("b", SceneSphere{0.5}, Vec3(0.9, 0, 5), 1);
   SceneDescription scene = sceneOf({a, b});
@@ -285,7 +285,7 @@ TEST(Simulation, LinksOfOneModelTouchOnlyWhereItSaysSo) {
   EXPECT_GT(pushed.bodies[1].pose.position.x() - pushed.bodies[0].pose.position.x(), 0.95);
 }
 
-TEST(WorldOptions, WhatCannotBeIsRefusedByName) {
+TEST(WorldOptions, InvalidValuesAreRefusedByName) {
   const auto scene = sceneOf({bodyWith("ball", SceneSphere{0.1}, Vec3::Zero(), 1)});
   const auto message = [&](const WorldSettings& settings) {
     try {

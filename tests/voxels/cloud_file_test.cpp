@@ -57,7 +57,7 @@ class CloudFile : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(CloudFile, ComesBackToTheBit) {
+TEST_F(CloudFile, IsReadBackToTheBit) {
   const Cloud cloud = sample();
   saveCloud(cloud, folder_ / "a.cloud");
   const Cloud back = loadCloud(folder_ / "a.cloud");

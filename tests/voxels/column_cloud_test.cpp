@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-TEST(Columns, GiveTheCloudBack) {
+TEST(Columns, ConvertBackToTheCloud) {
   for (const Cloud& cloud : {ballCloud(7), nutCloud(), twoMaterials()})
     for (int axis = 0; axis < 3; ++axis)
       for (const int perVoxel : {1, 4}) {

@@ -300,7 +300,7 @@ TEST(DigitizeRefuses, BadInput) {
 }
 
 // The refusal names a size that fits, and that size does fit.
-TEST(DigitizeRefuses, TooManyVoxelsAndSaysWhatFits) {
+TEST(DigitizeRefuses, TooManyVoxelsAndNamesASizeThatFits) {
   const Mesh sphere = sphereMesh(1, 4);
   for (const double h : {1e-3, 1e-6, 1e-12, 1e-200}) {
     DigitizeSettings settings;

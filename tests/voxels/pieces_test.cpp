@@ -163,7 +163,7 @@ TEST(CutCloud, OnlyRemoves) {
   EXPECT_EQ(cloud.coverage(8, 8, 8), 255) << "the cloud itself must not change";
 }
 
-TEST(CutCloud, RefusesWhatIsOutside) {
+TEST(CutCloud, RefusesVoxelsOutsideTheGrid) {
   const Cloud cloud = cloudOf(ball({8, 8, 8}, 5), {2, 2, 2});
   for (const Eigen::Vector3i& v :
        {Eigen::Vector3i(-1, 3, 3), Eigen::Vector3i(3, 16, 3), Eigen::Vector3i(3, 3, 1 << 30)}) {

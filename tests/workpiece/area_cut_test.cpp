@@ -35,7 +35,7 @@ double removed(const std::vector<VoxelCut>& cuts) {
   return sum / 255;
 }
 
-TEST(AreaCut, ABoxAlongTheGridLeavesWhatLiesOutside) {
+TEST(AreaCut, ABoxAlongTheGridLeavesTheMaterialOutside) {
   const BaseVectorField field = block();
   // Voxels 4 to 8 and a fifth of the ninth along x, whole voxels along y and z.
   const PlacedSolid area{Box{kVoxel * Vec3(2.6, 2, 3)}};
@@ -53,7 +53,7 @@ TEST(AreaCut, ABoxAlongTheGridLeavesWhatLiesOutside) {
   EXPECT_EQ(parts, 4 * 6);
 }
 
-TEST(AreaCut, VolumesAreTheAreas) {
+TEST(AreaCut, VolumesAreThoseOfTheAreas) {
   const BaseVectorField field = block();
   const Vec3 middle = Vec3(20.2, 19.7, 20.4) + Vec3(-3, 7, 2);
   const double ball = 4 / 3.0 * std::numbers::pi;
@@ -71,7 +71,7 @@ TEST(AreaCut, VolumesAreTheAreas) {
 }
 
 // An area beside the tool's origin, turned: the pose moves it too.
-TEST(AreaCut, ThePoseIsTheTools) {
+TEST(AreaCut, ThePoseMovesTheArea) {
   const BaseVectorField field = block();
   const Pose inTool = poseOf(Vec3(4, -2, 1), 0.4), tool = poseOf(Vec3(17, 26, 22), 0.9);
   const Vec3 half = kVoxel * Vec3(6.2, 3.1, 8.3);
@@ -96,7 +96,7 @@ TEST(AreaCut, PartlyAndWhollyOutsideTheGrid) {
   EXPECT_TRUE(cutsOf(field, ball, poseOf(Vec3(1e30, 0, 0), 0)).empty());
 }
 
-TEST(AreaCut, SaysWhatIsWrong) {
+TEST(AreaCut, RejectsBadInputWithAReason) {
   const BaseVectorField field = block();
   EXPECT_THROW(cutsOf(field, PlacedSolid{Sphere{0}}, {}), std::invalid_argument);
   Pose bad;

@@ -88,7 +88,7 @@ TEST(BaseVectorField, InsideAllIsEven) {
 
 // A hundred random cuts, of whole voxels and parts, at the surface and inside: after each, the
 // field equals one built from the rest.
-TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
+TEST(BaseVectorField, AfterCutsItEqualsANewField) {
   for (const double radius : {1.5, 2.5, 6.0}) {
     BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel, radius));
     std::mt19937 random(7);
@@ -112,7 +112,7 @@ TEST(BaseVectorField, AfterCutsItIsTheFieldOfWhatIsLeft) {
 
 // Rows across bricks and both tissues, removed in three steps, with windows that reach to the
 // neighboring bricks, beyond them, and to one side only.
-TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
+TEST(BaseVectorField, CutsAcrossBricksEqualANewField) {
   WindowSettings aside = sphereWindow(kVoxel);
   aside.area = {Sphere{2.5 * kVoxel}, {.position = kVoxel * Vec3(4.3, -2.1, 0.4)}};
   for (const WindowSettings& window : {sphereWindow(kVoxel), sphereWindow(kVoxel, 9.5), aside}) {
@@ -134,7 +134,7 @@ TEST(BaseVectorField, RowsAcrossBricksAreTheFieldOfWhatIsLeft) {
 
 // Deep inside, bricks share a block until a cut comes near. Then they get their own, and the other
 // blocks may move in memory.
-TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
+TEST(BaseVectorField, ACutDeepInsideEqualsANewField) {
   const Cloud ball = test::ballCloud(kVoxel, 8, Vec3(32.2, 31.9, 32.1), 30);
   BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
   std::vector<VoxelCut> cuts;
@@ -144,7 +144,7 @@ TEST(BaseVectorField, ACutDeepInsideIsTheFieldOfWhatIsLeft) {
 }
 
 // More bricks than FieldChanges holds, with a voxel or two in each.
-TEST(BaseVectorField, AVoxelOfEveryBrickIsTheFieldOfWhatIsLeft) {
+TEST(BaseVectorField, CutsInEveryBrickEqualANewField) {
   const Cloud ball = test::ballCloud(kVoxel, 10, Vec3(40.2, 39.9, 40.1), 38);
   BaseVectorField field(ball, {kEnamel}, sphereWindow(kVoxel));
   std::vector<VoxelCut> cuts;
@@ -218,7 +218,7 @@ TEST(BaseVectorField, MassOfAShelledBall) {
               0, 1e-12 * whole.mass * 1e-3);
 }
 
-TEST(BaseVectorField, SaysWhatIsWrong) {
+TEST(BaseVectorField, RejectsBadInputWithAReason) {
   EXPECT_THROW(BaseVectorField(Cloud(), {kEnamel}, sphereWindow(kVoxel)), std::invalid_argument);
   EXPECT_THROW(BaseVectorField(tooth(), {kEnamel}, sphereWindow(kVoxel)), std::invalid_argument);
   Tissue bad = kEnamel;
