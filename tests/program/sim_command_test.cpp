@@ -1,5 +1,6 @@
 // The commands simulate and demo: the names in their JSON, complete files, and bad input.
 #include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <fstream>
