@@ -7,7 +7,7 @@
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program {
-namespace {
+namespace chain {
 
 constexpr int kLinks = 10;
 constexpr double kVoxel = 0.02;  // [m]
@@ -46,9 +46,10 @@ SceneDescription scene(const ChainLink& link) {
   return scene;
 }
 
-}  // namespace
+}  // namespace chain
 
 std::vector<ReplayCheck> runChain(DemoStage& stage) {
+  using namespace chain;
   const ChainLink link{0.1, 0.25, 0.6, 48, 64};
   SimulationSettings settings;
   settings.seconds = kSeconds;

@@ -11,7 +11,7 @@
 
 namespace cloudcontact::program {
 
-namespace {
+namespace drill {
 
 std::size_t indexOf(const std::vector<std::string>& names, const char* name) {
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -39,9 +39,10 @@ ReplayCheck orderOf(const CuttingFigures& f, const std::vector<std::string>& nam
           all && *enamel < *caries && *caries <= *dentin};
 }
 
-}  // namespace
+}  // namespace drill
 
 std::vector<ReplayCheck> runDrill(DemoStage& stage) {
+  using namespace drill;
   CutScene scene = drillScene();
   BaseVectorField field(scene.cloud, scene.tissues, sphereWindow(scene.cloud.voxelSize()));
   scene.task.progress = progressBar("drilling");

@@ -6,7 +6,7 @@
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program {
-namespace {
+namespace nut_bolt {
 
 constexpr double kVoxel = 0.25e-3;  // [m]
 constexpr double kStep = 1.0 / 960;
@@ -39,9 +39,10 @@ SimulationReport fall(DemoStage& stage, const Thread& thread, double friction) {
                    "friction " + figure(friction, 2));
 }
 
-}  // namespace
+}  // namespace nut_bolt
 
 std::vector<ReplayCheck> runNutBolt(DemoStage& stage) {
+  using namespace nut_bolt;
   const Thread thread;
   const SimulationReport loose = fall(stage, thread, kLoose);
   const double turns = loose.turns[1].z() / (2 * std::numbers::pi);

@@ -6,7 +6,7 @@
 #include "scene/generated_mesh.h"
 
 namespace cloudcontact::program {
-namespace {
+namespace peg_hole {
 
 constexpr double kVoxel = 0.1e-3;  // [m]
 constexpr double kStep = 1.0 / 480;
@@ -38,9 +38,10 @@ SceneDescription scene() {
   return scene;
 }
 
-}  // namespace
+}  // namespace peg_hole
 
 std::vector<ReplayCheck> runPegHole(DemoStage& stage) {
+  using namespace peg_hole;
   SimulationSettings settings;
   settings.seconds = 1;
   settings.step = kStep;

@@ -10,7 +10,7 @@
 
 namespace cloudcontact::program {
 
-namespace {
+namespace scalpel {
 
 // Depth of the slit at a point of the line, and its width at the surface [m].
 struct Slit {
@@ -32,9 +32,10 @@ Slit slitAt(const Cloud& before, const Cloud& after, double x) {
   return slit;
 }
 
-}  // namespace
+}  // namespace scalpel
 
 std::vector<ReplayCheck> runScalpel(DemoStage& stage) {
+  using namespace scalpel;
   CutScene scene = scalpelScene();
   BaseVectorField field(scene.cloud, scene.tissues, sphereWindow(scene.cloud.voxelSize()));
   scene.task.progress = progressBar("cutting");

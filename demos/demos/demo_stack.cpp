@@ -6,7 +6,7 @@
 #include "demos/demo.h"
 
 namespace cloudcontact::program {
-namespace {
+namespace stack {
 
 constexpr int kBoxes = 10;
 constexpr double kEdge = 2;     // as in Bullet's own examples [m]
@@ -71,9 +71,10 @@ std::string outcomeText(const Outcome& o) {
          ", sank " + figure(o.sunk, 3, "vox") + ", tilted " + figure(o.tilted, 3, "deg");
 }
 
-}  // namespace
+}  // namespace stack
 
 std::vector<ReplayCheck> runStack(DemoStage& stage) {
+  using namespace stack;
   std::vector<ReplayCheck> checks;
   for (const bool stated : {true, false})
     for (const int rate : {240, 60}) {

@@ -10,7 +10,7 @@
 
 namespace cloudcontact::program {
 
-namespace {
+namespace drill {
 
 constexpr double kMm = 1e-3;
 constexpr double kVoxel = 0.1 * kMm;
@@ -46,9 +46,10 @@ void addCavity(std::vector<PathPoint>& path) {
   path.push_back({Vec3(kSide, 0, 6.4 * kMm), 5 * kMm, 0});
 }
 
-}  // namespace
+}  // namespace drill
 
 CutScene drillScene(int threads) {
+  using namespace drill;
   std::vector<PathPoint> path;
   addBorehole(path);
   addCavity(path);

@@ -12,7 +12,7 @@
 
 namespace cloudcontact::program {
 
-namespace {
+namespace scalpel {
 
 constexpr double kMm = 1e-3;
 constexpr double kVoxel = 0.2 * kMm;
@@ -48,9 +48,10 @@ Detection blade() {
   return tool;
 }
 
-}  // namespace
+}  // namespace scalpel
 
 CutScene scalpelScene(int threads) {
+  using namespace scalpel;
   const double above = kBelly + 1 * kMm, deep = kBelly - kBladePlan;
   const PlannedPath path({{Vec3(kCutStart - 8 * kMm, 0, above), 1, 0},
                           {Vec3(kCutStart - 6 * kMm, 0, kBelly), 5 * kMm, 0},

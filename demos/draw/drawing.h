@@ -60,21 +60,21 @@ struct Text {
   bool halo = false;  // a white outline, for text over other shapes
 };
 
-// Primitives between a begin and its end form a named group, clipped at `clip`. Groups may nest.
+// Items between a begin and its end form a named group, clipped at `clip`. Groups may nest.
 struct GroupBegin {
   std::string name;
   std::optional<Rectangle> clip;
 };
 struct GroupEnd {};
 
-using Primitive = std::variant<Polygons, Circle, Text, GroupBegin, GroupEnd>;
+using DrawingItem = std::variant<Polygons, Circle, Text, GroupBegin, GroupEnd>;
 
 struct Drawing {
   double width = 0, height = 0;
   std::string title;
-  std::vector<Primitive> primitives;
+  std::vector<DrawingItem> items;
 
-  void add(Primitive primitive) { primitives.push_back(std::move(primitive)); }
+  void add(DrawingItem item) { items.push_back(std::move(item)); }
 };
 
 // The font of all text and of widthOf().

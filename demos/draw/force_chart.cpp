@@ -14,7 +14,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kHeight = 760, kLeft = 78, kRight = kWidth - kMargin;
+constexpr double kChartHeight = 760, kLeft = 78, kRight = kWidth - kMargin;
 constexpr double kForceTop = 122, kForceEnd = 352, kRibbonEnd = 376;
 constexpr double kWayTop = 424, kWayEnd = 542, kVolumeTop = 590, kVolumeEnd = 700;
 constexpr Color kForceInk{24, 42, 66}, kWayInk{24, 42, 66}, kLawInk{194, 87, 26};
@@ -160,7 +160,7 @@ void addVolume(Drawing& drawing, const CuttingRun& run) {
 Drawing forceChart(const CuttingRun& run, const ForceChartText& words) {
   if (run.ticks.empty()) throw std::invalid_argument("forceChart: the run has no ticks");
   const std::vector<Color> colors = tissueColors(run.tissues);
-  Drawing drawing{kWidth, kHeight, {}, {}};
+  Drawing drawing{kWidth, kChartHeight, {}, {}};
   addTitle(drawing, words.title, words.below);
   drawing.add(GroupBegin{"key", {}});
   double x = kWidth - kMargin;

@@ -107,7 +107,7 @@ std::string pngBytes(const Drawing& drawing) {
   setColor(context.get(), {255, 255, 255});
   cairo_paint(context.get());
   const Painter painter{context.get()};
-  for (const Primitive& primitive : drawing.primitives) std::visit(painter, primitive);
+  for (const DrawingItem& item : drawing.items) std::visit(painter, item);
   check(cairo_status(context.get()));
   std::string bytes;
   check(cairo_surface_write_to_png_stream(surface.get(), append, &bytes));

@@ -131,7 +131,7 @@ struct SvgWriter {
 
 std::string svgText(const Drawing& drawing) {
   SvgWriter writer;
-  for (const Primitive& primitive : drawing.primitives) std::visit(writer, primitive);
+  for (const DrawingItem& item : drawing.items) std::visit(writer, item);
   const std::string width = shortNumber(drawing.width), height = shortNumber(drawing.height);
   // Fallback fonts: Verdana is as wide and Helvetica narrower, so that text still fits without
   // DejaVu.

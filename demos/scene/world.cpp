@@ -20,13 +20,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kBears = 10;  // for ExtrapolatingSolver
 
-struct WorldBody {
-  SceneBody scene;
-  BodyParts parts;
-  std::unique_ptr<btRigidBody> rigid;
-  Pose fromFrame;  // parts.frame's inverse
-};
-
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
   SurfaceSettings settings;
   settings.friction = options.friction;
@@ -62,6 +55,13 @@ void checkOptions(const WorldSettings& settings) {
 }  // namespace
 
 struct World::State {
+  struct Body {
+    SceneBody scene;
+    BodyParts parts;
+    std::unique_ptr<btRigidBody> rigid;
+    Pose fromFrame;  // parts.frame's inverse
+  };
+
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
   void addBodies(const SceneDescription& scene, const WorldSettings& settings);
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
@@ -78,7 +78,7 @@ struct World::State {
   ModelFilter filter;
   btDbvtBroadphase broadphase;
   TimedSolver solver;
-  std::vector<WorldBody> bodies;
+  std::vector<Body> bodies;
   std::vector<std::unique_ptr<btTypedConstraint>> joints;
   std::set<std::pair<int, int>> joined;
   btDiscreteDynamicsWorld world;
@@ -353,14 +353,14 @@ double World::solverSeconds() const {
 
 const Pose& World::pose(std::size_t body) const {
   if (state_->poses.empty()) {
-    for (const WorldBody& b : state_->bodies)
+    for (const State::Body& b : state_->bodies)
       state_->poses.push_back(fromBullet(b.rigid->getWorldTransform()) * b.fromFrame);
   }
   return state_->poses[body];
 }
 
 BodyState World::state(std::size_t body) const {
-  const WorldBody& b = state_->bodies[body];
+  const State::Body& b = state_->bodies[body];
   BodyState state;
   state.pose = pose(body);
   state.angularVelocity = fromBullet(b.rigid->getAngularVelocity());

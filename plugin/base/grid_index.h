@@ -8,6 +8,8 @@
 
 namespace cloudcontact {
 
+constexpr double kHalfDiagonal = 0.8660254037844387;  // of a unit cube
+
 // Index of cell (x, y, z) in a grid of `size` cells: x + nx (y + ny z).
 inline std::size_t gridIndex(int x, int y, int z, const Eigen::Vector3i& size) {
   return static_cast<std::size_t>(x) +

@@ -20,8 +20,7 @@ namespace {
 
 using Eigen::Vector3i;
 
-constexpr int kParts = 4;                             // along a voxel's edge
-constexpr double kHalfDiagonal = 0.8660254037844387;  // of a unit cube
+constexpr int kParts = 4;  // along a voxel's edge
 
 // Spheres in voxels, in the grid's frame.
 struct Ball {

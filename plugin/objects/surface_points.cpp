@@ -27,8 +27,7 @@ namespace {
 using Eigen::Vector3i;
 
 constexpr std::size_t kFewestPoints = 16;
-constexpr double kHalfDiagonal = 0.8660254037844387;  // of a unit cube
-constexpr int kMostParts = 3;                         // along a voxel's edge
+constexpr int kMostCubes = 3;  // along a voxel's edge
 // A shell ends this many point distances beyond its outermost points.
 constexpr double kRim = 0.75;
 // Spread of a point's neighbors, smallest over largest: 0 on a surface, 1 in a volume, 0.2 for
@@ -60,7 +59,7 @@ class ScanBody {
     const auto all = surface_.heightOf(middle);
     const double depth = -all.above;
     if (shell_ == 0 && std::abs(depth) > (kHalfDiagonal + 0.05) * edge) return depth > 0;
-    const int n = std::clamp(static_cast<int>(std::ceil(edge / distance_)), 2, kMostParts);
+    const int n = std::clamp(static_cast<int>(std::ceil(edge / distance_)), 2, kMostCubes);
     double sum = 0;
     for (int k = 0; k < n * n * n; ++k) {
       const Vec3 at(k % n + 0.5, k / n % n + 0.5, k / (n * n) + 0.5);
@@ -99,18 +98,18 @@ void validate(const PointCloud& points, const ScanSettings& s) {
 }
 
 Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
-  struct Filled {
+  struct FilledBrick {
     double plain = -1;
     BrickCoverage coverage;
   };
   const Vector3i n = grid.bricks;
-  std::vector<std::unique_ptr<Filled>> filled(n.cast<std::size_t>().prod());
+  std::vector<std::unique_ptr<FilledBrick>> filled(n.cast<std::size_t>().prod());
   parallelFor(filled.size(), threads, [&](std::size_t entry, int) {
     const Vec3 brick = gridCell(entry, n).cast<double>();
     const double h = grid.voxelSize, edge = kBrickEdge * h;
     const Vec3 low = grid.origin + edge * brick;
-    filled[entry] = std::make_unique<Filled>();
-    Filled& f = *filled[entry];
+    filled[entry] = std::make_unique<FilledBrick>();
+    FilledBrick& f = *filled[entry];
     f.plain = body.plain(low + Vec3::Constant(0.5 * edge), edge);
     for (int v = 0; v < kBrickVoxels && f.plain < 0; ++v) {
       const Vec3 middle = low + h * (cellOffset(v).cast<double>() + Vec3::Constant(0.5));
