@@ -21,8 +21,8 @@
 
 #include "base/grid_index.h"
 #include "device/device_speeds.h"
+#include "field/base_vector_bricks.h"
 #include "timing.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace {
 

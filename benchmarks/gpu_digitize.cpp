@@ -20,9 +20,9 @@
 #include <vector>
 
 #include "device/device_speeds.h"
+#include "field/base_vector_bricks.h"
 #include "mesh/thread_meshes.h"
 #include "timing.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // The drill: a tungsten carbide ball bur of 1.2 mm at 300,000 rpm, in a hand whose wrist is as
 // stiff as the device's rendering.
-#include <cloudcontact/workpiece/window.h>
+#include <cloudcontact/field/window.h>
 
 #include <numbers>
 

@@ -41,7 +41,8 @@
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/contact/contact_finder.h>
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
+#include <cloudcontact/field/window.h>
 #include <cloudcontact/workpiece/cloud_solid.h>
 #include <cloudcontact/workpiece/collision_finder.h>
 #include <cloudcontact/workpiece/cutter.h>
@@ -50,7 +51,6 @@
 #include <cloudcontact/workpiece/interference.h>
 #include <cloudcontact/workpiece/reaction.h>
 #include <cloudcontact/workpiece/simulated_hand.h>
-#include <cloudcontact/workpiece/window.h>
 
 #include <cloudcontact/device/backend.h>
 #include <cloudcontact/device/contact_batch.h>

@@ -1,5 +1,5 @@
 // Removes material from a workpiece, step by step, with the arithmetic of window_sums.h (on the
-// CPU: plugin/workpiece/brick_changes.cpp). First the loss of each voxel is recorded, and the
+// CPU: plugin/field/brick_changes.cpp). First the loss of each voxel is recorded, and the
 // bricks whose windows contain such a voxel are listed. Then each listed brick gathers the losses
 // within its windows. One work-item computes each sum alone, so no sum depends on the order of the
 // work-items.

@@ -1,5 +1,5 @@
 // Window sums of a body of one tissue, with the arithmetic of window_sums.h and the layout of
-// plugin/workpiece/brick_layout.cpp. Finds the bricks that need a block of their own, then fills
+// plugin/field/brick_layout.cpp. Finds the bricks that need a block of their own, then fills
 // these blocks with voxels and sums.
 
 // Whether a brick needs a block of its own: it holds matter, and some brick that its windows reach

@@ -5,8 +5,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "field/brick_layout.h"
 #include "workpiece/area_cut.h"
-#include "workpiece/brick_layout.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
 #include "device/opencl_digitizer.h"

@@ -8,9 +8,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "field/brick_layout.h"
 #include "mesh/mesh_topology.h"
 #include "voxels/preparation.h"
-#include "workpiece/brick_layout.h"
 
 #if defined(CLOUDCONTACT_OPENCL)
 #include "device/opencl_digitizer.h"

@@ -2,7 +2,7 @@
 // surroundings in local memory and sum in floats.
 #pragma once
 
-#include <cloudcontact/workpiece/window.h>
+#include <cloudcontact/field/window.h>
 
 #include <vector>
 

@@ -2,12 +2,12 @@
 // voxels and sums their windows. Results are downloaded on request.
 #pragma once
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 
 #include "device/opencl_device.h"
+#include "field/brick_layout.h"
 #include "kernels/digitize/digitize_layout.h"
 #include "voxels/columns.h"
-#include "workpiece/brick_layout.h"
 
 #include <array>
 #include <functional>

@@ -12,7 +12,7 @@
 
 #include "base/grid_index.h"
 #include "device/flat_taps.h"
-#include "workpiece/brick_layout.h"
+#include "field/brick_layout.h"
 
 namespace cloudcontact::opencl {
 

@@ -2,12 +2,12 @@
 // of kernels and downloads two counts.
 #pragma once
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 
 #include "device/opencl_device.h"
+#include "field/base_vector_bricks.h"
 #include "kernels/cut/area_left.h"
 #include "kernels/cut/matter_cut.h"
-#include "workpiece/base_vector_bricks.h"
 
 #include <span>
 #include <string>

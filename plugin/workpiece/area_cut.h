@@ -1,7 +1,7 @@
 // An area in a workpiece's grid, and the cuts that it makes.
 #pragma once
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 
 #include "kernels/cut/area_left.h"
 

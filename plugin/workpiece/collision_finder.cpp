@@ -14,9 +14,9 @@
 #include <stdexcept>
 
 #include "base/parallel.h"
+#include "field/base_vector_bricks.h"
 #include "kernels/contact/contact_depth.h"
 #include "kernels/contact/sample.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact {
 

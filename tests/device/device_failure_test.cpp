@@ -11,9 +11,9 @@
 #include "contact/same_contact.h"
 #include "device/opencl_faults.h"
 #include "device/skip_without_device.h"
+#include "field/base_vector_bricks.h"
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact::test {
 namespace {

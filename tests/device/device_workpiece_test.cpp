@@ -10,9 +10,9 @@
 #include <random>
 
 #include "device/skip_without_device.h"
+#include "field/base_vector_bricks.h"
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact::test {
 namespace {

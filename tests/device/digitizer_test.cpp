@@ -9,11 +9,11 @@
 #include <numbers>
 
 #include "device/skip_without_device.h"
+#include "field/base_vector_bricks.h"
 #include "mesh/mesh_topology.h"
 #include "mesh/test_meshes.h"
 #include "mesh/thread_meshes.h"
 #include "voxels/preparation.h"
-#include "workpiece/base_vector_bricks.h"
 
 namespace cloudcontact::test {
 namespace {

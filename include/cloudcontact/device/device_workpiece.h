@@ -4,7 +4,7 @@
 #pragma once
 
 #include <cloudcontact/device/digitizer.h>
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/workpiece/cutter.h>
 
 #include <map>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <cloudcontact/device/backend.h>
+#include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/voxels/digitize.h>
-#include <cloudcontact/workpiece/base_vector_field.h>
 
 #include <map>
 #include <memory>

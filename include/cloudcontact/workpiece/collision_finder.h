@@ -4,7 +4,7 @@
 // and (5').
 #pragma once
 
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 
 #include <cstdint>
 #include <memory>

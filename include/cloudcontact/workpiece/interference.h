@@ -8,11 +8,11 @@
 // y, x and do not depend on the number of threads (0: all cores).
 #pragma once
 
+#include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/objects/octree.h>
 #include <cloudcontact/objects/point_cloud.h>
 #include <cloudcontact/objects/sphere_cloud.h>
 #include <cloudcontact/voxels/column_cloud.h>
-#include <cloudcontact/workpiece/base_vector_field.h>
 
 #include <vector>
 

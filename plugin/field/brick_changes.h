@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "workpiece/base_vector_bricks.h"
+#include "field/base_vector_bricks.h"
 
 namespace cloudcontact {
 

@@ -1,6 +1,6 @@
 // Cuts an area into the voxels around one voxel, by 8x8x8 sample points per voxel, each with the
 // weight of the area at it.
-#include <cloudcontact/workpiece/window.h>
+#include <cloudcontact/field/window.h>
 
 #include <algorithm>
 #include <cmath>

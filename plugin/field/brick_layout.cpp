@@ -1,5 +1,5 @@
 // Lays out a field of base vectors and sums its windows.
-#include "workpiece/brick_layout.h"
+#include "field/brick_layout.h"
 
 #include <algorithm>
 #include <cmath>

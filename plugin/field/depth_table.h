@@ -2,7 +2,7 @@
 // the window").
 #pragma once
 
-#include <cloudcontact/workpiece/window.h>
+#include <cloudcontact/field/window.h>
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 // The table is measured: a plane moves through the window, with the coverage of each voxel in
 // closed form (plane_cell.h), and its offset is stored where the fraction reaches an entry's. The
 // fraction grows with depth for any shape of window, so each entry has one offset.
-#include "workpiece/depth_table.h"
+#include "field/depth_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // Each affected brick is visited once. The changes around it are laid out in a tile, and each of
 // its rows of eight voxels gathers its windows' loss from the tile, in registers, before it writes
 // to the sums. Changed voxels mostly lie together, so this takes half the time of one by one.
-#include "workpiece/brick_changes.h"
+#include "field/brick_changes.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,14 +1,14 @@
 // Reads and cuts a field of base vectors. Its sums are the same integers either way: gathered from
 // all windows when the field is built (brick_layout.h), or changed by cuts (brick_changes.h).
-#include <cloudcontact/workpiece/base_vector_field.h>
+#include <cloudcontact/field/base_vector_field.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "base/hash.h"
-#include "workpiece/brick_changes.h"
-#include "workpiece/brick_layout.h"
+#include "field/brick_changes.h"
+#include "field/brick_layout.h"
 
 namespace cloudcontact {
 

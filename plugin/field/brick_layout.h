@@ -2,7 +2,7 @@
 // The sums of the windows follow, here or on a device.
 #pragma once
 
-#include "workpiece/base_vector_bricks.h"
+#include "field/base_vector_bricks.h"
 
 namespace cloudcontact {
 

@@ -2,19 +2,19 @@
 // deep inside one tissue that all their windows are full share that tissue's block.
 #pragma once
 
+#include <cloudcontact/field/window.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/voxel_cut.h>
-#include <cloudcontact/workpiece/window.h>
 
 #include <array>
 #include <string>
 #include <vector>
 
 #include "base/grid_index.h"
+#include "field/depth_table.h"
 #include "kernels/digitize/window_sums.h"
-#include "workpiece/depth_table.h"
 
 namespace cloudcontact {
 

@@ -8,10 +8,10 @@
 #pragma once
 
 #include <cloudcontact/base/mass_properties.h>
+#include <cloudcontact/field/window.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
-#include <cloudcontact/workpiece/window.h>
 
 #include <memory>
 #include <optional>
@@ -69,7 +69,7 @@ class BaseVectorField {
   std::uint64_t hash() const;
   std::size_t bytes() const;  // of memory
 
-  // For the library's own loops and devices (plugin/workpiece/base_vector_bricks.h). After
+  // For the library's own loops and devices (plugin/field/base_vector_bricks.h). After
   // takeBricks() the field is empty and must not be used.
   using Bricks = BaseVectorBricks;
   const Bricks& bricks() const;

@@ -1,9 +1,9 @@
 // The field of base vectors: depth on planes and balls, and cuts that equal a new field.
 #include <gtest/gtest.h>
 
+#include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/objects/octree.h>
-#include <cloudcontact/workpiece/base_vector_field.h>
 
 #include <random>
 
