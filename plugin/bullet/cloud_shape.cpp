@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <mutex>
 #include <stdexcept>
 
 #include "bullet/convert.h"
@@ -23,6 +24,11 @@ Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
 
 }  // namespace
 
+struct CloudShape::LazyPaper {
+  std::mutex mutex;
+  std::shared_ptr<const PaperBody> made;
+};
+
 CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
   setField(std::move(field));
   // This type has no side effects in Bullet and may be a compound's child. Bullet casts
@@ -35,6 +41,33 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   if (!field)
     throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
   field_ = std::move(field);
+  paper_ = std::make_shared<LazyPaper>();
+}
+
+void CloudShape::setTissues(TissueTable tissues) {
+  if (!tissues.empty()) validate(tissues);
+  const std::size_t materials = std::max<std::size_t>(1, field_->cloud().materials().size());
+  if (tissues.size() > 1 && tissues.size() != materials)
+    throw std::invalid_argument(
+        "CloudShape::setTissues: give one tissue, or one for each of the cloud's materials");
+  tissues_ = std::move(tissues);
+  paper_ = std::make_shared<LazyPaper>();
+}
+
+void CloudShape::usePaper(const PaperSettings& settings) {
+  auto lazy = std::make_shared<LazyPaper>();
+  lazy->made = std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, settings));
+  paper_ = std::move(lazy);
+  paperSettings_ = settings;
+  usesPaper_ = true;
+}
+
+std::shared_ptr<const PaperBody> CloudShape::paper() const {
+  const std::lock_guard lock(paper_->mutex);
+  if (!paper_->made)
+    paper_->made =
+        std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, paperSettings_));
+  return paper_->made;
 }
 
 void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const {

@@ -23,6 +23,7 @@ constexpr const char* kTwoLaws =
 
 // What one body states: a spring, or another law.
 struct StatedLaw {
+  const TissueTable* tissues = nullptr;
   std::optional<KelvinVoigt> spring;
   const Law* other = nullptr;
   bool byShape = false, byArea = false;  // of `spring`
@@ -30,17 +31,30 @@ struct StatedLaw {
 
 StatedLaw statedBy(const btCollisionObjectWrapper& body) {
   const btCollisionShape* const shape = body.getCollisionShape();
-  if (shape->getShapeType() == HFFLUID_SHAPE_PROXYTYPE)
-    if (const auto& own = static_cast<const CloudShape*>(shape)->law;
-        own && !std::holds_alternative<Rigid>(*own)) {
+  if (shape->getShapeType() == HFFLUID_SHAPE_PROXYTYPE) {
+    const auto& cloud = static_cast<const CloudShape&>(*shape);
+    if (!cloud.tissues().empty()) return {&cloud.tissues(), {}, nullptr, false, false};
+    if (const auto& own = cloud.law; own && !std::holds_alternative<Rigid>(*own)) {
       const bool byArea = std::holds_alternative<Foundation>(*own);
-      if (!byArea && !std::holds_alternative<KelvinVoigt>(*own)) return {{}, &*own, false, false};
-      return {sharedSpring(*own), nullptr, true, byArea};
+      if (!byArea && !std::holds_alternative<KelvinVoigt>(*own))
+        return {nullptr, {}, &*own, false, false};
+      return {nullptr, sharedSpring(*own), nullptr, true, byArea};
     }
+  }
   const btCollisionObject* const object = body.getCollisionObject();
   if (object->getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING)
-    return {KelvinVoigt{object->getContactStiffness(), object->getContactDamping()}};
+    return {nullptr, KelvinVoigt{object->getContactStiffness(), object->getContactDamping()}};
   return {};
+}
+
+// k and c by tissues. Their form is the settings': per pair, or per area with Foundation{}.
+PairLaw tissueLaw(const StatedLaw& a, const StatedLaw& b, bool byArea) {
+  if (a.other || b.other || (!byArea && (a.byArea || b.byArea))) throw std::runtime_error(kTwoLaws);
+  PairLaw law;
+  law.shared = byArea ? Law(Foundation{1, 0}) : Law(KelvinVoigt{1, 0});
+  law.tissues[0] = a.tissues, law.tissues[1] = b.tissues;
+  law.springs[0] = a.spring, law.springs[1] = b.spring;
+  return law;
 }
 
 Law springLaw(const KelvinVoigt& spring, bool byArea) {
@@ -50,8 +64,8 @@ Law springLaw(const KelvinVoigt& spring, bool byArea) {
 
 PairLaw fixedLaw(const Law& law) {
   if (std::holds_alternative<KelvinVoigt>(law) || std::holds_alternative<Foundation>(law))
-    return {law, {}, nullptr};
-  return {KelvinVoigt{1, 0}, {}, &law};
+    return {law, {}, nullptr, {}, {}};
+  return {KelvinVoigt{1, 0}, {}, &law, {}, {}};
 }
 
 // [N] 0 for an object that contacts do not move, and for a multi-body's links, which do not know
@@ -121,9 +135,10 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   const std::optional<Law>& world = settings.law;
   if ((world && std::holds_alternative<Rigid>(*world)) || !(inverse > 0))
-    return {Rigid{}, {}, nullptr};
+    return {Rigid{}, {}, nullptr, {}, {}};
   if (world && !takesBodiesSprings(*world)) return fixedLaw(*world);
   const StatedLaw ofA = statedBy(a), ofB = statedBy(b);
+  if (ofA.tissues || ofB.tissues) return tissueLaw(ofA, ofB, world.has_value());
   if (ofA.other || ofB.other) {
     if ((ofA.other && ofB.other) || ofA.spring || ofB.spring) throw std::runtime_error(kTwoLaws);
     return fixedLaw(ofA.other ? *ofA.other : *ofB.other);
@@ -132,11 +147,13 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
     throw std::runtime_error(kTwoLaws);
   const bool byArea = world || ofA.byArea || ofB.byArea;
   if (const auto stated = inSeries(ofA.spring, ofB.spring))
-    return {springLaw(*stated, byArea), {}, nullptr};
+    return {springLaw(*stated, byArea), {}, nullptr, {}, {}};
   return {springLaw({1, 0}, byArea),
           springOf(*a.getCollisionObject(), *b.getCollisionObject(), voxel, knownStep(step),
                    settings.bears),
-          nullptr};
+          nullptr,
+          {},
+          {}};
 }
 
 PairMemory::Fingerprint PairMemory::fingerprintOf(

@@ -22,6 +22,10 @@ struct PairLaw {
   std::optional<AutomaticSpring> automatic;
   // A law with a memory, from the settings or a shape, or null. The points share it likewise.
   const Law* remembering = nullptr;
+  // Each body's tissues, or null: then k and c follow from what the patches touch. A body beside
+  // one with tissues may have a spring instead.
+  const TissueTable* tissues[2] = {nullptr, nullptr};
+  std::optional<KelvinVoigt> springs[2] = {};
 };
 
 // A query may come before the world's first step, when Bullet does not know the step's length.
@@ -29,9 +33,10 @@ inline double knownStep(double step) {
   return step > 0 ? step : 1.0 / 60;
 }
 
-// The settings' law, else one body's own law, else the bodies' springs in series, else an automatic
-// spring. Rigid if neither body can move: there is nothing to push, but queries still want the
-// points. Throws std::runtime_error if both bodies state laws that cannot be put in series.
+// The settings' law, else one body's own law, else the bodies' tissues or springs in series, else
+// an automatic spring. Rigid if neither body can move: there is nothing to push, but queries still
+// want the points. Throws std::runtime_error if both bodies state laws that cannot be put in
+// series.
 PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
               const btCollisionObjectWrapper& b, double voxel, double step);
 

@@ -56,14 +56,20 @@ double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double 
   return std::max(voxel, speed * step);
 }
 
+const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
+  const btCollisionShape* const shape = wrap.getCollisionShape();
+  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
+  return static_cast<const CloudShape*>(shape);
+}
+
 // One side of the query. Empty if the shape is neither a cloud nor convex.
 std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, ConversionCache& cache) {
   ContactBody body;
   body.pose = toPose(wrap.getWorldTransform());
   body.motion = motionOf(*wrap.getCollisionObject());
   const btCollisionShape& shape = *wrap.getCollisionShape();
-  if (shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE) {
-    body.field = &static_cast<const CloudShape&>(shape).field();
+  if (const CloudShape* const cloud = cloudOf(wrap)) {
+    body.field = &cloud->field();
     return body;
   }
   const PlacedSolid* const placed = cache.of(shape);
@@ -96,14 +102,30 @@ Bits bitsOf(const PairQuery& query) {
 
 bool sameQuery(const PairQuery& x, const PairQuery& y) {
   const auto sameBody = [](const ContactBody& one, const ContactBody& other) {
-    return one.field == other.field && one.shape == other.shape;
+    return one.field == other.field && one.shape == other.shape && one.tissues == other.tissues &&
+           one.paper == other.paper;
   };
   if (x.wrong || y.wrong || !sameBody(x.a, y.a) || !sameBody(x.b, y.b) ||
       x.conversions != y.conversions || x.settings.law.index() != y.settings.law.index() ||
-      x.settings.samples != y.settings.samples)
+      x.settings.samples != y.settings.samples || x.settings.normals != y.settings.normals)
     return false;
   const Bits one = bitsOf(x), other = bitsOf(y);
   return std::memcmp(one.data(), other.data(), sizeof one) == 0;
+}
+
+// Base vectors if the world or one of the bodies asks for them.
+void PairReader::readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                           const btCollisionObjectWrapper& b, PairQuery& query) {
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
+  const auto asks = [](const CloudShape* cloud) { return cloud && cloud->usesPaper(); };
+  if (settings.normals != Normals::BaseVectors && !asks(clouds[0]) && !asks(clouds[1])) return;
+  query.settings.normals = Normals::BaseVectors;
+  ContactBody* const bodies[2] = {&query.a, &query.b};
+  for (int side = 0; side < 2; ++side) {
+    if (!clouds[side]) continue;
+    paper_[side] = clouds[side]->paper();  // stays while the query does
+    bodies[side]->paper = paper_[side].get();
+  }
 }
 
 PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
@@ -123,6 +145,12 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   query.voxel = voxelOf(query.a, query.b);
   query.law = lawOf(settings, a, b, query.voxel, step);
   query.settings.law = query.law.shared;
+  ContactBody* const bodies[2] = {&query.a, &query.b};
+  for (int side = 0; side < 2; ++side) {
+    bodies[side]->tissues = query.law.tissues[side];
+    bodies[side]->spring = query.law.springs[side];
+  }
+  readPaper(settings, a, b, query);
   query.settings.samples = settings.samples;
   query.settings.verletLists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);

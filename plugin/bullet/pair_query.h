@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/paper_body.h>
 
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
@@ -31,7 +32,11 @@ class PairReader {
                  const btCollisionObjectWrapper& b, double step, bool steps);
 
  private:
+  void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                 const btCollisionObjectWrapper& b, PairQuery& query);
+
   ConversionCache shapeA_, shapeB_;
+  std::shared_ptr<const PaperBody> paper_[2];
 };
 
 }  // namespace cloudcontact

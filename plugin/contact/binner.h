@@ -14,24 +14,27 @@ namespace cloudcontact {
 // Groups hits into patches. It keeps its memory between calls.
 class Binner {
  public:
+  struct Bin {
+    std::int32_t cell[3];
+    std::int32_t next = -1;   // next free bin of the same cell; -1: none
+    std::int32_t patch = -1;  // index into patches()
+    std::uint32_t end = 0;    // of its hits in order_
+    std::size_t run = 0;      // its first in runs_
+    double weight = 0;        // sizes of both sides' pushes
+    CcFaces faces = {};
+  };
+
   // Returns the sums of each patch, in a fixed order. `cell`: edge of a bin's cell [m]. `oneSided`:
   // the other body is a shape, so each hit also stands for the shape's surface. With `runner` the
   // sums over many hits run in parallel; the bits are the same.
   const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
                                      const TaskRunner* runner = nullptr);
+  // The bins of the last patches(), in a fixed order.
+  const std::vector<Bin>& bins() const { return bins_; }
   // Reserves what `other` has reserved.
   void reserveLike(const Binner& other);
 
  private:
-  struct Bin {
-    std::int32_t cell[3];
-    std::int32_t next = -1;  // next free bin of the same cell; -1: none
-    std::int32_t patch = -1;
-    std::uint32_t end = 0;  // of its hits in order_
-    std::size_t run = 0;    // its first in runs_
-    double weight = 0;      // sizes of both sides' pushes
-    CcFaces faces = {};
-  };
   void findBins(const HitColumns& hits, double cell);
   void findBox(int count);
   void findPlaces(int count);

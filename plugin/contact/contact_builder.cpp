@@ -2,6 +2,8 @@
 // contact_depth.h and contact_patch.h.
 #include "contact/contact_builder.h"
 
+#include <cloudcontact/contact/paper_body.h>
+
 #include "contact/sample_search.h"
 
 #include <algorithm>
@@ -16,6 +18,10 @@ namespace {
 constexpr double kCellVoxels = 8;    // a bin's cell
 constexpr double kSameCosine = 0.7;  // a patch keeps its ID if its normal agrees this well ...
 constexpr double kSameVoxels = 8;    // ... and its center has moved less than this
+// The patches' forces add up to FR, (6). Where they oppose each other, as in a wedge, they are
+// larger than their sum, by this factor at most.
+constexpr double kMostWedge = 4;
+constexpr double kCoherent = 0.3;  // a patch whose base vectors cancel by more is not trusted
 
 void validate(const ContactBody& body, const char* name) {
   if ((body.field != nullptr) == (body.shape != nullptr))
@@ -36,8 +42,40 @@ CcPlacement placementOf(const Pose& pose) {
   return p;
 }
 
+void validate(const ContactBody& body, const ContactSettings& settings) {
+  if (settings.normals == Normals::BaseVectors && body.field &&
+      !(body.paper && body.paper->vectors))
+    throw std::invalid_argument(
+        "ContactFinder::find: Normals::BaseVectors needs ContactBody::paper of each field");
+  if (body.tissues && body.tissues->size() > 1 && body.field &&
+      body.tissues->size() < body.field->cloud().materials().size())
+    throw std::invalid_argument(
+        "ContactFinder::find: give one tissue, or one for each of the cloud's materials");
+}
+
 Vec3 vec(const double* v) {
   return {v[0], v[1], v[2]};
+}
+Vec3 vec(const CcVec& v) {
+  return {v.x, v.y, v.z};
+}
+CcVec ccVecOf(const Vec3& v) {
+  return ccVec(v.x(), v.y(), v.z());
+}
+
+// The patch's force along its digital normal, through the same center of pressure, with the spin
+// of its base vectors.
+CcPatchForce directed(const CcPatchForce& force, const PatchMatter& matter, double size) {
+  CcPatchForce out = force;
+  const Vec3 n = matter.vectors.normalized();
+  const Vec3 arm =
+      force.size > 0 ? Vec3(vec(force.normal).cross(vec(force.torque)) / force.size) : Vec3::Zero();
+  const Vec3 pressure = vec(force.center) + arm;
+  const Vec3 spin = matter.moment - pressure.cross(matter.vectors);
+  out.normal = ccVecOf(n);
+  out.size = size;
+  out.torque = ccVecOf(Vec3(arm.cross(size * n) + size * spin.dot(n) / matter.vectors.norm() * n));
+  return out;
 }
 
 }  // namespace
@@ -87,9 +125,12 @@ double cellOf(const PairFrame& frame, int level) {
   return kCellVoxels * frame.voxel * (level > 1 ? 2 : 1);
 }
 
-PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b) {
+PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
+                                const ContactSettings& settings) {
   validate(a, "A");
   validate(b, "B");
+  validate(a, settings);
+  validate(b, settings);
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
   result_.clear();
@@ -98,6 +139,39 @@ PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b) {
   const PairFrame frame = frameOf(a, b);
   voxel_ = frame.voxel;
   return frame;
+}
+
+// Gives every patch its digital normal and its part of FR (6), in proportion to its sum of base
+// vectors. Returns the force's size. Without any base vectors the fitted normals stay: returns 0.
+double ContactBuilder::redirect() {
+  double size = 0, lengths = 0;
+  Vec3 sum = Vec3::Zero();
+  for (const FoundPatch& p : found_) {
+    size += p.force.size;
+    lengths += p.matter->vectors.norm();
+    sum += p.matter->vectors;
+  }
+  if (!(lengths > 0)) return 0;
+  const double wedge = std::min(kMostWedge, lengths / std::max(sum.norm(), 1e-300));
+  for (FoundPatch& p : found_) {
+    const double length = p.matter->vectors.norm();
+    p.force = directed(p.force, *p.matter, size * wedge * length / lengths);
+    if (length > 0 && p.force.lean != 0) p.flat = ccFlatten(p.sums, p.force.normal);
+  }
+  std::erase_if(found_, [](const FoundPatch& p) { return !(p.force.size > 0); });
+  return size;
+}
+
+// k and c by the tissues: of each patch by what it touches, or of `whole` pair alike, as the paper
+// has it.
+void ContactBuilder::setSprings(const ContactBody& a, const ContactBody& b, bool whole) {
+  PatchMatter all;
+  for (const FoundPatch& p : found_) all.add(*p.matter, 1);
+  for (FoundPatch& p : found_) {
+    const bool known =
+        (!a.tissues || p.matter->count[kA] > 0) && (!b.tissues || p.matter->count[kB] > 0);
+    p.spring = springOf(whole || !known ? all : *p.matter, a, b);
+  }
 }
 
 CcPairSums ContactBuilder::collect(const CcTerms& terms) {
@@ -116,12 +190,18 @@ CcPairSums ContactBuilder::collect(const CcTerms& terms) {
   return sums;
 }
 
-void ContactBuilder::emit(const CcTerms& terms, CcWhole whole) {
+void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected) {
   for (const FoundPatch& p : found_) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
   for (FoundPatch& p : found_) {
     if (p.force.lean == 0) p.flat = ccFlatten(p.sums, p.force.normal);
+    CcTerms own = terms;
+    if (p.spring) own.stiffness = p.spring->stiffness, own.damping = p.spring->damping;
     CcContactPatch patch;
-    ccContactOf(p.sums, &p.force, &p.flat, &terms, &whole, &patch);
+    ccContactOf(p.sums, &p.force, &p.flat, &own, &whole, &patch);
+    if (redirected) {
+      patch.confidence = p.matter->vectors.norm() / p.matter->lengths;
+      if (patch.confidence < kCoherent && patch.doubt != CC_DEEP_PATCH) patch.doubt = CC_OPPOSED;
+    }
     add(patch);
   }
 }
@@ -155,18 +235,25 @@ void ContactBuilder::add(const CcContactPatch& from) {
 void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
                            SearchOutcome outcome, std::span<const CcSums> patches,
-                           const HitColumns* hits) {
+                           const HitColumns* hits, std::span<const PatchMatter> matter) {
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
   result_.samples = terms.gap > 0 ? 0 : outcome.hits;
-  for (const CcSums& sums : patches) found_.emplace_back().sums = &sums;
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    FoundPatch& found = found_.emplace_back();
+    found.sums = &patches[k];
+    if (!matter.empty()) found.matter = &matter[k];
+  }
   const CcPairSums all = collect(terms);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, hits, outcome.level};
   const bool touches = terms.oneSided && terms.gap == 0;
   const double depth =
       terms.foundation ? 0
                        : pairDepth(all, touches ? &shape : nullptr, terms.oneSided, frame.voxel);
-  emit(terms, {all.size, all.area, 0, depth});
+  const bool vectors = settings.normals == Normals::BaseVectors && !matter.empty();
+  if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
+  const double size = vectors ? redirect() : 0;
+  emit(terms, {size > 0 ? size : all.size, all.area, 0, depth}, size > 0);
 }
 
 const ContactResult& ContactBuilder::withIds() {

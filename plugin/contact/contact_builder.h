@@ -9,6 +9,7 @@
 
 #include "contact/pair_depth.h"
 #include "contact/pair_frame.h"
+#include "contact/touched_matter.h"
 #include "kernels/contact/contact_patch.h"
 
 namespace cloudcontact {
@@ -49,12 +50,12 @@ class PatchIds {
 class ContactBuilder {
  public:
   // Validates the bodies (ContactFinder::find() says what throws) and clears the last result.
-  PairFrame begin(const ContactBody& a, const ContactBody& b);
+  PairFrame begin(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
   // Builds the result from the sums of the patches, all but the points' IDs. `hits` is needed if
-  // one body is a shape.
+  // one body is a shape. `matter`: what each patch touches; empty if nothing depends on it.
   void build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
              const PairFrame& frame, SearchOutcome outcome, std::span<const CcSums> patches,
-             const HitColumns* hits = nullptr);
+             const HitColumns* hits = nullptr, std::span<const PatchMatter> matter = {});
   // Sets the number of hits, and adds a patch; for results that a device built.
   void setHits(std::size_t hits) { result_.samples = hits; }
   void add(const CcContactPatch& patch);
@@ -64,11 +65,15 @@ class ContactBuilder {
  private:
   struct FoundPatch {
     const CcSums* sums = nullptr;
+    const PatchMatter* matter = nullptr;  // if the law or the direction depends on it
     CcPatchForce force;
-    CcFlat flat;  // in the plane across its normal, if force.lean is not 0
+    CcFlat flat;                        // in the plane across its normal, if force.lean is not 0
+    std::optional<KelvinVoigt> spring;  // of the pair, by the tissues that the patch touches
   };
   CcPairSums collect(const CcTerms& terms);
-  void emit(const CcTerms& terms, CcWhole whole);
+  double redirect();
+  void emit(const CcTerms& terms, CcWhole whole, bool redirected);
+  void setSprings(const ContactBody& a, const ContactBody& b, bool whole);
 
   std::vector<FoundPatch> found_;
   std::vector<PatchIds::Patch> patches_;  // of the result, in its order

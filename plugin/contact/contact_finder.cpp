@@ -47,7 +47,7 @@ const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody
 void ContactFinder::search(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const TaskRunner* runner) {
   State& s = *state_;
-  const PairFrame frame = s.builder.begin(a, b);
+  const PairFrame frame = s.builder.begin(a, b, settings);
   s.lookups = 0;
   BorrowedMemory memory(s.workspace->state_->memory);
   HitColumns& hits = memory->hits;
@@ -56,8 +56,13 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   const std::vector<CcSums>& patches =
       memory->binner.patches(hits, cellOf(frame, level), a.shape || b.shape, runner);
   s.lookups = memory->search.lookups();
-  s.builder.build(a, b, settings, frame, {level, hits.size(), memory->search.gap()}, patches,
-                  &hits);
+  std::span<const PatchMatter> matter;
+  if (TouchedMatter::wanted(a, b, settings))
+    matter = memory->matter.of(a, b, settings, frame,
+                               {hits, memory->binner.bins(), patches.size(), level,
+                                cellOf(frame, level), memory->search.gap()});
+  s.builder.build(a, b, settings, frame, {level, hits.size(), memory->search.gap()}, patches, &hits,
+                  matter);
 }
 
 const ContactResult& ContactFinder::withIds() {

@@ -10,6 +10,7 @@
 
 #include "contact/binner.h"
 #include "contact/hit_search.h"
+#include "contact/touched_matter.h"
 
 namespace cloudcontact {
 
@@ -17,6 +18,7 @@ struct QueryMemory {
   HitColumns hits;
   HitSearch search;
   Binner binner;
+  TouchedMatter matter;
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);

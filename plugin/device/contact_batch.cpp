@@ -163,13 +163,13 @@ void ContactBatch::State::runOnDevice(std::span<const BatchPair> pairs) {
   };
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const BatchPair& pair = pairs[k];
-    if (pair.a.shape || pair.b.shape) {
+    if (pair.a.shape || pair.b.shape || TouchedMatter::wanted(pair.a, pair.b, pair.settings)) {
       cpuPairs.push_back(k);
       ++report.shapes;
       continue;
     }
     if (!pair.a.field || !pair.b.field)  // throws the right message
-      finders[k].builder().begin(pair.a, pair.b);
+      finders[k].builder().begin(pair.a, pair.b, pair.settings);
     findField(pair.a, 0);
     findField(pair.b, 1);
     devicePairs.push_back(
@@ -218,7 +218,8 @@ void ContactBatch::State::runParts() {
 void ContactBatch::State::prepare(Part& part, bool reserved) {
   eachAlike(part.count, [&](std::size_t i) {
     opencl::DevicePair& pair = devicePairs[part.first + i];
-    pair.frame = finders[indices[part.first + i]].builder().begin(*pair.a, *pair.b);
+    const std::size_t k = indices[part.first + i];
+    pair.frame = finders[k].builder().begin(*pair.a, *pair.b, *pair.settings);
     if (reserved) part.batch.writePose(i);
   });
 }

@@ -89,12 +89,12 @@ Eigen::Vector3i FieldDraft::cornerOf(std::size_t t) const {
   return kBrickEdge * gridCell(t, size_);
 }
 
-VoxelIndex FieldDraft::voxelAt(std::int32_t brick, int cell) const {
+DraftVoxel FieldDraft::voxelAt(std::int32_t brick, int cell) const {
   const Eigen::Vector3i at = cornerOf(static_cast<std::size_t>(brick)) + cellOffset(cell);
   return {brick, static_cast<std::int16_t>(cell), at.x(), at.y(), at.z()};
 }
 
-VoxelIndex FieldDraft::voxelAt(int x, int y, int z) const {
+DraftVoxel FieldDraft::voxelAt(int x, int y, int z) const {
   return {static_cast<std::int32_t>(brickIndex(x, y, z, size_)),
           static_cast<std::int16_t>(cellIndex(x, y, z)), x, y, z};
 }

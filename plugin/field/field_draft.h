@@ -98,7 +98,7 @@ struct SurfaceBrick {
 using SurfaceBricks = std::vector<std::shared_ptr<const SurfaceBrick>>;
 
 // A voxel of the grid and its place in its brick.
-struct VoxelIndex {
+struct DraftVoxel {
   std::int32_t brick;
   std::int16_t cell;
   int x, y, z;
@@ -121,8 +121,8 @@ class FieldDraft {
   void compact();                                   // compacts written bricks, drops empty ones
   std::vector<std::int32_t> surfaceBricks() const;  // bricks that have surface voxels, ascending
   Eigen::Vector3i cornerOf(std::size_t t) const;    // lowest voxel of a brick
-  VoxelIndex voxelAt(std::int32_t brick, int cell) const;
-  VoxelIndex voxelAt(int x, int y, int z) const;  // inside the grid
+  DraftVoxel voxelAt(std::int32_t brick, int cell) const;
+  DraftVoxel voxelAt(int x, int y, int z) const;  // inside the grid
   // A voxel's pieces before a pass; empty outside the grid.
   VoxelState at(int x, int y, int z, int pass = kAfterAll) const {
     if (!insideGrid(x >> 3, y >> 3, z >> 3, size_)) return {};

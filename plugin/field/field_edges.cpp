@@ -63,7 +63,7 @@ Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
 
 // The distinct faces near a voxel, as known before a pass. Each is the weighted mean over the
 // neighbors that show it; near ones with small residuals come first.
-std::vector<Face> facesNear(const FieldDraft& draft, const VoxelIndex& at, int pass,
+std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
                             std::size_t most) {
   std::vector<Face> all;
   for (int dz = -kReach; dz <= kReach; ++dz)
@@ -152,7 +152,7 @@ bool isCandidate(const VoxelState& v) {
 
 // True if the previous pass changed a voxel within reach that satisfies `counts`.
 template <typename Counts>
-bool besideChange(const FieldDraft& draft, const VoxelIndex& at, int pass, Counts&& counts) {
+bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Counts&& counts) {
   for (int dz = -kReach; dz <= kReach; ++dz)
     for (int dy = -kReach; dy <= kReach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx) {
@@ -170,7 +170,7 @@ bool besideChange(const FieldDraft& draft, const VoxelIndex& at, int pass, Count
 // unexplained voxels beside any, nearly explained ones only beside a tip (more than three faces).
 // The last voxel of a tip, one percent full, is nearly explained: its quadric leaves 0.008 and ends
 // a voxel below the tip.
-bool mayFind(const FieldDraft& draft, const VoxelIndex& at, const VoxelState& v, const Pass& pass) {
+bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v, const Pass& pass) {
   if (!isCandidate(v)) return false;
   if (pass.number < kPlainPasses) return true;
   if (pass.number == kPlainPasses)
@@ -183,7 +183,7 @@ bool mayFind(const FieldDraft& draft, const VoxelIndex& at, const VoxelState& v,
 
 // An edge that explains a voxel better than its present pieces and well enough for the pass. Its
 // count is 0 if there is none.
-Hypothesis edgeOf(const FieldDraft& draft, const VoxelIndex& at, const Pass& pass,
+Hypothesis edgeOf(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass,
                   EdgeSearch& search) {
   const SurfaceBrick& brick = *draft.brick(static_cast<std::size_t>(at.brick));
   const VoxelState own = brick.state(at.cell, pass.number);

@@ -129,7 +129,7 @@ VoxelSet renewFits(FieldDraft& draft, const VoxelSet& scope) {
     changed.clear();
     renewBrick(draft, static_cast<std::size_t>(t), *scope.find(t), changed);
     for (const int k : changed) {
-      const VoxelIndex v = draft.voxelAt(t, k);
+      const DraftVoxel v = draft.voxelAt(t, k);
       all.add(v.x, v.y, v.z);
     }
   }

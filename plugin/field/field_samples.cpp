@@ -180,7 +180,7 @@ void forEachVoxel(const FieldDraft& draft, std::int32_t brick, const VoxelSet* s
 // otherwise finer samples would only resolve its errors. Samples there are half a voxel wide. Wider
 // ones reach under a wall's edge from a voxel away, and a loop over the edge does not close: 1.3 %
 // of its work, against 0.3 %.
-bool besideEdge(const FieldDraft& draft, const VoxelIndex& at, const VoxelState& v) {
+bool besideEdge(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v) {
   if (v.pieces[0].surface.residual > kSureEdge) return false;
   for (int k = 0; k < 27; ++k) {
     const VoxelState other = draft.at(at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
@@ -233,7 +233,7 @@ struct BrickCut {
 void cutBrick(FieldDraft& draft, std::int32_t t, const VoxelSet* scope, BrickCut& cut) {
   SurfaceBrick& brick = draft.write(static_cast<std::size_t>(t));
   cut.runs.resize(brick.pieces.size());
-  forEachVoxel(draft, t, scope, [&](const VoxelIndex& at, const VoxelState& v) {
+  forEachVoxel(draft, t, scope, [&](const DraftVoxel& at, const VoxelState& v) {
     const bool fine = besideEdge(draft, at, v);
     const std::size_t begin = cut.samples.size();
     for (int own = 0; own < v.count(); ++own) {
@@ -265,7 +265,7 @@ class SliverCutter {
                              const VoxelSet* in) {
     in_ = in;
     for (const std::int32_t t : bricks)
-      forEachVoxel(draft_, t, by, [&](const VoxelIndex& at, const VoxelState&) {
+      forEachVoxel(draft_, t, by, [&](const DraftVoxel& at, const VoxelState&) {
         for (int k = 0; k < 27; ++k)
           visit(at, k, at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
       });
@@ -284,7 +284,7 @@ class SliverCutter {
 
  private:
   struct Sliver {
-    VoxelIndex at{};  // of the owner, the neighbor that it is assigned to
+    DraftVoxel at{};  // of the owner, the neighbor that it is assigned to
     VoxelState owner;
     int pieces = 0;
     int own[CC_MAX_PLANES] = {};
@@ -299,7 +299,7 @@ class SliverCutter {
   };
   static constexpr std::size_t kAtOnce = 8192, kTask = 64;
 
-  void visit(const VoxelIndex& from, int k, int x, int y, int z) {
+  void visit(const DraftVoxel& from, int k, int x, int y, int z) {
     if (!seen_.contains(x, y, z) || draft_.at(x, y, z) || (in_ && !in_->has(x, y, z))) return;
     std::uint8_t& seen = seen_.make(x, y, z);
     if (seen) return;

@@ -12,10 +12,13 @@ namespace cloudcontact {
 
 struct CloudContactSettings {
   // The law of every pair, whatever its bodies state. Empty: the bodies' laws decide
-  // (CloudShape::law, btCollisionObject::setContactStiffnessAndDamping), and pairs without one get
-  // an automatic spring (automatic_spring.h). Foundation{}, without a stiffness: the same, but
-  // shared out by area. Laws with a memory keep it while the bodies touch.
+  // (CloudShape::setTissues and law, btCollisionObject::setContactStiffnessAndDamping), and pairs
+  // without one get an automatic spring (automatic_spring.h). Foundation{}, without a stiffness:
+  // the same, but shared out by area. Laws with a memory keep it while the bodies touch.
   std::optional<Law> law = std::nullopt;
+  // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
+  // PaperSettings{}.
+  Normals normals = Normals::Fitted;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
   // Upper limit of an automatic spring where a light body bears heavy ones, in multiples of the
   // stiffness that the pair's own mass allows. Use 1 with Bullet's own solver and up to 10 with

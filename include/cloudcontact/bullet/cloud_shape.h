@@ -2,6 +2,7 @@
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <cloudcontact/contact/paper_body.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/law.h>
 
@@ -28,6 +29,21 @@ class CloudShape : public btConcaveShape {
   // failure (CloudContactStatistics).
   std::optional<Law> law;
 
+  // The body's tissues, one for each of the cloud's materials (tissuesOf), or one for all; empty:
+  // none. They take the place of `law`: a pair's k and c are those of the tissues that it touches,
+  // (1) and (2), in series with the other body's tissues or law. Throws std::invalid_argument as
+  // validate(TissueTable) does, and if their number does not fit.
+  void setTissues(TissueTable tissues);
+  const TissueTable& tissues() const { return tissues_; }
+
+  // Contacts of this body take their direction from base vectors (Normals::BaseVectors), with these
+  // C, Gr, D and cutting abilities. The other body then does, too, with its own settings or those
+  // of PaperSettings{}. Throws as paperBody() does.
+  void usePaper(const PaperSettings& settings = {});
+  bool usesPaper() const { return usesPaper_; }
+  // Its base vectors. They are made when first needed, unless usePaper() was called.
+  std::shared_ptr<const PaperBody> paper() const;
+
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
   // Throws std::invalid_argument for any scaling but (1, 1, 1).
   void setLocalScaling(const btVector3& scaling) override;
@@ -44,6 +60,12 @@ class CloudShape : public btConcaveShape {
 
  private:
   std::shared_ptr<const SurfaceField> field_;
+  TissueTable tissues_;
+  PaperSettings paperSettings_;
+  bool usesPaper_ = false;
+  // Pairs may ask in parallel. Shared, so that the shape stays copyable.
+  struct LazyPaper;
+  std::shared_ptr<LazyPaper> paper_;
   btScalar margin_ = 0;
 };
 

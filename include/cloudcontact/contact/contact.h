@@ -7,23 +7,42 @@
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/law.h>
 #include <cloudcontact/law/solid.h>
+#include <cloudcontact/law/tissue.h>
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace cloudcontact {
 
+struct PaperBody;  // paper_body.h
+
 // One body of a pair: a cloud's surface field or a shape (exactly one of the two), its pose, and
-// its motion.
+// its motion. What it points to must outlive the query.
 struct ContactBody {
   const SurfaceField* field = nullptr;
   const Solid* shape = nullptr;
   Pose pose;
   Motion motion;
+  // The tissues of the field's cloud, one for each of its materials, or one for all; null: none
+  // are stated. If either body has tissues, k and c of a patch are those of the tissues that it
+  // touches, (1) and (2), in series over both bodies, and ContactSettings::law gives the form
+  // alone. With Foundation the tissues' k and c are per area [N/m^3, N s/m^3].
+  const TissueTable* tissues = nullptr;
+  std::optional<KelvinVoigt> spring = {};  // of a body without tissues beside one with; none: rigid
+  const PaperBody* paper = nullptr;        // its base vectors, for Normals::BaseVectors
+};
+
+// Where the direction of a force comes from (docs/method.md, "Fitted normals and base vectors").
+enum class Normals : std::uint8_t {
+  Fitted,      // surfaces fitted to the coverage: better at edges
+  BaseVectors  // the paper's digital normal, the mean of base vectors (5')
 };
 
 struct ContactSettings {
   Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
+  // With BaseVectors each body that is a field needs ContactBody::paper.
+  Normals normals = Normals::Fitted;
   // [m] Bodies that do not touch but are nearer than this (two voxels at most) get points with a
   // negative depth where they would touch first. A solver can then stop them within its step.
   double margin = 0;
@@ -55,7 +74,7 @@ enum class Doubt : std::uint8_t { None, FewSamples, Opposed, Deep };
 // A connected area of contact with one normal and one force.
 struct Patch {
   Vec3 position = Vec3::Zero();  // center of pressure, world [m]
-  Vec3 normal = Vec3::UnitZ();   // from the fitted normals of both surfaces, world, from A to B
+  Vec3 normal = Vec3::UnitZ();   // world, from A to B; of ContactSettings::normals
   double depth = 0;              // [m]
   double stiffness = 0;          // [N/m]
   double damping = 0;            // [N s/m]

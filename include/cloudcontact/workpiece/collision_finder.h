@@ -4,6 +4,7 @@
 // and (5').
 #pragma once
 
+#include <cloudcontact/contact/paper_body.h>
 #include <cloudcontact/field/base_vector_field.h>
 
 #include <cstdint>
@@ -12,13 +13,6 @@
 #include <vector>
 
 namespace cloudcontact {
-
-// A part of a tool that cuts better or worse than the rest.
-struct CuttingPart {
-  PlacedSolid area;  // in the tool's frame
-  // Factor of the base vectors of voxels in the area. Where parts overlap, the last one counts.
-  double ability = 1;
-};
 
 enum class Membership : std::uint8_t {
   Whole,  // a voxel is in D if its center is: the paper's

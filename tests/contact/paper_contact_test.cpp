@@ -1,0 +1,167 @@
+// Contacts by the paper's method: direction (5'), k and c (1), (2), and force (3), (6), against
+// sums made here by hand over every voxel, and against the laws of symmetry.
+#include <cloudcontact/contact/paper_body.h>
+#include <cloudcontact/voxels/digitize.h>
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3;
+constexpr double kRadius = 8 * kVoxel;
+
+TissueTable steelAndRubber() {
+  return {{"steel", 4e4, 10, 8e9, 7800}, {"rubber", 1e4, 40, 1e9, 1100}};
+}
+
+// A block of 32 x 24 x 16 voxels, its top at z = 0: steel where x < 0, rubber beyond.
+Cloud twoBlock() {
+  const auto half = [](double x) {
+    return transformed(boxMesh(Vec3(16, 24, 16) * kVoxel),
+                       {Eigen::Quaterniond::Identity(), Vec3(x, 0, -8) * kVoxel});
+  };
+  DigitizeSettings settings;
+  settings.voxelSize = kVoxel;
+  return digitize({{"steel", half(-8)}, {"rubber", half(8)}}, settings);
+}
+
+struct TwoBlock {
+  Cloud cloud = twoBlock();
+  std::shared_ptr<const SurfaceField> field = SurfaceField::build(cloud);
+  TissueTable tissues = tissuesOf(steelAndRubber(), cloud.materials());
+  PaperBody paper = paperBody(cloud, tissues);
+
+  ContactBody body() const {
+    ContactBody b;
+    b.field = field.get();
+    b.tissues = &tissues;
+    b.paper = &paper;
+    return b;
+  }
+};
+
+const TwoBlock& twoTissues() {
+  static const TwoBlock kBlock;
+  return kBlock;
+}
+
+// Sums over all voxels of the block, one by one.
+struct ByHand {
+  double n = 0, k = 0, c = 0;
+  Vec3 f = Vec3::Zero();
+};
+
+ByHand byHand(const TwoBlock& block, const Vec3& ball) {
+  ByHand sum;
+  const Eigen::Vector3i size = block.cloud.size();
+  for (int z = 0; z < size.z(); ++z)
+    for (int y = 0; y < size.y(); ++y)
+      for (int x = 0; x < size.x(); ++x) {
+        const double depth = kRadius - (block.cloud.center(x, y, z) - ball).norm();
+        const double share =
+            std::clamp(depth / kVoxel + 0.5, 0.0, 1.0) * block.cloud.coverage(x, y, z) / 255;
+        if (!(share > 0)) continue;
+        const Tissue& t = block.tissues[block.cloud.material(x, y, z)];
+        sum.n += share;
+        sum.k += share * t.stiffness;
+        sum.c += share * t.damping;
+        sum.f += share * t.hardness / block.tissues[0].hardness *
+                 block.paper.vectors->at({x, y, z}).toRepresentative;
+      }
+  return sum;
+}
+
+double degreesBetween(const Vec3& a, const Vec3& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / 3.14159265358979;
+}
+
+class BallOverASeam : public ::testing::TestWithParam<double> {};
+
+TEST_P(BallOverASeam, FollowsTheEquations) {
+  const TwoBlock& block = twoTissues();
+  const double depth = 2 * kVoxel;
+  const Vec3 place(GetParam() * kVoxel, 0.3 * kVoxel, kRadius - depth);
+  const ByHand hand = byHand(block, place);
+  const Solid ball = Sphere{kRadius};
+  ContactBody b;
+  b.shape = &ball;
+  b.pose.position = place;
+  ContactSettings settings;
+  settings.law = KelvinVoigt{1, 0};
+  settings.normals = Normals::BaseVectors;
+  ContactFinder finder;
+  const ContactResult& found = finder.find(block.body(), b, settings);
+  ASSERT_FALSE(found.points.empty());
+  double k = 0, c = 0;
+  for (const ContactPoint& p : found.points) k += p.stiffness, c += p.damping;
+  EXPECT_NEAR(k, hand.k / hand.n, 0.01 * hand.k / hand.n);
+  EXPECT_NEAR(c, hand.c / hand.n, 0.01 * hand.c / hand.n);
+  const Wrench onB = wrenchOnB(found, {}, {});
+  EXPECT_LT(degreesBetween(onB.force, hand.f), 0.5);
+  EXPECT_NEAR(onB.force.norm(), hand.k / hand.n * depth, 0.03 * hand.k / hand.n * depth);
+  // The force acts where the bodies touch.
+  const Vec3 touched = place - Vec3(0, 0, kRadius - depth / 2);
+  const Vec3 about = onB.torque - touched.cross(onB.force);
+  EXPECT_LT(about.norm() / onB.force.norm(), kVoxel);
+}
+
+INSTANTIATE_TEST_SUITE_P(Places, BallOverASeam, ::testing::Values(-6.0, -2.0, -0.5, 0.0, 0.4, 3.0));
+
+// With fitted normals the tissues count likewise.
+TEST(FittedNormals, TakeTheTissuesTouched) {
+  const TwoBlock& block = twoTissues();
+  const Solid ball = Sphere{kRadius};
+  for (const double x : {-4.0, 0.0, 0.7, 5.0}) {
+    ContactBody b;
+    b.shape = &ball;
+    b.pose.position = Vec3(x, 0, 6) * kVoxel;
+    const ByHand hand = byHand(block, b.pose.position);
+    ContactFinder finder;
+    const ContactResult& found = finder.find(block.body(), b, ContactSettings{});
+    double k = 0;
+    for (const ContactPoint& p : found.points) k += p.stiffness;
+    EXPECT_NEAR(k, hand.k / hand.n, 0.01 * hand.k / hand.n) << x;
+  }
+}
+
+// Two clouds: swapped, turned with the world, and scaled, the contact is the same.
+TEST(PaperContact, HasTheSymmetriesOfSpace) {
+  const TwoBlock& block = twoTissues();
+  BodyMaker maker{kVoxel, Random(5)};
+  const Body ball = maker.sphere(8);
+  const PaperBody ballPaper = paperBody(ball.field->cloud(), {});
+  const Pose place{Eigen::Quaterniond::Identity(), Vec3(1, 2, 6.5) * kVoxel};
+  ContactBody a = block.body(), b = ball.at(place);
+  b.paper = &ballPaper;
+  ContactSettings settings;
+  settings.normals = Normals::BaseVectors;
+  ContactFinder finder, swapped, turned;
+  const Wrench straight = wrenchOnB(finder.find(a, b, settings), {}, {});
+  const Wrench back = wrenchOnB(swapped.find(b, a, settings), {}, {});
+  const double size = straight.force.norm();
+  EXPECT_GT(size, 0);
+  EXPECT_LT((straight.force + back.force).norm(), 1e-6 * size);
+  EXPECT_LT((straight.torque + back.torque).norm(), 1e-6 * size * kRadius);
+  const Pose world{Random(3).rotation(), Vec3(0.3, -0.2, 0.1)};
+  a.pose = world * a.pose;
+  b.pose = world * b.pose;
+  const Wrench seen = wrenchOnB(turned.find(a, b, settings), {}, {});
+  EXPECT_LT((seen.force - world.orientation * straight.force).norm(), 1e-4 * size);
+}
+
+TEST(PaperContact, NeedsBaseVectors) {
+  const TwoBlock& block = twoTissues();
+  ContactBody a = block.body(), b = a;
+  b.paper = nullptr;
+  ContactSettings settings;
+  settings.normals = Normals::BaseVectors;
+  EXPECT_THROW(ContactFinder().find(a, b, settings), std::invalid_argument);
+  PaperSettings none;
+  none.ability = 0;
+  EXPECT_THROW(paperBody(block.cloud, block.tissues, none), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
