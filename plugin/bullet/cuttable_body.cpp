@@ -236,6 +236,11 @@ MovingMatter CuttableBody::matter() const {
   return moving(matter, pose, state_->motion());
 }
 
+double CuttableBody::volume() const {
+  const double h = state_->cloud.voxelSize();
+  return static_cast<double>(coverageOf(state_->sums)) * h * h * h / 255;
+}
+
 void CuttableBody::addTo(btDynamicsWorld& world, int group, int mask) {
   leaveWorld();
   state_->world = &world;
@@ -247,6 +252,10 @@ void CuttableBody::addTo(btDynamicsWorld& world, int group, int mask) {
 void CuttableBody::leaveWorld() {
   if (state_->world) state_->world->removeRigidBody(state_->body.get());
   state_->world = nullptr;
+}
+
+btDynamicsWorld* CuttableBody::world() {
+  return state_->world;
 }
 
 CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {

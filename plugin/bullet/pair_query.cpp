@@ -2,7 +2,6 @@
 #include "bullet/pair_query.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
@@ -10,7 +9,7 @@
 #include <cstring>
 #include <limits>
 
-#include "bullet/convert.h"
+#include "bullet/object_motion.h"
 
 namespace cloudcontact {
 
@@ -20,14 +19,6 @@ constexpr const char* kNoShape =
     "a shape beside a CloudShape has no volume or is not convex: give it volume, or make it a "
     "CloudShape too";
 constexpr const char* kBadPose = "a body's pose is NaN or infinite: it has no contacts";
-
-Motion motionOf(const btCollisionObject& object) {
-  const Vec3 center = toVec3(object.getWorldTransform().getOrigin());
-  // Without this step's gravity, which Bullet adds in its solver.
-  if (const auto* rigid = btRigidBody::upcast(&object))
-    return {toVec3(rigid->getLinearVelocity()), toVec3(rigid->getAngularVelocity()), center};
-  return {Vec3::Zero(), Vec3::Zero(), center};
-}
 
 bool isFinite(const Pose& pose) {
   return pose.position.allFinite() && pose.orientation.coeffs().allFinite();

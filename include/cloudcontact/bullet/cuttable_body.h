@@ -63,12 +63,14 @@ class CuttableBody {
   const Cloud& cloud() const;
   btTransform cloudPlace() const;  // that frame in the world
   MovingMatter matter() const;     // of Bullet's rigid body
+  double volume() const;           // of the matter [m^3]
 
   // The world must outlive the body, or the body must leave it first. Use this instead of
   // world.addRigidBody(), so that pieces enter the same world.
   void addTo(btDynamicsWorld& world, int group = btBroadphaseProxy::DefaultFilter,
              int mask = btBroadphaseProxy::AllFilter);
   void leaveWorld();
+  btDynamicsWorld* world();  // null outside a world
 
   // Removes material, as cutCloud() does; or sets the matter to `after`, which must have the same
   // grid and nowhere more matter (the cloud() of a BaseVectorField, for example). Call them between

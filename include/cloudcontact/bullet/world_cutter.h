@@ -1,0 +1,53 @@
+// WorldCutter: tools that cut CuttableBody's in a running Bullet world. Paper, Step 3: cutting
+// ability and cutting difficulty. Matter goes by Archard's law (cutter.h) from the collision voxels
+// of each tool, under the force that the solver found between tool and body. The pair's own contact
+// stays as it is: the law pushes, the cutter takes away what is in the tool's area.
+#pragma once
+
+#include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/law/tissue.h>
+#include <cloudcontact/workpiece/cutter.h>
+
+#include <memory>
+#include <vector>
+
+class btCollisionObject;
+
+namespace cloudcontact {
+
+struct WorldCut {
+  CuttableBody* body = nullptr;
+  double volume = 0;   // taken off the body in this step [m^3]
+  CutOutcome outcome;  // what fell off, and the momentum of the matter cut away
+};
+
+// Tools may be moving bodies, or driven ones of mass 0 that have a velocity. Tools and bodies must
+// outlive the cutter or leave it first.
+class WorldCutter {
+ public:
+  WorldCutter();
+  ~WorldCutter();
+  WorldCutter(const WorldCutter&) = delete;
+  WorldCutter& operator=(const WorldCutter&) = delete;
+
+  // `tool`: D and cutting abilities, in the object's frame. The cutting speed is that of the
+  // tool's surface over the matter, its spin included, plus Cutter::edgeSpeed. Throws
+  // std::invalid_argument for an invalid area or cutter.
+  void addTool(const btCollisionObject& object, const Detection& tool, const Cutter& cutter);
+  void removeTool(const btCollisionObject& object);
+
+  // `tissues`: one for each of the cloud's materials, or one for all; their hardnesses resist the
+  // cutter. Throws as BaseVectorField does.
+  void addBody(CuttableBody& body, const TissueTable& tissues);
+  void removeBody(const CuttableBody& body);
+
+  // Call after each step of the world, with its length [s]. The caller owns what fell off; add
+  // those pieces to have them cut, too. A body of which nothing is left has left the cutter.
+  std::vector<WorldCut> after(double step);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,155 @@
+// Each body that may be cut has a field of base vectors beside its shape, cut along with it: its
+// collision voxels are what a tool takes away.
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <cloudcontact/bullet/world_cutter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "bullet/object_motion.h"
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr int kCrumb = 4;  // [voxels] crumbs lie this near to the cuts that made them
+
+// The normal force [N] between two objects over the last step.
+double forceBetween(btDispatcher& dispatcher, const btCollisionObject& one,
+                    const btCollisionObject& other, double step) {
+  double impulse = 0;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    const btCollisionObject *const a = manifold.getBody0(), *const b = manifold.getBody1();
+    if (!((a == &one && b == &other) || (a == &other && b == &one))) continue;
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+      impulse += double(manifold.getContactPoint(k).m_appliedImpulse);
+  }
+  return impulse / step;
+}
+
+// The mean speed of the tool over the collision voxels [m/s].
+double speedOver(const Collision& collision, const BaseVectorField& field, const Pose& place,
+                 const Motion& tool, const Motion& body) {
+  double sum = 0;
+  for (const CollisionVoxel& v : collision.voxels) {
+    const Vec3 grid = v.voxel.cast<double>() + Vec3::Constant(0.5);
+    const Vec3 at = place.toWorld(field.origin() + field.voxelSize() * grid);
+    sum += static_cast<double>(v.share) * (tool.at(at) - body.at(at)).norm();
+  }
+  return collision.count > 0 ? sum / collision.count : 0;
+}
+
+}  // namespace
+
+struct WorldCutter::State {
+  struct Tool {
+    const btCollisionObject* object;
+    Detection detection;
+    CuttingProcess process;
+  };
+
+  struct Work {
+    CuttableBody* body;
+    TissueTable tissues;
+    std::unique_ptr<BaseVectorField> field;
+  };
+
+  std::vector<Tool> tools;
+  std::vector<Work> works;
+  CollisionFinder finder;
+
+  double cutBy(Tool& tool, Work& work, double step, std::vector<VoxelCut>& cuts);
+  void cut(std::size_t k, double step, std::vector<WorldCut>& done);
+  void follow(Work& work, const std::vector<VoxelCut>& cuts);
+};
+
+WorldCutter::WorldCutter() : state_(std::make_unique<State>()) {}
+WorldCutter::~WorldCutter() = default;
+
+void WorldCutter::addTool(const btCollisionObject& object, const Detection& tool,
+                          const Cutter& cutter) {
+  validate(tool.area);
+  state_->tools.push_back({&object, tool, CuttingProcess(cutter)});
+}
+
+void WorldCutter::removeTool(const btCollisionObject& object) {
+  std::erase_if(state_->tools, [&](const State::Tool& t) { return t.object == &object; });
+}
+
+void WorldCutter::addBody(CuttableBody& body, const TissueTable& tissues) {
+  auto field = std::make_unique<BaseVectorField>(body.cloud(), tissues,
+                                                 sphereWindow(body.cloud().voxelSize()));
+  state_->works.push_back({&body, tissues, std::move(field)});
+}
+
+void WorldCutter::removeBody(const CuttableBody& body) {
+  std::erase_if(state_->works, [&](const State::Work& w) { return w.body == &body; });
+}
+
+// Takes what one tool cuts out of the body's field; returns the volume [m^3].
+double WorldCutter::State::cutBy(Tool& tool, Work& work, double step, std::vector<VoxelCut>& cuts) {
+  btDynamicsWorld* const world = work.body->world();
+  if (!world) return 0;
+  const btRigidBody& body = work.body->body();
+  const double force = forceBetween(*world->getDispatcher(), *tool.object, body, step);
+  if (!(force > 0)) return 0;
+  const Pose place = toPose(work.body->cloudPlace());
+  const Collision& collision =
+      finder.find(*work.field, place, tool.detection, toPose(tool.object->getWorldTransform()));
+  const double speed =
+      speedOver(collision, *work.field, place, motionOf(*tool.object), motionOf(body));
+  const CuttingProcess::Cut cut = tool.process.step(*work.field, collision, force, speed, step);
+  const std::vector<VoxelCut>& last = tool.process.last();
+  cuts.insert(cuts.end(), last.begin(), last.end());
+  return cut.volume;
+}
+
+void WorldCutter::State::cut(std::size_t k, double step, std::vector<WorldCut>& done) {
+  std::vector<VoxelCut> cuts;
+  double volume = 0;
+  for (Tool& tool : tools) volume += cutBy(tool, works[k], step, cuts);
+  if (cuts.empty()) return;
+  CuttableBody& body = *works[k].body;
+  done.push_back({&body, volume, body.cut(cuts)});
+  if (!done.back().outcome.gone) follow(works[k], cuts);
+}
+
+// Crumbs and pieces that fell off are still in the field. Crumbs lie beside the cuts.
+void WorldCutter::State::follow(Work& work, const std::vector<VoxelCut>& cuts) {
+  const double cubic = std::pow(work.field->voxelSize(), 3);
+  const auto same = [&] {
+    return std::abs(work.field->mass().volume - work.body->volume()) < 1e-3 * cubic;
+  };
+  if (same()) return;
+  Eigen::AlignedBox3i box;
+  for (const VoxelCut& cut : cuts) box.extend(cut.voxel);
+  const Cloud& cloud = work.body->cloud();
+  std::vector<VoxelCut> lost;
+  const Eigen::Vector3i low = (box.min().array() - kCrumb).cwiseMax(0),
+                        high = (box.max().array() + kCrumb).cwiseMin(cloud.size().array() - 1);
+  for (int z = low.z(); z <= high.z(); ++z)
+    for (int y = low.y(); y <= high.y(); ++y)
+      for (int x = low.x(); x <= high.x(); ++x)
+        if (cloud.coverage(x, y, z) < work.field->coverage({x, y, z}))
+          lost.push_back({{x, y, z}, cloud.coverage(x, y, z)});
+  work.field->cut(lost);
+  if (!same())
+    work.field =
+        std::make_unique<BaseVectorField>(cloud, work.tissues, sphereWindow(cloud.voxelSize()));
+}
+
+std::vector<WorldCut> WorldCutter::after(double step) {
+  if (!(step > 0)) throw std::invalid_argument("WorldCutter::after: the step must be positive");
+  std::vector<WorldCut> done;
+  for (std::size_t k = 0; k < state_->works.size(); ++k) state_->cut(k, step, done);
+  std::erase_if(state_->works, [&](const State::Work& w) {
+    return std::any_of(done.begin(), done.end(),
+                       [&](const WorldCut& cut) { return cut.body == w.body && cut.outcome.gone; });
+  });
+  return done;
+}
+
+}  // namespace cloudcontact
