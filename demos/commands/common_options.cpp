@@ -3,8 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
-#include "io/errors.h"
+#include "io/solid_text.h"
 
 namespace cloudcontact::program {
 
@@ -20,6 +21,27 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
       ->type_name(type);
 }
 
+}  // namespace
+
+void addFileOptions(CLI::App& command, CommonOptions& o) {
+  add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
+      "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
+  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in meters (default m)",
+      "UNIT", [&o](const std::string& t) { o.metersPerUnit = readUnit(t); });
+}
+
+void addBodyOptions(CLI::App& command, CommonOptions& o) {
+  addFileOptions(command, o);
+  add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
+      [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
+}
+
+void addRunOptions(CLI::App& command, CommonOptions& o) {
+  add(command, "--threads", "threads to use; 0 means all cores (default)", "N",
+      [&o](const std::string& t) { o.threads = readCount("--threads", t, 0, 1024); });
+  command.add_flag("--json", o.json, "print the result as JSON");
+}
+
 void addLawOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--law",
       "contact law: paper (one spring a pair), foundation (stiffness per area); for simulate also "
@@ -29,28 +51,50 @@ void addLawOptions(CLI::App& command, CommonOptions& o) {
       [&o](const std::string& t) { o.stiffness = readPositive("--stiffness", t); });
   add(command, "--damping", "the pair's c [N s/m]; per area [N s/m^3] with foundation", "C",
       [&o](const std::string& t) { o.damping = readNotNegative("--damping", t); });
-  add(command, "--friction", "the pair's friction coefficient", "MU",
-      [&o](const std::string& t) { o.friction = readNotNegative("--friction", t); });
-  add(command, "--material", "a material's name or file (not supported yet)", "NAME|FILE",
-      [](const std::string& t) {
-        throw BadInput("--material: '" + t +
-                       "' cannot be looked up, materials tables are not supported yet; give "
-                       "--stiffness and --damping instead");
-      });
 }
 
-}  // namespace
+void addFrictionOption(CLI::App& command, CommonOptions& o) {
+  add(command, "--friction", "the pair's friction coefficient", "MU",
+      [&o](const std::string& t) { o.friction = readNotNegative("--friction", t); });
+}
 
-void addCommonOptions(CLI::App& command, CommonOptions& o, Devices devices) {
-  add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
-      "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
-  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in meters (default m)",
-      "UNIT", [&o](const std::string& t) { o.metersPerUnit = readUnit(t); });
-  add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
-      [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
-  addLawOptions(command, o);
-  add(command, "--method", "cloud, or Bullet's gjk, gimpact, hacd, primitive, sdf", "METHOD",
-      [&o](const std::string& t) { o.method = readMethod(t); });
+void addMethodOption(CLI::App& command, CommonOptions& o) {
+  add(command, "--method",
+      "cloud (fitted normals, default), paper (base vectors), or Bullet's gjk, gimpact, hacd, "
+      "primitive, sdf",
+      "METHOD", [&o](const std::string& t) { o.method = readMethod(t); });
+}
+
+void addPaperOptions(CLI::App& command, CommonOptions& o) {
+  add(command, "--window",
+      "the paper's C around each voxel [m]: sphere:R, box:X,Y,Z or ellipsoid:X,Y,Z, full lengths; "
+      "a sphere of 2.5 voxels if not given",
+      "SOLID", [&o](const std::string& t) { o.paper.window = readWindow("--window", t); });
+  add(command, "--representative", "the paper's Gr, from the center of C [m] (default \"0 0 0\")",
+      "\"x y z\"",
+      [&o](const std::string& t) { o.paper.representative = readPoint("--representative", t); });
+  command.add_flag("--hardness", o.paper.hardness,
+                   "base vectors count by the hardness of their tissue, (5') of the paper");
+}
+
+void addTissueOptions(CLI::App& command, CommonOptions& o, const char* none) {
+  command
+      .add_option("--tissues", o.tissues.table,
+                  std::string("table of tissues, with k and c of each; ") + none)
+      ->type_name("dental|FILE.json");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--tissue",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& t : texts)
+              o.tissues.ofParts.push_back(readTissueName("--tissue", t));
+          },
+          "the tissue of a part, once for each part; 'all' for a body of one part")
+      ->allow_extra_args(false)
+      ->type_name("PART=TISSUE");
+}
+
+void addBackendOption(CLI::App& command, CommonOptions& o, Devices devices) {
   const bool none = devices == Devices::None;
   add(command, "--backend", none ? "cpu" : "cpu, or opencl for a GPU", "BACKEND",
       [&o, none, name = command.get_name()](const std::string& t) {
@@ -59,9 +103,6 @@ void addCommonOptions(CLI::App& command, CommonOptions& o, Devices devices) {
         reportCpuFallback(name + " cannot use a device");
         o.backend = Backend::Cpu;
       });
-  add(command, "--threads", "threads to use; 0 means all cores (default)", "N",
-      [&o](const std::string& t) { o.threads = readCount("--threads", t, 0, 1024); });
-  command.add_flag("--json", o.json, "print the result as JSON");
 }
 
 }  // namespace cloudcontact::program

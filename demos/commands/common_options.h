@@ -1,5 +1,5 @@
 // The options that several commands share, as the command line has them (io/options.h: their
-// values).
+// values). A command adds those that it uses; others are refused as unknown.
 #pragma once
 
 #include "io/options.h"
@@ -13,9 +13,20 @@ namespace cloudcontact::program {
 // Whether a command can use an OpenCL device.
 enum class Devices { None, OpenCl };
 
-// Adds the options to a command. They fill `options`, which must live until the command has run. An
-// invalid value throws BadInput naming the option and its valid values. A command that cannot use a
-// device runs on the CPU and says so on stderr.
-void addCommonOptions(CLI::App& command, CommonOptions& options, Devices devices = Devices::None);
+// Each adds options to a command. They fill `options`, which must live until the command has run.
+// An invalid value throws BadInput naming the option and its valid values.
+
+void addFileOptions(CLI::App& command, CommonOptions& options);  // --voxel, --unit
+void addBodyOptions(CLI::App& command, CommonOptions& options);  // those, and --shell
+void addRunOptions(CLI::App& command, CommonOptions& options);   // --threads, --json
+void addLawOptions(CLI::App& command, CommonOptions& options);   // --law, --stiffness, --damping
+void addFrictionOption(CLI::App& command, CommonOptions& options);
+void addMethodOption(CLI::App& command, CommonOptions& options);
+// --window, --representative, --hardness
+void addPaperOptions(CLI::App& command, CommonOptions& options);
+// --tissues and --tissue; `none`: what holds without them.
+void addTissueOptions(CLI::App& command, CommonOptions& options, const char* none);
+// Without a device the command runs on the CPU and says so on stderr.
+void addBackendOption(CLI::App& command, CommonOptions& options, Devices devices);
 
 }  // namespace cloudcontact::program

@@ -30,7 +30,20 @@ struct ContactOptions {
   int repeat = 100;
 };
 
+// Reads D of A or B, from --area-a or --area-b.
+std::optional<PlacedSolid> readArea(const char* option, const std::string& text, const Body& owner,
+                                    double voxel, const CommonOptions& common) {
+  if (text.empty()) return {};
+  if (isHalfSpace(owner))
+    throw BadInput(std::string(option) + ": a half-space detects with all of itself; leave it out");
+  const Body area = readBody(text, common);
+  if (isHalfSpace(area))
+    throw BadInput(std::string(option) + ": a half-space is no area; give a body");
+  return solidOf(area, voxel, common);
+}
+
 ContactQuery readQuery(const ContactOptions& options) {
+  checkTogether(options.common);
   if (std::holds_alternative<Rigid>(options.common.law))
     throw BadInput("--law rigid: has no force until a solver runs; use paper or foundation");
   if (isViscoelastic(options.common.law))
@@ -45,6 +58,10 @@ ContactQuery readQuery(const ContactOptions& options) {
   query.b = readBody(options.b, options.common);
   if (isHalfSpace(query.a) && isHalfSpace(query.b))
     throw BadInput("halfspace: two half-spaces have no contact to find; make A or B a body");
+  const double voxel = sharedVoxel(query);
+  const PaperOptions& paper = options.common.paper;
+  query.areaA = readArea("--area-a", paper.areaA, query.a, voxel, options.common);
+  query.areaB = readArea("--area-b", paper.areaB, query.b, voxel, options.common);
   return query;
 }
 
@@ -92,7 +109,7 @@ void printText(const Json& j) {
 }
 
 ContactReport contactOf(const ContactQuery& query, const std::optional<std::string>& picture) {
-  if (query.common.method != Method::Cloud) {
+  if (!usesClouds(query.common.method)) {
     if (query.common.backend == Backend::OpenCl)
       reportCpuFallback("only --method cloud can use it");
     return bulletContact(query);
@@ -107,8 +124,8 @@ ContactReport contactOf(const ContactQuery& query, const std::optional<std::stri
 void run(const ContactOptions& options) {
   if (options.picture) {
     checkPicture(*options.picture);
-    if (options.common.method != Method::Cloud)
-      throw BadInput("--picture: shows the method of clouds; use it with --method cloud");
+    if (!usesClouds(options.common.method))
+      throw BadInput("--picture: shows the method of clouds; use it with --method cloud or paper");
   }
   const ContactQuery query = readQuery(options);
   const Json json = reportJson(contactOf(query, options.picture), options.common);
@@ -156,7 +173,21 @@ void addContactCommand(CLI::App& app) {
           "--picture", [options](const std::string& text) { options->picture = text; },
           "file for a picture of a cut through the contact")
       ->type_name("FILE.png|FILE.svg");
-  addCommonOptions(command, options->common, Devices::OpenCl);
+  command
+      .add_option("--area-a", options->common.paper.areaA,
+                  "A's collision detection area D in A's frame, a body; all of A if not given")
+      ->type_name("BODY");
+  command
+      .add_option("--area-b", options->common.paper.areaB,
+                  "B's in B's frame; all of B if not given")
+      ->type_name("BODY");
+  addBodyOptions(command, options->common);
+  addLawOptions(command, options->common);
+  addTissueOptions(command, options->common, "none if not given");
+  addMethodOption(command, options->common);
+  addPaperOptions(command, options->common);
+  addBackendOption(command, options->common, Devices::OpenCl);
+  addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }
 

@@ -11,11 +11,15 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <optional>
+#include <string>
 
 #include "io/errors.h"
 #include "scene/bullet_methods.h"
 #include "scene/pair_probe.h"
+#include "scene/paper_settings.h"
+#include "scene/tissue_file.h"
 
 namespace cloudcontact::program {
 
@@ -26,6 +30,8 @@ struct Side {
   std::shared_ptr<const SurfaceField> field;
   std::optional<Solid> plane;
   std::shared_ptr<btCollisionShape> shape;
+  const TissueTable* tissues = nullptr;    // in `shape`
+  std::shared_ptr<const PaperBody> paper;  // with --method paper
 
   double voxel() const { return field ? field->cloud().voxelSize() : 0; }
   ContactBody at(const Pose& pose, const Motion& motion) const {
@@ -34,11 +40,28 @@ struct Side {
     body.shape = plane ? &*plane : nullptr;
     body.pose = pose;
     body.motion = motion;
+    body.tissues = tissues;
+    body.paper = paper.get();
     return body;
   }
 };
 
-Side makeSide(const Body& body, double voxel, CommonOptions options) {
+std::shared_ptr<const PaperBody> usePaper(CloudShape& shape, const std::optional<PlacedSolid>& area,
+                                          const PaperOptions& options) {
+  PaperSettings settings = paperSettings(options, shape.field().cloud().voxelSize());
+  settings.area = area;
+  try {
+    shape.usePaper(settings);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw BadInput("--window: " + std::string(error.what()));
+  }
+  return shape.paper();
+}
+
+Side makeSide(const Body& body, const std::optional<PlacedSolid>& area, double voxel,
+              CommonOptions options, BodyTissues& tissues) {
   options.backend = Backend::Cpu;  // building the field takes longest, on the CPU
   Side side;
   if (isHalfSpace(body)) {
@@ -47,17 +70,13 @@ Side makeSide(const Body& body, double voxel, CommonOptions options) {
   } else {
     const Cloud cloud = digitizeBody(body, voxel, options).cloud;
     side.field = buildField(cloud, body.name, options);
-    side.shape = std::make_shared<CloudShape>(side.field);
+    const auto shape = std::make_shared<CloudShape>(side.field);
+    shape->setTissues(tissues.of(body.name, cloud.materials()));
+    if (!shape->tissues().empty()) side.tissues = &shape->tissues();
+    if (options.method == Method::Paper) side.paper = usePaper(*shape, area, options.paper);
+    side.shape = shape;
   }
   return side;
-}
-
-// The voxel size of both bodies; a saved cloud keeps its own.
-double sharedVoxel(const Body& a, const Body& b, const CommonOptions& options) {
-  if (options.voxel) return *options.voxel;
-  if (isHalfSpace(a)) return defaultVoxel(b);
-  if (isHalfSpace(b)) return defaultVoxel(a);
-  return std::min(defaultVoxel(a), defaultVoxel(b));
 }
 
 ContactReport asReport(const ContactResult& result, const Motion& motionB) {
@@ -89,6 +108,10 @@ std::vector<double> batchTimes(ContactBatch& batch, BatchPair pair, int repeat, 
 // The pair's contact on a device; empty, with a message, if the device cannot compute it.
 std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery& query,
                                       double jitter) {
+  if (query.common.method == Method::Paper || query.common.tissues.given()) {
+    reportCpuFallback("base vectors and tissues are summed by the CPU");
+    return std::nullopt;
+  }
   ContactBatch batch({query.common.backend, query.common.threads, false});
   if (batch.backend() != Backend::OpenCl) {
     reportCpuFallback(batch.message());
@@ -107,17 +130,17 @@ std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery&
   return report;
 }
 
+// The same law for Bullet. With tissues, only its form: k and c are those of the bodies.
+std::optional<Law> seamLaw(const Law& law, bool tissues) {
+  if (!tissues) return law;
+  if (std::holds_alternative<Foundation>(law)) return Foundation{};
+  return {};
+}
+
 // Tolerance of a primitive's facets. Finer ones slow down Bullet's mesh methods for no gain,
 // coarser ones add an error that is not theirs.
 constexpr double kFacetTolerance = 0.02;     // [voxels]
 constexpr double kHacdFacetTolerance = 0.1;  // [voxels]
-
-double voxelOf(const ContactQuery& query) {
-  const auto one = [&](const Body& body) { return isHalfSpace(body) ? 0 : defaultVoxel(body); };
-  if (query.common.voxel) return *query.common.voxel;
-  const double a = one(query.a), b = one(query.b);
-  return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b);
-}
 
 BulletShape shapeOf(const Body& body, double voxel, Method method) {
   if (isHalfSpace(body)) return primitiveShape(*body.shape);
@@ -147,19 +170,29 @@ Wrench wrenchOf(const std::vector<ReportedContact>& contacts, const Motion& moti
 
 }  // namespace
 
+double sharedVoxel(const ContactQuery& query) {
+  const auto one = [&](const Body& body) { return isHalfSpace(body) ? 0 : defaultVoxel(body); };
+  if (query.common.voxel) return *query.common.voxel;
+  const double a = one(query.a), b = one(query.b);
+  return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b);
+}
+
 ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
-  const double voxel = sharedVoxel(query.a, query.b, query.common);
-  const Side a = makeSide(query.a, voxel, query.common);
-  const Side b = makeSide(query.b, voxel, query.common);
+  const double voxel = sharedVoxel(query);
+  BodyTissues tissues(query.common.tissues);
+  const Side a = makeSide(query.a, query.areaA, voxel, query.common, tissues);
+  const Side b = makeSide(query.b, query.areaB, voxel, query.common, tissues);
+  tissues.check();
   ContactSettings settings;
   settings.law = pairLaw(query.common);
+  if (query.common.method == Method::Paper) settings.normals = Normals::BaseVectors;
   const BatchPair pair{a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings};
   ContactFinder finder;
   const ContactResult& result = finder.find(pair.a, pair.b, settings);
   ContactReport report = asReport(result, query.motion);
   if (scene)
-    *scene = {{query.a.name, a.field, a.plane, Pose{}},
-              {query.b.name, b.field, b.plane, query.pose},
+    *scene = {{query.a.name, a.field, a.plane, Pose{}, a.paper},
+              {query.b.name, b.field, b.plane, query.pose, b.paper},
               result,
               query.motion,
               std::max(a.voxel(), b.voxel())};
@@ -167,9 +200,10 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   if (query.common.backend == Backend::OpenCl)
     if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
   CloudContactSettings seam;
-  seam.law = settings.law;
+  seam.law = seamLaw(settings.law, query.common.tissues.given());
+  seam.normals = settings.normals;
   seam.lists = false;  // no cached results
-  PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, Method::Cloud, seam);
+  PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, query.common.method, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);
   return report;
 }
@@ -180,7 +214,7 @@ ContactReport bulletContact(const ContactQuery& query) {
     throw BadInput("--method sdf: btSdfCollisionShape is not supported yet; use cloud or gimpact");
   if (!std::holds_alternative<KelvinVoigt>(query.common.law))
     throw BadInput("--law foundation: needs contact areas; use --method cloud or --law paper");
-  const double voxel = voxelOf(query);
+  const double voxel = sharedVoxel(query);
   const BulletShape a = shapeOf(query.a, voxel, method), b = shapeOf(query.b, voxel, method);
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, method, {});
   ContactReport report;

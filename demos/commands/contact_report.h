@@ -4,6 +4,7 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/contact/contact.h>
 
+#include <optional>
 #include <vector>
 
 #include "draw/contact_scene.h"
@@ -13,8 +14,9 @@ namespace cloudcontact::program {
 
 struct ContactQuery {
   Body a, b;
-  Pose pose;      // of B; A is at the origin
-  Motion motion;  // of B; A is at rest
+  Pose pose;                                // of B; A is at the origin
+  Motion motion;                            // of B; A is at rest
+  std::optional<PlacedSolid> areaA, areaB;  // D of A and of B, where it is not the whole body
   int repeat = 100;
   CommonOptions common;
 };
@@ -35,6 +37,9 @@ struct ContactReport {
   std::vector<double> microseconds;  // of each repetition
   Backend backend = Backend::Cpu;    // that found the contacts
 };
+
+// The voxel size of both bodies [m]; a saved cloud keeps its own.
+double sharedVoxel(const ContactQuery& query);
 
 // The pair's k and c: from the options, else 1e4 N/m (1e9 N/m^3 with foundation) without damping.
 Law pairLaw(const CommonOptions& options);

@@ -158,7 +158,9 @@ void addDigitizeCommand(CLI::App& app) {
           },
           "density for mass and inertia [kg/m^3] (default 1000)")
       ->type_name("RHO");
-  addCommonOptions(command, options->common, Devices::OpenCl);
+  addBodyOptions(command, options->common);
+  addBackendOption(command, options->common, Devices::OpenCl);
+  addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }
 

@@ -1,7 +1,6 @@
 // `cloudcontact drill WORKPIECE`: a tool in a simulated hand cuts straight into a body and comes
 // out again. Reports force and removed volume, and saves the remaining body.
 #include <cloudcontact/voxels/cloud_file.h>
-#include <cloudcontact/workpiece/cloud_solid.h>
 #include <CLI/CLI.hpp>
 
 #include <cmath>
@@ -33,8 +32,7 @@ constexpr double kBack = 5;  // times the speed on the way out
 
 struct DrillOptions {
   CommonOptions common;
-  std::string body, bur = "sphere:0.0006", tissues = "dental";
-  std::vector<std::string> partTissues;
+  std::string body, bur = "sphere:0.0006";
   std::optional<Pose> from, to;
   double seconds = 5, step = 1e-3, efficiency = 0.1;
   std::optional<double> edgeSpeed;
@@ -57,13 +55,7 @@ Bur burOf(const DrillOptions& o, double voxel) {
   if (bur.least < kLeastTool * voxel)
     throw BadInput("--bur: " + o.bur + " is thinner than four voxels; give a --voxel of at most " +
                    numberText(1e6 * bur.least / kLeastTool) + "e-6 or a larger bur");
-  if (body.shape && std::holds_alternative<Sphere>(*body.shape))
-    bur.area = {Sphere{std::get<Sphere>(*body.shape).radius}};
-  else if (body.shape && std::holds_alternative<Box>(*body.shape))
-    bur.area = {Box{half}};
-  else
-    bur.area = cloudSolid(
-        digitizeBody(body, body.cloud ? body.cloud->voxelSize() : voxel, o.common).cloud);
+  bur.area = solidOf(body, voxel, o.common);
   return bur;
 }
 
@@ -213,18 +205,16 @@ void save(const DrillOptions& o, const CuttingRun& run, const Cloud& before, con
 
 void run(const DrillOptions& o) {
   checkFiles(o);
-  const TissueTable table = readTissues("--tissues", o.tissues, o.common.stiffness.value_or(2e4));
-  if (o.common.stiffness && o.tissues != "dental")
-    throw BadInput("--stiffness: applies to enamel of the dental table; write it into " +
-                   o.tissues);
-  std::vector<std::pair<std::string, std::string>> tissueOfPart;
-  for (const std::string& text : o.partTissues)
-    tissueOfPart.push_back(readTissueName("--tissue", text));
+  const std::string& chosen = o.common.tissues.table;
+  const TissueTable table = readTissues("--tissues", chosen, o.common.stiffness.value_or(2e4));
+  if (o.common.stiffness && chosen != "dental")
+    throw BadInput("--stiffness: applies to enamel of the dental table; write it into " + chosen);
   const Body body = readBody(o.body, o.common);
   const double voxel = o.common.voxel.value_or(defaultVoxel(body));
   const Bur bur = burOf(o, voxel);
   const Cloud before = digitizeBody(body, voxel, o.common).cloud;
-  const TissueTable tissues = tissuesOfParts(o.body, table, before.materials(), tissueOfPart);
+  const TissueTable tissues =
+      tissuesOfParts(o.body, table, before.materials(), o.common.tissues.ofParts);
   const CuttingTask task = taskOf(o, before, bur);
   CuttingRun cut;
   TissueTable named = tissues;  // parts may share a tissue, so use the parts' names
@@ -263,6 +253,8 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
   };
   number("--seconds", o.seconds, "time for the way in [s] (default 5); the way out takes a fifth");
   number("--step", o.step, "time between ticks [s] (default 0.001)");
+  number("--stiffness", o.common.stiffness,
+         "of enamel in the dental table [N/m] (default 2e4); the others follow");
   number("--edge-speed", o.edgeSpeed,
          "speed of the tool's edge [m/s]; that of 300,000 rpm if not given");
   command
@@ -287,12 +279,8 @@ void addDrillCommand(CLI::App& app) {
       .add_option("--bur", options->bur,
                   "the tool: sphere:R (default sphere:0.0006), a box or a file")
       ->type_name("BODY");
-  command.add_option("--tissues", options->tissues, "table of tissues (default dental)")
-      ->type_name("dental|FILE.json");
-  command
-      .add_option("--tissue", options->partTissues,
-                  "the tissue of a part, once for each part; 'all' for a body of one part")
-      ->type_name("PART=TISSUE");
+  options->common.tissues.table = "dental";
+  addTissueOptions(command, options->common, "dental if not given");
   addPlaces(command, *options);
   command.add_option("--force", options->force, "file for force and position of every tick")
       ->type_name("OUT.csv");
@@ -305,7 +293,8 @@ void addDrillCommand(CLI::App& app) {
       ->type_name("OUT.svg|OUT.png");
   command.add_option("-o,--output", options->output, "file for the remaining cloud")
       ->type_name("OUT.cloud");
-  addCommonOptions(command, options->common);
+  addBodyOptions(command, options->common);
+  addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }
 

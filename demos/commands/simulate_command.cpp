@@ -127,7 +127,7 @@ Replay described(Replay replay, const SceneDescription& scene, const SimulateOpt
   replay.title = scene.name;
   replay.story = std::filesystem::path(options.scene).filename().string();
   replay.setup = setupText(settings, r.step, options.substeps);
-  replay.voxel = options.common.method == Method::Cloud ? settings.voxel : 0;
+  replay.voxel = usesClouds(options.common.method) ? settings.voxel : 0;
   replay.facts = factsOf(r);
   return replay;
 }
@@ -206,7 +206,14 @@ void addSimulateCommand(CLI::App& app) {
       "the density of water.");
   command.add_option("SCENE", options->scene, "an SDFormat world (.sdf)")->required();
   addOptions(command, *options);
-  addCommonOptions(command, options->common);
+  addBodyOptions(command, options->common);
+  addLawOptions(command, options->common);
+  addFrictionOption(command, options->common);
+  addTissueOptions(command, options->common, "none if not given");
+  addMethodOption(command, options->common);
+  addPaperOptions(command, options->common);
+  addBackendOption(command, options->common, Devices::None);
+  addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }
 

@@ -49,7 +49,7 @@ SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettin
                                 const SimulationSettings& simulation, const std::string& label) {
   World world(scene, settings);
   setups_.insert(setupText(settings, simulation.step, simulation.substeps));
-  if (settings.common.method == Method::Cloud) voxel_ = std::max(voxel_, settings.voxel);
+  if (usesClouds(settings.common.method)) voxel_ = std::max(voxel_, settings.voxel);
   if (wantsReplay_) recorder_.begin(world, label, simulation.seconds, simulation.step);
   const auto progress =
       progressBar("simulating " + scene.name + (label.empty() ? "" : " (" + label + ")"));

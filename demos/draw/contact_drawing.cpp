@@ -1,10 +1,12 @@
 // The close view, from back to front: the voxels of both bodies, their surfaces, the collision
-// voxels, the surface normals, the digital normal, the contact points. Then the two small views.
+// voxels, the fitted normals or base vectors, the patch's normal, the contact points. Then the two
+// small views.
 #include "draw/contact_drawing.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -21,7 +23,7 @@ constexpr int kShades = 8;
 constexpr double kNormalLength = 130;   // of the big arrow [px]
 constexpr double kLabelDistance = 235;  // of a body's letter from the contact [px]
 constexpr double kLetterSize = 18;
-constexpr double kVectorLength = 0.85;  // of a normal's arrow [voxels]
+constexpr double kVectorLength = 0.85;  // of a fitted normal's arrow [voxels]
 
 // Groups voxels by material and shade into one element each.
 void addVoxels(Drawing& drawing, const std::vector<CutVoxel>& voxels, const Cloud& cloud,
@@ -49,18 +51,21 @@ double areaOf(const std::vector<Point>& ring) {
   return std::abs(twice) / 2;
 }
 
+// Of `body`: by the paper those in the other's D, else those with a sample in the other body.
 // Leaves out slivers of voxels, which would be thick lines only.
-void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const CutView& view,
-                        const std::vector<CutVoxel>& voxels, const std::vector<FoundSample>& found,
-                        const Color& color) {
+void addCollisionVoxels(Drawing& drawing, const PictureBody& body, const PictureBody& other,
+                        const CutView& view, const std::vector<CutVoxel>& voxels,
+                        const std::vector<FoundSample>& found, const Color& color) {
   if (!body.field) return;
   const double face = std::pow(body.field->cloud().voxelSize() * view.scale, 2);
   std::set<std::tuple<int, int, int>> hit;
   for (const FoundSample& s : found) hit.insert({s.voxel.x(), s.voxel.y(), s.voxel.z()});
   Polygons marked{{}, {std::nullopt, color, 2.2}};
-  for (const CutVoxel& v : voxels)
-    if (hit.count({v.voxel.x(), v.voxel.y(), v.voxel.z()}) && areaOf(v.outline) > 0.2 * face)
-      marked.rings.push_back(v.outline);
+  for (const CutVoxel& v : voxels) {
+    const bool isHit = body.paper ? body.paperVoxel(v.voxel, v.center, other).has_value()
+                                  : hit.count({v.voxel.x(), v.voxel.y(), v.voxel.z()}) > 0;
+    if (isHit && areaOf(v.outline) > 0.2 * face) marked.rings.push_back(v.outline);
+  }
   drawing.add(std::move(marked));
 }
 
@@ -75,11 +80,36 @@ bool onSurface(const Cloud& cloud, const CutVoxel& v) {
   return false;
 }
 
-// Outward surface normals of the interface voxels, projected onto the cut. Of several layers of the
-// grid in the cut only the nearest is drawn.
-void addSurfaceNormals(Drawing& drawing, const PictureBody& body, std::vector<CutVoxel> voxels,
-                       const CutView& view, const Focus& focus, const Color& color) {
-  if (!body.field) return;
+// An arrow of a voxel [voxels], projected onto the cut; empty for none.
+using VoxelArrow = std::function<std::optional<Point>(const CutVoxel&)>;
+
+// The fitted outward normal of an interface voxel.
+VoxelArrow fittedNormals(const PictureBody& body, const CutView& view) {
+  return [&](const CutVoxel& v) -> std::optional<Point> {
+    if (!onSurface(body.field->cloud(), v)) return {};
+    const std::optional<FieldPoint> point = body.at(v.center);
+    if (!point) return {};
+    const Point along = view.direction(point->normal);
+    if (along.norm() < 0.4) return {};  // points at the viewer: too short to show
+    return Point(kVectorLength * along);
+  };
+}
+
+// The base vector of a collision voxel, in its true length.
+VoxelArrow baseVectors(const PictureBody& body, const PictureBody& other, const CutView& view) {
+  return [&](const CutVoxel& v) -> std::optional<Point> {
+    const auto found = body.paperVoxel(v.voxel, v.center, other);
+    if (!found) return {};
+    const Point along = view.direction(found->baseVector) / body.field->cloud().voxelSize();
+    if (along.norm() < 0.1) return {};
+    return along;
+  };
+}
+
+// Of several layers of the grid in the cut only the nearest is drawn.
+void addArrows(Drawing& drawing, const PictureBody& body, std::vector<CutVoxel> voxels,
+               const CutView& view, const Focus& focus, const Color& color,
+               const VoxelArrow& arrowOf) {
   const double h = body.field->cloud().voxelSize();
   const double near = std::max(5 * h, 1.25 * focus.reach);
   const auto depth = [&](const CutVoxel& v) { return std::abs(view.distance(v.center)); };
@@ -88,17 +118,23 @@ void addSurfaceNormals(Drawing& drawing, const PictureBody& body, std::vector<Cu
   });
   std::vector<Point> starts;
   for (const CutVoxel& v : voxels) {
-    if ((v.center - focus.place).norm() > near || !onSurface(body.field->cloud(), v)) continue;
-    const std::optional<FieldPoint> point = body.at(v.center);
-    if (!point) continue;
-    const Point along = view.direction(point->normal);
-    if (along.norm() < 0.4) continue;  // points at the viewer: too short to show
+    if ((v.center - focus.place).norm() > near) continue;
+    const std::optional<Point> along = arrowOf(v);
+    if (!along) continue;
     const Point start = view.toPaper(v.center);
     const auto close = [&](const Point& p) { return (p - start).norm() < 0.7 * h * view.scale; };
     if (std::any_of(starts.begin(), starts.end(), close)) continue;
     starts.push_back(start);
-    drawing.add(arrow(start, start + kVectorLength * h * view.scale * along, color, kVectorWidth));
+    drawing.add(arrow(start, start + h * view.scale * *along, color, kVectorWidth));
   }
+}
+
+void addVectors(Drawing& drawing, const PictureBody& body, const PictureBody& other,
+                const std::vector<CutVoxel>& voxels, const CutView& view, const Focus& focus,
+                const Color& color) {
+  if (!body.field) return;
+  addArrows(drawing, body, voxels, view, focus, color,
+            body.paper ? baseVectors(body, other, view) : fittedNormals(body, view));
 }
 
 void addBody(Drawing& drawing, const PictureBody& body, const CutView& view, bool isA,
@@ -117,8 +153,8 @@ void addPoints(Drawing& drawing, const ContactScene& scene, const CutView& view)
       addPoint(drawing, view.toPaper(p.position), 5);
 }
 
-void addDigitalNormal(Drawing& drawing, const ContactScene& scene, const CutView& view,
-                      const Focus& focus) {
+void addPatchNormal(Drawing& drawing, const ContactScene& scene, const CutView& view,
+                    const Focus& focus) {
   const Vec3 normal = scene.result.patches[static_cast<std::size_t>(focus.patch)].normal;
   const Point start = view.toPaper(focus.place);
   const Point along = view.direction(normal).normalized();
@@ -133,7 +169,7 @@ void addDigitalNormal(Drawing& drawing, const ContactScene& scene, const CutView
   const Align align = std::abs(along.x()) < 0.2 ? Align::Middle
                       : toLeft                  ? Align::Right
                                                 : Align::Left;
-  drawing.add(Text{label, "digital normal", 16, kContactRed, align, true, true});
+  drawing.add(Text{label, normalName(scene.byPaper()), 16, kContactRed, align, true, true});
 }
 
 // A body's letter, with the material's name if there are several, placed inside that material.
@@ -202,6 +238,10 @@ void addCutLabel(Drawing& drawing, const Rectangle& frame, const Point& center,
 
 }  // namespace
 
+const char* normalName(bool byPaper) {
+  return byPaper ? "digital normal" : "contact normal";
+}
+
 Color materialColor(bool isA, int material) {
   static constexpr Color kOfA[] = {kBodyA, {38, 150, 136}, {124, 92, 196}, {84, 104, 128}};
   static constexpr Color kOfB[] = {kBodyB, {196, 160, 16}, {168, 68, 42}, {138, 109, 59}};
@@ -237,14 +277,15 @@ void addCloseView(Drawing& drawing, const ContactScene& scene, const Marks& mark
   });
   if (!marks.touching) return;
   group("collision-voxels", [&] {
-    addCollisionVoxels(drawing, scene.a, view, a, marks.inA, kDarkA);
-    addCollisionVoxels(drawing, scene.b, view, b, marks.inB, kDarkB);
+    addCollisionVoxels(drawing, scene.a, scene.b, view, a, marks.inA, kDarkA);
+    addCollisionVoxels(drawing, scene.b, scene.a, view, b, marks.inB, kDarkB);
   });
-  group("surface-normals", [&] {
-    addSurfaceNormals(drawing, scene.a, a, view, marks.focus, kDarkA);
-    addSurfaceNormals(drawing, scene.b, b, view, marks.focus, kDarkB);
+  group(scene.byPaper() ? "base-vectors" : "fitted-normals", [&] {
+    addVectors(drawing, scene.a, scene.b, a, view, marks.focus, kDarkA);
+    addVectors(drawing, scene.b, scene.a, b, view, marks.focus, kDarkB);
   });
-  group("digital-normal", [&] { addDigitalNormal(drawing, scene, view, marks.focus); });
+  group(scene.byPaper() ? "digital-normal" : "contact-normal",
+        [&] { addPatchNormal(drawing, scene, view, marks.focus); });
   group("contact-points", [&] { addPoints(drawing, scene, view); });
   group("names", [&] {
     addBodyLabels(drawing, scene.a, scene.b, view, "A", kDarkA);

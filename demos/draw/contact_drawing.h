@@ -25,6 +25,8 @@ struct Marks {
   bool touching = false;
 };
 
+// What a patch's normal is called.
+const char* normalName(bool byPaper);
 // A body's color, paler with less coverage.
 Color shade(Color color, double coverage);
 void addPoint(Drawing& drawing, const Point& at, double radius);

@@ -25,7 +25,7 @@ void addPatchFigures(Table& table, const ContactScene& scene, int index) {
   for (int k = 0; k < patches; ++k) all += forceOf(result, k);
   table.space(14);
   table.heading(patches > 1 ? "The patch in the picture" : "Its one patch");
-  table.row("digital normal", tripleText(patch.normal));
+  table.row(normalName(scene.byPaper()), tripleText(patch.normal));
   table.row("depth d",
             lengthText(patch.depth) + " = " + numberText(patch.depth / scene.voxel) + " voxels");
   const bool share = patches > 1 && all > 0;
@@ -84,13 +84,25 @@ void pointSymbol(Drawing& drawing, const Point& at) {
   for (const double x : {-18.0, -1.0, 16.0}) addPoint(drawing, at + Point(x, -2), 5);
 }
 
-void addKey(Drawing& drawing) {
+void addKey(Drawing& drawing, bool byPaper) {
+  const KeyEntry vectors =
+      byPaper
+          ? KeyEntry{"Base vectors", "of collision voxels: Gr - Gc, in their length", vectorSymbol}
+          : KeyEntry{"Fitted normals", "out of the material, one per surface voxel", vectorSymbol};
+  const KeyEntry collision = {
+      "Collision voxels",
+      byPaper ? "inside the other's detection area D" : "their surface lies inside the other body",
+      collisionSymbol};
+  const KeyEntry normal =
+      byPaper
+          ? KeyEntry{"Digital normal", "the mean of the patch's base vectors", normalSymbol}
+          : KeyEntry{"Contact normal", "fitted normals, summed by area and depth", normalSymbol};
   const KeyEntry entries[] = {
       {"Voxels of A and B", "darker with more material", voxelSymbol},
       {"Surface", "fitted to the coverage, finer than a voxel", surfaceSymbol},
-      {"Surface normals", "out of the material, one per surface voxel", vectorSymbol},
-      {"Collision voxels", "their surface lies inside the other body", collisionSymbol},
-      {"Digital normal", "their normals, summed by area and depth", normalSymbol},
+      vectors,
+      collision,
+      normal,
       {"Contact points", "at most four a patch, with all its force", pointSymbol}};
   drawing.add(GroupBegin{"key", {}});
   for (int k = 0; k < 6; ++k) {
@@ -107,7 +119,8 @@ std::string subtitle(const ContactScene& scene, const Marks& marks) {
   return (patches > 1 ? "A cut through the most loaded of its " + std::to_string(patches) +
                             " patches, number " + std::to_string(marks.focus.patch)
                       : std::string("A cut through the contact")) +
-         ", along its digital normal; it pushes B that way with the force k d.";
+         ", along its " + normalName(scene.byPaper()) +
+         "; it pushes B that way with the force k d.";
 }
 
 // Without a contact, the cut is a plane through the middles of both bodies.
@@ -149,7 +162,7 @@ Drawing contactPicture(const ContactScene& scene) {
     addWholeView(drawing, scene, view, kWhole);
     addPatchFace(drawing, scene, marks, view, kFace);
   }
-  addKey(drawing);
+  addKey(drawing, scene.byPaper());
   return drawing;
 }
 

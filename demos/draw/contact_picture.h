@@ -6,7 +6,7 @@
 
 namespace cloudcontact::program {
 
-// Shows a cut through the most loaded patch that contains its digital normal and is as
+// Shows a cut through the most loaded patch that contains its normal and is as
 // perpendicular to the surfaces as possible, with figures, a key, and the whole bodies. Bodies that
 // do not touch are shown whole.
 Drawing contactPicture(const ContactScene& scene);

@@ -55,6 +55,21 @@ int PictureBody::materialAt(const Vec3& world) const {
   return field->cloud().material(v.x(), v.y(), v.z());
 }
 
+double PictureBody::detectedDepth(const Vec3& world) const {
+  if (paper && paper->area) return depthOf(*paper->area, pose.toLocal(world));
+  if (const std::optional<FieldPoint> point = at(world)) return point->depth;
+  const double far = std::numeric_limits<double>::infinity();  // from the surface
+  return coverageAt(world) > 0.5 ? far : -far;
+}
+
+std::optional<PaperVoxel> PictureBody::paperVoxel(const Eigen::Vector3i& voxel, const Vec3& center,
+                                                  const PictureBody& other) const {
+  const double half = 0.5 * field->cloud().voxelSize();
+  if (!paper || !(other.detectedDepth(center) > -half)) return {};
+  const BaseVector own = paper->vectors->at({voxel.x(), voxel.y(), voxel.z()});
+  return PaperVoxel{center, pose.orientation * own.toRepresentative};
+}
+
 std::vector<FoundSample> samplesIn(const PictureBody& own, const PictureBody& other,
                                    const std::vector<ContactPoint>& points) {
   std::vector<FoundSample> found;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/paper_body.h>
 
 #include <memory>
 #include <optional>
@@ -10,17 +11,30 @@
 
 namespace cloudcontact::program {
 
+// A collision voxel of the paper's method and its base vector.
+struct PaperVoxel {
+  Vec3 center;      // world [m]
+  Vec3 baseVector;  // Gr - Gc (4), world [m]
+};
+
 // One body of the pair: a cloud by its field, or the half-space.
 struct PictureBody {
   std::string name;
   std::shared_ptr<const SurfaceField> field;
   std::optional<Solid> plane;  // if there is no field
   Pose pose;
+  std::shared_ptr<const PaperBody> paper = {};  // with base vectors
 
   // Depth [m] and outward normal at a point of the world; empty far from the surface.
   std::optional<FieldPoint> at(const Vec3& world) const;
   double coverageAt(const Vec3& world) const;  // 0..1 of the voxel there
   int materialAt(const Vec3& world) const;     // of the voxel there, see Cloud::material
+  // Depth of a point of the world in D, or in the body where D is all of it [m].
+  double detectedDepth(const Vec3& world) const;
+  // The base vector of a voxel whose center lies at `center`; empty unless part of it lies in the
+  // D of `other`.
+  std::optional<PaperVoxel> paperVoxel(const Eigen::Vector3i& voxel, const Vec3& center,
+                                       const PictureBody& other) const;
 };
 
 struct ContactScene {
@@ -28,6 +42,8 @@ struct ContactScene {
   ContactResult result;
   Motion motionB;
   double voxel = 0;  // the larger of the two [m]
+
+  bool byPaper() const { return a.paper || b.paper; }
 };
 
 // A sample of one body inside the other: the paper's collision voxel.

@@ -19,9 +19,10 @@ namespace {
 using Names = std::vector<std::pair<std::string_view, int>>;
 
 const Names& methodNames() {
-  static const Names names = {{"cloud", int(Method::Cloud)},         {"gjk", int(Method::Gjk)},
-                              {"gimpact", int(Method::Gimpact)},     {"hacd", int(Method::Hacd)},
-                              {"primitive", int(Method::Primitive)}, {"sdf", int(Method::Sdf)}};
+  static const Names names = {{"cloud", int(Method::Cloud)}, {"paper", int(Method::Paper)},
+                              {"gjk", int(Method::Gjk)},     {"gimpact", int(Method::Gimpact)},
+                              {"hacd", int(Method::Hacd)},   {"primitive", int(Method::Primitive)},
+                              {"sdf", int(Method::Sdf)}};
   return names;
 }
 
@@ -127,6 +128,10 @@ bool isViscoelastic(const Law& law) {
          !std::holds_alternative<Rigid>(law);
 }
 
+bool usesClouds(Method method) {
+  return method == Method::Cloud || method == Method::Paper;
+}
+
 std::string_view nameOf(Method method) {
   return nameIn(methodNames(), int(method));
 }
@@ -136,6 +141,42 @@ std::string_view nameOf(Backend backend) {
 
 void reportCpuFallback(const std::string& why) {
   std::cerr << "cloudcontact: --backend opencl: " << why << "; using cpu\n";
+}
+
+namespace {
+
+void checkPaper(const CommonOptions& o) {
+  const std::pair<const char*, bool> given[] = {
+      {"--window", o.paper.window.has_value()},
+      {"--representative", o.paper.representative.has_value()},
+      {"--hardness", o.paper.hardness},
+      {"--area-a", !o.paper.areaA.empty()},
+      {"--area-b", !o.paper.areaB.empty()}};
+  for (const auto& [name, isGiven] : given)
+    if (isGiven && o.method != Method::Paper)
+      throw BadInput(std::string(name) + ": belongs to base vectors; give --method paper with it");
+  if (o.paper.hardness && o.tissues.table.empty())
+    throw BadInput("--hardness: h is that of tissues; give --tissues with it");
+}
+
+void checkTissues(const CommonOptions& o) {
+  if (!o.tissues.given()) return;
+  if (o.tissues.table.empty())
+    throw BadInput("--tissue: needs a table of tissues; give --tissues dental or FILE.json");
+  if (!usesClouds(o.method))
+    throw BadInput("--tissues: Bullet's own shapes have no voxels; use --method cloud or paper");
+  if (o.stiffness || o.damping)
+    throw BadInput(std::string(o.stiffness ? "--stiffness" : "--damping") +
+                   ": with --tissues k and c are those of the tissues; leave one of the two out");
+  if (isViscoelastic(o.law) || std::holds_alternative<Rigid>(o.law))
+    throw BadInput("--law: tissues have k and c alone; use paper or foundation with --tissues");
+}
+
+}  // namespace
+
+void checkTogether(const CommonOptions& options) {
+  checkPaper(options);
+  checkTissues(options);
 }
 
 double readNumber(std::string_view option, const std::string& text) {
@@ -181,6 +222,20 @@ Pose readPose(std::string_view option, const std::string& text) {
     pose.orientation = q.normalized();
   }
   return pose;
+}
+
+Vec3 readPoint(std::string_view option, const std::string& text) {
+  const std::vector<double> v = numbers(text);
+  if (v.size() != 3) refuse(option, text, "\"x y z\", in meters, none beyond 1e9");
+  return {v[0], v[1], v[2]};
+}
+
+std::pair<std::string, std::string> readTissueName(const std::string& option,
+                                                   const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    refuse(option, text, "PART=TISSUE");
+  return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
 Motion readVelocity(std::string_view option, const std::string& text) {

@@ -4,17 +4,37 @@
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
+#include <cloudcontact/law/solid.h>
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace cloudcontact::program {
 
-enum class Method { Cloud, Gjk, Gimpact, Hacd, Primitive, Sdf };
+// Cloud: fitted normals; Paper: base vectors; the others are Bullet's own.
+enum class Method { Cloud, Paper, Gjk, Gimpact, Hacd, Primitive, Sdf };
+bool usesClouds(Method method);
 
 std::string_view nameOf(Method method);
 std::string_view nameOf(Backend backend);
+
+// What only --method paper takes (PaperSettings).
+struct PaperOptions {
+  std::optional<Solid> window;         // C; empty: the usual one
+  std::optional<Vec3> representative;  // Gr from the center of C [m]
+  bool hardness = false;
+  std::string areaA, areaB;  // D of A and of B, bodies as typed; empty: the whole body
+};
+
+// Tissues of the bodies' parts.
+struct TissueOptions {
+  std::string table;                                         // dental or FILE.json; empty: none
+  std::vector<std::pair<std::string, std::string>> ofParts;  // part and tissue
+  bool given() const { return !table.empty() || !ofParts.empty(); }
+};
 
 // Values of the common options. An empty optional was not given; the command picks a default.
 struct CommonOptions {
@@ -27,6 +47,8 @@ struct CommonOptions {
   std::optional<double> damping;    // the pair's c: [N s/m], [N s/m^3] with foundation
   std::optional<double> friction;   // the pair's coefficient
   Method method = Method::Cloud;
+  PaperOptions paper;
+  TissueOptions tissues;
   Backend backend = Backend::Cpu;
   int threads = 0;  // 0: all cores
   bool json = false;
@@ -37,6 +59,9 @@ bool isViscoelastic(const Law& law);
 
 // Says on stderr why the CPU replaces --backend opencl.
 void reportCpuFallback(const std::string& why);
+
+// Throws BadInput for options that exclude each other, or that the method does not use.
+void checkTogether(const CommonOptions& options);
 
 // Readers. They throw BadInput with a message that starts with the option's name.
 Law readLaw(const std::string& text);  // of --law
@@ -49,6 +74,10 @@ double readNotNegative(std::string_view option, const std::string& text);
 int readCount(std::string_view option, const std::string& text, int least, int most);
 // "x y z" or "x y z qx qy qz qw"; the quaternion is normalized.
 Pose readPose(std::string_view option, const std::string& text);
+Vec3 readPoint(std::string_view option, const std::string& text);  // "x y z"
+// "PART=TISSUE"
+std::pair<std::string, std::string> readTissueName(const std::string& option,
+                                                   const std::string& text);
 // "vx vy vz wx wy wz"
 Motion readVelocity(std::string_view option, const std::string& text);
 

@@ -6,9 +6,9 @@
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/objects/point_file.h>
+#include <cloudcontact/workpiece/cloud_solid.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <filesystem>
 #include <iostream>
@@ -18,6 +18,7 @@
 
 #include "io/errors.h"
 #include "io/progress.h"
+#include "io/solid_text.h"
 #include "scene/primitive_mesh.h"
 
 namespace cloudcontact::program {
@@ -27,65 +28,6 @@ namespace {
 // Facets of a primitive stay this close to its surface: below the digitizer's own error, 0.004
 // voxels at best.
 constexpr double kFacetTolerance = 0.002;  // [voxels]
-constexpr std::size_t kMostParts = 32;     // above this number parts are one material
-// Lengths whose squares fit single precision, in which Bullet may run. [m]
-constexpr double kLeastLength = 1e-7, kGreatestLength = 1e6;
-
-struct PrimitiveKind {
-  const char* name;
-  std::size_t numbers;
-  const char* form;
-  Solid (*make)(const std::vector<double>&);
-};
-
-constexpr std::array<PrimitiveKind, 5> kPrimitives = {{
-    {"sphere", 1, "sphere:RADIUS",
-     [](const std::vector<double>& v) -> Solid { return Sphere{v[0]}; }},
-    {"box", 3, "box:X,Y,Z (full edges)",
-     [](const std::vector<double>& v) -> Solid { return Box{Vec3(v[0], v[1], v[2]) / 2}; }},
-    {"cylinder", 2, "cylinder:RADIUS,HEIGHT",
-     [](const std::vector<double>& v) -> Solid {
-       return Cylinder{v[0], v[1] / 2};
-     }},
-    {"capsule", 2, "capsule:RADIUS,HEIGHT (between the caps' centers)",
-     [](const std::vector<double>& v) -> Solid {
-       return Capsule{v[0], v[1] / 2};
-     }},
-    {"cone", 2, "cone:RADIUS,HEIGHT",
-     [](const std::vector<double>& v) -> Solid {
-       return Cone{v[0], v[1] / 2};
-     }},
-}};
-
-Solid readPrimitive(const std::string& specification, const PrimitiveKind& kind,
-                    const std::string& list) {
-  std::vector<double> sizes;
-  std::istringstream words(list);
-  for (std::string word; std::getline(words, word, ',');) {
-    const double size = readPositive(specification, word);
-    if (size < kLeastLength || size > kGreatestLength)
-      throw BadInput(specification + ": " + word +
-                     " m is out of range; sizes are from 1e-7 m to 1e6 m");
-    sizes.push_back(size);
-  }
-  if (sizes.size() != kind.numbers || list.back() == ',')
-    throw BadInput(specification + ": wrong number of sizes; write " + kind.form + ", in meters");
-  return kind.make(sizes);
-}
-
-// The primitive in the specification, if there is one.
-std::optional<Solid> primitiveIn(const std::string& specification) {
-  if (specification == "halfspace") return HalfSpace{};
-  const std::size_t colon = specification.find(':');
-  const std::string name = specification.substr(0, colon);
-  for (const PrimitiveKind& kind : kPrimitives) {
-    if (name != kind.name) continue;
-    if (colon == std::string::npos || colon + 1 == specification.size())
-      throw BadInput(specification + ": sizes are missing; write " + kind.form + ", in meters");
-    return readPrimitive(specification, kind, specification.substr(colon + 1));
-  }
-  return {};
-}
 
 std::string lowerExtension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
@@ -235,7 +177,7 @@ DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
 Body readBody(const std::string& specification, const CommonOptions& options) {
   Body body;
   body.name = specification;
-  body.shape = primitiveIn(specification);
+  body.shape = readPrimitive(specification);
   if (body.shape) return body;
   refuseUnusable(specification);
   if (lowerExtension(specification) == ".cloud") {
@@ -311,6 +253,12 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     Cloud cloud = digitize(body.parts, settings, &report);
     return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
   });
+}
+
+PlacedSolid solidOf(const Body& body, double voxel, const CommonOptions& options) {
+  if (body.shape && !isHalfSpace(body)) return {*body.shape};
+  return cloudSolid(
+      digitizeBody(body, body.cloud ? body.cloud->voxelSize() : voxel, options).cloud);
 }
 
 std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::string& name,

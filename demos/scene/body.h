@@ -28,10 +28,12 @@ struct Body {
   std::optional<DigitalObject> object;
 };
 
-// Reads `specification`: sphere:R, box:X,Y,Z (full edges), cylinder:R,H, capsule:R,H, cone:R,H
-// (axis z; a capsule's H lies between the centers of its caps), halfspace (z < 0), a .cloud file, a
-// point file (PLY without faces, PCD, XYZ) or a mesh file. Throws BadInput naming it.
+// Reads `specification`: a primitive (readPrimitive), a .cloud file, a point file (PLY without
+// faces, PCD, XYZ) or a mesh file. Throws BadInput naming it.
 Body readBody(const std::string& specification, const CommonOptions& options);
+
+// A mesh of more parts than this is one material.
+inline constexpr std::size_t kMostParts = 32;
 
 bool isHalfSpace(const Body& body);
 // Axis-aligned box in the body's frame [m].
@@ -53,6 +55,10 @@ struct DigitizedBody {
 // no device is used. Throws BadInput for a half-space, a grid that does not fit in memory, or a
 // saved cloud of another voxel size than --voxel.
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options);
+
+// The body as a solid: a primitive by its formula, all else by its cloud. Throws BadInput as
+// digitizeBody() does.
+PlacedSolid solidOf(const Body& body, double voxel, const CommonOptions& options);
 
 // Builds the cloud's field and shows progress. Throws BadInput naming the body.
 std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::string& name,

@@ -82,7 +82,7 @@ class PairProbe::Algorithm {
 PairProbe::PairProbe(btCollisionShape& a, btCollisionShape& b, const Pose& pose,
                      const Motion& motion, Method method, const CloudContactSettings& settings)
     : pose_(pose), seam_(settings), dispatcher_(&configuration_) {
-  if (method == Method::Cloud)
+  if (usesClouds(method))
     seam_.attach(dispatcher_);
   else
     registerMethod(dispatcher_, method);

@@ -24,7 +24,7 @@ struct ProbedPoint {
 class PairProbe {
  public:
   // A is at the origin, B at `pose` with the velocity `motion`. Does not own the shapes. `settings`
-  // apply to Method::Cloud.
+  // apply to clouds.
   PairProbe(btCollisionShape& a, btCollisionShape& b, const Pose& pose, const Motion& motion,
             Method method, const CloudContactSettings& settings);
   ~PairProbe();

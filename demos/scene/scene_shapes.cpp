@@ -14,6 +14,7 @@
 #include "io/progress.h"
 #include "scene/body.h"
 #include "scene/bullet_vectors.h"
+#include "scene/paper_settings.h"
 #include "scene/primitive_mesh.h"
 
 namespace cloudcontact::program {
@@ -129,6 +130,7 @@ SceneShapes::SceneShapes(const CommonOptions& options, double voxel,
                          std::shared_ptr<ShapeStore> store)
     : options_(options),
       voxel_(voxel),
+      tissues_(options.tissues),
       store_(store ? std::move(store) : std::make_shared<ShapeStore>()) {}
 
 std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
@@ -152,6 +154,27 @@ std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
          });
 }
 
+std::string SceneShapes::settingsKey() const {
+  return keyOf(Vec3(voxel_, 0, 0)) + (options_.tissues.given() ? " parts" : "");
+}
+
+// The mesh, or the parts of its file as materials if tissues are given.
+Cloud SceneShapes::digitized(const SceneGeometry& geometry, const Mesh& turned,
+                             const Eigen::Quaterniond& turn, const std::string& body) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel_;
+  settings.threads = options_.threads;
+  settings.progress = progressBar("digitizing " + body);
+  const auto* const file = std::get_if<SceneMesh>(&geometry);
+  if (!options_.tissues.given() || !file || file->mesh) return digitize(turned, settings);
+  std::vector<NamedMesh> parts = loadMeshParts(file->file, options_.metersPerUnit);
+  if (parts.size() < 2 || parts.size() > kMostParts || isSheet(merged(parts)))
+    return digitize(turned, settings);
+  for (NamedMesh& part : parts)
+    part.mesh = moved(part.mesh.scaled(file->scale), {turn, Vec3::Zero()});
+  return digitize(parts, settings);
+}
+
 // Digitizes once for each orientation; positions share the cloud.
 Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body) {
   Cloud& kept = clouds_[keyOf(geometry) + keyOf(pose.orientation)];
@@ -159,12 +182,8 @@ Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const 
     const auto original = mesh(geometry, body);
     kept = naming(body, [&] {
       const Mesh turned = moved(*original, {pose.orientation, Vec3::Zero()});
-      return store_->clouds.get(contentKey(turned) + keyOf(Vec3(voxel_, 0, 0)), [&] {
-        DigitizeSettings settings;
-        settings.voxelSize = voxel_;
-        settings.threads = options_.threads;
-        settings.progress = progressBar("digitizing " + body);
-        return digitize(turned, settings);
+      return store_->clouds.get(contentKey(turned) + settingsKey(), [&] {
+        return digitized(geometry, turned, pose.orientation, body);
       });
     });
   }
@@ -213,7 +232,7 @@ std::shared_ptr<const SurfaceField> SceneShapes::field(const SceneGeometry& geom
   auto& kept = fields_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
   if (kept) return kept;
   const std::string key = contentKey(*mesh(geometry, body)) + keyOf(pose.orientation) +
-                          keyOf(pose.position) + keyOf(Vec3(voxel_, 0, 0));
+                          keyOf(pose.position) + settingsKey();
   return kept = store_->fields.get(
              key, [&] { return buildField(cloud(geometry, pose, body), body, options_); });
 }
@@ -238,6 +257,16 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   return part;
 }
 
+BulletShape SceneShapes::cloudShape(const SceneGeometry& geometry, const Pose& pose,
+                                    const std::string& body) {
+  auto shape = std::make_shared<CloudShape>(field(geometry, pose, body));
+  const Cloud& cloud = shape->field().cloud();
+  shape->setTissues(tissues_.of(body, cloud.materials()));
+  if (options_.method == Method::Paper)
+    shape->usePaper(paperSettings(options_.paper, cloud.voxelSize(), pose.orientation));
+  return {{}, shape};
+}
+
 // The shape of one collision in the Bullet body's frame: the mesh is moved, not the shape.
 BulletShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose,
                                    const std::string& body) {
@@ -245,11 +274,10 @@ BulletShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& po
     const Vec3 normal = pose.orientation * std::get<ScenePlane>(geometry).normal;
     return primitiveShape(HalfSpace{normal, normal.dot(pose.position)});
   }
-  if (options_.method == Method::Cloud)
-    return {{}, std::make_shared<CloudShape>(field(geometry, pose, body))};
   auto& kept = bulletShapes_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> BulletShape {
+           if (usesClouds(options_.method)) return cloudShape(geometry, pose, body);
            if (!isMesh(geometry)) {
              BulletShape bare = primitiveShape(analytic(geometry));
              if (pose.position.isZero() && pose.orientation.coeffs().head<3>().isZero())
@@ -285,7 +313,7 @@ BodyParts SceneShapes::make(const SceneBody& body) {
     const Pose placed = out.frame.inverse() * collision.pose;
     shapes.push_back(partShape(geometry, placed, body.name));
     out.drawn.parts.push_back(drawnPart(collision, body.name));
-    if (options_.method == Method::Cloud && !isPlane(geometry))
+    if (usesClouds(options_.method) && !isPlane(geometry))
       out.drawn.clouds.push_back({field(geometry, placed, body.name), out.frame});
     auto& probes = probed_[keyOf(geometry)];
     if (!probes)

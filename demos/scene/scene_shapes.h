@@ -14,6 +14,7 @@
 #include "scene/penetration.h"
 #include "scene/scene.h"
 #include "scene/shape_store.h"
+#include "scene/tissue_file.h"
 
 namespace cloudcontact::program {
 
@@ -39,12 +40,19 @@ class SceneShapes {
   // Throws BadInput naming the body if its mesh is unusable, or if the method needs a primitive.
   BodyParts make(const SceneBody& body);
 
+  // After all bodies: BodyTissues::check().
+  void checkTissues() const { tissues_.check(); }
+
  private:
   struct Inertia;
   std::shared_ptr<const Mesh> mesh(const SceneGeometry& geometry, const std::string& body);
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
   Cloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  std::string settingsKey() const;  // of what clouds depend on beside their meshes
+  Cloud digitized(const SceneGeometry& geometry, const Mesh& turned, const Eigen::Quaterniond& turn,
+                  const std::string& body);
+  BulletShape cloudShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   BulletShape partShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   std::shared_ptr<const SurfaceField> field(const SceneGeometry& geometry, const Pose& pose,
                                             const std::string& body);
@@ -52,6 +60,7 @@ class SceneShapes {
 
   CommonOptions options_;
   double voxel_;
+  BodyTissues tissues_;
   std::shared_ptr<ShapeStore> store_;
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;

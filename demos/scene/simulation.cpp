@@ -109,6 +109,8 @@ std::string setupText(const WorldSettings& settings, double step, int substeps) 
   switch (settings.common.method) {
     case Method::Cloud:
       return "clouds of " + lengthText(settings.voxel) + " voxels" + steps;
+    case Method::Paper:
+      return "base vectors in clouds of " + lengthText(settings.voxel) + " voxels" + steps;
     case Method::Gjk:
       return "Bullet's GJK on convex hulls" + steps;
     case Method::Gimpact:

@@ -64,14 +64,6 @@ TissueTable readTissues(const std::string& option, const std::string& text, doub
   return table;
 }
 
-std::pair<std::string, std::string> readTissueName(const std::string& option,
-                                                   const std::string& text) {
-  const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-    throw BadInput(option + ": '" + text + "' is not usable; give PART=TISSUE");
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
 TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
                            const std::vector<std::string>& parts,
                            const std::vector<std::pair<std::string, std::string>>& tissueOfPart) {
@@ -97,6 +89,37 @@ TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
     found.push_back(*at);
   }
   return found;
+}
+
+BodyTissues::BodyTissues(const TissueOptions& options) : ofParts_(options.ofParts) {
+  if (!options.table.empty()) table_ = readTissues("--tissues", options.table);
+}
+
+TissueTable BodyTissues::of(const std::string& body, const std::vector<std::string>& parts) {
+  const std::vector<std::string> all = parts.empty() ? std::vector<std::string>{"all"} : parts;
+  seen_.insert(all.begin(), all.end());
+  std::vector<std::pair<std::string, std::string>> own;
+  for (const auto& entry : ofParts_)
+    if (std::find(all.begin(), all.end(), entry.first) != all.end()) own.push_back(entry);
+  const bool isNamed = std::any_of(table_.begin(), table_.end(), [&](const Tissue& t) {
+    return std::find(parts.begin(), parts.end(), t.name) != parts.end();
+  });
+  if (table_.empty() || (own.empty() && !isNamed)) return {};
+  any_ = true;
+  return tissuesOfParts(body, table_, parts, own);
+}
+
+void BodyTissues::check() const {
+  if (table_.empty()) return;
+  std::string names;
+  for (const std::string& name : seen_) names += (names.empty() ? "" : ", ") + printable(name);
+  for (const auto& [part, tissue] : ofParts_)
+    if (!seen_.contains(part))
+      throw BadInput("--tissue: no body has a part " + printable(part) + "; the parts are " +
+                     names);
+  if (!any_)
+    throw BadInput("--tissues: no part has a tissue; give --tissue PART=TISSUE with one of " +
+                   names + " for PART and one of " + namesOf(table_) + " for TISSUE");
 }
 
 }  // namespace cloudcontact::program

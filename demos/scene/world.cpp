@@ -26,7 +26,7 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
   if (options.stiffness)
     settings.pair = KelvinVoigt{*options.stiffness, options.damping.value_or(0)};
   settings.springsForBullet =
-      options.method != Method::Cloud && !std::holds_alternative<Rigid>(options.law);
+      !usesClouds(options.method) && !std::holds_alternative<Rigid>(options.law);
   for (const auto& body : scene.bodies) {
     Surface surface{body.friction, {}};
     // Damping alone is no spring; such a body is rigid.
@@ -38,6 +38,7 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
 
 void checkOptions(const WorldSettings& settings) {
   const auto& o = settings.common;
+  checkTogether(o);
   if (o.method == Method::Sdf)
     throw BadInput(
         "--method sdf: Bullet's signed distance fields do not move; use cloud, gjk, gimpact, hacd "
@@ -46,9 +47,9 @@ void checkOptions(const WorldSettings& settings) {
     throw BadInput("--damping: needs --stiffness beside it, a pair has both or neither");
   if (isViscoelastic(o.law) && (o.stiffness || o.damping))
     throw BadInput("--law: this law has its own stiffness; leave --stiffness and --damping out");
-  if (isViscoelastic(o.law) && o.method != Method::Cloud)
+  if (isViscoelastic(o.law) && !usesClouds(o.method))
     throw BadInput("--law: Bullet's own contacts follow Kelvin-Voigt only; use --method cloud");
-  if (o.method != Method::Cloud && std::holds_alternative<Foundation>(o.law))
+  if (!usesClouds(o.method) && std::holds_alternative<Foundation>(o.law))
     throw BadInput("--law foundation: Bullet's own contacts have no area; use --method cloud");
 }
 
@@ -116,10 +117,10 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
 World::State::State(const SceneDescription& scene, const WorldSettings& settings)
     : cloudContact(makeCloudContact(settings.common)),
       dispatcher(&configuration, surfacesOf(scene, settings.common),
-                 settings.common.method == Method::Cloud ? settings.common.threads : 1),
+                 usesClouds(settings.common.method) ? settings.common.threads : 1),
       filter(modelsOf(scene)),
       world(&dispatcher, &broadphase, &solver, &configuration) {
-  if (settings.common.method == Method::Cloud)
+  if (usesClouds(settings.common.method))
     cloudContact->attach(dispatcher);
   else
     registerMethod(dispatcher, settings.common.method);
@@ -135,6 +136,7 @@ void World::State::addBodies(const SceneDescription& scene, const WorldSettings&
   SceneShapes shapes(settings.common, settings.voxel, settings.store);
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
+  shapes.checkTissues();
 }
 
 void World::State::addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings) {
@@ -144,7 +146,7 @@ void World::State::addBody(const SceneBody& body, BodyParts parts, const WorldSe
   info.m_restitution = 0;
   auto rigid = std::make_unique<btRigidBody>(info);
   rigid->setUserIndex(static_cast<int>(bodies.size()));
-  if (body.stiffness && settings.common.method == Method::Cloud)
+  if (body.stiffness && usesClouds(settings.common.method))
     rigid->setContactStiffnessAndDamping(btScalar(*body.stiffness),
                                          btScalar(body.damping.value_or(0)));
   if (!body.isStatic) {
@@ -191,8 +193,8 @@ void World::State::settle(const WorldSettings& settings) {
   bool springs = settings.common.stiffness.has_value();
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
   // Bullet's own methods keep Bullet's solver and settings, unless stiffness is given.
-  solver.extrapolates = settings.common.method == Method::Cloud;
-  if (settings.common.method == Method::Cloud || springs) recommendedSettings(world);
+  solver.extrapolates = usesClouds(settings.common.method);
+  if (usesClouds(settings.common.method) || springs) recommendedSettings(world);
   if (!settings.common.friction) noteFrictionless();
 }
 
