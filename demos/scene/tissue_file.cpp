@@ -49,7 +49,8 @@ TissueTable readTissues(const std::string& option, const std::string& text, doub
   const std::string where = option + ": " + text;
   std::ifstream file(text, std::ios::binary);
   if (!file || !text.ends_with(".json"))
-    throw BadInput(where + " is neither dental nor a .json file that can be read");
+    throw BadInput(where +
+                   " is neither dental nor a file that can be read; give one ending in .json");
   const std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const Json json = Json::parse(content, nullptr, false);
   if (!json.is_array() || json.empty())
@@ -82,6 +83,9 @@ TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
       if (of == part) name = tissue;
     const auto at =
         std::find_if(table.begin(), table.end(), [&](const Tissue& t) { return t.name == name; });
+    if (at == table.end() && name != part)
+      throw BadInput("--tissue: " + printable(name) + " is no tissue of the table; give one of " +
+                     namesOf(table));
     if (at == table.end())
       throw BadInput(body + ": its part " + printable(part) +
                      " is no tissue of the table; give --tissue \"" + printable(part) +

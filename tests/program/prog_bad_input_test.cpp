@@ -152,7 +152,18 @@ std::vector<Case> optionCases() {
       {digitize({"--threads", "-1"}), {"--threads", "0 to 1024"}},
       {digitize({"--threads", "many"}), {"--threads", "'many'"}},
       {digitize({"--backend", "cuda"}), {"--backend", "cpu, opencl"}},
-      {digitize({"--material", "steel"}), {"--material", "not supported yet", "--stiffness"}},
+      {digitize({"--material", "steel"}), {"--material", "--help"}},
+      {digitize({"--law", "paper"}), {"--law", "--help"}},
+      {digitize({"--friction", "0.3"}), {"--friction", "--help"}},
+      {digitize({"--stiffness", "1"}), {"--stiffness", "--help"}},
+      {digitize({"--method", "cloud"}), {"--method", "--help"}},
+      {digitize({"--tissues", "dental"}), {"--tissues", "--help"}},
+      {{"drill", "sphere:0.01", "--law", "paper"}, {"--law", "--help"}},
+      {{"drill", "sphere:0.01", "--friction", "0.3"}, {"--friction", "--help"}},
+      {{"drill", "sphere:0.01", "--damping", "1"}, {"--damping", "--help"}},
+      {{"drill", "sphere:0.01", "--method", "cloud"}, {"--method", "--help"}},
+      {{"drill", "sphere:0.01", "--backend", "cpu"}, {"--backend", "--help"}},
+      {{"drill", "sphere:0.01", "--window", "sphere:1"}, {"--window", "--help"}},
       {digitize({"-o", "cloud.stl"}), {"-o", "cloud.stl", ".cloud"}},
       {digitize({"-o", "nowhere/a.cloud"}), {"-o", "nowhere/a.cloud", "folder"}},
       {digitize({"-o", "folder.cloud"}), {"-o", "folder.cloud", "directory"}},
@@ -173,6 +184,14 @@ std::vector<Case> contactCases() {
     rest.insert(rest.end(), {"--pose", "0 0 0.0099"});
     return contact(std::move(rest));
   };
+  const auto paper = [&](std::vector<std::string> rest) {
+    rest.insert(rest.end(), {"--method", "paper"});
+    return posed(std::move(rest));
+  };
+  const auto tissues = [&](std::vector<std::string> rest) {
+    rest.insert(rest.end(), {"--tissues", "dental"});
+    return posed(std::move(rest));
+  };
   return {
       {contact({}), {"--pose"}},
       {contact({"--pose", "1 2"}), {"--pose", "'1 2'", "x y z qx qy qz qw"}},
@@ -184,7 +203,8 @@ std::vector<Case> contactCases() {
       {posed({"--velocity", "1 2 3"}), {"--velocity", "vx vy vz wx wy wz"}},
       {posed({"--velocity", "0 0 inf 0 0 0"}), {"--velocity"}},
       {posed({"--repeat", "0"}), {"--repeat", "1 to"}},
-      {posed({"--method", "magic"}), {"--method", "cloud, gjk, gimpact, hacd, primitive, sdf"}},
+      {posed({"--method", "magic"}),
+       {"--method", "cloud, paper, gjk, gimpact, hacd, primitive, sdf"}},
       {posed({"--method", "sdf"}), {"--method sdf"}},
       {posed({"--law", "newton"}), {"--law", "paper, foundation"}},
       {posed({"--law", "rigid"}), {"--law rigid"}},
@@ -195,7 +215,32 @@ std::vector<Case> contactCases() {
       {posed({"--law", "foundation", "--method", "gjk"}), {"--law foundation", "cloud"}},
       {posed({"--stiffness", "0"}), {"--stiffness"}},
       {posed({"--damping", "-1"}), {"--damping"}},
-      {posed({"--friction", "nan"}), {"--friction"}},
+      {posed({"--friction", "0.3"}), {"--friction", "--help"}},
+      {posed({"--window", "sphere:0.003"}), {"--window", "--method paper"}},
+      {posed({"--representative", "0 0 0"}), {"--representative", "--method paper"}},
+      {posed({"--hardness"}), {"--hardness", "--method paper"}},
+      {posed({"--area-a", "sphere:0.003"}), {"--area-a", "--method paper"}},
+      {posed({"--area-b", "sphere:0.003"}), {"--area-b", "--method paper"}},
+      {paper({"--window", "cube:1"}), {"--window", "ellipsoid:X,Y,Z"}},
+      {paper({"--window", "cylinder:1,1"}), {"--window", "ellipsoid:X,Y,Z"}},
+      {paper({"--window", "box:1,1"}), {"--window", "wrong number"}},
+      {paper({"--window", "sphere:-1"}), {"--window", "greater than 0"}},
+      {paper({"--window", "sphere:0.00001"}), {"--window", "take a larger one"}},
+      {paper({"--window", "sphere:0.1"}), {"--window", "take a smaller one"}},
+      {paper({"--representative", "0 0"}), {"--representative", "x y z"}},
+      {paper({"--hardness"}), {"--hardness", "--tissues"}},
+      {paper({"--area-a", "sphere:0.01"}), {"--area-a", "half-space"}},
+      {paper({"--area-b", "halfspace"}), {"--area-b", "half-space"}},
+      {paper({"--area-b", "gone.obj"}), {"gone.obj", "no such file"}},
+      {posed({"--tissue", "all=enamel"}), {"--tissue", "--tissues"}},
+      {posed({"--tissues", "dental"}), {"--tissues", "--tissue", "enamel"}},
+      {posed({"--tissues", "soup"}), {"--tissues", "dental"}},
+      {tissues({"--tissue", "lid=enamel"}), {"--tissue", "lid", "all"}},
+      {tissues({"--tissue", "all=iron"}), {"iron", "enamel"}},
+      {tissues({"--tissue", "all"}), {"--tissue", "PART=TISSUE"}},
+      {tissues({"--tissue", "all=enamel", "--stiffness", "1"}), {"--stiffness", "--tissues"}},
+      {tissues({"--tissue", "all=enamel", "--damping", "1"}), {"--damping", "--tissues"}},
+      {tissues({"--tissue", "all=enamel", "--method", "gjk"}), {"--tissues", "--method cloud"}},
       {{"contact", "halfspace", "halfspace", "--pose", "0 0 0"}, {"halfspace"}},
       {{"contact", "halfspace", "good.obj", "--pose", "0 0 0", "--method", "primitive"},
        {"--method primitive", "good.obj"}},
@@ -228,6 +273,19 @@ std::vector<Case> simulateCases() {
       {simulate({"--trajectory", "folder"}), {"--trajectory", "folder"}},
       {simulate({"--replay", "a.mp4"}), {"--replay", "neither .glb nor .html"}},
       {simulate({"--method", "sdf"}), {"--method sdf", "use"}},
+      {simulate({"--window", "sphere:0.1"}), {"--window", "--method paper"}},
+      {simulate({"--method", "paper", "--window", "sphere:0.0001"}), {"'ball'", "larger"}},
+      {simulate({"--method", "paper", "--area-a", "sphere:0.1"}), {"--area-a", "--help"}},
+      {simulate({"--method", "paper", "--hardness"}), {"--hardness", "--tissues"}},
+      {simulate({"--tissue", "all=enamel"}), {"--tissue", "--tissues"}},
+      {simulate({"--tissues", "dental"}), {"--tissues", "enamel"}},
+      {simulate({"--tissues", "dental", "--tissue", "lid=enamel"}), {"--tissue", "lid"}},
+      {simulate({"--tissues", "dental", "--tissue", "all=enamel", "--stiffness", "1"}),
+       {"--stiffness", "--tissues"}},
+      {simulate({"--tissues", "dental", "--tissue", "all=enamel", "--law", "rigid"}),
+       {"--law", "--tissues"}},
+      {simulate({"--tissues", "dental", "--tissue", "all=enamel", "--method", "gjk"}),
+       {"--tissues", "--method cloud"}},
       {{"demo", "nothing"}, {"nothing"}},
   };
 }

@@ -59,7 +59,7 @@ TEST(Contact, HasTheDocumentedNames) {
 // k d upward, and the torque of that force about the world's origin, for every method that supports
 // it.
 TEST(Contact, ASphereOnAPlaneIsPushedOutByItsStiffnessTimesItsDepth) {
-  for (const char* method : {"cloud", "primitive", "gjk"}) {
+  for (const char* method : {"cloud", "paper", "primitive", "gjk"}) {
     SCOPED_TRACE(method);
     const json result = contact(with(kSphereOnPlane, {"--method", method, "--stiffness", "3000"}));
     const double truth = 3000 * 0.0005;
@@ -81,7 +81,7 @@ TEST(Contact, GimpactFindsABoxInAPlane) {
 
 // Exchanging A and B reverses the force.
 TEST(Contact, NormalsPointFromAToBInEitherOrder) {
-  for (const char* method : {"cloud", "primitive", "gjk", "gimpact", "hacd"}) {
+  for (const char* method : {"cloud", "paper", "primitive", "gjk", "gimpact", "hacd"}) {
     SCOPED_TRACE(method);
     const json up = contact({"halfspace", "box:0.02,0.02,0.02", "--voxel", "0.001", "--pose",
                              "0 0 0.0095", "--method", method});
@@ -100,7 +100,7 @@ TEST(Contact, NormalsPointFromAToBInEitherOrder) {
 }
 
 TEST(Contact, DampingResistsApproachAndNeverPulls) {
-  for (const char* method : {"cloud", "primitive"}) {
+  for (const char* method : {"cloud", "paper", "primitive"}) {
     SCOPED_TRACE(method);
     const auto force = [&](const char* velocity) {
       return vec(contact(
@@ -120,7 +120,7 @@ TEST(Contact, DampingResistsApproachAndNeverPulls) {
 }
 
 TEST(Contact, ApartIsAnEmptyResult) {
-  for (const char* method : {"cloud", "primitive", "gjk", "gimpact"}) {
+  for (const char* method : {"cloud", "paper", "primitive", "gjk", "gimpact"}) {
     const json result = contact(
         {"halfspace", "sphere:0.02", "--voxel", "0.001", "--pose", "0 0 0.03", "--method", method});
     EXPECT_TRUE(result["contacts"].empty()) << method;

@@ -143,26 +143,48 @@ TEST(Picture, OfAContactHasEveryPartOfTheMethod) {
   const std::string svg = pictureOf(kCorner, "corner.svg");
   EXPECT_EQ(openedTags(svg).front().rfind("svg xmlns=", 0), 0U);
   for (const char* name :
-       {"body-a", "body-b", "surfaces", "collision-voxels", "surface-normals", "digital-normal",
+       {"body-a", "body-b", "surfaces", "collision-voxels", "fitted-normals", "contact-normal",
         "contact-points", "scale-bar", "key", "figures", "overview", "patch"})
     EXPECT_NE(group(svg, name), "") << name;
-  EXPECT_GE(count(group(svg, "surface-normals"), "<path"), 10U);
+  EXPECT_GE(count(group(svg, "fitted-normals"), "<path"), 10U);
   EXPECT_GE(count(group(svg, "contact-points"), "<circle"), 1U);
   EXPECT_EQ(count(group(svg, "patch"), "<circle"), 4U);
-  for (const char* words :
-       {"digital normal", "force on B", "voxel", "mm</text>", "Surface normals"})
+  for (const char* words : {"contact normal", "force on B", "voxel", "mm</text>", "Fitted normals"})
     EXPECT_NE(svg.find(words), std::string::npos) << words;
   EXPECT_LT(svg.size(), 200000U);
 }
 
 // The half-space pushes the sphere straight up, so the big arrow points up.
-TEST(Picture, TheDigitalNormalPointsWhereTheForceDoes) {
-  const std::string svg = pictureOf(kSphereOnPlane, "sphere.svg");
-  const std::vector<Point> arrow = firstPath(group(svg, "digital-normal"));
-  ASSERT_EQ(arrow.size(), 7U);
-  const Point tip = arrow[3], tail = (arrow[0] + arrow[6]) / 2;
-  EXPECT_NEAR(tip.x(), tail.x(), 1);
-  EXPECT_LT(tip.y(), tail.y() - 100);
+TEST(Picture, TheNormalPointsWhereTheForceDoes) {
+  for (const auto& [method, name] :
+       {std::pair("cloud", "contact-normal"), {"paper", "digital-normal"}}) {
+    Arguments arguments = kSphereOnPlane;
+    arguments.insert(arguments.end(), {"--method", method});
+    const std::vector<Point> arrow = firstPath(group(pictureOf(arguments, "sphere.svg"), name));
+    ASSERT_EQ(arrow.size(), 7U);
+    const Point tip = arrow[3], tail = (arrow[0] + arrow[6]) / 2;
+    EXPECT_NEAR(tip.x(), tail.x(), 1);
+    EXPECT_LT(tip.y(), tail.y() - 100);
+  }
+}
+
+// The base vectors of the sphere's collision voxels, and of no other: all lie near its foot and
+// point out of it, down.
+TEST(Picture, ByThePaperShowsBaseVectors) {
+  Arguments arguments = kSphereOnPlane;
+  arguments.insert(arguments.end(), {"--method", "paper"});
+  const std::string svg = pictureOf(arguments, "paper.svg");
+  openedTags(svg);
+  for (const char* words : {"Base vectors", "Digital normal", "detection area D"})
+    EXPECT_NE(svg.find(words), std::string::npos) << words;
+  for (const char* words : {"itted normal", "ontact normal"})
+    EXPECT_EQ(svg.find(words), std::string::npos) << words;
+  const std::string vectors = group(svg, "base-vectors");
+  const std::size_t drawn = count(vectors, "<path");
+  EXPECT_GE(drawn, 2U);
+  EXPECT_LE(drawn, 16U) << "a cap 0.6 voxel deep is 7 voxels wide, in two layers";
+  const std::vector<Point> arrow = firstPath(vectors);
+  EXPECT_GT(arrow[3].y(), arrow[0].y());
 }
 
 TEST(Picture, OfBodiesApartSaysSo) {
@@ -171,7 +193,7 @@ TEST(Picture, OfBodiesApartSaysSo) {
   const std::string svg = pictureOf(apart, "apart.svg");
   openedTags(svg);
   EXPECT_NE(svg.find("do not touch"), std::string::npos);
-  EXPECT_EQ(svg.find("digital-normal"), std::string::npos);
+  EXPECT_EQ(svg.find("contact-normal"), std::string::npos);
 }
 
 TEST(Picture, OfACloudHasSlicesAndAView) {
