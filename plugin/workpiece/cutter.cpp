@@ -34,17 +34,22 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
     const CollisionVoxel& v = collision.voxels[k];
     const double ability = static_cast<double>(v.ability), hardness = tissues[v.tissue].hardness;
     if (!(ability * cutter_.hardness > hardness)) continue;
-    const int left = workpiece.coverage(v.voxel);
-    // At most all that is left, however soft.
+    const int coverage = workpiece.coverage(v.voxel);
+    if (coverage == 0) continue;
+    // At most all that is left inside the tool, however soft: `share` is the part of the voxel
+    // inside, times its coverage. Otherwise a groove grows wider than its tool.
+    const double outside = 255 - 255.0 * 255.0 * static_cast<double>(v.share) / coverage;
+    const int left =
+        coverage - static_cast<int>(std::clamp(std::ceil(outside), 0.0, double(coverage)));
     carry_ += std::min(static_cast<double>(stride) * ability * static_cast<double>(v.share) /
                            collision.count * work /
                            (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
                        static_cast<double>(left));
     const int less = std::min(left, static_cast<int>(carry_));
-    if (less < std::min(left, kLeast)) continue;
+    if (less == 0 || less < std::min(left, kLeast)) continue;
     carry_ -= less;
     removed += less;
-    cuts_.push_back({v.voxel, static_cast<std::uint8_t>(left - less)});
+    cuts_.push_back({v.voxel, static_cast<std::uint8_t>(coverage - less)});
   }
   carry_ = std::min(carry_, 255.0);
   return {workpiece.cut(cuts_), static_cast<double>(removed) * quantum};
