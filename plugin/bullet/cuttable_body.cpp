@@ -4,9 +4,11 @@
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <cloudcontact/bullet/cuttable_body.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -106,11 +108,25 @@ void inherit(const btRigidBody& from, btRigidBody& to) {
     to.setActivationState(DISABLE_DEACTIVATION);
 }
 
+// Edge searches (FieldSettings::edgeSearches) in a step with a cut, and in one without.
+constexpr int kSearchesOfCut = 6, kSearchesOfQuietStep = 16;
+
+// A piece of a body that was cut.
+struct Piece {
+  Cloud cloud;
+  std::vector<MatterSums> sums;
+  double mass;
+  std::shared_ptr<const SurfaceField> field;
+};
+
 }  // namespace
 
-struct CuttableBody::State {
+// The world calls it at the end of each step.
+struct CuttableBody::State : btActionInterface {
   CuttableBodySettings settings;
   Cloud cloud;
+  bool whole = false;   // the cloud is known to be one part
+  bool wasCut = false;  // since the last step
   std::vector<MatterSums> sums;
   std::shared_ptr<const SurfaceField> field;
   Pose frame;  // of the rigid body, in the cloud's frame
@@ -123,9 +139,13 @@ struct CuttableBody::State {
   // Of known matter; not yet in a world.
   State(const CuttableBodySettings& how, const Cloud& matter, std::vector<MatterSums> known,
         std::shared_ptr<const SurfaceField> surface, const Pose& place, const Motion& motion);
-  ~State() {
-    if (world) world->removeRigidBody(body.get());
-  }
+  ~State() override { leaveWorld(); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  void leaveWorld();
+  void updateAction(btCollisionWorld*, btScalar) override;
+  void debugDraw(btIDebugDraw*) override {}
 
   Pose place() const { return toPose(body->getWorldTransform()) * frame.inverse(); }
   Motion motion() const {
@@ -133,9 +153,20 @@ struct CuttableBody::State {
             toVec3(body->getWorldTransform().getOrigin())};
   }
   MassProperties matter() const { return massPropertiesOf(sums, cloud, settings.densities); }
+  FieldSettings fieldSettings(int edgeSearches) const {
+    FieldSettings how;
+    how.threads = settings.threads;
+    how.renewable = true;
+    how.edgeSearches = edgeSearches;
+    return how;
+  }
   void settle(const Pose& cloudPlace, const Motion& motion);
   std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, bool large) const;
+  void searchEdges(int most);
   void moveContacts(const Pose& byInverse);
+  std::vector<Piece> piecesOf(const Cloud& after) const;
+  void become(Piece piece, const Pose& place, const Motion& motion);
+  std::unique_ptr<State> fallen(const Piece& piece, const Pose& place, const Motion& motion) const;
 };
 
 CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterCloud,
@@ -166,18 +197,79 @@ void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
   body->updateInertiaTensor();
 }
 
-// Renews the body's field for a large piece; building is faster for a small one. Null if the piece
-// has no surface.
+// Renews the body's field for a large piece; building is faster for a crumb. Null if the piece has
+// no surface.
 std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& piece,
                                                                  bool large) const {
-  FieldSettings how;
-  how.threads = settings.threads;
-  how.renewable = true;
+  const FieldSettings how = fieldSettings(kSearchesOfCut);
   try {
     return large ? renewed(field, piece, how) : SurfaceField::build(piece, how);
   } catch (const std::invalid_argument&) {
     return nullptr;
   }
+}
+
+void CuttableBody::State::searchEdges(int most) {
+  if (field->unsettled() == 0) return;
+  field = renewed(field, cloud, fieldSettings(most));
+  shape->setField(field);
+  if (world) world->updateSingleAabb(body.get());
+}
+
+// A step with a cut has had its share of searches.
+void CuttableBody::State::updateAction(btCollisionWorld*, btScalar) {
+  if (!wasCut) searchEdges(kSearchesOfQuietStep);
+  wasCut = false;
+}
+
+void CuttableBody::State::leaveWorld() {
+  if (!world) return;
+  world->removeAction(this);
+  world->removeRigidBody(body.get());
+  world = nullptr;
+}
+
+// The pieces that remain bodies of their own, in the order of their first voxels. Where there is
+// one, only what the cut changed is summed up.
+std::vector<Piece> CuttableBody::State::piecesOf(const Cloud& after) const {
+  const std::int64_t all = coverageOf(sums);
+  std::vector<Cloud> clouds = whole ? pieces(after, cloud) : pieces(after);
+  std::vector<Piece> left;
+  for (Cloud& one : clouds) {
+    Piece piece{std::move(one), {}, 0, nullptr};
+    piece.sums =
+        clouds.size() == 1 ? matterSums(piece.cloud, cloud, sums) : matterSums(piece.cloud);
+    piece.mass = massPropertiesOf(piece.sums, piece.cloud, settings.densities).mass;
+    if (piece.mass >= settings.leastPiece)
+      piece.field = fieldOf(piece.cloud, 20 * coverageOf(piece.sums) > all);
+    if (piece.field) left.push_back(std::move(piece));
+  }
+  return left;
+}
+
+void CuttableBody::State::become(Piece piece, const Pose& place, const Motion& motion) {
+  const Pose before = frame;
+  cloud = std::move(piece.cloud);
+  sums = std::move(piece.sums);
+  field = std::move(piece.field);
+  whole = wasCut = true;
+  shape->setField(field);
+  settle(place, motion);
+  moveContacts(frame.inverse() * before);
+  if (world) world->updateSingleAabb(body.get());
+  body->activate();
+}
+
+// A piece that falls off.
+std::unique_ptr<CuttableBody::State> CuttableBody::State::fallen(const Piece& piece,
+                                                                 const Pose& place,
+                                                                 const Motion& motion) const {
+  auto state =
+      std::make_unique<State>(settings, piece.cloud, piece.sums, piece.field, place, motion);
+  state->whole = true;
+  state->shape->law = shape->law;
+  inherit(*body, *state->body);
+  return state;
 }
 
 // Bullet keeps points in the bodies' frames, which a cut moves.
@@ -247,11 +339,15 @@ void CuttableBody::addTo(btDynamicsWorld& world, int group, int mask) {
   state_->group = group;
   state_->mask = mask;
   world.addRigidBody(state_->body.get(), group, mask);
+  world.addAction(state_.get());
 }
 
 void CuttableBody::leaveWorld() {
-  if (state_->world) state_->world->removeRigidBody(state_->body.get());
-  state_->world = nullptr;
+  state_->leaveWorld();
+}
+
+void CuttableBody::settle() {
+  state_->searchEdges(0);
 }
 
 btDynamicsWorld* CuttableBody::world() {
@@ -265,59 +361,33 @@ CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {
 CutOutcome CuttableBody::become(const Cloud& after) {
   State& own = *state_;
   validate(own.cloud, after);
-  struct Piece {
-    Cloud cloud;
-    std::vector<MatterSums> sums;
-    double mass;
-    std::shared_ptr<const SurfaceField> field;
-  };
-  const std::int64_t all = coverageOf(own.sums);
-  std::vector<Piece> left;
-  for (Cloud& cloud : pieces(after)) {
-    Piece piece{std::move(cloud), {}, 0, nullptr};
-    piece.sums = matterSums(piece.cloud);
-    piece.mass = massPropertiesOf(piece.sums, piece.cloud, own.settings.densities).mass;
-    if (piece.mass >= own.settings.leastPiece)
-      piece.field = own.fieldOf(piece.cloud, 2 * coverageOf(piece.sums) > all);
-    if (piece.field) left.push_back(std::move(piece));
-  }
+  std::vector<Piece> left = own.piecesOf(after);
   std::vector<MatterSums> cutAway = own.sums;
   for (const Piece& piece : left) cutAway = sumOf(cutAway, piece.sums, true);
-
   const Pose place = own.place(), before = own.frame;
   const Motion motion = own.motion();
   CutOutcome outcome;
   outcome.cutAway =
       moving(massPropertiesOf(cutAway, own.cloud, own.settings.densities), place, motion);
-  std::size_t heaviest = 0;
-  for (std::size_t i = 1; i < left.size(); ++i)
-    if (left[i].mass > left[heaviest].mass) heaviest = i;
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    if (i == heaviest) continue;
-    auto state = std::make_unique<State>(own.settings, left[i].cloud, left[i].sums, left[i].field,
-                                         place, motion);
-    state->shape->law = own.shape->law;
-    inherit(*own.body, *state->body);
-    outcome.fallen.push_back(std::unique_ptr<CuttableBody>(new CuttableBody(std::move(state))));
-    if (own.world) outcome.fallen.back()->addTo(*own.world, own.group, own.mask);
-  }
   if (left.empty()) {
     leaveWorld();
     own.cloud = after;
     own.sums = matterSums(after);
+    own.whole = false;
     outcome.gone = true;
     return outcome;
   }
-  if (coverageOf(left[heaviest].sums) == all) return outcome;  // nothing was cut
-  own.cloud = left[heaviest].cloud;
-  own.sums = left[heaviest].sums;
-  own.field = left[heaviest].field;
-  own.shape->setField(own.field);
-  own.settle(place, motion);
+  const auto heaviest = std::max_element(
+      left.begin(), left.end(), [](const Piece& a, const Piece& b) { return a.mass < b.mass; });
+  for (auto piece = left.begin(); piece != left.end(); ++piece) {
+    if (piece == heaviest) continue;
+    std::unique_ptr<CuttableBody> body(new CuttableBody(own.fallen(*piece, place, motion)));
+    if (own.world) body->addTo(*own.world, own.group, own.mask);
+    outcome.fallen.push_back(std::move(body));
+  }
+  if (coverageOf(heaviest->sums) == coverageOf(own.sums)) return outcome;  // nothing was cut
+  own.become(std::move(*heaviest), place, motion);
   outcome.frame = before.inverse() * own.frame;
-  own.moveContacts(own.frame.inverse() * before);
-  if (own.world) own.world->updateSingleAabb(own.body.get());
-  own.body->activate();
   return outcome;
 }
 

@@ -1,17 +1,14 @@
-// Fourth step of the field: the band. Voxels beside the surface inherit the nearest pieces from
-// their neighbors, layer by layer. Each becomes a record of one plane, or of several where the
-// nearest pieces meet in a convex edge or lie back to back (a thin wall). There the depth is the
-// least over the planes, the distance to the outside of the body.
+// Fifth step of the field: the band. Each voxel of the layers becomes a record of one plane, or of
+// several where the nearest pieces meet in a convex edge or lie back to back (a thin wall). There
+// the depth is the least over the planes, the distance to the outside of the body.
 #pragma once
 
-#include "field/field_draft.h"
+#include "field/field_layers.h"
 #include "kernels/contact/field_voxel.h"
 
 #include <functional>
 
 namespace cloudcontact {
-
-constexpr int kBandReach = 5;  // records depend only on pieces at most this far away [voxels]
 
 // A brick of the band. A voxel without planes is far outside, or deeper inside than the band
 // reaches if its `b` is CC_DEEP_INSIDE. Records of several planes count them from the brick's
@@ -35,10 +32,10 @@ struct Band {
   std::vector<BandBrick> bricks;
 };
 
-Band spreadBand(const FieldDraft& draft);
+Band writeBand(const FieldDraft& draft, const FieldLayers& layers);
 // Recomputes the voxels of `scope` only. The other voxels of its bricks are copied from `before`,
 // which returns a brick of the earlier band; all other bricks are kAsBefore.
-Band renewBand(const FieldDraft& draft, const VoxelSet& scope,
+Band renewBand(const FieldDraft& draft, const FieldLayers& layers, const VoxelSet& scope,
                const std::function<BandView(std::size_t brick)>& before);
 
 }  // namespace cloudcontact

@@ -31,6 +31,24 @@ class Hasher {
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
+// Least and largest of some values, in lanes.
+std::pair<float, float> range(const std::vector<float>& v) {
+  constexpr std::size_t kLanes = 16;
+  float least[kLanes], most[kLanes];
+  std::fill(least, least + kLanes, v[0]);
+  std::fill(most, most + kLanes, v[0]);
+  for (std::size_t k = 0; k + kLanes <= v.size(); k += kLanes)
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      least[i] = v[k + i] < least[i] ? v[k + i] : least[i];
+      most[i] = v[k + i] > most[i] ? v[k + i] : most[i];
+    }
+  for (std::size_t k = v.size() / kLanes * kLanes; k < v.size(); ++k) {
+    least[0] = std::min(least[0], v[k]);
+    most[0] = std::max(most[0], v[k]);
+  }
+  return {*std::min_element(least, least + kLanes), *std::max_element(most, most + kLanes)};
+}
+
 }  // namespace
 
 FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
@@ -40,14 +58,18 @@ FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
       samples_(std::move(samples)),
       notes_(std::move(notes)) {
   const SampleColumns& all = samples_.levels[0].samples;
-  for (std::size_t k = 0; k < all.size(); ++k)
-    bounds_.extend(cloud_.origin() + cloud_.voxelSize() * Vec3(all.x[k], all.y[k], all.z[k]));
+  if (all.size() == 0) return;
+  const auto x = range(all.x), y = range(all.y), z = range(all.z);
+  bounds_.extend(cloud_.origin() + cloud_.voxelSize() * Vec3(x.first, y.first, z.first));
+  bounds_.extend(cloud_.origin() + cloud_.voxelSize() * Vec3(x.second, y.second, z.second));
 }
 
 std::size_t FieldData::bytes() const {
   std::size_t sum = records_.bytes() + samples_.bytes();
   if (!notes_) return sum;
-  sum += notes_->origins.size() * sizeof(SampleOrigin);
+  sum += notes_->origins.size() * sizeof(SampleOrigin) + notes_->edges.bytes();
+  for (const auto& cells : notes_->layers)
+    if (cells) sum += sizeof(BandCells);
   for (const auto& brick : notes_->bricks)
     if (brick)
       sum += sizeof(SurfaceBrick) + brick->voxels.size() * sizeof(SurfaceVoxel) +

@@ -3,7 +3,7 @@
 
 #include <cloudcontact/voxels/cloud.h>
 
-#include "field/field_draft.h"
+#include "field/edge_queue.h"
 #include "field/field_records.h"
 #include "field/sample_set.h"
 
@@ -16,6 +16,10 @@ namespace cloudcontact {
 struct FieldNotes {
   SurfaceBricks bricks;
   std::vector<SampleOrigin> origins;  // of the samples
+  EdgeQueue edges;
+  LayerBricks layers;
+
+  explicit FieldNotes(const Eigen::Vector3i& size) : edges(size) {}
 };
 
 class FieldData {

@@ -20,6 +20,7 @@ std::int16_t SurfaceBrick::addStep(VoxelStep step) {
   step.first = static_cast<std::uint32_t>(pieces.size());
   pieces.resize(pieces.size() + step.count);
   steps.push_back(step);
+  passes = static_cast<std::uint16_t>(passes | 1 << step.pass);
   return static_cast<std::int16_t>(steps.size() - 1);
 }
 

@@ -4,7 +4,8 @@
 //   field_fit      every voxel that the surface crosses gets the quadric of its 3x3x3 block
 //   field_edges    where a quadric does not explain its block, several planes replace it
 //   field_samples  the pieces of surface inside each voxel become samples
-//   field_band     voxels beside the surface inherit the nearest pieces
+//   field_layers   voxels beside the surface inherit the nearest pieces, layer by layer
+//   field_band     the records of these voxels
 //   field_records  the band in the layout that searches read
 // Each step looks only a few voxels far. After a cut, every step therefore runs on the affected
 // voxels alone and gives there the same bits as a full build (surface_field.cpp, renewed()). The
@@ -71,6 +72,7 @@ struct SurfaceBrick {
   std::vector<VoxelStep> steps;
   std::vector<SurfacePiece> pieces;
   std::array<std::int16_t, kBrickVoxels> place;  // index into voxels by cell; -1: none
+  std::uint16_t passes = 0;                      // that may have made a step, one bit each
 
   SurfaceBrick() { place.fill(-1); }
   // Index of a voxel's last step before a pass; -1: none.
@@ -123,10 +125,17 @@ class FieldDraft {
   Eigen::Vector3i cornerOf(std::size_t t) const;    // lowest voxel of a brick
   DraftVoxel voxelAt(std::int32_t brick, int cell) const;
   DraftVoxel voxelAt(int x, int y, int z) const;  // inside the grid
+  // The brick that holds a voxel; null outside the grid and without surface.
+  const SurfaceBrick* brickOf(int x, int y, int z) const {
+    if (!insideGrid(x >> 3, y >> 3, z >> 3, size_)) return nullptr;
+    return bricks_[brickIndex(x, y, z, size_)].get();
+  }
+  const SurfaceBrick* brickAt(const Eigen::Vector3i& b) const {  // inside the grid
+    return bricks_[gridIndex(b, size_)].get();
+  }
   // A voxel's pieces before a pass; empty outside the grid.
   VoxelState at(int x, int y, int z, int pass = kAfterAll) const {
-    if (!insideGrid(x >> 3, y >> 3, z >> 3, size_)) return {};
-    const SurfaceBrick* const b = bricks_[brickIndex(x, y, z, size_)].get();
+    const SurfaceBrick* const b = brickOf(x, y, z);
     return b ? b->state(cellIndex(x, y, z), pass) : VoxelState{};
   }
 

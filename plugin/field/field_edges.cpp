@@ -35,8 +35,11 @@ constexpr float kTypical = 0.0005f;
 constexpr float kLost = 0.01f;
 constexpr int kPlainPasses = 3;  // faces found beside an edge serve their neighbors in the next
 constexpr int kClimbs = 8;       // at most so many further passes, up a tip
-constexpr int kReach = 3;        // faces are collected this far from the block's center
-constexpr float kFlat = 0.012f;  // curvatures below this are noise and are not continued
+// Where a budget limits the searches, voxels wait until this many renewals have left their
+// surroundings alone: what a tool is about to cut again is not searched.
+constexpr int kRest = 3;
+constexpr int kReach = 3;             // faces are collected this far from the block's center
+constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also coincide are one
 constexpr float kSameOffset = 0.25f;
 
@@ -150,9 +153,21 @@ bool isCandidate(const VoxelState& v) {
   return v.pieces[0].surface.residual > (v.rule() == PieceRule::Smooth ? kEnough : kGoodEdge);
 }
 
+// True if a brick within reach may hold a step of this pass.
+bool anyStep(const FieldDraft& draft, const DraftVoxel& at, int pass) {
+  for (int k = 0; k < 8; ++k) {
+    const auto corner = [&](int v, int side) { return v + (side ? kReach : -kReach); };
+    const SurfaceBrick* const b =
+        draft.brickOf(corner(at.x, k & 1), corner(at.y, k & 2), corner(at.z, k & 4));
+    if (b && b->passes >> pass & 1) return true;
+  }
+  return false;
+}
+
 // True if the previous pass changed a voxel within reach that satisfies `counts`.
 template <typename Counts>
 bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Counts&& counts) {
+  if (!anyStep(draft, at, pass - 1)) return false;
   for (int dz = -kReach; dz <= kReach; ++dz)
     for (int dy = -kReach; dy <= kReach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx) {
@@ -182,12 +197,11 @@ bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v,
 }
 
 // An edge that explains a voxel better than its present pieces and well enough for the pass. Its
-// count is 0 if there is none.
+// count is 0 if there is none. For voxels of which mayFind() is true.
 Hypothesis edgeOf(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass,
                   EdgeSearch& search) {
   const SurfaceBrick& brick = *draft.brick(static_cast<std::size_t>(at.brick));
   const VoxelState own = brick.state(at.cell, pass.number);
-  if (!mayFind(draft, at, own, pass)) return {};
   float block[CC_WINDOW_VOXELS];
   gatherBlock(draft.cloud, at.x, at.y, at.z, block);
   const Eigen::Vector3f mean =
@@ -199,9 +213,9 @@ Hypothesis edgeOf(const FieldDraft& draft, const DraftVoxel& at, const Pass& pas
   return best.residual < boundOf(own, pass.most) ? best : Hypothesis{};
 }
 
-// One pass over the surface voxels of these bricks, or those in `scope`. Results in that order.
+// One pass over the surface voxels of these bricks. Results in their order.
 std::vector<Found> runPass(const FieldDraft& draft, const Pass& pass,
-                           const std::vector<std::int32_t>& bricks, const VoxelSet* scope) {
+                           const std::vector<std::int32_t>& bricks) {
   const int threads = threadCount(draft.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
   std::vector<std::vector<Found>> parts(bricks.size());
@@ -210,8 +224,9 @@ std::vector<Found> runPass(const FieldDraft& draft, const Pass& pass,
     const SurfaceBrick* const brick = draft.brick(static_cast<std::size_t>(bricks[i]));
     if (!brick) return;
     for (const SurfaceVoxel& v : brick->voxels) {
-      if (scope && !scope->has(bricks[i], v.cell)) continue;
-      const Hypothesis edge = edgeOf(draft, draft.voxelAt(bricks[i], v.cell), pass, search);
+      const DraftVoxel at = draft.voxelAt(bricks[i], v.cell);
+      if (!mayFind(draft, at, brick->state(v.cell, pass.number), pass)) continue;
+      const Hypothesis edge = edgeOf(draft, at, pass, search);
       if (edge.count > 0) parts[i].push_back({bricks[i], v.cell, edge});
     }
   });
@@ -220,90 +235,199 @@ std::vector<Found> runPass(const FieldDraft& draft, const Pass& pass,
   return found;
 }
 
-// Makes the edge the voxel's latest step, after `earlier`.
-void addEdge(SurfaceBrick& brick, int voxel, int earlier, int pass, const Hypothesis& h) {
-  const std::int16_t step = brick.addStep(
-      {0, static_cast<std::int16_t>(earlier), static_cast<std::uint8_t>(h.count),
-       static_cast<std::uint8_t>(pass), h.concave ? PieceRule::Concave : PieceRule::Convex});
+VoxelStep stepOf(const Hypothesis& h, int pass, int earlier) {
+  return {0, static_cast<std::int16_t>(earlier), static_cast<std::uint8_t>(h.count),
+          static_cast<std::uint8_t>(pass), h.concave ? PieceRule::Concave : PieceRule::Convex};
+}
+
+SurfacePiece pieceOf(const Hypothesis& h, int k) {
+  return {planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0};
+}
+
+// Appends the edge's step and returns its index.
+std::int16_t addEdge(SurfaceBrick& brick, int earlier, int pass, const Hypothesis& h) {
+  const std::int16_t step = brick.addStep(stepOf(h, pass, earlier));
   SurfacePiece* const pieces = brick.pieces.data() + brick.steps.back().first;
-  for (int k = 0; k < h.count; ++k)
-    pieces[k] = {planeSurface(h.faces[k], h.residual), {0, 0, 0}, 0};
-  brick.voxels[static_cast<std::size_t>(voxel)].last = step;
+  for (int k = 0; k < h.count; ++k) pieces[k] = pieceOf(h, k);
+  return step;
 }
 
-// Appends the later steps that the voxel had before the cut.
-void restoreLater(SurfaceBrick& brick, int voxel, int step, const SurfaceBrick& before,
-                  int voxelBefore, int pass) {
-  const std::int16_t last = before.voxels[static_cast<std::size_t>(voxelBefore)].last;
-  brick.voxels[static_cast<std::size_t>(voxel)].last = static_cast<std::int16_t>(step);
-  if (before.steps[static_cast<std::size_t>(last)].pass <= pass) return;
-  int first = last;
-  for (int earlier = before.steps[static_cast<std::size_t>(first)].earlier;
-       earlier >= 0 && before.steps[static_cast<std::size_t>(earlier)].pass > pass;
-       earlier = before.steps[static_cast<std::size_t>(first)].earlier)
-    first = earlier;
-  brick.steps[static_cast<std::size_t>(first)].earlier = static_cast<std::int16_t>(step);
-  brick.voxels[static_cast<std::size_t>(voxel)].last = last;
+// Index of a voxel's first step after a pass; -1: none.
+int stepAfter(const SurfaceBrick& brick, int voxel, int pass) {
+  int after = -1;
+  for (int s = brick.voxels[static_cast<std::size_t>(voxel)].last;
+       s >= 0 && brick.steps[static_cast<std::size_t>(s)].pass > pass;
+       s = brick.steps[static_cast<std::size_t>(s)].earlier)
+    after = s;
+  return after;
 }
 
-// Stores the results of a pass in its scope. A voxel that then equals its state before the cut gets
-// its old later steps back, which hold unless a later pass visits it again. Returns the other
-// voxels.
-VoxelSet storePass(FieldDraft& draft, const SurfaceBricks& before, const VoxelSet& scope, int pass,
-                   const std::vector<Found>& found) {
-  VoxelSet changed(draft.cloud.bricks());
-  auto next = found.begin();
-  scope.forEach([&](std::int32_t t, int cell, int x, int y, int z) {
-    const std::size_t b = static_cast<std::size_t>(t);
-    const SurfaceBrick* const old = before[b].get();
-    const int voxelBefore = old ? old->place[static_cast<std::size_t>(cell)] : -1;
-    const int voxel = draft.brick(b) ? draft.brick(b)->place[static_cast<std::size_t>(cell)] : -1;
-    if (voxel < 0) {
-      if (voxelBefore >= 0) changed.add(x, y, z);
-      return;
+constexpr int kPasses = kPlainPasses + kClimbs;
+
+int bitsOf(int firstPass, int lastPass) {
+  return ((1 << (lastPass + 1)) - 1) & ~((1 << firstPass) - 1);
+}
+
+// Works through a queue of searches. Its order is fixed, and so is what a budget leaves.
+class EdgeRenewal {
+ public:
+  EdgeRenewal(FieldDraft& draft, EdgeQueue& queue, int most)
+      : draft_(draft),
+        queue_(queue),
+        left_(std::int64_t{most} * kSearch),
+        visited_(draft.cloud.bricks()),
+        searches_(static_cast<std::size_t>(threadCount(draft.threads))) {}
+
+  // Marks what a cut reaches.
+  void mark(const VoxelSet& refitted, const VoxelSet& changed) {
+    queue_.nextRenewal();
+    const auto add = [&](std::int32_t t, int cell, int, int, int) {
+      markFresh(draft_.voxelAt(t, cell));
+    };
+    refitted.forEach(add);
+    changed.dilated(kReach).forEach(add);
+  }
+
+  // Searches until the queue is dry or the budget spent. Returns the voxels searched.
+  const VoxelSet& run(int rest) {
+    for (;;) {
+      std::vector<DraftVoxel> next = queue_.waiting(draft_, rest);
+      if (next.empty() || left_ <= 0) return visited_;
+      if (rest > 0) chooseFirst(next);
+      for (int pass = 1; pass <= kPasses && left_ > 0; ++pass) runPass(next, pass);
     }
-    SurfaceBrick& brick = draft.write(b);
-    int step = brick.stepBefore(voxel, pass);
-    brick.voxels[static_cast<std::size_t>(voxel)].last = static_cast<std::int16_t>(step);
-    if (next != found.end() && next->brick == t && next->cell == cell) {
-      addEdge(brick, voxel, step, pass, next->edge);
-      step = brick.voxels[static_cast<std::size_t>(voxel)].last;
-      ++next;
-    }
-    if (voxelBefore < 0 || !same(brick.stateAt(step), old->state(cell, pass + 1)))
-      changed.add(x, y, z);
+  }
+
+  static constexpr int kAll = 1 << 30;  // searches
+
+ private:
+  struct Outcome {
+    bool tried = false;
+    Hypothesis edge;
+  };
+
+  void markFresh(const DraftVoxel& v) {
+    const VoxelState fit = draft_.at(v.x, v.y, v.z, 1);
+    if (fit && isCandidate(fit))
+      queue_.addFresh(v, bitsOf(1, kPasses));
     else
-      restoreLater(brick, voxel, step, *old, voxelBefore, pass);
-  });
-  return changed;
-}
+      queue_.done(v, bitsOf(0, kPasses));
+  }
+
+  // Those that the quadric explains worst come first: they are edges, the others noise.
+  void chooseFirst(std::vector<DraftVoxel>& next) const {
+    const auto lost = [&](const DraftVoxel& v) {
+      return draft_.at(v.x, v.y, v.z, 1).pieces[0].surface.residual > kLost;
+    };
+    const auto end = std::stable_partition(next.begin(), next.end(), lost);
+    if (end != next.begin()) next.erase(end, next.end());
+    const std::size_t most = static_cast<std::size_t>(kChosen);
+    if (next.size() > most) next.resize(most);
+  }
+
+  // Searches the voxels that wait for this pass, as far as the budget goes.
+  void runPass(const std::vector<DraftVoxel>& among, int number) {
+    const Pass pass(number);
+    std::vector<DraftVoxel> next;
+    for (const DraftVoxel& v : among)
+      if (queue_.passes(v) >> number & 1) next.push_back(v);
+    std::vector<Outcome> outcomes(next.size());
+    parallelFor(next.size(), draft_.threads, [&](std::size_t i, int) {
+      const VoxelState own = draft_.at(next[i].x, next[i].y, next[i].z, number);
+      outcomes[i].tried = mayFind(draft_, next[i], own, pass);
+    });
+    std::size_t end = 0;
+    for (; end < next.size() && left_ > 0; ++end)
+      left_ -= !outcomes[end].tried ? kLook : pass.climbs() ? kTipSearch : kSearch;
+    parallelFor(end, draft_.threads, [&](std::size_t i, int worker) {
+      if (outcomes[i].tried)
+        outcomes[i].edge =
+            edgeOf(draft_, next[i], pass, searches_[static_cast<std::size_t>(worker)]);
+    });
+    for (std::size_t i = 0; i < end; ++i) {
+      queue_.done(next[i], 1 << number);
+      store(next[i], number, outcomes[i].edge);
+    }
+  }
+
+  // Makes the edge, or none, what the pass found for a voxel. If it found something else before,
+  // marks the later searches that have read it.
+  void store(const DraftVoxel& v, int pass, const Hypothesis& edge) {
+    const std::size_t t = static_cast<std::size_t>(v.brick);
+    const SurfaceBrick& known = *draft_.brick(t);
+    const int voxel = known.place[static_cast<std::size_t>(v.cell)];
+    const int after = stepAfter(known, voxel, pass), before = known.stepBefore(voxel, pass),
+              own = known.stepBefore(voxel, pass + 1);
+    if (own == before ? edge.count == 0 : equal(known.stateAt(own), edge)) return;
+    SurfaceBrick& brick = draft_.write(t);
+    const int now = edge.count > 0 ? addEdge(brick, before, pass, edge) : before;
+    if (after >= 0)
+      brick.steps[static_cast<std::size_t>(after)].earlier = static_cast<std::int16_t>(now);
+    else
+      brick.voxels[static_cast<std::size_t>(voxel)].last = static_cast<std::int16_t>(now);
+    visited_.add(v.x, v.y, v.z);
+    const int last = after >= 0 ? brick.steps[static_cast<std::size_t>(after)].pass : kPasses;
+    if (pass < last) markReaders(v, bitsOf(pass + 1, last));
+  }
+
+  static bool equal(const VoxelState& a, const Hypothesis& h) {
+    const VoxelStep step = stepOf(h, a.step->pass, -1);
+    std::array<SurfacePiece, kMostFaces> pieces;
+    for (int k = 0; k < h.count; ++k) pieces[static_cast<std::size_t>(k)] = pieceOf(h, k);
+    return same(a, {&step, pieces.data()});
+  }
+
+  void markReaders(const DraftVoxel& v, int passes) {
+    for (int dz = -kReach; dz <= kReach; ++dz)
+      for (int dy = -kReach; dy <= kReach; ++dy)
+        for (int dx = -kReach; dx <= kReach; ++dx) {
+          const int x = v.x + dx, y = v.y + dy, z = v.z + dz;
+          const VoxelState fit = draft_.at(x, y, z, 1);
+          if (fit && isCandidate(fit)) queue_.add(draft_.voxelAt(x, y, z), passes);
+        }
+  }
+
+  // Voxels at a time if there is a budget: enough to see the passes in order.
+  static constexpr int kChosen = 64;
+  // Shares of the budget: a search, one among the faces of a tip, and a look that finds nothing to
+  // search.
+  static constexpr int kSearch = 32, kTipSearch = 96, kLook = 1;
+
+  FieldDraft& draft_;
+  EdgeQueue& queue_;
+  std::int64_t left_;  // of the budget
+  VoxelSet visited_;
+  std::vector<EdgeSearch> searches_;
+};
 
 }  // namespace
 
 void findEdges(FieldDraft& draft) {
   const std::vector<std::int32_t> bricks = draft.surfaceBricks();
-  for (int number = 1; number <= kPlainPasses + kClimbs; ++number) {
-    const std::vector<Found> found = runPass(draft, Pass(number), bricks, nullptr);
+  for (int number = 1; number <= kPasses; ++number) {
+    const std::vector<Found> found = runPass(draft, Pass(number), bricks);
     for (const Found& f : found) {
       SurfaceBrick& brick = draft.write(static_cast<std::size_t>(f.brick));
-      const int voxel = brick.place[static_cast<std::size_t>(f.cell)];
-      addEdge(brick, voxel, brick.voxels[static_cast<std::size_t>(voxel)].last, number, f.edge);
+      SurfaceVoxel& voxel =
+          brick.voxels[static_cast<std::size_t>(brick.place[static_cast<std::size_t>(f.cell)])];
+      voxel.last = addEdge(brick, voxel.last, number, f.edge);
     }
     if (found.empty() && number >= kPlainPasses) return;
   }
 }
 
-// Each pass visits the voxels whose block was cut and those within reach of a changed one. Changes
-// mostly die out after a pass or two.
-VoxelSet renewEdges(FieldDraft& draft, const SurfaceBricks& before, const VoxelSet& refitted,
-                    VoxelSet changed) {
-  for (int number = 1; number <= kPlainPasses + kClimbs; ++number) {
-    VoxelSet scope = changed.dilated(kReach);
-    scope.add(refitted);
-    const std::vector<Found> found = runPass(draft, Pass(number), scope.bricks(), &scope);
-    changed = storePass(draft, before, scope, number, found);
-  }
-  return changed;
+VoxelSet renewEdges(FieldDraft& draft, EdgeQueue& queue, const SurfaceBricks& before,
+                    const VoxelSet& refitted, const VoxelSet& changed, int most) {
+  EdgeRenewal renewal(draft, queue, most > 0 ? most : EdgeRenewal::kAll);
+  renewal.mark(refitted, changed);
+  VoxelSet visited = renewal.run(most > 0 ? kRest : 0);
+  visited.add(changed);
+  VoxelSet different(draft.cloud.bricks());
+  visited.forEach([&](std::int32_t t, int cell, int x, int y, int z) {
+    const SurfaceBrick* const old = before[static_cast<std::size_t>(t)].get();
+    if (!same(old ? old->state(cell) : VoxelState{}, draft.at(x, y, z))) different.add(x, y, z);
+  });
+  return different;
 }
 
 }  // namespace cloudcontact

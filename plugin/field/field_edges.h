@@ -7,15 +7,16 @@
 // others is tried, placed by the block's mass.
 #pragma once
 
-#include "field/field_draft.h"
+#include "field/edge_queue.h"
 
 namespace cloudcontact {
 
 void findEdges(FieldDraft& draft);
 
-// Repeats the search after renewFits(draft, refitted) = changed. `before` are the draft's bricks
-// before that. Returns the voxels whose pieces appeared, disappeared or changed.
-VoxelSet renewEdges(FieldDraft& draft, const SurfaceBricks& before, const VoxelSet& refitted,
-                    VoxelSet changed);
+// Marks in `queue` the searches that renewFits(draft, refitted) = changed has made stale, and does
+// `most` of all that wait there (0: all). `before` are the draft's bricks before that. Returns the
+// voxels whose pieces appeared, disappeared or changed.
+VoxelSet renewEdges(FieldDraft& draft, EdgeQueue& queue, const SurfaceBricks& before,
+                    const VoxelSet& refitted, const VoxelSet& changed, int most);
 
 }  // namespace cloudcontact

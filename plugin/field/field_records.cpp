@@ -72,6 +72,15 @@ class FieldRecords::Source {
       if (ccPlaneCount(b.cells[k]) > 0) mask |= 1 << blockOf(k);
     return static_cast<std::uint8_t>(mask);
   }
+  // About as many planes as there will be.
+  std::size_t planes() const { return before_ ? before_->planes_.size() * 9 / 8 : 0; }
+  // True if a brick's records are those of the earlier field.
+  bool copies(std::size_t brick, std::uint32_t firstPlane, std::uint8_t near) const {
+    if (band_.table[brick] != kAsBefore || before_->near_[brick] != near) return false;
+    const BandView b = view(brick);
+    return b.planeCount == 0 || b.first == firstPlane;
+  }
+  std::int16_t planed(std::size_t brick) const { return before_->planed_[brick]; }
   // As FieldRecords::brickDistance(). Those of the earlier field hold if the band has the same
   // bricks.
   std::vector<std::uint8_t> distances(const Cloud& cloud) const {
@@ -93,7 +102,7 @@ struct FieldRecords::Builder {
   const Cloud& cloud;
   const std::vector<std::uint32_t>& planeFirsts;
   const std::vector<std::uint8_t>& held;
-  std::vector<std::uint8_t> near;        // by brick, one bit per block
+  std::vector<std::uint8_t>& near;       // FieldRecords::near_
   std::map<int, std::int32_t> constant;  // first record of the constant bricks, by kind
 
   Eigen::Vector3i brickAt(std::size_t t) const { return gridCell(t, cloud.bricks()); }
@@ -102,23 +111,26 @@ struct FieldRecords::Builder {
     return cloud.coverage(v.x(), v.y(), v.z()) > 127;
   }
 
-  // Marks blocks that hold band voxels, and their 26 neighbors.
+  // Marks blocks that hold band voxels, and their 26 neighbors, axis by axis.
   void markNear() {
-    near.assign(held.size(), 0);
-    for (std::size_t t = 0; t < near.size(); ++t)
-      for (int block = 0; held[t] && block < kBlocks; ++block)
-        if (held[t] >> block & 1) markAround(brickAt(t), block);
-  }
-
-  void markAround(const Eigen::Vector3i& brick, int block) {
-    const Eigen::Vector3i n = 2 * cloud.bricks();
-    for (int k = 0; k < 27; ++k) {
-      const int x = brick.x() * 2 + (block & 1) + k % 3 - 1,
-                y = brick.y() * 2 + (block >> 1 & 1) + k / 3 % 3 - 1,
-                z = brick.z() * 2 + (block >> 2) + k / 9 - 1;
-      if (!insideGrid(x, y, z, n)) continue;
-      near[gridIndex(x >> 1, y >> 1, z >> 1, cloud.bricks())] |=
-          static_cast<std::uint8_t>(1 << ((x & 1) | (y & 1) << 1 | (z & 1) << 2));
+    near = held;
+    const Eigen::Vector3i n = cloud.bricks();
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::vector<std::uint8_t> from = near;
+      const int bit = 1 << axis;                                   // from a low block to a high one
+      const int low = axis == 0 ? 0x55 : axis == 1 ? 0x33 : 0x0f;  // the blocks on the low side
+      const std::size_t stride = gridIndex(Eigen::Vector3i::Unit(axis), n);
+      for (std::size_t t = 0; t < near.size(); ++t) {
+        const int own = from[t];
+        if (own == 0) continue;
+        near[t] = static_cast<std::uint8_t>(near[t] | (own & low) << bit | (own & ~low) >> bit);
+        const int at = brickAt(t)[axis];
+        if (at > 0)
+          near[t - stride] = static_cast<std::uint8_t>(near[t - stride] | (own & low) << bit);
+        if (at + 1 < n[axis])
+          near[t + stride] =
+              static_cast<std::uint8_t>(near[t + stride] | (own & ~low & 0xff) >> bit);
+      }
     }
   }
 
@@ -145,23 +157,24 @@ struct FieldRecords::Builder {
     return first;
   }
 
-  // Records of a brick with planes. Renumbers the planes and marks near-outside voxels again, since
-  // these depend on neighboring bricks.
-  std::int32_t bandBrick(std::size_t t, const BandView& brick, std::vector<CcVoxel>& records,
-                         std::size_t& bandVoxels) const {
+  // Appends the records of a brick with planes. Renumbers the planes and marks near-outside voxels
+  // again, since these depend on neighboring bricks. Returns the number of band voxels.
+  std::int16_t addBandBrick(std::size_t t, const BandView& brick,
+                            std::vector<CcVoxel>& records) const {
     const std::size_t first = records.size();
     records.insert(records.end(), brick.cells, brick.cells + kBrickVoxels);
     const std::uint32_t shift = planeFirsts[t] - brick.first;
+    std::int16_t bandVoxels = 0;
     for (int k = 0; k < kBrickVoxels; ++k) {
       CcVoxel& v = records[first + static_cast<std::size_t>(k)];
       const uint count = ccPlaneCount(v);
-      bandVoxels += count > 0;
+      bandVoxels = static_cast<std::int16_t>(bandVoxels + (count > 0));
       if (count > 1)
         v.b += shift;
       else if (count == 0 && v.b != CC_DEEP_INSIDE)
         v.b = near[t] >> blockOf(k) & 1 ? CC_NEAR_OUTSIDE : 0;
     }
-    return static_cast<std::int32_t>(first);
+    return bandVoxels;
   }
 };
 
@@ -173,6 +186,8 @@ FieldRecords::FieldRecords(const Cloud& cloud, const Source& source)
   const std::size_t all = source.size();
   std::size_t bandBricks = 0;
   planeFirsts_.reserve(all + 1);
+  held_.reserve(all);
+  planes_.reserve(source.planes());
   for (std::size_t t = 0; t < all; ++t) {
     const BandView brick = source.view(t);
     planeFirsts_.push_back(static_cast<std::uint32_t>(planes_.size()));
@@ -181,8 +196,9 @@ FieldRecords::FieldRecords(const Cloud& cloud, const Source& source)
     bandBricks += held_.back() > 0;
   }
   planeFirsts_.push_back(static_cast<std::uint32_t>(planes_.size()));
-  Builder builder{cloud, planeFirsts_, held_, {}, {}};
+  Builder builder{cloud, planeFirsts_, held_, near_, {}};
   builder.markNear();
+  planed_.assign(all, 0);
   const Eigen::Vector3i n = cloud.bricks();
   bricks_ = {n.x(), n.y(), n.z()};
   firsts_.reserve(all + 1);
@@ -191,8 +207,19 @@ FieldRecords::FieldRecords(const Cloud& cloud, const Source& source)
   records_.assign(kBrickVoxels, CcVoxel{0, 0});  // the outside
   for (std::size_t t = 0; t < all; ++t) {
     bool solid = false;
-    firsts_.push_back(held_[t] ? builder.bandBrick(t, source.view(t), records_, bandVoxels_)
-                               : builder.plainBrick(t, records_, solid));
+    if (held_[t]) {
+      const BandView brick = source.view(t);
+      firsts_.push_back(static_cast<std::int32_t>(records_.size()));
+      if (source.copies(t, planeFirsts_[t], near_[t])) {
+        records_.insert(records_.end(), brick.cells, brick.cells + kBrickVoxels);
+        planed_[t] = source.planed(t);
+      } else {
+        planed_[t] = builder.addBandBrick(t, brick, records_);
+      }
+      bandVoxels_ += static_cast<std::size_t>(planed_[t]);
+    } else {
+      firsts_.push_back(builder.plainBrick(t, records_, solid));
+    }
     // At a Chebyshev distance of n bricks there are at least n - 1 whole bricks between.
     between_.push_back(solid ? -kBrickEdge : (static_cast<int>(distance_[t]) - 1) * kBrickEdge);
   }
@@ -216,7 +243,8 @@ BandView FieldRecords::bandBrick(std::size_t brick) const {
 std::size_t FieldRecords::bytes() const {
   return (records_.size() + planes_.size()) * sizeof(CcVoxel) +
          (firsts_.size() + between_.size()) * sizeof(std::int32_t) +
-         planeFirsts_.size() * sizeof(std::uint32_t) + held_.size() + distance_.size();
+         planeFirsts_.size() * sizeof(std::uint32_t) + held_.size() + near_.size() +
+         planed_.size() * sizeof(std::int16_t) + distance_.size();
 }
 
 }  // namespace cloudcontact

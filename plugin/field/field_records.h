@@ -44,6 +44,8 @@ class FieldRecords {
   std::vector<std::uint32_t> planeFirsts_;  // of each brick; one more at the end
   std::vector<std::int32_t> firsts_, between_;
   std::vector<std::uint8_t> distance_, held_;
+  std::vector<std::uint8_t> near_;    // blocks that hold band voxels or touch such, as held()
+  std::vector<std::int16_t> planed_;  // band voxels of each brick
   std::size_t bandVoxels_ = 0;
 };
 

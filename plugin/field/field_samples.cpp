@@ -231,6 +231,9 @@ struct BrickCut {
 };
 
 void cutBrick(FieldDraft& draft, std::int32_t t, const VoxelSet* scope, BrickCut& cut) {
+  bool any = false;
+  forEachVoxel(draft, t, scope, [&](const DraftVoxel&, const VoxelState&) { any = true; });
+  if (!any) return;
   SurfaceBrick& brick = draft.write(static_cast<std::size_t>(t));
   cut.runs.resize(brick.pieces.size());
   forEachVoxel(draft, t, scope, [&](const DraftVoxel& at, const VoxelState& v) {
@@ -300,10 +303,11 @@ class SliverCutter {
   static constexpr std::size_t kAtOnce = 8192, kTask = 64;
 
   void visit(const DraftVoxel& from, int k, int x, int y, int z) {
-    if (!seen_.contains(x, y, z) || draft_.at(x, y, z) || (in_ && !in_->has(x, y, z))) return;
+    if (!seen_.contains(x, y, z) || (in_ && !in_->has(x, y, z))) return;
     std::uint8_t& seen = seen_.make(x, y, z);
     if (seen) return;
     seen = 1;
+    if (draft_.at(x, y, z)) return;
     candidates_.push_back({from.brick, from.cell, static_cast<std::int16_t>(k), x, y, z});
   }
 

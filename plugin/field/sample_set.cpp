@@ -75,12 +75,14 @@ void forEachRun(Pieces pieces, int shift, Visit&& visit) {
 // Samples of a cell that face the same way.
 struct Group {
   V3 vector = V3::Zero();  // sum of area times normal
+  V3 facing = V3::Zero();  // the same, of length 1
   V3 first = V3::Zero();   // sum of area times position
   float area = 0;
   std::vector<std::uint32_t> members;
 
   void add(const SurfaceSample& s, std::uint32_t index) {
     vector += s.area * Eigen::Map<const V3>(s.normal);
+    facing = vector.normalized();
     first += s.area * positionOf(s);
     area += s.area;
     members.push_back(index);
@@ -142,6 +144,18 @@ class Assembler {
   void copy(const SampleSet& other, const std::vector<SampleOrigin>& origins, std::size_t from,
             std::size_t to);
 
+  // Room for about as many samples as another set has.
+  void reserveAs(const SampleSet& other) {
+    const auto room = [](std::size_t count) { return count + count / 8; };
+    origins_.reserve(room(other.levels[0].samples.size()));
+    for (int level = 0; level < kLevels; ++level) {
+      const SampleLevel& from = other.levels[level];
+      set_.levels[level].samples.reserve(room(from.samples.size()));
+      set_.levels[level].cellOf.reserve(room(from.cellOf.size()));
+      set_.levels[level].finer.reserve(room(from.finer.size()));
+    }
+  }
+
   SampleSet take() { return std::move(set_); }
 
  private:
@@ -155,9 +169,8 @@ class Assembler {
     for (std::uint32_t i = begin; i < end; ++i) {
       const SurfaceSample& s = pieces[i].piece.sample;
       const Eigen::Map<const V3> n(s.normal);
-      const auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& m) {
-        return m.vector.normalized().dot(n) > kAlike;
-      });
+      const auto group = std::find_if(groups_.begin(), groups_.end(),
+                                      [&](const Group& m) { return m.facing.dot(n) > kAlike; });
       (group == groups_.end() ? groups_.emplace_back() : *group).add(s, i);
     }
     const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
@@ -259,9 +272,12 @@ void SampleColumns::append(const SampleColumns& from, std::size_t first, std::si
   add(area, from.area), add(width, from.width);
 }
 
+void SampleColumns::reserve(std::size_t count) {
+  for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->reserve(count);
+}
+
 void SampleColumns::fit(const SampleColumns& other) {
-  for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width})
-    column->reserve(other.x.capacity());
+  reserve(other.x.capacity());
 }
 
 void SampleColumns::clear() {
@@ -282,6 +298,7 @@ SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>&
                        std::vector<SampleOrigin>& origins) {
   const std::vector<Keyed> keyed = sorted(fresh);
   Assembler assembler(origins);
+  assembler.reserveAs(before);
   auto next = keyed.begin();
   const auto freshEnd = [&](Key brick) {  // end of the fresh pieces in a brick
     auto end = next;

@@ -31,6 +31,7 @@ struct SampleColumns {
     area.push_back(s.area), width.push_back(s.width);
   }
   void append(const SampleColumns& from, std::size_t first, std::size_t count);
+  void reserve(std::size_t count);
   void fit(const SampleColumns& other);  // reserves the other's capacity
   void clear();
 };

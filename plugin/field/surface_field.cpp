@@ -1,4 +1,4 @@
-// Builds a field from a cloud in five steps (field_draft.h), or renews it after a cut.
+// Builds a field from a cloud in six steps (field_draft.h), or renews it after a cut.
 #include <cloudcontact/field/surface_field.h>
 
 #include "base/grid_index.h"
@@ -43,6 +43,30 @@ VoxelSet changedVoxels(const Cloud& before, const Cloud& after) {
   return changed;
 }
 
+// Of cut voxels, those that became less than half full, or more.
+VoxelSet turnedVoxels(const Cloud& before, const Cloud& after, const VoxelSet& cut) {
+  VoxelSet turned(after.bricks());
+  cut.forEach([&](std::int32_t, int, int x, int y, int z) {
+    if ((before.coverage(x, y, z) > 127) != (after.coverage(x, y, z) > 127)) turned.add(x, y, z);
+  });
+  return turned;
+}
+
+// The voxels whose pieces must be cut to samples again: changed ones, and those beside a voxel that
+// came to hold an edge, or lost it.
+VoxelSet recutVoxels(const FieldDraft& draft, const SurfaceBricks& before,
+                     const VoxelSet& changed) {
+  VoxelSet edges(draft.cloud.bricks());
+  changed.forEach([&](std::int32_t t, int cell, int x, int y, int z) {
+    const SurfaceBrick* const b = before[static_cast<std::size_t>(t)].get();
+    const VoxelState old = b ? b->state(cell) : VoxelState{}, now = draft.at(x, y, z);
+    if ((old && old.count() > 1) != (now && now.count() > 1)) edges.add(x, y, z);
+  });
+  VoxelSet recut = edges.dilated(1);
+  recut.add(changed);
+  return recut;
+}
+
 void validate(const Cloud& cloud) {
   if (cloud.empty()) throw std::invalid_argument("SurfaceField::build: the cloud is empty");
   if ((cloud.size().array() > 32767).any())
@@ -74,14 +98,18 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
   report(0.4);
   findEdges(draft);
   report(0.7);
-  auto notes = std::make_shared<FieldNotes>();
+  auto notes = std::make_shared<FieldNotes>(draft.cloud.bricks());
   SampleSet samples = sortSamples(cutSamples(draft), notes->origins);
   report(0.8);
-  const Band band = spreadBand(draft);
-  if (settings.renewable)
+  FieldLayers layers(draft);
+  layers.spread();
+  const Band band = writeBand(draft, layers);
+  if (settings.renewable) {
     notes->bricks = draft.bricks();
-  else
+    notes->layers = layers.bricks();
+  } else {
     notes = nullptr;
+  }
   report(1.0);
   return std::make_shared<const SurfaceField>(std::make_shared<const FieldData>(
       cloud, band, std::move(samples), std::move(notes), nullptr));
@@ -89,10 +117,13 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
 
 // Repeats each step on the voxels that a change can reach:
 //   fits     the 3x3x3 block holds a changed voxel
-//   edges    a face within 3 voxels changed in the pass before; ends where nothing changes
-//   samples  pieces changed in the voxel or beside it, or a sliver assigned to it did: two voxels
-//            farther
-//   band     pieces changed within the band's reach
+//   edges    a face within 3 voxels changed in an earlier pass; ends where nothing changes.
+//   Searches
+//            that a budget leaves wait in a queue (edge_queue.h)
+//   samples  pieces changed in the voxel, or an edge came or went beside it, or a sliver assigned
+//   to
+//            it did: two voxels farther
+//   band     a voxel inherits from one where pieces changed
 // All other voxels would read the same input and yield the same bits. Records and samples are
 // copied whole, because queries need each in one block of memory.
 std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceField>& before,
@@ -107,23 +138,28 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
   const VoxelSet cut = changedVoxels(old.cloud(), after);
   FieldDraft draft(after, settings.threads, old.notes()->bricks);
   const VoxelSet refitted = cut.dilated(1);
-  const VoxelSet changed =
-      renewEdges(draft, old.notes()->bricks, refitted, renewFits(draft, refitted));
+  EdgeQueue queue = old.notes()->edges;
+  const VoxelSet changed = renewEdges(draft, queue, old.notes()->bricks, refitted,
+                                      renewFits(draft, refitted), settings.edgeSearches);
   draft.compact();
   if (draft.surfaceBricks().empty())
     throw std::invalid_argument("renewed: no surface is left of the body");
-  // Areas may change one voxel from a changed voxel. A voxel's slivers depend on all voxels beside
-  // them, two voxels farther.
-  VoxelSet sampled = changed.dilated(3);
-  sampled.add(cut.dilated(2));
-  auto notes = std::make_shared<FieldNotes>();
+  const VoxelSet recut = recutVoxels(draft, old.notes()->bricks, changed);
+  const VoxelSet turned = turnedVoxels(old.cloud(), after, cut);
+  // A sliver depends on the pieces beside it, a voxel's samples on the slivers beside it.
+  VoxelSet sampled = recut.dilated(2);
+  sampled.add(turned.dilated(1));
+  auto notes = std::make_shared<FieldNotes>(draft.cloud.bricks());
   SampleSet samples = renewSamples(old.samples(), old.notes()->origins, sampled,
                                    cutSamples(draft, &sampled), notes->origins);
-  VoxelSet reached = changed.dilated(1);
+  FieldLayers layers(draft, old.notes()->layers);
+  VoxelSet reached = layers.renew(recut, turned);
   reached.add(cut);
-  const Band band = renewBand(draft, reached.dilated(kBandReach),
+  const Band band = renewBand(draft, layers, reached,
                               [&](std::size_t brick) { return old.records().bandBrick(brick); });
+  notes->layers = layers.bricks();
   notes->bricks = draft.bricks();
+  notes->edges = std::move(queue);
   return std::make_shared<const SurfaceField>(
       std::make_shared<const FieldData>(after, band, std::move(samples), std::move(notes), &old));
 }
@@ -145,6 +181,9 @@ SurfaceSample SurfaceField::sample(std::size_t k) const {
 }
 Eigen::AlignedBox3d SurfaceField::bounds() const {
   return data_->bounds();
+}
+std::size_t SurfaceField::unsettled() const {
+  return data_->notes() ? data_->notes()->edges.voxels() : 0;
 }
 std::uint64_t SurfaceField::hash() const {
   return data_->hash();

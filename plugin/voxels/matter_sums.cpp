@@ -44,6 +44,37 @@ void checkSize(const Cloud& cloud) {
         "matterSums: the cloud is too large for exact sums; take larger voxels");
 }
 
+// Adds a brick's sums to those of its materials.
+void addBrick(const Cloud& cloud, std::size_t t, std::vector<MatterSums>& sums) {
+  static const MatterSums kSolid = brickSums([](int) { return 255; });
+  const Cloud::Voxels& voxels = cloud.voxels();
+  const std::int32_t b = voxels.table[t];
+  if (b == kEmptyBrick) return;
+  const Eigen::Vector3i corner = 2 * kBrickEdge * gridCell(t, cloud.bricks()) - cloud.size();
+  const auto coverage = [&](int k) { return b == kSolidBrick ? 255 : int(voxels.coverage[b][k]); };
+  const std::int32_t m = voxels.materialTable.empty() ? -1 : voxels.materialTable[t];
+  if (m < 0) {
+    sums[-1 - m] += moved(b == kSolidBrick ? kSolid : brickSums(coverage), corner);
+    return;
+  }
+  const BrickMaterial& of = voxels.material[m];
+  for (std::size_t which = 0; which < sums.size(); ++which)
+    sums[which] +=
+        moved(brickSums([&](int k) { return of[k] == which ? coverage(k) : 0; }), corner);
+}
+
+bool sameBrick(const Cloud::Voxels& a, const Cloud::Voxels& b, std::size_t t) {
+  const std::int32_t i = a.table[t], k = b.table[t];
+  if (i < 0 || k < 0) {
+    if (i != k) return false;
+  } else if (a.coverage[i] != b.coverage[k]) {
+    return false;
+  }
+  if (a.materialTable.empty()) return true;
+  const std::int32_t m = a.materialTable[t], n = b.materialTable[t];
+  return m < 0 || n < 0 ? m == n : a.material[m] == b.material[n];
+}
+
 }  // namespace
 
 MatterSums& MatterSums::operator+=(const MatterSums& other) {
@@ -64,27 +95,23 @@ std::vector<MatterSums> matterSums(const Cloud& cloud) {
   std::vector<MatterSums> sums(std::max<std::size_t>(1, cloud.materials().size()));
   if (cloud.empty()) return sums;
   checkSize(cloud);
-  const Cloud::Voxels& voxels = cloud.voxels();
-  const MatterSums solid = brickSums([](int) { return 255; });
-  const Eigen::Vector3i n = cloud.bricks();
-  for (std::size_t t = 0; t < voxels.table.size(); ++t) {
-    const std::int32_t b = voxels.table[t];
-    if (b == kEmptyBrick) continue;
-    const Eigen::Vector3i corner = 2 * kBrickEdge * gridCell(t, n) - cloud.size();
-    const auto coverage = [&](int k) {
-      return b == kSolidBrick ? 255 : int(voxels.coverage[b][k]);
-    };
-    const std::int32_t m = voxels.materialTable.empty() ? -1 : voxels.materialTable[t];
-    if (m < 0) {
-      sums[-1 - m] += moved(b == kSolidBrick ? solid : brickSums(coverage), corner);
-      continue;
-    }
-    const BrickMaterial& of = voxels.material[m];
-    for (std::size_t which = 0; which < sums.size(); ++which)
-      sums[which] +=
-          moved(brickSums([&](int k) { return of[k] == which ? coverage(k) : 0; }), corner);
-  }
+  for (std::size_t t = 0; t < cloud.voxels().table.size(); ++t) addBrick(cloud, t, sums);
   return sums;
+}
+
+std::vector<MatterSums> matterSums(const Cloud& cloud, const Cloud& before,
+                                   std::vector<MatterSums> known) {
+  std::vector<MatterSums> more(known.size()), less(known.size());
+  for (std::size_t t = 0; t < cloud.voxels().table.size(); ++t) {
+    if (sameBrick(cloud.voxels(), before.voxels(), t)) continue;
+    addBrick(cloud, t, more);
+    addBrick(before, t, less);
+  }
+  for (std::size_t m = 0; m < known.size(); ++m) {
+    known[m] += more[m];
+    known[m] -= less[m];
+  }
+  return known;
 }
 
 MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,

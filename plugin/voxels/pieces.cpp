@@ -208,6 +208,95 @@ std::vector<Cloud> pieces(const Cloud& cloud) {
 
 namespace {
 
+const std::uint8_t* storedOf(const Cloud& cloud, std::size_t t) {
+  const std::int32_t b = cloud.voxels().table[t];
+  return b < 0 ? nullptr : cloud.voxels().coverage[static_cast<std::size_t>(b)].data();
+}
+
+// The voxels near a cut, as far as one step from those that it emptied.
+class CutPlace {
+ public:
+  CutPlace(const Cloud& after, const Cloud& before) : after_(after) {
+    const Cloud::Voxels& now = after.voxels();
+    for (std::size_t t = 0; t < now.table.size(); ++t) {
+      const std::uint8_t *const a = storedOf(before, t), *const b = storedOf(after, t);
+      if (!a && !b && now.table[t] == before.voxels().table[t]) continue;
+      if (a && b && std::equal(a, a + kBrickVoxels, b)) continue;
+      const std::uint8_t was = before.voxels().table[t] == kSolidBrick ? 255 : 0,
+                         is = now.table[t] == kSolidBrick ? 255 : 0;
+      const Eigen::Vector3i low = kBrickEdge * gridCell(t, after.bricks());
+      for (int k = 0; k < kBrickVoxels; ++k)
+        if ((a ? a[k] : was) > 0 && (b ? b[k] : is) == 0) emptied_.push_back(low + cellOffset(k));
+    }
+    for (const Eigen::Vector3i& v : emptied_) {
+      low_ = low_.cwiseMin(v - Eigen::Vector3i::Ones());
+      high_ = high_.cwiseMax(v + Eigen::Vector3i::Ones());
+    }
+  }
+
+  // True if all voxels beside emptied ones are connected within the box around these. False: not
+  // known.
+  bool connected() const {
+    if (emptied_.empty()) return true;
+    const Eigen::Vector3i size = high_ - low_ + Eigen::Vector3i::Ones();
+    if (size.cast<double>().prod() > kMostVoxels) return false;
+    std::vector<std::uint8_t> state(static_cast<std::size_t>(size.prod()));
+    const auto at = [&](const Eigen::Vector3i& v) -> std::uint8_t& {
+      return state[gridIndex(v - low_, size)];
+    };
+    std::vector<Eigen::Vector3i> open;
+    std::size_t beside = 0;
+    for (const Eigen::Vector3i& v : emptied_)
+      forEachFace(v, [&](const Eigen::Vector3i& w) {
+        if (at(w) == kBeside || !filled(w)) return;
+        at(w) = kBeside;
+        ++beside;
+        if (open.empty()) open.push_back(w);
+      });
+    if (beside == 0) return false;
+    std::size_t met = 1;
+    at(open.front()) = kMet;
+    while (!open.empty() && met < beside) {
+      const Eigen::Vector3i v = open.back();
+      open.pop_back();
+      forEachFace(v, [&](const Eigen::Vector3i& w) {
+        if ((w.array() < low_.array()).any() || (w.array() > high_.array()).any()) return;
+        if (at(w) == kMet || !filled(w)) return;
+        met += at(w) == kBeside;
+        at(w) = kMet;
+        open.push_back(w);
+      });
+    }
+    return met == beside;
+  }
+
+ private:
+  static constexpr std::uint8_t kBeside = 1, kMet = 2;
+  static constexpr double kMostVoxels = 1 << 15;  // of a box; a larger one costs as much as all
+
+  bool filled(const Eigen::Vector3i& v) const { return after_.coverage(v.x(), v.y(), v.z()) > 0; }
+  template <typename Visit>
+  static void forEachFace(const Eigen::Vector3i& v, Visit&& visit) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) visit(Eigen::Vector3i(v + side * Eigen::Vector3i::Unit(axis)));
+  }
+
+  const Cloud& after_;
+  std::vector<Eigen::Vector3i> emptied_;
+  Eigen::Vector3i low_ = Eigen::Vector3i::Constant(1 << 20), high_ = -low_;
+};
+
+}  // namespace
+
+// What was connected through emptied voxels, was so through voxels beside them.
+std::vector<Cloud> pieces(const Cloud& after, const Cloud& before) {
+  if (after.empty() || after.bricks() != before.bricks()) return pieces(after);
+  if (CutPlace(after, before).connected()) return {after};
+  return pieces(after);
+}
+
+namespace {
+
 void validate(const Cloud& cloud, std::span<const VoxelCut> cuts) {
   if (cloud.empty()) throw std::invalid_argument("cutCloud: the cloud is empty");
   const Eigen::Vector3i n = cloud.size();

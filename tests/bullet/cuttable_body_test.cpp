@@ -273,6 +273,76 @@ TEST(CuttableBody, RefusesAnythingButACut) {
   EXPECT_THROW(CuttableBody(Cloud(), at(v(0, 0, 0))), std::invalid_argument);
 }
 
+// A law, a viscoelastic one too, holds for every piece, as do friction and the world's step.
+TEST(CuttableBody, PiecesKeepTheLaw) {
+  for (const Law& law :
+       {Law(KelvinVoigt{3e4, 20}), Law(Maxwell{2e4, 50}), Law(StandardLinearSolid{1e4, 2e4, 30})}) {
+    CuttableBodySettings settings = plain();
+    settings.law = law;
+    Scene scene(boxCloud(), settings);
+    const Marks marks(*scene.body);
+    const CutOutcome outcome = scene.body->cut(sawn(scene.body->cloud(), 11, 12));
+    ASSERT_EQ(outcome.fallen.size(), 1u);
+    CuttableBody& piece = *outcome.fallen[0];
+    expectSameMotion(marks, Marks(piece));
+    for (const CloudShape* shape : {&scene.body->shape(), &piece.shape()}) {
+      ASSERT_TRUE(shape->law);
+      ASSERT_EQ(shape->law->index(), law.index());
+      LawState a, b;
+      for (const double depth : {1e-4, 2e-4, 1e-4}) {
+        a = lawAdvance(law, a, depth, 1e-3);
+        b = lawAdvance(*shape->law, b, depth, 1e-3);
+        EXPECT_EQ(a.branchForce, b.branchForce);
+      }
+    }
+  }
+}
+
+// The edges of a cut are found in the steps that follow, in the same order each time.
+TEST(CuttableBody, SettlesInTheStepsAfterACut) {
+  std::size_t steps[2] = {};
+  for (std::size_t& count : steps) {
+    Scene scene(boxCloud());
+    CuttableBody& body = *scene.body;
+    for (int k = 0; k < 4; ++k) {
+      body.cut(bite(body.cloud(), Vec3(12 + k, 16, 20), 5));
+      scene.world.step(1 / 240.0);
+    }
+    ASSERT_GT(body.shape().field().unsettled(), 0u);
+    FieldSettings how;
+    how.threads = 1;
+    const std::uint64_t wanted = SurfaceField::build(body.cloud(), how)->hash();
+    EXPECT_NE(body.shape().field().hash(), wanted) << "the test must wait for something";
+    for (; body.shape().field().unsettled() > 0 && count < 2000; ++count)
+      scene.world.step(1 / 240.0);
+    EXPECT_EQ(body.shape().field().hash(), wanted);
+  }
+  EXPECT_GT(steps[0], 2u);
+  EXPECT_EQ(steps[0], steps[1]);
+}
+
+TEST(CuttableBody, SettlesAtOnceWhenAsked) {
+  Scene scene(toothCloud());
+  CuttableBody& body = *scene.body;
+  body.cut(bite(body.cloud(), Vec3(20, 20, 32), 6));
+  ASSERT_GT(body.shape().field().unsettled(), 0u);
+  body.settle();
+  FieldSettings how;
+  how.threads = 1;
+  EXPECT_EQ(body.shape().field().hash(), SurfaceField::build(body.cloud(), how)->hash());
+}
+
+// Others may hold the field: a cut makes a new one.
+TEST(CuttableBody, LeavesSharedFieldsAlone) {
+  Scene scene(boxCloud());
+  CloudShape other = scene.body->shape();
+  const std::uint64_t before = other.field().hash();
+  scene.body->cut(bite(boxCloud(), Vec3(16, 16, 20), 5));
+  scene.world.step(1 / 240.0);
+  EXPECT_EQ(other.field().hash(), before);
+  EXPECT_NE(scene.body->shape().field().hash(), before);
+}
+
 TEST(CuttableBody, WithoutACutNothingChanges) {
   Scene scene(boxCloud());
   const btTransform before = scene.body->body().getWorldTransform();

@@ -2,6 +2,7 @@
 #include <cloudcontact/field/surface_field.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
@@ -95,6 +96,55 @@ TEST(RenewedField, OfADigitizedThread) {
   settings.voxelSize = 16e-3 / 26;
   settings.threads = 1;
   cutAndCompare(digitize(transformed(threadedRod(Thread{}, 16e-3), turned), settings), 6);
+}
+
+// A ball bur mills a groove in small steps; the edge searches are too few to keep up.
+TEST(RenewedField, AfterManySmallCutsWithABudget) {
+  Cloud cloud = cloudOf(tiltedBox({20.2, 16.4, 12.7}, {14, 9, 7}), {5, 4, 3});
+  auto field = SurfaceField::build(cloud, forCuts());
+  FieldSettings few = forCuts();
+  few.edgeSearches = 5;
+  std::size_t most = 0;
+  for (int k = 0; k < 24; ++k) {
+    cloud = cutCloud(cloud, bite(cloud, Vec3(8 + 0.8 * k, 16, 22), 5));
+    const auto again = renewed(field, cloud, few);
+    few.threads = 3 - few.threads;
+    field = renewed(field, cloud, few);
+    ASSERT_EQ(field->hash(), again->hash()) << "one thread and two, cut " << k;
+    most = std::max(most, field->unsettled());
+  }
+  EXPECT_GT(most, 20u) << "the budget must bind for this to test";
+  Random random(7);
+  const auto built = SurfaceField::build(cloud, forCuts());
+  expectSame(*renewed(field, cloud, forCuts()), *built, random, "all at once");
+  int renewals = 0;
+  while (field->unsettled() > 0 && renewals < 10000) {
+    field = renewed(field, cloud, few);
+    ++renewals;
+  }
+  EXPECT_GT(renewals, 10);
+  expectSame(*field, *built, random, "little by little");
+}
+
+// Until it is settled, a field already has the depth of the cut, away from edges.
+TEST(RenewedField, HasACutAtOnce) {
+  const Cloud cloud =
+      cloudOf([](const Vec3& p) { return p.z() < 16.3 && (p.array() > 2.2).all(); }, {5, 5, 3});
+  FieldSettings few = forCuts();
+  few.edgeSearches = 1;
+  const Vec3 center(20, 20, 20);
+  const Cloud after = cutCloud(cloud, bite(cloud, center, 9, 12));
+  const auto field = renewed(SurfaceField::build(cloud, forCuts()), after, few);
+  EXPECT_GT(field->unsettled(), 0u);
+  for (const double depth : {-0.5, 0.0, 1.0, 3.0})
+    for (const double angle : {-0.5, 0.0, 0.4}) {
+      const Vec3 way(std::sin(angle), 0.1, -std::cos(angle));
+      const Vec3 at = center + (9 + depth) * way.normalized();
+      const auto point = field->at(cloud.origin() + cloud.voxelSize() * at);
+      ASSERT_TRUE(point) << at.transpose();
+      EXPECT_NEAR(point->depth / cloud.voxelSize(), depth, 0.1) << at.transpose();
+      EXPECT_GT(point->normal.dot(-way.normalized()), 0.99) << at.transpose();
+    }
 }
 
 TEST(BuiltField, IsTheSameForAnyNumberOfThreads) {

@@ -163,6 +163,51 @@ TEST(CutCloud, OnlyRemoves) {
   EXPECT_EQ(cloud.coverage(8, 8, 8), 255) << "the cloud itself must not change";
 }
 
+bool equalClouds(const Cloud& a, const Cloud& b) {
+  bool equal = a.bricks() == b.bricks();
+  forEachVoxel(
+      a, [&](int x, int y, int z) { equal = equal && a.coverage(x, y, z) == b.coverage(x, y, z); });
+  return equal;
+}
+
+// Pieces found from the cut alone are those of a search of everything: bites that leave one part,
+// saws that sever it, specks that leave crumbs.
+TEST(Pieces, FoundNearACutAreAllPieces) {
+  Random random(11);
+  int severed = 0, whole = 0;
+  for (int k = 0; k < 40; ++k) {
+    const Cloud cloud = cloudOf(tooth({20, 20, 22}), {5, 5, 5});
+    ASSERT_EQ(pieces(cloud).size(), 1u);
+    const Vec3 at = Vec3(20, 20, 22) + 12 * (random.inCube() - Vec3::Constant(0.5));
+    const Cloud after =
+        cutCloud(cloud, k % 4 == 0   ? sawn(cloud, at.x(), at.x() + random.uniform(0.2, 2))
+                        : k % 4 == 1 ? specks(cloud, random, 4000)
+                        : k % 4 == 2 ? bite(cloud, at, random.uniform(7, 14))
+                                     : bite(cloud, at, random.uniform(1, 6)));
+    const std::vector<Cloud> found = pieces(after, cloud), all = pieces(after);
+    ASSERT_EQ(found.size(), all.size()) << k;
+    for (std::size_t i = 0; i < all.size(); ++i) EXPECT_TRUE(equalClouds(found[i], all[i])) << k;
+    (all.size() > 1 ? severed : whole) += 1;
+  }
+  EXPECT_GE(severed, 5);
+  EXPECT_GE(whole, 5);
+}
+
+// A ring that is cut once is one piece, though the cut's two sides are connected far from it only;
+// cut twice, it is two.
+TEST(Pieces, OfARing) {
+  const Cloud ring = cloudOf(
+      [](const Vec3& p) {
+        const double r = std::hypot(p.x() - 16, p.y() - 16);
+        return r > 9 && r < 13 && std::abs(p.z() - 4) < 2;
+      },
+      {4, 4, 1});
+  const Cloud once = cutCloud(ring, bite(ring, Vec3(27, 16, 4), 5));
+  EXPECT_EQ(pieces(once, ring).size(), 1u);
+  const Cloud twice = cutCloud(once, bite(once, Vec3(5, 16, 4), 5));
+  EXPECT_EQ(pieces(twice, once).size(), 2u);
+}
+
 TEST(CutCloud, RefusesVoxelsOutsideTheGrid) {
   const Cloud cloud = cloudOf(ball({8, 8, 8}, 5), {2, 2, 2});
   for (const Eigen::Vector3i& v :
@@ -204,6 +249,20 @@ TEST(Matter, OfPartsAddsUpExactly) {
   EXPECT_TRUE(sum == whole);
   sum -= whole;
   EXPECT_TRUE(sum == MatterSums{});
+}
+
+TEST(Matter, FromWhatACutChangedIsExact) {
+  Random random(5);
+  for (Cloud cloud : {cloudOf(tooth({20, 20, 22}), {5, 5, 5}), twoMaterials()}) {
+    std::vector<MatterSums> known = matterSums(cloud);
+    for (int k = 0; k < 4; ++k) {
+      const Vec3 at = random.inCube().cwiseProduct(cloud.size().cast<double>());
+      const Cloud after = cutCloud(cloud, bite(cloud, at, random.uniform(2, 7)));
+      known = matterSums(after, cloud, known);
+      EXPECT_TRUE(known == matterSums(after)) << k;
+      cloud = after;
+    }
+  }
 }
 
 TEST(Matter, RefusesBadDensities) {

@@ -1,5 +1,6 @@
 // CuttableBody: a rigid body made of a cloud, which can be cut while it is in its world. The matter
-// that is left keeps its place and motion. A body that is cut through falls apart.
+// that is left keeps its place and motion. A body that is cut through falls apart. A cut is felt at
+// once; the edges that it leaves are blunt until the steps that follow have sharpened them.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
@@ -79,6 +80,11 @@ class CuttableBody {
   // std::invalid_argument if `after` does not fit; then nothing has changed.
   CutOutcome cut(std::span<const VoxelCut> cuts);
   CutOutcome become(const Cloud& after);
+
+  // Where the surface was cut, its edges are found later (SurfaceField::unsettled()): a fixed
+  // number of searches in each cut, and in each step of the world without one. So every run is the
+  // same. This finds all at once; shape().field() then equals SurfaceField::build(cloud()).
+  void settle();
 
  private:
   struct State;

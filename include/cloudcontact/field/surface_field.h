@@ -20,8 +20,12 @@ class FieldData;
 struct FieldSettings {
   int threads = 0;                       // 0: all cores
   std::function<void(double)> progress;  // called with 0..1; may be empty
-  // Keeps the data that renewed() starts from, for bodies that will be cut. Doubles the memory.
+  // Keeps the data that renewed() starts from, for bodies that will be cut. Takes several
+  // times the memory.
   bool renewable = false;
+  // The most edge searches that a renewal makes; 0: all. What is left waits in the new field
+  // (SurfaceField::unsettled()), and later renewals go on with it.
+  int edgeSearches = 0;
 };
 
 // Depth and normal at a point, in the body's frame.
@@ -50,6 +54,9 @@ class SurfaceField final {
   std::optional<FieldPoint> at(const Vec3& local) const;
   // Bounds of the samples, body's frame [m].
   Eigen::AlignedBox3d bounds() const;
+  // Voxels whose edges are still to be searched. 0: settled, equal to build(cloud()) to the bit.
+  // Until then their surface is smooth: an edge that was just cut is blunt (30 deg within a voxel).
+  std::size_t unsettled() const;
   // Hash of all data that queries read. Equal fields have equal hashes on every machine.
   std::uint64_t hash() const;
 
@@ -61,11 +68,11 @@ class SurfaceField final {
   std::shared_ptr<const FieldData> data_;
 };
 
-// The field of a cloud that was cut or changed elsewhere. Equal to build(after) to the bit, but
-// recomputes only what the change can affect. `after` must have the same grid of voxels as
-// before->cloud(), although its origin may differ; cutCloud() and pieces() return such clouds. The
-// result is itself renewable. If `before` was built without FieldSettings::renewable, everything is
-// built. Throws std::invalid_argument if the grid differs or no surface is left.
+// The field of a cloud that was cut or changed elsewhere. Equal to build(after) to the bit once it
+// is settled, but recomputes only what the change can affect. `after` must have the same grid of
+// voxels as before->cloud(), although its origin may differ; cutCloud() and pieces() return such
+// clouds. The result is itself renewable. If `before` was built without FieldSettings::renewable,
+// everything is built. Throws std::invalid_argument if the grid differs or no surface is left.
 std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceField>& before,
                                             const Cloud& after, const FieldSettings& settings = {});
 

@@ -37,6 +37,10 @@ struct MatterSums {
 // std::length_error where the grid is so large that sums could overflow (for example 32,767 voxels
 // long and a thousand full bricks wide).
 std::vector<MatterSums> matterSums(const Cloud& cloud);
+// The same from `known`, the sums of `before`, a cloud of the same grid and materials. Sums up only
+// the bricks that differ.
+std::vector<MatterSums> matterSums(const Cloud& cloud, const Cloud& before,
+                                   std::vector<MatterSums> known);
 
 // Mass properties from sums. `grid`: any cloud in the grid of the sums. `densities` [kg/m^3]: one
 // per material, or one for all. Throws std::invalid_argument where their number does not fit or one
