@@ -80,9 +80,9 @@ ChartRow rowOf(const LabCase& one, const LabMethod& method) {
   return row;
 }
 
-// Only clouds depend on the grid. The finest, which are slow, use at most two.
+// Only our own methods depend on the grid. The finest, which are slow, use at most two.
 int gridsOf(const LabMethod& method, bool quick) {
-  if (method.method != "cloud") return 1;
+  if (!isOwn(method.method)) return 1;
   const int grids = quick ? kQuickGrids : kGrids;
   return method.detail < 1.0 / 40 ? std::min(grids, 2) : grids;
 }
@@ -227,7 +227,7 @@ void measureAll(std::vector<Measurement>& all, int threads) {
   std::vector<std::vector<Measurement*>> lanes;
   for (Measurement& one : all) {
     const bool own =
-        one.method() == "cloud" || lanes.empty() || lanes.back().front()->method() != one.method();
+        isOwn(one.method()) || lanes.empty() || lanes.back().front()->method() != one.method();
     if (own) lanes.emplace_back();
     lanes.back().push_back(&one);
   }
@@ -265,12 +265,14 @@ Truth asTruth(const std::vector<LabPoint>& points) {
 
 std::vector<LabMethod> chartMethods(const ChartSettings& settings) {
   std::vector<LabMethod> methods = cloudMethods();
+  for (LabMethod& m : paperMethods()) methods.push_back(std::move(m));
   for (LabMethod& m : bulletMethods()) methods.push_back(std::move(m));
   for (LabMethod& m : otherMethods()) methods.push_back(std::move(m));
   const double finest = settings.quick ? kQuickFinest : kFinest;
   std::erase_if(methods, [&](const LabMethod& m) {
     const bool slow = m.method == "hacd";  // decomposes a body in seconds to a minute
-    return (m.method == "cloud" && m.detail < 0.99 * finest) || (settings.quick && slow);
+    const bool wanted = settings.method.empty() || m.method == settings.method;
+    return !wanted || (m.method == "cloud" && m.detail < 0.99 * finest) || (settings.quick && slow);
   });
   return methods;
 }
@@ -315,6 +317,9 @@ std::vector<ChartRow> runChart(const LabCase& pair, const ChartSettings& setting
   const LabPair reference = finest->prepare(instance.a, instance.b, finest->detail * pair.size);
   const Truth truth = asTruth(reference.find(instance.placements.front().b));
   methods.erase(finest);
+  std::erase_if(methods, [&](const LabMethod& m) {
+    return !settings.method.empty() && m.method != settings.method;
+  });
   LabCase known = pair;
   known.make = [=](std::uint64_t seed) {
     Instance one = pair.make(seed);

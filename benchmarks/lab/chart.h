@@ -12,12 +12,13 @@ namespace cloudcontact::program::lab {
 
 struct ChartSettings {
   bool quick = false;
-  int threads = 2;   // for queries; times are measured on one thread with nothing beside it
-  std::string only;  // a part of a case's name or family; empty: all
+  int threads = 2;     // for queries; times are measured on one thread with nothing beside it
+  std::string only;    // a part of a case's name or family; empty: all
+  std::string method;  // the only one, as --method names it; empty: all
   std::function<void(double)> progress;
 };
 
-// All methods of the chart, CloudContact first.
+// The methods of the chart, CloudContact first.
 std::vector<LabMethod> chartMethods(const ChartSettings& settings);
 
 std::vector<ChartRow> runChart(const ChartSettings& settings);

@@ -23,6 +23,7 @@ struct ChartOptions {
   CommonOptions common;
   std::string a, b, pose, only;
   std::string out = "bench-results";
+  std::string method;
   bool quick = false, noStability = false;
   std::string trials;
   int iterations = 10;
@@ -66,16 +67,31 @@ lab::LabCase ownPair(const ChartOptions& options) {
   return own;
 }
 
+void checkMethod(const std::string& method) {
+  if (method.empty()) return;
+  std::string names;
+  for (const lab::LabMethod& m : lab::chartMethods({})) {
+    if (m.method == method) return;
+    if (names.find(m.method) == std::string::npos) names += (names.empty() ? "" : ", ") + m.method;
+  }
+  throw BadInput("--method: '" + method + "' is not known; use one of " + names);
+}
+
 void run(const ChartOptions& options, const std::string& command) {
   if (options.a.empty() != options.b.empty() || options.b.empty() != options.pose.empty())
     throw BadInput(
         "chart: for a pair of your own give A, B and --pose; for the reference cases none of them");
+  if (options.a.empty() && (options.common.voxel || options.common.metersPerUnit != 1))
+    throw BadInput(std::string(options.common.voxel ? "--voxel" : "--unit") +
+                   ": is for a pair of your own; give A, B and --pose with it");
+  checkMethod(options.method);
   lab::makeFolder(options.out);
   const auto start = std::chrono::steady_clock::now();
   lab::LabResults results;
   results.quick = options.quick, results.command = command;
   lab::ChartSettings chart;
   chart.quick = options.quick, chart.only = options.only;
+  chart.method = options.method;
   chart.progress = progressBar("error against time");
   results.methods = lab::chartMethods(chart);
   if (!options.a.empty()) {
@@ -86,6 +102,7 @@ void run(const ChartOptions& options, const std::string& command) {
     results.chart = lab::runChart(chart);
     lab::StabilitySettings stability;
     stability.quick = options.quick, stability.only = options.only;
+    stability.method = options.method;
     stability.trials = options.trials, stability.iterations = options.iterations;
     stability.progress = progressBar("stability");
     if (!options.noStability) results.stability = lab::runStability(stability);
@@ -111,6 +128,11 @@ void addOptions(CLI::App& command) {
   command
       .add_option("--only", options->only, "cases, families and scenes whose names contain this")
       ->type_name("TEXT");
+  command
+      .add_option("--method", options->method,
+                  "this method alone: cloud, paper, primitive, gjk, gimpact, hacd, sdf, fcl, ode, "
+                  "mujoco")
+      ->type_name("METHOD");
   command.add_flag("--no-stability", options->noStability, "without the stability scenes");
   // Hidden, for work on the scenes: selects single trials, and changes the solver's iterations.
   command
@@ -120,7 +142,7 @@ void addOptions(CLI::App& command) {
   command.add_option("--iterations", options->iterations, "solver iterations in every trial")
       ->check(CLI::Range(1, 100000))
       ->group("");
-  addCommonOptions(command, options->common);
+  addFileOptions(command, options->common);
   command.callback([options] {
     run(*options, options->quick ? "cloudcontact chart --quick" : "cloudcontact chart");
   });

@@ -90,6 +90,7 @@ const FamilyMark* fastestUnder(const std::vector<const FamilyMark*>& marks, doub
 
 std::string shownName(const std::string& method) {
   static const std::map<std::string, std::string> names = {{"cloud", "CloudContact"},
+                                                           {"paper", "CloudContact, base vectors"},
                                                            {"primitive", "Bullet's primitives"},
                                                            {"gjk", "Bullet GJK/EPA"},
                                                            {"gimpact", "Bullet GImpact"},

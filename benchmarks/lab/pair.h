@@ -52,8 +52,8 @@ struct CannotDo : std::runtime_error {
 
 // One mark in the chart: a method at one setting.
 struct LabMethod {
-  std::string method;   // as --method names it: cloud, primitive, gjk, ..., fcl, ode, mujoco
-  std::string setting;  // "voxel 1/32", "642 vertices"
+  std::string method;   // as --method names it: cloud, paper, gjk, ..., fcl, ode, mujoco
+  std::string setting;  // "voxel 1/32", "window 2.5", "642 vertices"
   // Voxel or facet tolerance / size of the case, e.g. 1/32; 0 where the method has neither.
   double detail = 0;
   // `detail` in meters. Throws CannotDo.
@@ -63,7 +63,11 @@ struct LabMethod {
   bool meterScale = false;       // gets bodies scaled to about 1 m (peer_pairs.h explains why)
 };
 
+// Whether a method is one of CloudContact's own, with voxels: "cloud" or "paper".
+bool isOwn(const std::string& method);
+
 std::vector<LabMethod> cloudMethods();   // one per voxel size
+std::vector<LabMethod> paperMethods();   // one per window of base vectors
 std::vector<LabMethod> bulletMethods();  // primitive, GJK/EPA, GImpact, HACD, btSdfCollisionShape
 std::vector<LabMethod> otherMethods();   // FCL, ODE, MuJoCo
 

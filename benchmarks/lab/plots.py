@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 # Colors of Okabe and Ito, for color-blind readers.
 STYLES = {
     "cloud": ("#0072b2", "o", "CloudContact"),
+    "paper": ("#000000", "p", "CloudContact, base vectors"),
     "primitive": ("#999999", "s", "Bullet's primitives"),
     "gjk": ("#009e73", "^", "Bullet GJK/EPA on the hull"),
     "gimpact": ("#d55e00", "D", "Bullet GImpact"),
@@ -79,9 +80,9 @@ def chart(folder, data, field, floor, label, title, name):
                 axis.scatter([m["microseconds"] for m in group], [max(floor, m[field]) for m in group], s=42, marker=shape,
                              color=face, edgecolors=color, linewidths=1.3, zorder=3)
             axis.scatter([m["microseconds"] for m in wrong], [max(floor, m[field]) for m in wrong], s=70, marker="x", color="#c00000", linewidths=1.4, zorder=4)
-            if method == "cloud":
+            if method in ("cloud", "paper"):  # voxels in the size, radius of the window
                 for m in line:
-                    axis.annotate(m["setting"].split("/")[-1].strip(), (m["microseconds"], max(floor, m[field])), textcoords="offset points",
+                    axis.annotate(m["setting"].replace("/", " ").split()[-1], (m["microseconds"], max(floor, m[field])), textcoords="offset points",
                                   xytext=(5, 4), fontsize=7, color=color)
         front = sorted((m for m in marks if m["frontier"]), key=lambda m: m["microseconds"])
         if field == "normalDeg" and front:
@@ -154,7 +155,7 @@ def failures(folder, data):
     figure.suptitle("Stability: what holds, what fails", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
     figure.legend(handles=[Patch(color=colors["holds"], label="holds"), Patch(color=colors["fails"], label="fails"),
                            Patch(color=colors["cannot"], label="cannot"), Patch(color="white", label="numbers: units and limits in failures.json"),
-                           Patch(color="white", label="cloud: ExtrapolatingSolver, others: Bullet's solver, ten iterations each")],
+                           Patch(color="white", label="cloud and paper: ExtrapolatingSolver, others: Bullet's solver, ten iterations each")],
                   loc="lower left", ncol=5, frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save(figure, folder, "failures")

@@ -111,7 +111,7 @@ std::vector<PeerRatio> peerRatios(const std::vector<ChartRow>& rows) {
   std::vector<PeerRatio> ratios;
   for (const auto& [name, family] : familiesOf(rows))
     for (const Setting& setting : family.order)
-      if (setting.first != "cloud")
+      if (!isOwn(setting.first))
         if (const auto ratio = ratioOf(name, family, setting, {})) ratios.push_back(*ratio);
   return ratios;
 }

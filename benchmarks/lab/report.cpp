@@ -202,7 +202,8 @@ std::string pictureText(const ReportPictures& pictures) {
          "is wrong by more than half the body's size, or a missed contact: such a method is "
          "neither on the frontier nor recommended, however accurate its "
          "normals.</p><p>CloudContact's normals are the fitted normals of its surface "
-         "samples.</p>" +
+         "samples; marked apart, the base vectors of the paper, by the radius of their "
+         "window.</p>" +
          pictures.chart +
          "<p>The same for force and torque, where their true values are known.</p>" +
          pictures.force;

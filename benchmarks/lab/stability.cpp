@@ -39,7 +39,8 @@ std::vector<Job> jobsOf(const StabilitySettings& settings) {
       if (scene.name.find(settings.only) == std::string::npos) continue;
       if (settings.quick && scene.cost > kQuickCost) continue;
       const auto store = std::make_shared<ShapeStore>();
-      for (const Method method : scene.methods)
+      for (const Method method : scene.methods) {
+        if (!settings.method.empty() && nameOf(method) != settings.method) continue;
         for (const double step : scene.steps)
           for (const std::string& mode : scene.modes) {
             if (settings.quick && (step != scene.steps[0] || mode != scene.modes[0])) continue;
@@ -50,6 +51,7 @@ std::vector<Job> jobsOf(const StabilitySettings& settings) {
             job.row.trial = trial;
             job.run = scene.run;
           }
+      }
     }
   return jobs;
 }

@@ -73,6 +73,7 @@ struct StabilitySettings {
   int threads = 2;
   std::string only;    // a part of a scene's name; empty: all
   std::string trials;  // a part of trialName(); empty: all
+  std::string method;  // the only one, as --method names it; empty: all
   int iterations = 10;
   std::function<void(double)> progress;
 };

@@ -275,7 +275,7 @@ StabilityScene scene(const std::string& name, const std::string& end, double cos
   return {name,
           "Erleben",
           "penetration [voxels]; " + end + "; no energy gained",
-          {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk},
+          {Method::Cloud, Method::Paper, Method::Gimpact, Method::Hacd, Method::Gjk},
           {0.01, 1.0 / 60, 1.0 / 240, 1.0 / 1000},
           {"stiff", "auto"},
           cost,

@@ -67,7 +67,7 @@ constexpr double kSpin = 0.5;  // initial [rad/s]
 Thread threadFor(const Trial& trial) {
   Thread thread;
   // Fewer triangles for peers, whose time depends on them.
-  thread.segments = trial.method == Method::Cloud ? 96 : 48;
+  thread.segments = usesClouds(trial.method) ? 96 : 48;
   return thread;
 }
 
@@ -136,8 +136,8 @@ Nuts tried(const Trial& trial, const std::vector<double>& frictions) {
 // Peers pay for each nut and step: two rounds with three nuts each.
 Verdict threshold(const Trial& trial) {
   if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a nut's hull has no hole");
-  const int arms = trial.method == Method::Cloud ? 15 : 3;
-  const int rounds = trial.method == Method::Cloud ? 1 : 2;
+  const int arms = usesClouds(trial.method) ? 15 : 3;
+  const int rounds = usesClouds(trial.method) ? 1 : 2;
   const double expected = theory(threadFor(trial));
   double low = rounds == 1 ? 0.5 * expected : 0, high = 2 * expected - low;
   for (int round = 0; round < rounds; ++round) {
@@ -175,7 +175,7 @@ double voxelFor(double clearance) {
 
 SceneDescription sceneOf(const Trial& trial, double clearance) {
   // HACD's time grows with the square of the triangles; 32 segments are within 0.02 mm of a circle.
-  const int segments = trial.method == Method::Cloud ? 192 : trial.method == Method::Hacd ? 32 : 96;
+  const int segments = usesClouds(trial.method) ? 192 : trial.method == Method::Hacd ? 32 : 96;
   SceneDescription scene;
   addPlane(scene, 0.1);
   addBody(scene, "hole",
@@ -283,7 +283,7 @@ constexpr double kVoxel = 5e-3, kInner = 0.1, kWall = 0.015, kGap = 5e-3, kSecon
 // Both are spherical, so their penetration follows from the distance of their centers.
 Verdict staysIn(const Trial& trial) {
   if (trial.method == Method::Gjk) throw std::runtime_error("cannot: a bowl's hull is full");
-  const int segments = trial.method == Method::Cloud ? 96 : trial.method == Method::Hacd ? 16 : 32;
+  const int segments = usesClouds(trial.method) ? 96 : trial.method == Method::Hacd ? 16 : 32;
   const auto bowl = [&](const std::string& name, double inner) {
     return meshNamed(name, std::make_shared<const Mesh>(bowlMesh(inner, inner + kWall, segments)));
   };
@@ -385,7 +385,7 @@ Verdict passesOn(const Trial& trial) {
 using enum Method;
 
 std::vector<StabilityScene> inclines() {
-  const std::vector<Method> methods = {Cloud, Primitive, Gimpact};
+  const std::vector<Method> methods = {Cloud, Paper, Primitive, Gimpact};
   const std::vector<double> steps = {kStep240, kStep60, kStep1000};
   return {{"incline at friction 0.49",
            "mechanisms",
@@ -414,7 +414,7 @@ std::vector<StabilityScene> pegs() {
          "mechanisms",
          "an 8 mm peg reaches the floor through a hole whose radius is larger by the clearance "
          "(half a voxel, from 0.2 mm down): height above the floor [voxels]",
-         {Cloud, Gimpact, Hacd, Gjk},
+         {Cloud, Paper, Gimpact, Hacd, Gjk},
          {kStep240, kStep60, kStep1000},
          {"stiff", "auto"},
          clearance < 0.2e-3 ? 3.0 : 1.0,
@@ -430,7 +430,7 @@ std::vector<StabilityScene> mechanismScenes() {
       {"screw's self-locking",
        "mechanisms",
        "a turning nut stops above the friction tan(lead angle) cos(half flank angle), within 10 %",
-       {Cloud, Gimpact, Gjk},
+       {Cloud, Paper, Gimpact, Gjk},
        {kStep1000, kStep240},
        {"stiff", "auto"},
        15,
@@ -443,7 +443,7 @@ std::vector<StabilityScene> mechanismScenes() {
          "mechanisms",
          "18 teeth drive 27 by at least half a turn: slip of at most the backlash and a voxel "
          "[teeth]",
-         {Cloud, Gimpact, Gjk},
+         {Cloud, Paper, Gimpact, Gjk},
          {kStep1000, kStep240},
          {"stiff", "auto"},
          6,
@@ -451,7 +451,7 @@ std::vector<StabilityScene> mechanismScenes() {
   scenes.push_back({"bowl in bowl",
                     "mechanisms",
                     "a bowl released at 29 deg in one 5 mm larger: maximum penetration [voxels]",
-                    {Cloud, Gimpact, Hacd, Gjk},
+                    {Cloud, Paper, Gimpact, Hacd, Gjk},
                     {kStep240, kStep60, kStep1000},
                     {"stiff", "auto"},
                     1,
@@ -460,7 +460,7 @@ std::vector<StabilityScene> mechanismScenes() {
                     "mechanisms",
                     "of five balls the last leaves with the share of the first's speed that the "
                     "springs' recurrence gives, within 5 %",
-                    {Cloud, Primitive},
+                    {Cloud, Paper, Primitive},
                     {kStep1000, kStep240},
                     {"stiff"},
                     1,

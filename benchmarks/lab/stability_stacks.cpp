@@ -330,9 +330,10 @@ Verdict rest(const Trial& trial, const std::vector<Vec3>& places) {
   });
 }
 
-const std::vector<Method> kAll = {Method::Cloud, Method::Primitive, Method::Gimpact, Method::Hacd,
-                                  Method::Gjk};
-const std::vector<Method> kMeshes = {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk};
+const std::vector<Method> kAll = {Method::Cloud,   Method::Paper, Method::Primitive,
+                                  Method::Gimpact, Method::Hacd,  Method::Gjk};
+const std::vector<Method> kMeshes = {Method::Cloud, Method::Paper, Method::Gimpact, Method::Hacd,
+                                     Method::Gjk};
 const std::vector<double> kSteps = {1.0 / 60, 1.0 / 240, 1.0 / 1000};
 const std::vector<std::string> kModes = {"auto", "stiff"};
 
@@ -361,11 +362,13 @@ std::vector<StabilityScene> stackScenes() {
       make("chain of 30", "joint error [voxels]; sideways drift, penetration, no energy gained",
            kMeshes, kSteps, 2, [](const Trial& t) { return chain(t, 30, 2); }),
       make("wrecking ball", "joint stretch [voxels]; penetration, no energy gained",
-           {Method::Cloud, Method::Gimpact, Method::Gjk}, kSteps, 5, wrecking),
+           {Method::Cloud, Method::Paper, Method::Gimpact, Method::Gjk}, kSteps, 5, wrecking),
       make("pile of 216", "penetration [voxels]; at rest, no energy gained",
-           {Method::Cloud, Method::Primitive, Method::Gimpact, Method::Gjk}, longer, 8, pile),
+           {Method::Cloud, Method::Paper, Method::Primitive, Method::Gimpact, Method::Gjk}, longer,
+           8, pile),
       make("pile of 40 links", "penetration [voxels]; at rest, no energy gained",
-           {Method::Cloud, Method::Gimpact, Method::Hacd, Method::Gjk}, longer, 8, linkPile),
+           {Method::Cloud, Method::Paper, Method::Gimpact, Method::Hacd, Method::Gjk}, longer, 8,
+           linkPile),
       make("60 s of rest, stack of 3", "drift [voxels]; tilt, penetration, no energy gained", kAll,
            longer, 1, [=](const Trial& t) { return rest(t, three); }),
       make("60 s of rest, pile of 6", "drift [voxels]; tilt, penetration, no energy gained", kAll,

@@ -18,7 +18,7 @@ namespace {
 constexpr double kRound = 1e-3;
 
 bool takesPrimitives(const Trial& trial) {
-  return trial.method == Method::Cloud || trial.method == Method::Primitive;
+  return usesClouds(trial.method) || trial.method == Method::Primitive;
 }
 
 // Scenes identify meshes by name, so the name includes the size.
@@ -132,7 +132,7 @@ SceneBody& addPlane(SceneDescription& scene, double friction) {
 
 double sagOf(const Trial& trial, const Matter& matter, double force, double voxel) {
   if (isStiff(trial)) return force / matter.stiffness;
-  if (trial.method != Method::Cloud) return 0;  // Bullet's rigid constraints
+  if (!usesClouds(trial.method)) return 0;  // Bullet's rigid constraints
   return automaticSpring(matter.mass, matter.mass * kGravity, voxel, trial.step).sag(force);
 }
 
