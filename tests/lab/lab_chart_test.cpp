@@ -99,6 +99,38 @@ TEST(LabCheck, OursPassesOnSpheres) {
       ADD_FAILURE() << fault;
 }
 
+// Base vectors are charted by their windows, which matter: a window of 1.5 voxels is the roughest.
+TEST(LabChart, HasBaseVectorsByTheirWindows) {
+  ChartSettings quick;
+  quick.quick = true;
+  quick.method = "paper";
+  const std::vector<LabMethod> methods = chartMethods(quick);
+  ASSERT_EQ(methods.size(), 3u);
+  const std::vector<ChartRow> rows = runChart({caseNamed("sphere on plane")}, methods, quick);
+  std::vector<double> degrees;
+  for (const auto& [row, setting] : {std::pair(rows.at(0), "window 1.5"),
+                                     {rows.at(1), "window 2.5"},
+                                     {rows.at(2), "window 4"}}) {
+    EXPECT_EQ(row.method, "paper");
+    EXPECT_EQ(row.setting, setting);
+    EXPECT_EQ(row.why, "");
+    EXPECT_GT(row.microseconds, 0);
+    degrees.push_back(row.normalDeg.mean);
+  }
+  EXPECT_LT(degrees[0], 5);
+  EXPECT_LT(degrees[1], degrees[0]);
+  EXPECT_LT(degrees[2], degrees[0]);
+  EXPECT_GT(degrees[2], 0);
+}
+
+// Wherever clouds run a scene, base vectors do.
+TEST(LabChart, BaseVectorsRunEveryScene) {
+  for (const auto& scenes : {erlebenScenes(), stackScenes(), mechanismScenes(), motionScenes()})
+    for (const StabilityScene& scene : scenes)
+      EXPECT_EQ(std::count(scene.methods.begin(), scene.methods.end(), Method::Paper), 1)
+          << scene.name;
+}
+
 // Each case's truth agrees with the elastic foundation's force, by quadrature on fine meshes: by
 // symmetry, direction and axis are equal for every law.
 class CaseTruth : public ::testing::TestWithParam<std::string> {};

@@ -52,8 +52,23 @@ TEST(Chart, RefusesUnusablePairs) {
   };
   refused({"chart", "sphere:1"}, "give A, B and --pose");
   refused({"chart", "sphere:1", "no_such.stl", "--pose", "0 0 1"}, "no_such.stl");
+  refused({"chart", "--voxel", "0.001"}, "--voxel");
+  refused({"chart", "--method", "magic"}, "cloud, paper");
+  refused({"chart", "--law", "paper"}, "--law");
+  refused({"chart", "--stiffness", "3"}, "--stiffness");
   place.write("file", "x");
   refused({"chart", "sphere:1", "sphere:1", "--pose", "0 0 1.9", "--out", "file"}, "--out");
+}
+
+TEST(Chart, OfOneMethod) {
+  const Workplace place;
+  const Outcome outcome =
+      place.run({"chart", "sphere:0.01", "box:0.03,0.03,0.01", "--pose", "0 0 0.0147", "--voxel",
+                 "0.001", "--method", "paper", "--out", "out"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(place.read("out/chart.json"));
+  ASSERT_EQ(json["rows"].size(), 3u);
+  for (const auto& row : json["rows"]) EXPECT_EQ(row["method"], "paper");
 }
 
 TEST(Chart, SaysWhereTheBodiesDoNotTouch) {
