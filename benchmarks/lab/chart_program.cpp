@@ -124,7 +124,7 @@ void addOptions(CLI::App& command) {
       ->type_name("POSE");
   command.add_option("--out", options->out, "output folder (default bench-results)")
       ->type_name("DIR");
-  command.add_flag("--quick", options->quick, "fewer cases, grids and scenes: under two minutes");
+  command.add_flag("--quick", options->quick, "fewer cases, grids and scenes: about three minutes");
   command
       .add_option("--only", options->only, "cases, families and scenes whose names contain this")
       ->type_name("TEXT");
