@@ -32,6 +32,8 @@ constexpr double kLeastPull = 9.81;
 // carry the weight down the stack (docs/measurements.md).
 constexpr double kHardness = 10.0;
 
+constexpr double kDifference = 1e-6;  // of a depth, for the slope of a user's law
+
 template <class... Parts>
 struct Overloaded : Parts... {
   using Parts::operator()...;
@@ -76,6 +78,16 @@ double tableForce(const TableLaw& law, double depth) {
   const std::array<double, 2> from = to > 0 ? rows[to - 1] : std::array<double, 2>{0, 0};
   const double slope = (rows[to][1] - from[1]) / (rows[to][0] - from[0]);
   return std::max(0.0, from[1] + slope * (depth - from[0]));
+}
+
+// [N/m] From the right at a point of the table.
+double tableSlope(const TableLaw& law, double depth) {
+  const auto& rows = law.depthForce;
+  std::size_t to = 0;
+  while (to + 1 < rows.size() && !(depth < rows[to][0])) ++to;
+  if (to == 0 && !(rows[0][0] > 0)) return 0;
+  const std::array<double, 2> from = to > 0 ? rows[to - 1] : std::array<double, 2>{0, 0};
+  return (rows[to][1] - from[1]) / (rows[to][0] - from[0]);
 }
 
 double userForce(const UserLaw& law, double depth, double rate) {
@@ -179,6 +191,26 @@ double lawForce(const Law& law, const LawState& before, double depth, double ste
                                  return std::max(0.0, tableForce(l, depth) + l.damping * rate);
                                }},
                     law);
+}
+
+double lawSlope(const Law& law, const LawState& before, double depth, double step) {
+  if (!(lawForce(law, before, depth, step) > 0)) return 0;
+  return std::visit(
+      Overloaded{
+          [&](const KelvinVoigt& l) { return l.stiffness + l.damping / step; },
+          [&](const Foundation& l) { return l.stiffness + l.damping / step; },
+          [](const Rigid&) { return 0.0; },
+          [&](const Maxwell& l) { return kept(l.stiffness, l.damping, step) * l.stiffness; },
+          [&](const StandardLinearSolid& l) {
+            return l.stiffness + kept(l.branchStiffness, l.branchDamping, step) * l.branchStiffness;
+          },
+          [&](const UserLaw& l) {
+            const double more = kDifference * depth, rate = (depth - before.depth) / step;
+            return (userForce(l, depth + more, rate + more / step) - userForce(l, depth, rate)) /
+                   more;
+          },
+          [&](const TableLaw& l) { return tableSlope(l, depth) + l.damping / step; }},
+      law);
 }
 
 LawState lawAdvance(const Law& law, const LawState& before, double depth, double step) {

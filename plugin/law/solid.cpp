@@ -324,6 +324,34 @@ Vec3 normalAt(const Sphere&, const Pose& place, const Vec3& point) {
   return length > 0 ? Vec3(from * (1 / length)) : Vec3::UnitZ();
 }
 
+template <typename Kind>
+SolidPoint placedPoint(const Kind& kind, const Pose& place, const Vec3& point) {
+  return {depthAt(kind, place, point), normalAt(kind, place, point)};
+}
+SolidPoint placedPoint(const Sphere& sphere, const Pose& place, const Vec3& point) {
+  const Vec3 from = point - place.position;
+  const double length = from.norm();
+  return {sphere.radius - length, length > 0 ? Vec3(from * (1 / length)) : Vec3::UnitZ()};
+}
+
+template <typename Kind>
+void depthsOfRow(const Kind& kind, const Pose& place, const Vec3& start, const Vec3& step,
+                 int count, double* depth) {
+  for (int i = 0; i < count; ++i) depth[i] = depthAt(kind, place, start + i * step);
+}
+// Plain numbers, so that the loop vectorizes.
+void depthsOfRow(const Sphere& sphere, const Pose& place, const Vec3& start, const Vec3& step,
+                 int count, double* depth) {
+  const Vec3 from = start - place.position;
+  const double x = from.x(), y = from.y(), z = from.z(), radius = sphere.radius;
+  const double dx = step.x(), dy = step.y(), dz = step.z();
+  for (int i = 0; i < count; ++i) {
+    const double a = x + i * dx, b = y + i * dy, c = z + i * dz;
+    depth[i] = a * a + b * b + c * c;
+  }
+  for (int i = 0; i < count; ++i) depth[i] = radius - std::sqrt(depth[i]);
+}
+
 // The axis-aligned box around a turned one.
 Eigen::AlignedBox3d turned(const Pose& place, const Eigen::AlignedBox3d& box) {
   Eigen::AlignedBox3d bounds;
@@ -421,13 +449,15 @@ Vec3 normalOf(const PlacedSolid& area, const Vec3& point) {
                     area.solid);
 }
 
+SolidPoint pointOf(const PlacedSolid& area, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return placedPoint(kind, area.place, point); },
+                    area.solid);
+}
+
 void depthsAlong(const PlacedSolid& area, const Vec3& start, const Vec3& step, int count,
                  double* depth) {
-  std::visit(
-      [&](const auto& kind) {
-        for (int i = 0; i < count; ++i) depth[i] = depthAt(kind, area.place, start + i * step);
-      },
-      area.solid);
+  std::visit([&](const auto& kind) { depthsOfRow(kind, area.place, start, step, count, depth); },
+             area.solid);
 }
 
 Eigen::AlignedBox3d boundsOf(const PlacedSolid& area) {

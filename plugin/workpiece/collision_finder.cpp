@@ -3,10 +3,9 @@
 // does not change the result.
 //
 // The depth d is measured on the workpiece's surface: each voxel near it has a depth and a
-// direction, hence a point of the surface (its foot), which lies at some depth in D. Voxels share
-// the surface by 1 - |depth|, which adds up to one along the grid. The first three moments give the
-// depth of the deepest point (kernels/contact/contact_depth.h). It is smooth in the tool's pose,
-// and right in a hole that the tool has cut, where the deepest voxel or volume over area is not.
+// direction, hence a point of the surface (its foot). Voxels share the surface by 1 - |depth|,
+// which adds up to one along the grid. How far D reaches below the feet along the digital normal is
+// d (embedding_along.h).
 #include <cloudcontact/workpiece/collision_finder.h>
 
 #include <algorithm>
@@ -15,8 +14,8 @@
 
 #include "base/parallel.h"
 #include "field/base_vector_bricks.h"
-#include "kernels/contact/contact_depth.h"
 #include "kernels/contact/sample.h"
+#include "workpiece/embedding_along.h"
 
 namespace cloudcontact {
 
@@ -28,17 +27,20 @@ using Bricks = BaseVectorField::Bricks;
 // Vec3: sums of vectors in memory are stored by twos and read by ones, and that wait took half the
 // time of a search.
 struct BrickSums {
-  double count = 0;
-  double mean[3] = {0, 0, 0};
-  double moments[3] = {0, 0, 0};          // of the depth over the touched surface
-  double center[3] = {0, 0, 0};           // of the touched surface, times moments[0]
+  double count = 0, matter = 0;           // sum of the shares, and times the coverage
+  double weight = 0;                      // sum of share, hardness and ability
+  double mean[3] = {0, 0, 0};             // of the base vectors by weight
+  double plain[3] = {0, 0, 0};            // and by share alone
+  double push = 0;                        // of the depth over the touched surface
+  double center[3] = {0, 0, 0};           // of the touched surface, times `push`
   double wet = 0;                         // area of the touched surface
   double facing[6] = {0, 0, 0, 0, 0, 0};  // times `wet`: xx yy zz xy yz zx
 
   void add(const BrickSums& other) {
-    count += other.count, wet += other.wet;
+    count += other.count, matter += other.matter, weight += other.weight;
+    wet += other.wet, push += other.push;
     for (int k = 0; k < 3; ++k) {
-      mean[k] += other.mean[k], moments[k] += other.moments[k], center[k] += other.center[k];
+      mean[k] += other.mean[k], plain[k] += other.plain[k], center[k] += other.center[k];
       facing[k] += other.facing[k], facing[k + 3] += other.facing[k + 3];
     }
   }
@@ -56,6 +58,9 @@ struct Foot {
   double weight;  // the voxel's share of the surface
 };
 
+// Half the diagonal of a voxel: D reaches into no voxel whose center is farther away.
+constexpr double kInVoxel = 0.866;
+
 struct BrickPart {
   Eigen::Vector3i brick;
   std::int32_t block = kNoBlock;
@@ -64,6 +69,7 @@ struct BrickPart {
   std::vector<CollisionVoxel> voxels;
   std::vector<NearVoxel> near;
   std::vector<Foot> feet;
+  std::vector<SurfacePiece> pieces;  // the feet near D, in the tool's frame
 };
 
 // The query of a find().
@@ -75,6 +81,14 @@ struct View {
   Eigen::Matrix3d turn;    // its orientation
   Vec3 inTool(const Vec3& grid) const {
     return turn * (field->origin + field->voxelSize * grid) + toTool.position;
+  }
+  // Coverage of the voxel at a point of the tool's frame.
+  double matter(const Vec3& inTool) const {
+    const Vec3 grid =
+        (turn.transpose() * (inTool - toTool.position) - field->origin) / field->voxelSize;
+    const VoxelIndex v = grid.array().floor().cast<int>();
+    const FieldBlock* const block = field->blockOf(v);
+    return block ? block->coverage[static_cast<std::size_t>(cellIndex(v))] / 255.0 : 0;
   }
 };
 
@@ -127,15 +141,35 @@ void addFoot(const Bricks& f, const double* gravity, double fraction, const doub
                   weight});
 }
 
-void addVoxels(const View& view, BrickPart& part) {
+enum class Counting {
+  Center,  // all of a voxel whose center is in D
+  Part,    // what is inside D, by the depth of its center
+  Touch,   // little of all voxels that a thin D may reach into between their centers
+  All
+};
+
+double shareOf(Counting counting, double depth, double coverage) {
+  switch (counting) {
+    case Counting::Center:
+      return depth >= 0 ? 1 : 0;
+    case Counting::Part:
+      return std::clamp(depth + 0.5, 0.0, 1.0) * coverage;
+    case Counting::Touch:
+      return std::max(depth + kInVoxel, 0.0) * coverage;
+    default:
+      return 1;
+  }
+}
+
+void addVoxels(const View& view, BrickPart& part, Counting counting) {
   const Bricks& f = *view.field;
   const FieldBlock& block = f.blocks[static_cast<std::size_t>(part.block)];
   const Detection& tool = *view.tool;
-  const bool whole = tool.membership == Membership::Whole;
+  const bool whole = counting == Counting::Center || counting == Counting::All;
   const VoxelIndex corner = kBrickEdge * part.brick;
   const double gr[3] = {f.window.representative.x(), f.window.representative.y(),
                         f.window.representative.z()};
-  double sum = 0, mean[3] = {0, 0, 0};
+  BrickSums sums;
   for (const NearVoxel& near : part.near) {
     const auto at = static_cast<std::size_t>(near.cell);
     const CcMoments& m = block.moments[at];
@@ -143,40 +177,43 @@ void addVoxels(const View& view, BrickPart& part) {
     const VoxelIndex v = corner + cellOffset(near.cell);
     const double center[3] = {v.x() + 0.5, v.y() + 0.5, v.z() + 0.5};
     addFoot(f, gc, block.volume[at] * f.perFull, center, part.feet);
-    const double share = whole ? (near.depth >= 0 ? 1.0 : 0.0)
-                               : std::clamp(near.depth + 0.5, 0.0, 1.0) * block.coverage[at] / 255;
+    const double coverage = block.coverage[at] / 255.0;
+    const double share = shareOf(counting, near.depth, coverage);
     if (!(share > 0)) continue;
     const std::uint8_t tissue = block.tissue[at];
     const double ability =
         tool.parts.empty() ? tool.ability
                            : abilityAt(tool, view.inTool(Vec3(center[0], center[1], center[2])));
     const double weight = share * ability * view.hardness[tissue];
-    sum += share;
-    for (int k = 0; k < 3; ++k) mean[k] += weight * (gr[k] - gc[k]);
+    sums.count += share, sums.matter += whole ? share * coverage : share, sums.weight += weight;
+    for (int k = 0; k < 3; ++k) {
+      sums.mean[k] += weight * (gr[k] - gc[k]);
+      sums.plain[k] += share * (gr[k] - gc[k]);
+    }
     part.voxels.push_back({v, static_cast<float>(share), static_cast<float>(ability), tissue});
   }
-  part.sums.count += sum;
-  for (int k = 0; k < 3; ++k) part.sums.mean[k] += mean[k];
+  part.sums.add(sums);
 }
 
-// Adds the sums over the feet by their depth in D.
+// Adds the sums over the feet in D, and keeps those for the depth.
 void addSurface(const View& view, BrickPart& part) {
   const PlacedSolid& area = view.tool->area;
   const double perVoxel = 1 / view.field->voxelSize;
   BrickSums sums;
   for (const Foot& foot : part.feet) {
     const Vec3 at = view.inTool(Vec3(foot.at[0], foot.at[1], foot.at[2]));
-    const double depth = perVoxel * depthOf(area, at);
-    if (depth <= -0.5) continue;  // no part of a voxel's width is inside
+    const SolidPoint near = pointOf(area, at);
+    const double depth = perVoxel * near.depth;
+    if (depth <= -EmbeddingAlong::kReach) continue;
     const Vec3 outward = view.turn * Vec3(foot.outward[0], foot.outward[1], foot.outward[2]);
-    const double facing = outward.dot(normalOf(area, at));
+    part.pieces.push_back({at, outward, foot.weight});
+    if (depth <= -0.5) continue;  // no part of a voxel's width is inside
+    const double facing = outward.dot(near.normal);
     const double spread = 0.5 * std::sqrt(std::max(1 - facing * facing, 0.0));
     const CcWet wet = ccWet(static_cast<float>(depth), static_cast<float>(spread));
     const double first = foot.weight * static_cast<double>(wet.depth1);
     const double area2 = foot.weight * static_cast<double>(wet.share);
-    sums.moments[0] += first;
-    sums.moments[1] += foot.weight * static_cast<double>(wet.depth2);
-    sums.moments[2] += foot.weight * static_cast<double>(wet.depth3);
+    sums.push += first;
     sums.wet += area2;
     for (int k = 0; k < 3; ++k) {
       sums.center[k] += first * foot.at[k];
@@ -189,8 +226,16 @@ void addSurface(const View& view, BrickPart& part) {
 
 void searchBrick(const View& view, BrickPart& part) {
   findNear(view, part);
-  addVoxels(view, part);
+  const bool whole = view.tool->membership == Membership::Whole;
+  addVoxels(view, part, whole ? Counting::Center : Counting::Part);
   addSurface(view, part);
+}
+
+// The sum of base vectors (5'). Where none has a hardness, or no cutting part of the tool is there,
+// that of (5): such material resists too.
+Vec3 outwardOf(const BrickSums& sums) {
+  const double* const v = sums.weight > 0 ? sums.mean : sums.plain;
+  return {v[0], v[1], v[2]};
 }
 
 // Whether the whole brick is more than a voxel outside D.
@@ -212,7 +257,9 @@ View viewOf(const BaseVectorField& workpiece, const Pose& workpiecePose, const D
   validate(tool.area);
   for (const CuttingPart& part : tool.parts) validate(part.area);
   const TissueTable& tissues = workpiece.tissues();
-  const double one = tissues[0].hardness > 0 ? tissues[0].hardness : 1;
+  double one = 1;  // the hardness of the first tissue that has one
+  for (std::size_t t = tissues.size(); t-- > 0;)
+    if (tissues[t].hardness > 0) one = tissues[t].hardness;
   hardness.assign(tissues.size(), 1.0);
   if (tool.hardness)
     for (std::size_t t = 0; t < tissues.size(); ++t) hardness[t] = tissues[t].hardness / one;
@@ -229,6 +276,8 @@ struct CollisionFinder::State {
   std::vector<BrickPart> parts;  // the first `used` are this call's
   std::size_t used = 0;
   std::vector<double> hardness;
+  std::vector<SurfacePiece> pieces;
+  EmbeddingAlong embedding;
 
   BrickPart& part(const Eigen::Vector3i& brick, std::int32_t block) {
     if (used == parts.size()) parts.emplace_back();
@@ -239,10 +288,15 @@ struct CollisionFinder::State {
     part.voxels.clear();
     part.near.clear();
     part.feet.clear();
+    part.pieces.clear();
     return part;
   }
   void chooseBricks(const View& view);
+  BrickSums sumOfParts() const;
+  void listVoxels(const TissueTable& tissues);
+  void touch(const View& view);
   void sumUp(const View& view, const Pose& workpiecePose);
+  double depth(const View& view, const Vec3& outward);
 };
 
 void CollisionFinder::State::chooseBricks(const View& view) {
@@ -272,40 +326,71 @@ void CollisionFinder::State::chooseBricks(const View& view) {
       }
 }
 
-void CollisionFinder::State::sumUp(const View& view, const Pose& workpiecePose) {
-  const Bricks& f = *view.field;
+// Of the tool along `outward`, which is in the grid's frame and of any length.
+double CollisionFinder::State::depth(const View& view, const Vec3& outward) {
+  pieces.clear();
+  for (std::size_t k = 0; k < used; ++k)
+    pieces.insert(pieces.end(), parts[k].pieces.begin(), parts[k].pieces.end());
+  const double length = outward.norm();
+  const Vec3 n = length > 0 ? Vec3(view.turn * outward / length) : Vec3::Zero();
+  const auto matter = [&view](const Vec3& inTool) { return view.matter(inTool); };
+  return embedding.find({&view.tool->area, n, view.field->voxelSize, matter, threads}, pieces);
+}
+
+BrickSums CollisionFinder::State::sumOfParts() const {
+  BrickSums sums;
+  for (std::size_t k = 0; k < used; ++k) sums.add(parts[k].sums);
+  return sums;
+}
+
+// A tool thinner than a voxel may pass between the centers, and no voxel has a share in it.
+void CollisionFinder::State::touch(const View& view) {
+  if (view.tool->membership == Membership::Whole || sumOfParts().count > 0) return;
+  for (std::size_t k = 0; k < used; ++k) addVoxels(view, parts[k], Counting::Touch);
+  const BrickSums sums = sumOfParts();
+  if (sums.count > 0 && depth(view, outwardOf(sums)) > 0) return;
+  for (std::size_t k = 0; k < used; ++k) parts[k].sums = {}, parts[k].voxels.clear();
+}
+
+void CollisionFinder::State::listVoxels(const TissueTable& tissues) {
   Collision& c = collision;
   c.voxels.clear();
-  c.tissueCount.assign(f.tissues.size(), 0.0);
-  BrickSums sums;
+  c.tissueCount.assign(tissues.size(), 0.0);
+  c.stiffness = c.damping = 0;
   for (std::size_t k = 0; k < used; ++k) {
-    sums.add(parts[k].sums);
     c.voxels.insert(c.voxels.end(), parts[k].voxels.begin(), parts[k].voxels.end());
     for (const CollisionVoxel& v : parts[k].voxels)
       c.tissueCount[v.tissue] += static_cast<double>(v.share);
   }
+  if (!(c.count > 0)) return;
+  for (std::size_t t = 0; t < tissues.size(); ++t) {
+    c.stiffness += c.tissueCount[t] * tissues[t].stiffness / c.count;
+    c.damping += c.tissueCount[t] * tissues[t].damping / c.count;
+  }
+}
+
+void CollisionFinder::State::sumUp(const View& view, const Pose& workpiecePose) {
+  const Bricks& f = *view.field;
+  Collision& c = collision;
+  const BrickSums sums = sumOfParts();
   c.count = sums.count;
+  c.volume = sums.matter * f.voxelSize * f.voxelSize * f.voxelSize;
+  listVoxels(f.tissues);
   c.mean = c.center = Vec3::Zero();
   c.facing.setZero();
-  c.stiffness = c.damping = c.depth = 0;
-  c.volume = sums.count * f.voxelSize * f.voxelSize * f.voxelSize;
+  c.depth = 0;
   if (!(sums.count > 0)) return;
-  c.mean = workpiecePose.orientation *
-           (f.voxelSize / sums.count * Vec3(sums.mean[0], sums.mean[1], sums.mean[2]));
-  for (std::size_t t = 0; t < f.tissues.size(); ++t) {
-    c.stiffness += c.tissueCount[t] * f.tissues[t].stiffness / sums.count;
-    c.damping += c.tissueCount[t] * f.tissues[t].damping / sums.count;
-  }
-  c.depth = f.voxelSize * ccDeepestByMoments(sums.moments);
+  const Vec3 outward = outwardOf(sums);
+  c.mean = workpiecePose.orientation * (f.voxelSize / sums.count * outward);
+  c.depth = depth(view, outward);
   const Eigen::Matrix3d turn = workpiecePose.orientation.toRotationMatrix();
   const double* const n = sums.facing;
   Eigen::Matrix3d facing;
   facing << n[0], n[3], n[5], n[3], n[1], n[4], n[5], n[4], n[2];
   if (sums.wet > 0) c.facing = turn * (facing / sums.wet) * turn.transpose();
-  if (sums.moments[0] > 0)
-    c.center =
-        workpiecePose.toWorld(f.origin + f.voxelSize / sums.moments[0] *
-                                             Vec3(sums.center[0], sums.center[1], sums.center[2]));
+  if (sums.push > 0)
+    c.center = workpiecePose.toWorld(
+        f.origin + f.voxelSize / sums.push * Vec3(sums.center[0], sums.center[1], sums.center[2]));
 }
 
 CollisionFinder::CollisionFinder(int threads) : state_(std::make_unique<State>()) {
@@ -322,6 +407,7 @@ const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const P
   s.used = 0;
   s.chooseBricks(view);
   parallelFor(s.used, s.threads, [&](std::size_t k, int) { searchBrick(view, s.parts[k]); });
+  s.touch(view);
   s.sumUp(view, workpiecePose);
   return s.collision;
 }
@@ -345,7 +431,7 @@ const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
       const int cell = cellIndex(voxels[k]);
       if (block->coverage[static_cast<std::size_t>(cell)] > 0) part.near.push_back({cell, 0});
     }
-    addVoxels(view, part);
+    addVoxels(view, part, Counting::All);
     addSurface(view, part);
   }
   s.sumUp(view, workpiecePose);
@@ -361,7 +447,10 @@ void CollisionFinder::reserve(std::size_t voxels, std::size_t tissues) {
     part.voxels.reserve(kBrickVoxels);
     part.near.reserve(kBrickVoxels);
     part.feet.reserve(kBrickVoxels);
+    part.pieces.reserve(kBrickVoxels);
   }
+  state_->pieces.reserve(voxels);
+  state_->embedding.reserve(voxels);
 }
 
 }  // namespace cloudcontact

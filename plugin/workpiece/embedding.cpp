@@ -1,7 +1,7 @@
 // All searches find the root of g(d) = index(d) - stiffness (reach - d), which rises with d: below
 // the root the hand is stronger, above it the material. They keep a bracket, so no step leaves the
-// range. Search::Newton takes the slope from the bracket (Illinois secant), so a kink in the law
-// costs a step, not the solution.
+// range. Search::Newton starts from the end of the bracket with the smaller value. Where the slope
+// there leads out of the bracket, as at a kink, it takes the secant between the ends.
 #include <cloudcontact/workpiece/embedding.h>
 
 #include <algorithm>
@@ -12,6 +12,8 @@ namespace cloudcontact {
 
 namespace {
 
+constexpr int kMostTangents = 12;  // that need not halve the bracket
+
 struct Bracket {
   double low, high;     // depths [m]
   double below, above;  // g there [N]
@@ -19,7 +21,7 @@ struct Bracket {
   double middle() const { return 0.5 * (low + high); }
 };
 
-// g, and how often it was evaluated.
+// g, and how often the index was evaluated.
 struct Balance {
   const Index& index;
   const HandSpring& hand;
@@ -42,41 +44,53 @@ void validate(const HandSpring& hand, const EmbeddingSettings& settings) {
   if (settings.iterations < 3) throw std::invalid_argument("embed: give at least 3 iterations");
 }
 
-// The next depth to evaluate. A secant too near an end is moved inward, so that the bracket closes
-// from both sides.
-double next(const Bracket& b, double tolerance) {
-  const double secant = b.low - b.below * b.width() / (b.above - b.below);
-  const double margin = std::min(0.4 * tolerance, 0.25 * b.width());
-  return std::clamp(secant, b.low + margin, b.high - margin);
+double secant(const Bracket& b) {
+  return b.low - b.below * b.width() / (b.above - b.below);
 }
 
+// Newton's next depth from the better end, and a little beyond the root that it expects, so that
+// the bracket closes from both sides.
+double tangent(const Balance& g, const Bracket& b, bool fromLow, double margin) {
+  const double start = fromLow ? b.low : b.high, value = fromLow ? b.below : b.above;
+  const double slope = g.index.slope(start) + g.hand.stiffness;
+  const double newton = start - value / slope + (fromLow ? margin : -margin);
+  return newton > b.low && newton < b.high ? newton : secant(b);  // NaN too
+}
+
+// Tangents, as long as they close in: three that halve neither the bracket nor g show a kink or a
+// jump.
+// Then a bisection and secants follow, in which the value of an end that stays is halved
+// (Illinois), and again a bisection after three: no index takes over four times the steps of a
+// bisection.
 Embedding search(Balance& g, Bracket b, const EmbeddingSettings& settings, double tolerance) {
-  Embedding found{b.middle(), 0, g.evaluations, EmbeddingEnd::NotConverged};
-  int side = 0;  // the end that moved; if it moves twice, the other's value is halved (Illinois)
-  // If three secants do not halve the bracket, a bisection does: no index takes over four times the
-  // steps of a bisection.
   double width = b.width();
-  int secants = 0;
+  int steps = 0,
+      side = -b.below < b.above ? -1 : 1;  // side: the end that moved last, at first the better
+  bool tangents = static_cast<bool>(g.index.slope);
+  int inARow = 0;
   while (b.width() > tolerance) {
-    if (g.evaluations >= settings.iterations) {
-      found.depth = b.middle(), found.iterations = g.evaluations;
-      return found;
-    }
-    const bool halve = settings.search == Search::Bisection || secants == 3;
-    const double depth = halve ? b.middle() : next(b, tolerance), value = g(depth);
-    secants = halve ? 0 : secants + 1;
+    if (g.evaluations >= settings.iterations)
+      return {b.middle(), g.force, g.evaluations, EmbeddingEnd::NotConverged};
+    const bool halve = settings.search == Search::Bisection || steps == 3;
+    if (halve) tangents = false;
+    const double margin = std::min(0.4 * tolerance, 0.25 * b.width());
+    const double wanted = halve      ? b.middle()
+                          : tangents ? tangent(g, b, side < 0, margin)
+                                     : secant(b);
+    const double depth = std::clamp(wanted, b.low + margin, b.high - margin), value = g(depth);
+    steps = halve ? 0 : steps + 1;
     if (!std::isfinite(value)) return {b.low, g.force, g.evaluations, EmbeddingEnd::NoNumber};
     if (value == 0) return {depth, g.force, g.evaluations, EmbeddingEnd::Found};
-    if (value < 0) {
-      b.low = depth, b.below = value;
-      if (side < 0) b.above *= 0.5;
-      side = -1;
-    } else {
-      b.high = depth, b.above = value;
-      if (side > 0) b.below *= 0.5;
-      side = 1;
-    }
-    if (b.width() <= 0.5 * width) width = b.width(), secants = 0;
+    // A tangent may also close in from one side, where it halves g each time.
+    if (tangents && ++inARow < kMostTangents &&
+        std::abs(value) <= 0.5 * (side < 0 ? -b.below : b.above))
+      steps = 0;
+    const int moved = value < 0 ? -1 : 1;
+    (value < 0 ? b.low : b.high) = depth;
+    (value < 0 ? b.below : b.above) = value;
+    if (moved == side && !tangents) (value < 0 ? b.above : b.below) *= 0.5;
+    side = moved;
+    if (b.width() <= 0.5 * width) width = b.width(), steps = 0;
   }
   return {b.middle(), g.force, g.evaluations, EmbeddingEnd::Found};
 }
@@ -98,8 +112,12 @@ Embedding embedWithin(Balance& g, double low, double high, const EmbeddingSettin
 Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSettings& settings) {
   validate(hand, settings);
   if (!(hand.stiffness * hand.reach > 0)) return {};
-  if (settings.search == Search::Table)
-    return EmbeddingTable(index, hand.reach, settings.tableEntries).find(hand, settings, index);
+  if (settings.search == Search::Table) {
+    Embedding found =
+        EmbeddingTable(index, hand.reach, settings.tableEntries).find(hand, settings, index);
+    found.iterations += settings.tableEntries;
+    return found;
+  }
   Balance g{index, hand};
   return embedWithin(g, 0, hand.reach, settings);
 }
@@ -112,14 +130,43 @@ Embedding embed(const Law& law, const LawState& before, double step, const HandS
     const LawState& before;
     double step;
   } query{law, before, step};
-  return embed([&query](double d) { return lawForce(query.law, query.before, d, query.step); },
-               hand, settings);
+  const auto force = [&query](double d) {
+    return lawForce(query.law, query.before, d, query.step);
+  };
+  // A user's law has no slope of its own, and a difference costs as much as a secant.
+  if (std::holds_alternative<UserLaw>(law)) return embed(Index(force), hand, settings);
+  const auto slope = [&query](double d) {
+    return lawSlope(query.law, query.before, d, query.step);
+  };
+  return embed(Index(force, slope), hand, settings);
 }
 
-EmbeddingTable::EmbeddingTable(const Index& index, double most, int entries) : most_(most) {
+Embedding embed(const InteractionIndex& index, const Interaction& before, double step,
+                const HandSpring& hand, const EmbeddingSettings& settings) {
+  if (!index) throw std::invalid_argument("embed: the index must be a function");
+  if (!(step > 0) || !std::isfinite(step))
+    throw std::invalid_argument("embed: the step must be positive and finite");
+  const struct Query {
+    const InteractionIndex& index;
+    const Interaction& before;
+    double step;
+  } query{index, before, step};
+  const auto force = [&query](double d) {
+    Interaction now = query.before;
+    now.depth = d;
+    now.speed = (d - query.before.depth) / query.step;
+    now.acceleration = (now.speed - query.before.speed) / query.step;
+    return query.index(now);
+  };
+  return embed(Index(force), hand, settings);
+}
+
+void EmbeddingTable::fill(const Index& index, double most, int entries) {
   if (!(most > 0) || !std::isfinite(most))
     throw std::invalid_argument("EmbeddingTable: the greatest depth must be positive and finite");
   if (entries < 2) throw std::invalid_argument("EmbeddingTable: give at least 2 entries");
+  most_ = most;
+  force_.clear();
   for (int k = 0; k < entries; ++k) force_.push_back(index(most * k / (entries - 1)));
 }
 
@@ -130,12 +177,9 @@ double EmbeddingTable::at(double depth) const {
   return force_[low] + part * (force_[low + 1] - force_[low]);
 }
 
-Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& settings,
-                               const Index& polish) const {
-  validate(hand, settings);
-  if (!(hand.stiffness * hand.reach > 0)) return {};
-  const Index tabulated = [this](double d) { return at(d); };
-  // The last entry where the hand is stronger.
+// From the last entry where the hand is stronger to the next.
+EmbeddingTable::Segment EmbeddingTable::bracket(const HandSpring& hand) const {
+  if (force_.empty()) throw std::logic_error("EmbeddingTable: the table is empty; fill it first");
   const double apart = most_ / static_cast<double>(force_.size() - 1);
   std::size_t low = 0, high = force_.size() - 1;
   while (high - low > 1) {
@@ -143,17 +187,31 @@ Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& 
     const double depth = apart * static_cast<double>(middle);
     (force_[middle] < hand.stiffness * (hand.reach - depth) ? low : high) = middle;
   }
-  const double from = apart * static_cast<double>(low);
-  const double to = std::min(hand.reach, apart * static_cast<double>(high));
-  Balance g{polish ? polish : tabulated, hand};
-  EmbeddingSettings secants = settings;
-  secants.search = Search::Newton;
-  Embedding found = from < to ? embedWithin(g, from, to, secants) : Embedding{};
+  return {apart * static_cast<double>(low), apart * static_cast<double>(high)};
+}
+
+Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& settings) const {
+  const Index tabulated([this](double d) { return at(d); });
+  Embedding found = find(hand, settings, tabulated);
+  found.iterations = 0;
+  return found;
+}
+
+Embedding EmbeddingTable::find(const HandSpring& hand, const EmbeddingSettings& settings,
+                               const Index& polish) const {
+  validate(hand, settings);
+  const Segment segment = bracket(hand);
+  if (!(hand.stiffness * hand.reach > 0)) return {};
+  const double from = segment.low, to = std::min(hand.reach, segment.high);
+  Balance g{polish, hand};
+  EmbeddingSettings newton = settings;
+  newton.search = Search::Newton;
+  Embedding found = from < to ? embedWithin(g, from, to, newton) : Embedding{};
   const bool outside = (found.end == EmbeddingEnd::NotPressed && from > 0) ||
                        (found.end == EmbeddingEnd::TooSoft && to < hand.reach);
   if (from < to && !outside) return found;
   // `polish` is not the tabulated index: search the whole range.
-  return embedWithin(g, 0, hand.reach, secants);
+  return embedWithin(g, 0, hand.reach, newton);
 }
 
 }  // namespace cloudcontact

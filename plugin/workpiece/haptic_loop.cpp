@@ -66,6 +66,8 @@ HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
   validate(settings);
   finder_.reserve(kReserved, workpiece.tissues().size());
   process_->reserve(kReserved);
+  if (settings.law) law_ = *settings.law;
+  if (settings.embedding.search == Search::Table) table_.reserve(settings.embedding.tableEntries);
   reaction_.tissues.reserve(workpiece.tissues().size());
   workpiece.reserve();
 }
@@ -109,16 +111,80 @@ bool HapticLoop::follow(const Pose& hand) {
   return false;
 }
 
-Law HapticLoop::lawNow() const {
+void HapticLoop::updateLaw() {
   const double k = collision_->stiffness, c = collision_->damping;
-  if (!settings_.law) return KelvinVoigt{k, c};
-  if (!settings_.perTissue) return *settings_.law;
-  if (const auto* l = std::get_if<Maxwell>(&*settings_.law))
-    return Maxwell{l->stiffness * k, l->damping * c};
-  if (const auto* l = std::get_if<StandardLinearSolid>(&*settings_.law))
-    return StandardLinearSolid{l->stiffness * k, l->branchStiffness * k, l->branchDamping * c};
-  const auto& l = std::get<KelvinVoigt>(*settings_.law);
-  return KelvinVoigt{l.stiffness * k, l.damping * c};
+  if (!settings_.law) {
+    law_ = KelvinVoigt{k, c};
+  } else if (settings_.perTissue) {
+    if (const auto* m = std::get_if<Maxwell>(&*settings_.law))
+      law_ = Maxwell{m->stiffness * k, m->damping * c};
+    else if (const auto* s = std::get_if<StandardLinearSolid>(&*settings_.law))
+      law_ = StandardLinearSolid{s->stiffness * k, s->branchStiffness * k, s->branchDamping * c};
+    else if (const auto* v = std::get_if<KelvinVoigt>(&*settings_.law))
+      law_ = KelvinVoigt{v->stiffness * k, v->damping * c};
+  }
+}
+
+Interaction HapticLoop::interactionNow() const {
+  Interaction now{state_.depth, speed_, 0, collision_->stiffness, collision_->damping, 0, 0};
+  for (const CollisionVoxel& v : collision_->voxels) {
+    const double share = static_cast<double>(v.share) / collision_->count;
+    now.hardness += share * workpiece_->tissues()[v.tissue].hardness;
+    now.ability += share * static_cast<double>(v.ability);
+  }
+  return now;
+}
+
+// Of the material's force: |F| where (6) does not divide by it.
+double HapticLoop::scale() const {
+  return settings_.direction == Direction::Unit ? 1
+                                                : collision_->mean.norm() / workpiece_->voxelSize();
+}
+
+// The table only brackets the answer, which `index` itself gives. So it serves until the tissues or
+// the range have changed too much for it to be of use.
+Embedding HapticLoop::searchTable(const HandSpring& hand, const Index& index) {
+  constexpr double kSame = 0.25;  // relative difference
+  const auto near = [](double a, double b) { return std::abs(a - b) <= kSame * b; };
+  const bool kept = hand.reach <= table_.most() && hand.reach > 0.1 * table_.most() &&
+                    near(collision_->stiffness, tabulated_.stiffness) &&
+                    near(collision_->damping, tabulated_.damping);
+  if (!(hand.stiffness * hand.reach > 0)) return {};
+  if (kept) return table_.find(hand, settings_.embedding, index);
+  table_.fill(index, 2 * hand.reach, settings_.embedding.tableEntries);
+  tabulated_ = {collision_->stiffness, collision_->damping};
+  Embedding found = table_.find(hand, settings_.embedding, index);
+  found.iterations += settings_.embedding.tableEntries;
+  return found;
+}
+
+// The embedding depth for a hand whose tool would be `reach` deep.
+Embedding HapticLoop::search(double reach) {
+  updateLaw();
+  // One reference to capture, so that std::function does not allocate.
+  const struct Query {
+    const HapticLoop& loop;
+    Interaction now;
+    double scale;
+    double force(double d) const {
+      const double h = loop.settings_.step;
+      if (!loop.settings_.index) return scale * lawForce(loop.law_, loop.state_, d, h);
+      Interaction at = now;
+      at.depth = d;
+      at.speed = (d - now.depth) / h;
+      at.acceleration = (at.speed - now.speed) / h;
+      return scale * loop.settings_.index(at);
+    }
+    double slope(double d) const {
+      return scale * lawSlope(loop.law_, loop.state_, d, loop.settings_.step);
+    }
+  } query{*this, settings_.index ? interactionNow() : Interaction{}, scale()};
+  Index index([&query](double d) { return query.force(d); });
+  if (!settings_.index && !std::holds_alternative<UserLaw>(law_))
+    index.slope = [&query](double d) { return query.slope(d); };
+  const HandSpring hand{settings_.handStiffness, reach};
+  if (settings_.embedding.search == Search::Table) return searchTable(hand, index);
+  return embed(index, hand, settings_.embedding);
 }
 
 // The step along the surface, by the hand's spring against its own and the material's stiffness.
@@ -149,9 +215,7 @@ void HapticLoop::press(const HapticInput& input) {
   const Vec3 lead = input.hand.position - output_.tool.position;
   // Depth of the tool where the hand is.
   const double reach = collision_->depth - lead.dot(outward);
-  const Law law = lawNow();
-  const Embedding found =
-      embed(law, state_, settings_.step, {settings_.handStiffness, reach}, settings_.embedding);
+  const Embedding found = search(reach);
   const double voxel = workpiece_->voxelSize();
   // A hand that leaves takes the tool along, beyond the surface: in a hole the walls touch the tool
   // all the way out, and it would otherwise leave only by its own depth per tick.
@@ -165,7 +229,8 @@ void HapticLoop::press(const HapticInput& input) {
   const double depth = std::max(0.0, collision_->depth + deeper);
   output_.tool.position += part * step;
   lastLead_ = lead.dot(outward) < 0 ? Vec3(lead - part * step) : atMost(lead, leastLead(lead));
-  state_ = lawAdvance(law, state_, depth, settings_.step);
+  speed_ = (depth - state_.depth) / settings_.step;
+  state_ = settings_.index ? LawState{depth, 0} : lawAdvance(law_, state_, depth, settings_.step);
   output_.depth = depth;
   output_.stiffness = collision_->stiffness;
   output_.iterations = found.iterations;
@@ -174,8 +239,10 @@ void HapticLoop::press(const HapticInput& input) {
   Vec3 force = settings_.handStiffness * (output_.tool.position - input.hand.position);
   force -= settings_.handDamping * input.velocity;
   force = atMost(force, settings_.mostForce);
-  react(*collision_, *workpiece_, force.norm(), 1, 0, input.hand.position, Direction::Unit,
-        reaction_);
+  const double scaled = scale();
+  react(*collision_, *workpiece_, scaled > 0 ? force.norm() / scaled : 0, 1, 0, input.hand.position,
+        settings_.direction, reaction_);
+  limit(force);
   output_.onHand.force = force;
   output_.onHand.torque = (collision_->center - input.hand.position).cross(force);
   if (!settings_.cutter) return;
@@ -186,22 +253,27 @@ void HapticLoop::press(const HapticInput& input) {
   output_.cutVolume = cut.volume;
 }
 
-// A force acts until the next tick, so its work over the hand's motion is exact.
-void HapticLoop::watchEnergy(const Vec3& hand) {
-  if (started_) output_.energy -= output_.onHand.force.dot(hand - lastHand_);
-  output_.leastEnergy = std::min(output_.leastEnergy, output_.energy);
-  lastHand_ = hand;
+void HapticLoop::limit(Vec3& force) {
+  const Vec3 wanted = force;
+  force = watch_.allowed(wanted, settings_.mostForce);
+  output_.withheld = (wanted - force).norm();
 }
 
 const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
   const bool finite = input.hand.position.allFinite() && input.velocity.allFinite() &&
                       input.hand.orientation.coeffs().allFinite() &&
                       input.hand.orientation.norm() > 0.5;
-  if (finite) watchEnergy(input.hand.position);
+  if (finite) watch_.observe(input.hand.position);
+  output_.energy = watch_.energy();
+  output_.leastEnergy = watch_.least();
   output_.onHand = {};
+  output_.withheld = 0;
   output_.cutVoxels = 0;
   output_.cutVolume = 0;
-  if (!finite) return output_;
+  if (!finite) {
+    watch_.allowed(Vec3::Zero(), 0);
+    return output_;
+  }
   if (!started_) output_.tool = input.hand;
   started_ = true;
   try {
@@ -209,6 +281,7 @@ const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
       press(input);
     } else {
       state_ = {};
+      speed_ = 0;
       lastStep_.setZero();
       calm_ = 1;
       output_.depth = output_.stiffness = 0;
@@ -218,9 +291,11 @@ const HapticOutput& HapticLoop::tick(const HapticInput& input) noexcept {
       output_.onHand.force =
           atMost(settings_.handStiffness * (output_.tool.position - input.hand.position),
                  settings_.mostForce);
+      limit(output_.onHand.force);
     }
   } catch (...) {
     output_.onHand = {};  // a user's law throws: no force
+    watch_.allowed(Vec3::Zero(), 0);
   }
   return output_;
 }

@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kVoxel = 1e-4;
 
-TEST(NoAllocation, InAHapticTick) {
+class HapticTick : public testing::TestWithParam<Search> {};
+
+TEST_P(HapticTick, AllocatesNothing) {
   BaseVectorField field(test::smallCloud(
                             kVoxel, {6, 6, 6}, [](int, int, int z) { return z < 30 ? 255 : 0; },
                             {"enamel", "dentin"}, [](int, int, int z) { return z > 22 ? 0 : 1; }),
@@ -25,6 +27,7 @@ TEST(NoAllocation, InAHapticTick) {
   settings.cutter = Cutter{17e9, 0.5, 10};
   settings.law = StandardLinearSolid{1, 1, 1};
   settings.perTissue = true;
+  settings.embedding.search = GetParam();
   HapticLoop loop(field, {}, settings);
   std::size_t before = 0, cut = 0;
   double deepest = 0;
@@ -41,6 +44,8 @@ TEST(NoAllocation, InAHapticTick) {
   EXPECT_GT(cut, 1000u);
   EXPECT_GT(deepest, kVoxel);
 }
+
+INSTANTIATE_TEST_SUITE_P(NoAllocation, HapticTick, testing::Values(Search::Newton, Search::Table));
 
 // A contact at rest does not allocate either, from its second query on. The first query that moves
 // little builds the Verlet lists.

@@ -79,10 +79,14 @@ struct LawTangent {
 void validate(const Law& law);
 
 // Backward Euler: the force [N] at the end of a step of `step` seconds that ends at `depth` [m]. 0
-// at depth 0 and below, never negative; per area [N/m^2] for Foundation. This and the next two
+// at depth 0 and below, never negative; per area [N/m^2] for Foundation. This and the next three
 // functions throw std::invalid_argument for Rigid, a step that is not positive or a depth that is
 // not finite, and std::runtime_error where a UserLaw returns a value that is not finite.
 double lawForce(const Law& law, const LawState& before, double depth, double step);
+
+// How that force grows with the depth at the step's end [N/m], from the right at a kink; 0 where
+// the force is 0. Exact, but a difference for UserLaw, which is called twice.
+double lawSlope(const Law& law, const LawState& before, double depth, double step);
 
 // The law's state at the end of that step.
 LawState lawAdvance(const Law& law, const LawState& before, double depth, double step);

@@ -90,6 +90,7 @@ void validate(const PlacedSolid& area);
 // Depth and normal at a point of the owner's frame, as in SolidPoint.
 double depthOf(const PlacedSolid& area, const Vec3& point);
 Vec3 normalOf(const PlacedSolid& area, const Vec3& point);
+SolidPoint pointOf(const PlacedSolid& area, const Vec3& point);  // both
 // Depth at start + i * step for all i < count.
 void depthsAlong(const PlacedSolid& area, const Vec3& start, const Vec3& step, int count,
                  double* depth);

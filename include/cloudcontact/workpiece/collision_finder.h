@@ -16,22 +16,25 @@ namespace cloudcontact {
 
 enum class Membership : std::uint8_t {
   Whole,  // a voxel is in D if its center is: the paper's
-  Shared  // a voxel counts by its share inside D, so the force does not jump as voxels come and go
+  Shared  // a voxel counts by its share inside D, so the force does not jump as voxels come and go;
+          // a tool thinner than a voxel touches what it reaches into
 };
 
 // How a tool detects.
 struct Detection {
   PlacedSolid area;  // D, in the tool's frame: the whole tool, or any other shape
   Membership membership = Membership::Shared;
-  bool hardness = true;  // h in (5'); without it (5)
-  double ability = 1;    // of the tool outside all parts
+  // h in (5'); without it (5). Where h or the ability is 0 in all collision voxels, F is (5) too:
+  // material that is cut freely, or touched by a part that does not cut, still pushes back.
+  bool hardness = true;
+  double ability = 1;  // of the tool outside all parts
   std::vector<CuttingPart> parts;
 };
 
 // One element of B.
 struct CollisionVoxel {
   VoxelIndex voxel;
-  float share = 1;          // inside D, times its coverage
+  float share = 1;          // inside D, times its coverage; 1 with Membership::Whole and gather()
   float ability = 1;        // of the tool at the voxel
   std::uint8_t tissue = 0;  // index into BaseVectorField::tissues()
 };
@@ -48,7 +51,9 @@ struct Collision {
   // Mean of n n^T over the touched surface, n its outward normals: the share of the material's
   // stiffness that resists a motion of the tool in each direction. Trace 1; on a face all along n.
   Eigen::Matrix3d facing = Eigen::Matrix3d::Zero();
-  double depth = 0;   // d of the tool where it is now [m]
+  // d of the tool where it is now [m]: how far it reaches below the surface along the digital
+  // normal, which is how far it must move along it to come out.
+  double depth = 0;
   double volume = 0;  // of material in D [m^3]
   bool empty() const { return count <= 0; }
   Vec3 normal() const { return mean.norm() > 0 ? Vec3(mean.normalized()) : Vec3::Zero(); }
@@ -67,8 +72,8 @@ class CollisionFinder {
   // collision the result is empty. It is valid until the next call.
   const Collision& find(const BaseVectorField& workpiece, const Pose& workpiecePose,
                         const Detection& tool, const Pose& toolPose);
-  // The collision of given voxels (interference.h). Each counts in full; `depth` and `volume` are
-  // those of the voxels alone.
+  // The collision of given voxels (interference.h), whatever the membership. Each counts as one;
+  // `depth` and `volume` are those of their matter alone.
   const Collision& gather(const BaseVectorField& workpiece, const Pose& workpiecePose,
                           const Detection& tool, const Pose& toolPose,
                           std::span<const VoxelIndex> voxels);

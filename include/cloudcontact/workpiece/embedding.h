@@ -7,13 +7,38 @@
 
 #include <cstdint>
 #include <functional>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace cloudcontact {
 
 // The index of a state: the force [N] with which the two bodies resist an embedding depth [m]. It
-// must not fall with depth, or one of several solutions is found.
-using Index = std::function<double(double depth)>;
+// must not fall with depth, or one of several solutions is found. Made from a function of the
+// depth.
+struct Index {
+  std::function<double(double depth)> force;
+  // [N/m] For Search::Newton, which takes secants where it is empty.
+  std::function<double(double depth)> slope = {};
+
+  template <typename Force>
+  requires std::is_invocable_r_v<double, Force, double> Index(Force f) : force(std::move(f)) {}
+  template <typename Force, typename Slope>
+  Index(Force f, Slope g) : force(std::move(f)), slope(std::move(g)) {}
+  double operator()(double depth) const { return force(depth); }
+};
+
+// What an index may depend on beside the depth (paper, Step 3).
+struct Interaction {
+  double depth = 0;         // d [m]
+  double speed = 0;         // of the depth, over the step that ends at it [m/s]
+  double acceleration = 0;  // of the depth: change of that speed over the step [m/s^2]
+  double stiffness = 0;     // k of the collision, (1) [N/m]
+  double damping = 0;       // c, (2) [N s/m]
+  double hardness = 0;      // mean over the collision voxels [Pa]
+  double ability = 0;       // of the tool to cut: mean over the collision voxels
+};
+using InteractionIndex = std::function<double(const Interaction&)>;  // [N]
 
 // The spring between the hand and the tool, which pushes.
 struct HandSpring {
@@ -23,14 +48,14 @@ struct HandSpring {
 
 enum class Search : std::uint8_t {
   Bisection,  // halves the range: one step per bit of the tolerance, for any index
-  Newton,     // follows the slope, but stays in the range that brackets the solution
-  Table       // brackets the solution among depths evaluated beforehand, then takes secants
+  Newton,     // follows the index's slope, but stays in the range that brackets the solution
+  Table       // brackets the solution among depths evaluated beforehand, then as Newton
 };
 
 struct EmbeddingSettings {
   Search search = Search::Newton;
   double tolerance = 1e-7;  // relative to the range searched, which is the hand's reach
-  int iterations = 64;      // most evaluations of the index
+  int iterations = 64;      // most evaluations of the index, beside those for a table
   int tableEntries = 64;    // depths of Search::Table
 };
 
@@ -45,7 +70,7 @@ enum class EmbeddingEnd : std::uint8_t {
 struct Embedding {
   double depth = 0;    // d [m]
   double force = 0;    // the index there [N]
-  int iterations = 0;  // evaluations of the index
+  int iterations = 0;  // evaluations of the index, those for a table included
   EmbeddingEnd end = EmbeddingEnd::NotPressed;
 };
 
@@ -56,21 +81,39 @@ Embedding embed(const Index& index, const HandSpring& hand, const EmbeddingSetti
 Embedding embed(const Law& law, const LawState& before, double step, const HandSpring& hand,
                 const EmbeddingSettings& settings = {});
 
+// The same for an index of the state of interaction. `before`: at the end of the step before; what
+// does not depend on the depth is as it is now.
+Embedding embed(const InteractionIndex& index, const Interaction& before, double step,
+                const HandSpring& hand, const EmbeddingSettings& settings = {});
+
 // An index evaluated beforehand at evenly spaced depths. For Search::Table, and for an index that
 // is expensive and searched many times.
 class EmbeddingTable {
  public:
-  // Throws std::invalid_argument where `most` [m] is not positive or there are under 2 entries.
-  EmbeddingTable(const Index& index, double most, int entries);
-  double most() const { return most_; }
-  double at(double depth) const;  // linear between entries; the last segment continues
+  EmbeddingTable() = default;  // empty until filled
+  // As fill().
+  EmbeddingTable(const Index& index, double most, int entries) { fill(index, most, entries); }
+  // Evaluates the index `entries` times, from depth 0 to `most` [m]. Allocates only where there are
+  // more entries than before. Throws std::invalid_argument where `most` is not positive or there
+  // are under 2 entries.
+  void fill(const Index& index, double most, int entries);
+  void reserve(int entries) { force_.reserve(static_cast<std::size_t>(entries)); }
+  double most() const { return most_; }  // 0 where empty
+  double at(double depth) const;         // linear between entries; the last segment continues
   // As embed() with this index. `polish`, if given, is the tabulated index: a few evaluations of it
-  // bring the solution to the tolerance.
-  Embedding find(const HandSpring& hand, const EmbeddingSettings& settings = {},
-                 const Index& polish = {}) const;
+  // bring the solution to the tolerance. Only they are counted. Throws std::logic_error where the
+  // table is empty.
+  Embedding find(const HandSpring& hand, const EmbeddingSettings& settings = {}) const;
+  Embedding find(const HandSpring& hand, const EmbeddingSettings& settings,
+                 const Index& polish) const;
 
  private:
-  double most_;
+  struct Segment {
+    double low, high;
+  };
+  Segment bracket(const HandSpring& hand) const;
+
+  double most_ = 0;
   std::vector<double> force_;
 };
 

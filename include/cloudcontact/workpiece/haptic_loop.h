@@ -3,11 +3,13 @@
 //
 // The hand holds the tool by a spring (virtual coupling, Colgate et al. 1995). The tool is where
 // the material's force equals the spring's, and the hand feels the spring. So the device renders no
-// more than the spring's stiffness, however stiff the material, and stays passive.
+// more than the spring's stiffness, however stiff the material. Where the model itself would give
+// energy, as with a representative point off center, the loop bounds its force (energy_watch.h).
 #pragma once
 
 #include <cloudcontact/workpiece/cutter.h>
 #include <cloudcontact/workpiece/embedding.h>
+#include <cloudcontact/workpiece/energy_watch.h>
 #include <cloudcontact/workpiece/reaction.h>
 
 #include <optional>
@@ -30,7 +32,11 @@ struct HapticSettings {
   // True: the stiffnesses and dampings in `law` are multiples of the tissues' k and c. For
   // KelvinVoigt, Maxwell and StandardLinearSolid.
   bool perTissue = false;
+  // If given, the index in place of `law`: it may use speed, acceleration, hardness and ability.
+  InteractionIndex index;
   EmbeddingSettings embedding;
+  // (6). Unscaled: the material's force is the law's times |F|, F in voxels.
+  Direction direction = Direction::Unit;
   std::optional<Cutter> cutter;  // none: the tool touches only
   // Most voxels that the tool follows the hand per tick, with a collision search after each: it
   // cannot pass through walls thicker than a voxel.
@@ -52,7 +58,9 @@ struct HapticOutput {
   std::size_t cutVoxels = 0;  // in this tick
   double cutVolume = 0;       // [m^3]
   double energy = 0;          // net work of the hand since the start [J]
-  double leastEnergy = 0;     // its minimum: below zero only where the loop was not passive [J]
+  // Its minimum [J]. Below zero by no more than the hand's change of speed in a tick makes of it.
+  double leastEnergy = 0;
+  double withheld = 0;  // of the force, so that the energy stays above zero; else 0 [N]
 };
 
 class HapticLoop {
@@ -76,8 +84,12 @@ class HapticLoop {
   double letGo(const Vec3& lead, const Vec3& step) const;
   void press(const HapticInput& input);
   void calm(const Vec3& step);
-  void watchEnergy(const Vec3& hand);
-  Law lawNow() const;
+  Embedding search(double reach);
+  Embedding searchTable(const HandSpring& hand, const Index& index);
+  Interaction interactionNow() const;
+  double scale() const;
+  void limit(Vec3& force);
+  void updateLaw();
 
   BaseVectorField* workpiece_;
   Pose workpiecePose_;
@@ -87,12 +99,16 @@ class HapticLoop {
   std::optional<CuttingProcess> process_;
   Reaction reaction_;
   HapticOutput output_;
+  Law law_;  // of this tick
   LawState state_;
+  double speed_ = 0;     // of the depth in the last tick [m/s]
+  EmbeddingTable table_;  // for Search::Table, of the law or index as it was when last filled
+  KelvinVoigt tabulated_;
+  EnergyWatch watch_;
   Vec3 lastLead_ = Vec3::Zero();  // from the tool to the hand, as far as material held it
   Vec3 lastStep_ = Vec3::Zero();  // the full step toward equilibrium
   double calm_ = 1;               // share of the step that is taken
   bool started_ = false;
-  Vec3 lastHand_ = Vec3::Zero();
   Collision none_;
 };
 
