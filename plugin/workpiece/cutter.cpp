@@ -20,6 +20,14 @@ CuttingProcess::CuttingProcess(const Cutter& cutter) : cutter_(cutter) {
   if (cutter.mostVoxels < 1) throw std::invalid_argument("Cutter: mostVoxels must be positive");
 }
 
+// What is left of a voxel inside the tool [1/255]: `share` is the part of the voxel inside, times
+// its coverage. Otherwise a groove grows wider than its tool.
+static int leftInside(const CollisionVoxel& v, int coverage) {
+  if (coverage == 0) return 0;
+  const double outside = 255 - 255.0 * 255.0 * static_cast<double>(v.share) / coverage;
+  return coverage - static_cast<int>(std::clamp(std::ceil(outside), 0.0, double(coverage)));
+}
+
 CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Collision& collision,
                                          double force, double speed, double seconds) {
   cuts_.clear();
@@ -30,20 +38,20 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
   std::int64_t removed = 0;
   const std::size_t count = collision.voxels.size(), most = cutter_.mostVoxels;
   const std::size_t stride = (count + most - 1) / most;
+  // Voxels with nothing left to cut bear no load: the others take their part.
+  double bearing = 0;
+  for (const CollisionVoxel& v : collision.voxels)
+    if (leftInside(v, workpiece.coverage(v.voxel)) > 0) bearing += static_cast<double>(v.share);
   for (std::size_t k = turn_++ % stride; k < count; k += stride) {
     const CollisionVoxel& v = collision.voxels[k];
     const double ability = static_cast<double>(v.ability), hardness = tissues[v.tissue].hardness;
     if (!(ability * cutter_.hardness > hardness)) continue;
     const int coverage = workpiece.coverage(v.voxel);
-    if (coverage == 0) continue;
-    // At most all that is left inside the tool, however soft: `share` is the part of the voxel
-    // inside, times its coverage. Otherwise a groove grows wider than its tool.
-    const double outside = 255 - 255.0 * 255.0 * static_cast<double>(v.share) / coverage;
-    const int left =
-        coverage - static_cast<int>(std::clamp(std::ceil(outside), 0.0, double(coverage)));
+    const int left = leftInside(v, coverage);
+    if (left == 0) continue;
+    // At most all that is left, however soft.
     carry_ += std::min(static_cast<double>(stride) * ability * static_cast<double>(v.share) /
-                           collision.count * work /
-                           (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
+                           bearing * work / (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
                        static_cast<double>(left));
     const int less = std::min(left, static_cast<int>(carry_));
     if (less == 0 || less < std::min(left, kLeast)) continue;
