@@ -47,6 +47,7 @@
 #include <cloudcontact/workpiece/collision_finder.h>
 #include <cloudcontact/workpiece/cutter.h>
 #include <cloudcontact/workpiece/embedding.h>
+#include <cloudcontact/workpiece/energy_watch.h>
 #include <cloudcontact/workpiece/haptic_loop.h>
 #include <cloudcontact/workpiece/interference.h>
 #include <cloudcontact/workpiece/reaction.h>

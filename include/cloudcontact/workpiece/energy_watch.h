@@ -1,6 +1,6 @@
-// The energy that a haptic loop has taken from the hand, and a bound on its force that keeps it from
-// falling below zero (passivity observer and controller: Hannaford and Ryu, IEEE Trans. Robotics and
-// Automation 18, 2002).
+// The energy that a haptic loop has taken from the hand, and a bound on its force that keeps it
+// from falling below zero (passivity observer and controller: Hannaford and Ryu, IEEE Trans.
+// Robotics and Automation 18, 2002).
 #pragma once
 
 #include <cloudcontact/base/pose.h>

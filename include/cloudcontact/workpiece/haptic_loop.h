@@ -101,7 +101,7 @@ class HapticLoop {
   HapticOutput output_;
   Law law_;  // of this tick
   LawState state_;
-  double speed_ = 0;     // of the depth in the last tick [m/s]
+  double speed_ = 0;      // of the depth in the last tick [m/s]
   EmbeddingTable table_;  // for Search::Table, of the law or index as it was when last filled
   KelvinVoigt tabulated_;
   EnergyWatch watch_;
