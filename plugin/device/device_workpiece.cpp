@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "device/touched_list.h"
 #include "field/brick_layout.h"
 #include "workpiece/area_cut.h"
 
@@ -164,6 +165,17 @@ std::size_t DeviceWorkpiece::cut(const PlacedSolid& area, const Pose& tool) {
   s.cuts.clear();
   listCuts(grid, area, tool, s.cuts);
   return cut(s.cuts);
+}
+
+std::vector<DigitalNormal> DeviceWorkpiece::digitalNormals(
+    std::span<const std::span<const CollisionVoxel>> areas, bool hardness) const {
+  State& s = *state_;
+  const TouchedList list(s.field.bricks(), areas, hardness);
+  if (areas.empty()) return {};
+#if defined(CLOUDCONTACT_OPENCL)
+  if (s.piece) return list.normals(opencl::guarded(s.name, [&] { return s.piece->normals(list); }));
+#endif
+  return list.normals(list.sums(s.field.bricks()));
 }
 
 BaseVectorField DeviceWorkpiece::field() const {

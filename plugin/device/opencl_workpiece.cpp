@@ -320,6 +320,31 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
   return report_.changed;
 }
 
+std::vector<CcNormalSum> OpenClWorkpiece::normals(const TouchedList& list) {
+  checkIntact();
+  Device& d = *device_;
+  const auto send = [&](DeviceBuffer& buffer, const auto& values) -> const cl::Buffer& {
+    const std::size_t bytes = values.size() * sizeof(values[0]);
+    // Kernels need a buffer even if it is empty.
+    const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(bytes, 16));
+    if (bytes > 0)
+      d.queue().enqueueWriteBuffer(target, CL_FALSE, 0, bytes, values.data(), nullptr,
+                                   d.note("areas sent"));
+    return target;
+  };
+  std::vector<CcNormalSum> sums(list.firsts.size() - 1);
+  settled(d.queue(), [&] {
+    const cl::Buffer &voxels = send(touched_, list.voxels), &firsts = send(firsts_, list.firsts),
+                     &terms = send(terms_, list.terms),
+                     &normals = normals_.reserve(d, sums.size() * sizeof(CcNormalSum));
+    d.run({"ccDigitalNormals", sums.size() * CC_NORMAL_LANES, CC_NORMAL_LANES}, grid_.nx, grid_.ny,
+          grid_.nz, deviceTable_.buffer(), deviceBlocks_.buffer(), terms, voxels, firsts, normals);
+    d.queue().enqueueReadBuffer(normals, CL_TRUE, 0, sums.size() * sizeof(CcNormalSum), sums.data(),
+                                nullptr, d.note("normals fetched"));
+  });
+  return sums;
+}
+
 std::vector<MatterSums> OpenClWorkpiece::tissueSums() {
   checkIntact();
   Device& d = *device_;
@@ -372,8 +397,9 @@ void OpenClWorkpiece::fetch(Bricks& to) {
 std::size_t OpenClWorkpiece::bytes() const {
   std::size_t sum = 0;
   for (const DeviceBuffer* g :
-       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &deviceTable_, &deviceBlocks_,
-        &listed_, &list_, &kindOf_, &densities_, &taps_, &runs_, &deviceBricks_, &sums_})
+       {&steps_[0],     &steps_[1], &next_,    &last_,   &lost_,      &home_,   &deviceTable_,
+        &deviceBlocks_, &listed_,   &list_,    &kindOf_, &densities_, &taps_,   &runs_,
+        &deviceBricks_, &sums_,     &touched_, &firsts_, &terms_,     &normals_})
     sum += g->bytes();
   return sum;
 }

@@ -5,6 +5,7 @@
 #include <cloudcontact/field/base_vector_field.h>
 
 #include "device/opencl_device.h"
+#include "device/touched_list.h"
 #include "field/base_vector_bricks.h"
 #include "kernels/cut/area_left.h"
 #include "kernels/cut/matter_cut.h"
@@ -30,6 +31,8 @@ class OpenClWorkpiece {
   std::size_t cut(std::span<const VoxelCut> voxels);
   // The same for all voxels in an area.
   std::size_t cut(const CcArea& area);
+  // As TouchedList::sums().
+  std::vector<CcNormalSum> normals(const TouchedList& list);
   // The sums of each tissue.
   std::vector<MatterSums> tissueSums();
   // Downloads table and blocks: the shared blocks, then the bricks' own in the order of the table.
@@ -67,7 +70,7 @@ class OpenClWorkpiece {
   DeviceCutReport report_;
   PinnedMemory sent_, fetched_, fetchedSums_;
   DeviceBuffer steps_[2], next_, last_, lost_, home_, deviceTable_, deviceBlocks_, listed_, list_,
-      kindOf_, densities_, taps_, runs_, deviceBricks_, sums_;
+      kindOf_, densities_, taps_, runs_, deviceBricks_, sums_, touched_, firsts_, terms_, normals_;
 };
 
 }  // namespace cloudcontact::opencl

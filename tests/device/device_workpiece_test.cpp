@@ -407,5 +407,50 @@ TEST(DeviceCut, TooWideAGridFallsBackToCpu) {
   EXPECT_EQ(piece.field().hash(), cpu.hash());
 }
 
+// Many places of a tool: the device gives the bits of the CPU, and both the means of the collision
+// finder.
+TEST(DeviceWorkpiece, DigitalNormalsOfManyAreas) {
+  const Piece piece = tooth();
+  BaseVectorField field = piece.field();
+  Detection tool;
+  tool.area = {Sphere{6 * kVoxel}, {}};
+  tool.parts = {{{Sphere{3 * kVoxel}, {}}, 0.4}};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(0, 40);
+  std::vector<std::vector<CollisionVoxel>> areas;
+  std::vector<Vec3> means;
+  CollisionFinder finder;
+  const Vec3 origin = field.origin();
+  for (int k = 0; k < 50; ++k) {
+    const Vec3 at = origin + kVoxel * Vec3(place(random), place(random), place(random));
+    const Collision& found = finder.find(field, {}, tool, {Eigen::Quaterniond::Identity(), at});
+    areas.push_back(found.voxels);
+    means.push_back(found.mean);
+  }
+  areas.emplace_back();  // an empty one
+  means.push_back(Vec3::Zero());
+  const std::vector<std::span<const CollisionVoxel>> spans(areas.begin(), areas.end());
+  const DeviceWorkpiece onCpu(piece.field(), {});
+  const std::vector<DigitalNormal> cpu = onCpu.digitalNormals(spans);
+  ASSERT_EQ(cpu.size(), areas.size());
+  int felt = 0;
+  for (std::size_t k = 0; k < areas.size(); ++k) {
+    EXPECT_LT((cpu[k].mean - means[k]).norm(), 1e-7 * kVoxel) << k;  // shares are floats
+    felt += means[k].norm() > 0.1 * kVoxel;
+  }
+  EXPECT_GT(felt, 10);
+  CollisionVoxel outside;
+  outside.voxel = {1000, 0, 0};
+  const std::span<const CollisionVoxel> bad[] = {{&outside, 1}};
+  EXPECT_THROW(onCpu.digitalNormals(bad), std::out_of_range);
+  DeviceWorkpiece onDevice(piece.field(), {Backend::OpenCl, false});
+  SKIP_WITHOUT(onDevice);
+  const std::vector<DigitalNormal> device = onDevice.digitalNormals(spans);
+  for (std::size_t k = 0; k < areas.size(); ++k) {
+    EXPECT_EQ(device[k].mean, cpu[k].mean) << k;
+    EXPECT_EQ(device[k].count, cpu[k].count) << k;
+  }
+}
+
 }  // namespace
 }  // namespace cloudcontact::test

@@ -5,11 +5,19 @@
 #include <cstddef>
 
 #include "kernels/contact/batch_layout.h"
+#include "kernels/cut/digital_normal.h"
 #include "kernels/cut/area_left.h"
 #include "kernels/cut/matter_cut.h"
 
 namespace cloudcontact {
 namespace {
+
+TEST(Layout, OfDigitalNormals) {
+  EXPECT_EQ(offsetof(CcTouchedVoxel, share), 8u);
+  EXPECT_EQ(sizeof(CcTouchedVoxel), 16u);
+  EXPECT_EQ(offsetof(CcNormalSum, vector), 8u);
+  EXPECT_EQ(sizeof(CcNormalSum), 32u);
+}
 
 TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcField), 96u);

@@ -11,8 +11,15 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace cloudcontact {
+
+// The digital normal of a collision area (5').
+struct DigitalNormal {
+  double count = 0;          // n: sum of the collision voxels' shares
+  Vec3 mean = Vec3::Zero();  // of their base vectors, in the workpiece's frame [m]
+};
 
 struct DeviceWorkpieceSettings {
   Backend backend = Backend::Cpu;
@@ -46,6 +53,13 @@ class DeviceWorkpiece {
   // The same for all voxels of cutsOf(field, area, tool) (cutter.h). Only the tool's pose is sent
   // to the device, unless the area is a cloud. Throws as cutsOf() does, too.
   std::size_t cut(const PlacedSolid& area, const Pose& tool);
+
+  // The digital normals of many collision areas, each given by its collision voxels, such as
+  // Collision::voxels of many places of a tool. Both backends give the same bits; they agree with
+  // Collision::mean but for rounding. `hardness`: h in (5'). Throws std::out_of_range where a voxel
+  // lies outside the grid, and std::runtime_error if the device fails.
+  std::vector<DigitalNormal> digitalNormals(std::span<const std::span<const CollisionVoxel>> areas,
+                                            bool hardness = true) const;
 
   // The workpiece as it is now, copied from the device.
   BaseVectorField field() const;
