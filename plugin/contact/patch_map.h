@@ -27,9 +27,16 @@ class PatchMap {
     Cell cell;
     const Binner::Bin* bin;
   };
-  void consider(const Cell& cell, int side, const Vec3& normal, double& best, int& patch) const;
+  // The entries of a cell.
+  struct Run {
+    Cell cell;
+    std::size_t first, last;
+  };
+  Run runOf(const Cell& cell) const;
+  void consider(const Run& run, int side, const Vec3& normal, double& best, int& patch) const;
 
   std::vector<Entry> entries_;  // sorted by cell
+  mutable Run latest_{};        // neighboring voxels mostly share a cell
   double perCell_ = 0;
 };
 

@@ -73,12 +73,12 @@ bool TouchedMatter::wanted(const ContactBody& a, const ContactBody& b,
 
 void TouchedMatter::addBody(const ContactBody& own, const ContactBody& other, Side side,
                             bool vectors, const PairFrame& frame, const FoundHits& found,
-                            const Eigen::AlignedBox3d& box) {
+                            double reach) {
   const Cloud& cloud = own.field->cloud();
   std::optional<VectorReader> reader;
   if (vectors) reader.emplace(own, other, frame);
   const TouchedVoxels voxels(own, other, frame, areaOf(other, vectors), found.gap);
-  voxels.each(box, [&](const TouchedVoxel& v) {
+  voxels.each(found.hits, reach, near_, [&](const TouchedVoxel& v) {
     const int patch = map_.of(v.at, 1 - side, v.other);
     PatchMatter& to = patch < 0 ? rest_ : matter_[static_cast<std::size_t>(patch)];
     to.count[side] += v.share;
@@ -110,15 +110,10 @@ std::span<const PatchMatter> TouchedMatter::of(const ContactBody& a, const Conta
   rest_ = {};
   if (found.hits.empty()) return matter_;
   map_.read(found.bins, found.cell);
-  Eigen::AlignedBox3d box;
-  const auto columns = found.hits.columns();
-  for (std::size_t i = 0; i < found.hits.size(); ++i)
-    box.extend(Vec3(columns.x[i], columns.y[i], columns.z[i]));
-  const Vec3 around = Vec3::Constant(((1 << found.level) + kBesideHits) * frame.voxel);
-  box = {Vec3(box.min() - around), Vec3(box.max() + around)};
+  const double reach = ((1 << found.level) + kBesideHits) * frame.voxel;
   const bool vectors = settings.normals == Normals::BaseVectors;
-  if (a.field && (vectors || a.tissues)) addBody(a, b, kA, vectors, frame, found, box);
-  if (b.field && (vectors || b.tissues)) addBody(b, a, kB, vectors, frame, found, box);
+  if (a.field && (vectors || a.tissues)) addBody(a, b, kA, vectors, frame, found, reach);
+  if (b.field && (vectors || b.tissues)) addBody(b, a, kB, vectors, frame, found, reach);
   shareRest();
   return matter_;
 }

@@ -44,10 +44,11 @@ class TouchedMatter {
 
  private:
   void addBody(const ContactBody& own, const ContactBody& other, Side side, bool vectors,
-               const PairFrame& frame, const FoundHits& found, const Eigen::AlignedBox3d& box);
+               const PairFrame& frame, const FoundHits& found, double reach);
   void shareRest();
 
   PatchMap map_;
+  std::vector<std::uint8_t> near_;  // which bricks are near hits
   std::vector<PatchMatter> matter_;
   PatchMatter rest_;  // of voxels near no bin
 };

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/grid_index.h"
 #include "kernels/contact/search.h"
 
 namespace cloudcontact {
@@ -42,16 +41,42 @@ TouchedVoxels::TouchedVoxels(const ContactBody& own, const ContactBody& other,
     field_ = &other.field->data();
 }
 
-TouchedVoxels::Range TouchedVoxels::rangeOf(const Eigen::AlignedBox3d& box) const {
-  Eigen::AlignedBox3d grid;
-  for (int k = 0; k < 8; ++k)
-    grid.extend(toFrame_.toLocal(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k))) /
-                voxel_);
-  const Vec3 top = own_.cloud().size().cast<double>() - Vec3::Ones();
-  const auto voxelOf = [&](const Vec3& x) -> Eigen::Vector3i {
-    return x.cwiseMax(0.0).cwiseMin(top).cast<int>();
+TouchedVoxels::Range TouchedVoxels::bricksNear(const HitColumns& hits, double reach,
+                                               std::vector<std::uint8_t>& near) const {
+  const auto c = hits.columns();
+  const Vec3 around = Vec3::Constant(reach / voxel_);
+  const Eigen::Vector3i last = own_.cloud().bricks() - Eigen::Vector3i::Ones();
+  const auto bricksAt = [&](std::size_t i) {
+    const Vec3 at = toFrame_.toLocal(Vec3(c.x[i], c.y[i], c.z[i])) / voxel_;
+    const auto brickOf = [&](const Vec3& x) -> Eigen::Vector3i {
+      const Vec3 inside = (x / kBrickEdge).cwiseMax(0.0).cwiseMin(last.cast<double>());
+      return inside.cast<int>();
+    };
+    return Range{brickOf(at - around), brickOf(at + around)};
   };
-  return {voxelOf(grid.min()), voxelOf(grid.max())};
+  Range range = bricksAt(0);
+  for (std::size_t i = 1; i < hits.size(); ++i) {
+    const Range one = bricksAt(i);
+    range.low = range.low.cwiseMin(one.low);
+    range.high = range.high.cwiseMax(one.high);
+  }
+  const Eigen::Vector3i n = range.high - range.low + Eigen::Vector3i::Ones();
+  near.assign(static_cast<std::size_t>(n.prod()), 0);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Range one = bricksAt(i);
+    for (int z = one.low.z(); z <= one.high.z(); ++z)
+      for (int y = one.low.y(); y <= one.high.y(); ++y)
+        for (int x = one.low.x(); x <= one.high.x(); ++x)
+          near[gridIndex(Eigen::Vector3i(x, y, z) - range.low, n)] = 1;
+  }
+  return range;
+}
+
+bool TouchedVoxels::within(const Eigen::Vector3i& brick) const {
+  const Vec3 middle = (kBrickEdge * brick).cast<double>() + Vec3::Constant(0.5 * kBrickEdge);
+  const float at[3] = {float(middle.x()), float(middle.y()), float(middle.z())};
+  Vec3 normal;
+  return (field_ ? depthInField(at, normal) : depthInSolid(at, normal)) > 0;
 }
 
 const std::uint8_t* TouchedVoxels::coverageOf(const Eigen::Vector3i& brick) const {

@@ -4,6 +4,10 @@
 
 #include <cloudcontact/voxels/voxel_cut.h>
 
+#include <vector>
+
+#include "base/grid_index.h"
+#include "contact/hit_columns.h"
 #include "contact/pair_frame.h"
 #include "field/field_data.h"
 
@@ -24,38 +28,33 @@ class TouchedVoxels {
   TouchedVoxels(const ContactBody& own, const ContactBody& other, const PairFrame& frame,
                 const PlacedSolid* area, double shift);
 
-  // Calls visit(TouchedVoxel) for each collision voxel in `box` (pair's frame) [m], in a fixed
-  // order.
+  // Calls visit(TouchedVoxel) for each collision voxel within `reach` [m] of a hit, and of the
+  // bricks between them that lie in the other body, in a fixed order.
   template <typename Visit>
-  void each(const Eigen::AlignedBox3d& box, const Visit& visit) const {
-    const Range range = rangeOf(box);
-    const Eigen::Vector3i first = range.low / kBrickEdge, last = range.high / kBrickEdge;
+  void each(const HitColumns& hits, double reach, std::vector<std::uint8_t>& memory,
+            const Visit& visit) const {
+    if (hits.empty()) return;
+    const Range range = bricksNear(hits, reach, memory);
+    const Eigen::Vector3i n = range.high - range.low + Eigen::Vector3i::Ones();
     TouchedVoxel found;
-    for (int z = first.z(); z <= last.z(); ++z)
-      for (int y = first.y(); y <= last.y(); ++y)
-        for (int x = first.x(); x <= last.x(); ++x) {
-          const Eigen::Vector3i brick(x, y, z);
-          const std::uint8_t* const coverage = coverageOf(brick);
-          if (!coverage || farFrom(brick)) continue;
-          const Eigen::Vector3i corner = kBrickEdge * brick;
-          const Eigen::Vector3i low = range.low.cwiseMax(corner),
-                                high = range.high.cwiseMin(
-                                    Eigen::Vector3i(corner.array() + (kBrickEdge - 1)));
-          for (int k = low.z(); k <= high.z(); ++k)
-            for (int j = low.y(); j <= high.y(); ++j)
-              for (int i = low.x(); i <= high.x(); ++i) {
-                const std::uint8_t full = coverage[cellIndex(i, j, k)];
-                if (full == 0 || !lookUp({i, j, k}, full, found)) continue;
-                visit(found);
-              }
-        }
+    for (std::size_t k = 0; k < memory.size(); ++k) {
+      const Eigen::Vector3i brick = range.low + gridCell(k, n);
+      const std::uint8_t* const coverage = coverageOf(brick);
+      if (!coverage || (memory[k] == 0 ? !within(brick) : farFrom(brick))) continue;
+      const VoxelIndex corner = kBrickEdge * brick;
+      for (int cell = 0; cell < kBrickVoxels; ++cell)
+        if (coverage[cell] > 0 && lookUp(corner + cellOffset(cell), coverage[cell], found))
+          visit(found);
+    }
   }
 
  private:
   struct Range {
-    Eigen::Vector3i low, high;  // voxels, both included
+    Eigen::Vector3i low, high;  // bricks, both included
   };
-  Range rangeOf(const Eigen::AlignedBox3d& box) const;
+  // The bricks around the hits; `near` is 1 for those within `reach` of one.
+  Range bricksNear(const HitColumns& hits, double reach, std::vector<std::uint8_t>& near) const;
+  bool within(const Eigen::Vector3i& brick) const;  // its middle lies in the other body
   // Null for a brick without matter.
   const std::uint8_t* coverageOf(const Eigen::Vector3i& brick) const;
   bool farFrom(const Eigen::Vector3i& brick) const;
