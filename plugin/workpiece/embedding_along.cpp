@@ -33,6 +33,8 @@ constexpr double kSteepTop = 0.3, kFlatTop = 0.2;  // mean spread of the top: li
 constexpr double kPointed = 1.1, kBlunt = 1.07;    // ratio of the top's moments: likewise
 constexpr double kTipRadius = 3;                   // of a cloud's tip
 constexpr double kSure = 0.4;                      // length that needs no matter of the body
+// A line at most this many times as long as its start is deep in D is no wall's.
+constexpr double kAlike = 1.2;
 constexpr double kLoose = 0.4;        // length that it may have beside the matter found
 constexpr double kInside = 0.75;      // steps from the side of D, to look for matter
 constexpr double kShallowest = -0.5;  // length that may still count
@@ -90,6 +92,7 @@ struct View {
   // farther inside D.
   double filled(const Vec3& point, double length) const {
     if (!matter || length < kSure) return length;
+    if (length * spacing < kAlike * depthOf(area, point)) return length;
     Vec3 inside = point - 0.5 * length * spacing * n;
     for (int k = 0; k < 2; ++k) {
       const Vec3 normal = normalOf(area, inside);
