@@ -72,7 +72,7 @@ void addPaperOptions(CLI::App& command, CommonOptions& o) {
       "SOLID", [&o](const std::string& t) { o.paper.window = readWindow("--window", t); });
   add(command, "--representative", "the paper's Gr, from the center of C [m] (default \"0 0 0\")",
       "\"x y z\"",
-      [&o](const std::string& t) { o.paper.representative = readPoint("--representative", t); });
+      [&o](const std::string& t) { o.paper.representative = readVector("--representative", t); });
   command.add_flag("--hardness", o.paper.hardness,
                    "base vectors count by the hardness of their tissue, (5') of the paper");
 }

@@ -12,7 +12,8 @@
 #include "io/progress.h"
 #include "replay/recorder.h"
 #include "replay/replay_file.h"
-#include "scene/scene_shapes.h"
+#include "scene/scene_clouds.h"
+#include "scene/scene_file.h"
 #include "scene/simulation.h"
 
 namespace cloudcontact::program {
@@ -74,7 +75,30 @@ Json bodyJson(const World& world, const SimulationReport& report, std::size_t i)
           {"turns", asJson(report.turns[i])}};
 }
 
-Json reportJson(const World& world, const SimulationReport& r, const CommonOptions& options) {
+// Of the scene's bodies that can be cut, and of pieces that were cut again.
+Json cutJson(const World& world, std::size_t sceneBodies) {
+  Json cuts = Json::array();
+  for (std::size_t i = 0; i < world.bodyCount(); ++i) {
+    const CutRecord& cut = world.cutOf(i);
+    if (!world.isCuttable(i) || (i >= sceneBodies && cut.mass == 0)) continue;
+    cuts.push_back({{"body", world.name(i)},
+                    {"volume", cut.volume},
+                    {"mass", cut.mass},
+                    {"pieces", cut.pieces},
+                    {"gone", cut.gone}});
+  }
+  return cuts;
+}
+
+Json unmeasuredJson(const World& world) {
+  Json names = Json::array();
+  for (std::size_t i = 0; i < world.bodyCount(); ++i)
+    if (!world.isMeasured(i)) names.push_back(world.name(i));
+  return names;
+}
+
+Json reportJson(const World& world, const SimulationReport& r, const CommonOptions& options,
+                std::size_t sceneBodies) {
   std::ostringstream hash;
   hash << std::hex << std::setw(16) << std::setfill('0') << r.hash;
   Json json;
@@ -95,6 +119,9 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   json["springEnergyStart"] = r.energyStart.spring;
   json["springEnergyEnd"] = r.energyEnd.spring;
   json["springEnergyMax"] = r.springEnergyMax;
+  json["energyCutAway"] = r.energyEnd.cutAway;
+  json["unmeasured"] = unmeasuredJson(world);
+  json["cut"] = cutJson(world, sceneBodies);
   json["hash"] = hash.str();
   json["bodies"] = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -115,10 +142,21 @@ void printText(const Json& j) {
             << "  energy        " << number("energyStart") << " J at the start, "
             << number("energyEnd") << " J at the end, " << number("energyMax") << " J at most\n"
             << "  hash          " << j["hash"].get<std::string>() << '\n';
+  for (const Json& c : j["cut"])
+    std::cout << "  " << c["body"].get<std::string>() << "  lost " << c["volume"].get<double>()
+              << " m^3, " << c["mass"].get<double>() << " kg, and " << c["pieces"] << " pieces\n";
   for (const Json& b : j["bodies"])
     std::cout << "  " << b["name"].get<std::string>() << "  at " << vectorText(b["position"])
               << "  turned " << vectorText(b["turns"])
               << (b["asleep"].get<bool>() ? "  asleep\n" : "\n");
+}
+
+void noteUnmeasured(const World& world) {
+  const Json names = unmeasuredJson(world);
+  if (names.empty()) return;
+  std::cerr << "cloudcontact: penetration leaves out " << names.size()
+            << (names.size() == 1 ? " body" : " bodies") << " without a mesh or that can be cut ('"
+            << names[0].get<std::string>() << "')\n";
 }
 
 // Adds the texts of a page to a replay.
@@ -132,10 +170,7 @@ Replay described(Replay replay, const SceneDescription& scene, const SimulateOpt
   return replay;
 }
 
-void run(const SimulateOptions& options) {
-  if (!options.replay.empty()) checkReplay(options.replay);
-  if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
-  const SceneDescription scene = loadScene(options.scene);
+WorldSettings worldSettings(const SceneDescription& scene, const SimulateOptions& options) {
   WorldSettings settings;
   settings.common = options.common;
   settings.iterations = options.iterations;
@@ -145,6 +180,14 @@ void run(const SimulateOptions& options) {
     settings.voxel = defaultVoxel(scene, options.common);
     std::cerr << "cloudcontact: voxels of " << settings.voxel << " m (--voxel)\n";
   }
+  return settings;
+}
+
+void run(const SimulateOptions& options) {
+  if (!options.replay.empty()) checkReplay(options.replay);
+  if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
+  const SceneDescription scene = loadScene(options.scene);
+  const WorldSettings settings = worldSettings(scene, options);
   SimulationSettings run;
   run.seconds = options.seconds.value_or(kDefaultSeconds);
   run.step = options.step.value_or(scene.step);
@@ -153,6 +196,7 @@ void run(const SimulateOptions& options) {
     throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
                    "a thousand million; give a longer --step or fewer --seconds");
   World world(scene, settings);
+  noteUnmeasured(world);
   Trajectory trajectory(options.trajectory);
   Recorder recorder;
   if (!options.replay.empty()) recorder.begin(world, scene.name, run.seconds, run.step);
@@ -167,7 +211,7 @@ void run(const SimulateOptions& options) {
   if (!options.trajectory.empty()) trajectory.write();
   if (!options.replay.empty())
     saveReplay(described(recorder.finish(), scene, options, settings, report), options.replay);
-  const Json json = reportJson(world, report, options.common);
+  const Json json = reportJson(world, report, options.common, scene.bodies.size());
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
   else

@@ -224,9 +224,9 @@ Pose readPose(std::string_view option, const std::string& text) {
   return pose;
 }
 
-Vec3 readPoint(std::string_view option, const std::string& text) {
+Vec3 readVector(std::string_view option, const std::string& text) {
   const std::vector<double> v = numbers(text);
-  if (v.size() != 3) refuse(option, text, "\"x y z\", in meters, none beyond 1e9");
+  if (v.size() != 3) refuse(option, text, "three numbers \"x y z\", none beyond 1e9");
   return {v[0], v[1], v[2]};
 }
 

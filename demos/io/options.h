@@ -74,7 +74,8 @@ double readNotNegative(std::string_view option, const std::string& text);
 int readCount(std::string_view option, const std::string& text, int least, int most);
 // "x y z" or "x y z qx qy qz qw"; the quaternion is normalized.
 Pose readPose(std::string_view option, const std::string& text);
-Vec3 readPoint(std::string_view option, const std::string& text);  // "x y z"
+// "x y z"
+Vec3 readVector(std::string_view option, const std::string& text);
 // "PART=TISSUE"
 std::pair<std::string, std::string> readTissueName(const std::string& option,
                                                    const std::string& text);

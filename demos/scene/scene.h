@@ -1,9 +1,11 @@
-// A scene as plain values, read from an SDFormat world. An element that the file leaves out is an
-// empty optional, never the format's default.
+// A scene as plain values, as an SDFormat world states them (scene_file.h). An element that the
+// file leaves out is an empty optional, never the format's default.
 #pragma once
 
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/law/solid.h>
 #include <cloudcontact/mesh/mesh.h>
+#include <cloudcontact/workpiece/cutter.h>
 
 #include <filesystem>
 #include <memory>
@@ -31,7 +33,7 @@ struct ScenePlane {
   Vec3 normal = Vec3::UnitZ();  // infinite; the material lies behind it
 };
 // A mesh from a file, or one made in memory: then `file` is its name, and equal names mean equal
-// meshes.
+// meshes. A file may also hold points or another digital object.
 struct SceneMesh {
   std::filesystem::path file;
   Vec3 scale = Vec3::Ones();
@@ -40,10 +42,42 @@ struct SceneMesh {
 using SceneGeometry =
     std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane, SceneMesh>;
 
+// What a part is made of, by the name of a tissue.
+struct SceneTissue {
+  std::string part;  // of the mesh file; empty: all that no other entry names
+  std::string name;
+};
+
+// A collision that cuts: its ability in (5') and the cutter.
+struct SceneCutter {
+  double ability = 1;
+  Cutter cutter;
+};
+
+// What a collision brings to contacts by the paper's method; empty: the default. [m]
+struct ScenePaper {
+  std::optional<Solid> window;         // C, in the collision's axes
+  std::optional<Vec3> representative;  // Gr from C's center, in the collision's axes
+  std::optional<Solid> area;           // D, in the collision's frame
+  bool isGiven() const { return window || representative || area; }
+};
+
 struct SceneCollision {
   std::string name;
   Pose pose;  // in the body's frame
   SceneGeometry geometry;
+  std::string where = {};  // for messages: the file and the collision
+  std::vector<SceneTissue> tissues = {};
+  std::optional<SceneCutter> cutter = {};
+  bool isCuttable = false;
+  ScenePaper paper = {};
+};
+
+// A body that moves at constant velocity, whatever it meets.
+struct SceneDrive {
+  Pose place;                   // of the driven frame in the body's frame
+  Vec3 linear = Vec3::Zero();   // of the driven frame's origin, in the world [m/s]
+  Vec3 angular = Vec3::Zero();  // about it, in the world [rad/s]
 };
 
 // A link of a model. The only link of a model has the model's name and frame; others are named
@@ -64,6 +98,8 @@ struct SceneBody {
   Vec3 angularVelocity = Vec3::Zero();  // in the world [rad/s]
   int model = 0;                        // bodies of one model do not touch each other ...
   bool selfCollide = false;             // ... unless the model says so
+  std::optional<SceneDrive> drive = {};
+  bool isFree() const { return !isStatic && !drive; }  // forces move it
 };
 
 struct SceneJoint {
@@ -84,10 +120,5 @@ struct SceneDescription {
   std::vector<SceneBody> bodies;
   std::vector<SceneJoint> joints;
 };
-
-// Reads the only world of an SDFormat file; mesh paths are relative to the file. Throws BadInput
-// naming the file and the element if the file is unreadable, not SDFormat or has no world, if a
-// geometry or joint is not supported, or if a value is not finite or not positive.
-SceneDescription loadScene(const std::filesystem::path& file);
 
 }  // namespace cloudcontact::program

@@ -91,8 +91,12 @@ bool ModelFilter::needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProx
   const bool wanted = (a->m_collisionFilterGroup & b->m_collisionFilterMask) != 0 &&
                       (b->m_collisionFilterGroup & a->m_collisionFilterMask) != 0;
   if (!wanted) return false;
-  const Body& bodyA = bodies_[indexOf(static_cast<btCollisionObject*>(a->m_clientObject))];
-  const Body& bodyB = bodies_[indexOf(static_cast<btCollisionObject*>(b->m_clientObject))];
+  const int indexA = indexOf(static_cast<btCollisionObject*>(a->m_clientObject));
+  const int indexB = indexOf(static_cast<btCollisionObject*>(b->m_clientObject));
+  if (indexA < 0 || indexB < 0) return true;  // a piece that just fell off
+  const Body &bodyA = bodies_[indexA], &bodyB = bodies_[indexB];
+  const bool cuts = (bodyA.isTool && bodyB.isCuttable) || (bodyB.isTool && bodyA.isCuttable);
+  if (!bodyA.isFree && !bodyB.isFree && !cuts) return false;
   return bodyA.model != bodyB.model || bodyA.selfCollide;
 }
 

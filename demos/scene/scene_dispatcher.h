@@ -42,6 +42,10 @@ class SceneDispatcher : public CloudDispatcher {
   // the step.
   std::function<void()> onContacts;
 
+  // Of the body with the next index.
+  void add(const Surface& surface) { settings_.bodies.push_back(surface); }
+  const SurfaceSettings& surfaces() const { return settings_; }
+
   double seconds() const { return seconds_; }
 
  private:
@@ -64,14 +68,19 @@ class TimedSolver : public ExtrapolatingSolver {
   double seconds_ = 0;
 };
 
-// Skips pairs of links of one model, unless the model lets them collide.
+// Skips pairs of links of one model, unless the model lets them collide, and pairs that no force
+// moves, unless one cuts the other.
 class ModelFilter : public btOverlapFilterCallback {
  public:
   struct Body {
     int model = 0;
     bool selfCollide = false;
+    bool isFree = true;
+    bool isTool = false, isCuttable = false;
   };
   explicit ModelFilter(std::vector<Body> bodies) : bodies_(std::move(bodies)) {}
+  // The body with the next index.
+  void add(const Body& body) { bodies_.push_back(body); }
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override;
 
  private:

@@ -2,17 +2,15 @@
 #include "scene/scene_shapes.h"
 
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/mesh/mesh_file.h>
-#include <cloudcontact/mesh/mesh_repair.h>
-#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/voxels/matter_sums.h>
+#include <cloudcontact/workpiece/cloud_solid.h>
 
 #include <Eigen/Eigenvalues>
-#include <iostream>
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "io/errors.h"
-#include "io/progress.h"
-#include "scene/body.h"
 #include "scene/bullet_vectors.h"
 #include "scene/paper_settings.h"
 #include "scene/primitive_mesh.h"
@@ -20,81 +18,10 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kFacetTolerance = 0.002;  // of primitives' meshes [voxels]
-constexpr double kDefaultDensity = 1000;   // of bodies without a mass: water [kg/m^3]
-constexpr double kDiagonalEnough = 1e-3;   // off-diagonals below this share count as 0
-constexpr double kVoxelOfDiagonal = 0.01;
+constexpr double kDefaultDensity = 1000;  // of bodies without a mass: water [kg/m^3]
+constexpr double kCrumb = 20;             // smaller pieces count as cut away [voxels]
+constexpr double kDiagonalEnough = 1e-3;  // off-diagonals below this share count as 0
 constexpr double kDrawnTolerance = 5e-4;  // of a primitive's diagonal: invisible at 1000 px
-
-bool isMesh(const SceneGeometry& g) {
-  return std::holds_alternative<SceneMesh>(g);
-}
-bool isPlane(const SceneGeometry& g) {
-  return std::holds_alternative<ScenePlane>(g);
-}
-
-Solid analytic(const SceneGeometry& geometry) {
-  struct Visitor {
-    Solid operator()(const SceneBox& b) const { return Box{b.size / 2}; }
-    Solid operator()(const SceneSphere& s) const { return Sphere{s.radius}; }
-    Solid operator()(const SceneCylinder& c) const { return Cylinder{c.radius, c.length / 2}; }
-    Solid operator()(const SceneCapsule& c) const { return Capsule{c.radius, c.length / 2}; }
-    Solid operator()(const ScenePlane& p) const { return HalfSpace{p.normal, 0}; }
-    Solid operator()(const SceneMesh&) const { return Hull{}; }
-  };
-  return std::visit(Visitor{}, geometry);
-}
-
-// Equal keys mean geometry that is equal to the bit.
-std::string keyOf(const SceneGeometry& geometry) {
-  std::ostringstream key;
-  key << std::hexfloat << geometry.index();
-  struct Visitor {
-    std::ostream& out;
-    void operator()(const SceneBox& b) const { out << ' ' << b.size.transpose(); }
-    void operator()(const SceneSphere& s) const { out << ' ' << s.radius; }
-    void operator()(const SceneCylinder& c) const { out << ' ' << c.radius << ' ' << c.length; }
-    void operator()(const SceneCapsule& c) const { out << ' ' << c.radius << ' ' << c.length; }
-    void operator()(const ScenePlane& p) const { out << ' ' << p.normal.transpose(); }
-    void operator()(const SceneMesh& m) const {
-      out << ' ' << m.file.string() << ' ' << m.scale.transpose();
-    }
-  };
-  std::visit(Visitor{key}, geometry);
-  return key.str();
-}
-
-std::string keyOf(const Eigen::Quaterniond& q) {
-  std::ostringstream key;
-  key << std::hexfloat << " q " << q.coeffs().transpose();
-  return key.str();
-}
-
-std::string keyOf(const Vec3& v) {
-  std::ostringstream key;
-  key << std::hexfloat << " p " << v.transpose();
-  return key.str();
-}
-
-Mesh moved(const Mesh& mesh, const Pose& pose) {
-  Mesh out = mesh;
-  for (Vec3& v : out.vertices) v = pose.toWorld(v);
-  return out;
-}
-
-// Turns the library's exceptions into BadInput that names the body.
-template <class Work>
-auto naming(const std::string& body, Work work) {
-  try {
-    return work();
-  } catch (const BadInput&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw BadInput("body '" + body + "': " + error.what());
-  }
-}
 
 // Axes in which the inertia is diagonal, each as close to the given one as possible.
 Eigen::Quaterniond principalAxes(const Eigen::Matrix3d& inertia) {
@@ -117,6 +44,29 @@ Eigen::Quaterniond principalAxes(const Eigen::Matrix3d& inertia) {
   return Eigen::Quaterniond(axes).normalized();
 }
 
+bool isIdentity(const Pose& pose) {
+  return pose.position.isZero() && pose.orientation.coeffs().head<3>().isZero();
+}
+
+// Equal keys mean equal elements of our own.
+std::string keyOfElements(const SceneCollision& collision) {
+  std::ostringstream key;
+  key << std::hexfloat;
+  for (const SceneTissue& tissue : collision.tissues)
+    key << " t " << tissue.part.size() << ' ' << tissue.part << ' ' << tissue.name;
+  for (const auto* solid : {&collision.paper.window, &collision.paper.area})
+    if (*solid) key << " s " << (*solid)->index() << boundsOf(**solid).sizes().transpose();
+  if (collision.paper.representative) key << " g " << collision.paper.representative->transpose();
+  if (collision.cutter) key << " c " << collision.cutter->ability;
+  return key.str();
+}
+
+// Voxels alone can be of a tissue, cut or be cut, have base vectors, or be without a mesh.
+void refuseMethod(Method method, const std::string& body, const std::string& why) {
+  throw BadInput("--method " + std::string(nameOf(method)) + ": body '" + body + "' " + why +
+                 "; use cloud");
+}
+
 }  // namespace
 
 // Mass, center and inertia in the scene body's frame.
@@ -128,76 +78,25 @@ struct SceneShapes::Inertia {
 
 SceneShapes::SceneShapes(const CommonOptions& options, double voxel,
                          std::shared_ptr<ShapeStore> store)
-    : options_(options),
-      voxel_(voxel),
-      tissues_(options.tissues),
-      store_(store ? std::move(store) : std::make_shared<ShapeStore>()) {}
+    : options_(options), clouds_(options, voxel, std::move(store)) {}
 
-std::shared_ptr<const Mesh> SceneShapes::mesh(const SceneGeometry& geometry,
-                                              const std::string& body) {
-  auto& kept = meshes_[keyOf(geometry)];
-  if (kept) return kept;
-  return kept = naming(body, [&] {
-           if (!isMesh(geometry))
-             return std::make_shared<const Mesh>(
-                 primitiveMesh(analytic(geometry), kFacetTolerance * voxel_));
-           const auto& named = std::get<SceneMesh>(geometry);
-           Mesh mesh = named.mesh ? *named.mesh : loadMesh(named.file, options_.metersPerUnit);
-           mesh = mended(mesh.scaled(named.scale));
-           if (isSheet(mesh)) {
-             const double thickness = options_.shell.value_or(3 * voxel_);
-             std::cerr << "cloudcontact: " << named.file.string() << " has no inside; made a shell "
-                       << thickness << " m thick behind its faces (--shell)\n";
-             mesh = shell(mesh, thickness);
-           }
-           return std::make_shared<const Mesh>(std::move(mesh));
-         });
+// Whether a body's tissues give it a density.
+bool SceneShapes::hasDensity(const SceneBody& body) {
+  for (const auto& collision : body.collisions)
+    if (isPlane(collision.geometry) || clouds_.tissues(collision, body.name).empty()) return false;
+  return !body.collisions.empty();
 }
 
-std::string SceneShapes::settingsKey() const {
-  return keyOf(Vec3(voxel_, 0, 0)) + (options_.tissues.given() ? " parts" : "");
-}
-
-// The mesh, or the parts of its file as materials if tissues are given.
-Cloud SceneShapes::digitized(const SceneGeometry& geometry, const Mesh& turned,
-                             const Eigen::Quaterniond& turn, const std::string& body) {
-  DigitizeSettings settings;
-  settings.voxelSize = voxel_;
-  settings.threads = options_.threads;
-  settings.progress = progressBar("digitizing " + body);
-  const auto* const file = std::get_if<SceneMesh>(&geometry);
-  if (!options_.tissues.given() || !file || file->mesh) return digitize(turned, settings);
-  std::vector<NamedMesh> parts = loadMeshParts(file->file, options_.metersPerUnit);
-  if (parts.size() < 2 || parts.size() > kMostParts || isSheet(merged(parts)))
-    return digitize(turned, settings);
-  for (NamedMesh& part : parts)
-    part.mesh = moved(part.mesh.scaled(file->scale), {turn, Vec3::Zero()});
-  return digitize(parts, settings);
-}
-
-// Digitizes once for each orientation; positions share the cloud.
-Cloud SceneShapes::cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body) {
-  Cloud& kept = clouds_[keyOf(geometry) + keyOf(pose.orientation)];
-  if (kept.empty()) {
-    const auto original = mesh(geometry, body);
-    kept = naming(body, [&] {
-      const Mesh turned = moved(*original, {pose.orientation, Vec3::Zero()});
-      return store_->clouds.get(contentKey(turned) + settingsKey(), [&] {
-        return digitized(geometry, turned, pose.orientation, body);
-      });
-    });
-  }
-  return kept.translated(pose.position);
-}
-
+// At the densities of tissues where all collisions have them, else at 1.
 SceneShapes::Inertia SceneShapes::geometryInertia(const SceneBody& body) {
   Inertia sum;
   std::vector<MassProperties> parts;
+  const bool weighs = hasDensity(body);
   for (const auto& collision : body.collisions) {
     if (isPlane(collision.geometry)) continue;
-    parts.push_back(cloud(collision.geometry, collision.pose, body.name).massProperties());
-    sum.mass += parts.back().volume;
-    sum.center += parts.back().volume * parts.back().centerOfMass;
+    parts.push_back(clouds_.matter(collision, body.name, weighs));
+    sum.mass += parts.back().mass;
+    sum.center += parts.back().mass * parts.back().centerOfMass;
   }
   if (!(sum.mass > 0))
     throw BadInput("body '" + body.name +
@@ -206,8 +105,8 @@ SceneShapes::Inertia SceneShapes::geometryInertia(const SceneBody& body) {
   sum.center /= sum.mass;
   for (const auto& part : parts) {
     const Vec3 r = part.centerOfMass - sum.center;
-    sum.inertia += part.inertia + part.volume * (r.squaredNorm() * Eigen::Matrix3d::Identity() -
-                                                 r * r.transpose());
+    sum.inertia += part.inertia +
+                   part.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
   }
   return sum;
 }
@@ -220,21 +119,13 @@ SceneShapes::Inertia SceneShapes::bodyInertia(const SceneBody& body) {
     return {*body.mass, at.position, r * *body.inertia * r.transpose()};
   }
   result = geometryInertia(body);
-  const double density = body.mass ? *body.mass / result.mass : kDefaultDensity;
+  const double density = body.mass          ? *body.mass / result.mass
+                         : hasDensity(body) ? 1
+                                            : kDefaultDensity;
   result.mass *= density;
   result.inertia *= density;
   if (body.inertialPose) result.center = body.inertialPose->position;
   return result;
-}
-
-std::shared_ptr<const SurfaceField> SceneShapes::field(const SceneGeometry& geometry,
-                                                       const Pose& pose, const std::string& body) {
-  auto& kept = fields_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
-  if (kept) return kept;
-  const std::string key = contentKey(*mesh(geometry, body)) + keyOf(pose.orientation) +
-                          keyOf(pose.position) + settingsKey();
-  return kept = store_->fields.get(
-             key, [&] { return buildField(cloud(geometry, pose, body), body, options_); });
 }
 
 // Meshes as they are; primitives coarser than for contacts.
@@ -243,8 +134,10 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   part.pose = collision.pose;
   if (isPlane(collision.geometry)) {
     part.planeNormal = std::get<ScenePlane>(collision.geometry).normal;
+  } else if (clouds_.isDigital(collision.geometry, body)) {
+    part.mesh = clouds_.drawn(collision.geometry, body);
   } else if (isMesh(collision.geometry)) {
-    part.mesh = mesh(collision.geometry, body);
+    part.mesh = clouds_.mesh(collision.geometry, body);
   } else {
     auto& kept = drawn_[keyOf(collision.geometry)];
     if (!kept) {
@@ -257,104 +150,178 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   return part;
 }
 
-BulletShape SceneShapes::cloudShape(const SceneGeometry& geometry, const Pose& pose,
-                                    const std::string& body) {
-  auto shape = std::make_shared<CloudShape>(field(geometry, pose, body));
-  const Cloud& cloud = shape->field().cloud();
-  shape->setTissues(tissues_.of(body, cloud.materials()));
-  if (options_.method == Method::Paper)
-    shape->usePaper(paperSettings(options_.paper, cloud.voxelSize(), pose.orientation));
-  return {{}, shape};
-}
-
-// The shape of one collision in the Bullet body's frame: the mesh is moved, not the shape.
-BulletShape SceneShapes::partShape(const SceneGeometry& geometry, const Pose& pose,
-                                   const std::string& body) {
+// The shape of one collision at `pose` in the Bullet body's frame. Meshes and primitives are moved
+// there themselves; digital objects keep their axes and have a place.
+SceneShapes::PlacedShape SceneShapes::partShape(const SceneCollision& collision, const Pose& pose,
+                                                const std::string& body) {
+  const SceneGeometry& geometry = collision.geometry;
   if (isPlane(geometry)) {
     const Vec3 normal = pose.orientation * std::get<ScenePlane>(geometry).normal;
-    return primitiveShape(HalfSpace{normal, normal.dot(pose.position)});
+    return {primitiveShape(HalfSpace{normal, normal.dot(pose.position)}), Pose()};
   }
-  auto& kept = bulletShapes_[keyOf(geometry) + keyOf(pose.orientation) + keyOf(pose.position)];
+  if (usesClouds(options_.method))
+    return {cloudShape(collision, pose, body), clouds_.isDigital(geometry, body) ? pose : Pose()};
+  if (clouds_.isDigital(geometry, body)) refuseMethod(options_.method, body, "has no mesh");
+  if (!collision.tissues.empty()) refuseMethod(options_.method, body, "has tissues");
+  if (collision.paper.isGiven()) refuseMethod(options_.method, body, "has base vectors");
+  if (collision.cutter) refuseMethod(options_.method, body, "cuts");
+  return {bulletShape(geometry, pose, body), Pose()};
+}
+
+// Equal bodies share base vectors.
+BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose& pose,
+                                    const std::string& body) {
+  auto& kept = bulletShapes_[keyOf(collision.geometry) + keyOf(pose) + keyOfElements(collision)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> BulletShape {
-           if (usesClouds(options_.method)) return cloudShape(geometry, pose, body);
+           auto shape =
+               std::make_shared<CloudShape>(clouds_.field(collision.geometry, pose, body).field);
+           shape->setTissues(clouds_.tissues(collision, body));
+           const double voxel = shape->field().cloud().voxelSize();
+           if (const auto settings = paper(collision, voxel, pose, body))
+             shape->usePaper(*settings);
+           return {{}, shape};
+         });
+}
+
+// C, Gr and D of elements, then of the command line; with the collision at `pose` in the axes in
+// which a mesh is digitized.
+std::optional<PaperSettings> SceneShapes::paper(const SceneCollision& collision, double voxel,
+                                                const Pose& pose, const std::string& body) {
+  if (options_.method != Method::Paper && !collision.paper.isGiven()) return {};
+  const Pose place = clouds_.isDigital(collision.geometry, body) ? Pose() : pose;
+  PaperOptions options = options_.paper;
+  if (collision.paper.window) options.window = collision.paper.window;
+  if (collision.paper.representative) options.representative = collision.paper.representative;
+  options.hardness = options.hardness || !collision.tissues.empty();
+  PaperSettings settings = paperSettings(options, voxel, place.orientation);
+  if (collision.paper.area) settings.area = PlacedSolid{*collision.paper.area, place};
+  if (collision.cutter) settings.ability = collision.cutter->ability;
+  return settings;
+}
+
+// What cuts is <area>, or else the collision's own shape.
+std::optional<SceneTool> SceneShapes::tool(const SceneCollision& collision, const Pose& pose,
+                                           const std::string& body) {
+  if (!collision.cutter) return {};
+  return naming(body, [&] {
+    SceneTool tool;
+    tool.cutter = collision.cutter->cutter;
+    tool.detection.ability = collision.cutter->ability;
+    if (collision.paper.area) {
+      tool.detection.area = {*collision.paper.area, pose};
+    } else if (!isMesh(collision.geometry)) {
+      tool.detection.area = {analytic(collision.geometry), pose};
+    } else {
+      const auto [cloud, place] = clouds_.cloud(collision.geometry, pose, body);
+      tool.detection.area = cloudSolid(cloud, place);
+    }
+    return tool;
+  });
+}
+
+BulletShape SceneShapes::bulletShape(const SceneGeometry& geometry, const Pose& pose,
+                                     const std::string& body) {
+  auto& kept = bulletShapes_[keyOf(geometry) + keyOf(pose)];
+  if (kept.shape) return kept;
+  return kept = naming(body, [&]() -> BulletShape {
            if (!isMesh(geometry)) {
              BulletShape bare = primitiveShape(analytic(geometry));
-             if (pose.position.isZero() && pose.orientation.coeffs().head<3>().isZero())
-               return bare;
+             if (isIdentity(pose)) return bare;
              auto compound = std::make_shared<btCompoundShape>(false, 1);
              compound->addChildShape(toBullet(pose), bare.shape.get());
              bare.keep.push_back(bare.shape);
              return {bare.keep, compound};
            }
-           const Mesh at = moved(*mesh(geometry, body), pose);
+           const Mesh at = moved(*clouds_.mesh(geometry, body), pose);
            if (options_.method == Method::Gjk) return hullShape(at);
            if (options_.method == Method::Gimpact) return gimpactShape(at);
            if (options_.method == Method::Hacd)
              return convexPartsShape(
-                 store_->parts.get(contentKey(at), [&] { return convexParts(at); }));
+                 clouds_.store()->parts.get(contentKey(at), [&] { return convexParts(at); }));
            throw BadInput("--method " + std::string(nameOf(options_.method)) + ": body '" + body +
                           "' is a mesh; use cloud, gjk, gimpact or hacd");
          });
 }
 
-BodyParts SceneShapes::make(const SceneBody& body) {
+std::shared_ptr<const Probed> SceneShapes::probes(const SceneGeometry& geometry,
+                                                  const std::string& body) {
+  auto& kept = probed_[keyOf(geometry)];
+  if (!kept)
+    kept = probed(geometry, isPlane(geometry) ? nullptr : clouds_.mesh(geometry, body).get());
+  return kept;
+}
+
+void SceneShapes::addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
+                          std::vector<PlacedShape>& shapes) {
+  const Pose placed = out.frame.inverse() * collision.pose;
+  shapes.push_back(partShape(collision, placed, body.name));
+  out.drawn.parts.push_back(drawnPart(collision, body.name));
+  if (const auto cuts = tool(collision, placed, body.name)) out.tools.push_back(*cuts);
+  if (usesClouds(options_.method) && !isPlane(collision.geometry)) {
+    const auto [field, place] = clouds_.field(collision.geometry, placed, body.name);
+    out.drawn.clouds.push_back({field, out.frame * place});
+  }
+  if (clouds_.isDigital(collision.geometry, body.name))
+    out.isMeasured = false;
+  else
+    out.measured.parts.push_back({probes(collision.geometry, body.name), collision.pose});
+}
+
+// Its mass and frame follow from its matter.
+BodyParts SceneShapes::cuttable(const SceneBody& body) {
+  const SceneCollision& collision = body.collisions.front();
+  if (!usesClouds(options_.method)) refuseMethod(options_.method, body.name, "can be cut");
   BodyParts out;
-  if (!body.isStatic) {
+  out.isMeasured = false;
+  const auto [cloud, place] = clouds_.cloud(collision.geometry, collision.pose, body.name);
+  CuttableMatter& matter = out.matter.emplace();
+  matter.cloud = cloud;
+  matter.place = place;
+  matter.tissues = clouds_.tissues(collision, body.name);
+  if (matter.tissues.empty())
+    throw BadInput(collision.where +
+                   " <cloudcontact:cuttable>: its tissue is missing, whose hardness resists the "
+                   "cutter; add a <cloudcontact:tissue>");
+  matter.paper = paper(collision, cloud.voxelSize(), collision.pose, body.name);
+  std::vector<double>& densities = matter.settings.densities;
+  densities.clear();
+  for (const Tissue& tissue : matter.tissues) densities.push_back(tissue.density);
+  if (body.mass) {
+    const double mass = massPropertiesOf(matterSums(cloud), cloud, densities).mass;
+    for (double& density : densities) density *= *body.mass / mass;
+  }
+  matter.settings.leastPiece = kCrumb * std::pow(cloud.voxelSize(), 3) *
+                               *std::min_element(densities.begin(), densities.end());
+  matter.settings.threads = options_.threads;
+  return out;
+}
+
+BodyParts SceneShapes::make(const SceneBody& body) {
+  if (body.collisions.size() == 1 && body.collisions[0].isCuttable)
+    return naming(body.name, [&] { return cuttable(body); });
+  BodyParts out;
+  if (body.isFree()) {
     const Inertia inertia = bodyInertia(body);
     out.mass = inertia.mass;
     out.frame = {principalAxes(inertia.inertia), inertia.center};
     const Eigen::Matrix3d r = out.frame.orientation.toRotationMatrix();
     out.inertia = (r.transpose() * inertia.inertia * r).diagonal();
   }
-  std::vector<BulletShape> shapes;
-  for (const auto& collision : body.collisions) {
-    const auto& geometry = collision.geometry;
-    const Pose placed = out.frame.inverse() * collision.pose;
-    shapes.push_back(partShape(geometry, placed, body.name));
-    out.drawn.parts.push_back(drawnPart(collision, body.name));
-    if (usesClouds(options_.method) && !isPlane(geometry))
-      out.drawn.clouds.push_back({field(geometry, placed, body.name), out.frame});
-    auto& probes = probed_[keyOf(geometry)];
-    if (!probes)
-      probes = probed(geometry, isPlane(geometry) ? nullptr : mesh(geometry, body.name).get());
-    out.measured.parts.push_back({probes, collision.pose});
-  }
-  if (shapes.size() == 1) {
-    out.shape = shapes.front();
+  std::vector<PlacedShape> shapes;
+  for (const auto& collision : body.collisions) addPart(collision, body, out, shapes);
+  if (shapes.size() == 1 && isIdentity(shapes.front().place)) {
+    out.shape = shapes.front().shape;
     return out;
   }
   auto compound = std::make_shared<btCompoundShape>();  // empty where there is no collision
-  for (BulletShape& part : shapes) {
-    compound->addChildShape(btTransform::getIdentity(), part.shape.get());
+  for (auto& [part, place] : shapes) {
+    compound->addChildShape(toBullet(place), part.shape.get());
     out.shape.keep.insert(out.shape.keep.end(), part.keep.begin(), part.keep.end());
     out.shape.keep.push_back(part.shape);
   }
   out.shape.shape = compound;
   return out;
-}
-
-double defaultVoxel(const SceneDescription& scene, const CommonOptions& options) {
-  // The voxel is not known yet; only sizes are needed here.
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& body : scene.bodies)
-    for (const auto& collision : body.collisions) {
-      if (body.isStatic || isPlane(collision.geometry)) continue;
-      Eigen::AlignedBox3d box;
-      if (isMesh(collision.geometry)) {
-        const auto& named = std::get<SceneMesh>(collision.geometry);
-        const Mesh mesh = naming(body.name, [&] {
-          return named.mesh ? *named.mesh : loadMesh(named.file, options.metersPerUnit);
-        });
-        for (const Vec3& v : mesh.vertices) box.extend(v.cwiseProduct(named.scale));
-      } else {
-        box = boundsOf(analytic(collision.geometry));
-      }
-      least = std::min(least, box.diagonal().norm());
-    }
-  if (!std::isfinite(least))
-    throw BadInput("--voxel: no moving body has a size to take it from; give one");
-  return kVoxelOfDiagonal * least;
 }
 
 }  // namespace cloudcontact::program

@@ -2,21 +2,36 @@
 // solids that measure penetration.
 #pragma once
 
-#include <cloudcontact/field/surface_field.h>
-#include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/bullet/cuttable_body.h>
 
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "io/options.h"
 #include "scene/bullet_methods.h"
 #include "scene/drawn_body.h"
 #include "scene/penetration.h"
 #include "scene/scene.h"
-#include "scene/shape_store.h"
-#include "scene/tissue_file.h"
+#include "scene/scene_clouds.h"
 
 namespace cloudcontact::program {
+
+// What a body that can be cut is made of.
+struct CuttableMatter {
+  Cloud cloud;
+  Pose place;  // of the cloud's frame in the scene body's frame
+  CuttableBodySettings settings;
+  TissueTable tissues;
+  std::optional<PaperSettings> paper;
+};
+
+// A collision that cuts, in the Bullet body's frame.
+struct SceneTool {
+  Detection detection;
+  Cutter cutter;
+};
 
 // The parts of a Bullet body. Its frame differs from the scene body's: Bullet needs the origin at
 // the center of mass and a diagonal inertia.
@@ -26,7 +41,11 @@ struct BodyParts {
   double mass = 0;              // [kg], 0 for a static body
   Vec3 inertia = Vec3::Zero();  // about the frame's axes [kg m^2]
   MeasuredBody measured;        // in the scene body's frame
+  bool isMeasured = true;       // false where a part has no mesh, or can be cut
   DrawnBody drawn;              // in the scene body's frame
+  // For a body that can be cut, in place of shape, frame, mass and inertia.
+  std::optional<CuttableMatter> matter;
+  std::vector<SceneTool> tools = {};
 };
 
 // Makes the parts. Equal bodies share meshes, clouds, fields and distance trees.
@@ -37,39 +56,41 @@ class SceneShapes {
   SceneShapes(const CommonOptions& options, double voxel,
               std::shared_ptr<ShapeStore> store = nullptr);
 
-  // Throws BadInput naming the body if its mesh is unusable, or if the method needs a primitive.
+  // Throws BadInput naming the body if its file is unusable, or if the method needs a primitive or
+  // cannot use what the body is made of.
   BodyParts make(const SceneBody& body);
 
-  // After all bodies: BodyTissues::check().
-  void checkTissues() const { tissues_.check(); }
+  // After all bodies: SceneClouds::checkTissues().
+  void checkTissues() const { clouds_.checkTissues(); }
 
  private:
   struct Inertia;
-  std::shared_ptr<const Mesh> mesh(const SceneGeometry& geometry, const std::string& body);
+  struct PlacedShape {
+    BulletShape shape;
+    Pose place;
+  };
+  bool hasDensity(const SceneBody& body);
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
-  Cloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  std::string settingsKey() const;  // of what clouds depend on beside their meshes
-  Cloud digitized(const SceneGeometry& geometry, const Mesh& turned, const Eigen::Quaterniond& turn,
-                  const std::string& body);
-  BulletShape cloudShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  BulletShape partShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
-  std::shared_ptr<const SurfaceField> field(const SceneGeometry& geometry, const Pose& pose,
-                                            const std::string& body);
+  BodyParts cuttable(const SceneBody& body);
+  void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
+               std::vector<PlacedShape>& shapes);
+  PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const std::string& body);
+  BulletShape cloudShape(const SceneCollision& collision, const Pose& pose,
+                         const std::string& body);
+  std::optional<PaperSettings> paper(const SceneCollision& collision, double voxel,
+                                     const Pose& pose, const std::string& body);
+  std::optional<SceneTool> tool(const SceneCollision& collision, const Pose& pose,
+                                const std::string& body);
+  BulletShape bulletShape(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   DrawnPart drawnPart(const SceneCollision& collision, const std::string& body);
+  std::shared_ptr<const Probed> probes(const SceneGeometry& geometry, const std::string& body);
 
   CommonOptions options_;
-  double voxel_;
-  BodyTissues tissues_;
-  std::shared_ptr<ShapeStore> store_;
-  std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
-  std::map<std::string, Cloud> clouds_;
-  std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;
+  SceneClouds clouds_;
+  std::map<std::string, std::shared_ptr<const Mesh>> drawn_;
   std::map<std::string, BulletShape> bulletShapes_;
   std::map<std::string, std::shared_ptr<const Probed>> probed_;
 };
-
-// Default voxel size of a scene: a hundredth of the smallest moving body's diagonal [m].
-double defaultVoxel(const SceneDescription& scene, const CommonOptions& options);
 
 }  // namespace cloudcontact::program

@@ -15,11 +15,9 @@ constexpr int kLeastInstants = 10;
 // Unwrapped rotations: sums the small rotations between states as vectors in the world.
 class TurnCounter {
  public:
-  explicit TurnCounter(const World& world)
-      : last_(world.bodyCount()), turns_(world.bodyCount(), Vec3::Zero()) {
-    for (std::size_t i = 0; i < last_.size(); ++i) last_[i] = world.pose(i).orientation;
-  }
+  explicit TurnCounter(const World& world) { take(world); }
   void count(const World& world) {
+    take(world);
     for (std::size_t i = 0; i < last_.size(); ++i) {
       if (world.isStatic(i)) continue;
       const Eigen::Quaterniond now = world.pose(i).orientation;
@@ -31,6 +29,14 @@ class TurnCounter {
   const std::vector<Vec3>& turns() const { return turns_; }
 
  private:
+  // Bodies that are new.
+  void take(const World& world) {
+    for (std::size_t i = last_.size(); i < world.bodyCount(); ++i) {
+      last_.push_back(world.pose(i).orientation);
+      turns_.push_back(Vec3::Zero());
+    }
+  }
+
   std::vector<Eigen::Quaterniond> last_;
   std::vector<Vec3> turns_;
 };

@@ -2,7 +2,10 @@
 #include "scene/world.h"
 
 #include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/bullet/world_cutter.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <iostream>
@@ -19,6 +22,9 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kBears = 10;  // for ExtrapolatingSolver
+// A static body that can be cut is a heavy one that is put back after each step, so that the solver
+// finds the force between it and a tool that nothing moves either.
+constexpr double kHeldMass = 1e6;  // in its own masses
 
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
   SurfaceSettings settings;
@@ -34,6 +40,26 @@ SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& o
     settings.bodies.push_back(surface);
   }
   return settings;
+}
+
+// The pose of a driven body that was at `start`.
+Pose drivenPose(const SceneDrive& drive, const Pose& start, double seconds) {
+  Pose at = start * drive.place;
+  at.position += seconds * drive.linear;
+  if (const double speed = drive.angular.norm(); speed > 0)
+    at.orientation = Eigen::AngleAxisd(speed * seconds, drive.angular / speed) * at.orientation;
+  return at * drive.place.inverse();
+}
+
+// Kinetic, and potential in `gravity` [J].
+double energyOf(const btRigidBody& body, const Vec3& gravity) {
+  if (!(body.getInvMass() > 0)) return 0;
+  const double mass = 1 / double(body.getInvMass());
+  const btTransform& at = body.getWorldTransform();
+  const Vec3 inertia = fromBullet(body.getInvInertiaDiagLocal()).cwiseInverse();
+  const Vec3 w = fromBullet(at.getBasis().transpose() * body.getAngularVelocity());
+  return 0.5 * mass * fromBullet(body.getLinearVelocity()).squaredNorm() +
+         0.5 * inertia.dot(w.cwiseAbs2()) - mass * gravity.dot(fromBullet(at.getOrigin()));
 }
 
 void checkOptions(const WorldSettings& settings) {
@@ -58,14 +84,32 @@ void checkOptions(const WorldSettings& settings) {
 struct World::State {
   struct Body {
     SceneBody scene;
-    BodyParts parts;
-    std::unique_ptr<btRigidBody> rigid;
-    Pose fromFrame;  // parts.frame's inverse
+    BodyParts parts;                     // frame, mass and inertia follow the cuts
+    std::unique_ptr<btRigidBody> own;    // null for a body that can be cut
+    std::unique_ptr<CuttableBody> cuts;  // null for others
+    btRigidBody* rigid = nullptr;        // of the one or the other
+    Pose fromFrame;                      // parts.frame's inverse
+    double volume = 0;                   // of a body that can be cut [m^3]
+    CutRecord cut = {};
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
   void addBodies(const SceneDescription& scene, const WorldSettings& settings);
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
+  void makeRigid(Body& body);
+  void makeCuttable(Body& body);
+  void enter(Body& body, bool sleeps);
+  void addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece);
+  void followCut(Body& body, const Pose& movedFrame);
+  void moveJoints(std::size_t body, const Pose& movedFrame);
+  void takeOutcome(std::size_t body, CutOutcome outcome);
+  void cut(std::size_t body, std::span<const VoxelCut> cuts);
+  void vanish(Body& body);
+  void startCutting();
+  void cutAfter(double step);
+  double cuttableEnergy() const;
+  void hold();
+  void drive(bool moves);
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;
@@ -83,16 +127,27 @@ struct World::State {
   std::vector<std::unique_ptr<btTypedConstraint>> joints;
   std::set<std::pair<int, int>> joined;
   btDiscreteDynamicsWorld world;
+  WorldCutter cutter;
   ContactMoment moment;
-  double latestStep = 0;    // [s]
+  double latestStep = 0;  // [s]
+  double time = 0;        // [s]
+  double cutEnergy = 0;   // Energy::cutAway
+  bool hasTools = false;
   std::vector<Pose> poses;  // of all bodies; empty until needed after a step
 };
 
 namespace {
 
+bool hasTool(const SceneBody& body) {
+  return std::any_of(body.collisions.begin(), body.collisions.end(),
+                     [](const SceneCollision& c) { return c.cutter.has_value(); });
+}
+
 std::vector<ModelFilter::Body> modelsOf(const SceneDescription& scene) {
   std::vector<ModelFilter::Body> models;
-  for (const auto& body : scene.bodies) models.push_back({body.model, body.selfCollide});
+  for (const auto& body : scene.bodies)
+    models.push_back({body.model, body.selfCollide, body.isFree(), hasTool(body),
+                      !body.collisions.empty() && body.collisions.front().isCuttable});
   return models;
 }
 
@@ -130,6 +185,12 @@ World::State::State(const SceneDescription& scene, const WorldSettings& settings
   for (const auto& joint : scene.joints) addJoint(joint);
   settle(settings);
   dispatcher.onContacts = [this] { look(); };
+  // Bullet takes a kinematic body's velocity from its last two poses, which are rounded.
+  world.setInternalTickCallback(
+      [](btDynamicsWorld* ticking, btScalar) {
+        static_cast<State*>(ticking->getWorldUserInfo())->drive(false);
+      },
+      this, true);
 }
 
 void World::State::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
@@ -137,27 +198,219 @@ void World::State::addBodies(const SceneDescription& scene, const WorldSettings&
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
   shapes.checkTissues();
+  startCutting();
 }
 
-void World::State::addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings) {
+void World::State::addBody(const SceneBody& scene, BodyParts parts, const WorldSettings& settings) {
+  Body body{scene, std::move(parts), nullptr, nullptr, nullptr, Pose()};
+  if (body.parts.matter)
+    naming(scene.name, [&] { makeCuttable(body); });
+  else
+    makeRigid(body);
+  body.rigid->setUserIndex(static_cast<int>(bodies.size()));
+  if (scene.stiffness && usesClouds(settings.common.method))
+    body.rigid->setContactStiffnessAndDamping(btScalar(*scene.stiffness),
+                                              btScalar(scene.damping.value_or(0)));
+  if (scene.isFree()) {
+    const Vec3 arm = scene.pose.orientation * body.parts.frame.position;
+    body.rigid->setLinearVelocity(
+        toBullet(scene.linearVelocity + scene.angularVelocity.cross(arm)));
+    body.rigid->setAngularVelocity(toBullet(scene.angularVelocity));
+  }
+  body.fromFrame = body.parts.frame.inverse();
+  bodies.push_back(std::move(body));
+  enter(bodies.back(), settings.sleep);
+}
+
+void World::State::makeRigid(Body& body) {
+  const BodyParts& parts = body.parts;
   btRigidBody::btRigidBodyConstructionInfo info(btScalar(parts.mass), nullptr,
                                                 parts.shape.shape.get(), toBullet(parts.inertia));
-  info.m_startWorldTransform = toBullet(body.pose * parts.frame);
+  info.m_startWorldTransform = toBullet(body.scene.pose * parts.frame);
   info.m_restitution = 0;
-  auto rigid = std::make_unique<btRigidBody>(info);
-  rigid->setUserIndex(static_cast<int>(bodies.size()));
-  if (body.stiffness && usesClouds(settings.common.method))
-    rigid->setContactStiffnessAndDamping(btScalar(*body.stiffness),
-                                         btScalar(body.damping.value_or(0)));
-  if (!body.isStatic) {
-    const Vec3 arm = body.pose.orientation * parts.frame.position;
-    rigid->setLinearVelocity(toBullet(body.linearVelocity + body.angularVelocity.cross(arm)));
-    rigid->setAngularVelocity(toBullet(body.angularVelocity));
-    if (!settings.sleep) rigid->setActivationState(DISABLE_DEACTIVATION);
+  body.own = std::make_unique<btRigidBody>(info);
+  body.rigid = body.own.get();
+  if (body.scene.drive)
+    body.rigid->setCollisionFlags(
+        (body.rigid->getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+        btCollisionObject::CF_KINEMATIC_OBJECT);
+}
+
+// Made at the origin, where its frame is not rounded by its distance.
+void World::State::makeCuttable(Body& body) {
+  const CuttableMatter& matter = *body.parts.matter;
+  body.cuts =
+      std::make_unique<CuttableBody>(matter.cloud, btTransform::getIdentity(), matter.settings);
+  body.cuts->shape().setTissues(matter.tissues);
+  if (matter.paper) body.cuts->shape().usePaper(*matter.paper);
+  body.volume = body.cuts->volume();
+  body.rigid = &body.cuts->body();
+  body.rigid->setRestitution(0);
+  body.parts.frame = matter.place * fromBullet(body.rigid->getWorldTransform());
+  followCut(body, Pose());
+  body.rigid->setCenterOfMassTransform(toBullet(body.scene.pose * body.parts.frame));
+  body.rigid->updateInertiaTensor();
+}
+
+void World::State::enter(Body& body, bool sleeps) {
+  if (body.scene.drive || (!body.scene.isStatic && !sleeps))
+    body.rigid->setActivationState(DISABLE_DEACTIVATION);
+  if (!body.cuts) return world.addRigidBody(body.rigid);
+  body.cuts->addTo(world);
+  if (body.scene.isStatic) body.rigid->setGravity(btVector3(0, 0, 0));
+}
+
+// Mass and inertia of a body after a cut that moved its frame by `movedFrame`, in the old one.
+void World::State::followCut(Body& body, const Pose& movedFrame) {
+  body.parts.frame = body.parts.frame * movedFrame;
+  body.fromFrame = body.parts.frame.inverse();
+  body.volume = body.cuts->volume();
+  const double mass = 1 / double(body.rigid->getInvMass());
+  const Vec3 inertia = fromBullet(body.rigid->getInvInertiaDiagLocal()).cwiseInverse();
+  if (body.scene.isStatic) {
+    body.rigid->setMassProps(btScalar(kHeldMass * mass), toBullet(Vec3(kHeldMass * inertia)));
+    body.rigid->updateInertiaTensor();
+  } else {
+    body.parts.mass = mass;
+    body.parts.inertia = inertia;
   }
-  const Pose fromFrame = parts.frame.inverse();
-  bodies.push_back({body, std::move(parts), std::move(rigid), fromFrame});
-  world.addRigidBody(bodies.back().rigid.get());
+}
+
+// Puts static bodies that can be cut back to their places.
+void World::State::hold() {
+  for (auto& body : bodies) {
+    if (!body.cuts || !body.scene.isStatic || body.cut.gone) continue;
+    body.rigid->setLinearVelocity(btVector3(0, 0, 0));
+    body.rigid->setAngularVelocity(btVector3(0, 0, 0));
+    body.rigid->setCenterOfMassTransform(toBullet(body.scene.pose * body.parts.frame));
+  }
+}
+
+// A piece has its body's frame, materials and surface, but touches everything.
+void World::State::addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece) {
+  Body body{bodies[parent].scene, BodyParts(), nullptr, std::move(piece), nullptr, Pose()};
+  const Body& from = bodies[parent];
+  body.scene.name += " piece " + std::to_string(from.cut.pieces);
+  body.scene.isStatic = false;
+  for (const Body& other : bodies) body.scene.model = std::max(body.scene.model, other.scene.model);
+  ++body.scene.model;
+  body.parts.isMeasured = false;
+  body.parts.matter = from.parts.matter;
+  const CuttableMatter& matter = *from.parts.matter;
+  body.cuts->shape().setTissues(matter.tissues);
+  if (matter.paper) body.cuts->shape().usePaper(*matter.paper);
+  if (hasTools) cutter.addBody(*body.cuts, matter.tissues);
+  body.rigid = &body.cuts->body();
+  body.rigid->setGravity(world.getGravity());  // a body that is held has none
+  body.rigid->setUserIndex(static_cast<int>(bodies.size()));
+  body.parts.frame = body.parts.matter->place * (fromBullet(body.cuts->cloudPlace()).inverse() *
+                                                 fromBullet(body.rigid->getWorldTransform()));
+  followCut(body, Pose());
+  dispatcher.add(dispatcher.surfaces().bodies[parent]);
+  filter.add({body.scene.model, true, true, false, true});
+  bodies.push_back(std::move(body));
+}
+
+// Constraint frames lie in the frame of the rigid body, which a cut moves.
+void World::State::moveJoints(std::size_t body, const Pose& movedFrame) {
+  const btTransform back = toBullet(movedFrame.inverse());
+  for (auto& joint : joints) {
+    const bool isA = &joint->getRigidBodyA() == bodies[body].rigid;
+    if (!isA && &joint->getRigidBodyB() != bodies[body].rigid) continue;
+    const auto move = [&](auto& constraint, const btTransform& a, const btTransform& b) {
+      constraint.setFrames(isA ? back * a : a, isA ? b : back * b);
+    };
+    if (auto* hinge = dynamic_cast<btHingeConstraint*>(joint.get()))
+      move(*hinge, btTransform(hinge->getAFrame()), btTransform(hinge->getBFrame()));
+    else if (auto* fixed = dynamic_cast<btFixedConstraint*>(joint.get()))
+      move(*fixed, btTransform(fixed->getFrameOffsetA()), btTransform(fixed->getFrameOffsetB()));
+  }
+}
+
+void World::State::takeOutcome(std::size_t index, CutOutcome outcome) {
+  double lost = bodies[index].volume;
+  for (auto& piece : outcome.fallen) {
+    lost -= piece->volume();
+    ++bodies[index].cut.pieces;
+    addPiece(index, std::move(piece));
+  }
+  Body& body = bodies[index];
+  if (outcome.gone) {
+    vanish(body);
+  } else {
+    followCut(body, outcome.frame);
+    moveJoints(index, outcome.frame);
+    lost -= body.volume;
+  }
+  body.cut.mass += outcome.cutAway.mass;
+  body.cut.volume += lost;
+  poses.clear();
+}
+
+// Nothing is left of a body: it is out of its world, and no joint holds it.
+void World::State::vanish(Body& body) {
+  body.cut.gone = true;
+  body.volume = body.parts.mass = 0;
+  const auto holds = [&](const auto& joint) {
+    return &joint->getRigidBodyA() == body.rigid || &joint->getRigidBodyB() == body.rigid;
+  };
+  for (auto& joint : joints)
+    if (holds(joint)) world.removeConstraint(joint.get());
+  std::erase_if(joints, holds);
+}
+
+double World::State::cuttableEnergy() const {
+  const Vec3 gravity = fromBullet(world.getGravity());
+  double sum = 0;
+  for (const auto& body : bodies)
+    if (body.cuts && body.scene.isFree() && !body.cut.gone) sum += energyOf(*body.rigid, gravity);
+  return sum;
+}
+
+void World::State::cut(std::size_t index, std::span<const VoxelCut> cuts) {
+  if (!bodies[index].cuts || bodies[index].cut.gone) return;
+  const double before = cuttableEnergy();
+  takeOutcome(index, bodies[index].cuts->cut(cuts));
+  cutEnergy += before - cuttableEnergy();
+}
+
+void World::State::startCutting() {
+  for (const auto& body : bodies)
+    for (const SceneTool& tool : body.parts.tools) {
+      naming(body.scene.name, [&] { cutter.addTool(*body.rigid, tool.detection, tool.cutter); });
+      hasTools = true;
+    }
+  if (!hasTools) return;
+  for (const auto& body : bodies)
+    if (body.cuts)
+      naming(body.scene.name, [&] { cutter.addBody(*body.cuts, body.parts.matter->tissues); });
+}
+
+void World::State::cutAfter(double step) {
+  if (!hasTools) return;
+  const double before = cuttableEnergy();
+  std::vector<WorldCut> done = cutter.after(step);
+  if (done.empty()) return;
+  for (WorldCut& cut : done) {
+    const auto found = std::find_if(bodies.begin(), bodies.end(),
+                                    [&](const Body& body) { return body.cuts.get() == cut.body; });
+    takeOutcome(static_cast<std::size_t>(found - bodies.begin()), std::move(cut.outcome));
+  }
+  cutEnergy += before - cuttableEnergy();
+}
+
+// Gives driven bodies their velocities; `moves`: and puts them where they are now.
+void World::State::drive(bool moves) {
+  for (auto& body : bodies) {
+    if (!body.scene.drive) continue;
+    const SceneDrive& drive = *body.scene.drive;
+    const Pose pose = drivenPose(drive, body.scene.pose, time);
+    const Pose rigid = pose * body.parts.frame;
+    if (moves) body.rigid->setWorldTransform(toBullet(rigid));
+    const Vec3 arm = rigid.position - (pose * drive.place).position;
+    body.rigid->setLinearVelocity(toBullet(drive.linear + drive.angular.cross(arm)));
+    body.rigid->setAngularVelocity(toBullet(drive.angular));
+  }
 }
 
 void World::State::addJoint(const SceneJoint& joint) {
@@ -233,8 +486,9 @@ void World::State::look() {
   }
   moment.pairs = static_cast<int>(touching.size());
   const Vec3 gravity = fromBullet(world.getGravity());
+  moment.energy.cutAway = cutEnergy;
   for (const auto& body : bodies) {
-    if (body.scene.isStatic) continue;
+    if (!body.scene.isFree() || body.cut.gone) continue;
     const btTransform& at = body.rigid->getWorldTransform();
     const Vec3 v = fromBullet(body.rigid->getLinearVelocity());
     const Vec3 w = fromBullet(at.getBasis().transpose() * body.rigid->getAngularVelocity());
@@ -250,7 +504,8 @@ std::vector<std::pair<int, int>> World::State::measuredPairs() const {
   for (int a = 0; a < n; ++a)
     for (int b = a + 1; b < n; ++b) {
       const SceneBody &sa = bodies[a].scene, &sb = bodies[b].scene;
-      if (sa.isStatic && sb.isStatic) continue;
+      if (!sa.isFree() && !sb.isFree()) continue;
+      if (!bodies[a].parts.isMeasured || !bodies[b].parts.isMeasured) continue;
       if (sa.model == sb.model && !sa.selfCollide) continue;
       if (joined.count({a, b})) continue;
       pairs.emplace_back(a, b);
@@ -294,12 +549,21 @@ World::World(const SceneDescription& scene, const WorldSettings& settings) {
 // Bullet's world must lose its bodies and joints before they are destroyed.
 World::~World() {
   for (auto& joint : state_->joints) state_->world.removeConstraint(joint.get());
-  for (auto& body : state_->bodies) state_->world.removeRigidBody(body.rigid.get());
+  for (auto& body : state_->bodies) {
+    if (body.cuts)
+      body.cuts->leaveWorld();
+    else
+      state_->world.removeRigidBody(body.rigid);
+  }
 }
 
 void World::step(double seconds) {
   state_->world.stepSimulation(btScalar(seconds), 0);
   state_->latestStep = seconds;
+  state_->time += seconds;
+  state_->drive(true);
+  state_->hold();
+  state_->cutAfter(seconds);
   state_->poses.clear();
   for (const auto& body : state_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
@@ -323,6 +587,24 @@ const std::string& World::name(std::size_t body) const {
 }
 bool World::isStatic(std::size_t body) const {
   return state_->bodies[body].scene.isStatic;
+}
+bool World::isCuttable(std::size_t body) const {
+  return state_->bodies[body].cuts != nullptr;
+}
+const Cloud& World::matter(std::size_t body) const {
+  return state_->bodies[body].cuts->cloud();
+}
+const Pose& World::matterPlace(std::size_t body) const {
+  return state_->bodies[body].parts.matter->place;
+}
+const CutRecord& World::cutOf(std::size_t body) const {
+  return state_->bodies[body].cut;
+}
+void World::cut(std::size_t body, std::span<const VoxelCut> cuts) {
+  state_->cut(body, cuts);
+}
+bool World::isMeasured(std::size_t body) const {
+  return state_->bodies[body].parts.isMeasured;
 }
 const ContactMoment& World::moment() const {
   return state_->moment;

@@ -1,6 +1,9 @@
 // A scene as a running Bullet world.
 #pragma once
 
+#include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/voxel_cut.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -40,6 +43,7 @@ struct Energy {
   double kinetic = 0;
   double potential = 0;  // in gravity, zero at the world's origin
   double spring = 0;     // sum of k d^2 / 2 over contacts with a stiffness
+  double cutAway = 0;    // left with what was cut away, kinetic and potential
   double ofBodies() const { return kinetic + potential; }
 };
 
@@ -76,6 +80,14 @@ struct ContactsNow {
   }
 };
 
+// What was cut off a body so far.
+struct CutRecord {
+  double volume = 0;  // removed [m^3], without the pieces
+  double mass = 0;    // removed [kg]
+  int pieces = 0;     // that fell off and live on as bodies
+  bool gone = false;  // nothing is left of the body
+};
+
 class World {
  public:
   // Throws BadInput naming an unusable body, file or option.
@@ -89,19 +101,30 @@ class World {
   // Finds contacts at the current poses, without a step.
   void findContacts();
 
+  // Pieces that fall off a body that is cut become bodies behind the others.
   std::size_t bodyCount() const;
   const std::string& name(std::size_t body) const;
   bool isStatic(std::size_t body) const;
+  bool isCuttable(std::size_t body) const;
+  // Of a body that can be cut: its matter, in a frame that stays at matterPlace(body) in the body's
+  // frame.
+  const Cloud& matter(std::size_t body) const;
+  const Pose& matterPlace(std::size_t body) const;
+  const CutRecord& cutOf(std::size_t body) const;
+  // Removes voxels. Call it between steps.
+  void cut(std::size_t body, std::span<const VoxelCut> cuts);
   BodyState state(std::size_t body) const;
   const Pose& pose(std::size_t body) const;  // state(body).pose; computed once a step
   const ContactMoment& moment() const;
   // The contacts after the latest step; none before the first. Reuses the memory of `now`.
   void contacts(ContactsNow& now) const;
   const DrawnBody& drawn(std::size_t body) const;
-  double mass(std::size_t body) const;  // [kg], 0 for a static body
+  double mass(std::size_t body) const;  // [kg], 0 for a static or driven body
 
-  // Largest penetration now, over all pairs that may collide [m].
+  // Largest penetration now, over all pairs that may collide [m]. Bodies without a mesh, and those
+  // that can be cut, are left out.
   double penetration() const;
+  bool isMeasured(std::size_t body) const;
   // Number of lookups of penetration().
   std::size_t probes() const;
 

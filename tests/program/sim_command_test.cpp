@@ -1,4 +1,5 @@
 // The commands simulate and demo: the names in their JSON, complete files, and bad input.
+#include <cloudcontact/law/tissue.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
@@ -86,6 +87,34 @@ TEST_F(CommandTest, JsonHasTheDocumentedNames) {
   EXPECT_EQ(brick["orientation"].size(), 4u);
   EXPECT_NEAR(brick["orientation"][3], 1, 1e-3);  // w comes last
   EXPECT_EQ(brick["asleep"], false);
+}
+
+// A mill of 4 mm goes into a block that is held; a block of points stands by.
+constexpr const char* kMilling = R"(<?xml version="1.0"?>
+<sdf version="1.9"><world name="w"><gravity>0 0 0</gravity>
+<model name="block"><static>true</static><link name="l"><collision name="c">
+<geometry><box><size>0.012 0.008 0.006</size></box></geometry><cloudcontact:cuttable/>
+<cloudcontact:tissue>caries</cloudcontact:tissue></collision></link></model>
+<model name="mill"><pose>-0.0085 0 0.004 0 0 0</pose><link name="l">
+<cloudcontact:drive><linear>0.06 0 0</linear><angular>0 0 300</angular></cloudcontact:drive>
+<collision name="c"><geometry><cylinder><radius>0.002</radius><length>0.01</length></cylinder>
+</geometry><cloudcontact:cutter ability="1" efficiency="0.5" edge_speed="5"/></collision></link>
+</model></world></sdf>)";
+
+TEST_F(CommandTest, CuttingIsInTheJson) {
+  std::ofstream(scene()) << kMilling;
+  const auto json = nlohmann::json::parse(run(
+      {"simulate", scene(), "--seconds", "0.1", "--step", "0.001", "--voxel", "0.001", "--json"}));
+  ASSERT_EQ(json["cut"].size(), 1u);
+  const auto& cut = json["cut"][0];
+  EXPECT_EQ(cut["body"], "block");
+  EXPECT_GT(cut["volume"].get<double>(), 1e-9);
+  EXPECT_NEAR(cut["mass"].get<double>() / cut["volume"].get<double>(),
+              dentalTissues().back().density, 1e-6 * dentalTissues().back().density);
+  EXPECT_EQ(cut["pieces"], 0);
+  EXPECT_EQ(json["unmeasured"], nlohmann::json::array({"block"}));
+  EXPECT_NEAR(json["bodies"][1]["position"][0].get<double>(), -0.0085 + 0.006, 1e-7);
+  EXPECT_NEAR(json["bodies"][1]["turns"][2].get<double>(), 30, 1e-3);
 }
 
 TEST_F(CommandTest, SleepsOnlyWithTheOption) {

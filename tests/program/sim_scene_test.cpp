@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "io/errors.h"
-#include "scene/scene.h"
+#include "scene/scene_file.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -167,6 +167,44 @@ TEST_F(SceneTest, ReadsInitialVelocities) {
   EXPECT_TRUE(scene.bodies[0].angularVelocity.isApprox(Vec3(10, 20, -30), 1e-12));
 }
 
+TEST_F(SceneTest, ReadsElementsOfOurOwn) {
+  const auto scene = load(world(
+      "<model name=\"tooth\"><static>true</static><link name=\"l\"><collision name=\"c\"><geometry>"
+      "<box><size>1 1 1</size></box></geometry><cloudcontact:cuttable/>"
+      "<cloudcontact:tissue part=\"crown\"> enamel </cloudcontact:tissue>"
+      "<cloudcontact:tissue>dentin</cloudcontact:tissue></collision></link></model>"
+      "<model name=\"bur\"><pose>0 0 2 0 0 0</pose><link name=\"l\"><pose>1 0 0 0 0 0</pose>"
+      "<cloudcontact:drive><linear>0 0 -0.1</linear><angular>0 0 30</angular></cloudcontact:drive>"
+      "<collision name=\"c\"><geometry><sphere><radius>0.5</radius></sphere></geometry>"
+      "<cloudcontact:cutter ability=\"0.5\" hardness=\"1e9\" efficiency=\"0.2\" edge_speed=\"4\"/>"
+      "<cloudcontact:window>box:1,2,3</cloudcontact:window>"
+      "<cloudcontact:representative>0 0 0.5</cloudcontact:representative>"
+      "<cloudcontact:area>sphere:0.25</cloudcontact:area></collision></link></model>"));
+  ASSERT_EQ(scene.bodies.size(), 2u);
+  const SceneCollision& tooth = scene.bodies[0].collisions[0];
+  EXPECT_TRUE(tooth.isCuttable);
+  ASSERT_EQ(tooth.tissues.size(), 2u);
+  EXPECT_EQ(tooth.tissues[0].part, "crown");
+  EXPECT_EQ(tooth.tissues[0].name, "enamel");
+  EXPECT_EQ(tooth.tissues[1].part, "");
+  EXPECT_FALSE(tooth.cutter || tooth.paper.isGiven());
+  const SceneBody& bur = scene.bodies[1];
+  ASSERT_TRUE(bur.drive);
+  EXPECT_FALSE(bur.isFree());
+  EXPECT_EQ(bur.drive->linear, Vec3(0, 0, -0.1));
+  EXPECT_EQ(bur.drive->angular, Vec3(0, 0, 30));
+  EXPECT_EQ(bur.drive->place.position, Vec3(1, 0, 0));  // the link in the model
+  const SceneCollision& head = bur.collisions[0];
+  ASSERT_TRUE(head.cutter);
+  EXPECT_EQ(head.cutter->ability, 0.5);
+  EXPECT_EQ(head.cutter->cutter.hardness, 1e9);
+  EXPECT_EQ(head.cutter->cutter.efficiency, 0.2);
+  EXPECT_EQ(head.cutter->cutter.edgeSpeed, 4);
+  EXPECT_EQ(std::get<Box>(*head.paper.window).halfExtents, Vec3(0.5, 1, 1.5));
+  EXPECT_EQ(*head.paper.representative, Vec3(0, 0, 0.5));
+  EXPECT_EQ(std::get<Sphere>(*head.paper.area).radius, 0.25);
+}
+
 struct BadScene {
   const char* name;
   std::string text;
@@ -250,6 +288,73 @@ INSTANTIATE_TEST_SUITE_P(
                  world(ball() + "<state world_name=\"w\"><model name=\"other\"><link name=\"l\">"
                                 "<velocity>0 0 0 0 0 0</velocity></link></model></state>"),
                  "other::l"}),
+    [](const auto& scene) { return std::string(scene.param.name); });
+
+std::string ours(const std::string& inCollision, const std::string& inLink = "") {
+  return world(ball(inLink, inCollision));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OwnElements, BadSceneTest,
+    testing::Values(
+        BadScene{"misspeltOwn", ours("<cloudcontact:tisue>enamel</cloudcontact:tisue>"),
+                 "<cloudcontact:tisue>: is not known; after cloudcontact: use one of tissue"},
+        BadScene{"misplaced",
+                 ours("<cloudcontact:drive><linear>0 0 0</linear></cloudcontact:drive>"),
+                 "<cloudcontact:drive>: stands in a <collision>; move it into a <link>"},
+        BadScene{"inTheWorld", world(ball() + "<cloudcontact:cuttable/>"), "move it into a <coll"},
+        BadScene{"unknownAttribute", ours("<cloudcontact:cutter abilty=\"1\"/>"),
+                 "<cloudcontact:cutter>: attribute abilty is not known"},
+        BadScene{"unknownPart",
+                 ours("", "<cloudcontact:drive><line>1 0 0</line></cloudcontact:drive>"),
+                 "<line> in it is not known; it has: linear, angular"},
+        BadScene{"emptyTissue", ours("<cloudcontact:tissue/>"), "is empty; give the name"},
+        BadScene{"tissueTwice",
+                 ours("<cloudcontact:tissue>a</cloudcontact:tissue>"
+                      "<cloudcontact:tissue>b</cloudcontact:tissue>"),
+                 "all parts has a tissue already"},
+        BadScene{"abilityIsAWord", ours("<cloudcontact:cutter ability=\"sharp\"/>"),
+                 "<cloudcontact:cutter> attribute ability"},
+        BadScene{"negativeAbility", ours("<cloudcontact:cutter ability=\"-1\"/>"), "ability"},
+        BadScene{"tooEfficient", ours("<cloudcontact:cutter efficiency=\"2\"/>"), "efficiency"},
+        BadScene{"cutsAndIsCut", ours("<cloudcontact:cutter/><cloudcontact:cuttable/>"),
+                 "cannot be cut; leave one out"},
+        BadScene{"cutterTwice", ours("<cloudcontact:cutter/><cloudcontact:cutter/>"), "twice"},
+        BadScene{"noWindow", ours("<cloudcontact:window>round</cloudcontact:window>"),
+                 "<cloudcontact:window>: 'round' is no window"},
+        BadScene{"flatArea", ours("<cloudcontact:area>box:1,0,1</cloudcontact:area>"),
+                 "<cloudcontact:area>"},
+        BadScene{"twoNumbers",
+                 ours("<cloudcontact:representative>0 1</cloudcontact:representative>"),
+                 "<cloudcontact:representative>"},
+        BadScene{"emptyDrive", ours("", "<cloudcontact:drive/>"), "has no velocity; give <linear>"},
+        BadScene{"infiniteDrive",
+                 ours("", "<cloudcontact:drive><angular>0 0 inf</angular></cloudcontact:drive>"),
+                 "<cloudcontact:drive> <angular>"},
+        BadScene{
+            "staticDrive",
+            world("<model name=\"m\"><static>true</static><link name=\"l\"><cloudcontact:drive>"
+                  "<linear>1 0 0</linear></cloudcontact:drive></link></model>"),
+            "leave <static> or the drive out"},
+        BadScene{"drivenState",
+                 world(ball("<cloudcontact:drive><linear>1 0 0</linear></cloudcontact:drive>") +
+                       "<state world_name=\"w\"><model name=\"ball\"><link name=\"l\"><velocity>"
+                       "1 2 3 0 0 0</velocity></link></model></state>"),
+                 "leave one of them out"},
+        BadScene{"drivenAndCut",
+                 ours("<cloudcontact:cuttable/>",
+                      "<cloudcontact:drive><linear>1 0 0</linear></cloudcontact:drive>"),
+                 "<cloudcontact:cuttable>: the link has a drive"},
+        BadScene{"planeIsCut",
+                 world("<model name=\"m\"><static>true</static><link name=\"l\"><collision "
+                       "name=\"c\"><geometry><plane><normal>0 0 1</normal></plane></geometry>"
+                       "<cloudcontact:cuttable/></collision></link></model>"),
+                 "use a <box>"},
+        BadScene{"twoCollisions",
+                 ours("<cloudcontact:cuttable/>",
+                      "<collision name=\"d\"><geometry><sphere><radius>1</radius></sphere>"
+                      "</geometry></collision>"),
+                 "one collision"}),
     [](const auto& scene) { return std::string(scene.param.name); });
 
 TEST(SceneFileTest, AMissingFileIsNamed) {

@@ -1,5 +1,5 @@
 // Reads SDFormat worlds with libsdformat.
-#include "scene/scene.h"
+#include "scene/scene_file.h"
 
 #include <cmath>
 #include <fstream>
@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "io/errors.h"
+#include "scene/scene_elements.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -47,6 +48,8 @@ class SceneReader {
                 const Pose& modelPose, bool isStatic);
   void readInertial(const sdf::Link& link, SceneBody& body) const;
   void readCollision(const sdf::Collision& collision, SceneBody& body) const;
+  void readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const;
+  void checkCutting(const SceneBody& body) const;
   void readSurface(const sdf::ElementPtr& surface, const std::string& element,
                    SceneBody& body) const;
   SceneGeometry readGeometry(const sdf::Geometry& geometry, const std::string& element) const;
@@ -150,6 +153,8 @@ const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
 SceneDescription SceneReader::read() {
   sdf::Root root;
   const sdf::World& world = loadWorld(root);
+  const auto element = world.Element();
+  if (element) checkOwnElements(file_.string(), element);
   scene_.name = world.Name();
   scene_.gravity = vector(world.Gravity(), "<gravity>");
   if (const auto* physics = world.PhysicsDefault())
@@ -157,7 +162,6 @@ SceneDescription SceneReader::read() {
   for (std::uint64_t i = 0; i < world.ModelCount(); ++i)
     readModel(*world.ModelByIndex(i), "", Pose(), false);
   if (scene_.bodies.empty()) fail("<world>", "has no model with a link; add one");
-  const auto element = world.Element();
   if (element && element->HasElement("state")) readState(element->GetElement("state"));
   return std::move(scene_);
 }
@@ -190,9 +194,11 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
   body.model = scene_.bodies.empty() ? 0 : scene_.bodies.back().model + 1;
   if (model.LinkByIndex(0) != &link) body.model = scene_.bodies.back().model;
   readInertial(link, body);
+  const Pose linkInBody = alone ? linkInModel : Pose();
+  readDrive(link, linkInBody, body);
   for (std::uint64_t i = 0; i < link.CollisionCount(); ++i)
     readCollision(*link.CollisionByIndex(i), body);
-  const Pose linkInBody = alone ? linkInModel : Pose();
+  checkCutting(body);
   if (body.inertialPose)
     body.inertialPose = linkInBody * *body.inertialPose;
   else if (body.inertia)
@@ -225,16 +231,44 @@ void SceneReader::readCollision(const sdf::Collision& collision, SceneBody& body
   SceneCollision out;
   const std::string element = "body '" + body.name + "' collision '" + collision.Name() + "'";
   out.name = collision.Name();
+  out.where = file_.string() + ": " + element;
   // In the frame of its link.
   out.pose = resolved(collision.SemanticPose(), "", element);
   if (!collision.Geom()) fail(element, "has no <geometry>; add one");
   out.geometry = readGeometry(*collision.Geom(), element);
-  if (std::holds_alternative<ScenePlane>(out.geometry) && !body.isStatic)
+  if (std::holds_alternative<ScenePlane>(out.geometry) && body.isFree())
     fail(element, "a <plane> has no mass: make its model <static>true</static>");
   const auto sdfElement = collision.Element();
+  if (sdfElement) readOwnElements(out.where, sdfElement, out);
   if (sdfElement && sdfElement->HasElement("surface"))
     readSurface(sdfElement->GetElement("surface"), element, body);
   body.collisions.push_back(std::move(out));
+}
+
+void SceneReader::readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const {
+  const std::string element = "link '" + body.name + "'";
+  if (!link.Element()) return;
+  body.drive = program::readDrive(file_.string() + ": " + element, link.Element(), linkInBody);
+  if (body.drive && body.isStatic)
+    fail(element + " <cloudcontact:drive>",
+         "a static model does not move; leave <static> or the drive out");
+}
+
+// What is cut is one cloud with a mass, which its matter decides.
+void SceneReader::checkCutting(const SceneBody& body) const {
+  for (const SceneCollision& collision : body.collisions) {
+    const bool isPlane = std::holds_alternative<ScenePlane>(collision.geometry);
+    const std::string element = "body '" + body.name + "' collision '" + collision.name + "' ";
+    if (isPlane && (collision.cutter || collision.isCuttable || !collision.tissues.empty()))
+      fail(element, "a <plane> has no voxels to cut or to be of a tissue; use a <box>");
+    if (!collision.isCuttable) continue;
+    const std::string name = element + "<cloudcontact:cuttable>";
+    if (body.collisions.size() > 1)
+      fail(name, "the link has other collisions; give a body that is cut one collision");
+    if (body.drive) fail(name, "the link has a drive; cut what is free or <static>");
+    if (body.inertia || body.inertialPose)
+      fail(name, "its <inertial> follows from its matter; give a <mass> alone, or nothing");
+  }
 }
 
 // The element at the end of a path of names, or null. GetElement alone creates missing elements.
@@ -379,6 +413,7 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
         if (!(numbers >> v[i]) || !std::isfinite(v[i]))
           fail(element, "needs six finite numbers: linear [m/s], then angular [rad/s]");
       SceneBody& body = scene_.bodies[found->second.body];
+      if (body.drive) fail(element, "the link has a <cloudcontact:drive>; leave one of them out");
       const Vec3 linear = v.head<3>(), angular = v.tail<3>();
       body.angularVelocity = angular;
       // Given at the link's origin.

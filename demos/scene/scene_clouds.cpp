@@ -1,0 +1,324 @@
+// Reads, digitizes and looks up tissues, once for each different geometry.
+#include "scene/scene_clouds.h"
+
+#include <cloudcontact/mesh/mesh_repair.h>
+#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/voxels/display_mesh.h>
+#include <cloudcontact/voxels/matter_sums.h>
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <sstream>
+
+#include "io/errors.h"
+#include "io/progress.h"
+#include "io/text.h"
+#include "scene/primitive_mesh.h"
+#include "scene/tissue_file.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kMeshTolerance = 0.002;  // of primitives' meshes [voxels]
+constexpr double kVoxelOfDiagonal = 0.01;
+
+std::string keyOfVector(const Vec3& v) {
+  std::ostringstream key;
+  key << std::hexfloat << " p " << v.transpose();
+  return key.str();
+}
+
+std::string keyOfTurn(const Eigen::Quaterniond& q) {
+  std::ostringstream key;
+  key << std::hexfloat << " q " << q.coeffs().transpose();
+  return key.str();
+}
+
+template <class Named>
+std::string listOf(const Named& entries, std::string (*name)(const typename Named::value_type&)) {
+  std::string list;
+  for (const auto& entry : entries) list += (list.empty() ? "" : ", ") + printable(name(entry));
+  return list;
+}
+
+// The pairs of part and tissue that tissuesOfParts() takes.
+std::vector<std::pair<std::string, std::string>> pairsOf(const SceneCollision& collision,
+                                                         const std::vector<std::string>& parts) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  const auto isNamed = [&](const std::string& part) {
+    return std::any_of(collision.tissues.begin(), collision.tissues.end(),
+                       [&](const SceneTissue& t) { return t.part == part; });
+  };
+  for (const SceneTissue& tissue : collision.tissues) {
+    if (!tissue.part.empty()) {
+      pairs.emplace_back(tissue.part, tissue.name);
+    } else if (parts.empty()) {
+      pairs.emplace_back("all", tissue.name);
+    } else {
+      for (const std::string& part : parts)
+        if (!isNamed(part)) pairs.emplace_back(part, tissue.name);
+    }
+  }
+  return pairs;
+}
+
+// Throws BadInput for a tissue or a part that does not exist.
+void refuseTissues(const SceneCollision& collision, const std::vector<std::string>& parts,
+                   const TissueTable& table) {
+  const std::string where = collision.where + " <cloudcontact:tissue>: ";
+  for (const SceneTissue& tissue : collision.tissues) {
+    if (std::none_of(table.begin(), table.end(),
+                     [&](const Tissue& t) { return t.name == tissue.name; }))
+      throw BadInput(where + printable(tissue.name) + " is not in the table of tissues; use " +
+                     listOf(
+                         table, +[](const Tissue& t) { return t.name; }) +
+                     ", or give --tissues FILE.json");
+    if (tissue.part.empty() || std::find(parts.begin(), parts.end(), tissue.part) != parts.end())
+      continue;
+    throw BadInput(where + "there is no part " + printable(tissue.part) + "; " +
+                   (parts.empty()
+                        ? "the body is one part: leave the attribute part out"
+                        : "the parts are " + listOf(
+                                                 parts, +[](const std::string& p) { return p; })));
+  }
+}
+
+}  // namespace
+
+bool isMesh(const SceneGeometry& geometry) {
+  return std::holds_alternative<SceneMesh>(geometry);
+}
+bool isPlane(const SceneGeometry& geometry) {
+  return std::holds_alternative<ScenePlane>(geometry);
+}
+
+Solid analytic(const SceneGeometry& geometry) {
+  struct Visitor {
+    Solid operator()(const SceneBox& b) const { return Box{b.size / 2}; }
+    Solid operator()(const SceneSphere& s) const { return Sphere{s.radius}; }
+    Solid operator()(const SceneCylinder& c) const { return Cylinder{c.radius, c.length / 2}; }
+    Solid operator()(const SceneCapsule& c) const { return Capsule{c.radius, c.length / 2}; }
+    Solid operator()(const ScenePlane& p) const { return HalfSpace{p.normal, 0}; }
+    Solid operator()(const SceneMesh&) const { return Hull{}; }
+  };
+  return std::visit(Visitor{}, geometry);
+}
+
+Mesh moved(const Mesh& mesh, const Pose& pose) {
+  Mesh out = mesh;
+  for (Vec3& v : out.vertices) v = pose.toWorld(v);
+  return out;
+}
+
+std::string keyOf(const SceneGeometry& geometry) {
+  std::ostringstream key;
+  key << std::hexfloat << geometry.index();
+  struct Visitor {
+    std::ostream& out;
+    void operator()(const SceneBox& b) const { out << ' ' << b.size.transpose(); }
+    void operator()(const SceneSphere& s) const { out << ' ' << s.radius; }
+    void operator()(const SceneCylinder& c) const { out << ' ' << c.radius << ' ' << c.length; }
+    void operator()(const SceneCapsule& c) const { out << ' ' << c.radius << ' ' << c.length; }
+    void operator()(const ScenePlane& p) const { out << ' ' << p.normal.transpose(); }
+    void operator()(const SceneMesh& m) const {
+      out << ' ' << m.file.string() << ' ' << m.scale.transpose();
+    }
+  };
+  std::visit(Visitor{key}, geometry);
+  return key.str();
+}
+
+std::string keyOf(const Pose& pose) {
+  return keyOfTurn(pose.orientation) + keyOfVector(pose.position);
+}
+
+SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
+                         std::shared_ptr<ShapeStore> store)
+    : options_(options),
+      voxel_(voxel),
+      store_(store ? std::move(store) : std::make_shared<ShapeStore>()),
+      tissues_(options.tissues) {}
+
+// Null for primitives, planes and meshes made in memory.
+const Body* SceneClouds::file(const SceneGeometry& geometry, const std::string& body) {
+  const auto* named = std::get_if<SceneMesh>(&geometry);
+  if (!named || named->mesh) return nullptr;
+  Body& kept = files_[named->file.string()];
+  if (kept.name.empty())
+    kept = naming(body, [&] { return readBody(named->file.string(), options_); });
+  if (!kept.mesh && named->scale != Vec3::Ones())
+    throw BadInput("body '" + body + "' <scale>: " + kept.name +
+                   " holds no mesh, so its scale must be 1; leave <scale> out");
+  return &kept;
+}
+
+bool SceneClouds::isDigital(const SceneGeometry& geometry, const std::string& body) {
+  const Body* known = file(geometry, body);
+  return known && !known->mesh;
+}
+
+std::shared_ptr<const Mesh> SceneClouds::mesh(const SceneGeometry& geometry,
+                                              const std::string& body) {
+  auto& kept = meshes_[keyOf(geometry)];
+  if (kept) return kept;
+  return kept = naming(body, [&] {
+           if (!isMesh(geometry))
+             return std::make_shared<const Mesh>(
+                 primitiveMesh(analytic(geometry), kMeshTolerance * voxel_));
+           const auto& named = std::get<SceneMesh>(geometry);
+           Mesh mesh = named.mesh ? *named.mesh : *file(geometry, body)->mesh;
+           mesh = mended(mesh.scaled(named.scale));
+           if (isSheet(mesh)) {
+             const double thickness = options_.shell.value_or(3 * voxel_);
+             std::cerr << "cloudcontact: " << named.file.string() << " has no inside; made a shell "
+                       << thickness << " m thick behind its faces (--shell)\n";
+             mesh = shell(mesh, thickness);
+           }
+           return std::make_shared<const Mesh>(std::move(mesh));
+         });
+}
+
+std::shared_ptr<const Mesh> SceneClouds::drawn(const SceneGeometry& geometry,
+                                               const std::string& body) {
+  auto& kept = drawn_[keyOf(geometry)];
+  if (!kept)
+    kept = std::make_shared<const Mesh>(
+        mended(DisplayMesh(cloud(geometry, Pose(), body).cloud, options_.threads).mesh()));
+  return kept;
+}
+
+// The parts of a mesh file that has several; none if it is a sheet, whose shell is one part.
+std::vector<NamedMesh> SceneClouds::parts(const SceneGeometry& geometry, const std::string& body) {
+  const Body* known = file(geometry, body);
+  if (!known || known->parts.empty() || isSheet(*known->mesh)) return {};
+  std::vector<NamedMesh> parts = known->parts;
+  for (NamedMesh& part : parts) part.mesh = part.mesh.scaled(std::get<SceneMesh>(geometry).scale);
+  return parts;
+}
+
+// A mesh, turned about the origin.
+Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
+                             const std::string& body) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel_;
+  settings.threads = options_.threads;
+  std::vector<NamedMesh> turned = parts(geometry, body);
+  std::string key = keyOfVector(Vec3(voxel_, 0, 0));
+  if (turned.empty()) {
+    const Mesh whole = moved(*mesh(geometry, body), turn);
+    return store_->clouds.get(contentKey(whole) + key, [&] {
+      settings.progress = progressBar("digitizing " + body);
+      return digitize(whole, settings);
+    });
+  }
+  for (NamedMesh& part : turned) {
+    part.mesh = moved(part.mesh, turn);
+    key += contentKey(part.mesh) + part.name;
+  }
+  return store_->clouds.get(key, [&] {
+    settings.progress = progressBar("digitizing " + body);
+    return digitize(turned, settings);
+  });
+}
+
+Cloud SceneClouds::objectCloud(const Body& object) {
+  CommonOptions options = options_;
+  options.voxel.reset();  // saved voxels keep their size, beside bodies of another
+  const double voxel = options_.voxel && !object.cloud ? voxel_ : program::defaultVoxel(object);
+  return store_->clouds.get(object.name + keyOfVector(Vec3(voxel, 0, 0)),
+                            [&] { return digitizeBody(object, voxel, options).cloud; });
+}
+
+// Digitizes a mesh once for each orientation; positions share the cloud.
+PlacedCloud SceneClouds::cloud(const SceneGeometry& geometry, const Pose& pose,
+                               const std::string& body) {
+  const bool digital = isDigital(geometry, body);
+  Cloud& kept = clouds_[digital ? keyOf(geometry) : keyOf(geometry) + keyOfTurn(pose.orientation)];
+  if (kept.empty())
+    kept = naming(body, [&] {
+      return digital ? objectCloud(*file(geometry, body))
+                     : digitized(geometry, {pose.orientation, Vec3::Zero()}, body);
+    });
+  if (digital) return {kept, pose};
+  return {kept.translated(pose.position), Pose()};
+}
+
+PlacedField SceneClouds::field(const SceneGeometry& geometry, const Pose& pose,
+                               const std::string& body) {
+  const bool digital = isDigital(geometry, body);
+  const Pose place = digital ? pose : Pose();
+  auto& kept = fields_[digital ? keyOf(geometry) : keyOf(geometry) + keyOf(pose)];
+  if (kept) return {kept, place};
+  const auto make = [&] { return buildField(cloud(geometry, pose, body).cloud, body, options_); };
+  if (digital || !parts(geometry, body).empty()) return {kept = make(), place};
+  const std::string key =
+      contentKey(*mesh(geometry, body)) + keyOf(pose) + keyOfVector(Vec3(voxel_, 0, 0));
+  return {kept = store_->fields.get(key, make), place};
+}
+
+TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::string& body) {
+  const Cloud all = cloud(collision.geometry, collision.pose, body).cloud;
+  const std::vector<std::string>& parts = all.materials();
+  if (collision.tissues.empty()) return tissues_.of(body, parts);
+  const std::string& given = options_.tissues.table;
+  if (!table_) table_ = readTissues("--tissues", given.empty() ? "dental" : given);
+  refuseTissues(collision, parts, *table_);
+  return tissuesOfParts(collision.where, *table_, parts, pairsOf(collision, parts));
+}
+
+void SceneClouds::checkTissues() const {
+  // A table may be there for the scene's elements alone.
+  if (table_ && options_.tissues.ofParts.empty()) return;
+  tissues_.check();
+}
+
+MassProperties SceneClouds::matter(const SceneCollision& collision, const std::string& body,
+                                   bool atDensities) {
+  const auto [cloud, place] = this->cloud(collision.geometry, collision.pose, body);
+  const TissueTable known = atDensities ? tissues(collision, body) : TissueTable();
+  MassProperties matter = cloud.massProperties();
+  if (known.size() > 1) {
+    std::vector<double> densities;
+    for (const Tissue& tissue : known) densities.push_back(tissue.density);
+    matter = massPropertiesOf(matterSums(cloud), cloud, densities);
+  } else if (known.size() == 1) {
+    matter.mass *= known[0].density;
+    matter.inertia *= known[0].density;
+  }
+  if (!isDigital(collision.geometry, body)) return matter;
+  const Eigen::Matrix3d turn = place.orientation.toRotationMatrix();
+  matter.centerOfMass = place.toWorld(matter.centerOfMass);
+  matter.inertia = turn * matter.inertia * turn.transpose();
+  return matter;
+}
+
+double defaultVoxel(const SceneDescription& scene, const CommonOptions& options) {
+  // Its voxel is not known yet; only sizes are needed here.
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& body : scene.bodies)
+    for (const auto& collision : body.collisions) {
+      if (body.isStatic || isPlane(collision.geometry)) continue;
+      Eigen::AlignedBox3d box;
+      if (const auto* named = std::get_if<SceneMesh>(&collision.geometry)) {
+        Body read;
+        if (named->mesh)
+          read.mesh = *named->mesh;
+        else
+          read = naming(body.name, [&] { return readBody(named->file.string(), options); });
+        if (!read.mesh) {
+          least = std::min(least, defaultVoxel(read) / kVoxelOfDiagonal);
+          continue;
+        }
+        for (const Vec3& v : read.mesh->vertices) box.extend(v.cwiseProduct(named->scale));
+      } else {
+        box = boundsOf(analytic(collision.geometry));
+      }
+      least = std::min(least, box.diagonal().norm());
+    }
+  if (!std::isfinite(least))
+    throw BadInput("--voxel: no moving body has a size to take it from; give one");
+  return kVoxelOfDiagonal * least;
+}
+
+}  // namespace cloudcontact::program

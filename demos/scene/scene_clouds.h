@@ -1,0 +1,105 @@
+// The geometries of a scene as meshes, clouds and surface fields, each made once.
+#pragma once
+
+#include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/law/tissue.h>
+#include <cloudcontact/voxels/cloud.h>
+
+#include <map>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/errors.h"
+#include "io/options.h"
+#include "scene/body.h"
+#include "scene/scene.h"
+#include "scene/shape_store.h"
+#include "scene/tissue_file.h"
+
+namespace cloudcontact::program {
+
+// A cloud, or its field, and the place of its frame. A mesh is digitized in the axes of the body
+// that it belongs to, at the identity. Other digital objects keep their own frame.
+struct PlacedCloud {
+  Cloud cloud;
+  Pose place;
+};
+struct PlacedField {
+  std::shared_ptr<const SurfaceField> field;
+  Pose place;
+};
+
+// Functions throw BadInput naming `body` or the file, if that is unusable.
+class SceneClouds {
+ public:
+  // `voxel` [m] is the edge of voxels, but saved voxels keep their own, and without --voxel a
+  // digital object gets voxels that keep its detail. `store` shares slow results with other worlds.
+  SceneClouds(const CommonOptions& options, double voxel, std::shared_ptr<ShapeStore> store);
+
+  // Points, voxels or another digital object: there is no mesh.
+  bool isDigital(const SceneGeometry& geometry, const std::string& body);
+  // Not for a plane or a digital object. A sheet becomes a shell.
+  std::shared_ptr<const Mesh> mesh(const SceneGeometry& geometry, const std::string& body);
+  // The surface of a digital object's cloud, for drawing.
+  std::shared_ptr<const Mesh> drawn(const SceneGeometry& geometry, const std::string& body);
+  // At `pose` in the body. Several parts of a mesh file become materials of their names.
+  PlacedCloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  PlacedField field(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  // The tissues of the collision's materials, from the table of --tissues: those that its elements
+  // state, or else those of --tissue; empty where there are none.
+  TissueTable tissues(const SceneCollision& collision, const std::string& body);
+  void checkTissues() const;  // after all bodies: BodyTissues::check()
+  // Of the collision's cloud at its place in the body: at the densities of its tissues, or at 1.
+  MassProperties matter(const SceneCollision& collision, const std::string& body, bool atDensities);
+
+  const std::shared_ptr<ShapeStore>& store() const { return store_; }
+
+ private:
+  const Body* file(const SceneGeometry& geometry, const std::string& body);
+  Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
+  Cloud objectCloud(const Body& object);
+  std::vector<NamedMesh> parts(const SceneGeometry& geometry, const std::string& body);
+
+  CommonOptions options_;
+  double voxel_;
+  std::shared_ptr<ShapeStore> store_;
+  BodyTissues tissues_;               // by --tissue
+  std::optional<TissueTable> table_;  // of elements; read when first needed
+  std::map<std::string, Body> files_;
+  std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
+  std::map<std::string, Cloud> clouds_;
+  std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;
+};
+
+// Turns the library's exceptions into BadInput that names the body.
+template <class Work>
+auto naming(const std::string& body, Work work) {
+  try {
+    return work();
+  } catch (const BadInput&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw BadInput("body '" + body + "': " + error.what());
+  }
+}
+
+bool isMesh(const SceneGeometry& geometry);
+bool isPlane(const SceneGeometry& geometry);
+// Not for a mesh.
+Solid analytic(const SceneGeometry& geometry);
+Mesh moved(const Mesh& mesh, const Pose& pose);
+
+// Equal keys mean geometries, or poses, that are equal to the bit.
+std::string keyOf(const SceneGeometry& geometry);
+std::string keyOf(const Pose& pose);
+
+// Default voxel size of a scene: a hundredth of the smallest moving body's diagonal, or what keeps
+// the detail of the finest digital object that moves [m].
+double defaultVoxel(const SceneDescription& scene, const CommonOptions& options);
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,164 @@
+// The table of our elements, and the readers of their values.
+#include "scene/scene_elements.h"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "io/errors.h"
+#include "io/options.h"
+#include "io/solid_text.h"
+#include "io/text.h"
+
+namespace cloudcontact::program {
+namespace {
+
+const std::string kPrefix = "cloudcontact:";
+
+struct OwnElement {
+  std::string name, place;
+  std::vector<std::string> attributes, parts;
+};
+
+const OwnElement kOwnElements[] = {
+    {"tissue", "collision", {"part"}, {}},
+    {"cutter", "collision", {"ability", "hardness", "efficiency", "edge_speed"}, {}},
+    {"cuttable", "collision", {}, {}},
+    {"window", "collision", {}, {}},
+    {"representative", "collision", {}, {}},
+    {"area", "collision", {}, {}},
+    {"drive", "link", {}, {"linear", "angular"}},
+};
+
+bool isOneOf(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string listOf(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "none" : list;
+}
+
+std::string tag(const std::string& name) {
+  return "<" + printable(name) + ">";
+}
+
+void checkOwn(const std::string& file, const sdf::ElementPtr& element, const std::string& place) {
+  const std::string name = element->GetName().substr(kPrefix.size());
+  const std::string where = file + ": " + tag(element->GetName());
+  std::vector<std::string> names;
+  for (const OwnElement& own : kOwnElements) names.push_back(own.name);
+  const auto own = std::find_if(std::begin(kOwnElements), std::end(kOwnElements),
+                                [&](const OwnElement& e) { return e.name == name; });
+  if (own == std::end(kOwnElements))
+    throw BadInput(where + ": is not known; after " + kPrefix + " use one of " + listOf(names));
+  if (own->place != place)
+    throw BadInput(where + ": stands in a <" + printable(place) + ">; move it into a <" +
+                   own->place + ">");
+  for (std::size_t i = 0; i < element->GetAttributeCount(); ++i) {
+    const std::string key = element->GetAttribute(static_cast<unsigned>(i))->GetKey();
+    if (!isOneOf(own->attributes, key))
+      throw BadInput(where + ": attribute " + printable(key) +
+                     " is not known; it has: " + listOf(own->attributes));
+  }
+  for (auto part = element->GetFirstElement(); part; part = part->GetNextElement())
+    if (!isOneOf(own->parts, part->GetName()))
+      throw BadInput(where + ": " + tag(part->GetName()) +
+                     " in it is not known; it has: " + listOf(own->parts));
+}
+
+// The only element of a name, or null.
+sdf::ElementPtr single(const std::string& where, const sdf::ElementPtr& in,
+                       const std::string& name) {
+  if (!in->HasElement(name)) return nullptr;
+  const auto found = in->GetElement(name);
+  if (found->GetNextElement(name))
+    throw BadInput(where + " " + tag(name) + ": is there twice; leave one out");
+  return found;
+}
+
+std::string textOf(const sdf::ElementPtr& element) {
+  const auto value = element->GetValue();
+  const std::string text = value ? value->GetAsString() : "";
+  const auto first = text.find_first_not_of(" \t\r\n"), last = text.find_last_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+// An attribute that is a number of 0 or more.
+double attribute(const std::string& where, const sdf::ElementPtr& element, const std::string& name,
+                 double missing) {
+  if (!element->HasAttribute(name)) return missing;
+  return readNotNegative(where + " attribute " + name, element->GetAttribute(name)->GetAsString());
+}
+
+SceneCutter cutterOf(const std::string& where, const sdf::ElementPtr& element) {
+  SceneCutter out;
+  out.ability = attribute(where, element, "ability", out.ability);
+  out.cutter.hardness = attribute(where, element, "hardness", out.cutter.hardness);
+  out.cutter.efficiency = attribute(where, element, "efficiency", out.cutter.efficiency);
+  out.cutter.edgeSpeed = attribute(where, element, "edge_speed", out.cutter.edgeSpeed);
+  if (out.cutter.efficiency > 1)
+    throw BadInput(where + " attribute efficiency: is above 1; give the share that comes off");
+  return out;
+}
+
+void readTissues(const std::string& where, const sdf::ElementPtr& collision, SceneCollision& out) {
+  const std::string name = kPrefix + "tissue", at = where + " " + tag(name);
+  if (!collision->HasElement(name)) return;
+  for (auto e = collision->GetElement(name); e; e = e->GetNextElement(name)) {
+    SceneTissue tissue;
+    if (e->HasAttribute("part")) tissue.part = e->GetAttribute("part")->GetAsString();
+    tissue.name = textOf(e);
+    if (tissue.name.empty()) throw BadInput(at + ": is empty; give the name of a tissue");
+    for (const SceneTissue& other : out.tissues)
+      if (other.part == tissue.part)
+        throw BadInput(at + ": " + (tissue.part.empty() ? "all parts" : printable(tissue.part)) +
+                       " has a tissue already; leave one out");
+    out.tissues.push_back(tissue);
+  }
+}
+
+}  // namespace
+
+void checkOwnElements(const std::string& file, const sdf::ElementPtr& root) {
+  for (auto child = root->GetFirstElement(); child; child = child->GetNextElement()) {
+    if (child->GetName().starts_with(kPrefix))
+      checkOwn(file, child, root->GetName());
+    else
+      checkOwnElements(file, child);
+  }
+}
+
+void readOwnElements(const std::string& where, const sdf::ElementPtr& collision,
+                     SceneCollision& out) {
+  readTissues(where, collision, out);
+  const auto find = [&](const char* name) { return single(where, collision, kPrefix + name); };
+  const auto at = [&](const char* name) { return where + " " + tag(kPrefix + name); };
+  if (const auto cutter = find("cutter")) out.cutter = cutterOf(at("cutter"), cutter);
+  out.isCuttable = find("cuttable") != nullptr;
+  if (out.cutter && out.isCuttable)
+    throw BadInput(at("cutter") + ": a collision that cuts cannot be cut; leave one out");
+  if (const auto window = find("window"))
+    out.paper.window = readWindow(at("window"), textOf(window));
+  if (const auto gr = find("representative"))
+    out.paper.representative = readVector(at("representative"), textOf(gr));
+  if (const auto area = find("area")) out.paper.area = readWindow(at("area"), textOf(area));
+}
+
+std::optional<SceneDrive> readDrive(const std::string& where, const sdf::ElementPtr& link,
+                                    const Pose& linkInBody) {
+  const std::string name = kPrefix + "drive", at = where + " " + tag(name);
+  const auto element = single(where, link, name);
+  if (!element) return {};
+  SceneDrive drive;
+  drive.place = linkInBody;
+  const auto linear = single(at, element, "linear"), angular = single(at, element, "angular");
+  if (!linear && !angular)
+    throw BadInput(at + ": has no velocity; give <linear> [m/s], <angular> [rad/s] or both");
+  if (linear) drive.linear = readVector(at + " <linear>", textOf(linear));
+  if (angular) drive.angular = readVector(at + " <angular>", textOf(angular));
+  return drive;
+}
+
+}  // namespace cloudcontact::program

@@ -1,0 +1,16 @@
+// Reads scenes from SDFormat files.
+#pragma once
+
+#include <filesystem>
+
+#include "scene/scene.h"
+
+namespace cloudcontact::program {
+
+// Reads the only world of an SDFormat file; mesh paths are relative to the file. Throws BadInput
+// naming the file and the element if the file is unreadable, not SDFormat or has no world, if a
+// geometry, a joint or an element of our own is not supported, or if a value is not finite or not
+// positive.
+SceneDescription loadScene(const std::filesystem::path& file);
+
+}  // namespace cloudcontact::program
