@@ -96,6 +96,7 @@ class Writer {
     node.rotation = numbers(start.orientation);
     for (std::size_t k = 0; k < body.drawn.parts.size(); ++k)
       node.children.push_back(addPart(take, body, k, material));
+    if (!body.surface.empty()) node.children.push_back(addSurface(body, material, motion));
     const int at = add(node);
     if (body.keys.size() > 1) addMotion(body, at, motion);
     return at;
@@ -118,6 +119,41 @@ class Writer {
     return add(node);
   }
 
+  // A node for each piece of surface, of scale 1 while it is there and 0 otherwise.
+  int addSurface(const ReplayBody& body, int material, tinygltf::Animation& motion) {
+    tinygltf::Node all;
+    all.name = printable(body.name) + " (matter)";
+    all.translation = numbers(body.surfacePlace.position);
+    all.rotation = numbers(body.surfacePlace.orientation);
+    for (const SurfacePiece& piece : body.surface) {
+      tinygltf::Node mesh, there;
+      mesh.name = there.name = printable(body.name) + " (surface)";
+      mesh.mesh = addMesh(geometryOf(piece.mesh), material, body.name);
+      there.children = {add(mesh)};
+      if (piece.from > 0) there.scale = numbers(Vec3(0, 0, 0));
+      const int at = add(there);
+      all.children.push_back(at);
+      if (piece.from > 0 || std::isfinite(piece.to)) addPresence(piece, at, motion);
+    }
+    return add(all);
+  }
+
+  void addPresence(const SurfacePiece& piece, int node, tinygltf::Animation& motion) {
+    std::vector<float> times;
+    std::vector<Eigen::Vector3f> scales;
+    const auto key = [&](double time, float scale) {
+      times.push_back(static_cast<float>(time));
+      scales.push_back(Eigen::Vector3f::Constant(scale));
+    };
+    if (piece.from > 0) key(0, 0);
+    key(piece.from, 1);
+    if (std::isfinite(piece.to)) key(piece.to, 0);
+    const int input = timesOf(times);
+    const int scale = accessor(scales.data(), scales.size(), scales.size() * sizeof scales[0],
+                               TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
+    addChannel(motion, node, "scale", "STEP", input, scale);
+  }
+
   // Stores equal meshes of several worlds once.
   int meshOf(const Mesh& mesh, int material, const std::string& name) {
     std::size_t which = 0;
@@ -132,8 +168,8 @@ class Writer {
     int positions, normals, corners;
   };
 
-  Geometry geometryOf(const Mesh& mesh) {
-    const ShadedMesh shade = shaded(mesh);
+  Geometry geometryOf(const Mesh& mesh) { return geometryOf(shaded(mesh)); }
+  Geometry geometryOf(const ShadedMesh& shade) {
     const auto floats = [&](const std::vector<Eigen::Vector3f>& v) {
       return accessor(v.data(), v.size(), v.size() * sizeof v[0], TINYGLTF_TYPE_VEC3,
                       TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TARGET_ARRAY_BUFFER);
@@ -188,26 +224,35 @@ class Writer {
       places.push_back(key.pose.position.cast<float>());
       turns.push_back(key.pose.orientation.coeffs().cast<float>());
     }
-    const int input = accessor(times.data(), times.size(), times.size() * sizeof times[0],
-                               TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
-    model_.accessors[input].minValues = {times.front()};
-    model_.accessors[input].maxValues = {times.back()};
+    const int input = timesOf(times);
     const int place = accessor(places.data(), places.size(), places.size() * sizeof places[0],
                                TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
     const int turn = accessor(turns.data(), turns.size(), turns.size() * sizeof turns[0],
                               TINYGLTF_TYPE_VEC4, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
-    for (const auto& [path, output] : {std::pair("translation", place), {"rotation", turn}}) {
-      tinygltf::AnimationSampler sampler;
-      sampler.input = input;
-      sampler.output = output;
-      sampler.interpolation = "LINEAR";
-      motion.samplers.push_back(sampler);
-      tinygltf::AnimationChannel channel;
-      channel.sampler = static_cast<int>(motion.samplers.size()) - 1;
-      channel.target_node = node;
-      channel.target_path = path;
-      motion.channels.push_back(channel);
-    }
+    addChannel(motion, node, "translation", "LINEAR", input, place);
+    addChannel(motion, node, "rotation", "LINEAR", input, turn);
+  }
+
+  int timesOf(const std::vector<float>& times) {
+    const int input = accessor(times.data(), times.size(), times.size() * sizeof times[0],
+                               TINYGLTF_TYPE_SCALAR, TINYGLTF_COMPONENT_TYPE_FLOAT, 0);
+    model_.accessors[input].minValues = {times.front()};
+    model_.accessors[input].maxValues = {times.back()};
+    return input;
+  }
+
+  static void addChannel(tinygltf::Animation& motion, int node, const char* path,
+                         const char* interpolation, int input, int output) {
+    tinygltf::AnimationSampler sampler;
+    sampler.input = input;
+    sampler.output = output;
+    sampler.interpolation = interpolation;
+    motion.samplers.push_back(sampler);
+    tinygltf::AnimationChannel channel;
+    channel.sampler = static_cast<int>(motion.samplers.size()) - 1;
+    channel.target_node = node;
+    channel.target_path = path;
+    motion.channels.push_back(channel);
   }
 
   int accessor(const void* data, std::size_t count, std::size_t size, int type, int component,

@@ -13,44 +13,74 @@ constexpr double kTolerance = 3e-5;    // of the scene's size: 0.03 px at 1000 p
 constexpr double kFramesASecond = 60;  // a screen's rate at full speed
 constexpr double kLeastFrames = 600;   // short runs are watched in slow motion
 constexpr double kMostFrames = 6000;
-constexpr double kGap = 0.12;      // between takes, in diagonals of a take
-constexpr double kMostSpread = 3;  // limits a take's width to this multiple of its start's
+constexpr double kMostSurfaces = 60;  // instants at which the surfaces of cut bodies are renewed
+constexpr double kGap = 0.12;         // between takes, in diagonals of a take
+constexpr double kMostSpread = 3;     // limits a take's width to this multiple of its start's
 
-// Distance of a body's farthest vertex from its origin.
-double reachOf(const DrawnBody& body) {
-  double reach = 0;
-  for (const DrawnPart& part : body.parts) {
-    if (!part.mesh) continue;
-    for (const Vec3& v : part.mesh->vertices)
-      reach = std::max(reach, part.pose.toWorld(v).squaredNorm());
-  }
-  return std::sqrt(reach);
+// Calls visit(vertex) for all that is drawn of a body, in the frame that `at` places.
+template <class Visit>
+void visitVertices(const World& world, std::size_t body, const Pose& at, const Visit& visit) {
+  const auto all = [&](const Mesh& mesh, const Pose& pose) {
+    for (const Vec3& v : mesh.vertices) visit(pose.toWorld(v));
+  };
+  for (const DrawnPart& part : world.drawn(body).parts)
+    if (part.mesh) all(*part.mesh, at * part.pose);
+  if (world.isCuttable(body) && !world.cutOf(body).gone)
+    all(DisplayMesh(world.matter(body)).mesh(), at * world.matterPlace(body));
 }
 
-Eigen::AlignedBox3d boxOf(const DrawnBody& body, const Pose& at) {
-  Eigen::AlignedBox3d box;
-  for (const DrawnPart& part : body.parts) {
-    if (!part.mesh) continue;
-    const Pose pose = at * part.pose;
-    for (const Vec3& v : part.mesh->vertices) box.extend(pose.toWorld(v));
-  }
-  return box;
+// Distance of a body's farthest vertex from its origin.
+double reachOf(const World& world, std::size_t body) {
+  double reach = 0;
+  visitVertices(world, body, Pose(), [&](const Vec3& v) { reach = std::max(reach, v.norm()); });
+  return reach;
 }
 
 }  // namespace
 
 struct Recorder::Take {
   ReplayTake take;
-  std::vector<Keyframes> motions;  // one for each body
-  Eigen::AlignedBox3d swept;       // of the origins of moving bodies
-  double interval = 0;             // of frames [s]
-  double due = 0;                  // time of the next frame
-  long steps = 0;                  // since the last frame
-  double narrowPhase = 0;          // the world's clock at the last frame [s]
-  double deepest = 0;              // since the last frame
-  std::vector<bool> isFixed;       // of each body
-  ContactsNow now;                 // reused in each frame
+  std::vector<Keyframes> motions;                           // one for each body
+  std::vector<std::unique_ptr<ChangingSurface>> surfaces;   // of each body that is cut
+  double surfaceInterval = 0, surfaceDue = 0, seconds = 0;  // [s]
+  double size = 0;                                          // of the scene [m]
+  Eigen::AlignedBox3d swept;                                // of the origins of moving bodies
+  double interval = 0;                                      // of frames [s]
+  double due = 0;                                           // time of the next frame
+  long steps = 0;                                           // since the last frame
+  double narrowPhase = 0;     // the world's clock at the last frame [s]
+  double deepest = 0;         // since the last frame
+  std::vector<bool> isFixed;  // of each body
+  ContactsNow now;            // reused in each frame
+
+  void addBody(const World& world, double time);
+  void renewSurfaces(const World& world, double time);
 };
+
+// The next body.
+void Recorder::Take::addBody(const World& world, double time) {
+  const std::size_t i = motions.size();
+  ReplayBody body{world.name(i), world.isStatic(i), world.mass(i), world.drawn(i), {}};
+  surfaces.push_back(nullptr);
+  if (world.isCuttable(i)) {
+    surfaces.back() = std::make_unique<ChangingSurface>(world.matter(i), time);
+    body.surfacePlace = world.matterPlace(i);
+  }
+  take.bodies.push_back(std::move(body));
+  motions.emplace_back(reachOf(world, i), kTolerance * size);
+  isFixed.push_back(world.isStatic(i));
+  if (isFixed.back() && time > 0) motions.back().add(time, world.pose(i));
+}
+
+void Recorder::Take::renewSurfaces(const World& world, double time) {
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (!surfaces[i]) continue;
+    if (world.cutOf(i).gone)
+      surfaces[i]->end(time);
+    else
+      surfaces[i]->renew(world.matter(i), time);
+  }
+}
 
 Recorder::Recorder(std::size_t mostPoints) : mostPoints_(mostPoints) {}
 Recorder::~Recorder() = default;
@@ -61,25 +91,26 @@ void Recorder::begin(const World& world, const std::string& label, double second
   take_->take.label = label;
   const double frames = std::clamp(kFramesASecond * seconds, kLeastFrames, kMostFrames);
   take_->interval = std::max(step, seconds / frames);
-  for (std::size_t i = 0; i < world.bodyCount(); ++i) {
-    const DrawnBody& drawn = world.drawn(i);
-    take_->take.bodies.push_back({world.name(i), world.isStatic(i), world.mass(i), drawn, {}});
-    const Eigen::AlignedBox3d box = boxOf(drawn, world.pose(i));
-    if (!box.isEmpty()) take_->take.start.extend(box);
-  }
+  take_->seconds = seconds;
+  take_->surfaceInterval = std::max(take_->interval, seconds / kMostSurfaces);
+  for (std::size_t i = 0; i < world.bodyCount(); ++i)
+    visitVertices(world, i, world.pose(i), [&](const Vec3& v) { take_->take.start.extend(v); });
   if (take_->take.start.isEmpty()) take_->take.start.extend(Vec3(0, 0, 0));
-  const double size = std::max(1e-9, take_->take.start.diagonal().norm());
-  for (const ReplayBody& body : take_->take.bodies) {
-    take_->motions.emplace_back(reachOf(body.drawn), kTolerance * size);
-    take_->isFixed.push_back(body.isStatic);
-  }
-  take_->take.contacts = ReplayContacts(kTolerance * size);
+  take_->size = std::max(1e-9, take_->take.start.diagonal().norm());
+  for (std::size_t i = 0; i < world.bodyCount(); ++i) take_->addBody(world, 0);
+  take_->take.contacts = ReplayContacts(kTolerance * take_->size);
   take_->narrowPhase = world.narrowPhaseSeconds();
 }
 
 void Recorder::record(double time, const World& world) {
   Take& t = *take_;
   replay_.seconds = std::max(replay_.seconds, time);
+  const bool fell = world.bodyCount() > t.motions.size();
+  while (t.motions.size() < world.bodyCount()) t.addBody(world, time);
+  if (fell || time >= t.surfaceDue || time >= t.seconds * (1 - 1e-9)) {
+    t.renewSurfaces(world, time);
+    t.surfaceDue = time + t.surfaceInterval;
+  }
   for (std::size_t i = 0; i < t.motions.size(); ++i) {
     if (t.isFixed[i] && time > 0) continue;
     const Pose pose = world.pose(i);
@@ -133,6 +164,7 @@ void Recorder::endTake() {
   for (std::size_t i = 0; i < t.motions.size(); ++i) {
     t.motions[i].finish();
     t.take.bodies[i].keys = t.motions[i].keys();
+    if (t.surfaces[i]) t.take.bodies[i].surface = t.surfaces[i]->finish();
   }
   // Next to the previous takes, by the space that it occupies while it runs.
   Eigen::AlignedBox3d room = t.take.start;

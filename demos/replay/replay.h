@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "replay/changing_surface.h"
 #include "replay/keyframes.h"
 #include "replay/replay_contacts.h"
 #include "scene/drawn_body.h"
@@ -18,6 +19,9 @@ struct ReplayBody {
   double mass = 0;  // [kg]
   DrawnBody drawn;
   std::vector<PoseKey> keys;  // one if the body does not move
+  // Of a body that is cut, beside `drawn`: its surface over time, and the place of its frame.
+  std::vector<SurfacePiece> surface = {};
+  Pose surfacePlace = {};
 };
 
 // Figures of one instant.

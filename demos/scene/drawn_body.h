@@ -25,13 +25,15 @@ struct DrawnCloud {
   Pose pose;  // of the grid in the body's frame
 };
 
+// Empty for a body that is cut, whose surface changes (World::matter).
 struct DrawnBody {
   std::vector<DrawnPart> parts;
   std::vector<DrawnCloud> clouds;
 
   bool isPlane() const {
-    return std::all_of(parts.begin(), parts.end(),
-                       [](const DrawnPart& part) { return part.planeNormal.has_value(); });
+    return !parts.empty() && std::all_of(parts.begin(), parts.end(), [](const DrawnPart& part) {
+      return part.planeNormal.has_value();
+    });
   }
 };
 

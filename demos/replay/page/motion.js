@@ -10,7 +10,7 @@ class Motion {
         const sampler = animation.samplers[channel.sampler];
         motion.tracks.push({
           node: await gltf.parser.getDependency('node', channel.target.node),
-          turns: channel.target.path === 'rotation',
+          path: channel.target.path,
           times: (await gltf.parser.getDependency('accessor', sampler.input)).array,
           values: (await gltf.parser.getDependency('accessor', sampler.output)).array
         });
@@ -19,11 +19,16 @@ class Motion {
   }
 
   show(t) {
-    for (const {node, turns, times, values} of this.tracks) {
+    for (const {node, path, times, values} of this.tracks) {
       const i = indexAt(times, t), j = Math.min(i + 1, times.length - 1);
+      if (path === 'scale') {  // a piece of surface: there or not
+        node.visible = values[3 * i] > 0;
+        node.scale.set(1, 1, 1);
+        continue;
+      }
       const span = times[j] - times[i];
       const share = span > 0 ? Math.min(1, Math.max(0, (t - times[i]) / span)) : 0;
-      if (turns) {
+      if (path === 'rotation') {
         Motion.from.fromArray(values, 4 * i);
         Motion.to.fromArray(values, 4 * j);
         THREE.Quaternion.slerp(Motion.from, Motion.to, node.quaternion, share);

@@ -1,0 +1,156 @@
+// Replays of bodies that are cut: at each time the pieces of surface that are shown are the surface
+// of the matter at that time, and a cut adds no more than what it changed.
+#include <cloudcontact/voxels/digitize.h>
+#include <cloudcontact/voxels/pieces.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "io/json.h"
+#include "program/scene_bodies.h"
+#include "replay/gltf.h"
+#include "replay/recorder.h"
+#include "scene/primitive_mesh.h"
+#include "scene/simulation.h"
+
+namespace cloudcontact::program {
+namespace {
+
+constexpr double kVoxelSize = 1e-3;
+
+Cloud barCloud() {
+  DigitizeSettings settings;
+  settings.voxelSize = kVoxelSize;
+  settings.threads = 1;
+  return digitize(primitiveMesh(Box{Vec3(0.02, 0.006, 0.006)}, 1e-5), settings);
+}
+
+std::vector<VoxelCut> slice(const Cloud& cloud, double low, double high) {
+  std::vector<VoxelCut> cuts;
+  const Eigen::Vector3i n = cloud.size();
+  for (int x = 0; x < n.x(); ++x) {
+    const double at = cloud.center(x, 0, 0).x();
+    if (at < low || at >= high) continue;
+    for (int y = 0; y < n.y(); ++y)
+      for (int z = 0; z < n.z(); ++z)
+        if (cloud.coverage(x, y, z) > 0) cuts.push_back({{x, y, z}, 0});
+  }
+  return cuts;
+}
+
+// Six times the signed volume under the triangles, by the divergence theorem.
+template <class Vertices, class Corner>
+double volumeUnder(const Vertices& vertices, std::size_t triangles, const Corner& corner) {
+  double sum = 0;
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const Vec3 a = vertices[corner(t, 0)].template cast<double>(),
+               b = vertices[corner(t, 1)].template cast<double>(),
+               c = vertices[corner(t, 2)].template cast<double>();
+    sum += a.dot(b.cross(c));
+  }
+  return sum / 6;
+}
+
+double volumeOf(const Cloud& cloud) {
+  const Mesh mesh = DisplayMesh(cloud).mesh();
+  return volumeUnder(mesh.vertices, mesh.triangles.size(),
+                     [&](std::size_t t, int k) { return std::size_t(mesh.triangles[t][k]); });
+}
+
+double volumeAt(const std::vector<SurfacePiece>& pieces, double time) {
+  double sum = 0;
+  for (const SurfacePiece& piece : pieces)
+    if (piece.from <= time && time < piece.to)
+      sum += volumeUnder(
+          piece.mesh.positions, piece.mesh.corners.size() / 3,
+          [&](std::size_t t, int k) { return piece.mesh.corners[3 * t + std::size_t(k)]; });
+  return sum;
+}
+
+std::size_t trianglesOf(const std::vector<SurfacePiece>& pieces) {
+  std::size_t count = 0;
+  for (const SurfacePiece& piece : pieces) count += piece.mesh.corners.size() / 3;
+  return count;
+}
+
+TEST(ChangingSurface, ShowsTheMatterOfItsTime) {
+  const Cloud whole = barCloud();
+  const Cloud once = cutCloud(whole, slice(whole, 0.010, 0.013));
+  const Cloud twice = cutCloud(once, slice(once, -0.011, -0.010));
+  ChangingSurface surface(whole, 0);
+  surface.renew(whole, 0.5);
+  surface.renew(once, 1);
+  surface.renew(twice, 2);
+  const auto pieces = surface.finish();
+  const double size = volumeOf(whole);
+  EXPECT_NEAR(volumeAt(pieces, 0.9), size, 1e-6 * size);
+  EXPECT_NEAR(volumeAt(pieces, 1), volumeOf(once), 1e-6 * size);
+  EXPECT_NEAR(volumeAt(pieces, 2.5), volumeOf(twice), 1e-6 * size);
+  EXPECT_NEAR(volumeOf(once), size * 37 / 40, 2e-2 * size);
+  // A slice across a long bar changes a small part of its surface.
+  EXPECT_LT(trianglesOf(pieces), 2 * DisplayMesh(whole).mesh().triangles.size());
+}
+
+TEST(ChangingSurface, EndsWithItsBody) {
+  ChangingSurface surface(barCloud(), 0);
+  surface.end(1.5);
+  const auto pieces = surface.finish();
+  ASSERT_EQ(pieces.size(), 1u);
+  EXPECT_EQ(pieces[0].to, 1.5);
+}
+
+nlohmann::json jsonOf(const std::string& glb) {
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof length);
+  return nlohmann::json::parse(glb.substr(20, length));
+}
+
+// A bar in free fall is cut through after half the time.
+TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
+  SceneBody bar = bodyWith("bar", SceneBox{Vec3(0.08, 0.024, 0.024)}, Vec3(0, 0, 1), 1);
+  bar.collisions[0].isCuttable = true;
+  bar.collisions[0].tissues = {{"", "pulp"}};
+  SceneDescription scene;
+  scene.bodies = {bar};
+  WorldSettings settings;
+  settings.common.threads = 1;
+  settings.voxel = kVoxelSize;
+  World world(scene, settings);
+  const double seconds = 0.5;
+  Recorder recorder;
+  recorder.begin(world, "take", seconds, kStep);
+  recorder.record(0, world);
+  const double size = volumeOf(world.matter(0));
+  double cutAt = 0;
+  for (int n = 1; n <= 120; ++n) {
+    world.step(kStep);
+    if (n == 60) {
+      world.cut(0, slice(world.matter(0), 0.010, 0.014));
+      cutAt = n * kStep;
+    }
+    recorder.record(n * kStep, world);
+  }
+  const Replay replay = recorder.finish();
+  const auto& bodies = replay.takes[0].bodies;
+  ASSERT_EQ(bodies.size(), 2u);
+  EXPECT_EQ(bodies[1].name, "bar piece 1");
+  EXPECT_FALSE(bodies[0].drawn.isPlane());
+  for (const SurfacePiece& piece : bodies[1].surface) EXPECT_EQ(piece.from, cutAt);
+  EXPECT_EQ(bodies[1].keys.front().time, cutAt);
+  EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt - kStep), size, 1e-6 * size);
+  EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt) + volumeAt(bodies[1].surface, cutAt),
+              size * 76 / 80, 2e-3 * size);
+
+  const auto json = jsonOf(gltfBytes(replay));
+  int steps = 0;
+  for (const auto& channel : json["animations"][0]["channels"]) {
+    if (channel["target"]["path"] != "scale") continue;
+    const auto& sampler = json["animations"][0]["samplers"][channel["sampler"].get<int>()];
+    EXPECT_EQ(sampler["interpolation"], "STEP");
+    ++steps;
+  }
+  EXPECT_GE(steps, 3);  // what goes, what comes, and the piece
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
