@@ -247,9 +247,13 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   const CcPairSums all = collect(terms);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, hits, outcome.level};
   const bool touches = terms.oneSided && terms.gap == 0;
-  const double depth =
-      terms.foundation ? 0
-                       : pairDepth(all, touches ? &shape : nullptr, terms.oneSided, frame.voxel);
+  const CloudsInFrame clouds{&a, &b, &frame, hits, outcome.level};
+  const bool edges =
+      settings.normals == Normals::BaseVectors && a.field && b.field && terms.gap == 0;
+  const double depth = terms.foundation
+                           ? 0
+                           : pairDepth(all, touches ? &shape : nullptr, edges ? &clouds : nullptr,
+                                       terms.oneSided, frame.voxel);
   const bool vectors = settings.normals == Normals::BaseVectors && !matter.empty();
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;

@@ -12,6 +12,8 @@
 #include <limits>
 #include <numbers>
 
+#include "contact/edge_points.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -146,14 +148,33 @@ double edgeDepth(const ShapeInCloud& s, double most) {
                      {Vec3(box.min().array() - around), Vec3(box.max().array() + around)});
 }
 
+// The same between two clouds: the sharp points of either in the other.
+double sharpDepth(const CloudsInFrame& s) {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < s.hits->size(); ++i) box.extend((*s.hits)[i].position.cast<double>());
+  const double around = (1 << s.level) * s.frame->voxel;
+  const Vec3 middle = box.center(), half = 0.5 * box.sizes() + Vec3::Constant(around);
+  const auto deepest = [&](const ContactBody& sharp, const ContactBody& other) {
+    const Pose fromFrame = sharp.pose.inverse() * s.frame->pose;
+    const Vec3 reach = fromFrame.orientation.toRotationMatrix().cwiseAbs() * half;
+    const Vec3 at = fromFrame.toWorld(middle);
+    return deepestSharpPoint(*sharp.field, *other.field, other.pose.inverse() * sharp.pose,
+                             {Vec3(at - reach), Vec3(at + reach)});
+  };
+  return std::max(deepest(*s.a, *s.b), deepest(*s.b, *s.a));
+}
+
 }  // namespace
 
-double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided,
-                 double voxel) {
+double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, const CloudsInFrame* clouds,
+                 bool oneSided, double voxel) {
   const CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
   const double edged = (1 - by.smooth) * ccRamp(by.pointed, kEdged, kAllEdge);
-  if (!shape || !(edged > 0) || !(patches.size > 0)) return by.depth;
-  return by.depth + edged * std::max(0.0, edgeDepth(*shape, patches.most) - by.depth);
+  if (!(edged > 0) || !(patches.size > 0)) return by.depth;
+  if (shape) return by.depth + edged * std::max(0.0, edgeDepth(*shape, patches.most) - by.depth);
+  if (!clouds) return by.depth;
+  const double sharp = sharpDepth(*clouds);
+  return sharp > 0 ? by.depth + edged * (sharp - by.depth) : by.depth;
 }
 
 }  // namespace cloudcontact

@@ -4,6 +4,7 @@
 #include <cloudcontact/contact/contact.h>
 
 #include "contact/hit_columns.h"
+#include "contact/pair_frame.h"
 #include "kernels/contact/contact_depth.h"
 
 namespace cloudcontact {
@@ -16,8 +17,18 @@ struct ShapeInCloud {
   int level = 0;                     // of the samples that hit
 };
 
-// The depth of all patches together [m]. `shape`: null if both bodies are clouds or do not touch.
-// `voxel`: the pair's [m].
-double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, double voxel);
+// Two clouds by the paper's method, whose edges are looked up in each other. (With fitted normals
+// the samples alone decide, as on a device.)
+struct CloudsInFrame {
+  const ContactBody *a = nullptr, *b = nullptr;
+  const PairFrame* frame = nullptr;
+  const HitColumns* hits = nullptr;  // in the pair's frame
+  int level = 0;
+};
+
+// The depth of all patches together [m]. `shape` and `clouds`: null if not known, or if the bodies
+// do not touch. `voxel`: the pair's [m].
+double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, const CloudsInFrame* clouds,
+                 bool oneSided, double voxel);
 
 }  // namespace cloudcontact

@@ -151,6 +151,58 @@ TEST(PaperContact, HasTheSymmetriesOfSpace) {
   EXPECT_LT((seen.force - world.orientation * straight.force).norm(), 1e-4 * size);
 }
 
+struct Tool {
+  const char* name;
+  Mesh mesh;
+  Solid solid;
+  Eigen::Quaterniond turn;  // its tip down
+  double reach;             // from its center to the tip [voxels]
+};
+
+std::vector<Tool> tools() {
+  const double h = kVoxel;
+  const auto straight = Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond edge(Eigen::AngleAxisd(std::acos(0.0) / 2, Vec3::UnitX()));
+  const auto corner = Eigen::Quaterniond::FromTwoVectors(Vec3::Ones(), -Vec3::UnitZ());
+  const Vec3 cube = Vec3::Constant(6 * h), blade = Vec3(8, 1.25, 8) * h;
+  return {{"needle", cylinderMesh(1.5 * h, 16 * h, 1e-6), Cylinder{1.5 * h, 8 * h}, straight, 8},
+          {"blade", boxMesh(2 * blade), Box{blade}, straight, 8},
+          {"corner", boxMesh(2 * cube), Box{cube}, corner, 6 * std::sqrt(3.0)},
+          {"edge", boxMesh(2 * cube), Box{cube}, edge, 6 * std::sqrt(2.0)},
+          {"face", boxMesh(2 * cube), Box{cube}, straight, 6},
+          {"ball", sphereMesh(8 * h, 1e-6), Sphere{8 * h}, straight, 8}};
+}
+
+// Step 3: the depth is how far the tool's tip is in, whatever its shape, as a solid and as a cloud.
+TEST(PaperContact, IsAsDeepAsTheToolGoes) {
+  BodyMaker maker{kVoxel, Random(4)};
+  const Body block = maker.box({40, 40, 24}, true);
+  const PaperBody paper = paperBody(block.field->cloud(), {});
+  const Eigen::Quaterniond odd(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+  for (const Tool& tool : tools())
+    for (const bool cloud : {false, true}) {
+      const Body body = cloud ? maker.cloud(tool.mesh) : BodyMaker::shape(tool.solid);
+      PaperBody own;
+      if (cloud) own = paperBody(body.field->cloud(), {});
+      for (const double depth : {1.0, 2.0, 4.0}) {
+        ContactBody a = block.at({});
+        a.paper = &paper;
+        ContactBody b =
+            body.at({odd * tool.turn, Vec3(0.3, 0.2, 12 + tool.reach - depth) * kVoxel});
+        if (cloud) b.paper = &own;
+        ContactSettings settings;
+        settings.law = KelvinVoigt{1, 0};
+        settings.normals = Normals::BaseVectors;
+        ContactFinder finder;
+        const double found = wrenchOnB(finder.find(a, b, settings), {}, {}).force.norm() / kVoxel;
+        // A needle of three voxels is rounded where it is a cloud.
+        const double bound = cloud && tool.reach == 8 && depth != 2 ? 0.15 : 0.1;
+        EXPECT_NEAR(found, depth, bound) << tool.name << (cloud ? ", a cloud" : "");
+        EXPECT_NEAR(found, depth, (cloud ? 0.06 : 0.03) * depth) << tool.name << cloud;
+      }
+    }
+}
+
 TEST(PaperContact, NeedsBaseVectors) {
   const TwoBlock& block = twoTissues();
   ContactBody a = block.body(), b = a;
