@@ -20,6 +20,18 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
+std::vector<DigitalNormal> meansOf(std::span<const CcNormalSum> sums, double voxelSize) {
+  std::vector<DigitalNormal> result;
+  result.reserve(sums.size());
+  for (const CcNormalSum& sum : sums) {
+    DigitalNormal& n = result.emplace_back();
+    n.count = sum.count;
+    if (sum.count > 0)
+      n.mean = voxelSize / sum.count * Vec3(sum.vector[0], sum.vector[1], sum.vector[2]);
+  }
+  return result;
+}
+
 }  // namespace
 
 struct DeviceWorkpiece::State {
@@ -175,7 +187,7 @@ std::vector<DigitalNormal> DeviceWorkpiece::digitalNormals(
 #if defined(CLOUDCONTACT_OPENCL)
   if (s.piece) return list.normals(opencl::guarded(s.name, [&] { return s.piece->normals(list); }));
 #endif
-  return list.normals(list.sums(s.field.bricks()));
+  return meansOf(list.sums(s.field.bricks()), s.field.voxelSize());
 }
 
 BaseVectorField DeviceWorkpiece::field() const {

@@ -10,8 +10,7 @@
 namespace cloudcontact {
 
 TouchedList::TouchedList(const BaseVectorBricks& field,
-                         std::span<const std::span<const CollisionVoxel>> areas, bool hardness)
-    : voxelSize(field.voxelSize) {
+                         std::span<const std::span<const CollisionVoxel>> areas, bool hardness) {
   const Vec3& gr = field.window.representative;
   terms = {gr.x(), gr.y(), gr.z()};
   const std::vector<double> h = hardnessOf(field.tissues, hardness);
@@ -46,18 +45,6 @@ std::vector<CcNormalSum> TouchedList::sums(const BaseVectorBricks& field) const 
     all[area] = sum;
   });
   return all;
-}
-
-std::vector<DigitalNormal> TouchedList::normals(std::span<const CcNormalSum> sums) const {
-  std::vector<DigitalNormal> result;
-  result.reserve(sums.size());
-  for (const CcNormalSum& sum : sums) {
-    DigitalNormal& n = result.emplace_back();
-    n.count = sum.count;
-    if (sum.count > 0)
-      n.mean = voxelSize / sum.count * Vec3(sum.vector[0], sum.vector[1], sum.vector[2]);
-  }
-  return result;
 }
 
 }  // namespace cloudcontact

@@ -1,7 +1,7 @@
 // TouchedList: the collision voxels of many areas in the layout of kernels/cut/digital_normal.h.
 #pragma once
 
-#include <cloudcontact/device/device_workpiece.h>
+#include <cloudcontact/workpiece/collision_finder.h>
 
 #include <span>
 #include <vector>
@@ -15,14 +15,12 @@ struct TouchedList {
   std::vector<CcTouchedVoxel> voxels;  // area by area
   std::vector<uint> firsts;            // of each area; one more at the end
   std::vector<double> terms;           // Gr, then h of each tissue
-  double voxelSize = 0;                // [m]
 
   // Throws std::out_of_range where a voxel lies outside the grid.
   TouchedList(const BaseVectorBricks& field, std::span<const std::span<const CollisionVoxel>> areas,
               bool hardness);
   // Computed here, as a device does.
   std::vector<CcNormalSum> sums(const BaseVectorBricks& field) const;
-  std::vector<DigitalNormal> normals(std::span<const CcNormalSum> sums) const;
 };
 
 }  // namespace cloudcontact
