@@ -185,7 +185,9 @@ std::vector<DigitalNormal> DeviceWorkpiece::digitalNormals(
   const TouchedList list(s.field.bricks(), areas, hardness);
   if (areas.empty()) return {};
 #if defined(CLOUDCONTACT_OPENCL)
-  if (s.piece) return list.normals(opencl::guarded(s.name, [&] { return s.piece->normals(list); }));
+  if (s.piece)
+    return meansOf(opencl::guarded(s.name, [&] { return s.piece->normals(list); }),
+                   s.field.voxelSize());
 #endif
   return meansOf(list.sums(s.field.bricks()), s.field.voxelSize());
 }
