@@ -25,7 +25,9 @@ CuttingProcess::CuttingProcess(const Cutter& cutter) : cutter_(cutter) {
 static int leftInside(const CollisionVoxel& v, int coverage) {
   if (coverage == 0) return 0;
   const double outside = 255 - 255.0 * 255.0 * static_cast<double>(v.share) / coverage;
-  return coverage - static_cast<int>(std::clamp(std::ceil(outside), 0.0, double(coverage)));
+  const int left =
+      coverage - static_cast<int>(std::clamp(std::ceil(outside), 0.0, double(coverage)));
+  return left < std::min(coverage, kLeast) ? 0 : left;  // a trace, not worth a change
 }
 
 CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Collision& collision,
@@ -54,7 +56,7 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
                            bearing * work / (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),
                        static_cast<double>(left));
     const int less = std::min(left, static_cast<int>(carry_));
-    if (less == 0 || less < std::min(left, kLeast)) continue;
+    if (less < std::min(left, kLeast)) continue;
     carry_ -= less;
     removed += less;
     cuts_.push_back({v.voxel, static_cast<std::uint8_t>(coverage - less)});

@@ -5,8 +5,8 @@
 #include <cstddef>
 
 #include "kernels/contact/batch_layout.h"
-#include "kernels/cut/digital_normal.h"
 #include "kernels/cut/area_left.h"
+#include "kernels/cut/digital_normal.h"
 #include "kernels/cut/matter_cut.h"
 
 namespace cloudcontact {
