@@ -103,14 +103,16 @@ struct SceneBody {
 };
 
 struct SceneJoint {
-  enum class Kind { Fixed, Revolute };
+  enum class Kind { Fixed, Revolute, Prismatic };
   std::string name;
   Kind kind = Kind::Fixed;
   int parent = -1, child = -1;  // index into bodies, -1: the world
   Pose pose;                    // of the joint's frame in the world, at the start
   Vec3 axis = Vec3::UnitZ();    // in the world, at the start
-  std::optional<double> lower;  // [rad]
+  std::optional<double> lower;  // [rad], [m] for a prismatic joint
   std::optional<double> upper;
+  // Of a prismatic joint: the spring that pulls it to `rest` [m].
+  double spring = 0, damping = 0, rest = 0;  // [N/m, N s/m, m]
 };
 
 struct SceneDescription {

@@ -55,6 +55,7 @@ class SceneReader {
   SceneGeometry readGeometry(const sdf::Geometry& geometry, const std::string& element) const;
   SceneMesh readMesh(const sdf::Mesh& mesh, const std::string& element) const;
   void readJoint(const sdf::Joint& joint, const std::string& scope, const Pose& modelPose);
+  void readSpring(const sdf::JointAxis& axis, const std::string& element, SceneJoint& joint) const;
   void readState(const sdf::ElementPtr& state);
   int bodyIndex(const std::string& link, const std::string& scope,
                 const std::string& element) const;
@@ -372,15 +373,17 @@ void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
   const std::string element = "joint '" + out.name + "'";
   if (joint.Type() == sdf::JointType::REVOLUTE)
     out.kind = SceneJoint::Kind::Revolute;
+  else if (joint.Type() == sdf::JointType::PRISMATIC)
+    out.kind = SceneJoint::Kind::Prismatic;
   else if (joint.Type() != sdf::JointType::FIXED)
-    fail(element, "is of a type not known here; use fixed or revolute");
+    fail(element, "is of a type not known here; use fixed, revolute or prismatic");
   std::string parent, child;
   check(joint.ResolveParentLink(parent), element + " <parent>");
   check(joint.ResolveChildLink(child), element + " <child>");
   out.parent = bodyIndex(parent, scope, element + " <parent>");
   out.child = bodyIndex(child, scope, element + " <child>");
   out.pose = modelPose * resolved(joint.SemanticPose(), "__model__", element);
-  if (const auto* axis = joint.Axis(0); axis && out.kind == SceneJoint::Kind::Revolute) {
+  if (const auto* axis = joint.Axis(0); axis && out.kind != SceneJoint::Kind::Fixed) {
     ignition::math::Vector3d xyz;
     check(axis->ResolveXyz(xyz, "__model__"), element + " <axis>");
     const Vec3 local = vector(xyz, element + " <axis> <xyz>");
@@ -392,8 +395,23 @@ void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
     // libsdformat's stand-in for "no limit".
     if (out.lower && *out.lower <= -1e15) out.lower.reset();
     if (out.upper && *out.upper >= 1e15) out.upper.reset();
+    if (out.kind == SceneJoint::Kind::Prismatic) readSpring(*axis, element, out);
   }
   scene_.joints.push_back(std::move(out));
+}
+
+// <dynamics> of a prismatic joint: a spring and its damper.
+void SceneReader::readSpring(const sdf::JointAxis& axis, const std::string& element,
+                             SceneJoint& joint) const {
+  joint.spring = axis.SpringStiffness();
+  joint.damping = axis.Damping();
+  joint.rest = axis.SpringReference();
+  for (const double value : {joint.spring, joint.damping})
+    if (!(value >= 0) || !std::isfinite(value))
+      fail(element + " <dynamics>",
+           "<spring_stiffness> and <damping> must be 0 or more and finite");
+  if (!std::isfinite(joint.rest))
+    fail(element + " <dynamics>", "<spring_reference> must be finite");
 }
 
 // Initial velocities: <state><model name><link name><velocity>, linear then angular.

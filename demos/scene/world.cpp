@@ -15,6 +15,7 @@
 #include "io/errors.h"
 #include "scene/bullet_vectors.h"
 #include "scene/scene_dispatcher.h"
+#include "scene/scene_joints.h"
 #include "scene/scene_shapes.h"
 
 namespace cloudcontact::program {
@@ -314,17 +315,7 @@ void World::State::addPiece(std::size_t parent, std::unique_ptr<CuttableBody> pi
 // Constraint frames lie in the frame of the rigid body, which a cut moves.
 void World::State::moveJoints(std::size_t body, const Pose& movedFrame) {
   const btTransform back = toBullet(movedFrame.inverse());
-  for (auto& joint : joints) {
-    const bool isA = &joint->getRigidBodyA() == bodies[body].rigid;
-    if (!isA && &joint->getRigidBodyB() != bodies[body].rigid) continue;
-    const auto move = [&](auto& constraint, const btTransform& a, const btTransform& b) {
-      constraint.setFrames(isA ? back * a : a, isA ? b : back * b);
-    };
-    if (auto* hinge = dynamic_cast<btHingeConstraint*>(joint.get()))
-      move(*hinge, btTransform(hinge->getAFrame()), btTransform(hinge->getBFrame()));
-    else if (auto* fixed = dynamic_cast<btFixedConstraint*>(joint.get()))
-      move(*fixed, btTransform(fixed->getFrameOffsetA()), btTransform(fixed->getFrameOffsetB()));
-  }
+  for (const auto& joint : joints) moveJoint(*joint, *bodies[body].rigid, back);
 }
 
 void World::State::takeOutcome(std::size_t index, CutOutcome outcome) {
@@ -429,13 +420,7 @@ void World::State::addJoint(const SceneJoint& joint) {
   btRigidBody& child =
       joint.child < 0 ? btTypedConstraint::getFixedBody() : *bodies[joint.child].rigid;
   const btTransform inParent = seenFrom(joint.parent), inChild = seenFrom(joint.child);
-  if (joint.kind == SceneJoint::Kind::Fixed) {
-    joints.push_back(std::make_unique<btFixedConstraint>(parent, child, inParent, inChild));
-  } else {
-    auto hinge = std::make_unique<btHingeConstraint>(parent, child, inParent, inChild, true);
-    if (joint.lower && joint.upper) hinge->setLimit(btScalar(*joint.lower), btScalar(*joint.upper));
-    joints.push_back(std::move(hinge));
-  }
+  joints.push_back(makeJoint(joint, parent, child, inParent, inChild));
   world.addConstraint(joints.back().get(), true);
   joined.insert(std::minmax(joint.parent, joint.child));
 }

@@ -16,15 +16,15 @@ struct CloudContactSettings {
   // without one get an automatic spring (automatic_spring.h). Foundation{}, without a stiffness:
   // the same, but shared out by area. Laws with a memory keep it while the bodies touch.
   std::optional<Law> law = std::nullopt;
-  // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
-  // PaperSettings{}.
-  Normals normals = Normals::Fitted;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
   // Upper limit of an automatic spring where a light body bears heavy ones, in multiples of the
   // stiffness that the pair's own mass allows. Use 1 with Bullet's own solver and up to 10 with
   // ExtrapolatingSolver. At least 1 and finite.
   double bears = 1;
   bool lists = true;  // ContactSettings::verletLists of every pair
+  // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
+  // PaperSettings{}.
+  Normals normals = Normals::Fitted;
 };
 
 // Time and work of the cloud narrow phase since the last reset.

@@ -41,8 +41,6 @@ enum class Normals : std::uint8_t {
 
 struct ContactSettings {
   Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
-  // With BaseVectors each body that is a field needs ContactBody::paper.
-  Normals normals = Normals::Fitted;
   // [m] Bodies that do not touch but are nearer than this (two voxels at most) get points with a
   // negative depth where they would touch first. A solver can then stop them within its step.
   double margin = 0;
@@ -55,6 +53,8 @@ struct ContactSettings {
   // query then looks up only the samples that may touch. Results are equal to the bit. False makes
   // each query a first one, for measurements.
   bool verletLists = true;
+  // With BaseVectors each body that is a field needs ContactBody::paper.
+  Normals normals = Normals::Fitted;
 };
 
 // A point of contact; it becomes one btManifoldPoint.
