@@ -72,7 +72,10 @@ WorldCutter::~WorldCutter() = default;
 void WorldCutter::addTool(const btCollisionObject& object, const Detection& tool,
                           const Cutter& cutter) {
   validate(tool.area);
-  state_->tools.push_back({&object, tool, CuttingProcess(cutter)});
+  Cutter exact = cutter;
+  exact.keepsOutside = true;
+  state_->tools.push_back({&object, tool, CuttingProcess(exact)});
+  state_->tools.back().detection.depth = DepthTo::Nearest;  // not used, and the cheaper one
 }
 
 void WorldCutter::removeTool(const btCollisionObject& object) {

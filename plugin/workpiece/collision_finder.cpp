@@ -14,6 +14,7 @@
 
 #include "base/parallel.h"
 #include "field/base_vector_bricks.h"
+#include "kernels/contact/contact_depth.h"
 #include "kernels/contact/sample.h"
 #include "workpiece/embedding_along.h"
 
@@ -32,6 +33,7 @@ struct BrickSums {
   double mean[3] = {0, 0, 0};             // of the base vectors by weight
   double plain[3] = {0, 0, 0};            // and by share alone
   double push = 0;                        // of the depth over the touched surface
+  double powers[2] = {0, 0};              // likewise of its square and cube
   double center[3] = {0, 0, 0};           // of the touched surface, times `push`
   double wet = 0;                         // area of the touched surface
   double facing[6] = {0, 0, 0, 0, 0, 0};  // times `wet`: xx yy zz xy yz zx
@@ -39,6 +41,7 @@ struct BrickSums {
   void add(const BrickSums& other) {
     count += other.count, matter += other.matter, weight += other.weight;
     wet += other.wet, push += other.push;
+    powers[0] += other.powers[0], powers[1] += other.powers[1];
     for (int k = 0; k < 3; ++k) {
       mean[k] += other.mean[k], plain[k] += other.plain[k], center[k] += other.center[k];
       facing[k] += other.facing[k], facing[k + 3] += other.facing[k + 3];
@@ -206,7 +209,7 @@ void addSurface(const View& view, BrickPart& part) {
     const double depth = perVoxel * near.depth;
     if (depth <= -EmbeddingAlong::kReach) continue;
     const Vec3 outward = view.turn * Vec3(foot.outward[0], foot.outward[1], foot.outward[2]);
-    part.pieces.push_back({at, outward, foot.weight});
+    if (view.tool->depth == DepthTo::Tip) part.pieces.push_back({at, outward, foot.weight});
     if (depth <= -0.5) continue;  // no part of a voxel's width is inside
     const double facing = outward.dot(near.normal);
     const double spread = 0.5 * std::sqrt(std::max(1 - facing * facing, 0.0));
@@ -214,6 +217,8 @@ void addSurface(const View& view, BrickPart& part) {
     const double first = foot.weight * static_cast<double>(wet.depth1);
     const double area2 = foot.weight * static_cast<double>(wet.share);
     sums.push += first;
+    sums.powers[0] += foot.weight * static_cast<double>(wet.depth2);
+    sums.powers[1] += foot.weight * static_cast<double>(wet.depth3);
     sums.wet += area2;
     for (int k = 0; k < 3; ++k) {
       sums.center[k] += first * foot.at[k];
@@ -345,7 +350,9 @@ BrickSums CollisionFinder::State::sumOfParts() const {
 
 // A tool thinner than a voxel may pass between the centers, and no voxel has a share in it.
 void CollisionFinder::State::touch(const View& view) {
-  if (view.tool->membership == Membership::Whole || sumOfParts().count > 0) return;
+  const Detection& tool = *view.tool;
+  if (tool.membership == Membership::Whole || tool.depth == DepthTo::Nearest) return;
+  if (sumOfParts().count > 0) return;
   for (std::size_t k = 0; k < used; ++k) addVoxels(view, parts[k], Counting::Touch);
   const BrickSums sums = sumOfParts();
   if (sums.count > 0 && depth(view, outwardOf(sums)) > 0) return;
@@ -382,7 +389,9 @@ void CollisionFinder::State::sumUp(const View& view, const Pose& workpiecePose) 
   if (!(sums.count > 0)) return;
   const Vec3 outward = outwardOf(sums);
   c.mean = workpiecePose.orientation * (f.voxelSize / sums.count * outward);
-  c.depth = depth(view, outward);
+  const double moments[3] = {sums.push, sums.powers[0], sums.powers[1]};
+  c.depth = view.tool->depth == DepthTo::Tip ? depth(view, outward)
+                                             : f.voxelSize * ccDeepestByMoments(moments);
   const Eigen::Matrix3d turn = workpiecePose.orientation.toRotationMatrix();
   const double* const n = sums.facing;
   Eigen::Matrix3d facing;

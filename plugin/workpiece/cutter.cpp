@@ -40,17 +40,21 @@ CuttingProcess::Cut CuttingProcess::step(BaseVectorField& workpiece, const Colli
   std::int64_t removed = 0;
   const std::size_t count = collision.voxels.size(), most = cutter_.mostVoxels;
   const std::size_t stride = (count + most - 1) / most;
+  const auto leftOf = [&](const CollisionVoxel& v, int coverage) {
+    return cutter_.keepsOutside ? leftInside(v, coverage) : coverage;
+  };
   // Voxels with nothing left to cut bear no load: the others take their part.
-  double bearing = 0;
-  for (const CollisionVoxel& v : collision.voxels)
-    if (leftInside(v, workpiece.coverage(v.voxel)) > 0) bearing += static_cast<double>(v.share);
+  double bearing = cutter_.keepsOutside ? 0 : collision.count;
+  if (cutter_.keepsOutside)
+    for (const CollisionVoxel& v : collision.voxels)
+      if (leftOf(v, workpiece.coverage(v.voxel)) > 0) bearing += static_cast<double>(v.share);
   for (std::size_t k = turn_++ % stride; k < count; k += stride) {
     const CollisionVoxel& v = collision.voxels[k];
     const double ability = static_cast<double>(v.ability), hardness = tissues[v.tissue].hardness;
     if (!(ability * cutter_.hardness > hardness)) continue;
     const int coverage = workpiece.coverage(v.voxel);
-    const int left = leftInside(v, coverage);
-    if (left == 0) continue;
+    const int left = leftOf(v, coverage);
+    if (left == 0 && cutter_.keepsOutside) continue;
     // At most all that is left, however soft.
     carry_ += std::min(static_cast<double>(stride) * ability * static_cast<double>(v.share) /
                            bearing * work / (std::max(hardness, 1e-9 * cutter_.hardness) * quantum),

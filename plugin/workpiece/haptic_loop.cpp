@@ -64,6 +64,9 @@ HapticLoop::HapticLoop(BaseVectorField& workpiece, const Pose& workpiecePose,
       collision_(&none_),
       process_(settings.cutter.value_or(Cutter{0, 0, 0})) {
   validate(settings);
+  // In the hole that it cuts, a tool's reach along the normal jumps with the walls, and the force
+  // by half from tick to tick; the distance to its nearest surface does not.
+  if (settings.cutter) settings_.tool.depth = DepthTo::Nearest;
   finder_.reserve(kReserved, workpiece.tissues().size());
   process_->reserve(kReserved);
   if (settings.law) law_ = *settings.law;

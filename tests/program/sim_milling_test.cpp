@@ -17,8 +17,10 @@ constexpr double kStep = 1e-3, kSpring = 2e4;
 constexpr double kRadius = 4e-3, kDeep = 5e-3;  // of the mill, and below the block's top [m]
 constexpr double kLength = 0.04;                // of the block along x [m]
 
+// In a file of this test's own, as tests run side by side.
 std::filesystem::path file(const char* name, const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() / name;
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  const auto path = std::filesystem::temp_directory_path() / (test + name);
   std::ofstream(path) << text;
   return path;
 }

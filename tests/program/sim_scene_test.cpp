@@ -271,10 +271,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"noStiffness",
                  world(ball("", "<surface><contact><ode><kp>0</kp></ode></contact></surface>")),
                  "<kp>"},
-        BadScene{"prismatic",
-                 jointed("<joint name=\"j\" type=\"prismatic\"><parent>a</parent><child>b</child>"
+        BadScene{"screw",
+                 jointed("<joint name=\"j\" type=\"screw\"><parent>a</parent><child>b</child>"
                          "<axis><xyz>0 0 1</xyz></axis></joint>"),
-                 "fixed or revolute"},
+                 "fixed, revolute or prismatic"},
+        BadScene{"negativeSpring",
+                 jointed("<joint name=\"j\" type=\"prismatic\"><parent>a</parent><child>b</child>"
+                         "<axis><xyz>0 0 1</xyz><dynamics><spring_stiffness>-1</spring_stiffness>"
+                         "</dynamics></axis></joint>"),
+                 "<spring_stiffness>"},
         BadScene{"jointToNothing",
                  jointed("<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>z</child>"
                          "</joint>"),

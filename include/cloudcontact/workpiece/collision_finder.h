@@ -20,6 +20,13 @@ enum class Membership : std::uint8_t {
           // a tool thinner than a voxel touches what it reaches into
 };
 
+// How Collision::depth is measured.
+enum class DepthTo : std::uint8_t {
+  Tip,     // how far D reaches below the surface along the digital normal: for tools of any shape
+  Nearest  // to D's nearest surface: of 4 voxels a needle reads 2.1, but while a tool cuts its own
+           // hole the depth changes smoothly
+};
+
 // How a tool detects.
 struct Detection {
   PlacedSolid area;  // D, in the tool's frame: the whole tool, or any other shape
@@ -29,6 +36,7 @@ struct Detection {
   bool hardness = true;
   double ability = 1;  // of the tool outside all parts
   std::vector<CuttingPart> parts;
+  DepthTo depth = DepthTo::Tip;
 };
 
 // One element of B.
@@ -52,7 +60,7 @@ struct Collision {
   // stiffness that resists a motion of the tool in each direction. Trace 1; on a face all along n.
   Eigen::Matrix3d facing = Eigen::Matrix3d::Zero();
   // d of the tool where it is now [m]: how far it reaches below the surface along the digital
-  // normal, which is how far it must move along it to come out.
+  // normal, which is how far it must move along it to come out. (With DepthTo::Tip.)
   double depth = 0;
   double volume = 0;  // of material in D [m^3]
   bool empty() const { return count <= 0; }

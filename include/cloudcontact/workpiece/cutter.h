@@ -19,6 +19,10 @@ struct Cutter {
   // share of its neighbors. Otherwise soft tissue would go all at once, at the cost of the whole
   // tick.
   int mostVoxels = 500;
+  // Leaves the part of a voxel that lies outside the tool's area, so that a groove is no wider than
+  // its tool (WorldCutter). Without it voxels that the tool grazes are ground away in time, and the
+  // force changes more smoothly.
+  bool keepsOutside = false;
 };
 
 // The cuts of a tool that nothing resists, for BaseVectorField::cut(): of each voxel that the area

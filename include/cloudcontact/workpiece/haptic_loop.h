@@ -37,7 +37,9 @@ struct HapticSettings {
   EmbeddingSettings embedding;
   // (6). Unscaled: the material's force is the law's times |F|, F in voxels.
   Direction direction = Direction::Unit;
-  std::optional<Cutter> cutter;  // none: the tool touches only
+  // None: the tool touches only. A tool that cuts measures its depth by DepthTo::Nearest, so that
+  // the force does not jump in its own hole.
+  std::optional<Cutter> cutter;
   // Most voxels that the tool follows the hand per tick, with a collision search after each: it
   // cannot pass through walls thicker than a voxel.
   int voxelsAStep = 8;
