@@ -15,9 +15,11 @@ namespace {
 
 constexpr double kVoxelSize = 1e-3, kMilli = 1e-3;
 
-// A table of one tissue, soft enough that a mill clears all that it meets.
+// A table of one tissue, soft enough that a mill clears all that it meets. A file for each test, as
+// tests run side by side.
 std::string waxFile() {
-  const auto file = std::filesystem::temp_directory_path() / "cloudcontact_wax.json";
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  const auto file = std::filesystem::temp_directory_path() / (test + "_wax.json");
   std::ofstream(file) << R"([{"name": "wax", "stiffness": 4e4, "damping": 40, "hardness": 5e6,
                              "density": 2000}])";
   return file.string();
