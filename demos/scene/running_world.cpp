@@ -1,31 +1,20 @@
-// Builds Bullet's world from a scene and reads its state.
-#include "scene/world.h"
-
-#include <cloudcontact/bullet/cloud_contact.h>
-#include <cloudcontact/bullet/cuttable_body.h>
-#include <cloudcontact/bullet/world_cutter.h>
+// Builds Bullet's world from a scene, steps it and reads its state (world.h).
+#include "scene/running_world.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <iostream>
-#include <numbers>
 #include <set>
 
 #include "io/errors.h"
 #include "scene/bullet_vectors.h"
-#include "scene/scene_dispatcher.h"
 #include "scene/scene_joints.h"
-#include "scene/scene_shapes.h"
 
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kBears = 10;  // for ExtrapolatingSolver
-// A static body that can be cut is a heavy one that is put back after each step, so that the solver
-// finds the force between it and a tool that nothing moves either.
-constexpr double kHeldMass = 1e6;  // in its own masses
 
 SurfaceSettings surfacesOf(const SceneDescription& scene, const CommonOptions& options) {
   SurfaceSettings settings;
@@ -52,17 +41,6 @@ Pose drivenPose(const SceneDrive& drive, const Pose& start, double seconds) {
   return at * drive.place.inverse();
 }
 
-// Kinetic, and potential in `gravity` [J].
-double energyOf(const btRigidBody& body, const Vec3& gravity) {
-  if (!(body.getInvMass() > 0)) return 0;
-  const double mass = 1 / double(body.getInvMass());
-  const btTransform& at = body.getWorldTransform();
-  const Vec3 inertia = fromBullet(body.getInvInertiaDiagLocal()).cwiseInverse();
-  const Vec3 w = fromBullet(at.getBasis().transpose() * body.getAngularVelocity());
-  return 0.5 * mass * fromBullet(body.getLinearVelocity()).squaredNorm() +
-         0.5 * inertia.dot(w.cwiseAbs2()) - mass * gravity.dot(fromBullet(at.getOrigin()));
-}
-
 void checkOptions(const WorldSettings& settings) {
   const auto& o = settings.common;
   checkTogether(o);
@@ -81,61 +59,6 @@ void checkOptions(const WorldSettings& settings) {
 }
 
 }  // namespace
-
-struct World::State {
-  struct Body {
-    SceneBody scene;
-    BodyParts parts;                     // frame, mass and inertia follow the cuts
-    std::unique_ptr<btRigidBody> own;    // null for a body that can be cut
-    std::unique_ptr<CuttableBody> cuts;  // null for others
-    btRigidBody* rigid = nullptr;        // of the one or the other
-    Pose fromFrame;                      // parts.frame's inverse
-    double volume = 0;                   // of a body that can be cut [m^3]
-    CutRecord cut = {};
-  };
-
-  explicit State(const SceneDescription& scene, const WorldSettings& settings);
-  void addBodies(const SceneDescription& scene, const WorldSettings& settings);
-  void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
-  void makeRigid(Body& body);
-  void makeCuttable(Body& body);
-  void enter(Body& body, bool sleeps);
-  void addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece);
-  void followCut(Body& body, const Pose& movedFrame);
-  void moveJoints(std::size_t body, const Pose& movedFrame);
-  void takeOutcome(std::size_t body, CutOutcome outcome);
-  void cut(std::size_t body, std::span<const VoxelCut> cuts);
-  void vanish(Body& body);
-  void startCutting();
-  void cutAfter(double step);
-  double cuttableEnergy() const;
-  void hold();
-  void drive(bool moves);
-  void addJoint(const SceneJoint& joint);
-  void settle(const WorldSettings& settings);
-  void noteFrictionless() const;
-  void look();
-  std::vector<std::pair<int, int>> measuredPairs() const;
-
-  // Declared in the order of their lifetimes in Bullet.
-  std::unique_ptr<CloudContact> cloudContact;
-  btDefaultCollisionConfiguration configuration;
-  SceneDispatcher dispatcher;
-  ModelFilter filter;
-  btDbvtBroadphase broadphase;
-  TimedSolver solver;
-  std::vector<Body> bodies;
-  std::vector<std::unique_ptr<btTypedConstraint>> joints;
-  std::set<std::pair<int, int>> joined;
-  btDiscreteDynamicsWorld world;
-  WorldCutter cutter;
-  ContactMoment moment;
-  double latestStep = 0;  // [s]
-  double time = 0;        // [s]
-  double cutEnergy = 0;   // Energy::cutAway
-  bool hasTools = false;
-  std::vector<Pose> poses;  // of all bodies; empty until needed after a step
-};
 
 namespace {
 
@@ -237,157 +160,12 @@ void World::State::makeRigid(Body& body) {
         btCollisionObject::CF_KINEMATIC_OBJECT);
 }
 
-// Made at the origin, where its frame is not rounded by its distance.
-void World::State::makeCuttable(Body& body) {
-  const CuttableMatter& matter = *body.parts.matter;
-  body.cuts =
-      std::make_unique<CuttableBody>(matter.cloud, btTransform::getIdentity(), matter.settings);
-  body.cuts->shape().setTissues(matter.tissues);
-  if (matter.paper) body.cuts->shape().usePaper(*matter.paper);
-  body.volume = body.cuts->volume();
-  body.rigid = &body.cuts->body();
-  body.rigid->setRestitution(0);
-  body.parts.frame = matter.place * fromBullet(body.rigid->getWorldTransform());
-  followCut(body, Pose());
-  body.rigid->setCenterOfMassTransform(toBullet(body.scene.pose * body.parts.frame));
-  body.rigid->updateInertiaTensor();
-}
-
 void World::State::enter(Body& body, bool sleeps) {
   if (body.scene.drive || (!body.scene.isStatic && !sleeps))
     body.rigid->setActivationState(DISABLE_DEACTIVATION);
   if (!body.cuts) return world.addRigidBody(body.rigid);
   body.cuts->addTo(world);
   if (body.scene.isStatic) body.rigid->setGravity(btVector3(0, 0, 0));
-}
-
-// Mass and inertia of a body after a cut that moved its frame by `movedFrame`, in the old one.
-void World::State::followCut(Body& body, const Pose& movedFrame) {
-  body.parts.frame = body.parts.frame * movedFrame;
-  body.fromFrame = body.parts.frame.inverse();
-  body.volume = body.cuts->volume();
-  const double mass = 1 / double(body.rigid->getInvMass());
-  const Vec3 inertia = fromBullet(body.rigid->getInvInertiaDiagLocal()).cwiseInverse();
-  if (body.scene.isStatic) {
-    body.rigid->setMassProps(btScalar(kHeldMass * mass), toBullet(Vec3(kHeldMass * inertia)));
-    body.rigid->updateInertiaTensor();
-  } else {
-    body.parts.mass = mass;
-    body.parts.inertia = inertia;
-  }
-}
-
-// Puts static bodies that can be cut back to their places.
-void World::State::hold() {
-  for (auto& body : bodies) {
-    if (!body.cuts || !body.scene.isStatic || body.cut.gone) continue;
-    body.rigid->setLinearVelocity(btVector3(0, 0, 0));
-    body.rigid->setAngularVelocity(btVector3(0, 0, 0));
-    body.rigid->setCenterOfMassTransform(toBullet(body.scene.pose * body.parts.frame));
-  }
-}
-
-// A piece has its body's frame, materials and surface, but touches everything.
-void World::State::addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece) {
-  Body body{bodies[parent].scene, BodyParts(), nullptr, std::move(piece), nullptr, Pose()};
-  const Body& from = bodies[parent];
-  body.scene.name += " piece " + std::to_string(from.cut.pieces);
-  body.scene.isStatic = false;
-  for (const Body& other : bodies) body.scene.model = std::max(body.scene.model, other.scene.model);
-  ++body.scene.model;
-  body.parts.isMeasured = false;
-  body.parts.matter = from.parts.matter;
-  const CuttableMatter& matter = *from.parts.matter;
-  body.cuts->shape().setTissues(matter.tissues);
-  if (matter.paper) body.cuts->shape().usePaper(*matter.paper);
-  if (hasTools) cutter.addBody(*body.cuts, matter.tissues);
-  body.rigid = &body.cuts->body();
-  body.rigid->setGravity(world.getGravity());  // a body that is held has none
-  body.rigid->setUserIndex(static_cast<int>(bodies.size()));
-  body.parts.frame = body.parts.matter->place * (fromBullet(body.cuts->cloudPlace()).inverse() *
-                                                 fromBullet(body.rigid->getWorldTransform()));
-  followCut(body, Pose());
-  dispatcher.add(dispatcher.surfaces().bodies[parent]);
-  filter.add({body.scene.model, true, true, false, true});
-  bodies.push_back(std::move(body));
-}
-
-// Constraint frames lie in the frame of the rigid body, which a cut moves.
-void World::State::moveJoints(std::size_t body, const Pose& movedFrame) {
-  const btTransform back = toBullet(movedFrame.inverse());
-  for (const auto& joint : joints) moveJoint(*joint, *bodies[body].rigid, back);
-}
-
-void World::State::takeOutcome(std::size_t index, CutOutcome outcome) {
-  double lost = bodies[index].volume;
-  for (auto& piece : outcome.fallen) {
-    lost -= piece->volume();
-    ++bodies[index].cut.pieces;
-    addPiece(index, std::move(piece));
-  }
-  Body& body = bodies[index];
-  if (outcome.gone) {
-    vanish(body);
-  } else {
-    followCut(body, outcome.frame);
-    moveJoints(index, outcome.frame);
-    lost -= body.volume;
-  }
-  body.cut.mass += outcome.cutAway.mass;
-  body.cut.volume += lost;
-  poses.clear();
-}
-
-// Nothing is left of a body: it is out of its world, and no joint holds it.
-void World::State::vanish(Body& body) {
-  body.cut.gone = true;
-  body.volume = body.parts.mass = 0;
-  const auto holds = [&](const auto& joint) {
-    return &joint->getRigidBodyA() == body.rigid || &joint->getRigidBodyB() == body.rigid;
-  };
-  for (auto& joint : joints)
-    if (holds(joint)) world.removeConstraint(joint.get());
-  std::erase_if(joints, holds);
-}
-
-double World::State::cuttableEnergy() const {
-  const Vec3 gravity = fromBullet(world.getGravity());
-  double sum = 0;
-  for (const auto& body : bodies)
-    if (body.cuts && body.scene.isFree() && !body.cut.gone) sum += energyOf(*body.rigid, gravity);
-  return sum;
-}
-
-void World::State::cut(std::size_t index, std::span<const VoxelCut> cuts) {
-  if (!bodies[index].cuts || bodies[index].cut.gone) return;
-  const double before = cuttableEnergy();
-  takeOutcome(index, bodies[index].cuts->cut(cuts));
-  cutEnergy += before - cuttableEnergy();
-}
-
-void World::State::startCutting() {
-  for (const auto& body : bodies)
-    for (const SceneTool& tool : body.parts.tools) {
-      naming(body.scene.name, [&] { cutter.addTool(*body.rigid, tool.detection, tool.cutter); });
-      hasTools = true;
-    }
-  if (!hasTools) return;
-  for (const auto& body : bodies)
-    if (body.cuts)
-      naming(body.scene.name, [&] { cutter.addBody(*body.cuts, body.parts.matter->tissues); });
-}
-
-void World::State::cutAfter(double step) {
-  if (!hasTools) return;
-  const double before = cuttableEnergy();
-  std::vector<WorldCut> done = cutter.after(step);
-  if (done.empty()) return;
-  for (WorldCut& cut : done) {
-    const auto found = std::find_if(bodies.begin(), bodies.end(),
-                                    [&](const Body& body) { return body.cuts.get() == cut.body; });
-    takeOutcome(static_cast<std::size_t>(found - bodies.begin()), std::move(cut.outcome));
-  }
-  cutEnergy += before - cuttableEnergy();
 }
 
 // Gives driven bodies their velocities; `moves`: and puts them where they are now.

@@ -1,0 +1,74 @@
+// World::State: the Bullet world behind a World, its bodies, joints, tools and what they cut.
+#pragma once
+
+#include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/bullet/world_cutter.h>
+
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "scene/scene_dispatcher.h"
+#include "scene/scene_shapes.h"
+#include "scene/world.h"
+
+namespace cloudcontact::program {
+
+struct World::State {
+  struct Body {
+    SceneBody scene;
+    BodyParts parts;                     // frame, mass and inertia follow the cuts
+    std::unique_ptr<btRigidBody> own;    // null for a body that can be cut
+    std::unique_ptr<CuttableBody> cuts;  // null for others
+    btRigidBody* rigid = nullptr;        // of the one or the other
+    Pose fromFrame;                      // parts.frame's inverse
+    double volume = 0;                   // of a body that can be cut [m^3]
+    CutRecord cut = {};
+  };
+
+  explicit State(const SceneDescription& scene, const WorldSettings& settings);
+  void addBodies(const SceneDescription& scene, const WorldSettings& settings);
+  void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
+  void makeRigid(Body& body);
+  void makeCuttable(Body& body);
+  void enter(Body& body, bool sleeps);
+  void addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece);
+  void followCut(Body& body, const Pose& movedFrame);
+  void moveJoints(std::size_t body, const Pose& movedFrame);
+  void takeOutcome(std::size_t body, CutOutcome outcome);
+  void cut(std::size_t body, std::span<const VoxelCut> cuts);
+  void vanish(Body& body);
+  void startCutting();
+  void cutAfter(double step);
+  double cuttableEnergy() const;
+  void hold();
+  void drive(bool moves);
+  void addJoint(const SceneJoint& joint);
+  void settle(const WorldSettings& settings);
+  void noteFrictionless() const;
+  void look();
+  std::vector<std::pair<int, int>> measuredPairs() const;
+
+  // Declared in the order of their lifetimes in Bullet.
+  std::unique_ptr<CloudContact> cloudContact;
+  btDefaultCollisionConfiguration configuration;
+  SceneDispatcher dispatcher;
+  ModelFilter filter;
+  btDbvtBroadphase broadphase;
+  TimedSolver solver;
+  std::vector<Body> bodies;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints;
+  std::set<std::pair<int, int>> joined;
+  btDiscreteDynamicsWorld world;
+  WorldCutter cutter;
+  ContactMoment moment;
+  double latestStep = 0;  // [s]
+  double time = 0;        // [s]
+  double cutEnergy = 0;   // Energy::cutAway
+  bool hasTools = false;
+  std::vector<Pose> poses;  // of all bodies; empty until needed after a step
+};
+
+}  // namespace cloudcontact::program
