@@ -25,19 +25,6 @@ Cloud barCloud() {
   return digitize(primitiveMesh(Box{Vec3(0.02, 0.006, 0.006)}, 1e-5), settings);
 }
 
-std::vector<VoxelCut> slice(const Cloud& cloud, double low, double high) {
-  std::vector<VoxelCut> cuts;
-  const Eigen::Vector3i n = cloud.size();
-  for (int x = 0; x < n.x(); ++x) {
-    const double at = cloud.center(x, 0, 0).x();
-    if (at < low || at >= high) continue;
-    for (int y = 0; y < n.y(); ++y)
-      for (int z = 0; z < n.z(); ++z)
-        if (cloud.coverage(x, y, z) > 0) cuts.push_back({{x, y, z}, 0});
-  }
-  return cuts;
-}
-
 // Six times the signed volume under the triangles, by the divergence theorem.
 template <class Vertices, class Corner>
 double volumeUnder(const Vertices& vertices, std::size_t triangles, const Corner& corner) {

@@ -1,6 +1,11 @@
 // Makes bodies for the scenes of tests.
 #pragma once
 
+#include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/voxel_cut.h>
+
+#include <vector>
+
 #include "scene/scene.h"
 
 namespace cloudcontact::program {
@@ -17,6 +22,20 @@ inline SceneBody bodyWith(const std::string& name, const SceneGeometry& geometry
   if (mass > 0) body.mass = mass;
   body.collisions.push_back({"c", Pose(), geometry});
   return body;
+}
+
+// The cuts that leave nothing of the voxels with low <= x < high [m, in the cloud's frame].
+inline std::vector<VoxelCut> slice(const Cloud& cloud, double low, double high) {
+  std::vector<VoxelCut> cuts;
+  const Eigen::Vector3i n = cloud.size();
+  for (int x = 0; x < n.x(); ++x) {
+    const double at = cloud.center(x, 0, 0).x();
+    if (at < low || at >= high) continue;
+    for (int y = 0; y < n.y(); ++y)
+      for (int z = 0; z < n.z(); ++z)
+        if (cloud.coverage(x, y, z) > 0) cuts.push_back({{x, y, z}, 0});
+  }
+  return cuts;
 }
 
 }  // namespace cloudcontact::program

@@ -61,20 +61,6 @@ SceneBody driven(SceneBody body, const Vec3& linear, const Vec3& angular = Vec3:
   return body;
 }
 
-// The cuts that leave nothing of the voxels with low <= x < high [m, in the cloud's frame].
-std::vector<VoxelCut> slice(const Cloud& cloud, double low, double high) {
-  std::vector<VoxelCut> cuts;
-  const Eigen::Vector3i n = cloud.size();
-  for (int x = 0; x < n.x(); ++x) {
-    const double at = cloud.center(x, 0, 0).x();
-    if (at < low || at >= high) continue;
-    for (int y = 0; y < n.y(); ++y)
-      for (int z = 0; z < n.z(); ++z)
-        if (cloud.coverage(x, y, z) > 0) cuts.push_back({{x, y, z}, 0});
-  }
-  return cuts;
-}
-
 // About a frame away from its origin, through thousands of steps.
 TEST(DrivenBody, MovesExactly) {
   SceneBody body = driven(bodyWith("arm", SceneBox{Vec3(1, 1, 1)}, Vec3(2, 0, 0), 0),
