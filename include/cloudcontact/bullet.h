@@ -10,3 +10,6 @@
 #include <cloudcontact/bullet/extrapolating_solver.h>
 #include <cloudcontact/bullet/query.h>
 #include <cloudcontact/bullet/soft_contact_point.h>
+#include <cloudcontact/bullet/soft_tissue.h>
+#include <cloudcontact/bullet/world_cutter.h>
+#include <cloudcontact/bullet/world_hand.h>

@@ -28,6 +28,7 @@ void validate(const TissueTable& table) {
     validate(t, "damping", t.damping, false);
     validate(t, "hardness", t.hardness, false);
     validate(t, "density", t.density, true);
+    validate(t, "elasticity", t.elasticity, false);
   }
 }
 
@@ -61,7 +62,7 @@ TissueTable dentalTissues(double enamel) {
   constexpr double kDentinHardness = 65.6 * kVickers, kCariesHardness = 31.7 * kVickers;
   const auto tissue = [&](const char* name, double modulus, double hardness, double density) {
     const double k = enamel * modulus / kEnamel;
-    return Tissue{name, k, 2e-5 * k, hardness, density};
+    return Tissue{name, k, 2e-5 * k, hardness, density, modulus};
   };
   return {tissue("enamel", kEnamel, 274.8 * kVickers, 2970),
           tissue("dentin", kDentin, kDentinHardness, 2140), tissue("pulp", kPulp, kPulp, 1000),

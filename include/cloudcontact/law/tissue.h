@@ -1,5 +1,5 @@
-// Tissue: stiffness, damping, hardness and density of one material of a body (paper, steps 3 to 5:
-// enamel, dentin, pulp, caries).
+// Tissue: stiffness, damping, hardness, density and elasticity of one material of a body (paper,
+// steps 3 to 5: enamel, dentin, pulp, caries).
 #pragma once
 
 #include <string>
@@ -13,6 +13,9 @@ struct Tissue {
   double damping = 0;    // c [N s/m], paper (2)
   double hardness = 0;   // [Pa] resistance to cutting; h in paper (5') is its ratio to the first's
   double density = 0;    // [kg/m^3] weight of voxels in the center of gravity Gc
+  // [Pa] Young's modulus, for a body that deforms (SoftTissue); 0: not known. Such a body's
+  // viscosity is this times damping / stiffness.
+  double elasticity = 0;
 };
 
 // One entry per material, by the names of a cloud's materials (Cloud::materials).
