@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "bullet/convert.h"
+#include "bullet/tissue_body.h"
 
 namespace cloudcontact {
 
@@ -42,6 +43,9 @@ StatedLaw statedBy(const btCollisionObjectWrapper& body) {
     }
   }
   const btCollisionObject* const object = body.getCollisionObject();
+  if (shape->getShapeType() == SOFTBODY_SHAPE_PROXYTYPE)
+    if (const auto* tissue = dynamic_cast<const TissueBody*>(object))
+      return {&tissue->tissues, {}, nullptr, false, false};
   if (object->getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING)
     return {nullptr, KelvinVoigt{object->getContactStiffness(), object->getContactDamping()}};
   return {};

@@ -43,10 +43,11 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
     return pair.noContact();
   validate(*body);
   if (!steppedSince(*body, cloudSide)) return;
-  const auto& field = static_cast<const CloudShape*>(cloudSide.getCollisionShape())->field();
-  const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide, field.cloud().voxelSize(),
-                            body->m_sst.sdt);
-  pair.step(*body, {&cloudSide, btRigidBody::upcast(cloudObject)}, law);
+  const auto& shape = static_cast<const CloudShape&>(*cloudSide.getCollisionShape());
+  const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide,
+                            shape.field().cloud().voxelSize(), body->m_sst.sdt);
+  const bool vectors = shape.usesPaper() || narrowPhase.settings().normals == Normals::BaseVectors;
+  pair.step(*body, {&cloudSide, btRigidBody::upcast(cloudObject)}, law, vectors);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   narrowPhase.count(elapsed.count(), static_cast<std::size_t>(body->m_nodes.size()),
                     pair.contacts()->size());

@@ -53,8 +53,14 @@ bool isFinite(const ParticleBody& body) {
 }  // namespace
 
 void SoftPair::share(const btSoftBody& soft, bool byArea) {
-  const Shape now{soft.m_nodes.size(), soft.m_links.size(), soft.m_faces.size(), byArea};
+  const auto* const tissue = dynamic_cast<const TissueBody*>(&soft);
+  const Shape now{soft.m_nodes.size(), soft.m_links.size(), soft.m_faces.size(),
+                  tissue ? tissue->cuts : 0, byArea};
   if (now == shape_) return;
+  if (tissue) {
+    shape_ = now;
+    return shareTissue(*tissue, byArea);
+  }
   if (byArea && now.faces == 0) throw std::runtime_error(kNoArea);
   particles_.assign(static_cast<std::size_t>(now.nodes), {});
   const auto add = [&](const btSoftBody::Node* node, double part) {
@@ -76,6 +82,33 @@ void SoftPair::share(const btSoftBody& soft, bool byArea) {
     if (all > 0 && !byArea) p.share /= all;
   }
   shape_ = now;
+}
+
+// By the areas of the surface around the nodes. A cut adds surface, and changes no other node's
+// share.
+void SoftPair::shareTissue(const TissueBody& tissue, bool byArea) {
+  particles_.assign(tissue.areas.size(), {});
+  for (std::size_t i = 0; i < tissue.areas.size(); ++i)
+    particles_[i].share = byArea ? tissue.areas[i] : tissue.areas[i] / tissue.wholeArea;
+}
+
+// Where tissues or base vectors count, each node has what it touches.
+void SoftPair::touch(const btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law,
+                     bool vectors) {
+  const auto& shape = static_cast<const CloudShape&>(*opponent.wrap->getCollisionShape());
+  touched_.tissues = law.tissues[0];
+  touched_.spring = law.springs[0];
+  touched_.byArea = std::holds_alternative<Foundation>(law.shared);
+  const auto paper = vectors ? shape.paper() : nullptr;
+  if (paper && paper != paper_)
+    touched_.hardness = hardnessOf(paper->vectors->tissues(), paper->hardness);
+  paper_ = paper;
+  touched_.paper = paper.get();
+  const auto* const tissue = dynamic_cast<const TissueBody*>(&soft);
+  for (std::size_t i = 0; i < particles_.size(); ++i) {
+    particles_[i].spring = law.springs[1];
+    if (tissue && law.tissues[1]) particles_[i].spring = tissue->springs[i];
+  }
 }
 
 void SoftPair::read(btSoftBody& soft) {
@@ -102,16 +135,22 @@ void SoftPair::write(btSoftBody& soft, const SoftOpponent& opponent) const {
   rigid.setAngularVelocity(rigid.getAngularVelocity() + toBullet(cloud_.angularChange()));
 }
 
-void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law) {
+void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law,
+                    bool vectors) {
   contacts_ = nullptr;
   ParticleSettings settings;
   settings.step = soft.m_sst.sdt;
   settings.friction = soft.m_cfg.kDF * opponent.wrap->getCollisionObject()->getFriction();
   settings.gravity = soft.getWorldInfo()->m_gravity.length();
   settings.law = law.remembering;
-  if (!law.remembering && !law.automatic && !std::holds_alternative<Rigid>(law.shared))
+  const bool byMatter = law.tissues[0] || law.tissues[1];
+  if (!byMatter && !law.remembering && !law.automatic && !std::holds_alternative<Rigid>(law.shared))
     settings.law = &law.shared;
-  share(soft, settings.law && std::holds_alternative<Foundation>(*settings.law));
+  share(soft, !law.automatic && std::holds_alternative<Foundation>(law.shared));
+  if (byMatter || vectors) {
+    touch(soft, opponent, law, vectors);
+    settings.touched = &touched_;
+  }
   read(soft);
   const ParticleBody body = bodyOf(opponent, settings.step);
   if (!isFinite(body)) throw std::runtime_error("a body's pose is NaN or infinite: no contacts");

@@ -4,9 +4,11 @@
 #include <BulletSoftBody/btSoftBody.h>
 #include <cloudcontact/bullet/soft_contact_point.h>
 
+#include <memory>
 #include <vector>
 
 #include "bullet/pair_law.h"
+#include "bullet/tissue_body.h"
 #include "contact/particle_cloud.h"
 
 namespace cloudcontact {
@@ -20,24 +22,30 @@ struct SoftOpponent {
 class SoftPair {
  public:
   // Throws std::runtime_error, which says why, if the soft body cannot touch.
-  void step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law);
+  // `vectors`: directions are those of the cloud's base vectors.
+  void step(btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law, bool vectors);
   void noContact() { contacts_ = nullptr; }
   const std::vector<ParticleContact>* contacts() const { return contacts_; }
   void append(std::vector<SoftContactPoint>& points) const;
 
  private:
   void share(const btSoftBody& soft, bool byArea);
+  void shareTissue(const TissueBody& tissue, bool byArea);
+  void touch(const btSoftBody& soft, const SoftOpponent& opponent, const PairLaw& law,
+             bool vectors);
   void read(btSoftBody& soft);
   void write(btSoftBody& soft, const SoftOpponent& opponent) const;
 
   struct Shape {  // what the nodes' shares depend on
-    int nodes = -1, links = -1, faces = -1;
+    int nodes = -1, links = -1, faces = -1, cuts = -1;
     bool byArea = false;
     bool operator==(const Shape&) const = default;
   };
   Shape shape_;
   std::vector<Particle> particles_;
   ParticleCloud cloud_;
+  TouchedCloud touched_;
+  std::shared_ptr<const PaperBody> paper_;
   const std::vector<ParticleContact>* contacts_ = nullptr;
   Vec3 center_ = Vec3::Zero();
 };

@@ -6,7 +6,8 @@
 // direction counts where the link is stretched only, so each system is positive definite, and a
 // step that would raise the sum is halved. The systems are solved by conjugate gradients,
 // preconditioned by each node's own block. Forces act along links at the places at the step's end:
-// pairs of equal and opposite ones, so linear momentum is kept.
+// pairs of equal and opposite ones, so linear momentum is kept. What little of it is lost where
+// a system is not solved to the last bit is given back to each piece as a whole.
 #include "bullet/soft_springs.h"
 
 #include <Eigen/LU>
@@ -136,8 +137,21 @@ bool SoftSprings::advance(const std::vector<SoftLink>& links, std::vector<SoftNo
   return false;
 }
 
-void SoftSprings::step(const std::vector<SoftLink>& links, std::vector<SoftNode>& nodes,
-                       double seconds) {
+void SoftSprings::keepMomentum(const std::vector<int>& pieces, std::vector<SoftNode>& nodes) {
+  const auto count = static_cast<std::size_t>(*std::max_element(pieces.begin(), pieces.end())) + 1;
+  astray_.assign(count, Vec3::Zero());
+  heavy_.assign(count, 0.0);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const double mass = nodes[i].inverseMass > 0 ? 1 / nodes[i].inverseMass : HUGE_VAL;
+    heavy_[at(pieces[i])] += mass;
+    if (nodes[i].inverseMass > 0) astray_[at(pieces[i])] += mass * (free_[i] - nodes[i].place);
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].inverseMass > 0) nodes[i].place += astray_[at(pieces[i])] / heavy_[at(pieces[i])];
+}
+
+void SoftSprings::step(const std::vector<SoftLink>& links, const std::vector<int>& pieces,
+                       std::vector<SoftNode>& nodes, double seconds) {
   step_ = seconds;
   square_ = seconds * seconds;
   const std::size_t count = nodes.size();
@@ -161,6 +175,7 @@ void SoftSprings::step(const std::vector<SoftLink>& links, std::vector<SoftNode>
     solve(links, nodes);
     if (!advance(links, nodes)) break;
   }
+  keepMomentum(pieces, nodes);
 }
 
 }  // namespace cloudcontact

@@ -18,8 +18,9 @@ struct SoftNode {
 class SoftSprings {
  public:
   // Backward Euler: moves the nodes' places to where the links' forces at the step's end bring
-  // them.
-  void step(const std::vector<SoftLink>& links, std::vector<SoftNode>& nodes, double seconds);
+  // them. `pieces`: of each node, the number of the piece to which it belongs.
+  void step(const std::vector<SoftLink>& links, const std::vector<int>& pieces,
+            std::vector<SoftNode>& nodes, double seconds);
   // The largest displacement by the forces that the last step left unbalanced [m].
   double missed() const { return missed_; }
 
@@ -32,6 +33,7 @@ class SoftSprings {
   void linearize(const std::vector<SoftLink>& links, const std::vector<SoftNode>& nodes);
   void multiply(const std::vector<SoftLink>& links, const std::vector<SoftNode>& nodes);
   void solve(const std::vector<SoftLink>& links, const std::vector<SoftNode>& nodes);
+  void keepMomentum(const std::vector<int>& pieces, std::vector<SoftNode>& nodes);
   bool advance(const std::vector<SoftLink>& links, std::vector<SoftNode>& nodes);
 
   double square_ = 0, step_ = 0;  // of the step [s^2, s]
@@ -39,6 +41,8 @@ class SoftSprings {
   std::vector<double> before_;  // length of each link at the step's start [m]
   std::vector<Vec3> free_;      // each node without links
   std::vector<Row> rows_;
+  std::vector<Vec3> astray_;              // of each piece: mass times displacement [kg m]
+  std::vector<double> heavy_;             // of each piece: mass [kg]; infinite if a node is pinned
   std::vector<Eigen::Matrix3d> inverse_;  // of each node's own block
   std::vector<Vec3> residual_, change_, direction_, image_, scaled_;
 };

@@ -47,6 +47,28 @@ bool passes(const PlacedSolid& area, const Vec3& a, const Vec3& b) {
   return false;
 }
 
+// The parts that hold together, numbered in the order of their first nodes.
+std::vector<int> piecesOf(int nodes, const std::vector<SoftLink>& links) {
+  std::vector<int> root(static_cast<std::size_t>(nodes));
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const SoftLink& link : links) {
+    const auto [low, high] = std::minmax({find(link.a), find(link.b)});
+    root[static_cast<std::size_t>(high)] = low;
+  }
+  int count = 0;
+  std::vector<int> number(root.size(), -1);
+  for (int i = 0; i < nodes; ++i) {
+    int& known = number[static_cast<std::size_t>(find(i))];
+    if (known < 0) known = count++;
+    number[static_cast<std::size_t>(i)] = known;
+  }
+  return number;
+}
+
 }  // namespace
 
 struct SoftTissue::State : btActionInterface {
@@ -64,6 +86,7 @@ struct SoftTissue::State : btActionInterface {
   SoftSurface surface;
   SoftSprings springs;
   std::vector<SoftNode> moving;
+  std::vector<int> pieces;  // of each node
   std::unique_ptr<TissueBody> body;
   btSoftRigidDynamicsWorld* world = nullptr;
 };
@@ -92,6 +115,7 @@ void SoftTissue::State::makeBody(const btTransform& place, btSoftBodyWorldInfo& 
 }
 
 void SoftTissue::State::measure() {
+  pieces = piecesOf(static_cast<int>(lattice.places.size()), lattice.links);
   body->areas = surface.areas(lattice.places);
   ++body->cuts;
 }
@@ -110,7 +134,7 @@ void SoftTissue::State::updateAction(btCollisionWorld*, btScalar) {
     const btSoftBody::Node& node = body->m_nodes[i];
     moving[static_cast<std::size_t>(i)] = {toVec3(node.m_q), toVec3(node.m_x), node.m_im};
   }
-  springs.step(lattice.links, moving, step);
+  springs.step(lattice.links, pieces, moving, step);
   for (int i = 0; i < body->m_nodes.size(); ++i)
     if (body->m_nodes[i].m_im > 0)
       body->m_nodes[i].m_x = toBullet(moving[static_cast<std::size_t>(i)].place);
@@ -209,25 +233,8 @@ std::size_t SoftTissue::cut(const PlacedSolid& area, const Pose& place, double h
   return count;
 }
 
-std::vector<int> SoftTissue::pieces() const {
-  std::vector<int> root(static_cast<std::size_t>(nodes()));
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
-    return i;
-  };
-  for (const SoftLink& link : state_->lattice.links) {
-    const auto [low, high] = std::minmax({find(link.a), find(link.b)});
-    root[static_cast<std::size_t>(high)] = low;
-  }
-  int count = 0;
-  std::vector<int> number(root.size(), -1);
-  for (int i = 0; i < nodes(); ++i) {
-    int& known = number[static_cast<std::size_t>(find(i))];
-    if (known < 0) known = count++;
-    number[static_cast<std::size_t>(i)] = known;
-  }
-  return number;
+const std::vector<int>& SoftTissue::pieces() const {
+  return state_->pieces;
 }
 
 Mesh SoftTissue::surface() const {

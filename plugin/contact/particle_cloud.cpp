@@ -1,7 +1,8 @@
 // One step of particles against a cloud.
 //
 // Each particle is looked up in the cloud's field at the start of the step. The depth and normal
-// there are the plane that it is behind in this step. A particle deeper than the band of five
+// there are the plane that it is behind in this step; by the paper's method it is pushed along the
+// digital normal instead. A particle deeper than the band of five
 // voxels keeps the plane by which it went in. A particle that moves more than a voxel a step gets
 // the plane where its path enters the cloud.
 //
@@ -66,24 +67,34 @@ std::optional<ParticleCloud::Plane> ParticleCloud::planeOf(const Vec3& local, co
   return Plane{depth, hit->normal};
 }
 
-LawTangent ParticleCloud::lineOf(const Particle& particle, const ParticleBody& body, double depth,
+LawTangent ParticleCloud::shareOf(const Law& law, double share, double depth, double closing,
+                                  Memory& memory, double step) const {
+  const bool known = memory.near && step_ > 0;
+  memory.state =
+      known ? lawAdvance(law, memory.state, depth, step_) : lawAdvance(law, {}, depth, step);
+  const LawTangent whole = lawTangent(law, memory.state, closing, step);
+  return {share * whole.force, share * whole.grip};
+}
+
+LawTangent ParticleCloud::lineOf(const Particle& particle, const ParticleBody& body,
+                                 const std::optional<KelvinVoigt>& spring, double depth,
                                  double closing, Memory& memory,
                                  const ParticleSettings& settings) const {
-  if (settings.law) {
-    const bool known = memory.near && step_ > 0;
-    memory.state = known ? lawAdvance(*settings.law, memory.state, depth, step_)
-                         : lawAdvance(*settings.law, {}, depth, settings.step);
-    const LawTangent whole = lawTangent(*settings.law, memory.state, closing, settings.step);
-    return {particle.share * whole.force, particle.share * whole.grip};
+  if (settings.law)
+    return shareOf(*settings.law, particle.share, depth, closing, memory, settings.step);
+  if (spring) {
+    Law law = *spring;
+    if (settings.touched->byArea) law = Foundation{spring->stiffness, spring->damping};
+    return shareOf(law, particle.share, depth, closing, memory, settings.step);
   }
   // A body on top of particles loads each with its share, however light they are.
   const double inverse = body.response.inverseMass.maxCoeff();
   const double mass = std::max(particle.inverseMass > 0 ? 1 / particle.inverseMass : 0.0,
                                inverse > 0 ? particle.share / inverse : 0.0);
-  const AutomaticSpring spring = automaticSpring(mass, settings.gravity * mass,
-                                                 body.field->cloud().voxelSize(), settings.step);
-  const SpringTangent line = spring.tangent(depth, closing, settings.step);
-  return {spring.force(depth), settings.step * line.slope + line.damping};
+  const AutomaticSpring automatic = automaticSpring(mass, settings.gravity * mass,
+                                                    body.field->cloud().voxelSize(), settings.step);
+  const SpringTangent line = automatic.tangent(depth, closing, settings.step);
+  return {automatic.force(depth), settings.step * line.slope + line.damping};
 }
 
 void ParticleCloud::expectOfBody(const ParticleBody& body) {
@@ -130,10 +141,17 @@ const std::vector<ParticleContact>& ParticleCloud::step(const std::vector<Partic
       others = (p.start - memory.start) / step_ - memory.after;
       expected = steady(others, memory.others);
     }
-    const Vec3 normal = body.pose.orientation * plane->normal;
+    ParticleTouch touch;
+    if (settings.touched)
+      touch = touchOf(*settings.touched, body.field->cloud(), local, plane->depth, plane->normal);
+    const double vector = touch.vector.norm();
+    const Vec3 normal =
+        body.pose.orientation * (vector > 0 ? Vec3(touch.vector / vector) : plane->normal);
     const double closing = -(meeting + expected).dot(normal);
     if (p.inverseMass > 0 || body.response.inverseMass.maxCoeff() > 0) {
-      const LawTangent line = lineOf(p, body, plane->depth, closing, memory, settings);
+      std::optional<KelvinVoigt> spring;
+      if (settings.touched) spring = inSeries(p.spring, touch.spring);
+      const LawTangent line = lineOf(p, body, spring, plane->depth, closing, memory, settings);
       if (plane->depth + settings.step * std::max(0.0, closing) > -kApart * voxel)
         contacts_.push_back({static_cast<int>(i), normal, arm, plane->depth, line, p.inverseMass,
                              p.velocity + expected, 0, Vec3::Zero()});

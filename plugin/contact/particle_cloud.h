@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "contact/particle_matter.h"
 #include "contact/particle_solve.h"
 
 namespace cloudcontact {
@@ -17,6 +18,8 @@ struct Particle {
   Vec3 velocity = Vec3::Zero();  // in the step, without contacts and links between particles [m/s]
   double inverseMass = 0;        // [1/kg] 0: pinned
   double share = 0;              // of the pair's law; for a law per area, the area [m^2]
+  // Its own k and c, where ParticleSettings::touched gives the cloud's; empty: rigid.
+  std::optional<KelvinVoigt> spring = {};
 };
 
 // The cloud's body at the start of the step.
@@ -31,8 +34,12 @@ struct ParticleBody {
 struct ParticleSettings {
   double step = 0;  // [s]
   double friction = 0;
-  const Law* law = nullptr;  // the pair's; null: an automatic spring for each particle
-  double gravity = 0;        // [m/s^2] that loads automatic springs
+  const Law* law =
+      nullptr;         // the pair's; null: `touched`, or an automatic spring for each particle
+  double gravity = 0;  // [m/s^2] that loads automatic springs
+  // With tissues, or a paper body: k and c are those that each particle touches in series with its
+  // own, unless `law` is given, and its direction is that of the base vectors.
+  const TouchedCloud* touched = nullptr;
 };
 
 // It keeps its memory between calls: a step after the first allocates nothing.
@@ -66,8 +73,11 @@ class ParticleCloud {
 
   std::optional<Plane> planeOf(const Vec3& local, const Vec3& end, const ParticleBody& body,
                                const Memory& memory) const;
-  LawTangent lineOf(const Particle& particle, const ParticleBody& body, double depth,
-                    double closing, Memory& memory, const ParticleSettings& settings) const;
+  LawTangent lineOf(const Particle& particle, const ParticleBody& body,
+                    const std::optional<KelvinVoigt>& spring, double depth, double closing,
+                    Memory& memory, const ParticleSettings& settings) const;
+  LawTangent shareOf(const Law& law, double share, double depth, double closing, Memory& memory,
+                     double step) const;
   void expectOfBody(const ParticleBody& body);
 
   std::vector<Memory> memory_;

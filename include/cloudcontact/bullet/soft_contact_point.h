@@ -7,7 +7,14 @@
 // setContactStiffnessAndDamping(). k and c are shared out over the nodes by the area of their faces
 // or, without faces, by the length of their links; Foundation's k is per area of the faces. Without
 // a law, and with Rigid, each node gets an automatic spring. Steps are backward Euler, nodes and
-// rigid body together, so a law may be as stiff as it likes. Friction is Coulomb's, with Bullet's
+// rigid body together, so a law may be as stiff as it likes.
+//
+// Where the cloud has tissues (CloudShape::setTissues), or the soft body is a SoftTissue, each node
+// has the k and c that it touches, (1) and (2), in series with its own: its D is a cube of a
+// voxel's edge. By the paper's method (CloudShape::usePaper, Normals::BaseVectors) it is pushed
+// along the mean of the base vectors of the voxels in that cube, (5'), instead of the fitted
+// normal; the cloud's own D and its cutting abilities play no part.
+// Friction is Coulomb's, with Bullet's
 // coefficient for soft contacts: the soft body's m_cfg.kDF times the other's getFriction().
 //
 // Nodes are points: a soft body's collision margin (0.25 m by default) only widens its box in the

@@ -74,7 +74,7 @@ class SoftTissue {
   // Masses and velocities stay as they are; the links' energy is gone. Call it between steps.
   std::size_t cut(const PlacedSolid& area, const Pose& place, double hardness);
   // The parts that hold together: a number for each node, from 0 in the order of their first nodes.
-  std::vector<int> pieces() const;
+  const std::vector<int>& pieces() const;
 
   // The surface as it is now, in the world, with that of cuts.
   Mesh surface() const;
