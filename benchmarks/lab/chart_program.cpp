@@ -31,7 +31,7 @@ struct ChartOptions {
 
 lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {
   const Body body = readBody(specification, options);
-  if (body.cloud || body.object)
+  if (!body.mesh && !body.shape)
     throw BadInput(specification + ": peers need a mesh or a primitive; give one");
   if (isHalfSpace(body)) return {specification, {}, body.shape, true, {}};
   return {specification,

@@ -26,12 +26,25 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
 void addFileOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
       "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
-  add(command, "--unit", "unit of mesh files: mm, cm, in, m, or its length in meters (default m)",
+  add(command, "--unit",
+      "unit of mesh, point and volume files that state none: mm, cm, in, m, or its length in "
+      "meters (default m)",
       "UNIT", [&o](const std::string& t) { o.metersPerUnit = readUnit(t); });
 }
 
 void addBodyOptions(CLI::App& command, CommonOptions& o) {
   addFileOptions(command, o);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--threshold",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& t : texts)
+              addThreshold("--threshold", readThreshold("--threshold", t), o.thresholds);
+          },
+          "grey value from which on a CT volume is material; NAME=T, once for each material of "
+          "several")
+      ->allow_extra_args(false)
+      ->type_name("T|NAME=T");
   add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
       [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
 }

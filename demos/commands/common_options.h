@@ -17,7 +17,7 @@ enum class Devices { None, OpenCl };
 // An invalid value throws BadInput naming the option and its valid values.
 
 void addFileOptions(CLI::App& command, CommonOptions& options);  // --voxel, --unit
-void addBodyOptions(CLI::App& command, CommonOptions& options);  // those, and --shell
+void addBodyOptions(CLI::App& command, CommonOptions& options);  // those, --threshold and --shell
 void addRunOptions(CLI::App& command, CommonOptions& options);   // --threads, --json
 void addLawOptions(CLI::App& command, CommonOptions& options);   // --law, --stiffness, --damping
 void addFrictionOption(CLI::App& command, CommonOptions& options);

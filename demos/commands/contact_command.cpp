@@ -54,6 +54,8 @@ ContactQuery readQuery(const ContactOptions& options) {
   query.pose = readPose("--pose", options.pose);
   if (!options.velocity.empty()) query.motion = readVelocity("--velocity", options.velocity);
   query.motion.center = query.pose.position;  // the velocity is given at B's origin
+  checkThresholds(options.common,
+                  {options.a, options.b, options.common.paper.areaA, options.common.paper.areaB});
   query.a = readBody(options.a, options.common);
   query.b = readBody(options.b, options.common);
   if (isHalfSpace(query.a) && isHalfSpace(query.b))
@@ -150,7 +152,9 @@ void addContactCommand(CLI::App& app) {
       "contact",
       "find the contact of body B with body A: points, force and time.\n"
       "A is at the origin. Stiffness is 1e4 N/m (1e9 N/m^3 with foundation) if not given.");
-  command.add_option("A", options->a, "mesh file, point file, .cloud file, primitive or halfspace")
+  command
+      .add_option("A", options->a,
+                  "mesh file, point file, CT volume, .cloud file, primitive or halfspace")
       ->required();
   command.add_option("B", options->b, "as A")->required();
   command.add_option("--pose", options->pose, "of B: \"x y z\" or \"x y z qx qy qz qw\" [m]")

@@ -46,7 +46,7 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
 
 Digitized digitizeWhole(const Body& body, const DigitizeOptions& options) {
   const double voxel = options.common.voxel.value_or(defaultVoxel(body));
-  if (options.common.backend == Backend::OpenCl && (body.cloud || body.object))
+  if (options.common.backend == Backend::OpenCl && !body.mesh && !body.shape)
     reportCpuFallback(options.body + " is not a mesh");
   Digitized result;
   const auto start = std::chrono::steady_clock::now();
@@ -120,6 +120,7 @@ void printText(const std::string& name, const Json& j) {
 void run(const DigitizeOptions& options) {
   if (!options.output.empty()) checkOutput("-o", options.output, {".cloud"});
   if (options.picture) checkPicture(*options.picture);
+  checkThresholds(options.common, {options.body});
   const Body body = readBody(options.body, options.common);
   const Digitized digitized = digitizeWhole(body, options);
   if (!options.output.empty()) {
@@ -142,7 +143,9 @@ void run(const DigitizeOptions& options) {
 void addDigitizeCommand(CLI::App& app) {
   auto options = std::make_shared<DigitizeOptions>();
   CLI::App& command = *app.add_subcommand("digitize", "turn a body into voxels and measure it");
-  command.add_option("BODY", options->body, "mesh file, point file, .cloud file or primitive")
+  command
+      .add_option("BODY", options->body,
+                  "mesh file, point file, CT volume, .cloud file or primitive")
       ->required();
   command.add_option("-o,--output", options->output, "file for the cloud")->type_name("FILE.cloud");
   command

@@ -209,6 +209,7 @@ void run(const DrillOptions& o) {
   const TissueTable table = readTissues("--tissues", chosen, o.common.stiffness.value_or(2e4));
   if (o.common.stiffness && chosen != "dental")
     throw BadInput("--stiffness: applies to enamel of the dental table; write it into " + chosen);
+  checkThresholds(o.common, {o.body, o.bur});
   const Body body = readBody(o.body, o.common);
   const double voxel = o.common.voxel.value_or(defaultVoxel(body));
   const Bur bur = burOf(o, voxel);
@@ -274,7 +275,8 @@ void addDrillCommand(CLI::App& app) {
   auto options = std::make_shared<DrillOptions>();
   CLI::App& command = *app.add_subcommand(
       "drill", "cut into a body with a tool in a simulated hand: force, volume, remaining body");
-  command.add_option("WORKPIECE", options->body, "mesh file, .cloud file or primitive")->required();
+  command.add_option("WORKPIECE", options->body, "mesh file, CT volume, .cloud file or primitive")
+      ->required();
   command
       .add_option("--bur", options->bur,
                   "the tool: sphere:R (default sphere:0.0006), a box or a file")

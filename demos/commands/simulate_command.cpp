@@ -170,6 +170,16 @@ Replay described(Replay replay, const SceneDescription& scene, const SimulateOpt
   return replay;
 }
 
+// Files whose elements state no threshold of their own.
+std::vector<std::string> filesOf(const SceneDescription& scene) {
+  std::vector<std::string> files;
+  for (const SceneBody& body : scene.bodies)
+    for (const SceneCollision& collision : body.collisions)
+      if (const auto* mesh = std::get_if<SceneMesh>(&collision.geometry))
+        if (mesh->thresholds.empty()) files.push_back(mesh->file.string());
+  return files;
+}
+
 WorldSettings worldSettings(const SceneDescription& scene, const SimulateOptions& options) {
   WorldSettings settings;
   settings.common = options.common;
@@ -187,6 +197,7 @@ void run(const SimulateOptions& options) {
   if (!options.replay.empty()) checkReplay(options.replay);
   if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
   const SceneDescription scene = loadScene(options.scene);
+  checkThresholds(options.common, filesOf(scene));
   const WorldSettings settings = worldSettings(scene, options);
   SimulationSettings run;
   run.seconds = options.seconds.value_or(kDefaultSeconds);

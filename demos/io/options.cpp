@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -236,6 +237,29 @@ std::pair<std::string, std::string> readTissueName(const std::string& option,
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
     refuse(option, text, "PART=TISSUE");
   return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+CtRange readThreshold(const std::string& option, const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == 0) refuse(option, text, "T or NAME=T");
+  if (equals == std::string::npos) return {readNumber(option, text), ""};
+  return {readNumber(option, text.substr(equals + 1)), text.substr(0, equals)};
+}
+
+void addThreshold(const std::string& option, CtRange threshold, std::vector<CtRange>& to) {
+  const auto at = std::find_if(to.begin(), to.end(),
+                               [&](const CtRange& r) { return r.from >= threshold.from; });
+  if (at != to.end() && at->from == threshold.from)
+    throw BadInput(option + ": two materials begin at one value; leave one out");
+  to.insert(at, std::move(threshold));
+  if (to.size() == 1) return;
+  std::set<std::string> names;
+  for (const CtRange& range : to) {
+    if (range.name.empty())
+      throw BadInput(option + ": where there are several, each has a name; give NAME=T");
+    if (!names.insert(range.name).second)
+      throw BadInput(option + ": " + range.name + " begins at two values; leave one out");
+  }
 }
 
 Motion readVelocity(std::string_view option, const std::string& text) {

@@ -5,6 +5,7 @@
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
 #include <cloudcontact/law/solid.h>
+#include <cloudcontact/voxels/ct_volume.h>
 
 #include <optional>
 #include <string>
@@ -38,9 +39,10 @@ struct TissueOptions {
 
 // Values of the common options. An empty optional was not given; the command picks a default.
 struct CommonOptions {
-  std::optional<double> voxel;  // [m]
-  double metersPerUnit = 1;     // of mesh files: --unit
-  std::optional<double> shell;  // thickness of a sheet [m]; default three voxels
+  std::optional<double> voxel;      // [m]
+  double metersPerUnit = 1;         // of files that state no unit: --unit
+  std::vector<CtRange> thresholds;  // of volumes, ascending: --threshold
+  std::optional<double> shell;      // thickness of a sheet [m]; default three voxels
   // --law: paper|foundation|rigid (without k and c) or maxwell:K,C or solid:K,K1,C1
   Law law = KelvinVoigt{};
   std::optional<double> stiffness;  // the pair's k: [N/m], [N/m^3] with foundation
@@ -79,6 +81,11 @@ Vec3 readVector(std::string_view option, const std::string& text);
 // "PART=TISSUE"
 std::pair<std::string, std::string> readTissueName(const std::string& option,
                                                    const std::string& text);
+// "T" or "NAME=T": the grey value from which on there is material, or that of the name.
+CtRange readThreshold(const std::string& option, const std::string& text);
+// Adds a threshold in its place. Throws BadInput where two are of one value or name, or where one
+// of several has no name.
+void addThreshold(const std::string& option, CtRange threshold, std::vector<CtRange>& to);
 // "vx vy vz wx wy wz"
 Motion readVelocity(std::string_view option, const std::string& text);
 

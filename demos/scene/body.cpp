@@ -6,6 +6,7 @@
 #include <cloudcontact/mesh/mesh_repair.h>
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/objects/point_file.h>
+#include <cloudcontact/voxels/volume_file.h>
 #include <cloudcontact/workpiece/cloud_solid.h>
 
 #include <algorithm>
@@ -65,7 +66,7 @@ void refuseUnusable(const std::string& name) {
   std::error_code error;
   if (!fs::exists(file, error))
     throw BadInput(name +
-                   ": no such file; give a mesh file, a point file, a .cloud file, "
+                   ": no such file; give a mesh file, a point file, a volume, a .cloud file, "
                    "sphere:R, box:X,Y,Z, "
                    "cylinder:R,H, capsule:R,H, cone:R,H or halfspace");
   if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
@@ -144,6 +145,31 @@ Cloud pictured(const std::string& name, const DepthImage& image, double voxel,
   return cloud;
 }
 
+CtVolume readVolume(const std::string& name, const CommonOptions& options) {
+  VolumeFileSettings settings;
+  settings.metersPerUnit = options.metersPerUnit;
+  settings.voxelSize = options.voxel.value_or(0);
+  return asBadInput(name, "give an NRRD or MetaImage file",
+                    [&] { return loadVolume(name, settings); });
+}
+
+Cloud fromVolume(const std::string& name, const CtVolume& volume, double voxel,
+                 const CommonOptions& options) {
+  const auto [least, most] = std::minmax_element(volume.values.begin(), volume.values.end());
+  std::ostringstream facts;
+  facts << name << " is a volume of " << volume.size.transpose() << " values from " << *least
+        << " to " << *most;
+  if (options.thresholds.empty())
+    throw BadInput("--threshold: " + facts.str() +
+                   "; say from which value on it is material: --threshold T, or in a scene "
+                   "<cloudcontact:threshold>T</cloudcontact:threshold>");
+  const Vec3 edges = volume.size.cast<double>().cwiseProduct(volume.spacing);
+  std::cerr << "cloudcontact: " << facts.str() << ", " << edges.transpose()
+            << " m along x y z (--unit)\n";
+  return asBadInput(name, "give another --threshold",
+                    [&] { return cloudFromCt(volume, options.thresholds, {voxel}); });
+}
+
 // The cloud of points and other objects; a message reports the kind of points.
 Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
   if (const auto* image = std::get_if<DepthImage>(&*body.object))
@@ -187,12 +213,22 @@ Body readBody(const std::string& specification, const CommonOptions& options) {
       body.cloud = std::move(*cloud);
     else
       body.object = std::move(object);
+  } else if (isVolumeFile(specification)) {
+    body.volume = readVolume(specification, options);
   } else if (isPointFile(specification)) {
     body.object = readPoints(specification, options);
   } else {
     readMesh(body, options);
   }
   return body;
+}
+
+void checkThresholds(const CommonOptions& options, const std::vector<std::string>& specifications) {
+  if (options.thresholds.empty() ||
+      std::any_of(specifications.begin(), specifications.end(),
+                  [](const std::string& text) { return isVolumeFile(text); }))
+    return;
+  throw BadInput("--threshold: is of CT volumes, and there is none; leave it out");
 }
 
 bool isHalfSpace(const Body& body) {
@@ -203,7 +239,11 @@ Eigen::AlignedBox3d boundsOf(const Body& body) {
   if (body.shape) return boundsOf(*body.shape);
   if (body.object) return cloudcontact::boundsOf(*body.object);
   Eigen::AlignedBox3d box;
-  if (body.cloud) {
+  if (body.volume) {
+    const CtVolume& v = *body.volume;
+    box.extend(v.origin);
+    box.extend(Vec3(v.origin + v.size.cast<double>().cwiseProduct(v.spacing)));
+  } else if (body.cloud) {
     box.extend(body.cloud->origin());
     const Vec3 size = body.cloud->size().cast<double>() * body.cloud->voxelSize();
     box.extend(Vec3(body.cloud->origin() + size));
@@ -216,6 +256,7 @@ Eigen::AlignedBox3d boundsOf(const Body& body) {
 double defaultVoxel(const Body& body) {
   if (body.object)
     return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.object); });
+  if (body.volume) return body.volume->spacing.minCoeff();
   return body.cloud ? body.cloud->voxelSize() : boundsOf(body).diagonal().norm() / 100;
 }
 
@@ -232,6 +273,7 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     }
     return {*body.cloud, true, Backend::Cpu};
   }
+  if (body.volume) return {fromVolume(body.name, *body.volume, voxel, options)};
   if (body.object)
     return {asBadInput(body.name, "save it again", [&] { return cloudOf(body, voxel, options); }),
             true, Backend::Cpu};
@@ -274,6 +316,8 @@ Mesh meshOf(const Body& body, double tolerance) {
   if (isHalfSpace(body)) throw BadInput("halfspace: has no mesh; give a box of the size you need");
   if (body.cloud)
     throw BadInput(body.name + ": a saved cloud has no mesh; use --method cloud or give the mesh");
+  if (body.volume)
+    throw BadInput(body.name + ": a volume has no mesh; use --method cloud or give the mesh");
   if (body.object)
     throw BadInput(body.name + ": " + kindName(*body.object) +
                    " have no mesh; use --method cloud or give the mesh");

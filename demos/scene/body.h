@@ -1,4 +1,4 @@
-// A body from the command line: a mesh file, a point file, a saved cloud, or a primitive.
+// A body from the command line: a mesh file, a point file, a volume, a saved cloud, or a primitive.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
@@ -6,6 +6,7 @@
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/objects/digital_object.h>
 #include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/voxels/ct_volume.h>
 #include <cloudcontact/voxels/digitize.h>
 
 #include <memory>
@@ -17,7 +18,7 @@
 
 namespace cloudcontact::program {
 
-// Exactly one of mesh, shape, cloud and object is set.
+// Exactly one of mesh, shape, cloud, object and volume is set.
 struct Body {
   std::string name;              // as typed
   std::optional<Mesh> mesh;      // from a file, in meters
@@ -26,11 +27,14 @@ struct Body {
   std::optional<Cloud> cloud;    // of a .cloud file of voxels
   // From a point file, in meters, or from a .cloud file of another kind than voxels.
   std::optional<DigitalObject> object;
+  std::optional<CtVolume> volume;  // grey values of a CT scan
 };
 
 // Reads `specification`: a primitive (readPrimitive), a .cloud file, a point file (PLY without
-// faces, PCD, XYZ) or a mesh file. Throws BadInput naming it.
+// faces, PCD, XYZ), a volume (NRRD, MetaImage) or a mesh file. Throws BadInput naming it.
 Body readBody(const std::string& specification, const CommonOptions& options);
+// Throws BadInput where --threshold is given and none of the specifications is a volume.
+void checkThresholds(const CommonOptions& options, const std::vector<std::string>& specifications);
 
 // A mesh of more parts than this is one material.
 inline constexpr std::size_t kMostParts = 32;
@@ -39,7 +43,7 @@ bool isHalfSpace(const Body& body);
 // Axis-aligned box in the body's frame [m].
 Eigen::AlignedBox3d boundsOf(const Body& body);
 // Default voxel size [m]: a saved cloud's own, else a hundredth of the body's diagonal; for points
-// at least twice their spacing.
+// at least twice their spacing; a volume's smallest spacing.
 double defaultVoxel(const Body& body);
 
 struct DigitizedBody {
@@ -50,7 +54,8 @@ struct DigitizedBody {
 
 // The body as a cloud. A mesh is digitized: a sheet as a shell, parts as materials of their names.
 // A primitive is digitized from its mesh. A saved cloud is returned as it is. Points become a
-// filled volume, the inside of a closed surface, or a shell. With --backend opencl a device
+// filled volume, the inside of a closed surface, or a shell. A volume has material from the values
+// of --threshold on. With --backend opencl a device
 // digitizes meshes of one material. Messages on stderr report shells, the kind of points, and why
 // no device is used. Throws BadInput for a half-space, a grid that does not fit in memory, or a
 // saved cloud of another voxel size than --voxel.

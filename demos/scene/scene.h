@@ -5,6 +5,7 @@
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/mesh/mesh.h>
+#include <cloudcontact/voxels/ct_volume.h>
 #include <cloudcontact/workpiece/cutter.h>
 
 #include <filesystem>
@@ -33,11 +34,12 @@ struct ScenePlane {
   Vec3 normal = Vec3::UnitZ();  // infinite; the material lies behind it
 };
 // A mesh from a file, or one made in memory: then `file` is its name, and equal names mean equal
-// meshes. A file may also hold points or another digital object.
+// meshes. A file may also hold points, a CT volume or another digital object.
 struct SceneMesh {
   std::filesystem::path file;
   Vec3 scale = Vec3::Ones();
   std::shared_ptr<const Mesh> mesh;
+  std::vector<CtRange> thresholds = {};  // of a volume; empty: those of --threshold
 };
 using SceneGeometry =
     std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane, SceneMesh>;

@@ -123,6 +123,7 @@ std::string keyOf(const SceneGeometry& geometry) {
     void operator()(const ScenePlane& p) const { out << ' ' << p.normal.transpose(); }
     void operator()(const SceneMesh& m) const {
       out << ' ' << m.file.string() << ' ' << m.scale.transpose();
+      for (const CtRange& range : m.thresholds) out << ' ' << range.name << '=' << range.from;
     }
   };
   std::visit(Visitor{key}, geometry);
@@ -222,11 +223,13 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
   });
 }
 
-Cloud SceneClouds::objectCloud(const Body& object) {
+Cloud SceneClouds::objectCloud(const SceneMesh& geometry, const std::string& body) {
+  const Body& object = *file(geometry, body);
   CommonOptions options = options_;
+  if (!geometry.thresholds.empty()) options.thresholds = geometry.thresholds;
   options.voxel.reset();  // saved voxels keep their size, beside bodies of another
   const double voxel = options_.voxel && !object.cloud ? voxel_ : program::defaultVoxel(object);
-  return store_->clouds.get(object.name + keyOfVector(Vec3(voxel, 0, 0)),
+  return store_->clouds.get(keyOf(SceneGeometry(geometry)) + keyOfVector(Vec3(voxel, 0, 0)),
                             [&] { return digitizeBody(object, voxel, options).cloud; });
 }
 
@@ -237,7 +240,7 @@ PlacedCloud SceneClouds::cloud(const SceneGeometry& geometry, const Pose& pose,
   Cloud& kept = clouds_[digital ? keyOf(geometry) : keyOf(geometry) + keyOfTurn(pose.orientation)];
   if (kept.empty())
     kept = naming(body, [&] {
-      return digital ? objectCloud(*file(geometry, body))
+      return digital ? objectCloud(std::get<SceneMesh>(geometry), body)
                      : digitized(geometry, {pose.orientation, Vec3::Zero()}, body);
     });
   if (digital) return {kept, pose};

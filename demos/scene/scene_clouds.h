@@ -39,7 +39,7 @@ class SceneClouds {
   // digital object gets voxels that keep its detail. `store` shares slow results with other worlds.
   SceneClouds(const CommonOptions& options, double voxel, std::shared_ptr<ShapeStore> store);
 
-  // Points, voxels or another digital object: there is no mesh.
+  // Points, voxels, a volume or another digital object: there is no mesh.
   bool isDigital(const SceneGeometry& geometry, const std::string& body);
   // Not for a plane or a digital object. A sheet becomes a shell.
   std::shared_ptr<const Mesh> mesh(const SceneGeometry& geometry, const std::string& body);
@@ -60,7 +60,7 @@ class SceneClouds {
  private:
   const Body* file(const SceneGeometry& geometry, const std::string& body);
   Cloud digitized(const SceneGeometry& geometry, const Pose& turn, const std::string& body);
-  Cloud objectCloud(const Body& object);
+  Cloud objectCloud(const SceneMesh& geometry, const std::string& body);
   std::vector<NamedMesh> parts(const SceneGeometry& geometry, const std::string& body);
 
   CommonOptions options_;

@@ -1,6 +1,8 @@
 // The table of our elements, and the readers of their values.
 #include "scene/scene_elements.h"
 
+#include <cloudcontact/voxels/volume_file.h>
+
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -21,7 +23,8 @@ struct OwnElement {
 };
 
 const OwnElement kOwnElements[] = {
-    {"tissue", "collision", {"part"}, {}},
+    {"tissue", "collision", {"part", "from"}, {}},
+    {"threshold", "collision", {}, {}},
     {"cutter", "collision", {"ability", "hardness", "efficiency", "edge_speed"}, {}},
     {"cuttable", "collision", {}, {}},
     {"window", "collision", {}, {}},
@@ -92,6 +95,16 @@ double attribute(const std::string& where, const sdf::ElementPtr& element, const
   return readNotNegative(where + " attribute " + name, element->GetAttribute(name)->GetAsString());
 }
 
+// The geometry of a collision that must be a volume.
+SceneMesh& volumeOf(const std::string& at, SceneCollision& collision) {
+  auto* mesh = std::get_if<SceneMesh>(&collision.geometry);
+  if (!mesh || !isVolumeFile(mesh->file))
+    throw BadInput(at +
+                   ": grey values are those of a volume (.nrrd, .nhdr, .mha, .mhd); leave it "
+                   "out, or name such a file in <uri>");
+  return *mesh;
+}
+
 SceneCutter cutterOf(const std::string& where, const sdf::ElementPtr& element) {
   SceneCutter out;
   out.ability = attribute(where, element, "ability", out.ability);
@@ -103,6 +116,27 @@ SceneCutter cutterOf(const std::string& where, const sdf::ElementPtr& element) {
   return out;
 }
 
+// The grey values of a volume, in which the part has the tissue's name.
+void readRange(const std::string& at, const sdf::ElementPtr& element, SceneTissue& tissue,
+               SceneCollision& out) {
+  if (!tissue.part.empty())
+    throw BadInput(at + ": has part and from; leave one out, a volume has no parts but its ranges");
+  tissue.part = tissue.name;
+  const double from =
+      readNumber(at + " attribute from", element->GetAttribute("from")->GetAsString());
+  addThreshold(at + " attribute from", {from, tissue.name}, volumeOf(at, out).thresholds);
+}
+
+// All tissues of a volume have ranges or none has. A single one is that of the whole body.
+void checkRanges(const std::string& at, SceneCollision& out) {
+  const auto* mesh = std::get_if<SceneMesh>(&out.geometry);
+  const std::size_t ranges = mesh ? mesh->thresholds.size() : 0;
+  if (ranges == 0) return;
+  if (ranges != out.tissues.size())
+    throw BadInput(at + ": some say from which grey value on they are, some do not; add from");
+  if (ranges == 1) out.tissues[0].part.clear();
+}
+
 void readTissues(const std::string& where, const sdf::ElementPtr& collision, SceneCollision& out) {
   const std::string name = kPrefix + "tissue", at = where + " " + tag(name);
   if (!collision->HasElement(name)) return;
@@ -111,12 +145,25 @@ void readTissues(const std::string& where, const sdf::ElementPtr& collision, Sce
     if (e->HasAttribute("part")) tissue.part = e->GetAttribute("part")->GetAsString();
     tissue.name = textOf(e);
     if (tissue.name.empty()) throw BadInput(at + ": is empty; give the name of a tissue");
+    if (e->HasAttribute("from")) readRange(at, e, tissue, out);
     for (const SceneTissue& other : out.tissues)
       if (other.part == tissue.part)
         throw BadInput(at + ": " + (tissue.part.empty() ? "all parts" : printable(tissue.part)) +
                        " has a tissue already; leave one out");
     out.tissues.push_back(tissue);
   }
+  checkRanges(at, out);
+}
+
+void readThreshold(const std::string& where, const sdf::ElementPtr& collision,
+                   SceneCollision& out) {
+  const std::string name = kPrefix + "threshold", at = where + " " + tag(name);
+  const auto element = single(where, collision, name);
+  if (!element) return;
+  SceneMesh& volume = volumeOf(at, out);
+  if (!volume.thresholds.empty())
+    throw BadInput(at + ": its tissues say from which values on they are; leave one out");
+  volume.thresholds = {{readNumber(at, textOf(element)), ""}};
 }
 
 }  // namespace
@@ -133,6 +180,7 @@ void checkOwnElements(const std::string& file, const sdf::ElementPtr& root) {
 void readOwnElements(const std::string& where, const sdf::ElementPtr& collision,
                      SceneCollision& out) {
   readTissues(where, collision, out);
+  readThreshold(where, collision, out);
   const auto find = [&](const char* name) { return single(where, collision, kPrefix + name); };
   const auto at = [&](const char* name) { return where + " " + tag(kPrefix + name); };
   if (const auto cutter = find("cutter")) out.cutter = cutterOf(at("cutter"), cutter);

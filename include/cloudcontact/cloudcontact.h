@@ -19,6 +19,7 @@
 #include <cloudcontact/voxels/display_mesh.h>
 #include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/pieces.h>
+#include <cloudcontact/voxels/volume_file.h>
 #include <cloudcontact/voxels/voxel_cut.h>
 
 #include <cloudcontact/objects/depth_image.h>

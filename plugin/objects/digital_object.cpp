@@ -6,8 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "voxels/cloud_builder.h"
-#include "voxels/local_surface.h"
+#include "voxels/divided_voxels.h"
 
 namespace cloudcontact {
 
@@ -20,23 +19,9 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-constexpr int kMostParts = 8;  // of a voxel's edge, in resampled()
-
 Eigen::AlignedBox3d ofGrid(const Vec3& origin, double voxelSize, const Eigen::Vector3i& size) {
   Eigen::AlignedBox3d box(origin);
   box.extend(Vec3(origin + voxelSize * size.cast<double>()));
-  return box;
-}
-
-// Bounds of the voxels with material, not of the grid.
-Eigen::AlignedBox3d ofVoxels(const Cloud& cloud) {
-  Eigen::AlignedBox3d box;
-  const double half = 0.5 * cloud.voxelSize();
-  forEachVoxel(cloud, [&](const Eigen::Vector3i& v, int) {
-    const Vec3 center = cloud.center(v[0], v[1], v[2]);
-    box.extend(Vec3(center.array() - half));
-    box.extend(Vec3(center.array() + half));
-  });
   return box;
 }
 
@@ -88,24 +73,7 @@ Cloud resampled(const Cloud& cloud, double voxelSize) {
   if (!(voxelSize > 0) || !std::isfinite(voxelSize))
     throw std::invalid_argument("toCloud: voxelSize must be positive and finite [m]");
   if (cloud.empty() || voxelSize == cloud.voxelSize()) return cloud;
-  const int n =
-      std::clamp(static_cast<int>(std::ceil(4 * cloud.voxelSize() / voxelSize)), 2, kMostParts);
-  const double edge = cloud.voxelSize() / n;
-  CloudBuilder builder(cloudGrid("toCloud", ofVoxels(cloud), voxelSize, cloud.origin()),
-                       cloud.materials());
-  std::vector<float> shares;
-  forEachVoxel(cloud, [&](const Eigen::Vector3i& voxel, int coverage) {
-    const Vec3 low = cloud.origin() + cloud.voxelSize() * voxel.cast<double>();
-    const std::uint8_t material = cloud.material(voxel[0], voxel[1], voxel[2]);
-    if (coverage == 255)
-      return builder.addBox(low, low + Vec3::Constant(cloud.voxelSize()), 1, material);
-    divideVoxel(cloud, voxel, n, shares);
-    for (int k = 0; k < n * n * n; ++k) {
-      const Vec3 at = low + edge * Vec3(k % n, k / n % n, k / (n * n));
-      builder.addBox(at, at + Vec3::Constant(edge), shares[k], material);
-    }
-  });
-  return builder.build();
+  return inVoxels("toCloud", cloud, Vec3::Constant(cloud.voxelSize()), cloud.origin(), voxelSize);
 }
 
 Cloud toCloud(const DigitalObject& object, double voxelSize) {
@@ -147,7 +115,7 @@ PointCloud toPoints(const DepthImage& image) {
 Eigen::AlignedBox3d boundsOf(const DigitalObject& object) {
   return std::visit(
       Overloaded{
-          [](const Cloud& o) { return ofVoxels(o); },
+          [](const Cloud& o) { return boundsOfVoxels(o); },
           [](const PointCloud& o) {
             validate(o);
             return ofBalls(o.positions.size(),

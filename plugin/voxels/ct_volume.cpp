@@ -9,20 +9,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 #include "base/grid_index.h"
+#include "voxels/cloud_builder.h"
+#include "voxels/divided_voxels.h"
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr float kClear = 4;  // standard deviations
-constexpr int kBorder = 2;   // empty voxels around: a field needs its surface inside the grid
+constexpr float kClear = 4;     // standard deviations
+constexpr double kSame = 1e-6;  // lengths whose ratio differs by less are equal
+constexpr int kBorder = 2;      // empty voxels around: a field needs its surface inside the grid
 
 void validate(const CtVolume& volume, const std::vector<CtRange>& ranges) {
-  if ((volume.size.array() < 1).any() || !(volume.voxelSize > 0) ||
-      !std::isfinite(volume.voxelSize) || !volume.origin.allFinite())
+  if ((volume.size.array() < 1).any() || !(volume.spacing.array() > 0).all() ||
+      !volume.spacing.allFinite() || !volume.origin.allFinite())
     throw std::invalid_argument("cloudFromCt: sizes and origin must be positive and finite");
   const double count = volume.size.cast<double>().prod();
   if (count != double(volume.values.size()))
@@ -103,54 +107,63 @@ class Reader {
   Air air_;
 };
 
-}  // namespace
+// Throws where voxels of that edge over that box could need more than `most` bytes.
+void refuseMemory(const Vec3& extent, double voxel, std::size_t most) {
+  const double bytes = (extent / voxel).array().ceil().prod() * 2;  // coverage and material
+  if (!(bytes > static_cast<double>(most))) return;
+  std::ostringstream text;
+  text << "cloudFromCt: voxels of " << voxel << " m over " << extent.transpose() << " m could need "
+       << bytes / 1e9 << " GB; choose a voxelSize of "
+       << voxel * std::cbrt(bytes / static_cast<double>(most)) * 1.1 << " m or larger";
+  throw std::length_error(text.str());
+}
 
-Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
-                  std::size_t maxBytes) {
-  validate(volume, ranges);
+// A voxel for each value, in a border of air.
+std::shared_ptr<const Cloud::Voxels> cellsOf(const CtVolume& volume,
+                                             const std::vector<CtRange>& ranges) {
   auto voxels = std::make_shared<Cloud::Voxels>();
   const Eigen::Vector3i all = volume.size + Eigen::Vector3i::Constant(2 * kBorder);
   voxels->bricks = (all + Eigen::Vector3i::Constant(kBrickEdge - 1)) / kBrickEdge;
-  const double bytes = voxels->bricks.cast<double>().prod() * 2.0 * kBrickVoxels;
-  if (bytes > static_cast<double>(maxBytes))
-    throw std::length_error("cloudFromCt: the voxels may need " + std::to_string(bytes / 1e9) +
-                            " GB; take every second value");
-  for (const CtRange& range : ranges) voxels->materials.push_back(range.name);
-  if (ranges.size() == 1) voxels->materials.clear();
+  if (ranges.size() > 1)
+    for (const CtRange& range : ranges) voxels->materials.push_back(range.name);
+  const auto count = voxels->bricks.cast<std::size_t>().prod();
+  voxels->table.assign(count, kEmptyBrick);
+  if (ranges.size() > 1) voxels->materialTable.assign(count, -1);
   const Reader reader(volume, ranges, airOf(volume, ranges[0].from));
-  bool any = false;
-  for (int bz = 0; bz < voxels->bricks.z(); ++bz)
-    for (int by = 0; by < voxels->bricks.y(); ++by)
-      for (int bx = 0; bx < voxels->bricks.x(); ++bx) {
-        BrickCoverage coverage;
-        BrickMaterial material;
-        for (int k = 0; k < kBrickVoxels; ++k) {
-          const Eigen::Vector3i v = kBrickEdge * Eigen::Vector3i(bx, by, bz) + cellOffset(k) -
-                                    Eigen::Vector3i::Constant(kBorder);
-          const Voxel m = reader.at(v.x(), v.y(), v.z());
-          coverage[k] = m.coverage;
-          material[k] = m.coverage > 0 ? m.material : std::uint8_t{0};
-        }
-        const auto same = [](const auto& values, int v) {
-          return std::all_of(values.begin(), values.end(), [v](int x) { return x == v; });
-        };
-        const bool empty = same(coverage, 0), solid = same(coverage, 255);
-        any = any || !empty;
-        voxels->table.push_back(empty   ? kEmptyBrick
-                                : solid ? kSolidBrick
-                                        : static_cast<std::int32_t>(voxels->coverage.size()));
-        if (!empty && !solid) voxels->coverage.push_back(coverage);
-        if (voxels->materials.empty()) continue;
-        const bool one = same(material, material[0]);
-        voxels->materialTable.push_back(one ? -1 - material[0]
-                                            : static_cast<std::int32_t>(voxels->material.size()));
-        if (!one) voxels->material.push_back(material);
-      }
-  if (!any)
-    throw std::invalid_argument("cloudFromCt: all values are below " +
-                                std::to_string(ranges[0].from) + ": nothing but air");
-  return Cloud(volume.voxelSize, volume.origin - Vec3::Constant(kBorder * volume.voxelSize),
-               std::move(voxels));
+  for (std::size_t entry = 0; entry < count; ++entry) {
+    const Eigen::Vector3i b = gridCell(entry, voxels->bricks);
+    BrickCoverage coverage;
+    BrickMaterial material;
+    for (int k = 0; k < kBrickVoxels; ++k) {
+      const Eigen::Vector3i v = kBrickEdge * b + cellOffset(k) - Eigen::Vector3i::Constant(kBorder);
+      const Voxel m = reader.at(v.x(), v.y(), v.z());
+      coverage[k] = m.coverage;
+      material[k] = m.coverage > 0 ? m.material : std::uint8_t{0};
+    }
+    storeBrick(*voxels, entry, coverage, ranges.size() > 1 ? &material : nullptr);
+  }
+  return voxels;
+}
+
+}  // namespace
+
+Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
+                  const CtSettings& settings) {
+  validate(volume, ranges);
+  const double least = volume.spacing.minCoeff();
+  const double voxel = settings.voxelSize != 0 ? settings.voxelSize : least;
+  if (!(voxel > 0) || !std::isfinite(voxel))
+    throw std::invalid_argument("cloudFromCt: voxelSize must be positive and finite [m]");
+  const Vec3 extent = volume.size.cast<double>().cwiseProduct(volume.spacing);
+  refuseMemory(extent, voxel, settings.maxBytes);
+  const Vec3 origin = volume.origin - kBorder * volume.spacing;
+  const Cloud cells(voxel, origin, cellsOf(volume, ranges));
+  if (cells.counts().inside + cells.counts().interface == 0)
+    throw std::invalid_argument(
+        "cloudFromCt: all values are below the first range: nothing but air");
+  const bool areVoxels = (volume.spacing.array() - voxel).abs().maxCoeff() <= kSame * voxel;
+  if (areVoxels) return cells;
+  return inVoxels("cloudFromCt", cells, volume.spacing, origin, voxel);
 }
 
 }  // namespace cloudcontact

@@ -20,7 +20,7 @@ const std::vector<CtRange> kRanges = {{-300, "pulp"}, {800, "dentin"}, {2100, "e
 CtVolume scan(double noise) {
   CtVolume v;
   v.size = Eigen::Vector3i::Constant(40);
-  v.voxelSize = kVoxel;
+  v.spacing.setConstant(kVoxel);
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0, 1);
   for (int k = 0; k < 64000; ++k) {
@@ -80,7 +80,7 @@ TEST(CtVolume, SurfaceAndMaterials) {
 TEST(CtVolume, ABodyEndsAtTheBorderOfTheScan) {
   CtVolume v;
   v.size = {8, 8, 8};
-  v.voxelSize = kVoxel;
+  v.spacing.setConstant(kVoxel);
   v.values.assign(512, 2000);
   const Cloud cloud = cloudFromCt(v, {{800, "bone"}});
   EXPECT_TRUE(cloud.materials().empty()) << "one material needs no names";
@@ -92,13 +92,14 @@ TEST(CtVolume, RefusesBadInput) {
   EXPECT_THROW(cloudFromCt(v, {}), std::invalid_argument);
   EXPECT_THROW(cloudFromCt(v, {{800, "a"}, {800, "b"}}), std::invalid_argument);
   EXPECT_THROW(cloudFromCt(v, {{5000, "lead"}}), std::invalid_argument) << "all is air";
-  EXPECT_THROW(cloudFromCt(v, kRanges, 1000), std::length_error);
+  EXPECT_THROW(cloudFromCt(v, kRanges, {0, 1000}), std::length_error);
+  EXPECT_THROW(cloudFromCt(v, kRanges, {-1}), std::invalid_argument);
   v.values.pop_back();
   EXPECT_THROW(cloudFromCt(v, kRanges), std::invalid_argument);
   v.values.push_back(std::numeric_limits<float>::quiet_NaN());
   EXPECT_THROW(cloudFromCt(v, kRanges), std::invalid_argument);
   v = scan(0);
-  v.voxelSize = 0;
+  v.spacing.z() = 0;
   EXPECT_THROW(cloudFromCt(v, kRanges), std::invalid_argument);
 }
 

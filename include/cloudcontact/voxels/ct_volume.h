@@ -12,7 +12,7 @@ namespace cloudcontact {
 // The grid of a scanner, in Hounsfield units or any other value that increases with density.
 struct CtVolume {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();  // values along x, y, z
-  double voxelSize = 0;                            // edge of its cubes [m]
+  Vec3 spacing = Vec3::Zero();                     // edges of a value's cell along x, y, z [m]
   Vec3 origin = Vec3::Zero();                      // lowest corner [m]
   std::vector<float> values;                       // x fastest
 };
@@ -23,13 +23,20 @@ struct CtRange {
   std::string name;
 };
 
-// One voxel per value, with two empty voxels around. Values below the first range are air. The
-// value of a voxel at the surface lies between those of air and of the material next to it; its
-// position between the two gives the coverage, and the neighbor gives the material. The first range
-// must begin above the noise of the air. Throws std::invalid_argument where sizes do not fit, a
-// value is NaN, the ranges do not ascend or are more than 256, or everything is air;
-// std::length_error where the voxels could need more than `maxBytes`.
+struct CtSettings {
+  double voxelSize = 0;  // edge of the cloud's voxels [m]; 0: the smallest spacing
+  // Of the voxels, if each of them stored numbers [bytes].
+  std::size_t maxBytes = std::size_t{4} << 30;
+};
+
+// The body, with two empty voxels or more around. Values below the first range are air. The value
+// of a cell at the surface lies between those of air and of the material next to it; its position
+// between the two gives the coverage, and the neighbor gives the material. The first range must
+// begin above the noise of the air. Where cells are no cubes of `voxelSize`, they are divided along
+// the surface inside them. Throws std::invalid_argument where sizes do not fit, a value is NaN, the
+// ranges do not ascend or are more than 256, or everything is air; std::length_error that names a
+// voxel that fits where the voxels could need more than `maxBytes`.
 Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
-                  std::size_t maxBytes = std::size_t{4} << 30);
+                  const CtSettings& settings = {});
 
 }  // namespace cloudcontact
