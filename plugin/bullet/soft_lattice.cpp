@@ -185,6 +185,7 @@ class Builder {
   void makeCells();
   Vec3 nodePlace(const Index& node) const;
   double fullness(const Vec3& place) const;
+  bool shareVoxel(const Index& v, double volume, std::vector<double>& volumes) const;
   void shareMatter();
   void makeLinks();
 
@@ -266,46 +267,52 @@ Vec3 Builder::nodePlace(const Index& node) const {
   return last > 0 ? Vec3(middle + last * way) : place;
 }
 
+// Adds a voxel's volume to the nodes of its cell by how near they are: of each node and tissue in
+// `volumes`. False: its cell and those beside it do not count.
+bool Builder::shareVoxel(const Index& v, double volume, std::vector<double>& volumes) const {
+  const Vec3 grid = (cloud_.center(v.x(), v.y(), v.z()) - boxes_.low).cwiseQuotient(boxes_.edge);
+  const Index low = grid.array().floor().cast<int>().max(0).min(boxes_.count.array() - 1);
+  const Vec3 part = (grid - low.cast<double>()).array().max(0).min(1);
+  double weight[8], known = 0;
+  for (int i = 0; i < 8; ++i) {
+    weight[i] = number_[boxes_.nodeAt(low + corner(i))] < 0 ? 0 : 1;
+    for (int e = 0; e < 3; ++e) weight[i] *= (i >> e & 1) ? part[e] : 1 - part[e];
+    known += weight[i];
+  }
+  if (!(known > 0)) return false;
+  const std::size_t kinds = tissues_.size(), tissue = static_cast<std::size_t>(tissueOf(v));
+  for (int i = 0; i < 8; ++i)
+    if (weight[i] > 0)
+      volumes[static_cast<std::size_t>(number_[boxes_.nodeAt(low + corner(i))]) * kinds + tissue] +=
+          weight[i] / known * volume;
+  return true;
+}
+
 // Masses and means by (1) and (2).
 void Builder::shareMatter() {
   const std::size_t count = lattice_.places.size(), kinds = tissues_.size();
-  std::vector<double> volume(count * kinds);
-  double massHere = 0, massAll = 0;
+  std::vector<double> volumes(count * kinds);
+  double here = 0, all = 0;  // [kg]
   const double h = cloud_.voxelSize(), cubic = h * h * h;
   visitMatter(cloud_, [&](const Index& v, double share) {
-    const auto tissue = static_cast<std::size_t>(tissueOf(v));
-    const double ofVoxel = share * cubic;
-    massAll += ofVoxel * tissues_[tissue].density;
-    const Vec3 grid = (cloud_.center(v.x(), v.y(), v.z()) - boxes_.low).cwiseQuotient(boxes_.edge);
-    const Index low = grid.array().floor().cast<int>().max(0).min(boxes_.count.array() - 1);
-    const Vec3 part = (grid - low.cast<double>()).array().max(0).min(1);
-    double weight[8], known = 0;
-    for (int i = 0; i < 8; ++i) {
-      weight[i] = number_[boxes_.nodeAt(low + corner(i))] < 0 ? 0 : 1;
-      for (int e = 0; e < 3; ++e) weight[i] *= (i >> e & 1) ? part[e] : 1 - part[e];
-      known += weight[i];
-    }
-    if (!(known > 0)) return;
-    massHere += ofVoxel * tissues_[tissue].density;
-    for (int i = 0; i < 8; ++i)
-      if (weight[i] > 0)
-        volume[static_cast<std::size_t>(number_[boxes_.nodeAt(low + corner(i))]) * kinds +
-               tissue] += weight[i] / known * ofVoxel;
+    const double mass = share * cubic * tissues_[static_cast<std::size_t>(tissueOf(v))].density;
+    all += mass;
+    if (shareVoxel(v, share * cubic, volumes)) here += mass;
   });
-  lattice_.matter.resize(count);
   for (std::size_t n = 0; n < count; ++n) {
-    NodeMatter& matter = lattice_.matter[n];
-    double all = 0, most = 0;
+    NodeMatter matter;
+    double volume = 0, most = 0;
     for (std::size_t t = 0; t < kinds; ++t) {
-      const double part = volume[n * kinds + t];
-      all += part;
-      matter.mass += massAll / massHere * part * tissues_[t].density;
+      const double part = volumes[n * kinds + t];
+      volume += part;
+      matter.mass += all / here * part * tissues_[t].density;
       matter.stiffness += part * tissues_[t].stiffness;
       matter.damping += part * tissues_[t].damping;
       matter.elasticity += part * tissues_[t].elasticity;
       if (part > most) most = part, matter.tissue = static_cast<int>(t);
     }
-    matter.stiffness /= all, matter.damping /= all, matter.elasticity /= all;
+    matter.stiffness /= volume, matter.damping /= volume, matter.elasticity /= volume;
+    lattice_.matter.push_back(matter);
   }
 }
 

@@ -1,7 +1,9 @@
 // SoftLattice: the nodes, links and cells of soft tissue, made from a cloud.
 #pragma once
 
-#include <cloudcontact/bullet/soft_tissue.h>
+#include <cloudcontact/bullet/node_matter.h>
+#include <cloudcontact/law/tissue.h>
+#include <cloudcontact/voxels/cloud.h>
 
 #include <array>
 #include <vector>

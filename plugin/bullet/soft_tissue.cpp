@@ -35,17 +35,31 @@ void validateSoft(const Cloud& cloud, const TissueTable& tissues,
     throw std::invalid_argument("SoftTissueSettings::friction must be zero or more and finite");
 }
 
-// Whether the way from a to b passes through the area.
-bool passes(const PlacedSolid& area, const Vec3& a, const Vec3& b) {
-  const double length = (b - a).norm(), least = 1e-3 * length;
-  const bool distance = isDistance(area.solid);
-  for (double at = 0; at <= length;) {
-    const double depth = depthOf(area, a + at / std::max(length, 1e-300) * (b - a));
-    if (depth >= 0) return true;
-    at += distance ? std::max(-depth, least) : 10 * least;
+// What cuts, in its own frame.
+struct Blade {
+  const PlacedSolid& area;
+  PaperBody abilities;
+  double hardness;
+  bool isExact;  // its area's depth is a distance
+
+  Blade(const Detection& tool, double ofTool)
+      : area(tool.area), hardness(ofTool), isExact(isDistance(tool.area.solid)) {
+    abilities.ability = tool.ability;
+    abilities.parts = tool.parts;
   }
-  return false;
-}
+  // Whether it cuts matter of `resistance` [Pa] somewhere between a and b.
+  bool cuts(double resistance, const Vec3& a, const Vec3& b) const {
+    const double length = (b - a).norm(), least = 0.01 * length;
+    if (!(length > 0)) return false;
+    for (double at = 0; at <= length;) {
+      const Vec3 point = a + at / length * (b - a);
+      const double depth = depthOf(area, point);
+      if (depth >= 0 && abilityAt(abilities, point) * hardness > resistance) return true;
+      at += isExact ? std::max(-depth, least) : least;
+    }
+    return false;
+  }
+};
 
 // The parts that hold together, numbered in the order of their first nodes.
 std::vector<int> piecesOf(int nodes, const std::vector<SoftLink>& links) {
@@ -210,13 +224,15 @@ double SoftTissue::elasticEnergy() const {
   return sum;
 }
 
-std::size_t SoftTissue::cut(const PlacedSolid& area, const Pose& place, double hardness) {
+std::size_t SoftTissue::cut(const Detection& tool, const Pose& place, double hardness) {
+  validate(tool.area);
   const std::vector<SoftLink>& links = state_->lattice.links;
-  const Eigen::AlignedBox3d bounds = boundsOf(area);
+  const Eigen::AlignedBox3d bounds = boundsOf(tool.area);
+  const Blade blade(tool, hardness);
   std::vector<Vec3> inTool = state_->places();
   for (Vec3& at : inTool) at = place.toLocal(at);
-  const auto yields = [&](int node) {
-    return hardness > tissues()[static_cast<std::size_t>(matter(node).tissue)].hardness;
+  const auto resistance = [&](int node) {
+    return tissues()[static_cast<std::size_t>(matter(node).tissue)].hardness;
   };
   std::vector<bool> isCut(links.size());
   std::size_t count = 0;
@@ -225,8 +241,8 @@ std::size_t SoftTissue::cut(const PlacedSolid& area, const Pose& place, double h
                &b = inTool[static_cast<std::size_t>(links[k].b)];
     if (!bounds.intersects(Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b)))) continue;
     const Vec3 middle = 0.5 * (a + b);
-    isCut[k] = (yields(links[k].a) && passes(area, a, middle)) ||
-               (yields(links[k].b) && passes(area, middle, b));
+    isCut[k] = blade.cuts(resistance(links[k].a), a, middle) ||
+               blade.cuts(resistance(links[k].b), middle, b);
     if (isCut[k]) ++count;
   }
   if (count > 0) state_->drop(isCut);

@@ -48,6 +48,7 @@ struct WorldCutter::State {
   struct Tool {
     const btCollisionObject* object;
     Detection detection;
+    double hardness;
     CuttingProcess process;
   };
 
@@ -59,10 +60,13 @@ struct WorldCutter::State {
 
   std::vector<Tool> tools;
   std::vector<Work> works;
+  std::vector<SoftTissue*> tissues;
+  std::vector<SoftCut> softCuts;
   CollisionFinder finder;
 
   double cutBy(Tool& tool, Work& work, double step, std::vector<VoxelCut>& cuts);
   void cut(std::size_t k, double step, std::vector<WorldCut>& done);
+  void cutTissues();
   void follow(Work& work, const std::vector<VoxelCut>& cuts);
 };
 
@@ -74,7 +78,7 @@ void WorldCutter::addTool(const btCollisionObject& object, const Detection& tool
   validate(tool.area);
   Cutter exact = cutter;
   exact.keepsOutside = true;
-  state_->tools.push_back({&object, tool, CuttingProcess(exact)});
+  state_->tools.push_back({&object, tool, cutter.hardness, CuttingProcess(exact)});
   state_->tools.back().detection.depth = DepthTo::Nearest;  // not used, and the cheaper one
 }
 
@@ -90,6 +94,28 @@ void WorldCutter::addBody(CuttableBody& body, const TissueTable& tissues) {
 
 void WorldCutter::removeBody(const CuttableBody& body) {
   std::erase_if(state_->works, [&](const State::Work& w) { return w.body == &body; });
+}
+
+void WorldCutter::addTissue(SoftTissue& tissue) {
+  state_->tissues.push_back(&tissue);
+}
+
+void WorldCutter::removeTissue(const SoftTissue& tissue) {
+  std::erase(state_->tissues, &tissue);
+}
+
+const std::vector<SoftCut>& WorldCutter::softCuts() const {
+  return state_->softCuts;
+}
+
+void WorldCutter::State::cutTissues() {
+  softCuts.clear();
+  for (SoftTissue* const tissue : tissues) {
+    std::size_t links = 0;
+    for (const Tool& tool : tools)
+      links += tissue->cut(tool.detection, toPose(tool.object->getWorldTransform()), tool.hardness);
+    if (links > 0) softCuts.push_back({tissue, links});
+  }
 }
 
 // Takes what one tool cuts out of the body's field; returns the volume [m^3].
@@ -148,6 +174,7 @@ std::vector<WorldCut> WorldCutter::after(double step) {
   if (!(step > 0)) throw std::invalid_argument("WorldCutter::after: the step must be positive");
   std::vector<WorldCut> done;
   for (std::size_t k = 0; k < state_->works.size(); ++k) state_->cut(k, step, done);
+  state_->cutTissues();
   std::erase_if(state_->works, [&](const State::Work& w) {
     return std::any_of(done.begin(), done.end(),
                        [&](const WorldCut& cut) { return cut.body == w.body && cut.outcome.gone; });

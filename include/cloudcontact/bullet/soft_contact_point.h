@@ -14,8 +14,9 @@
 // voxel's edge. By the paper's method (CloudShape::usePaper, Normals::BaseVectors) it is pushed
 // along the mean of the base vectors of the voxels in that cube, (5'), instead of the fitted
 // normal; the cloud's own D and its cutting abilities play no part.
-// Friction is Coulomb's, with Bullet's
-// coefficient for soft contacts: the soft body's m_cfg.kDF times the other's getFriction().
+//
+// Friction is Coulomb's, with Bullet's coefficient for soft contacts: the soft body's m_cfg.kDF
+// times the other's getFriction().
 //
 // Nodes are points: a soft body's collision margin (0.25 m by default) only widens its box in the
 // broad phase. Edges and faces do not touch, so the mesh must be finer than the features that it

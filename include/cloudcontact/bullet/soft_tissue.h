@@ -12,10 +12,11 @@
 #pragma once
 
 #include <LinearMath/btTransform.h>
-#include <cloudcontact/law/solid.h>
+#include <cloudcontact/bullet/node_matter.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
+#include <cloudcontact/workpiece/collision_finder.h>
 
 #include <memory>
 #include <vector>
@@ -31,15 +32,6 @@ struct SoftTissueSettings {
   // Must be set, to no less than a voxel.
   double spacing = 0;
   double friction = 0;  // m_cfg.kDF, times the other body's
-};
-
-// The tissues around one node: their means (1) and (2) by volume.
-struct NodeMatter {
-  int tissue = 0;         // the one with the most volume there, an index into tissues()
-  double mass = 0;        // [kg]
-  double stiffness = 0;   // k [N/m], as Tissue
-  double damping = 0;     // c [N s/m]
-  double elasticity = 0;  // [Pa]
 };
 
 // Owns the btSoftBody. Not movable, because Bullet keeps pointers into it.
@@ -69,10 +61,12 @@ class SoftTissue {
   // far it would have to move.
   double missed() const;
 
-  // Cuts the links that pass through `area`, whose frame is at `place`, where `hardness`, the
-  // tool's times its ability, exceeds that of the link's tissue there (cutter.h). Returns how many.
-  // Masses and velocities stay as they are; the links' energy is gone. Call it between steps.
-  std::size_t cut(const PlacedSolid& area, const Pose& place, double hardness);
+  // Cuts the links that pass through the tool's area, whose frame is at `place`, where `hardness`
+  // [Pa] times the tool's ability exceeds the hardness of the tissue there, as a Cutter does
+  // (cutter.h), but at once, without a force. Returns how many. Masses and velocities stay as they
+  // are; the links' energy is gone. Call it between steps. Throws std::invalid_argument for an
+  // invalid area.
+  std::size_t cut(const Detection& tool, const Pose& place, double hardness);
   // The parts that hold together: a number for each node, from 0 in the order of their first nodes.
   const std::vector<int>& pieces() const;
 

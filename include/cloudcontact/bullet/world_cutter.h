@@ -1,10 +1,12 @@
-// WorldCutter: tools that cut CuttableBody's in a running Bullet world. Paper, Step 3: cutting
-// ability and cutting difficulty. Matter goes by Archard's law (cutter.h) from the collision voxels
-// of each tool, under the force that the solver found between tool and body. The pair's own contact
-// stays as it is: the law pushes, the cutter takes away what is in the tool's area.
+// WorldCutter: tools that cut CuttableBody's and SoftTissue's in a running Bullet world. Paper,
+// Step 3: cutting ability and cutting difficulty. Matter goes by Archard's law (cutter.h) from the
+// collision voxels of each tool, under the force that the solver found between tool and body. The
+// pair's own contact stays as it is: the law pushes, the cutter takes away what is in the tool's
+// area.
 #pragma once
 
 #include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/bullet/soft_tissue.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/workpiece/cutter.h>
 
@@ -19,6 +21,11 @@ struct WorldCut {
   CuttableBody* body = nullptr;
   double volume = 0;   // taken off the body in this step [m^3]
   CutOutcome outcome;  // what fell off, and the momentum of the matter cut away
+};
+
+struct SoftCut {
+  SoftTissue* tissue = nullptr;
+  std::size_t links = 0;  // cut in this step
 };
 
 // Tools may be moving bodies, or driven ones of mass 0 that have a velocity. Tools and bodies must
@@ -41,9 +48,15 @@ class WorldCutter {
   void addBody(CuttableBody& body, const TissueTable& tissues);
   void removeBody(const CuttableBody& body);
 
+  // Its links are cut (SoftTissue::cut) where a tool passes, by the tool's hardness and ability.
+  void addTissue(SoftTissue& tissue);
+  void removeTissue(const SoftTissue& tissue);
+
   // Call after each step of the world, with its length [s]. The caller owns what fell off; add
   // those pieces to have them cut, too. A body of which nothing is left has left the cutter.
   std::vector<WorldCut> after(double step);
+  // What the last call of after() cut in soft tissue.
+  const std::vector<SoftCut>& softCuts() const;
 
  private:
   struct State;
