@@ -5,6 +5,7 @@
 #include "voxels/brick_grid.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cloudcontact {
 
@@ -113,7 +114,7 @@ int FieldLayers::reachOf(const V3i& v) const {
   return draft_.cloud.coverage(v.x(), v.y(), v.z()) > 127 ? kInsideLayers : kOutsideLayers;
 }
 
-FieldLayers::Voxels FieldLayers::grow(const Voxels& from, int layer, const VoxelSet* scope) {
+FieldLayers::Voxels FieldLayers::grow(const Voxels& from, int layer) {
   Voxels next;
   const V3i n = kBrickEdge * size_;
   for (const V3i& v : from) {
@@ -122,7 +123,6 @@ FieldLayers::Voxels FieldLayers::grow(const Voxels& from, int layer, const Voxel
       // A brick that was written to since is another one.
       const V3i w = neighbor(v, k);
       if (near.cell[k]->layer >= 0 || !insideGrid(w, n) || at(w).layer >= 0) continue;
-      if (scope && !scope->has(w.x(), w.y(), w.z())) continue;
       if (layer > reachOf(w)) continue;
       write(w).layer = static_cast<std::int8_t>(layer);
       next.push_back(w);
@@ -188,7 +188,7 @@ void FieldLayers::spread() {
     }
   }
   for (int layer = 1; layer <= kLayers; ++layer) {
-    frontier = grow(frontier, layer, nullptr);
+    frontier = grow(frontier, layer);
     inherit(frontier);
   }
 }
@@ -255,33 +255,88 @@ class FieldLayers::Renewal {
     return joined.dilated(kLayers);
   }
 
+  using LayerSets = std::array<VoxelSet, kLayers + 1>;
+
+  // Adds the voxels of a set to those of their present layers.
+  void addLayersOf(const VoxelSet& set, LayerSets& layers) const {
+    set.forEach([&](std::int32_t t, int cell, int x, int y, int z) {
+      const BandCells* const cells = layers_.bricks_[static_cast<std::size_t>(t)].get();
+      const int layer = cells ? (*cells)[static_cast<std::size_t>(cell)].layer : -1;
+      if (layer >= 0) layers[static_cast<std::size_t>(layer)].add(x, y, z);
+    });
+  }
+
+  // Of a set, the voxels that are more than half full. Only there do layers go on inside.
+  VoxelSet fullOf(const VoxelSet& set) const {
+    VoxelSet full(set);
+    full.keepIf([&](std::int32_t, int, int x, int y, int z) {
+      return layers_.draft_.cloud.coverage(x, y, z) > 127;
+    });
+    return full;
+  }
+
+  // The layers within `scope`, grown anew from the surface there and from the layers around it: a
+  // layer is what lies beside the one before and in none yet.
+  LayerSets layersIn(const VoxelSet& scope) const {
+    LayerSets layers = emptyLayers(std::make_index_sequence<kLayers + 1>());
+    VoxelSet taken = scope.dilated(1);
+    taken.remove(scope);
+    addLayersOf(taken, layers);
+    forEachNear(scope, [&](const V3i& v, int, bool surface) {
+      if (surface) layers[0].add(v.x(), v.y(), v.z());
+    });
+    VoxelSet free = scope;
+    free.remove(layers[0]);
+    for (int layer = 1; layer <= kLayers; ++layer) {
+      if (layer == kOutsideLayers + 1) free = fullOf(free);
+      VoxelSet next = layers[static_cast<std::size_t>(layer - 1)].dilated(1);
+      next.keep(free);
+      free.remove(next);
+      layers[static_cast<std::size_t>(layer)].add(next);
+    }
+    return layers;
+  }
+
+  template <std::size_t... k>
+  LayerSets emptyLayers(std::index_sequence<k...>) const {
+    return {((void)k, VoxelSet(layers_.draft_.cloud.bricks()))...};
+  }
+
   void renewLayers() {
     const VoxelSet scope = layerScope();
-    std::array<Voxels, kLayers + 1> from;
-    forEachNear(scope.dilated(1), [&](const V3i& v, int layer, bool surface) {
-      if (!scope.has(v.x(), v.y(), v.z())) {
-        if (layer >= 0) from[static_cast<std::size_t>(layer)].push_back(v);
-        return;
-      }
-      if (layer < 0 && !surface) return;
-      earlier_.make(v.x(), v.y(), v.z()) = static_cast<std::int8_t>(layer);
-      layers_.write(v).layer = surface ? 0 : -1;
-      if (surface) from[0].push_back(v);
-    });
-    for (int layer = 1; layer <= kLayers; ++layer) {
-      const Voxels next = layers_.grow(from[static_cast<std::size_t>(layer - 1)], layer, &scope);
-      Voxels& into = from[static_cast<std::size_t>(layer)];
-      for (const V3i& v : next)
-        if (earlier_.at(v.x(), v.y(), v.z()) == kSame) earlier_.make(v.x(), v.y(), v.z()) = -1;
-      into.insert(into.end(), next.begin(), next.end());
+    const LayerSets layers = layersIn(scope);
+    Voxels changed;
+    for (const std::int32_t t : scope.bricks()) {
+      std::array<std::int8_t, kBrickVoxels> now;
+      now.fill(-1);
+      for (int layer = 0; layer <= kLayers; ++layer)
+        if (const VoxelSet::Rows* const rows = layers[static_cast<std::size_t>(layer)].find(t))
+          for (int k = 0; k < kBrickVoxels; ++k)
+            if (VoxelSet::holds(*rows, k)) now[static_cast<std::size_t>(k)] = std::int8_t(layer);
+      storeLayers(t, *scope.find(t), now, changed);
     }
-    forEachNear(scope, [&](const V3i& v, int layer, bool) {
-      const int before = earlier_.at(v.x(), v.y(), v.z());
-      if (before == kSame || before == layer) return;
-      if (layer < 0) layers_.write(v) = BandCell{};
+    for (const V3i& v : changed) {
       touch(v);
-      if (layer > 0) wait(v);
-    });
+      if (layers_.at(v).layer > 0) wait(v);
+    }
+  }
+
+  // Stores a brick's layers where they differ within `scope`; appends these voxels.
+  void storeLayers(std::int32_t t, const VoxelSet::Rows& scope,
+                   const std::array<std::int8_t, kBrickVoxels>& now, Voxels& changed) {
+    const V3i low = layers_.draft_.cornerOf(static_cast<std::size_t>(t));
+    for (std::size_t k = 0; k < kBrickVoxels; ++k) {
+      if (!VoxelSet::holds(scope, static_cast<int>(k))) continue;
+      const BandCells* const cells = layers_.bricks_[static_cast<std::size_t>(t)].get();
+      const std::int8_t before = cells ? (*cells)[k].layer : std::int8_t(-1);
+      if (before == now[k]) continue;
+      const V3i v = low + cellOffset(static_cast<int>(k));
+      earlier_.make(v.x(), v.y(), v.z()) = before;
+      BandCell& cell = layers_.write(v);
+      if (now[k] < 0) cell = BandCell{};
+      cell.layer = now[k];
+      changed.push_back(v);
+    }
   }
 
   // Marks a voxel whose pieces or layer changed: those that inherit from it must look again.

@@ -90,8 +90,8 @@ class FieldLayers {
   BandCell& write(const Eigen::Vector3i& v);
   void seed(const Eigen::Vector3i& v, const VoxelState& state);
   int reachOf(const Eigen::Vector3i& v) const;
-  // Gives the layer after that of `from` to their neighbors that have none; only those in `scope`.
-  Voxels grow(const Voxels& from, int layer, const VoxelSet* scope);
+  // Gives the layer after that of `from` to their neighbors that have none.
+  Voxels grow(const Voxels& from, int layer);
   void inherit(const Voxels& voxels);
   BandCell inherited(const Eigen::Vector3i& v) const;
 

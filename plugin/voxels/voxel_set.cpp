@@ -61,23 +61,68 @@ void VoxelSet::add(const VoxelSet& other) {
   }
 }
 
-// Dilation along one axis, by runs of bits.
+void VoxelSet::remove(const VoxelSet& other) {
+  for (const std::int32_t t : listed_) {
+    const Rows* const less = other.find(t);
+    if (!less) continue;
+    Rows& own = rows_[table_[t]];
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] &= static_cast<std::uint8_t>(~(*less)[i]);
+  }
+}
+
+void VoxelSet::keep(const VoxelSet& other) {
+  for (const std::int32_t t : listed_) {
+    const Rows* const both = other.find(t);
+    Rows& own = rows_[table_[t]];
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] &= both ? (*both)[i] : 0;
+  }
+}
+
+namespace {
+
+// A brick and its two neighbors along an axis, after dilation of the middle one.
+struct Stretched {
+  VoxelSet::Rows part[3] = {};  // low neighbor, the brick, high neighbor
+};
+
+// Along x the bits of a row move, along y and z whole rows: 1 or 8 rows to the next one.
+Stretched stretch(const VoxelSet::Rows& rows, int axis, int reach) {
+  Stretched result;
+  if (axis == 0) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      std::uint32_t bits = 0;
+      for (int by = -reach; by <= reach; ++by) bits |= std::uint32_t{rows[i]} << (8 + by);
+      for (int k = 0; k < 3; ++k)
+        result.part[k][i] = static_cast<std::uint8_t>(bits >> 8 * k & 0xff);
+    }
+    return result;
+  }
+  const int step = axis == 1 ? 1 : 8;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    if (rows[i] == 0) continue;
+    const int at = i / step & 7, first = i - at * step;
+    for (int to = at - reach + 8; to <= at + reach + 8; ++to)
+      result.part[to >> 3][first + (to & 7) * step] |= rows[i];
+  }
+  return result;
+}
+
+bool any(const VoxelSet::Rows& rows) {
+  return std::any_of(rows.begin(), rows.end(), [](std::uint8_t row) { return row != 0; });
+}
+
+}  // namespace
+
 VoxelSet VoxelSet::stretched(int axis, int reach) const {
   VoxelSet result(bricks_);
-  const Eigen::Vector3i by = reach * Eigen::Vector3i::Unit(axis);
   for (const std::int32_t t : listed_) {
-    const Rows& rows = *find(t);
-    const Eigen::Vector3i corner = cornerOf(t);
-    for (int row = 0; row < static_cast<int>(rows.size()); ++row) {
-      const int bits = rows[row];
-      const Eigen::Vector3i at = corner + Eigen::Vector3i(0, row & 7, row >> 3);
-      for (int from = 0, to; from < kBrickEdge; from = to) {
-        to = from + 1;
-        if (!(bits >> from & 1)) continue;
-        while (to < kBrickEdge && bits >> to & 1) ++to;
-        result.addBox(at + Eigen::Vector3i(from, 0, 0) - by,
-                      at + Eigen::Vector3i(to - 1, 0, 0) + by);
-      }
+    const Stretched more = stretch(*find(t), axis, reach);
+    const Eigen::Vector3i low = cornerOf(t) / kBrickEdge - Eigen::Vector3i::Unit(axis);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3i at = low + k * Eigen::Vector3i::Unit(axis);
+      if (!insideGrid(at.x(), at.y(), at.z(), bricks_) || !any(more.part[k])) continue;
+      Rows& own = result.make(at.x(), at.y(), at.z());
+      for (std::size_t i = 0; i < own.size(); ++i) own[i] |= more.part[k][i];
     }
   }
   return result;

@@ -24,7 +24,21 @@ class VoxelSet {
   // Adds all voxels of the grid from `low` to `high`, both included.
   void addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high);
   void add(const VoxelSet& other);
-  // The set with all voxels at most `reach` away along every axis.
+  void remove(const VoxelSet& other);
+  void keep(const VoxelSet& other);  // only what the other set holds too
+  // Only voxels for which keep(brick, cell, x, y, z).
+  template <typename Keep>
+  void keepIf(Keep&& keep) {
+    for (const std::int32_t t : listed_) {
+      const Eigen::Vector3i low = cornerOf(t);
+      Rows& rows = rows_[table_[t]];
+      for (int cell = 0; cell < kBrickVoxels; ++cell)
+        if (holds(rows, cell) &&
+            !keep(t, cell, low.x() + (cell & 7), low.y() + (cell >> 3 & 7), low.z() + (cell >> 6)))
+          rows[cell >> 3] &= static_cast<std::uint8_t>(~(1 << (cell & 7)));
+    }
+  }
+  // The set with all voxels at most `reach` away along every axis; `reach` at most 8.
   VoxelSet dilated(int reach) const;
 
   // Indices of the bricks that may hold voxels, in ascending order.
