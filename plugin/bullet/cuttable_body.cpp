@@ -108,8 +108,12 @@ void inherit(const btRigidBody& from, btRigidBody& to) {
     to.setActivationState(DISABLE_DEACTIVATION);
 }
 
-// Edge searches (FieldSettings::edgeSearches) in a step with a cut, and in one without.
-constexpr int kSearchesOfCut = 6, kSearchesOfQuietStep = 16;
+// Edge searches (FieldSettings::edgeSearches) in a step without a cut, and in one with a cut of
+// some voxels. They take the time that the cut leaves: a search costs as much as 30 voxels.
+constexpr int kSearchesOfQuietStep = 16;
+int searchesOfCut(std::int64_t voxels) {
+  return static_cast<int>(std::max(std::int64_t{0}, 6 - voxels / 30));
+}
 
 // A piece of a body that was cut.
 struct Piece {
@@ -153,7 +157,7 @@ struct CuttableBody::State : btActionInterface {
             toVec3(body->getWorldTransform().getOrigin())};
   }
   MassProperties matter() const { return massPropertiesOf(sums, cloud, settings.densities); }
-  FieldSettings fieldSettings(int edgeSearches) const {
+  FieldSettings fieldSettings(std::optional<int> edgeSearches) const {
     FieldSettings how;
     how.threads = settings.threads;
     how.renewable = true;
@@ -161,8 +165,8 @@ struct CuttableBody::State : btActionInterface {
     return how;
   }
   void settle(const Pose& cloudPlace, const Motion& motion);
-  std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, bool large) const;
-  void searchEdges(int most);
+  std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, std::int64_t coverage) const;
+  void searchEdges(std::optional<int> most);
   void moveContacts(const Pose& byInverse);
   std::vector<Piece> piecesOf(const Cloud& after) const;
   void become(Piece piece, const Pose& place, const Motion& motion);
@@ -198,18 +202,19 @@ void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
 }
 
 // Renews the body's field for a large piece; building is faster for a crumb. Null if the piece has
-// no surface.
+// no surface. `coverage`: the piece's.
 std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& piece,
-                                                                 bool large) const {
-  const FieldSettings how = fieldSettings(kSearchesOfCut);
+                                                                 std::int64_t coverage) const {
+  const std::int64_t all = coverageOf(sums);
+  const FieldSettings how = fieldSettings(searchesOfCut((all - coverage) / 255));
   try {
-    return large ? renewed(field, piece, how) : SurfaceField::build(piece, how);
+    return 20 * coverage > all ? renewed(field, piece, how) : SurfaceField::build(piece, how);
   } catch (const std::invalid_argument&) {
     return nullptr;
   }
 }
 
-void CuttableBody::State::searchEdges(int most) {
+void CuttableBody::State::searchEdges(std::optional<int> most) {
   if (field->unsettled() == 0) return;
   field = renewed(field, cloud, fieldSettings(most));
   shape->setField(field);
@@ -232,7 +237,6 @@ void CuttableBody::State::leaveWorld() {
 // The pieces that remain bodies of their own, in the order of their first voxels. Where there is
 // one, only what the cut changed is summed up.
 std::vector<Piece> CuttableBody::State::piecesOf(const Cloud& after) const {
-  const std::int64_t all = coverageOf(sums);
   std::vector<Cloud> clouds = whole ? pieces(after, cloud) : pieces(after);
   std::vector<Piece> left;
   for (Cloud& one : clouds) {
@@ -241,7 +245,7 @@ std::vector<Piece> CuttableBody::State::piecesOf(const Cloud& after) const {
         clouds.size() == 1 ? matterSums(piece.cloud, cloud, sums) : matterSums(piece.cloud);
     piece.mass = massPropertiesOf(piece.sums, piece.cloud, settings.densities).mass;
     if (piece.mass >= settings.leastPiece)
-      piece.field = fieldOf(piece.cloud, 20 * coverageOf(piece.sums) > all);
+      piece.field = fieldOf(piece.cloud, coverageOf(piece.sums));
     if (piece.field) left.push_back(std::move(piece));
   }
   return left;
@@ -347,7 +351,7 @@ void CuttableBody::leaveWorld() {
 }
 
 void CuttableBody::settle() {
-  state_->searchEdges(0);
+  state_->searchEdges(std::nullopt);
 }
 
 btDynamicsWorld* CuttableBody::world() {

@@ -291,8 +291,9 @@ class EdgeRenewal {
   // Searches until the queue is dry or the budget spent. Returns the voxels searched.
   const VoxelSet& run(int rest) {
     for (;;) {
+      if (left_ <= 0) return visited_;
       std::vector<DraftVoxel> next = queue_.waiting(draft_, rest);
-      if (next.empty() || left_ <= 0) return visited_;
+      if (next.empty()) return visited_;
       if (rest > 0) chooseFirst(next);
       for (int pass = 1; pass <= kPasses && left_ > 0; ++pass) runPass(next, pass);
     }
@@ -417,10 +418,10 @@ void findEdges(FieldDraft& draft) {
 }
 
 VoxelSet renewEdges(FieldDraft& draft, EdgeQueue& queue, const SurfaceBricks& before,
-                    const VoxelSet& refitted, const VoxelSet& changed, int most) {
-  EdgeRenewal renewal(draft, queue, most > 0 ? most : EdgeRenewal::kAll);
+                    const VoxelSet& refitted, const VoxelSet& changed, std::optional<int> most) {
+  EdgeRenewal renewal(draft, queue, most.value_or(EdgeRenewal::kAll));
   renewal.mark(refitted, changed);
-  VoxelSet visited = renewal.run(most > 0 ? kRest : 0);
+  VoxelSet visited = renewal.run(most ? kRest : 0);
   visited.add(changed);
   VoxelSet different(draft.cloud.bricks());
   visited.forEach([&](std::int32_t t, int cell, int x, int y, int z) {

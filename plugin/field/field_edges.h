@@ -17,6 +17,6 @@ void findEdges(FieldDraft& draft);
 // `most` of all that wait there (0: all). `before` are the draft's bricks before that. Returns the
 // voxels whose pieces appeared, disappeared or changed.
 VoxelSet renewEdges(FieldDraft& draft, EdgeQueue& queue, const SurfaceBricks& before,
-                    const VoxelSet& refitted, const VoxelSet& changed, int most);
+                    const VoxelSet& refitted, const VoxelSet& changed, std::optional<int> most);
 
 }  // namespace cloudcontact

@@ -131,37 +131,32 @@ FieldLayers::Voxels FieldLayers::grow(const Voxels& from, int layer) {
   return next;
 }
 
-// Keeps the nearest pieces that the neighbors of earlier layers know, one per direction.
-BandCell FieldLayers::inherited(const V3i& v) const {
+// Keeps the nearest pieces that the neighbors of earlier layers know, one per direction: the
+// nearest one, the nearest of those that face elsewhere, and so on.
+BandCell FieldLayers::inherited(const Around& around, const V3i& v) const {
   BandCell cell;
-  cell.layer = at(v).layer;
-  const V3 center = v.cast<float>() + V3::Constant(0.5f);
+  cell.layer = around.cell[13]->layer;
   PieceKey keys[27 * kKept];
   int count = 0;
-  for (const BandCell* const one : around(v).cell) {
-    const BandCell& from = *one;
-    if (from.layer < 0 || from.layer >= cell.layer) continue;
-    for (int i = 0; i < from.count; ++i)
-      if (std::find(keys, keys + count, from.piece[i]) == keys + count)
-        keys[count++] = from.piece[i];
+  for (const BandCell* const from : around.cell) {
+    if (from->layer < 0 || from->layer >= cell.layer) continue;
+    for (int i = 0; i < from->count; ++i)
+      if (std::find(keys, keys + count, from->piece[i]) == keys + count)
+        keys[count++] = from->piece[i];
   }
+  const V3 center = v.cast<float>() + V3::Constant(0.5f);
   NearPiece near[27 * kKept];
   for (int i = 0; i < count; ++i) near[i] = nearPiece(draft_, keys[i], center);
-  std::uint8_t order[27 * kKept];
-  for (int i = 0; i < count; ++i) order[i] = static_cast<std::uint8_t>(i);
-  std::sort(order, order + count, [&](int a, int b) {
-    return near[a].distance2 != near[b].distance2 ? near[a].distance2 < near[b].distance2
-                                                  : near[a].key < near[b].key;
-  });
-  const NearPiece* kept[kKept];
-  for (int i = 0; i < count && cell.count < kKept; ++i) {
-    const NearPiece& one = near[order[i]];
-    const bool same = std::any_of(kept, kept + cell.count, [&](const NearPiece* k) {
-      return k->normal.dot(one.normal) > kOneFace;
+  while (count > 0 && cell.count < kKept) {
+    const NearPiece nearest =
+        *std::min_element(near, near + count, [](const NearPiece& a, const NearPiece& b) {
+          return a.distance2 != b.distance2 ? a.distance2 < b.distance2 : a.key < b.key;
+        });
+    cell.piece[cell.count++] = nearest.key;
+    const NearPiece* const left = std::remove_if(near, near + count, [&](const NearPiece& one) {
+      return one.key == nearest.key || nearest.normal.dot(one.normal) > kOneFace;
     });
-    if (same) continue;
-    kept[cell.count] = &one;
-    cell.piece[cell.count++] = one.key;
+    count = static_cast<int>(left - near);
   }
   return cell;
 }
@@ -172,7 +167,8 @@ void FieldLayers::inherit(const Voxels& voxels) {
     const std::size_t end = std::min(voxels.size(), (chunk + 1) * 512);
     for (std::size_t i = chunk * 512; i < end; ++i) {
       const V3i& v = voxels[i];
-      (*own_[brickIndex(v, size_)])[static_cast<std::size_t>(cellIndex(v))] = inherited(v);
+      (*own_[brickIndex(v, size_)])[static_cast<std::size_t>(cellIndex(v))] =
+          inherited(around(v), v);
     }
   });
 }
@@ -363,7 +359,8 @@ class FieldLayers::Renewal {
   }
 
   void visit(const V3i& v) {
-    const BandCell before = layers_.at(v), now = layers_.inherited(v);
+    const Around near = layers_.around(v);
+    const BandCell before = *near.cell[13], now = layers_.inherited(near, v);
     bool changed = !sameKeys(before, now);
     if (changed) layers_.write(v) = now;
     for (int i = 0; i < now.count && !changed; ++i) {

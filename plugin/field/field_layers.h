@@ -93,7 +93,7 @@ class FieldLayers {
   // Gives the layer after that of `from` to their neighbors that have none.
   Voxels grow(const Voxels& from, int layer);
   void inherit(const Voxels& voxels);
-  BandCell inherited(const Eigen::Vector3i& v) const;
+  BandCell inherited(const Around& around, const Eigen::Vector3i& v) const;
 
   const FieldDraft& draft_;
   const Eigen::Vector3i size_;  // in bricks

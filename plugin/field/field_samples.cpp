@@ -15,6 +15,7 @@ namespace cloudcontact {
 namespace {
 
 using V3 = Eigen::Vector3f;
+using V3i = Eigen::Vector3i;
 
 constexpr int kJitters = 4;
 constexpr float kJitter[kJitters] = {-0.09375f, -0.03125f, 0.03125f, 0.09375f};
@@ -301,6 +302,9 @@ class SliverCutter {
     int x, y, z;
   };
   static constexpr std::size_t kAtOnce = 8192, kTask = 64;
+  // The voxels around one: beside faces, beside edges, beside corners.
+  static constexpr int kNearestFirst[26] = {4,  10, 12, 14, 16, 22, 1, 3, 5, 7,  9,  11, 15,
+                                            17, 19, 21, 23, 25, 0,  2, 6, 8, 18, 20, 24, 26};
 
   void visit(const DraftVoxel& from, int k, int x, int y, int z) {
     if (!seen_.contains(x, y, z) || (in_ && !in_->has(x, y, z))) return;
@@ -321,26 +325,39 @@ class SliverCutter {
     const int x = c.x, y = c.y, z = c.z;
     const float filled = draft_.cloud.coverage(x, y, z) > 127 ? 1.0f : 0.0f;
     Sliver best;
-    float nearest = 4;  // squared distance to the owner's center [voxel^2]
-    for (int k = 0; k < 27; ++k) {
-      const int u = x + k % 3 - 1, v = y + k / 3 % 3 - 1, w = z + k / 9 - 1;
-      const VoxelState other = draft_.at(u, v, w);
+    int nearest = 4;  // squared distance to the owner's center [voxel^2]
+    for (const int k : kNearestFirst) {
+      const V3i by(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      if (by.squaredNorm() >= nearest) break;
+      const V3i at = V3i(x, y, z) + by;
+      const VoxelState other = draft_.at(at.x(), at.y(), at.z());
       if (!other) continue;
-      const V3 offset(float(x - u), float(y - v), float(z - w));
-      if (offset.squaredNorm() >= nearest) continue;
-      Sliver found = sliverOf(other, offset, filled);
+      const Sliver found = sliverOf(other, -by.cast<float>(), filled);
       if (found.pieces == 0) continue;
-      nearest = offset.squaredNorm();
+      nearest = by.squaredNorm();
       best = found;
-      best.at = draft_.voxelAt(u, v, w);
+      best.at = draft_.voxelAt(at.x(), at.y(), at.z());
     }
     return best;
+  }
+
+  // True if a piece's plane runs through the voxel at `offset` from its own, or just beside.
+  static bool crosses(const SurfacePiece& piece, const V3& offset) {
+    const Eigen::Map<const V3> n(piece.surface.n);
+    const float off = std::abs(n.dot(offset) - piece.surface.s);
+    return piece.area > 0 && off <= 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1];
+  }
+
+  static bool crossesAny(const VoxelState& v, const V3& offset) {
+    return std::any_of(v.pieces, v.pieces + v.count(),
+                       [&](const SurfacePiece& piece) { return crosses(piece, offset); });
   }
 
   // The voxel's pieces inside the one at `offset` from it. None if they would cut off too much:
   // then the surface has bent away or ended.
   static Sliver sliverOf(const VoxelState& v, const V3& offset, float filled) {
     Sliver sliver;
+    if (!crossesAny(v, offset)) return sliver;
     sliver.owner = v;
     // A quadric that does not explain its own block does not extend to the next voxel.
     if (v.count() == 1 && v.pieces[0].surface.residual > kSound) return sliver;
@@ -354,9 +371,7 @@ class SliverCutter {
       const CcSurface& f = piece.surface;
       const bool agrees = ccAbs(ccPredict(&f, offset.data()).volume - filled) < kSliver;
       thin = one ? thin || agrees : thin && agrees;
-      const Eigen::Map<const V3> n(f.n);
-      if (piece.area == 0) continue;
-      if (std::abs(n.dot(offset) - f.s) > 0.5f * n.lpNorm<1>() + kJitter[kJitters - 1]) continue;
+      if (!crosses(piece, offset)) continue;
       const CutPart part = cutPiece(v, own, offset - V3::Constant(0.5f), 1.0f);
       if (part.area == 0) continue;
       all += part.area;

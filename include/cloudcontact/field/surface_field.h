@@ -23,9 +23,9 @@ struct FieldSettings {
   // Keeps the data that renewed() starts from, for bodies that will be cut. Takes several
   // times the memory.
   bool renewable = false;
-  // The most edge searches that a renewal makes; 0: all. What is left waits in the new field
+  // The most edge searches that a renewal makes; empty: all. What is left waits in the new field
   // (SurfaceField::unsettled()), and later renewals go on with it.
-  int edgeSearches = 0;
+  std::optional<int> edgeSearches;
 };
 
 // Depth and normal at a point, in the body's frame.
