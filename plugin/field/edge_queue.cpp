@@ -23,8 +23,23 @@ void EdgeQueue::done(const DraftVoxel& v, int passes) {
   Mark& mark = marks_.make(v.x, v.y, v.z);
   mark.passes = static_cast<std::uint16_t>(mark.passes & ~passes);
   if (mark.passes > 0) return;
-  // The last one frees the bricks.
-  if (--voxels_ == 0) marks_ = BrickGrid<Mark>(marks_.bricks(), Mark{});
+  --voxels_;
+  freeIfEmpty();
+}
+
+void EdgeQueue::drop(std::int32_t brick) {
+  const std::int32_t slot = marks_.table()[static_cast<std::size_t>(brick)];
+  if (slot < 0) return;
+  for (Mark& mark : marks_.cells()[static_cast<std::size_t>(slot)]) {
+    if (mark.passes > 0) --voxels_;
+    mark = Mark{};
+  }
+  freeIfEmpty();
+}
+
+// The last voxel frees the bricks.
+void EdgeQueue::freeIfEmpty() {
+  if (voxels_ == 0) marks_ = BrickGrid<Mark>(marks_.bricks(), Mark{});
 }
 
 std::vector<DraftVoxel> EdgeQueue::waiting(const FieldDraft& draft, int rest) const {

@@ -26,6 +26,7 @@ class EdgeQueue {
   // The same, where the surface beside the voxel was cut in this renewal.
   void addFresh(const DraftVoxel& v, int passes);
   void done(const DraftVoxel& v, int passes);
+  void drop(std::int32_t brick);  // no voxel of it waits any longer
   // Waiting voxels, by brick and cell. Without those whose surroundings were cut in the last `rest`
   // renewals.
   std::vector<DraftVoxel> waiting(const FieldDraft& draft, int rest) const;
@@ -35,6 +36,8 @@ class EdgeQueue {
     std::uint16_t passes = 0;
     std::uint32_t fresh = 0;  // renewal that last cut the surface beside the voxel; 0: none
   };
+
+  void freeIfEmpty();
 
   BrickGrid<Mark> marks_;
   std::size_t voxels_ = 0;

@@ -27,11 +27,66 @@ const std::uint8_t* voxelsOf(const Cloud& cloud, std::size_t t) {
   return kUniform[b == kSolidBrick ? 1 : 0].data();
 }
 
-// Voxels whose coverage differs.
-VoxelSet changedVoxels(const Cloud& before, const Cloud& after) {
+// The bricks that hold no matter, and have none beside them. Where a large part fell off, most of
+// what the field knew of it goes with such bricks, at no cost a voxel: all else lies 8 voxels away
+// or more, which is farther than any step reads.
+std::vector<std::int32_t> emptiedBricks(const Cloud& after) {
+  std::vector<std::int32_t> emptied;
+  const Eigen::Vector3i n = after.bricks();
+  const std::vector<std::int32_t>& table = after.voxels().table;
+  for (std::size_t t = 0; t < table.size(); ++t) {
+    const Eigen::Vector3i at = gridCell(t, n);
+    bool none = table[t] == kEmptyBrick;
+    for (int k = 0; k < 27 && none; ++k) {
+      const Eigen::Vector3i b = at + Eigen::Vector3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      none = !insideGrid(b, n) || table[gridIndex(b, n)] == kEmptyBrick;
+    }
+    if (none) emptied.push_back(static_cast<std::int32_t>(t));
+  }
+  return emptied;
+}
+
+// What a field knew before, without the bricks that `after` has emptied.
+struct Known {
+  SurfaceBricks bricks;
+  LayerBricks layers;
+  EdgeQueue edges;
+  std::vector<std::int32_t> emptied;
+  VoxelSet dropped;  // emptied bricks that held something
+  VoxelSet rim;      // around these, what may have read them
+
+  Known(const FieldNotes& notes, const Cloud& after)
+      : bricks(notes.bricks),
+        layers(notes.layers),
+        edges(notes.edges),
+        emptied(emptiedBricks(after)),
+        dropped(after.bricks()),
+        rim(after.bricks()) {
+    for (const std::int32_t t : emptied) {
+      const std::size_t b = static_cast<std::size_t>(t);
+      if (!bricks[b] && !layers[b]) continue;
+      bricks[b] = nullptr;
+      layers[b] = nullptr;
+      edges.drop(t);
+      dropped.addBrick(t);
+    }
+    if (dropped.empty()) return;
+    rim = dropped.dilated(kLayers + 1);
+    rim.remove(dropped);
+  }
+};
+
+// Voxels whose coverage differs, but for those of `emptied` bricks.
+VoxelSet changedVoxels(const Cloud& before, const Cloud& after,
+                       const std::vector<std::int32_t>& emptied) {
   VoxelSet changed(after.bricks());
   const Eigen::Vector3i n = after.bricks();
+  auto skipped = emptied.begin();
   for (std::size_t t = 0; t < after.voxels().table.size(); ++t) {
+    if (skipped != emptied.end() && static_cast<std::size_t>(*skipped) == t) {
+      ++skipped;
+      continue;
+    }
     const std::uint8_t *const a = voxelsOf(before, t), *const b = voxelsOf(after, t);
     if (a == b || std::memcmp(a, b, kBrickVoxels) == 0) continue;
     for (int k = 0; k < kBrickVoxels; ++k) {
@@ -135,31 +190,36 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
     again.renewable = true;
     return SurfaceField::build(after, again);
   }
-  const VoxelSet cut = changedVoxels(old.cloud(), after);
-  FieldDraft draft(after, settings.threads, old.notes()->bricks);
-  const VoxelSet refitted = cut.dilated(1);
-  EdgeQueue queue = old.notes()->edges;
-  const VoxelSet changed = renewEdges(draft, queue, old.notes()->bricks, refitted,
+  Known known(*old.notes(), after);
+  const VoxelSet cut = changedVoxels(old.cloud(), after, known.emptied);
+  FieldDraft draft(after, settings.threads, known.bricks);
+  VoxelSet refitted = cut.dilated(1);
+  refitted.add(known.rim);
+  const VoxelSet changed = renewEdges(draft, known.edges, known.bricks, refitted,
                                       renewFits(draft, refitted), settings.edgeSearches);
   draft.compact();
   if (draft.surfaceBricks().empty())
     throw std::invalid_argument("renewed: no surface is left of the body");
-  const VoxelSet recut = recutVoxels(draft, old.notes()->bricks, changed);
-  const VoxelSet turned = turnedVoxels(old.cloud(), after, cut);
+  const VoxelSet recut = recutVoxels(draft, known.bricks, changed);
+  VoxelSet turned = turnedVoxels(old.cloud(), after, cut);
+  turned.add(known.rim);
   // A sliver depends on the pieces beside it, a voxel's samples on the slivers beside it.
   VoxelSet sampled = recut.dilated(2);
   sampled.add(turned.dilated(1));
   auto notes = std::make_shared<FieldNotes>(draft.cloud.bricks());
-  SampleSet samples = renewSamples(old.samples(), old.notes()->origins, sampled,
-                                   cutSamples(draft, &sampled), notes->origins);
-  FieldLayers layers(draft, old.notes()->layers);
+  std::vector<CutSample> fresh = cutSamples(draft, &sampled);
+  sampled.add(known.dropped);
+  SampleSet samples =
+      renewSamples(old.samples(), old.notes()->origins, sampled, std::move(fresh), notes->origins);
+  FieldLayers layers(draft, std::move(known.layers));
   VoxelSet reached = layers.renew(recut, turned);
   reached.add(cut);
+  reached.add(known.dropped);
   const Band band = renewBand(draft, layers, reached,
                               [&](std::size_t brick) { return old.records().bandBrick(brick); });
   notes->layers = layers.bricks();
   notes->bricks = draft.bricks();
-  notes->edges = std::move(queue);
+  notes->edges = std::move(known.edges);
   return std::make_shared<const SurfaceField>(
       std::make_shared<const FieldData>(after, band, std::move(samples), std::move(notes), &old));
 }

@@ -40,16 +40,14 @@ bool VoxelSet::has(int x, int y, int z) const {
   return has(static_cast<std::int32_t>(brickIndex(x, y, z, bricks_)), cellIndex(x, y, z));
 }
 
-void VoxelSet::addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-  const Eigen::Vector3i first = low.cwiseMax(Eigen::Vector3i::Zero());
-  const Eigen::Vector3i last = high.cwiseMin(kBrickEdge * bricks_ - Eigen::Vector3i::Constant(1));
-  for (int z = first.z(); z <= last.z(); ++z)
-    for (int y = first.y(); y <= last.y(); ++y)
-      for (int x = first.x(); x <= last.x(); x = (x | 7) + 1) {
-        const int to = std::min(last.x(), x | 7) & 7;
-        const int mask = (0xff >> (7 - to)) & (0xff << (x & 7));
-        make(x >> 3, y >> 3, z >> 3)[(y & 7) | (z & 7) << 3] |= static_cast<std::uint8_t>(mask);
-      }
+void VoxelSet::add(int x, int y, int z) {
+  if (!insideGrid(x, y, z, kBrickEdge * bricks_)) return;
+  make(x >> 3, y >> 3, z >> 3)[(y & 7) | (z & 7) << 3] |= static_cast<std::uint8_t>(1 << (x & 7));
+}
+
+void VoxelSet::addBrick(std::int32_t brick) {
+  const Eigen::Vector3i at = gridCell(brick, bricks_);
+  make(at.x(), at.y(), at.z()).fill(0xff);
 }
 
 void VoxelSet::add(const VoxelSet& other) {

@@ -20,9 +20,8 @@ class VoxelSet {
   bool empty() const { return rows_.empty(); }
   bool has(int x, int y, int z) const;  // false outside the grid
   bool has(std::int32_t brick, int cell) const;
-  void add(int x, int y, int z) { addBox({x, y, z}, {x, y, z}); }
-  // Adds all voxels of the grid from `low` to `high`, both included.
-  void addBox(const Eigen::Vector3i& low, const Eigen::Vector3i& high);
+  void add(int x, int y, int z);      // nothing outside the grid
+  void addBrick(std::int32_t brick);  // all its voxels
   void add(const VoxelSet& other);
   void remove(const VoxelSet& other);
   void keep(const VoxelSet& other);  // only what the other set holds too

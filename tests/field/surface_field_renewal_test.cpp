@@ -98,6 +98,20 @@ TEST(RenewedField, OfADigitizedThread) {
   cutAndCompare(digitize(transformed(threadedRod(Thread{}, 16e-3), turned), settings), 6);
 }
 
+// A bar is sawn through: what is left of its field on either side is that of the piece alone.
+TEST(RenewedField, OfThePiecesOfABar) {
+  const Cloud bar = cloudOf(tiltedBox({48, 48, 48}, {40, 9, 7}), {12, 12, 12});
+  const auto whole = SurfaceField::build(bar, forCuts());
+  Random random(8);
+  for (const double width : {1.4, 3.0, 17.0}) {
+    const std::vector<Cloud> parts = pieces(cutCloud(bar, sawn(bar, 50, 50 + width)));
+    ASSERT_EQ(parts.size(), 2u) << width;
+    for (const Cloud& part : parts)
+      expectSame(*renewed(whole, part, forCuts()), *SurfaceField::build(part, forCuts()), random,
+                 "a saw of " + std::to_string(width) + " voxels");
+  }
+}
+
 // A ball bur mills a groove in small steps; the edge searches are too few to keep up.
 TEST(RenewedField, AfterManySmallCutsWithABudget) {
   Cloud cloud = cloudOf(tiltedBox({20.2, 16.4, 12.7}, {14, 9, 7}), {5, 4, 3});
