@@ -90,6 +90,21 @@ Json cutJson(const World& world, std::size_t sceneBodies) {
   return cuts;
 }
 
+Json softJson(const World& world) {
+  Json soft = Json::array();
+  for (std::size_t i = 0; i < world.bodyCount(); ++i) {
+    if (!world.isSoft(i)) continue;
+    const SoftRecord record = world.softRecord(i);
+    soft.push_back({{"body", world.name(i)},
+                    {"mass", world.mass(i)},
+                    {"nodes", record.nodes},
+                    {"links", record.links},
+                    {"cutLinks", record.cut},
+                    {"pieces", record.pieces}});
+  }
+  return soft;
+}
+
 Json unmeasuredJson(const World& world) {
   Json names = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -122,6 +137,7 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   json["energyCutAway"] = r.energyEnd.cutAway;
   json["unmeasured"] = unmeasuredJson(world);
   json["cut"] = cutJson(world, sceneBodies);
+  json["soft"] = softJson(world);
   json["hash"] = hash.str();
   json["bodies"] = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -145,6 +161,10 @@ void printText(const Json& j) {
   for (const Json& c : j["cut"])
     std::cout << "  " << c["body"].get<std::string>() << "  lost " << c["volume"].get<double>()
               << " m^3, " << c["mass"].get<double>() << " kg, and " << c["pieces"] << " pieces\n";
+  for (const Json& s : j["soft"])
+    std::cout << "  " << s["body"].get<std::string>() << "  has " << s["nodes"] << " nodes, "
+              << s["links"] << " links, " << s["cutLinks"] << " cut, " << s["pieces"]
+              << (s["pieces"] == 1 ? " piece\n" : " pieces\n");
   for (const Json& b : j["bodies"])
     std::cout << "  " << b["name"].get<std::string>() << "  at " << vectorText(b["position"])
               << "  turned " << vectorText(b["turns"])
@@ -155,8 +175,9 @@ void noteUnmeasured(const World& world) {
   const Json names = unmeasuredJson(world);
   if (names.empty()) return;
   std::cerr << "cloudcontact: penetration leaves out " << names.size()
-            << (names.size() == 1 ? " body" : " bodies") << " without a mesh or that can be cut ('"
-            << names[0].get<std::string>() << "')\n";
+            << (names.size() == 1 ? " body" : " bodies")
+            << " without a mesh, or that can be cut or deform ('" << names[0].get<std::string>()
+            << "')\n";
 }
 
 // Adds the texts of a page to a replay.

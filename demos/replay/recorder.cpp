@@ -13,9 +13,10 @@ constexpr double kTolerance = 3e-5;    // of the scene's size: 0.03 px at 1000 p
 constexpr double kFramesASecond = 60;  // a screen's rate at full speed
 constexpr double kLeastFrames = 600;   // short runs are watched in slow motion
 constexpr double kMostFrames = 6000;
-constexpr double kMostSurfaces = 60;  // instants at which the surfaces of cut bodies are renewed
-constexpr double kGap = 0.12;         // between takes, in diagonals of a take
-constexpr double kMostSpread = 3;     // limits a take's width to this multiple of its start's
+// Instants at which the surfaces of bodies that are cut or deform are renewed.
+constexpr double kMostSurfaces = 60;
+constexpr double kGap = 0.12;      // between takes, in diagonals of a take
+constexpr double kMostSpread = 3;  // limits a take's width to this multiple of its start's
 
 // Calls visit(vertex) for all that is drawn of a body, in the frame that `at` places.
 template <class Visit>
@@ -25,6 +26,7 @@ void visitVertices(const World& world, std::size_t body, const Pose& at, const V
   };
   for (const DrawnPart& part : world.drawn(body).parts)
     if (part.mesh) all(*part.mesh, at * part.pose);
+  if (world.isSoft(body)) all(world.softSurface(body), at);
   if (world.isCuttable(body) && !world.cutOf(body).gone)
     all(DisplayMesh(world.matter(body)).mesh(), at * world.matterPlace(body));
 }
@@ -42,6 +44,7 @@ struct Recorder::Take {
   ReplayTake take;
   std::vector<Keyframes> motions;                           // one for each body
   std::vector<std::unique_ptr<ChangingSurface>> surfaces;   // of each body that is cut
+  std::vector<std::vector<SurfacePiece>> softSurfaces;      // of each body that deforms
   double surfaceInterval = 0, surfaceDue = 0, seconds = 0;  // [s]
   double size = 0;                                          // of the scene [m]
   Eigen::AlignedBox3d swept;                                // of the origins of moving bodies
@@ -62,6 +65,7 @@ void Recorder::Take::addBody(const World& world, double time) {
   const std::size_t i = motions.size();
   ReplayBody body{world.name(i), world.isStatic(i), world.mass(i), world.drawn(i), {}};
   surfaces.push_back(nullptr);
+  softSurfaces.emplace_back();
   if (world.isCuttable(i)) {
     surfaces.back() = std::make_unique<ChangingSurface>(world.matter(i), time);
     body.surfacePlace = world.matterPlace(i);
@@ -74,6 +78,10 @@ void Recorder::Take::addBody(const World& world, double time) {
 
 void Recorder::Take::renewSurfaces(const World& world, double time) {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (world.isSoft(i)) {
+      if (!softSurfaces[i].empty()) softSurfaces[i].back().to = time;
+      softSurfaces[i].push_back({.from = time, .mesh = shaded(welded(world.softSurface(i)))});
+    }
     if (!surfaces[i]) continue;
     if (world.cutOf(i).gone)
       surfaces[i]->end(time);
@@ -127,7 +135,8 @@ void Recorder::record(double time, const World& world) {
 void Recorder::addFrame(double time, const World& world) {
   Take& t = *take_;
   const Energy& energy = world.moment().energy;
-  ReplayFrame frame{time, energy.kinetic, energy.potential, energy.spring, t.deepest, 0};
+  ReplayFrame frame{
+      time, energy.kinetic, energy.potential, energy.spring + energy.elastic, t.deepest, 0};
   const double clock = world.narrowPhaseSeconds();
   if (t.steps > 0) frame.narrowPhase = (clock - t.narrowPhase) / double(t.steps);
   t.narrowPhase = clock;
@@ -165,6 +174,7 @@ void Recorder::endTake() {
     t.motions[i].finish();
     t.take.bodies[i].keys = t.motions[i].keys();
     if (t.surfaces[i]) t.take.bodies[i].surface = t.surfaces[i]->finish();
+    if (!t.softSurfaces[i].empty()) t.take.bodies[i].surface = std::move(t.softSurfaces[i]);
   }
   // Next to the previous takes, by the space that it occupies while it runs.
   Eigen::AlignedBox3d room = t.take.start;

@@ -19,7 +19,8 @@ struct ReplayBody {
   double mass = 0;  // [kg]
   DrawnBody drawn;
   std::vector<PoseKey> keys;  // one if the body does not move
-  // Of a body that is cut, beside `drawn`: its surface over time, and the place of its frame.
+  // Of a body that is cut or deforms, beside `drawn`: its surface over time, and the place of its
+  // frame.
   std::vector<SurfacePiece> surface = {};
   Pose surfacePlace = {};
 };
@@ -28,7 +29,7 @@ struct ReplayBody {
 struct ReplayFrame {
   double time = 0;                    // [s]
   double kinetic = 0, potential = 0;  // of the bodies [J]
-  double spring = 0;                  // in the contacts [J]
+  double spring = 0;                  // in contacts and bodies that deform [J]
   double deepest = 0;                 // since the last frame, by the method under test [m]
   double narrowPhase = 0;             // of a step, mean since the last frame [s]
 };

@@ -4,7 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 
 namespace cloudcontact::program {
@@ -102,6 +104,30 @@ ShadedMesh shaded(const Mesh& mesh, double crease) {
       out.corners.push_back(vertices.index(mesh.triangles[i][k], mesh.vertices[v], normal));
     }
   }
+  return out;
+}
+
+Mesh welded(const Mesh& mesh) {
+  const std::size_t count = mesh.vertices.size();
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  const auto place = [&](std::size_t i) {
+    const Eigen::Vector3d& v = mesh.vertices[i];
+    return std::array{v.x(), v.y(), v.z()};
+  };
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  Mesh out;
+  std::vector<int> number(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k == 0 || place(order[k]) != place(order[k - 1]))
+      out.vertices.push_back(mesh.vertices[order[k]]);
+    number[order[k]] = static_cast<int>(out.vertices.size()) - 1;
+  }
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    out.triangles.emplace_back(number[static_cast<std::size_t>(t[0])],
+                               number[static_cast<std::size_t>(t[1])],
+                               number[static_cast<std::size_t>(t[2])]);
   return out;
 }
 

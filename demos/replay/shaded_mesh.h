@@ -17,4 +17,7 @@ struct ShadedMesh {
 // sharper edges.
 ShadedMesh shaded(const Mesh& mesh, double crease = 0.6);
 
+// The same triangles over vertices of different positions.
+Mesh welded(const Mesh& mesh);
+
 }  // namespace cloudcontact::program

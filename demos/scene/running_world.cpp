@@ -105,9 +105,11 @@ World::State::State(const SceneDescription& scene, const WorldSettings& settings
     registerMethod(dispatcher, settings.common.method);
   world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity(toBullet(scene.gravity));
+  world.getWorldInfo().m_gravity = toBullet(scene.gravity);
   addBodies(scene, settings);
   for (const auto& joint : scene.joints) addJoint(joint);
   settle(settings);
+  measureSoft();
   dispatcher.onContacts = [this] { look(); };
   // Bullet takes a kinematic body's velocity from its last two poses, which are rounded.
   world.setInternalTickCallback(
@@ -129,9 +131,12 @@ void World::State::addBody(const SceneBody& scene, BodyParts parts, const WorldS
   Body body{scene, std::move(parts), nullptr, nullptr, nullptr, Pose()};
   if (body.parts.matter)
     naming(scene.name, [&] { makeCuttable(body); });
+  else if (body.parts.soft)
+    naming(scene.name, [&] { makeSoft(body); });
   else
     makeRigid(body);
   body.rigid->setUserIndex(static_cast<int>(bodies.size()));
+  if (body.soft) body.soft->body().setUserIndex(static_cast<int>(bodies.size()));
   if (scene.stiffness && usesClouds(settings.common.method))
     body.rigid->setContactStiffnessAndDamping(btScalar(*scene.stiffness),
                                               btScalar(scene.damping.value_or(0)));
@@ -161,6 +166,7 @@ void World::State::makeRigid(Body& body) {
 }
 
 void World::State::enter(Body& body, bool sleeps) {
+  if (body.soft) return body.soft->addTo(world);
   if (body.scene.drive || (!body.scene.isStatic && !sleeps))
     body.rigid->setActivationState(DISABLE_DEACTIVATION);
   if (!body.cuts) return world.addRigidBody(body.rigid);
@@ -183,6 +189,10 @@ void World::State::drive(bool moves) {
 }
 
 void World::State::addJoint(const SceneJoint& joint) {
+  for (const int body : {joint.parent, joint.child})
+    if (body >= 0 && bodies[body].soft)
+      throw BadInput("joint '" + joint.name + "': body '" + bodies[body].scene.name +
+                     "' deforms; hold its sides by <cloudcontact:soft held=\"...\"> instead");
   // The joint's frame, with z along the axis.
   Pose frame = joint.pose;
   frame.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), joint.axis);
@@ -212,6 +222,16 @@ void World::State::settle(const WorldSettings& settings) {
   solver.extrapolates = usesClouds(settings.common.method);
   if (usesClouds(settings.common.method) || springs) recommendedSettings(world);
   if (!settings.common.friction) noteFrictionless();
+  noteSoftOnPlanes();
+  const bool anySoft = std::any_of(bodies.begin(), bodies.end(),
+                                   [](const Body& body) { return body.soft != nullptr; });
+  for (auto& body : bodies) {
+    if (body.soft)
+      body.soft->body().m_cfg.kDF =
+          btScalar(settings.common.friction.value_or(body.scene.friction.value_or(0)));
+    else if (anySoft)
+      body.rigid->setFriction(1);  // the soft body's is then the pair's
+  }
 }
 
 void World::State::noteFrictionless() const {
@@ -247,11 +267,21 @@ void World::State::look() {
         moment.energy.spring += 0.5 * p.m_combinedContactStiffness1 * depth * depth;
     }
   }
+  ContactsNow soft;
+  softContacts(soft);
+  for (const PatchNow& patch : soft.patches) {
+    touching.insert(std::minmax(patch.a, patch.b));
+    for (const ContactNow& p : soft.of(patch)) moment.deepest = std::max(moment.deepest, p.depth);
+  }
+  moment.contacts += static_cast<int>(soft.points.size());
   moment.pairs = static_cast<int>(touching.size());
   const Vec3 gravity = fromBullet(world.getGravity());
+  moment.energy.kinetic = softEnergy.kinetic;
+  moment.energy.potential = softEnergy.potential;
+  moment.energy.elastic = softEnergy.elastic;
   moment.energy.cutAway = cutEnergy;
   for (const auto& body : bodies) {
-    if (!body.scene.isFree() || body.cut.gone) continue;
+    if (!body.scene.isFree() || body.cut.gone || body.soft) continue;
     const btTransform& at = body.rigid->getWorldTransform();
     const Vec3 v = fromBullet(body.rigid->getLinearVelocity());
     const Vec3 w = fromBullet(at.getBasis().transpose() * body.rigid->getAngularVelocity());
@@ -315,6 +345,8 @@ World::~World() {
   for (auto& body : state_->bodies) {
     if (body.cuts)
       body.cuts->leaveWorld();
+    else if (body.soft)
+      body.soft->leaveWorld();
     else
       state_->world.removeRigidBody(body.rigid);
   }
@@ -327,6 +359,7 @@ void World::step(double seconds) {
   state_->drive(true);
   state_->hold();
   state_->cutAfter(seconds);
+  state_->followSoft();
   state_->poses.clear();
   for (const auto& body : state_->bodies) {
     const btTransform& at = body.rigid->getWorldTransform();
@@ -384,6 +417,7 @@ void World::contacts(ContactsNow& now) const {
     for (int k = 0; k < manifold.getNumContacts(); ++k)
       now.points.push_back(contactOf(manifold.getContactPoint(k), manifold, state_->latestStep));
   }
+  state_->softContacts(now);
 }
 const DrawnBody& World::drawn(std::size_t body) const {
   return state_->bodies[body].parts.drawn;
@@ -447,6 +481,12 @@ std::uint64_t World::hash() const {
     for (int row = 0; row < 3; ++row) mix(at.getBasis()[row]);
     mix(body.rigid->getLinearVelocity());
     mix(body.rigid->getAngularVelocity());
+    if (!body.soft) continue;
+    const auto& nodes = body.soft->body().m_nodes;
+    for (int i = 0; i < nodes.size(); ++i) {
+      mix(nodes[i].m_x);
+      mix(nodes[i].m_v);
+    }
   }
   return hash;
 }

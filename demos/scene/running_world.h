@@ -1,8 +1,11 @@
 // World::State: the Bullet world behind a World, its bodies, joints, tools and what they cut.
 #pragma once
 
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cuttable_body.h>
+#include <cloudcontact/bullet/soft_tissue.h>
 #include <cloudcontact/bullet/world_cutter.h>
 
 #include <memory>
@@ -22,10 +25,14 @@ struct World::State {
     BodyParts parts;                     // frame, mass and inertia follow the cuts
     std::unique_ptr<btRigidBody> own;    // null for a body that can be cut
     std::unique_ptr<CuttableBody> cuts;  // null for others
-    btRigidBody* rigid = nullptr;        // of the one or the other
-    Pose fromFrame;                      // parts.frame's inverse
-    double volume = 0;                   // of a body that can be cut [m^3]
+    // Of the one or the other. Of a body that deforms, `own` follows its center of mass and is not
+    // in the world.
+    btRigidBody* rigid = nullptr;
+    Pose fromFrame;     // parts.frame's inverse
+    double volume = 0;  // of a body that can be cut [m^3]
     CutRecord cut = {};
+    std::unique_ptr<SoftTissue> soft = {};
+    int cutLinks = 0;
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
@@ -33,6 +40,13 @@ struct World::State {
   void addBody(const SceneBody& body, BodyParts parts, const WorldSettings& settings);
   void makeRigid(Body& body);
   void makeCuttable(Body& body);
+  void makeSoft(Body& body);
+  void holdSides(Body& body, const SceneSoft& soft);
+  void followSoft();
+  void measureSoft();
+  double elasticEnergy() const;
+  void takeSoftCuts();
+  void softContacts(ContactsNow& now) const;
   void enter(Body& body, bool sleeps);
   void addPiece(std::size_t parent, std::unique_ptr<CuttableBody> piece);
   void followCut(Body& body, const Pose& movedFrame);
@@ -48,12 +62,13 @@ struct World::State {
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;
+  void noteSoftOnPlanes() const;
   void look();
   std::vector<std::pair<int, int>> measuredPairs() const;
 
   // Declared in the order of their lifetimes in Bullet.
   std::unique_ptr<CloudContact> cloudContact;
-  btDefaultCollisionConfiguration configuration;
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
   SceneDispatcher dispatcher;
   ModelFilter filter;
   btDbvtBroadphase broadphase;
@@ -61,12 +76,13 @@ struct World::State {
   std::vector<Body> bodies;
   std::vector<std::unique_ptr<btTypedConstraint>> joints;
   std::set<std::pair<int, int>> joined;
-  btDiscreteDynamicsWorld world;
+  btSoftRigidDynamicsWorld world;
   WorldCutter cutter;
   ContactMoment moment;
   double latestStep = 0;  // [s]
   double time = 0;        // [s]
   double cutEnergy = 0;   // Energy::cutAway
+  Energy softEnergy;      // of the bodies that deform, now
   bool hasTools = false;
   std::vector<Pose> poses;  // of all bodies; empty until needed after a step
 };

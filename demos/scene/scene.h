@@ -8,6 +8,7 @@
 #include <cloudcontact/voxels/ct_volume.h>
 #include <cloudcontact/workpiece/cutter.h>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -56,6 +57,12 @@ struct SceneCutter {
   Cutter cutter;
 };
 
+// A collision that deforms.
+struct SceneSoft {
+  double spacing = 0;             // of its nodes [m]
+  std::array<bool, 6> held = {};  // the sides -x +x -y +y -z +z whose nodes stay in their places
+};
+
 // What a collision brings to contacts by the paper's method; empty: the default. [m]
 struct ScenePaper {
   std::optional<Solid> window;         // C, in the collision's axes
@@ -72,6 +79,7 @@ struct SceneCollision {
   std::vector<SceneTissue> tissues = {};
   std::optional<SceneCutter> cutter = {};
   bool isCuttable = false;
+  std::optional<SceneSoft> soft = {};
   ScenePaper paper = {};
 };
 
@@ -101,6 +109,7 @@ struct SceneBody {
   int model = 0;                        // bodies of one model do not touch each other ...
   bool selfCollide = false;             // ... unless the model says so
   std::optional<SceneDrive> drive = {};
+  bool isSoft() const { return collisions.size() == 1 && collisions[0].soft; }
   bool isFree() const { return !isStatic && !drive; }  // forces move it
 };
 

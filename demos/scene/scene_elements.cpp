@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <span>
+#include <sstream>
 #include <vector>
 
 #include "io/errors.h"
@@ -27,6 +28,7 @@ const OwnElement kOwnElements[] = {
     {"threshold", "collision", {}, {}},
     {"cutter", "collision", {"ability", "hardness", "efficiency", "edge_speed"}, {}},
     {"cuttable", "collision", {}, {}},
+    {"soft", "collision", {"spacing", "held"}, {}},
     {"window", "collision", {}, {}},
     {"representative", "collision", {}, {}},
     {"area", "collision", {}, {}},
@@ -137,6 +139,25 @@ void checkRanges(const std::string& at, SceneCollision& out) {
   if (ranges == 1) out.tissues[0].part.clear();
 }
 
+SceneSoft softOf(const std::string& where, const sdf::ElementPtr& element) {
+  SceneSoft out;
+  const std::string spacing = where + " attribute spacing";
+  if (!element->HasAttribute("spacing"))
+    throw BadInput(spacing + ": is missing; give the way between nodes [m], some voxels");
+  out.spacing = readPositive(spacing, element->GetAttribute("spacing")->GetAsString());
+  if (!element->HasAttribute("held")) return out;
+  const std::vector<std::string> sides = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  std::istringstream list(element->GetAttribute("held")->GetAsString());
+  for (std::string side; list >> side;) {
+    const auto known = std::find(sides.begin(), sides.end(), side);
+    if (known == sides.end())
+      throw BadInput(where + " attribute held: " + printable(side) + " is no side; give some of " +
+                     listOf(sides));
+    out.held[static_cast<std::size_t>(known - sides.begin())] = true;
+  }
+  return out;
+}
+
 void readTissues(const std::string& where, const sdf::ElementPtr& collision, SceneCollision& out) {
   const std::string name = kPrefix + "tissue", at = where + " " + tag(name);
   if (!collision->HasElement(name)) return;
@@ -185,6 +206,9 @@ void readOwnElements(const std::string& where, const sdf::ElementPtr& collision,
   const auto at = [&](const char* name) { return where + " " + tag(kPrefix + name); };
   if (const auto cutter = find("cutter")) out.cutter = cutterOf(at("cutter"), cutter);
   out.isCuttable = find("cuttable") != nullptr;
+  if (const auto soft = find("soft")) out.soft = softOf(at("soft"), soft);
+  if (out.soft && (out.cutter || out.isCuttable))
+    throw BadInput(at("soft") + ": soft tissue neither cuts nor wears; leave the other out");
   if (out.cutter && out.isCuttable)
     throw BadInput(at("cutter") + ": a collision that cuts cannot be cut; leave one out");
   if (const auto window = find("window"))

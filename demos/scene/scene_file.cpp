@@ -50,6 +50,7 @@ class SceneReader {
   void readCollision(const sdf::Collision& collision, SceneBody& body) const;
   void readDrive(const sdf::Link& link, const Pose& linkInBody, SceneBody& body) const;
   void checkCutting(const SceneBody& body) const;
+  void checkSoft(const SceneBody& body) const;
   void readSurface(const sdf::ElementPtr& surface, const std::string& element,
                    SceneBody& body) const;
   SceneGeometry readGeometry(const sdf::Geometry& geometry, const std::string& element) const;
@@ -200,6 +201,7 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
   for (std::uint64_t i = 0; i < link.CollisionCount(); ++i)
     readCollision(*link.CollisionByIndex(i), body);
   checkCutting(body);
+  checkSoft(body);
   if (body.inertialPose)
     body.inertialPose = linkInBody * *body.inertialPose;
   else if (body.inertia)
@@ -269,6 +271,28 @@ void SceneReader::checkCutting(const SceneBody& body) const {
     if (body.drive) fail(name, "the link has a drive; cut what is free or <static>");
     if (body.inertia || body.inertialPose)
       fail(name, "its <inertial> follows from its matter; give a <mass> alone, or nothing");
+  }
+}
+
+// Soft tissue has the shape, the mass and the frame of its matter.
+void SceneReader::checkSoft(const SceneBody& body) const {
+  for (const SceneCollision& collision : body.collisions) {
+    if (!collision.soft) continue;
+    const std::string name =
+        "body '" + body.name + "' collision '" + collision.name + "' <cloudcontact:soft>";
+    if (std::holds_alternative<ScenePlane>(collision.geometry))
+      fail(name, "a <plane> has no matter; use a <box>");
+    if (body.collisions.size() > 1)
+      fail(name, "the link has other collisions; give a body that deforms one collision");
+    if (!body.isFree())
+      fail(name, "the model is <static> or has a drive; hold its sides by the attribute held");
+    if (body.inertia || body.inertialPose)
+      fail(name, "its <inertial> follows from its matter; give a <mass> alone, or nothing");
+    if (body.stiffness) fail(name, "its <kp> follows from its tissues; leave it out");
+    if (collision.paper.isGiven())
+      fail(name, "only what does not deform has windows and areas; leave them out");
+    if (collision.tissues.empty())
+      fail(name, "its tissue is missing, whose elasticity it has; add a <cloudcontact:tissue>");
   }
 }
 

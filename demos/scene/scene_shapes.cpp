@@ -297,7 +297,25 @@ BodyParts SceneShapes::cuttable(const SceneBody& body) {
   return out;
 }
 
+BodyParts SceneShapes::soft(const SceneBody& body) {
+  const SceneCollision& collision = body.collisions.front();
+  if (!usesClouds(options_.method)) refuseMethod(options_.method, body.name, "deforms");
+  BodyParts out;
+  out.isMeasured = false;
+  const auto [cloud, place] = clouds_.cloud(collision.geometry, collision.pose, body.name);
+  TissueTable tissues = clouds_.tissues(collision, body.name);
+  if (body.mass) {
+    std::vector<double> densities;
+    for (const Tissue& tissue : tissues) densities.push_back(tissue.density);
+    const double mass = massPropertiesOf(matterSums(cloud), cloud, densities).mass;
+    for (Tissue& tissue : tissues) tissue.density *= *body.mass / mass;
+  }
+  out.soft = SoftMatter{cloud, place, std::move(tissues)};
+  return out;
+}
+
 BodyParts SceneShapes::make(const SceneBody& body) {
+  if (body.isSoft()) return naming(body.name, [&] { return soft(body); });
   if (body.collisions.size() == 1 && body.collisions[0].isCuttable)
     return naming(body.name, [&] { return cuttable(body); });
   BodyParts out;

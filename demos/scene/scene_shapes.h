@@ -27,6 +27,13 @@ struct CuttableMatter {
   std::optional<PaperSettings> paper;
 };
 
+// What a body that deforms is made of.
+struct SoftMatter {
+  Cloud cloud;
+  Pose place;  // of the cloud's frame in the scene body's frame
+  TissueTable tissues;
+};
+
 // A collision that cuts, in the Bullet body's frame.
 struct SceneTool {
   Detection detection;
@@ -45,6 +52,7 @@ struct BodyParts {
   DrawnBody drawn;              // in the scene body's frame
   // For a body that can be cut, in place of shape, frame, mass and inertia.
   std::optional<CuttableMatter> matter;
+  std::optional<SoftMatter> soft = {};  // likewise for a body that deforms
   std::vector<SceneTool> tools = {};
 };
 
@@ -73,6 +81,7 @@ class SceneShapes {
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
   BodyParts cuttable(const SceneBody& body);
+  BodyParts soft(const SceneBody& body);
   void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
                std::vector<PlacedShape>& shapes);
   PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const std::string& body);

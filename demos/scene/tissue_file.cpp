@@ -35,10 +35,15 @@ Tissue tissueOf(const Json& json, const std::string& where) {
                      " (stiffness N/m, damping N s/m, hardness Pa, density kg/m^3)");
     *value = json[name].get<double>();
   }
-  if (json.size() != 5)
+  const bool isElastic = json.contains("elasticity");
+  if (isElastic && !json["elasticity"].is_number())
+    throw BadInput(where + ": tissue " + printable(tissue.name) +
+                   ": elasticity is no number; give a modulus in Pa");
+  if (isElastic) tissue.elasticity = json["elasticity"].get<double>();
+  if (json.size() != (isElastic ? 6 : 5))
     throw BadInput(where + ": tissue " + printable(tissue.name) +
                    " has a field that is not known; use name, stiffness, damping, hardness, "
-                   "density");
+                   "density, and elasticity for what deforms");
   return tissue;
 }
 

@@ -1,6 +1,7 @@
 // A scene as a running Bullet world.
 #pragma once
 
+#include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
 
@@ -43,8 +44,9 @@ struct Energy {
   double kinetic = 0;
   double potential = 0;  // in gravity, zero at the world's origin
   double spring = 0;     // sum of k d^2 / 2 over contacts with a stiffness
-  double cutAway = 0;    // left with what was cut away, kinetic and potential
-  double ofBodies() const { return kinetic + potential; }
+  double elastic = 0;    // in bodies that deform
+  double cutAway = 0;    // left with what was cut away, kinetic, potential and elastic
+  double ofBodies() const { return kinetic + potential + elastic; }
 };
 
 // Results of the latest narrow phase, with the energy at the start of its step, to which the depths
@@ -88,6 +90,13 @@ struct CutRecord {
   bool gone = false;  // nothing is left of the body
 };
 
+// A body that deforms.
+struct SoftRecord {
+  int nodes = 0, links = 0;  // now
+  int cut = 0;               // links that were cut
+  int pieces = 0;            // parts that hold together
+};
+
 class World {
  public:
   // Throws BadInput naming an unusable body, file or option.
@@ -113,6 +122,10 @@ class World {
   const CutRecord& cutOf(std::size_t body) const;
   // Removes voxels. Call it between steps.
   void cut(std::size_t body, std::span<const VoxelCut> cuts);
+  // The frame of a body that deforms moves with its center of mass, and never turns.
+  bool isSoft(std::size_t body) const;
+  SoftRecord softRecord(std::size_t body) const;
+  Mesh softSurface(std::size_t body) const;  // in the body's frame
   BodyState state(std::size_t body) const;
   const Pose& pose(std::size_t body) const;  // state(body).pose; computed once a step
   const ContactMoment& moment() const;

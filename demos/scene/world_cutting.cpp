@@ -158,12 +158,16 @@ void World::State::startCutting() {
   for (const auto& body : bodies)
     if (body.cuts)
       naming(body.scene.name, [&] { cutter.addBody(*body.cuts, body.parts.matter->tissues); });
+    else if (body.soft)
+      cutter.addTissue(*body.soft);
 }
 
 void World::State::cutAfter(double step) {
   if (!hasTools) return;
-  const double before = cuttableEnergy();
+  const double before = cuttableEnergy(), held = elasticEnergy();
   std::vector<WorldCut> done = cutter.after(step);
+  takeSoftCuts();
+  if (!cutter.softCuts().empty()) cutEnergy += held - elasticEnergy();
   if (done.empty()) return;
   for (WorldCut& cut : done) {
     const auto found = std::find_if(bodies.begin(), bodies.end(),

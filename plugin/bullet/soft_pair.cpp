@@ -155,6 +155,7 @@ void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLa
   const ParticleBody body = bodyOf(opponent, settings.step);
   if (!isFinite(body)) throw std::runtime_error("a body's pose is NaN or infinite: no contacts");
   center_ = body.center;
+  other_ = opponent.wrap->getCollisionObject();
   contacts_ = &cloud_.step(particles_, body, settings);
   write(soft, opponent);
 }
@@ -162,7 +163,7 @@ void SoftPair::step(btSoftBody& soft, const SoftOpponent& opponent, const PairLa
 void SoftPair::append(std::vector<SoftContactPoint>& points) const {
   if (!contacts_) return;
   for (const ParticleContact& c : *contacts_)
-    points.push_back({c.particle, center_ + c.arm, c.normal, c.depth, c.impulse()});
+    points.push_back({c.particle, center_ + c.arm, c.normal, c.depth, c.impulse(), other_});
 }
 
 void validate(btSoftBody& soft) {

@@ -48,6 +48,7 @@ class SoftPair {
   std::shared_ptr<const PaperBody> paper_;
   const std::vector<ParticleContact>* contacts_ = nullptr;
   Vec3 center_ = Vec3::Zero();
+  const btCollisionObject* other_ = nullptr;
 };
 
 // Throws std::runtime_error if the soft body does not belong to btSoftRigidDynamicsWorld or

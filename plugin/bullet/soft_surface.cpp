@@ -74,15 +74,17 @@ SoftSurface::Eighth SoftSurface::eighth(const SoftCell& cell, int corner,
     const int f = (e + 1) % 3, g = (e + 2) % 3;
     const auto axis = static_cast<std::size_t>(e);
     const Vec3 step = half(cell, corner, e, places);
-    out.edge[axis] = out.node + step;
+    // Sums in an order of their own, so that all eighths around have the same point, to the bit.
+    out.edge[axis] = joined(cell, corner, e) ? Vec3(0.5 * (place(corner) + place(corner ^ 1 << e)))
+                                             : Vec3(out.node + step);
     out.cell += step;
-    const int opposite = corner ^ 1 << e;
+    const int opposite = corner ^ 1 << e, low = corner & ~(1 << f | 1 << g);
     whole = whole && allJoined(cell, corner, f, g) && allJoined(cell, opposite, f, g) &&
             joined(cell, corner, e);
     out.face[axis] =
         allJoined(cell, corner, f, g)
-            ? Vec3(0.25 * (place(corner) + place(corner ^ 1 << f) + place(corner ^ 1 << g) +
-                           place(corner ^ (1 << f | 1 << g))))
+            ? Vec3(0.25 * (place(low) + place(low ^ 1 << f) + place(low ^ 1 << g) +
+                           place(low ^ (1 << f | 1 << g))))
             : Vec3(out.node + half(cell, corner, f, places) + half(cell, corner, g, places));
   }
   if (!whole) return out;

@@ -26,15 +26,18 @@
 
 #include <cloudcontact/base/pose.h>
 
+class btCollisionObject;
+
 namespace cloudcontact {
 
 // A node that touched in the last step, or was about to: CloudContact::softContacts().
 struct SoftContactPoint {
   int node = 0;
-  Vec3 position = Vec3::Zero();  // world, at the step's start [m]
-  Vec3 normal = Vec3::UnitZ();   // world, unit, out of the cloud
-  double depth = 0;              // at the step's start [m]; negative: a gap
-  Vec3 impulse = Vec3::Zero();   // on the node in this step, friction included [N s]
+  Vec3 position = Vec3::Zero();              // world, at the step's start [m]
+  Vec3 normal = Vec3::UnitZ();               // world, unit, out of the cloud
+  double depth = 0;                          // at the step's start [m]; negative: a gap
+  Vec3 impulse = Vec3::Zero();               // on the node in this step, friction included [N s]
+  const btCollisionObject* other = nullptr;  // the cloud's
 };
 
 }  // namespace cloudcontact
