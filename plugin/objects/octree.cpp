@@ -82,13 +82,6 @@ Octree::Cube Octree::at(const Vector3i& voxel) const {
   return {low, edge, nodes_[node].coverage, nodes_[node].material};
 }
 
-Octree::Cube Octree::at(const Vec3& local) const {
-  const Vec3 voxel = ((local - origin_) / voxelSize_).array().floor();
-  // Distant points and NaN do not fit in an int.
-  if (empty() || !(voxel.cwiseAbs().maxCoeff() < edge_)) return {Vector3i::Constant(-1), 1, 0, 0};
-  return at(Vector3i(voxel.cast<int>()));
-}
-
 void Octree::set(const Vector3i& voxel, std::uint8_t coverage, std::uint8_t material) {
   if (empty() || !insideGrid(voxel, size()))
     throw std::invalid_argument("octree: voxel is outside the grid; make the cloud with room");

@@ -32,10 +32,8 @@ class Octree {
   int edge() const { return edge_; }                             // of the largest cube, voxels
   const std::vector<std::string>& materials() const { return materials_; }
 
-  // The cube around a voxel, or around a point of the body's frame [m]. Outside the grid: an empty
-  // cube of one voxel.
+  // The cube around a voxel. Outside the grid: an empty cube of one voxel.
   Cube at(const Eigen::Vector3i& voxel) const;
-  Cube at(const Vec3& local) const;
 
   // Calls visit(const Cube&) for every cube with material that touches the box (body's frame [m]),
   // in a fixed order. Allocates nothing.

@@ -1,6 +1,6 @@
 // SphereTree: the hierarchical sphere model (HSM) of points, spheres or voxels (paper, section I
-// and step 1). The sphere of a node encloses those of its children, so a query skips all subtrees
-// that are far away.
+// and step 1). The sphere of a node encloses those of its children. Bodies collide as voxels, which
+// are faster (docs/method.md, "Step 2: interference").
 #pragma once
 
 #include <cloudcontact/objects/point_cloud.h>
@@ -52,34 +52,8 @@ class SphereTree {
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const std::vector<std::string>& materials() const { return materials_; }
 
-  // Calls visit(const Leaf&) for every leaf whose sphere touches a sphere or a box [m], in a fixed
-  // order. Allocates nothing.
-  template <typename Visit>
-  void forEachTouching(const Vec3& center, double radius, Visit&& visit) const {
-    const auto touches = [&](const Vec3& c, double r) {
-      return (c - center).squaredNorm() <= (r + radius) * (r + radius);
-    };
-    if (!empty()) walk(0, touches, visit);
-  }
-  template <typename Visit>
-  void forEachTouching(const Eigen::AlignedBox3d& box, Visit&& visit) const {
-    const auto touches = [&](const Vec3& c, double r) {
-      return box.squaredExteriorDistance(c) <= r * r;
-    };
-    if (!empty() && !box.isEmpty()) walk(0, touches, visit);
-  }
-
  private:
   void build(std::size_t first, std::size_t last);
-
-  template <typename Touches, typename Visit>
-  void walk(std::size_t node, const Touches& touches, Visit& visit) const {
-    const Node& n = nodes_[node];
-    if (!touches(n.center, n.radius)) return;
-    if (n.second == 0) return visit(leaves_[n.leaf]);
-    walk(node + 1, touches, visit);
-    walk(n.second, touches, visit);
-  }
 
   Kind kind_ = Kind::Spheres;
   std::vector<std::string> materials_;
