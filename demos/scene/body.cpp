@@ -48,7 +48,9 @@ auto asBadInput(const std::string& name, const std::string& advice, Load load) {
   } catch (const BadInput&) {
     throw;
   } catch (const std::length_error& error) {
-    throw BadInput("--voxel: " + name + ": " + error.what());
+    const std::string message = error.what();
+    const bool isNamed = message.starts_with(name);
+    throw BadInput("--voxel: " + (isNamed ? message : name + ": " + message));
   } catch (const std::exception& error) {
     std::string message = error.what();
     if (message.find(name) == std::string::npos) message = name + ": " + message;
