@@ -27,6 +27,7 @@ namespace {
 constexpr double kLeastFill = 0.25;  // of a cell that counts
 constexpr double kFull = 0.98;       // of a cell whose nodes stay where they are
 constexpr double kMostNodes = 2e5;
+constexpr double kMidway = 1e-6;  // [cells] a voxel this near to the middle is halved
 
 using Index = Eigen::Vector3i;
 
@@ -81,16 +82,32 @@ Eigen::AlignedBox3d matterBounds(const Cloud& cloud) {
   return {cloud.origin() + h * low, cloud.origin() + h * high};
 }
 
+// What multiplies E for an edge of a cell, with the other two edges.
+double edgeFactor(const Vec3& edge, int axis) {
+  const double a = edge[axis], b = edge[(axis + 1) % 3], c = edge[(axis + 2) % 3];
+  return b * c / a * (1.2 - 0.4 * (a * a / (b * b) + a * a / (c * c))) / 4;
+}
+
+// Long or flat cells would need springs that push where they are stretched.
+bool areSprings(const Vec3& edge) {
+  return edgeFactor(edge, 0) >= 0 && edgeFactor(edge, 1) >= 0 && edgeFactor(edge, 2) >= 0;
+}
+
+// In thin matter cells are smaller than asked for, so that they are nearly cubes.
 Boxes boxesOf(const Cloud& cloud, double spacing) {
   if (!(spacing >= cloud.voxelSize()) || !std::isfinite(spacing))
     throw std::invalid_argument(
         "SoftTissueSettings::spacing must be finite and no less than a voxel of the cloud [m]");
   const Eigen::AlignedBox3d bounds = matterBounds(cloud);
-  const Vec3 cells = (bounds.sizes() / spacing).array().round().max(1);
-  if (!((cells + Vec3::Ones()).prod() <= kMostNodes))
-    throw std::invalid_argument(
-        "SoftTissueSettings::spacing gives more than 200,000 nodes; take a larger one");
-  return {cells.cast<int>(), bounds.min(), bounds.sizes().cwiseQuotient(cells)};
+  for (double most = spacing;; most *= 0.97) {
+    const Vec3 cells = (bounds.sizes() / most).array().round().max(1);
+    const Vec3 edge = bounds.sizes().cwiseQuotient(cells);
+    if (!((cells + Vec3::Ones()).prod() <= kMostNodes))
+      throw std::invalid_argument(
+          "SoftTissueSettings::spacing gives more than 200,000 nodes; take a larger one, or matter "
+          "that is not so thin");
+    if (areSprings(edge)) return {cells.cast<int>(), bounds.min(), edge};
+  }
 }
 
 // The matter in a cell.
@@ -137,17 +154,22 @@ void addLinks(const SoftCell& cell, const Vec3& edge, double fill, LinkSums& sum
         const int from = cell.nodes[static_cast<std::size_t>(i)],
                   to = cell.nodes[static_cast<std::size_t>(j)];
         auto& sum = sums[std::minmax(from, to)];
-        sum.first += std::max(0.0, fill * factor);
+        sum.first += fill * factor;
         sum.second = axis;
       };
-      if (!(i >> e & 1)) {
-        const double square = a * a / (b * b) + a * a / (c * c);
-        add(i | 1 << e, e, b * c / a * (1.2 - 0.4 * square) / 4);
-      }
+      if (!(i >> e & 1)) add(i | 1 << e, e, edgeFactor(edge, e));
       // Both diagonals of the face ab, from its two corners of lower e.
       if (!(i >> e & 1)) add(i ^ (1 << e | 1 << f), -1, 0.1 * c * (a * a + b * b) / (a * b));
     }
 }
+
+// The matter of a node.
+struct NodeSums {
+  double mass = 0;  // [kg] shared out by how near it is
+  // Volume of each tissue [m^3] in the cells around, shared out likewise, and of that nearer to
+  // this node than to others.
+  std::vector<double> around, nearest;
+};
 
 class Builder {
  public:
@@ -185,15 +207,17 @@ class Builder {
   void makeCells();
   Vec3 nodePlace(const Index& node) const;
   double fullness(const Vec3& place) const;
-  bool shareVoxel(const Index& v, double volume, std::vector<double>& volumes) const;
+  bool shareVoxel(const Index& v, double volume);
+  NodeMatter meansOf(const NodeSums& sums) const;
   void shareMatter();
   void makeLinks();
 
   const Cloud& cloud_;
   const TissueTable& tissues_;
   Boxes boxes_;
-  std::vector<Fill> fill_;   // of each cell
-  std::vector<int> number_;  // of each place in the lattice, or -1
+  std::vector<Fill> fill_;      // of each cell
+  std::vector<NodeSums> sums_;  // of each node
+  std::vector<int> number_;     // of each place in the lattice, or -1
   SoftLattice lattice_;
 };
 
@@ -267,52 +291,67 @@ Vec3 Builder::nodePlace(const Index& node) const {
   return last > 0 ? Vec3(middle + last * way) : place;
 }
 
-// Adds a voxel's volume to the nodes of its cell by how near they are: of each node and tissue in
-// `volumes`. False: its cell and those beside it do not count.
-bool Builder::shareVoxel(const Index& v, double volume, std::vector<double>& volumes) const {
+// Adds a voxel's matter to the nodes of its cell. False: its cell and those beside it do not count.
+bool Builder::shareVoxel(const Index& v, double volume) {
   const Vec3 grid = (cloud_.center(v.x(), v.y(), v.z()) - boxes_.low).cwiseQuotient(boxes_.edge);
   const Index low = grid.array().floor().cast<int>().max(0).min(boxes_.count.array() - 1);
   const Vec3 part = (grid - low.cast<double>()).array().max(0).min(1);
-  double weight[8], known = 0;
+  double linear[8], nearest[8], known = 0;
   for (int i = 0; i < 8; ++i) {
-    weight[i] = number_[boxes_.nodeAt(low + corner(i))] < 0 ? 0 : 1;
-    for (int e = 0; e < 3; ++e) weight[i] *= (i >> e & 1) ? part[e] : 1 - part[e];
-    known += weight[i];
+    linear[i] = nearest[i] = number_[boxes_.nodeAt(low + corner(i))] < 0 ? 0 : 1;
+    for (int e = 0; e < 3; ++e) {
+      const double near = (i >> e & 1) ? part[e] : 1 - part[e];
+      linear[i] *= near;
+      nearest[i] *= std::abs(near - 0.5) < kMidway ? 0.5 : std::round(near);
+    }
+    known += linear[i];
   }
   if (!(known > 0)) return false;
-  const std::size_t kinds = tissues_.size(), tissue = static_cast<std::size_t>(tissueOf(v));
-  for (int i = 0; i < 8; ++i)
-    if (weight[i] > 0)
-      volumes[static_cast<std::size_t>(number_[boxes_.nodeAt(low + corner(i))]) * kinds + tissue] +=
-          weight[i] / known * volume;
+  const auto tissue = static_cast<std::size_t>(tissueOf(v));
+  for (int i = 0; i < 8; ++i) {
+    if (!(linear[i] > 0)) continue;
+    NodeSums& node = sums_[static_cast<std::size_t>(number_[boxes_.nodeAt(low + corner(i))])];
+    node.mass += linear[i] / known * volume * tissues_[tissue].density;
+    node.around[tissue] += linear[i] / known * volume;
+    node.nearest[tissue] += nearest[i] * volume;
+  }
   return true;
 }
 
-// Masses and means by (1) and (2).
+// k, c and elasticity are those of the matter in the box of a cell's size about the node; where
+// there is none, of that in the cells around it.
+NodeMatter Builder::meansOf(const NodeSums& sums) const {
+  NodeMatter matter;
+  const bool any =
+      std::any_of(sums.nearest.begin(), sums.nearest.end(), [](double v) { return v > 0; });
+  const std::vector<double>& volumes = any ? sums.nearest : sums.around;
+  double volume = 0, most = 0;
+  for (std::size_t t = 0; t < tissues_.size(); ++t) {
+    volume += volumes[t];
+    matter.stiffness += volumes[t] * tissues_[t].stiffness;
+    matter.damping += volumes[t] * tissues_[t].damping;
+    matter.elasticity += volumes[t] * tissues_[t].elasticity;
+    if (volumes[t] > most) most = volumes[t], matter.tissue = static_cast<int>(t);
+  }
+  matter.mass = sums.mass;
+  matter.stiffness /= volume, matter.damping /= volume, matter.elasticity /= volume;
+  return matter;
+}
+
+// Masses, and means by (1) and (2).
 void Builder::shareMatter() {
-  const std::size_t count = lattice_.places.size(), kinds = tissues_.size();
-  std::vector<double> volumes(count * kinds);
+  const std::vector<double> none(tissues_.size());
+  sums_.assign(lattice_.places.size(), {0, none, none});
   double here = 0, all = 0;  // [kg]
   const double h = cloud_.voxelSize(), cubic = h * h * h;
   visitMatter(cloud_, [&](const Index& v, double share) {
     const double mass = share * cubic * tissues_[static_cast<std::size_t>(tissueOf(v))].density;
     all += mass;
-    if (shareVoxel(v, share * cubic, volumes)) here += mass;
+    if (shareVoxel(v, share * cubic)) here += mass;
   });
-  for (std::size_t n = 0; n < count; ++n) {
-    NodeMatter matter;
-    double volume = 0, most = 0;
-    for (std::size_t t = 0; t < kinds; ++t) {
-      const double part = volumes[n * kinds + t];
-      volume += part;
-      matter.mass += all / here * part * tissues_[t].density;
-      matter.stiffness += part * tissues_[t].stiffness;
-      matter.damping += part * tissues_[t].damping;
-      matter.elasticity += part * tissues_[t].elasticity;
-      if (part > most) most = part, matter.tissue = static_cast<int>(t);
-    }
-    matter.stiffness /= volume, matter.damping /= volume, matter.elasticity /= volume;
-    lattice_.matter.push_back(matter);
+  for (const NodeSums& sums : sums_) {
+    lattice_.matter.push_back(meansOf(sums));
+    lattice_.matter.back().mass *= all / here;
   }
 }
 

@@ -29,7 +29,7 @@ namespace cloudcontact {
 
 struct SoftTissueSettings {
   // [m] Between nodes, about: a whole number of cells fills the matter's bounds along each axis.
-  // Must be set, to no less than a voxel.
+  // Less in thin matter, as cells are nearly cubes. Must be set, to no less than a voxel.
   double spacing = 0;
   double friction = 0;  // m_cfg.kDF, times the other body's
 };
