@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -16,18 +17,6 @@ namespace {
 // A face farther from a voxel's center than this does not cross the voxel, in sub-sample widths:
 // half a voxel's edge, the ramp, and the bend of a curvature of 0.3 over half a voxel.
 constexpr float kClear = 0.5f * kSub + 0.5f + 0.2f;
-
-// Standard deviations of the target coverage (rounding to 1/255 and the sub-samples' error) and of
-// a face's place and tilt as its neighbors know them [voxels, radians]. Their ratio says how firmly
-// a face is held. If firmer, the crests of the M16 thread keep 0.1 voxel of error; if looser, the
-// two faces of a shallow edge swap places.
-constexpr float kCoverageNoise = 0.004f;
-constexpr float kPlaceNoise = 0.02f, kTiltNoise = 0.015f;
-constexpr float kHiddenNoise = 0.5f;
-constexpr int kRounds = 4;
-constexpr float kLongestStep = 0.4f;
-constexpr float kSettled = 2e-3f;
-constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 
 struct Points {
   alignas(64) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
@@ -95,38 +84,6 @@ CC_LANES void findOutside(const FaceTerms& terms, int voxel, float* outside) {
   }
 }
 
-float windowWeight(int voxel) {
-  const float x = middleOf(voxel, 0), y = middleOf(voxel, 1), z = middleOf(voxel, 2);
-  const float q = 1.0f - (x * x + y * y + z * z) / CC_WINDOW_RADIUS2;
-  return q * q;
-}
-
-struct VoxelCase {
-  bool uniform = false;  // full or empty
-  float coverage = 0;    // if uniform
-  int only = -1;         // the one face that crosses the voxel; -1: several do
-};
-
-VoxelCase classify(const Combination& c, int voxel) {
-  int crossing = 0, face = 0;
-  for (int i = 0; i < c.count; ++i) {
-    const float middle = c.face[i]->middle(voxel);
-    if (c.concave ? middle < -kClear : middle > kClear) return {true, c.concave ? 1.0f : 0.0f, -1};
-    if (std::abs(middle) > kClear) continue;
-    ++crossing;
-    face = i;
-  }
-  if (crossing == 0) return {true, c.concave ? 0.0f : 1.0f, -1};
-  return {false, 0, crossing == 1 ? face : -1};
-}
-
-// Derivative of a voxel's coverage as one face shifts outward, and its first moment, which gives
-// the derivative as the face turns.
-struct Slope {
-  float shift = 0;
-  Eigen::Vector3f moment = Eigen::Vector3f::Zero();
-};
-
 CC_LANES [[gnu::flatten]] void cutWindow(const Face& f, float length1, const float* middle,
                                          FaceCuts& cuts) {
   const float n[3] = {f.n.x(), f.n.y(), f.n.z()};
@@ -168,22 +125,26 @@ struct Joined {
   float both, byFirst, bySecond;  // the share left, and its derivatives by r and q
 };
 
-template <bool kSlopes>
+// max(v, 0), and the lesser of two that are not negative. As integers, because the compiler has no
+// vector instruction for the comparison of floats that leaves NaN and -0 as they are.
+CC_INLINE float positive(float v) {
+  return std::bit_cast<float>(std::max(std::bit_cast<std::int32_t>(v), 0));
+}
+CC_INLINE float lesser(float a, float b) {
+  return std::bit_cast<float>(
+      std::min(std::bit_cast<std::int32_t>(a), std::bit_cast<std::int32_t>(b)));
+}
+
 CC_INLINE Joined join(float r, float q, float alike, float opposed) {
-  const float product = r * q, least = r < q ? r : q, over = r + q - 1.0f;
-  const float rest = over > 0.0f ? over : 0.0f;
-  Joined j{product + alike * (least - product) + opposed * (rest - product), 0, 0};
-  if constexpr (kSlopes) {
-    const float free = 1.0f - alike - opposed, apart = over > 0.0f ? opposed : 0.0f;
-    j.byFirst = free * q + (r < q ? alike : 0.0f) + apart;
-    j.bySecond = free * r + (r < q ? 0.0f : alike) + apart;
-  }
-  return j;
+  const float product = r * q, over = r + q - 1.0f;
+  const float free = 1.0f - alike - opposed, apart = over > 0.0f ? opposed : 0.0f;
+  const float first = r < q ? alike : 0.0f;
+  return {product + alike * (lesser(r, q) - product) + opposed * (positive(over) - product),
+          free * q + first + apart, free * r + (alike - first) + apart};
 }
 
 CC_INLINE float clamped(float v) {
-  const float low = v > 0.0f ? v : 0.0f;
-  return low < 1.0f ? low : 1.0f;
+  return lesser(positive(v), 1.0f);
 }
 
 // The share of a sub-sample below a face is no linear ramp but an S, more so for oblique faces.
@@ -194,190 +155,201 @@ CC_INLINE float bent(float r, float bend) {
 }
 
 CC_INLINE float bentSlope(float r, float bend) {
-  const float slope = 1.0f + bend * (6.0f * r * (1.0f - r) - 1.0f);
-  const float rising = slope > 0.0f ? slope : 0.0f;
-  return ((r > 0.0f) & (r < 1.0f)) ? rising : 0.0f;
+  const float rest = r * (1.0f - r), slope = 1.0f + bend * (6.0f * r * (1.0f - r) - 1.0f);
+  return rest > 0.0f ? positive(slope) : 0.0f;  // 0 at the ramp's ends
 }
 
-// A number for each of a voxel's sub-samples. Every step runs over all of them before the next one
-// starts, so that the compiler vectorizes each step.
+// A number for each of a voxel's sub-samples.
 struct Lanes {
   alignas(64) float at[kPerVoxel];
 };
 
-// Four partial sums, each over every fourth sub-sample. This fixes the order of additions whatever
-// the register width.
+// Sums run over the four layers of a voxel first, then over the 16 sub-samples of a layer in
+// halves. This fixes the order of additions whatever the register width.
 typedef float F4 __attribute__((vector_size(16)));
+typedef float F16 __attribute__((vector_size(64)));
+
+// The layers of a voxel. A struct, because functions cannot return so wide a register everywhere.
+struct Layers {
+  F16 at[kSub];
+
+  CC_INLINE explicit Layers(const Lanes& v) { std::memcpy(at, v.at, sizeof at); }
+};
+CC_INLINE F4 quarters(const F16& v) {
+  const F4 a = __builtin_shufflevector(v, v, 0, 1, 2, 3),
+           b = __builtin_shufflevector(v, v, 4, 5, 6, 7),
+           c = __builtin_shufflevector(v, v, 8, 9, 10, 11),
+           d = __builtin_shufflevector(v, v, 12, 13, 14, 15);
+  return (a + b) + (c + d);
+}
 CC_INLINE float total(const Lanes& v) {
-  F4 sum{};
-  for (int k = 0; k < kPerVoxel; k += 4) {
-    F4 four;
-    std::memcpy(&four, v.at + k, sizeof four);
-    sum += four;
-  }
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  const Layers layer(v);
+  const F4 sum = quarters((layer.at[0] + layer.at[1]) + (layer.at[2] + layer.at[3]));
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+// The totals of four quarters.
+CC_INLINE F4 totals(const F4& a, const F4& b, const F4& c, const F4& d) {
+  const F4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5) +
+                __builtin_shufflevector(a, b, 2, 6, 3, 7),
+           cd = __builtin_shufflevector(c, d, 0, 4, 1, 5) +
+                __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
 }
 
-// How face `j` shares sub-samples with the faces before it: by its angle to the one of them that
-// leaves the least there.
-CC_INLINE void findAngles(const Combination& c, int j, const Lanes* r, Lanes& alike,
-                          Lanes& opposed) {
-  Lanes least = r[0];
-  for (int k = 0; k < kPerVoxel; ++k) alike.at[k] = c.between(0, j).alike;
-  for (int k = 0; k < kPerVoxel; ++k) opposed.at[k] = c.between(0, j).opposed;
-  for (int i = 1; i < j; ++i) {
-    const Angle angle = c.between(i, j);
-    CC_INDEPENDENT
-    for (int k = 0; k < kPerVoxel; ++k) {
-      const bool former = least.at[k] < r[i].at[k];
-      alike.at[k] = former ? alike.at[k] : angle.alike;
-      opposed.at[k] = former ? opposed.at[k] : angle.opposed;
-      least.at[k] = former ? least.at[k] : r[i].at[k];
+// What a kernel needs to know of a combination, with faces in registers.
+template <int kFaces>
+struct FacesOf {
+  const float* outside[kFaces];
+  float bend[kFaces];
+  Angle angle[kFaces * (kFaces - 1) / 2];
+  float side;
+
+  CC_INLINE FacesOf(const Combination& c, int voxel) : side(c.concave ? 1.0f : -1.0f) {
+    for (int i = 0; i < kFaces; ++i) {
+      outside[i] = c.face[i]->outside(voxel);
+      bend[i] = c.face[i]->bend();
     }
+    for (int i = 0; i < kFaces * (kFaces - 1) / 2; ++i) angle[i] = c.angle[i];
   }
-}
+};
 
-template <bool kSlopes>
-CC_INLINE void joinFace(const Combination& c, int j, const Lanes* r, Lanes& left, Lanes* weight) {
-  Lanes alike, opposed, byFirst;
-  findAngles(c, j, r, alike, opposed);
-  CC_INDEPENDENT
-  for (int k = 0; k < kPerVoxel; ++k) {
-    const Joined joined = join<kSlopes>(left.at[k], r[j].at[k], alike.at[k], opposed.at[k]);
-    left.at[k] = joined.both;
-    if constexpr (kSlopes) {
-      byFirst.at[k] = joined.byFirst;
-      weight[j].at[k] = joined.bySecond;
+// The share of a sub-sample that the faces leave together, and its derivatives as each alone leaves
+// more, by the linear ramp. A face shares the sub-sample with those before it by its angle to the
+// one of them that leaves the least there.
+template <int kFaces>
+struct Shared {
+  float left, slope[kFaces];
+
+  CC_INLINE Shared(const FacesOf<kFaces>& faces, int k) {
+    float ramp[kFaces], r[kFaces];
+#pragma GCC unroll 8
+    for (int i = 0; i < kFaces; ++i) {
+      ramp[i] = clamped(0.5f + faces.side * faces.outside[i][k]);
+      r[i] = bent(ramp[i], faces.bend[i]);
     }
+    left = r[0];
+    slope[0] = 1.0f;
+#pragma GCC unroll 8
+    for (int j = 1; j < kFaces; ++j) {
+      const Angle* const angle = faces.angle + j * (j - 1) / 2;
+      float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
+#pragma GCC unroll 8
+      for (int i = 1; i < j; ++i) {
+        const bool former = least < r[i];
+        alike = former ? alike : angle[i].alike;
+        opposed = former ? opposed : angle[i].opposed;
+        least = former ? least : r[i];
+      }
+      const Joined joined = join(left, r[j], alike, opposed);
+      left = joined.both;
+      slope[j] = joined.bySecond;
+#pragma GCC unroll 8
+      for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
+    }
+#pragma GCC unroll 8
+    for (int i = 0; i < kFaces; ++i) slope[i] *= bentSlope(ramp[i], faces.bend[i]);
   }
-  if constexpr (kSlopes)
-    for (int i = 0; i < j; ++i)
-      for (int k = 0; k < kPerVoxel; ++k) weight[i].at[k] *= byFirst.at[k];
-}
+};
 
-// From the derivative of each of the voxel's sub-samples.
+// From the derivative of each of the voxel's sub-samples: its sum, and that of it times x, y and z.
 CC_INLINE Slope slopeOf(const FaceField& face, int voxel, const Lanes& derivative) {
-  const Points& points = subSamples();
-  float sum[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const float* const at = (axis == 0 ? points.x : axis == 1 ? points.y : points.z);
-    Lanes moment;
-    for (int k = 0; k < kPerVoxel; ++k) moment.at[k] = derivative.at[k] * at[voxel * kPerVoxel + k];
-    sum[axis] = total(moment);
-  }
-  const float scale = kSub / face.face().n.lpNorm<1>() / kPerVoxel;
-  return {scale * total(derivative), scale * Eigen::Vector3f(sum[0], sum[1], sum[2])};
-}
-
-// The share of each sub-sample that a face alone leaves, and the linear ramp that it derives from.
-CC_INLINE void faceShares(const FaceField& face, int voxel, float side, Lanes& ramp, Lanes& left) {
-  const float* const outside = face.outside(voxel);
-  const float bend = face.bend();
-  CC_INDEPENDENT
-  for (int k = 0; k < kPerVoxel; ++k) {
-    ramp.at[k] = clamped(0.5f + side * outside[k]);
-    left.at[k] = bent(ramp.at[k], bend);
-  }
+  constexpr float a = -0.375f, b = -0.125f, c = 0.125f, d = 0.375f;  // positions within a voxel
+  constexpr F16 x = {a, b, c, d, a, b, c, d, a, b, c, d, a, b, c, d},
+                y = {a, a, a, a, b, b, b, b, c, c, c, c, d, d, d, d};
+  const Layers layer(derivative);
+  const F16 sum = (layer.at[0] + layer.at[1]) + (layer.at[2] + layer.at[3]);
+  const F16 upward = d * (layer.at[3] - layer.at[0]) + c * (layer.at[2] - layer.at[1]);
+  const F4 all = totals(quarters(sum), quarters(sum * x), quarters(sum * y), quarters(upward));
+  const float scale = face.perShift() / kPerVoxel, shift = scale * all[0];
+  return {shift,
+          {scale * all[1] + shift * middleOf(voxel, 0), scale * all[2] + shift * middleOf(voxel, 1),
+           scale * all[3] + shift * middleOf(voxel, 2)}};
 }
 
 // A voxel's coverage under two or more faces, and optionally its slopes. A union is computed as the
 // intersection of complements.
-template <bool kSlopes>
-CC_INLINE float voxelCoverage(const Combination& c, int voxel, Slope* slopes) {
-  const float side = c.concave ? 1.0f : -1.0f;
-  Lanes ramp[kMostFaces], r[kMostFaces], weight[kMostFaces];
-  faceShares(*c.face[0], voxel, side, ramp[0], r[0]);
-  Lanes left = r[0];
-  for (int k = 0; k < kPerVoxel; ++k) weight[0].at[k] = 1.0f;
-  for (int j = 1; j < c.count; ++j) {
-    faceShares(*c.face[j], voxel, side, ramp[j], r[j]);
-    joinFace<kSlopes>(c, j, r, left, weight);
+template <int kFaces>
+CC_INLINE float voxelCoverage(const Combination& c, int voxel) {
+  const FacesOf<kFaces> faces(c, voxel);
+  Lanes left;
+  CC_INDEPENDENT
+  for (int k = 0; k < kPerVoxel; ++k) left.at[k] = Shared<kFaces>(faces, k).left;
+  return total(left) * (1.0f / kPerVoxel);
+}
+
+template <int kFaces>
+CC_INLINE float voxelSlopes(const Combination& c, int voxel, Slope* slopes) {
+  const FacesOf<kFaces> faces(c, voxel);
+  Lanes left, slope[kFaces];
+  CC_INDEPENDENT
+  for (int k = 0; k < kPerVoxel; ++k) {
+    const Shared<kFaces> shared(faces, k);
+    left.at[k] = shared.left;
+    slope[0].at[k] = shared.slope[0];
+    slope[1].at[k] = shared.slope[1];
+    if constexpr (kFaces > 2) slope[2].at[k] = shared.slope[2];
+    if constexpr (kFaces > 3) slope[3].at[k] = shared.slope[3];
+    if constexpr (kFaces > 4) slope[4].at[k] = shared.slope[4];
+    if constexpr (kFaces > 5) slope[5].at[k] = shared.slope[5];
   }
-  for (int i = 0; kSlopes && i < c.count; ++i) {
-    const float bend = c.face[i]->bend();
-    CC_INDEPENDENT
-    for (int k = 0; k < kPerVoxel; ++k) weight[i].at[k] *= bentSlope(ramp[i].at[k], bend);
-    slopes[i] = slopeOf(*c.face[i], voxel, weight[i]);
+  for (int i = 0; i < kFaces; ++i) slopes[i] = slopeOf(*c.face[i], voxel, slope[i]);
+  return total(left) * (1.0f / kPerVoxel);
+}
+
+CC_LANES float shareOf(const Combination& c, int voxel) {
+  switch (c.count) {
+    case 2:
+      return voxelCoverage<2>(c, voxel);
+    case 3:
+      return voxelCoverage<3>(c, voxel);
+    case 4:
+      return voxelCoverage<4>(c, voxel);
+    case 5:
+      return voxelCoverage<5>(c, voxel);
+    default:
+      return voxelCoverage<6>(c, voxel);
   }
-  const float share = total(left) * (1.0f / kPerVoxel);
-  return c.concave ? 1.0f - share : share;
 }
 
-CC_LANES float coverageOnly(const Combination& c, int voxel) {
-  return voxelCoverage<false>(c, voxel, nullptr);
-}
-CC_LANES float coverageAndSlopes(const Combination& c, int voxel, Slope* slopes) {
-  return voxelCoverage<true>(c, voxel, slopes);
-}
-
-float coverageAt(const Combination& c, int voxel) {
-  const VoxelCase kind = classify(c, voxel);
-  if (kind.uniform) return kind.coverage;
-  return kind.only >= 0 ? c.face[kind.only]->cuts().volume[voxel] : coverageOnly(c, voxel);
-}
-
-constexpr int kUnknowns = 3 * kMostFaces;
-using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknowns, kUnknowns>;
-using Vector = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kUnknowns, 1>;
-using Tangents = Eigen::Matrix<float, 3, 2>;
-
-Tangents tangentsOf(const Eigen::Vector3f& n) {
-  Tangents t;
-  t.col(0) = n.unitOrthogonal();
-  t.col(1) = n.cross(t.col(0));
-  return t;
-}
-
-// Normal equations of one round: the prior on each face, then the coverage of each voxel.
-struct Equations {
-  Matrix left;
-  Vector right;
-
-  void addPrior(const Face* now, const Face* first, const Tangents* tangent, int count) {
-    left.setZero(3 * count, 3 * count);
-    right.setZero(3 * count);
-    const auto precision = [](float noise) {
-      return (kCoverageNoise / noise) * (kCoverageNoise / noise);
-    };
-    for (int i = 0; i < count; ++i) {
-      const float place = precision(first[i].hidden ? kHiddenNoise : kPlaceNoise),
-                  tilt = precision(first[i].hidden ? kHiddenNoise : kTiltNoise);
-      const Eigen::Vector2f turned = tangent[i].transpose() * (now[i].n - first[i].n);
-      const float off[3] = {now[i].s - first[i].s, turned.x(), turned.y()};
-      for (int j = 0; j < 3; ++j) {
-        left(3 * i + j, 3 * i + j) = j == 0 ? place : tilt;
-        right[3 * i + j] = -(j == 0 ? place : tilt) * off[j];
-      }
-    }
+CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
+  switch (c.count) {
+    case 2:
+      return voxelSlopes<2>(c, voxel, slopes);
+    case 3:
+      return voxelSlopes<3>(c, voxel, slopes);
+    case 4:
+      return voxelSlopes<4>(c, voxel, slopes);
+    case 5:
+      return voxelSlopes<5>(c, voxel, slopes);
+    default:
+      return voxelSlopes<6>(c, voxel, slopes);
   }
+}
 
-  // Also returns the coverage found.
-  void addCoverage(const float* target, const Combination& c, const Tangents* tangent,
-                   float* coverage) {
-    Vector g(3 * c.count);
-    for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-      const VoxelCase kind = classify(c, v);
-      coverage[v] = kind.coverage;
-      if (kind.uniform) continue;
-      Slope slope[kMostFaces];
-      if (kind.only < 0) {
-        coverage[v] = coverageAndSlopes(c, v, slope);
-      } else {
-        const FaceCuts& cuts = c.face[kind.only]->cuts();
-        coverage[v] = cuts.volume[v];
-        slope[kind.only] = {cuts.shift[v],
-                            {cuts.moment[0][v], cuts.moment[1][v], cuts.moment[2][v]}};
-      }
-      for (int i = 0; i < c.count; ++i) {
-        const Eigen::Vector2f turn = -tangent[i].transpose() * slope[i].moment;
-        g.segment<3>(3 * i) << slope[i].shift, turn;
-      }
-      const float w = windowWeight(v);
-      left.noalias() += w * g * g.transpose();
-      right.noalias() += w * (target[v] - coverage[v]) * g;
-    }
-  }
-};
+// The distances at the voxels' centers.
+CC_LANES void findMiddles(const FaceTerms& terms, float* middle) {
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k)
+    middle[k] = terms.outside(static_cast<float>(k % 3 - 1), static_cast<float>(k / 3 % 3 - 1),
+                              static_cast<float>(k / 9 - 1));
+}
+
+constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
+
+template <typename Visit>
+void forEachBit(std::uint32_t bits, Visit&& visit) {
+  for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
+}
+
+// The voxels in the order of their weight: the middle, its sides, its edges, its corners.
+constexpr std::uint32_t kByWeight[] = {
+    1u << 13, 1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22, kAllVoxels};
+
+// What a voxel adds to the square of the residual.
+float squareOf(float target, float found, int voxel) {
+  const float r = target - found;
+  return irrelevant(found, r) ? 0.0f : windowWeight(voxel) * r * r;
+}
 
 }  // namespace
 
@@ -385,12 +357,15 @@ void FaceField::set(const Face& f) {
   face_ = f;
   known_ = 0;
   isCut_ = false;
+  perShift_ = kSub / f.n.lpNorm<1>();
   const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
   bend_ = std::max(2 * (steep - 1), 0.0f);
-  const FaceTerms terms(f);
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v)
-    middle_[static_cast<std::size_t>(v)] =
-        terms.outside(middleOf(v, 0), middleOf(v, 1), middleOf(v, 2));
+  findMiddles(FaceTerms(f), middle_.data());
+  outer_ = inner_ = 0;
+  for (std::uint32_t v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    outer_ |= std::uint32_t{middle_[v] > kClear} << v;
+    inner_ |= std::uint32_t{middle_[v] < -kClear} << v;
+  }
 }
 
 void FaceField::cut() const {
@@ -417,20 +392,68 @@ void measureAngles(Combination& c) {
     for (int i = 0; i < j; ++i) *angle++ = angleOf(c.face[i]->face().n, c.face[j]->face().n);
 }
 
-void coverageOf(const Combination& c, float* coverage) {
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) coverage[v] = coverageAt(c, v);
+float coverageOnly(const Combination& c, int voxel) {
+  const float share = shareOf(c, voxel);
+  return c.concave ? 1.0f - share : share;
+}
+BlockCases casesOf(const Combination& c) {
+  BlockCases cases;
+  std::uint32_t beyond = 0, once = 0, twice = 0, crossed[kMostFaces];
+  for (int i = 0; i < c.count; ++i) {
+    const std::uint32_t outer = c.face[i]->outer(), inner = c.face[i]->inner();
+    beyond |= kAllVoxels & (c.concave ? inner : outer);
+    crossed[i] = kAllVoxels & ~(outer | inner);
+    twice |= once & crossed[i];
+    once |= crossed[i];
+  }
+  (c.concave ? cases.full : cases.empty) = beyond;
+  (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
+  cases.several = twice & ~beyond;
+  for (int i = 0; i < c.count; ++i) cases.only[i] = crossed[i] & ~(beyond | twice);
+  return cases;
 }
 
-float middleCoverageOf(const Combination& c) {
-  return coverageAt(c, CC_WINDOW_VOXELS / 2);
+float massOf(const Combination& c) {
+  const BlockCases cases = casesOf(c);
+  float mass = static_cast<float>(std::popcount(cases.full));
+  for (int i = 0; i < c.count; ++i)
+    forEachBit(cases.only[i], [&](int v) { mass += c.face[i]->cuts().volume[v]; });
+  forEachBit(cases.several, [&](int v) { mass += coverageOnly(c, v); });
+  return mass;
+}
+
+BlockCases coverSimple(const Combination& c, float* coverage) {
+  const BlockCases cases = casesOf(c);
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) coverage[v] = static_cast<float>(cases.full >> v & 1);
+  for (int i = 0; i < c.count; ++i)
+    forEachBit(cases.only[i], [&](int v) { coverage[v] = c.face[i]->cuts().volume[v]; });
+  return cases;
+}
+
+void coverageOf(const Combination& c, float* coverage) {
+  const BlockCases cases = coverSimple(c, coverage);
+  forEachBit(cases.several, [&](int v) { coverage[v] = coverageOnly(c, v); });
+}
+
+float coverageAndSlopes(const Combination& c, int voxel, Slope* slopes) {
+  const float share = slopesOf(c, voxel, slopes);
+  return c.concave ? 1.0f - share : share;
+}
+
+BlockTarget::BlockTarget(const float* block) {
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    coverage[v] = block[v];
+    ifEmpty[v] = squareOf(block[v], 0, v);
+    ifFull[v] = squareOf(block[v], 1, v);
+    mass += block[v];
+  }
 }
 
 float blockResidual(const float* target, const float* found) {
   float square = 0, weight = 0;
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
     const float r = target[v] - found[v];
-    const bool irrelevant = (found[v] <= 0.0f || found[v] >= 1.0f) && std::abs(r) < 2e-3f;
-    if (irrelevant) continue;
+    if (irrelevant(found[v], r)) continue;
     const float w = windowWeight(v);
     square += w * r * r;
     weight += w;
@@ -438,41 +461,41 @@ float blockResidual(const float* target, const float* found) {
   return weight > 0 ? std::sqrt(square / weight) : 1.0f;
 }
 
-void refine(const float* target, Hypothesis& h, FaceField* fields) {
-  Combination c;
-  c.count = h.count;
-  c.concave = h.concave;
-  for (int i = 0; i < h.count; ++i) c.face[i] = &fields[i];
-  const Hypothesis first = h;
-  Hypothesis now = h;
-  Tangents tangent[kMostFaces];
-  Equations equations;
-  for (int round = 0; round <= kRounds; ++round) {
-    for (int i = 0; i < h.count; ++i) fields[i].set(now.faces[i]);
-    measureAngles(c);
-    float found[CC_WINDOW_VOXELS];
-    for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
-    if (round < kRounds) {
-      equations.addPrior(now.faces, first.faces, tangent, h.count);
-      equations.addCoverage(target, c, tangent, found);
-    } else {
-      coverageOf(c, found);
-    }
-    now.residual = blockResidual(target, found);
-    if (now.residual < h.residual) h = now;
-    if (round == kRounds || now.residual > kHopeless) return;
-    const Vector step = equations.left.ldlt().solve(equations.right);
-    if (!step.allFinite()) return;
-    const float longest = step.cwiseAbs().maxCoeff();
-    if (longest < kSettled) return;
-    const float shorten = kLongestStep / std::max(kLongestStep, longest);
-    for (int i = 0; i < h.count; ++i) {
-      Face& f = now.faces[i];
-      f.n += shorten * tangent[i] * step.segment<2>(3 * i + 1);
-      f.s = (f.s + shorten * step[3 * i]) / f.n.norm();
-      f.n.normalize();
-    }
+// Adds up the square, cheap voxels first, until it exceeds what the bound allows even if all voxels
+// count. The residual itself is summed in the fixed order.
+float residualBelow(const BlockTarget& target, const Combination& c, float bound, float miss) {
+  constexpr float kAllWeights = 5.85f;  // all voxels' weights add up to a little less
+  const BlockCases cases = casesOf(c);
+  const float most = bound * bound * kAllWeights;
+  float found[CC_WINDOW_VOXELS], square = 0;
+  constexpr int kMiddle = CC_WINDOW_VOXELS / 2;
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    const bool full = cases.full >> v & 1, empty = cases.empty >> v & 1;
+    found[v] = full ? 1.0f : 0.0f;
+    square += full ? target.ifFull[v] : empty ? target.ifEmpty[v] : 0.0f;
   }
+  const auto misses = [&] { return std::abs(found[kMiddle] - target.coverage[kMiddle]) > miss; };
+  const std::uint32_t partly = kAllVoxels & ~(cases.full | cases.empty);
+  if (square > most || (!(partly >> kMiddle & 1) && misses())) return kTooMuch;
+  for (int i = 0; i < c.count; ++i)
+    forEachBit(cases.only[i], [&](int v) {
+      found[v] = c.face[i]->cuts().volume[v];
+      square += squareOf(target.coverage[v], found[v], v);
+    });
+  if (square > most) return kTooMuch;
+  std::uint32_t left = cases.several;
+  for (const std::uint32_t group : kByWeight) {
+    for (std::uint32_t bits = left & group; bits != 0; bits &= bits - 1) {
+      const int v = std::countr_zero(bits);
+      found[v] = coverageOnly(c, v);
+      square += squareOf(target.coverage[v], found[v], v);
+      if (square > most) return kTooMuch;
+    }
+    left &= ~group;
+    if (misses()) return kTooMuch;
+  }
+  const float residual = blockResidual(target.coverage, found);
+  return residual < bound ? residual : kTooMuch;
 }
 
 }  // namespace cloudcontact

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 
@@ -42,23 +43,26 @@ class FaceField {
     if (!(known_ >> voxel & 1)) find(voxel);
     return outside_.data() + voxel * kPerVoxel;
   }
-  // Distance at the voxel's center. Where it is large the face does not cross the voxel.
-  float middle(int voxel) const { return middle_[static_cast<std::size_t>(voxel)]; }
+  // The voxels that lie wholly outside the face, or inside; it may cross the others. One bit each.
+  std::uint32_t outer() const { return outer_; }
+  std::uint32_t inner() const { return inner_; }
   const FaceCuts& cuts() const {
     if (!isCut_) cut();
     return cuts_;
   }
-  // How far a sub-sample's share deviates from a linear ramp: 0 along an axis, 2.5 along a
-  // diagonal.
+  // How far a sub-sample's share is from a linear ramp: 0 along an axis, 2.5 along a diagonal.
   float bend() const { return bend_; }
+  // Widths of a sub-sample by which the distances fall as the face shifts outward by a voxel.
+  float perShift() const { return perShift_; }
 
  private:
   void find(int voxel) const;
   void cut() const;
 
   Face face_;
-  float bend_ = 0;
-  std::array<float, CC_WINDOW_LANES> middle_{};
+  float bend_ = 0, perShift_ = 0;
+  std::uint32_t outer_ = 0, inner_ = 0;
+  alignas(64) std::array<float, CC_WINDOW_LANES> middle_{};  // distances at the voxels' centers
   mutable bool isCut_ = false;
   mutable FaceCuts cuts_;
   mutable std::uint32_t known_ = 0;  // one bit per voxel
@@ -86,24 +90,61 @@ struct Combination {
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave);
 void measureAngles(Combination& c);  // needed after its faces have moved
 
-// The block's coverage under a combination; 27 values.
-void coverageOf(const Combination& c, float* coverage);
-// The center voxel alone.
-float middleCoverageOf(const Combination& c);
-
-// Root mean square of the difference, over the voxels near the surface.
-float blockResidual(const float* target, const float* found);
-
-// Faces that explain a block.
-struct Hypothesis {
-  Face faces[kMostFaces];
-  int count = 0;
-  bool concave = false;
-  float residual = 1.0f;
+// Derivative of a voxel's coverage as one face shifts outward, and its first moment, which gives
+// the derivative as the face turns.
+struct Slope {
+  float shift = 0;
+  Eigen::Vector3f moment = Eigen::Vector3f::Zero();
 };
 
-// Moves all faces of a hypothesis at once to fit the target coverage (Gauss-Newton). A prior holds
-// each face near its start, weighted by how well its neighbors know it. `fields` is workspace.
-void refine(const float* target, Hypothesis& h, FaceField* fields);
+// The voxels of a block by the faces that cross them, one bit each.
+struct BlockCases {
+  std::uint32_t full = 0, empty = 0, several = 0;
+  std::uint32_t only[kMostFaces] = {};  // this face alone
+};
+BlockCases casesOf(const Combination& c);
+
+// What a voxel of the block counts: (1 - r^2/R^2)^2.
+inline constexpr auto kWindowWeights = [] {
+  std::array<float, CC_WINDOW_VOXELS> weights{};
+  for (std::size_t v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    const float q = 1.0f - ((v % 3 != 1) + (v / 3 % 3 != 1) + (v / 9 != 1)) / CC_WINDOW_RADIUS2;
+    weights[v] = q * q;
+  }
+  return weights;
+}();
+constexpr float windowWeight(int voxel) {
+  return kWindowWeights[static_cast<std::size_t>(voxel)];
+}
+
+// The coverage of a voxel that several faces cross, and its slopes for each of them.
+float coverageOnly(const Combination& c, int voxel);
+float coverageAndSlopes(const Combination& c, int voxel, Slope* slopes);
+
+// The coverage that a combination is to explain.
+struct BlockTarget {
+  alignas(64) float coverage[CC_WINDOW_LANES] = {};
+  // What a voxel adds to the square of the residual if the faces leave it empty, or full.
+  alignas(64) float ifEmpty[CC_WINDOW_LANES] = {}, ifFull[CC_WINDOW_LANES] = {};
+  float mass = 0;
+
+  explicit BlockTarget(const float* block);
+};
+// The block's coverage under a combination; 27 values.
+void coverageOf(const Combination& c, float* coverage);
+// The same but for `several` voxels.
+BlockCases coverSimple(const Combination& c, float* coverage);
+// The sum over the block.
+float massOf(const Combination& c);
+// Full and empty voxels that are about right say nothing of the surface.
+inline bool irrelevant(float found, float difference) {
+  return (found <= 0.0f || found >= 1.0f) && std::abs(difference) < 2e-3f;
+}
+// Root mean square of the difference, over the voxels near the surface.
+float blockResidual(const float* target, const float* found);
+constexpr float kTooMuch = 1e9f;
+// The same for a combination; kTooMuch, with less work, where it is not below `bound`, or where the
+// middle voxel's coverage is off by more than `miss`.
+float residualBelow(const BlockTarget& target, const Combination& c, float bound, float miss);
 
 }  // namespace cloudcontact

@@ -15,7 +15,9 @@ constexpr float kHidden = 0.006f;       // above this a face that no neighbor sh
 constexpr std::size_t kRefined = 2;     // trials of each kind that are refined
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
-constexpr int kMassRounds = 6;
+constexpr float kCell = 0.125f;         // of the places tried for a hidden face
+// A trial is refined if its residual is at most this times the useful.
+constexpr float kFar = 10.0f, kFarHidden = 20.0f;
 constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
 constexpr float kFurther = 0.8f;        // an additional face must lower the residual by this factor
 constexpr float kBackToBack = -0.8f;    // cosine between a plate's two faces
@@ -38,9 +40,11 @@ Combination without(const Combination& c, int face) {
 }  // namespace
 
 Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
-                           const Eigen::Vector3f& mean, TipsTried tips) {
-  target_ = target;
+                           const Eigen::Vector3f& mean, TipsTried tips, float bound) {
+  const BlockTarget block(target);
+  target_ = &block;
   best_ = {};
+  useful_ = std::max(kExplained, bound / kFurther);
   count_ = 0;
   around_.clear();
   for (const Face& f : faces) {
@@ -50,54 +54,49 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
     around_.push_back(f);
   }
   tryPairs();
-  pairs_ = trials_;
-  refineBest(kRefined);
+  refineBest();
   if (best_.residual > kExplained) {
     tryTriples();
-    refineBest(kRefined);
+    refineBest();
   }
   if (best_.residual > (tips == TipsTried::Soon ? kExplained : kHidden)) tryTips();
   if (best_.residual > kHidden) tryHidden(mean);
   return best_;
 }
 
-float EdgeSearch::residualOf(const Combination& c) const {
-  float found[CC_WINDOW_VOXELS];
-  coverageOf(c, found);
-  return blockResidual(target_, found);
+// Keeps a combination among the best `most` tried, best first, where equal in the order of trial.
+void EdgeSearch::tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits) {
+  const bool all = trials_.size() == most;
+  const float bound = all ? std::min(limits.residual, trials_.back().residual) : limits.residual;
+  const float residual = residualBelow(*target_, c, bound, limits.miss);
+  if (residual >= bound) return;
+  if (all) trials_.pop_back();
+  const auto after = std::find_if(trials_.begin(), trials_.end(),
+                                  [&](const Trial& t) { return t.residual > residual; });
+  trials_.insert(after, {c, plane, residual});
 }
 
-// Combinations that miss the middle voxel's coverage by far are skipped: neighbors' faces are right
-// to 0.1 voxel, so a correct combination is close there.
-void EdgeSearch::tryOne(const Combination& c) {
-  if (std::abs(middleCoverageOf(c) - target_[CC_WINDOW_VOXELS / 2]) > kMiddleMiss) return;
-  trials_.push_back({c, {}, residualOf(c)});
-}
-
-void EdgeSearch::sortTrials() {
-  std::stable_sort(trials_.begin(), trials_.end(),
-                   [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
-}
-
-// All pairs, unrefined, best first.
+// All pairs, unrefined. Combinations that miss the middle voxel's coverage by far are skipped:
+// neighbors' faces are right to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryPairs() {
   trials_.clear();
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
-      for (int j = i + 1; j < count_; ++j) tryOne(combine({&fields_[i], &fields_[j]}, concave));
-  sortTrials();
+      for (int j = i + 1; j < count_; ++j)
+        tryOne(combine({&fields_[i], &fields_[j]}, concave), {}, kWidened, {kTooMuch, kMiddleMiss});
+  pairs_ = trials_;
 }
 
 // The best pairs, each with one more face.
 void EdgeSearch::tryTriples() {
   trials_.clear();
-  for (std::size_t p = 0; p < pairs_.size() && p < kWidened; ++p) {
-    const Combination& pair = pairs_[p].faces;
+  for (const Trial& trial : pairs_) {
+    const Combination& pair = trial.faces;
     for (int k = 0; k < count_; ++k)
       if (&fields_[k] != pair.face[0] && &fields_[k] != pair.face[1])
-        tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave));
+        tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave), {}, kRefined,
+               {kFar * useful_, kMiddleMiss});
   }
-  sortTrials();
 }
 
 // Selects faces that represent all, where there are more than a record holds, as at the tip of a
@@ -130,14 +129,15 @@ void EdgeSearch::tryTips() {
     c.concave = concave;
     for (std::size_t i = 0; i < around_.size(); ++i) c.face[c.count++] = &fields[i];
     measureAngles(c);
-    float residual = residualOf(c);
-    if (residual > kPromising * best_.residual) continue;
+    const float promising = kPromising * best_.residual;
+    float residual = residualBelow(*target_, c, std::nextafter(promising, kTooMuch), kTooMuch);
+    if (residual > promising) continue;
     while (c.count > kFewFaces) {
       Combination best;
       float least = kNeedless * residual;
       for (int i = 0; i < c.count; ++i) {
         const Combination fewer = without(c, i);
-        const float r = residualOf(fewer);
+        const float r = residualBelow(*target_, fewer, std::nextafter(least, kTooMuch), kTooMuch);
         if (r > least) continue;
         least = r;
         best = fewer;
@@ -148,20 +148,23 @@ void EdgeSearch::tryTips() {
     }
     if (c.count > kFewFaces) trials_.push_back({c, {}, residual});
   }
-  sortTrials();
-  refineBest(kRefined);
+  std::stable_sort(trials_.begin(), trials_.end(),
+                   [](const Trial& a, const Trial& b) { return a.residual < b.residual; });
+  refineBest();
 }
 
-void EdgeSearch::refineBest(std::size_t most) {
-  for (std::size_t t = 0; t < trials_.size() && t < most && best_.residual > kExplained; ++t) {
+void EdgeSearch::refineBest() {
+  for (std::size_t t = 0; t < trials_.size() && t < kRefined && best_.residual > kExplained; ++t) {
     const Trial& trial = trials_[t];
+    if (trial.residual > (trial.plane.hidden ? kFarHidden : kFar) * useful_) break;
     Hypothesis h;
     h.count = trial.faces.count;
     h.concave = trial.faces.concave;
     h.residual = trial.residual;
     for (int i = 0; i < h.count; ++i)
       h.faces[i] = trial.faces.face[i] == &hidden_ ? trial.plane : trial.faces.face[i]->face();
-    refine(target_, h, work_);
+    const float beat = (h.count > best_.count ? kFurther : 1.0f) * best_.residual;
+    refine(*target_, std::min(useful_, beat), h, work_);
     keep(h);
   }
 }
@@ -186,11 +189,11 @@ void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
     for (bool concave : {false, true})
       placeHidden(combine({&fields_[i], &hidden_}, concave),
                   2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
-  sortTrials();
-  refineBest(kRefined);
+  refineBest();
 }
 
-// Places the hidden face, with the given normal, so that the block's mass is right.
+// Tries a hidden face with the given normal, the last of the combination, where it makes the
+// block's mass right.
 void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   if (normal.norm() < 0.2f) return;
   Face plane;
@@ -198,19 +201,41 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   plane.n = normal.normalized();
   for (int k = 0; k + 1 < c.count; ++k)
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
-  float mass = 0;
-  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += target_[k];
-  float low = -2, high = 2, found[CC_WINDOW_VOXELS];
-  for (int round = 0; round < kMassRounds; ++round) {
-    plane.s = 0.5f * (low + high);
+  plane.s = placeOf(c, plane);
+  hidden_.set(plane);
+  measureAngles(c);
+  tryOne(c, plane, kRefined, {kFarHidden * useful_, kTooMuch});
+}
+
+// The middle of the cell of places in which the mass is right. Taken by secants that no end of the
+// range keeps for long (Illinois).
+float EdgeSearch::placeOf(Combination c, Face plane) {
+  const auto off = [&] { return massOf(c) - target_->mass; };
+  --c.count;
+  const float alone = off();
+  ++c.count;
+  hidden_.set(plane);
+  measureAngles(c);
+  float low = -2, high = 2;
+  // The mass beside the target with the face at either end.
+  float below = c.concave ? alone : -target_->mass,
+        above = c.concave ? CC_WINDOW_VOXELS - target_->mass : alone;
+  if (below >= 0) return low + 0.5f * kCell;
+  if (above < 0) return high - 0.5f * kCell;
+  int last = 0;
+  while (high - low > 1.5f * kCell) {
+    const float part = std::clamp(below / (below - above), 0.1f, 0.9f);
+    plane.s = std::clamp(kCell * std::round((low + part * (high - low)) / kCell), low + kCell,
+                         high - kCell);
     hidden_.set(plane);
-    if (round == 0) measureAngles(c);
-    coverageOf(c, found);
-    float sum = 0;
-    for (float v : found) sum += v;
-    (sum < mass ? low : high) = plane.s;
+    const float now = off();
+    const int side = now < 0 ? -1 : 1;
+    (now < 0 ? low : high) = plane.s;
+    (now < 0 ? below : above) = now;
+    if (side == last) (now < 0 ? above : below) *= 0.5f;
+    last = side;
   }
-  trials_.push_back({c, plane, blockResidual(target_, found)});
+  return 0.5f * (low + high);
 }
 
 }  // namespace cloudcontact

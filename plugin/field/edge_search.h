@@ -2,7 +2,7 @@
 // the four to six of a tip.
 #pragma once
 
-#include "field/edge_block.h"
+#include "field/edge_refine.h"
 
 #include <vector>
 
@@ -21,9 +21,10 @@ enum class TipsTried : std::uint8_t { Last, Soon };
 class EdgeSearch {
  public:
   // `target` is the block's coverage. `faces` are those seen near the block, heaviest first, at
-  // most kMostAround. `mean` is the normal of the block's quadric.
+  // most kMostAround. `mean` is the normal of the block's quadric. An edge is useful if its
+  // residual is below `bound`; the best that is not may be another than a full search would find.
   Hypothesis run(const float* target, const std::vector<Face>& faces, const Eigen::Vector3f& mean,
-                 TipsTried tips);
+                 TipsTried tips, float bound);
 
  private:
   struct Trial {
@@ -32,24 +33,28 @@ class EdgeSearch {
     float residual = 1.0f;
   };
 
-  float residualOf(const Combination& c) const;
-  void tryOne(const Combination& c);
-  void sortTrials();
+  struct Limits {
+    float residual, miss;  // largest, of the block and of its middle voxel
+  };
+
+  void tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits);
   void tryPairs();
   void tryTriples();
   const FaceField* spreadFaces();
   void tryTips();
-  void refineBest(std::size_t most);
+  void refineBest();
   void tryHidden(const Eigen::Vector3f& mean);
   void placeHidden(Combination c, const Eigen::Vector3f& normal);
+  float placeOf(Combination c, Face plane);
   void keep(const Hypothesis& h);
 
-  const float* target_ = nullptr;
+  const BlockTarget* target_ = nullptr;
   int count_ = 0;
+  float useful_ = 0;  // residual below which a hypothesis decides what is found
   FaceField fields_[kMostNear];
   std::vector<Face> around_;
   FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
-  std::vector<Trial> trials_, pairs_;
+  std::vector<Trial> trials_, pairs_;  // best first
   Hypothesis best_;
 };
 

@@ -196,43 +196,75 @@ bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v,
   });
 }
 
-// An edge that explains a voxel better than its present pieces and well enough for the pass. Its
-// count is 0 if there is none. For voxels of which mayFind() is true.
-Hypothesis edgeOf(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass,
-                  EdgeSearch& search) {
+// The edge that explains a voxel's block best. For voxels of which mayFind() is true. One that no
+// pass would accept may have a larger residual than the best, or none.
+Hypothesis edgeNear(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass,
+                    EdgeSearch& search) {
   const SurfaceBrick& brick = *draft.brick(static_cast<std::size_t>(at.brick));
-  const VoxelState own = brick.state(at.cell, pass.number);
   float block[CC_WINDOW_VOXELS];
   gatherBlock(draft.cloud, at.x, at.y, at.z, block);
   const Eigen::Vector3f mean =
       Eigen::Map<const Eigen::Vector3f>(brick.state(at.cell, 1).pieces[0].surface.n);
   // Many faces only for tips: always taking them makes a thread's field 9 % slower.
   const std::size_t faces = pass.climbs() ? kMostAround : kMostNear;
-  const Hypothesis best =
-      search.run(block, facesNear(draft, at, pass.number, faces), mean, pass.tips);
+  return search.run(block, facesNear(draft, at, pass.number, faces), mean, pass.tips,
+                    boundOf(brick.state(at.cell, pass.number), kEdgeResidual));
+}
+
+// The same if it explains the voxel better than its present pieces and well enough for the pass.
+// Its count is 0 if there is none.
+Hypothesis edgeOf(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass,
+                  EdgeSearch& search) {
+  const VoxelState own =
+      draft.brick(static_cast<std::size_t>(at.brick))->state(at.cell, pass.number);
+  const Hypothesis best = edgeNear(draft, at, pass, search);
   return best.residual < boundOf(own, pass.most) ? best : Hypothesis{};
 }
 
-// One pass over the surface voxels of these bricks. Results in their order.
-std::vector<Found> runPass(const FieldDraft& draft, const Pass& pass,
-                           const std::vector<std::int32_t>& bricks) {
+// What passes over a brick found.
+struct BrickFinds {
+  std::vector<Found> now;    // accepted in this pass
+  std::vector<Found> later;  // found in the first pass, good enough for the second alone
+};
+
+// Where nothing has changed nearby, the second pass would repeat the search of the first.
+bool repeats(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass) {
+  return pass.number == 2 &&
+         !besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
+}
+
+void searchBrick(const FieldDraft& draft, const Pass& pass, std::int32_t number, EdgeSearch& search,
+                 BrickFinds& finds) {
+  const SurfaceBrick& brick = *draft.brick(static_cast<std::size_t>(number));
+  std::vector<Found> later;
+  later.swap(finds.later);
+  finds.now.clear();
+  auto known = later.begin();
+  for (const SurfaceVoxel& v : brick.voxels) {
+    while (known != later.end() && known->cell < v.cell) ++known;
+    const DraftVoxel at = draft.voxelAt(number, v.cell);
+    const VoxelState own = brick.state(v.cell, pass.number);
+    if (!mayFind(draft, at, own, pass)) continue;
+    if (repeats(draft, at, pass)) {
+      if (known != later.end() && known->cell == v.cell) finds.now.push_back(*known);
+      continue;
+    }
+    const Found found{number, v.cell, edgeNear(draft, at, pass, search)};
+    if (found.edge.residual < boundOf(own, pass.most))
+      finds.now.push_back(found);
+    else if (pass.number == 1 && found.edge.residual < boundOf(own, kEdgeResidual))
+      finds.later.push_back(found);
+  }
+}
+
+// One pass over the surface voxels of these bricks.
+void runPass(const FieldDraft& draft, const Pass& pass, const std::vector<std::int32_t>& bricks,
+             std::vector<BrickFinds>& finds) {
   const int threads = threadCount(draft.threads);
   std::vector<EdgeSearch> searches(static_cast<std::size_t>(threads));
-  std::vector<std::vector<Found>> parts(bricks.size());
   parallelFor(bricks.size(), threads, [&](std::size_t i, int worker) {
-    EdgeSearch& search = searches[static_cast<std::size_t>(worker)];
-    const SurfaceBrick* const brick = draft.brick(static_cast<std::size_t>(bricks[i]));
-    if (!brick) return;
-    for (const SurfaceVoxel& v : brick->voxels) {
-      const DraftVoxel at = draft.voxelAt(bricks[i], v.cell);
-      if (!mayFind(draft, at, brick->state(v.cell, pass.number), pass)) continue;
-      const Hypothesis edge = edgeOf(draft, at, pass, search);
-      if (edge.count > 0) parts[i].push_back({bricks[i], v.cell, edge});
-    }
+    searchBrick(draft, pass, bricks[i], searches[static_cast<std::size_t>(worker)], finds[i]);
   });
-  std::vector<Found> found;
-  for (const std::vector<Found>& part : parts) found.insert(found.end(), part.begin(), part.end());
-  return found;
 }
 
 VoxelStep stepOf(const Hypothesis& h, int pass, int earlier) {
@@ -405,15 +437,19 @@ class EdgeRenewal {
 
 void findEdges(FieldDraft& draft) {
   const std::vector<std::int32_t> bricks = draft.surfaceBricks();
+  std::vector<BrickFinds> finds(bricks.size());
   for (int number = 1; number <= kPasses; ++number) {
-    const std::vector<Found> found = runPass(draft, Pass(number), bricks);
-    for (const Found& f : found) {
-      SurfaceBrick& brick = draft.write(static_cast<std::size_t>(f.brick));
-      SurfaceVoxel& voxel =
-          brick.voxels[static_cast<std::size_t>(brick.place[static_cast<std::size_t>(f.cell)])];
-      voxel.last = addEdge(brick, voxel.last, number, f.edge);
-    }
-    if (found.empty() && number >= kPlainPasses) return;
+    runPass(draft, Pass(number), bricks, finds);
+    bool any = false;
+    for (const BrickFinds& in : finds)
+      for (const Found& f : in.now) {
+        SurfaceBrick& brick = draft.write(static_cast<std::size_t>(f.brick));
+        SurfaceVoxel& voxel =
+            brick.voxels[static_cast<std::size_t>(brick.place[static_cast<std::size_t>(f.cell)])];
+        voxel.last = addEdge(brick, voxel.last, number, f.edge);
+        any = true;
+      }
+    if (!any && number >= kPlainPasses) return;
   }
 }
 
