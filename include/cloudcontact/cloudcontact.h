@@ -36,6 +36,7 @@
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/law/tissue.h>
 
+#include <cloudcontact/field/field_file.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/field/surface_sample.h>
 

@@ -1,34 +1,26 @@
 // Size, bounds and hash of a field's data.
 #include "field/field_data.h"
 
+#include "base/hash.h"
+
 #include <algorithm>
-#include <cstring>
 
 namespace cloudcontact {
 
 namespace {
 
-// FNV-1a (Fowler, Noll, Vo) over 8 bytes at a time, with an extra mixing step.
+// A hash of arrays, each after its length.
 class Hasher {
  public:
   template <typename T>
   void add(const T* first, std::size_t count) {
-    const auto* const bytes = reinterpret_cast<const unsigned char*>(first);
-    mix(count);
-    for (std::size_t i = 0; i < count * sizeof(T); i += 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, bytes + i, std::min<std::size_t>(8, count * sizeof(T) - i));
-      mix(word);
-    }
+    hash_.mix(count);
+    hash_.add(first, count * sizeof(T));
   }
-  std::uint64_t value() const { return value_; }
+  std::uint64_t value() const { return hash_.value(); }
 
  private:
-  void mix(std::uint64_t word) {
-    value_ = (value_ ^ word) * 0x100000001b3u;
-    value_ ^= value_ >> 29;
-  }
-  std::uint64_t value_ = 0xcbf29ce484222325u;
+  WordHash hash_;
 };
 
 // Least and largest of some values, in lanes.
@@ -53,8 +45,13 @@ std::pair<float, float> range(const std::vector<float>& v) {
 
 FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
                      std::shared_ptr<const FieldNotes> notes, const FieldData* before)
+    : FieldData(cloud, FieldRecords(cloud, band, before ? &before->records_ : nullptr),
+                std::move(samples), std::move(notes)) {}
+
+FieldData::FieldData(Cloud cloud, FieldRecords records, SampleSet samples,
+                     std::shared_ptr<const FieldNotes> notes)
     : cloud_(std::move(cloud)),
-      records_(cloud_, band, before ? &before->records_ : nullptr),
+      records_(std::move(records)),
       samples_(std::move(samples)),
       notes_(std::move(notes)) {
   const SampleColumns& all = samples_.levels[0].samples;

@@ -27,6 +27,8 @@ class FieldData {
   // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
   FieldData(Cloud cloud, const Band& band, SampleSet samples,
             std::shared_ptr<const FieldNotes> notes, const FieldData* before);
+  FieldData(Cloud cloud, FieldRecords records, SampleSet samples,
+            std::shared_ptr<const FieldNotes> notes = nullptr);
 
   const Cloud& cloud() const { return cloud_; }
   const FieldRecords& records() const { return records_; }

@@ -240,6 +240,21 @@ BandView FieldRecords::bandBrick(std::size_t brick) const {
           first};
 }
 
+bool FieldRecords::complete(const Eigen::Vector3i& bricks, std::size_t bandVoxels) {
+  bricks_ = {bricks.x(), bricks.y(), bricks.z()};
+  bandVoxels_ = bandVoxels;
+  const std::size_t all = between_.size();
+  const auto inside = [&](std::int32_t first) {
+    return first >= 0 && static_cast<std::size_t>(first) + kBrickVoxels <= records_.size();
+  };
+  return all == static_cast<std::size_t>(bricks.cast<std::int64_t>().prod()) &&
+         distance_.size() == all && held_.size() == all && near_.size() == all &&
+         planed_.size() == all && firsts_.size() == all + 1 && planeFirsts_.size() == all + 1 &&
+         planeFirsts_.back() == planes_.size() &&
+         std::is_sorted(planeFirsts_.begin(), planeFirsts_.end()) &&
+         std::all_of(firsts_.begin(), firsts_.end(), inside);
+}
+
 std::size_t FieldRecords::bytes() const {
   return (records_.size() + planes_.size()) * sizeof(CcVoxel) +
          (firsts_.size() + between_.size()) * sizeof(std::int32_t) +

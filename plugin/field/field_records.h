@@ -11,6 +11,7 @@ namespace cloudcontact {
 
 class FieldRecords {
  public:
+  FieldRecords() = default;  // to be filled by forEachArray() and complete()
   // `before` holds the bricks that the band marks kAsBefore; null if there are none.
   FieldRecords(const Cloud& cloud, const Band& band, const FieldRecords* before);
 
@@ -33,6 +34,16 @@ class FieldRecords {
   BandView bandBrick(std::size_t brick) const;
   std::size_t bandVoxels() const { return bandVoxels_; }
   std::size_t bytes() const;
+
+  // All arrays in a fixed order, for files.
+  template <typename Records, typename Visit>
+  static void forEachArray(Records& all, Visit&& visit) {
+    visit(all.records_), visit(all.planes_), visit(all.planeFirsts_), visit(all.firsts_);
+    visit(all.between_), visit(all.distance_), visit(all.held_), visit(all.near_);
+    visit(all.planed_);
+  }
+  // The rest, after all arrays are read. False if they do not fit together.
+  bool complete(const Eigen::Vector3i& bricks, std::size_t bandVoxels);
 
  private:
   class Source;
