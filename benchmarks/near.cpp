@@ -1,0 +1,107 @@
+// Bodies that nearly touch, beside the same bodies pressed: an M16 nut in its play, a peg centered
+// in its hole. Each moves at random by up to a part of a voxel a query. Processor time of one
+// thread; the samples that were looked up; the gap that was found, against that of all samples.
+//
+// near [queries] [voxel in mm]
+#include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/voxels/digitize.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <random>
+
+#include "scene/generated_mesh.h"
+#include "timing.h"
+
+namespace {
+
+using namespace cloudcontact;
+
+struct Pair {
+  const char* name;
+  std::shared_ptr<const SurfaceField> fixed, moving;
+  Vec3 centered, pressed;  // places of the moving body
+  double play;             // [m] it moves about `centered` by this much
+};
+
+std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel;
+  return SurfaceField::build(digitize(mesh, settings));
+}
+
+double threadSeconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+struct Run {
+  std::vector<double> micros, lookups;
+  int touching = 0;
+  double first = 0;
+};
+
+// `step`: the largest motion of a query [m]; turns by as much at a radius of 8 mm.
+Run run(const Pair& pair, const Vec3& about, double play, double step, int queries) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> part(-1, 1);
+  ContactFinder finder;
+  ContactSettings settings;
+  settings.margin = pair.fixed->cloud().voxelSize();
+  ContactBody a, b;
+  a.field = pair.fixed.get();
+  b.field = pair.moving.get();
+  Vec3 aside = Vec3::Zero(), turn = Vec3::Zero();
+  Run result;
+  for (int k = 0; k < queries; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      aside[i] = std::clamp(aside[i] + step * part(random) / 2, -play, play);
+      turn[i] = std::clamp(turn[i] + step * part(random) / 2, -play, play);
+    }
+    const Vec3 by = turn / 8e-3;
+    b.pose.position = about + aside;
+    b.pose.orientation =
+        by.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(by.norm(), by.normalized()))
+                      : Eigen::Quaterniond::Identity();
+    const double start = threadSeconds();
+    const ContactResult& contact = finder.find(a, b, settings);
+    const double time = 1e6 * (threadSeconds() - start);
+    if (k == 0) result.first = time;
+    result.micros.push_back(time);
+    result.lookups.push_back(double(finder.sampleLookups()));
+    result.touching += !contact.points.empty() && contact.points[0].depth > 0;
+  }
+  return result;
+}
+
+void report(const char* name, const char* how, double step, Run r) {
+  std::sort(r.micros.begin(), r.micros.end());
+  std::printf("%-5s %-8s %5.3f voxel  first %8.1f  median %8.1f  p99 %8.1f  worst %8.1f us, "
+              "lookups %8.0f, touching %d of %zu\n",
+              name, how, step, r.first, median(r.micros), r.micros[r.micros.size() * 99 / 100],
+              r.micros.back(), median(r.lookups), r.touching, r.micros.size());
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  const int queries = count > 1 ? std::atoi(values[1]) : 1000;
+  const double voxel = 1e-3 * (count > 2 ? std::atof(values[2]) : 0.25);
+  program::Thread thread;
+  thread.clearance = 0.15e-3;
+  const Pair pairs[] = {
+      {"nut", fieldOf(program::boltMesh(thread, 40e-3), voxel),
+       fieldOf(program::nutMesh(thread, 13e-3, 24e-3), voxel), Vec3(0, 0, 12e-3),
+       Vec3(0, 0, 12e-3 - 0.1e-3 / std::sin(0.5236) - 0.26 * voxel), 0.02e-3},
+      {"peg", fieldOf(program::holeMesh(4.1e-3, 20e-3, 20e-3, 0.5e-3), voxel),
+       fieldOf(program::pegMesh(4e-3, 25e-3, 0.5e-3), voxel), Vec3(0, 0, 4e-3),
+       Vec3(0.1e-3 + 0.26 * voxel, 0, 4e-3), 0.01e-3}};
+  for (const Pair& pair : pairs) {
+    report(pair.name, "pressed", 0.01, run(pair, pair.pressed, 0.1 * voxel, 0.01 * voxel, queries));
+    for (const double step : {0.001, 0.01, 0.1})
+      report(pair.name, "near", step,
+             run(pair, pair.centered, pair.play, step * voxel, queries));
+  }
+}
