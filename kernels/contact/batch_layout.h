@@ -22,10 +22,11 @@ typedef struct {
   uint firsts, between, distance, records, planes;
   uint samples[CC_LEVELS];  // four floats (x, y, z, width) each, then as many (nx, ny, nz, area)
   uint counts[CC_LEVELS];
-  uint cells[CC_LEVELS];  // each sample's cell
-  uint finer[CC_LEVELS];  // run of finer samples of a cell: first and count
-  uint bricks;            // four floats each: x, y, z, radius
-  uint runs;              // of each brick, like `finer`
+  uint clusters[CC_LEVELS];  // CcCluster of each, in eight floats; none on level 0
+  uint cells[CC_LEVELS];     // each sample's cell
+  uint finer[CC_LEVELS];     // run of finer samples of a cell: first and count
+  uint bricks;               // four floats each: x, y, z, radius
+  uint runs;                 // of each brick, like `finer`
   uint brickCount;
 } CcField;
 

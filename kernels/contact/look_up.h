@@ -17,6 +17,13 @@ CC_FN void ccTurn(CC_NEAR const float* turn, const float* v, float* out) {
   out[2] = turn[6] * v[0] + turn[7] * v[1] + turn[8] * v[2];
 }
 
+// The transposed matrix times v.
+CC_FN void ccTurnBack(CC_NEAR const float* turn, const float* v, float* out) {
+  out[0] = turn[0] * v[0] + turn[3] * v[1] + turn[6] * v[2];
+  out[1] = turn[1] * v[0] + turn[4] * v[1] + turn[7] * v[2];
+  out[2] = turn[2] * v[0] + turn[5] * v[1] + turn[8] * v[2];
+}
+
 CC_FN void ccApply(CC_NEAR const CcMap* map, const float* x, float* out) {
   ccTurn(map->turn, x, out);
   out[0] += map->shift[0];

@@ -64,12 +64,4 @@ CC_FN CcHit ccHitOf(const float* at, const float* own, const float* other, float
   return hit;
 }
 
-// Whether a sample beside this one may touch, if this one is at `depth`: it lies at most `slope`
-// aside, and both surfaces may bend by `slack`. `facing`: cosine between the surfaces.
-CC_FN int ccNearBeside(float depth, float slack, float slope, float facing) {
-  const float beyond = -depth - slack;
-  const int aside = beyond * beyond < slope * slope * (1.0f - facing * facing);
-  return (beyond < 0.0f) | ((beyond <= slope) & aside);
-}
-
 #endif

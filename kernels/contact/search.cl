@@ -51,6 +51,17 @@ CcSample ccSampleOf(__local const CcTask* t, CcFields all, uint k) {
   return s;
 }
 
+// Whether finer samples that sample k stands for may touch; `other`: the normal of the deciding
+// plane, in the samples' grid.
+int ccNearBesideSample(__local const CcTask* t, CcFields all, uint k, CcVoxel record, float depth,
+                       const float* other) {
+  if (t->level == 0) return 0;
+  const uint at = t->own.clusters[t->level] + 2 * k;
+  const float4 p = all.floats[at], q = all.floats[at + 1];
+  const CcCluster cluster = {p.x, {p.y, p.z, p.w, q.x, q.y, q.z}};
+  return ccNearBeside(&t->limits, record, depth, other, &cluster);
+}
+
 CcPlace ccPlaceIn(__local const CcTask* t, const float* x) {
   float at[3];
   ccApply(&t->dir.way.toOther, x, at);
@@ -92,31 +103,31 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
 #define CC_MANY 16u         // not known yet: its record has several planes
 
 // The result for a sample whose record has planes; `d` is that of the deciding plane [voxels].
-uint ccLookUpPlanes(__local const CcTask* t, __global const CcVoxel* planes, const CcSample* s,
-                    CcVoxel record, const CcPlace* place, CcDepth d) {
+uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxel* planes, uint k,
+                    const CcSample* s, CcVoxel record, const CcPlace* place, CcDepth d) {
   d.depth *= t->other.voxel;
-  float turned[3];
-  ccTurn(t->dir.way.turnToOther, s->n, turned);
-  const int kind = ccKindOf(&t->limits, record, d.depth, turned, d.normal, s->width);
-  const uint is = kind & CC_NEARBY ? CC_SEARCH_FINER : 0u;
+  float other[3];
+  ccTurnBack(t->dir.way.turnToOther, d.normal, other);
+  const int kind = ccKindOf(&t->limits, record, d.depth, s->width);
+  const uint is = ccNearBesideSample(t, all, k, record, d.depth, other) ? CC_SEARCH_FINER : 0u;
   if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
                    t->other.voxel, t->own.voxel))
     return is | CC_DIVIDED;
   const int may = (kind & CC_WET) &&
-                  ccMayHit(&t->limits, d.depth, ccDot(turned, d.normal), s->width);
+                  ccMayHit(&t->limits, d.depth, ccDot(s->n, other), s->width);
   return is | (may ? CC_MAY_HIT : 0u);
 }
 
 // The result for a sample at `place`, where the other body has the given record.
-uint ccLookUp(__local const CcTask* t, CcFields all, const CcSample* s, const CcPlace* place,
-              CcVoxel record) {
+uint ccLookUp(__local const CcTask* t, CcFields all, uint k, const CcSample* s,
+              const CcPlace* place, CcVoxel record) {
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
-    return ccLookUpPlanes(t, all.records, s, record, place, ccPlaneDepth(record, place->r));
-  const float nowhere[3] = {0.0f, 0.0f, 0.0f};
-  const int kind = ccKindOf(&t->limits, record, 0.0f, nowhere, nowhere, s->width);
+    return ccLookUpPlanes(t, all, all.records, k, s, record, place,
+                          ccPlaneDepth(record, place->r));
+  const int kind = ccKindOf(&t->limits, record, 0.0f, s->width);
   return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
 
@@ -140,7 +151,8 @@ uint ccLookUpMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record)
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
   __global const CcVoxel* planes = all.records + t->other.planes;
-  return ccLookUpPlanes(t, planes, &s, record, &place, ccDepthAmong(record, planes, place.r));
+  return ccLookUpPlanes(t, all, planes, k, &s, record, &place,
+                        ccDepthAmong(record, planes, place.r));
 }
 
 // Looks up the window's samples.
@@ -161,7 +173,7 @@ void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uin
     for (uint i = 0; i < CC_AT_ONCE; ++i) {
       const uint k = base + i * CC_GROUP;
       if (k >= some) break;
-      const uint is = ccLookUp(t, all, &s[i], &place[i], record[i]);
+      const uint is = ccLookUp(t, all, w->samples[k], &s[i], &place[i], record[i]);
       w->is[k] = (uchar)is;
       if (is == CC_MANY) {
         const uint at = atomic_inc(&w->manyCount);
@@ -241,7 +253,7 @@ void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* field
     t->dir = directions[d];
     t->own = fields[t->dir.own];
     t->other = fields[t->dir.other];
-    t->limits = ccLimitsOf(level, t->own.voxel, pairs[d / 2].margin);
+    t->limits = ccLimitsOf(level, t->own.voxel);
     t->level = level;
     t->side = (int)(d & 1u);
     t->perCell = (float)(1.0 / (pairs[d / 2].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0)));

@@ -23,44 +23,58 @@
 #define CC_WIDE 0.3f         // [voxels] wider samples are divided at an edge
 #define CC_BEYOND_BAND 5.5f  // depth given to a sample below the band's last layer [voxels]
 
-// Limits of a level. Finer samples of a cell lie at most `slope` beside the coarse one, times the
-// sine between the surfaces, and both surfaces may bend by `slack`; beyond that none of them
-// touches.
+// What a sample of a coarse level stands for: the finer samples that face the same way. They rise
+// at most `rise` above its plane, and lie within an ellipse in it: as far as the root of g.S.g
+// along a direction g, S = {xx, yy, zz, xy, xz, yz}. In voxels, in the samples' grid.
+typedef struct {
+  float rise;
+  float spread[6];
+} CcCluster;
+
+CC_FN float ccSpreadAlong(CC_NEAR const CcCluster* e, const float* g) {
+  const float* s = e->spread;
+  return s[0] * g[0] * g[0] + s[1] * g[1] * g[1] + s[2] * g[2] * g[2] +
+         2.0f * (s[3] * g[0] * g[1] + s[4] * g[0] * g[2] + s[5] * g[1] * g[2]);
+}
+
+// Limits of a level.
 typedef struct {
   float halfWidth;          // [m] half the width of a sample one voxel wide
-  float margin;             // [m] samples nearer than this are wet too
   float perVoxel;           // [1/m]
-  float slack, slope;       // [voxels]
+  float bend;               // [voxels] by which the other surface may bend over a cell
   int nearby, nearOutside;  // CC_NEARBY if there are finer samples
 } CcLimits;
 
-// `level` of the samples, 0 the finest; `voxel` and `margin` in meters.
-CC_FN CcLimits ccLimitsOf(int level, float voxel, float margin) {
+// `level` of the samples, 0 the finest; `voxel` in meters.
+CC_FN CcLimits ccLimitsOf(int level, float voxel) {
   CcLimits l;
   l.halfWidth = CC_HALF_WIDTH * voxel;
-  l.margin = level == 0 ? margin : 0.0f;
   l.perVoxel = 1.0f / voxel;
-  l.slack = (level == 0 ? 0.0f : level == 1 ? 0.25f : 0.8f) + margin / voxel;
-  l.slope = level == 0 ? 0.0f : level == 1 ? 1.5f : 3.5f;
+  l.bend = level == 0 ? 0.0f : level == 1 ? 0.125f : 0.4f;
   l.nearby = level > 0 ? CC_NEARBY : 0;
   l.nearOutside = level > 1 ? CC_NEARBY : 0;
   return l;
 }
 
-// The kind of a sample `width` voxels wide at `depth` [m] in the other body. `own` and `other`: the
-// two normals in one frame.
-CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, const float* own,
-                   const float* other, float width) {
-  const float reach = ccMax(limits->halfWidth * width, limits->margin);
-  const int near =
-      ccNearBeside(depth * limits->perVoxel, limits->slack, limits->slope, ccDot(own, other))
-          ? limits->nearby
-          : 0;
-  const int surface = (depth > -reach ? CC_WET : 0) | near;
+// The kind of a sample `width` voxels wide at `depth` [m] in the other body, but for CC_NEARBY
+// where the record has planes.
+CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, float width) {
+  const int surface = depth > -(limits->halfWidth * width) ? CC_WET : 0;
   const int plain = record.b == CC_DEEP_INSIDE    ? CC_DEEP | limits->nearby
                     : record.b == CC_NEAR_OUTSIDE ? limits->nearOutside
                                                   : 0;
   return (record.a & 0x70000000u) != 0 ? surface : plain;
+}
+
+// Whether finer samples that this one stands for may touch the surface of the record, if this one
+// is at `depth` [m]: the surface goes on as the plane with the normal `other` (in the samples'
+// grid), or bends. At a concave edge another plane may rise beside it, at 90 deg at worst.
+CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float depth,
+                       const float* other, CC_NEAR const CcCluster* cluster) {
+  const float* s = cluster->spread;
+  const float square = ccConcave(record) ? s[0] + s[1] + s[2] : ccSpreadAlong(cluster, other);
+  const float beyond = -(depth * limits->perVoxel) - limits->bend - cluster->rise;
+  return ((record.a & 0x70000000u) != 0) & ((beyond < 0.0f) | (beyond * beyond < square));
 }
 
 // Whether a wet sample may be a hit; never 0 if it is. `facing`: cosine between the normals, to
@@ -85,7 +99,7 @@ CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const fl
 CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
                        CC_GLOBAL const CcVoxel* planes, const float* place, float depth,
                        const float* normal, float width, float voxel, float own) {
-  if (width <= CC_WIDE || depth <= -ccMax(limits->halfWidth * width, limits->margin)) return 0;
+  if (width <= CC_WIDE || depth <= -(limits->halfWidth * width)) return 0;
   const float far = CC_HALF_DIAGONAL * (width * own);
   for (uint k = 0; k < ccPlaneCount(record); ++k) {
     if (ccPlaneWithin(planes[record.b + k], place, depth, normal, far, voxel)) return 1;

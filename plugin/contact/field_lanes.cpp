@@ -150,8 +150,7 @@ CC_LANES int wideAndNear(const Direction& dir, int count, Lanes& lanes) {
   for (int i = 0; i < all; ++i) {
     const std::int32_t lane = lanes.several[i];
     const float w = width[static_cast<std::int32_t>(lanes.sample[lane])];
-    const float reach = ccMax(limits.halfWidth * w, limits.margin);
-    is[i] = (w > CC_WIDE) & (lanes.depth[lane] > -reach);
+    is[i] = (w > CC_WIDE) & (lanes.depth[lane] > -(limits.halfWidth * w));
   }
   int found = 0;
   for (int i = 0; i < count; ++i) {
@@ -215,7 +214,30 @@ int measure(const FieldData& other, float voxel, Lanes& lanes) {
   return count;
 }
 
-CC_LANES void classify(const Direction& dir, bool missesToo, Lanes& lanes) {
+namespace {
+
+// Adds CC_NEARBY to the kinds of samples of a coarse level.
+CC_LANES void markNearby(const Direction& dir, const CcLimits& limits, Lanes& lanes) {
+  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
+  const int count = padded(lanes.count);
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
+    float other[3];
+    ccTurnBack(turn, m, other);
+    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
+    lanes.kind[i] |=
+        ccNearBeside(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], other, clusters + k)
+            ? CC_NEARBY
+            : 0;
+  }
+}
+
+}  // namespace
+
+CC_LANES void classify(const Direction& dir, Lanes& lanes) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float* const nx = samples.nx.data();
   const float* const ny = samples.ny.data();
@@ -225,16 +247,39 @@ CC_LANES void classify(const Direction& dir, bool missesToo, Lanes& lanes) {
   const CcLimits limits = dir.limits();
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
-  const int always = missesToo ? 1 : 0;
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
     const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
-    float own[3];
-    ccTurn(turn, n, own);
-    const int kind = ccKindOf(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], own, m, width[k]);
-    const int may = always | ccMayHit(&limits, lanes.depth[i], ccDot(own, m), width[k]);
+    float other[3];
+    ccTurnBack(turn, m, other);
+    const int kind = ccKindOf(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], width[k]);
+    const int may = ccMayHit(&limits, lanes.depth[i], ccDot(n, other), width[k]);
     lanes.kind[i] = kind & (may ? ~0 : ~CC_WET);
+  }
+  if (dir.level > 0) markNearby(dir, limits, lanes);
+}
+
+CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates) {
+  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
+  const int count = lanes.count;
+  const float voxel = dir.voxel;
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
+    float other[3];
+    ccTurnBack(turn, m, other);
+    const CcVoxel record = {lanes.a[i], lanes.b[i]};
+    const CcCluster* const e = clusters + static_cast<std::int32_t>(lanes.sample[i]);
+    const float all = e->spread[0] + e->spread[1] + e->spread[2];
+    const float along = ccSpreadAlong(e, other);
+    const float square = ccMax(ccConcave(record) ? all : along, 0.0f);
+    const float near = lanes.depth[i] + voxel * (e->rise + CC_SQRT(square));
+    // The records end two voxels outside.
+    const float plain = record.b == CC_NEAR_OUTSIDE ? -2.0f * voxel : -1e30f;
+    estimates[i] = (record.a & 0x70000000u) != 0 ? near : plain;
   }
 }
 
@@ -275,8 +320,8 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, Lanes&
   return true;
 }
 
-CC_LANES int partHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-                      std::int32_t* dry) {
+CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes,
+                       int count) {
   if (count == 0) return 0;
   const HitMaker hitIn(dir, samples, lanes);
   float in[kLanes];
@@ -284,13 +329,10 @@ CC_LANES int partHits(const Direction& dir, const SampleColumns& samples, Lanes&
   const int tried = padded(count);
   CC_INDEPENDENT
   for (int i = 0; i < tried; ++i) in[i] = hitIn(lanes.wet[i]).wet.depth1;
-  int some = 0, none = 0;
+  int some = 0;
   for (int i = 0; i < count; ++i) {
-    const std::int32_t lane = lanes.wet[i];
-    lanes.wet[some] = dry[none] = lane;
-    const bool is = in[i] > 0.0f;
-    some += is;
-    none += !is;
+    lanes.wet[some] = lanes.wet[i];
+    some += in[i] > 0.0f;
   }
   return some;
 }

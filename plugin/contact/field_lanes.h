@@ -42,17 +42,18 @@ int measure(const FieldData& other, float voxel, Lanes& lanes);
 // Of the first `count` of lanes.several, measured, moves to the front those over which another
 // plane of the record may give the depth (ccEdgeWithin()). Returns how many.
 int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// Sets the lanes' kinds from depths and normals. Wet lanes may be hits or, with `missesToo`, near
-// misses.
-void classify(const Direction& dir, bool missesToo, Lanes& lanes);
+// Sets the lanes' kinds from depths and normals. Wet lanes may be hits.
+void classify(const Direction& dir, Lanes& lanes);
+// The largest depth [m] that a sample may have for which a lane's sample of a coarse level stands,
+// where the other surface goes on as a plane; -1e30 far outside.
+void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates);
 // Adds the first `count` of lanes.wet as hits; their samples are in `samples`. If one of them is no
 // hit, it adds none and returns false.
 bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
              HitColumns& hits);
-// Partitions the first `count` of lanes.wet: hits stay, the others go to `dry`. Returns how many
-// stay.
-int partHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-             std::int32_t* dry);
+// Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
+// many there are.
+int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);
 // Lists the sample bricks that may touch the other body from where they are, or from up to `aside`
 // [own voxels] away, in ascending order.
 void nearBricks(const Direction& dir, const FieldData& other, float aside,

@@ -17,7 +17,6 @@ constexpr std::size_t kFinerNeeds = 3;
 // [voxels] Bodies this far apart have neither hits nor near misses: a sample reaches less than two
 // voxels from its middle.
 constexpr double kFarApart = 5;
-constexpr float kLightly = 0.1f;  // [voxels] depth to which near misses are moved together
 
 const FieldData& dataOf(const ContactBody& body) {
   return body.field->data();
@@ -54,7 +53,6 @@ void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns&
                       level,
                       side,
                       voxel,
-                      misses_,
                       lists ? &listed : nullptr,
                       neededOf(level, query.enough)};
   if (!other.shape) return searchField(dir, dataOf(other), candidates_[side], hits, shares_);
@@ -65,8 +63,6 @@ void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns&
 // Returns -1 if the lists end before there are enough hits.
 int HitSearch::searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists) {
   for (Candidates& c : candidates_) c.all = true;
-  misses_.list.clear();
-  misses_.nearest = -1e30f;
   for (int level = kLevels - 1;; --level) {
     if (lists && level < lists->level()) return -1;
     hits.clear();
@@ -81,9 +77,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
                    VerletLists* lists) {
   shares_.runner = runner;
   for (Candidates& c : candidates_) c.lookups = 0;
-  misses_.list.clear();
-  misses_.margin = marginOf(margin, frame);
-  misses_.within = kLightly * static_cast<float>(frame.voxel);
+  nearLookups_ = 0;
   gap_ = 0;
   hits.clear();
   // Bullet's boxes exceed its bodies by 7 cm (gContactBreakingThreshold and the tree's margin),
@@ -93,37 +87,42 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   if (a.field) query.ways[kA] = wayOf(a, b, frame);
   if (b.field) query.ways[kB] = wayOf(b, a, frame);
   if (!query.ofFields()) lists = nullptr;
-  const float reach = misses_.margin;
-  const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways, reach);
+  const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways);
   int level = listed ? searchLevels(query, hits, lists) : -1;
   if (level < 0) {
     if (listed) lists->drop();
     level = searchLevels(query, hits, nullptr);
     if (lists) lists->reserve(candidates_[kA].lookups, candidates_[kB].lookups);
-    if (lists && lists->wanted()) lists->make(dataOf(a), dataOf(b), level, reach, *builder_);
+    if (lists && lists->wanted()) lists->make(dataOf(a), dataOf(b), level, *builder_);
   }
-  if (hits.empty() && !misses_.list.empty()) touchLightly(hits);
+  if (hits.empty() && margin > 0) touchLightly(query, frame, marginOf(margin, frame), hits);
   return level;
 }
 
 void HitSearch::reserveLike(const HitSearch& other) {
   for (int side = 0; side < 2; ++side) candidates_[side].reserveLike(other.candidates_[side]);
-  misses_.list.reserve(other.misses_.list.capacity());
+  misses_.reserveLike(other.misses_);
   shares_.reserveLike(other.shares_);
 }
 
-// Turns near misses into hits; the nearest becomes `within` deep.
-void HitSearch::touchLightly(HitColumns& hits) {
-  const float shift = misses_.within - misses_.nearest;
-  gap_ = static_cast<double>(shift);
-  for (Hit hit : misses_.list) {
+// Turns near misses into hits; the nearest becomes kLightly deep.
+void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
+                             HitColumns& hits) {
+  const std::vector<Hit>& found = misses_.run(query.bodies, query.ways, frame, margin);
+  nearLookups_ = misses_.lookups();
+  const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
+                      static_cast<float>(misses_.nearest());
+  for (Hit hit : found) {
+    if (hit.depth + shift <= 0) continue;
+    hit.position -= 0.5f * hit.depth * hit.own;
     hit.depth += shift;
-    if (hit.depth <= 0) continue;
+    hit.share = 1;
     hit.depth1 = hit.depth;
     hit.depth2 = hit.depth * hit.depth;
     hit.depth3 = hit.depth2 * hit.depth;
     hits.push_back(hit);
   }
+  if (!hits.empty()) gap_ = static_cast<double>(shift);
 }
 
 }  // namespace cloudcontact

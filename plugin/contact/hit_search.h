@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "contact/near_misses.h"
 #include "contact/pair_frame.h"
 #include "contact/sample_search.h"
 
@@ -32,7 +33,9 @@ class HitSearch {
   static constexpr std::size_t kAll = search::kAllSamples;
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, on all levels.
-  std::size_t lookups() const { return candidates_[0].lookups + candidates_[1].lookups; }
+  std::size_t lookups() const {
+    return candidates_[0].lookups + candidates_[1].lookups + nearLookups_;
+  }
   // Reserves what `other` has reserved.
   void reserveLike(const HitSearch& other);
 
@@ -41,11 +44,12 @@ class HitSearch {
   int searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists);
   void searchSide(const Query& query, Side side, int level, HitColumns& hits,
                   const VerletLists* lists);
-  void touchLightly(HitColumns& hits);
+  void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits);
 
   std::unique_ptr<VerletListBuilder> builder_;
   search::Candidates candidates_[2];
-  search::NearMisses misses_;
+  NearMissSearch misses_;
+  std::size_t nearLookups_ = 0;
   search::Shares shares_;
   double gap_ = 0;
 };

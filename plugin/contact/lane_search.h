@@ -6,14 +6,7 @@
 // samples below the band, then parts of samples that lie over an edge. So sums over them are the
 // same to the bit for any number of threads, and on a device.
 //
-// A target has
-//   void nearBricks(std::vector<std::uint32_t>& near): numbers of the sample bricks that may touch;
-//   int measure(Lanes& lanes): depth and normal of all lanes, with `a` a record of a plane, or none
-//     and the reason in `b`; returns how many lanes have an edge of the target within them, and
-//     lists these in lanes.several;
-//   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
-//     whose x, y, z, a and b come from Candidates::places;
-//   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
+// search_targets.h: what a target is.
 #pragma once
 
 #include "contact/field_lanes.h"
@@ -67,7 +60,7 @@ class LaneSearch {
   void finish() {
     for (const std::uint32_t k : candidates_.deep) {
       const SurfaceSample s = samples_[k];
-      addHit(dir_, s, target_.deepAt(s), V3::Zero(), true, hits_);
+      hits_.push_back(hitOf(dir_, s, target_.deepAt(s), V3::Zero(), true));
     }
     takeParts();
     std::swap(candidates_.now, candidates_.next);
@@ -78,7 +71,7 @@ class LaneSearch {
   template <typename Visit>
   void eachWhole(const Visit& visit) {
     if (candidates_.all) {
-      target_.nearBricks(candidates_.bricks);
+      target_.nearBricks(0, candidates_.bricks);
       for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
       return;
     }
@@ -140,7 +133,7 @@ class LaneSearch {
     candidates_.lookups += static_cast<std::size_t>(lanes_.count);
     pad(lanes_.sample, lanes_.count);
     const int divided = target_.measure(lanes_);
-    classify(dir_, missesWanted(), lanes_);
+    classify(dir_, lanes_);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
@@ -216,24 +209,11 @@ class LaneSearch {
     lanes_.count = 0;
   }
 
-  // A level with hits needs no near misses.
-  bool missesWanted() const { return dir_.level == 0 && dir_.misses.margin > 0 && hits_.empty(); }
-
-  // Adds hits and near misses of the wet lanes.
+  // Adds the hits among the wet lanes.
   void take(Lanes& lanes, const SampleColumns& samples, int wet) {
-    const bool missesToo = missesWanted();
     // Nearly all lanes that may be hits are hits.
-    if (!missesToo && addHits(dir_, samples, lanes, wet, hits_)) return;
-    std::int32_t dry[kLanes];
-    const int some = partHits(dir_, samples, lanes, wet, dry);
-    addHits(dir_, samples, lanes, some, hits_);
-    if (!missesToo || some > 0) return;
-    for (int i = 0; i < wet; ++i) {
-      const int lane = dry[i];
-      if (lanes.depth[lane] >= dir_.misses.nearest - dir_.misses.within)
-        addHit(dir_, samples[lanes.sample[lane]], lanes.depth[lane],
-               V3(lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]), false, hits_);
-    }
+    if (addHits(dir_, samples, lanes, wet, hits_)) return;
+    addHits(dir_, samples, lanes, hitsFirst(dir_, samples, lanes, wet), hits_);
   }
 
   const Direction& dir_;
@@ -260,10 +240,8 @@ inline int assignRuns(Shares& shares, std::size_t samples) {
   return static_cast<int>(count);
 }
 
-// Appends a share's results. Near misses that an earlier share would have dropped are dropped at
-// the end (HitSearch::touchLightly()).
-inline void join(const Share& share, const Direction& dir, Candidates& candidates,
-                 HitColumns& hits) {
+// Appends a share's results.
+inline void join(const Share& share, Candidates& candidates, HitColumns& hits) {
   const auto append = [](auto& to, const auto& from) {
     to.insert(to.end(), from.begin(), from.end());
   };
@@ -272,8 +250,6 @@ inline void join(const Share& share, const Direction& dir, Candidates& candidate
   append(candidates.deep, share.candidates.deep);
   append(candidates.places, share.candidates.places);
   candidates.parts.append(share.candidates.parts, 0, share.candidates.parts.size());
-  append(dir.misses.list, share.misses.list);
-  dir.misses.nearest = std::max(dir.misses.nearest, share.misses.nearest);
   hits.append(share.hits);
 }
 
@@ -298,20 +274,14 @@ void searchShared(const Direction& dir, Target& target, Candidates& candidates, 
   const auto look = [&](int i) {
     Share& share = shares.all[static_cast<std::size_t>(i)];
     const std::size_t first = i > 0 ? (&share - 1)->last : 0;
-    share.misses.margin = dir.misses.margin;
-    share.misses.within = dir.misses.within;
-    share.misses.nearest = dir.misses.nearest;
-    share.misses.list.clear();
     share.hits.clear();
     share.candidates.lookups = 0;
-    const Direction own = dir.with(share.misses);
-    LaneSearch<Target> part(own, target, share.candidates, share.hits);
+    LaneSearch<Target> part(dir, target, share.candidates, share.hits);
     part.clear();
     part.look(runs + first, runs + share.last);
   };
   (*shares.runner)(count, std::cref(look));
-  for (int i = 0; i < count; ++i)
-    join(shares.all[static_cast<std::size_t>(i)], dir, candidates, hits);
+  for (int i = 0; i < count; ++i) join(shares.all[static_cast<std::size_t>(i)], candidates, hits);
   whole.finish();
 }
 

@@ -1,4 +1,4 @@
-// Memory of a search, and single samples as hits or near misses.
+// Memory of a search, and single samples as hits.
 #include "contact/sample_search.h"
 
 namespace cloudcontact::search {
@@ -19,22 +19,16 @@ void Shares::reserveLike(const Shares& other) {
   if (all.size() < other.all.size()) all.resize(other.all.size());
   for (std::size_t i = 0; i < other.all.size(); ++i) {
     all[i].candidates.reserveLike(other.all[i].candidates);
-    all[i].misses.list.reserve(other.all[i].misses.list.capacity());
     all[i].hits.reserveLike(other.all[i].hits);
   }
 }
 
-void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
-            HitColumns& hits) {
+Hit hitOf(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep) {
   const V3 at = applied(dir.toFrame, V3(s.position[0], s.position[1], s.position[2]));
   const V3 own = turned(dir.frameFromOwn, V3(s.normal[0], s.normal[1], s.normal[2]));
   const V3 n = deep ? V3(-own) : turned(dir.frameFromOther, other);
   const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, dir.limits().halfWidth * s.width);
-  const bool miss = h.wet.depth1 <= 0.0f;
-  NearMisses& misses = dir.misses;
-  if (miss && (dir.level > 0 || depth < std::max(-misses.margin, misses.nearest - misses.within)))
-    return;
-  Hit hit{V3(h.position[0], h.position[1], h.position[2]),
+  return {V3(h.position[0], h.position[1], h.position[2]),
           own,
           n,
           s.area * dir.voxel * dir.voxel,
@@ -46,12 +40,6 @@ void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3&
           h.facing,
           static_cast<std::int8_t>(dir.side),
           static_cast<std::int8_t>(deep)};
-  if (!miss) return hits.push_back(hit);
-  misses.nearest = std::max(misses.nearest, depth);
-  hit.position -= 0.5f * depth * own;
-  hit.share = 1;
-  hit.depth1 = hit.depth2 = hit.depth3 = 0;
-  misses.list.push_back(hit);
 }
 
 }  // namespace cloudcontact::search

@@ -40,19 +40,10 @@ struct Candidates {
   void reserveLike(const Candidates& other);
 };
 
-// The samples that come nearest without touching.
-struct NearMisses {
-  float margin = 0;        // [m] farther ones are dropped; 0: keeps none
-  float within = 0;        // [m] so are those farther than the nearest by more than this
-  float nearest = -1e30f;  // largest depth so far, negative [m]
-  std::vector<Hit> list;
-};
-
 // One task's part of a large level, and what it found.
 struct Share {
   std::size_t last = 0;  // end of its runs
   Candidates candidates;
-  NearMisses misses;
   HitColumns hits;
 };
 struct Shares {
@@ -70,17 +61,11 @@ struct Direction : CcWay {
   int level;
   Side side;
   float voxel;  // of the samples' body [m]
-  NearMisses& misses;
   // The level's samples on the Verlet list, ascending; null: all samples.
   const std::span<const std::uint32_t>* listed = nullptr;
   std::size_t needed = kAllSamples;  // hits of both bodies that make the level fine enough
 
-  // A copy with near misses of its own.
-  Direction with(NearMisses& own) const {
-    return {
-        static_cast<const CcWay&>(*this), body, samples, level, side, voxel, own, listed, needed};
-  }
-  CcLimits limits() const { return ccLimitsOf(level, voxel, misses.margin); }
+  CcLimits limits() const { return ccLimitsOf(level, voxel); }
 };
 
 inline V3 applied(const CcMap& map, const V3& x) {
@@ -94,9 +79,8 @@ inline V3 turned(const float* turn, const V3& x) {
   return out;
 }
 
-// Adds a sample at `depth` [m] in the other body as a hit or a near miss. `other`: the other
-// body's normal there, in that body's frame.
-void addHit(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep,
-            HitColumns& hits);
+// A sample at `depth` [m] in the other body, negative outside, as a hit. `other`: the other body's
+// normal there, in that body's frame.
+Hit hitOf(const Direction& dir, const SurfaceSample& s, float depth, const V3& other, bool deep);
 
 }  // namespace cloudcontact::search

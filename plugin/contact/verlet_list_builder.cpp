@@ -35,19 +35,20 @@ struct search::MayTouch {
   float voxel;  // [m] the other's
   float turn;   // [rad]
 
-  // `facing`: cosine between the normals.
-  int operator()(CcVoxel record, float depth, float facing, float width) const {
+  // `facing`: cosine between the normals; `around`: how far finer samples lie beside [voxels].
+  int operator()(CcVoxel record, float depth, float facing, float width, float rise,
+                 float around) const {
     const std::uint32_t planes = ccPlaneCount(record);
     const float lean = std::sqrt(std::max(1.0f - facing * facing, 0.0f)) + turn + kFacingNoise;
     const float sine =
         planes > 1 ? 1.0f : std::min(lean, 1.0f);  // any of the planes may give the depth
     const float deep = depth + skin * voxel, half = limits.halfWidth * width;
-    // A wet sample is a hit if it leans enough. Near misses and divided samples count regardless.
-    const bool plainly = (limits.margin > 0) | ((level < kLevels - 1) & (planes > 1));
-    const float reach = plainly ? std::max(half, limits.margin) : half * sine;
-    const float beyond = -deep * limits.perVoxel - limits.slack;
-    const int surface = (deep > -reach ? CC_WET : 0) |
-                        (beyond <= std::max(limits.slope * sine, 0.0f) ? limits.nearby : 0);
+    // A wet sample is a hit if it leans enough. Divided samples count regardless.
+    const bool plainly = (level < kLevels - 1) & (planes > 1);
+    const float reach = plainly ? half : half * sine;
+    const float beyond = -deep * limits.perVoxel - limits.bend - rise;
+    const int surface =
+        (deep > -reach ? CC_WET : 0) | (beyond <= around * sine ? limits.nearby : 0);
     const int plain = record.b == CC_DEEP_INSIDE    ? CC_WET | limits.nearby
                       : record.b == CC_NEAR_OUTSIDE ? limits.nearOutside
                                                     : 0;
@@ -64,6 +65,8 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
   const float* const ny = samples.ny.data();
   const float* const nz = samples.nz.data();
   const float* const width = samples.width.data();
+  const CcCluster* const clusters =
+      dir.level > 0 ? dir.samples.levels[dir.level].clusters.data() : nullptr;
   const int count = lanes.count;
   const MayTouch own = test;
   float turn[9];
@@ -74,7 +77,13 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
     const float n[3] = {nx[k], ny[k], nz[k]}, m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
     float there[3];
     ccTurn(turn, n, there);
-    may[i] = own({lanes.a[i], lanes.b[i]}, lanes.depth[i], ccDot(there, m), width[k]);
+    float rise = 0, around = 0;
+    if (clusters) {
+      const CcCluster& e = clusters[k];
+      rise = e.rise;
+      around = std::sqrt(e.spread[0] + e.spread[1] + e.spread[2]);
+    }
+    may[i] = own({lanes.a[i], lanes.b[i]}, lanes.depth[i], ccDot(there, m), width[k], rise, around);
   }
 }
 
@@ -174,10 +183,8 @@ bool VerletListBuilder::keep(int wanted, VerletList& list) {
 
 bool VerletListBuilder::build(const FieldData& own, const FieldData& other, const Limits& limits,
                               VerletList& list) {
-  NearMisses none;
-  none.margin = limits.margin;
   const float voxel = static_cast<float>(own.cloud().voxelSize());
-  Direction dir{list.way, own, own.samples(), kLevels - 1, kA, voxel, none};
+  Direction dir{list.way, own, own.samples(), kLevels - 1, kA, voxel};
   const float skin = list.skin + roundingOf(dir, other);
   list.samples.clear();
   for (;; --dir.level) {

@@ -33,9 +33,8 @@ class VerletListBuilder {
  public:
   // The queries for which a list is valid.
   struct Limits {
-    int level = 0;     // the finest level searched
-    float margin = 0;  // [m] the largest
-    float turn = 0;    // [rad] of normals
+    int level = 0;   // the finest level searched
+    float turn = 0;  // [rad] of normals
   };
   // Fills the list with samples of `own` at list.way. Returns false if its memory is too small.
   bool build(const FieldData& own, const FieldData& other, const Limits& limits, VerletList& list);

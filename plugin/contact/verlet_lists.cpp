@@ -11,8 +11,6 @@ namespace {
 constexpr double kSteps = 10;                         // for which a skin should last
 constexpr double kLeastSkin = 0.03, kMostSkin = 0.1;  // [voxels] a wider one leaves too little out
 constexpr double kMostTurn = 0.01;                    // [rad] by which normals may turn
-// The margin follows the pair's speed; lists are made for one larger by this factor.
-constexpr float kMoreMargin = 1.25f;
 
 double turned(const CcWay& from, const CcWay& to) {
   double sum = 0;
@@ -68,8 +66,8 @@ void VerletLists::meet(const FieldData& a, const FieldData& b) {
   known_ = made_ = false;
 }
 
-bool VerletLists::valid(const CcWay* ways, float margin) const {
-  if (!made_ || margin > margin_) return false;
+bool VerletLists::valid(const CcWay* ways) const {
+  if (!made_) return false;
   for (int side = 0; side < 2; ++side)
     if (!(moved(lists_[side].way, ways[side], balls_[side]) <= lists_[side].skin) ||
         !(turned(lists_[side].way, ways[side]) <= kMostTurn))
@@ -77,7 +75,7 @@ bool VerletLists::valid(const CcWay* ways, float margin) const {
   return true;
 }
 
-bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin) {
+bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* ways) {
   if (lives_[0] != a.life() || lives_[1] != b.life()) meet(a, b);
   wanted_ = known_;
   for (int side = 0; side < 2; ++side) {
@@ -87,7 +85,7 @@ bool VerletLists::begin(const FieldData& a, const FieldData& b, const CcWay* way
     last_[side] = ways[side];
   }
   known_ = true;
-  made_ = valid(ways, margin);
+  made_ = valid(ways);
   return made_;
 }
 
@@ -99,9 +97,8 @@ void VerletLists::reserve(std::size_t ofA, std::size_t ofB) {
   }
 }
 
-void VerletLists::make(const FieldData& a, const FieldData& b, int level, float margin,
+void VerletLists::make(const FieldData& a, const FieldData& b, int level,
                        VerletListBuilder& builder) {
-  margin_ = kMoreMargin * margin;
   level_ = level;
   const FieldData* const fields[2] = {&a, &b};
   made_ = true;
@@ -109,7 +106,7 @@ void VerletLists::make(const FieldData& a, const FieldData& b, int level, float 
     VerletList& list = lists_[side];
     list.way = last_[side];
     list.skin = skins_[side];
-    const VerletListBuilder::Limits limits{level, margin_, static_cast<float>(kMostTurn)};
+    const VerletListBuilder::Limits limits{level, static_cast<float>(kMostTurn)};
     made_ = made_ && builder.build(*fields[side], *fields[1 - side], limits, list);
   }
 }

@@ -20,13 +20,12 @@ namespace cloudcontact {
 class VerletLists {
  public:
   // Begins a query. Returns whether the lists are valid for it, down to level().
-  bool begin(const FieldData& a, const FieldData& b, const CcWay* ways, float margin);
+  bool begin(const FieldData& a, const FieldData& b, const CcWay* ways);
   // Whether this query should make lists for later ones; after begin() returned false.
   bool wanted() const { return wanted_; }
   // Makes lists in a query that ended on `level`. Keeps none that need more room than reserve()
   // made.
-  void make(const FieldData& a, const FieldData& b, int level, float margin,
-            VerletListBuilder& builder);
+  void make(const FieldData& a, const FieldData& b, int level, VerletListBuilder& builder);
   void drop() { made_ = false; }
   // Reserves memory after a query without lists, by its lookups of A's and B's samples, so that a
   // step that makes lists allocates nothing. Lists hold at most three quarters as many samples.
@@ -43,13 +42,12 @@ class VerletLists {
   static Ball ballOf(const SampleBricks& bricks);
   static double moved(const CcWay& from, const CcWay& to, const Ball& ball);
   void meet(const FieldData& a, const FieldData& b);
-  bool valid(const CcWay* ways, float margin) const;
+  bool valid(const CcWay* ways) const;
 
   std::shared_ptr<const int> lives_[2];  // of the two fields
   Ball balls_[2];
   CcWay last_[2] = {};  // of the last query
   VerletList lists_[2];
-  float margin_ = 0;  // [m] for which the lists are valid
   float skins_[2] = {};
   int level_ = 0;
   bool known_ = false, made_ = false, wanted_ = false;

@@ -49,6 +49,13 @@ void packLevel(const SampleLevel& level, int number, Packer& packer, CcField& en
   std::vector<float> both = interleaved(s.x, s.y, s.z, s.width);
   const std::vector<float> normals = interleaved(s.nx, s.ny, s.nz, s.area);
   both.insert(both.end(), normals.begin(), normals.end());
+  std::vector<float> clusters;
+  for (const CcCluster& e : level.clusters) {
+    clusters.push_back(e.rise);
+    clusters.insert(clusters.end(), e.spread, e.spread + 6);
+    clusters.push_back(0);
+  }
+  entry.clusters[number] = packer.add(clusters.data(), clusters.size(), kQuad);
   entry.counts[number] = static_cast<std::uint32_t>(s.size());
   entry.samples[number] = packer.add(both.data(), both.size(), kQuad);
   entry.cells[number] = packer.add(level.cellOf.data(), level.cellOf.size());

@@ -56,11 +56,15 @@ class Writer {
   }
 
  private:
-  // True if `b` bounds the body together with `a`, in a convex edge or as a thin wall's back.
+  // True if `b` bounds the body together with `a`, in a convex edge or as a thin wall's back. Small
+  // pieces right at a convex edge may lie a little above each other's plane. Left out, a thread's
+  // crest goes on into the air beside its edge, and a nut in its play touches nothing in 44 places.
   static bool partners(const NearPiece& a, const NearPiece& b) {
     if (a.key.voxel() == b.key.voxel()) return a.rule == PieceRule::Convex;
     const V3 d = b.centroid - a.centroid;
-    return a.normal.dot(d) < -0.05f && b.normal.dot(d) > 0.05f;
+    const bool atEdge = a.rule == PieceRule::Convex && b.rule == PieceRule::Convex;
+    const float above = atEdge ? 0.15f : -0.05f;
+    return a.normal.dot(d) < above && b.normal.dot(d) > -above;
   }
 
   // The part of the voxel below a face.

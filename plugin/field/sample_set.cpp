@@ -88,6 +88,7 @@ struct Group {
     members.push_back(index);
   }
 
+  CcCluster cluster(Pieces pieces, const SurfaceSample& s) const;
   SurfaceSample sample(Pieces pieces) const {
     const V3 centroid = first / area;
     const auto distance = [&](std::uint32_t i) {
@@ -110,6 +111,45 @@ struct Group {
     return s;
   }
 };
+
+// The cluster of `s`, which stands for the group. The ellipse has the shape of the members' spread
+// over the plane, and is as large as holds them all. Of a disc of radius r about a member no point
+// is farther from the ellipse's center than the member by more than r over the least half axis.
+CcCluster Group::cluster(Pieces pieces, const SurfaceSample& s) const {
+  float t1[3], t2[3];
+  ccTangents(s.normal, t1, t2);
+  const Eigen::Map<const V3> n(s.normal), u(t1), v(t2);
+  const auto offset = [&](std::uint32_t i) {
+    return V3(positionOf(pieces[i].piece.sample) - positionOf(s));
+  };
+  CcCluster cluster{0, {}};
+  float uu = 1e-6f, uv = 0, vv = 1e-6f;
+  for (const std::uint32_t i : members) {
+    const SurfaceSample& m = pieces[i].piece.sample;
+    const V3 by = offset(i);
+    const float part = m.area / area, own = m.width * m.width / 12;
+    cluster.rise = std::max(cluster.rise, n.dot(by));
+    uu += part * (u.dot(by) * u.dot(by) + own);
+    uv += part * u.dot(by) * v.dot(by);
+    vv += part * (v.dot(by) * v.dot(by) + own);
+  }
+  const float apart = 0.5f * (uu - vv);
+  const float least = 0.5f * (uu + vv) - std::sqrt(apart * apart + uv * uv);
+  float far = 0;
+  for (const std::uint32_t i : members) {
+    const float a = u.dot(offset(i)), b = v.dot(offset(i));
+    const float square = (vv * a * a - 2 * uv * a * b + uu * b * b) / (uu * vv - uv * uv);
+    const float disc = CC_HALF_WIDTH * pieces[i].piece.sample.width;
+    far = std::max(far, std::sqrt(std::max(square, 0.0f)) + disc / std::sqrt(least));
+  }
+  for (int k = 0; k < 6; ++k) {
+    const int row = k < 3 ? k : k < 5 ? 0 : 1, column = k < 3 ? k : k == 3 ? 1 : 2;
+    cluster.spread[k] = far * far *
+                        (uu * u[row] * u[column] + vv * v[row] * v[column] +
+                         uv * (u[row] * v[column] + v[row] * u[column]));
+  }
+  return cluster;
+}
 
 // Assembles a set brick by brick.
 class Assembler {
@@ -151,6 +191,7 @@ class Assembler {
     for (int level = 0; level < kLevels; ++level) {
       const SampleLevel& from = other.levels[level];
       set_.levels[level].samples.reserve(room(from.samples.size()));
+      set_.levels[level].clusters.reserve(room(from.clusters.size()));
       set_.levels[level].cellOf.reserve(room(from.cellOf.size()));
       set_.levels[level].finer.reserve(room(from.finer.size()));
     }
@@ -175,7 +216,9 @@ class Assembler {
     }
     const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
     for (const Group& g : groups_) {
-      level.samples.push_back(g.sample(pieces));
+      const SurfaceSample s = g.sample(pieces);
+      level.samples.push_back(s);
+      level.clusters.push_back(g.cluster(pieces, s));
       level.cellOf.push_back(cell);
     }
     level.finer.push_back(finer);
@@ -231,6 +274,8 @@ void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& or
     const std::uint32_t cells = static_cast<std::uint32_t>(own.finer.size()) - begin.cells[level];
     own.samples.append(l.samples, begin.samples[level], end.samples[level] - begin.samples[level]);
     if (level == 0) continue;
+    own.clusters.insert(own.clusters.end(), l.clusters.begin() + begin.samples[level],
+                        l.clusters.begin() + end.samples[level]);
     for (std::uint32_t i = begin.samples[level]; i < end.samples[level]; ++i)
       own.cellOf.push_back(l.cellOf[i] + cells);
     for (std::uint32_t i = begin.cells[level]; i < end.cells[level]; ++i)
@@ -339,8 +384,8 @@ SampleSet renewSamples(const SampleSet& before, const std::vector<SampleOrigin>&
 std::size_t SampleSet::bytes() const {
   std::size_t sum = bricks.runs.size() * (4 * sizeof(float) + sizeof(SampleRun));
   for (const SampleLevel& level : levels)
-    sum += level.samples.bytes() + level.cellOf.size() * sizeof(std::uint32_t) +
-           level.finer.size() * sizeof(SampleRun);
+    sum += level.samples.bytes() + level.clusters.size() * sizeof(CcCluster) +
+           level.cellOf.size() * sizeof(std::uint32_t) + level.finer.size() * sizeof(SampleRun);
   return sum;
 }
 

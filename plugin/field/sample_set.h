@@ -5,6 +5,7 @@
 
 #include <cloudcontact/field/surface_sample.h>
 
+#include "kernels/contact/search.h"
 #include "voxels/voxel_set.h"
 
 #include <cstdint>
@@ -43,7 +44,9 @@ struct SampleRun {
 // Pieces of a cell that face the same way are one sample.
 struct SampleLevel {
   SampleColumns samples;
-  std::vector<std::uint32_t> cellOf;  // cell of each sample; empty on level 0
+  // Empty on level 0:
+  std::vector<CcCluster> clusters;    // of each sample
+  std::vector<std::uint32_t> cellOf;  // its cell
   std::vector<SampleRun> finer;       // a cell's samples on the next finer level
 };
 

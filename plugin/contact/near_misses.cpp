@@ -1,0 +1,173 @@
+// Level by level, the best estimates first.
+#include "contact/near_misses.h"
+
+#include "contact/search_targets.h"
+
+#include <algorithm>
+
+namespace cloudcontact {
+
+using namespace search;
+
+namespace {
+
+// Coarse samples whose cells are searched on, on each level.
+constexpr std::size_t kBest = 64;
+
+// Nearest first. No two candidates are equal, so that the order is the same on every machine.
+constexpr auto nearer = [](const auto& a, const auto& b) {
+  if (a.estimate != b.estimate) return a.estimate > b.estimate;
+  return a.side != b.side ? a.side < b.side : a.sample < b.sample;
+};
+
+}  // namespace
+
+// One body's samples on their way into the other.
+struct NearMissSearch::OneSide {
+  const ContactBody *own, *other;
+  const CcWay& way;
+  Side side;
+
+  Direction at(int level) const {
+    const FieldData& samples = own->field->data();
+    return {way,   samples, samples.samples(),
+            level, side,    static_cast<float>(samples.cloud().voxelSize())};
+  }
+  template <typename Visit>
+  void withTarget(const Direction& dir, Visit&& visit) const {
+    if (!other->shape) {
+      const FieldData& field = other->field->data();
+      return visit(FieldTarget{dir, field, static_cast<float>(field.cloud().voxelSize())});
+    }
+    const Pose toShape = other->pose.inverse() * own->pose * gridPose(own->field->data().cloud());
+    visit(ShapeTarget{dir, *other->shape, toShape, dir.samples.levels[dir.level].samples});
+  }
+};
+
+NearMissSearch::NearMissSearch() : lanes_(std::make_unique<Lanes>()) {}
+NearMissSearch::~NearMissSearch() = default;
+
+void NearMissSearch::reserveLike(const NearMissSearch& other) {
+  now_.reserve(other.now_.capacity());
+  next_.reserve(other.next_.capacity());
+  bricks_.reserve(other.bricks_.capacity());
+  runs_.reserve(other.runs_.capacity());
+  found_.reserve(other.found_.capacity());
+}
+
+// Looks up the samples of these runs.
+template <typename Target>
+void NearMissSearch::look(const Direction& dir, const Target& target, const SampleRun* first,
+                          const SampleRun* last) {
+  Lanes& lanes = *lanes_;
+  lanes.count = 0;
+  const auto flush = [&] {
+    if (lanes.count == 0) return;
+    lookups_ += static_cast<std::size_t>(lanes.count);
+    pad(lanes.sample, lanes.count);
+    target.measurePoints(lanes);
+    take(dir);
+    lanes.count = 0;
+  };
+  for (; first != last; ++first)
+    for (std::uint32_t i = 0; i < first->count; ++i) {
+      lanes.sample[lanes.count++] = first->first + i;
+      if (lanes.count == kLanes) flush();
+    }
+  flush();
+}
+
+// Keeps what the lanes found: candidates, or samples of the finest level.
+void NearMissSearch::take(const Direction& dir) {
+  const Lanes& lanes = *lanes_;
+  if (dir.level > 0) {
+    float estimates[kLanes];
+    estimateNearest(dir, lanes, estimates);
+    for (int i = 0; i < lanes.count; ++i)
+      if (estimates[i] >= least_)
+        next_.push_back({estimates[i], lanes.sample[i], static_cast<std::int8_t>(dir.side)});
+    if (next_.size() > 8 * kBest) keepBest();
+    return;
+  }
+  const SampleColumns& samples = dir.samples.levels[0].samples;
+  for (int i = 0; i < lanes.count; ++i) {
+    if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
+    const float depth = lanes.depth[i];
+    if (depth < -margin_ || depth < nearest_ - within_) continue;
+    nearest_ = std::max(nearest_, depth);
+    found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
+                           V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
+  }
+}
+
+// Of the candidates, the best ones; none that is worse will be needed.
+void NearMissSearch::keepBest() {
+  if (next_.size() <= kBest) return;
+  const auto end = next_.begin() + kBest;
+  std::nth_element(next_.begin(), end - 1, next_.end(), nearer);
+  next_.erase(end, next_.end());
+  least_ = next_.back().estimate;
+}
+
+// All samples of the coarsest level, in bricks that are near enough.
+void NearMissSearch::scan(const OneSide& side) {
+  if (!side.own->field) return;
+  const Direction dir = side.at(kLevels - 1);
+  side.withTarget(dir, [&](const auto& target) {
+    target.nearBricks(margin_ / dir.voxel, bricks_);
+    runs_.clear();
+    for (const std::uint32_t b : bricks_) runs_.push_back(dir.samples.bricks.runs[b]);
+    look(dir, target, runs_.data(), runs_.data() + runs_.size());
+  });
+}
+
+// The samples on `level` of the candidates' cells.
+void NearMissSearch::searchOn(const OneSide& side, int level) {
+  if (!side.own->field) return;
+  const Direction dir = side.at(level);
+  const SampleLevel& coarser = dir.samples.levels[level + 1];
+  runs_.clear();
+  std::uint32_t last = ~0u;
+  for (const Candidate& c : now_) {
+    if (c.side != side.side) continue;
+    const std::uint32_t cell = coarser.cellOf[c.sample];
+    if (cell != last) runs_.push_back(coarser.finer[cell]);
+    last = cell;
+  }
+  side.withTarget(dir, [&](const auto& target) {
+    look(dir, target, runs_.data(), runs_.data() + runs_.size());
+  });
+}
+
+void NearMissSearch::keepNearest() {
+  std::erase_if(found_, [&](const Hit& hit) { return hit.depth < nearest_ - within_; });
+}
+
+const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, const CcWay* ways,
+                                            const PairFrame& frame, float margin) {
+  margin_ = margin;
+  within_ = kLightly * static_cast<float>(frame.voxel);
+  nearest_ = -1e30f;
+  lookups_ = 0;
+  found_.clear();
+  const OneSide sides[2] = {{bodies[0], bodies[1], ways[0], kA},
+                            {bodies[1], bodies[0], ways[1], kB}};
+  next_.clear();
+  least_ = -margin_;
+  for (const OneSide& side : sides) scan(side);
+  for (int level = kLevels - 2; level >= 0; --level) {
+    keepBest();
+    std::swap(now_, next_);
+    // In the samples' order, which is that of cells and of memory.
+    std::sort(now_.begin(), now_.end(), [](const Candidate& a, const Candidate& b) {
+      return a.side != b.side ? a.side < b.side : a.sample < b.sample;
+    });
+    next_.clear();
+    least_ = -margin_;
+    for (const OneSide& side : sides) searchOn(side, level);
+  }
+  keepNearest();
+  return found_;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,67 @@
+// The samples that come nearest to the other body without touching it.
+//
+// Asking all samples costs a hundred times a contact: in a nut's play every sample is near. So the
+// search goes from few samples to many, but keeps the most promising only. A coarse sample stands
+// for finer ones, of which the nearest is at most as near as its cluster allows (CcCluster); the
+// cells of the samples with the best such estimates are searched on. Where the gap is even, any
+// sample tells it. The gap is within 0.05 voxel of that of all samples
+// (tests/contact/near_misses_test.cpp).
+//
+// A touch is never left to this search: HitSearch asks every sample that may touch.
+#pragma once
+
+#include "contact/pair_frame.h"
+#include "contact/sample_search.h"
+
+#include <memory>
+#include <vector>
+
+namespace cloudcontact {
+
+namespace search {
+struct Lanes;
+}
+
+class NearMissSearch {
+ public:
+  NearMissSearch();
+  ~NearMissSearch();
+
+  // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
+  // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
+  // field. Valid until the next run.
+  const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
+                              const PairFrame& frame, float margin);
+  static constexpr float kLightly = 0.1f;
+  double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
+  std::size_t lookups() const { return lookups_; }
+  // Reserves what `other` has reserved.
+  void reserveLike(const NearMissSearch& other);
+
+ private:
+  struct Candidate {
+    float estimate;  // [m] the largest depth that a sample may have for which this one stands
+    std::uint32_t sample;
+    std::int8_t side;
+  };
+  struct OneSide;
+
+  void scan(const OneSide& side);
+  void searchOn(const OneSide& side, int level);
+  template <typename Target>
+  void look(const search::Direction& dir, const Target& target, const SampleRun* first,
+            const SampleRun* last);
+  void take(const search::Direction& dir);
+  void keepBest();
+  void keepNearest();
+
+  float margin_ = 0, within_ = 0, least_ = 0, nearest_ = 0;
+  std::size_t lookups_ = 0;
+  std::vector<Candidate> now_, next_;
+  std::vector<std::uint32_t> bricks_;
+  std::vector<SampleRun> runs_;
+  std::vector<Hit> found_;
+  std::unique_ptr<search::Lanes> lanes_;
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,150 @@
+// The two targets of a search: a field, whose records a sample finds in one 8-byte fetch, and a
+// shape's formula. A target has
+//   void nearBricks(float aside, std::vector<std::uint32_t>& near): numbers of the sample bricks
+//     that may touch from where they are, or from up to `aside` [own voxels] away;
+//   int measure(Lanes& lanes): depth and normal of all lanes, with `a` a record of a plane, or none
+//     and the reason in `b`; returns how many lanes have an edge of the target within them, and
+//     lists these in lanes.several;
+//   void measurePoints(Lanes& lanes): the same without edges;
+//   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
+//     whose x, y, z, a and b come from Candidates::places;
+//   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
+#pragma once
+
+#include <cloudcontact/law/solid.h>
+
+#include "contact/field_lanes.h"
+
+namespace cloudcontact::search {
+
+struct FieldTarget {
+  const Direction& dir;
+  const FieldData& other;
+  float voxel;  // of the other body [m]
+
+  void nearBricks(float aside, std::vector<std::uint32_t>& near) const {
+    search::nearBricks(dir, other, aside, near);
+  }
+
+  void measurePoints(Lanes& lanes) const {
+    findRecords(dir, other, lanes);
+    search::measure(other, voxel, lanes);
+  }
+
+  int measure(Lanes& lanes) const {
+    findRecords(dir, other, lanes);
+    const int count = search::measure(other, voxel, lanes);
+    if (dir.level == kLevels - 1) return 0;
+    return edgesWithin(dir, other, voxel, count, lanes);
+  }
+
+  void measureParts(Lanes& parts, const SampleColumns&) const {
+    for (int i = 0; i < parts.count; ++i) parts.several[i] = i;
+    choosePlanes(other, voxel, parts.count, parts);
+  }
+
+  float deepAt(const SurfaceSample& s) const {
+    const V3 x = applied(dir.toOther, V3(s.position[0], s.position[1], s.position[2]));
+    const CcPlace place = ccPlaceOf(other.records().bricks(), x.data());
+    const int bricks = other.brickDistance()[static_cast<std::size_t>(place.brick)];
+    return ccDepthBelow(bricks, voxel);
+  }
+};
+
+// Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
+constexpr float kOneFace = 0.9f;
+
+struct ShapeTarget {
+  const Direction& dir;
+  const Solid& shape;
+  const Pose& toShape;  // from the samples' grid, meters
+  const SampleColumns& samples;
+
+  SolidPoint at(const V3& grid) const {
+    return solidAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
+  }
+  std::pair<float, V3> lookUp(const V3& grid) const {
+    const SolidPoint p = at(grid);
+    return {static_cast<float>(p.depth), p.normal.cast<float>()};
+  }
+
+  static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {
+    lanes.depth[i] = there.first;
+    lanes.nx[i] = there.second.x();
+    lanes.ny[i] = there.second.y();
+    lanes.nz[i] = there.second.z();
+  }
+
+  void nearBricks(float aside, std::vector<std::uint32_t>& near) const {
+    near.clear();
+    const SampleBricks& bricks = dir.samples.bricks;
+    for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
+      const float reach = (bricks.radius[i] + aside + 0.5f) * dir.voxel;
+      if (at({bricks.x[i], bricks.y[i], bricks.z[i]}).depth >= -reach)
+        near.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  void measurePoints(Lanes& lanes) const { measure(lanes); }
+
+  int measure(Lanes& lanes) const {
+    const CcVoxel onePlane = ccPackPlanes(0, 1, 0);
+    std::fill_n(lanes.a, lanes.count, onePlane.a);
+    std::fill_n(lanes.b, lanes.count, onePlane.b);
+    if (const HalfSpace* const plane = std::get_if<HalfSpace>(&shape)) {
+      measurePlane(*plane, lanes);
+      return 0;
+    }
+    int divided = 0;
+    for (int i = 0; i < lanes.count; ++i) {
+      const std::uint32_t k = lanes.sample[i];
+      const std::pair<float, V3> there = lookUp({samples.x[k], samples.y[k], samples.z[k]});
+      set(lanes, i, there);
+      lanes.several[divided] = i;
+      divided += edgeWithin(k, there.first, there.second);
+    }
+    return divided;
+  }
+
+  // The depth is linear in the grid's coordinates.
+  void measurePlane(const HalfSpace& plane, Lanes& lanes) const {
+    const V3 n = plane.normal.cast<float>();
+    const V3 slope =
+        (dir.body.cloud().voxelSize() * (toShape.orientation.conjugate() * plane.normal))
+            .cast<float>();
+    const float offset = static_cast<float>(plane.offset - plane.normal.dot(toShape.position));
+    for (int i = 0; i < lanes.count; ++i) {
+      const std::uint32_t k = lanes.sample[i];
+      lanes.depth[i] =
+          offset - (slope.x() * samples.x[k] + slope.y() * samples.y[k] + slope.z() * samples.z[k]);
+      lanes.nx[i] = n.x();
+      lanes.ny[i] = n.y();
+      lanes.nz[i] = n.z();
+    }
+  }
+
+  // Whether the shape has an edge within a wide sample; on the finest level only.
+  bool edgeWithin(std::uint32_t k, float depth, const V3& normal) const {
+    if (dir.level > 0) return false;
+    const SurfaceSample s = samples[k];
+    const float half = CC_HALF_DIAGONAL * s.width;
+    if (s.width <= CC_WIDE || std::abs(depth) > half * dir.voxel) return false;
+    float t1[3], t2[3];
+    ccTangents(s.normal, t1, t2);
+    const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
+    for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
+      if (lookUp(middle + aside).second.dot(normal) < kOneFace) return true;
+    return false;
+  }
+
+  void measureParts(Lanes& parts, const SampleColumns& of) const {
+    for (int i = 0; i < parts.count; ++i) {
+      const std::uint32_t k = parts.sample[i];
+      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}));
+    }
+  }
+
+  float deepAt(const SurfaceSample&) const { return 0; }  // a formula has no band
+};
+
+}  // namespace cloudcontact::search
