@@ -237,7 +237,7 @@ CC_LANES void markNearby(const Direction& dir, const CcLimits& limits, Lanes& la
 
 }  // namespace
 
-CC_LANES void classify(const Direction& dir, Lanes& lanes) {
+CC_LANES void classify(const Direction& dir, bool finer, Lanes& lanes) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float* const nx = samples.nx.data();
   const float* const ny = samples.ny.data();
@@ -257,7 +257,7 @@ CC_LANES void classify(const Direction& dir, Lanes& lanes) {
     const int may = ccMayHit(&limits, lanes.depth[i], ccDot(n, other), width[k]);
     lanes.kind[i] = kind & (may ? ~0 : ~CC_WET);
   }
-  if (dir.level > 0) markNearby(dir, limits, lanes);
+  if (finer && dir.level > 0) markNearby(dir, limits, lanes);
 }
 
 CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates) {

@@ -42,8 +42,9 @@ int measure(const FieldData& other, float voxel, Lanes& lanes);
 // Of the first `count` of lanes.several, measured, moves to the front those over which another
 // plane of the record may give the depth (ccEdgeWithin()). Returns how many.
 int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// Sets the lanes' kinds from depths and normals. Wet lanes may be hits.
-void classify(const Direction& dir, Lanes& lanes);
+// Sets the lanes' kinds from depths and normals. Wet lanes may be hits. CC_NEARBY of surfaces with
+// `finer` only.
+void classify(const Direction& dir, bool finer, Lanes& lanes);
 // The largest depth [m] that a sample may have for which a lane's sample of a coarse level stands,
 // where the other surface goes on as a plane; -1e30 far outside.
 void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates);

@@ -133,17 +133,19 @@ class LaneSearch {
     candidates_.lookups += static_cast<std::size_t>(lanes_.count);
     pad(lanes_.sample, lanes_.count);
     const int divided = target_.measure(lanes_);
-    classify(dir_, lanes_);
+    // With enough hits there is no finer level.
+    const bool finer = hits_.size() < dir_.needed;
+    classify(dir_, finer, lanes_);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
     }
-    sort();
+    sort(finer);
     lanes_.count = 0;
   }
 
   // Sorts the lanes by kind. Without branches, which a processor cannot predict here.
-  void sort() {
+  void sort(bool finer) {
     std::uint32_t nearby[kLanes];
     int wet = 0, near = 0;
     std::int32_t all = 0;
@@ -155,8 +157,7 @@ class LaneSearch {
       near += (kind & CC_NEARBY) != 0;
       all |= kind;
     }
-    // With enough hits there is no finer level.
-    if (hits_.size() < dir_.needed)
+    if (finer)
       candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
     if (all & CC_DEEP)
       for (int i = 0; i < lanes_.count; ++i)
