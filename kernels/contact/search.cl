@@ -51,15 +51,24 @@ CcSample ccSampleOf(__local const CcTask* t, CcFields all, uint k) {
   return s;
 }
 
-// Whether finer samples that sample k stands for may touch; `other`: the normal of the deciding
-// plane, in the samples' grid.
-int ccNearBesideSample(__local const CcTask* t, CcFields all, uint k, CcVoxel record, float depth,
-                       const float* other) {
+// Whether finer samples that sample k stands for may touch; `d`: the deciding plane, depth in
+// meters.
+int ccNearBesideSample(__local const CcTask* t, CcFields all, __global const CcVoxel* planes,
+                       uint k, CcVoxel record, const CcPlace* place, const CcDepth* d) {
   if (t->level == 0) return 0;
   const uint at = t->own.clusters[t->level] + 2 * k;
   const float4 p = all.floats[at], q = all.floats[at + 1];
   const CcCluster cluster = {p.x, {p.y, p.z, p.w, q.x, q.y, q.z}};
-  return ccNearBeside(&t->limits, record, depth, other, &cluster);
+  CC_NEAR const float* turn = t->dir.way.turnToOther;
+  float beside = ccDepthBeside(&t->limits, turn, &cluster, d->depth, d->normal);
+  const uint count = ccPlaneCount(record);
+  const int concave = ccConcave(record);
+  for (uint i = 0; count > 1u && i < count; ++i) {
+    const CcDepth one = ccPlaneDepth(planes[record.b + i], place->r);
+    const float own = ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
+    beside = i == 0 ? own : concave ? ccMax(beside, own) : ccMin(beside, own);
+  }
+  return ccNearBeside(&t->limits, record, beside, cluster.rise);
 }
 
 CcPlace ccPlaceIn(__local const CcTask* t, const float* x) {
@@ -109,7 +118,7 @@ uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxe
   float other[3];
   ccTurnBack(t->dir.way.turnToOther, d.normal, other);
   const int kind = ccKindOf(&t->limits, record, d.depth, s->width);
-  const uint is = ccNearBesideSample(t, all, k, record, d.depth, other) ? CC_SEARCH_FINER : 0u;
+  const uint is = ccNearBesideSample(t, all, planes, k, record, place, &d) ? CC_SEARCH_FINER : 0u;
   if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
                    t->other.voxel, t->own.voxel))

@@ -66,15 +66,20 @@ CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, 
   return (record.a & 0x70000000u) != 0 ? surface : plain;
 }
 
-// Whether finer samples that this one stands for may touch the surface of the record, if this one
-// is at `depth` [m]: the surface goes on as the plane with the normal `other` (in the samples'
-// grid), or bends. At a concave edge another plane may rise beside it, at 90 deg at worst.
-CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float depth,
-                       const float* other, CC_NEAR const CcCluster* cluster) {
-  const float* s = cluster->spread;
-  const float square = ccConcave(record) ? s[0] + s[1] + s[2] : ccSpreadAlong(cluster, other);
-  const float beyond = -(depth * limits->perVoxel) - limits->bend - cluster->rise;
-  return ((record.a & 0x70000000u) != 0) & ((beyond < 0.0f) | (beyond * beyond < square));
+// The largest depth [voxels] below a plane that the finer samples in the sample's own plane have:
+// as far as the other's plane rises beside it. `depth` [m] and `normal`: the other's, in its frame.
+CC_FN float ccDepthBeside(CC_NEAR const CcLimits* limits, CC_NEAR const float* turnToOther,
+                          CC_NEAR const CcCluster* cluster, float depth, const float* normal) {
+  float other[3];
+  ccTurnBack(turnToOther, normal, other);
+  return depth * limits->perVoxel + CC_SQRT(ccMax(ccSpreadAlong(cluster, other), 0.0f));
+}
+
+// Whether finer samples that this one stands for may touch the surface of the record. `beside`:
+// ccDepthBeside() of the record's plane; of several, the least where they intersect, and the
+// largest where they unite.
+CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float beside, float rise) {
+  return ((record.a & 0x70000000u) != 0) & (beside + limits->bend + rise > 0.0f);
 }
 
 // Whether a wet sample may be a hit; never 0 if it is. `facing`: cosine between the normals, to

@@ -214,24 +214,65 @@ int measure(const FieldData& other, float voxel, Lanes& lanes) {
   return count;
 }
 
-namespace {
-
-// Adds CC_NEARBY to the kinds of samples of a coarse level.
-CC_LANES void markNearby(const Direction& dir, const CcLimits& limits, Lanes& lanes) {
+CC_LANES void findBeside(const Direction& dir, Lanes& lanes) {
   const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
+  const CcLimits limits = dir.limits();
   const int count = padded(lanes.count);
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const float m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
-    float other[3];
-    ccTurnBack(turn, m, other);
     const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
+    lanes.beside[i] = ccDepthBeside(&limits, turn, clusters + k, lanes.depth[i], m);
+  }
+}
+
+CC_LANES void findBeside(const Direction& dir, const FieldData& other, float voxel, int wanted,
+                         Lanes& lanes) {
+  findBeside(dir, lanes);
+  if (wanted == 0) return;
+  pad(lanes.several, wanted);
+  const int count = padded(wanted);
+  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
+  const CcLimits limits = dir.limits();
+  const CcVoxel* const planes = other.planes();
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
+  float beside[kLanes];
+  std::int32_t most = 0;
+  for (int i = 0; i < count; ++i)
+    most = std::max(most, static_cast<std::int32_t>(lanes.a[lanes.several[i]] >> 28 & 7u));
+  for (int k = 0; k < most; ++k) {
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const std::int32_t lane = lanes.several[i];
+      const std::uint32_t record = lanes.a[lane];
+      const std::int32_t has = static_cast<std::int32_t>(record >> 28 & 7u);
+      const CcVoxel plane = planes[static_cast<std::int32_t>(lanes.b[lane]) + (k < has ? k : 0)];
+      const float r[3] = {lanes.x[lane], lanes.y[lane], lanes.z[lane]};
+      const CcDepth d = ccPlaneDepth(plane, r);
+      const float own =
+          ccDepthBeside(&limits, turn, clusters + static_cast<std::int32_t>(lanes.sample[lane]),
+                        d.depth * voxel, d.normal);
+      const float more = ccMax(beside[i], own), less = ccMin(beside[i], own);
+      beside[i] = k == 0 ? own : record >> 31 ? more : less;
+    }
+  }
+  for (int i = 0; i < wanted; ++i) lanes.beside[lanes.several[i]] = beside[i];
+}
+
+namespace {
+
+// Adds CC_NEARBY to the kinds of samples of a coarse level.
+CC_LANES void markNearby(const Direction& dir, const CcLimits& limits, Lanes& lanes) {
+  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
+  const int count = padded(lanes.count);
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const float rise = clusters[static_cast<std::int32_t>(lanes.sample[i])].rise;
     lanes.kind[i] |=
-        ccNearBeside(&limits, {lanes.a[i], lanes.b[i]}, lanes.depth[i], other, clusters + k)
-            ? CC_NEARBY
-            : 0;
+        ccNearBeside(&limits, {lanes.a[i], lanes.b[i]}, lanes.beside[i], rise) ? CC_NEARBY : 0;
   }
 }
 
@@ -264,22 +305,13 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
   const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
   const int count = lanes.count;
   const float voxel = dir.voxel;
-  float turn[9];
-  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
-    const float m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
-    float other[3];
-    ccTurnBack(turn, m, other);
-    const CcVoxel record = {lanes.a[i], lanes.b[i]};
-    const CcCluster* const e = clusters + static_cast<std::int32_t>(lanes.sample[i]);
-    const float all = e->spread[0] + e->spread[1] + e->spread[2];
-    const float along = ccSpreadAlong(e, other);
-    const float square = ccMax(ccConcave(record) ? all : along, 0.0f);
-    const float near = lanes.depth[i] + voxel * (e->rise + CC_SQRT(square));
+    const float rise = clusters[static_cast<std::int32_t>(lanes.sample[i])].rise;
+    const float near = voxel * (lanes.beside[i] + rise);
     // The records end two voxels outside.
-    const float plain = record.b == CC_NEAR_OUTSIDE ? -2.0f * voxel : -1e30f;
-    estimates[i] = (record.a & 0x70000000u) != 0 ? near : plain;
+    const float plain = lanes.b[i] == CC_NEAR_OUTSIDE ? -2.0f * voxel : -1e30f;
+    estimates[i] = (lanes.a[i] & 0x70000000u) != 0 ? near : plain;
   }
 }
 

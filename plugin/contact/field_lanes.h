@@ -25,6 +25,7 @@ struct Lanes {
   std::uint32_t a[kLanes], b[kLanes];         // the record (kernels/contact/field_voxel.h)
   float depth[kLanes];                        // [m]
   float nx[kLanes], ny[kLanes], nz[kLanes];   // of the plane that gives the depth
+  float beside[kLanes];                       // ccDepthBeside() of coarse samples [own voxels]
   std::int32_t kind[kLanes];                  // CC_WET and so on
   std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits; records of several planes
 };
@@ -42,11 +43,16 @@ int measure(const FieldData& other, float voxel, Lanes& lanes);
 // Of the first `count` of lanes.several, measured, moves to the front those over which another
 // plane of the record may give the depth (ccEdgeWithin()). Returns how many.
 int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
+// Sets `beside` of samples of a coarse level. Of the records of several planes, `count` of them,
+// the lanes are in lanes.several.
+void findBeside(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
+// The same where each lane has one plane.
+void findBeside(const Direction& dir, Lanes& lanes);
 // Sets the lanes' kinds from depths and normals. Wet lanes may be hits. CC_NEARBY of surfaces with
-// `finer` only.
+// `finer` only, from `beside`.
 void classify(const Direction& dir, bool finer, Lanes& lanes);
 // The largest depth [m] that a sample may have for which a lane's sample of a coarse level stands,
-// where the other surface goes on as a plane; -1e30 far outside.
+// by `beside`; -1e30 far outside.
 void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates);
 // Adds the first `count` of lanes.wet as hits; their samples are in `samples`. If one of them is no
 // hit, it adds none and returns false.

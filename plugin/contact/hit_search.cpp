@@ -94,7 +94,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
     level = searchLevels(query, hits, nullptr);
     if (lists) lists->reserve(candidates_[kA].lookups, candidates_[kB].lookups);
     // Where nothing touches, a list would hold half of all samples.
-    if (lists && lists->wanted() && !hits.empty()) lists->make(dataOf(a), dataOf(b), level, *builder_);
+    if (lists && lists->wanted() && !hits.empty())
+      lists->make(dataOf(a), dataOf(b), level, *builder_);
   }
   if (hits.empty() && margin > 0) touchLightly(query, frame, marginOf(margin, frame), hits);
   return level;

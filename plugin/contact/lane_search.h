@@ -132,9 +132,9 @@ class LaneSearch {
     if (lanes_.count == 0) return;
     candidates_.lookups += static_cast<std::size_t>(lanes_.count);
     pad(lanes_.sample, lanes_.count);
-    const int divided = target_.measure(lanes_);
     // With enough hits there is no finer level.
     const bool finer = hits_.size() < dir_.needed;
+    const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
@@ -157,8 +157,7 @@ class LaneSearch {
       near += (kind & CC_NEARBY) != 0;
       all |= kind;
     }
-    if (finer)
-      candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
+    if (finer) candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
     if (all & CC_DEEP)
       for (int i = 0; i < lanes_.count; ++i)
         if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);

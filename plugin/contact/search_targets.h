@@ -2,10 +2,10 @@
 // shape's formula. A target has
 //   void nearBricks(float aside, std::vector<std::uint32_t>& near): numbers of the sample bricks
 //     that may touch from where they are, or from up to `aside` [own voxels] away;
-//   int measure(Lanes& lanes): depth and normal of all lanes, with `a` a record of a plane, or none
-//     and the reason in `b`; returns how many lanes have an edge of the target within them, and
-//     lists these in lanes.several;
-//   void measurePoints(Lanes& lanes): the same without edges;
+//   int measure(bool finer, Lanes& lanes): depth and normal of all lanes, with `a` a record of a
+//     plane, or none and the reason in `b`; on a coarse level with `finer` also `beside`; returns
+//     how many lanes have an edge of the target within them, and lists these in lanes.several;
+//   void measurePoints(Lanes& lanes): the same without edges, always with `beside`;
 //   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
 //     whose x, y, z, a and b come from Candidates::places;
 //   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
@@ -28,12 +28,14 @@ struct FieldTarget {
 
   void measurePoints(Lanes& lanes) const {
     findRecords(dir, other, lanes);
-    search::measure(other, voxel, lanes);
+    const int count = search::measure(other, voxel, lanes);
+    if (dir.level > 0) findBeside(dir, other, voxel, count, lanes);
   }
 
-  int measure(Lanes& lanes) const {
+  int measure(bool finer, Lanes& lanes) const {
     findRecords(dir, other, lanes);
     const int count = search::measure(other, voxel, lanes);
+    if (finer && dir.level > 0) findBeside(dir, other, voxel, count, lanes);
     if (dir.level == kLevels - 1) return 0;
     return edgesWithin(dir, other, voxel, count, lanes);
   }
@@ -85,9 +87,16 @@ struct ShapeTarget {
     }
   }
 
-  void measurePoints(Lanes& lanes) const { measure(lanes); }
+  void measurePoints(Lanes& lanes) const { measure(true, lanes); }
 
-  int measure(Lanes& lanes) const {
+  int measure(bool finer, Lanes& lanes) const {
+    const int divided = measureDepths(lanes);
+    pad(lanes.sample, lanes.count);
+    if (finer && dir.level > 0) findBeside(dir, lanes);
+    return divided;
+  }
+
+  int measureDepths(Lanes& lanes) const {
     const CcVoxel onePlane = ccPackPlanes(0, 1, 0);
     std::fill_n(lanes.a, lanes.count, onePlane.a);
     std::fill_n(lanes.b, lanes.count, onePlane.b);
