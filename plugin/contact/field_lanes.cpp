@@ -214,17 +214,45 @@ int measure(const FieldData& other, float voxel, Lanes& lanes) {
   return count;
 }
 
+namespace {
+
+// What some lanes' samples stand for, one column for each number, because a loop that follows a
+// pointer to each cluster does not become vector instructions.
+struct Clusters {
+  float spread[6][kLanes];
+
+  CcCluster operator[](int i) const {
+    return {0,
+            {spread[0][i], spread[1][i], spread[2][i], spread[3][i], spread[4][i], spread[5][i]}};
+  }
+};
+
+// Of the samples with these numbers.
+CC_LANES void gather(const Direction& dir, const std::uint32_t* samples, int count, Clusters& to) {
+  static_assert(sizeof(CcCluster) == 7 * sizeof(float));
+  const float* const from = &dir.samples.levels[dir.level].clusters.data()->rise;
+  for (int k = 0; k < 6; ++k) {
+    float* const out = to.spread[k];
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i)
+      out[i] = from[7 * static_cast<std::int32_t>(samples[i]) + k + 1];
+  }
+}
+
+}  // namespace
+
 CC_LANES void findBeside(const Direction& dir, Lanes& lanes) {
-  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
   const CcLimits limits = dir.limits();
   const int count = padded(lanes.count);
+  Clusters clusters;
+  gather(dir, lanes.sample, count, clusters);
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
   CC_INDEPENDENT
   for (int i = 0; i < count; ++i) {
     const float m[3] = {lanes.nx[i], lanes.ny[i], lanes.nz[i]};
-    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[i]);
-    lanes.beside[i] = ccDepthBeside(&limits, turn, clusters + k, lanes.depth[i], m);
+    const CcCluster cluster = clusters[i];
+    lanes.beside[i] = ccDepthBeside(&limits, turn, &cluster, lanes.depth[i], m);
   }
 }
 
@@ -234,29 +262,42 @@ CC_LANES void findBeside(const Direction& dir, const FieldData& other, float vox
   if (wanted == 0) return;
   pad(lanes.several, wanted);
   const int count = padded(wanted);
-  const CcCluster* const clusters = dir.samples.levels[dir.level].clusters.data();
   const CcLimits limits = dir.limits();
   const CcVoxel* const planes = other.planes();
   float turn[9];
   for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
-  float beside[kLanes];
-  std::int32_t most = 0;
-  for (int i = 0; i < count; ++i)
-    most = std::max(most, static_cast<std::int32_t>(lanes.a[lanes.several[i]] >> 28 & 7u));
+  std::uint32_t sample[kLanes] = {}, a[kLanes], b[kLanes];
+  float x[kLanes], y[kLanes], z[kLanes], beside[kLanes];
+  std::int32_t first[kLanes], has[kLanes], unites[kLanes], most = 0;
+  CC_INDEPENDENT
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t lane = lanes.several[i];
+    const std::uint32_t record = lanes.a[lane];
+    sample[i] = lanes.sample[lane];
+    first[i] = static_cast<std::int32_t>(lanes.b[lane]);
+    has[i] = static_cast<std::int32_t>(record >> 28 & 7u);
+    unites[i] = static_cast<std::int32_t>(record >> 31);
+    x[i] = lanes.x[lane], y[i] = lanes.y[lane], z[i] = lanes.z[lane];
+    beside[i] = unites[i] ? -1e30f : 1e30f;
+  }
+  Clusters clusters;
+  gather(dir, sample, count, clusters);
+  for (int i = 0; i < count; ++i) most = std::max(most, has[i]);
   for (int k = 0; k < most; ++k) {
     CC_INDEPENDENT
     for (int i = 0; i < count; ++i) {
-      const std::int32_t lane = lanes.several[i];
-      const std::uint32_t record = lanes.a[lane];
-      const std::int32_t has = static_cast<std::int32_t>(record >> 28 & 7u);
-      const CcVoxel plane = planes[static_cast<std::int32_t>(lanes.b[lane]) + (k < has ? k : 0)];
-      const float r[3] = {lanes.x[lane], lanes.y[lane], lanes.z[lane]};
-      const CcDepth d = ccPlaneDepth(plane, r);
-      const float own =
-          ccDepthBeside(&limits, turn, clusters + static_cast<std::int32_t>(lanes.sample[lane]),
-                        d.depth * voxel, d.normal);
+      const CcVoxel plane = planes[first[i] + (k < has[i] ? k : 0)];
+      a[i] = plane.a;
+      b[i] = plane.b;
+    }
+    CC_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+      const float r[3] = {x[i], y[i], z[i]};
+      const CcDepth d = ccPlaneDepth({a[i], b[i]}, r);
+      const CcCluster cluster = clusters[i];
+      const float own = ccDepthBeside(&limits, turn, &cluster, d.depth * voxel, d.normal);
       const float more = ccMax(beside[i], own), less = ccMin(beside[i], own);
-      beside[i] = k == 0 ? own : record >> 31 ? more : less;
+      beside[i] = unites[i] ? more : less;
     }
   }
   for (int i = 0; i < wanted; ++i) lanes.beside[lanes.several[i]] = beside[i];
