@@ -31,7 +31,7 @@ typedef struct {
   float spread[6];
 } CcCluster;
 
-CC_FN float ccSpreadAlong(CC_NEAR const CcCluster* e, const float* g) {
+CC_FN float ccSpreadAlong(const CcCluster* e, const float* g) {
   const float* s = e->spread;
   return s[0] * g[0] * g[0] + s[1] * g[1] * g[1] + s[2] * g[2] * g[2] +
          2.0f * (s[3] * g[0] * g[1] + s[4] * g[0] * g[2] + s[5] * g[1] * g[2]);
@@ -69,7 +69,7 @@ CC_FN int ccKindOf(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, 
 // The largest depth [voxels] below a plane that the finer samples in the sample's own plane have:
 // as far as the other's plane rises beside it. `depth` [m] and `normal`: the other's, in its frame.
 CC_FN float ccDepthBeside(CC_NEAR const CcLimits* limits, CC_NEAR const float* turnToOther,
-                          CC_NEAR const CcCluster* cluster, float depth, const float* normal) {
+                          const CcCluster* cluster, float depth, const float* normal) {
   float other[3];
   ccTurnBack(turnToOther, normal, other);
   return depth * limits->perVoxel + CC_SQRT(ccMax(ccSpreadAlong(cluster, other), 0.0f));

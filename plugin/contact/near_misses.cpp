@@ -11,14 +11,9 @@ using namespace search;
 
 namespace {
 
-// Coarse samples whose cells are searched on, on each level.
+// Coarse samples whose cells are searched on, on each level: so many by their estimates, and as
+// many others by their own depths.
 constexpr std::size_t kBest = 64;
-
-// Nearest first. No two candidates are equal, so that the order is the same on every machine.
-constexpr auto nearer = [](const auto& a, const auto& b) {
-  if (a.estimate != b.estimate) return a.estimate > b.estimate;
-  return a.side != b.side ? a.side < b.side : a.sample < b.sample;
-};
 
 }  // namespace
 
@@ -84,8 +79,10 @@ void NearMissSearch::take(const Direction& dir) {
     float estimates[kLanes];
     estimateNearest(dir, lanes, estimates);
     for (int i = 0; i < lanes.count; ++i)
-      if (estimates[i] >= least_)
-        next_.push_back({estimates[i], lanes.sample[i], static_cast<std::int8_t>(dir.side)});
+      if (estimates[i] >= leastEstimate_ ||
+          (estimates[i] > -margin_ && lanes.depth[i] >= leastDepth_))
+        next_.push_back(
+            {estimates[i], lanes.depth[i], lanes.sample[i], static_cast<std::int8_t>(dir.side)});
     if (next_.size() > 8 * kBest) keepBest();
     return;
   }
@@ -100,13 +97,25 @@ void NearMissSearch::take(const Direction& dir) {
   }
 }
 
+// Moves the best by a member, kBest of them, to the places after `from`. No two candidates are
+// equal, so that it is the same on every machine.
+void NearMissSearch::keepFirst(std::size_t from, float Candidate::*by) {
+  const auto begin = next_.begin() + static_cast<std::ptrdiff_t>(from);
+  std::nth_element(begin, begin + kBest - 1, next_.end(),
+                   [by](const Candidate& a, const Candidate& b) {
+                     if (a.*by != b.*by) return a.*by > b.*by;
+                     return a.side != b.side ? a.side < b.side : a.sample < b.sample;
+                   });
+}
+
 // Of the candidates, the best ones; none that is worse will be needed.
 void NearMissSearch::keepBest() {
-  if (next_.size() <= kBest) return;
-  const auto end = next_.begin() + kBest;
-  std::nth_element(next_.begin(), end - 1, next_.end(), nearer);
-  next_.erase(end, next_.end());
-  least_ = next_.back().estimate;
+  if (next_.size() <= 2 * kBest) return;
+  keepFirst(0, &Candidate::estimate);
+  leastEstimate_ = next_[kBest - 1].estimate;
+  keepFirst(kBest, &Candidate::depth);
+  leastDepth_ = next_[2 * kBest - 1].depth;
+  next_.erase(next_.begin() + 2 * kBest, next_.end());
 }
 
 // All samples of the coarsest level, in bricks that are near enough.
@@ -152,8 +161,11 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
   found_.clear();
   const OneSide sides[2] = {{bodies[0], bodies[1], ways[0], kA},
                             {bodies[1], bodies[0], ways[1], kB}};
-  next_.clear();
-  least_ = -margin_;
+  const auto begin = [&] {
+    next_.clear();
+    leastEstimate_ = leastDepth_ = -margin_;
+  };
+  begin();
   for (const OneSide& side : sides) scan(side);
   for (int level = kLevels - 2; level >= 0; --level) {
     keepBest();
@@ -162,8 +174,7 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
     std::sort(now_.begin(), now_.end(), [](const Candidate& a, const Candidate& b) {
       return a.side != b.side ? a.side < b.side : a.sample < b.sample;
     });
-    next_.clear();
-    least_ = -margin_;
+    begin();
     for (const OneSide& side : sides) searchOn(side, level);
   }
   keepNearest();

@@ -2,9 +2,10 @@
 //
 // Asking all samples costs a hundred times a contact: in a nut's play every sample is near. So the
 // search goes from few samples to many, but keeps the most promising only. A coarse sample stands
-// for finer ones, of which the nearest is at most as near as its cluster allows (CcCluster); the
-// cells of the samples with the best such estimates are searched on. Where the gap is even, any
-// sample tells it. The gap is within 0.05 voxel of that of all samples
+// for finer ones, of which the nearest is at most as near as its cluster allows (CcCluster).
+// Searched on are the cells of the samples with the best such estimates, edges among them, and of
+// those that are nearest themselves, so that a face is found over its whole width. Where the gap is
+// even, any sample tells it. The gap is within 0.05 voxel of that of all samples
 // (tests/contact/near_misses_test.cpp).
 //
 // A touch is never left to this search: HitSearch asks every sample that may touch.
@@ -41,6 +42,7 @@ class NearMissSearch {
  private:
   struct Candidate {
     float estimate;  // [m] the largest depth that a sample may have for which this one stands
+    float depth;     // [m] its own
     std::uint32_t sample;
     std::int8_t side;
   };
@@ -53,9 +55,11 @@ class NearMissSearch {
             const SampleRun* last);
   void take(const search::Direction& dir);
   void keepBest();
+  void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();
 
-  float margin_ = 0, within_ = 0, least_ = 0, nearest_ = 0;
+  float margin_ = 0, within_ = 0, nearest_ = 0;
+  float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   std::size_t lookups_ = 0;
   std::vector<Candidate> now_, next_;
   std::vector<std::uint32_t> bricks_;

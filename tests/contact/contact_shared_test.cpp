@@ -103,12 +103,6 @@ TEST_F(SharedSearch, SamplesBelowTheBand) {
   expectSame(at({0, 0, 0}, 0), at({11, 7, 8.2}, 0.4), foundation());
 }
 
-TEST_F(SharedSearch, NearMisses) {
-  ContactSettings settings = foundation();
-  settings.margin = 2 * kVoxel;
-  expectSame(at({0, 0, 0}, 0), at({11, 7, 17.2}, 0.4), settings, false);
-}
-
 TEST_F(SharedSearch, AShapeBeside) {
   const Body box = BodyMaker::shape(Box{kVoxel * Vec3(90, 90, 10)});
   Pose pose;

@@ -20,9 +20,9 @@ TEST(Layout, OfDigitalNormals) {
 }
 
 TEST(Layout, BatchStructures) {
-  EXPECT_EQ(sizeof(CcField), 96u);
+  EXPECT_EQ(sizeof(CcField), 108u);
   EXPECT_EQ(offsetof(CcField, samples), 36u);
-  EXPECT_EQ(offsetof(CcField, bricks), 84u);
+  EXPECT_EQ(offsetof(CcField, bricks), 96u);
   EXPECT_EQ(sizeof(CcWay), 204u);
   EXPECT_EQ(sizeof(CcDirection), 228u);
   EXPECT_EQ(offsetof(CcDirection, hits), 212u);
