@@ -59,7 +59,8 @@ double deepestOf(const SurfaceField& samples, const SurfaceField& other, const P
 
 double deepestOfAll(const ContactBody& a, const ContactBody& b) {
   const Pose bInA = a.pose.inverse() * b.pose;
-  return std::max(deepestOf(*b.field, *a.field, bInA), deepestOf(*a.field, *b.field, bInA.inverse()));
+  return std::max(deepestOf(*b.field, *a.field, bInA),
+                  deepestOf(*a.field, *b.field, bInA.inverse()));
 }
 
 // `step`: the largest motion of a query [m]; turns by as much at a radius of 8 mm.
@@ -68,7 +69,7 @@ Run run(const Pair& pair, const Vec3& about, double play, double step, int queri
   std::uniform_real_distribution<double> part(-1, 1);
   ContactFinder finder;
   ContactSettings settings;
-  settings.margin = std::getenv("NEAR_MARGIN") ? std::atof(std::getenv("NEAR_MARGIN")) * pair.fixed->cloud().voxelSize() : pair.fixed->cloud().voxelSize();
+  settings.margin = pair.fixed->cloud().voxelSize();
   ContactBody a, b;
   a.field = pair.fixed.get();
   b.field = pair.moving.get();
@@ -81,9 +82,9 @@ Run run(const Pair& pair, const Vec3& about, double play, double step, int queri
     }
     const Vec3 by = turn / 8e-3;
     b.pose.position = about + aside;
-    b.pose.orientation =
-        by.norm() > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(by.norm(), by.normalized()))
-                      : Eigen::Quaterniond::Identity();
+    b.pose.orientation = by.norm() > 0
+                             ? Eigen::Quaterniond(Eigen::AngleAxisd(by.norm(), by.normalized()))
+                             : Eigen::Quaterniond::Identity();
     const double start = threadSeconds();
     const ContactResult& contact = finder.find(a, b, settings);
     const double time = 1e6 * (threadSeconds() - start);
@@ -95,21 +96,21 @@ Run run(const Pair& pair, const Vec3& about, double play, double step, int queri
     result.touching += depth > 0;
     if (k % 20) continue;
     const double truth = deepestOfAll(a, b);
-    if(std::getenv("DBG")) std::printf("truth %.4f found %.4f points %zu\n", truth/settings.margin, depth/settings.margin, contact.points.size());
     result.missed += truth > 0 && depth <= 0;
-    if (truth < 0 && truth > -settings.margin)
-      result.gaps.push_back(truth - depth);
+    if (truth < 0 && truth > -settings.margin) result.gaps.push_back(truth - depth);
   }
   return result;
 }
 
 void report(const char* name, const char* how, double step, double voxel, Run r) {
   std::sort(r.micros.begin(), r.micros.end());
-  std::printf("%-5s %-8s %5.3f voxel  first %8.1f  median %8.1f  p99 %8.1f  worst %8.1f us, "
-              "lookups %8.0f, touching %d of %zu, missed %d, gap off by %.3f, %.3f at most\n",
-              name, how, step, r.first, median(r.micros), r.micros[r.micros.size() * 99 / 100],
-              r.micros.back(), median(r.lookups), r.touching, r.micros.size(), r.missed, r.gaps.empty() ? 0 : median(r.gaps) / voxel,
-              r.gaps.empty() ? 0 : *std::max_element(r.gaps.begin(), r.gaps.end()) / voxel);
+  std::printf(
+      "%-5s %-8s %5.3f voxel  first %8.1f  median %8.1f  p99 %8.1f  worst %8.1f us, "
+      "lookups %8.0f, touching %d of %zu, missed %d, gap off by %.3f, %.3f at most\n",
+      name, how, step, r.first, median(r.micros), r.micros[r.micros.size() * 99 / 100],
+      r.micros.back(), median(r.lookups), r.touching, r.micros.size(), r.missed,
+      r.gaps.empty() ? 0 : median(r.gaps) / voxel,
+      r.gaps.empty() ? 0 : *std::max_element(r.gaps.begin(), r.gaps.end()) / voxel);
 }
 
 }  // namespace
@@ -119,15 +120,15 @@ int main(int count, char** values) {
   const double voxel = 1e-3 * (count > 2 ? std::atof(values[2]) : 0.25);
   program::Thread thread;
   thread.clearance = 0.15e-3;
-  const Pair pairs[] = {
-      {"nut", fieldOf(program::boltMesh(thread, 40e-3), voxel),
-       fieldOf(program::nutMesh(thread, 13e-3, 24e-3), voxel), Vec3(0, 0, 12e-3),
-       Vec3(0, 0, 12e-3 - 0.1e-3 / std::sin(0.5236) - 0.26 * voxel), 0.02e-3},
-      {"peg", fieldOf(program::holeMesh(4.1e-3, 20e-3, 20e-3, 0.5e-3), voxel),
-       fieldOf(program::pegMesh(4e-3, 25e-3, 0.5e-3), voxel), Vec3(0, 0, 4e-3),
-       Vec3(0.1e-3 + 0.26 * voxel, 0, 4e-3), 0.01e-3}};
+  const Pair pairs[] = {{"nut", fieldOf(program::boltMesh(thread, 40e-3), voxel),
+                         fieldOf(program::nutMesh(thread, 13e-3, 24e-3), voxel), Vec3(0, 0, 12e-3),
+                         Vec3(0, 0, 12e-3 - 0.1e-3 / std::sin(0.5236) - 0.26 * voxel), 0.02e-3},
+                        {"peg", fieldOf(program::holeMesh(4.1e-3, 20e-3, 20e-3, 0.5e-3), voxel),
+                         fieldOf(program::pegMesh(4e-3, 25e-3, 0.5e-3), voxel), Vec3(0, 0, 4e-3),
+                         Vec3(0.1e-3 + 0.26 * voxel, 0, 4e-3), 0.01e-3}};
   for (const Pair& pair : pairs) {
-    report(pair.name, "pressed", 0.01, voxel, run(pair, pair.pressed, 0.1 * voxel, 0.01 * voxel, queries));
+    report(pair.name, "pressed", 0.01, voxel,
+           run(pair, pair.pressed, 0.1 * voxel, 0.01 * voxel, queries));
     for (const double step : {0.001, 0.01, 0.1})
       report(pair.name, "near", step, voxel,
              run(pair, pair.centered, pair.play, step * voxel, queries));
