@@ -44,7 +44,7 @@ void forEachSampleArray(Samples& samples, Visit&& visit) {
   for (auto& level : samples.levels) {
     auto& s = level.samples;
     visit(s.x), visit(s.y), visit(s.z), visit(s.nx), visit(s.ny), visit(s.nz);
-    visit(s.area), visit(s.width), visit(level.cellOf), visit(level.finer);
+    visit(s.area), visit(s.width), visit(level.clusters), visit(level.cellOf), visit(level.finer);
   }
   auto& b = samples.bricks;
   visit(b.x), visit(b.y), visit(b.z), visit(b.radius), visit(b.runs);
@@ -196,8 +196,11 @@ void splitNames(const std::string& names, std::vector<std::string>& list) {
 }
 
 bool consistent(const SampleSet& samples) {
-  for (const SampleLevel& level : samples.levels) {
+  for (int number = 0; number < kLevels; ++number) {
+    const SampleLevel& level = samples.levels[number];
     const SampleColumns& s = level.samples;
+    const std::size_t coarse = number > 0 ? s.size() : 0;
+    if (level.clusters.size() != coarse || level.cellOf.size() != coarse) return false;
     for (const auto* column : {&s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
       if (column->size() != s.size()) return false;
   }
