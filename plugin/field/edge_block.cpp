@@ -326,15 +326,23 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
   }
 }
 
-// The distances at the voxels' centers.
-CC_LANES void findMiddles(const FaceTerms& terms, float* middle) {
+constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
+
+// The distances at the voxels' centers, and by them the voxels that lie wholly outside or inside.
+CC_LANES void findMiddles(const FaceTerms& terms, float* middle, std::uint32_t& outer,
+                          std::uint32_t& inner) {
   CC_INDEPENDENT
   for (int k = 0; k < CC_WINDOW_LANES; ++k)
     middle[k] = terms.outside(static_cast<float>(k % 3 - 1), static_cast<float>(k / 3 % 3 - 1),
                               static_cast<float>(k / 9 - 1));
+  std::uint32_t above = 0, below = 0;
+  for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
+    above |= middle[k] > kClear ? 1u << k : 0u;
+    below |= middle[k] < -kClear ? 1u << k : 0u;
+  }
+  outer = above & kAllVoxels;
+  inner = below & kAllVoxels;
 }
-
-constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
 
 template <typename Visit>
 void forEachBit(std::uint32_t bits, Visit&& visit) {
@@ -360,12 +368,7 @@ void FaceField::set(const Face& f) {
   perShift_ = kSub / f.n.lpNorm<1>();
   const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
   bend_ = std::max(2 * (steep - 1), 0.0f);
-  findMiddles(FaceTerms(f), middle_.data());
-  outer_ = inner_ = 0;
-  for (std::uint32_t v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    outer_ |= std::uint32_t{middle_[v] > kClear} << v;
-    inner_ |= std::uint32_t{middle_[v] < -kClear} << v;
-  }
+  findMiddles(FaceTerms(f), middle_.data(), outer_, inner_);
 }
 
 void FaceField::cut() const {

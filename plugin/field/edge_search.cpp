@@ -11,7 +11,9 @@ namespace {
 // A residual below this explains the block and ends the search. A box's true planes leave 0.0014
 // at its edges, 0.004 at most.
 constexpr float kExplained = 0.003f;
-constexpr float kHidden = 0.006f;       // above this a face that no neighbor shows is tried
+constexpr float kHidden = 0.006f;  // above this a face that no neighbor shows is tried
+// Of hidden faces that must leave less than this, one of fifty is found.
+constexpr float kPlain = 0.0035f;
 constexpr std::size_t kRefined = 2;     // trials of each kind that are refined
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
@@ -60,7 +62,7 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
     refineBest();
   }
   if (best_.residual > (tips == TipsTried::Soon ? kExplained : kHidden)) tryTips();
-  if (best_.residual > kHidden) tryHidden(mean);
+  if (best_.residual > kHidden && bound > kPlain) tryHidden(mean);
   return best_;
 }
 

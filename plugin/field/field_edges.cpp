@@ -33,6 +33,9 @@ constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
 constexpr float kTypical = 0.0005f;
 // Above this a voxel counts as unexplained and is retried when its neighbors have improved.
 constexpr float kLost = 0.01f;
+// What a quadric explains this well is not searched again in a later plain pass: one of fifty such
+// searches finds an edge.
+constexpr float kRetried[] = {0, 0, 0.0035f, kGoodEdge};
 constexpr int kPlainPasses = 3;  // faces found beside an edge serve their neighbors in the next
 constexpr int kClimbs = 8;       // at most so many further passes, up a tip
 // Where a budget limits the searches, voxels wait until this many renewals have left their
@@ -64,27 +67,16 @@ Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   return face;
 }
 
-// The distinct faces near a voxel, as known before a pass. Each is the weighted mean over the
-// neighbors that show it; near ones with small residuals come first.
-std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
-                            std::size_t most) {
-  std::vector<Face> all;
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const VoxelState from = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
-        if (!from) continue;
-        for (int k = 0; k < from.count(); ++k) {
-          const CcSurface& f = from.pieces[k].surface;
-          if (f.residual > (from.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge))
-            continue;
-          all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
-        }
-      }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Face& a, const Face& b) { return a.weight > b.weight; });
+// The distinct ones of some faces, heaviest first. Each is the weighted mean of those alike.
+std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
+  // By number, because faces are large; equal ones in their order.
+  std::vector<std::pair<float, int>> order;
+  order.reserve(all.size());
+  for (const Face& f : all) order.emplace_back(-f.weight, static_cast<int>(order.size()));
+  std::sort(order.begin(), order.end());
   std::vector<Face> faces, sums;
-  for (const Face& f : all) {
+  for (const auto& [weight, number] : order) {
+    const Face& f = all[static_cast<std::size_t>(number)];
     std::size_t k = 0;
     while (k < faces.size() &&
            !(faces[k].n.dot(f.n) > kSameNormal && std::abs(faces[k].s - f.s) < kSameOffset))
@@ -106,6 +98,26 @@ std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int p
     f.n.normalize();
   }
   return sums;
+}
+
+// The distinct faces near a voxel, as known before a pass: means over the neighbors that show them.
+// Near ones with small residuals come first.
+std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
+                            std::size_t most) {
+  std::vector<Face> all;
+  for (int dz = -kReach; dz <= kReach; ++dz)
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const VoxelState from = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
+        if (!from) continue;
+        for (int k = 0; k < from.count(); ++k) {
+          const CcSurface& f = from.pieces[k].surface;
+          if (f.residual > (from.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge))
+            continue;
+          all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
+        }
+      }
+  return distinct(all, most);
 }
 
 CcSurface planeSurface(const Face& f, float residual) {
@@ -187,10 +199,12 @@ bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Count
 // a voxel below the tip.
 bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v, const Pass& pass) {
   if (!isCandidate(v)) return false;
+  const float residual = v.pieces[0].surface.residual;
+  if (!pass.climbs() && residual <= kRetried[pass.number]) return false;
   if (pass.number < kPlainPasses) return true;
   if (pass.number == kPlainPasses)
     return besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
-  const bool lost = v.pieces[0].surface.residual > kLost;
+  const bool lost = residual > kLost;
   return besideChange(draft, at, pass.number, [lost](const VoxelState& other) {
     return other.pieces[0].surface.residual <= kGoodEdge && (lost || other.count() > kFewFaces);
   });
