@@ -12,6 +12,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/parallel.h"
 #include "bullet/convert.h"
 
 namespace cloudcontact {
@@ -119,7 +120,7 @@ int searchesOfCut(std::int64_t voxels) {
 struct Piece {
   Cloud cloud;
   std::vector<MatterSums> sums;
-  double mass;
+  double mass = 0;
   std::shared_ptr<const SurfaceField> field;
 };
 
@@ -238,17 +239,17 @@ void CuttableBody::State::leaveWorld() {
 // one, only what the cut changed is summed up.
 std::vector<Piece> CuttableBody::State::piecesOf(const Cloud& after) const {
   std::vector<Cloud> clouds = whole ? pieces(after, cloud) : pieces(after);
-  std::vector<Piece> left;
-  for (Cloud& one : clouds) {
-    Piece piece{std::move(one), {}, 0, nullptr};
-    piece.sums =
-        clouds.size() == 1 ? matterSums(piece.cloud, cloud, sums) : matterSums(piece.cloud);
+  std::vector<Piece> all(clouds.size());
+  parallelFor(clouds.size(), settings.threads, [&](std::size_t k, int) {
+    Piece& piece = all[k];
+    piece.cloud = std::move(clouds[k]);
+    piece.sums = all.size() == 1 ? matterSums(piece.cloud, cloud, sums) : matterSums(piece.cloud);
     piece.mass = massPropertiesOf(piece.sums, piece.cloud, settings.densities).mass;
     if (piece.mass >= settings.leastPiece)
       piece.field = fieldOf(piece.cloud, coverageOf(piece.sums));
-    if (piece.field) left.push_back(std::move(piece));
-  }
-  return left;
+  });
+  std::erase_if(all, [](const Piece& piece) { return !piece.field; });
+  return all;
 }
 
 void CuttableBody::State::become(Piece piece, const Pose& place, const Motion& motion) {
