@@ -8,7 +8,7 @@
 #include "kernels/contact/sample.h"
 
 // Kinds of samples.
-#define CC_WET 1     // deep enough to be a hit, or a near miss
+#define CC_WET 1     // deep enough to be a hit
 #define CC_DEEP 2    // below the band
 #define CC_NEARBY 4  // finer samples of its cell may touch
 

@@ -78,11 +78,13 @@ void NearMissSearch::take(const Direction& dir) {
   if (dir.level > 0) {
     float estimates[kLanes];
     estimateNearest(dir, lanes, estimates);
-    for (int i = 0; i < lanes.count; ++i)
-      if (estimates[i] >= leastEstimate_ ||
-          (estimates[i] > -margin_ && lanes.depth[i] >= leastDepth_))
-        next_.push_back(
-            {estimates[i], lanes.depth[i], lanes.sample[i], static_cast<std::int8_t>(dir.side)});
+    for (int i = 0; i < lanes.count; ++i) {
+      // Without a plane a lane has no depth.
+      const bool measured = ccPlaneCount({lanes.a[i], lanes.b[i]}) > 0;
+      const float depth = measured ? lanes.depth[i] : estimates[i];
+      if (estimates[i] >= leastEstimate_ || (estimates[i] > -margin_ && depth >= leastDepth_))
+        next_.push_back({estimates[i], depth, lanes.sample[i], static_cast<std::int8_t>(dir.side)});
+    }
     if (next_.size() > 8 * kBest) keepBest();
     return;
   }

@@ -271,8 +271,8 @@ class FieldLayers::Renewal {
     return full;
   }
 
-  // The layers within `scope`, grown anew from the surface there and from the layers around it: a
-  // layer is what lies beside the one before and in none yet.
+  // The layers within `scope`. They start at the surface in it and at the layers that border it.
+  // Each layer is the free voxels next to the layer before.
   LayerSets layersIn(const VoxelSet& scope) const {
     LayerSets layers = emptyLayers(std::make_index_sequence<kLayers + 1>());
     VoxelSet taken = scope.dilated(1);

@@ -172,13 +172,10 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
 
 // Repeats each step on the voxels that a change can reach:
 //   fits     the 3x3x3 block holds a changed voxel
-//   edges    a face within 3 voxels changed in an earlier pass; ends where nothing changes.
-//   Searches
-//            that a budget leaves wait in a queue (edge_queue.h)
-//   samples  pieces changed in the voxel, or an edge came or went beside it, or a sliver assigned
-//   to
-//            it did: two voxels farther
+//   edges    a face within 3 voxels changed in an earlier pass; ends where nothing changes
+//   samples  pieces changed in the voxel, or an edge beside it, or a sliver assigned to it
 //   band     a voxel inherits from one where pieces changed
+// Edge searches that a budget leaves wait in a queue (edge_queue.h).
 // All other voxels would read the same input and yield the same bits. Records and samples are
 // copied whole, because queries need each in one block of memory.
 std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceField>& before,
