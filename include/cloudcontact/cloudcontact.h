@@ -37,6 +37,7 @@
 #include <cloudcontact/law/tissue.h>
 
 #include <cloudcontact/field/field_file.h>
+#include <cloudcontact/field/recognized_shape.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/field/surface_sample.h>
 

@@ -1,0 +1,20 @@
+// Fits shapes to points of a surface by least squares.
+#pragma once
+
+#include <cloudcontact/law/solid.h>
+
+#include <vector>
+
+namespace cloudcontact {
+
+// A piece of a surface. Lengths in any unit, about the size of the numbers in a grid of voxels.
+struct SurfacePiece {
+  Vec3 position = Vec3::Zero(), normal = Vec3::Zero();  // outward, unit
+  double area = 0;
+};
+
+// One shape of each kind that the points may be of, each the best of its kind: ball, box, cylinder,
+// capsule, cone. Kinds that the points cannot be of are missing; the others may fit badly.
+std::vector<PlacedSolid> fittedShapes(const std::vector<SurfacePiece>& surface);
+
+}  // namespace cloudcontact

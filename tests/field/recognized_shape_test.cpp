@@ -1,0 +1,235 @@
+// Which clouds are recognised as a shape, in any pose, size and resolution, and which are not.
+#include <cloudcontact/field/recognized_shape.h>
+#include <cloudcontact/voxels/digitize.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "mesh/test_meshes.h"
+#include "mesh/turned_mesh.h"
+#include "voxels/small_clouds.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kSides = 256;  // a facet's sag is below 0.005 voxel
+
+std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel;
+  settings.threads = 1;
+  FieldSettings field;
+  field.threads = 1;
+  return SurfaceField::build(digitize(mesh, settings), field);
+}
+
+Mesh meshOf(const Solid& solid) {
+  if (const auto* ball = std::get_if<Sphere>(&solid)) return test::sphereMesh(ball->radius, 6);
+  if (const auto* box = std::get_if<Box>(&solid))
+    return test::boxMesh(-box->halfExtents, box->halfExtents);
+  if (const auto* c = std::get_if<Cylinder>(&solid))
+    return test::cylinderMesh(c->radius, 2 * c->halfHeight, kSides);
+  if (const auto* c = std::get_if<Capsule>(&solid))
+    return test::capsuleMesh(c->radius, c->halfHeight, kSides);
+  const auto& cone = std::get<Cone>(solid);
+  return test::coneMesh(cone.radius, cone.halfHeight, kSides);
+}
+
+// Lengths in voxels, from a few voxels to 40 across.
+struct RandomShapes {
+  std::mt19937 random{7};
+  double between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  }
+  Solid solid(int kind) {
+    const double size = between(6, 20);
+    switch (kind) {
+      case 0:
+        return Sphere{size};
+      case 1:
+        return Box{size * Vec3(between(0.5, 1), between(0.5, 1), between(0.5, 1))};
+      case 2:
+        return Cylinder{size * between(0.4, 1), size * between(0.4, 1)};
+      case 3:
+        return Capsule{size * between(0.4, 0.7), size * between(0.3, 1)};
+      default:
+        return Cone{size * between(0.7, 1), size * between(0.7, 1), 0};
+    }
+  }
+  Pose pose() {
+    Pose p;
+    p.orientation =
+        Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
+            .normalized();
+    p.position = Vec3(between(-9, 9), between(-9, 9), between(-9, 9));
+    return p;
+  }
+};
+
+// The largest distance from points of one shape's surface to the other's, from a mesh's vertices.
+double farthest(const Mesh& mesh, const PlacedSolid& shape) {
+  double most = 0;
+  for (const Vec3& v : mesh.vertices) most = std::max(most, std::abs(depthOf(shape, v)));
+  return most;
+}
+
+class RecognizedKind : public ::testing::TestWithParam<int> {};
+
+TEST_P(RecognizedKind, IsFoundInAnyPoseAndSize) {
+  RandomShapes shapes;
+  for (int trial = 0; trial < 12; ++trial) {
+    const double voxel = std::pow(10, shapes.between(-5, -1));
+    Solid solid = shapes.solid(GetParam());
+    Mesh mesh = meshOf(solid);
+    const Pose pose = shapes.pose();
+    mesh = test::moved(mesh, pose.orientation, pose.position);
+    for (Vec3& v : mesh.vertices) v *= voxel;
+    const auto field = fieldOf(mesh, voxel);
+    const auto found = recognizedShape(*field, 0.3 * voxel);
+    ASSERT_TRUE(found) << trial;
+    EXPECT_EQ(found->placed.solid.index(), solid.index());
+    EXPECT_LE(found->error, 0.3 * voxel);
+    EXPECT_LE(farthest(mesh, found->placed), 0.05 * voxel) << trial;
+  }
+}
+
+// A cloud of what lies at a positive depth [voxels].
+std::shared_ptr<const SurfaceField> bodyOf(const std::function<double(const Vec3&)>& depth,
+                                           double voxel = 1e-3) {
+  constexpr int kParts = 6;
+  const Cloud cloud =
+      test::smallCloud(voxel, Eigen::Vector3i::Constant(6), [&](int x, int y, int z) {
+        const double middle = depth(Vec3(x, y, z) + Vec3::Constant(0.5));
+        if (std::abs(middle) > 1) return middle > 0 ? 255 : 0;
+        double sum = 0;
+        for (int k = 0; k < kParts * kParts * kParts; ++k) {
+          const Vec3 part(k % kParts, k / kParts % kParts, k / kParts / kParts);
+          const Vec3 at = Vec3(x, y, z) + ((part.array() + 0.5) / kParts).matrix();
+          sum += std::clamp(0.5 + kParts * depth(at), 0.0, 1.0);
+        }
+        return static_cast<int>(std::lround(255 * sum / (kParts * kParts * kParts)));
+      });
+  FieldSettings settings;
+  settings.threads = 1;
+  return SurfaceField::build(cloud, settings);
+}
+
+// Bodies in the middle of 48 voxels, turned.
+const Pose kPlace{Eigen::Quaterniond(0.83, -0.31, 0.42, 0.19).normalized(), Vec3(23.7, 24.1, 24.4)};
+const Solid kBox = Box{{12, 9, 10}}, kBall = Sphere{13}, kRod = Cylinder{10, 12};
+
+double in(const Solid& solid, const Vec3& at, const Vec3& shift = Vec3::Zero()) {
+  return solidAt(solid, kPlace.toLocal(at) - shift).depth;
+}
+
+struct Refused {
+  const char* name;
+  std::function<double(const Vec3&)> depth;
+};
+
+const Refused kRefused[] = {
+    {"box with a notch at an edge",
+     [](const Vec3& x) {
+       return std::min(in(kBox, x), -in(Box{{3, 1.5, 1.5}}, x, {0, 9, 10}));
+     }},
+    {"box with a blind hole",
+     [](const Vec3& x) {
+       return std::min(in(kBox, x), -in(Cylinder{1.5, 4}, x, {3, 2, 10}));
+     }},
+    {"box that lacks a corner of two voxels",
+     [](const Vec3& x) {
+       return std::min(in(kBox, x), -in(Sphere{2}, x, {12, 9, 10}));
+     }},
+    {"box with a chamfer of 1.5 voxels",
+     [](const Vec3& x) {
+       const Vec3 n = Vec3(1, 1, 0) / std::sqrt(2.0);
+       return std::min(in(kBox, x), (21 - 1.5) / std::sqrt(2.0) - n.dot(kPlace.toLocal(x)));
+     }},
+    {"box with a bump",
+     [](const Vec3& x) {
+       return std::max(in(kBox, x), in(Sphere{1.5}, x, {3, 2, 10}));
+     }},
+    {"dented ball",
+     [](const Vec3& x) {
+       return std::min(in(kBall, x), -in(Sphere{4}, x, {0, 0, 16}));
+     }},
+    {"ball with a hole inside",
+     [](const Vec3& x) { return std::min(in(kBall, x), -in(Sphere{5}, x)); }},
+    {"half a ball", [](const Vec3& x) { return std::min(in(kBall, x), -kPlace.toLocal(x).z()); }},
+    {"tube",
+     [](const Vec3& x) {
+       return std::min(in(kRod, x), -in(Cylinder{5, 20}, x));
+     }},
+    {"box with a hole inside",
+     [](const Vec3& x) { return std::min(in(kBox, x), -in(Sphere{4}, x)); }},
+    {"hexagonal nut's blank",
+     [](const Vec3& x) {
+       const Vec3 p = kPlace.toLocal(x);
+       double depth = 6 - std::abs(p.z());
+       for (int k = 0; k < 6; ++k)
+         depth =
+             std::min(depth, 12 - p.x() * std::cos(k * kPi / 3) - p.y() * std::sin(k * kPi / 3));
+       return depth;
+     }},
+    {"ellipsoid",
+     [](const Vec3& x) {
+       return in(Ellipsoid{{12, 13, 15}}, x);
+     }},
+    {"two balls",
+     [](const Vec3& x) {
+       return std::max(in(Sphere{6}, x, {8, 0, 0}), in(Sphere{6}, x, {-8, 0, 0}));
+     }},
+    {"ell",
+     [](const Vec3& x) {
+       return std::min(in(kBox, x), -in(Box{{12, 9, 10}}, x, {10, 9, 0}));
+     }},
+};
+
+class RefusedBody : public ::testing::TestWithParam<Refused> {};
+
+TEST_P(RefusedBody, IsNoShape) {
+  EXPECT_FALSE(recognizedShape(*bodyOf(GetParam().depth), 0.4e-3)) << GetParam().name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused));
+
+TEST(RecognizedShape, ErrorIsThatOfTheBody) {
+  // A ball whose radius varies by 0.25 voxel, and a box with an edge that lacks 0.5 voxel.
+  const auto oval = bodyOf([](const Vec3& x) {
+    const Vec3 p = kPlace.toLocal(x);
+    return 13 - 0.25 * (1.5 * p.z() * p.z() / p.squaredNorm() - 0.5) - p.norm();
+  });
+  const auto asBall = recognizedShape(*oval, 0.5e-3);
+  ASSERT_TRUE(asBall);
+  EXPECT_GE(asBall->error, 0.16e-3);
+  EXPECT_LE(asBall->error, 0.28e-3);
+  EXPECT_FALSE(recognizedShape(*oval, 0.1e-3));
+  const auto blunt = bodyOf([](const Vec3& x) {
+    const Vec3 n = Vec3(1, 1, 0) / std::sqrt(2.0);
+    return std::min(in(kBox, x), 21 / std::sqrt(2.0) - 0.5 - n.dot(kPlace.toLocal(x)));
+  });
+  const auto asBox = recognizedShape(*blunt, 1e-3);
+  ASSERT_TRUE(asBox);
+  EXPECT_GE(asBox->error, 0.4e-3);
+  EXPECT_LE(asBox->error, 0.6e-3);
+  EXPECT_FALSE(recognizedShape(*blunt, 0.3e-3));
+}
+
+TEST(RecognizedShape, ToleranceMustBeANumberOfMeters) {
+  const auto field = bodyOf([](const Vec3& x) { return in(kBall, x); });
+  EXPECT_THROW(recognizedShape(*field, -1), std::invalid_argument);
+  EXPECT_THROW(recognizedShape(*field, std::nan("")), std::invalid_argument);
+  EXPECT_FALSE(recognizedShape(*field, 0));
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, RecognizedKind, ::testing::Range(0, 5));
+
+}  // namespace
+}  // namespace cloudcontact::testing
