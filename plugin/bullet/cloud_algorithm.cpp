@@ -16,6 +16,7 @@
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_query.h"
+#include "contact/shape_contact.h"
 
 namespace cloudcontact {
 
@@ -110,6 +111,7 @@ struct CloudAlgorithm::State {
     return reader.read(narrowPhase.settings(), a, b, step, steps);
   }
   double search(const PairQuery& query);
+  const ContactResult& find(const PairQuery& query, double& earlier);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
 
@@ -118,7 +120,9 @@ struct CloudAlgorithm::State {
   ManifoldWriter writer;
   PairReader reader;
   ContactFinder finder;  // one per pair: it keeps the last step's patches and their IDs
+  ShapeContact shapes;
   PairMemory memory;
+  bool answeredByShapes = false;  // the last query
 
   PairQuery ahead;                 // the query that is searched ahead
   double aheadSeconds = 0;         // time of that search
@@ -134,6 +138,16 @@ double CloudAlgorithm::State::search(const PairQuery& query) {
   if (!known) finder.search(query.a, query.b, query.settings);
   if (known) lookAhead->countTaken();
   return known ? aheadSeconds : 0;
+}
+
+// By shapes if the query asks for it and the bodies are not too deep in each other.
+const ContactResult& CloudAlgorithm::State::find(const PairQuery& query, double& earlier) {
+  answeredByShapes = query.byShapes && shapes.search(asShape(query.a, query.recognized[0]),
+                                                     asShape(query.b, query.recognized[1]),
+                                                     query.settings, query.voxel);
+  if (answeredByShapes) return shapes.withIds();
+  earlier = search(query);
+  return finder.withIds();
 }
 
 void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
@@ -162,14 +176,15 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     writer.clear();
     return;
   }
-  const double earlier = search(query);
-  const ContactResult& contact = finder.withIds();
+  double earlier = 0;
+  const ContactResult& contact = find(query, earlier);
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (steps)
     write(query, sides, contact, info.m_timeStep);
   else
     report(result, sides, query.a, query.b, contact);
-  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size());
+  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size(),
+                    answeredByShapes);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -208,7 +223,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   } catch (...) {
     return 0;  // processCollision() fails likewise and counts it
   }
-  if (own.ahead.wrong) return 0;
+  if (own.ahead.wrong || own.ahead.byShapes) return 0;
   return 1 + own.finder.sampleLookups();
 }
 

@@ -41,6 +41,7 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   if (!field)
     throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
   field_ = std::move(field);
+  recognized_.reset();
   paper_ = std::make_shared<LazyPaper>();
 }
 
@@ -52,6 +53,13 @@ void CloudShape::setTissues(TissueTable tissues) {
         "CloudShape::setTissues: give one tissue, or one for each of the cloud's materials");
   tissues_ = std::move(tissues);
   paper_ = std::make_shared<LazyPaper>();
+}
+
+void CloudShape::setFidelity(const Fidelity& fidelity) {
+  std::optional<RecognizedShape> found;
+  if (fidelity.tolerance != 0) found = recognizedShape(*field_, fidelity.tolerance);
+  recognized_ = std::move(found);
+  fidelity_ = fidelity;
 }
 
 void CloudShape::usePaper(const PaperSettings& settings) {

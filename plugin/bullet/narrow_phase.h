@@ -23,12 +23,14 @@ class NarrowPhase {
   const std::shared_ptr<ContactWorkspace>& workspace() const { return workspace_; }
 
   // One pair that was processed.
-  void count(double seconds, std::size_t samples, std::size_t contacts) {
+  void count(double seconds, std::size_t samples, std::size_t contacts,
+             bool byShapes = false) {
     const std::lock_guard lock(mutex_);
     statistics_.seconds += seconds;
     statistics_.pairs += 1;
     statistics_.samples += samples;
     statistics_.contacts += contacts;
+    statistics_.shapes += byShapes;
   }
   void countFailure(const char* message) {
     const std::lock_guard lock(mutex_);

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "bullet/object_motion.h"
+#include "contact/shape_contact.h"
 
 namespace cloudcontact {
 
@@ -96,12 +97,36 @@ bool sameQuery(const PairQuery& x, const PairQuery& y) {
     return one.field == other.field && one.shape == other.shape && one.tissues == other.tissues &&
            one.paper == other.paper;
   };
-  if (x.wrong || y.wrong || !sameBody(x.a, y.a) || !sameBody(x.b, y.b) ||
-      x.conversions != y.conversions || x.settings.law.index() != y.settings.law.index() ||
+  if (x.wrong || y.wrong || x.byShapes != y.byShapes || !sameBody(x.a, y.a) ||
+      !sameBody(x.b, y.b) || x.conversions != y.conversions ||
+      x.settings.law.index() != y.settings.law.index() ||
       x.settings.samples != y.settings.samples || x.settings.normals != y.settings.normals)
     return false;
   const Bits one = bitsOf(x), other = bitsOf(y);
   return std::memcmp(one.data(), other.data(), sizeof one) == 0;
+}
+
+ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized) {
+  if (!recognized) return body;
+  ContactBody shape = body;
+  shape.field = nullptr;
+  shape.shape = &recognized->solid;
+  shape.pose = body.pose * recognized->place;
+  return shape;
+}
+
+void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                            PairQuery& query) {
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
+  const Solid* solids[2] = {query.a.shape, query.b.shape};
+  for (int side = 0; side < 2; ++side) {
+    if (!clouds[side]) continue;
+    const RecognizedShape* const known = clouds[side]->recognized();
+    if (!known || clouds[side]->tissues().size() > 1) return;
+    query.recognized[side] = &known->placed;
+    solids[side] = &known->placed.solid;
+  }
+  query.byShapes = ShapeContact::takes(*solids[0], *solids[1], query.settings);
 }
 
 // Base vectors if the world or one of the bodies asks for them.
@@ -142,6 +167,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
     bodies[side]->spring = query.law.springs[side];
   }
   readPaper(settings, a, b, query);
+  readShapes(a, b, query);
   query.settings.samples = settings.samples;
   query.settings.verletLists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);

@@ -17,8 +17,14 @@ struct PairQuery {
   double mass = 0;   // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
   // Number of shape conversions so far, since a new conversion may reuse the address of an old one.
   int conversions = 0;
+  // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.
+  const PlacedSolid* recognized[2] = {nullptr, nullptr};
+  bool byShapes = false;
   const char* wrong = nullptr;  // why there is no query; then the rest is unset
 };
+
+// A body of the query as a shape; for a query that is answered by shapes.
+ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized);
 
 // Whether bodies, poses, motions and settings are equal to the bit.
 bool sameQuery(const PairQuery& x, const PairQuery& y);
@@ -32,6 +38,8 @@ class PairReader {
                  const btCollisionObjectWrapper& b, double step, bool steps);
 
  private:
+  void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                  PairQuery& query);
   void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, PairQuery& query);
 

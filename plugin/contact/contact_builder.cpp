@@ -262,13 +262,17 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
 
 const ContactResult& ContactBuilder::withIds() {
   ids_.assign(patches_, voxel_);
-  for (ContactPoint& point : result_.points) {
+  giveIds(patches_, result_);
+  return result_;
+}
+
+void giveIds(const std::vector<PatchIds::Patch>& patches, ContactResult& result) {
+  for (ContactPoint& point : result.points) {
     const auto patch = static_cast<std::size_t>(point.patch);
     const int place =
-        static_cast<int>(&point - result_.points.data()) - result_.patches[patch].firstPoint;
-    point.id = patches_[patch].id * 4 + static_cast<std::uint32_t>(place);
+        static_cast<int>(&point - result.points.data()) - result.patches[patch].firstPoint;
+    point.id = patches[patch].id * 4 + static_cast<std::uint32_t>(place);
   }
-  return result_;
 }
 
 }  // namespace cloudcontact

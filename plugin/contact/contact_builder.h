@@ -46,6 +46,9 @@ class PatchIds {
   std::uint32_t next_ = 0;
 };
 
+// Gives the points of a result their IDs, four to a patch. `patches`: the result's, with IDs.
+void giveIds(const std::vector<PatchIds::Patch>& patches, ContactResult& result);
+
 // Builds the contact of one pair. It keeps its memory and the IDs between queries.
 class ContactBuilder {
  public:

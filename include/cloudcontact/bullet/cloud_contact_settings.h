@@ -31,6 +31,7 @@ struct CloudContactSettings {
 struct CloudContactStatistics {
   double seconds = 0;
   std::size_t pairs = 0, samples = 0, contacts = 0;
+  std::size_t shapes = 0;  // of `pairs`, those answered by shapes (CloudShape::setFidelity)
   // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
   // and the message of the last one.
   std::size_t failures = 0;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/contact/paper_body.h>
+#include <cloudcontact/field/recognized_shape.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/law.h>
 
@@ -20,7 +22,8 @@ class CloudShape : public btConcaveShape {
 
   const SurfaceField& field() const { return *field_; }
   // For a cloud that was cut (renewed() in surface_field.h). Call it between steps, then update the
-  // bounds in whatever holds the shape (a compound, the world). CuttableBody does all that.
+  // bounds in whatever holds the shape (a compound, the world). CuttableBody does all that. The
+  // body is not recognised as a shape any more: setFidelity() again if it may be one.
   void setField(std::shared_ptr<const SurfaceField> field);
 
   // The body's own law, which must be valid; empty or Rigid: the body is rigid. Two Kelvin-Voigt
@@ -35,6 +38,16 @@ class CloudShape : public btConcaveShape {
   // validate(TissueTable) does, and if their number does not fit.
   void setTissues(TissueTable tissues);
   const TissueTable& tissues() const { return tissues_; }
+
+  // With a tolerance, a body that is a ball, box, cylinder, capsule or cone within it meets others
+  // like it, and Bullet's own, as that shape: same law, hundreds of times faster. Pairs with a
+  // Foundation, base vectors or tissues of several materials, and bodies half as deep in each other
+  // as they are thick, meet as clouds. Throws std::invalid_argument where the tolerance is negative
+  // or not finite.
+  void setFidelity(const Fidelity& fidelity);
+  const Fidelity& fidelity() const { return fidelity_; }
+  // What the cloud is within the tolerance; null: nothing, or no tolerance is set.
+  const RecognizedShape* recognized() const { return recognized_ ? &*recognized_ : nullptr; }
 
   // Contacts of this body take their direction from base vectors (Normals::BaseVectors), with these
   // C, Gr, D and cutting abilities. The other body then does, too, with its own settings or those
@@ -61,6 +74,8 @@ class CloudShape : public btConcaveShape {
  private:
   std::shared_ptr<const SurfaceField> field_;
   TissueTable tissues_;
+  Fidelity fidelity_;
+  std::optional<RecognizedShape> recognized_;
   PaperSettings paperSettings_;
   bool usesPaper_ = false;
   // Pairs may ask in parallel. Shared, so that the shape stays copyable.

@@ -1,0 +1,193 @@
+// For a unit vector n, the depth along n is how far A reaches along n beyond where B begins. Its
+// minimum over all n is the true depth, so any n gives an upper bound, and of several the least is
+// right.
+#include "contact/press_direction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cloudcontact {
+
+namespace {
+
+using Matrix = Eigen::Matrix3d;
+
+// Where a face is nearly as short a way as an edge or a curved surface, the face it is. Without it
+// boxes at rest would change between a face and edges nearly parallel to it.
+constexpr double kFaceFirst = 0.02;      // of the depth
+constexpr double kFaceFirstSize = 1e-7;  // of the bodies' distance
+constexpr double kParallel = 1e-6;       // square of the sine between edges that make no direction
+constexpr double kPrecision = 1e-10;     // of the bodies' distance
+constexpr double kSkin = 0.01;           // of the bodies' distance, the first guess
+constexpr int kRounds = 4;               // skins that are tried
+
+PressDirection against(const PlacedConvex& half, const PlacedConvex& body) {
+  const auto& plane = std::get<HalfSpace>(*half.solid);
+  const Vec3 n = half.turn * plane.normal;
+  return {n, plane.offset + n.dot(half.at) - n.dot(body.support(-n))};
+}
+
+PressDirection ofBall(const PlacedConvex& body, const PlacedConvex& ball) {
+  const SolidPoint p = solidAt(*body.solid, body.turn.transpose() * (ball.at - body.at));
+  return {body.turn * p.normal, p.depth + std::get<Sphere>(*ball.solid).radius};
+}
+
+PressDirection turnedRound(const PressDirection& way) {
+  return {-way.normal, way.depth};
+}
+
+// The best of a number of directions.
+class Shortest {
+ public:
+  explicit Shortest(double size) : slack_(kFaceFirstSize * size) {}
+  bool any() const { return any_; }
+  const PressDirection& best() const { return best_; }
+  void offer(const Vec3& normal, double depth) {
+    if (any_ && depth >= best_.depth) return;
+    best_ = {normal, depth};
+    any_ = true;
+  }
+  // Other than of faces.
+  void offerEdge(const Vec3& normal, double depth) {
+    if (any_ && depth >= best_.depth - kFaceFirst * std::abs(best_.depth) - slack_) return;
+    best_ = {normal, depth};
+    any_ = true;
+  }
+
+ private:
+  double slack_;
+  bool any_ = false;
+  PressDirection best_;
+};
+
+double halfAlong(const Box& box, const Matrix& turn, const Vec3& axis) {
+  return (turn.transpose() * axis).cwiseAbs().dot(box.halfExtents);
+}
+
+PressDirection ofBoxes(const PlacedConvex& a, const PlacedConvex& b) {
+  const Box &boxA = std::get<Box>(*a.solid), &boxB = std::get<Box>(*b.solid);
+  const Vec3 apart = b.at - a.at;
+  Shortest shortest(apart.norm());
+  const auto depthAlong = [&](const Vec3& axis, double far) {
+    return halfAlong(boxA, a.turn, axis) + halfAlong(boxB, b.turn, axis) - std::abs(far);
+  };
+  const auto out = [](const Vec3& axis, double far) { return far < 0 ? Vec3(-axis) : axis; };
+  for (const Matrix* turn : {&a.turn, &b.turn})
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 axis = turn->col(i);
+      const double far = apart.dot(axis);
+      shortest.offer(out(axis, far), depthAlong(axis, far));
+    }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const Vec3 cross = a.turn.col(i).cross(b.turn.col(j));
+      if (cross.squaredNorm() < kParallel) continue;
+      const Vec3 axis = cross.normalized();
+      const double far = apart.dot(axis);
+      shortest.offerEdge(out(axis, far), depthAlong(axis, far));
+    }
+  return shortest.best();
+}
+
+double depthAlong(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
+  return n.dot(a.support(n) - b.support(-n));
+}
+
+bool isRound(const Solid& solid) {
+  return !std::holds_alternative<Box>(solid);
+}
+
+// The directions of a body's faces, and outward from its axis to the other body.
+void offerFaces(const PlacedConvex& body, const PlacedConvex& a, const PlacedConvex& b,
+                Shortest& shortest) {
+  const auto both = [&](const Vec3& axis) {
+    shortest.offer(axis, depthAlong(a, b, axis));
+    shortest.offer(-axis, depthAlong(a, b, -axis));
+  };
+  if (!isRound(*body.solid)) {
+    for (int i = 0; i < 3; ++i) both(body.turn.col(i));
+    return;
+  }
+  if (!std::holds_alternative<Capsule>(*body.solid)) both(body.turn.col(2));
+}
+
+// The other body's center as seen across a body's axis, and across both axes.
+void offerSides(const PlacedConvex& a, const PlacedConvex& b, Shortest& shortest) {
+  const Vec3 apart = b.at - a.at;
+  const auto try1 = [&](const Vec3& way) {
+    if (way.squaredNorm() < kParallel * apart.squaredNorm()) return;
+    const Vec3 n = way.normalized();
+    shortest.offerEdge(n, depthAlong(a, b, n));
+  };
+  for (const PlacedConvex* body : {&a, &b})
+    if (isRound(*body->solid) && !std::holds_alternative<Cone>(*body->solid))
+      try1(apart - apart.dot(body->turn.col(2)) * body->turn.col(2));
+  if (!isRound(*a.solid) || !isRound(*b.solid)) return;
+  const Vec3 cross = a.turn.col(2).cross(b.turn.col(2));
+  if (cross.squaredNorm() < kParallel) return;
+  const Vec3 n = (cross.dot(apart) < 0 ? -1 : 1) * cross.normalized();
+  shortest.offerEdge(n, depthAlong(a, b, n));
+}
+
+PlacedConvex placedCore(const PlacedCore& core, const PlacedConvex& body) {
+  return {&core.solid, body.turn, body.at - core.sinks * body.turn.col(2)};
+}
+
+// The way between the cores under skins of this thickness; empty if they overlap.
+std::optional<Vec3> wayBetweenCores(const PlacedConvex& a, const PlacedConvex& b, double skin,
+                                    double size) {
+  const PlacedCore coreA = coreOf(*a.solid, skin), coreB = coreOf(*b.solid, skin);
+  return wayBetween(placedCore(coreA, a), placedCore(coreB, b), kPrecision * size);
+}
+
+// Skins as thick as the bodies are deep in each other turn the way the least.
+std::optional<PressDirection> ofOthers(const PlacedConvex& a, const PlacedConvex& b) {
+  const double size = (b.at - a.at).norm();
+  Shortest shortest(size);
+  offerFaces(a, a, b, shortest);
+  offerFaces(b, a, b, shortest);
+  offerSides(a, b, shortest);
+  double skin = kSkin * size;
+  std::optional<Vec3> way;
+  for (int round = 0; round < kRounds && !(way = wayBetweenCores(a, b, skin, size)); ++round)
+    skin *= 8;
+  if (!way) return std::nullopt;
+  for (int round = 0; way && round < kRounds; ++round) {
+    const double depth = depthAlong(a, b, *way);
+    shortest.offerEdge(*way, depth);
+    const double next = std::max(0.6 * depth, 0.0);  // from both sides a little more than the depth
+    if (!(next < 0.5 * skin)) break;
+    skin = next;
+    way = wayBetweenCores(a, b, skin, size);
+  }
+  return shortest.best();
+}
+
+}  // namespace
+
+std::optional<PressDirection> faceDirection(const PlacedConvex& a, const PlacedConvex& b) {
+  Shortest shortest(0);
+  offerFaces(a, a, b, shortest);
+  offerFaces(b, a, b, shortest);
+  return shortest.any() ? std::optional(shortest.best()) : std::nullopt;
+}
+
+std::optional<PressDirection> pressDirection(const PlacedConvex& a, const PlacedConvex& b) {
+  if (std::holds_alternative<HalfSpace>(*a.solid)) return against(a, b);
+  if (std::holds_alternative<HalfSpace>(*b.solid)) return turnedRound(against(b, a));
+  if (std::holds_alternative<Sphere>(*b.solid)) return ofBall(a, b);
+  if (std::holds_alternative<Sphere>(*a.solid)) return turnedRound(ofBall(b, a));
+  if (std::holds_alternative<Box>(*a.solid) && std::holds_alternative<Box>(*b.solid))
+    return ofBoxes(a, b);
+  return ofOthers(a, b);
+}
+
+bool isClosedForm(const Solid& a, const Solid& b) {
+  const auto simple = [](const Solid& s) {
+    return std::holds_alternative<HalfSpace>(s) || std::holds_alternative<Sphere>(s);
+  };
+  return simple(a) || simple(b) ||
+         (std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b));
+}
+
+}  // namespace cloudcontact

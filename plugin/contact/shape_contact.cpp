@@ -1,0 +1,132 @@
+// A direction, the two features that face along it, and the area in which they press.
+#include "contact/shape_contact.h"
+
+#include <algorithm>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kTouch = 0.1;  // [voxels] overlap of bodies that are moved together, as in clouds
+
+// Two directions across the normal that turn with body A, so that points keep their places.
+Eigen::Matrix3d axesAbout(const Vec3& normal, const Eigen::Matrix3d& turnA) {
+  const Vec3 local = turnA.transpose() * normal;
+  int most;
+  local.cwiseAbs().maxCoeff(&most);
+  const Vec3 other = turnA.col((most + 1) % 3);
+  Eigen::Matrix3d axes;
+  axes.col(2) = normal;
+  axes.col(0) = (other - other.dot(normal) * normal).normalized();
+  axes.col(1) = normal.cross(axes.col(0));
+  return axes;
+}
+
+// `outward`: of the body, along the contact's normal or against it.
+FlatFeature flatFeature(const PlacedConvex& body, const Vec3& outward, const Eigen::Matrix3d& axes,
+                        const Vec3& origin) {
+  FlatFeature flat;
+  if (const auto* half = std::get_if<HalfSpace>(body.solid)) {
+    const Vec3 n = body.turn * half->normal;
+    const double above = half->offset + n.dot(body.at - origin);
+    flat.heights[0] = n.dot(axes.col(2)) < 0 ? -above : above;
+    return flat;
+  }
+  const Feature feature = featureOf(*body.solid, body.turn.transpose() * outward);
+  flat.kind = static_cast<FlatFeature::Kind>(feature.kind);
+  flat.count = feature.count;
+  flat.radius = feature.radius;
+  const Eigen::Matrix3d turn = axes.transpose() * body.turn;
+  const Vec3 at = axes.transpose() * (body.at - origin);
+  for (int i = 0; i < feature.count; ++i) {
+    const Vec3 x = turn * feature.corners[i] + at;
+    flat.corners[i] = x.head<2>();
+    flat.heights[i] = x.z();
+  }
+  return flat;
+}
+
+// A point near the contact, about which coordinates are small.
+Vec3 originOf(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
+  return std::holds_alternative<HalfSpace>(*b.solid) ? a.support(n) : b.support(-n);
+}
+
+}  // namespace
+
+bool ShapeContact::takes(const Solid& a, const Solid& b, const ContactSettings& settings) {
+  const bool halves = std::holds_alternative<HalfSpace>(a) && std::holds_alternative<HalfSpace>(b);
+  return isSimple(a) && isSimple(b) && !halves && settings.normals == Normals::Fitted &&
+         !std::holds_alternative<Foundation>(settings.law);
+}
+
+void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::Matrix3d& axes,
+                       const Vec3& origin) {
+  const ContactBody &a = pair.a, &b = pair.b;
+  const KelvinVoigt spring =
+      a.tissues || b.tissues ? springOf({}, a, b) : sharedSpring(pair.settings.law);
+  const auto world = [&](const Eigen::Vector2d& at, double height) {
+    return Vec3(a.pose.position + origin + axes * Vec3(at.x(), at.y(), height));
+  };
+  Patch& patch = result_.patches.emplace_back();
+  patch.position = world(area.pressure, area.pressureMiddle);
+  patch.normal = axes.col(2);
+  patch.depth = area.whole - area.gap;
+  patch.stiffness = spring.stiffness;
+  patch.damping = spring.damping;
+  patch.area = area.area;
+  patch.points = area.points;
+  for (int i = 0; i < area.points; ++i) {
+    ContactPoint& point = result_.points.emplace_back();
+    point.position = world(area.at[i], area.middle[i]);
+    point.normal = patch.normal;
+    point.depth = area.depth[i] - area.gap;
+    point.stiffness = spring.stiffness / area.points;
+    point.damping = spring.damping / area.points;
+  }
+  patches_.push_back(
+      {a.pose.toLocal(patch.position), a.pose.orientation.conjugate() * patch.normal, 0});
+}
+
+// The points of a contact along a direction, if the features that face it meet.
+bool ShapeContact::tryAlong(const Pair& pair, const PressDirection& press) {
+  const Vec3& n = press.normal;
+  const Vec3 origin = originOf(pair.inA, pair.inB, n);
+  const Eigen::Matrix3d axes = axesAbout(n, pair.inA.turn);
+  const FlatFeature ofA = flatFeature(pair.inA, n, axes, origin);
+  const FlatFeature ofB = flatFeature(pair.inB, -n, axes, origin);
+  const double margin = std::max(0.0, pair.settings.margin);
+  const auto area = pressedArea(ofA, ofB, press.depth, margin, kTouch * voxel_);
+  if (area) add(*area, pair, axes, origin);
+  return area.has_value();
+}
+
+bool ShapeContact::search(const ContactBody& a, const ContactBody& b,
+                          const ContactSettings& settings, double voxel) {
+  result_.clear();
+  patches_.clear();
+  voxel_ = voxel;
+  const Pair pair{
+      a,
+      b,
+      settings,
+      {a.shape, a.pose.orientation.toRotationMatrix(), Vec3::Zero()},
+      {b.shape, b.pose.orientation.toRotationMatrix(), b.pose.position - a.pose.position}};
+  const double margin = std::max(0.0, settings.margin);
+  if (!isClosedForm(*a.shape, *b.shape))
+    if (const auto face = faceDirection(pair.inA, pair.inB)) {
+      if (face->depth < -margin) return true;
+      if (tryAlong(pair, *face)) return true;
+    }
+  const auto press = pressDirection(pair.inA, pair.inB);
+  if (!press) return false;
+  if (press->depth < -margin) return true;
+  return tryAlong(pair, *press) || press->depth <= 0;
+}
+
+const ContactResult& ShapeContact::withIds() {
+  ids_.assign(patches_, voxel_);
+  giveIds(patches_, result_);
+  return result_;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,173 @@
+// One function per kind and question.
+#include "law/convex_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kCore = 0.5;  // a core's share of the solid's least half-width
+
+// The unit direction of a vector across the z axis; x where it has none.
+Vec3 radial(const Vec3& v) {
+  const double length = std::hypot(v.x(), v.y());
+  return length > 0 ? Vec3(v.x() / length, v.y() / length, 0) : Vec3::UnitX();
+}
+
+double signOf(double x) {
+  return x < 0 ? -1 : 1;
+}
+
+Vec3 support(const Sphere& ball, const Vec3& d) {
+  return ball.radius * d.normalized();
+}
+Vec3 support(const Box& box, const Vec3& d) {
+  return {signOf(d.x()) * box.halfExtents.x(), signOf(d.y()) * box.halfExtents.y(),
+          signOf(d.z()) * box.halfExtents.z()};
+}
+Vec3 support(const Capsule& capsule, const Vec3& d) {
+  Vec3 point = Vec3(0, 0, signOf(d.z()) * capsule.halfHeight);
+  if (capsule.radius > 0) point += capsule.radius * d.normalized();
+  return point;
+}
+Vec3 support(const Cylinder& cylinder, const Vec3& d) {
+  Vec3 point = cylinder.radius * radial(d);
+  point.z() = signOf(d.z()) * cylinder.halfHeight;
+  return point;
+}
+Vec3 support(const Cone& cone, const Vec3& d) {
+  const double rim = cone.radius * std::hypot(d.x(), d.y()) - cone.halfHeight * d.z();
+  if (cone.halfHeight * d.z() >= rim) return {0, 0, cone.halfHeight};
+  Vec3 point = cone.radius * radial(d);
+  point.z() = -cone.halfHeight;
+  return point;
+}
+
+Feature pointFeature(const Vec3& at) {
+  Feature f;
+  f.count = 1;
+  f.corners[0] = at;
+  return f;
+}
+
+Feature lineFeature(const Vec3& from, const Vec3& to, double radius) {
+  Feature f;
+  f.kind = Feature::Kind::Line;
+  f.count = 2;
+  f.corners[0] = from;
+  f.corners[1] = to;
+  f.radius = radius;
+  return f;
+}
+
+// A corner of the polygon is where the direction leans to, since a tilted disc touches there.
+Feature discFeature(double radius, double z, const Vec3& direction) {
+  Feature f;
+  f.kind = Feature::Kind::Face;
+  f.count = Feature::kMost;
+  const Vec3 u = radial(direction), v(-u.y(), u.x(), 0);
+  for (int i = 0; i < f.count; ++i) {
+    const double angle = 2 * std::numbers::pi * i / f.count;
+    f.corners[static_cast<std::size_t>(i)] =
+        radius * (std::cos(angle) * u + signOf(z) * std::sin(angle) * v) + z * Vec3::UnitZ();
+  }
+  return f;
+}
+
+Feature feature(const Box& box, const Vec3& d) {
+  Feature f;
+  f.kind = Feature::Kind::Face;
+  f.count = 4;
+  int axis;
+  d.cwiseAbs().maxCoeff(&axis);
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const double side = signOf(d[axis]);
+  for (int i = 0; i < 4; ++i) {
+    Vec3& corner = f.corners[static_cast<std::size_t>(i)];
+    corner[axis] = side * box.halfExtents[axis];
+    corner[u] = side * (i == 0 || i == 3 ? 1 : -1) * box.halfExtents[u];
+    corner[v] = (i < 2 ? 1 : -1) * box.halfExtents[v];
+  }
+  return f;
+}
+
+Feature feature(const Capsule& capsule, const Vec3& d) {
+  const Vec3 out = capsule.radius * d, half(0, 0, capsule.halfHeight);
+  return lineFeature(out - half, out + half, capsule.radius);
+}
+
+Feature feature(const Cylinder& cylinder, const Vec3& d) {
+  if (2 * d.z() * d.z() > 1)
+    return discFeature(cylinder.radius, signOf(d.z()) * cylinder.halfHeight, d);
+  const Vec3 out = cylinder.radius * radial(d), half(0, 0, cylinder.halfHeight);
+  return lineFeature(out - half, out + half, cylinder.radius);
+}
+
+Feature feature(const Cone& cone, const Vec3& d) {
+  const double slope = std::hypot(2 * cone.halfHeight, cone.radius);
+  const double sideways =
+      (2 * cone.halfHeight * std::hypot(d.x(), d.y()) + cone.radius * d.z()) / slope;
+  if (-d.z() > sideways) return discFeature(cone.radius, -cone.halfHeight, d);
+  const Vec3 rim = cone.radius * radial(d) - cone.halfHeight * Vec3::UnitZ();
+  // The middle of the line curves as the cone does there.
+  return lineFeature(rim, {0, 0, cone.halfHeight}, cone.radius / 2 * slope / (2 * cone.halfHeight));
+}
+
+Box core(const Box& box, double skin) {
+  const double off = std::min(skin, kCore * box.halfExtents.minCoeff());
+  return Box{(box.halfExtents.array() - off).matrix()};
+}
+Cylinder core(const Cylinder& cylinder, double skin) {
+  const double off = std::min(skin, kCore * std::min(cylinder.radius, cylinder.halfHeight));
+  return {cylinder.radius - off, cylinder.halfHeight - off};
+}
+// Similar about the center of the ball inside that touches base and sides, so it sinks. `radius` of
+// that ball.
+Cone core(const Cone& cone, double skin, double& sinks) {
+  const double height = 2 * cone.halfHeight;
+  const double radius = height / (1 + std::hypot(height, cone.radius) / cone.radius);
+  const double share = std::min(skin / radius, kCore);
+  sinks = share * (cone.halfHeight - radius);
+  return {(1 - share) * cone.radius, (1 - share) * cone.halfHeight, 0};
+}
+
+}  // namespace
+
+bool isSimple(const Solid& solid) {
+  if (const auto* cone = std::get_if<Cone>(&solid)) return cone->margin == 0;
+  return std::holds_alternative<HalfSpace>(solid) || std::holds_alternative<Sphere>(solid) ||
+         std::holds_alternative<Box>(solid) || std::holds_alternative<Capsule>(solid) ||
+         std::holds_alternative<Cylinder>(solid);
+}
+
+Vec3 supportOf(const Solid& solid, const Vec3& direction) {
+  if (const auto* box = std::get_if<Box>(&solid)) return support(*box, direction);
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return support(*cylinder, direction);
+  if (const auto* capsule = std::get_if<Capsule>(&solid)) return support(*capsule, direction);
+  if (const auto* ball = std::get_if<Sphere>(&solid)) return support(*ball, direction);
+  return support(std::get<Cone>(solid), direction);
+}
+
+PlacedCore coreOf(const Solid& solid, double skin) {
+  if (const auto* box = std::get_if<Box>(&solid)) return {core(*box, skin), 0};
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return {core(*cylinder, skin), 0};
+  if (const auto* capsule = std::get_if<Capsule>(&solid))
+    return {Capsule{0, capsule->halfHeight}, 0};
+  if (std::holds_alternative<Sphere>(solid)) return {Capsule{0, 0}, 0};
+  PlacedCore placed;
+  placed.solid = core(std::get<Cone>(solid), skin, placed.sinks);
+  return placed;
+}
+
+Feature featureOf(const Solid& solid, const Vec3& direction) {
+  if (const auto* box = std::get_if<Box>(&solid)) return feature(*box, direction);
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return feature(*cylinder, direction);
+  if (const auto* capsule = std::get_if<Capsule>(&solid)) return feature(*capsule, direction);
+  if (const auto* ball = std::get_if<Sphere>(&solid)) return pointFeature(ball->radius * direction);
+  return feature(std::get<Cone>(solid), direction);
+}
+
+}  // namespace cloudcontact
