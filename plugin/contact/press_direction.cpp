@@ -166,10 +166,13 @@ std::optional<PressDirection> ofOthers(const PlacedConvex& a, const PlacedConvex
 }  // namespace
 
 std::optional<PressDirection> faceDirection(const PlacedConvex& a, const PlacedConvex& b) {
-  Shortest shortest(0);
+  Shortest shortest((b.at - a.at).norm());
   offerFaces(a, a, b, shortest);
   offerFaces(b, a, b, shortest);
-  return shortest.any() ? std::optional(shortest.best()) : std::nullopt;
+  if (!shortest.any()) return std::nullopt;
+  const PressDirection face = shortest.best();
+  offerSides(a, b, shortest);
+  return shortest.best().depth < face.depth ? std::nullopt : std::optional(face);
 }
 
 std::optional<PressDirection> pressDirection(const PlacedConvex& a, const PlacedConvex& b) {

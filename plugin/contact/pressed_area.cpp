@@ -171,6 +171,10 @@ std::optional<PressedArea> onFaces(const FlatFeature& a, const FlatFeature& b, d
   for (int i = 0; i < 4; ++i) out.middle[i] = middle(out.at[i]);
   out.pressureMiddle = middle(out.pressure);
   out.area = s.area;
+  // A symmetric matrix's smaller eigenvalue; a strip b wide has a deviation of b / root(12).
+  const double half = (root.uu - root.vv) / 2;
+  out.breadth =
+      std::sqrt(12.0) * ((root.uu + root.vv) / 2 - std::sqrt(half * half + root.uv * root.uv));
   return out;
 }
 
@@ -212,6 +216,7 @@ std::optional<PressedArea> onLine(const FlatFeature& line, Stretch stretch, cons
   out.whole = std::min(ccDeepestByMoments(powers), most + out.gap);
   out.points = half > 0 ? 2 : 1;
   const Vec2 way = line.corners[1] - line.corners[0];
+  out.breadth = 2 * half * way.norm();
   const auto place = [&](double s) { return Vec2(line.corners[0] + s * way); };
   const auto middle = [&](double s) { return (along(ends.own, s) + along(ends.other, s)) / 2; };
   const double pressed = center + (t1 - t0) / 2 / mean * half / 3;

@@ -32,6 +32,7 @@ struct PressedArea {
   double whole = 0;  // the depth d of FR = k d (3) [m]
   double gap = 0;    // [m] by which the bodies were moved together; then all depths are less by it
   double area = 0;   // [m^2] 0 of a point or line
+  double breadth = 0;  // [m] of the area in its narrow direction, or of the line along it
 };
 
 // `depth`: of the deepest point, for features of one point. Bodies that are apart by less than

@@ -87,8 +87,9 @@ void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::M
       {a.pose.toLocal(patch.position), a.pose.orientation.conjugate() * patch.normal, 0});
 }
 
-// The points of a contact along a direction, if the features that face it meet.
-bool ShapeContact::tryAlong(const Pair& pair, const PressDirection& press) {
+// The points of a contact along a direction, if the features that face it meet. `mustBeBroad`: in
+// an area broader than the bodies are deep in each other, so that no way out aside is shorter.
+bool ShapeContact::tryAlong(const Pair& pair, const PressDirection& press, bool mustBeBroad) {
   const Vec3& n = press.normal;
   const Vec3 origin = originOf(pair.inA, pair.inB, n);
   const Eigen::Matrix3d axes = axesAbout(n, pair.inA.turn);
@@ -96,8 +97,9 @@ bool ShapeContact::tryAlong(const Pair& pair, const PressDirection& press) {
   const FlatFeature ofB = flatFeature(pair.inB, -n, axes, origin);
   const double margin = std::max(0.0, pair.settings.margin);
   const auto area = pressedArea(ofA, ofB, press.depth, margin, kTouch * voxel_);
-  if (area) add(*area, pair, axes, origin);
-  return area.has_value();
+  if (!area || (mustBeBroad && press.depth > area->breadth)) return false;
+  add(*area, pair, axes, origin);
+  return true;
 }
 
 bool ShapeContact::search(const ContactBody& a, const ContactBody& b,
@@ -115,12 +117,12 @@ bool ShapeContact::search(const ContactBody& a, const ContactBody& b,
   if (!isClosedForm(*a.shape, *b.shape))
     if (const auto face = faceDirection(pair.inA, pair.inB)) {
       if (face->depth < -margin) return true;
-      if (tryAlong(pair, *face)) return true;
+      if (tryAlong(pair, *face, true)) return true;
     }
   const auto press = pressDirection(pair.inA, pair.inB);
   if (!press) return false;
   if (press->depth < -margin) return true;
-  return tryAlong(pair, *press) || press->depth <= 0;
+  return tryAlong(pair, *press, false) || press->depth <= 0;
 }
 
 const ContactResult& ShapeContact::withIds() {

@@ -33,7 +33,7 @@ class ShapeContact {
     const ContactSettings& settings;
     PlacedConvex inA, inB;  // about A's position
   };
-  bool tryAlong(const Pair& pair, const PressDirection& press);
+  bool tryAlong(const Pair& pair, const PressDirection& press, bool mustBeBroad);
   void add(const PressedArea& area, const Pair& pair, const Eigen::Matrix3d& axes,
            const Vec3& origin);
 

@@ -35,6 +35,11 @@ inline Mesh turnedMesh(const std::vector<std::pair<double, double>>& profile, in
   return mesh;
 }
 
+inline Mesh roundMesh(double radius, double height, int sides) {
+  return turnedMesh(
+      {{0, -height / 2}, {radius, -height / 2}, {radius, height / 2}, {0, height / 2}}, sides);
+}
+
 inline Mesh capsuleMesh(double radius, double halfHeight, int sides) {
   std::vector<std::pair<double, double>> profile;
   const int arcs = sides / 4;

@@ -1,0 +1,227 @@
+// Clouds that are recognised as shapes, in Bullet: forces, IDs, settings, and scenes beside the
+// same scenes of clouds and of Bullet's primitives.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "bullet_world.h"
+#include "mesh/turned_mesh.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kVoxel = 1.0 / 24;
+
+struct Fields {
+  std::shared_ptr<const SurfaceField> box = fieldOf(boxMesh({1, 0.8, 0.6}), kVoxel);
+  std::shared_ptr<const SurfaceField> ball = fieldOf(sphereMesh(0.5, 1e-4), kVoxel);
+  std::shared_ptr<const SurfaceField> rod = fieldOf(test::roundMesh(0.4, 1, 256), kVoxel);
+  std::shared_ptr<const SurfaceField> table = fieldOf(boxMesh({6, 3, 0.5}), kVoxel);
+};
+const Fields& fields() {
+  static const Fields all;
+  return all;
+}
+
+std::unique_ptr<CloudShape> shapeOf(const std::shared_ptr<const SurfaceField>& field,
+                                    double tolerance = 0.4 * kVoxel) {
+  auto shape = std::make_unique<CloudShape>(field);
+  shape->setFidelity({tolerance});
+  return shape;
+}
+
+TEST(RecognizedPairs, ShapesAreKnownUntilTheyAreCut) {
+  const auto shape = shapeOf(fields().box);
+  ASSERT_TRUE(shape->recognized());
+  EXPECT_STREQ(shapeName(shape->recognized()->placed.solid), "box");
+  shape->setField(fields().ball);
+  EXPECT_FALSE(shape->recognized());
+  shape->setFidelity({0.4 * kVoxel});
+  ASSERT_TRUE(shape->recognized());
+  EXPECT_STREQ(shapeName(shape->recognized()->placed.solid), "ball");
+  shape->setFidelity({0});
+  EXPECT_FALSE(shape->recognized());
+  EXPECT_THROW(shape->setFidelity({-1}), std::invalid_argument);
+}
+
+// What a pair of bodies answers in one step, at a stated stiffness.
+struct Pressed {
+  std::vector<btManifoldPoint> points;
+  std::size_t shapes = 0, pairs = 0, failures = 0;
+};
+template <typename Add>
+Pressed pressed(const CloudContactSettings& settings, const Add& add) {
+  BulletWorld world(settings);
+  add(world);
+  world.detect();
+  const CloudContactStatistics s = world.clouds.statistics();
+  return {world.points(), s.shapes, s.pairs, s.failures};
+}
+
+TEST(RecognizedPairs, PressWithStiffnessTimesDepth) {
+  CloudContactSettings settings;
+  settings.law = KelvinVoigt{1e4, 0};
+  const double d = 0.01;
+  const Pressed box = pressed(settings, [&](BulletWorld& world) {
+    world.addGround();
+    world.add(shapeOf(fields().box), 1, at({0, 0, btScalar(0.3 - d)}));
+  });
+  EXPECT_EQ(box.shapes, 1u);
+  ASSERT_EQ(box.points.size(), 4u);
+  double force = 0;
+  for (const btManifoldPoint& p : box.points)
+    force += p.m_combinedContactStiffness1 * -p.getDistance();
+  EXPECT_NEAR(force, 1e4 * d, 1e4 * 1e-3 * kVoxel);
+  const Pressed ball = pressed(settings, [&](BulletWorld& world) {
+    world.add(shapeOf(fields().ball), 0, at({0, 0, 0}));
+    world.add(shapeOf(fields().ball), 1, at({0, btScalar(0.6), btScalar(0.8 - d)}));
+  });
+  EXPECT_EQ(ball.shapes, 1u);
+  ASSERT_EQ(ball.points.size(), 1u);
+  const double apart = std::hypot(0.6, 0.8 - d);
+  EXPECT_NEAR(-ball.points[0].getDistance(), 1 - apart, 0.04 * kVoxel);
+  EXPECT_NEAR(ball.points[0].m_combinedContactStiffness1, 1e4, 1e-2);
+}
+
+TEST(RecognizedPairs, OthersMeetAsClouds) {
+  const auto pair = [](BulletWorld& world) {
+    world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
+    world.add(shapeOf(fields().ball), 1, at({0, 0, btScalar(0.49)}));
+  };
+  CloudContactSettings area, base;
+  area.law = Foundation{1e6, 0};
+  base.normals = Normals::BaseVectors;
+  EXPECT_EQ(pressed({}, pair).shapes, 1u);
+  for (const CloudContactSettings& settings : {area, base}) {
+    const Pressed other = pressed(settings, pair);
+    EXPECT_EQ(other.shapes, 0u);
+    EXPECT_EQ(other.pairs, 1u);
+    EXPECT_FALSE(other.points.empty());
+  }
+  const Pressed unknown = pressed({}, [](BulletWorld& world) {
+    world.addCloud(fields().table, 0, at({0, 0, btScalar(-0.25)}));
+    world.add(shapeOf(fields().ball), 1, at({0, 0, btScalar(0.49)}));
+  });
+  EXPECT_EQ(unknown.shapes, 0u);
+  EXPECT_FALSE(unknown.points.empty());
+  // Boxes nearly all of which overlaps: closed forms of boxes still know the way out.
+  const Pressed deep = pressed({}, [](BulletWorld& world) {
+    world.add(shapeOf(fields().rod), 0, at({0, 0, 0}));
+    world.add(shapeOf(fields().rod), 1, at({btScalar(0.02), 0, btScalar(0.1)}));
+  });
+  EXPECT_EQ(deep.failures, 0u);
+}
+
+TEST(RecognizedPairs, ContactTestAnswersLikeTheStep) {
+  struct Asked : btCollisionWorld::ContactResultCallback {
+    std::vector<double> distances;
+    btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) override {
+      distances.push_back(p.getDistance());
+      return 0;
+    }
+  } asked;
+  BulletWorld world;
+  btRigidBody& table = world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
+  btRigidBody& box = world.add(shapeOf(fields().box), 1, at({0, 0, btScalar(0.29)}));
+  world.world.contactPairTest(&table, &box, asked);
+  ASSERT_EQ(asked.distances.size(), 4u);
+  for (const double distance : asked.distances) EXPECT_NEAR(distance, -0.01, 0.01 * kVoxel);
+}
+
+// Scenes as clouds, as shapes, and their outcome.
+struct Body {
+  std::shared_ptr<const SurfaceField> field;
+  double mass;
+  btTransform place;
+  btVector3 velocity{0, 0, 0};
+};
+std::vector<btTransform> outcome(const std::vector<Body>& bodies, bool shapes, double seconds,
+                                 double step, double friction = 0.5) {
+  BulletWorld world;
+  std::vector<btRigidBody*> moving;
+  for (const Body& body : bodies) {
+    btRigidBody& rigid =
+        world.add(shapeOf(body.field, shapes ? 0.4 * kVoxel : 0), body.mass, body.place);
+    rigid.setFriction(btScalar(friction));
+    rigid.setLinearVelocity(body.velocity);
+    if (body.mass > 0) moving.push_back(&rigid);
+  }
+  for (double t = 0; t < seconds; t += step) world.step(step);
+  const CloudContactStatistics s = world.clouds.statistics();
+  EXPECT_EQ(s.failures, 0u) << s.lastFailure;
+  if (shapes)
+    EXPECT_EQ(s.shapes, s.pairs);
+  else
+    EXPECT_EQ(s.shapes, 0u);
+  std::vector<btTransform> places;
+  for (const btRigidBody* body : moving) places.push_back(body->getWorldTransform());
+  return places;
+}
+
+const btQuaternion kOnSide(btVector3(1, 0, 0), btScalar(kPi / 2));
+
+TEST(RecognizedPairs, StackStandsWhereCloudsStand) {
+  std::vector<Body> bodies = {{fields().table, 0, at({0, 0, btScalar(-0.25)})}};
+  for (int i = 0; i < 5; ++i)
+    bodies.push_back({fields().box, 1, at({btScalar(0.02 * i), 0, btScalar(0.3 + 0.6 * i)})});
+  const auto clouds = outcome(bodies, false, 1, 1.0 / 240),
+             shapes = outcome(bodies, true, 4, 1.0 / 240);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    EXPECT_LE((clouds[i].getOrigin() - shapes[i].getOrigin()).length(), 0.2 * kVoxel) << i;
+    EXPECT_LE(shapes[i].getRotation().getAngle(), 0.01) << i;
+  }
+}
+
+TEST(RecognizedPairs, BallsAndCylindersRollFreely) {
+  for (const auto& [field, turn] :
+       {std::pair{fields().ball, btQuaternion::getIdentity()}, std::pair{fields().rod, kOnSide}}) {
+    const double radius = field == fields().ball ? 0.5 : 0.4;
+    const std::vector<Body> bodies = {
+        {fields().table, 0, at({0, 0, btScalar(-0.25)})},
+        {field, 1, at({-2, 0, btScalar(radius)}, turn), btVector3(1, 0, 0)}};
+    const auto place = outcome(bodies, true, 2, 1.0 / 240).at(0).getOrigin();
+    // It slides first, until it rolls: 5/7 or 2/3 of the speed, less what sliding takes.
+    const double rolls = field == fields().ball ? 5.0 / 7 : 2.0 / 3;
+    const double slides = (1 - rolls) / (0.25 * 9.81);  // [s]; the combined friction is 0.25
+    const double way = slides * (1 + rolls) / 2 + (2 - slides) * rolls;
+    EXPECT_NEAR(place.x() + 2, way, 0.02 * way);
+    EXPECT_NEAR(place.y(), 0, 0.01);
+  }
+}
+
+// A drop in any pose onto any shape: the energy never grows beyond the start.
+TEST(RecognizedPairs, EnergyDoesNotGrow) {
+  Random random(5);
+  for (int trial = 0; trial < 12; ++trial) {
+    BulletWorld world;
+    world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)})).setFriction(1);
+    const auto& field = trial % 3 == 0   ? fields().box
+                        : trial % 3 == 1 ? fields().rod
+                                         : fields().ball;
+    const btQuaternion turn(
+        btVector3(btScalar(random.uniform(-1, 1)), btScalar(random.uniform(-1, 1)), 1).normalized(),
+        btScalar(random.uniform(0, 3)));
+    btRigidBody& body = world.add(shapeOf(field), 1, at({0, 0, btScalar(1.2)}, turn));
+    body.setFriction(btScalar(0.5));
+    const auto energy = [&] {
+      const btVector3 v = body.getLinearVelocity(), w = body.getAngularVelocity();
+      const btVector3 spin = body.getInvInertiaTensorWorld().inverse() * w;
+      return 0.5 * v.length2() + 0.5 * w.dot(spin) +
+             9.81 * body.getWorldTransform().getOrigin().z();
+    };
+    const double start = energy();
+    for (int i = 0; i < 720; ++i) {
+      world.step(1.0 / 240);
+      ASSERT_LE(energy(), start * 1.001) << trial << " step " << i;
+    }
+    EXPECT_LE(body.getLinearVelocity().length(), 1.5) << trial;
+    if (body.getWorldTransform().getOrigin().z() < 0) continue;  // rolled off
+    EXPECT_EQ(world.clouds.statistics().failures, 0u);
+  }
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
