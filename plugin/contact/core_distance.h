@@ -14,6 +14,9 @@ struct PlacedConvex {
   Vec3 support(const Vec3& direction) const {
     return turn * supportOf(*solid, turn.transpose() * direction) + at;
   }
+  double reach(const Vec3& unit) const {  // from `at`
+    return reachOf(*solid, turn.transpose() * unit);
+  }
 };
 
 // The unit vector from A's nearest point to B's, or empty if they are nearer than a thousand times

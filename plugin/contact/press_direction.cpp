@@ -90,7 +90,7 @@ PressDirection ofBoxes(const PlacedConvex& a, const PlacedConvex& b) {
 }
 
 double depthAlong(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
-  return n.dot(a.support(n) - b.support(-n));
+  return a.reach(n) + b.reach(-n) - n.dot(b.at - a.at);
 }
 
 bool isRound(const Solid& solid) {
@@ -100,9 +100,13 @@ bool isRound(const Solid& solid) {
 // The directions of a body's faces, and outward from its axis to the other body.
 void offerFaces(const PlacedConvex& body, const PlacedConvex& a, const PlacedConvex& b,
                 Shortest& shortest) {
+  // Of bodies that are symmetric about their centers, the way to the other's center is the shorter.
+  const bool even =
+      !std::holds_alternative<Cone>(*a.solid) && !std::holds_alternative<Cone>(*b.solid);
   const auto both = [&](const Vec3& axis) {
-    shortest.offer(axis, depthAlong(a, b, axis));
-    shortest.offer(-axis, depthAlong(a, b, -axis));
+    const double far = axis.dot(b.at - a.at);
+    if (!even || far >= 0) shortest.offer(axis, depthAlong(a, b, axis));
+    if (!even || far < 0) shortest.offer(-axis, depthAlong(a, b, -axis));
   };
   if (!isRound(*body.solid)) {
     for (int i = 0; i < 3; ++i) both(body.turn.col(i));

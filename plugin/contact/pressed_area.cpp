@@ -49,15 +49,21 @@ struct Polygon {
   // Keeps what is at a positive `value`.
   template <typename Value>
   void clip(const Value& value) {
+    std::array<double, 2 * Feature::kMost + 2> values;
+    bool cut = false;
+    for (int i = 0; i < count; ++i) cut |= (values[i] = value(corners[i])) < 0;
+    if (!cut) return;
     Polygon kept;
     for (int i = 0; i < count; ++i) {
-      const Vec2 &a = corners[i], &b = corners[i + 1 < count ? i + 1 : 0];
-      const double va = value(a), vb = value(b);
+      const int next = i + 1 < count ? i + 1 : 0;
+      const Vec2 &a = corners[i], &b = corners[next];
+      const double va = values[i], vb = values[next];
       if (va >= 0) kept.corners[kept.count++] = a;
       if ((va < 0) != (vb < 0)) kept.corners[kept.count++] = a + va / (va - vb) * (b - a);
       if (kept.count + 2 > static_cast<int>(corners.size())) break;
     }
-    *this = kept;
+    count = kept.count;
+    std::copy_n(kept.corners.begin(), count, corners.begin());
   }
 };
 

@@ -46,6 +46,38 @@ Vec3 support(const Cone& cone, const Vec3& d) {
   return point;
 }
 
+// How far a solid reaches along a direction (unit) from its center.
+double reach(const Sphere& ball, const Vec3&) {
+  return ball.radius;
+}
+double reach(const Box& box, const Vec3& d) {
+  return d.cwiseAbs().dot(box.halfExtents);
+}
+double reach(const Capsule& capsule, const Vec3& d) {
+  return capsule.radius + capsule.halfHeight * std::abs(d.z());
+}
+double reach(const Cylinder& cylinder, const Vec3& d) {
+  return cylinder.radius * std::sqrt(d.x() * d.x() + d.y() * d.y()) +
+         cylinder.halfHeight * std::abs(d.z());
+}
+double reach(const Cone& cone, const Vec3& d) {
+  return std::max(cone.halfHeight * d.z(),
+                  cone.radius * std::sqrt(d.x() * d.x() + d.y() * d.y()) - cone.halfHeight * d.z());
+}
+
+// The corners of a disc of radius 1.
+const std::array<Eigen::Vector2d, Feature::kMost>& unitDisc() {
+  static const auto corners = [] {
+    std::array<Eigen::Vector2d, Feature::kMost> c;
+    for (int i = 0; i < Feature::kMost; ++i) {
+      const double angle = 2 * std::numbers::pi * i / Feature::kMost;
+      c[static_cast<std::size_t>(i)] = {std::cos(angle), std::sin(angle)};
+    }
+    return c;
+  }();
+  return corners;
+}
+
 Feature pointFeature(const Vec3& at) {
   Feature f;
   f.count = 1;
@@ -69,11 +101,10 @@ Feature discFeature(double radius, double z, const Vec3& direction) {
   f.kind = Feature::Kind::Face;
   f.count = Feature::kMost;
   const Vec3 u = radial(direction), v(-u.y(), u.x(), 0);
-  for (int i = 0; i < f.count; ++i) {
-    const double angle = 2 * std::numbers::pi * i / f.count;
-    f.corners[static_cast<std::size_t>(i)] =
-        radius * (std::cos(angle) * u + signOf(z) * std::sin(angle) * v) + z * Vec3::UnitZ();
-  }
+  const Vec3 out = radius * u, aside = signOf(z) * radius * v, middle = z * Vec3::UnitZ();
+  const auto& unit = unitDisc();
+  for (std::size_t i = 0; i < unit.size(); ++i)
+    f.corners[i] = unit[i].x() * out + unit[i].y() * aside + middle;
   return f;
 }
 
@@ -149,6 +180,14 @@ Vec3 supportOf(const Solid& solid, const Vec3& direction) {
   if (const auto* capsule = std::get_if<Capsule>(&solid)) return support(*capsule, direction);
   if (const auto* ball = std::get_if<Sphere>(&solid)) return support(*ball, direction);
   return support(std::get<Cone>(solid), direction);
+}
+
+double reachOf(const Solid& solid, const Vec3& direction) {
+  if (const auto* box = std::get_if<Box>(&solid)) return reach(*box, direction);
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return reach(*cylinder, direction);
+  if (const auto* capsule = std::get_if<Capsule>(&solid)) return reach(*capsule, direction);
+  if (const auto* ball = std::get_if<Sphere>(&solid)) return reach(*ball, direction);
+  return reach(std::get<Cone>(solid), direction);
 }
 
 PlacedCore coreOf(const Solid& solid, double skin) {

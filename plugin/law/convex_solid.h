@@ -16,6 +16,9 @@ bool isSimple(const Solid& solid);
 // The point farthest along a direction of any length but 0; not of a half-space.
 Vec3 supportOf(const Solid& solid, const Vec3& direction);
 
+// How far it reaches along a unit vector from its center: that point along the direction.
+double reachOf(const Solid& solid, const Vec3& direction);
+
 // The solid less a skin: thinner by `skin` [m] on every face, but at least half as thick as the
 // solid. All within the skin of the core is the solid with rounded edges, so the way from core to
 // core is nearly that from solid to solid. A capsule's or ball's core is its segment or center (a

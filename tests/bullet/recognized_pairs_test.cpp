@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bullet_world.h"
+#include "bullet/bullet_world.h"
 #include "mesh/turned_mesh.h"
 
 namespace cloudcontact::testing {

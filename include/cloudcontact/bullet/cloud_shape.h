@@ -40,7 +40,7 @@ class CloudShape : public btConcaveShape {
   const TissueTable& tissues() const { return tissues_; }
 
   // With a tolerance, a body that is a ball, box, cylinder, capsule or cone within it meets others
-  // like it, and Bullet's own, as that shape: same law, hundreds of times faster. Pairs with a
+  // like it, and Bullet's own, as that shape: same law, far faster. Pairs with a
   // Foundation, base vectors or tissues of several materials, and bodies half as deep in each other
   // as they are thick, meet as clouds. Throws std::invalid_argument where the tolerance is negative
   // or not finite.

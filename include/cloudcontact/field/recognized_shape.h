@@ -19,7 +19,7 @@ struct RecognizedShape {
 
 // The shape that the cloud's surface is within `tolerance` [m]: a ball if it is one, else the kind
 // with the least error. Empty if none is: a hollow, bored, notched or dented body has surface where
-// the shape has none. Takes about as long as a thousandth of building the field. Throws
+// the shape has none. Throws
 // std::invalid_argument where the tolerance is negative or not finite.
 std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double tolerance);
 
