@@ -109,9 +109,10 @@ void ManifoldWriter::remember() {
   for (const btPersistentManifold* manifold : manifolds_)
     for (int i = 0; i < manifold->getNumContacts(); ++i)
       old_.push_back(manifold->getContactPoint(i));
-  std::sort(old_.begin(), old_.end(), [](const btManifoldPoint& a, const btManifoldPoint& b) {
+  const auto byId = [](const btManifoldPoint& a, const btManifoldPoint& b) {
     return a.m_partId0 < b.m_partId0;
-  });
+  };
+  if (!std::is_sorted(old_.begin(), old_.end(), byId)) std::sort(old_.begin(), old_.end(), byId);
   inherited_.assign(old_.size(), 0);
 }
 

@@ -60,33 +60,39 @@ class Shortest {
   PressDirection best_;
 };
 
-double halfAlong(const Box& box, const Matrix& turn, const Vec3& axis) {
-  return (turn.transpose() * axis).cwiseAbs().dot(box.halfExtents);
-}
-
+// All in A's axes: column j of `turn` is B's axis j. An edge's direction is that of A's axis i
+// across B's axis j, whose length is the sine between them.
 PressDirection ofBoxes(const PlacedConvex& a, const PlacedConvex& b) {
-  const Box &boxA = std::get<Box>(*a.solid), &boxB = std::get<Box>(*b.solid);
-  const Vec3 apart = b.at - a.at;
-  Shortest shortest(apart.norm());
-  const auto depthAlong = [&](const Vec3& axis, double far) {
-    return halfAlong(boxA, a.turn, axis) + halfAlong(boxB, b.turn, axis) - std::abs(far);
-  };
-  const auto out = [](const Vec3& axis, double far) { return far < 0 ? Vec3(-axis) : axis; };
-  for (const Matrix* turn : {&a.turn, &b.turn})
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 axis = turn->col(i);
-      const double far = apart.dot(axis);
-      shortest.offer(out(axis, far), depthAlong(axis, far));
+  const Vec3 &halfA = std::get<Box>(*a.solid).halfExtents,
+             &halfB = std::get<Box>(*b.solid).halfExtents;
+  const Vec3 apart = b.at - a.at, far = a.turn.transpose() * apart;
+  const Matrix turn = a.turn.transpose() * b.turn, size = turn.cwiseAbs();
+  const Vec3 onA = halfA + size * halfB - far.cwiseAbs(), farB = turn.transpose() * far;
+  const Vec3 onB = halfB + size.transpose() * halfA - farB.cwiseAbs();
+  int i, j;
+  const bool first = onA.minCoeff(&i) <= onB.minCoeff(&j);
+  const auto toB = [](const Vec3& axis, double way) { return way < 0 ? Vec3(-axis) : axis; };
+  const PressDirection face = first ? PressDirection{toB(a.turn.col(i), far[i]), onA[i]}
+                                    : PressDirection{toB(b.turn.col(j), farB[j]), onB[j]};
+  double least =
+      face.depth - kFaceFirst * std::abs(face.depth) - kFaceFirstSize * far.cwiseAbs().maxCoeff();
+  int edgeA = -1, edgeB = -1;
+  for (i = 0; i < 3; ++i)
+    for (j = 0; j < 3; ++j) {
+      const double sine = 1 - turn(i, j) * turn(i, j);
+      if (sine < kParallel) continue;
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const double reach = halfA[i1] * size(i2, j) + halfA[i2] * size(i1, j) +
+                           halfB[j1] * size(i, j2) + halfB[j2] * size(i, j1);
+      const double way = std::abs(far[i2] * turn(i1, j) - far[i1] * turn(i2, j));
+      const double depth = (reach - way) / std::sqrt(sine);
+      if (depth >= least) continue;
+      least = depth;
+      edgeA = i, edgeB = j;
     }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const Vec3 cross = a.turn.col(i).cross(b.turn.col(j));
-      if (cross.squaredNorm() < kParallel) continue;
-      const Vec3 axis = cross.normalized();
-      const double far = apart.dot(axis);
-      shortest.offerEdge(out(axis, far), depthAlong(axis, far));
-    }
-  return shortest.best();
+  if (edgeA < 0) return face;
+  const Vec3 axis = a.turn.col(edgeA).cross(b.turn.col(edgeB)).normalized();
+  return {toB(axis, axis.dot(apart)), least};
 }
 
 double depthAlong(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {

@@ -17,6 +17,7 @@ using Kind = FlatFeature::Kind;
 
 constexpr double kLeast = 0.05;  // of the mean, a point's depth at least: no point pulls
 constexpr double kSmallSine = 1e-4;
+constexpr double kRound = 1.01;  // of a disc's radius: its polygon's sides are off by twice as much
 
 double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -82,13 +83,27 @@ double inside(const FlatFeature& face, double sense, int i, const Vec2& x) {
   return sense * cross(b - a, x - a);
 }
 
+// Whether all of a face lies in a disc that looks along the normal, which is a circle and reaches
+// beyond the sides of its polygon.
+bool isInDisc(const FlatFeature& face, const FlatFeature& disc) {
+  if (!(disc.radius > 0)) return false;
+  const Vec2 middle = (disc.corners[0] + disc.corners[disc.count / 2]) / 2;
+  const double most = disc.radius * disc.radius * kRound * kRound;
+  for (int i = 0; i < face.count; ++i)
+    if ((face.corners[i] - middle).squaredNorm() > most) return false;
+  return true;
+}
+
+// The common part of two faces. The face with fewer sides cuts the other.
 Polygon common(const FlatFeature& a, const FlatFeature& b) {
-  const FlatFeature& first = a.kind == Kind::Plane ? b : a;
-  const FlatFeature& second = a.kind == Kind::Plane ? a : b;
+  const bool cutsA =
+      b.kind == Kind::Plane ||
+      (a.kind != Kind::Plane && (b.count < a.count || (b.count == a.count && b.radius > a.radius)));
+  const FlatFeature &first = cutsA ? a : b, &second = cutsA ? b : a;
   Polygon p;
   p.count = first.count;
   std::copy_n(first.corners.begin(), first.count, p.corners.begin());
-  if (second.kind == Kind::Plane) return p;
+  if (second.kind == Kind::Plane || isInDisc(first, second)) return p;
   const double sense = senseOf(second);
   for (int i = 0; i < second.count && p.count > 0; ++i)
     p.clip([&](const Vec2& x) { return inside(second, sense, i, x); });

@@ -18,7 +18,7 @@ struct FlatFeature {
   int count = 0;
   std::array<Eigen::Vector2d, Feature::kMost> corners;
   std::array<double, Feature::kMost> heights;
-  double radius = 0;
+  double radius = 0;  // of curvature across a line; of a disc that looks along the normal [m]
 };
 
 // Depths are linear over the area, as the faces are flat.

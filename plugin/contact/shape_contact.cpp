@@ -7,6 +7,7 @@ namespace cloudcontact {
 
 namespace {
 
+constexpr double kFlat = 0.9999;  // cosine: a circle tilted by less is a circle to 0.01 %
 constexpr double kTouch = 0.1;  // [voxels] overlap of bodies that are moved together, as in clouds
 
 // Two directions across the normal that turn with body A, so that points keep their places.
@@ -36,6 +37,9 @@ FlatFeature flatFeature(const PlacedConvex& body, const Vec3& outward, const Eig
   flat.kind = static_cast<FlatFeature::Kind>(feature.kind);
   flat.count = feature.count;
   flat.radius = feature.radius;
+  // A tilted disc is none, seen along the normal.
+  if (feature.kind == Feature::Kind::Face && std::abs(axes.col(2).dot(body.turn.col(2))) < kFlat)
+    flat.radius = 0;
   const Eigen::Matrix3d turn = axes.transpose() * body.turn;
   const Vec3 at = axes.transpose() * (body.at - origin);
   for (int i = 0; i < feature.count; ++i) {

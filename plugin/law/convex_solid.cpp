@@ -100,6 +100,7 @@ Feature discFeature(double radius, double z, const Vec3& direction) {
   Feature f;
   f.kind = Feature::Kind::Face;
   f.count = Feature::kMost;
+  f.radius = radius;
   const Vec3 u = radial(direction), v(-u.y(), u.x(), 0);
   const Vec3 out = radius * u, aside = signOf(z) * radius * v, middle = z * Vec3::UnitZ();
   const auto& unit = unitDisc();

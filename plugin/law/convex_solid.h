@@ -35,7 +35,7 @@ struct Feature {
   enum class Kind { Point, Line, Face } kind = Kind::Point;
   int count = 0;
   std::array<Vec3, kMost> corners;  // of a face in order, counterclockwise seen from outside
-  double radius = 0;                // of curvature across a line [m]
+  double radius = 0;                // of curvature across a line; of a disc [m]
 };
 // The face, line or point that looks most along `direction` (unit); not of a half-space.
 Feature featureOf(const Solid& solid, const Vec3& direction);
