@@ -78,6 +78,13 @@ void addMethodOption(CLI::App& command, CommonOptions& o) {
       "METHOD", [&o](const std::string& t) { o.method = readMethod(t); });
 }
 
+void addToleranceOption(CLI::App& command, CommonOptions& o) {
+  add(command, "--tolerance",
+      "a cloud that is a ball, box, cylinder, capsule or cone within this [m] meets others as that "
+      "shape; none does if not given",
+      "T", [&o](const std::string& t) { o.tolerance = readPositive("--tolerance", t); });
+}
+
 void addPaperOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--window",
       "the paper's C around each voxel [m]: sphere:R, box:X,Y,Z or ellipsoid:X,Y,Z, full lengths; "

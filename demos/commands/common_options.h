@@ -22,6 +22,7 @@ void addRunOptions(CLI::App& command, CommonOptions& options);   // --threads, -
 void addLawOptions(CLI::App& command, CommonOptions& options);   // --law, --stiffness, --damping
 void addFrictionOption(CLI::App& command, CommonOptions& options);
 void addMethodOption(CLI::App& command, CommonOptions& options);
+void addToleranceOption(CLI::App& command, CommonOptions& options);
 // --window, --representative, --hardness
 void addPaperOptions(CLI::App& command, CommonOptions& options);
 // --tissues and --tissue; `none`: what holds without them.

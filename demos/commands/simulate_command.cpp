@@ -105,6 +105,14 @@ Json softJson(const World& world) {
   return soft;
 }
 
+Json shapesJson(const World& world) {
+  Json shapes = Json::array();
+  for (const KnownShape& known : world.knownShapes())
+    shapes.push_back(
+        {{"body", world.name(known.body)}, {"shape", known.kind}, {"error", known.error}});
+  return shapes;
+}
+
 Json unmeasuredJson(const World& world) {
   Json names = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -138,6 +146,7 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   json["unmeasured"] = unmeasuredJson(world);
   json["cut"] = cutJson(world, sceneBodies);
   json["soft"] = softJson(world);
+  json["shapes"] = shapesJson(world);
   json["hash"] = hash.str();
   json["bodies"] = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -287,6 +296,7 @@ void addSimulateCommand(CLI::App& app) {
   addFrictionOption(command, options->common);
   addTissueOptions(command, options->common, "none if not given");
   addMethodOption(command, options->common);
+  addToleranceOption(command, options->common);
   addPaperOptions(command, options->common);
   addBackendOption(command, options->common, Devices::None);
   addRunOptions(command, options->common);

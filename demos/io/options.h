@@ -52,6 +52,7 @@ struct CommonOptions {
   PaperOptions paper;
   TissueOptions tissues;
   Backend backend = Backend::Cpu;
+  double tolerance = 0;  // Fidelity::tolerance [m]
   int threads = 0;  // 0: all cores
   bool json = false;
 };

@@ -1,6 +1,8 @@
 // Builds Bullet's world from a scene, steps it and reads its state (world.h).
 #include "scene/running_world.h"
 
+#include <cloudcontact/bullet/shape_report.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -383,6 +385,14 @@ const std::string& World::name(std::size_t body) const {
 }
 bool World::isStatic(std::size_t body) const {
   return state_->bodies[body].scene.isStatic;
+}
+std::vector<KnownShape> World::knownShapes() const {
+  std::vector<KnownShape> known;
+  for (const ShapeReport& report : shapeReport(state_->world))
+    if (const RecognizedShape* shape = report.shape->recognized())
+      known.push_back({static_cast<std::size_t>(report.object->getUserIndex()),
+                       shapeName(shape->placed.solid), shape->error});
+  return known;
 }
 bool World::isCuttable(std::size_t body) const {
   return state_->bodies[body].cuts != nullptr;

@@ -81,6 +81,7 @@ struct SceneCollision {
   bool isCuttable = false;
   std::optional<SceneSoft> soft = {};
   ScenePaper paper = {};
+  std::optional<double> tolerance = {};  // Fidelity::tolerance [m]; empty: the command line's
 };
 
 // A body that moves at constant velocity, whatever it meets.

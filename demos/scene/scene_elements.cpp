@@ -32,6 +32,7 @@ const OwnElement kOwnElements[] = {
     {"window", "collision", {}, {}},
     {"representative", "collision", {}, {}},
     {"area", "collision", {}, {}},
+    {"tolerance", "collision", {}, {}},
     {"drive", "link", {}, {"linear", "angular"}},
 };
 
@@ -215,6 +216,8 @@ void readOwnElements(const std::string& where, const sdf::ElementPtr& collision,
     out.paper.window = readWindow(at("window"), textOf(window));
   if (const auto gr = find("representative"))
     out.paper.representative = readVector(at("representative"), textOf(gr));
+  if (const auto tolerance = find("tolerance"))
+    out.tolerance = readNotNegative(at("tolerance"), textOf(tolerance));
   if (const auto area = find("area")) out.paper.area = readWindow(at("area"), textOf(area));
 }
 

@@ -58,6 +58,7 @@ std::string keyOfElements(const SceneCollision& collision) {
     if (*solid) key << " s " << (*solid)->index() << boundsOf(**solid).sizes().transpose();
   if (collision.paper.representative) key << " g " << collision.paper.representative->transpose();
   if (collision.cutter) key << " c " << collision.cutter->ability;
+  if (collision.tolerance) key << " e " << *collision.tolerance;
   return key.str();
 }
 
@@ -177,6 +178,7 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
            auto shape =
                std::make_shared<CloudShape>(clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
+           shape->setFidelity({collision.tolerance.value_or(options_.tolerance)});
            const double voxel = shape->field().cloud().voxelSize();
            if (const auto settings = paper(collision, voxel, pose, body))
              shape->usePaper(*settings);

@@ -97,6 +97,13 @@ struct SoftRecord {
   int pieces = 0;            // parts that hold together
 };
 
+// A cloud that meets others as a shape.
+struct KnownShape {
+  std::size_t body = 0;
+  std::string kind;  // "ball", "box" ...
+  double error = 0;  // [m]
+};
+
 class World {
  public:
   // Throws BadInput naming an unusable body, file or option.
@@ -124,6 +131,7 @@ class World {
   void cut(std::size_t body, std::span<const VoxelCut> cuts);
   // The frame of a body that deforms moves with its center of mass, and never turns.
   bool isSoft(std::size_t body) const;
+  std::vector<KnownShape> knownShapes() const;
   SoftRecord softRecord(std::size_t body) const;
   Mesh softSurface(std::size_t body) const;  // in the body's frame
   BodyState state(std::size_t body) const;

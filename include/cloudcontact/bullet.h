@@ -8,8 +8,10 @@
 #include <cloudcontact/bullet/cuttable_body.h>
 #include <cloudcontact/bullet/diagnosis.h>
 #include <cloudcontact/bullet/extrapolating_solver.h>
+#include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/bullet/node_matter.h>
 #include <cloudcontact/bullet/query.h>
+#include <cloudcontact/bullet/shape_report.h>
 #include <cloudcontact/bullet/soft_contact_point.h>
 #include <cloudcontact/bullet/soft_tissue.h>
 #include <cloudcontact/bullet/world_cutter.h>

@@ -247,6 +247,10 @@ btScalar CloudAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionOb
   return 1;
 }
 
+bool CloudAlgorithm::answeredByShapes() const {
+  return state_->answeredByShapes;
+}
+
 void CloudAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
   for (btPersistentManifold* manifold : state_->writer.manifolds()) manifolds.push_back(manifold);
 }

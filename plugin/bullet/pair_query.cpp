@@ -54,21 +54,20 @@ const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
   return static_cast<const CloudShape*>(shape);
 }
 
-// One side of the query. Empty if the shape is neither a cloud nor convex.
-std::optional<ContactBody> bodyOf(const btCollisionObjectWrapper& wrap, ConversionCache& cache) {
-  ContactBody body;
+// Sets one side of the query. False if the shape is neither a cloud nor convex.
+bool setBody(const btCollisionObjectWrapper& wrap, ConversionCache& cache, ContactBody& body) {
   body.pose = toPose(wrap.getWorldTransform());
   body.motion = motionOf(*wrap.getCollisionObject());
   const btCollisionShape& shape = *wrap.getCollisionShape();
   if (const CloudShape* const cloud = cloudOf(wrap)) {
     body.field = &cloud->field();
-    return body;
+    return true;
   }
   const PlacedSolid* const placed = cache.of(shape);
-  if (!placed) return std::nullopt;
+  if (!placed) return false;
   body.shape = &placed->solid;
   body.pose = body.pose * placed->place;
-  return body;
+  return true;
 }
 
 using Bits = std::array<double, 35>;
@@ -147,13 +146,11 @@ void PairReader::readPaper(const CloudContactSettings& settings, const btCollisi
 PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                            const btCollisionObjectWrapper& b, double step, bool steps) {
   PairQuery query;
-  const auto bodyA = bodyOf(a, shapeA_), bodyB = bodyOf(b, shapeB_);
-  query.wrong = !bodyA || !bodyB                                   ? kNoShape
-                : !isFinite(bodyA->pose) || !isFinite(bodyB->pose) ? kBadPose
-                                                                   : nullptr;
+  if (!setBody(a, shapeA_, query.a) || !setBody(b, shapeB_, query.b))
+    query.wrong = kNoShape;
+  else if (!isFinite(query.a.pose) || !isFinite(query.b.pose))
+    query.wrong = kBadPose;
   if (query.wrong) return query;
-  query.a = *bodyA;
-  query.b = *bodyB;
   query.conversions = shapeA_.conversions() + shapeB_.conversions();
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());

@@ -36,28 +36,25 @@ PressDirection turnedRound(const PressDirection& way) {
   return {-way.normal, way.depth};
 }
 
-// The best of a number of directions.
+// The best of a number of directions, of faces and others.
 class Shortest {
  public:
   explicit Shortest(double size) : slack_(kFaceFirstSize * size) {}
-  bool any() const { return any_; }
-  const PressDirection& best() const { return best_; }
-  void offer(const Vec3& normal, double depth) {
-    if (any_ && depth >= best_.depth) return;
-    best_ = {normal, depth};
-    any_ = true;
+  void offer(const Vec3& normal, double depth) { put(face_, normal, depth); }
+  void offerEdge(const Vec3& normal, double depth) { put(edge_, normal, depth); }
+  const std::optional<PressDirection>& face() const { return face_; }
+  bool isFace() const {
+    return face_ &&
+           !(edge_ && edge_->depth < face_->depth - kFaceFirst * std::abs(face_->depth) - slack_);
   }
-  // Other than of faces.
-  void offerEdge(const Vec3& normal, double depth) {
-    if (any_ && depth >= best_.depth - kFaceFirst * std::abs(best_.depth) - slack_) return;
-    best_ = {normal, depth};
-    any_ = true;
-  }
+  const PressDirection& best() const { return isFace() ? *face_ : *edge_; }
 
  private:
+  static void put(std::optional<PressDirection>& best, const Vec3& normal, double depth) {
+    if (!best || depth < best->depth) best = PressDirection{normal, depth};
+  }
   double slack_;
-  bool any_ = false;
-  PressDirection best_;
+  std::optional<PressDirection> face_, edge_;
 };
 
 // All in A's axes: column j of `turn` is B's axis j. An edge's direction is that of A's axis i
@@ -179,10 +176,9 @@ std::optional<PressDirection> faceDirection(const PlacedConvex& a, const PlacedC
   Shortest shortest((b.at - a.at).norm());
   offerFaces(a, a, b, shortest);
   offerFaces(b, a, b, shortest);
-  if (!shortest.any()) return std::nullopt;
-  const PressDirection face = shortest.best();
+  if (!shortest.face()) return std::nullopt;
   offerSides(a, b, shortest);
-  return shortest.best().depth < face.depth ? std::nullopt : std::optional(face);
+  return shortest.isFace() ? shortest.face() : std::nullopt;
 }
 
 std::optional<PressDirection> pressDirection(const PlacedConvex& a, const PlacedConvex& b) {

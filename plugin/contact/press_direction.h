@@ -8,7 +8,7 @@ namespace cloudcontact {
 // The direction along which B would come free of A by the shortest way, or in which it is apart.
 struct PressDirection {
   Vec3 normal = Vec3::UnitZ();  // unit, from A to B
-  double depth = 0;             // [m] of B in A along it; negative: apart by at least that much
+  double depth = 0;             // [m] of B in A along it; negative: apart, by up to 3 % more
 };
 
 // Closed forms for half-spaces, balls and pairs of boxes. For others the way between cores, or a

@@ -2,10 +2,16 @@
 // same scenes of clouds and of Bullet's primitives.
 #include <gtest/gtest.h>
 
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <cloudcontact/bullet/shape_report.h>
+
 #include <cmath>
 #include <numbers>
 
 #include "bullet/bullet_world.h"
+#include "contact/press_direction.h"
 #include "mesh/turned_mesh.h"
 
 namespace cloudcontact::testing {
@@ -114,6 +120,45 @@ TEST(RecognizedPairs, OthersMeetAsClouds) {
   EXPECT_EQ(deep.failures, 0u);
 }
 
+TEST(RecognizedPairs, ReportTellsWhatMetAsWhat) {
+  BulletWorld world;
+  world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
+  btRigidBody& box = world.add(shapeOf(fields().box), 1, at({-1, 0, btScalar(0.29)}));
+  btRigidBody& cloud = world.addCloud(fields().rod, 1, at({1, 0, btScalar(0.49)}));
+  world.detect();
+  const auto shapes = shapeReport(world.world);
+  ASSERT_EQ(shapes.size(), 3u);
+  EXPECT_EQ(shapes[1].object, &box);
+  ASSERT_TRUE(shapes[1].shape->recognized());
+  EXPECT_GT(shapes[1].shape->recognized()->error, 0);
+  EXPECT_FALSE(shapes[2].shape->recognized());
+  const auto pairs = pairReport(world.world);
+  ASSERT_EQ(pairs.size(), 2u);
+  for (const PairReport& pair : pairs)
+    EXPECT_EQ(pair.path, pair.a == &cloud || pair.b == &cloud ? PairPath::Cloud : PairPath::Shapes);
+}
+
+// A tenth of a millimeter to ten meters: nothing depends on the unit.
+TEST(RecognizedPairs, MillimetersAreLikeMeters) {
+  for (const double unit : {1e-3, 1.0}) {
+    const auto box = fieldOf(boxMesh(unit * Vec3(1, 0.8, 0.6)), unit * kVoxel);
+    const auto rod = fieldOf(test::roundMesh(0.4 * unit, unit, 256), unit * kVoxel);
+    CloudContactSettings settings;
+    settings.law = KelvinVoigt{1e4, 0};
+    const Pressed pair = pressed(settings, [&](BulletWorld& world) {
+      world.add(shapeOf(box, 0.4 * unit * kVoxel), 0, at({0, 0, btScalar(-0.3 * unit)}));
+      world.add(shapeOf(rod, 0.4 * unit * kVoxel), 1, at({0, 0, btScalar(0.49 * unit)}));
+    });
+    EXPECT_EQ(pair.shapes, 1u);
+    ASSERT_EQ(pair.points.size(), 4u);
+    for (const btManifoldPoint& p : pair.points) {
+      EXPECT_NEAR(p.getDistance(), -0.01 * unit, 0.01 * unit * kVoxel);
+      EXPECT_NEAR(std::hypot(p.m_positionWorldOnA.x(), p.m_positionWorldOnA.y()),
+                  0.4 / std::sqrt(2.0) * unit, 0.02 * unit);
+    }
+  }
+}
+
 TEST(RecognizedPairs, ContactTestAnswersLikeTheStep) {
   struct Asked : btCollisionWorld::ContactResultCallback {
     std::vector<double> distances;
@@ -129,6 +174,57 @@ TEST(RecognizedPairs, ContactTestAnswersLikeTheStep) {
   world.world.contactPairTest(&table, &box, asked);
   ASSERT_EQ(asked.distances.size(), 4u);
   for (const double distance : asked.distances) EXPECT_NEAR(distance, -0.01, 0.01 * kVoxel);
+}
+
+// The distance of bodies that are apart, against Bullet's GJK on shapes without a margin outside.
+TEST(RecognizedPairs, DistanceIsThatOfBulletsGjk) {
+  Random random(3);
+  const auto made = [&](int kind, Solid& solid) -> std::unique_ptr<btConvexShape> {
+    const double r = random.uniform(0.3, 0.8), h = random.uniform(0.3, 0.8);
+    switch (kind) {
+      case 0:
+        solid = Capsule{r, h};
+        return std::make_unique<btCapsuleShapeZ>(btScalar(r), btScalar(2 * h));
+      case 1:
+        solid = Cylinder{r, h};
+        return std::make_unique<btCylinderShapeZ>(btVector3(btScalar(r), btScalar(r), btScalar(h)));
+      default:
+        solid = Cone{r, h, 0};
+        return std::make_unique<btConeShapeZ>(btScalar(r), btScalar(2 * h));
+    }
+  };
+  for (int trial = 0; trial < 200; ++trial) {
+    Solid solids[2];
+    std::unique_ptr<btConvexShape> shapes[2];
+    Pose poses[2];
+    for (int side = 0; side < 2; ++side) {
+      shapes[side] = made((trial / (side ? 3 : 1)) % 3, solids[side]);
+      shapes[side]->setMargin(btScalar(1e-6));
+      poses[side].orientation = random.rotation();
+    }
+    poses[1].position = 2.5 * (random.rotation() * Vec3::UnitX());
+    btVoronoiSimplexSolver simplex;
+    btGjkPairDetector gjk(shapes[0].get(), shapes[1].get(), &simplex, nullptr);
+    btDiscreteCollisionDetectorInterface::ClosestPointInput input;
+    const auto placed = [](const Pose& pose) {
+      const Eigen::Quaterniond& q = pose.orientation;
+      return at(
+          {btScalar(pose.position.x()), btScalar(pose.position.y()), btScalar(pose.position.z())},
+          {btScalar(q.x()), btScalar(q.y()), btScalar(q.z()), btScalar(q.w())});
+    };
+    input.m_transformA = placed(poses[0]);
+    input.m_transformB = placed(poses[1]);
+    btPointCollector found;
+    gjk.getClosestPoints(input, found, nullptr);
+    if (!found.m_hasResult) continue;
+    const auto press =
+        pressDirection({&solids[0], poses[0].orientation.toRotationMatrix(), poses[0].position},
+                       {&solids[1], poses[1].orientation.toRotationMatrix(), poses[1].position});
+    ASSERT_TRUE(press) << trial;
+    // A face's direction is kept where another is better by 2 % at most.
+    EXPECT_LE(-press->depth, found.m_distance + 1e-4) << trial;
+    EXPECT_GE(-press->depth, 0.97 * found.m_distance - 1e-4) << trial;
+  }
 }
 
 // Scenes as clouds, as shapes, and their outcome.

@@ -185,6 +185,37 @@ TEST(ShapeContact, CrossedCylindersPressAtTheirCrossing) {
   EXPECT_LE((pressureOf(answer) - Vec3(0, -0.2, 0.3 - d / 2)).norm(), 1e-4);
 }
 
+TEST(ShapeContact, DeepBodiesAreLeftToClouds) {
+  const Solid rod = Cylinder{0.5, 0.5};
+  ShapeContact finder;
+  const Pose inside{turned(1, {1, 2, 3}), Vec3(0.05, 0, 0.02)};
+  EXPECT_FALSE(finder.search(bodyOf(rod), bodyOf(rod, inside), settingsOf(), kVoxel));
+}
+
+// The same forces, and the same points, whichever body is first.
+TEST(ShapeContact, SwappedBodiesGiveTheOppositeForce) {
+  const Solid box = Box{{0.5, 0.3, 0.2}}, rod = Cylinder{0.5, 0.3}, ball = Sphere{0.4},
+              cone = Cone{0.5, 0.6, 0};
+  const struct {
+    const Solid &first, &second;
+    Pose pose;
+  } pairs[] = {
+      {box, box, {turned(0.3, {0.1, 0.05, 1}), Vec3(0.1, 0.1, 0.39)}},
+      {box, rod, {turned(0.02, {1, 0, 0}), Vec3(0.1, 0.1, 0.49)}},
+      {box, rod, {turned(kPi / 2, {1, 0.3, 0}), Vec3(0.1, 0.1, 0.69)}},
+      {rod, rod, {turned(0.4, {1, 2, 0.3}), Vec3(0.7, 0.1, 0.3)}},
+      {cone, ball, {turned(0, {1, 0, 0}), Vec3(0.5, 0.3, 0)}},
+  };
+  for (const auto& pair : pairs) {
+    const Answer one = contactOf(bodyOf(pair.first), bodyOf(pair.second, pair.pose), kVoxel);
+    const Answer other = contactOf(bodyOf(pair.second, pair.pose), bodyOf(pair.first), kVoxel);
+    ASSERT_EQ(one.contact.points.size(), other.contact.points.size());
+    EXPECT_FALSE(one.contact.points.empty());
+    EXPECT_LE((one.onB.force + other.onB.force).norm(), 1e-6 * one.onB.force.norm() + 1e-12);
+    EXPECT_LE((one.onB.torque + other.onB.torque).norm(), 1e-6 * one.onB.force.norm() + 1e-12);
+  }
+}
+
 TEST(ShapeContact, BodiesApartHaveTheirGap) {
   const Solid box = Box{{0.5, 0.3, 0.2}}, ball = Sphere{0.3};
   const Pose over{turned(0, Vec3::UnitX()), Vec3(0, 0, 0.21)};
