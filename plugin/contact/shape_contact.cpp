@@ -87,8 +87,9 @@ void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::M
     point.stiffness = spring.stiffness / area.points;
     point.damping = spring.damping / area.points;
   }
+  const Eigen::Matrix3d& turn = pair.inA.turn;
   patches_.push_back(
-      {a.pose.toLocal(patch.position), a.pose.orientation.conjugate() * patch.normal, 0});
+      {turn.transpose() * (patch.position - a.pose.position), turn.transpose() * patch.normal, 0});
 }
 
 // The points of a contact along a direction, if the features that face it meet. `mustBeBroad`: in

@@ -179,6 +179,7 @@ TEST_F(SceneTest, ReadsElementsOfOurOwn) {
       "<cloudcontact:cutter ability=\"0.5\" hardness=\"1e9\" efficiency=\"0.2\" edge_speed=\"4\"/>"
       "<cloudcontact:window>box:1,2,3</cloudcontact:window>"
       "<cloudcontact:representative>0 0 0.5</cloudcontact:representative>"
+      "<cloudcontact:tolerance>1e-4</cloudcontact:tolerance>"
       "<cloudcontact:area>sphere:0.25</cloudcontact:area></collision></link></model>"));
   ASSERT_EQ(scene.bodies.size(), 2u);
   const SceneCollision& tooth = scene.bodies[0].collisions[0];
@@ -195,6 +196,8 @@ TEST_F(SceneTest, ReadsElementsOfOurOwn) {
   EXPECT_EQ(bur.drive->angular, Vec3(0, 0, 30));
   EXPECT_EQ(bur.drive->place.position, Vec3(1, 0, 0));  // the link in the model
   const SceneCollision& head = bur.collisions[0];
+  EXPECT_EQ(head.tolerance, 1e-4);
+  EXPECT_FALSE(tooth.tolerance);
   ASSERT_TRUE(head.cutter);
   EXPECT_EQ(head.cutter->ability, 0.5);
   EXPECT_EQ(head.cutter->cutter.hardness, 1e9);
@@ -327,6 +330,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"cutterTwice", ours("<cloudcontact:cutter/><cloudcontact:cutter/>"), "twice"},
         BadScene{"noWindow", ours("<cloudcontact:window>round</cloudcontact:window>"),
                  "<cloudcontact:window>: 'round' is no window"},
+        BadScene{"negativeTolerance", ours("<cloudcontact:tolerance>-1</cloudcontact:tolerance>"),
+                 "<cloudcontact:tolerance>"},
         BadScene{"flatArea", ours("<cloudcontact:area>box:1,0,1</cloudcontact:area>"),
                  "<cloudcontact:area>"},
         BadScene{"twoNumbers",
