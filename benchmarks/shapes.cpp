@@ -144,14 +144,10 @@ void compare(const Kind& moving, const Kind& fixed, double tolerance, int steps)
               s[1] / s[2], low[0], low[1], low[2]);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const int steps = argc > 1 ? std::atoi(argv[1]) : 100;
-  const double across = argc > 2 ? std::atof(argv[2]) : 32;
+std::vector<Kind> kindsOf() {
   const btQuaternion upright = btQuaternion::getIdentity();
   const btQuaternion onSide(btVector3(1, 0, 0), SIMD_HALF_PI);
-  Kind kinds[] = {
+  return {
       {"box",
        testing::boxMesh({1, 1, 1}),
        std::make_shared<btBoxShape>(btVector3(0.5, 0.5, 0.5)),
@@ -189,6 +185,14 @@ int main(int argc, char** argv) {
        upright,
        {}},
   };
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int steps = argc > 1 ? std::atoi(argv[1]) : 100;
+  const double across = argc > 2 ? std::atof(argv[2]) : 32;
+  std::vector<Kind> kinds = kindsOf();
   DigitizeSettings settings;
   settings.voxelSize = 1 / across;
   for (Kind& kind : kinds) kind.field = SurfaceField::build(digitize(kind.mesh, settings));

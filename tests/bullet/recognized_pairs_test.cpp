@@ -176,29 +176,31 @@ TEST(RecognizedPairs, ContactTestAnswersLikeTheStep) {
   for (const double distance : asked.distances) EXPECT_NEAR(distance, -0.01, 0.01 * kVoxel);
 }
 
+// A capsule, cylinder or cone of random size, as a solid and as Bullet's shape.
+std::unique_ptr<btConvexShape> roundShape(int kind, Random& random, Solid& solid) {
+  const double r = random.uniform(0.3, 0.8), h = random.uniform(0.3, 0.8);
+  switch (kind) {
+    case 0:
+      solid = Capsule{r, h};
+      return std::make_unique<btCapsuleShapeZ>(btScalar(r), btScalar(2 * h));
+    case 1:
+      solid = Cylinder{r, h};
+      return std::make_unique<btCylinderShapeZ>(btVector3(btScalar(r), btScalar(r), btScalar(h)));
+    default:
+      solid = Cone{r, h, 0};
+      return std::make_unique<btConeShapeZ>(btScalar(r), btScalar(2 * h));
+  }
+}
+
 // The distance of bodies that are apart, against Bullet's GJK on shapes without a margin outside.
 TEST(RecognizedPairs, DistanceIsThatOfBulletsGjk) {
   Random random(3);
-  const auto made = [&](int kind, Solid& solid) -> std::unique_ptr<btConvexShape> {
-    const double r = random.uniform(0.3, 0.8), h = random.uniform(0.3, 0.8);
-    switch (kind) {
-      case 0:
-        solid = Capsule{r, h};
-        return std::make_unique<btCapsuleShapeZ>(btScalar(r), btScalar(2 * h));
-      case 1:
-        solid = Cylinder{r, h};
-        return std::make_unique<btCylinderShapeZ>(btVector3(btScalar(r), btScalar(r), btScalar(h)));
-      default:
-        solid = Cone{r, h, 0};
-        return std::make_unique<btConeShapeZ>(btScalar(r), btScalar(2 * h));
-    }
-  };
   for (int trial = 0; trial < 200; ++trial) {
     Solid solids[2];
     std::unique_ptr<btConvexShape> shapes[2];
     Pose poses[2];
     for (int side = 0; side < 2; ++side) {
-      shapes[side] = made((trial / (side ? 3 : 1)) % 3, solids[side]);
+      shapes[side] = roundShape((trial / (side ? 3 : 1)) % 3, random, solids[side]);
       shapes[side]->setMargin(btScalar(1e-6));
       poses[side].orientation = random.rotation();
     }
