@@ -33,7 +33,8 @@ void Heap::TimedDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pa
   seconds += since(start);
 }
 
-Heap::Heap(const HeapSettings& settings) : dispatcher_(&configuration_, settings.threads) {
+Heap::Heap(const HeapSettings& settings)
+    : contact_(settings.contact), dispatcher_(&configuration_, settings.threads) {
   // Bullet enlarges boxes by 2 cm and by another 5 cm, whatever the size of the bodies.
   gContactBreakingThreshold = s(settings.voxel);
   gDbvtMargin = s(settings.voxel);
@@ -41,9 +42,17 @@ Heap::Heap(const HeapSettings& settings) : dispatcher_(&configuration_, settings
     contact_.attach(dispatcher_);
     recommendedSettings(world_);
   }
+  solver_.extrapolates = settings.extrapolates;
+  // Islands one by one: the extrapolation of one must not wait for another.
+  if (settings.extrapolates) world_.getSolverInfo().m_minimumSolverBatchSize = 1;
   world_.setGravity({0, 0, s(-9.81)});
   reach_ = std::hypot(settings.across, settings.height) / 2;
-  settings.poured ? pour(settings) : lay(settings);
+  if (!settings.places.empty()) {
+    addWall({0, 0, 1}, 0);
+    for (const btTransform& place : settings.places) addBody(settings, place);
+  } else {
+    settings.poured ? pour(settings) : lay(settings);
+  }
 }
 
 Heap::~Heap() {
@@ -142,6 +151,29 @@ std::vector<std::pair<int, int>> Heap::near() {
     if (a >= 0 && b >= 0) found.emplace_back(a, b);
   }
   return found;
+}
+
+void Heap::rest(const Heap& other) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    bodies_[i]->setWorldTransform(other.bodies_[i]->getWorldTransform());
+    bodies_[i]->setInterpolationWorldTransform(other.bodies_[i]->getWorldTransform());
+    bodies_[i]->setLinearVelocity({0, 0, 0});
+    bodies_[i]->setAngularVelocity({0, 0, 0});
+  }
+}
+
+double Heap::energy() const {
+  double sum = 0;
+  for (const auto& body : bodies_) {
+    const double mass = 1 / double(body->getInvMass());
+    sum += mass * (double(body->getLinearVelocity().length2()) / 2 +
+                   9.81 * double(body->getWorldTransform().getOrigin().z()));
+    const btVector3 spin = body->getAngularVelocity() * body->getWorldTransform().getBasis();
+    const btVector3 inverse = body->getInvInertiaDiagLocal();
+    for (int axis = 0; axis < 3; ++axis)
+      sum += double(spin[axis]) * double(spin[axis]) / 2 / double(inverse[axis]);
+  }
+  return sum;
 }
 
 double Heap::fastest() const {

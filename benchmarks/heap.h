@@ -5,6 +5,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <cloudcontact/bullet/extrapolating_solver.h>
 
 #include <functional>
 #include <memory>
@@ -20,9 +21,12 @@ struct HeapSettings {
   int threads = 1;                        // CloudDispatcher's
   // Makes one shape for each body; shapes may share data.
   std::function<std::shared_ptr<btCollisionShape>()> shape;
-  bool clouds = true;   // the law and world settings for clouds, not Bullet's
-  bool poured = false;  // dropped from a loose block in random orientations
-  double mass = 0.03;   // of a body [kg]
+  bool clouds = true;               // the law and world settings for clouds, not Bullet's
+  std::vector<btTransform> places;  // on the ground, in place of layers in a box
+  bool poured = false;              // dropped from a loose block in random orientations
+  double mass = 0.03;               // of a body [kg]
+  CloudContactSettings contact;
+  bool extrapolates = false;  // ExtrapolatingSolver, not Bullet's own sweeps
 };
 
 // Mean times of the measured steps; counts of the last one.
@@ -44,8 +48,11 @@ class Heap {
   // Does one step; returns its time [s].
   double step();
   Pose pose(int body) const;
+  void rest(const Heap& other);             // places all bodies as there, at rest
   std::vector<std::pair<int, int>> near();  // bodies whose boxes overlap
   double fastest() const;                   // speed of the fastest point of any body [m/s]
+  double energy() const;                    // of all bodies, kinetic and of gravity [J]
+  CloudContactStatistics statistics() const { return contact_.statistics(); }
   const std::vector<std::shared_ptr<btCollisionShape>>& shapes() const { return shapes_; }
 
  private:
@@ -67,7 +74,7 @@ class Heap {
   btDefaultCollisionConfiguration configuration_;
   TimedDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
+  ExtrapolatingSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<std::shared_ptr<btCollisionShape>> shapes_, planes_;
   std::vector<std::unique_ptr<btRigidBody>> walls_, bodies_;

@@ -203,6 +203,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   seam.law = seamLaw(settings.law, query.common.tissues.given());
   seam.normals = settings.normals;
   seam.lists = false;  // no cached results
+  seam.reuseMotion = 0;
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, query.common.method, seam);
   report.microseconds = probe.microseconds(query.repeat, 1e-3 * voxel);
   return report;

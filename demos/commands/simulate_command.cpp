@@ -275,6 +275,11 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.trajectory = t; });
   text("--replay", "file for a replay: animated glTF, or a page for any browser",
        "OUT.glb|OUT.html", [&o](const std::string& t) { o.replay = t; });
+  text(
+      "--reuse",
+      "relative motion of a pair up to which its contact is moved instead of searched [voxels]; 0: "
+      "never (default 0.02)",
+      "VOXELS", [&o](const std::string& t) { o.common.reuse = readNotNegative("--reuse", t); });
   command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");
 }
 

@@ -90,6 +90,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
   settings.law = pairLaw(options);
   settings.bears = kBears;
+  if (options.reuse) settings.reuseMotion = *options.reuse;
   return std::make_unique<CloudContact>(settings);
 }
 

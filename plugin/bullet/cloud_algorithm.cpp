@@ -16,6 +16,7 @@
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_query.h"
+#include "contact/moved_contact.h"
 #include "contact/shape_contact.h"
 
 namespace cloudcontact {
@@ -112,6 +113,11 @@ struct CloudAlgorithm::State {
   }
   double search(const PairQuery& query);
   const ContactResult& find(const PairQuery& query, double& earlier);
+  bool isKnown(const PairQuery& query) const {
+    return !query.byShapes && sameMatter(query, asked) &&
+           moved.holds(query.a, query.b, query.settings.margin);
+  }
+  void keep(const PairQuery& query, const ContactResult& contact);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
 
@@ -123,6 +129,8 @@ struct CloudAlgorithm::State {
   ShapeContact shapes;
   PairMemory memory;
   bool answeredByShapes = false;  // the last query
+  PairQuery asked;                // the last query that was searched in a step
+  MovedContact moved;             // its contact
 
   PairQuery ahead;                 // the query that is searched ahead
   double aheadSeconds = 0;         // time of that search
@@ -130,6 +138,14 @@ struct CloudAlgorithm::State {
   bool processed = true;           // processCollision() ran after the last prepare()
   int slot = -1;                   // in CompoundChildren
 };
+
+void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact) {
+  const double motion = narrowPhase.settings().reuseMotion;
+  if (!(motion > 0) || query.byShapes) return;
+  if (!sameMatter(query, asked)) moved.drop();
+  asked = query;
+  moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, contact);
+}
 
 // Leaves the result in the finder. Returns the time [s] that it took ahead of Bullet's walk.
 double CloudAlgorithm::State::search(const PairQuery& query) {
@@ -177,14 +193,17 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     return;
   }
   double earlier = 0;
-  const ContactResult& contact = find(query, earlier);
+  const bool reused = steps && isKnown(query);
+  const ContactResult& contact = reused ? moved.move(query.a, query.b) : find(query, earlier);
+  if (reused) moved.age();
+  if (steps && !reused) keep(query, contact);
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (steps)
     write(query, sides, contact, info.m_timeStep);
   else
     report(result, sides, query.a, query.b, contact);
-  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size(),
-                    answeredByShapes);
+  const Answer how = reused ? Answer::Moved : answeredByShapes ? Answer::Shapes : Answer::Searched;
+  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size(), how);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -223,7 +242,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   } catch (...) {
     return 0;  // processCollision() fails likewise and counts it
   }
-  if (own.ahead.wrong || own.ahead.byShapes) return 0;
+  if (own.ahead.wrong || own.ahead.byShapes || own.isKnown(own.ahead)) return 0;
   return 1 + own.finder.sampleLookups();
 }
 

@@ -14,6 +14,9 @@ namespace cloudcontact {
 
 class SoftAlgorithm;
 
+// How a pair got its contact.
+enum class Answer { Searched, Shapes, Moved };
+
 class NarrowPhase {
  public:
   explicit NarrowPhase(const CloudContactSettings& settings) : settings_(settings) {}
@@ -24,13 +27,14 @@ class NarrowPhase {
 
   // One pair that was processed.
   void count(double seconds, std::size_t samples, std::size_t contacts,
-             bool byShapes = false) {
+             Answer how = Answer::Searched) {
     const std::lock_guard lock(mutex_);
+    statistics_.reused += how == Answer::Moved;
     statistics_.seconds += seconds;
     statistics_.pairs += 1;
     statistics_.samples += samples;
     statistics_.contacts += contacts;
-    statistics_.shapes += byShapes;
+    statistics_.shapes += how == Answer::Shapes;
   }
   void countFailure(const char* message) {
     const std::lock_guard lock(mutex_);

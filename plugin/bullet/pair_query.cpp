@@ -70,7 +70,7 @@ bool setBody(const btCollisionObjectWrapper& wrap, ConversionCache& cache, Conta
   return true;
 }
 
-using Bits = std::array<double, 35>;
+using Bits = std::array<double, 33>;
 
 Bits bitsOf(const PairQuery& query) {
   Bits bits{};
@@ -84,23 +84,32 @@ Bits bitsOf(const PairQuery& query) {
          {&body->pose.position, &body->motion.linear, &body->motion.angular, &body->motion.center})
       put(*v);
   }
-  const KelvinVoigt spring = sharedSpring(query.settings.law);
-  put(std::array{spring.stiffness, spring.damping, query.settings.margin});
+  put(std::array{query.settings.margin});
   return bits;
+}
+
+bool sameSpring(const KelvinVoigt& x, const KelvinVoigt& y) {
+  return x.stiffness == y.stiffness && x.damping == y.damping;
+}
+
+bool sameBody(const ContactBody& x, const ContactBody& y) {
+  return x.field == y.field && x.shape == y.shape && x.tissues == y.tissues && x.paper == y.paper &&
+         x.spring.has_value() == y.spring.has_value() &&
+         (!x.spring || sameSpring(*x.spring, *y.spring));
 }
 
 }  // namespace
 
+bool sameMatter(const PairQuery& x, const PairQuery& y) {
+  return !x.wrong && !y.wrong && x.byShapes == y.byShapes && sameBody(x.a, y.a) &&
+         sameBody(x.b, y.b) && x.lives[0] == y.lives[0] && x.lives[1] == y.lives[1] &&
+         x.conversions == y.conversions && x.settings.law.index() == y.settings.law.index() &&
+         sameSpring(sharedSpring(x.settings.law), sharedSpring(y.settings.law)) &&
+         x.settings.samples == y.settings.samples && x.settings.normals == y.settings.normals;
+}
+
 bool sameQuery(const PairQuery& x, const PairQuery& y) {
-  const auto sameBody = [](const ContactBody& one, const ContactBody& other) {
-    return one.field == other.field && one.shape == other.shape && one.tissues == other.tissues &&
-           one.paper == other.paper;
-  };
-  if (x.wrong || y.wrong || x.byShapes != y.byShapes || !sameBody(x.a, y.a) ||
-      !sameBody(x.b, y.b) || x.conversions != y.conversions ||
-      x.settings.law.index() != y.settings.law.index() ||
-      x.settings.samples != y.settings.samples || x.settings.normals != y.settings.normals)
-    return false;
+  if (!sameMatter(x, y)) return false;
   const Bits one = bitsOf(x), other = bitsOf(y);
   return std::memcmp(one.data(), other.data(), sizeof one) == 0;
 }
@@ -165,6 +174,9 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   }
   readPaper(settings, a, b, query);
   readShapes(a, b, query);
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
+  for (int side = 0; side < 2; ++side)
+    if (clouds[side]) query.lives[side] = clouds[side]->life();
   query.settings.samples = settings.samples;
   query.settings.verletLists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);

@@ -20,11 +20,15 @@ struct PairQuery {
   // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.
   const PlacedSolid* recognized[2] = {nullptr, nullptr};
   bool byShapes = false;
-  const char* wrong = nullptr;  // why there is no query; then the rest is unset
+  std::shared_ptr<const void> lives[2];  // CloudShape::life()
+  const char* wrong = nullptr;           // why there is no query; then the rest is unset
 };
 
 // A body of the query as a shape; for a query that is answered by shapes.
 ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized);
+
+// Whether two queries differ at most in the bodies' poses and motions, and the margin.
+bool sameMatter(const PairQuery& x, const PairQuery& y);
 
 // Whether bodies, poses, motions and settings are equal to the bit.
 bool sameQuery(const PairQuery& x, const PairQuery& y);

@@ -22,6 +22,10 @@ struct CloudContactSettings {
   // ExtrapolatingSolver. At least 1 and finite.
   double bears = 1;
   bool lists = true;  // ContactSettings::verletLists of every pair
+  // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved
+  // farther than this relative to the other; until then its last contact is moved with the bodies.
+  // 0: every step searches. Finite and not negative.
+  double reuseMotion = 0.02;
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
@@ -32,6 +36,7 @@ struct CloudContactStatistics {
   double seconds = 0;
   std::size_t pairs = 0, samples = 0, contacts = 0;
   std::size_t shapes = 0;  // of `pairs`, those answered by shapes (CloudShape::setFidelity)
+  std::size_t reused = 0;  // of `pairs`: those whose last contact was moved
   // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
   // and the message of the last one.
   std::size_t failures = 0;

@@ -57,6 +57,10 @@ class CloudShape : public btConcaveShape {
   // Its base vectors. They are made when first needed, unless usePaper() was called.
   std::shared_ptr<const PaperBody> paper() const;
 
+  // Another one after setField(), setTissues() and usePaper(); equal for copies. Contacts that were
+  // found before are void then.
+  std::shared_ptr<const void> life() const { return paper_; }
+
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
   // Throws std::invalid_argument for any scaling but (1, 1, 1).
   void setLocalScaling(const btVector3& scaling) override;

@@ -1,0 +1,167 @@
+// Piles of bricks and of nuts at rest that do not sleep: the narrow phase with every step searched
+// anew and with contacts that move with their bodies (CloudContactSettings::reuseMotion), side by
+// side in one run.
+//   rest [--bodies N] [--seconds S] [--settle S] [--threads N] [--voxel H] [--motion VOXELS]
+// A pile is poured, or laid in layers, and settles. Two copies of it then run for the given time.
+// Beside the times the table shows how far the bodies have gone meanwhile in each copy, and how far
+// apart they are in the two.
+#include <cloudcontact/bullet/cloud_shape.h>
+#include <cloudcontact/voxels/digitize.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <stdexcept>
+#include <string>
+
+#include "nuts.h"
+#include "scene/primitive_mesh.h"
+
+namespace {
+
+using namespace cloudcontact;
+
+struct Options {
+  int bodies = 200, threads = 1;
+  bool nuts = false;
+  double seconds = 60, settle = 4, voxel = 1e-3, motion = CloudContactSettings{}.reuseMotion;
+};
+
+constexpr double kSteps = 240;  // a second
+constexpr double kBrick = 20e-3, kPitch = 21e-3;
+constexpr int kRows = 4;
+
+int steps(double seconds) {
+  return static_cast<int>(kSteps * seconds);
+}
+
+double most(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+// How far each body is from where it is in `poses` [m].
+std::vector<double> away(const Heap& heap, const std::vector<Pose>& poses) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    all.push_back((heap.pose(static_cast<int>(i)).position - poses[i].position).norm());
+  return all;
+}
+
+std::vector<Pose> posesOf(const Heap& heap, int bodies) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < bodies; ++i) poses.push_back(heap.pose(i));
+  return poses;
+}
+
+void compare(const char* name, const Options& options, HeapSettings settings) {
+  settings.contact.reuseMotion = 0;
+  Heap settled(settings);
+  settled.run(steps(options.settle), 1);
+  const std::vector<Pose> start = posesOf(settled, options.bodies);
+  std::vector<Pose> ends[2];
+  double times[2];
+  for (const bool reuse : {false, true}) {
+    settings.contact.reuseMotion = reuse ? options.motion : 0;
+    Heap heap(settings);
+    heap.rest(settled);
+    const double energy = heap.energy();
+    const HeapRow row = heap.run(0, steps(options.seconds));
+    const CloudContactStatistics made = heap.statistics();
+    const std::vector<double> gone = away(heap, start);
+    times[reuse] = row.narrowSeconds;
+    ends[reuse] = posesOf(heap, options.bodies);
+    std::printf(
+        "%-7s %-7s narrow %8.1f us, step %8.1f us, %5.0f pairs touch of %5.0f, %5.1f%% moved; "
+        "median %.4f, most %.4f voxel away; energy %+.3g J, fastest %.4f voxel a step\n",
+        name, reuse ? "moved" : "fresh", 1e6 * row.narrowSeconds, 1e6 * row.stepSeconds, row.pairs,
+        row.overlaps, 100. * double(made.reused) / double(std::max<std::size_t>(1, made.pairs)),
+        [&] {
+          auto sorted = gone;
+          std::sort(sorted.begin(), sorted.end());
+          return sorted[sorted.size() / 2];
+        }() /
+            options.voxel,
+        most(gone) / options.voxel, heap.energy() - energy,
+        heap.fastest() / kSteps / options.voxel);
+    if (reuse)
+      std::printf("%-7s ratio of narrow phases %.3f; the two are %.4f voxel apart at most\n", name,
+                  times[1] / times[0], most(away(heap, ends[0])) / options.voxel);
+    std::fflush(stdout);
+  }
+}
+
+Options optionsOf(int argc, char** argv) {
+  Options o;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string name = argv[i];
+    if (i + 1 == argc) throw std::invalid_argument(name + " needs a value");
+    const double value = std::stod(argv[i + 1]);
+    if (name == "--bodies")
+      o.bodies = static_cast<int>(value);
+    else if (name == "--threads")
+      o.threads = static_cast<int>(value);
+    else if (name == "--seconds")
+      o.seconds = value;
+    else if (name == "--settle")
+      o.settle = value;
+    else if (name == "--voxel")
+      o.voxel = value;
+    else if (name == "--nuts")
+      o.nuts = value > 0;
+    else if (name == "--motion")
+      o.motion = value;
+    else
+      throw std::invalid_argument(
+          "unknown option '" + name +
+          "'; use --bodies, --seconds, --settle, --threads, --voxel or --motion");
+  }
+  return o;
+}
+
+std::function<std::shared_ptr<btCollisionShape>()> shapesOf(const Mesh& mesh, double voxel) {
+  DigitizeSettings how;
+  how.voxelSize = voxel;
+  const auto field = SurfaceField::build(digitize(mesh, how));
+  return [field] { return std::make_shared<CloudShape>(field); };
+}
+
+// Walls of bricks, each brick on two others: pyramids of kRows rows.
+std::vector<btTransform> walls(int bodies) {
+  std::vector<btTransform> places;
+  for (int wall = 0;; ++wall)
+    for (int row = 0; row < kRows; ++row)
+      for (int i = 0; i < kRows - row; ++i) {
+        if (static_cast<int>(places.size()) == bodies) return places;
+        places.emplace_back(
+            btQuaternion::getIdentity(),
+            btVector3(btScalar(kPitch * (i + 0.5 * row)), btScalar(2 * kBrick * wall),
+                      btScalar(kNutHeight * (row + 0.5))));
+      }
+}
+
+void measure(const Options& options) {
+  HeapSettings settings = nutHeap(options.bodies, options.voxel, options.threads);
+  settings.contact.bears = 10;
+  settings.extrapolates = true;
+  settings.poured = true;
+  settings.shape = shapesOf(nut(), options.voxel);
+  if (options.nuts) return compare("nuts", options, settings);
+  settings.shape =
+      shapesOf(program::primitiveMesh(Box{{kBrick / 2, kBrick / 2, kNutHeight / 2}}, options.voxel),
+               options.voxel);
+  settings.places = walls(options.bodies);
+  compare("bricks", options, settings);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    measure(optionsOf(argc, argv));
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "rest: %s\n", failure.what());
+    return 1;
+  }
+}

@@ -1,0 +1,201 @@
+// A contact that is moved with its bodies against the contact that a search finds there: where the
+// bodies move as one, where they approach, slide and turn; when it no longer holds; swapped.
+#include "contact/moved_contact.h"
+
+#include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/voxels/digitize.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "contact/contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3, kTolerance = 0.02 * kVoxel;
+
+std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh) {
+  DigitizeSettings settings;
+  settings.voxelSize = kVoxel;
+  return SurfaceField::build(digitize(mesh, settings));
+}
+
+Pose at(const Vec3& position, const Vec3& turn = Vec3::Zero()) {
+  Pose pose;
+  pose.position = position;
+  if (turn.norm() > 0) pose.orientation = Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  return pose;
+}
+
+// A slab and a block on it, or a ball, pressed in by a third of a voxel.
+class MovedContactTest : public ::testing::TestWithParam<bool> {
+ protected:
+  MovedContactTest() {
+    static const auto slab = fieldOf(boxMesh({0.05, 0.04, 0.01}));
+    static const auto block = fieldOf(boxMesh({0.02, 0.016, 0.012}));
+    static const auto ball = fieldOf(sphereMesh(0.01, 1e-5));
+    top_.field = GetParam() ? ball.get() : block.get();
+    base_.field = slab.get();
+    const double height = GetParam() ? 0.01 : 0.006;
+    top_.pose = at({0.003, 0.002, 0.005 + height - 0.3 * kVoxel}, {0, 0, 0.3});
+    settings_.margin = kVoxel;
+    settings_.law = KelvinVoigt{1e4, 3};
+    found_ = finder_.find(top_, base_, settings_);
+    trust(moved_, top_, base_, found_);
+  }
+  // Kept until its tolerance has grown to kTolerance: the contact foretells itself.
+  void trust(MovedContact& kept, const ContactBody& a, const ContactBody& b,
+             const ContactResult& found) const {
+    for (int i = 0; i < 9; ++i) kept.keep(a, b, settings_, kTolerance, kVoxel, found);
+  }
+  ContactBody moved(const ContactBody& body, const Pose& motion) const {
+    ContactBody there = body;
+    there.pose = motion * body.pose;
+    return there;
+  }
+  // The force on the base and its moment about the touch, without motion.
+  Wrench pushOf(const ContactResult& contact) const {
+    Wrench push = wrenchOnB(contact, {}, {});
+    push.torque -= Vec3(0.003, 0.002, 0.005).cross(push.force);
+    return push;
+  }
+
+  ContactFinder finder_, other_;
+  ContactSettings settings_;
+  ContactBody top_, base_;
+  ContactResult found_;
+  MovedContact moved_;
+};
+
+TEST_P(MovedContactTest, FollowsAPairThatMovesAsOne) {
+  const Pose motion = at({0.4, -0.2, 0.1}, {0.7, -0.4, 1.1});
+  const ContactBody a = moved(top_, motion), b = moved(base_, motion);
+  ASSERT_TRUE(moved_.holds(a, b, settings_.margin));
+  const ContactResult& there = moved_.move(a, b);
+  ASSERT_EQ(there.points.size(), found_.points.size());
+  ASSERT_GT(there.points.size(), 0u);
+  for (std::size_t i = 0; i < there.points.size(); ++i) {
+    const ContactPoint &p = there.points[i], &q = found_.points[i];
+    EXPECT_LT((p.position - motion.toWorld(q.position)).norm(), 1e-12);
+    EXPECT_LT((p.normal - motion.orientation * q.normal).norm(), 1e-12);
+    EXPECT_NEAR(p.depth, q.depth, 1e-12);
+    EXPECT_EQ(p.stiffness, q.stiffness);
+    EXPECT_EQ(p.id, q.id);
+  }
+}
+
+// Force within a hundredth of that of a voxel's depth, which the motion itself changes by twice
+// that; the moment likewise, over the block's half width.
+TEST_P(MovedContactTest, AgreesWithASearch) {
+  const double far = 0.9 * kTolerance;
+  const Pose motions[] = {at({0, 0, -far}),
+                          at({0, 0, far}),
+                          at({far, 0, 0}),
+                          at({0.5 * far, -0.6 * far, 0.4 * far}),
+                          at(Vec3(0, 0, 0), {0.4 * far / 0.03, 0, 0}),
+                          at(Vec3(0, 0, 0), {0, -0.4 * far / 0.03, 0.3 * far / 0.03})};
+  const double hard = sharedSpring(settings_.law).stiffness * kVoxel;
+  for (const Pose& motion : motions) {
+    ContactBody a = top_;
+    a.pose.position += motion.position;
+    a.pose.orientation = motion.orientation * a.pose.orientation;
+    ASSERT_TRUE(moved_.holds(a, base_, settings_.margin));
+    const Wrench push = pushOf(moved_.move(a, base_));
+    const Wrench truth = pushOf(other_.find(a, base_, settings_));
+    EXPECT_LT((push.force - truth.force).norm(), 0.01 * hard) << motion.position.transpose();
+    EXPECT_LT((push.torque - truth.torque).norm(), 0.01 * hard * 0.01);
+  }
+}
+
+// The depth of each point grows by just how far the bodies approach.
+TEST_P(MovedContactTest, DepthGrowsByTheApproach) {
+  ContactBody a = top_;
+  a.pose.position.z() -= 0.5 * kTolerance;
+  const ContactResult& there = moved_.move(a, base_);
+  for (std::size_t i = 0; i < there.points.size(); ++i) {
+    const double approach = -0.5 * kTolerance * found_.points[i].normal.z();
+    EXPECT_NEAR(there.points[i].depth - found_.points[i].depth, approach, 1e-12);
+    EXPECT_NEAR(there.points[i].position.z() - found_.points[i].position.z(), -0.25 * kTolerance,
+                1e-12);
+  }
+}
+
+TEST_P(MovedContactTest, HoldsAsFarAsItsTolerance) {
+  const Vec3 ways[] = {Vec3::UnitX(), Vec3::UnitZ(), Vec3(1, -2, 0.5).normalized()};
+  for (const Vec3& way : ways)
+    for (const bool mine : {false, true}) {
+      ContactBody near[] = {top_, base_}, far[] = {top_, base_};
+      near[mine].pose.position += 0.999 * kTolerance * way;
+      far[mine].pose.position += 1.001 * kTolerance * way;
+      EXPECT_TRUE(moved_.holds(near[0], near[1], settings_.margin));
+      EXPECT_FALSE(moved_.holds(far[0], far[1], settings_.margin));
+    }
+  // A turn about the touch lifts the far corners of the block, where nothing has touched yet.
+  ContactBody turned = top_;
+  turned.pose.orientation =
+      Eigen::AngleAxisd(3 * kTolerance / 0.02, Vec3::UnitY()) * turned.pose.orientation;
+  EXPECT_FALSE(moved_.holds(turned, base_, settings_.margin));
+  moved_.drop();
+  EXPECT_FALSE(moved_.holds(top_, base_, settings_.margin));
+}
+
+TEST_P(MovedContactTest, IsTheSameForSwappedBodies) {
+  ContactFinder finder;
+  MovedContact other;
+  trust(other, base_, top_, finder.find(base_, top_, settings_));
+  ContactBody a = top_, b = base_;
+  a.pose.position += Vec3(0.3, -0.4, -0.5) * kTolerance;
+  b.pose.orientation = Eigen::AngleAxisd(0.1 * kTolerance / 0.03, Vec3(1, 2, 3).normalized());
+  EXPECT_EQ(moved_.holds(a, b, settings_.margin), other.holds(b, a, settings_.margin));
+  const Wrench push = pushOf(moved_.move(a, b)), back = pushOf(other.move(b, a));
+  EXPECT_LT((push.force + back.force).norm(), 1e-5 * push.force.norm());
+  EXPECT_LT((push.torque + back.torque).norm(), 1e-5 * push.force.norm() * 0.01);
+}
+
+// Apart by 1.4 voxels, with a margin of one: nothing is near until the motion uses up the rest.
+TEST_P(MovedContactTest, NothingAppearsBeforeTheGapIsUsedUp) {
+  ContactBody a = top_;
+  a.pose.position.z() += 1.7 * kVoxel;
+  ContactSettings wide = settings_;
+  wide.margin = 2 * kVoxel;
+  MovedContact apart;
+  apart.keep(a, base_, wide, kTolerance, kVoxel, {});
+  for (const double down : {0.0, 0.3, 0.8, 0.99}) {
+    ContactBody lower = a;
+    lower.pose.position.z() -= down * kVoxel;
+    EXPECT_TRUE(apart.holds(lower, base_, kVoxel)) << down;
+  }
+  a.pose.position.z() -= 1.1 * kVoxel;
+  EXPECT_FALSE(apart.holds(a, base_, kVoxel));
+}
+
+// A contact that is found where the moved one was not expected costs the pair its tolerance.
+TEST_P(MovedContactTest, IsNotTrustedWhereItWasWrong) {
+  ContactBody a = top_;
+  a.pose.position.x() += 0.1 * kTolerance;
+  EXPECT_TRUE(moved_.holds(a, base_, settings_.margin));
+  ContactResult stiffer = found_;
+  for (ContactPoint& p : stiffer.points) p.depth += 0.1 * kTolerance;
+  for (int i = 0; i < 2; ++i) {
+    moved_.keep(top_, base_, settings_, kTolerance, kVoxel, i == 0 ? stiffer : found_);
+    a.pose.position.x() = top_.pose.position.x() + 0.3 * kTolerance;
+    EXPECT_FALSE(moved_.holds(a, base_, settings_.margin));
+  }
+  trust(moved_, top_, base_, found_);
+  EXPECT_TRUE(moved_.holds(a, base_, settings_.margin));
+}
+
+// A pair that rests is searched now and then, so that it comes to the rest of the fresh one.
+TEST_P(MovedContactTest, GrowsOld) {
+  int held = 0;
+  for (; moved_.holds(top_, base_, settings_.margin) && held < 1000; ++held) moved_.age();
+  EXPECT_GT(held, 20);
+  EXPECT_LT(held, 200);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, MovedContactTest, ::testing::Bool(),
+                         [](const auto& which) { return which.param ? "Ball" : "Block"; });
+
+}  // namespace
+}  // namespace cloudcontact::testing
