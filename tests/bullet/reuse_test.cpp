@@ -71,7 +71,7 @@ TEST(Reuse, ARestingCubeIsHardlySearchedAndRestsAsStill) {
   EXPECT_NEAR(height(moved.cube), before, 0.001 * kVoxel);
 }
 
-// A push of 0.1 m/s, and a harder one that takes the cube over the slab's edge.
+// A slow push, and a fast one.
 TEST(Reuse, ACubeSlidesAndTopplesAsWithASearchInEveryStep) {
   for (const double speed : {0.3, 2.0}) {
     Scene fresh(0), moved(0.02);
