@@ -1,5 +1,7 @@
 // Time of every cut of a body in a Bullet world. A ball bur of 8 voxels' radius mills grooves, back
 // and forth, into a box of 115,000 voxels that falls freely; it advances by 0.6 to 1 voxel a step.
+// Then it parts the box, and a saw parts what is left in a single cut. All cuts are gradual: no
+// call should hold a step for more than 5 ms. Beside it, the same cuts at once.
 // Which voxels the bur takes is not timed. All is done several times, always the same to the bit,
 // and of each step the least time counts: what other programs add is no part of it.
 //
@@ -46,12 +48,12 @@ Cloud box() {
   return cloudcontact::testing::cloudOf(inside, {14, 7, 5}, 1e-3);
 }
 
-// Processor time of this thread [s], or wall time if there are several.
+// Processor time of all threads [s], or wall time if fields use several.
 template <typename Work>
-double threadSeconds(Work&& work) {
+double secondsOf(Work&& work) {
   const auto now = [] {
     timespec t;
-    clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
+    clock_gettime(threads == 1 ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC, &t);
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
   };
   const double start = now();
@@ -70,47 +72,94 @@ struct World {
 struct Times {
   std::vector<double> cut, step, quiet;  // quiet: steps after the cuts, until the field is settled
   std::vector<double> part;              // cuts of the bur as it parts the body
-  std::vector<double> fall;              // the one in which a piece falls off
-  std::vector<double> sever;             // a saw's cut that halves the body at once
+  std::vector<double> fall;              // calls from the cut that parts it until a piece falls off
+  std::vector<double> sever;             // the same of a saw's cut that halves the body
+  int longest = 0;                       // bites until one is felt
   std::uint64_t hash = 0;
 };
 
-// The bur goes to and fro across the box, deeper by 5 voxels each time, until a piece falls off.
-template <typename Step>
-void part(CuttableBody& body, Times& times, Step&& step) {
-  for (double z = kTop + 2; z > -10; z -= 5)
-    for (double y = -4; y < 53; y += 0.9) {
-      const std::vector<VoxelCut> cuts =
-          cloudcontact::testing::bite(body.cloud(), Vec3(75, y, z), kBur, 4);
-      CutOutcome outcome;
-      const double time = threadSeconds([&] { outcome = body.cut(cuts); });
-      (outcome.fallen.empty() ? times.part : times.fall).push_back(time);
-      if (!outcome.fallen.empty()) return;
-      step();
-    }
-}
-
-Times mill(int steps, double depth) {
-  CuttableBodySettings settings;
-  settings.threads = threads;
-  World world;
-  CuttableBody body(box(), btTransform::getIdentity(), settings);
-  body.addTo(world.world);
-  const auto step = [&] { world.world.stepSimulation(btScalar(1e-3), 0); };
-  Path path{Vec3(-2, 9, kTop + kBur - depth)};
-  Times times;
-  for (int k = 0; k < steps; ++k) {
-    path.advance(kAdvances[k % 3]);
-    const std::vector<VoxelCut> cuts =
-        cloudcontact::testing::bite(body.cloud(), path.at, kBur, k % 2 ? 4 : 12);
-    times.cut.push_back(threadSeconds([&] { body.cut(cuts); }));
-    times.step.push_back(threadSeconds(step));
+class Milling {
+ public:
+  Milling(bool gradual, Times& times)
+      : gradual_(gradual), times_(times), body_(box(), btTransform::getIdentity(), settings()) {
+    body_.addTo(world_.world);
   }
-  while (body.shape().field().unsettled() > 0) times.quiet.push_back(threadSeconds(step));
-  times.hash = body.shape().field().hash();
-  part(body, times, step);
-  const std::vector<VoxelCut> saw = cloudcontact::testing::sawn(body.cloud(), 40, 41.5);
-  times.sever.push_back(threadSeconds([&] { body.cut(saw); }));
+
+  void mill(int steps, double depth) {
+    Path path{Vec3(-2, 9, kTop + kBur - depth)};
+    for (int k = 0; k < steps; ++k) {
+      path.advance(kAdvances[k % 3]);
+      cut(bite(path.at, k % 2 ? 4 : 12), times_.cut);
+      countBites();
+      times_.step.push_back(secondsOf([&] { step(); }));
+    }
+    while (body_.behind() || body_.shape().field().unsettled() > 0)
+      times_.quiet.push_back(secondsOf([&] { step(); }));
+    times_.hash = body_.shape().field().hash();
+  }
+
+  // The bur goes to and fro across the box, deeper by 5 voxels each time, until a piece falls off.
+  void part() {
+    for (double z = kTop + 2; z > -10; z -= 5)
+      for (double y = -4; y < 53; y += 0.9) {
+        const std::vector<VoxelCut> cuts = bite(Vec3(75, y, z), 4);
+        const bool parts = pieces(cutCloud(body_.cloud(), cuts)).size() > 1;
+        if (cut(cuts, parts ? times_.fall : times_.part)) return;
+        while (parts && body_.behind() && !goOn(times_.fall)) step();
+        if (parts) return;
+        step();
+      }
+  }
+
+  void saw() {
+    step();
+    const std::vector<VoxelCut> cuts = cloudcontact::testing::sawn(body_.cloud(), 40, 41.5);
+    cut(cuts, times_.sever);
+    while (body_.behind()) step(), goOn(times_.sever);
+  }
+
+ private:
+  static CuttableBodySettings settings() {
+    CuttableBodySettings how;
+    how.threads = threads;
+    return how;
+  }
+  std::vector<VoxelCut> bite(const Vec3& at, int points) {
+    return cloudcontact::testing::bite(body_.cloud(), at, kBur, points);
+  }
+  void countBites() {
+    bites_ = felt_ == &body_.shape().field() && body_.behind() ? bites_ + 1 : 0;
+    felt_ = &body_.shape().field();
+    times_.longest = std::max(times_.longest, bites_);
+  }
+  void step() { world_.world.stepSimulation(btScalar(1e-3), 0); }
+  // These return whether a piece fell off.
+  bool cut(const std::vector<VoxelCut>& cuts, std::vector<double>& times) {
+    CutOutcome outcome;
+    times.push_back(secondsOf(
+        [&] { outcome = gradual_ ? body_.cutGradually(cuts) : body_.cut(cuts); }));
+    return !outcome.fallen.empty();
+  }
+  bool goOn(std::vector<double>& times) {
+    CutOutcome outcome;
+    times.push_back(secondsOf([&] { outcome = body_.goOn(); }));
+    return !outcome.fallen.empty();
+  }
+
+  bool gradual_;
+  Times& times_;
+  World world_;
+  CuttableBody body_;
+  const SurfaceField* felt_ = nullptr;
+  int bites_ = 0;  // since then
+};
+
+Times mill(bool gradual, int steps, double depth) {
+  Times times;
+  Milling milling(gradual, times);
+  milling.mill(steps, depth);
+  milling.part();
+  milling.saw();
   return times;
 }
 
@@ -122,8 +171,31 @@ void report(const char* what, const std::vector<double>& times) {
   if (times.empty()) return;
   double sum = 0, worst = 0;
   for (const double t : times) sum += t, worst = std::max(worst, t);
-  std::printf("%-24s mean %5.2f  median %5.2f  worst %5.2f ms over %zu steps\n", what,
+  std::printf("%-24s mean %5.2f  median %5.2f  worst %5.2f ms over %zu calls\n", what,
               1e3 * sum / double(times.size()), 1e3 * median(times), 1e3 * worst, times.size());
+}
+
+int run(bool gradual, int steps, double depth, int repeats) {
+  Times least = mill(gradual, steps, depth);
+  for (int k = 1; k < repeats; ++k) {
+    const Times more = mill(gradual, steps, depth);
+    if (more.hash != least.hash) return std::puts("runs differ"), 1;
+    keepLeast(least.cut, more.cut);
+    keepLeast(least.step, more.step);
+    keepLeast(least.quiet, more.quiet);
+    keepLeast(least.part, more.part);
+    keepLeast(least.fall, more.fall);
+    keepLeast(least.sever, more.sever);
+  }
+  std::printf("%s, %d steps behind\n", gradual ? "gradual cuts" : "cuts at once",
+              least.longest);
+  report("  bites", least.cut);
+  report("  world's step, cutting", least.step);
+  report("  world's step, settling", least.quiet);
+  report("  bites, parting", least.part);
+  report("  until a piece falls", least.fall);
+  report("  sawn through", least.sever);
+  return 0;
 }
 
 }  // namespace
@@ -134,21 +206,5 @@ int main(int count, char** values) {
   const int repeats = count > 3 ? std::atoi(values[3]) : 5;
   threads = count > 4 ? std::atoi(values[4]) : 1;
   std::printf("%.0f voxels\n", 1e9 * box().massProperties().volume);
-  Times least = mill(steps, depth);
-  for (int k = 1; k < repeats; ++k) {
-    const Times more = mill(steps, depth);
-    if (more.hash != least.hash) return std::puts("runs differ"), 1;
-    keepLeast(least.cut, more.cut);
-    keepLeast(least.step, more.step);
-    keepLeast(least.quiet, more.quiet);
-    keepLeast(least.part, more.part);
-    keepLeast(least.fall, more.fall);
-    keepLeast(least.sever, more.sever);
-  }
-  report("cut()", least.cut);
-  report("world's step, cutting", least.step);
-  report("world's step, settling", least.quiet);
-  report("cut(), parting", least.part);
-  report("cut(), a piece falls", least.fall);
-  report("sawn through at once", least.sever);
+  return run(true, steps, depth, repeats) || run(false, steps, depth, repeats);
 }

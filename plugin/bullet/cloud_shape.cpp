@@ -7,8 +7,11 @@
 #include <cmath>
 #include <mutex>
 #include <stdexcept>
+#include <utility>
 
 #include "bullet/convert.h"
+#include "field/base_vector_bricks.h"
+#include "voxels/cut_between.h"
 
 namespace cloudcontact {
 
@@ -24,9 +27,30 @@ Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
 
 }  // namespace
 
+// Made when it is first asked for: of the field's cloud, or of the body `earlier` that was cut.
 struct CloudShape::LazyPaper {
   std::mutex mutex;
   std::shared_ptr<const PaperBody> made;
+  std::shared_ptr<const PaperBody> earlier;
+  Cloud before;  // its cloud
+
+  // Cuts the base vectors in place where nobody else has them: 0.2 ms for a bite of 250 voxels,
+  // where making them takes 70 for a body of 115,000. Null if `after` is no cut of `before`.
+  std::shared_ptr<const PaperBody> renewed(const Cloud& after) {
+    std::shared_ptr<const PaperBody> old = std::exchange(earlier, nullptr);
+    if (!old || after.bricks() != before.bricks() || after.origin() != before.origin() ||
+        after.voxelSize() != before.voxelSize() || !cutsBetween(after, before).empty())
+      return nullptr;
+    PaperBody body = *old;
+    const bool alone = old.use_count() == 1;
+    old.reset();
+    if (!alone || body.vectors.use_count() > 1)
+      body.vectors = std::make_shared<BaseVectorField>(
+          std::make_unique<BaseVectorField::Bricks>(body.vectors->bricks()));
+    std::const_pointer_cast<BaseVectorField>(body.vectors)->cut(cutsBetween(before, after));
+    before = Cloud();
+    return std::make_shared<PaperBody>(std::move(body));
+  }
 };
 
 CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
@@ -40,9 +64,14 @@ CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
 void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   if (!field)
     throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
+  auto lazy = std::make_shared<LazyPaper>();
+  if (usesPaper_) {
+    lazy->earlier = paper_->made ? paper_->made : paper_->earlier;
+    lazy->before = paper_->made ? field_->cloud() : paper_->before;
+  }
   field_ = std::move(field);
   recognized_.reset();
-  paper_ = std::make_shared<LazyPaper>();
+  paper_ = std::move(lazy);
 }
 
 void CloudShape::setTissues(TissueTable tissues) {
@@ -72,6 +101,7 @@ void CloudShape::usePaper(const PaperSettings& settings) {
 
 std::shared_ptr<const PaperBody> CloudShape::paper() const {
   const std::lock_guard lock(paper_->mutex);
+  if (!paper_->made) paper_->made = paper_->renewed(field_->cloud());
   if (!paper_->made)
     paper_->made =
         std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, paperSettings_));

@@ -10,10 +10,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
-#include "base/parallel.h"
+#include "bullet/body_pieces.h"
 #include "bullet/convert.h"
+#include "voxels/cut_between.h"
 
 namespace cloudcontact {
 
@@ -59,19 +62,6 @@ MovingMatter moving(const MassProperties& matter, const Pose& cloud, const Motio
   return m;
 }
 
-std::vector<MatterSums> sumOf(const std::vector<MatterSums>& a, const std::vector<MatterSums>& b,
-                              bool less) {
-  std::vector<MatterSums> sum = a;
-  for (std::size_t i = 0; i < sum.size(); ++i) less ? sum[i] -= b[i] : sum[i] += b[i];
-  return sum;
-}
-
-std::int64_t coverageOf(const std::vector<MatterSums>& sums) {
-  std::int64_t all = 0;
-  for (const MatterSums& s : sums) all += s.mass;
-  return all;
-}
-
 // Throws std::invalid_argument if `after` is not a cut `before`.
 void validate(const Cloud& before, const Cloud& after) {
   if (after.empty() || after.bricks() != before.bricks() ||
@@ -109,41 +99,48 @@ void inherit(const btRigidBody& from, btRigidBody& to) {
     to.setActivationState(DISABLE_DEACTIVATION);
 }
 
-// Edge searches (FieldSettings::edgeSearches) in a step without a cut, and in one with a cut of
-// some voxels. They take the time that the cut leaves: a search costs as much as 30 voxels.
-constexpr int kSearchesOfQuietStep = 16;
-int searchesOfCut(std::int64_t voxels) {
-  return static_cast<int>(std::max(std::int64_t{0}, 6 - voxels / 30));
-}
+// Edge searches (FieldSettings::edgeSearches) in a step without a cut.
+constexpr int kSearchesOfQuietStep = 10;
 
-// A piece of a body that was cut.
-struct Piece {
-  Cloud cloud;
-  std::vector<MatterSums> sums;
-  double mass = 0;
-  std::shared_ptr<const SurfaceField> field;
-};
+// Work on the pieces of gradual cuts in a step [about us of one core; PacedTask].
+constexpr double kWorkOfStep = 3000;
+
+constexpr double kArrivalCost = 400;  // of a field that takes the place of another [us]
+constexpr double kAllWork = std::numeric_limits<double>::infinity();
+
+void merge(CutOutcome& into, CutOutcome more) {
+  for (auto& piece : more.fallen) into.fallen.push_back(std::move(piece));
+  MovingMatter& sum = into.cutAway;
+  const double mass = sum.mass + more.cutAway.mass;
+  if (mass > 0)
+    sum.center = (sum.mass * sum.center + more.cutAway.mass * more.cutAway.center) / mass;
+  sum.mass = mass;
+  sum.momentum += more.cutAway.momentum;
+  sum.angularMomentum += more.cutAway.angularMomentum;
+  into.frame = into.frame * more.frame;
+  into.gone = into.gone || more.gone;
+}
 
 }  // namespace
 
 // The world calls it at the end of each step.
 struct CuttableBody::State : btActionInterface {
   CuttableBodySettings settings;
-  Cloud cloud;
-  bool whole = false;   // the cloud is known to be one part
-  bool wasCut = false;  // since the last step
-  std::vector<MatterSums> sums;
-  std::shared_ptr<const SurfaceField> field;
-  Pose frame;  // of the rigid body, in the cloud's frame
+  BodyMatter matter;  // its field may be an earlier one, while gradual cuts are behind
+  BodyMatter felt;    // the matter of that field
+  bool behind = false;
+  std::optional<PieceWork> work;  // none: not begun
+  bool worked = false;            // since the last step
+  Pose frame;                     // of the rigid body, in the cloud's frame
   std::unique_ptr<CloudShape> shape;
   std::unique_ptr<btCompoundShape> compound;
   std::unique_ptr<btRigidBody> body;
   btDynamicsWorld* world = nullptr;
   int group = 0, mask = 0;
 
-  // Of known matter; not yet in a world.
-  State(const CuttableBodySettings& how, const Cloud& matter, std::vector<MatterSums> known,
-        std::shared_ptr<const SurfaceField> surface, const Pose& place, const Motion& motion);
+  // Not yet in a world. `now`: `before` after cuts, with its field.
+  State(const CuttableBodySettings& how, BodyMatter now, BodyMatter before, const Pose& place,
+        const Motion& motion);
   ~State() override { leaveWorld(); }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
@@ -157,29 +154,28 @@ struct CuttableBody::State : btActionInterface {
     return {toVec3(body->getLinearVelocity()), toVec3(body->getAngularVelocity()),
             toVec3(body->getWorldTransform().getOrigin())};
   }
-  MassProperties matter() const { return massPropertiesOf(sums, cloud, settings.densities); }
-  FieldSettings fieldSettings(std::optional<int> edgeSearches) const {
-    FieldSettings how;
-    how.threads = settings.threads;
-    how.renewable = true;
-    how.edgeSearches = edgeSearches;
-    return how;
-  }
+  MovingMatter moving(const std::vector<MatterSums>& sums) const;
   void settle(const Pose& cloudPlace, const Motion& motion);
-  std::shared_ptr<const SurfaceField> fieldOf(const Cloud& piece, std::int64_t coverage) const;
   void searchEdges(std::optional<int> most);
   void moveContacts(const Pose& byInverse);
-  std::vector<Piece> piecesOf(const Cloud& after) const;
-  void become(Piece piece, const Pose& place, const Motion& motion);
-  std::unique_ptr<State> fallen(const Piece& piece, const Pose& place, const Motion& motion) const;
+  void lighten();
+  bool startWork();
+  PieceSettings pieceSettings() const {
+    return {settings.densities, settings.leastPiece, settings.threads};
+  }
+  CutOutcome goOn(double budget);
+  CutOutcome arrive();
+  CutOutcome become(std::vector<BodyMatter> pieces, std::span<const VoxelCut> since);
+  void stay(BodyMatter piece, std::span<const VoxelCut> since);
+  std::unique_ptr<State> fallen(BodyMatter piece, std::span<const VoxelCut> since) const;
+  CutOutcome vanish();
 };
 
-CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterCloud,
-                           std::vector<MatterSums> known,
-                           std::shared_ptr<const SurfaceField> surface, const Pose& place,
-                           const Motion& motion)
-    : settings(how), cloud(matterCloud), sums(std::move(known)), field(std::move(surface)) {
-  shape = std::make_unique<CloudShape>(field);
+CuttableBody::State::State(const CuttableBodySettings& how, BodyMatter now, BodyMatter before,
+                           const Pose& place, const Motion& motion)
+    : settings(how), matter(std::move(now)), felt(std::move(before)) {
+  behind = !(matter.sums == felt.sums);
+  shape = std::make_unique<CloudShape>(felt.field);
   shape->law = settings.law;
   compound = std::make_unique<btCompoundShape>();
   compound->addChildShape(btTransform::getIdentity(), shape.get());
@@ -188,9 +184,15 @@ CuttableBody::State::State(const CuttableBodySettings& how, const Cloud& matterC
   settle(place, motion);
 }
 
+// Of matter that moves with the body.
+MovingMatter CuttableBody::State::moving(const std::vector<MatterSums>& sums) const {
+  return cloudcontact::moving(massPropertiesOf(sums, matter.cloud, settings.densities), place(),
+                              motion());
+}
+
 // Sets mass, frame and velocity of the rigid body from its matter.
 void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
-  const MassProperties m = matter();
+  const MassProperties m = massPropertiesOf(matter.sums, matter.cloud, settings.densities);
   const Principal principal = principalOf(m, frame.orientation);
   frame = principal.frame;
   const Pose where = cloudPlace * frame;
@@ -202,30 +204,23 @@ void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
   body->updateInertiaTensor();
 }
 
-// Renews the body's field for a large piece; building is faster for a crumb. Null if the piece has
-// no surface. `coverage`: the piece's.
-std::shared_ptr<const SurfaceField> CuttableBody::State::fieldOf(const Cloud& piece,
-                                                                 std::int64_t coverage) const {
-  const std::int64_t all = coverageOf(sums);
-  const FieldSettings how = fieldSettings(searchesOfCut((all - coverage) / 255));
-  try {
-    return 20 * coverage > all ? renewed(field, piece, how) : SurfaceField::build(piece, how);
-  } catch (const std::invalid_argument&) {
-    return nullptr;
-  }
-}
-
 void CuttableBody::State::searchEdges(std::optional<int> most) {
-  if (field->unsettled() == 0) return;
-  field = renewed(field, cloud, fieldSettings(most));
-  shape->setField(field);
+  if (felt.field->unsettled() == 0) return;
+  felt.field = renewed(felt.field, felt.cloud, fieldSettings(settings.threads, most));
+  matter.field = felt.field;
+  shape->setField(felt.field);
   if (world) world->updateSingleAabb(body.get());
 }
 
-// A step with a cut has had its share of searches.
+// A step with a cut has had its share of work. Pieces that fall off wait for their owner.
 void CuttableBody::State::updateAction(btCollisionWorld*, btScalar) {
-  if (!wasCut) searchEdges(kSearchesOfQuietStep);
-  wasCut = false;
+  if (std::exchange(worked, false)) return;
+  if (!behind) return searchEdges(kSearchesOfQuietStep);
+  if (!startWork()) return;
+  work->task.run(kWorkOfStep);
+  if (work->task.done() && work->pieces->size() == 1 &&
+      work->pieces->front().sums == work->matter.sums)
+    arrive();
 }
 
 void CuttableBody::State::leaveWorld() {
@@ -233,48 +228,6 @@ void CuttableBody::State::leaveWorld() {
   world->removeAction(this);
   world->removeRigidBody(body.get());
   world = nullptr;
-}
-
-// The pieces that remain bodies of their own, in the order of their first voxels. Where there is
-// one, only what the cut changed is summed up.
-std::vector<Piece> CuttableBody::State::piecesOf(const Cloud& after) const {
-  std::vector<Cloud> clouds = whole ? pieces(after, cloud) : pieces(after);
-  std::vector<Piece> all(clouds.size());
-  parallelFor(clouds.size(), settings.threads, [&](std::size_t k, int) {
-    Piece& piece = all[k];
-    piece.cloud = std::move(clouds[k]);
-    piece.sums = all.size() == 1 ? matterSums(piece.cloud, cloud, sums) : matterSums(piece.cloud);
-    piece.mass = massPropertiesOf(piece.sums, piece.cloud, settings.densities).mass;
-    if (piece.mass >= settings.leastPiece)
-      piece.field = fieldOf(piece.cloud, coverageOf(piece.sums));
-  });
-  std::erase_if(all, [](const Piece& piece) { return !piece.field; });
-  return all;
-}
-
-void CuttableBody::State::become(Piece piece, const Pose& place, const Motion& motion) {
-  const Pose before = frame;
-  cloud = std::move(piece.cloud);
-  sums = std::move(piece.sums);
-  field = std::move(piece.field);
-  whole = wasCut = true;
-  shape->setField(field);
-  settle(place, motion);
-  moveContacts(frame.inverse() * before);
-  if (world) world->updateSingleAabb(body.get());
-  body->activate();
-}
-
-// A piece that falls off.
-std::unique_ptr<CuttableBody::State> CuttableBody::State::fallen(const Piece& piece,
-                                                                 const Pose& place,
-                                                                 const Motion& motion) const {
-  auto state =
-      std::make_unique<State>(settings, piece.cloud, piece.sums, piece.field, place, motion);
-  state->whole = true;
-  state->shape->law = shape->law;
-  inherit(*body, *state->body);
-  return state;
 }
 
 // Bullet keeps points in the bodies' frames, which a cut moves.
@@ -292,16 +245,115 @@ void CuttableBody::State::moveContacts(const Pose& byInverse) {
   }
 }
 
+// Follows a change of `matter`, where the matter that is left keeps its motion.
+void CuttableBody::State::lighten() {
+  const Pose before = frame;
+  settle(place(), motion());
+  moveContacts(frame.inverse() * before);
+  if (world) world->updateSingleAabb(body.get());
+  body->activate();
+}
+
+// False if the work is done and waits.
+bool CuttableBody::State::startWork() {
+  if (!work) work.emplace(felt, matter, pieceSettings());
+  return !work->task.done();
+}
+
+// Works on gradual cuts until the budget is spent or none is left.
+CutOutcome CuttableBody::State::goOn(double budget) {
+  CutOutcome outcome;
+  worked = true;
+  const double whole = budget;
+  while (behind && budget > 0) {
+    if (startWork()) budget = work->task.run(budget);
+    if (!work->task.done()) continue;
+    // Pieces that fall are the work of a step of their own, for the caller has work with them.
+    const bool falls = work->pieces->size() > 1 && whole < kAllWork;
+    if (falls && budget < whole) break;
+    merge(outcome, arrive());
+    budget -= falls ? whole : kArrivalCost;
+  }
+  return outcome;
+}
+
+// The work is done: the body becomes its heaviest piece.
+CutOutcome CuttableBody::State::arrive() {
+  const PieceWork done = std::move(*work);
+  work.reset();
+  return become(std::move(*done.pieces), done.since);
+}
+
+// Of the pieces of `matter` before the cuts `since`. What is in none of them counts as cut away.
+CutOutcome CuttableBody::State::become(std::vector<BodyMatter> pieces,
+                                       std::span<const VoxelCut> since) {
+  if (pieces.empty()) return vanish();
+  const auto mass = [&](const BodyMatter& piece) { return bodyMass(piece, settings.densities); };
+  const auto heaviest =
+      std::max_element(pieces.begin(), pieces.end(),
+                       [&](const BodyMatter& a, const BodyMatter& b) { return mass(a) < mass(b); });
+  std::vector<MatterSums> rest = matter.sums;
+  CutOutcome outcome;
+  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
+    if (piece == heaviest) continue;
+    std::unique_ptr<CuttableBody> off(new CuttableBody(fallen(std::move(*piece), since)));
+    const std::vector<MatterSums>& sums = off->state_->matter.sums;
+    if (coverageOf(sums) == 0) continue;
+    rest = sumOf(rest, sums, true);
+    if (world) off->addTo(*world, group, mask);
+    outcome.fallen.push_back(std::move(off));
+  }
+  const Pose before = frame;
+  const Pose cloudPlace = place();
+  const Motion withAll = motion();
+  stay(std::move(*heaviest), since);
+  outcome.cutAway = cloudcontact::moving(
+      massPropertiesOf(sumOf(rest, matter.sums, true), matter.cloud, settings.densities),
+      cloudPlace, withAll);
+  outcome.frame = before.inverse() * frame;
+  return outcome;
+}
+// The body is `piece` after the cuts `since`.
+void CuttableBody::State::stay(BodyMatter piece, std::span<const VoxelCut> since) {
+  const bool same = piece.sums == felt.sums;
+  matter = since.empty() ? piece : cutMatter(piece, since);
+  behind = !(matter.sums == piece.sums);
+  if (same) return;
+  felt = std::move(piece);
+  shape->setField(felt.field);
+  lighten();
+}
+
+// A piece that falls off.
+std::unique_ptr<CuttableBody::State> CuttableBody::State::fallen(
+    BodyMatter piece, std::span<const VoxelCut> since) const {
+  BodyMatter now = since.empty() ? piece : cutMatter(piece, since);
+  auto state =
+      std::make_unique<State>(settings, std::move(now), std::move(piece), place(), motion());
+  state->shape->law = shape->law;
+  inherit(*body, *state->body);
+  return state;
+}
+
+// Nothing is left that could be a body.
+CutOutcome CuttableBody::State::vanish() {
+  CutOutcome outcome;
+  outcome.cutAway = moving(matter.sums);
+  outcome.gone = true;
+  leaveWorld();
+  behind = false;
+  work.reset();
+  return outcome;
+}
+
 CuttableBody::CuttableBody(const Cloud& cloud, const btTransform& place,
                            const CuttableBodySettings& settings) {
-  FieldSettings how;
-  how.threads = settings.threads;
-  how.renewable = true;
   if (!(settings.leastPiece >= 0))
     throw std::invalid_argument("CuttableBody: leastPiece must not be negative [kg]");
-  std::vector<MatterSums> sums = matterSums(cloud);
-  state_ = std::make_unique<State>(settings, cloud, std::move(sums),
-                                   SurfaceField::build(cloud, how), toPose(place), Motion{});
+  BodyMatter matter{cloud, matterSums(cloud),
+                    SurfaceField::build(cloud, fieldSettings(settings.threads, std::nullopt)),
+                    false};
+  state_ = std::make_unique<State>(settings, matter, matter, toPose(place), Motion{});
 }
 
 CuttableBody::CuttableBody(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -317,7 +369,7 @@ CloudShape& CuttableBody::shape() {
   return *state_->shape;
 }
 const Cloud& CuttableBody::cloud() const {
-  return state_->cloud;
+  return state_->matter.cloud;
 }
 btTransform CuttableBody::cloudPlace() const {
   return toBullet(state_->place());
@@ -325,7 +377,7 @@ btTransform CuttableBody::cloudPlace() const {
 
 MovingMatter CuttableBody::matter() const {
   const btRigidBody& body = *state_->body;
-  if (coverageOf(state_->sums) == 0 || body.getInvMass() == 0) return {};
+  if (coverageOf(state_->matter.sums) == 0 || body.getInvMass() == 0) return {};
   const Pose pose = toPose(body.getWorldTransform());
   const Vec3 inverse = toVec3(body.getInvInertiaDiagLocal());
   const MassProperties matter{0, 1 / double(body.getInvMass()), Vec3::Zero(),
@@ -334,8 +386,8 @@ MovingMatter CuttableBody::matter() const {
 }
 
 double CuttableBody::volume() const {
-  const double h = state_->cloud.voxelSize();
-  return static_cast<double>(coverageOf(state_->sums)) * h * h * h / 255;
+  const double h = state_->matter.cloud.voxelSize();
+  return static_cast<double>(coverageOf(state_->matter.sums)) * h * h * h / 255;
 }
 
 void CuttableBody::addTo(btDynamicsWorld& world, int group, int mask) {
@@ -351,48 +403,63 @@ void CuttableBody::leaveWorld() {
   state_->leaveWorld();
 }
 
-void CuttableBody::settle() {
-  state_->searchEdges(std::nullopt);
-}
-
 btDynamicsWorld* CuttableBody::world() {
   return state_->world;
 }
 
+bool CuttableBody::behind() const {
+  return state_->behind;
+}
+
+CutOutcome CuttableBody::goOn(double share) {
+  return state_->goOn(share * kWorkOfStep);
+}
+
+CutOutcome CuttableBody::settle() {
+  CutOutcome outcome = state_->goOn(kAllWork);
+  if (!outcome.gone) state_->searchEdges(std::nullopt);
+  return outcome;
+}
+
 CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {
-  return become(cutCloud(state_->cloud, cuts));
+  return become(cutCloud(state_->matter.cloud, cuts));
 }
 
 CutOutcome CuttableBody::become(const Cloud& after) {
   State& own = *state_;
-  validate(own.cloud, after);
-  std::vector<Piece> left = own.piecesOf(after);
-  std::vector<MatterSums> cutAway = own.sums;
-  for (const Piece& piece : left) cutAway = sumOf(cutAway, piece.sums, true);
-  const Pose place = own.place(), before = own.frame;
-  const Motion motion = own.motion();
-  CutOutcome outcome;
-  outcome.cutAway =
-      moving(massPropertiesOf(cutAway, own.cloud, own.settings.densities), place, motion);
-  if (left.empty()) {
-    leaveWorld();
-    own.cloud = after;
-    own.sums = matterSums(after);
-    own.whole = false;
-    outcome.gone = true;
+  validate(own.matter.cloud, after);
+  if (own.behind) {
+    const std::vector<VoxelCut> cuts = cutsBetween(own.matter.cloud, after);
+    CutOutcome outcome = own.goOn(kAllWork);
+    if (!outcome.gone && !cuts.empty()) merge(outcome, cut(cuts));
     return outcome;
   }
-  const auto heaviest = std::max_element(
-      left.begin(), left.end(), [](const Piece& a, const Piece& b) { return a.mass < b.mass; });
-  for (auto piece = left.begin(); piece != left.end(); ++piece) {
-    if (piece == heaviest) continue;
-    std::unique_ptr<CuttableBody> body(new CuttableBody(own.fallen(*piece, place, motion)));
-    if (own.world) body->addTo(*own.world, own.group, own.mask);
-    outcome.fallen.push_back(std::move(body));
+  own.worked = true;
+  CutOutcome outcome = own.become(piecesOf(own.felt, after, own.pieceSettings(), {}), {});
+  if (outcome.gone) own.matter = {after, matterSums(after), own.felt.field, false};
+  return outcome;
+}
+
+CutOutcome CuttableBody::cutGradually(std::span<const VoxelCut> cuts, double share) {
+  State& own = *state_;
+  BodyMatter left = cutMatter(own.matter, cuts);
+  CutOutcome outcome;
+  if (!(left.sums == own.matter.sums)) {
+    const std::vector<MatterSums> away = sumOf(own.matter.sums, left.sums, true);
+    if (coverageOf(left.sums) == 0) {
+      outcome = own.vanish();
+      own.matter = std::move(left);
+      return outcome;
+    }
+    const Pose before = own.frame;
+    outcome.cutAway = own.moving(away);
+    own.matter = std::move(left);
+    own.behind = true;
+    if (own.work) own.work->since.insert(own.work->since.end(), cuts.begin(), cuts.end());
+    own.lighten();
+    outcome.frame = before.inverse() * own.frame;
   }
-  if (coverageOf(heaviest->sums) == coverageOf(own.sums)) return outcome;  // nothing was cut
-  own.become(std::move(*heaviest), place, motion);
-  outcome.frame = before.inverse() * own.frame;
+  merge(outcome, own.goOn(share * kWorkOfStep));
   return outcome;
 }
 

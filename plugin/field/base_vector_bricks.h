@@ -52,6 +52,16 @@ struct BaseVectorBricks {
       sums;  // of each tissue; positions are the voxels' indices from the middle
   DepthTable depths;
 
+  // All but the voxels: the blocks are the shared ones, no brick has one.
+  BaseVectorBricks withoutBlocks() const {
+    BaseVectorBricks some{voxelSize, origin,       bricks,  {},   {},   tissues, density, names,
+                          window,    windowCenter, perFull, rows, taps, sums,    depths};
+    some.table.assign(table.size(), kNoBlock);
+    some.blocks.assign(blocks.begin(),
+                       blocks.begin() + static_cast<std::ptrdiff_t>(tissues.size()));
+    return some;
+  }
+
   std::int32_t& entry(int bx, int by, int bz) { return table[gridIndex(bx, by, bz, bricks)]; }
   std::int32_t entry(int bx, int by, int bz) const { return table[gridIndex(bx, by, bz, bricks)]; }
   bool contains(const VoxelIndex& v) const { return insideGrid(v, kBrickEdge * bricks); }

@@ -47,6 +47,68 @@ bool cutOneDensity(Bricks& f, FieldChanges& changes, std::span<const VoxelCut> v
   return others;
 }
 
+// Bricks at most this far from one in which `part` has matter.
+std::vector<std::uint8_t> bricksNear(const Cloud& part, int reach) {
+  const Eigen::Vector3i n = part.bricks();
+  std::vector<std::uint8_t> near(part.voxels().table.size(), 0);
+  for (std::size_t t = 0; t < near.size(); ++t) {
+    if (part.voxels().table[t] == kEmptyBrick) continue;
+    const Eigen::Vector3i at = gridCell(t, n);
+    const Eigen::Vector3i low = (at.array() - reach).cwiseMax(0),
+                          high = (at.array() + reach).cwiseMin(n.array() - 1);
+    for (int z = low.z(); z <= high.z(); ++z)
+      for (int y = low.y(); y <= high.y(); ++y)
+        for (int x = low.x(); x <= high.x(); ++x) near[gridIndex(x, y, z, n)] = 1;
+  }
+  return near;
+}
+
+// How many bricks a window reaches out of its own.
+int reachOf(const Window& window) {
+  const int most = std::max(-window.low.minCoeff(), window.high.maxCoeff());
+  return (most + kBrickEdge - 1) / kBrickEdge;
+}
+
+// A copy with the bricks that `kept` marks.
+std::unique_ptr<Bricks> someBricks(const Bricks& whole, const std::vector<std::uint8_t>& kept) {
+  auto some = std::make_unique<Bricks>(whole.withoutBlocks());
+  some->blocks.reserve(whole.tissues.size() +
+                       static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 1)));
+  for (std::size_t t = 0; t < whole.table.size(); ++t) {
+    const std::int32_t block = whole.table[t];
+    if (block == kNoBlock || !kept[t]) continue;
+    const bool shared = block < static_cast<std::int32_t>(whole.tissues.size());
+    some->table[t] = shared ? block : static_cast<std::int32_t>(some->blocks.size());
+    if (!shared) some->blocks.push_back(whole.blocks[static_cast<std::size_t>(block)]);
+  }
+  return some;
+}
+
+void keepBricks(Bricks& field, const std::vector<std::uint8_t>& kept) {
+  for (std::size_t t = 0; t < kept.size(); ++t)
+    if (!kept[t]) field.table[t] = kNoBlock;
+}
+
+// What of the field is not in `part`.
+std::vector<VoxelCut> surplus(const Bricks& field, const Cloud& part) {
+  std::vector<VoxelCut> cuts;
+  for (std::size_t t = 0; t < field.table.size(); ++t) {
+    if (field.table[t] == kNoBlock) continue;
+    const FieldBlock& block = field.blocks[static_cast<std::size_t>(field.table[t])];
+    const std::int32_t kept = part.voxels().table[t];
+    if (kept == kSolidBrick) continue;
+    for (std::size_t k = 0; k < kBrickVoxels; ++k) {
+      const std::uint8_t left = kept == kEmptyBrick
+                                    ? std::uint8_t{0}
+                                    : part.voxels().coverage[static_cast<std::size_t>(kept)][k];
+      if (left < block.coverage[k])
+        cuts.push_back(
+            {kBrickEdge * gridCell(t, field.bricks) + cellOffset(static_cast<int>(k)), left});
+    }
+  }
+  return cuts;
+}
+
 }  // namespace
 
 struct BaseVectorField::State {
@@ -130,6 +192,28 @@ std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
   std::size_t changed = 0;
   for (bool more = true; more;) more = cutOneDensity(f, state_->changes, voxels, changed);
   return changed;
+}
+
+// What is to be cut away counts only in windows that hold matter of the part, so only so far from
+// it.
+void BaseVectorField::keepPart(const Cloud& part) {
+  Bricks& f = *state_->bricks;
+  if (part.empty()) throw std::invalid_argument("BaseVectorField::keepPart: the part is empty");
+  if (part.bricks() != f.bricks || part.voxelSize() != f.voxelSize || part.origin() != f.origin)
+    throw std::invalid_argument("BaseVectorField::keepPart: the part has another grid");
+  keepBricks(f, bricksNear(part, reachOf(f.window)));
+  cut(surplus(f, part));
+  keepBricks(f, bricksNear(part, 0));
+  sumTissues(f);
+}
+
+BaseVectorField BaseVectorField::ofPart(const Cloud& part) const {
+  const bool fits = !part.empty() && part.bricks() == bricks().bricks;
+  BaseVectorField result(
+      someBricks(bricks(), fits ? bricksNear(part, reachOf(window()))
+                                : std::vector<std::uint8_t>(bricks().table.size(), 0)));
+  result.keepPart(part);
+  return result;
 }
 
 void BaseVectorField::reserve() {

@@ -130,20 +130,6 @@ void fillTable(Bricks& f, const Cloud& cloud) {
   });
 }
 
-void sumTissues(Bricks& f) {
-  for (MatterSums& sums : f.sums) sums = {};
-  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
-  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
-    if (f.table[entry] == kNoBlock) continue;
-    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
-    const VoxelIndex corner = kBrickEdge * gridCell(entry, f.bricks) - middle;
-    for (int k = 0; k < kBrickVoxels; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      f.sums[block.tissue[at]].add(corner + cellOffset(k), block.coverage[at]);
-    }
-  }
-}
-
 }  // namespace
 
 std::unique_ptr<Bricks> startBricks(const FieldGrid& grid, const TissueTable& tissues,
@@ -160,6 +146,20 @@ std::unique_ptr<Bricks> startBricks(const FieldGrid& grid, const TissueTable& ti
   makeRows(f);
   fillShared(f);
   return field;
+}
+
+void sumTissues(Bricks& f) {
+  for (MatterSums& sums : f.sums) sums = {};
+  const VoxelIndex middle = kBrickEdge / 2 * f.bricks;
+  for (std::size_t entry = 0; entry < f.table.size(); ++entry) {
+    if (f.table[entry] == kNoBlock) continue;
+    const FieldBlock& block = f.blocks[static_cast<std::size_t>(f.table[entry])];
+    const VoxelIndex corner = kBrickEdge * gridCell(entry, f.bricks) - middle;
+    for (int k = 0; k < kBrickVoxels; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      f.sums[block.tissue[at]].add(corner + cellOffset(k), block.coverage[at]);
+    }
+  }
 }
 
 void finishBricks(Bricks& f) {

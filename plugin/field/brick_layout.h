@@ -18,6 +18,8 @@ struct FieldGrid {
 // does.
 std::unique_ptr<BaseVectorBricks> startBricks(const FieldGrid& grid, const TissueTable& tissues,
                                               const WindowSettings& window);
+// Sums up the voxels of the blocks.
+void sumTissues(BaseVectorBricks& field);
 // The rest, once the table and the blocks are filled.
 void finishBricks(BaseVectorBricks& field);
 

@@ -19,6 +19,7 @@ constexpr float kSliver = 0.006f;
 constexpr int kProbes = 4;            // points along a voxel's edge in claims()
 constexpr float kProbeDepth = 0.05f;  // largest depth at such a point
 constexpr float kMatters = 1.2f;      // a further plane counts if less than this deeper
+constexpr double kBrickCost = 8;      // of a brick of the band [us]
 
 // A brick of the band as it is being written.
 struct NewBrick {
@@ -161,10 +162,16 @@ class Writer {
   template <typename Put>
   Band write(const std::vector<std::int32_t>& bricks, std::int32_t rest, Put&& put) const {
     std::vector<NewBrick> made(bricks.size());
-    parallelFor(bricks.size(), draft_.threads, [&](std::size_t i, int) {
-      put(bricks[i], made[i]);
-      if (made[i].used) markDeep(static_cast<std::size_t>(bricks[i]), made[i].brick);
-    });
+    const std::size_t atOnce = draft_.partsAtOnce(16, bricks.size());
+    for (std::size_t first = 0; first < bricks.size(); first += atOnce) {
+      const std::size_t count = std::min(atOnce, bricks.size() - first);
+      draft_.spend(kBrickCost * static_cast<double>(count));
+      parallelFor(count, draft_.threads, [&](std::size_t k, int) {
+        const std::size_t i = first + k;
+        put(bricks[i], made[i]);
+        if (made[i].used) markDeep(static_cast<std::size_t>(bricks[i]), made[i].brick);
+      });
+    }
     Band band{std::vector<std::int32_t>(layers_.bricks().size(), rest), {}};
     for (std::size_t i = 0; i < bricks.size(); ++i) {
       std::int32_t& slot = band.table[static_cast<std::size_t>(bricks[i])];

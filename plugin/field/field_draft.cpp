@@ -50,9 +50,11 @@ void SurfaceBrick::compact() {
   *this = std::move(result);
 }
 
-FieldDraft::FieldDraft(const Cloud& wholeCloud, int threadsUsed, SurfaceBricks before)
+FieldDraft::FieldDraft(const Cloud& wholeCloud, int threadsUsed,
+                       const std::function<void(double)>& spendOfSettings, SurfaceBricks before)
     : cloud(wholeCloud),
       threads(threadsUsed),
+      spend_(spendOfSettings),
       size_(cloud.bricks()),
       bricks_(std::move(before)),
       own_(cloud.voxels().table.size(), nullptr) {

@@ -22,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -111,10 +112,17 @@ struct DraftVoxel {
 class FieldDraft {
  public:
   // `before`: bricks of an earlier field of the same grid. They stay shared until written to.
-  FieldDraft(const Cloud& wholeCloud, int threadsUsed, SurfaceBricks before = {});
+  FieldDraft(const Cloud& wholeCloud, int threadsUsed,
+             const std::function<void(double)>& spendOfSettings, SurfaceBricks before = {});
 
   const Cloud& cloud;
   const int threads;
+  // Steps call it after each part of a renewal, with its cost (FieldSettings::spend).
+  void spend(double cost) const {
+    if (spend_) spend_(cost);
+  }
+  // Parts of a loop that come between two calls of spend(); `all` of them if nobody asks.
+  std::size_t partsAtOnce(std::size_t some, std::size_t all) const { return spend_ ? some : all; }
 
   const SurfaceBrick* brick(std::size_t t) const { return bricks_[t].get(); }  // null: no surface
   const SurfaceBricks& bricks() const { return bricks_; }
@@ -140,6 +148,7 @@ class FieldDraft {
   }
 
  private:
+  const std::function<void(double)>& spend_;
   Eigen::Vector3i size_;  // in bricks
   SurfaceBricks bricks_;
   std::vector<SurfaceBrick*> own_;  // null: shared or missing

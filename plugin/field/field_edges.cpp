@@ -327,11 +327,14 @@ class EdgeRenewal {
   // Marks what a cut reaches.
   void mark(const VoxelSet& refitted, const VoxelSet& changed) {
     queue_.nextRenewal();
+    int marked = 0;
     const auto add = [&](std::int32_t t, int cell, int, int, int) {
       markFresh(draft_.voxelAt(t, cell));
+      ++marked;
     };
     refitted.forEach(add);
     changed.dilated(kReach).forEach(add);
+    draft_.spend(kLookCost * marked);
   }
 
   // Searches until the queue is dry or the budget spent. Returns the voxels searched.
@@ -383,6 +386,7 @@ class EdgeRenewal {
       const VoxelState own = draft_.at(next[i].x, next[i].y, next[i].z, number);
       outcomes[i].tried = mayFind(draft_, next[i], own, pass);
     });
+    const std::int64_t before = left_;
     std::size_t end = 0;
     for (; end < next.size() && left_ > 0; ++end)
       left_ -= !outcomes[end].tried ? kLook : pass.climbs() ? kTipSearch : kSearch;
@@ -391,6 +395,8 @@ class EdgeRenewal {
         outcomes[i].edge =
             edgeOf(draft_, next[i], pass, searches_[static_cast<std::size_t>(worker)]);
     });
+    draft_.spend(kShareCost * static_cast<double>(before - left_) +
+                 kLookCost * static_cast<double>(next.size()));
     for (std::size_t i = 0; i < end; ++i) {
       queue_.done(next[i], 1 << number);
       store(next[i], number, outcomes[i].edge);
@@ -439,6 +445,8 @@ class EdgeRenewal {
   // Shares of the budget: a search, one among the faces of a tip, and a look that finds nothing to
   // search.
   static constexpr int kSearch = 32, kTipSearch = 96, kLook = 1;
+  // What a share costs, and a look at a voxel's marks [us].
+  static constexpr double kShareCost = 2, kLookCost = 0.03;
 
   FieldDraft& draft_;
   EdgeQueue& queue_;

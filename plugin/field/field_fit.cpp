@@ -25,6 +25,9 @@ bool crossed(const Cloud& cloud, int x, int y, int z) {
          cloud.coverage(x, y, z - 1) == other || cloud.coverage(x, y, z + 1) == other;
 }
 
+// What renewing costs [us].
+constexpr double kBrickCost = 3, kVoxelCost = 0.5;
+
 // Flattened, so that the loops over the window are compiled for each instruction set.
 CC_LANES [[gnu::flatten]] void fitBlock(const float* block, CcSurface& f) {
   f = ccFitSurface(block, 0);
@@ -127,6 +130,7 @@ VoxelSet renewFits(FieldDraft& draft, const VoxelSet& scope) {
   std::vector<int> changed;
   for (const std::int32_t t : scope.bricks()) {
     changed.clear();
+    draft.spend(kBrickCost + VoxelSet::count(*scope.find(t)) * kVoxelCost);
     renewBrick(draft, static_cast<std::size_t>(t), *scope.find(t), changed);
     for (const int k : changed) {
       const DraftVoxel v = draft.voxelAt(t, k);

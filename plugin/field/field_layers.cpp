@@ -203,8 +203,10 @@ class FieldLayers::Renewal {
 
   VoxelSet run() {
     renewLayers();
+    int seeds = 0;
     pieces_.forEach([&](std::int32_t, int, int x, int y, int z) {
       const V3i v(x, y, z);
+      if (++seeds % kVisits == 0) layers_.draft_.spend(kVisits * kTouchCost);
       if (const VoxelState state = surface(v)) {
         layers_.seed(v, state);
         touch(v);
@@ -212,11 +214,20 @@ class FieldLayers::Renewal {
     });
     turned_.forEach([&](std::int32_t, int, int x, int y, int z) { touch({x, y, z}); });
     for (std::vector<V3i>& voxels : waiting_)
-      for (std::size_t i = 0; i < voxels.size(); ++i) visit(voxels[i]);
+      for (std::size_t i = 0; i < voxels.size(); ++i) {  // grows as it is visited
+        if (i % kVisits == 0) layers_.draft_.spend(kVisits * kVisitCost);
+        visit(voxels[i]);
+      }
     return std::move(reached_);
   }
 
  private:
+  // What a brick costs in finding the scope and its layers and in storing them; a touch and the
+  // visit of a voxel [us].
+  static constexpr double kStoreCost = 3;
+  static constexpr double kScopeCost = 1.3, kLayersCost = 7, kVisitCost = 0.5, kTouchCost = 0.2;
+  static constexpr int kVisits = 128;  // at once
+
   static constexpr std::int8_t kSame = 127;  // the layer did not change
 
   VoxelState surface(const V3i& v) const { return layers_.draft_.at(v.x(), v.y(), v.z()); }
@@ -300,7 +311,9 @@ class FieldLayers::Renewal {
 
   void renewLayers() {
     const VoxelSet scope = layerScope();
+    layers_.draft_.spend(kScopeCost * static_cast<double>(scope.bricks().size()));
     const LayerSets layers = layersIn(scope);
+    layers_.draft_.spend(kLayersCost * static_cast<double>(scope.bricks().size()));
     Voxels changed;
     for (const std::int32_t t : scope.bricks()) {
       std::array<std::int8_t, kBrickVoxels> now;
@@ -310,10 +323,12 @@ class FieldLayers::Renewal {
           for (int k = 0; k < kBrickVoxels; ++k)
             if (VoxelSet::holds(*rows, k)) now[static_cast<std::size_t>(k)] = std::int8_t(layer);
       storeLayers(t, *scope.find(t), now, changed);
+      layers_.draft_.spend(kStoreCost);
     }
-    for (const V3i& v : changed) {
-      touch(v);
-      if (layers_.at(v).layer > 0) wait(v);
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+      if (i % kVisits == 0) layers_.draft_.spend(kVisits * kTouchCost);
+      touch(changed[i]);
+      if (layers_.at(changed[i]).layer > 0) wait(changed[i]);
     }
   }
 

@@ -8,6 +8,7 @@
 #include "voxels/brick_grid.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace cloudcontact {
@@ -30,6 +31,9 @@ constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece i
 // The same at a tip of more than three faces, where pieces are slivers that run to the tip. With
 // half a voxel the center of the last one lies 0.33 voxel from the tip, which is felt that late.
 constexpr float kSmallestAtTip = 0.25f;
+
+// What a sample costs, the voxels around one looked at for slivers, and a sliver [us].
+constexpr double kSampleCost = 0.8, kLookCost = 0.3, kSliverCost = 0.3;
 
 // A convex polygon of at most 16 corners.
 struct Polygon {
@@ -268,20 +272,26 @@ class SliverCutter {
   std::vector<CutSample> run(const std::vector<std::int32_t>& bricks, const VoxelSet* by,
                              const VoxelSet* in) {
     in_ = in;
-    for (const std::int32_t t : bricks)
+    for (const std::int32_t t : bricks) {
+      int voxels = 0;
       forEachVoxel(draft_, t, by, [&](const DraftVoxel& at, const VoxelState&) {
         for (int k = 0; k < 27; ++k)
           visit(at, k, at.x + k % 3 - 1, at.y + k / 3 % 3 - 1, at.z + k / 9 - 1);
+        ++voxels;
       });
+      draft_.spend(kLookCost * voxels);
+    }
     // Found in parallel, some at a time to limit memory, and assigned in order.
     std::vector<Sliver> found;
-    for (std::size_t first = 0; first < candidates_.size(); first += kAtOnce) {
-      found.resize(std::min(kAtOnce, candidates_.size() - first));
+    const std::size_t atOnce = draft_.partsAtOnce(256, kAtOnce);
+    for (std::size_t first = 0; first < candidates_.size(); first += atOnce) {
+      found.resize(std::min(atOnce, candidates_.size() - first));
       parallelFor((found.size() + kTask - 1) / kTask, draft_.threads, [&](std::size_t task, int) {
         const std::size_t end = std::min(found.size(), (task + 1) * kTask);
         for (std::size_t i = task * kTask; i < end; ++i) found[i] = find(candidates_[first + i]);
       });
       for (std::size_t i = 0; i < found.size(); ++i) assign(candidates_[first + i], found[i]);
+      draft_.spend(kSliverCost * static_cast<double>(found.size()));
     }
     return std::move(extra_);
   }
@@ -427,10 +437,18 @@ std::vector<CutSample> cutSamples(FieldDraft& draft, const VoxelSet* scope) {
   std::vector<BrickCut> cuts(bricks.size());
   for (std::size_t i = 0; i < bricks.size(); ++i)
     slots[static_cast<std::size_t>(bricks[i])] = static_cast<std::int32_t>(i);
-  parallelFor(bricks.size(), draft.threads, [&](std::size_t i, int) {
-    if (draft.brick(static_cast<std::size_t>(bricks[i])))
-      cutBrick(draft, bricks[i], scope, cuts[i]);
-  });
+  const std::size_t atOnce = draft.partsAtOnce(8, bricks.size());
+  for (std::size_t first = 0; first < bricks.size(); first += atOnce) {
+    const std::size_t count = std::min(atOnce, bricks.size() - first);
+    std::atomic<int> made{0};
+    parallelFor(count, draft.threads, [&](std::size_t i, int) {
+      const std::size_t k = first + i;
+      if (draft.brick(static_cast<std::size_t>(bricks[k])))
+        cutBrick(draft, bricks[k], scope, cuts[k]);
+      made += static_cast<int>(cuts[k].samples.size());
+    });
+    draft.spend(kSampleCost * made);
+  }
   SliverCutter slivers(draft, scope, slots, cuts);
   // A voxel's slivers lie beside it, and the voxels that rank them beside the slivers.
   std::vector<CutSample> extra;

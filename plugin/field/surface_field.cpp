@@ -48,6 +48,7 @@ std::vector<std::int32_t> emptiedBricks(const Cloud& after) {
 
 // What a field knew before, without the bricks that `after` has emptied.
 struct Known {
+  int drops = 0;  // bricks
   SurfaceBricks bricks;
   LayerBricks layers;
   EdgeQueue edges;
@@ -69,6 +70,7 @@ struct Known {
       layers[b] = nullptr;
       edges.drop(t);
       dropped.addBrick(t);
+      ++drops;
     }
     if (dropped.empty()) return;
     rim = dropped.dilated(kLayers + 1);
@@ -107,6 +109,10 @@ VoxelSet turnedVoxels(const Cloud& before, const Cloud& after, const VoxelSet& c
   return turned;
 }
 
+// What a renewal costs beside its steps [us]: itself, each brick that is dropped, each sample that
+// is copied and then stored.
+constexpr double kRenewalCost = 100, kDropCost = 4, kCopyCost = 0.018, kStoreCost = 0.012;
+
 // The voxels whose pieces must be cut to samples again: changed ones, and those beside a voxel that
 // came to hold an edge, or lost it.
 VoxelSet recutVoxels(const FieldDraft& draft, const SurfaceBricks& before,
@@ -120,6 +126,17 @@ VoxelSet recutVoxels(const FieldDraft& draft, const SurfaceBricks& before,
   VoxelSet recut = edges.dilated(1);
   recut.add(changed);
   return recut;
+}
+
+// Finds some edges of a new field, and leaves the others to renewals.
+void beginEdges(FieldDraft& draft, EdgeQueue& edges, int most) {
+  VoxelSet all(draft.cloud.bricks());
+  for (const std::int32_t t : draft.surfaceBricks())
+    for (const SurfaceVoxel& v : draft.brick(static_cast<std::size_t>(t))->voxels) {
+      const DraftVoxel at = draft.voxelAt(t, v.cell);
+      all.add(at.x, at.y, at.z);
+    }
+  renewEdges(draft, edges, SurfaceBricks(draft.bricks().size()), all, all, most);
 }
 
 void validate(const Cloud& cloud) {
@@ -143,7 +160,7 @@ void validate(const SurfaceField* before, const Cloud& after) {
 std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
                                                         const FieldSettings& settings) {
   validate(cloud);
-  FieldDraft draft(cloud, settings.threads);
+  FieldDraft draft(cloud, settings.threads, settings.spend);
   const auto report = [&](double done) {
     if (settings.progress) settings.progress(done);
   };
@@ -151,9 +168,12 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
   if (draft.surfaceBricks().empty())
     throw std::invalid_argument("SurfaceField::build: the cloud has no surface");
   report(0.4);
-  findEdges(draft);
-  report(0.7);
   auto notes = std::make_shared<FieldNotes>(draft.cloud.bricks());
+  if (settings.renewable && settings.edgeSearches)
+    beginEdges(draft, notes->edges, *settings.edgeSearches);
+  else
+    findEdges(draft);
+  report(0.7);
   SampleSet samples = sortSamples(cutSamples(draft), notes->origins);
   report(0.8);
   FieldLayers layers(draft);
@@ -189,7 +209,8 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
   }
   Known known(*old.notes(), after);
   const VoxelSet cut = changedVoxels(old.cloud(), after, known.emptied);
-  FieldDraft draft(after, settings.threads, known.bricks);
+  FieldDraft draft(after, settings.threads, settings.spend, known.bricks);
+  draft.spend(kRenewalCost + kDropCost * known.drops);
   VoxelSet refitted = cut.dilated(1);
   refitted.add(known.rim);
   const VoxelSet changed = renewEdges(draft, known.edges, known.bricks, refitted,
@@ -208,12 +229,14 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
   sampled.add(known.dropped);
   SampleSet samples =
       renewSamples(old.samples(), old.notes()->origins, sampled, std::move(fresh), notes->origins);
+  draft.spend(kCopyCost * static_cast<double>(samples.levels[0].samples.size()));
   FieldLayers layers(draft, std::move(known.layers));
   VoxelSet reached = layers.renew(recut, turned);
   reached.add(cut);
   reached.add(known.dropped);
   const Band band = renewBand(draft, layers, reached,
                               [&](std::size_t brick) { return old.records().bandBrick(brick); });
+  draft.spend(kStoreCost * static_cast<double>(samples.levels[0].samples.size()));
   notes->layers = layers.bricks();
   notes->bricks = draft.bricks();
   notes->edges = std::move(known.edges);

@@ -2,6 +2,7 @@
 #include "voxels/voxel_set.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "base/grid_index.h"
 
@@ -28,6 +29,12 @@ VoxelSet::Rows& VoxelSet::make(int x, int y, int z) {
 const VoxelSet::Rows* VoxelSet::find(std::int32_t brick) const {
   const std::int32_t slot = table_[brick];
   return slot < 0 ? nullptr : &rows_[slot];
+}
+
+int VoxelSet::count(const Rows& rows) {
+  int sum = 0;
+  for (const std::uint8_t row : rows) sum += std::popcount(row);
+  return sum;
 }
 
 bool VoxelSet::has(std::int32_t brick, int cell) const {

@@ -44,6 +44,7 @@ class VoxelSet {
   std::vector<std::int32_t> bricks() const;
   const Rows* find(std::int32_t brick) const;  // null where the brick holds none
   static bool holds(const Rows& rows, int cell) { return rows[cell >> 3] >> (cell & 7) & 1; }
+  static int count(const Rows& rows);  // voxels
 
   // Calls visit(brick, cell, x, y, z) for each voxel, in ascending order of bricks and cells.
   template <typename Visit>

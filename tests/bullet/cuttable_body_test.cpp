@@ -343,6 +343,127 @@ TEST(CuttableBody, LeavesSharedFieldsAlone) {
   EXPECT_NE(scene.body->shape().field().hash(), before);
 }
 
+// A bur that bites into the tooth until it falls apart, and a saw.
+std::vector<VoxelCut> cutOfStep(const Cloud& cloud, int step) {
+  if (step == 12) return sawn(cloud, 19, 20.5);
+  return step < 12 ? bite(cloud, Vec3(12 + step, 20, 31), 4) : std::vector<VoxelCut>();
+}
+
+// Cuts gradually in running steps. Nothing is lost on the way, and in the end all is as if it had
+// been cut at once.
+TEST(CuttableBody, GradualCutsEndWhereCutsAtOnceDo) {
+  Scene gradual(toothCloud()), atOnce(toothCloud());
+  std::vector<std::unique_ptr<CuttableBody>> fallen, expected;
+  int steps = 0, behind = 0;
+  for (; steps < 13 || gradual.body->behind(); ++steps) {
+    ASSERT_LT(steps, 100);
+    const std::vector<VoxelCut> cuts = cutOfStep(atOnce.body->cloud(), steps);
+    const MovingMatter before = gradual.body->matter();
+    CutOutcome outcome = cuts.empty() ? gradual.body->goOn() : gradual.body->cutGradually(cuts);
+    expectKept(before, *gradual.body, outcome);
+    for (auto& piece : outcome.fallen) fallen.push_back(std::move(piece));
+    for (auto& piece : atOnce.body->cut(cuts).fallen) expected.push_back(std::move(piece));
+    behind += gradual.body->behind();
+    gradual.world.step(1 / 1000.0);
+    atOnce.world.step(1 / 1000.0);
+  }
+  EXPECT_GT(behind, 1);
+  ASSERT_EQ(fallen.size(), expected.size());
+  ASSERT_FALSE(fallen.empty());
+  const auto expectSame = [](CuttableBody& a, CuttableBody& b) {
+    EXPECT_EQ(a.volume(), b.volume());
+    EXPECT_TRUE(a.settle().fallen.empty());
+    b.settle();
+    EXPECT_EQ(a.shape().field().hash(), b.shape().field().hash());
+    EXPECT_EQ(a.shape().field().hash(), SurfaceField::build(a.cloud())->hash());
+    EXPECT_LT((vec(a.cloudPlace().getOrigin()) - vec(b.cloudPlace().getOrigin())).norm(),
+              0.2 * kVoxel);  // the pieces turn about their own centers a few steps later
+  };
+  expectSame(*gradual.body, *atOnce.body);
+  for (std::size_t k = 0; k < fallen.size(); ++k) expectSame(*fallen[k], *expected[k]);
+}
+
+// Cuts go on while a piece is falling off: they count for the body and for the piece.
+TEST(CuttableBody, IsCutOnWhilePiecesFall) {
+  Scene scene(toothCloud());
+  std::vector<VoxelCut> more = bite(toothCloud(), Vec3(11, 20, 26), 5);
+  const std::vector<VoxelCut> right = bite(toothCloud(), Vec3(29, 20, 26), 5);
+  more.insert(more.end(), right.begin(), right.end());
+  const Cloud wanted = cutCloud(cutCloud(toothCloud(), sawn(toothCloud(), 19, 20.5)), more);
+  EXPECT_TRUE(scene.body->cutGradually(sawn(toothCloud(), 19, 20.5)).fallen.empty());
+  const MovingMatter before = scene.body->matter();
+  CutOutcome outcome = scene.body->cutGradually(more);
+  const CutOutcome rest = scene.body->settle();
+  outcome.cutAway.mass += rest.cutAway.mass;
+  EXPECT_TRUE(outcome.fallen.empty());
+  ASSERT_EQ(rest.fallen.size(), 1u);
+  CuttableBody& piece = *rest.fallen[0];
+  EXPECT_TRUE(piece.behind());
+  EXPECT_NEAR(outcome.cutAway.mass + scene.body->matter().mass + piece.matter().mass, before.mass,
+              kKept * before.mass);
+  while (piece.behind()) scene.world.step(1 / 1000.0);  // the world's steps do the work, too
+  const auto same = [&](const Cloud& a, int x, int y, int z) {
+    return a.coverage(x, y, z) == wanted.coverage(x, y, z);
+  };
+  for (int x = 0; x < 40; ++x)
+    for (int y = 0; y < 40; ++y)
+      for (int z = 0; z < 40; ++z) {
+        const bool ofPiece = piece.cloud().coverage(x, y, z) > 0;
+        EXPECT_TRUE(same(ofPiece ? piece.cloud() : scene.body->cloud(), x, y, z));
+      }
+  EXPECT_EQ(piece.shape().field().cloud().coverage(29, 20, 26), 0);
+}
+
+TEST(CuttableBody, GradualCutsRepeatOnAnyNumberOfThreads) {
+  const auto run = [](int threads) {
+    CuttableBodySettings settings = plain();
+    settings.threads = threads;
+    Scene scene(toothCloud(), settings);
+    std::vector<std::uint64_t> hashes;
+    std::vector<std::unique_ptr<CuttableBody>> fallen;
+    for (int k = 0; k < 30; ++k) {
+      CutOutcome outcome = scene.body->cutGradually(cutOfStep(scene.body->cloud(), k));
+      for (auto& piece : outcome.fallen) fallen.push_back(std::move(piece));
+      hashes.push_back(scene.body->shape().field().hash());
+      scene.world.step(1 / 1000.0);
+    }
+    hashes.push_back(fallen.size());
+    return hashes;
+  };
+  const auto one = run(1);
+  EXPECT_EQ(one, run(2));
+  EXPECT_EQ(one, run(5));
+}
+
+TEST(CuttableBody, IsGoneWhenAllIsCutGradually) {
+  Scene scene(boxCloud());
+  const MovingMatter before = scene.body->matter();
+  scene.body->cutGradually(bite(boxCloud(), Vec3(10, 16, 12), 6));
+  const double bitten = before.mass - scene.body->matter().mass;
+  EXPECT_GT(bitten, 0);
+  const CutOutcome outcome = scene.body->cutGradually(sawn(boxCloud(), 0, 32));
+  EXPECT_TRUE(outcome.gone);
+  EXPECT_FALSE(scene.body->behind());
+  EXPECT_NEAR(outcome.cutAway.mass, before.mass - bitten, kKept * before.mass);
+  EXPECT_EQ(scene.body->volume(), 0);
+  EXPECT_EQ(scene.body->world(), nullptr);
+}
+
+// The base vectors of the paper's method follow cuts: the same as those made from the cloud.
+TEST(CuttableBody, BaseVectorsFollowCuts) {
+  Scene scene(toothCloud());
+  const auto hashOf = [](const Cloud& cloud) { return paperBody(cloud, {}).vectors->hash(); };
+  scene.body->shape().usePaper();
+  const auto held = scene.body->shape().paper();
+  const std::uint64_t first = held->vectors->hash();
+  for (int k = 0; k < 4; ++k) {
+    scene.body->cut(cutOfStep(scene.body->cloud(), k));
+    if (k == 1) continue;  // two cuts between two queries
+    EXPECT_EQ(scene.body->shape().paper()->vectors->hash(), hashOf(scene.body->cloud())) << k;
+  }
+  EXPECT_EQ(held->vectors->hash(), first);
+}
+
 TEST(CuttableBody, WithoutACutNothingChanges) {
   Scene scene(boxCloud());
   const btTransform before = scene.body->body().getWorldTransform();

@@ -23,9 +23,10 @@ btVector3 v(double x, double y, double z) {
 struct Mill {
   btCylinderShapeZ shape{v(kRadius, kRadius, 0.02)};
   btRigidBody body{btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &shape)};
-  double x = -0.5 * kBlock.x() - 1.2 * kRadius, angle = 0;
+  double x = -0.5 * kBlock.x() - 1.2 * kRadius, y = 0, angle = 0;
+  double deep;
 
-  Mill() {
+  explicit Mill(double below) : deep(below) {
     body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     body.setActivationState(DISABLE_DEACTIVATION);
     place();
@@ -33,10 +34,11 @@ struct Mill {
   }
   void place() {
     body.setWorldTransform(
-        at(v(x, 0, 0.5 * kBlock.z() - kDeep + 0.02), btQuaternion(v(0, 0, 1), btScalar(angle))));
+        at(v(x, y, 0.5 * kBlock.z() - deep + 0.02), btQuaternion(v(0, 0, 1), btScalar(angle))));
   }
-  void advance() {
-    x += kFeed * kStep;
+  void advance(const Vec3& along = Vec3::UnitX()) {
+    x += along.x() * kFeed * kStep;
+    y += along.y() * kFeed * kStep;
     angle += kSpin * kStep;
     place();
   }
@@ -59,7 +61,11 @@ struct Milling {
     s.leastPiece = 20 * kDensity * kVoxel * kVoxel * kVoxel;  // crumbs are cut away
     return s;
   }
-  Milling() : block(fieldOf(boxMesh(kBlock), kVoxel)->cloud(), at(v(0, 0, 0)), settings()) {
+  static TissueTable tissues(double hardness = kHardness) {
+    return {{"wax", 4e4, 40, hardness, kDensity}};
+  }
+  explicit Milling(double deep = kDeep, double hardness = kHardness)
+      : block(fieldOf(boxMesh(kBlock), kVoxel)->cloud(), at(v(0, 0, 0)), settings()), mill(deep) {
     world.world.setGravity(v(0, 0, 0));
     world.world.addRigidBody(&mill.body);
     block.addTo(world.world);
@@ -71,7 +77,7 @@ struct Milling {
     Detection tool;
     tool.area = {Cylinder{kRadius, 0.02}, {}};
     cutter.addTool(mill.body, tool, edges);
-    cutter.addBody(block, {{"wax", 4e4, 40, kHardness, kDensity}});
+    cutter.addBody(block, tissues(hardness));
   }
   ~Milling() {
     block.leaveWorld();
@@ -121,6 +127,44 @@ TEST(WorldCutter, MillsAGroove) {
   EXPECT_GT(m.mostForce, 1);
   const Vec3 momentum = m.block.matter().momentum + m.lost;
   EXPECT_NEAR(momentum.x(), m.given.x(), 0.01 * m.exchanged);
+}
+
+// A mill that passes through the whole block parts it in two, and turns into one of the pieces. In
+// matter so soft that nothing of the last bridge is left standing.
+TEST(WorldCutter, PartsABlockAndCutsBothPieces) {
+  constexpr double kSoft = 1e-3 * kHardness;
+  Milling m(1.2 * kBlock.z(), kSoft);
+  const double before = m.block.volume();
+  std::vector<std::unique_ptr<CuttableBody>> pieces;
+  double volume = 0, ofPieces = 0;
+  const auto hold = [](CuttableBody& body) {
+    body.body().setLinearFactor(v(1, 1, 0));
+    body.body().setAngularFactor(v(0, 0, 0));
+    body.body().applyCentralForce(btScalar(-kSpring) * body.cloudPlace().getOrigin() -
+                                  btScalar(2) * body.body().getLinearVelocity());
+  };
+  const auto go = [&](const Vec3& along) {
+    m.mill.advance(along);
+    hold(m.block);
+    for (auto& piece : pieces) hold(*piece);
+    m.world.step(kStep);
+    for (WorldCut& cut : m.cutter.after(kStep)) {
+      volume += cut.volume;
+      if (cut.body != &m.block) ofPieces += cut.volume;
+      for (auto& piece : cut.outcome.fallen) {
+        m.cutter.addBody(*piece, Milling::tissues(kSoft));
+        pieces.push_back(std::move(piece));
+      }
+    }
+  };
+  for (int k = 0; k < 1000 && pieces.empty(); ++k) go(Vec3::UnitX());
+  ASSERT_EQ(pieces.size(), 1u);
+  CuttableBody& piece = *pieces[0];
+  EXPECT_NEAR(piece.volume(), m.block.volume(), 0.1 * m.block.volume());
+  const double side = piece.matter().center.y() > 0 ? 1 : -1;
+  for (int k = 0; k < 60; ++k) go(side * Vec3::UnitY());
+  EXPECT_GT(ofPieces, 0.02 * before);
+  EXPECT_NEAR(before - m.block.volume() - piece.volume(), volume, 0.01 * volume) << ofPieces;
 }
 
 TEST(WorldCutter, CutsNothingWithoutATool) {

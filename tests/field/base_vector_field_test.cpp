@@ -4,6 +4,7 @@
 #include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/objects/octree.h>
+#include <cloudcontact/voxels/pieces.h>
 
 #include <random>
 
@@ -157,6 +158,32 @@ TEST(BaseVectorField, CutsInEveryBrickEqualANewField) {
 }
 
 // The octree, updated voxel by voxel, equals that of the rest.
+// A half of the tooth, by any window: as made from its cloud, at all voxels that have a window.
+TEST(BaseVectorField, OfAPartEqualsANewField) {
+  const Cloud cloud = tooth();
+  for (const double radius : {2.5, 9.0}) {
+    const WindowSettings window = sphereWindow(kVoxel, radius);
+    const BaseVectorField whole(cloud, {kEnamel, kDentin}, window);
+    for (const int at : {4, 17, 24, 33}) {
+      std::vector<VoxelCut> cuts;
+      for (int z = at; z < 40; ++z)
+        for (int y = 0; y < 40; ++y)
+          for (int x = 0; x < 40; ++x)
+            cuts.push_back({{x, y, z}, static_cast<std::uint8_t>(z == at ? 77 : 0)});
+      const Cloud part = cutCloud(cloud, cuts);
+      const BaseVectorField known = whole.ofPart(part), made(part, {kEnamel, kDentin}, window);
+      EXPECT_EQ(known.hash(), made.hash()) << at;
+      EXPECT_EQ(known.mass().mass, made.mass().mass);
+      for (int z = 0; z < 40; ++z)
+        for (int y = 3; y < 40; y += 4)
+          EXPECT_EQ(known.coverage({20, y, z}), part.coverage(20, y, z));
+    }
+  }
+  const BaseVectorField field(cloud, {kEnamel, kDentin}, sphereWindow(kVoxel));
+  EXPECT_THROW(field.ofPart(Cloud()), std::invalid_argument);
+  EXPECT_THROW(field.ofPart(cloud.translated(Vec3(kVoxel, 0, 0))), std::invalid_argument);
+}
+
 TEST(BaseVectorField, TheOctreeFollowsTheCuts) {
   BaseVectorField field(tooth(), {kEnamel, kDentin}, sphereWindow(kVoxel));
   Octree octree(tooth());

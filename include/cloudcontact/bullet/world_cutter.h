@@ -19,7 +19,7 @@ namespace cloudcontact {
 
 struct WorldCut {
   CuttableBody* body = nullptr;
-  double volume = 0;   // taken off the body in this step [m^3]
+  double volume = 0;   // cut by tools in this step [m^3]
   CutOutcome outcome;  // what fell off, and the momentum of the matter cut away
 };
 
@@ -44,7 +44,8 @@ class WorldCutter {
   void removeTool(const btCollisionObject& object);
 
   // `tissues`: one for each of the cloud's materials, or one for all; their hardnesses resist the
-  // cutter. Throws as BaseVectorField does.
+  // cutter. Takes 0.6 ms a thousand voxels, but for a piece that fell off in the last
+  // after(), whose base vectors are known by then. Throws as BaseVectorField does.
   void addBody(CuttableBody& body, const TissueTable& tissues);
   void removeBody(const CuttableBody& body);
 
@@ -52,8 +53,10 @@ class WorldCutter {
   void addTissue(SoftTissue& tissue);
   void removeTissue(const SoftTissue& tissue);
 
-  // Call after each step of the world, with its length [s]. The caller owns what fell off; add
-  // those pieces to have them cut, too. A body of which nothing is left has left the cutter.
+  // Call after each step of the world, with its length [s]. Cuts are gradual
+  // (CuttableBody::cutGradually()), so that no step waits for a large one; the list therefore also
+  // holds bodies that earlier cuts have parted now. The caller owns what fell off; add those pieces
+  // to have them cut, too. A body of which nothing is left has left the cutter.
   std::vector<WorldCut> after(double step);
   // What the last call of after() cut in soft tissue.
   const std::vector<SoftCut>& softCuts() const;

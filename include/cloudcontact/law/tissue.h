@@ -16,6 +16,8 @@ struct Tissue {
   // [Pa] Young's modulus, for a body that deforms (SoftTissue); 0: not known. Such a body's
   // viscosity is this times damping / stiffness.
   double elasticity = 0;
+
+  bool operator==(const Tissue&) const = default;
 };
 
 // One entry per material, by the names of a cloud's materials (Cloud::materials).
