@@ -29,46 +29,44 @@ constexpr double kFull = 0.98;       // of a cell whose nodes stay where they ar
 constexpr double kMostNodes = 2e5;
 constexpr double kMidway = 1e-6;  // [cells] a voxel this near to the middle is halved
 
-using Index = Eigen::Vector3i;
-
 // Equal boxes over the bounds of the matter.
 struct Boxes {
-  Index count = Index::Ones();
+  VoxelIndex count = VoxelIndex::Ones();
   Vec3 low = Vec3::Zero(), edge = Vec3::Zero();
-  std::size_t cellAt(const Index& i) const {
+  std::size_t cellAt(const VoxelIndex& i) const {
     return static_cast<std::size_t>((i.z() * count.y() + i.y()) * count.x() + i.x());
   }
-  std::size_t nodeAt(const Index& i) const {
+  std::size_t nodeAt(const VoxelIndex& i) const {
     return static_cast<std::size_t>((i.z() * (count.y() + 1) + i.y()) * (count.x() + 1) + i.x());
   }
-  bool holds(const Index& i) const {
+  bool holds(const VoxelIndex& i) const {
     return (i.array() >= 0).all() && (i.array() < count.array()).all();
   }
   std::size_t nodes() const { return nodeAt(count) + 1; }
-  Vec3 place(const Index& i) const { return low + edge.cwiseProduct(i.cast<double>()); }
+  Vec3 place(const VoxelIndex& i) const { return low + edge.cwiseProduct(i.cast<double>()); }
 };
 
-Index corner(int bits) {
+VoxelIndex corner(int bits) {
   return {bits & 1, bits >> 1 & 1, bits >> 2 & 1};
 }
 
 // Calls visit(x, y, z, coverage in 0..1) for all voxels with matter.
 template <class Visit>
 void visitMatter(const Cloud& cloud, const Visit& visit) {
-  const Index size = cloud.size();
+  const VoxelIndex size = cloud.size();
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y)
       for (int x = 0; x < size.x(); ++x)
-        if (const int c = cloud.coverage(x, y, z); c > 0) visit(Index(x, y, z), c / 255.0);
+        if (const int c = cloud.coverage(x, y, z); c > 0) visit(VoxelIndex(x, y, z), c / 255.0);
 }
 
 // The matter's bounds. The outermost layer of voxels counts as far as its fullest one.
 Eigen::AlignedBox3d matterBounds(const Cloud& cloud) {
   Eigen::AlignedBox3i box;
-  visitMatter(cloud, [&](const Index& v, double) { box.extend(v); });
+  visitMatter(cloud, [&](const VoxelIndex& v, double) { box.extend(v); });
   if (box.isEmpty()) throw std::invalid_argument("SoftTissue: the cloud holds no matter");
   Vec3 lowFill = Vec3::Zero(), highFill = Vec3::Zero();
-  visitMatter(cloud, [&](const Index& v, double share) {
+  visitMatter(cloud, [&](const VoxelIndex& v, double share) {
     for (int e = 0; e < 3; ++e) {
       if (v[e] == box.min()[e]) lowFill[e] = std::max(lowFill[e], share);
       if (v[e] == box.max()[e]) highFill[e] = std::max(highFill[e], share);
@@ -119,10 +117,10 @@ struct Fill {
 std::vector<Fill> fillOf(const Cloud& cloud, const Boxes& boxes) {
   std::vector<Fill> fill(static_cast<std::size_t>(boxes.count.prod()));
   const double h = cloud.voxelSize(), perCell = h * h * h / boxes.edge.prod();
-  visitMatter(cloud, [&](const Index& v, double share) {
+  visitMatter(cloud, [&](const VoxelIndex& v, double share) {
     const Vec3 low = (cloud.origin() + h * v.cast<double>() - boxes.low).cwiseQuotient(boxes.edge);
     const Vec3 width = h * boxes.edge.cwiseInverse();
-    Index first = low.array().floor().cast<int>();
+    VoxelIndex first = low.array().floor().cast<int>();
     Vec3 ofFirst;  // the share of the voxel in its first cell along each axis
     for (int e = 0; e < 3; ++e) {
       ofFirst[e] = std::clamp((first[e] + 1 - low[e]) / width[e], 0.0, 1.0);
@@ -130,7 +128,7 @@ std::vector<Fill> fillOf(const Cloud& cloud, const Boxes& boxes) {
       if (first[e] + 1 >= boxes.count[e]) first[e] = boxes.count[e] - 1, ofFirst[e] = 1;
     }
     for (int bits = 0; bits < 8; ++bits) {
-      const Index step = corner(bits);
+      const VoxelIndex step = corner(bits);
       double part = share * perCell;
       for (int e = 0; e < 3; ++e) part *= step[e] ? 1 - ofFirst[e] : ofFirst[e];
       if (!(part > 0)) continue;
@@ -189,7 +187,7 @@ class Builder {
   }
 
  private:
-  bool counts(const Index& cell) const {
+  bool counts(const VoxelIndex& cell) const {
     return boxes_.holds(cell) && fill_[boxes_.cellAt(cell)].share >= kLeastFill;
   }
   // Calls visit(index) for all cells that count.
@@ -198,16 +196,16 @@ class Builder {
     for (int z = 0; z < boxes_.count.z(); ++z)
       for (int y = 0; y < boxes_.count.y(); ++y)
         for (int x = 0; x < boxes_.count.x(); ++x)
-          if (counts({x, y, z})) visit(Index(x, y, z));
+          if (counts({x, y, z})) visit(VoxelIndex(x, y, z));
   }
-  int tissueOf(const Index& v) const {
+  int tissueOf(const VoxelIndex& v) const {
     return tissues_.size() > 1 ? cloud_.material(v.x(), v.y(), v.z()) : 0;
   }
 
   void makeCells();
-  Vec3 nodePlace(const Index& node) const;
+  Vec3 nodePlace(const VoxelIndex& node) const;
   double fullness(const Vec3& place) const;
-  bool shareVoxel(const Index& v, double volume);
+  bool shareVoxel(const VoxelIndex& v, double volume);
   NodeMatter meansOf(const NodeSums& sums) const;
   void shareMatter();
   void makeLinks();
@@ -222,10 +220,10 @@ class Builder {
 };
 
 void Builder::makeCells() {
-  visitCells([&](const Index& at) {
+  visitCells([&](const VoxelIndex& at) {
     for (int i = 0; i < 8; ++i) number_[boxes_.nodeAt(at + corner(i))] = 0;
   });
-  const Index n = boxes_.count;
+  const VoxelIndex n = boxes_.count;
   for (int z = 0; z <= n.z(); ++z)
     for (int y = 0; y <= n.y(); ++y)
       for (int x = 0; x <= n.x(); ++x) {
@@ -238,13 +236,13 @@ void Builder::makeCells() {
     throw std::invalid_argument(
         "SoftTissueSettings::spacing: no cell of that size is full by a quarter; take a smaller "
         "one");
-  visitCells([&](const Index& at) {
+  visitCells([&](const VoxelIndex& at) {
     SoftCell cell;
     for (int i = 0; i < 8; ++i)
       cell.nodes[static_cast<std::size_t>(i)] = number_[boxes_.nodeAt(at + corner(i))];
     for (int face = 0; face < 6; ++face)
       cell.open[static_cast<std::size_t>(face)] =
-          !counts(at + (face % 2 ? 1 : -1) * Index::Unit(face / 2));
+          !counts(at + (face % 2 ? 1 : -1) * VoxelIndex::Unit(face / 2));
     lattice_.cells.push_back(cell);
   });
 }
@@ -252,11 +250,11 @@ void Builder::makeCells() {
 // Linear between the centers of voxels.
 double Builder::fullness(const Vec3& place) const {
   const Vec3 grid = (place - cloud_.origin()) / cloud_.voxelSize() - Vec3::Constant(0.5);
-  const Index low = grid.array().floor().cast<int>();
+  const VoxelIndex low = grid.array().floor().cast<int>();
   const Vec3 part = grid - low.cast<double>();
   double sum = 0;
   for (int bits = 0; bits < 8; ++bits) {
-    const Index v = low + corner(bits);
+    const VoxelIndex v = low + corner(bits);
     double weight = cloud_.coverage(v.x(), v.y(), v.z()) / 255.0;
     for (int e = 0; e < 3; ++e) weight *= (bits >> e & 1) ? part[e] : 1 - part[e];
     sum += weight;
@@ -266,14 +264,14 @@ double Builder::fullness(const Vec3& place) const {
 
 // Where cells around are partly full or missing: on the surface, along the line from the middle of
 // the matter around.
-Vec3 Builder::nodePlace(const Index& node) const {
+Vec3 Builder::nodePlace(const VoxelIndex& node) const {
   const Vec3 place = boxes_.place(node);
   Vec3 middle = Vec3::Zero();
   double all = 0;
   bool whole = true;
   int cells = 0;
   for (int i = 0; i < 8; ++i) {
-    const Index at = node - corner(i);
+    const VoxelIndex at = node - corner(i);
     if (!counts(at)) continue;
     const Fill& fill = fill_[boxes_.cellAt(at)];
     whole = whole && fill.share >= kFull;
@@ -292,9 +290,9 @@ Vec3 Builder::nodePlace(const Index& node) const {
 }
 
 // Adds a voxel's matter to the nodes of its cell. False: its cell and those beside it do not count.
-bool Builder::shareVoxel(const Index& v, double volume) {
+bool Builder::shareVoxel(const VoxelIndex& v, double volume) {
   const Vec3 grid = (cloud_.center(v.x(), v.y(), v.z()) - boxes_.low).cwiseQuotient(boxes_.edge);
-  const Index low = grid.array().floor().cast<int>().max(0).min(boxes_.count.array() - 1);
+  const VoxelIndex low = grid.array().floor().cast<int>().max(0).min(boxes_.count.array() - 1);
   const Vec3 part = (grid - low.cast<double>()).array().max(0).min(1);
   double linear[8], nearest[8], known = 0;
   for (int i = 0; i < 8; ++i) {
@@ -344,7 +342,7 @@ void Builder::shareMatter() {
   sums_.assign(lattice_.places.size(), {0, none, none});
   double here = 0, all = 0;  // [kg]
   const double h = cloud_.voxelSize(), cubic = h * h * h;
-  visitMatter(cloud_, [&](const Index& v, double share) {
+  visitMatter(cloud_, [&](const VoxelIndex& v, double share) {
     const double mass = share * cubic * tissues_[static_cast<std::size_t>(tissueOf(v))].density;
     all += mass;
     if (shareVoxel(v, share * cubic)) here += mass;
@@ -358,7 +356,7 @@ void Builder::shareMatter() {
 void Builder::makeLinks() {
   LinkSums sums;
   std::size_t k = 0;
-  visitCells([&](const Index& at) {
+  visitCells([&](const VoxelIndex& at) {
     addLinks(lattice_.cells[k++], boxes_.edge, std::min(1.0, fill_[boxes_.cellAt(at)].share), sums);
   });
   for (const auto& [nodes, sum] : sums) {
