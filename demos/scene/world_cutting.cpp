@@ -81,8 +81,6 @@ void World::State::addPiece(std::size_t parent, std::unique_ptr<CuttableBody> pi
   body.parts.isMeasured = false;
   body.parts.matter = from.parts.matter;
   const CuttableMatter& matter = *from.parts.matter;
-  body.cuts->shape().setTissues(matter.tissues);
-  if (matter.paper) body.cuts->shape().usePaper(*matter.paper);
   if (hasTools) cutter.addBody(*body.cuts, matter.tissues);
   body.rigid = &body.cuts->body();
   body.rigid->setGravity(world.getGravity());  // a body that is held has none

@@ -61,6 +61,11 @@ CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
   m_collisionMargin = 0;
 }
 
+void CloudShape::setPaper(std::shared_ptr<LazyPaper> paper) {
+  paper_ = std::move(paper);
+  life_ = std::make_shared<int>(0);
+}
+
 void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   if (!field)
     throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
@@ -71,7 +76,7 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   }
   field_ = std::move(field);
   recognized_.reset();
-  paper_ = std::move(lazy);
+  setPaper(std::move(lazy));
 }
 
 void CloudShape::setTissues(TissueTable tissues) {
@@ -81,7 +86,7 @@ void CloudShape::setTissues(TissueTable tissues) {
     throw std::invalid_argument(
         "CloudShape::setTissues: give one tissue, or one for each of the cloud's materials");
   tissues_ = std::move(tissues);
-  paper_ = std::make_shared<LazyPaper>();
+  setPaper(std::make_shared<LazyPaper>());
 }
 
 void CloudShape::setFidelity(const Fidelity& fidelity) {
@@ -94,9 +99,23 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
 void CloudShape::usePaper(const PaperSettings& settings) {
   auto lazy = std::make_shared<LazyPaper>();
   lazy->made = std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, settings));
-  paper_ = std::move(lazy);
+  setPaper(std::move(lazy));
   paperSettings_ = settings;
   usesPaper_ = true;
+}
+
+void CloudShape::inherit(const CloudShape& whole) {
+  law = whole.law;
+  tissues_ = whole.tissues_;
+  paperSettings_ = whole.paperSettings_;
+  usesPaper_ = whole.usesPaper_;
+  auto lazy = std::make_shared<LazyPaper>();
+  if (usesPaper_ && whole.paper_->made) {
+    PaperBody body = *whole.paper_->made;
+    body.vectors = std::make_shared<BaseVectorField>(body.vectors->ofPart(field_->cloud()));
+    lazy->made = std::make_shared<PaperBody>(std::move(body));
+  }
+  setPaper(std::move(lazy));
 }
 
 std::shared_ptr<const PaperBody> CloudShape::paper() const {

@@ -330,7 +330,7 @@ std::unique_ptr<CuttableBody::State> CuttableBody::State::fallen(
   BodyMatter now = since.empty() ? piece : cutMatter(piece, since);
   auto state =
       std::make_unique<State>(settings, std::move(now), std::move(piece), place(), motion());
-  state->shape->law = shape->law;
+  state->shape->inherit(*shape);
   inherit(*body, *state->body);
   return state;
 }

@@ -12,6 +12,8 @@
 // Links of several cells add up. E is that of two half links in series, each with its node's.
 #include "bullet/soft_lattice.h"
 
+#include <cloudcontact/voxels/voxel_cut.h>
+
 #include <cloudcontact/law/law.h>
 
 #include <algorithm>

@@ -472,5 +472,21 @@ TEST(CuttableBody, WithoutACutNothingChanges) {
   EXPECT_TRUE(scene.body->body().getWorldTransform() == before);
 }
 
+// Pieces have the body's tissues, and base vectors as if made from their own clouds.
+TEST(CuttableBody, PiecesKeepTissuesAndBaseVectors) {
+  Scene scene(toothCloud());
+  const TissueTable wax = {{"wax", 3e4, 40, 1e6, 900}};
+  scene.body->shape().setTissues(wax);
+  scene.body->shape().usePaper();
+  const CutOutcome outcome = scene.body->cut(sawn(toothCloud(), 19, 20.5));
+  ASSERT_EQ(outcome.fallen.size(), 1u);
+  for (CuttableBody* const body : {scene.body.get(), outcome.fallen[0].get()}) {
+    EXPECT_EQ(body->shape().tissues(), wax);
+    ASSERT_TRUE(body->shape().usesPaper());
+    EXPECT_EQ(body->shape().paper()->vectors->hash(),
+              paperBody(body->cloud(), wax).vectors->hash());
+  }
+}
+
 }  // namespace
 }  // namespace cloudcontact::testing

@@ -57,9 +57,14 @@ class CloudShape : public btConcaveShape {
   // Its base vectors. They are made when first needed, unless usePaper() was called.
   std::shared_ptr<const PaperBody> paper() const;
 
-  // Another one after setField(), setTissues() and usePaper(); equal for copies. Contacts that were
-  // found before are void then.
-  std::shared_ptr<const void> life() const { return paper_; }
+  // Law, tissues and the paper's method of a body that this one is a part of, in the same frame and
+  // grid. Its base vectors come from the whole's where these are known: 2 ms for 50,000 voxels,
+  // where making them takes 40.
+  void inherit(const CloudShape& whole);
+
+  // Another one after setField(), setTissues(), usePaper() and inherit(); equal for copies.
+  // Contacts that were found before are void then.
+  std::shared_ptr<const void> life() const { return life_; }
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
   // Throws std::invalid_argument for any scaling but (1, 1, 1).
@@ -85,6 +90,8 @@ class CloudShape : public btConcaveShape {
   // Pairs may ask in parallel. Shared, so that the shape stays copyable.
   struct LazyPaper;
   std::shared_ptr<LazyPaper> paper_;
+  std::shared_ptr<const int> life_;
+  void setPaper(std::shared_ptr<LazyPaper> paper);
   btScalar margin_ = 0;
 };
 
