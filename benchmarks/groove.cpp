@@ -136,8 +136,8 @@ class Milling {
   // These return whether a piece fell off.
   bool cut(const std::vector<VoxelCut>& cuts, std::vector<double>& times) {
     CutOutcome outcome;
-    times.push_back(secondsOf(
-        [&] { outcome = gradual_ ? body_.cutGradually(cuts) : body_.cut(cuts); }));
+    times.push_back(
+        secondsOf([&] { outcome = gradual_ ? body_.cutGradually(cuts) : body_.cut(cuts); }));
     return !outcome.fallen.empty();
   }
   bool goOn(std::vector<double>& times) {
@@ -187,8 +187,7 @@ int run(bool gradual, int steps, double depth, int repeats) {
     keepLeast(least.fall, more.fall);
     keepLeast(least.sever, more.sever);
   }
-  std::printf("%s, %d steps behind\n", gradual ? "gradual cuts" : "cuts at once",
-              least.longest);
+  std::printf("%s, %d steps behind\n", gradual ? "gradual cuts" : "cuts at once", least.longest);
   report("  bites", least.cut);
   report("  world's step, cutting", least.step);
   report("  world's step, settling", least.quiet);

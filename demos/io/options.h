@@ -54,7 +54,7 @@ struct CommonOptions {
   TissueOptions tissues;
   Backend backend = Backend::Cpu;
   double tolerance = 0;  // Fidelity::tolerance [m]
-  int threads = 0;  // 0: all cores
+  int threads = 0;       // 0: all cores
   bool json = false;
 };
 

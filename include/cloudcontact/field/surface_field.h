@@ -23,8 +23,8 @@ struct FieldSettings {
   // Keeps the data that renewed() starts from, for bodies that will be cut. Takes several
   // times the memory.
   bool renewable = false;
-  // The most edge searches that a renewal makes, or a build of a renewable field; empty: all. What is left waits in the new field
-  // (SurfaceField::unsettled()), and later renewals go on with it.
+  // The most edge searches that a renewal makes, or a build of a renewable field; empty: all. What
+  // is left waits in the new field (SurfaceField::unsettled()), and later renewals go on with it.
   std::optional<int> edgeSearches;
   // Called between the parts of a renewal with what a part has cost [about microseconds of one
   // core, by counts, never by a clock]. It may wait, which spreads a renewal over time, and what it
