@@ -13,8 +13,8 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
   uint counted = 0;
   for (uint k = 0; k < count; ++k) {
     if (!ccCounts(&patches[k], forces[k].size, all, voxel, foundation)) continue;
-    ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall, forces[k].lean,
-               0);
+    ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
+               forces[k].lean, 0);
     kept[counted++] = k;
   }
   CcWhole w = {sums.size, sums.area, 0.0, 0.0};

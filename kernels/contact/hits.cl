@@ -156,8 +156,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
   ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
   uint parts = 0;
   if (f.parts > 0u)
-    parts =
-        ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep, out);
+    parts = ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep,
+                        out);
   if (get_local_id(0) == 0) {
     found[d * CC_LEVELS + (uint)level].whole = whole;
     found[d * CC_LEVELS + (uint)level].parts = parts;

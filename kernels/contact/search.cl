@@ -65,8 +65,7 @@ int ccNearBesideSample(__local const CcTask* t, CcFields all, __global const CcV
   const int concave = ccConcave(record);
   for (uint i = 0; count > 1u && i < count; ++i) {
     const CcDepth one = ccPlaneDepth(planes[record.b + i], place->r);
-    const float own =
-        ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
+    const float own = ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
     beside = i == 0 ? own : concave ? ccMax(beside, own) : ccMin(beside, own);
   }
   return ccNearBeside(&t->limits, record, beside, cluster.rise);
@@ -124,7 +123,8 @@ uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxe
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
                    t->other.voxel, t->own.voxel))
     return is | CC_DIVIDED;
-  const int may = (kind & CC_WET) && ccMayHit(&t->limits, d.depth, ccDot(s->n, other), s->width);
+  const int may = (kind & CC_WET) &&
+                  ccMayHit(&t->limits, d.depth, ccDot(s->n, other), s->width);
   return is | (may ? CC_MAY_HIT : 0u);
 }
 
@@ -134,7 +134,8 @@ uint ccLookUp(__local const CcTask* t, CcFields all, uint k, const CcSample* s,
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
-    return ccLookUpPlanes(t, all, all.records, k, s, record, place, ccPlaneDepth(record, place->r));
+    return ccLookUpPlanes(t, all, all.records, k, s, record, place,
+                          ccPlaneDepth(record, place->r));
   const int kind = ccKindOf(&t->limits, record, 0.0f, s->width);
   return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }

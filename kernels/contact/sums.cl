@@ -30,8 +30,8 @@
 
 // What a work-item sums over hits, and where the sums go.
 typedef struct {
-  int a, b, more;       // numbers of a hit
-  int to, toRow, step;  // of the product; of it times x, y and z
+  int a, b, more;           // numbers of a hit
+  int to, toRow, step;      // of the product; of it times x, y and z
   int toMore;
   double by, byRow, byMore;  // powers of the unit
 } CcRow;
@@ -181,7 +181,8 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
   __local const double *a = parts, *b = parts + CC_SUMS_ROOM;
   const int ofA = n < CC_SIDES + CC_SIDE_NUMBERS, k = n - CC_SIDES - (ofA ? 0 : CC_SIDE_NUMBERS);
   if (n < CC_AREA) {
-    if (k >= CC_MOMENT && k < CC_WALL) return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
+    if (k >= CC_MOMENT && k < CC_WALL)
+      return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
     const int at = k == CC_DEPTHS ? CC_PRESSED : n;
     return ofA ? a[at] : b[at];
   }
