@@ -114,15 +114,9 @@ void addTissueOptions(CLI::App& command, CommonOptions& o, const char* none) {
       ->type_name("PART=TISSUE");
 }
 
-void addBackendOption(CLI::App& command, CommonOptions& o, Devices devices) {
-  const bool none = devices == Devices::None;
-  add(command, "--backend", none ? "cpu" : "cpu, or opencl for a GPU", "BACKEND",
-      [&o, none, name = command.get_name()](const std::string& t) {
-        o.backend = readBackend(t);
-        if (o.backend != Backend::OpenCl || !none) return;
-        reportCpuFallback(name + " cannot use a device");
-        o.backend = Backend::Cpu;
-      });
+void addBackendOption(CLI::App& command, CommonOptions& o) {
+  add(command, "--backend", "cpu, or opencl for a GPU", "BACKEND",
+      [&o](const std::string& t) { o.backend = readBackend(t); });
 }
 
 }  // namespace cloudcontact::program

@@ -10,9 +10,6 @@ class App;
 
 namespace cloudcontact::program {
 
-// Whether a command can use an OpenCL device.
-enum class Devices { None, OpenCl };
-
 // Each adds options to a command. They fill `options`, which must live until the command has run.
 // An invalid value throws BadInput naming the option and its valid values.
 
@@ -28,6 +25,6 @@ void addPaperOptions(CLI::App& command, CommonOptions& options);
 // --tissues and --tissue; `none`: what holds without them.
 void addTissueOptions(CLI::App& command, CommonOptions& options, const char* none);
 // Without a device the command runs on the CPU and says so on stderr.
-void addBackendOption(CLI::App& command, CommonOptions& options, Devices devices);
+void addBackendOption(CLI::App& command, CommonOptions& options);
 
 }  // namespace cloudcontact::program

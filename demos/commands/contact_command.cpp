@@ -190,7 +190,7 @@ void addContactCommand(CLI::App& app) {
   addTissueOptions(command, options->common, "none if not given");
   addMethodOption(command, options->common);
   addPaperOptions(command, options->common);
-  addBackendOption(command, options->common, Devices::OpenCl);
+  addBackendOption(command, options->common);
   addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }

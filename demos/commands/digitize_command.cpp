@@ -162,7 +162,7 @@ void addDigitizeCommand(CLI::App& app) {
           "density for mass and inertia [kg/m^3] (default 1000)")
       ->type_name("RHO");
   addBodyOptions(command, options->common);
-  addBackendOption(command, options->common, Devices::OpenCl);
+  addBackendOption(command, options->common);
   addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }

@@ -126,7 +126,13 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   hash << std::hex << std::setw(16) << std::setfill('0') << r.hash;
   Json json;
   json["method"] = nameOf(options.method);
-  json["backend"] = nameOf(options.backend);
+  const DeviceUse device = world.deviceUse();
+  json["backend"] = nameOf(device.name.empty() ? Backend::Cpu : Backend::OpenCl);
+  if (!device.name.empty())
+    json["device"] = {{"name", device.name},
+                      {"steps", device.steps},
+                      {"pairs", device.pairs},
+                      {"pairsOnCpu", device.onCpu}};
   json["steps"] = r.steps;
   json["step"] = r.step;
   json["wallSeconds"] = r.wallSeconds;
@@ -189,6 +195,15 @@ void noteUnmeasured(const World& world) {
             << "')\n";
 }
 
+// Whether the device that --backend asks for did anything.
+void noteDevice(const World& world) {
+  const DeviceUse device = world.deviceUse();
+  if (!device.failure.empty()) reportCpuFallback(device.failure);
+  if (!device.name.empty() && device.steps == 0)
+    reportCpuFallback("no step had the " + std::to_string(device.least) +
+                      " pairs to search from which a device pays");
+}
+
 // Adds the texts of a page to a replay.
 Replay described(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
                  const WorldSettings& settings, const SimulationReport& r) {
@@ -248,6 +263,7 @@ void run(const SimulateOptions& options) {
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
   const SimulationReport report = simulate(world, run);
+  noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
   if (!options.trajectory.empty()) trajectory.write();
   if (!options.replay.empty())
@@ -303,7 +319,7 @@ void addSimulateCommand(CLI::App& app) {
   addMethodOption(command, options->common);
   addToleranceOption(command, options->common);
   addPaperOptions(command, options->common);
-  addBackendOption(command, options->common, Devices::None);
+  addBackendOption(command, options->common);
   addRunOptions(command, options->common);
   command.callback([options] { run(*options); });
 }

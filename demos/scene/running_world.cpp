@@ -86,6 +86,31 @@ std::optional<Law> pairLaw(const CommonOptions& options) {
   return KelvinVoigt{k, c};
 }
 
+// With a device if --backend asks for one and there is one.
+SceneDispatcher makeDispatcher(btCollisionConfiguration* configuration,
+                               const SceneDescription& scene, const CommonOptions& options) {
+  CloudDispatcherSettings clouds{.threads = options.threads, .backend = options.backend};
+  if (!usesClouds(options.method)) {
+    clouds = {.threads = 1};
+    if (options.backend == Backend::OpenCl)
+      reportCpuFallback("the method '" + std::string(nameOf(options.method)) + "' has no kernels");
+  }
+  try {
+    return {configuration, surfacesOf(scene, options), clouds};
+  } catch (const std::runtime_error& why) {
+    if (clouds.backend == Backend::Cpu) throw;
+    reportCpuFallback(why.what());
+  }
+  clouds.backend = Backend::Cpu;
+  return {configuration, surfacesOf(scene, options), clouds};
+}
+
+// Building fields takes longest, on the CPU.
+CommonOptions onCpu(CommonOptions options) {
+  options.backend = Backend::Cpu;
+  return options;
+}
+
 std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
   settings.law = pairLaw(options);
@@ -98,8 +123,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
 
 World::State::State(const SceneDescription& scene, const WorldSettings& settings)
     : cloudContact(makeCloudContact(settings.common)),
-      dispatcher(&configuration, surfacesOf(scene, settings.common),
-                 usesClouds(settings.common.method) ? settings.common.threads : 1),
+      dispatcher(makeDispatcher(&configuration, scene, settings.common)),
       filter(modelsOf(scene)),
       world(&dispatcher, &broadphase, &solver, &configuration) {
   if (usesClouds(settings.common.method))
@@ -123,7 +147,8 @@ World::State::State(const SceneDescription& scene, const WorldSettings& settings
 }
 
 void World::State::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
-  SceneShapes shapes(settings.common, settings.voxel, settings.store);
+  const CommonOptions options = onCpu(settings.common);
+  SceneShapes shapes(options, settings.voxel, settings.store);
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
   shapes.checkTissues();
@@ -435,6 +460,15 @@ const DrawnBody& World::drawn(std::size_t body) const {
 }
 double World::mass(std::size_t body) const {
   return state_->bodies[body].parts.mass;
+}
+DeviceUse World::deviceUse() const {
+  const CloudDispatcherStatistics s = state_->dispatcher.statistics();
+  return {state_->dispatcher.device(),
+          s.deviceFailure,
+          s.deviceSteps,
+          CloudDispatcherSettings{}.leastForDevice,
+          s.device.onDevice,
+          s.device.onCpu};
 }
 double World::narrowPhaseSeconds() const {
   return state_->dispatcher.seconds();

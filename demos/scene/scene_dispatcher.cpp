@@ -29,8 +29,8 @@ double pairFriction(const SurfaceSettings& settings, int a, int b) {
 }
 
 SceneDispatcher::SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings,
-                                 int threads)
-    : CloudDispatcher(configuration, threads), settings_(std::move(settings)) {}
+                                 const CloudDispatcherSettings& clouds)
+    : CloudDispatcher(configuration, clouds), settings_(std::move(settings)) {}
 
 void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,

@@ -32,8 +32,9 @@ double pairFriction(const SurfaceSettings& settings, int a, int b);
 
 class SceneDispatcher : public CloudDispatcher {
  public:
-  // `threads` as in CloudDispatcher; Bullet's own methods ignore it.
-  SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings, int threads);
+  // Bullet's own methods use neither threads nor a device.
+  SceneDispatcher(btCollisionConfiguration* configuration, SurfaceSettings settings,
+                  const CloudDispatcherSettings& clouds);
 
   void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;

@@ -49,6 +49,14 @@ struct Energy {
   double ofBodies() const { return kinetic + potential + elastic; }
 };
 
+// What a device did of all steps (--backend opencl).
+struct DeviceUse {
+  std::string name;                  // empty: none is in use
+  std::string failure;               // why it is no longer used
+  std::size_t steps = 0, least = 0;  // that used it; `least` pairs to search make it pay
+  std::size_t pairs = 0, onCpu = 0;  // in these steps: those that it searched, and the others
+};
+
 // Results of the latest narrow phase, with the energy at the start of its step, to which the depths
 // belong.
 struct ContactMoment {
@@ -150,6 +158,7 @@ class World {
   std::size_t probes() const;
 
   double narrowPhaseSeconds() const;
+  DeviceUse deviceUse() const;
   double solverSeconds() const;
   // FNV-1a over the bits of all states, to compare runs.
   std::uint64_t hash() const;

@@ -112,6 +112,10 @@ struct CloudAlgorithm::State {
     return reader.read(narrowPhase.settings(), a, b, step, steps);
   }
   double search(const PairQuery& query);
+  // Of the last query, if its contact was not moved.
+  Answer answeredBy() const {
+    return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
+  }
   const ContactResult& find(const PairQuery& query, double& earlier);
   bool isKnown(const PairQuery& query) const {
     return !query.byShapes && sameMatter(query, asked) &&
@@ -132,8 +136,11 @@ struct CloudAlgorithm::State {
   PairQuery asked;                // the last query that was searched in a step
   MovedContact moved;             // its contact
 
-  PairQuery ahead;                 // the query that is searched ahead
-  double aheadSeconds = 0;         // time of that search
+  PairQuery ahead;             // the query that is searched ahead
+  double aheadSeconds = 0;     // time of that search
+  bool aheadOnDevice = false;  // the device made it
+  std::uint32_t deviceRoom = SearchTask::kFirstRoom;
+  bool onDevice = false;           // it answered the last query
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
   bool processed = true;           // processCollision() ran after the last prepare()
   int slot = -1;                   // in CompoundChildren
@@ -153,11 +160,13 @@ double CloudAlgorithm::State::search(const PairQuery& query) {
   const bool known = step > 0 && step == lookAhead->step() && sameQuery(query, ahead);
   if (!known) finder.search(query.a, query.b, query.settings);
   if (known) lookAhead->countTaken();
+  onDevice = known && aheadOnDevice;
   return known ? aheadSeconds : 0;
 }
 
 // By shapes if the query asks for it and the bodies are not too deep in each other.
 const ContactResult& CloudAlgorithm::State::find(const PairQuery& query, double& earlier) {
+  onDevice = false;
   answeredByShapes = query.byShapes && shapes.search(asShape(query.a, query.recognized[0]),
                                                      asShape(query.b, query.recognized[1]),
                                                      query.settings, query.voxel);
@@ -202,8 +211,8 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     write(query, sides, contact, info.m_timeStep);
   else
     report(result, sides, query.a, query.b, contact);
-  const Answer how = reused ? Answer::Moved : answeredByShapes ? Answer::Shapes : Answer::Searched;
-  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size(), how);
+  narrowPhase.count(earlier + since(start), contact.samples, contact.points.size(),
+                    reused ? Answer::Moved : answeredBy());
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -255,6 +264,19 @@ void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
   } catch (...) {  // as above
   }
   own.aheadSeconds = since(start);
+  own.aheadOnDevice = false;
+}
+
+SearchTask CloudAlgorithm::deviceTask() noexcept {
+  State& own = *state_;
+  return {&own.ahead.a, &own.ahead.b, &own.ahead.settings, &own.finder, &own.deviceRoom};
+}
+
+void CloudAlgorithm::searchedOnDevice(double seconds) noexcept {
+  State& own = *state_;
+  own.searchedStep = own.lookAhead->step();
+  own.aheadSeconds = seconds;
+  own.aheadOnDevice = true;
 }
 
 void CloudAlgorithm::reserve(int threads) {

@@ -19,6 +19,18 @@ int countOf(int threads) {
   return threads > 0 ? threads : std::max(1, cores);
 }
 
+std::unique_ptr<DeviceSearch> deviceOf(const CloudDispatcherSettings& settings) {
+  if (settings.backend == Backend::Cpu) return nullptr;
+  try {
+    return std::make_unique<DeviceSearch>(
+        BatchSettings{settings.backend, settings.threads, settings.timing});
+  } catch (const std::runtime_error& e) {
+    throw std::runtime_error(std::string(e.what()) +
+                             " (CloudDispatcherSettings::backend asks for a device; Backend::Cpu "
+                             "needs none)");
+  }
+}
+
 bool isCloud(const btCollisionObject& object) {
   return object.getCollisionShape()->getShapeType() == HFFLUID_SHAPE_PROXYTYPE;
 }
@@ -30,8 +42,13 @@ bool isCompound(const btCollisionObject& object) {
 }  // namespace
 
 CloudDispatcher::CloudDispatcher(btCollisionConfiguration* configuration, int threads)
+    : CloudDispatcher(configuration, CloudDispatcherSettings{.threads = threads}) {}
+
+CloudDispatcher::CloudDispatcher(btCollisionConfiguration* configuration,
+                                 const CloudDispatcherSettings& settings)
     : btCollisionDispatcher(configuration),
-      lookAhead_(std::make_unique<LookAhead>(countOf(threads))) {}
+      lookAhead_(std::make_unique<LookAhead>(countOf(settings.threads), deviceOf(settings),
+                                             settings.leastForDevice)) {}
 
 CloudDispatcher::~CloudDispatcher() = default;
 
@@ -40,7 +57,17 @@ int CloudDispatcher::threads() const {
 }
 
 CloudDispatcherStatistics CloudDispatcher::statistics() const {
-  return {lookAhead_->searched(), lookAhead_->taken()};
+  return {lookAhead_->searched(), lookAhead_->taken(), lookAhead_->deviceReport(),
+          lookAhead_->deviceSteps(), lookAhead_->deviceFailure()};
+}
+
+std::string CloudDispatcher::device() const {
+  return lookAhead_->device() ? lookAhead_->device()->device() : std::string();
+}
+
+std::map<std::string, DeviceTime> CloudDispatcher::deviceTimes() {
+  if (!lookAhead_->device()) return {};
+  return lookAhead_->device()->deviceTimes();
 }
 
 void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
@@ -74,7 +101,8 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
 void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
-  if (threads() > 1 && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
+  if ((threads() > 1 || lookAhead_->device()) &&
+      info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
     // Bullet is not exception-safe; its walk searches the pairs that fail here.
     try {
       lookAhead_->begin();

@@ -1,4 +1,5 @@
-// Tasks sorted by cost, the largest first; workers take them by a shared counter.
+// Tasks sorted by cost, the largest first; workers take them by a shared counter. A device takes
+// what it can of a large step before.
 #include "bullet/look_ahead.h"
 
 #include <tbb/global_control.h>
@@ -8,6 +9,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <exception>
 #include <optional>
 
 namespace cloudcontact {
@@ -38,7 +41,11 @@ struct LookAhead::State {
   std::atomic<int> done{0};  // workers; for ThreadSanitizer, as above
 };
 
-LookAhead::LookAhead(int threads) : threads_(threads), state_(std::make_unique<State>(threads)) {}
+LookAhead::LookAhead(int threads, std::unique_ptr<DeviceSearch> device, std::size_t leastForDevice)
+    : threads_(threads),
+      device_(std::move(device)),
+      leastForDevice_(leastForDevice),
+      state_(std::make_unique<State>(threads)) {}
 LookAhead::~LookAhead() = default;
 
 void LookAhead::begin() {
@@ -61,25 +68,70 @@ void LookAhead::addChildren(const btCollisionObjectWrapper& a, const btCollision
 
 void LookAhead::search() {
   children_.clear();  // Bullet's walk adds those that still exist
-  std::sort(tasks_.begin(), tasks_.end(),
-            [](const Task& x, const Task& y) { return x.cost > y.cost; });
   searched_ += tasks_.size();
+  if (device_ && tasks_.size() >= leastForDevice_) searchOnDevice();
+  searchOnThreads(tasks_);
+}
+
+// Threads search what has no kernels while the device works. What it does not answer stays in
+// tasks_. A device that fails once is not asked again.
+void LookAhead::searchOnDevice() {
+  const auto start = std::chrono::steady_clock::now();
+  onDevice_.clear();
+  searches_.clear();
+  std::erase_if(tasks_, [&](const Task& task) {
+    const SearchTask search = task.pair->deviceTask();
+    if (!DeviceSearch::takes(search)) return false;
+    onDevice_.push_back(task);
+    searches_.push_back(search);
+    return true;
+  });
+  const std::size_t shapes = tasks_.size();
+  if (searches_.size() < leastForDevice_) {
+    tasks_.insert(tasks_.end(), onDevice_.begin(), onDevice_.end());
+    return;
+  }
+  try {
+    device_->run(searches_, [&] { searchOnThreads(tasks_); });
+    tasks_.clear();
+    BatchReport report = device_->report();
+    report.shapes = shapes;
+    report.onCpu = shapes + searches_.size() - report.onDevice;
+    deviceReport_ += report;
+    ++deviceSteps_;
+  } catch (const std::exception& failure) {
+    deviceFailure_ = failure.what();
+    device_.reset();
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  for (std::size_t k = 0; k < searches_.size(); ++k) {
+    if (searches_[k].answered)
+      onDevice_[k].pair->searchedOnDevice(took.count() / double(searches_.size()));
+    else
+      tasks_.push_back(onDevice_[k]);
+  }
+}
+
+void LookAhead::searchOnThreads(std::vector<Task>& tasks) {
+  if (tasks.empty()) return;
+  std::sort(tasks.begin(), tasks.end(),
+            [](const Task& x, const Task& y) { return x.cost > y.cost; });
   std::size_t all = 0;
-  for (const Task& task : tasks_) all += task.cost;
+  for (const Task& task : tasks) all += task.cost;
   std::atomic<std::size_t>& next = state_->next;
   next = 0;
   const auto work = [&](int) {
-    for (std::size_t i = next++; i < tasks_.size(); i = next++) {
+    for (std::size_t i = next++; i < tasks.size(); i = next++) {
       // A pair that would keep one thread busy after the others are done.
-      const bool large = 2 * tasks_[i].cost * static_cast<std::size_t>(threads_) > all;
-      tasks_[i].pair->searchAhead(large ? &state_->shareOut : nullptr);
+      const bool large = 2 * tasks[i].cost * static_cast<std::size_t>(threads_) > all;
+      tasks[i].pair->searchAhead(large ? &state_->shareOut : nullptr);
     }
     state_->done.fetch_add(1, std::memory_order_release);
   };
-  const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks_.size()));
+  const int workers = static_cast<int>(std::min<std::size_t>(threads_, tasks.size()));
   state_->arena.execute([&] { tbb::parallel_for(0, workers, work, tbb::simple_partitioner()); });
   state_->done.load(std::memory_order_acquire);
-  if (!tasks_.empty()) tasks_.front().pair->reserve(threads_);
+  tasks.front().pair->reserve(threads_);
 }
 
 }  // namespace cloudcontact

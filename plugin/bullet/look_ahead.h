@@ -1,5 +1,5 @@
-// LookAhead: gathers the cloud pairs of a step and searches them on several threads before Bullet's
-// walk reaches them.
+// LookAhead: gathers the cloud pairs of a step and searches them on a device or on several threads
+// before Bullet's walk reaches them.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
@@ -7,9 +7,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "bullet/compound_children.h"
+#include "device/device_search.h"
 
 struct btDispatcherInfo;
 
@@ -25,6 +27,9 @@ class AheadPair {
   // Searches that query; processCollision() takes the result if its own query is equal. Different
   // pairs may be searched at the same time. A large search is split up with `shareOut`.
   virtual void searchAhead(const TaskRunner* shareOut) noexcept = 0;
+  // The same search for a device, and afterwards, if the device answered it, the time it took [s].
+  virtual SearchTask deviceTask() noexcept = 0;
+  virtual void searchedOnDevice(double seconds) noexcept = 0;
   // Reserves memory for searches on `threads` threads, in the workspace of this pair and others.
   // Call it between searches.
   virtual void reserve(int threads) = 0;
@@ -38,12 +43,17 @@ class AheadPairFactory : public btCollisionAlgorithmCreateFunc {};
 
 class LookAhead {
  public:
-  explicit LookAhead(int threads);
+  // `device` may be null; it gets batches of `leastForDevice` pairs and more.
+  LookAhead(int threads, std::unique_ptr<DeviceSearch> device, std::size_t leastForDevice);
   ~LookAhead();
 
   int threads() const { return threads_; }
   std::size_t searched() const { return searched_; }  // pairs, in all steps
   std::size_t taken() const { return taken_; }        // results that Bullet's walk used
+  DeviceSearch* device() { return device_.get(); }    // null: none, or it failed
+  std::size_t deviceSteps() const { return deviceSteps_; }
+  const BatchReport& deviceReport() const { return deviceReport_; }  // summed over these steps
+  const std::string& deviceFailure() const { return deviceFailure_; }
 
   // One step, in this order; Bullet's walk is between search() and end(), which ends the results'
   // validity.
@@ -72,13 +82,21 @@ class LookAhead {
     std::size_t cost;  // [samples] estimate
   };
   struct State;
+  void searchOnDevice();
+  void searchOnThreads(std::vector<Task>& tasks);
 
   int threads_;
+  std::unique_ptr<DeviceSearch> device_;
+  std::size_t leastForDevice_;
   std::unique_ptr<State> state_;
-  std::vector<Task> tasks_;
+  std::vector<Task> tasks_;           // without those that the device answered
+  std::vector<Task> onDevice_;        // that the device may answer
+  std::vector<SearchTask> searches_;  // of onDevice_
   CompoundChildren children_;
   std::uint64_t step_ = 0, steps_ = 0;
-  std::size_t searched_ = 0, taken_ = 0;
+  std::size_t searched_ = 0, taken_ = 0, deviceSteps_ = 0;
+  BatchReport deviceReport_;
+  std::string deviceFailure_;
 };
 
 }  // namespace cloudcontact

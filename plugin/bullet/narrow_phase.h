@@ -15,7 +15,7 @@ namespace cloudcontact {
 class SoftAlgorithm;
 
 // How a pair got its contact.
-enum class Answer { Searched, Shapes, Moved };
+enum class Answer { Searched, Shapes, Moved, Device };
 
 class NarrowPhase {
  public:
@@ -30,6 +30,7 @@ class NarrowPhase {
              Answer how = Answer::Searched) {
     const std::lock_guard lock(mutex_);
     statistics_.reused += how == Answer::Moved;
+    statistics_.device += how == Answer::Device;
     statistics_.seconds += seconds;
     statistics_.pairs += 1;
     statistics_.samples += samples;

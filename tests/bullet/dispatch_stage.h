@@ -78,7 +78,10 @@ class Stage {
  public:
   // 0 threads: Bullet's own dispatcher.
   explicit Stage(int threads, const CloudContactSettings& settings = {})
-      : clouds(settings), dispatcher(make(threads)) {
+      : Stage(CloudDispatcherSettings{.threads = threads}, settings, threads > 0) {}
+  explicit Stage(const CloudDispatcherSettings& dispatch, const CloudContactSettings& settings = {},
+                 bool own = true)
+      : clouds(settings), dispatcher(own ? make(dispatch) : make()) {
     clouds.attach(*dispatcher);
     recommendedSettings(world);
     world.setGravity({0, 0, btScalar(-9.81)});
@@ -161,9 +164,11 @@ class Stage {
   std::vector<std::unique_ptr<btRigidBody>> bodies;
 
  private:
-  std::unique_ptr<btCollisionDispatcher> make(int threads) {
-    if (threads == 0) return std::make_unique<btCollisionDispatcher>(&configuration);
-    return std::make_unique<CloudDispatcher>(&configuration, threads);
+  std::unique_ptr<btCollisionDispatcher> make() {
+    return std::make_unique<btCollisionDispatcher>(&configuration);
+  }
+  std::unique_ptr<btCollisionDispatcher> make(const CloudDispatcherSettings& dispatch) {
+    return std::make_unique<CloudDispatcher>(&configuration, dispatch);
   }
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btSoftBody>> softs_;

@@ -37,6 +37,7 @@ struct CloudContactStatistics {
   std::size_t pairs = 0, samples = 0, contacts = 0;
   std::size_t shapes = 0;  // of `pairs`, those answered by shapes (CloudShape::setFidelity)
   std::size_t reused = 0;  // of `pairs`: those whose last contact was moved
+  std::size_t device = 0;  // of `pairs`: those that a device searched (CloudDispatcher)
   // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
   // and the message of the last one.
   std::size_t failures = 0;

@@ -8,21 +8,44 @@
 // of threads. Pairs are searched ahead of Bullet's serial walk over them. The walk takes a result
 // if the query has not changed since, and otherwise searches again. Callbacks still come from the
 // walk, in its order and on its thread.
+//
+// With an OpenCL device all pairs of a step that need a search are one batch:
+//
+//   cloudcontact::CloudDispatcher dispatcher(&configuration, {.backend = Backend::OpenCl});
+//
+// What has no kernels is searched by the CPU in the same step: pairs with a convex shape, tissues
+// or base vectors, and bodies that nearly touch. The bits do not depend on the backend.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <cloudcontact/device/backend.h>
 
 #include <cstddef>
+#include <map>
 #include <memory>
+#include <string>
 
 namespace cloudcontact {
 
 class LookAhead;
 
+struct CloudDispatcherSettings {
+  int threads = 0;  // includes the caller's; 0: all cores; 1 without a device: no search ahead
+  Backend backend = Backend::Cpu;
+  // A step with fewer pairs to search does not pay for a device's launches, and stays on the CPU.
+  std::size_t leastForDevice = 32;
+  bool timing = false;  // times each kernel and copy, which slows the steps down
+};
+
 // Since the dispatcher was made.
 struct CloudDispatcherStatistics {
   std::size_t ahead = 0;  // pairs searched ahead of Bullet's walk
   std::size_t taken = 0;  // results of these that the walk used
+  // Of the steps that used the device, summed; `shapes` and other reasons count the pairs that the
+  // CPU searched in these steps.
+  BatchReport device;
+  std::size_t deviceSteps = 0;
+  std::string deviceFailure;  // why the device is no longer used
 };
 
 class CloudDispatcher : public btCollisionDispatcher {
@@ -30,9 +53,15 @@ class CloudDispatcher : public btCollisionDispatcher {
   // `threads` includes the caller's; 0: all cores; 1: no search ahead. Throws std::invalid_argument
   // if it is negative.
   explicit CloudDispatcher(btCollisionConfiguration* configuration, int threads = 0);
+  // Throws std::invalid_argument for negative threads, and std::runtime_error that says what to do
+  // if `backend` asks for a device and none computes the same bits as the CPU. A device that fails
+  // later is not used any more; the CPU takes over (CloudDispatcherStatistics::deviceFailure).
+  CloudDispatcher(btCollisionConfiguration* configuration, const CloudDispatcherSettings& settings);
   ~CloudDispatcher() override;
 
   int threads() const;
+  std::string device() const;                       // name of the device in use; empty: none
+  std::map<std::string, DeviceTime> deviceTimes();  // since the last call; needs settings.timing
   CloudDispatcherStatistics statistics() const;
 
   // With Bullet's own near callback all pairs are searched ahead; with another one, those that it

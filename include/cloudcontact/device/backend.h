@@ -28,6 +28,8 @@ struct BatchReport {
   // On the device: samples looked up, then what became of them.
   std::size_t samples = 0, hits = 0, bins = 0, patches = 0, contacts = 0;
   std::size_t sent = 0, fetched = 0;  // [bytes]
+
+  BatchReport& operator+=(const BatchReport& other);
 };
 
 // One call of Digitizer::run() on the device.
