@@ -34,7 +34,10 @@ void Heap::TimedDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pa
 }
 
 Heap::Heap(const HeapSettings& settings)
-    : contact_(settings.contact), dispatcher_(&configuration_, settings.threads) {
+    : contact_(settings.contact),
+      dispatcher_(&configuration_, CloudDispatcherSettings{.threads = settings.threads,
+                                                           .backend = settings.backend,
+                                                           .timing = settings.timing}) {
   // Bullet enlarges boxes by 2 cm and by another 5 cm, whatever the size of the bodies.
   gContactBreakingThreshold = s(settings.voxel);
   gDbvtMargin = s(settings.voxel);
@@ -45,10 +48,10 @@ Heap::Heap(const HeapSettings& settings)
   solver_.extrapolates = settings.extrapolates;
   // Islands one by one: the extrapolation of one must not wait for another.
   if (settings.extrapolates) world_.getSolverInfo().m_minimumSolverBatchSize = 1;
-  world_.setGravity({0, 0, s(-9.81)});
+  world_.setGravity({0, 0, s(settings.floats ? 0 : -9.81)});
   reach_ = std::hypot(settings.across, settings.height) / 2;
   if (!settings.places.empty()) {
-    addWall({0, 0, 1}, 0);
+    if (!settings.floats) addWall({0, 0, 1}, 0);
     for (const btTransform& place : settings.places) addBody(settings, place);
   } else {
     settings.poured ? pour(settings) : lay(settings);

@@ -19,10 +19,13 @@ struct HeapSettings {
   double across = 28e-3, height = 13e-3;  // of a body [m], axis z, center at the origin
   double voxel = 1e-3;                    // [m]; also of Bullet's margins
   int threads = 1;                        // CloudDispatcher's
+  Backend backend = Backend::Cpu;         // CloudDispatcher's
+  bool timing = false;                    // times each kernel
   // Makes one shape for each body; shapes may share data.
   std::function<std::shared_ptr<btCollisionShape>()> shape;
   bool clouds = true;               // the law and world settings for clouds, not Bullet's
   std::vector<btTransform> places;  // on the ground, in place of layers in a box
+  bool floats = false;              // `places` without ground and gravity
   bool poured = false;              // dropped from a loose block in random orientations
   double mass = 0.03;               // of a body [kg]
   CloudContactSettings contact;
@@ -47,6 +50,8 @@ class Heap {
   HeapRow run(int settle, int measured);
   // Does one step; returns its time [s].
   double step();
+  double narrowSeconds() const { return dispatcher_.seconds; }  // of all steps
+  CloudDispatcher& dispatcher() { return dispatcher_; }
   Pose pose(int body) const;
   void rest(const Heap& other);             // places all bodies as there, at rest
   std::vector<std::pair<int, int>> near();  // bodies whose boxes overlap

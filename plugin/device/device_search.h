@@ -3,7 +3,8 @@
 // the CPU, with equal results.
 #pragma once
 
-#include <cloudcontact/device/contact_batch.h>
+#include <cloudcontact/contact/contact.h>
+#include <cloudcontact/device/backend.h>
 
 #include <cstdint>
 #include <functional>

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -67,6 +68,49 @@ class CommandTest : public testing::Test {
 
   std::filesystem::path folder_;
 };
+
+// 36 bricks on static ones, each a pair of clouds.
+std::string bricks() {
+  std::ostringstream sdf;
+  sdf << R"(<?xml version="1.0"?><sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity>
+<physics name="p" type="bullet"><max_step_size>0.005</max_step_size>
+<real_time_factor>0</real_time_factor></physics>)";
+  for (int i = 0; i < 72; ++i)
+    sdf << "<model name='m" << i << "'><static>" << (i % 2 ? "false" : "true") << "</static><pose>"
+        << 0.2 * (i / 2 % 6) << ' ' << 0.2 * (i / 12) << ' ' << (i % 2 ? 0.0999 : 0) << " 0 0 "
+        << 0.05 * i << "</pose><link name='l'><collision name='c'><geometry><box><size>0.1 0.1 0.1"
+        << "</size></box></geometry></collision></link></model>";
+  sdf << "</world></sdf>";
+  return sdf.str();
+}
+
+TEST_F(CommandTest, ADeviceHasTheHashOfTheCpu) {
+  std::ofstream(scene()) << bricks();
+  const auto simulate = [&](const char* backend) {
+    return nlohmann::json::parse(run({"simulate", scene(), "--seconds", "0.1", "--voxel", "0.01",
+                                      "--reuse", "0", "--backend", backend, "--json"}));
+  };
+  testing::internal::CaptureStderr();
+  const nlohmann::json device = simulate("opencl");
+  const std::string said = testing::internal::GetCapturedStderr();
+  const nlohmann::json cpu = simulate("cpu");
+  EXPECT_EQ(device["hash"], cpu["hash"]);
+  EXPECT_EQ(cpu["backend"], "cpu");
+  EXPECT_FALSE(cpu.contains("device"));
+  if (device["backend"] == "opencl") {
+    EXPECT_GE(device["device"]["steps"], 20);
+    EXPECT_GT(device["device"]["pairs"], 300);
+    return;
+  }
+  EXPECT_NE(said.find("--backend opencl: no OpenCL device; install"), std::string::npos) << said;
+  EXPECT_EQ(std::getenv("CLOUDCONTACT_NEEDS_OPENCL"), nullptr) << said;
+}
+
+TEST_F(CommandTest, AStepOfFewPairsNeedsNoDevice) {
+  testing::internal::CaptureStderr();
+  run({"simulate", scene(), "--seconds", "0.02", "--voxel", "0.02", "--backend", "opencl"});
+  EXPECT_NE(testing::internal::GetCapturedStderr().find("--backend opencl: "), std::string::npos);
+}
 
 TEST_F(CommandTest, JsonHasTheDocumentedNames) {
   const auto json = nlohmann::json::parse(

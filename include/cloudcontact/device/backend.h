@@ -7,6 +7,13 @@ namespace cloudcontact {
 
 enum class Backend { Cpu, OpenCl };
 
+// Of ContactBatch and the batches of a CloudDispatcher.
+struct BatchSettings {
+  Backend backend = Backend::Cpu;
+  int threads = 0;      // of the CPU; 0: all cores
+  bool timing = false;  // times each kernel and copy, which slows the batch down
+};
+
 // Total time of one kernel or copy on the device.
 struct DeviceTime {
   double seconds = 0;

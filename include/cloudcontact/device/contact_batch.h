@@ -17,12 +17,6 @@ struct BatchPair {
   ContactSettings settings;
 };
 
-struct BatchSettings {
-  Backend backend = Backend::Cpu;
-  int threads = 0;      // of the CPU; 0: all cores
-  bool timing = false;  // times each kernel and copy, which slows the batch down
-};
-
 class ContactBatch {
  public:
   // Falls back to the CPU if no device computes the same bits as the CPU; message() says why.
