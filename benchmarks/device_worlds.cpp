@@ -2,9 +2,9 @@
 // the narrow phase of a step with transfers, the step, and the time and launches of each kernel.
 //   device_worlds [--nuts N] [--pairs N] [--steps N] [--settle N] [--voxel H] [--threads N]
 //                 [--reuse VOXELS] [--backend cpu|opencl]
-// `nuts` rest in ten layers, with contacts that move with their bodies (reuse) and with every step
-// searched; `pairs` are nuts pressed on threaded rods, each in a place of its own. 0 leaves one
-// out. A second world on the other backend runs the same steps; all poses are equal to the bit.
+// `nuts` rest in stacks of ten, with contacts that move with their bodies (reuse) and with every
+// step searched; `pairs` are nuts pressed on threaded rods, each in a place of its own. 0 leaves
+// one out. A second world on the other backend runs the same steps; all poses are equal to the bit.
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/voxels/digitize.h>
 
@@ -24,6 +24,7 @@ namespace {
 
 using namespace cloudcontact;
 
+constexpr int kHigh = 10;
 constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of an M16 nut [m]
 
 struct Options {
@@ -169,7 +170,17 @@ void restingNuts(const Options& o, double reuse) {
   HeapSettings settings = heapSettings(o, o.device);
   const auto field =
       fieldOf(program::nutMesh(program::Thread{}, kHeight, kWidth), kHeight / 2, o.voxel);
-  settings.bodies = o.nuts;
+  const int side = static_cast<int>(std::ceil(std::sqrt(o.nuts / double(kHigh))));
+  const double pitch = 2 * kWidth;  // their boxes do not meet
+  settings.slab = pitch * (side + 1);
+  for (int i = 0; i < o.nuts; ++i) {
+    const int stack = i / kHigh, up = i % kHigh;
+    const auto at = [&](int k) { return btScalar(pitch * (k - 0.5 * side)); };
+    settings.places.push_back(
+        btTransform(btQuaternion({0, 0, 1}, btScalar(2.4 * i)),  // the golden angle: no two alike
+                    {at(stack % side), at(stack / side),
+                     btScalar(kHeight * (up + 0.5) - 0.1 * o.voxel * (up + 1))}));
+  }
   settings.shape = [field] { return std::make_shared<CloudShape>(field); };
   settings.contact.reuseMotion = reuse;
   compare("resting nuts", o, settings, o.nuts);

@@ -51,7 +51,10 @@ Heap::Heap(const HeapSettings& settings)
   world_.setGravity({0, 0, s(settings.floats ? 0 : -9.81)});
   reach_ = std::hypot(settings.across, settings.height) / 2;
   if (!settings.places.empty()) {
-    if (!settings.floats) addWall({0, 0, 1}, 0);
+    if (settings.slab > 0)
+      addSlab(settings.slab);
+    else if (!settings.floats)
+      addWall({0, 0, 1}, 0);
     for (const btTransform& place : settings.places) addBody(settings, place);
   } else {
     settings.poured ? pour(settings) : lay(settings);
@@ -64,8 +67,20 @@ Heap::~Heap() {
 }
 
 void Heap::addWall(const btVector3& normal, double offset) {
-  planes_.push_back(std::make_shared<btStaticPlaneShape>(normal, s(offset)));
+  addGround(std::make_shared<btStaticPlaneShape>(normal, s(offset)), btTransform::getIdentity());
+}
+
+// Its box does not reach the upper bodies, as a plane's does.
+void Heap::addSlab(double edge) {
+  const double thick = 2 * reach_;
+  addGround(std::make_shared<btBoxShape>(btVector3(s(edge / 2), s(edge / 2), s(thick / 2))),
+            btTransform(btQuaternion::getIdentity(), btVector3(0, 0, s(-thick / 2))));
+}
+
+void Heap::addGround(std::shared_ptr<btCollisionShape> shape, const btTransform& place) {
+  planes_.push_back(std::move(shape));
   btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, planes_.back().get());
+  info.m_startWorldTransform = place;
   info.m_friction = s(kFriction);
   walls_.push_back(std::make_unique<btRigidBody>(info));
   world_.addRigidBody(walls_.back().get());

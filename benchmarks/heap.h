@@ -26,6 +26,7 @@ struct HeapSettings {
   bool clouds = true;               // the law and world settings for clouds, not Bullet's
   std::vector<btTransform> places;  // on the ground, in place of layers in a box
   bool floats = false;              // `places` without ground and gravity
+  double slab = 0;                  // [m] edge of a box as ground of `places`, not a plane
   bool poured = false;              // dropped from a loose block in random orientations
   double mass = 0.03;               // of a body [kg]
   CloudContactSettings contact;
@@ -69,6 +70,8 @@ class Heap {
     double seconds = 0;
   };
   void addWall(const btVector3& normal, double offset);
+  void addSlab(double edge);
+  void addGround(std::shared_ptr<btCollisionShape> shape, const btTransform& place);
   void addBody(const HeapSettings& settings, const btTransform& place);
   void lay(const HeapSettings& settings);
   void pour(const HeapSettings& settings);
