@@ -117,6 +117,11 @@ struct CloudAlgorithm::State {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
   }
   const ContactResult& find(const PairQuery& query, double& earlier);
+  // Whether prepare() moved the last contact for this query in this step.
+  bool isMoved(const PairQuery& query) {
+    const std::uint64_t step = std::exchange(movedStep, 0);
+    return step > 0 && step == lookAhead->step() && sameQuery(query, ahead);
+  }
   bool isKnown(const PairQuery& query) const {
     return !query.byShapes && sameMatter(query, asked) &&
            moved.holds(query.a, query.b, query.settings.margin);
@@ -142,6 +147,7 @@ struct CloudAlgorithm::State {
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool onDevice = false;           // it answered the last query
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
+  std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
   bool processed = true;           // processCollision() ran after the last prepare()
   int slot = -1;                   // in CompoundChildren
 };
@@ -202,8 +208,11 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
     return;
   }
   double earlier = 0;
-  const bool reused = steps && isKnown(query);
-  const ContactResult& contact = reused ? moved.move(query.a, query.b) : find(query, earlier);
+  const bool movedAhead = steps && isMoved(query);
+  const bool reused = movedAhead || (steps && isKnown(query));
+  const ContactResult& contact = movedAhead ? moved.latest()
+                                 : reused   ? moved.move(query.a, query.b)
+                                            : find(query, earlier);
   if (reused) moved.age();
   if (steps && !reused) keep(query, contact);
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
@@ -244,14 +253,19 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b,
                                     const btDispatcherInfo& info) noexcept {
   State& own = *state_;
-  own.searchedStep = 0;
+  own.searchedStep = own.movedStep = 0;
   if (!std::exchange(own.processed, false)) return 0;
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true);
+    if (own.ahead.wrong || own.ahead.byShapes) return 0;
+    if (own.isKnown(own.ahead)) {
+      own.moved.move(own.ahead.a, own.ahead.b);
+      own.movedStep = own.lookAhead->step();
+      return 0;
+    }
   } catch (...) {
     return 0;  // processCollision() fails likewise and counts it
   }
-  if (own.ahead.wrong || own.ahead.byShapes || own.isKnown(own.ahead)) return 0;
   return 1 + own.finder.sampleLookups();
 }
 

@@ -94,7 +94,7 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
         pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     }
     if (auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm))
-      lookAhead_->add(*ahead, wrapA, wrapB, info);
+      lookAhead_->add(*ahead, a, b);
   }
 }
 
@@ -107,7 +107,7 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
     try {
       lookAhead_->begin();
       gather(*pairs, info);
-      lookAhead_->search();
+      lookAhead_->search(info);
     } catch (...) {
     }
   }

@@ -2,6 +2,8 @@
 // what it can of a large step before.
 #include "bullet/look_ahead.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
@@ -14,6 +16,10 @@
 #include <optional>
 
 namespace cloudcontact {
+
+namespace {
+constexpr std::size_t kPairsAShare = 16;  // that one thread prepares at a time
+}  // namespace
 
 struct LookAhead::State {
   explicit State(int threads) : arena(threads) {
@@ -51,22 +57,41 @@ LookAhead::~LookAhead() = default;
 void LookAhead::begin() {
   step_ = ++steps_;
   tasks_.clear();
+  known_.clear();
   children_.sort();
-}
-
-void LookAhead::add(AheadPair& pair, const btCollisionObjectWrapper& a,
-                    const btCollisionObjectWrapper& b, const btDispatcherInfo& info) {
-  if (const std::size_t cost = pair.prepare(a, b, info)) tasks_.push_back({&pair, cost});
 }
 
 void LookAhead::addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                             const btDispatcherInfo& info) {
   children_.visit(a, b, [&](AheadPair& pair, const auto& first, const auto& second) {
-    add(pair, first, second, info);
+    if (const std::size_t cost = pair.prepare(first, second, info)) tasks_.push_back({&pair, cost});
   });
 }
 
-void LookAhead::search() {
+// Reads the queries of all pairs, and moves the contacts of those that need no search.
+void LookAhead::prepare(const btDispatcherInfo& info) {
+  state_->done.store(0, std::memory_order_release);
+  const auto share = [&](const tbb::blocked_range<std::size_t>& range) {
+    state_->done.load(std::memory_order_acquire);
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      Known& known = known_[i];
+      const auto wrap = [](const btCollisionObject& object) {
+        return btCollisionObjectWrapper(nullptr, object.getCollisionShape(), &object,
+                                        object.getWorldTransform(), -1, -1);
+      };
+      known.cost = known.pair->prepare(wrap(*known.a), wrap(*known.b), info);
+    }
+    state_->done.fetch_add(1, std::memory_order_release);
+  };
+  const tbb::blocked_range<std::size_t> all(0, known_.size(), kPairsAShare);
+  state_->arena.execute([&] { tbb::parallel_for(all, share); });
+  state_->done.load(std::memory_order_acquire);
+  for (const Known& known : known_)
+    if (known.cost > 0) tasks_.push_back({known.pair, known.cost});
+}
+
+void LookAhead::search(const btDispatcherInfo& info) {
+  prepare(info);
   children_.clear();  // Bullet's walk adds those that still exist
   searched_ += tasks_.size();
   if (device_ && tasks_.size() >= leastForDevice_) searchOnDevice();

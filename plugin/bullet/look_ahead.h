@@ -21,7 +21,8 @@ namespace cloudcontact {
 class AheadPair {
  public:
   // Reads the query that processCollision() will make in this step if nothing changes until then.
-  // Returns its approximate cost in samples, or 0 if there is nothing to search.
+  // Returns its approximate cost in samples, or 0 if there is nothing to search. Different pairs
+  // may be prepared at the same time.
   virtual std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                               const btDispatcherInfo& info) noexcept = 0;
   // Searches that query; processCollision() takes the result if its own query is equal. Different
@@ -58,12 +59,13 @@ class LookAhead {
   // One step, in this order; Bullet's walk is between search() and end(), which ends the results'
   // validity.
   void begin();
-  void add(AheadPair& pair, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-           const btDispatcherInfo& info);
+  void add(AheadPair& pair, const btCollisionObject& a, const btCollisionObject& b) {
+    known_.push_back({&pair, &a, &b});
+  }
   // Adds the known pairs of children of two objects, one of which is a compound.
   void addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                    const btDispatcherInfo& info);
-  void search();
+  void search(const btDispatcherInfo& info);
   void end() { step_ = 0; }
   // The step's number, from 1; 0 between steps.
   std::uint64_t step() const { return step_; }
@@ -81,7 +83,14 @@ class LookAhead {
     AheadPair* pair;
     std::size_t cost;  // [samples] estimate
   };
+  // A pair of whole objects.
+  struct Known {
+    AheadPair* pair;
+    const btCollisionObject *a, *b;
+    std::size_t cost = 0;
+  };
   struct State;
+  void prepare(const btDispatcherInfo& info);
   void searchOnDevice();
   void searchOnThreads(std::vector<Task>& tasks);
 
@@ -89,6 +98,7 @@ class LookAhead {
   std::unique_ptr<DeviceSearch> device_;
   std::size_t leastForDevice_;
   std::unique_ptr<State> state_;
+  std::vector<Known> known_;
   std::vector<Task> tasks_;           // without those that the device answered
   std::vector<Task> onDevice_;        // that the device may answer
   std::vector<SearchTask> searches_;  // of onDevice_

@@ -24,6 +24,7 @@ class MovedContact {
   bool holds(const ContactBody& a, const ContactBody& b, double margin) const;
   // That contact. Valid until the next keep() or move().
   const ContactResult& move(const ContactBody& a, const ContactBody& b);
+  const ContactResult& latest() const { return moved_; }  // of the last move()
   // Counts a step in which move() answered.
   void age() { ++age_; }
 
