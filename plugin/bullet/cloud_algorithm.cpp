@@ -146,6 +146,7 @@ struct CloudAlgorithm::State {
   bool aheadOnDevice = false;  // the device made it
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool onDevice = false;           // it answered the last query
+  bool apart = false;              // the last search in a step found no touch of two clouds
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
   std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
   bool processed = true;           // processCollision() ran after the last prepare()
@@ -214,7 +215,10 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
                                  : reused   ? moved.move(query.a, query.b)
                                             : find(query, earlier);
   if (reused) moved.age();
-  if (steps && !reused) keep(query, contact);
+  if (steps && !reused) {
+    apart = query.a.field && query.b.field && contact.samples == 0;
+    keep(query, contact);
+  }
   const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (steps)
     write(query, sides, contact, info.m_timeStep);
@@ -283,7 +287,9 @@ void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
 
 SearchTask CloudAlgorithm::deviceTask() noexcept {
   State& own = *state_;
-  return {&own.ahead.a, &own.ahead.b, &own.ahead.settings, &own.finder, &own.deviceRoom};
+  SearchTask task{&own.ahead.a, &own.ahead.b, &own.ahead.settings, &own.finder, &own.deviceRoom};
+  task.apart = own.apart;
+  return task;
 }
 
 void CloudAlgorithm::searchedOnDevice(double seconds) noexcept {

@@ -104,14 +104,16 @@ void LookAhead::searchOnDevice() {
   const auto start = std::chrono::steady_clock::now();
   onDevice_.clear();
   searches_.clear();
+  std::size_t apart = 0;
   std::erase_if(tasks_, [&](const Task& task) {
     const SearchTask search = task.pair->deviceTask();
+    apart += search.apart;
     if (!DeviceSearch::takes(search)) return false;
     onDevice_.push_back(task);
     searches_.push_back(search);
     return true;
   });
-  const std::size_t shapes = tasks_.size();
+  const std::size_t others = tasks_.size();
   if (searches_.size() < leastForDevice_) {
     tasks_.insert(tasks_.end(), onDevice_.begin(), onDevice_.end());
     return;
@@ -120,8 +122,9 @@ void LookAhead::searchOnDevice() {
     device_->run(searches_, [&] { searchOnThreads(tasks_); });
     tasks_.clear();
     BatchReport report = device_->report();
-    report.shapes = shapes;
-    report.onCpu = shapes + searches_.size() - report.onDevice;
+    report.nearMisses += apart;
+    report.shapes = others - apart;
+    report.onCpu = others + searches_.size() - report.onDevice;
     deviceReport_ += report;
     ++deviceSteps_;
   } catch (const std::exception& failure) {

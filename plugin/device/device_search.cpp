@@ -336,7 +336,7 @@ namespace cloudcontact {
 DeviceSearch::~DeviceSearch() = default;
 
 bool DeviceSearch::takes(const SearchTask& task) {
-  return !task.a->shape && !task.b->shape &&
+  return !task.apart && !task.a->shape && !task.b->shape &&
          !TouchedMatter::wanted(*task.a, *task.b, *task.settings);
 }
 

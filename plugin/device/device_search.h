@@ -25,6 +25,8 @@ struct SearchTask {
   std::uint32_t* room = nullptr;    // hits that each direction may store; keep it between calls
   const ContactResult** result = nullptr;  // if set, gets the finder's withIds()
   bool answered = false;                   // out: whether the device did it
+  // The last search found no touch. The CPU finds near misses, so the device need not look first.
+  bool apart = false;
 
   static constexpr std::uint32_t kFirstRoom = 2048;
 };
@@ -36,7 +38,8 @@ class DeviceSearch {
   ~DeviceSearch();
 
   const std::string& device() const;  // name
-  // Whether there are kernels for such a pair: two clouds, without tissues or base vectors. The
+  // Whether there are kernels for such a pair: two clouds that touched last,
+  // without tissues or base vectors. The
   // device still leaves it out where the bodies do not touch, or it lacks the memory.
   static bool takes(const SearchTask& task);
   // Sets `answered` of all tasks. `meanwhile` runs while the device works. Throws as
