@@ -195,7 +195,7 @@ void nutsOnRods(const Options& o) {
              nut = fieldOf(program::nutMesh(wide, kHeight, kWidth), 0, o.voxel);
   const int side = static_cast<int>(std::ceil(std::sqrt(double(o.pairs))));
   for (int k = 0; k < o.pairs; ++k) {
-    const double x = 1.5 * kWidth * (k % side), y = 1.5 * kWidth * (k / side);
+    const double x = 2 * kWidth * (k % side), y = 2 * kWidth * (k / side);
     for (const double up : {0.0, 6e-3})
       settings.places.push_back(btTransform(btQuaternion::getIdentity(),
                                             btVector3(btScalar(x), btScalar(y), btScalar(up))));
