@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "commands/commands.h"
+#include "commands/explanation.h"
 #include "io/json.h"
 #include "io/output_file.h"
 #include "io/progress.h"
@@ -153,6 +154,7 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   json["cut"] = cutJson(world, sceneBodies);
   json["soft"] = softJson(world);
   json["shapes"] = shapesJson(world);
+  if (options.explain) json["explain"] = explanation(world);
   json["hash"] = hash.str();
   json["bodies"] = Json::array();
   for (std::size_t i = 0; i < world.bodyCount(); ++i)
@@ -184,6 +186,7 @@ void printText(const Json& j) {
     std::cout << "  " << b["name"].get<std::string>() << "  at " << vectorText(b["position"])
               << "  turned " << vectorText(b["turns"])
               << (b["asleep"].get<bool>() ? "  asleep\n" : "\n");
+  if (j.contains("explain")) printExplanation(j["explain"]);
 }
 
 void noteUnmeasured(const World& world) {
@@ -296,6 +299,8 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
       "relative motion of a pair up to which its contact is moved instead of searched [voxels]; 0: "
       "never (default 0.02)",
       "VOXELS", [&o](const std::string& t) { o.common.reuse = readNotNegative("--reuse", t); });
+  command.add_flag("--explain", o.common.explain,
+                   "what was modelled of each pair of clouds, what was left out, and its cost");
   command.add_flag("--sleep", o.sleep, "let bodies at rest fall asleep");
 }
 

@@ -56,6 +56,7 @@ struct CommonOptions {
   double tolerance = 0;  // Fidelity::tolerance [m]
   int threads = 0;       // 0: all cores
   bool json = false;
+  bool explain = false;  // CloudContactSettings::keepReports
 };
 
 // Whether --law names a law with its own values and a memory.

@@ -116,6 +116,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   settings.law = pairLaw(options);
   settings.bears = kBears;
   if (options.reuse) settings.reuseMotion = *options.reuse;
+  settings.keepReports = options.explain;
   return std::make_unique<CloudContact>(settings);
 }
 
@@ -419,6 +420,14 @@ std::vector<KnownShape> World::knownShapes() const {
       known.push_back({static_cast<std::size_t>(report.object->getUserIndex()),
                        shapeName(shape->placed.solid), shape->error});
   return known;
+}
+std::vector<PairUse> World::pairs() const {
+  std::vector<PairUse> pairs;
+  if (!state_->cloudContact) return pairs;
+  for (const PairReport& report : state_->cloudContact->pairs())
+    pairs.push_back({static_cast<std::size_t>(report.a->getUserIndex()),
+                     static_cast<std::size_t>(report.b->getUserIndex()), report});
+  return pairs;
 }
 bool World::isCuttable(std::size_t body) const {
   return state_->bodies[body].cuts != nullptr;

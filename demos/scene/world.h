@@ -1,6 +1,7 @@
 // A scene as a running Bullet world.
 #pragma once
 
+#include <cloudcontact/bullet/pair_report.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
@@ -112,6 +113,12 @@ struct KnownShape {
   double error = 0;  // [m]
 };
 
+// How two bodies met, all steps together.
+struct PairUse {
+  std::size_t a = 0, b = 0;  // bodies
+  PairReport report;
+};
+
 class World {
  public:
   // Throws BadInput naming an unusable body, file or option.
@@ -140,6 +147,8 @@ class World {
   // The frame of a body that deforms moves with its center of mass, and never turns.
   bool isSoft(std::size_t body) const;
   std::vector<KnownShape> knownShapes() const;
+  // With CommonOptions::explain; of clouds only.
+  std::vector<PairUse> pairs() const;
   SoftRecord softRecord(std::size_t body) const;
   Mesh softSurface(std::size_t body) const;  // in the body's frame
   BodyState state(std::size_t body) const;

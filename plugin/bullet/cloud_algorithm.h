@@ -24,8 +24,6 @@ class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
   // Clouds have no continuous detection: 1, the whole step.
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override;
-  // Whether the last step or query was answered by shapes.
-  bool answeredByShapes() const;
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
   std::size_t prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,

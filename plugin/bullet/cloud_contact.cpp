@@ -68,6 +68,10 @@ CloudContactStatistics CloudContact::statistics() const {
   return state_->narrowPhase.statistics();
 }
 
+std::vector<PairReport> CloudContact::pairs() const {
+  return state_->narrowPhase.pairs();
+}
+
 void CloudContact::softContacts(const btSoftBody& soft,
                                 std::vector<SoftContactPoint>& points) const {
   for (const SoftAlgorithm* pair : state_->narrowPhase.softPairs()) pair->append(soft, points);

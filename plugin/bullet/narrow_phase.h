@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cloudcontact/bullet/cloud_contact_settings.h>
+#include <cloudcontact/bullet/pair_report.h>
 #include <cloudcontact/contact/contact_finder.h>
 
 #include <memory>
@@ -13,9 +14,6 @@
 namespace cloudcontact {
 
 class SoftAlgorithm;
-
-// How a pair got its contact.
-enum class Answer { Searched, Shapes, Moved, Device };
 
 class NarrowPhase {
  public:
@@ -51,6 +49,14 @@ class NarrowPhase {
     statistics_ = {};
   }
 
+  // A pair's report stays its own while the pair lives. Removed ones are kept if the settings ask.
+  void add(const PairReport& pair) {
+    const std::lock_guard lock(mutex_);
+    reports_.push_back(&pair);
+  }
+  void remove(const PairReport& pair);
+  std::vector<PairReport> pairs() const;
+
   // A pair with a soft body changes the velocities of both bodies while it is processed. Other
   // pairs read velocities under the shared lock.
   std::shared_lock<std::shared_mutex> lockToRead() { return std::shared_lock(motion_); }
@@ -70,9 +76,12 @@ class NarrowPhase {
  private:
   CloudContactSettings settings_;
   std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
-  mutable std::mutex mutex_;  // statistics_ and softPairs_
+  mutable std::mutex mutex_;  // all but settings_, workspace_ and motion_
   std::shared_mutex motion_;  // velocities of bodies
   CloudContactStatistics statistics_;
+  std::vector<const PairReport*> reports_;
+  std::vector<PairReport> parted_;
+  std::size_t kept_ = 0;  // of parted_, when it was last added up
   std::vector<const SoftAlgorithm*> softPairs_;
 };
 

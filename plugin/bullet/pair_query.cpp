@@ -132,6 +132,7 @@ void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollision
     const RecognizedShape* const known = clouds[side]->recognized();
     if (!known || clouds[side]->tissues().size() > 1) return;
     query.recognized[side] = &known->placed;
+    query.shapeError += known->error;
     solids[side] = &known->placed.solid;
   }
   query.byShapes = ShapeContact::takes(*solids[0], *solids[1], query.settings);

@@ -20,6 +20,7 @@ struct PairQuery {
   // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.
   const PlacedSolid* recognized[2] = {nullptr, nullptr};
   bool byShapes = false;
+  double shapeError = 0;                 // of both [m]
   std::shared_ptr<const void> lives[2];  // CloudShape::life()
   const char* wrong = nullptr;           // why there is no query; then the rest is unset
 };

@@ -132,10 +132,16 @@ TEST(RecognizedPairs, ReportTellsWhatMetAsWhat) {
   ASSERT_TRUE(shapes[1].shape->recognized());
   EXPECT_GT(shapes[1].shape->recognized()->error, 0);
   EXPECT_FALSE(shapes[2].shape->recognized());
-  const auto pairs = pairReport(world.world);
+  const std::vector<PairReport> pairs = world.clouds.pairs();
   ASSERT_EQ(pairs.size(), 2u);
-  for (const PairReport& pair : pairs)
-    EXPECT_EQ(pair.path, pair.a == &cloud || pair.b == &cloud ? PairPath::Cloud : PairPath::Shapes);
+  for (const PairReport& pair : pairs) {
+    const bool asClouds = pair.a == &cloud || pair.b == &cloud;
+    EXPECT_EQ(pair.last, asClouds ? Answer::Searched : Answer::Shapes);
+    EXPECT_EQ(pair.searched == 0, !asClouds);
+    EXPECT_EQ(pair.lookups == 0, !asClouds);
+    EXPECT_LE(pair.lookups, pair.samples);
+    EXPECT_GT(pair.expectedError, 0);
+  }
 }
 
 // A tenth of a millimeter to ten meters: nothing depends on the unit.

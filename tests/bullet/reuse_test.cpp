@@ -57,6 +57,47 @@ struct Scene : BulletWorld {
   btRigidBody &slab, &cube;
 };
 
+// The reports of pairs add up to the statistics, those that have parted included.
+TEST(Reuse, ReportsAddUp) {
+  CloudContactSettings settings = reusing(0.02);
+  settings.keepReports = true;
+  BulletWorld world(settings);
+  btRigidBody& slab = world.addCloud(slabField(), 0, at({0, 0, btScalar(-0.05)}));
+  btRigidBody& cube = world.addCloud(cubeField(), 1, at({0, 0, btScalar(0.1)}));
+  for (int i = 0; i < 240; ++i) world.step(kStep);
+  cube.setLinearVelocity({0, 0, 3});
+  for (int i = 0; i < 240; ++i) world.step(kStep);  // flies off and comes back
+  cube.setCenterOfMassTransform(at({0, 0, 5}));
+  cube.setLinearVelocity({0, 0, 0});
+  world.step(kStep);
+  world.step(kStep);
+  const std::vector<PairReport> pairs = world.clouds.pairs();
+  ASSERT_EQ(pairs.size(), 1u) << "one row, though they met twice";
+  const PairReport& pair = pairs[0];
+  EXPECT_TRUE((pair.a == &slab && pair.b == &cube) || (pair.a == &cube && pair.b == &slab));
+  const CloudContactStatistics all = world.clouds.statistics();
+  EXPECT_EQ(pair.answers(), all.pairs);
+  EXPECT_EQ(pair.moved, all.reused);
+  EXPECT_GT(pair.moved, 100u);
+  EXPECT_GT(pair.searched, 10u);
+  EXPECT_EQ(pair.shapes, 0u);
+  EXPECT_NEAR(pair.seconds, all.seconds, 1e-9);
+  EXPECT_EQ(pair.samples,
+            pair.searched * (slabField()->sampleCount() + cubeField()->sampleCount()));
+  EXPECT_LT(pair.lookups, pair.samples);
+  EXPECT_NEAR(pair.expectedError, 0.12 * kVoxel, 1e-12);
+}
+
+TEST(Reuse, PartedPairsLeaveTheReports) {
+  Scene scene(0.02);
+  scene.run(0.1);
+  EXPECT_EQ(scene.clouds.pairs().size(), 1u);
+  scene.cube.setCenterOfMassTransform(at({0, 0, 5}));
+  scene.step(kStep);
+  scene.step(kStep);
+  EXPECT_TRUE(scene.clouds.pairs().empty());
+}
+
 TEST(Reuse, ARestingCubeIsHardlySearchedAndRestsAsStill) {
   Scene fresh(0), moved(0.02);
   fresh.run(10);

@@ -16,6 +16,8 @@
 namespace cloudcontact::program {
 namespace {
 
+using Json = nlohmann::json;
+
 constexpr const char* kScene = R"(<?xml version="1.0"?>
 <sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity>
 <physics name="p" type="bullet"><max_step_size>0.005</max_step_size>
@@ -110,6 +112,29 @@ TEST_F(CommandTest, AStepOfFewPairsNeedsNoDevice) {
   testing::internal::CaptureStderr();
   run({"simulate", scene(), "--seconds", "0.02", "--voxel", "0.02", "--backend", "opencl"});
   EXPECT_NE(testing::internal::GetCapturedStderr().find("--backend opencl: "), std::string::npos);
+}
+
+TEST_F(CommandTest, ExplainsWhatItModelled) {
+  const Json plain = Json::parse(run({"simulate", scene(), "--seconds", "0.5", "--json"}));
+  EXPECT_FALSE(plain.contains("explain"));
+  const Json json =
+      Json::parse(run({"simulate", scene(), "--seconds", "0.5", "--json", "--explain"}));
+  EXPECT_EQ(json["hash"], plain["hash"]);
+  ASSERT_EQ(json["explain"].size(), 1u);
+  const Json& row = json["explain"][0];
+  const std::string pair = row["a"].get<std::string>() + row["b"].get<std::string>();
+  EXPECT_TRUE(pair == "floorbrick" || pair == "brickfloor") << pair;
+  EXPECT_EQ(row["queries"], 100);
+  EXPECT_EQ(row["share"], 1);
+  EXPECT_GT(row["microseconds"].get<double>(), 0);
+  EXPECT_GT(row["expectedError"].get<double>(), 0);
+  EXPECT_NE(row["used"].get<std::string>().find("search"), std::string::npos);
+  EXPECT_FALSE(row["skipped"].get<std::string>().empty());
+  const Json shapes = Json::parse(
+      run({"simulate", scene(), "--seconds", "0.5", "--json", "--explain", "--tolerance", "0.01"}));
+  EXPECT_NE(shapes["explain"][0]["used"].get<std::string>().find("contacts of"), std::string::npos);
+  const std::string text = run({"simulate", scene(), "--seconds", "0.5", "--explain"});
+  EXPECT_NE(text.find("left out"), std::string::npos);
 }
 
 TEST_F(CommandTest, JsonHasTheDocumentedNames) {

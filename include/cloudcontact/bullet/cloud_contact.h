@@ -3,6 +3,7 @@
 
 #include <cloudcontact/bullet/cloud_contact_settings.h>
 #include <cloudcontact/bullet/diagnosis.h>
+#include <cloudcontact/bullet/pair_report.h>
 
 #include <memory>
 #include <vector>
@@ -31,6 +32,9 @@ class CloudContact {
   const CloudContactSettings& settings() const;
   CloudContactStatistics statistics() const;
   void resetStatistics();
+  // Each pair that Bullet's broadphase holds now, and with CloudContactSettings::keepReports each
+  // that it has held; in the order in which they met.
+  std::vector<PairReport> pairs() const;
   // Appends the soft body's nodes that touched clouds in the last step.
   void softContacts(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
 

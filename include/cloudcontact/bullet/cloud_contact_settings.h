@@ -29,6 +29,7 @@ struct CloudContactSettings {
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
+  bool keepReports = false;  // CloudContact::pairs() also tells of pairs that have parted
 };
 
 // Time and work of the cloud narrow phase since the last reset.

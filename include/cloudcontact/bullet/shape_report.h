@@ -1,4 +1,5 @@
-// What a world's clouds are taken for, and which pairs met as shapes (CloudShape::setFidelity).
+// What a world's clouds are taken for (CloudShape::setFidelity). Which pairs met as shapes:
+// CloudContact::pairs().
 #pragma once
 
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -17,15 +18,5 @@ struct ShapeReport {
   const CloudShape* shape = nullptr;
 };
 std::vector<ShapeReport> shapeReport(const btCollisionWorld& world);
-
-// How a pair with a cloud was answered in the last step or query. Pairs of a compound's children
-// are missing: Bullet hides them. CloudContactStatistics::shapes counts them, too.
-enum class PairPath { Cloud, Shapes };
-struct PairReport {
-  const btCollisionObject* a = nullptr;
-  const btCollisionObject* b = nullptr;
-  PairPath path = PairPath::Cloud;
-};
-std::vector<PairReport> pairReport(const btCollisionWorld& world);
 
 }  // namespace cloudcontact

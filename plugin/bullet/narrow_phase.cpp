@@ -1,0 +1,60 @@
+// Adds up the reports of pairs.
+#include "bullet/narrow_phase.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace cloudcontact {
+
+namespace {
+
+// Children of a compound have several reports for the same objects.
+class Reports {
+ public:
+  void add(const PairReport& report) {
+    if (report.answers() == 0) return;
+    const auto [place, isNew] = places_.try_emplace({report.a, report.b}, all_.size());
+    if (isNew) {
+      all_.push_back(report);
+      return;
+    }
+    PairReport& sum = all_[place->second];
+    sum.last = report.last;
+    sum.searched += report.searched;
+    sum.shapes += report.shapes;
+    sum.moved += report.moved;
+    sum.lookups += report.lookups;
+    sum.samples += report.samples;
+    sum.seconds += report.seconds;
+    sum.expectedError = std::max(sum.expectedError, report.expectedError);
+  }
+  std::vector<PairReport> take() { return std::move(all_); }
+
+ private:
+  std::map<std::pair<const btCollisionObject*, const btCollisionObject*>, std::size_t> places_;
+  std::vector<PairReport> all_;
+};
+
+}  // namespace
+
+void NarrowPhase::remove(const PairReport& pair) {
+  const std::lock_guard lock(mutex_);
+  std::erase(reports_, &pair);
+  if (settings_.keepReports) parted_.push_back(pair);
+  if (parted_.size() < 2 * kept_ + 64) return;
+  Reports sum;  // so that a pair that meets often takes no more room
+  for (const PairReport& report : parted_) sum.add(report);
+  parted_ = sum.take();
+  kept_ = parted_.size();
+}
+
+std::vector<PairReport> NarrowPhase::pairs() const {
+  const std::lock_guard lock(mutex_);
+  Reports sum;
+  for (const PairReport& report : parted_) sum.add(report);
+  for (const PairReport* report : reports_) sum.add(*report);
+  return sum.take();
+}
+
+}  // namespace cloudcontact
