@@ -29,6 +29,7 @@ std::string usedBy(const PairUse& pair, const std::vector<KnownShape>& known) {
   if (r.searched > 0)
     append(used, times(r.searched, "search") + " of " + std::to_string(r.lookups / r.searched) +
                      " samples");
+  if (r.device > 0) append(used, times(r.device, "search") + " on the device");
   if (r.moved > 0) append(used, times(r.moved, "contact") + " moved along");
   if (r.shapes > 0)
     append(used, times(r.shapes, "contact") + " of " + kindOf(known, pair.a) + " and " +

@@ -209,6 +209,7 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
   summary.searched += how == Answer::Searched;
   summary.shapes += how == Answer::Shapes;
   summary.moved += how == Answer::Moved;
+  summary.device += how == Answer::Device;
   summary.seconds += seconds;
   double error = 0;
   for (const ContactBody* body : {&query.a, &query.b})

@@ -24,6 +24,7 @@ class Reports {
     sum.searched += report.searched;
     sum.shapes += report.shapes;
     sum.moved += report.moved;
+    sum.device += report.device;
     sum.lookups += report.lookups;
     sum.samples += report.samples;
     sum.seconds += report.seconds;

@@ -7,10 +7,10 @@ class btCollisionObject;
 
 namespace cloudcontact {
 
-// How a pair got its contact: its surfaces were searched, closed forms answered for bodies that are
-// known as shapes (CloudShape::setFidelity), or the last contact moved with the bodies
-// (CloudContactSettings::reuseMotion).
-enum class Answer { Searched, Shapes, Moved };
+// How a pair got its contact: its surfaces were searched, here or on a device, closed forms
+// answered for bodies that are known as shapes (CloudShape::setFidelity), or the last contact moved
+// with the bodies (CloudContactSettings::reuseMotion).
+enum class Answer { Searched, Shapes, Moved, Device };
 
 // Of all steps and queries of a pair. The pairs of a compound's children are one. The objects may
 // be gone if reports are kept (CloudContactSettings::keepReports).
@@ -18,16 +18,16 @@ struct PairReport {
   const btCollisionObject* a = nullptr;
   const btCollisionObject* b = nullptr;
   Answer last = Answer::Searched;
-  std::size_t searched = 0, shapes = 0, moved = 0;  // answers
-  std::size_t lookups = 0;                          // samples looked up, in all searches
-  std::size_t samples = 0;                          // that a search of all samples would look up
+  std::size_t searched = 0, shapes = 0, moved = 0, device = 0;  // answers
+  std::size_t lookups = 0;  // samples looked up, in all searches here
+  std::size_t samples = 0;  // that searches of all samples would look up
   double seconds = 0;
-  // [m] Of a depth: what 99 % of the surfaces of the laboratory's bodies stay below (docs/
-  // measurements.md, a tenth of a voxel, or the error of the shapes), and what a contact that is
-  // moved may miss. Edges that cross and other cases in docs/limits.md are worse.
+  // [m] Of a depth: what 99 % of the surfaces of the bodies in docs/measurements.md stay below (a
+  // tenth of a voxel, or the error of the shapes), and what a contact that is moved may miss. Edges
+  // that cross and other cases in docs/limits.md are worse.
   double expectedError = 0;
 
-  std::size_t answers() const { return searched + shapes + moved; }
+  std::size_t answers() const { return searched + shapes + moved + device; }
 };
 
 }  // namespace cloudcontact
