@@ -14,9 +14,99 @@ namespace cloudcontact {
 
 namespace {
 
+// A face farther from a voxel's center than this does not cross the voxel, in sub-sample widths:
+// half a voxel's edge, the ramp, and the bend of a curvature of 0.3 over half a voxel.
+constexpr float kClear = 0.5f * kSub + 0.5f + 0.2f;
+
+struct Points {
+  alignas(64) float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
+};
+
 float middleOf(int voxel, int axis) {
   const int at[3] = {voxel % 3, voxel / 3 % 3, voxel / 9};
   return static_cast<float>(at[axis] - 1);
+}
+
+// Positions of the sub-samples, in the order of FaceField.
+const Points& subSamples() {
+  static const Points points = [] {
+    Points p;
+    for (int k = 0; k < kBlockPoints; ++k) {
+      const int voxel = k / kPerVoxel, sub = k % kPerVoxel;
+      const auto at = [&](int axis, int step) {
+        return middleOf(voxel, axis) - 0.5f + (static_cast<float>(step) + 0.5f) / kSub;
+      };
+      p.x[k] = at(0, sub % kSub);
+      p.y[k] = at(1, sub / kSub % kSub);
+      p.z[k] = at(2, sub / kSub / kSub);
+    }
+    return p;
+  }();
+  return points;
+}
+
+// A face, scaled to sub-sample widths along its normal.
+struct FaceTerms {
+  Eigen::Vector3f n;
+  float s;
+  bool curved;
+  Eigen::Matrix3f half;
+
+  explicit FaceTerms(const Face& f) {
+    const float scale = kSub / f.n.lpNorm<1>();
+    n = f.n * scale;
+    s = f.s * scale;
+    curved = !f.curvature.isZero(0);
+    half = 0.5f * scale * f.curvature;
+  }
+  float flat(float x, float y, float z) const { return n.x() * x + n.y() * y + n.z() * z - s; }
+  float bent(float x, float y, float z) const {
+    return x * (half(0, 0) * x + 2 * half(0, 1) * y) + y * (half(1, 1) * y + 2 * half(1, 2) * z) +
+           z * (half(2, 2) * z + 2 * half(0, 2) * x);
+  }
+  float outside(float x, float y, float z) const {
+    return curved ? flat(x, y, z) + bent(x, y, z) : flat(x, y, z);
+  }
+};
+
+// Distances of a voxel's sub-samples outside a face.
+CC_LANES void findOutside(const FaceTerms& terms, int voxel, float* outside) {
+  const Points& points = subSamples();
+  const float *x = points.x + voxel * kPerVoxel, *y = points.y + voxel * kPerVoxel,
+              *z = points.z + voxel * kPerVoxel;
+  if (terms.curved) {
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k)
+      outside[k] = terms.flat(x[k], y[k], z[k]) + terms.bent(x[k], y[k], z[k]);
+  } else {
+    CC_INDEPENDENT
+    for (int k = 0; k < kPerVoxel; ++k) outside[k] = terms.flat(x[k], y[k], z[k]);
+  }
+}
+
+CC_LANES [[gnu::flatten]] void cutWindow(const Face& f, float length1, const float* middle,
+                                         FaceCuts& cuts) {
+  const float n[3] = {f.n.x(), f.n.y(), f.n.z()};
+  float c[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = f.curvature(i, j);
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
+                z = static_cast<float>(k / 9 - 1);
+    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
+    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
+    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
+    const float length = std::sqrt(mx * mx + (my * my + mz * mz));
+    const float outside = middle[k] * length1 / (kSub * length);
+    const CcCut cut = ccCutCube(mx / length, my / length, mz / length, -outside);
+    const float shift = cut.area / length;
+    cuts.volume[k] = cut.volume;
+    cuts.shift[k] = shift;
+    cuts.moment[0][k] = shift * (x - outside * mx / length);
+    cuts.moment[1][k] = shift * (y - outside * my / length);
+    cuts.moment[2][k] = shift * (z - outside * mz / length);
+  }
 }
 
 // How much of a sub-sample two faces leave together, if each alone leaves r and q: r q for faces at
@@ -123,34 +213,9 @@ struct FacesOf {
   }
 };
 
-// What all faces leave of a sub-sample together, and its derivatives by what each leaves alone. A
-// face shares the sub-sample with those before it by its angle to the one of them that leaves the
-// least there.
-template <int kFaces>
-CC_INLINE void join(const float* r, const Angle* angles, float& left, float* slope) {
-  left = r[0];
-  slope[0] = 1.0f;
-#pragma GCC unroll 8
-  for (int j = 1; j < kFaces; ++j) {
-    const Angle* const angle = angles + j * (j - 1) / 2;
-    float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
-#pragma GCC unroll 8
-    for (int i = 1; i < j; ++i) {
-      const bool former = least < r[i];
-      alike = former ? alike : angle[i].alike;
-      opposed = former ? opposed : angle[i].opposed;
-      least = former ? least : r[i];
-    }
-    const Joined joined = join(left, r[j], alike, opposed);
-    left = joined.both;
-    slope[j] = joined.bySecond;
-#pragma GCC unroll 8
-    for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
-  }
-}
-
 // The share of a sub-sample that the faces leave together, and its derivatives as each alone leaves
-// more, by the linear ramp.
+// more, by the linear ramp. A face shares the sub-sample with those before it by its angle to the
+// one of them that leaves the least there.
 template <int kFaces>
 struct Shared {
   float left, slope[kFaces];
@@ -162,7 +227,25 @@ struct Shared {
       ramp[i] = clamped(0.5f + faces.side * faces.outside[i][k]);
       r[i] = bent(ramp[i], faces.bend[i]);
     }
-    join<kFaces>(r, faces.angle, left, slope);
+    left = r[0];
+    slope[0] = 1.0f;
+#pragma GCC unroll 8
+    for (int j = 1; j < kFaces; ++j) {
+      const Angle* const angle = faces.angle + j * (j - 1) / 2;
+      float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
+#pragma GCC unroll 8
+      for (int i = 1; i < j; ++i) {
+        const bool former = least < r[i];
+        alike = former ? alike : angle[i].alike;
+        opposed = former ? opposed : angle[i].opposed;
+        least = former ? least : r[i];
+      }
+      const Joined joined = join(left, r[j], alike, opposed);
+      left = joined.both;
+      slope[j] = joined.bySecond;
+#pragma GCC unroll 8
+      for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
+    }
 #pragma GCC unroll 8
     for (int i = 0; i < kFaces; ++i) slope[i] *= bentSlope(ramp[i], faces.bend[i]);
   }
@@ -243,128 +326,22 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
   }
 }
 
-// The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined
-// as if they were those of a sub-sample.
-template <int kFaces>
-CC_INLINE void roughly(const Combination& c, float* coverage) {
-  const float* alone[kFaces];
-  for (int i = 0; i < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
-  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
+constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
+
+// The distances at the voxels' centers, and by them the voxels that lie wholly outside or inside.
+CC_LANES void findMiddles(const FaceTerms& terms, float* middle, std::uint32_t& outer,
+                          std::uint32_t& inner) {
   CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    float r[kFaces], left, slope[kFaces];
-#pragma GCC unroll 8
-    for (int i = 0; i < kFaces; ++i) r[i] = start + side * alone[i][k];
-    join<kFaces>(r, c.angle, left, slope);
-    coverage[k] = start + side * left;
-  }
-}
-
-// The sum over a window's voxels, zero in the lanes beyond.
-CC_INLINE float windowTotal(const float* lanes) {
-  F16 half[2];
-  std::memcpy(half, lanes, sizeof half);
-  const F4 sum = quarters(half[0] + half[1]);
-  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-// windowWeight(), 0 in the lanes beyond.
-struct LaneWeights {
-  alignas(64) float at[CC_WINDOW_LANES] = {};
-
-  constexpr LaneWeights() {
-    for (std::size_t v = 0; v < CC_WINDOW_VOXELS; ++v) at[v] = kWindowWeights[v];
-  }
-};
-constexpr LaneWeights kLaneWeights;
-
-CC_INLINE void roughlyAny(const Combination& c, float* coverage) {
-  switch (c.count) {
-    case 1:
-      return roughly<1>(c, coverage);
-    case 2:
-      return roughly<2>(c, coverage);
-    case 3:
-      return roughly<3>(c, coverage);
-    case 4:
-      return roughly<4>(c, coverage);
-    case 5:
-      return roughly<5>(c, coverage);
-    default:
-      return roughly<6>(c, coverage);
-  }
-}
-
-template <int kFaces>
-CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, float s) {
-  const float* alone[kFaces];
-  for (int i = 0; i + 1 < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
-  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
-  const float nx = n.x(), ny = n.y(), nz = n.z();
-  alignas(64) float found[CC_WINDOW_LANES];
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
-                z = static_cast<float>(k / 9 - 1);
-    float r[kFaces], left, slope[kFaces];
-#pragma GCC unroll 8
-    for (int i = 0; i + 1 < kFaces; ++i) r[i] = start + side * alone[i][k];
-    r[kFaces - 1] = start + side * ccCutCube(nx, ny, nz, s - (nx * x + ny * y + nz * z)).volume;
-    join<kFaces>(r, c.angle, left, slope);
-    found[k] = k < CC_WINDOW_VOXELS ? start + side * left : 0.0f;
-  }
-  return windowTotal(found);
-}
-
-CC_LANES [[gnu::flatten]] float massWith(const Combination& c, const Eigen::Vector3f& n, float s) {
-  return c.count == 2 ? massWithPlane<2>(c, n, s) : massWithPlane<3>(c, n, s);
-}
-
-CC_LANES float roughSquare(const BlockTarget& target, const Combination& c) {
-  alignas(64) float found[CC_WINDOW_LANES], square[CC_WINDOW_LANES], counted[CC_WINDOW_LANES];
-  roughlyAny(c, found);
-  CC_INDEPENDENT
-  for (int v = 0; v < CC_WINDOW_LANES; ++v) {
-    const float r = target.coverage[v] - found[v];
-    const bool none = (found[v] <= 0.0f) | (found[v] >= 1.0f), right = std::abs(r) < 2e-3f;
-    counted[v] = none & right ? 0.0f : kLaneWeights.at[v];
-    square[v] = counted[v] * r * r;
-  }
-  const float weight = windowTotal(counted);
-  return weight > 0 ? windowTotal(square) / weight : 1.0f;
-}
-
-// Where one face lies farther outside than the other throughout a voxel. Over half a voxel's edge
-// the difference of their distances changes by its gradient at the center, and by their bend.
-CC_LANES void compare(const Face& a, const float* middleA, const Face& b, const float* middleB,
-                      Angle& angle) {
-  const float scaleA = a.n.lpNorm<1>() / kSub, scaleB = b.n.lpNorm<1>() / kSub;
-  float n[3], c[3][3], bend = 0;
-  for (int i = 0; i < 3; ++i) {
-    n[i] = a.n[i] - b.n[i];
-    for (int j = 0; j < 3; ++j) {
-      c[i][j] = a.curvature(i, j) - b.curvature(i, j);
-      bend += 0.125f * std::abs(c[i][j]);
-    }
-  }
-  alignas(64) float apart[CC_WINDOW_LANES], most[CC_WINDOW_LANES];
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
-                z = static_cast<float>(k / 9 - 1);
-    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
-    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
-    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
-    most[k] = 0.5f * (std::abs(mx) + (std::abs(my) + std::abs(mz))) + bend;
-    apart[k] = middleA[k] * scaleA - middleB[k] * scaleB;
-  }
-  std::uint32_t more = 0, less = 0;
+  for (int k = 0; k < CC_WINDOW_LANES; ++k)
+    middle[k] = terms.outside(static_cast<float>(k % 3 - 1), static_cast<float>(k / 3 % 3 - 1),
+                              static_cast<float>(k / 9 - 1));
+  std::uint32_t above = 0, below = 0;
   for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
-    more |= apart[k] > most[k] ? 1u << k : 0u;
-    less |= -apart[k] > most[k] ? 1u << k : 0u;
+    above |= middle[k] > kClear ? 1u << k : 0u;
+    below |= middle[k] < -kClear ? 1u << k : 0u;
   }
-  angle.more = more & kAllVoxels;
-  angle.less = less & kAllVoxels;
+  outer = above & kAllVoxels;
+  inner = below & kAllVoxels;
 }
 
 template <typename Visit>
@@ -384,10 +361,24 @@ float squareOf(float target, float found, int voxel) {
 
 }  // namespace
 
-Angle angleBetween(const FaceField& a, const FaceField& b) {
-  Angle angle = angleOf(a.face().n, b.face().n);
-  compare(a.face(), a.middle(), b.face(), b.middle(), angle);
-  return angle;
+void FaceField::set(const Face& f) {
+  face_ = f;
+  known_ = 0;
+  isCut_ = false;
+  perShift_ = kSub / f.n.lpNorm<1>();
+  const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
+  bend_ = std::max(2 * (steep - 1), 0.0f);
+  findMiddles(FaceTerms(f), middle_.data(), outer_, inner_);
+}
+
+void FaceField::cut() const {
+  cutWindow(face_, face_.n.lpNorm<1>(), middle_.data(), cuts_);
+  isCut_ = true;
+}
+
+void FaceField::find(int voxel) const {
+  findOutside(FaceTerms(face_), voxel, outside_.data() + voxel * kPerVoxel);
+  known_ |= std::uint32_t{1} << voxel;
 }
 
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
@@ -401,7 +392,7 @@ Combination combine(std::initializer_list<const FaceField*> faces, bool concave)
 void measureAngles(Combination& c) {
   Angle* angle = c.angle;
   for (int j = 1; j < c.count; ++j)
-    for (int i = 0; i < j; ++i) *angle++ = angleBetween(*c.face[i], *c.face[j]);
+    for (int i = 0; i < j; ++i) *angle++ = angleOf(c.face[i]->face().n, c.face[j]->face().n);
 }
 
 float coverageOnly(const Combination& c, int voxel) {
@@ -410,36 +401,28 @@ float coverageOnly(const Combination& c, int voxel) {
 }
 BlockCases casesOf(const Combination& c) {
   BlockCases cases;
-  std::uint32_t beyond = 0, once = 0, crossed[kMostFaces];
+  std::uint32_t beyond = 0, once = 0, twice = 0, crossed[kMostFaces];
   for (int i = 0; i < c.count; ++i) {
     const std::uint32_t outer = c.face[i]->outer(), inner = c.face[i]->inner();
     beyond |= kAllVoxels & (c.concave ? inner : outer);
     crossed[i] = kAllVoxels & ~(outer | inner);
+    twice |= once & crossed[i];
     once |= crossed[i];
   }
   (c.concave ? cases.full : cases.empty) = beyond;
   (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
-  cases.several = once & ~beyond;
-  std::uint32_t second[kMostFaces] = {};  // where another face that crosses the voxel bounds it
-  for (int j = 1; j < c.count; ++j)
-    for (int i = 0; i < j; ++i) {
-      const Angle& angle = c.between(i, j);
-      second[i] |= crossed[j] & ~(c.concave ? angle.less : angle.more);
-      second[j] |= crossed[i] & ~(c.concave ? angle.more : angle.less);
-    }
-  for (int i = 0; i < c.count; ++i) {
-    cases.only[i] = crossed[i] & ~(beyond | second[i]);
-    cases.several &= ~cases.only[i];
-  }
+  cases.several = twice & ~beyond;
+  for (int i = 0; i < c.count; ++i) cases.only[i] = crossed[i] & ~(beyond | twice);
   return cases;
 }
 
-float roughMass(const Combination& c, float place) {
-  return massWith(c, c.face[c.count - 1]->face().n, place);
-}
-
-float roughResidual(const BlockTarget& target, const Combination& c) {
-  return std::sqrt(roughSquare(target, c));
+float massOf(const Combination& c) {
+  const BlockCases cases = casesOf(c);
+  float mass = static_cast<float>(std::popcount(cases.full));
+  for (int i = 0; i < c.count; ++i)
+    forEachBit(cases.only[i], [&](int v) { mass += c.face[i]->cuts().volume[v]; });
+  forEachBit(cases.several, [&](int v) { mass += coverageOnly(c, v); });
+  return mass;
 }
 
 BlockCases coverSimple(const Combination& c, float* coverage) {
@@ -469,15 +452,16 @@ BlockTarget::BlockTarget(const float* block) {
   }
 }
 
-BlockError blockError(const float* target, const float* found) {
-  BlockError error;
+float blockResidual(const float* target, const float* found) {
+  float square = 0, weight = 0;
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
     const float r = target[v] - found[v];
-    const float w = irrelevant(found[v], r) ? 0.0f : windowWeight(v);
-    error.square += w * r * r;
-    error.weight += w;
+    if (irrelevant(found[v], r)) continue;
+    const float w = windowWeight(v);
+    square += w * r * r;
+    weight += w;
   }
-  return error;
+  return weight > 0 ? std::sqrt(square / weight) : 1.0f;
 }
 
 // Adds up the square, cheap voxels first, until it exceeds what the bound allows even if all voxels
@@ -513,7 +497,7 @@ float residualBelow(const BlockTarget& target, const Combination& c, float bound
     left &= ~group;
     if (misses()) return kTooMuch;
   }
-  const float residual = blockError(target.coverage, found).residual();
+  const float residual = blockResidual(target.coverage, found);
   return residual < bound ? residual : kTooMuch;
 }
 

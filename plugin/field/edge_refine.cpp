@@ -24,11 +24,13 @@ constexpr float kLongestStep = 0.4f;
 constexpr float kSettled = 2e-3f;
 constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 // Refinement also stops where it foresees a residual so large that this share of it would still be
-// useless, in each round. Of the hypotheses that refinement makes useful, it stops one of fifty.
-constexpr float kLeast[] = {0.5f, 0.75f, 0.85f, 0.95f}, kLeastHidden[] = {0.25f, 0.5f, 0.7f, 0.9f};
+// useless: in the first round, and later. Of the hypotheses that refinement makes useful, it stops
+// one of fifty.
+constexpr float kLeast[] = {0.45f, 0.7f}, kLeastHidden[] = {0.2f, 0.4f};
 
 constexpr int kUnknowns = 3 * kMostFaces;
 constexpr int kRows = 24;  // whole vector registers
+using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknowns, kUnknowns>;
 using Vector = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kUnknowns, 1>;
 using Tangents = Eigen::Matrix<float, 3, 2>;
 
@@ -73,26 +75,11 @@ struct Equations {
   void addCoverage(const BlockTarget& target, const Combination& c, const Tangents* tangent,
                    float* coverage);
 
-  // By L D L^T. Not finite where a pivot vanishes.
   Vector solved() const {
-    float l[kUnknowns][kUnknowns], d[kUnknowns];
-    Vector x(unknowns);
-    for (int i = 0; i < unknowns; ++i) {
-      d[i] = left[i][i];
-      x[i] = right[i];
-      for (int j = 0; j < i; ++j) {
-        float sum = left[j][i];  // l[i][j] d[j]
-        for (int k = 0; k < j; ++k) sum -= l[i][k] * d[k] * l[j][k];
-        l[i][j] = sum / d[j];
-        d[i] -= l[i][j] * sum;
-        x[i] -= l[i][j] * x[j];
-      }
-    }
-    for (int i = unknowns; i-- > 0;) {
-      x[i] /= d[i];
-      for (int k = i + 1; k < unknowns; ++k) x[i] -= l[k][i] * x[k];
-    }
-    return x;
+    using Padded = Eigen::Map<const Eigen::Matrix<float, kRows, kUnknowns>>;
+    const Matrix a = Padded(left[0]).topLeftCorner(unknowns, unknowns);
+    const Vector b = Eigen::Map<const Vector>(right, unknowns);
+    return a.ldlt().solve(b);
   }
 };
 
@@ -140,14 +127,21 @@ void Equations::addCoverage(const BlockTarget& target, const Combination& c,
 }
 
 // Residual that a step would leave if the coverage were linear in it.
-float foreseen(const Equations& e, const BlockError& now, const Vector& step) {
-  float square = now.square;
+float foreseen(const Equations& e, const BlockTarget& target, const float* found,
+               const Vector& step) {
+  float square = 0, weight = 0;
+  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
+    const float r = target.coverage[v] - found[v];
+    if (irrelevant(found[v], r)) continue;
+    square += windowWeight(v) * r * r;
+    weight += windowWeight(v);
+  }
   for (int j = 0; j < e.unknowns; ++j) {
     float row = -e.prior[j] * step[j];
     for (int i = 0; i < e.unknowns; ++i) row += e.left[j][i] * step[i];
     square += step[j] * (row - 2 * (e.right[j] - e.pull[j]));
   }
-  return now.weight > 0 ? std::sqrt(std::max(square, 0.0f) / now.weight) : 0.0f;
+  return weight > 0 ? std::sqrt(std::max(square, 0.0f) / weight) : 0.0f;
 }
 
 // Moves the faces by a step of the unknowns.
@@ -162,9 +156,11 @@ void move(Face* faces, int count, const Tangents* tangent, const Vector& step, f
 
 }  // namespace
 
-void refine(const BlockTarget& target, float useful, const Combination& start, Hypothesis& h,
-            FaceField* fields) {
-  Combination c = start;
+void refine(const BlockTarget& target, float useful, Hypothesis& h, FaceField* fields) {
+  Combination c;
+  c.count = h.count;
+  c.concave = h.concave;
+  for (int i = 0; i < h.count; ++i) c.face[i] = &fields[i];
   const Hypothesis first = h;
   Hypothesis now = h;
   Tangents tangent[kMostFaces];
@@ -173,11 +169,8 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
   const float* const least =
       h.count > 3 || std::any_of(h.faces, h.faces + h.count, isHidden) ? kLeastHidden : kLeast;
   for (int round = 0; round <= kRounds; ++round) {
-    for (int i = 0; round > 0 && i < h.count; ++i) {
-      fields[i].set(now.faces[i]);
-      c.face[i] = &fields[i];
-    }
-    if (round > 0) measureAngles(c);
+    for (int i = 0; i < h.count; ++i) fields[i].set(now.faces[i]);
+    measureAngles(c);
     float found[CC_WINDOW_VOXELS];
     for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
     if (round < kRounds) {
@@ -187,8 +180,7 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
     } else {
       coverageOf(c, found);
     }
-    const BlockError error = blockError(target.coverage, found);
-    now.residual = error.residual();
+    now.residual = blockResidual(target.coverage, found);
     if (now.residual < h.residual) h = now;
     if (round == kRounds || now.residual > kHopeless) return;
     const Vector step = equations.solved();
@@ -196,7 +188,7 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
     const float longest = step.cwiseAbs().maxCoeff();
     if (longest < kSettled) return;
     const float shorten = kLongestStep / std::max(kLongestStep, longest);
-    if (least[round] * foreseen(equations, error, shorten * step) > useful) return;
+    if (least[round > 0] * foreseen(equations, target, found, shorten * step) > useful) return;
     move(now.faces, h.count, tangent, step, shorten);
   }
 }

@@ -18,12 +18,8 @@ constexpr std::size_t kRefined = 2;     // trials of each kind that are refined
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
 constexpr float kCell = 0.125f;         // of the places tried for a hidden face
-constexpr float kFarthest = 2;          // of these places
-// A trial is refined if its residual is at most this times the useful, and this times the best of
-// its kind.
-constexpr float kFar = 10.0f, kFarHidden = 16.0f, kSecond = 1.5f;
-// roughResidual() is off by less than this in all but one of ten thousand trials.
-constexpr float kRoughError = 0.02f;
+// A trial is refined if its residual is at most this times the useful.
+constexpr float kFar = 10.0f, kFarHidden = 20.0f;
 constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
 constexpr float kFurther = 0.8f;        // an additional face must lower the residual by this factor
 constexpr float kBackToBack = -0.8f;    // cosine between a plate's two faces
@@ -50,7 +46,7 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
   const BlockTarget block(target);
   target_ = &block;
   best_ = {};
-  useful_ = bound;
+  useful_ = std::max(kExplained, bound / kFurther);
   count_ = 0;
   around_.clear();
   for (const Face& f : faces) {
@@ -70,74 +66,39 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
   return best_;
 }
 
-// A combination of near faces, by their numbers.
-Combination EdgeSearch::combineNear(std::initializer_list<int> faces, bool concave) const {
-  Combination c;
-  c.concave = concave;
-  Angle* angle = c.angle;
-  for (auto j = faces.begin(); j != faces.end(); ++j) {
-    for (auto i = faces.begin(); i != j; ++i) *angle++ = angles_[*i][*j];
-    c.face[c.count++] = &fields_[*j];
-  }
-  return c;
-}
-
-// Makes a combination a candidate if it may leave less than `limit`.
-void EdgeSearch::consider(const Combination& c, const Face& plane, float limit) {
-  const float least = roughResidual(*target_, c) - kRoughError;
-  if (least >= limit) return;
-  order_.emplace_back(least, static_cast<int>(candidates_.size()));
-  candidates_.push_back({c, plane, least});
-}
-
-// Keeps the best `most` candidates as trials, best first. Computes only those whose estimate does
-// not exclude them, the most promising first.
-void EdgeSearch::choose(std::size_t most, Limits limits) {
-  trials_.clear();
-  std::sort(order_.begin(), order_.end());
-  for (const auto& [least, number] : order_) {
-    const bool all = trials_.size() == most;
-    const float bound = all ? std::min(limits.residual, trials_.back().residual) : limits.residual;
-    if (least >= bound) break;
-    const Trial& candidate = candidates_[static_cast<std::size_t>(number)];
-    if (candidate.plane.hidden) hidden_.set(candidate.plane);
-    const float residual = residualBelow(*target_, candidate.faces, bound, limits.miss);
-    if (residual >= bound) continue;
-    if (all) trials_.pop_back();
-    const auto after = std::find_if(trials_.begin(), trials_.end(),
-                                    [&](const Trial& t) { return t.residual > residual; });
-    trials_.insert(after, {candidate.faces, candidate.plane, residual});
-  }
-  order_.clear();
-  candidates_.clear();
+// Keeps a combination among the best `most` tried, best first, where equal in the order of trial.
+void EdgeSearch::tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits) {
+  const bool all = trials_.size() == most;
+  const float bound = all ? std::min(limits.residual, trials_.back().residual) : limits.residual;
+  const float residual = residualBelow(*target_, c, bound, limits.miss);
+  if (residual >= bound) return;
+  if (all) trials_.pop_back();
+  const auto after = std::find_if(trials_.begin(), trials_.end(),
+                                  [&](const Trial& t) { return t.residual > residual; });
+  trials_.insert(after, {c, plane, residual});
 }
 
 // All pairs, unrefined. Combinations that miss the middle voxel's coverage by far are skipped:
 // neighbors' faces are right to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryPairs() {
-  for (int j = 1; j < count_; ++j)
-    for (int i = 0; i < j; ++i) {
-      angles_[i][j] = angleBetween(fields_[i], fields_[j]);
-      angles_[j][i] = angles_[i][j].swapped();
-    }
+  trials_.clear();
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
-      for (int j = i + 1; j < count_; ++j) consider(combineNear({i, j}, concave), {}, kTooMuch);
-  choose(kWidened, {kTooMuch, kMiddleMiss});
+      for (int j = i + 1; j < count_; ++j)
+        tryOne(combine({&fields_[i], &fields_[j]}, concave), {}, kWidened, {kTooMuch, kMiddleMiss});
   pairs_ = trials_;
 }
 
 // The best pairs, each with one more face.
 void EdgeSearch::tryTriples() {
-  const float limit = kFar * useful_;
+  trials_.clear();
   for (const Trial& trial : pairs_) {
     const Combination& pair = trial.faces;
-    const int i = static_cast<int>(pair.face[0] - fields_),
-              j = static_cast<int>(pair.face[1] - fields_);
     for (int k = 0; k < count_; ++k)
-      if (k != i && k != j) consider(combineNear({i, j, k}, pair.concave), {}, limit);
+      if (&fields_[k] != pair.face[0] && &fields_[k] != pair.face[1])
+        tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave), {}, kRefined,
+               {kFar * useful_, kMiddleMiss});
   }
-  choose(kRefined, {limit, kMiddleMiss});
 }
 
 // Selects faces that represent all, where there are more than a record holds, as at the tip of a
@@ -170,8 +131,7 @@ void EdgeSearch::tryTips() {
     c.concave = concave;
     for (std::size_t i = 0; i < around_.size(); ++i) c.face[c.count++] = &fields[i];
     measureAngles(c);
-    const float promising = std::min(kPromising * best_.residual, kFar * useful_);
-    if (roughResidual(*target_, c) - 2 * kRoughError > promising) continue;
+    const float promising = kPromising * best_.residual;
     float residual = residualBelow(*target_, c, std::nextafter(promising, kTooMuch), kTooMuch);
     if (residual > promising) continue;
     while (c.count > kFewFaces) {
@@ -199,15 +159,14 @@ void EdgeSearch::refineBest() {
   for (std::size_t t = 0; t < trials_.size() && t < kRefined && best_.residual > kExplained; ++t) {
     const Trial& trial = trials_[t];
     if (trial.residual > (trial.plane.hidden ? kFarHidden : kFar) * useful_) break;
-    if (trial.residual > kSecond * trials_.front().residual) break;
     Hypothesis h;
     h.count = trial.faces.count;
     h.concave = trial.faces.concave;
     h.residual = trial.residual;
-    if (trial.plane.hidden) hidden_.set(trial.plane);
-    for (int i = 0; i < h.count; ++i) h.faces[i] = trial.faces.face[i]->face();
+    for (int i = 0; i < h.count; ++i)
+      h.faces[i] = trial.faces.face[i] == &hidden_ ? trial.plane : trial.faces.face[i]->face();
     const float beat = (h.count > best_.count ? kFurther : 1.0f) * best_.residual;
-    refine(*target_, std::min(useful_, beat), trial.faces, h, work_);
+    refine(*target_, std::min(useful_, beat), h, work_);
     keep(h);
   }
 }
@@ -220,6 +179,7 @@ void EdgeSearch::keep(const Hypothesis& h) {
 // a thread), across two that are back to back (rim of a plate), or as one mirrored about the
 // block's mean normal.
 void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
+  trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
     const Combination& pair = pairs_[p].faces;
     const Eigen::Vector3f &a = pair.face[0]->face().n, &b = pair.face[1]->face().n;
@@ -231,7 +191,6 @@ void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
     for (bool concave : {false, true})
       placeHidden(combine({&fields_[i], &hidden_}, concave),
                   2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
-  choose(kRefined, {kFarHidden * useful_, kTooMuch});
   refineBest();
 }
 
@@ -244,29 +203,36 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   plane.n = normal.normalized();
   for (int k = 0; k + 1 < c.count; ++k)
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
+  plane.s = placeOf(c, plane);
   hidden_.set(plane);
   measureAngles(c);
-  plane.s = placeOf(c);
-  hidden_.set(plane);
-  measureAngles(c);
-  consider(c, plane, kFarHidden * useful_);
+  tryOne(c, plane, kRefined, {kFarHidden * useful_, kTooMuch});
 }
 
 // The middle of the cell of places in which the mass is right. Taken by secants that no end of the
 // range keeps for long (Illinois).
-float EdgeSearch::placeOf(const Combination& c) const {
-  const auto off = [&](float place) { return roughMass(c, place) - target_->mass; };
-  float low = -kFarthest, high = kFarthest, below = off(low), above = off(high);
+float EdgeSearch::placeOf(Combination c, Face plane) {
+  const auto off = [&] { return massOf(c) - target_->mass; };
+  --c.count;
+  const float alone = off();
+  ++c.count;
+  hidden_.set(plane);
+  measureAngles(c);
+  float low = -2, high = 2;
+  // The mass beside the target with the face at either end.
+  float below = c.concave ? alone : -target_->mass,
+        above = c.concave ? CC_WINDOW_VOXELS - target_->mass : alone;
   if (below >= 0) return low + 0.5f * kCell;
   if (above < 0) return high - 0.5f * kCell;
   int last = 0;
   while (high - low > 1.5f * kCell) {
     const float part = std::clamp(below / (below - above), 0.1f, 0.9f);
-    const float place = std::clamp(kCell * std::round((low + part * (high - low)) / kCell),
-                                   low + kCell, high - kCell);
-    const float now = off(place);
+    plane.s = std::clamp(kCell * std::round((low + part * (high - low)) / kCell), low + kCell,
+                         high - kCell);
+    hidden_.set(plane);
+    const float now = off();
     const int side = now < 0 ? -1 : 1;
-    (now < 0 ? low : high) = place;
+    (now < 0 ? low : high) = plane.s;
     (now < 0 ? below : above) = now;
     if (side == last) (now < 0 ? above : below) *= 0.5f;
     last = side;

@@ -4,8 +4,6 @@
 
 #include "field/edge_refine.h"
 
-#include <initializer_list>
-#include <utility>
 #include <vector>
 
 namespace cloudcontact {
@@ -39,9 +37,7 @@ class EdgeSearch {
     float residual, miss;  // largest, of the block and of its middle voxel
   };
 
-  Combination combineNear(std::initializer_list<int> faces, bool concave) const;
-  void consider(const Combination& c, const Face& plane, float limit);
-  void choose(std::size_t most, Limits limits);
+  void tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits);
   void tryPairs();
   void tryTriples();
   const FaceField* spreadFaces();
@@ -49,19 +45,16 @@ class EdgeSearch {
   void refineBest();
   void tryHidden(const Eigen::Vector3f& mean);
   void placeHidden(Combination c, const Eigen::Vector3f& normal);
-  float placeOf(const Combination& c) const;
+  float placeOf(Combination c, Face plane);
   void keep(const Hypothesis& h);
 
   const BlockTarget* target_ = nullptr;
   int count_ = 0;
   float useful_ = 0;  // residual below which a hypothesis decides what is found
   FaceField fields_[kMostNear];
-  Angle angles_[kMostNear][kMostNear];  // of two fields
   std::vector<Face> around_;
   FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
-  std::vector<Trial> trials_, pairs_;         // best first
-  std::vector<Trial> candidates_;             // with the least residual that they may leave
-  std::vector<std::pair<float, int>> order_;  // of the candidates, by that residual
+  std::vector<Trial> trials_, pairs_;  // best first
   Hypothesis best_;
 };
 

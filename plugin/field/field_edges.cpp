@@ -42,19 +42,12 @@ constexpr int kClimbs = 8;       // at most so many further passes, up a tip
 // surroundings alone: what a tool is about to cut again is not searched.
 constexpr int kRest = 3;
 constexpr int kReach = 3;             // faces are collected this far from the block's center
-constexpr std::size_t kUsual = 128;   // of them, to reserve memory
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also coincide are one
 constexpr float kSameOffset = 0.25f;
 
 float sharpest(const CcSurface& f) {
   return std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)});
-}
-
-// True if a voxel's pieces are continued to others. All have the same residual.
-bool shows(const VoxelState& v) {
-  return v.pieces[0].surface.residual <=
-         (v.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge);
 }
 
 // A neighbor's surface relative to the block's center, which lies at `r` from the neighbor's.
@@ -82,8 +75,6 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
   for (const Face& f : all) order.emplace_back(-f.weight, static_cast<int>(order.size()));
   std::sort(order.begin(), order.end());
   std::vector<Face> faces, sums;
-  faces.reserve(most);
-  sums.reserve(most);
   for (const auto& [weight, number] : order) {
     const Face& f = all[static_cast<std::size_t>(number)];
     std::size_t k = 0;
@@ -109,39 +100,23 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
   return sums;
 }
 
-// Calls visit(brick, cell, offset) for the surface voxels within reach of a voxel, in the order of
-// the grid, until it returns true. Returns whether it did.
-template <typename Visit>
-bool anyNear(const FieldDraft& draft, const DraftVoxel& at, Visit&& visit) {
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach;) {
-        // As far as a brick reaches.
-        const int x = at.x + dx, y = at.y + dy, z = at.z + dz,
-                  end = std::min(kReach + 1, dx + kBrickEdge - (x & (kBrickEdge - 1)));
-        const SurfaceBrick* const brick = draft.brickOf(x, y, z);
-        const int cell = cellIndex(x, y, z) - dx;
-        for (; dx < end; ++dx)
-          if (brick && brick->place[static_cast<std::size_t>(cell + dx)] >= 0 &&
-              visit(*brick, cell + dx, Eigen::Vector3f(float(dx), float(dy), float(dz))))
-            return true;
-      }
-  return false;
-}
-
 // The distinct faces near a voxel, as known before a pass: means over the neighbors that show them.
 // Near ones with small residuals come first.
 std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
                             std::size_t most) {
   std::vector<Face> all;
-  all.reserve(kUsual);
-  anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f& offset) {
-    const VoxelState from = brick.state(cell, pass);
-    if (from && shows(from))
-      for (int k = 0; k < from.count(); ++k)
-        all.push_back(continued(from.pieces[k].surface, -offset));
-    return false;
-  });
+  for (int dz = -kReach; dz <= kReach; ++dz)
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const VoxelState from = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
+        if (!from) continue;
+        for (int k = 0; k < from.count(); ++k) {
+          const CcSurface& f = from.pieces[k].surface;
+          if (f.residual > (from.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge))
+            continue;
+          all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
+        }
+      }
   return distinct(all, most);
 }
 
@@ -201,25 +176,21 @@ bool anyStep(const FieldDraft& draft, const DraftVoxel& at, int pass) {
   return false;
 }
 
-// True if the previous pass changed a voxel within reach and counts(now, before).
+// True if the previous pass changed a voxel within reach that satisfies `counts`.
 template <typename Counts>
 bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Counts&& counts) {
   if (!anyStep(draft, at, pass - 1)) return false;
-  return anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f&) {
-    const VoxelState now = brick.state(cell, pass);
-    return now && now.step->pass == pass - 1 && counts(now, brick.state(cell, pass - 1));
-  });
-}
-
-// True if the previous pass changed a face that a voxel's search sees.
-bool besideNewFace(const FieldDraft& draft, const DraftVoxel& at, int pass) {
-  return besideChange(draft, at, pass, [](const VoxelState& now, const VoxelState& before) {
-    return shows(now) || shows(before);
-  });
+  for (int dz = -kReach; dz <= kReach; ++dz)
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const VoxelState other = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
+        if (other && other.step->pass == pass - 1 && counts(other)) return true;
+      }
+  return false;
 }
 
 // True if a pass may find something for a voxel that earlier passes did not. The last plain pass
-// searches like the one before it, so it only visits voxels that see another face.
+// searches like the one before it, so it only visits voxels beside a change.
 //
 // A tip as slender as 8 deg is explained from its base up, a few voxels per pass, since each pass
 // needs the faces of the one before. Climbing passes therefore visit voxels beside a good new edge:
@@ -231,9 +202,10 @@ bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v,
   const float residual = v.pieces[0].surface.residual;
   if (!pass.climbs() && residual <= kRetried[pass.number]) return false;
   if (pass.number < kPlainPasses) return true;
-  if (pass.number == kPlainPasses) return besideNewFace(draft, at, pass.number);
+  if (pass.number == kPlainPasses)
+    return besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
   const bool lost = residual > kLost;
-  return besideChange(draft, at, pass.number, [lost](const VoxelState& other, const VoxelState&) {
+  return besideChange(draft, at, pass.number, [lost](const VoxelState& other) {
     return other.pieces[0].surface.residual <= kGoodEdge && (lost || other.count() > kFewFaces);
   });
 }
@@ -271,7 +243,8 @@ struct BrickFinds {
 
 // Where nothing has changed nearby, the second pass would repeat the search of the first.
 bool repeats(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass) {
-  return pass.number == 2 && !besideNewFace(draft, at, pass.number);
+  return pass.number == 2 &&
+         !besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
 }
 
 void searchBrick(const FieldDraft& draft, const Pass& pass, std::int32_t number, EdgeSearch& search,
@@ -447,8 +420,7 @@ class EdgeRenewal {
       brick.voxels[static_cast<std::size_t>(voxel)].last = static_cast<std::int16_t>(now);
     visited_.add(v.x, v.y, v.z);
     const int last = after >= 0 ? brick.steps[static_cast<std::size_t>(after)].pass : kPasses;
-    // A search also reads what the last pass before its own replaced.
-    if (pass < last) markReaders(v, bitsOf(pass + 1, std::min(last + 1, kPasses)));
+    if (pass < last) markReaders(v, bitsOf(pass + 1, last));
   }
 
   static bool equal(const VoxelState& a, const Hypothesis& h) {
@@ -474,7 +446,7 @@ class EdgeRenewal {
   // search.
   static constexpr int kSearch = 32, kTipSearch = 96, kLook = 1;
   // What a share costs, and a look at a voxel's marks [us].
-  static constexpr double kShareCost = 1.4, kLookCost = 0.03;
+  static constexpr double kShareCost = 2, kLookCost = 0.03;
 
   FieldDraft& draft_;
   EdgeQueue& queue_;
