@@ -29,7 +29,7 @@ constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of an M16 nut [m]
 
 struct Options {
   int nuts = 10000, pairs = 1024, steps = 100, settle = 60, threads = 0;
-  double voxel = 5e-4, reuse = CloudContactSettings{}.reuseMotion;
+  double voxel = 5e-4, reuse = 0.02;
   bool device = true;
 };
 

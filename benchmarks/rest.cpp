@@ -26,7 +26,7 @@ using namespace cloudcontact;
 struct Options {
   int bodies = 200, threads = 1;
   bool nuts = false;
-  double seconds = 60, settle = 4, voxel = 1e-3, motion = CloudContactSettings{}.reuseMotion;
+  double seconds = 60, settle = 4, voxel = 1e-3, motion = 0.02;
 };
 
 constexpr double kSteps = 240;  // a second

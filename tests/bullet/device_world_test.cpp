@@ -109,7 +109,9 @@ TEST(DeviceWorld, StacksOfNuts) {
 
 TEST(DeviceWorld, PairsThatRestKeepTheirContacts) {
   SKIP_WITHOUT_DEVICE();
-  const Outcome found = expectSame([](Stage& s) { stack(s, 4, 3); }, {}, 120);
+  CloudContactSettings settings;
+  settings.reuseMotion = 0.02;
+  const Outcome found = expectSame([](Stage& s) { stack(s, 4, 3); }, settings, 120);
   EXPECT_GT(found.counted.device, 0u);
   EXPECT_GT(found.counted.reused, 2 * found.counted.device);
 }

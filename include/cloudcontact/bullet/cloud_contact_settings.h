@@ -24,8 +24,9 @@ struct CloudContactSettings {
   bool lists = true;  // ContactSettings::verletLists of every pair
   // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved
   // farther than this relative to the other; until then its last contact is moved with the bodies.
-  // 0: every step searches. Finite and not negative.
-  double reuseMotion = 0.02;
+  // 0: every step searches. With 0.02 a pile at rest costs a twelfth; ten heavy links that hang by
+  // their shape, and stand still without, swing (docs/limits.md). Finite and not negative.
+  double reuseMotion = 0;
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
