@@ -162,7 +162,7 @@ TEST(WorldCutter, PartsABlockAndCutsBothPieces) {
   CuttableBody& piece = *pieces[0];
   EXPECT_NEAR(piece.volume(), m.block.volume(), 0.1 * m.block.volume());
   const double side = piece.matter().center.y() > 0 ? 1 : -1;
-  for (int k = 0; k < 60; ++k) go(side * Vec3::UnitY());
+  for (int k = 0; k < 90; ++k) go(side * Vec3::UnitY());
   EXPECT_GT(ofPieces, 0.02 * before);
   EXPECT_NEAR(before - m.block.volume() - piece.volume(), volume, 0.01 * volume) << ofPieces;
 }
