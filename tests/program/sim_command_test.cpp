@@ -124,7 +124,8 @@ TEST_F(CommandTest, ExplainsWhatItModelled) {
   const Json& row = json["explain"][0];
   const std::string pair = row["a"].get<std::string>() + row["b"].get<std::string>();
   EXPECT_TRUE(pair == "floorbrick" || pair == "brickfloor") << pair;
-  EXPECT_EQ(row["queries"], 100);
+  EXPECT_NEAR(row["queries"].get<double>(), 100,
+              1);  // contacts are also looked for before the first
   EXPECT_EQ(row["share"], 1);
   EXPECT_GT(row["microseconds"].get<double>(), 0);
   EXPECT_GT(row["expectedError"].get<double>(), 0);
