@@ -1,6 +1,5 @@
-// Piles of bricks and of nuts at rest that do not sleep: the narrow phase with every step searched
-// anew and with contacts that move with their bodies (CloudContactSettings::reuseMotion), side by
-// side in one run.
+// Piles of bricks and nuts that rest without sleeping. Compares two narrow phases in one run: a
+// search in every step, and contacts reused between steps (CloudContactSettings::reuseMotion).
 //   rest [--bodies N] [--seconds S] [--settle S] [--threads N] [--voxel H] [--motion VOXELS]
 // A pile is poured, or laid in layers, and settles. Two copies of it then run for the given time.
 // Beside the times the table shows how far the bodies have gone meanwhile in each copy, and how far
