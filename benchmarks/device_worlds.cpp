@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "command.h"
+#include "field/mesh_field.h"
 #include "heap.h"
 #include "scene/generated_mesh.h"
 #include "timing.h"
@@ -30,42 +32,13 @@ constexpr double kHeight = 13e-3, kWidth = 24e-3;  // of an M16 nut [m]
 struct Options {
   int nuts = 10000, pairs = 1024, steps = 100, settle = 60, threads = 0;
   double voxel = 5e-4, reuse = 0.02;
-  bool device = true;
+  std::string backend = "opencl";
+  bool device() const { return backend == "opencl"; }
 };
 
-Options optionsOf(int count, char** words) {
-  Options o;
-  for (int i = 1; i + 1 < count; i += 2) {
-    const std::string name = words[i], value = words[i + 1];
-    if (name == "--nuts")
-      o.nuts = std::stoi(value);
-    else if (name == "--pairs")
-      o.pairs = std::stoi(value);
-    else if (name == "--steps")
-      o.steps = std::max(1, std::stoi(value));
-    else if (name == "--settle")
-      o.settle = std::stoi(value);
-    else if (name == "--threads")
-      o.threads = std::stoi(value);
-    else if (name == "--voxel")
-      o.voxel = std::stod(value);
-    else if (name == "--reuse")
-      o.reuse = std::stod(value);
-    else if (name == "--backend")
-      o.device = value == "opencl";
-    else
-      throw std::invalid_argument(
-          "unknown option '" + name +
-          "'; use --nuts, --pairs, --steps, --settle, --voxel, --threads, --reuse or --backend");
-  }
-  return o;
-}
-
-std::shared_ptr<const SurfaceField> fieldOf(Mesh mesh, double down, double voxel) {
+std::shared_ptr<const SurfaceField> loweredField(Mesh mesh, double down, double voxel) {
   for (Vec3& v : mesh.vertices) v.z() -= down;
-  DigitizeSettings settings;
-  settings.voxelSize = voxel;
-  return SurfaceField::build(digitize(mesh, settings));
+  return testing::fieldOf(mesh, voxel);
 }
 
 HeapSettings heapSettings(const Options& o, bool device) {
@@ -145,13 +118,13 @@ void compare(const char* name, const Options& o, const HeapSettings& settings, i
   Heap settled(first);
   settled.run(o.settle, 1);
   std::printf("%s: %d bodies, voxels of %g mm, reuse %g voxels%s%s\n", name, bodies, 1e3 * o.voxel,
-              settings.contact.reuseMotion, o.device ? ", on " : "",
+              settings.contact.reuseMotion, o.device() ? ", on " : "",
               settled.dispatcher().device().c_str());
   Heap heap(first);
   heap.rest(settled);
   heap.run(3, 1);
-  measure(heap, o.device ? "  device" : "  cores", o.steps);
-  if (!o.device) return;
+  measure(heap, o.device() ? "  device" : "  cores", o.steps);
+  if (!o.device()) return;
   if (const std::string why = heap.dispatcher().statistics().deviceFailure; !why.empty())
     std::printf("  the device failed: %s\n", why.c_str());
   HeapSettings second = settings;
@@ -167,9 +140,9 @@ void compare(const char* name, const Options& o, const HeapSettings& settings, i
 }
 
 void restingNuts(const Options& o, double reuse) {
-  HeapSettings settings = heapSettings(o, o.device);
+  HeapSettings settings = heapSettings(o, o.device());
   const auto field =
-      fieldOf(program::nutMesh(program::Thread{}, kHeight, kWidth), kHeight / 2, o.voxel);
+      loweredField(program::nutMesh(program::Thread{}, kHeight, kWidth), kHeight / 2, o.voxel);
   const int side = static_cast<int>(std::ceil(std::sqrt(o.nuts / double(kHigh))));
   const double pitch = 2 * kWidth;  // their boxes do not meet
   settings.slab = pitch * (side + 1);
@@ -188,11 +161,11 @@ void restingNuts(const Options& o, double reuse) {
 
 // Nuts a tenth of a voxel too tight on rods, in pairs: body 2k is a rod, 2k + 1 its nut.
 void nutsOnRods(const Options& o) {
-  HeapSettings settings = heapSettings(o, o.device);
+  HeapSettings settings = heapSettings(o, o.device());
   program::Thread wide;
   wide.clearance = -0.1 * o.voxel;
-  const auto rod = fieldOf(program::boltMesh(program::Thread{}, 24e-3), 0, o.voxel),
-             nut = fieldOf(program::nutMesh(wide, kHeight, kWidth), 0, o.voxel);
+  const auto rod = loweredField(program::boltMesh(program::Thread{}, 24e-3), 0, o.voxel),
+             nut = loweredField(program::nutMesh(wide, kHeight, kWidth), 0, o.voxel);
   const int side = static_cast<int>(std::ceil(std::sqrt(double(o.pairs))));
   for (int k = 0; k < o.pairs; ++k) {
     const double x = 2 * kWidth * (k % side), y = 2 * kWidth * (k / side);
@@ -211,16 +184,22 @@ void nutsOnRods(const Options& o) {
 
 }  // namespace
 
-int main(int count, char** words) {
-  try {
-    const Options options = optionsOf(count, words);
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App words("Worlds whose cloud pairs an OpenCL device searches", "device_worlds");
+  words.add_option("--nuts", options.nuts);
+  words.add_option("--pairs", options.pairs);
+  words.add_option("--steps", options.steps)->check(CLI::PositiveNumber);
+  words.add_option("--settle", options.settle, "steps before the clock starts");
+  words.add_option("--threads", options.threads, "0: all");
+  words.add_option("--voxel", options.voxel, "[m]");
+  words.add_option("--reuse", options.reuse, "CloudContactSettings::reuseMotion [voxels]");
+  words.add_option("--backend", options.backend)->check(CLI::IsMember({"cpu", "opencl"}));
+  return runCommand(words, argc, argv, [&options] {
     if (options.nuts > 0) {
       if (options.reuse > 0) restingNuts(options, options.reuse);
       restingNuts(options, 0);
     }
     if (options.pairs > 0) nutsOnRods(options);
-  } catch (const std::exception& failure) {
-    std::fprintf(stderr, "device_worlds: %s\n", failure.what());
-    return 1;
-  }
+  });
 }

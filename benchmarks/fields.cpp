@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <numbers>
 #include <numeric>
@@ -24,17 +23,11 @@ using namespace cloudcontact;
 
 constexpr int kPoints = 100000, kLoads = 9;
 
-double processorSeconds() {
-  std::timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-
 template <typename Work>
 double spent(Work&& work) {
-  const double start = processorSeconds();
+  const double start = threadSeconds();
   work();
-  return processorSeconds() - start;
+  return threadSeconds() - start;
 }
 
 struct Errors {

@@ -4,13 +4,12 @@
 //
 // near [queries] [voxel in mm]
 #include <cloudcontact/contact/contact_finder.h>
-#include <cloudcontact/voxels/digitize.h>
 
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <random>
 
+#include "field/mesh_field.h"
 #include "scene/generated_mesh.h"
 #include "timing.h"
 
@@ -24,18 +23,6 @@ struct Pair {
   Vec3 centered, pressed;  // places of the moving body
   double play;             // [m] it moves about `centered` by this much
 };
-
-std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
-  DigitizeSettings settings;
-  settings.voxelSize = voxel;
-  return SurfaceField::build(digitize(mesh, settings));
-}
-
-double threadSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 struct Run {
   std::vector<double> micros, lookups;
@@ -120,12 +107,13 @@ int main(int count, char** values) {
   const double voxel = 1e-3 * (count > 2 ? std::atof(values[2]) : 0.25);
   program::Thread thread;
   thread.clearance = 0.15e-3;
-  const Pair pairs[] = {{"nut", fieldOf(program::boltMesh(thread, 40e-3), voxel),
-                         fieldOf(program::nutMesh(thread, 13e-3, 24e-3), voxel), Vec3(0, 0, 12e-3),
-                         Vec3(0, 0, 12e-3 - 0.1e-3 / std::sin(0.5236) - 0.26 * voxel), 0.02e-3},
-                        {"peg", fieldOf(program::holeMesh(4.1e-3, 20e-3, 20e-3, 0.5e-3), voxel),
-                         fieldOf(program::pegMesh(4e-3, 25e-3, 0.5e-3), voxel), Vec3(0, 0, 4e-3),
-                         Vec3(0.1e-3 + 0.26 * voxel, 0, 4e-3), 0.01e-3}};
+  const Pair pairs[] = {
+      {"nut", testing::fieldOf(program::boltMesh(thread, 40e-3), voxel),
+       testing::fieldOf(program::nutMesh(thread, 13e-3, 24e-3), voxel), Vec3(0, 0, 12e-3),
+       Vec3(0, 0, 12e-3 - 0.1e-3 / std::sin(0.5236) - 0.26 * voxel), 0.02e-3},
+      {"peg", testing::fieldOf(program::holeMesh(4.1e-3, 20e-3, 20e-3, 0.5e-3), voxel),
+       testing::fieldOf(program::pegMesh(4e-3, 25e-3, 0.5e-3), voxel), Vec3(0, 0, 4e-3),
+       Vec3(0.1e-3 + 0.26 * voxel, 0, 4e-3), 0.01e-3}};
   for (const Pair& pair : pairs) {
     report(pair.name, "pressed", 0.01, voxel,
            run(pair, pair.pressed, 0.1 * voxel, 0.01 * voxel, queries));

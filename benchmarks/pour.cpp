@@ -21,6 +21,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "command.h"
 #include "nuts.h"
 #include "scene/penetration.h"
 
@@ -143,32 +144,6 @@ json apart(const char* method, const std::function<json()>& row) {
   return {{"method", method}, {"killed", true}};
 }
 
-Options optionsOf(int argc, char** argv) {
-  Options options;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 == argc) throw std::invalid_argument(name + " needs a value");
-    const std::string value = argv[i + 1];
-    if (name == "--bodies")
-      options.bodies = std::stoi(value);
-    else if (name == "--threads")
-      options.threads = std::stoi(value);
-    else if (name == "--seconds")
-      options.seconds = std::stod(value);
-    else if (name == "--voxel")
-      options.voxel = std::stod(value);
-    else if (name == "--limit")
-      options.limit = std::stod(value);
-    else if (name == "--out")
-      options.out = value;
-    else
-      throw std::invalid_argument("unknown option '" + name +
-                                  "'; use --bodies, --seconds, --threads, --voxel, --limit or "
-                                  "--out");
-  }
-  return options;
-}
-
 void measure(const Options& options) {
   const Mesh mesh = nut();
   const program::MeasuredBody body{{{program::probed(program::SceneMesh{}, &mesh), Pose{}}}};
@@ -185,11 +160,13 @@ void measure(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    measure(optionsOf(argc, argv));
-    return 0;
-  } catch (const std::exception& failure) {
-    std::fprintf(stderr, "pour: %s\n", failure.what());
-    return 1;
-  }
+  Options options;
+  CLI::App words("Nuts poured into a box, beside convex parts", "pour");
+  words.add_option("--bodies", options.bodies);
+  words.add_option("--seconds", options.seconds);
+  words.add_option("--threads", options.threads);
+  words.add_option("--voxel", options.voxel, "[m]");
+  words.add_option("--limit", options.limit, "[s] a method may take");
+  words.add_option("--out", options.out, "a JSON file");
+  return runCommand(words, argc, argv, [&options] { measure(options); });
 }

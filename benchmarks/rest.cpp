@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "command.h"
 #include "nuts.h"
 #include "scene/primitive_mesh.h"
 
@@ -91,34 +92,6 @@ void compare(const char* name, const Options& options, HeapSettings settings) {
   }
 }
 
-Options optionsOf(int argc, char** argv) {
-  Options o;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (i + 1 == argc) throw std::invalid_argument(name + " needs a value");
-    const double value = std::stod(argv[i + 1]);
-    if (name == "--bodies")
-      o.bodies = static_cast<int>(value);
-    else if (name == "--threads")
-      o.threads = static_cast<int>(value);
-    else if (name == "--seconds")
-      o.seconds = value;
-    else if (name == "--settle")
-      o.settle = value;
-    else if (name == "--voxel")
-      o.voxel = value;
-    else if (name == "--nuts")
-      o.nuts = value > 0;
-    else if (name == "--motion")
-      o.motion = value;
-    else
-      throw std::invalid_argument(
-          "unknown option '" + name +
-          "'; use --bodies, --seconds, --settle, --threads, --voxel or --motion");
-  }
-  return o;
-}
-
 std::function<std::shared_ptr<btCollisionShape>()> shapesOf(const Mesh& mesh, double voxel) {
   DigitizeSettings how;
   how.voxelSize = voxel;
@@ -157,10 +130,14 @@ void measure(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    measure(optionsOf(argc, argv));
-  } catch (const std::exception& failure) {
-    std::fprintf(stderr, "rest: %s\n", failure.what());
-    return 1;
-  }
+  Options options;
+  CLI::App words("Piles at rest", "rest");
+  words.add_option("--bodies", options.bodies);
+  words.add_option("--seconds", options.seconds);
+  words.add_option("--settle", options.settle, "[s] before the clock starts");
+  words.add_option("--threads", options.threads);
+  words.add_option("--voxel", options.voxel, "[m]");
+  words.add_option("--nuts", options.nuts, "0: walls of bricks");
+  words.add_option("--motion", options.motion, "of bodies whose contacts move with them [voxels]");
+  return runCommand(words, argc, argv, [&options] { measure(options); });
 }

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "command.h"
 #include "nuts.h"
 
 namespace {
@@ -120,23 +121,6 @@ struct Options {
   std::string out;
 };
 
-Options optionsOf(int argc, char** argv) {
-  Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--quick")
-      options.quick = true;
-    else if (word == "--threads" && i + 1 < argc)
-      options.threads = std::stoi(argv[++i]);
-    else if (word == "--out" && i + 1 < argc)
-      options.out = argv[++i];
-    else
-      throw std::invalid_argument("unknown option '" + word +
-                                  "'; use --quick, --threads N or --out FILE");
-  }
-  return options;
-}
-
 void measure(const Options& options) {
   json all;
   const std::vector<int> counts =
@@ -163,11 +147,10 @@ void measure(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    measure(optionsOf(argc, argv));
-    return 0;
-  } catch (const std::exception& failure) {
-    std::fprintf(stderr, "scale: %s\n", failure.what());
-    return 1;
-  }
+  Options options;
+  CLI::App words("Growth of time with bodies, pairs, contacts and voxels", "scale");
+  words.add_flag("--quick", options.quick);
+  words.add_option("--threads", options.threads);
+  words.add_option("--out", options.out, "a JSON file");
+  return runCommand(words, argc, argv, [&options] { measure(options); });
 }

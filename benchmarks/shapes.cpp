@@ -11,7 +11,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
 
 #include "contact/contact_cases.h"
@@ -24,12 +23,6 @@ using namespace cloudcontact;
 
 constexpr double kStep = 1.0 / 240;
 constexpr int kPairs = 30, kRounds = 7;
-
-double threadSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 // Times the narrow phase.
 class TimedDispatcher : public btCollisionDispatcher {
@@ -147,44 +140,42 @@ void compare(const Kind& moving, const Kind& fixed, double tolerance, int steps)
 std::vector<Kind> kindsOf() {
   const btQuaternion upright = btQuaternion::getIdentity();
   const btQuaternion onSide(btVector3(1, 0, 0), SIMD_HALF_PI);
-  return {
-      {"box",
-       testing::boxMesh({1, 1, 1}),
-       std::make_shared<btBoxShape>(btVector3(0.5, 0.5, 0.5)),
-       0.5,
-       upright,
-       {}},
-      {"ball",
-       testing::sphereMesh(0.5, 1e-4),
-       std::make_shared<btSphereShape>(0.5),
-       0.5,
-       upright,
-       {}},
-      {"capsule",
-       test::capsuleMesh(0.3, 0.3, 256),
-       std::make_shared<btCapsuleShapeZ>(0.3, 0.6),
-       0.3,
-       onSide,
-       {}},
-      {"cylinder",
-       test::roundMesh(0.4, 1.0, 256),
-       std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
-       0.5,
-       upright,
-       {}},
-      {"rolling",
-       test::roundMesh(0.4, 1.0, 256),
-       std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
-       0.4,
-       onSide,
-       {}},
-      {"cone",
-       test::coneMesh(0.5, 0.5, 256),
-       std::make_shared<btConeShapeZ>(0.5, 1.0),
-       0.5,
-       upright,
-       {}},
-  };
+  return {{"box",
+           testing::boxMesh({1, 1, 1}),
+           std::make_shared<btBoxShape>(btVector3(0.5, 0.5, 0.5)),
+           0.5,
+           upright,
+           {}},
+          {"ball",
+           testing::sphereMesh(0.5, 1e-4),
+           std::make_shared<btSphereShape>(0.5),
+           0.5,
+           upright,
+           {}},
+          {"capsule",
+           test::capsuleMesh(0.3, 0.3, 256),
+           std::make_shared<btCapsuleShapeZ>(0.3, 0.6),
+           0.3,
+           onSide,
+           {}},
+          {"cylinder",
+           test::roundMesh(0.4, 1.0, 256),
+           std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
+           0.5,
+           upright,
+           {}},
+          {"rolling",
+           test::roundMesh(0.4, 1.0, 256),
+           std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
+           0.4,
+           onSide,
+           {}},
+          {"cone",
+           test::coneMesh(0.5, 0.5, 256),
+           std::make_shared<btConeShapeZ>(0.5, 1.0),
+           0.5,
+           upright,
+           {}}};
 }
 
 }  // namespace

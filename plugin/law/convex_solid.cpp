@@ -166,6 +166,16 @@ Cone core(const Cone& cone, double skin, double& sinks) {
   return {(1 - share) * cone.radius, (1 - share) * cone.halfHeight, 0};
 }
 
+// Calls `use` with what the solid is.
+template <typename Use>
+auto withConvex(const Solid& solid, Use&& use) {
+  if (const auto* box = std::get_if<Box>(&solid)) return use(*box);
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return use(*cylinder);
+  if (const auto* capsule = std::get_if<Capsule>(&solid)) return use(*capsule);
+  if (const auto* ball = std::get_if<Sphere>(&solid)) return use(*ball);
+  return use(std::get<Cone>(solid));
+}
+
 }  // namespace
 
 bool isSimple(const Solid& solid) {
@@ -176,19 +186,11 @@ bool isSimple(const Solid& solid) {
 }
 
 Vec3 supportOf(const Solid& solid, const Vec3& direction) {
-  if (const auto* box = std::get_if<Box>(&solid)) return support(*box, direction);
-  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return support(*cylinder, direction);
-  if (const auto* capsule = std::get_if<Capsule>(&solid)) return support(*capsule, direction);
-  if (const auto* ball = std::get_if<Sphere>(&solid)) return support(*ball, direction);
-  return support(std::get<Cone>(solid), direction);
+  return withConvex(solid, [&](const auto& convex) -> Vec3 { return support(convex, direction); });
 }
 
 double reachOf(const Solid& solid, const Vec3& direction) {
-  if (const auto* box = std::get_if<Box>(&solid)) return reach(*box, direction);
-  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return reach(*cylinder, direction);
-  if (const auto* capsule = std::get_if<Capsule>(&solid)) return reach(*capsule, direction);
-  if (const auto* ball = std::get_if<Sphere>(&solid)) return reach(*ball, direction);
-  return reach(std::get<Cone>(solid), direction);
+  return withConvex(solid, [&](const auto& convex) { return reach(convex, direction); });
 }
 
 PlacedCore coreOf(const Solid& solid, double skin) {

@@ -5,27 +5,18 @@
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet/cloud_contact.h>
 #include <cloudcontact/bullet/cloud_shape.h>
-#include <cloudcontact/voxels/digitize.h>
 
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "contact/contact_cases.h"
+#include "field/mesh_field.h"
 
 namespace cloudcontact::testing {
 
 // Rounding of float and double worlds.
 constexpr double kRounding = sizeof(btScalar) == 4 ? 1e-5 : 1e-10;
-
-inline std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
-  DigitizeSettings settings;
-  settings.voxelSize = voxel;
-  settings.threads = 1;
-  FieldSettings field;
-  field.threads = 1;
-  return SurfaceField::build(digitize(mesh, settings), field);
-}
 
 inline btTransform at(const btVector3& position,
                       const btQuaternion& rotation = btQuaternion::getIdentity()) {

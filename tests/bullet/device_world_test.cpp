@@ -59,16 +59,24 @@ CloudDispatcherSettings onDevice(int threads) {
   return {.threads = threads, .backend = Backend::OpenCl, .leastForDevice = 1};
 }
 
-bool maySkip() {
-  btDefaultCollisionConfiguration configuration;
-  try {
-    CloudDispatcher(&configuration, onDevice(1));
-    return false;
-  } catch (const std::runtime_error& why) {
-    EXPECT_NE(std::string(why.what()).find("CloudDispatcherSettings::backend"), std::string::npos);
-    return test::maySkip(std::string(why.what()));
+// A dispatcher with a device, for SKIP_WITHOUT.
+class WithDevice {
+ public:
+  WithDevice() {
+    btDefaultCollisionConfiguration configuration;
+    try {
+      CloudDispatcher(&configuration, onDevice(1));
+    } catch (const std::runtime_error& why) {
+      message_ = why.what();
+      EXPECT_NE(message_.find("CloudDispatcherSettings::backend"), std::string::npos);
+    }
   }
-}
+  const std::string& message() const { return message_; }
+  Backend backend() const { return message_.empty() ? Backend::OpenCl : Backend::Cpu; }
+
+ private:
+  std::string message_;
+};
 
 // With a device the bits are the CPU's, and the counts of pairs, too.
 Outcome expectSame(const Build& build, const CloudContactSettings& settings, int steps) {
@@ -91,11 +99,9 @@ Outcome expectSame(const Build& build, const CloudContactSettings& settings, int
   return found;
 }
 
-#define SKIP_WITHOUT_DEVICE() \
-  if (maySkip()) GTEST_SKIP() << "no OpenCL device"
-
 TEST(DeviceWorld, StacksOfNuts) {
-  SKIP_WITHOUT_DEVICE();
+  const WithDevice device;
+  SKIP_WITHOUT(device);
   constexpr int kSteps = 60;
   CloudContactSettings settings;
   settings.reuseMotion = 0;
@@ -108,7 +114,8 @@ TEST(DeviceWorld, StacksOfNuts) {
 }
 
 TEST(DeviceWorld, PairsThatRestKeepTheirContacts) {
-  SKIP_WITHOUT_DEVICE();
+  const WithDevice device;
+  SKIP_WITHOUT(device);
   CloudContactSettings settings;
   settings.reuseMotion = 0.02;
   const Outcome found = expectSame([](Stage& s) { stack(s, 4, 3); }, settings, 120);
@@ -118,7 +125,8 @@ TEST(DeviceWorld, PairsThatRestKeepTheirContacts) {
 
 // Nuts that fall into a heap, past each other and with Bullet's shapes and compounds among them.
 TEST(DeviceWorld, AHeapOfEverything) {
-  SKIP_WITHOUT_DEVICE();
+  const WithDevice device;
+  SKIP_WITHOUT(device);
   const Build build = [](Stage& stage) {
     stack(stage, 1, 1);
     for (int i = 0; i < 6; ++i)
@@ -141,7 +149,8 @@ TEST(DeviceWorld, AHeapOfEverything) {
 
 // Base vectors and tissues have no kernels, but the same world.
 TEST(DeviceWorld, BaseVectorsStayOnTheCpu) {
-  SKIP_WITHOUT_DEVICE();
+  const WithDevice device;
+  SKIP_WITHOUT(device);
   CloudContactSettings settings;
   settings.normals = Normals::BaseVectors;
   const Outcome found = expectSame([](Stage& s) { stack(s, 1, 2); }, settings, 4);
@@ -149,7 +158,8 @@ TEST(DeviceWorld, BaseVectorsStayOnTheCpu) {
 }
 
 TEST(DeviceWorld, FewPairsStayOnTheCpu) {
-  SKIP_WITHOUT_DEVICE();
+  const WithDevice device;
+  SKIP_WITHOUT(device);
   CloudDispatcherSettings few = onDevice(2);
   few.leastForDevice = 1000;
   const Outcome found = play([](Stage& s) { stack(s, 2, 2); }, few, {}, 5);

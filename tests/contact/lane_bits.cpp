@@ -2,13 +2,13 @@
 // the library ships, with loops for the machine's instruction set, and with plain loops. Both must
 // print the same (docs/method.md, "One arithmetic").
 #include <cloudcontact/contact/contact_finder.h>
-#include <cloudcontact/voxels/digitize.h>
 
 #include <cstdio>
 #include <cstring>
 #include <random>
 
 #include "contact/contact_cases.h"
+#include "field/mesh_field.h"
 
 namespace {
 
@@ -26,12 +26,6 @@ void print(const ContactResult& result) {
     }
     std::printf("%u\n", p.id);
   }
-}
-
-std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
-  DigitizeSettings settings;
-  settings.voxelSize = voxel;
-  return SurfaceField::build(digitize(mesh, settings));
 }
 
 }  // namespace

@@ -3,23 +3,17 @@
 #include "contact/moved_contact.h"
 
 #include <cloudcontact/contact/contact_finder.h>
-#include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "contact/contact_cases.h"
+#include "field/mesh_field.h"
 
 namespace cloudcontact::testing {
 namespace {
 
 constexpr double kVoxel = 1e-3, kTolerance = 0.02 * kVoxel;
-
-std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh) {
-  DigitizeSettings settings;
-  settings.voxelSize = kVoxel;
-  return SurfaceField::build(digitize(mesh, settings));
-}
 
 Pose at(const Vec3& position, const Vec3& turn = Vec3::Zero()) {
   Pose pose;
@@ -32,9 +26,9 @@ Pose at(const Vec3& position, const Vec3& turn = Vec3::Zero()) {
 class MovedContactTest : public ::testing::TestWithParam<bool> {
  protected:
   MovedContactTest() {
-    static const auto slab = fieldOf(boxMesh({0.05, 0.04, 0.01}));
-    static const auto block = fieldOf(boxMesh({0.02, 0.016, 0.012}));
-    static const auto ball = fieldOf(sphereMesh(0.01, 1e-5));
+    static const auto slab = fieldOf(boxMesh({0.05, 0.04, 0.01}), kVoxel);
+    static const auto block = fieldOf(boxMesh({0.02, 0.016, 0.012}), kVoxel);
+    static const auto ball = fieldOf(sphereMesh(0.01, 1e-5), kVoxel);
     top_.field = GetParam() ? ball.get() : block.get();
     base_.field = slab.get();
     const double height = GetParam() ? 0.01 : 0.006;

@@ -1,6 +1,5 @@
 // Which clouds are recognised as a shape, in any pose, size and resolution, and which are not.
 #include <cloudcontact/field/recognized_shape.h>
-#include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "field/mesh_field.h"
 #include "mesh/test_meshes.h"
 #include "mesh/turned_mesh.h"
 #include "voxels/small_clouds.h"
@@ -20,15 +20,6 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kSides = 256;  // a facet's sag is below 0.005 voxel
-
-std::shared_ptr<const SurfaceField> fieldOf(const Mesh& mesh, double voxel) {
-  DigitizeSettings settings;
-  settings.voxelSize = voxel;
-  settings.threads = 1;
-  FieldSettings field;
-  field.threads = 1;
-  return SurfaceField::build(digitize(mesh, settings), field);
-}
 
 Mesh meshOf(const Solid& solid) {
   if (const auto* ball = std::get_if<Sphere>(&solid)) return test::sphereMesh(ball->radius, 6);
