@@ -43,6 +43,7 @@ typedef struct {
   double cell;   // edge of a bin's cell [m] for fine samples; the coarsest level takes twice that
   float margin;  // [m]
   uint enough[CC_LEVELS];  // hits that make a level fine enough
+  CcDirection ways[2];     // A's samples in B, and B's in A
 } CcPair;
 
 // The results of a direction on one level.
@@ -90,6 +91,12 @@ typedef struct {
 #define CC_PATCHES 1
 #define CC_CONTACTS 2
 #define CC_COUNTERS 4
+
+// What the host reads, but for the contacts, which follow in the same buffer.
+typedef struct {
+  uint counters[CC_COUNTERS];
+  CcAnswer answers[1];  // one for each pair
+} CcResults;
 
 // The level on which a pair's search ended, of the levels down to `from`; one less if it has not
 // ended. `found`: of both directions on all levels.

@@ -15,13 +15,13 @@ uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
 }
 
-CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcDirection* directions,
+CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcPair* pairs,
                 uint pair) {
   CcHits h;
   for (uint d = 0; d < 2; ++d) {
     const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
-    h.first[d] = directions[2 * pair + d].hits;
-    h.room[d] = directions[2 * pair + d].room;
+    h.first[d] = pairs[pair].ways[d].hits;
+    h.room[d] = pairs[pair].ways[d].room;
     h.count[d] = f.whole + f.deep + f.parts;
     h.deep[d][0] = f.whole;
     h.deep[d][1] = f.whole + f.deep;
@@ -40,8 +40,8 @@ CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float p
 }
 
 // The result of a pair's search, with `failed` set if its hits found no room.
-CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
-                    __global const CcDirection* directions, uint p, int finest) {
+CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found, uint p,
+                    int finest) {
   CcAnswer a;
   a.level = ccLastLevel(pair, found + 2 * p * CC_LEVELS, finest);
   a.failed = a.level < finest ? CC_FINER : 0;
@@ -51,7 +51,7 @@ CcAnswer ccAnswerOf(__global const CcPair* pair, __global const CcFound* found,
       const CcFound f = found[(2 * p + d) * CC_LEVELS + (uint)level];
       const uint all = f.whole + f.deep + f.parts;
       a.needed = max(a.needed, all);
-      if (all > directions[2 * p + d].room) a.failed |= CC_NO_ROOM;
+      if (all > pair->ways[d].room) a.failed |= CC_NO_ROOM;
       a.lookups += f.lookups;
       if (level == a.level) a.hits += all;
     }
@@ -112,27 +112,27 @@ void ccListHits(const CcHits* h, uint count, __global const uint* binOf, __local
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
-    __global const CcPair* pairs, __global const CcDirection* directions,
-    __global const CcFound* found, __global const float4* hits, __global const ulong* keys,
-    __global uint* slots, __global uint* order, __global CcAnswer* answers, __global CcBin* bins,
-    __global uint* counters, uint binRoom, int finest) {
+    __global const CcPair* pairs, __global const CcFound* found, __global const float4* hits,
+    __global const ulong* keys, __global uint* slots, __global uint* order,
+    __global CcResults* results, __global CcBin* bins, uint binRoom, int finest) {
+  __global CcAnswer* answers = results->answers;
   // First a table of keys, then for four teams where the next hits go.
   __local uint table[CC_TEAMS * CC_MOST_BINS];
   __local int *holder = (__local int*)table, *least = holder + CC_SLOTS;
   __local uint counts[CC_MOST_BINS], firsts[CC_MOST_BINS], sums[2 * CC_GROUP], used, firstBin;
   __local CcFlags flags;
   const uint lid = get_local_id(0), p = get_group_id(0);
-  CcAnswer answer = ccAnswerOf(&pairs[p], found, directions, p, finest);
+  CcAnswer answer = ccAnswerOf(&pairs[p], found, p, finest);
   if (answer.failed || answer.hits == 0) {
     if (lid == 0) answers[p] = answer;
     return;
   }
-  const CcHits h = ccHitsOf(answer.level, found, directions, p);
+  const CcHits h = ccHitsOf(answer.level, found, pairs, p);
   const uint count = answer.hits;
   const double cell = pairs[p].cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
   const float perCell = (float)(1.0 / cell);
   const uint all = ccFindBins(&h, count, keys, slots, holder, least, &used);
-  if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&counters[CC_BINS], all) : binRoom;
+  if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&results->counters[CC_BINS], all) : binRoom;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (firstBin + all > binRoom) {
     if (lid == 0) {

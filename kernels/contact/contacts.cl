@@ -26,11 +26,12 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
-    __global const CcPair* pairs, __global CcAnswer* answers, __global const CcSums* patches,
+    __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
     __global CcPatchForce* forces, __global uint* kept, __global CcContactPatch* contacts,
-    __global uint* counters) {
+    uint contactsAt) {
   __local CcWhole shared;
   __local uint count, place;
+  __global CcAnswer* answers = results->answers;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].patches, first = answers[p].firstPatch;
   if (all == 0u) return;
@@ -42,7 +43,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   if (lid == 0) {
     count = ccPairOf(terms, patches + first, forces + first, all, kept + first, &shared);
-    place = atomic_add(&counters[CC_CONTACTS], count);
+    place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;
   }
@@ -52,6 +53,6 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
     const uint k = first + kept[first + i];
     const CcPatchForce force = forces[k];
     const CcFlat flat = ccFlatten(&patches[k], force.normal);
-    ccContactOf(&patches[k], &force, &flat, terms, &whole, &contacts[place + i]);
+    ccContactOf(&patches[k], &force, &flat, terms, &whole, &contacts[contactsAt + place + i]);
   }
 }

@@ -120,11 +120,12 @@ uint ccListNeighbors(uint bin, short4 cell, uint all, __global const CcSprout* s
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
-    __global const CcPair* pairs, __global CcAnswer* answers, __global const CcBin* allBins,
+    __global const CcPair* pairs, __global CcResults* results, __global const CcBin* allBins,
     __global const CcSums* allSums, __global CcSprout* allSprouts, __global ushort* allHeaviest,
     __global ushort* allNear, __global uchar* allNeighbors) {
   __local CcSproutRoom r;
   const uint lid = get_local_id(0), p = get_group_id(0);
+  __global CcAnswer* answers = results->answers;
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
   const double cell = pairs[p].cell * (answers[p].level == CC_LEVELS - 1 ? 2.0 : 1.0);
   if (all == 0u) return;
@@ -337,11 +338,12 @@ uint ccGrowFrom(const CcGarden* g, uint seed, uint begin, __local CcTeam* team) 
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
-    __global CcAnswer* answers, __global const CcSprout* sprouts, __global const uchar* neighbors,
+    __global CcResults* results, __global const CcSprout* sprouts, __global const uchar* neighbors,
     __global const ushort* heaviest, __global const ushort* near, __global uint* queues,
-    __global CcGrown* scratch, __global CcGrown* grown, __global uint* counters, uint patchRoom) {
+    __global CcGrown* scratch, __global CcGrown* grown, uint patchRoom) {
   __local CcTeam team;
   const uint lid = get_local_id(0), p = get_group_id(0);
+  __global CcAnswer* answers = results->answers;
   const uint all = answers[p].failed ? 0u : answers[p].bins, first = answers[p].firstBin;
   if (all == 0u) return;
   const CcGarden g = {sprouts + first, neighbors + first, near + (size_t)first * CC_NEIGHBORS,
@@ -358,7 +360,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccGrow(
     done = end;
     ++patches;
   }
-  if (lid == 0) team.place = atomic_add(&counters[CC_PATCHES], patches);
+  if (lid == 0) team.place = atomic_add(&results->counters[CC_PATCHES], patches);
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   const uint place = team.place;
   const int fits = place + patches <= patchRoom;
@@ -445,11 +447,11 @@ void ccOnTheWay(__global const CcSums* sums, __local const uint* bins, int some,
 // has some of the numbers.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPatches(
     __global const CcSums* sums, __global const uint* queues, __global const CcGrown* grown,
-    __global const uint* counters, uint patchRoom, __global CcSums* patches) {
+    __global const CcResults* results, uint patchRoom, __global CcSums* patches) {
   __local double held[CC_STAGE * CC_SUMS_NUMBERS], origin[3];
   __local uint bins[CC_TEAM];
   const int lane = (int)get_local_id(0);
-  const uint all = min(counters[CC_PATCHES], patchRoom);
+  const uint all = min(results->counters[CC_PATCHES], patchRoom);
   CcMove moves[CC_TEAM_ROUNDS];
   for (int n = 0; n < CC_TEAM_ROUNDS; ++n) moves[n] = ccMoveOf(lane + n * CC_TEAM);
   for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {

@@ -136,7 +136,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
     __global const uint2* runs, __global const CcPair* pairs,
-    __global const CcDirection* directions, __global CcFound* found, __global float4* hits,
+    __global CcFound* found, __global float4* hits,
     __global ulong* keys, __global const uint* aside) {
   __local CcTask t;
   __local CcFlags flags;
@@ -147,8 +147,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     return;
   const CcFound f = found[d * CC_LEVELS + (uint)level];
   const uint listed = f.whole + f.deep + f.parts;
-  if (listed == 0u || listed > directions[d].room) return;
-  ccBegin(&t, level, d, fields, pairs, directions);
+  if (listed == 0u || listed > pairs[d / 2].ways[d % 2].room) return;
+  ccBegin(&t, level, d, fields, pairs);
   const CcFields all = {floats, records, ints, uints, runs};
   const CcOut out = {hits, keys};
   __global const uint* tried = aside + 3 * (size_t)t.dir.hits;

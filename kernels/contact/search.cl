@@ -257,9 +257,9 @@ void ccList(__local CcWindow* w, const uint2* runs, uint before, uint begin) {
 
 // Sets the group's data for direction d.
 void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* fields,
-             __global const CcPair* pairs, __global const CcDirection* directions) {
+             __global const CcPair* pairs) {
   if (get_local_id(0) == 0) {
-    t->dir = directions[d];
+    t->dir = pairs[d / 2].ways[d % 2];
     t->own = fields[t->dir.own];
     t->other = fields[t->dir.other];
     t->limits = ccLimitsOf(level, t->own.voxel);
@@ -275,17 +275,17 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
     __global const uint2* runs, __global const CcPair* pairs,
-    __global const CcDirection* directions, __global CcFound* found, __global uint* nearby,
-    __global uint* aside, __global uint* counters) {
+    __global CcFound* found, __global uint* nearby, __global uint* aside,
+    __global CcResults* results) {
   __local CcTask t;
   __local CcWindow w;
   const uint lid = get_local_id(0), d = get_group_id(0);
-  if (level == CC_LEVELS - 1 && d == 0 && lid < CC_COUNTERS) counters[lid] = 0u;
+  if (level == CC_LEVELS - 1 && d == 0 && lid < CC_COUNTERS) results->counters[lid] = 0u;
   if (level < CC_LEVELS - 1 &&
       ccLastLevel(&pairs[d / 2], found + (d & ~1u) * CC_LEVELS, level + 1) > level)
     return;
   const CcFields all = {floats, records, ints, uints, runs};
-  ccBegin(&t, level, d, fields, pairs, directions);
+  ccBegin(&t, level, d, fields, pairs);
   if (lid == 0) w.tried = w.near = w.below = w.over = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   __global const uint* from = nearby + t.dir.nearby[level == 0];

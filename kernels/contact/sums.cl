@@ -88,12 +88,12 @@ typedef struct {
   uint below, above;  // hits from `below` to `above` are below the band
 } CcSideHits;
 
-CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcDirection* directions,
+CcSideHits ccSideHitsOf(uint pair, uint side, int level, __global const CcPair* pairs,
                         __global const CcFound* found, __global const float4* hits,
                         __global const uint* order) {
-  __global const CcDirection* way = &directions[2 * pair + side];
+  __global const CcDirection* way = &pairs[pair].ways[side];
   __global const CcFound* f = &found[(2 * pair + side) * CC_LEVELS + (uint)level];
-  const CcSideHits s = {hits + 4 * (size_t)way->hits, order + directions[2 * pair].hits, way->room,
+  const CcSideHits s = {hits + 4 * (size_t)way->hits, order + pairs[pair].ways[0].hits, way->room,
                         f->whole, f->whole + f->deep};
   return s;
 }
@@ -196,9 +196,10 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
 // Sums every CC_TEAMS_A_PAIR-th bin of a pair. The next bin and its first hits are read while a bin
 // is summed.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
-    __global const CcPair* pairs, __global const CcDirection* directions,
-    __global const CcFound* found, __global const CcAnswer* answers, __global const float4* hits,
-    __global const uint* order, __global const CcBin* allBins, __global double* allSums) {
+    __global const CcPair* pairs, __global const CcFound* found,
+    __global const CcResults* results, __global const float4* hits, __global const uint* order,
+    __global const CcBin* allBins, __global double* allSums) {
+  __global const CcAnswer* answers = results->answers;
   __local double weighed[CC_TEAM * CC_HIT_NUMBERS], parts[2 * CC_SUMS_ROOM];
   const int lane = (int)get_local_id(0), row = lane % CC_HALF, side = lane / CC_HALF;
   const uint p = get_group_id(0) / CC_TEAMS_A_PAIR;
@@ -209,7 +210,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
   const int level = answers[p].level;
   const double cell = pairs[p].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0), perUnit = 1.0 / cell;
   const double unit2 = cell * cell, unit4 = unit2 * unit2;
-  const CcSideHits s = ccSideHitsOf(p, (uint)side, level, directions, found, hits, order);
+  const CcSideHits s = ccSideHitsOf(p, (uint)side, level, pairs, found, hits, order);
   const CcRow r = ccRowOf(row, side, cell);
   uint b = get_group_id(0) % CC_TEAMS_A_PAIR;
   CcBin bin = bins[b];

@@ -2,6 +2,7 @@
 #include "device/opencl_batch.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -18,9 +19,12 @@ constexpr std::uint32_t kMinRoom = 2 * CC_MOST_BINS;  // for one large pair
 constexpr std::size_t kHitBytes = 64;
 constexpr std::size_t kMaxItems = 4096 * CC_GROUP;  // work-items, which loop over the patches
 
-// A multiple of the alignment that devices need for sub-buffers.
-std::size_t aligned(std::size_t size) {
-  return (size + 4095) / 4096 * 4096;
+// Contacts follow the answers, at a multiple of their size, so that a kernel can count from the
+// buffer's begin. No parts of buffers (clCreateSubBuffer): NVIDIA's driver 580 crashes when a part
+// is released while batches grow and shrink.
+std::size_t contactsAfter(std::size_t answers) {
+  const std::size_t size = offsetof(CcResults, answers) + answers * sizeof(CcAnswer);
+  return (size + sizeof(CcContactPatch) - 1) / sizeof(CcContactPatch);
 }
 
 CcPair pairOf(const DevicePair& pair) {
@@ -47,7 +51,7 @@ void OpenClBatch::run(const Launch& launch, const Arguments&... arguments) {
 
 using B = OpenClBatch;
 constexpr std::array<DeviceBuffer OpenClBatch::*, 21> OpenClBatch::kBuffers = {
-    &B::tasks_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
+    &B::pairs_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
     &B::slots_, &B::order_,   &B::bins_,   &B::sums_,   &B::sprouts_,  &B::queues_, &B::scratch_,
     &B::grown_, &B::patches_, &B::forces_, &B::kept_,   &B::heaviest_, &B::near_,   &B::neighbors_};
 
@@ -61,8 +65,6 @@ std::size_t OpenClBatch::bytes() const {
 // too. A device may report memory as allocated and fail to provide it only when it is used.
 void OpenClBatch::release() {
   kernels_.clear();
-  for (SubBuffer* part : {&directions_, &pairs_, &deviceAnswers_, &counters_, &contacts_})
-    *part = SubBuffer();
   for (const auto buffer : kBuffers) this->*buffer = DeviceBuffer();
   binRoom_ = patchRoom_ = 0;
   sent_.release();
@@ -73,11 +75,7 @@ void OpenClBatch::reserve(std::span<const DevicePair> pairs) {
   devicePairs_ = pairs;
   count_ = pairs.size();
   enqueue([&] {
-    const std::size_t directions = aligned(2 * count_ * sizeof(CcDirection));
-    auto* const host =
-        static_cast<unsigned char*>(sent_.reserve(*device_, directions + count_ * sizeof(CcPair)));
-    hostDirections_ = reinterpret_cast<CcDirection*>(host);
-    hostPairs_ = reinterpret_cast<CcPair*>(host + directions);
+    hostPairs_ = static_cast<CcPair*>(sent_.reserve(*device_, count_ * sizeof(CcPair)));
     hitRoom_ = nearbyRoom_ = 0;
     offsets_.resize(2 * count_);
     for (std::size_t k = 0; k < 2 * count_; ++k) {
@@ -101,7 +99,7 @@ void OpenClBatch::writePose(std::size_t k) {
   hostPairs_[k] = pairOf(pair);
   for (std::size_t side = 0; side < 2; ++side) {
     const Offsets& offsets = offsets_[2 * k + side];
-    CcDirection& d = hostDirections_[2 * k + side];
+    CcDirection& d = hostPairs_[k].ways[side];
     d.way = side == 0 ? wayOf(*pair.a, *pair.b, pair.frame) : wayOf(*pair.b, *pair.a, pair.frame);
     d.own = pair.fields[side];
     d.other = pair.fields[1 - side];
@@ -112,34 +110,25 @@ void OpenClBatch::writePose(std::size_t k) {
 }
 
 void OpenClBatch::send(BatchReport& report) {
-  const std::size_t directions = aligned(2 * count_ * sizeof(CcDirection)),
-                    all = directions + count_ * sizeof(CcPair);
-  queue_.enqueueWriteBuffer(tasks_.reserve(*device_, all), CL_FALSE, 0, all, sent_.data(), nullptr,
+  const std::size_t all = count_ * sizeof(CcPair);
+  queue_.enqueueWriteBuffer(pairs_.reserve(*device_, all), CL_FALSE, 0, all, sent_.data(), nullptr,
                             device_->note("poses sent"));
-  directions_.of(tasks_.buffer(), 0, directions);
-  pairs_.of(tasks_.buffer(), directions, count_ * sizeof(CcPair));
   report.sent += all;
 }
 
-// The downloaded buffer holds the answers, the counters and then the contacts.
 void OpenClBatch::reserveResults() {
   const auto n = static_cast<std::uint32_t>(count_);
   binRoom_ = std::max({binRoom_, kMinRoom, n * kBins, neededBins_ + neededBins_ / 4});
   patchRoom_ = std::max({patchRoom_, kMinRoom, n * kPatches, neededPatches_ + neededPatches_ / 4});
-  const std::size_t counters = aligned(count_ * sizeof(CcAnswer));
-  contactsBegin_ = counters + aligned(CC_COUNTERS * sizeof(cl_uint));
-  const cl::Buffer& all =
-      results_.reserve(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
-  deviceAnswers_.of(all, 0, counters);
-  counters_.of(all, counters, CC_COUNTERS * sizeof(cl_uint));
-  contacts_.of(all, contactsBegin_, patchRoom_ * sizeof(CcContactPatch));
+  contactsBegin_ = contactsAfter(count_) * sizeof(CcContactPatch);
+  results_.reserve(*device_, contactsBegin_ + patchRoom_ * sizeof(CcContactPatch));
 }
 
 void OpenClBatch::searchLevels() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1), items = 2 * count_ * CC_GROUP;
   const cl::Buffer &data = fields_->data(), &fields = fields_->table(), &pairs = pairs_.buffer(),
-                   &directions = directions_.buffer(), &counters = counters_.buffer();
+                   &results = results_.buffer();
   const cl::Buffer& found = found_.reserve(d, 2 * count_ * kLevels * sizeof(CcFound));
   const cl::Buffer& nearby =
       nearby_.reserve(d, std::max<std::size_t>(nearbyRoom_, 1) * sizeof(cl_uint));
@@ -150,42 +139,42 @@ void OpenClBatch::searchLevels() {
                               *kHits[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
   for (cl_int level = kLevels - 1; level >= finest_; --level) {
     run({"ccSearch", items, CC_GROUP, kSearch[level]}, level, fields, data, data, data, data, data,
-        pairs, directions, found, nearby, aside, counters);
+        pairs, found, nearby, aside, results);
     run({"ccHits", items, CC_GROUP, kHits[level]}, level, fields, data, data, data, data, data,
-        pairs, directions, found, hitBuffer, keys, aside);
+        pairs, found, hitBuffer, keys, aside);
   }
 }
 
 void OpenClBatch::growPatches() {
   Device& d = *device_;
   const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
-  const cl::Buffer &pairs = pairs_.buffer(), &directions = directions_.buffer(),
-                   &counters = counters_.buffer(), &answers = deviceAnswers_.buffer(),
-                   &found = found_.buffer(), &hitBuffer = hits_.buffer();
+  const cl::Buffer &pairs = pairs_.buffer(), &results = results_.buffer(), &found = found_.buffer(),
+                   &hitBuffer = hits_.buffer();
   const cl::Buffer& order = order_.reserve(d, hits * sizeof(cl_uint));
   const cl::Buffer& bins = bins_.reserve(d, binRoom_ * sizeof(CcBin));
   const cl::Buffer& sums = sums_.reserve(d, binRoom_ * sizeof(CcSums));
   const cl::Buffer& sprouts = sprouts_.reserve(d, binRoom_ * sizeof(CcSprout));
   const cl::Buffer& queues = queues_.reserve(d, binRoom_ * sizeof(cl_uint));
   const cl::Buffer& grown = grown_.reserve(d, patchRoom_ * sizeof(CcGrown));
-  run({"ccBins", count_ * CC_GROUP, CC_GROUP}, pairs, directions, found, hitBuffer, keys_.buffer(),
-      slots_.reserve(d, hits * sizeof(cl_uint)), order, answers, bins, counters, binRoom_, finest_);
-  run({"ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM}, pairs, directions, found, answers,
-      hitBuffer, order, bins, sums);
+  run({"ccBins", count_ * CC_GROUP, CC_GROUP}, pairs, found, hitBuffer, keys_.buffer(),
+      slots_.reserve(d, hits * sizeof(cl_uint)), order, results, bins, binRoom_, finest_);
+  run({"ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM}, pairs, found, results, hitBuffer,
+      order, bins, sums);
   const cl::Buffer& heaviest = heaviest_.reserve(d, binRoom_ * sizeof(cl_ushort));
   const cl::Buffer& near = near_.reserve(d, binRoom_ * CC_NEIGHBORS * sizeof(cl_ushort));
   const cl::Buffer& neighbors = neighbors_.reserve(d, binRoom_);
-  run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, answers, bins, sums, sprouts, heaviest,
+  run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, results, bins, sums, sprouts, heaviest,
       near, neighbors);
-  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, answers, sprouts, neighbors, heaviest, near, queues,
-      scratch_.reserve(d, binRoom_ * sizeof(CcGrown)), grown, counters, patchRoom_);
+  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, results, sprouts, neighbors, heaviest, near, queues,
+      scratch_.reserve(d, binRoom_ * sizeof(CcGrown)), grown, patchRoom_);
   const cl::Buffer& patches = patches_.reserve(d, patchRoom_ * sizeof(CcSums));
   run({"ccPatches", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, nullptr,
        &patchesDone_},
-      sums, queues, grown, counters, patchRoom_, patches);
-  run({"ccContacts", count_ * CC_TEAM, CC_TEAM}, pairs, answers, patches,
+      sums, queues, grown, results, patchRoom_, patches);
+  run({"ccContacts", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches,
       forces_.reserve(d, patchRoom_ * sizeof(CcPatchForce)),
-      kept_.reserve(d, patchRoom_ * sizeof(cl_uint)), contacts_.buffer(), counters);
+      kept_.reserve(d, patchRoom_ * sizeof(cl_uint)), results,
+      static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch)));
 }
 
 // Reads as many contacts as the last batch had and a few more. finish() reads the rest once their
@@ -199,8 +188,7 @@ void OpenClBatch::fetch() {
   queue_.enqueueReadBuffer(results_.buffer(), CL_FALSE, 0, all, to, nullptr, &fetchDone_);
   if (cl::Event* const noted = d.note("contacts fetched")) *noted = fetchDone_;
   queue_.flush();
-  answers_ = reinterpret_cast<const CcAnswer*>(to);
-  hostCounters_ = reinterpret_cast<const std::uint32_t*>(to + aligned(count_ * sizeof(CcAnswer)));
+  hostResults_ = reinterpret_cast<const CcResults*>(to);
   hostContacts_ = reinterpret_cast<const CcContactPatch*>(to + contactsBegin_);
 }
 
@@ -247,9 +235,9 @@ void OpenClBatch::waitForPatches() {
 
 void OpenClBatch::finish(BatchReport& report) {
   guarded(device_->name(), [&] { wait(fetchDone_); });
-  neededBins_ = hostCounters_[CC_BINS];
-  neededPatches_ = hostCounters_[CC_PATCHES];
-  neededContacts_ = hostCounters_[CC_CONTACTS];
+  neededBins_ = hostResults_->counters[CC_BINS];
+  neededPatches_ = hostResults_->counters[CC_PATCHES];
+  neededContacts_ = hostResults_->counters[CC_CONTACTS];
   if (neededContacts_ > fetchedContacts_)
     guarded(device_->name(), [&] {
       const std::size_t begin = contactsBegin_ + fetchedContacts_ * sizeof(CcContactPatch);
@@ -271,18 +259,7 @@ void OpenClBatch::setFinest(int level) {
 }
 
 std::span<const CcContactPatch> OpenClBatch::contacts(std::size_t k) const {
-  return {hostContacts_ + answers_[k].firstPatch, answers_[k].patches};
-}
-
-const cl::Buffer& SubBuffer::of(const cl::Buffer& whole, std::size_t begin, std::size_t size) {
-  if (part_() && whole_() == whole() && begin_ == begin && size_ == size) return part_;
-  part_ = cl::Buffer();  // first, because the allocation may throw
-  const cl_buffer_region region{begin, size};
-  whole_ = whole;
-  part_ = whole_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
-  begin_ = begin;
-  size_ = size;
-  return part_;
+  return {hostContacts_ + answer(k).firstPatch, answer(k).patches};
 }
 
 }  // namespace cloudcontact::opencl

@@ -72,18 +72,6 @@ class CachedKernel {
   std::vector<Cached> cached_;
 };
 
-// A range of a buffer as a buffer. Keeps its handle while the range is the same.
-class SubBuffer {
- public:
-  // `begin`: a multiple of the device's alignment.
-  const cl::Buffer& of(const cl::Buffer& whole, std::size_t begin, std::size_t size);
-  const cl::Buffer& buffer() const { return part_; }
-
- private:
-  cl::Buffer whole_, part_;
-  std::size_t begin_ = 0, size_ = 0;
-};
-
 // One batch in its own queue, with its own buffers. Call reserve(), writePose() for each pair,
 // search(), makeContacts() and finish() in this order. reserve(), search() and makeContacts() throw
 // std::bad_alloc if the pairs do not fit in device memory together, and then hold none of it; and
@@ -111,7 +99,7 @@ class OpenClBatch {
   // Sets the finest level that a pair of this batch needed; call once all answers are read.
   void setFinest(int level);
   // Outcome of the k-th pair, and its contacts if it did not fail.
-  const CcAnswer& answer(std::size_t k) const { return answers_[k]; }
+  const CcAnswer& answer(std::size_t k) const { return hostResults_->answers[k]; }
   std::span<const CcContactPatch> contacts(std::size_t k) const;
 
  private:
@@ -132,28 +120,25 @@ class OpenClBatch {
   cl::CommandQueue queue_;
   std::map<std::string, CachedKernel, std::less<>> kernels_;
   PinnedMemory sent_, fetched_;
-  DeviceBuffer tasks_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
+  DeviceBuffer pairs_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
       sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_,
       neighbors_;
   static const std::array<DeviceBuffer OpenClBatch::*, 21> kBuffers;  // all of these
-  SubBuffer directions_, pairs_;                                      // of tasks_
-  SubBuffer deviceAnswers_, counters_, contacts_;                     // of results_
   // Where a direction's hits begin, and its samples near the other body.
   struct Offsets {
     std::uint32_t hits, nearby[2];
   };
   std::span<const DevicePair> devicePairs_;
   std::vector<Offsets> offsets_;
-  CcDirection* hostDirections_ = nullptr;
   CcPair* hostPairs_ = nullptr;
-  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0, contactsBegin_ = 0;
+  std::size_t count_ = 0, hitRoom_ = 0, nearbyRoom_ = 0;
+  std::size_t contactsBegin_ = 0;  // in bytes
   // The search goes down to the finest level of the last two batches. The CPU solves pairs that
   // need a finer one.
   cl_int finest_ = 0, lastFinest_ = 0;
   std::uint32_t binRoom_ = 0, patchRoom_ = 0;
   std::uint32_t neededBins_ = 0, neededPatches_ = 0, neededContacts_ = 0, fetchedContacts_ = 0;
-  const CcAnswer* answers_ = nullptr;
-  const std::uint32_t* hostCounters_ = nullptr;
+  const CcResults* hostResults_ = nullptr;
   const CcContactPatch* hostContacts_ = nullptr;
   cl::Event patchesDone_, fetchDone_;
 };

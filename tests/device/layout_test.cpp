@@ -27,8 +27,10 @@ TEST(Layout, BatchStructures) {
   EXPECT_EQ(sizeof(CcDirection), 228u);
   EXPECT_EQ(offsetof(CcDirection, hits), 212u);
   EXPECT_EQ(sizeof(CcTerms), 240u);
-  EXPECT_EQ(sizeof(CcPair), 264u);
+  EXPECT_EQ(sizeof(CcPair), 720u);
   EXPECT_EQ(offsetof(CcPair, enough), 252u);
+  EXPECT_EQ(offsetof(CcPair, ways), 264u);
+  EXPECT_EQ(offsetof(CcResults, answers), 16u);
   EXPECT_EQ(sizeof(CcFound), 20u);
   EXPECT_EQ(sizeof(CcAnswer), 36u);
   EXPECT_EQ(sizeof(CcBin), 32u);
