@@ -6,7 +6,7 @@
 #ifndef CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 #define CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 
-#include "kernels/contact/contact_depth.h"
+#include "kernels/contact/contact_error.h"
 
 #define CC_LEAST_SHARE 0.003  // of the pair's force; lighter patches are dropped
 // No patch is deeper than this many times the pair's depth, such as a wall with a sliver of area.
@@ -24,9 +24,9 @@ typedef struct {
   int unused;
 } CcTerms;
 
-// Sums over a pair's patches, and its depth.
+// Sums over a pair's patches, its depth, and that depth's error.
 typedef struct {
-  double force, area, shares, depth;
+  double force, area, shares, depth, error;
 } CcWhole;
 
 typedef struct {
@@ -46,7 +46,8 @@ typedef struct {
   double depth, stiffness, damping, area, confidence;
   double center[3], seen[3];  // center of the area and normal, in A's frame
   CcContactPoint points[4];
-  int doubt, unused;
+  int doubt;
+  float error;  // of the pair's depth [m]
 } CcContactPatch;
 
 // Whether a patch counts. `all`: sum of the patches' forces. The foundation law is the gradient of
@@ -116,7 +117,7 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
     out->points[i].depth = depth * points[i].weight - terms->gap;
   }
   out->doubt = ccDoubtOf(patch, pushes, confidence);
-  out->unused = 0;
+  out->error = (float)whole->error;
 }
 
 #endif

@@ -4,7 +4,7 @@
 // Lists the patches of a pair that count, and computes the pair's sums. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
               __global const CcPatchForce* forces, uint count, __global uint* kept,
-              __local CcWhole* whole) {
+              int level, __local CcWhole* whole) {
   const double voxel = terms->voxel;
   const int foundation = terms->foundation;
   double all = 0.0;
@@ -17,8 +17,9 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
                forces[k].lean, 0);
     kept[counted++] = k;
   }
-  CcWhole w = {sums.size, sums.area, 0.0, 0.0};
-  if (!foundation) w.depth = ccDepthOfPair(&sums, 0, voxel).depth;
+  const CcPairDepth found = ccDepthOfPair(&sums, 0, voxel);
+  CcWhole w = {sums.size, sums.area, 0.0, foundation ? 0.0 : found.depth,
+               ccDepthError(&sums, &found, 0.0, level, 0, voxel)};
   for (uint i = 0; i < counted; ++i)
     w.shares += ccShareOf(patches[kept[i]].area, forces[kept[i]].size, &w);
   *whole = w;
@@ -42,7 +43,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   if (lid == 0) {
-    count = ccPairOf(terms, patches + first, forces + first, all, kept + first, &shared);
+    count = ccPairOf(terms, patches + first, forces + first, all, kept + first,
+                     answers[p].level, &shared);
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/contact/depth_error.h>
 
 #include <algorithm>
 #include <chrono>
@@ -29,9 +30,6 @@ static_assert(sizeof(CloudAlgorithm) <= 192);
 
 // [voxels per step] Slower sliding is indistinguishable from the solver's residue at rest.
 constexpr double kSlidingVoxelsPerStep = 1e-3;
-
-// [voxels] PairReport::expectedError: 0.07 on `spot.obj`, the worst of the bodies measured.
-constexpr double kFieldError = 0.1;
 
 using Clock = std::chrono::steady_clock;
 
@@ -133,7 +131,8 @@ struct CloudAlgorithm::State {
            moved.holds(query.a, query.b, query.settings.margin);
   }
   void keep(const PairQuery& query, const ContactResult& contact);
-  void count(const PairQuery& query, const PairSides& sides, Answer how, double seconds);
+  void count(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
+             Answer how, double seconds);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
 
@@ -201,8 +200,8 @@ void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides
   if (law.remembering) memory.remember(sides, writer.manifolds());
 }
 
-void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides, Answer how,
-                                  double seconds) {
+void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides,
+                                  const ContactResult& contact, Answer how, double seconds) {
   summary.a = sides.wrapA->getCollisionObject();
   summary.b = sides.wrapB->getCollisionObject();
   summary.last = how;
@@ -211,10 +210,7 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
   summary.moved += how == Answer::Moved;
   summary.device += how == Answer::Device;
   summary.seconds += seconds;
-  double error = 0;
-  for (const ContactBody* body : {&query.a, &query.b})
-    if (body->field) error = std::max(error, kFieldError * body->field->cloud().voxelSize());
-  if (how == Answer::Shapes) error = query.shapeError;
+  double error = how == Answer::Shapes ? query.shapeError : depthError(query.a, query.b, contact);
   if (how == Answer::Moved) error += narrowPhase.settings().reuseMotion * query.voxel;
   summary.expectedError = std::max(summary.expectedError, error);
   if (how != Answer::Searched) return;
@@ -257,7 +253,7 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   const Answer how = reused ? Answer::Moved : answeredBy();
   const double seconds = earlier + since(start);
   narrowPhase.count(seconds, contact.samples, contact.points.size(), how);
-  count(query, sides, how, seconds);
+  count(query, sides, contact, how, seconds);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,

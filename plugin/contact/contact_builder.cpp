@@ -21,6 +21,7 @@ constexpr double kSameVoxels = 8;    // ... and its center has moved less than t
 // The patches' forces add up to FR, (6). Where they oppose each other, as in a wedge, they are
 // larger than their sum, by this factor at most.
 constexpr double kMostWedge = 4;
+constexpr double kPerGap = 0.25;   // error of a gap: near misses lie on planes that are continued
 constexpr double kCoherent = 0.3;  // a patch whose base vectors cancel by more is not trusted
 
 void validate(const ContactBody& body, const char* name) {
@@ -208,6 +209,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected) 
 
 void ContactBuilder::add(const CcContactPatch& from) {
   patches_.push_back({vec(from.center), vec(from.seen)});
+  result_.depthError = from.error;
   Patch patch;
   patch.position = vec(from.position);
   patch.normal = vec(from.normal);
@@ -250,14 +252,16 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   const CloudsInFrame clouds{&a, &b, &frame, hits, outcome.level};
   const bool edges =
       settings.normals == Normals::BaseVectors && a.field && b.field && terms.gap == 0;
-  const double depth = terms.foundation
-                           ? 0
-                           : pairDepth(all, touches ? &shape : nullptr, edges ? &clouds : nullptr,
-                                       terms.oneSided, frame.voxel);
+  const PairDepth found = pairDepth(all, touches && !terms.foundation ? &shape : nullptr,
+                                    edges && !terms.foundation ? &clouds : nullptr, terms.oneSided,
+                                    outcome.level, frame.voxel);
   const bool vectors = settings.normals == Normals::BaseVectors && !matter.empty();
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;
-  emit(terms, {size > 0 ? size : all.size, all.area, 0, depth}, size > 0);
+  emit(terms,
+       {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
+        found.error + kPerGap * terms.gap},
+       size > 0);
 }
 
 const ContactResult& ContactBuilder::withIds() {

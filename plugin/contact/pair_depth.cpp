@@ -166,15 +166,23 @@ double sharpDepth(const CloudsInFrame& s) {
 
 }  // namespace
 
-double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, const CloudsInFrame* clouds,
-                 bool oneSided, double voxel) {
-  const CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
-  const double edged = (1 - by.smooth) * ccRamp(by.pointed, kEdged, kAllEdge);
-  if (!(edged > 0) || !(patches.size > 0)) return by.depth;
-  if (shape) return by.depth + edged * std::max(0.0, edgeDepth(*shape, patches.most) - by.depth);
-  if (!clouds) return by.depth;
-  const double sharp = sharpDepth(*clouds);
-  return sharp > 0 ? by.depth + edged * (sharp - by.depth) : by.depth;
+PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
+                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel) {
+  CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
+  double edged = (1 - by.smooth) * ccRamp(by.pointed, kEdged, kAllEdge);
+  double edge = 0, apart = 0;
+  if (edged > 0 && patches.size > 0 && shape)
+    edge = edgeDepth(*shape, patches.most);
+  else if (edged > 0 && patches.size > 0 && clouds)
+    edge = sharpDepth(*clouds);
+  if (edge > 0) {
+    // A shape's edges are walked in steps, so it may be deeper.
+    by.depth += edged * (shape ? std::max(0.0, edge - by.depth) : edge - by.depth);
+    apart = edged * std::max(0.0, by.depth - edge);
+  } else {
+    edged = 0;
+  }
+  return {by.depth, apart + ccDepthError(&patches, &by, edged, level, oneSided, voxel)};
 }
 
 }  // namespace cloudcontact

@@ -5,7 +5,7 @@
 
 #include "contact/hit_columns.h"
 #include "contact/pair_frame.h"
-#include "kernels/contact/contact_depth.h"
+#include "kernels/contact/contact_error.h"
 
 namespace cloudcontact {
 
@@ -26,9 +26,12 @@ struct CloudsInFrame {
   int level = 0;
 };
 
-// The depth of all patches together [m]. `shape` and `clouds`: null if not known, or if the bodies
-// do not touch. `voxel`: the pair's [m].
-double pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, const CloudsInFrame* clouds,
-                 bool oneSided, double voxel);
+struct PairDepth {
+  double depth = 0, error = 0;  // [m] ccDepthError()
+};
+// The depth of all patches together. `shape` and `clouds`: null if not known, or if the bodies do
+// not touch. `level`: of the samples that hit. `voxel`: the pair's [m].
+PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
+                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel);
 
 }  // namespace cloudcontact

@@ -28,6 +28,7 @@ enum class Ids { Compared, Ignored };
 inline void expectSame(const ContactResult& got, const ContactResult& want,
                        Ids ids = Ids::Compared) {
   EXPECT_EQ(got.samples, want.samples);
+  same(got.depthError, want.depthError, "error of the depth");
   ASSERT_EQ(got.patches.size(), want.patches.size());
   ASSERT_EQ(got.points.size(), want.points.size());
   for (std::size_t i = 0; i < got.patches.size(); ++i) {

@@ -22,9 +22,9 @@ struct PairReport {
   std::size_t lookups = 0;  // samples looked up, in all searches here
   std::size_t samples = 0;  // that searches of all samples would look up
   double seconds = 0;
-  // [m] Of a depth: what 99 % of the surfaces of the bodies in docs/measurements.md stay below (a
-  // tenth of a voxel, or the error of the shapes), and what a contact that is moved may miss. Edges
-  // that cross and other cases in docs/limits.md are worse.
+  // [m] The largest so far of what a depth may be off by, 95 % of them: depthError()
+  // (contact/depth_error.h), or the error of the shapes, and what a contact that is moved may miss.
+  // 0: the bodies have not touched.
   double expectedError = 0;
 
   std::size_t answers() const { return searched + shapes + moved + device; }

@@ -88,7 +88,11 @@ struct ContactResult {
   std::vector<Patch> patches;
   std::vector<ContactPoint> points;
   std::size_t samples = 0;  // hits: samples of either body that lie in the other
+  // [m] Of the pair's depth, by the sums over its hits. depthError() in depth_error.h is more: it
+  // also looks for thin walls.
+  double depthError = 0;
   void clear() {
+    depthError = 0;
     patches.clear();
     points.clear();
     samples = 0;
