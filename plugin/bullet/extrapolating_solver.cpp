@@ -13,6 +13,10 @@
 // friction by the new normal impulse. Where a residual grew, the history belongs to other active
 // limits and is dropped. The last sweep is not extrapolated, so a step ends with Bullet's own
 // result.
+//
+// A tower of 12 bricks on springs of 2e6 N/m at 60 Hz falls with 10 sweeps a step and gains 70
+// times its energy, falls with 300 if they stop at a residual of 3e-4 m/s, and stands with 18 in
+// the mean if they stop at 1e-4 (docs/measurements.md). A hundredth of that takes two sweeps more.
 #include <cloudcontact/bullet/extrapolating_solver.h>
 
 #include <algorithm>
@@ -43,6 +47,7 @@ struct ExtrapolatingSolver::State {
   std::array<Column, kDepth> residuals, results;  // differences, the oldest overwritten
   int kept = 0, oldest = 0;
   double last = 0;  // square of the last residual
+  std::size_t sweeps = 0, islands = 0;
 
   void fit(std::size_t rows) {
     for (Column* c : {&weight, &start, &result, &residual, &lastResult, &lastResidual, &next})
@@ -160,6 +165,33 @@ void ExtrapolatingSolver::moveTo(const std::vector<double>& impulses) {
   });
 }
 
+std::size_t ExtrapolatingSolver::sweeps() const {
+  return state_->sweeps;
+}
+std::size_t ExtrapolatingSolver::islands() const {
+  return state_->islands;
+}
+
+// A joint's rows take m_numIterations from the settings at their setup, so it is raised for all of
+// the solution.
+btScalar ExtrapolatingSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
+                                         btPersistentManifold** manifolds, int manifoldCount,
+                                         btTypedConstraint** constraints, int constraintCount,
+                                         const btContactSolverInfo& info, btIDebugDraw* drawer,
+                                         btDispatcher* dispatcher) {
+  btContactSolverInfo own(info);
+  if (extrapolates && mostSweeps > 0) {
+    own.m_numIterations = std::max(info.m_numIterations, mostSweeps);
+    const auto speed = static_cast<btScalar>(tolerance) * info.m_timeStep;
+    own.m_leastSquaresResidualThreshold =
+        std::max(info.m_leastSquaresResidualThreshold, speed * speed);
+  }
+  ++state_->islands;
+  return btSequentialImpulseConstraintSolver::solveGroup(bodies, bodyCount, manifolds,
+                                                         manifoldCount, constraints,
+                                                         constraintCount, own, drawer, dispatcher);
+}
+
 btScalar ExtrapolatingSolver::solveSingleIteration(
     int iteration, btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
     int manifoldCount, btTypedConstraint** constraints, int constraintCount,
@@ -171,7 +203,8 @@ btScalar ExtrapolatingSolver::solveSingleIteration(
   const btScalar left = btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info,
       drawer);
-  if (last) return left;
+  ++m.sweeps;
+  if (last || left <= info.m_leastSquaresResidualThreshold) return left;
   read(m.result);
   for (std::size_t i = 0; i < m.result.size(); ++i) m.residual[i] = m.result[i] - m.start[i];
   const double now = m.dot(m.residual, m.residual);

@@ -136,12 +136,17 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
   const int count = std::min(patch.points, MANIFOLD_CACHE_SIZE);
   const ContactPoint* const sources = contact.points.data() + patch.firstPoint;
   const btManifoldPoint* before[MANIFOLD_CACHE_SIZE] = {};
+  Vec3 slips[MANIFOLD_CACHE_SIZE];
   PatchLoad load;
+  PatchAnchor anchor(settings.slidingSpeed);
   for (int i = 0; i < count; ++i) {
     before[i] = ancestorOf(static_cast<int>(sources[i].id));
+    slips[i] = slipOf(sources[i], sides.motionA, sides.motionB);
     load.add(sources[i].position, before[i]);
+    anchor.add(sources[i].position, slips[i], before[i]);
   }
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
+  anchor.fit();
   manifold.setNumContacts(count);
   for (int i = 0; i < count; ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
@@ -150,9 +155,8 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     if (!settings.rigid) setLaw(sources[i], tangent_, settings, point);
     point.m_partId0 = static_cast<int>(sources[i].id);
     point.m_partId1 = sources[i].patch;
-    const Vec3 slip = slipOf(sources[i], sides.motionA, sides.motionB);
-    setFrictionDirections(sources[i].position, slip, load, before[i], point);
-    if (!load.slides()) anchor(slip, before[i], settings.slidingSpeed, point);
+    setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
+    if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);
   }

@@ -26,40 +26,48 @@ Vec3 slipOf(const ContactPoint& point, const Motion& a, const Motion& b) {
   return slip - slip.dot(point.normal) * point.normal;
 }
 
-void PatchLoad::add(const Vec3& position, const btManifoldPoint* before) {
+void RigidVectors::add(const Vec3& position, const Vec3& vector) {
   at_[count_] = position;
-  held_[count_].setZero();
+  vectors_[count_++] = vector;
+}
+
+void RigidVectors::fit() {
+  for (int i = 0; i < count_; ++i) {
+    center_ += at_[i] / count_;
+    mean_ += vectors_[i] / count_;
+  }
+  double polar = 0;
+  for (int i = 0; i < count_; ++i) {
+    spin_ += (at_[i] - center_).cross(vectors_[i]);
+    polar += (at_[i] - center_).squaredNorm();
+  }
+  if (polar > 0) spin_ /= polar;
+}
+
+void PatchLoad::add(const Vec3& position, const btManifoldPoint* before) {
+  Vec3 held = Vec3::Zero();
   if (before) {
-    held_[count_] = toVec3(before->m_lateralFrictionDir1) * before->m_appliedImpulseLateral1 +
-                    toVec3(before->m_lateralFrictionDir2) * before->m_appliedImpulseLateral2;
+    held = toVec3(before->m_lateralFrictionDir1) * before->m_appliedImpulseLateral1 +
+           toVec3(before->m_lateralFrictionDir2) * before->m_appliedImpulseLateral2;
     limit_ += before->m_combinedFriction * before->m_appliedImpulse;
   }
+  held_.add(position, held);
   ++count_;
 }
 
 void PatchLoad::sum(double mass) {
   mass_ = mass;
   limit_ /= count_;
-  for (int i = 0; i < count_; ++i) {
-    center_ += at_[i] / count_;
-    force_ += held_[i] / count_;
-  }
-  double polar = 0;
-  for (int i = 0; i < count_; ++i) {
-    spin_ += (at_[i] - center_).cross(held_[i]);
-    polar += (at_[i] - center_).squaredNorm();
-  }
-  if (polar > 0) spin_ /= polar;
+  held_.fit();
 }
 
 Vec3 PatchLoad::at(const Vec3& position, const Vec3& slip) const {
-  const Vec3 held = force_ + spin_.cross(position - center_);
-  const Vec3 load = mass_ * slip - held;
+  const Vec3 load = mass_ * slip - held_.at(position);
   return load.norm() > kNearLimit * limit_ ? load : Vec3::Zero();
 }
 
 bool PatchLoad::slides() const {
-  return force_.norm() > kSliding * limit_;
+  return held_.mean().norm() > kSliding * limit_;
 }
 
 void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLoad& load,
@@ -77,14 +85,18 @@ void setFrictionDirections(const Vec3& position, const Vec3& slip, const PatchLo
   point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(normal);
 }
 
-void anchor(const Vec3& slip, const btManifoldPoint* before, double slidingSpeed,
-            btManifoldPoint& point) {
-  if (!before || slip.norm() > slidingSpeed) return;
+void PatchAnchor::add(const Vec3& position, const Vec3& slip, const btManifoldPoint* before) {
+  if (!before || slip.norm() > slidingSpeed_) return;
   Vec3 back = -(toVec3(before->m_lateralFrictionDir1) * before->m_contactMotion1 +
                 toVec3(before->m_lateralFrictionDir2) * before->m_contactMotion2) +
               kAnchor * slip;
-  const double most = kAnchor * kAnchorSteps * slidingSpeed;
+  const double most = kAnchor * kAnchorSteps * slidingSpeed_;
   if (back.norm() > most) back *= most / back.norm();
+  back_.add(position, back);
+}
+
+void PatchAnchor::set(const Vec3& position, btManifoldPoint& point) const {
+  const Vec3 back = back_.at(position);
   point.m_contactMotion1 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir1)));
   point.m_contactMotion2 = static_cast<btScalar>(-back.dot(toVec3(point.m_lateralFrictionDir2)));
 }

@@ -1,8 +1,9 @@
-// ExtrapolatingSolver: Bullet's sequential impulses with faster convergence.
+// ExtrapolatingSolver: Bullet's sequential impulses, until they converge.
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -10,13 +11,30 @@ namespace cloudcontact {
 
 // Replaces btSequentialImpulseConstraintSolver, with the same settings and rows. After each sweep
 // but the last it extrapolates from the sweeps so far (Anderson 1965), which carries weight down a
-// stack, along a chain or through a light body in fewer sweeps. One solver per world.
+// stack, along a chain or through a light body in fewer sweeps. Sweeps go on until the rows agree:
+// ten of them leave stiff contacts apart, and a tower that rocks on what is left gains energy
+// (docs/method.md, "The solver"). One solver per world.
 class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
  public:
   ExtrapolatingSolver();
   ~ExtrapolatingSolver() override;
 
   bool extrapolates = true;  // false: Bullet's own sweeps, to the bit
+  // [m/s^2] An island is solved once a sweep changes no row's velocity by more than this in a
+  // second: times the step, it is a speed. Finite and positive.
+  double tolerance = 2e-3;
+  // Sweeps of an island and step beyond which it is left as it is. getSolverInfo().m_numIterations
+  // counts where it is more; with `mostSweeps` 0 it counts alone, as in Bullet.
+  int mostSweeps = 300;
+
+  // Sweeps of all islands and steps so far, and islands solved.
+  std::size_t sweeps() const;
+  std::size_t islands() const;
+
+  btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+                      int manifoldCount, btTypedConstraint** constraints, int constraintCount,
+                      const btContactSolverInfo& info, btIDebugDraw* drawer,
+                      btDispatcher* dispatcher) override;
 
  protected:
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int bodyCount,
