@@ -48,7 +48,7 @@ HeapSettings heapSettings(const Options& o, bool device) {
   settings.voxel = o.voxel;
   settings.threads = o.threads;
   settings.backend = device ? Backend::OpenCl : Backend::Cpu;
-  settings.contact.bears = 10;
+  settings.contact.bears = 100;
   return settings;
 }
 

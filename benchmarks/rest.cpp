@@ -115,7 +115,7 @@ std::vector<btTransform> walls(int bodies) {
 
 void measure(const Options& options) {
   HeapSettings settings = nutHeap(options.bodies, options.voxel, options.threads);
-  settings.contact.bears = 10;
+  settings.contact.bears = 100;
   settings.extrapolates = true;
   settings.poured = true;
   settings.shape = shapesOf(nut(), options.voxel);

@@ -53,7 +53,7 @@ double worstOff(bool ours) {
   return worst;
 }
 
-TEST(ExtrapolatingSolver, TenSweepsHoldATonOnAKilogramWhereBulletsOwnSink) {
+TEST(ExtrapolatingSolver, HoldsATonOnAKilogramWhereBulletsOwnSweepsSink) {
   EXPECT_LT(worstOff(true), 0.2);
   EXPECT_GT(worstOff(false), 10);
 }
@@ -62,6 +62,7 @@ TEST(ExtrapolatingSolver, TenSweepsHoldATonOnAKilogramWhereBulletsOwnSink) {
 std::vector<double> impulsesOf(bool ours, int sweeps) {
   SolvedWorld scene(ours, stated(1e7, 1e5));
   scene.world.getSolverInfo().m_numIterations = sweeps;
+  scene.sweeps.mostSweeps = 0;
   scene.addGround();
   for (int i = 0; i < 6; ++i)
     scene.addCloud(cubeField(), i % 2 ? 100 : 10, at({0, 0, btScalar(0.499 + 0.999 * i)}));
@@ -126,6 +127,84 @@ TEST(ExtrapolatingSolver, TheSameWorldTwiceIsTheSameToTheBit) {
   EXPECT_EQ(impulsesOf(true, 10), impulsesOf(true, 10));
 }
 
+// How a tower of bricks stands, turned by 0, 0.2 and 0.4 rad in turn, 4 mm voxels.
+struct Tower {
+  double away = 0, sunk = 0;  // of the top brick: aside and below where it stood [m], at the end
+  double gained = 0;          // [J] kinetic and potential energy above the start's, at most
+  double sweeps = 0;          // a step, in the mean
+};
+
+struct TowerSettings {
+  int bricks;
+  double stiffness;  // [N/m] of each body; 0: automatic
+  double rate;       // [Hz]
+};
+
+double mechanicalEnergy(const btRigidBody& body) {
+  const btVector3 turn =
+      body.getWorldTransform().getBasis().transpose() * body.getAngularVelocity();
+  return 0.5 * body.getLinearVelocity().length2() / body.getInvMass() +
+         0.5 * turn.dot(turn * body.getLocalInertia()) +
+         kGravity * body.getWorldTransform().getOrigin().z() / body.getInvMass();
+}
+
+Tower stand(const TowerSettings& how, double seconds) {
+  static const auto field = fieldOf(boxMesh({0.11, 0.07, 0.05}), 4e-3);
+  CloudContactSettings settings;
+  settings.bears = 100;
+  SolvedWorld scene(true, settings);
+  std::vector<btRigidBody*> bodies{&scene.addGround()};
+  for (int i = 0; i < how.bricks; ++i)
+    bodies.push_back(
+        &scene.addCloud(field, 1,
+                        at({0, 0, btScalar(0.05 * (i + 0.5))},
+                           btQuaternion(btVector3(0, 0, 1), btScalar(0.2 * (i % 3))))));
+  for (btRigidBody* body : bodies) {
+    body->setFriction(btScalar(0.6));
+    if (how.stiffness > 0)
+      body->setContactStiffnessAndDamping(btScalar(how.stiffness),
+                                          btScalar(0.2 * std::sqrt(how.stiffness)));
+  }
+  bodies.erase(bodies.begin());
+  const auto energy = [&] {
+    double sum = 0;
+    for (const btRigidBody* body : bodies) sum += mechanicalEnergy(*body);
+    return sum;
+  };
+  Tower tower;
+  const double start = energy();
+  for (int i = 0; i < how.rate * seconds; ++i) {
+    scene.step(1 / how.rate);
+    tower.gained = std::max(tower.gained, energy() - start);
+  }
+  const btVector3 top = bodies.back()->getWorldTransform().getOrigin();
+  tower.away = std::hypot(top.x(), top.y());
+  tower.sunk = 0.05 * (how.bricks - 0.5) - top.z();
+  tower.sweeps = double(scene.sweeps.sweeps()) / double(scene.sweeps.islands());
+  return tower;
+}
+
+// With ten sweeps 12 of these fall within half a second and gain 70 times their energy; with
+// anchors that pull every way 10 of them fall after six.
+TEST(ExtrapolatingSolver, TowersStandAndGainNothing) {
+  for (const TowerSettings& how :
+       {TowerSettings{10, 4e6, 120}, TowerSettings{12, 1e6, 60}, TowerSettings{12, 4e6, 240},
+        TowerSettings{20, 4e6, 60}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 240}}) {
+    const Tower tower = stand(how, 10);
+    EXPECT_LT(tower.away, 0.1 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
+    EXPECT_LT(tower.sunk, 0.5 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
+    EXPECT_LT(tower.gained, 1e-4 * kGravity * 0.025 * how.bricks * how.bricks);
+    EXPECT_LT(tower.sweeps, 50) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
+  }
+}
+
+// A tower buckles where (N a)^3 > 7.84 (k w^2 / 12) a^2 / (m g), as columns do (docs/limits.md): on
+// pair springs of 5e4 N/m, w 0.07 m, beyond 8 bricks.
+TEST(ExtrapolatingSolver, TowersOnSoftSpringsBuckleAsColumnsDo) {
+  EXPECT_LT(stand({6, 1e5, 60}, 5).away, 0.1 * 4e-3);
+  EXPECT_GT(stand({12, 1e5, 60}, 5).away, 0.05);
+}
+
 // The largest depth of a body under a load that is released on it, with the automatic spring.
 double deepestUnderATon(double bears, double step) {
   CloudContactSettings settings;
@@ -145,8 +224,8 @@ double deepestUnderATon(double bears, double step) {
 }
 
 TEST(Bears, ALightBodyBearsAThousandTimesItsMassOnlyWithTheSetting) {
-  EXPECT_LT(deepestUnderATon(10, 1. / 240), 0.5);
-  EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.6);
+  EXPECT_LT(deepestUnderATon(100, 1. / 240), 0.15);
+  EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.4);
 }
 
 TEST(Bears, IsOneAtLeast) {
