@@ -92,7 +92,8 @@ void World::State::makeRigid(Body& body) {
   btRigidBody::btRigidBodyConstructionInfo info(btScalar(parts.mass), nullptr,
                                                 parts.shape.shape.get(), toBullet(parts.inertia));
   info.m_startWorldTransform = toBullet(body.scene.pose * parts.frame);
-  info.m_restitution = 0;
+  // Bullet multiplies the two. What nothing moves leaves it to the other body.
+  info.m_restitution = btScalar(body.scene.restitution.value_or(body.scene.isFree() ? 0 : 1));
   body.own = std::make_unique<btRigidBody>(info);
   body.rigid = body.own.get();
   if (body.scene.drive)

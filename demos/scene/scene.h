@@ -105,6 +105,7 @@ struct SceneBody {
   std::optional<double> friction;       // mu
   std::optional<double> stiffness;      // kp [N/m]
   std::optional<double> damping;        // kd [N s/m]
+  std::optional<double> restitution = {};
   Vec3 linearVelocity = Vec3::Zero();   // of the frame's origin, in the world [m/s]
   Vec3 angularVelocity = Vec3::Zero();  // in the world [rad/s]
   int model = 0;                        // bodies of one model do not touch each other ...

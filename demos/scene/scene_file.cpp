@@ -325,6 +325,10 @@ void SceneReader::readSurface(const sdf::ElementPtr& surface, const std::string&
     take({"friction", "bullet", "friction"}, body.friction);
   take({"contact", "ode", "kp"}, body.stiffness);
   take({"contact", "ode", "kd"}, body.damping);
+  take({"bounce", "restitution_coefficient"}, body.restitution);
+  if (body.restitution && *body.restitution > 1)
+    fail(element + " <restitution_coefficient>",
+         "must be at most 1, is " + std::to_string(*body.restitution));
   if (body.stiffness && *body.stiffness == 0)
     fail(element + " <kp>", "is 0: the contact would have no force; give a stiffness in N/m");
 }

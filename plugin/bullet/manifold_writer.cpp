@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include "bullet/convert.h"
+#include "bullet/impact.h"
 #include "bullet/point_friction.h"
 
 namespace cloudcontact {
@@ -23,7 +24,7 @@ btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   point.m_combinedFriction = gCalculateCombinedFrictionCallback(a, b);
   point.m_combinedRollingFriction = gCalculateCombinedRollingFrictionCallback(a, b);
   point.m_combinedSpinningFriction = gCalculateCombinedSpinningFrictionCallback(a, b);
-  // A restitution on top of a spring would bounce twice.
+  // A restitution on top of a spring would bounce twice (impact.h).
   point.m_combinedRestitution = rigid ? gCalculateCombinedRestitutionCallback(a, b) : btScalar(0);
   point.m_index0 = sides.wrapA->m_index;  // a compound's child
   point.m_index1 = sides.wrapB->m_index;
@@ -145,6 +146,10 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     load.add(sources[i].position, before[i]);
     anchor.add(sources[i].position, slips[i], before[i]);
   }
+  const Impact impact(sides,
+                      gCalculateCombinedRestitutionCallback(sides.wrapA->getCollisionObject(),
+                                                            sides.wrapB->getCollisionObject()),
+                      settings.step);
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
   anchor.fit();
   manifold.setNumContacts(count);
@@ -158,6 +163,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
     if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
+    if (!settings.rigid && !settings.shared) impact.take(sources[i], before[i], point);
     announce(manifold, sides, before[i] != nullptr, point);
   }
 }

@@ -234,7 +234,7 @@ void ContactBuilder::add(const CcContactPatch& from) {
   result_.patches.push_back(patch);
 }
 
-void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
+bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
                            SearchOutcome outcome, std::span<const CcSums> patches,
                            const HitColumns* hits, std::span<const PatchMatter> matter) {
@@ -262,6 +262,7 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
        {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
         found.error + kPerGap * terms.gap},
        size > 0);
+  return !result_.patches.empty();
 }
 
 const ContactResult& ContactBuilder::withIds() {

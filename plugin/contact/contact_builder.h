@@ -55,8 +55,9 @@ class ContactBuilder {
   // Validates the bodies (ContactFinder::find() says what throws) and clears the last result.
   PairFrame begin(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
   // Builds the result from the sums of the patches, all but the points' IDs. `hits` is needed if
-  // one body is a shape. `matter`: what each patch touches; empty if nothing depends on it.
-  void build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+  // one body is a shape. `matter`: what each patch touches; empty if nothing depends on it. Returns
+  // whether there is any contact.
+  bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
              const PairFrame& frame, SearchOutcome outcome, std::span<const CcSums> patches,
              const HitColumns* hits = nullptr, std::span<const PatchMatter> matter = {});
   // Sets the number of hits, and adds a patch; for results that a device built.

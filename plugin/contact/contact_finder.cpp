@@ -48,21 +48,28 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const TaskRunner* runner) {
   State& s = *state_;
   const PairFrame frame = s.builder.begin(a, b, settings);
-  s.lookups = 0;
   BorrowedMemory memory(s.workspace->state_->memory);
   HitColumns& hits = memory->hits;
   const int level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits,
                                        runner, settings.verletLists ? &s.lists : nullptr);
-  const std::vector<CcSums>& patches =
-      memory->binner.patches(hits, cellOf(frame, level), a.shape || b.shape, runner);
+  const auto build = [&] {
+    const std::vector<CcSums>& patches =
+        memory->binner.patches(hits, cellOf(frame, level), a.shape || b.shape, runner);
+    std::span<const PatchMatter> matter;
+    if (TouchedMatter::wanted(a, b, settings))
+      matter = memory->matter.of(a, b, settings, frame,
+                                 {hits, memory->binner.bins(), patches.size(), level,
+                                  cellOf(frame, level), memory->search.gap()});
+    return s.builder.build(a, b, settings, frame, {level, hits.size(), memory->search.gap()},
+                           patches, &hits, matter);
+  };
+  // Hits that press nothing must not hide a gap that closes within the step.
+  if (!build() && !hits.empty() && settings.margin > 0 && memory->search.gap() == 0) {
+    memory->search.runApart(a, b, frame, settings.margin, hits);
+    s.builder.begin(a, b, settings);
+    build();
+  }
   s.lookups = memory->search.lookups();
-  std::span<const PatchMatter> matter;
-  if (TouchedMatter::wanted(a, b, settings))
-    matter = memory->matter.of(a, b, settings, frame,
-                               {hits, memory->binner.bins(), patches.size(), level,
-                                cellOf(frame, level), memory->search.gap()});
-  s.builder.build(a, b, settings, frame, {level, hits.size(), memory->search.gap()}, patches, &hits,
-                  matter);
 }
 
 const ContactResult& ContactFinder::withIds() {

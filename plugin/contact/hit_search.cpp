@@ -36,6 +36,14 @@ struct HitSearch::Query {
   bool ofFields() const { return bodies[0]->field && bodies[1]->field; }
 };
 
+HitSearch::Query HitSearch::queryOf(const ContactBody& a, const ContactBody& b,
+                                    const PairFrame& frame, std::size_t enough) {
+  Query query{{&a, &b}, {}, enough};
+  if (a.field) query.ways[kA] = wayOf(a, b, frame);
+  if (b.field) query.ways[kB] = wayOf(b, a, frame);
+  return query;
+}
+
 HitSearch::HitSearch() : builder_(std::make_unique<VerletListBuilder>()) {}
 HitSearch::~HitSearch() = default;
 
@@ -83,9 +91,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   // Bullet's boxes exceed its bodies by 7 cm (gContactBreakingThreshold and the tree's margin),
   // whatever their size. In a box of small parts, most pairs are far apart.
   if (farApart(a, b, kFarApart * frame.voxel)) return 0;
-  Query query{{&a, &b}, {}, enough};
-  if (a.field) query.ways[kA] = wayOf(a, b, frame);
-  if (b.field) query.ways[kB] = wayOf(b, a, frame);
+  const Query query = queryOf(a, b, frame, enough);
   if (!query.ofFields()) lists = nullptr;
   const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways);
   int level = listed ? searchLevels(query, hits, lists) : -1;
@@ -99,6 +105,13 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   }
   if (hits.empty() && margin > 0) touchLightly(query, frame, marginOf(margin, frame), hits);
   return level;
+}
+
+void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                         double margin, HitColumns& hits) {
+  hits.clear();
+  gap_ = 0;
+  touchLightly(queryOf(a, b, frame, 0), frame, marginOf(margin, frame), hits);
 }
 
 void HitSearch::reserveLike(const HitSearch& other) {

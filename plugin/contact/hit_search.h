@@ -30,6 +30,10 @@ class HitSearch {
   int run(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
           std::size_t enough, HitColumns& hits, const TaskRunner* runner = nullptr,
           VerletLists* lists = nullptr);
+  // The same without the search for hits: for bodies whose hits press nothing, such as the sides of
+  // two boxes whose faces are a tenth of a voxel apart.
+  void runApart(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
+                HitColumns& hits);
   static constexpr std::size_t kAll = search::kAllSamples;
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, on all levels.
@@ -41,6 +45,8 @@ class HitSearch {
 
  private:
   struct Query;
+  static Query queryOf(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                       std::size_t enough);
   int searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists);
   void searchSide(const Query& query, Side side, int level, HitColumns& hits,
                   const VerletLists* lists);

@@ -79,6 +79,13 @@ struct DeviceSearch::State {
     std::size_t samples = 0, hits = 0, failed = 0;
     int finest = kLevels - 1;
   };
+  // Why the device has no contact of the i-th pair of a part; 0 if it has one, or there is none.
+  int failedOf(const Part& part, std::size_t i) const {
+    const CcAnswer& answer = part.batch.answer(i);
+    const bool pressesNothing =
+        answer.hits > 0 && answer.patches == 0 && devicePairs[part.first + i].settings->margin > 0;
+    return answer.failed ? answer.failed : pressesNothing ? CC_NO_TOUCH : 0;
+  }
   void readAnswers(Part& part);
   void readAnswer(Part& part, std::size_t i, Totals& totals);
 
@@ -231,7 +238,7 @@ void DeviceSearch::State::readAnswers(Part& part) {
   part.report.onDevice += part.count - failed;
   part.batch.setFinest(finest);
   for (std::size_t i = 0; i < (failed > 0 ? part.count : 0); ++i) {
-    const int why = part.batch.answer(i).failed;
+    const int why = failedOf(part, i);
     if (!why) continue;
     ++(why & CC_FINER      ? part.report.finer
        : why & CC_NO_TOUCH ? part.report.nearMisses
@@ -251,8 +258,9 @@ void DeviceSearch::State::readAnswer(Part& part, std::size_t i, Totals& totals) 
   totals.samples += answer.lookups;
   totals.hits += answer.hits;
   totals.finest = std::min(totals.finest, answer.failed & CC_FINER ? 0 : answer.level);
-  totals.failed += answer.failed != 0;
-  if (answer.failed) return;
+  const bool failed = failedOf(part, i) != 0;
+  totals.failed += failed;
+  if (failed) return;
   ContactBuilder& builder = task.finder->builder();
   builder.setHits(answer.hits);
   for (const CcContactPatch& contact : part.batch.contacts(i)) builder.add(contact);

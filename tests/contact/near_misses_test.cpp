@@ -1,5 +1,6 @@
 // Bodies that nearly touch: the gap is that of the bodies and of all their samples, a touch is
 // never taken for a gap, and few samples are asked.
+#include <cloudcontact/contact/contact_finder.h>
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 
 #include "contact/contact_cases.h"
 #include "contact/hit_search.h"
+#include "field/mesh_field.h"
 #include "mesh/thread_meshes.h"
 
 namespace cloudcontact::testing {
@@ -198,6 +200,30 @@ TEST(NearMisses, NoTouchIsMissed) {
   }
   EXPECT_GT(touching, 50);
   EXPECT_LT(touching, 280);
+}
+
+// Samples on the sides of a box reach half their width below it: hits that press nothing, which
+// must not hide the gap. Flat faces, along their grids and turned on each other, where the same
+// samples may touch 0.2 voxel early.
+TEST(NearMisses, FlatFacesAreSeenAtAnyGap) {
+  const auto box = fieldOf(boxMesh(Vec3(20, 20, 10) * kVoxel), kVoxel);
+  for (const double coarse : {1.0, 2.0}) {
+    const auto slab = fieldOf(boxMesh(Vec3(60, 60, 20) * kVoxel), coarse * kVoxel);
+    for (const double turn : {0.0, 0.3})
+      for (const double gap : {0.01, 0.05, 0.1, 0.12, 0.15, 0.3, 0.9}) {
+        ContactBody a, b;
+        a.field = slab.get(), b.field = box.get();
+        a.pose.position = Vec3(0, 0, -10 * kVoxel);
+        b.pose.position = Vec3(0, 0, (5 + gap) * kVoxel);
+        b.pose.orientation = Eigen::AngleAxisd(turn, Vec3::UnitZ());
+        ContactSettings settings;
+        settings.margin = kMargin;
+        ContactFinder finder;
+        const ContactResult& found = finder.find(a, b, settings);
+        ASSERT_FALSE(found.points.empty()) << gap << " voxel, turned by " << turn;
+        for (const ContactPoint& p : found.points) EXPECT_NEAR(p.depth / kVoxel, -gap, turn > 0 ? 0.22 : 0.02);
+      }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,65 @@
+// Restitution as Bullet's rows have it, with the touch between two steps.
+#include "bullet/impact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bullet/convert.h"
+
+namespace cloudcontact {
+
+namespace {
+
+// [m/s] Slower bodies do not bounce: Bullet's default (m_restitutionVelocityThreshold).
+constexpr double kBouncesFrom = 0.2;
+
+Vec3 gravityOf(const btCollisionObject& object) {
+  const auto* rigid = btRigidBody::upcast(&object);
+  return rigid && rigid->getInvMass() > 0 ? toVec3(rigid->getGravity()) : Vec3::Zero();
+}
+
+bool isBare(const btManifoldPoint& point) {
+  return !(point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING);
+}
+
+// No push but that of the impact, and none from the last step's.
+void makeBare(btManifoldPoint& point, double restitution) {
+  point.m_contactPointFlags &= ~BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+  point.m_combinedRestitution = static_cast<btScalar>(restitution);
+  point.m_distance1 = 0;
+  point.m_appliedImpulse = point.m_appliedImpulseLateral1 = point.m_appliedImpulseLateral2 = 0;
+}
+
+}  // namespace
+
+// With the speed v and the gap x at a step's start, Bullet's steps keep v^2 / 2 + a x + a h v / 2
+// on the way down and, with v and x after a step's solution and move, the same on the way up. The
+// touch is at x = 0, with the speed that this leaves.
+double bounceOf(double restitution, double closing, double depth, double pull, double step) {
+  const double half = 0.5 * pull * step;
+  const double touch = closing * closing + 2 * half * closing - 2 * pull * depth;
+  const double square =
+      restitution * restitution * std::max(0.0, touch) + half * half + 2 * pull * depth;
+  return square > 0 ? std::max(0.0, std::sqrt(square) - half) / closing : 0;
+}
+
+Impact::Impact(const PairSides& sides, double restitution, double step)
+    : sides_(sides), restitution_(restitution), step_(step) {
+  pull_ =
+      gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
+}
+
+void Impact::take(const ContactPoint& source, const btManifoldPoint* before,
+                  btManifoldPoint& point) const {
+  if (!(restitution_ > 0) || !(step_ > 0) || source.damping > 0) return;
+  const Vec3 meeting = sides_.motionA.at(source.position) - sides_.motionB.at(source.position);
+  const double closing = meeting.dot(source.normal), pull = pull_.dot(source.normal);
+  if (closing <= 0) {
+    if (before && isBare(*before)) makeBare(point, 0);
+    return;
+  }
+  if (closing < kBouncesFrom || source.depth + step_ * (closing + step_ * pull) <= 0) return;
+  makeBare(point, bounceOf(restitution_, closing, source.depth, pull, step_));
+}
+
+}  // namespace cloudcontact

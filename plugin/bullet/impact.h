@@ -1,0 +1,36 @@
+// Impact: how points bounce where a restitution is stated and no damping.
+//
+// A stiff spring is over within a step, so no damping gives it a stated restitution. A point that
+// meets faster than Bullet's threshold becomes a bare row for which Bullet's solver finds the speed
+// after the impact, and stays one, without a push, until it stops leaving; then the law's spring
+// goes on. A point acts in the step in which the surfaces would touch, on either side of the touch:
+// the speed after it is that from which the body passes the touch at the right speed, in Bullet's
+// steps.
+#pragma once
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+#include "bullet/pair_law.h"
+
+namespace cloudcontact {
+
+class Impact {
+ public:
+  // `restitution`: the pair's, as Bullet combines it. `step` [s].
+  Impact(const PairSides& sides, double restitution, double step);
+
+  // Makes a written point a bare row if it bounces or leaves. `before`: last step's point, or null.
+  void take(const ContactPoint& source, const btManifoldPoint* before,
+            btManifoldPoint& point) const;
+
+ private:
+  const PairSides& sides_;
+  double restitution_, step_;
+  Vec3 pull_;  // gravity of A over that of B [m/s^2]
+};
+
+// The speed after an impact, as a multiple of the speed `closing` [m/s] before it. `depth` [m]:
+// where the step begins, negative before the touch; `pull` [m/s^2] in the direction of closing.
+double bounceOf(double restitution, double closing, double depth, double pull, double step);
+
+}  // namespace cloudcontact

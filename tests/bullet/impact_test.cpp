@@ -1,0 +1,122 @@
+// Restitution against its definition, at any step: the speed after an impact over that before it,
+// the time of a series of bounces, and that what rests or states a damping does not bounce.
+#include "bullet/impact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bullet/bullet_world.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 0.01, kGravity = 9.81, kHeight = 0.5;
+constexpr double kRates[] = {60, 240, 1000};  // [Hz]
+
+struct Drop {
+  double rebound = 0;  // root of the height after the first bounce over that before: of the speeds
+  double deepest = 0;  // [m]
+  double still = 0;    // [s] when it last moved faster than 5 cm/s
+};
+
+struct Dropped {
+  std::shared_ptr<const SurfaceField> field;
+  double half;   // its height over its lowest point [m]
+  bool onCloud;  // else on Bullet's plane
+};
+
+Dropped ball(bool onCloud) {
+  static const auto field = fieldOf(sphereMesh(0.1, 1e-5), kVoxel);
+  return {field, 0.1, onCloud};
+}
+Dropped box(bool onCloud) {
+  static const auto field = fieldOf(boxMesh({0.2, 0.2, 0.1}), kVoxel);
+  return {field, 0.05, onCloud};
+}
+
+Drop drop(const Dropped& what, double restitution, double rate, double seconds,
+          const CloudContactSettings& settings = {}) {
+  static const auto slab = fieldOf(boxMesh({1, 1, 0.2}), 2 * kVoxel);
+  BulletWorld scene(settings);
+  btRigidBody& floor =
+      what.onCloud ? scene.addCloud(slab, 0, at({0, 0, btScalar(-0.1)})) : scene.addGround();
+  floor.setRestitution(1);
+  btRigidBody& body = scene.addCloud(what.field, 1, at({0, 0, btScalar(kHeight + what.half)}));
+  body.setRestitution(btScalar(restitution));
+  Drop found;
+  double peak = 0, before = 0;
+  int bounces = 0;
+  for (int i = 0; i < seconds * rate; ++i) {
+    scene.step(1 / rate);
+    const double speed = body.getLinearVelocity().z(),
+                 z = body.getWorldTransform().getOrigin().z() - what.half;
+    bounces += before < -0.1 && speed >= 0;
+    if (bounces == 1) peak = std::max(peak, z);
+    found.deepest = std::max(found.deepest, -z);
+    if (std::abs(speed) > 0.05) found.still = (i + 1) / rate;
+    before = speed;
+  }
+  found.rebound = std::sqrt(std::max(0.0, peak) / kHeight);
+  return found;
+}
+
+TEST(Impact, ReboundsAsStated) {
+  for (const double rate : kRates)
+    for (const double restitution : {0.3, 0.6, 0.9})
+      for (const Dropped& what : {ball(false), box(false), ball(true), box(true)}) {
+        const double found = drop(what, restitution, rate, 1).rebound;
+        EXPECT_NEAR(found, restitution, 0.02 * restitution)
+            << rate << " Hz, " << what.half << (what.onCloud ? " m on a cloud" : " m on a plane");
+      }
+}
+
+TEST(Impact, WithoutRestitutionNothingBounces) {
+  for (const double rate : kRates)
+    for (const Dropped& what : {ball(false), box(false), ball(true), box(true)})
+      EXPECT_LT(drop(what, 0, rate, 1).rebound, 0.05) << rate << ' ' << what.half;
+}
+
+// Flat faces a tenth of a voxel apart are seen before they meet: nothing sinks in by a step's way.
+TEST(Impact, NothingSinksInWhereItMayBounce) {
+  for (const double rate : {240.0, 1000.0})
+    for (const Dropped& what : {ball(false), box(false), ball(true), box(true)})
+      EXPECT_LT(drop(what, 0.3, rate, 1).deepest, 0.15 * kVoxel) << rate << ' ' << what.half;
+}
+
+// Bounces follow each other at e times the time: all take v / g (1 + 2 e / (1 - e)).
+TEST(Impact, ABallComesToRestInTheTimeOfTheSeries) {
+  const double fall = std::sqrt(2 * kHeight / kGravity), e = 0.9;
+  const double series = fall * (1 + 2 * e / (1 - e));
+  for (const double rate : kRates)
+    EXPECT_NEAR(drop(ball(false), e, rate, 8).still, series, 0.05 * series) << rate;
+}
+
+TEST(Impact, AStatedDampingOrABodyAtRestTakesNone) {
+  CloudContactSettings damped;
+  damped.law = KelvinVoigt{1e5, 2 * std::sqrt(1e5)};
+  EXPECT_LT(drop(ball(false), 0.9, 1000, 1, damped).rebound, 0.2);
+  BulletWorld scene;
+  scene.addGround().setRestitution(1);
+  btRigidBody& cube = scene.addCloud(box(false).field, 1, at({0, 0, btScalar(0.05)}));
+  cube.setRestitution(btScalar(0.9));
+  for (int i = 0; i < 240; ++i) scene.step(1. / 240);
+  EXPECT_LT(std::abs(cube.getLinearVelocity().z()), 1e-4);
+  for (const btManifoldPoint& point : scene.points())
+    EXPECT_TRUE(point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING);
+}
+
+// By hand: without gravity the speed is e times; with it the energy at the touch counts, in steps.
+TEST(Impact, TheSpeedIsThatOfATouchBetweenTwoSteps) {
+  EXPECT_NEAR(bounceOf(0.7, 3, -0.01, 0, 0.01), 0.7, 1e-12);
+  for (const double e : {0.5, 1.0})
+    for (const double gap : {-0.004, 0.0, 0.02}) {
+      const double v = 2, g = kGravity, h = 1. / 240;
+      const double out = v * bounceOf(e, v, -gap, g, h);
+      const double down = v * v / 2 + g * gap + g * h * v / 2;
+      EXPECT_NEAR(out * out / 2 + g * gap + g * h * out / 2, e * e * down, 1e-9) << e << ' ' << gap;
+    }
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
