@@ -4,6 +4,7 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "commands/command_line.h"
@@ -26,7 +27,7 @@ struct ChartOptions {
   std::string method;
   bool quick = false, noStability = false;
   std::string trials;
-  int iterations = 10;
+  std::optional<int> iterations = {};
 };
 
 lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {

@@ -75,8 +75,9 @@ std::string chartTable(const Json& chart) {
 
 // The solvers differ, which the comparison must state.
 constexpr const char* kSolvers =
-    "<p>Each world runs ten iterations of sequential impulses per step. CloudContact's worlds use "
-    "this project's ExtrapolatingSolver, the others Bullet's own solver.</p>";
+    "<p>CloudContact's worlds use this project's ExtrapolatingSolver, which sweeps over its rows "
+    "until they agree; the others Bullet's own solver with its ten sweeps of sequential impulses."
+    "</p>";
 
 std::string failuresTable(const Json& failures) {
   std::string out =

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct Trial {
   // spring, peers Bullet's rigid constraints.
   std::string mode = "auto";
   std::shared_ptr<ShapeStore> store = {};  // shared by all trials of the scene
-  int iterations = 10;                     // of the solver; 10 is Bullet's default
+  std::optional<int> iterations = {};      // WorldSettings::iterations
   // Called after each step, to observe a single trial.
   std::function<void(double time, const World&)> watch = {};
 };
@@ -74,7 +75,7 @@ struct StabilitySettings {
   std::string only;    // a part of a scene's name; empty: all
   std::string trials;  // a part of trialName(); empty: all
   std::string method;  // the only one, as --method names it; empty: all
-  int iterations = 10;
+  std::optional<int> iterations = {};
   std::function<void(double)> progress;
 };
 

@@ -4,6 +4,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "commands/commands.h"
@@ -27,7 +28,8 @@ struct SimulateOptions {
   CommonOptions common;
   std::string scene, trajectory, replay;
   std::optional<double> seconds, step;
-  int substeps = 1, iterations = 10;
+  int substeps = 1;
+  std::optional<int> iterations = {};
   bool sleep = false;
 };
 
@@ -288,7 +290,8 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.step = readPositive("--step", t); });
   text("--substeps", "parts of each step (default 1)", "N",
        [&o](const std::string& t) { o.substeps = readCount("--substeps", t, 1, 10000); });
-  text("--iterations", "iterations of the solver per step (default 10)", "N",
+  text("--iterations",
+       "iterations of the solver per step (default: clouds as many as it takes, others 10)", "N",
        [&o](const std::string& t) { o.iterations = readCount("--iterations", t, 1, 100000); });
   text("--trajectory", "CSV file for every body's state after every step", "OUT.csv",
        [&o](const std::string& t) { o.trajectory = t; });

@@ -152,7 +152,10 @@ void World::State::addJoint(const SceneJoint& joint) {
 
 void World::State::settle(const WorldSettings& settings) {
   auto& info = world.getSolverInfo();
-  info.m_numIterations = settings.iterations;
+  if (settings.iterations) {
+    info.m_numIterations = *settings.iterations;
+    solver.mostSweeps = 0;
+  }
   bool springs = settings.common.stiffness.has_value();
   for (const auto& body : bodies) springs = springs || body.scene.stiffness;
   // Bullet's own methods keep Bullet's solver and settings, unless stiffness is given.

@@ -102,9 +102,9 @@ struct SceneBody {
   std::optional<Eigen::Matrix3d> inertia;  // about the center of mass, in inertialPose's axes
   std::vector<SceneCollision> collisions;
   // Surface properties, one set for all collisions of a body, as in Bullet.
-  std::optional<double> friction;       // mu
-  std::optional<double> stiffness;      // kp [N/m]
-  std::optional<double> damping;        // kd [N s/m]
+  std::optional<double> friction;   // mu
+  std::optional<double> stiffness;  // kp [N/m]
+  std::optional<double> damping;    // kd [N s/m]
   std::optional<double> restitution = {};
   Vec3 linearVelocity = Vec3::Zero();   // of the frame's origin, in the world [m/s]
   Vec3 angularVelocity = Vec3::Zero();  // in the world [rad/s]

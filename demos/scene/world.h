@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,8 +25,9 @@ struct ShapeStore;  // shape_store.h
 
 struct WorldSettings {
   CommonOptions common;
-  double voxel = 0;                        // [m], must be set
-  int iterations = 10;                     // of the solver, Bullet's own default
+  double voxel = 0;  // [m], must be set
+  // Sweeps of the solver a step. Empty: Bullet's ten, and with clouds until the rows agree.
+  std::optional<int> iterations = {};
   bool sleep = false;                      // lets bodies at rest fall asleep
   std::shared_ptr<ShapeStore> store = {};  // shared with worlds of equal bodies
 };

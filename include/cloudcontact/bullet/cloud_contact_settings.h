@@ -18,9 +18,9 @@ struct CloudContactSettings {
   std::optional<Law> law = std::nullopt;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
   // Upper limit of an automatic spring, in multiples of what the step allows for the pair's own
-  // mass (stepLimited). Use 1 with Bullet's own solver, whose ten sweeps carry no more, and 100 with
-  // ExtrapolatingSolver: then light bodies bear heavy ones, tall stacks stand, and small parts sag
-  // no more than large ones. At least 1 and finite.
+  // mass (stepLimited). Use 1 with Bullet's own solver, whose ten sweeps carry no more, and 100
+  // with ExtrapolatingSolver: then light bodies bear heavy ones, tall stacks stand, and small parts
+  // sag no more than large ones. At least 1 and finite.
   double bears = 1;
   bool lists = true;  // ContactSettings::verletLists of every pair
   // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved
