@@ -16,6 +16,7 @@ void addCommands(CLI::App& app) {
   addDemoCommand(app);
   addChartCommand(app);
   addDrillCommand(app);
+  addTuneCommand(app);
 }
 
 }  // namespace

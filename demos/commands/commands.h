@@ -13,5 +13,6 @@ void addSimulateCommand(CLI::App& app);
 void addDemoCommand(CLI::App& app);
 void addChartCommand(CLI::App& app);
 void addDrillCommand(CLI::App& app);
+void addTuneCommand(CLI::App& app);
 
 }  // namespace cloudcontact::program

@@ -78,6 +78,12 @@ void addMethodOption(CLI::App& command, CommonOptions& o) {
       "METHOD", [&o](const std::string& t) { o.method = readMethod(t); });
 }
 
+void addSamplesOption(CLI::App& command, CommonOptions& o) {
+  add(command, "--samples",
+      "hits that a search looks for; fewer are faster and less accurate (default 300)", "N",
+      [&o](const std::string& t) { o.samples = readCount("--samples", t, 1, 1000000000); });
+}
+
 void addToleranceOption(CLI::App& command, CommonOptions& o) {
   add(command, "--tolerance",
       "a cloud that is a ball, box, cylinder, capsule or cone within this [m] meets others as that "

@@ -19,6 +19,7 @@ void addRunOptions(CLI::App& command, CommonOptions& options);   // --threads, -
 void addLawOptions(CLI::App& command, CommonOptions& options);   // --law, --stiffness, --damping
 void addFrictionOption(CLI::App& command, CommonOptions& options);
 void addMethodOption(CLI::App& command, CommonOptions& options);
+void addSamplesOption(CLI::App& command, CommonOptions& options);
 void addToleranceOption(CLI::App& command, CommonOptions& options);
 // --window, --representative, --hardness
 void addPaperOptions(CLI::App& command, CommonOptions& options);

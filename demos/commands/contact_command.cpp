@@ -189,6 +189,7 @@ void addContactCommand(CLI::App& app) {
   addLawOptions(command, options->common);
   addTissueOptions(command, options->common, "none if not given");
   addMethodOption(command, options->common);
+  addSamplesOption(command, options->common);
   addPaperOptions(command, options->common);
   addBackendOption(command, options->common);
   addRunOptions(command, options->common);

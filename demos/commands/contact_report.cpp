@@ -185,6 +185,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   tissues.check();
   ContactSettings settings;
   settings.law = pairLaw(query.common);
+  if (query.common.samples) settings.samples = static_cast<std::size_t>(*query.common.samples);
   if (query.common.method == Method::Paper) settings.normals = Normals::BaseVectors;
   const BatchPair pair{a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings};
   ContactFinder finder;
@@ -202,6 +203,7 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   CloudContactSettings seam;
   seam.law = seamLaw(settings.law, query.common.tissues.given());
   seam.normals = settings.normals;
+  seam.samples = settings.samples;
   seam.lists = false;  // no cached results
   seam.reuseMotion = 0;
   PairProbe probe(*a.shape, *b.shape, query.pose, query.motion, query.common.method, seam);

@@ -325,6 +325,7 @@ void addSimulateCommand(CLI::App& app) {
   addFrictionOption(command, options->common);
   addTissueOptions(command, options->common, "none if not given");
   addMethodOption(command, options->common);
+  addSamplesOption(command, options->common);
   addToleranceOption(command, options->common);
   addPaperOptions(command, options->common);
   addBackendOption(command, options->common);

@@ -176,6 +176,8 @@ void checkTissues(const CommonOptions& o) {
 }  // namespace
 
 void checkTogether(const CommonOptions& options) {
+  if (options.samples && !usesClouds(options.method))
+    throw BadInput("--samples: Bullet's own methods have none; use --method cloud or paper");
   checkPaper(options);
   checkTissues(options);
 }

@@ -48,6 +48,7 @@ struct CommonOptions {
   std::optional<double> stiffness;  // the pair's k: [N/m], [N/m^3] with foundation
   std::optional<double> damping;    // the pair's c: [N s/m], [N s/m^3] with foundation
   std::optional<double> friction;   // the pair's coefficient
+  std::optional<int> samples;       // ContactSettings::samples
   std::optional<double> reuse;      // CloudContactSettings::reuseMotion [voxels]
   Method method = Method::Cloud;
   PaperOptions paper;

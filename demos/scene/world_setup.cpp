@@ -92,6 +92,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   CloudContactSettings settings;
   settings.law = pairLaw(options);
   settings.bears = kBears;
+  if (options.samples) settings.samples = static_cast<std::size_t>(*options.samples);
   if (options.reuse) settings.reuseMotion = *options.reuse;
   settings.keepReports = options.explain;
   return std::make_unique<CloudContact>(settings);

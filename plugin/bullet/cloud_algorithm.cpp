@@ -213,6 +213,8 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
   double error = how == Answer::Shapes ? query.shapeError : depthError(query.a, query.b, contact);
   if (how == Answer::Moved) error += narrowPhase.settings().reuseMotion * query.voxel;
   summary.expectedError = std::max(summary.expectedError, error);
+  summary.depth = depthOf(contact);
+  summary.level = contact.level;
   if (how != Answer::Searched) return;
   summary.lookups += finder.sampleLookups();
   for (const ContactBody* body : {&query.a, &query.b})

@@ -29,6 +29,8 @@ class Reports {
     sum.samples += report.samples;
     sum.seconds += report.seconds;
     sum.expectedError = std::max(sum.expectedError, report.expectedError);
+    sum.depth = std::max(sum.depth, report.depth);
+    sum.level = std::min(sum.level, report.level);
   }
   std::vector<PairReport> take() { return std::move(all_); }
 

@@ -240,7 +240,7 @@ bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const HitColumns* hits, std::span<const PatchMatter> matter) {
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
-  result_.samples = terms.gap > 0 ? 0 : outcome.hits;
+  setHits(terms.gap > 0 ? 0 : outcome.hits, outcome.level);
   for (std::size_t k = 0; k < patches.size(); ++k) {
     FoundPatch& found = found_.emplace_back();
     found.sums = &patches[k];

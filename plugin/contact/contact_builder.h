@@ -60,8 +60,11 @@ class ContactBuilder {
   bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
              const PairFrame& frame, SearchOutcome outcome, std::span<const CcSums> patches,
              const HitColumns* hits = nullptr, std::span<const PatchMatter> matter = {});
-  // Sets the number of hits, and adds a patch; for results that a device built.
-  void setHits(std::size_t hits) { result_.samples = hits; }
+  // Sets the hits, and adds a patch; for results that a device built.
+  void setHits(std::size_t hits, int level) {
+    result_.samples = hits;
+    result_.level = level;
+  }
   void add(const CcContactPatch& patch);
   // Gives the points their IDs and returns the result.
   const ContactResult& withIds();

@@ -84,6 +84,15 @@ ContactBuilder& ContactFinder::builder() {
   return state_->builder;
 }
 
+double depthOf(const ContactResult& contact) {
+  double sum = 0, weight = 0;
+  for (const Patch& patch : contact.patches) {
+    sum += patch.stiffness * patch.depth;
+    weight += patch.stiffness;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b) {
   Wrench w;
   for (const ContactPoint& p : contact.points) {

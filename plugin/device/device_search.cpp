@@ -262,7 +262,7 @@ void DeviceSearch::State::readAnswer(Part& part, std::size_t i, Totals& totals) 
   totals.failed += failed;
   if (failed) return;
   ContactBuilder& builder = task.finder->builder();
-  builder.setHits(answer.hits);
+  builder.setHits(answer.hits, answer.level);
   for (const CcContactPatch& contact : part.batch.contacts(i)) builder.add(contact);
   if (task.result) *task.result = &builder.withIds();
   task.answered = true;

@@ -28,6 +28,7 @@ enum class Ids { Compared, Ignored };
 inline void expectSame(const ContactResult& got, const ContactResult& want,
                        Ids ids = Ids::Compared) {
   EXPECT_EQ(got.samples, want.samples);
+  EXPECT_EQ(got.level, want.level);
   same(got.depthError, want.depthError, "error of the depth");
   ASSERT_EQ(got.patches.size(), want.patches.size());
   ASSERT_EQ(got.points.size(), want.points.size());

@@ -26,6 +26,8 @@ struct PairReport {
   // (contact/depth_error.h), or the error of the shapes, and what a contact that is moved may miss.
   // 0: the bodies have not touched.
   double expectedError = 0;
+  double depth = 0;  // [m] of the last answer, depthOf()
+  int level = 0;     // of the samples of the last search (ContactResult::level)
 
   std::size_t answers() const { return searched + shapes + moved + device; }
 };

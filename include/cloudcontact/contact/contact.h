@@ -88,16 +88,22 @@ struct ContactResult {
   std::vector<Patch> patches;
   std::vector<ContactPoint> points;
   std::size_t samples = 0;  // hits: samples of either body that lie in the other
+  int level = 0;            // of the samples that were looked up: 0 all, 1 and 2 fewer
   // [m] Of the pair's depth, by the sums over its hits. depthError() in depth_error.h is more: it
   // also looks for thin walls.
   double depthError = 0;
   void clear() {
+    level = 0;
     depthError = 0;
     patches.clear();
     points.clear();
     samples = 0;
   }
 };
+
+// [m] The pair's depth: that of its patches, weighed by their stiffness; negative: a gap. 0 without
+// a contact.
+double depthOf(const ContactResult& contact);
 
 // The Kelvin-Voigt force of the points on B, and its torque about the world's origin.
 Wrench wrenchOnB(const ContactResult& contact, const Motion& a, const Motion& b);
