@@ -213,9 +213,34 @@ struct FacesOf {
   }
 };
 
+// What all faces leave of a sub-sample together, and its derivatives by what each leaves alone. A
+// face shares the sub-sample with those before it by its angle to the one of them that leaves the
+// least there.
+template <int kFaces>
+CC_INLINE void join(const float* r, const Angle* angles, float& left, float* slope) {
+  left = r[0];
+  slope[0] = 1.0f;
+#pragma GCC unroll 8
+  for (int j = 1; j < kFaces; ++j) {
+    const Angle* const angle = angles + j * (j - 1) / 2;
+    float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
+#pragma GCC unroll 8
+    for (int i = 1; i < j; ++i) {
+      const bool former = least < r[i];
+      alike = former ? alike : angle[i].alike;
+      opposed = former ? opposed : angle[i].opposed;
+      least = former ? least : r[i];
+    }
+    const Joined joined = join(left, r[j], alike, opposed);
+    left = joined.both;
+    slope[j] = joined.bySecond;
+#pragma GCC unroll 8
+    for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
+  }
+}
+
 // The share of a sub-sample that the faces leave together, and its derivatives as each alone leaves
-// more, by the linear ramp. A face shares the sub-sample with those before it by its angle to the
-// one of them that leaves the least there.
+// more, by the linear ramp.
 template <int kFaces>
 struct Shared {
   float left, slope[kFaces];
@@ -227,25 +252,7 @@ struct Shared {
       ramp[i] = clamped(0.5f + faces.side * faces.outside[i][k]);
       r[i] = bent(ramp[i], faces.bend[i]);
     }
-    left = r[0];
-    slope[0] = 1.0f;
-#pragma GCC unroll 8
-    for (int j = 1; j < kFaces; ++j) {
-      const Angle* const angle = faces.angle + j * (j - 1) / 2;
-      float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
-#pragma GCC unroll 8
-      for (int i = 1; i < j; ++i) {
-        const bool former = least < r[i];
-        alike = former ? alike : angle[i].alike;
-        opposed = former ? opposed : angle[i].opposed;
-        least = former ? least : r[i];
-      }
-      const Joined joined = join(left, r[j], alike, opposed);
-      left = joined.both;
-      slope[j] = joined.bySecond;
-#pragma GCC unroll 8
-      for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
-    }
+    join<kFaces>(r, faces.angle, left, slope);
 #pragma GCC unroll 8
     for (int i = 0; i < kFaces; ++i) slope[i] *= bentSlope(ramp[i], faces.bend[i]);
   }
@@ -324,6 +331,31 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
     default:
       return voxelSlopes<6>(c, voxel, slopes);
   }
+}
+
+// The same by the parts of a voxel that each face alone leaves, joined as if they were those of a
+// sub-sample. For all voxels at once, added up.
+template <int kFaces>
+CC_INLINE float roughMass(const Combination& c) {
+  const float* alone[kFaces];
+  for (int i = 0; i < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
+  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
+  alignas(64) float left[CC_WINDOW_LANES];
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    float r[kFaces];
+#pragma GCC unroll 8
+    for (int i = 0; i < kFaces; ++i) r[i] = start + side * alone[i][k];
+    float slope[kFaces];
+    join<kFaces>(r, c.angle, left[k], slope);
+  }
+  float mass = 0;
+  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += left[k];
+  return c.concave ? CC_WINDOW_VOXELS - mass : mass;
+}
+
+CC_LANES float roughMassOfFew(const Combination& c) {
+  return c.count == 1 ? roughMass<1>(c) : c.count == 2 ? roughMass<2>(c) : roughMass<3>(c);
 }
 
 constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
@@ -416,13 +448,8 @@ BlockCases casesOf(const Combination& c) {
   return cases;
 }
 
-float massOf(const Combination& c) {
-  const BlockCases cases = casesOf(c);
-  float mass = static_cast<float>(std::popcount(cases.full));
-  for (int i = 0; i < c.count; ++i)
-    forEachBit(cases.only[i], [&](int v) { mass += c.face[i]->cuts().volume[v]; });
-  forEachBit(cases.several, [&](int v) { mass += coverageOnly(c, v); });
-  return mass;
+float roughMassOf(const Combination& c) {
+  return roughMassOfFew(c);
 }
 
 BlockCases coverSimple(const Combination& c, float* coverage) {

@@ -134,8 +134,9 @@ struct BlockTarget {
 void coverageOf(const Combination& c, float* coverage);
 // The same but for `several` voxels.
 BlockCases coverSimple(const Combination& c, float* coverage);
-// The sum over the block.
-float massOf(const Combination& c);
+// About the sum over the block, for up to three faces: by each face's part of a voxel, not by
+// sub-samples.
+float roughMassOf(const Combination& c);
 // Full and empty voxels that are about right say nothing of the surface.
 inline bool irrelevant(float found, float difference) {
   return (found <= 0.0f || found >= 1.0f) && std::abs(difference) < 2e-3f;

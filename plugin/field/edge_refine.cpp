@@ -26,7 +26,7 @@ constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 // Refinement also stops where it foresees a residual so large that this share of it would still be
 // useless: in the first round, and later. Of the hypotheses that refinement makes useful, it stops
 // one of fifty.
-constexpr float kLeast[] = {0.45f, 0.7f}, kLeastHidden[] = {0.2f, 0.4f};
+constexpr float kLeast[] = {0.5f, 0.75f, 0.85f, 0.95f}, kLeastHidden[] = {0.25f, 0.5f, 0.7f, 0.9f};
 
 constexpr int kUnknowns = 3 * kMostFaces;
 constexpr int kRows = 24;  // whole vector registers
@@ -156,11 +156,9 @@ void move(Face* faces, int count, const Tangents* tangent, const Vector& step, f
 
 }  // namespace
 
-void refine(const BlockTarget& target, float useful, Hypothesis& h, FaceField* fields) {
-  Combination c;
-  c.count = h.count;
-  c.concave = h.concave;
-  for (int i = 0; i < h.count; ++i) c.face[i] = &fields[i];
+void refine(const BlockTarget& target, float useful, const Combination& start, Hypothesis& h,
+            FaceField* fields) {
+  Combination c = start;
   const Hypothesis first = h;
   Hypothesis now = h;
   Tangents tangent[kMostFaces];
@@ -169,8 +167,11 @@ void refine(const BlockTarget& target, float useful, Hypothesis& h, FaceField* f
   const float* const least =
       h.count > 3 || std::any_of(h.faces, h.faces + h.count, isHidden) ? kLeastHidden : kLeast;
   for (int round = 0; round <= kRounds; ++round) {
-    for (int i = 0; i < h.count; ++i) fields[i].set(now.faces[i]);
-    measureAngles(c);
+    for (int i = 0; round > 0 && i < h.count; ++i) {
+      fields[i].set(now.faces[i]);
+      c.face[i] = &fields[i];
+    }
+    if (round > 0) measureAngles(c);
     float found[CC_WINDOW_VOXELS];
     for (int i = 0; i < h.count; ++i) tangent[i] = tangentsOf(now.faces[i].n);
     if (round < kRounds) {
@@ -188,7 +189,7 @@ void refine(const BlockTarget& target, float useful, Hypothesis& h, FaceField* f
     const float longest = step.cwiseAbs().maxCoeff();
     if (longest < kSettled) return;
     const float shorten = kLongestStep / std::max(kLongestStep, longest);
-    if (least[round > 0] * foreseen(equations, target, found, shorten * step) > useful) return;
+    if (least[round] * foreseen(equations, target, found, shorten * step) > useful) return;
     move(now.faces, h.count, tangent, step, shorten);
   }
 }

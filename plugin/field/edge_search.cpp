@@ -46,7 +46,7 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
   const BlockTarget block(target);
   target_ = &block;
   best_ = {};
-  useful_ = std::max(kExplained, bound / kFurther);
+  useful_ = bound;
   count_ = 0;
   around_.clear();
   for (const Face& f : faces) {
@@ -163,10 +163,10 @@ void EdgeSearch::refineBest() {
     h.count = trial.faces.count;
     h.concave = trial.faces.concave;
     h.residual = trial.residual;
-    for (int i = 0; i < h.count; ++i)
-      h.faces[i] = trial.faces.face[i] == &hidden_ ? trial.plane : trial.faces.face[i]->face();
+    if (trial.plane.hidden) hidden_.set(trial.plane);
+    for (int i = 0; i < h.count; ++i) h.faces[i] = trial.faces.face[i]->face();
     const float beat = (h.count > best_.count ? kFurther : 1.0f) * best_.residual;
-    refine(*target_, std::min(useful_, beat), h, work_);
+    refine(*target_, std::min(useful_, beat), trial.faces, h, work_);
     keep(h);
   }
 }
@@ -212,7 +212,7 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
 // The middle of the cell of places in which the mass is right. Taken by secants that no end of the
 // range keeps for long (Illinois).
 float EdgeSearch::placeOf(Combination c, Face plane) {
-  const auto off = [&] { return massOf(c) - target_->mass; };
+  const auto off = [&] { return roughMassOf(c) - target_->mass; };
   --c.count;
   const float alone = off();
   ++c.count;
