@@ -333,29 +333,77 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
   }
 }
 
-// The same by the parts of a voxel that each face alone leaves, joined as if they were those of a
-// sub-sample. For all voxels at once, added up.
+// The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined as
+// if they were those of a sub-sample.
 template <int kFaces>
-CC_INLINE float roughMass(const Combination& c) {
+CC_INLINE void roughly(const Combination& c, float* coverage) {
   const float* alone[kFaces];
   for (int i = 0; i < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
   const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
-  alignas(64) float left[CC_WINDOW_LANES];
   CC_INDEPENDENT
   for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    float r[kFaces];
+    float r[kFaces], left, slope[kFaces];
 #pragma GCC unroll 8
     for (int i = 0; i < kFaces; ++i) r[i] = start + side * alone[i][k];
-    float slope[kFaces];
-    join<kFaces>(r, c.angle, left[k], slope);
+    join<kFaces>(r, c.angle, left, slope);
+    coverage[k] = start + side * left;
   }
-  float mass = 0;
-  for (int k = 0; k < CC_WINDOW_VOXELS; ++k) mass += left[k];
-  return c.concave ? CC_WINDOW_VOXELS - mass : mass;
 }
 
-CC_LANES float roughMassOfFew(const Combination& c) {
-  return c.count == 1 ? roughMass<1>(c) : c.count == 2 ? roughMass<2>(c) : roughMass<3>(c);
+// The sum over a window's voxels, zero in the lanes beyond.
+CC_INLINE float windowTotal(const float* lanes) {
+  F16 half[2];
+  std::memcpy(half, lanes, sizeof half);
+  const F4 sum = quarters(half[0] + half[1]);
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+// windowWeight(), 0 in the lanes beyond.
+struct LaneWeights {
+  alignas(64) float at[CC_WINDOW_LANES] = {};
+
+  constexpr LaneWeights() {
+    for (std::size_t v = 0; v < CC_WINDOW_VOXELS; ++v) at[v] = kWindowWeights[v];
+  }
+};
+constexpr LaneWeights kLaneWeights;
+
+CC_INLINE void roughlyAny(const Combination& c, float* coverage) {
+  switch (c.count) {
+    case 1:
+      return roughly<1>(c, coverage);
+    case 2:
+      return roughly<2>(c, coverage);
+    case 3:
+      return roughly<3>(c, coverage);
+    case 4:
+      return roughly<4>(c, coverage);
+    case 5:
+      return roughly<5>(c, coverage);
+    default:
+      return roughly<6>(c, coverage);
+  }
+}
+
+CC_LANES float roughMass(const Combination& c) {
+  alignas(64) float found[CC_WINDOW_LANES];
+  roughlyAny(c, found);
+  for (int v = CC_WINDOW_VOXELS; v < CC_WINDOW_LANES; ++v) found[v] = 0;
+  return windowTotal(found);
+}
+
+CC_LANES float roughSquare(const BlockTarget& target, const Combination& c) {
+  alignas(64) float found[CC_WINDOW_LANES], square[CC_WINDOW_LANES], counted[CC_WINDOW_LANES];
+  roughlyAny(c, found);
+  CC_INDEPENDENT
+  for (int v = 0; v < CC_WINDOW_LANES; ++v) {
+    const float r = target.coverage[v] - found[v];
+    const bool none = (found[v] <= 0.0f) | (found[v] >= 1.0f), right = std::abs(r) < 2e-3f;
+    counted[v] = none & right ? 0.0f : kLaneWeights.at[v];
+    square[v] = counted[v] * r * r;
+  }
+  const float weight = windowTotal(counted);
+  return weight > 0 ? windowTotal(square) / weight : 1.0f;
 }
 
 constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;
@@ -413,6 +461,10 @@ void FaceField::find(int voxel) const {
   known_ |= std::uint32_t{1} << voxel;
 }
 
+Angle angleBetween(const Face& a, const Face& b) {
+  return angleOf(a.n, b.n);
+}
+
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
   Combination c;
   c.concave = concave;
@@ -449,7 +501,11 @@ BlockCases casesOf(const Combination& c) {
 }
 
 float roughMassOf(const Combination& c) {
-  return roughMassOfFew(c);
+  return roughMass(c);
+}
+
+float roughResidual(const BlockTarget& target, const Combination& c) {
+  return std::sqrt(roughSquare(target, c));
 }
 
 BlockCases coverSimple(const Combination& c, float* coverage) {

@@ -77,6 +77,8 @@ struct Angle {
   float alike = 0, opposed = 0;
 };
 
+Angle angleBetween(const Face& a, const Face& b);
+
 // Faces that bound the material together: the intersection of their half-spaces, or the union where
 // `concave`.
 struct Combination {
@@ -134,8 +136,7 @@ struct BlockTarget {
 void coverageOf(const Combination& c, float* coverage);
 // The same but for `several` voxels.
 BlockCases coverSimple(const Combination& c, float* coverage);
-// About the sum over the block, for up to three faces: by each face's part of a voxel, not by
-// sub-samples.
+// About the sum over the block, by each face's part of a voxel, not by sub-samples.
 float roughMassOf(const Combination& c);
 // Full and empty voxels that are about right say nothing of the surface.
 inline bool irrelevant(float found, float difference) {
@@ -146,6 +147,7 @@ float blockResidual(const float* target, const float* found);
 constexpr float kTooMuch = 1e9f;
 // The same for a combination; kTooMuch, with less work, where it is not below `bound`, or where the
 // middle voxel's coverage is off by more than `miss`.
+float roughResidual(const BlockTarget& target, const Combination& c);
 float residualBelow(const BlockTarget& target, const Combination& c, float bound, float miss);
 
 }  // namespace cloudcontact

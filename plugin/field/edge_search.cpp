@@ -20,6 +20,8 @@ constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
 constexpr float kCell = 0.125f;         // of the places tried for a hidden face
 // A trial is refined if its residual is at most this times the useful.
 constexpr float kFar = 10.0f, kFarHidden = 20.0f;
+// roughResidual() is off by less than this in all but one of ten thousand trials.
+constexpr float kRoughError = 0.02f;
 constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
 constexpr float kFurther = 0.8f;        // an additional face must lower the residual by this factor
 constexpr float kBackToBack = -0.8f;    // cosine between a plate's two faces
@@ -66,39 +68,72 @@ Hypothesis EdgeSearch::run(const float* target, const std::vector<Face>& faces,
   return best_;
 }
 
-// Keeps a combination among the best `most` tried, best first, where equal in the order of trial.
-void EdgeSearch::tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits) {
-  const bool all = trials_.size() == most;
-  const float bound = all ? std::min(limits.residual, trials_.back().residual) : limits.residual;
-  const float residual = residualBelow(*target_, c, bound, limits.miss);
-  if (residual >= bound) return;
-  if (all) trials_.pop_back();
-  const auto after = std::find_if(trials_.begin(), trials_.end(),
-                                  [&](const Trial& t) { return t.residual > residual; });
-  trials_.insert(after, {c, plane, residual});
+// A combination of near faces, by their numbers.
+Combination EdgeSearch::combineNear(std::initializer_list<int> faces, bool concave) const {
+  Combination c;
+  c.concave = concave;
+  Angle* angle = c.angle;
+  for (auto j = faces.begin(); j != faces.end(); ++j) {
+    for (auto i = faces.begin(); i != j; ++i) *angle++ = angles_[std::min(*i, *j)][std::max(*i, *j)];
+    c.face[c.count++] = &fields_[*j];
+  }
+  return c;
+}
+
+// Makes a combination a candidate if it may leave less than `limit`.
+void EdgeSearch::consider(const Combination& c, const Face& plane, float limit) {
+  const float least = roughResidual(*target_, c) - kRoughError;
+  if (least >= limit) return;
+  order_.emplace_back(least, static_cast<int>(candidates_.size()));
+  candidates_.push_back({c, plane, least});
+}
+
+// Keeps the best `most` candidates as trials, best first. Computes only those whose estimate does
+// not exclude them, the most promising first.
+void EdgeSearch::choose(std::size_t most, Limits limits) {
+  trials_.clear();
+  std::sort(order_.begin(), order_.end());
+  for (const auto& [least, number] : order_) {
+    const bool all = trials_.size() == most;
+    const float bound = all ? std::min(limits.residual, trials_.back().residual) : limits.residual;
+    if (least >= bound) break;
+    const Trial& candidate = candidates_[static_cast<std::size_t>(number)];
+    if (candidate.plane.hidden) hidden_.set(candidate.plane);
+    const float residual = residualBelow(*target_, candidate.faces, bound, limits.miss);
+    if (residual >= bound) continue;
+    if (all) trials_.pop_back();
+    const auto after = std::find_if(trials_.begin(), trials_.end(),
+                                    [&](const Trial& t) { return t.residual > residual; });
+    trials_.insert(after, {candidate.faces, candidate.plane, residual});
+  }
+  order_.clear();
+  candidates_.clear();
 }
 
 // All pairs, unrefined. Combinations that miss the middle voxel's coverage by far are skipped:
 // neighbors' faces are right to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryPairs() {
-  trials_.clear();
+  for (int j = 1; j < count_; ++j)
+    for (int i = 0; i < j; ++i)
+      angles_[i][j] = angleBetween(fields_[i].face(), fields_[j].face());
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
-      for (int j = i + 1; j < count_; ++j)
-        tryOne(combine({&fields_[i], &fields_[j]}, concave), {}, kWidened, {kTooMuch, kMiddleMiss});
+      for (int j = i + 1; j < count_; ++j) consider(combineNear({i, j}, concave), {}, kTooMuch);
+  choose(kWidened, {kTooMuch, kMiddleMiss});
   pairs_ = trials_;
 }
 
 // The best pairs, each with one more face.
 void EdgeSearch::tryTriples() {
-  trials_.clear();
+  const float limit = kFar * useful_;
   for (const Trial& trial : pairs_) {
     const Combination& pair = trial.faces;
+    const int i = static_cast<int>(pair.face[0] - fields_),
+              j = static_cast<int>(pair.face[1] - fields_);
     for (int k = 0; k < count_; ++k)
-      if (&fields_[k] != pair.face[0] && &fields_[k] != pair.face[1])
-        tryOne(combine({pair.face[0], pair.face[1], &fields_[k]}, pair.concave), {}, kRefined,
-               {kFar * useful_, kMiddleMiss});
+      if (k != i && k != j) consider(combineNear({i, j, k}, pair.concave), {}, limit);
   }
+  choose(kRefined, {limit, kMiddleMiss});
 }
 
 // Selects faces that represent all, where there are more than a record holds, as at the tip of a
@@ -179,7 +214,6 @@ void EdgeSearch::keep(const Hypothesis& h) {
 // a thread), across two that are back to back (rim of a plate), or as one mirrored about the
 // block's mean normal.
 void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
-  trials_.clear();
   for (std::size_t p = 0; p < pairs_.size() && p < kCrestPairs; ++p) {
     const Combination& pair = pairs_[p].faces;
     const Eigen::Vector3f &a = pair.face[0]->face().n, &b = pair.face[1]->face().n;
@@ -191,6 +225,7 @@ void EdgeSearch::tryHidden(const Eigen::Vector3f& mean) {
     for (bool concave : {false, true})
       placeHidden(combine({&fields_[i], &hidden_}, concave),
                   2 * mean.dot(fields_[i].face().n) * mean - fields_[i].face().n);
+  choose(kRefined, {kFarHidden * useful_, kTooMuch});
   refineBest();
 }
 
@@ -203,10 +238,11 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   plane.n = normal.normalized();
   for (int k = 0; k + 1 < c.count; ++k)
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
-  plane.s = placeOf(c, plane);
   hidden_.set(plane);
   measureAngles(c);
-  tryOne(c, plane, kRefined, {kFarHidden * useful_, kTooMuch});
+  plane.s = placeOf(c, plane);
+  hidden_.set(plane);
+  consider(c, plane, kFarHidden * useful_);
 }
 
 // The middle of the cell of places in which the mass is right. Taken by secants that no end of the
@@ -216,8 +252,6 @@ float EdgeSearch::placeOf(Combination c, Face plane) {
   --c.count;
   const float alone = off();
   ++c.count;
-  hidden_.set(plane);
-  measureAngles(c);
   float low = -2, high = 2;
   // The mass beside the target with the face at either end.
   float below = c.concave ? alone : -target_->mass,

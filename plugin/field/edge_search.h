@@ -4,6 +4,8 @@
 
 #include "field/edge_refine.h"
 
+#include <initializer_list>
+#include <utility>
 #include <vector>
 
 namespace cloudcontact {
@@ -37,7 +39,9 @@ class EdgeSearch {
     float residual, miss;  // largest, of the block and of its middle voxel
   };
 
-  void tryOne(const Combination& c, const Face& plane, std::size_t most, Limits limits);
+  Combination combineNear(std::initializer_list<int> faces, bool concave) const;
+  void consider(const Combination& c, const Face& plane, float limit);
+  void choose(std::size_t most, Limits limits);
   void tryPairs();
   void tryTriples();
   const FaceField* spreadFaces();
@@ -52,9 +56,12 @@ class EdgeSearch {
   int count_ = 0;
   float useful_ = 0;  // residual below which a hypothesis decides what is found
   FaceField fields_[kMostNear];
+  Angle angles_[kMostNear][kMostNear];  // of two fields, the lesser number first
   std::vector<Face> around_;
   FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
   std::vector<Trial> trials_, pairs_;  // best first
+  std::vector<Trial> candidates_;      // with the least residual that they may leave
+  std::vector<std::pair<float, int>> order_;  // of the candidates, by that residual
   Hypothesis best_;
 };
 
