@@ -424,6 +424,39 @@ CC_LANES void findMiddles(const FaceTerms& terms, float* middle, std::uint32_t& 
   inner = below & kAllVoxels;
 }
 
+// Where one face lies farther outside than the other throughout a voxel. Over half a voxel's edge
+// the difference of their distances changes by its gradient at the center, and by their bend.
+CC_LANES void compare(const Face& a, const float* middleA, const Face& b, const float* middleB,
+                      Angle& angle) {
+  const float scaleA = a.n.lpNorm<1>() / kSub, scaleB = b.n.lpNorm<1>() / kSub;
+  float n[3], c[3][3], bend = 0;
+  for (int i = 0; i < 3; ++i) {
+    n[i] = a.n[i] - b.n[i];
+    for (int j = 0; j < 3; ++j) {
+      c[i][j] = a.curvature(i, j) - b.curvature(i, j);
+      bend += 0.125f * std::abs(c[i][j]);
+    }
+  }
+  alignas(64) float apart[CC_WINDOW_LANES], most[CC_WINDOW_LANES];
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
+                z = static_cast<float>(k / 9 - 1);
+    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
+    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
+    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
+    most[k] = 0.5f * (std::abs(mx) + (std::abs(my) + std::abs(mz))) + bend;
+    apart[k] = middleA[k] * scaleA - middleB[k] * scaleB;
+  }
+  std::uint32_t more = 0, less = 0;
+  for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
+    more |= apart[k] > most[k] ? 1u << k : 0u;
+    less |= -apart[k] > most[k] ? 1u << k : 0u;
+  }
+  angle.more = more & kAllVoxels;
+  angle.less = less & kAllVoxels;
+}
+
 template <typename Visit>
 void forEachBit(std::uint32_t bits, Visit&& visit) {
   for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
@@ -461,8 +494,10 @@ void FaceField::find(int voxel) const {
   known_ |= std::uint32_t{1} << voxel;
 }
 
-Angle angleBetween(const Face& a, const Face& b) {
-  return angleOf(a.n, b.n);
+Angle angleBetween(const FaceField& a, const FaceField& b) {
+  Angle angle = angleOf(a.face().n, b.face().n);
+  compare(a.face(), a.middle(), b.face(), b.middle(), angle);
+  return angle;
 }
 
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
@@ -476,7 +511,7 @@ Combination combine(std::initializer_list<const FaceField*> faces, bool concave)
 void measureAngles(Combination& c) {
   Angle* angle = c.angle;
   for (int j = 1; j < c.count; ++j)
-    for (int i = 0; i < j; ++i) *angle++ = angleOf(c.face[i]->face().n, c.face[j]->face().n);
+    for (int i = 0; i < j; ++i) *angle++ = angleBetween(*c.face[i], *c.face[j]);
 }
 
 float coverageOnly(const Combination& c, int voxel) {
@@ -485,18 +520,27 @@ float coverageOnly(const Combination& c, int voxel) {
 }
 BlockCases casesOf(const Combination& c) {
   BlockCases cases;
-  std::uint32_t beyond = 0, once = 0, twice = 0, crossed[kMostFaces];
+  std::uint32_t beyond = 0, once = 0, crossed[kMostFaces];
   for (int i = 0; i < c.count; ++i) {
     const std::uint32_t outer = c.face[i]->outer(), inner = c.face[i]->inner();
     beyond |= kAllVoxels & (c.concave ? inner : outer);
     crossed[i] = kAllVoxels & ~(outer | inner);
-    twice |= once & crossed[i];
     once |= crossed[i];
   }
   (c.concave ? cases.full : cases.empty) = beyond;
   (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
-  cases.several = twice & ~beyond;
-  for (int i = 0; i < c.count; ++i) cases.only[i] = crossed[i] & ~(beyond | twice);
+  cases.several = once & ~beyond;
+  std::uint32_t second[kMostFaces] = {};  // where another face that crosses the voxel bounds it
+  for (int j = 1; j < c.count; ++j)
+    for (int i = 0; i < j; ++i) {
+      const Angle& angle = c.between(i, j);
+      second[i] |= crossed[j] & ~(c.concave ? angle.less : angle.more);
+      second[j] |= crossed[i] & ~(c.concave ? angle.more : angle.less);
+    }
+  for (int i = 0; i < c.count; ++i) {
+    cases.only[i] = crossed[i] & ~(beyond | second[i]);
+    cases.several &= ~cases.only[i];
+  }
   return cases;
 }
 

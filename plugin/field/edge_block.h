@@ -54,6 +54,8 @@ class FaceField {
   float bend() const { return bend_; }
   // Widths of a sub-sample by which the distances fall as the face shifts outward by a voxel.
   float perShift() const { return perShift_; }
+  // Distances outside at the voxels' centers, in sub-sample widths along the normal.
+  const float* middle() const { return middle_.data(); }
 
  private:
   void find(int voxel) const;
@@ -75,9 +77,13 @@ constexpr int kMostFaces = CC_MAX_PLANES;
 // right angle, `opposed` from 1 for opposite normals to 0 at a right angle.
 struct Angle {
   float alike = 0, opposed = 0;
-};
+  // The voxels in all of which every point lies farther outside the first face than outside the
+  // second, or less far. One of the two alone bounds the matter there. One bit each.
+  std::uint32_t more = 0, less = 0;
 
-Angle angleBetween(const Face& a, const Face& b);
+  Angle swapped() const { return {alike, opposed, less, more}; }
+};
+Angle angleBetween(const FaceField& a, const FaceField& b);
 
 // Faces that bound the material together: the intersection of their half-spaces, or the union where
 // `concave`.
@@ -99,7 +105,7 @@ struct Slope {
   Eigen::Vector3f moment = Eigen::Vector3f::Zero();
 };
 
-// The voxels of a block by the faces that cross them, one bit each.
+// The voxels of a block by the faces that bound the matter in them, one bit each.
 struct BlockCases {
   std::uint32_t full = 0, empty = 0, several = 0;
   std::uint32_t only[kMostFaces] = {};  // this face alone

@@ -74,7 +74,7 @@ Combination EdgeSearch::combineNear(std::initializer_list<int> faces, bool conca
   c.concave = concave;
   Angle* angle = c.angle;
   for (auto j = faces.begin(); j != faces.end(); ++j) {
-    for (auto i = faces.begin(); i != j; ++i) *angle++ = angles_[std::min(*i, *j)][std::max(*i, *j)];
+    for (auto i = faces.begin(); i != j; ++i) *angle++ = angles_[*i][*j];
     c.face[c.count++] = &fields_[*j];
   }
   return c;
@@ -114,8 +114,10 @@ void EdgeSearch::choose(std::size_t most, Limits limits) {
 // neighbors' faces are right to 0.1 voxel, so a correct combination is close there.
 void EdgeSearch::tryPairs() {
   for (int j = 1; j < count_; ++j)
-    for (int i = 0; i < j; ++i)
-      angles_[i][j] = angleBetween(fields_[i].face(), fields_[j].face());
+    for (int i = 0; i < j; ++i) {
+      angles_[i][j] = angleBetween(fields_[i], fields_[j]);
+      angles_[j][i] = angles_[i][j].swapped();
+    }
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
       for (int j = i + 1; j < count_; ++j) consider(combineNear({i, j}, concave), {}, kTooMuch);
@@ -242,6 +244,7 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
   measureAngles(c);
   plane.s = placeOf(c, plane);
   hidden_.set(plane);
+  measureAngles(c);
   consider(c, plane, kFarHidden * useful_);
 }
 

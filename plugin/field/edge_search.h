@@ -56,7 +56,7 @@ class EdgeSearch {
   int count_ = 0;
   float useful_ = 0;  // residual below which a hypothesis decides what is found
   FaceField fields_[kMostNear];
-  Angle angles_[kMostNear][kMostNear];  // of two fields, the lesser number first
+  Angle angles_[kMostNear][kMostNear];  // of two fields
   std::vector<Face> around_;
   FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
   std::vector<Trial> trials_, pairs_;  // best first
