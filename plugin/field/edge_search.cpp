@@ -168,7 +168,8 @@ void EdgeSearch::tryTips() {
     c.concave = concave;
     for (std::size_t i = 0; i < around_.size(); ++i) c.face[c.count++] = &fields[i];
     measureAngles(c);
-    const float promising = kPromising * best_.residual;
+    const float promising = std::min(kPromising * best_.residual, kFarHidden * useful_);
+    if (roughResidual(*target_, c) - 2 * kRoughError > promising) continue;
     float residual = residualBelow(*target_, c, std::nextafter(promising, kTooMuch), kTooMuch);
     if (residual > promising) continue;
     while (c.count > kFewFaces) {

@@ -50,6 +50,12 @@ float sharpest(const CcSurface& f) {
   return std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)});
 }
 
+// True if a voxel's pieces are continued to others. All have the same residual.
+bool shows(const VoxelState& v) {
+  return v.pieces[0].surface.residual <=
+         (v.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge);
+}
+
 // A neighbor's surface relative to the block's center, which lies at `r` from the neighbor's.
 Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
   const Eigen::Map<const Eigen::Vector3f> n(f.n), t1(f.t1), t2(f.t2);
@@ -109,11 +115,9 @@ std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int p
     for (int dy = -kReach; dy <= kReach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx) {
         const VoxelState from = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
-        if (!from) continue;
+        if (!from || !shows(from)) continue;
         for (int k = 0; k < from.count(); ++k) {
           const CcSurface& f = from.pieces[k].surface;
-          if (f.residual > (from.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge))
-            continue;
           all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
         }
       }
@@ -189,8 +193,22 @@ bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Count
   return false;
 }
 
+// True if the previous pass changed a face that a voxel's search sees.
+bool besideNewFace(const FieldDraft& draft, const DraftVoxel& at, int pass) {
+  if (!anyStep(draft, at, pass - 1)) return false;
+  for (int dz = -kReach; dz <= kReach; ++dz)
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const int x = at.x + dx, y = at.y + dy, z = at.z + dz;
+        const VoxelState now = draft.at(x, y, z, pass);
+        if (now && now.step->pass == pass - 1 && (shows(now) || shows(draft.at(x, y, z, pass - 1))))
+          return true;
+      }
+  return false;
+}
+
 // True if a pass may find something for a voxel that earlier passes did not. The last plain pass
-// searches like the one before it, so it only visits voxels beside a change.
+// searches like the one before it, so it only visits voxels that see another face.
 //
 // A tip as slender as 8 deg is explained from its base up, a few voxels per pass, since each pass
 // needs the faces of the one before. Climbing passes therefore visit voxels beside a good new edge:
@@ -202,8 +220,7 @@ bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v,
   const float residual = v.pieces[0].surface.residual;
   if (!pass.climbs() && residual <= kRetried[pass.number]) return false;
   if (pass.number < kPlainPasses) return true;
-  if (pass.number == kPlainPasses)
-    return besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
+  if (pass.number == kPlainPasses) return besideNewFace(draft, at, pass.number);
   const bool lost = residual > kLost;
   return besideChange(draft, at, pass.number, [lost](const VoxelState& other) {
     return other.pieces[0].surface.residual <= kGoodEdge && (lost || other.count() > kFewFaces);
@@ -243,8 +260,7 @@ struct BrickFinds {
 
 // Where nothing has changed nearby, the second pass would repeat the search of the first.
 bool repeats(const FieldDraft& draft, const DraftVoxel& at, const Pass& pass) {
-  return pass.number == 2 &&
-         !besideChange(draft, at, pass.number, [](const VoxelState&) { return true; });
+  return pass.number == 2 && !besideNewFace(draft, at, pass.number);
 }
 
 void searchBrick(const FieldDraft& draft, const Pass& pass, std::int32_t number, EdgeSearch& search,
@@ -420,7 +436,8 @@ class EdgeRenewal {
       brick.voxels[static_cast<std::size_t>(voxel)].last = static_cast<std::int16_t>(now);
     visited_.add(v.x, v.y, v.z);
     const int last = after >= 0 ? brick.steps[static_cast<std::size_t>(after)].pass : kPasses;
-    if (pass < last) markReaders(v, bitsOf(pass + 1, last));
+    // A search also reads what the last pass before its own replaced.
+    if (pass < last) markReaders(v, bitsOf(pass + 1, std::min(last + 1, kPasses)));
   }
 
   static bool equal(const VoxelState& a, const Hypothesis& h) {
