@@ -385,11 +385,29 @@ CC_INLINE void roughlyAny(const Combination& c, float* coverage) {
   }
 }
 
-CC_LANES float roughMass(const Combination& c) {
+template <int kFaces>
+CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, float s) {
+  const float* alone[kFaces];
+  for (int i = 0; i + 1 < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
+  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
+  const float nx = n.x(), ny = n.y(), nz = n.z();
   alignas(64) float found[CC_WINDOW_LANES];
-  roughlyAny(c, found);
-  for (int v = CC_WINDOW_VOXELS; v < CC_WINDOW_LANES; ++v) found[v] = 0;
+  CC_INDEPENDENT
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
+                z = static_cast<float>(k / 9 - 1);
+    float r[kFaces], left, slope[kFaces];
+#pragma GCC unroll 8
+    for (int i = 0; i + 1 < kFaces; ++i) r[i] = start + side * alone[i][k];
+    r[kFaces - 1] = start + side * ccCutCube(nx, ny, nz, s - (nx * x + ny * y + nz * z)).volume;
+    join<kFaces>(r, c.angle, left, slope);
+    found[k] = k < CC_WINDOW_VOXELS ? start + side * left : 0.0f;
+  }
   return windowTotal(found);
+}
+
+CC_LANES [[gnu::flatten]] float massWith(const Combination& c, const Eigen::Vector3f& n, float s) {
+  return c.count == 2 ? massWithPlane<2>(c, n, s) : massWithPlane<3>(c, n, s);
 }
 
 CC_LANES float roughSquare(const BlockTarget& target, const Combination& c) {
@@ -544,8 +562,8 @@ BlockCases casesOf(const Combination& c) {
   return cases;
 }
 
-float roughMassOf(const Combination& c) {
-  return roughMass(c);
+float roughMass(const Combination& c, float place) {
+  return massWith(c, c.face[c.count - 1]->face().n, place);
 }
 
 float roughResidual(const BlockTarget& target, const Combination& c) {

@@ -142,8 +142,9 @@ struct BlockTarget {
 void coverageOf(const Combination& c, float* coverage);
 // The same but for `several` voxels.
 BlockCases coverSimple(const Combination& c, float* coverage);
-// About the sum over the block, by each face's part of a voxel, not by sub-samples.
-float roughMassOf(const Combination& c);
+// About the sum over the block with the last of two or three faces, a plane, at another place: by
+// each face's part of a voxel, not by sub-samples.
+float roughMass(const Combination& c, float place);
 // Full and empty voxels that are about right say nothing of the surface.
 inline bool irrelevant(float found, float difference) {
   return (found <= 0.0f || found >= 1.0f) && std::abs(difference) < 2e-3f;

@@ -18,6 +18,7 @@ constexpr std::size_t kRefined = 2;     // trials of each kind that are refined
 constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
 constexpr float kCell = 0.125f;         // of the places tried for a hidden face
+constexpr float kFarthest = 2;          // of these places
 // A trial is refined if its residual is at most this times the useful.
 constexpr float kFar = 10.0f, kFarHidden = 20.0f;
 // roughResidual() is off by less than this in all but one of ten thousand trials.
@@ -168,7 +169,7 @@ void EdgeSearch::tryTips() {
     c.concave = concave;
     for (std::size_t i = 0; i < around_.size(); ++i) c.face[c.count++] = &fields[i];
     measureAngles(c);
-    const float promising = std::min(kPromising * best_.residual, kFarHidden * useful_);
+    const float promising = std::min(kPromising * best_.residual, kFar * useful_);
     if (roughResidual(*target_, c) - 2 * kRoughError > promising) continue;
     float residual = residualBelow(*target_, c, std::nextafter(promising, kTooMuch), kTooMuch);
     if (residual > promising) continue;
@@ -243,34 +244,29 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
   hidden_.set(plane);
   measureAngles(c);
-  plane.s = placeOf(c, plane);
+  const std::optional<float> place = placeOf(c);
+  if (!place) return;
+  plane.s = *place;
   hidden_.set(plane);
   measureAngles(c);
   consider(c, plane, kFarHidden * useful_);
 }
 
 // The middle of the cell of places in which the mass is right. Taken by secants that no end of the
-// range keeps for long (Illinois).
-float EdgeSearch::placeOf(Combination c, Face plane) {
-  const auto off = [&] { return roughMassOf(c) - target_->mass; };
-  --c.count;
-  const float alone = off();
-  ++c.count;
-  float low = -2, high = 2;
-  // The mass beside the target with the face at either end.
-  float below = c.concave ? alone : -target_->mass,
-        above = c.concave ? CC_WINDOW_VOXELS - target_->mass : alone;
-  if (below >= 0) return low + 0.5f * kCell;
-  if (above < 0) return high - 0.5f * kCell;
+// range keeps for long (Illinois). None if the other faces alone leave too little, or too much for
+// a union.
+std::optional<float> EdgeSearch::placeOf(const Combination& c) const {
+  const auto off = [&](float place) { return roughMass(c, place) - target_->mass; };
+  float low = -kFarthest, high = kFarthest, below = off(low), above = off(high);
+  if (below >= 0 || above < 0) return std::nullopt;
   int last = 0;
   while (high - low > 1.5f * kCell) {
     const float part = std::clamp(below / (below - above), 0.1f, 0.9f);
-    plane.s = std::clamp(kCell * std::round((low + part * (high - low)) / kCell), low + kCell,
-                         high - kCell);
-    hidden_.set(plane);
-    const float now = off();
+    const float place = std::clamp(kCell * std::round((low + part * (high - low)) / kCell),
+                                   low + kCell, high - kCell);
+    const float now = off(place);
     const int side = now < 0 ? -1 : 1;
-    (now < 0 ? low : high) = plane.s;
+    (now < 0 ? low : high) = place;
     (now < 0 ? below : above) = now;
     if (side == last) (now < 0 ? above : below) *= 0.5f;
     last = side;

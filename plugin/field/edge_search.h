@@ -5,6 +5,7 @@
 #include "field/edge_refine.h"
 
 #include <initializer_list>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -49,7 +50,7 @@ class EdgeSearch {
   void refineBest();
   void tryHidden(const Eigen::Vector3f& mean);
   void placeHidden(Combination c, const Eigen::Vector3f& normal);
-  float placeOf(Combination c, Face plane);
+  std::optional<float> placeOf(const Combination& c) const;
   void keep(const Hypothesis& h);
 
   const BlockTarget* target_ = nullptr;

@@ -106,21 +106,38 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
   return sums;
 }
 
+// Calls visit(brick, cell, offset) for the surface voxels within reach of a voxel, in the order of
+// the grid, until it returns true. Returns whether it did.
+template <typename Visit>
+bool anyNear(const FieldDraft& draft, const DraftVoxel& at, Visit&& visit) {
+  for (int dz = -kReach; dz <= kReach; ++dz)
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach;) {
+        // As far as a brick reaches.
+        const int x = at.x + dx, y = at.y + dy, z = at.z + dz,
+                  end = std::min(kReach + 1, dx + kBrickEdge - (x & (kBrickEdge - 1)));
+        const SurfaceBrick* const brick = draft.brickOf(x, y, z);
+        const int cell = cellIndex(x, y, z) - dx;
+        for (; dx < end; ++dx)
+          if (brick && brick->place[static_cast<std::size_t>(cell + dx)] >= 0 &&
+              visit(*brick, cell + dx, Eigen::Vector3f(float(dx), float(dy), float(dz))))
+            return true;
+      }
+  return false;
+}
+
 // The distinct faces near a voxel, as known before a pass: means over the neighbors that show them.
 // Near ones with small residuals come first.
 std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
                             std::size_t most) {
   std::vector<Face> all;
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const VoxelState from = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
-        if (!from || !shows(from)) continue;
-        for (int k = 0; k < from.count(); ++k) {
-          const CcSurface& f = from.pieces[k].surface;
-          all.push_back(continued(f, {float(-dx), float(-dy), float(-dz)}));
-        }
-      }
+  anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f& offset) {
+    const VoxelState from = brick.state(cell, pass);
+    if (from && shows(from))
+      for (int k = 0; k < from.count(); ++k)
+        all.push_back(continued(from.pieces[k].surface, -offset));
+    return false;
+  });
   return distinct(all, most);
 }
 
@@ -180,31 +197,21 @@ bool anyStep(const FieldDraft& draft, const DraftVoxel& at, int pass) {
   return false;
 }
 
-// True if the previous pass changed a voxel within reach that satisfies `counts`.
+// True if the previous pass changed a voxel within reach and counts(now, before).
 template <typename Counts>
 bool besideChange(const FieldDraft& draft, const DraftVoxel& at, int pass, Counts&& counts) {
   if (!anyStep(draft, at, pass - 1)) return false;
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const VoxelState other = draft.at(at.x + dx, at.y + dy, at.z + dz, pass);
-        if (other && other.step->pass == pass - 1 && counts(other)) return true;
-      }
-  return false;
+  return anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f&) {
+    const VoxelState now = brick.state(cell, pass);
+    return now && now.step->pass == pass - 1 && counts(now, brick.state(cell, pass - 1));
+  });
 }
 
 // True if the previous pass changed a face that a voxel's search sees.
 bool besideNewFace(const FieldDraft& draft, const DraftVoxel& at, int pass) {
-  if (!anyStep(draft, at, pass - 1)) return false;
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const int x = at.x + dx, y = at.y + dy, z = at.z + dz;
-        const VoxelState now = draft.at(x, y, z, pass);
-        if (now && now.step->pass == pass - 1 && (shows(now) || shows(draft.at(x, y, z, pass - 1))))
-          return true;
-      }
-  return false;
+  return besideChange(draft, at, pass, [](const VoxelState& now, const VoxelState& before) {
+    return shows(now) || shows(before);
+  });
 }
 
 // True if a pass may find something for a voxel that earlier passes did not. The last plain pass
@@ -222,7 +229,7 @@ bool mayFind(const FieldDraft& draft, const DraftVoxel& at, const VoxelState& v,
   if (pass.number < kPlainPasses) return true;
   if (pass.number == kPlainPasses) return besideNewFace(draft, at, pass.number);
   const bool lost = residual > kLost;
-  return besideChange(draft, at, pass.number, [lost](const VoxelState& other) {
+  return besideChange(draft, at, pass.number, [lost](const VoxelState& other, const VoxelState&) {
     return other.pieces[0].surface.residual <= kGoodEdge && (lost || other.count() > kFewFaces);
   });
 }
