@@ -244,21 +244,19 @@ void EdgeSearch::placeHidden(Combination c, const Eigen::Vector3f& normal) {
     if (c.face[k]->face().n.dot(plane.n) > kOneDirection) return;
   hidden_.set(plane);
   measureAngles(c);
-  const std::optional<float> place = placeOf(c);
-  if (!place) return;
-  plane.s = *place;
+  plane.s = placeOf(c);
   hidden_.set(plane);
   measureAngles(c);
   consider(c, plane, kFarHidden * useful_);
 }
 
 // The middle of the cell of places in which the mass is right. Taken by secants that no end of the
-// range keeps for long (Illinois). None if the other faces alone leave too little, or too much for
-// a union.
-std::optional<float> EdgeSearch::placeOf(const Combination& c) const {
+// range keeps for long (Illinois).
+float EdgeSearch::placeOf(const Combination& c) const {
   const auto off = [&](float place) { return roughMass(c, place) - target_->mass; };
   float low = -kFarthest, high = kFarthest, below = off(low), above = off(high);
-  if (below >= 0 || above < 0) return std::nullopt;
+  if (below >= 0) return low + 0.5f * kCell;
+  if (above < 0) return high - 0.5f * kCell;
   int last = 0;
   while (high - low > 1.5f * kCell) {
     const float part = std::clamp(below / (below - above), 0.1f, 0.9f);

@@ -5,7 +5,6 @@
 #include "field/edge_refine.h"
 
 #include <initializer_list>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -50,7 +49,7 @@ class EdgeSearch {
   void refineBest();
   void tryHidden(const Eigen::Vector3f& mean);
   void placeHidden(Combination c, const Eigen::Vector3f& normal);
-  std::optional<float> placeOf(const Combination& c) const;
+  float placeOf(const Combination& c) const;
   void keep(const Hypothesis& h);
 
   const BlockTarget* target_ = nullptr;
