@@ -333,8 +333,8 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
   }
 }
 
-// The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined as
-// if they were those of a sub-sample.
+// The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined
+// as if they were those of a sub-sample.
 template <int kFaces>
 CC_INLINE void roughly(const Combination& c, float* coverage) {
   const float* alone[kFaces];
@@ -497,8 +497,7 @@ void FaceField::set(const Face& f) {
   known_ = 0;
   isCut_ = false;
   perShift_ = kSub / f.n.lpNorm<1>();
-  const float steep = ccCutCube(f.n.x(), f.n.y(), f.n.z(), 0).area * f.n.lpNorm<1>();
-  bend_ = std::max(2 * (steep - 1), 0.0f);
+  bend_ = -1;
   findMiddles(FaceTerms(f), middle_.data(), outer_, inner_);
 }
 
@@ -508,6 +507,10 @@ void FaceField::cut() const {
 }
 
 void FaceField::find(int voxel) const {
+  if (bend_ < 0) {
+    const float steep = ccCutCube(face_.n.x(), face_.n.y(), face_.n.z(), 0).area;
+    bend_ = std::max(2 * (steep * face_.n.lpNorm<1>() - 1), 0.0f);
+  }
   findOutside(FaceTerms(face_), voxel, outside_.data() + voxel * kPerVoxel);
   known_ |= std::uint32_t{1} << voxel;
 }

@@ -51,6 +51,7 @@ class FaceField {
     return cuts_;
   }
   // How far a sub-sample's share is from a linear ramp: 0 along an axis, 2.5 along a diagonal.
+  // Known after outside().
   float bend() const { return bend_; }
   // Widths of a sub-sample by which the distances fall as the face shifts outward by a voxel.
   float perShift() const { return perShift_; }
@@ -62,7 +63,8 @@ class FaceField {
   void cut() const;
 
   Face face_;
-  float bend_ = 0, perShift_ = 0;
+  mutable float bend_ = -1;  // negative: not known yet
+  float perShift_ = 0;
   std::uint32_t outer_ = 0, inner_ = 0;
   alignas(64) std::array<float, CC_WINDOW_LANES> middle_{};  // distances at the voxels' centers
   mutable bool isCut_ = false;

@@ -15,8 +15,8 @@ struct Hypothesis {
 
 // Moves all faces of a hypothesis at once to fit the target coverage. A prior holds each face near
 // its start, weighted by how well its neighbors know it. Gives up where it foresees that the
-// residual will stay well above `useful`. `start` holds the hypothesis' faces as they are; `fields` is
-// workspace.
+// residual will stay well above `useful`. `start` holds the hypothesis' faces as they are; `fields`
+// is workspace.
 void refine(const BlockTarget& target, float useful, const Combination& start, Hypothesis& h,
             FaceField* fields);
 

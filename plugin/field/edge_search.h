@@ -59,8 +59,8 @@ class EdgeSearch {
   Angle angles_[kMostNear][kMostNear];  // of two fields
   std::vector<Face> around_;
   FaceField spread_[kMostFaces], hidden_, work_[kMostFaces];
-  std::vector<Trial> trials_, pairs_;  // best first
-  std::vector<Trial> candidates_;      // with the least residual that they may leave
+  std::vector<Trial> trials_, pairs_;         // best first
+  std::vector<Trial> candidates_;             // with the least residual that they may leave
   std::vector<std::pair<float, int>> order_;  // of the candidates, by that residual
   Hypothesis best_;
 };
