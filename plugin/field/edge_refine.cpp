@@ -30,7 +30,6 @@ constexpr float kLeast[] = {0.5f, 0.75f, 0.85f, 0.95f}, kLeastHidden[] = {0.25f,
 
 constexpr int kUnknowns = 3 * kMostFaces;
 constexpr int kRows = 24;  // whole vector registers
-using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknowns, kUnknowns>;
 using Vector = Eigen::Matrix<float, Eigen::Dynamic, 1, 0, kUnknowns, 1>;
 using Tangents = Eigen::Matrix<float, 3, 2>;
 
@@ -75,11 +74,26 @@ struct Equations {
   void addCoverage(const BlockTarget& target, const Combination& c, const Tangents* tangent,
                    float* coverage);
 
+  // By L D L^T. Not finite where a pivot vanishes.
   Vector solved() const {
-    using Padded = Eigen::Map<const Eigen::Matrix<float, kRows, kUnknowns>>;
-    const Matrix a = Padded(left[0]).topLeftCorner(unknowns, unknowns);
-    const Vector b = Eigen::Map<const Vector>(right, unknowns);
-    return a.ldlt().solve(b);
+    float l[kUnknowns][kUnknowns], d[kUnknowns];
+    Vector x(unknowns);
+    for (int i = 0; i < unknowns; ++i) {
+      d[i] = left[i][i];
+      x[i] = right[i];
+      for (int j = 0; j < i; ++j) {
+        float sum = left[j][i];  // l[i][j] d[j]
+        for (int k = 0; k < j; ++k) sum -= l[i][k] * d[k] * l[j][k];
+        l[i][j] = sum / d[j];
+        d[i] -= l[i][j] * sum;
+        x[i] -= l[i][j] * x[j];
+      }
+    }
+    for (int i = unknowns; i-- > 0;) {
+      x[i] /= d[i];
+      for (int k = i + 1; k < unknowns; ++k) x[i] -= l[k][i] * x[k];
+    }
+    return x;
   }
 };
 

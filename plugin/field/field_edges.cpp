@@ -470,7 +470,7 @@ class EdgeRenewal {
   // search.
   static constexpr int kSearch = 32, kTipSearch = 96, kLook = 1;
   // What a share costs, and a look at a voxel's marks [us].
-  static constexpr double kShareCost = 2, kLookCost = 0.03;
+  static constexpr double kShareCost = 1.4, kLookCost = 0.03;
 
   FieldDraft& draft_;
   EdgeQueue& queue_;
