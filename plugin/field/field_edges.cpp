@@ -42,6 +42,7 @@ constexpr int kClimbs = 8;       // at most so many further passes, up a tip
 // surroundings alone: what a tool is about to cut again is not searched.
 constexpr int kRest = 3;
 constexpr int kReach = 3;             // faces are collected this far from the block's center
+constexpr std::size_t kUsual = 128;   // of them, to reserve memory
 constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
 constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also coincide are one
 constexpr float kSameOffset = 0.25f;
@@ -81,6 +82,8 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
   for (const Face& f : all) order.emplace_back(-f.weight, static_cast<int>(order.size()));
   std::sort(order.begin(), order.end());
   std::vector<Face> faces, sums;
+  faces.reserve(most);
+  sums.reserve(most);
   for (const auto& [weight, number] : order) {
     const Face& f = all[static_cast<std::size_t>(number)];
     std::size_t k = 0;
@@ -131,6 +134,7 @@ bool anyNear(const FieldDraft& draft, const DraftVoxel& at, Visit&& visit) {
 std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
                             std::size_t most) {
   std::vector<Face> all;
+  all.reserve(kUsual);
   anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f& offset) {
     const VoxelState from = brick.state(cell, pass);
     if (from && shows(from))
