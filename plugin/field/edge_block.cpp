@@ -469,16 +469,15 @@ BlockTarget::BlockTarget(const float* block) {
   }
 }
 
-float blockResidual(const float* target, const float* found) {
-  float square = 0, weight = 0;
+BlockError blockError(const float* target, const float* found) {
+  BlockError error;
   for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
     const float r = target[v] - found[v];
-    if (irrelevant(found[v], r)) continue;
-    const float w = windowWeight(v);
-    square += w * r * r;
-    weight += w;
+    const float w = irrelevant(found[v], r) ? 0.0f : windowWeight(v);
+    error.square += w * r * r;
+    error.weight += w;
   }
-  return weight > 0 ? std::sqrt(square / weight) : 1.0f;
+  return error;
 }
 
 // Adds up the square, cheap voxels first, until it exceeds what the bound allows even if all voxels
@@ -514,7 +513,7 @@ float residualBelow(const BlockTarget& target, const Combination& c, float bound
     left &= ~group;
     if (misses()) return kTooMuch;
   }
-  const float residual = blockResidual(target.coverage, found);
+  const float residual = blockError(target.coverage, found).residual();
   return residual < bound ? residual : kTooMuch;
 }
 

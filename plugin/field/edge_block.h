@@ -91,11 +91,16 @@ float roughResidual(const BlockTarget& target, const Combination& c);
 inline bool irrelevant(float found, float difference) {
   return (found <= 0.0f || found >= 1.0f) && std::abs(difference) < 2e-3f;
 }
-// Root mean square of the difference, over the voxels near the surface.
-float blockResidual(const float* target, const float* found);
+// The square of the difference, summed over the voxels near the surface by their weights.
+struct BlockError {
+  float square = 0, weight = 0;
+
+  float residual() const { return weight > 0 ? std::sqrt(square / weight) : 1.0f; }
+};
+BlockError blockError(const float* target, const float* found);
 constexpr float kTooMuch = 1e9f;
-// The same for a combination; kTooMuch, with less work, where it is not below `bound`, or where the
-// middle voxel's coverage is off by more than `miss`.
+// The residual of a combination; kTooMuch, with less work, where it is not below `bound`, or where
+// the middle voxel's coverage is off by more than `miss`.
 float residualBelow(const BlockTarget& target, const Combination& c, float bound, float miss);
 
 }  // namespace cloudcontact

@@ -24,8 +24,7 @@ constexpr float kLongestStep = 0.4f;
 constexpr float kSettled = 2e-3f;
 constexpr float kHopeless = 0.3f;  // residual at which refinement stops
 // Refinement also stops where it foresees a residual so large that this share of it would still be
-// useless: in the first round, and later. Of the hypotheses that refinement makes useful, it stops
-// one of fifty.
+// useless, in each round. Of the hypotheses that refinement makes useful, it stops one of fifty.
 constexpr float kLeast[] = {0.5f, 0.75f, 0.85f, 0.95f}, kLeastHidden[] = {0.25f, 0.5f, 0.7f, 0.9f};
 
 constexpr int kUnknowns = 3 * kMostFaces;
@@ -141,21 +140,14 @@ void Equations::addCoverage(const BlockTarget& target, const Combination& c,
 }
 
 // Residual that a step would leave if the coverage were linear in it.
-float foreseen(const Equations& e, const BlockTarget& target, const float* found,
-               const Vector& step) {
-  float square = 0, weight = 0;
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    const float r = target.coverage[v] - found[v];
-    if (irrelevant(found[v], r)) continue;
-    square += windowWeight(v) * r * r;
-    weight += windowWeight(v);
-  }
+float foreseen(const Equations& e, const BlockError& now, const Vector& step) {
+  float square = now.square;
   for (int j = 0; j < e.unknowns; ++j) {
     float row = -e.prior[j] * step[j];
     for (int i = 0; i < e.unknowns; ++i) row += e.left[j][i] * step[i];
     square += step[j] * (row - 2 * (e.right[j] - e.pull[j]));
   }
-  return weight > 0 ? std::sqrt(std::max(square, 0.0f) / weight) : 0.0f;
+  return now.weight > 0 ? std::sqrt(std::max(square, 0.0f) / now.weight) : 0.0f;
 }
 
 // Moves the faces by a step of the unknowns.
@@ -195,7 +187,8 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
     } else {
       coverageOf(c, found);
     }
-    now.residual = blockResidual(target.coverage, found);
+    const BlockError error = blockError(target.coverage, found);
+    now.residual = error.residual();
     if (now.residual < h.residual) h = now;
     if (round == kRounds || now.residual > kHopeless) return;
     const Vector step = equations.solved();
@@ -203,7 +196,7 @@ void refine(const BlockTarget& target, float useful, const Combination& start, H
     const float longest = step.cwiseAbs().maxCoeff();
     if (longest < kSettled) return;
     const float shorten = kLongestStep / std::max(kLongestStep, longest);
-    if (least[round] * foreseen(equations, target, found, shorten * step) > useful) return;
+    if (least[round] * foreseen(equations, error, shorten * step) > useful) return;
     move(now.faces, h.count, tangent, step, shorten);
   }
 }

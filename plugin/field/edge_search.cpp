@@ -21,7 +21,7 @@ constexpr float kCell = 0.125f;         // of the places tried for a hidden face
 constexpr float kFarthest = 2;          // of these places
 // A trial is refined if its residual is at most this times the useful, and this times the best of
 // its kind.
-constexpr float kFar = 10.0f, kFarHidden = 20.0f, kSecond = 1.5f;
+constexpr float kFar = 10.0f, kFarHidden = 16.0f, kSecond = 1.5f;
 // roughResidual() is off by less than this in all but one of ten thousand trials.
 constexpr float kRoughError = 0.02f;
 constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
