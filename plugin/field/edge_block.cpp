@@ -3,6 +3,7 @@
 #include "field/edge_block.h"
 
 #include "base/simd.h"
+#include "field/share_lanes.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -17,44 +18,6 @@ namespace {
 float middleOf(int voxel, int axis) {
   const int at[3] = {voxel % 3, voxel / 3 % 3, voxel / 9};
   return static_cast<float>(at[axis] - 1);
-}
-
-// How much of a sub-sample two faces leave together, if each alone leaves r and q: r q for faces at
-// right angles, which cut independently; min(r, q) for parallel faces; max(0, r + q - 1) for
-// opposite ones. Interpolated by the angle, which is exact where both run through the center. With
-// min(r, q) throughout, edges lie 0.03 voxel inside.
-Angle angleOf(const Eigen::Vector3f& n, const Eigen::Vector3f& m) {
-  const float turn = std::acos(std::clamp(n.dot(m), -1.0f, 1.0f)) * (2.0f / 3.14159265f);
-  return {std::max(1.0f - turn, 0.0f), std::max(turn - 1.0f, 0.0f)};
-}
-
-// Inlined into the clone that calls it, so that it is compiled for the same instruction set.
-#define CC_INLINE [[gnu::always_inline]] inline
-
-struct Joined {
-  float both, byFirst, bySecond;  // the share left, and its derivatives by r and q
-};
-
-// max(v, 0), and the lesser of two that are not negative. As integers, because the compiler has no
-// vector instruction for the comparison of floats that leaves NaN and -0 as they are.
-CC_INLINE float positive(float v) {
-  return std::bit_cast<float>(std::max(std::bit_cast<std::int32_t>(v), 0));
-}
-CC_INLINE float lesser(float a, float b) {
-  return std::bit_cast<float>(
-      std::min(std::bit_cast<std::int32_t>(a), std::bit_cast<std::int32_t>(b)));
-}
-
-CC_INLINE Joined join(float r, float q, float alike, float opposed) {
-  const float product = r * q, over = r + q - 1.0f;
-  const float free = 1.0f - alike - opposed, apart = over > 0.0f ? opposed : 0.0f;
-  const float first = r < q ? alike : 0.0f;
-  return {product + alike * (lesser(r, q) - product) + opposed * (positive(over) - product),
-          free * q + first + apart, free * r + (alike - first) + apart};
-}
-
-CC_INLINE float clamped(float v) {
-  return lesser(positive(v), 1.0f);
 }
 
 // The share of a sub-sample below a face is no linear ramp but an S, more so for oblique faces.
@@ -74,24 +37,12 @@ struct Lanes {
   alignas(64) float at[kPerVoxel];
 };
 
-// Sums run over the four layers of a voxel first, then over the 16 sub-samples of a layer in
-// halves. This fixes the order of additions whatever the register width.
-typedef float F4 __attribute__((vector_size(16)));
-typedef float F16 __attribute__((vector_size(64)));
-
 // The layers of a voxel. A struct, because functions cannot return so wide a register everywhere.
 struct Layers {
   F16 at[kSub];
 
   CC_INLINE explicit Layers(const Lanes& v) { std::memcpy(at, v.at, sizeof at); }
 };
-CC_INLINE F4 quarters(const F16& v) {
-  const F4 a = __builtin_shufflevector(v, v, 0, 1, 2, 3),
-           b = __builtin_shufflevector(v, v, 4, 5, 6, 7),
-           c = __builtin_shufflevector(v, v, 8, 9, 10, 11),
-           d = __builtin_shufflevector(v, v, 12, 13, 14, 15);
-  return (a + b) + (c + d);
-}
 CC_INLINE float total(const Lanes& v) {
   const Layers layer(v);
   const F4 sum = quarters((layer.at[0] + layer.at[1]) + (layer.at[2] + layer.at[3]));
@@ -122,32 +73,6 @@ struct FacesOf {
     for (int i = 0; i < kFaces * (kFaces - 1) / 2; ++i) angle[i] = c.angle[i];
   }
 };
-
-// What all faces leave of a sub-sample together, and its derivatives by what each leaves alone. A
-// face shares the sub-sample with those before it by its angle to the one of them that leaves the
-// least there.
-template <int kFaces>
-CC_INLINE void join(const float* r, const Angle* angles, float& left, float* slope) {
-  left = r[0];
-  slope[0] = 1.0f;
-#pragma GCC unroll 8
-  for (int j = 1; j < kFaces; ++j) {
-    const Angle* const angle = angles + j * (j - 1) / 2;
-    float least = r[0], alike = angle[0].alike, opposed = angle[0].opposed;
-#pragma GCC unroll 8
-    for (int i = 1; i < j; ++i) {
-      const bool former = least < r[i];
-      alike = former ? alike : angle[i].alike;
-      opposed = former ? opposed : angle[i].opposed;
-      least = former ? least : r[i];
-    }
-    const Joined joined = join(left, r[j], alike, opposed);
-    left = joined.both;
-    slope[j] = joined.bySecond;
-#pragma GCC unroll 8
-    for (int i = 0; i < j; ++i) slope[i] *= joined.byFirst;
-  }
-}
 
 // The share of a sub-sample that the faces leave together, and its derivatives as each alone leaves
 // more, by the linear ramp.
@@ -243,130 +168,6 @@ CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
   }
 }
 
-// The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined
-// as if they were those of a sub-sample.
-template <int kFaces>
-CC_INLINE void roughly(const Combination& c, float* coverage) {
-  const float* alone[kFaces];
-  for (int i = 0; i < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
-  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    float r[kFaces], left, slope[kFaces];
-#pragma GCC unroll 8
-    for (int i = 0; i < kFaces; ++i) r[i] = start + side * alone[i][k];
-    join<kFaces>(r, c.angle, left, slope);
-    coverage[k] = start + side * left;
-  }
-}
-
-// The sum over a window's voxels, zero in the lanes beyond.
-CC_INLINE float windowTotal(const float* lanes) {
-  F16 half[2];
-  std::memcpy(half, lanes, sizeof half);
-  const F4 sum = quarters(half[0] + half[1]);
-  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
-}
-
-// windowWeight(), 0 in the lanes beyond.
-struct LaneWeights {
-  alignas(64) float at[CC_WINDOW_LANES] = {};
-
-  constexpr LaneWeights() {
-    for (std::size_t v = 0; v < CC_WINDOW_VOXELS; ++v) at[v] = kWindowWeights[v];
-  }
-};
-constexpr LaneWeights kLaneWeights;
-
-CC_INLINE void roughlyAny(const Combination& c, float* coverage) {
-  switch (c.count) {
-    case 1:
-      return roughly<1>(c, coverage);
-    case 2:
-      return roughly<2>(c, coverage);
-    case 3:
-      return roughly<3>(c, coverage);
-    case 4:
-      return roughly<4>(c, coverage);
-    case 5:
-      return roughly<5>(c, coverage);
-    default:
-      return roughly<6>(c, coverage);
-  }
-}
-
-template <int kFaces>
-CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, float s) {
-  const float* alone[kFaces];
-  for (int i = 0; i + 1 < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
-  const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
-  const float nx = n.x(), ny = n.y(), nz = n.z();
-  alignas(64) float found[CC_WINDOW_LANES];
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
-                z = static_cast<float>(k / 9 - 1);
-    float r[kFaces], left, slope[kFaces];
-#pragma GCC unroll 8
-    for (int i = 0; i + 1 < kFaces; ++i) r[i] = start + side * alone[i][k];
-    r[kFaces - 1] = start + side * ccCutCube(nx, ny, nz, s - (nx * x + ny * y + nz * z)).volume;
-    join<kFaces>(r, c.angle, left, slope);
-    found[k] = k < CC_WINDOW_VOXELS ? start + side * left : 0.0f;
-  }
-  return windowTotal(found);
-}
-
-CC_LANES [[gnu::flatten]] float massWith(const Combination& c, const Eigen::Vector3f& n, float s) {
-  return c.count == 2 ? massWithPlane<2>(c, n, s) : massWithPlane<3>(c, n, s);
-}
-
-CC_LANES float roughSquare(const BlockTarget& target, const Combination& c) {
-  alignas(64) float found[CC_WINDOW_LANES], square[CC_WINDOW_LANES], counted[CC_WINDOW_LANES];
-  roughlyAny(c, found);
-  CC_INDEPENDENT
-  for (int v = 0; v < CC_WINDOW_LANES; ++v) {
-    const float r = target.coverage[v] - found[v];
-    const bool none = (found[v] <= 0.0f) | (found[v] >= 1.0f), right = std::abs(r) < 2e-3f;
-    counted[v] = none & right ? 0.0f : kLaneWeights.at[v];
-    square[v] = counted[v] * r * r;
-  }
-  const float weight = windowTotal(counted);
-  return weight > 0 ? windowTotal(square) / weight : 1.0f;
-}
-
-// Where one face lies farther outside than the other throughout a voxel. Over half a voxel's edge
-// the difference of their distances changes by its gradient at the center, and by their bend.
-CC_LANES void compare(const Face& a, const float* middleA, const Face& b, const float* middleB,
-                      Angle& angle) {
-  const float scaleA = a.n.lpNorm<1>() / kSub, scaleB = b.n.lpNorm<1>() / kSub;
-  float n[3], c[3][3], bend = 0;
-  for (int i = 0; i < 3; ++i) {
-    n[i] = a.n[i] - b.n[i];
-    for (int j = 0; j < 3; ++j) {
-      c[i][j] = a.curvature(i, j) - b.curvature(i, j);
-      bend += 0.125f * std::abs(c[i][j]);
-    }
-  }
-  alignas(64) float apart[CC_WINDOW_LANES], most[CC_WINDOW_LANES];
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
-                z = static_cast<float>(k / 9 - 1);
-    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
-    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
-    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
-    most[k] = 0.5f * (std::abs(mx) + (std::abs(my) + std::abs(mz))) + bend;
-    apart[k] = middleA[k] * scaleA - middleB[k] * scaleB;
-  }
-  std::uint32_t more = 0, less = 0;
-  for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
-    more |= apart[k] > most[k] ? 1u << k : 0u;
-    less |= -apart[k] > most[k] ? 1u << k : 0u;
-  }
-  angle.more = more & kAllVoxels;
-  angle.less = less & kAllVoxels;
-}
-
 template <typename Visit>
 void forEachBit(std::uint32_t bits, Visit&& visit) {
   for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
@@ -384,62 +185,9 @@ float squareOf(float target, float found, int voxel) {
 
 }  // namespace
 
-Angle angleBetween(const FaceField& a, const FaceField& b) {
-  Angle angle = angleOf(a.face().n, b.face().n);
-  compare(a.face(), a.middle(), b.face(), b.middle(), angle);
-  return angle;
-}
-
-Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
-  Combination c;
-  c.concave = concave;
-  for (const FaceField* face : faces) c.face[c.count++] = face;
-  measureAngles(c);
-  return c;
-}
-
-void measureAngles(Combination& c) {
-  Angle* angle = c.angle;
-  for (int j = 1; j < c.count; ++j)
-    for (int i = 0; i < j; ++i) *angle++ = angleBetween(*c.face[i], *c.face[j]);
-}
-
 float coverageOnly(const Combination& c, int voxel) {
   const float share = shareOf(c, voxel);
   return c.concave ? 1.0f - share : share;
-}
-BlockCases casesOf(const Combination& c) {
-  BlockCases cases;
-  std::uint32_t beyond = 0, once = 0, crossed[kMostFaces];
-  for (int i = 0; i < c.count; ++i) {
-    const std::uint32_t outer = c.face[i]->outer(), inner = c.face[i]->inner();
-    beyond |= kAllVoxels & (c.concave ? inner : outer);
-    crossed[i] = kAllVoxels & ~(outer | inner);
-    once |= crossed[i];
-  }
-  (c.concave ? cases.full : cases.empty) = beyond;
-  (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
-  cases.several = once & ~beyond;
-  std::uint32_t second[kMostFaces] = {};  // where another face that crosses the voxel bounds it
-  for (int j = 1; j < c.count; ++j)
-    for (int i = 0; i < j; ++i) {
-      const Angle& angle = c.between(i, j);
-      second[i] |= crossed[j] & ~(c.concave ? angle.less : angle.more);
-      second[j] |= crossed[i] & ~(c.concave ? angle.more : angle.less);
-    }
-  for (int i = 0; i < c.count; ++i) {
-    cases.only[i] = crossed[i] & ~(beyond | second[i]);
-    cases.several &= ~cases.only[i];
-  }
-  return cases;
-}
-
-float roughMass(const Combination& c, float place) {
-  return massWith(c, c.face[c.count - 1]->face().n, place);
-}
-
-float roughResidual(const BlockTarget& target, const Combination& c) {
-  return std::sqrt(roughSquare(target, c));
 }
 
 BlockCases coverSimple(const Combination& c, float* coverage) {

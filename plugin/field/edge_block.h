@@ -2,55 +2,20 @@
 // reproduce a given coverage. The edge search (edge_search.h) rates its hypotheses with it.
 #pragma once
 
-#include "field/face_field.h"
-#include "kernels/contact/field_voxel.h"
+#include "field/combination.h"
 
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <initializer_list>
+#include <cstddef>
 
 namespace cloudcontact {
-
-constexpr int kMostFaces = CC_MAX_PLANES;
-
-// How two faces share a sub-sample that both cut. `alike` falls from 1 for equal normals to 0 at a
-// right angle, `opposed` from 1 for opposite normals to 0 at a right angle.
-struct Angle {
-  float alike = 0, opposed = 0;
-  // The voxels in all of which every point lies farther outside the first face than outside the
-  // second, or less far. One of the two alone bounds the matter there. One bit each.
-  std::uint32_t more = 0, less = 0;
-
-  Angle swapped() const { return {alike, opposed, less, more}; }
-};
-Angle angleBetween(const FaceField& a, const FaceField& b);
-
-// Faces that bound the material together: the intersection of their half-spaces, or the union where
-// `concave`.
-struct Combination {
-  const FaceField* face[kMostFaces] = {};
-  int count = 0;
-  bool concave = false;
-  Angle angle[kMostFaces * (kMostFaces - 1) / 2];  // of 0 and 1, 0 and 2, 1 and 2, 0 and 3, ...
-
-  const Angle& between(int i, int j) const { return angle[j * (j - 1) / 2 + i]; }  // i < j
-};
-Combination combine(std::initializer_list<const FaceField*> faces, bool concave);
-void measureAngles(Combination& c);  // needed after its faces have moved
 
 // Derivative of a voxel's coverage as one face shifts outward, and its first moment, which gives
 // the derivative as the face turns.
 struct Slope {
   float shift = 0;
   Eigen::Vector3f moment = Eigen::Vector3f::Zero();
-};
-
-// The voxels of a block by the faces that bound the matter in them, one bit each.
-struct BlockCases {
-  std::uint32_t full = 0, empty = 0, several = 0;
-  std::uint32_t only[kMostFaces] = {};  // this face alone
 };
 
 // What a voxel of the block counts: (1 - r^2/R^2)^2.
@@ -82,11 +47,6 @@ struct BlockTarget {
 void coverageOf(const Combination& c, float* coverage);
 // The same but for `several` voxels.
 BlockCases coverSimple(const Combination& c, float* coverage);
-// About the sum over the block with the last of two or three faces, a plane, at another place: by
-// each face's part of a voxel, not by sub-samples.
-float roughMass(const Combination& c, float place);
-// About the residual of a combination, by the same means. Costs a tenth.
-float roughResidual(const BlockTarget& target, const Combination& c);
 // Full and empty voxels that are about right say nothing of the surface.
 inline bool irrelevant(float found, float difference) {
   return (found <= 0.0f || found >= 1.0f) && std::abs(difference) < 2e-3f;

@@ -1,6 +1,8 @@
 // The search over pairs, triples and tips, and for a face that no neighbor shows.
 #include "field/edge_search.h"
 
+#include "field/edge_estimate.h"
+
 #include <algorithm>
 #include <cmath>
 

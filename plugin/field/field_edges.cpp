@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "field/edge_search.h"
 #include "field/field_fit.h"
+#include "field/near_faces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,23 +15,17 @@ namespace cloudcontact {
 
 namespace {
 
-// Residuals of coverage (kernels/contact/surface_fit.h): smooth surfaces leave 0.001, or 0.003 at a
-// radius of 10 voxels; an edge of 20 deg leaves 0.006.
-constexpr float kSmoothResidual = 0.004f;
 // Blocks that the quadric explains this well keep it: shallow edges, small radii. At 0.004, blocks
 // beside an edge keep a bend of 2 deg.
 constexpr float kEnough = 0.0025f;
 // An edge must explain the block this well, and better than the quadric by this factor. The first
 // pass accepts good edges only, so that a corner is not explained by half its faces before its
 // neighbors show them all.
-constexpr float kEdgeResidual = 0.03f, kGoodEdge = 0.005f;
+constexpr float kEdgeResidual = 0.03f;
 constexpr float kEdgeGain = 0.75f;
 // A quadric that bends as sharply as this [1/voxel] imitates an edge: on the crest of a thread its
 // residual is 0.007 with samples 0.6 voxel off. An edge replaces it if it is about as good.
 constexpr float kSharp = 0.15f, kSharpGain = 1.2f;
-// A quadric beside an edge bends toward it and still explains its block to the bound above.
-// Residuals above this therefore lower a face's weight.
-constexpr float kTypical = 0.0005f;
 // Above this a voxel counts as unexplained and is retried when its neighbors have improved.
 constexpr float kLost = 0.01f;
 // What a quadric explains this well is not searched again in a later plain pass: one of fifty such
@@ -41,109 +36,6 @@ constexpr int kClimbs = 8;       // at most so many further passes, up a tip
 // Where a budget limits the searches, voxels wait until this many renewals have left their
 // surroundings alone: what a tool is about to cut again is not searched.
 constexpr int kRest = 3;
-constexpr int kReach = 3;             // faces are collected this far from the block's center
-constexpr std::size_t kUsual = 128;   // of them, to reserve memory
-constexpr float kFlat = 0.012f;       // curvatures below this are noise and are not continued
-constexpr float kSameNormal = 0.97f;  // cosine: faces within 14 deg that also coincide are one
-constexpr float kSameOffset = 0.25f;
-
-float sharpest(const CcSurface& f) {
-  return std::max({std::abs(f.k11), std::abs(f.k12), std::abs(f.k22)});
-}
-
-// True if a voxel's pieces are continued to others. All have the same residual.
-bool shows(const VoxelState& v) {
-  return v.pieces[0].surface.residual <=
-         (v.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge);
-}
-
-// A neighbor's surface relative to the block's center, which lies at `r` from the neighbor's.
-Face continued(const CcSurface& f, const Eigen::Vector3f& r) {
-  const Eigen::Map<const Eigen::Vector3f> n(f.n), t1(f.t1), t2(f.t2);
-  Face face;
-  const float off = f.residual / kTypical;
-  face.weight = 1.0f / ((0.5f + r.squaredNorm()) * (1.0f + off * off));
-  const bool flat = sharpest(f) < kFlat;
-  if (!flat)
-    face.curvature = f.k11 * t1 * t1.transpose() + f.k22 * t2 * t2.transpose() +
-                     f.k12 * (t1 * t2.transpose() + t2 * t1.transpose());
-  const Eigen::Vector3f bent = face.curvature * r, m = n + bent;
-  const float length = m.norm();
-  face.n = m / length;
-  face.s = (f.s - n.dot(r) - 0.5f * r.dot(bent)) / length;
-  return face;
-}
-
-// The distinct ones of some faces, heaviest first. Each is the weighted mean of those alike.
-std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
-  // By number, because faces are large; equal ones in their order.
-  std::vector<std::pair<float, int>> order;
-  order.reserve(all.size());
-  for (const Face& f : all) order.emplace_back(-f.weight, static_cast<int>(order.size()));
-  std::sort(order.begin(), order.end());
-  std::vector<Face> faces, sums;
-  faces.reserve(most);
-  sums.reserve(most);
-  for (const auto& [weight, number] : order) {
-    const Face& f = all[static_cast<std::size_t>(number)];
-    std::size_t k = 0;
-    while (k < faces.size() &&
-           !(faces[k].n.dot(f.n) > kSameNormal && std::abs(faces[k].s - f.s) < kSameOffset))
-      ++k;
-    if (k == faces.size()) {
-      if (k == most) continue;
-      faces.push_back(f);
-      sums.emplace_back();
-    }
-    sums[k].n += f.weight * f.n;
-    sums[k].s += f.weight * f.s;
-    sums[k].curvature += f.weight * f.curvature;
-    sums[k].weight += f.weight;
-  }
-  for (Face& f : sums) {
-    f.s /= f.weight;
-    f.curvature /= f.weight;
-    if (f.curvature.cwiseAbs().maxCoeff() < kFlat) f.curvature.setZero();
-    f.n.normalize();
-  }
-  return sums;
-}
-
-// Calls visit(brick, cell, offset) for the surface voxels within reach of a voxel, in the order of
-// the grid, until it returns true. Returns whether it did.
-template <typename Visit>
-bool anyNear(const FieldDraft& draft, const DraftVoxel& at, Visit&& visit) {
-  for (int dz = -kReach; dz <= kReach; ++dz)
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach;) {
-        // As far as a brick reaches.
-        const int x = at.x + dx, y = at.y + dy, z = at.z + dz,
-                  end = std::min(kReach + 1, dx + kBrickEdge - (x & (kBrickEdge - 1)));
-        const SurfaceBrick* const brick = draft.brickOf(x, y, z);
-        const int cell = cellIndex(x, y, z) - dx;
-        for (; dx < end; ++dx)
-          if (brick && brick->place[static_cast<std::size_t>(cell + dx)] >= 0 &&
-              visit(*brick, cell + dx, Eigen::Vector3f(float(dx), float(dy), float(dz))))
-            return true;
-      }
-  return false;
-}
-
-// The distinct faces near a voxel, as known before a pass: means over the neighbors that show them.
-// Near ones with small residuals come first.
-std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,
-                            std::size_t most) {
-  std::vector<Face> all;
-  all.reserve(kUsual);
-  anyNear(draft, at, [&](const SurfaceBrick& brick, int cell, const Eigen::Vector3f& offset) {
-    const VoxelState from = brick.state(cell, pass);
-    if (from && shows(from))
-      for (int k = 0; k < from.count(); ++k)
-        all.push_back(continued(from.pieces[k].surface, -offset));
-    return false;
-  });
-  return distinct(all, most);
-}
 
 CcSurface planeSurface(const Face& f, float residual) {
   CcSurface s{};
