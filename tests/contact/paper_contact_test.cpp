@@ -4,6 +4,10 @@
 #include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+
 #include "contact/contact_cases.h"
 
 namespace cloudcontact::testing {
@@ -174,33 +178,58 @@ std::vector<Tool> tools() {
 }
 
 // Step 3: the depth is how far the tool's tip is in, whatever its shape, as a solid and as a cloud.
-TEST(PaperContact, IsAsDeepAsTheToolGoes) {
+class Press {
+ public:
+  // How far off the depth is [voxels], for a tip that is in by `depth` [voxels].
+  double error(const Tool& tool, const Body& body, const PaperBody* paper, double depth) const {
+    const Eigen::Quaterniond odd(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+    ContactBody a = block_.at({});
+    a.paper = &paper_;
+    ContactBody b = body.at({odd * tool.turn, Vec3(0.3, 0.2, 12 + tool.reach - depth) * kVoxel});
+    b.paper = paper;
+    ContactSettings settings;
+    settings.law = KelvinVoigt{1, 0};
+    settings.normals = Normals::BaseVectors;
+    ContactFinder finder;
+    const Wrench wrench = wrenchOnB(finder.find(a, b, settings), {}, {});
+    return std::abs(wrench.force.norm() / kVoxel - depth);
+  }
+
   BodyMaker maker{kVoxel, Random(4)};
-  const Body block = maker.box({40, 40, 24}, true);
-  const PaperBody paper = paperBody(block.field->cloud(), {});
-  const Eigen::Quaterniond odd(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+
+ private:
+  const Body block_ = maker.box({40, 40, 24}, true);
+  const PaperBody paper_ = paperBody(block_.field->cloud(), {});
+};
+
+constexpr double kDepths[] = {1, 2, 4};  // [voxels]
+
+TEST(PaperContact, IsAsDeepAsTheToolGoes) {
+  const Press press;
   for (const Tool& tool : tools())
-    for (const bool cloud : {false, true}) {
-      const Body body = cloud ? maker.cloud(tool.mesh) : BodyMaker::shape(tool.solid);
-      PaperBody own;
-      if (cloud) own = paperBody(body.field->cloud(), {});
-      for (const double depth : {1.0, 2.0, 4.0}) {
-        ContactBody a = block.at({});
-        a.paper = &paper;
-        ContactBody b =
-            body.at({odd * tool.turn, Vec3(0.3, 0.2, 12 + tool.reach - depth) * kVoxel});
-        if (cloud) b.paper = &own;
-        ContactSettings settings;
-        settings.law = KelvinVoigt{1, 0};
-        settings.normals = Normals::BaseVectors;
-        ContactFinder finder;
-        const double found = wrenchOnB(finder.find(a, b, settings), {}, {}).force.norm() / kVoxel;
-        // A needle of three voxels is rounded where it is a cloud.
-        const double bound = cloud && tool.reach == 8 && depth != 2 ? 0.15 : 0.1;
-        EXPECT_NEAR(found, depth, bound) << tool.name << (cloud ? ", a cloud" : "");
-        EXPECT_NEAR(found, depth, (cloud ? 0.06 : 0.03) * depth) << tool.name << cloud;
-      }
+    for (const double depth : kDepths)
+      EXPECT_LT(press.error(tool, BodyMaker::shape(tool.solid), nullptr, depth),
+                std::min(0.1, 0.03 * depth))
+          << tool.name;
+}
+
+// A cloud's grid has a random place and turn. Some round a needle of three voxels, which is then up
+// to 0.23 off: the mean of several counts.
+TEST(PaperContact, CloudsAreAsDeepInTheMean) {
+  constexpr int kGrids = 8;
+  Press press;
+  for (const Tool& tool : tools()) {
+    double mean[std::size(kDepths)] = {};
+    for (int grid = 0; grid < kGrids; ++grid) {
+      const Body cloud = press.maker.cloud(tool.mesh);
+      const PaperBody paper = paperBody(cloud.field->cloud(), {});
+      for (std::size_t k = 0; k < std::size(kDepths); ++k)
+        mean[k] += press.error(tool, cloud, &paper, kDepths[k]) / kGrids;
     }
+    const double bound = tool.name == std::string("needle") ? 0.15 : 0.04;
+    for (std::size_t k = 0; k < std::size(kDepths); ++k)
+      EXPECT_LT(mean[k], bound) << tool.name << " at " << kDepths[k];
+  }
 }
 
 TEST(PaperContact, NeedsBaseVectors) {
