@@ -37,11 +37,16 @@ struct Lanes {
   alignas(64) float at[kPerVoxel];
 };
 
+// A layer of a voxel, read in one piece: 16 bytes at a time would wait for wider stores.
+typedef F16 Layer __attribute__((may_alias));
+
 // The layers of a voxel. A struct, because functions cannot return so wide a register everywhere.
 struct Layers {
   F16 at[kSub];
 
-  CC_INLINE explicit Layers(const Lanes& v) { std::memcpy(at, v.at, sizeof at); }
+  CC_INLINE explicit Layers(const Lanes& v) {
+    for (int i = 0; i < kSub; ++i) at[i] = reinterpret_cast<const Layer*>(v.at)[i];
+  }
 };
 CC_INLINE float total(const Lanes& v) {
   const Layers layer(v);

@@ -11,19 +11,30 @@ namespace cloudcontact {
 
 namespace {
 
+// A combination's angles, in registers.
+template <int kFaces>
+struct Angles {
+  Angle at[kFaces > 1 ? kFaces * (kFaces - 1) / 2 : 1];
+
+  CC_INLINE explicit Angles(const Combination& c) {
+    for (int i = 0; i < kFaces * (kFaces - 1) / 2; ++i) at[i] = c.angle[i];
+  }
+};
+
 // The coverage of all voxels at once, by the parts of a voxel that each face alone leaves, joined
 // as if they were those of a sub-sample.
 template <int kFaces>
 CC_INLINE void roughly(const Combination& c, float* coverage) {
   const float* alone[kFaces];
   for (int i = 0; i < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
+  const Angles<kFaces> angles(c);
   const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
   CC_INDEPENDENT
   for (int k = 0; k < CC_WINDOW_LANES; ++k) {
     float r[kFaces], left, slope[kFaces];
 #pragma GCC unroll 8
     for (int i = 0; i < kFaces; ++i) r[i] = start + side * alone[i][k];
-    join<kFaces>(r, c.angle, left, slope);
+    join<kFaces>(r, angles.at, left, slope);
     coverage[k] = start + side * left;
   }
 }
@@ -67,6 +78,7 @@ template <int kFaces>
 CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, float s) {
   const float* alone[kFaces];
   for (int i = 0; i + 1 < kFaces; ++i) alone[i] = c.face[i]->cuts().volume;
+  const Angles<kFaces> angles(c);
   const float start = c.concave ? 1.0f : 0.0f, side = c.concave ? -1.0f : 1.0f;
   const float nx = n.x(), ny = n.y(), nz = n.z();
   alignas(64) float found[CC_WINDOW_LANES];
@@ -78,7 +90,7 @@ CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, fl
 #pragma GCC unroll 8
     for (int i = 0; i + 1 < kFaces; ++i) r[i] = start + side * alone[i][k];
     r[kFaces - 1] = start + side * ccCutCube(nx, ny, nz, s - (nx * x + ny * y + nz * z)).volume;
-    join<kFaces>(r, c.angle, left, slope);
+    join<kFaces>(r, angles.at, left, slope);
     found[k] = k < CC_WINDOW_VOXELS ? start + side * left : 0.0f;
   }
   return windowTotal(found);

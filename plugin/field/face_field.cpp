@@ -106,12 +106,15 @@ CC_LANES [[gnu::flatten]] void cutWindow(const Face& f, float length1, const flo
 }
 
 // The distances at the voxels' centers, and by them the voxels that lie wholly outside or inside.
-CC_LANES void findMiddles(const FaceTerms& terms, float* middle, std::uint32_t& outer,
-                          std::uint32_t& inner) {
+CC_LANES [[gnu::flatten]] void findMiddles(const FaceTerms& face, float* middle,
+                                           std::uint32_t& outer, std::uint32_t& inner) {
+  const FaceTerms terms = face;  // a copy, which `middle` cannot share
   CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k)
-    middle[k] = terms.outside(static_cast<float>(k % 3 - 1), static_cast<float>(k / 3 % 3 - 1),
-                              static_cast<float>(k / 9 - 1));
+  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
+    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
+                z = static_cast<float>(k / 9 - 1);
+    middle[k] = terms.flat(x, y, z) + terms.bent(x, y, z);
+  }
   std::uint32_t above = 0, below = 0;
   for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
     above |= middle[k] > kClear ? 1u << k : 0u;
