@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 namespace cloudcontact {
 
@@ -188,6 +187,19 @@ float squareOf(float target, float found, int voxel) {
   return irrelevant(found, r) ? 0.0f : windowWeight(voxel) * r * r;
 }
 
+// Covers the full and the empty voxels, and adds up their squares.
+CC_LANES float simpleSquares(const BlockTarget& target, std::uint32_t full, std::uint32_t empty,
+                             float* found) {
+  alignas(64) float square[CC_WINDOW_LANES];
+  CC_INDEPENDENT
+  for (std::uint32_t v = 0; v < CC_WINDOW_LANES; ++v) {
+    const bool isFull = full >> v & 1, isEmpty = empty >> v & 1;
+    found[v] = isFull ? 1.0f : 0.0f;
+    square[v] = isFull ? target.ifFull[v] : isEmpty ? target.ifEmpty[v] : 0.0f;
+  }
+  return windowTotal(square);
+}
+
 }  // namespace
 
 float coverageOnly(const Combination& c, int voxel) {
@@ -239,13 +251,9 @@ float residualBelow(const BlockTarget& target, const Combination& c, float bound
   constexpr float kAllWeights = 5.85f;  // all voxels' weights add up to a little less
   const BlockCases cases = casesOf(c);
   const float most = bound * bound * kAllWeights;
-  float found[CC_WINDOW_VOXELS], square = 0;
   constexpr int kMiddle = CC_WINDOW_VOXELS / 2;
-  for (int v = 0; v < CC_WINDOW_VOXELS; ++v) {
-    const bool full = cases.full >> v & 1, empty = cases.empty >> v & 1;
-    found[v] = full ? 1.0f : 0.0f;
-    square += full ? target.ifFull[v] : empty ? target.ifEmpty[v] : 0.0f;
-  }
+  alignas(64) float found[CC_WINDOW_LANES];
+  float square = simpleSquares(target, cases.full, cases.empty, found);
   const auto misses = [&] { return std::abs(found[kMiddle] - target.coverage[kMiddle]) > miss; };
   const std::uint32_t partly = kAllVoxels & ~(cases.full | cases.empty);
   if (square > most || (!(partly >> kMiddle & 1) && misses())) return kTooMuch;

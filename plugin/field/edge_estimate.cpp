@@ -5,7 +5,6 @@
 #include "field/share_lanes.h"
 
 #include <cmath>
-#include <cstring>
 
 namespace cloudcontact {
 
@@ -14,7 +13,7 @@ namespace {
 // A combination's angles, in registers.
 template <int kFaces>
 struct Angles {
-  Angle at[kFaces > 1 ? kFaces * (kFaces - 1) / 2 : 1];
+  Angle at[kFaces > 1 ? kFaces*(kFaces - 1) / 2 : 1];
 
   CC_INLINE explicit Angles(const Combination& c) {
     for (int i = 0; i < kFaces * (kFaces - 1) / 2; ++i) at[i] = c.angle[i];
@@ -37,14 +36,6 @@ CC_INLINE void roughly(const Combination& c, float* coverage) {
     join<kFaces>(r, angles.at, left, slope);
     coverage[k] = start + side * left;
   }
-}
-
-// The sum over a window's voxels, zero in the lanes beyond.
-CC_INLINE float windowTotal(const float* lanes) {
-  F16 half[2];
-  std::memcpy(half, lanes, sizeof half);
-  const F4 sum = quarters(half[0] + half[1]);
-  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
 // windowWeight(), 0 in the lanes beyond.

@@ -41,32 +41,9 @@ const Points& subSamples() {
   return points;
 }
 
-// A face, scaled to sub-sample widths along its normal.
-struct FaceTerms {
-  Eigen::Vector3f n;
-  float s;
-  bool curved;
-  Eigen::Matrix3f half;
-
-  explicit FaceTerms(const Face& f) {
-    const float scale = kSub / f.n.lpNorm<1>();
-    n = f.n * scale;
-    s = f.s * scale;
-    curved = !f.curvature.isZero(0);
-    half = 0.5f * scale * f.curvature;
-  }
-  float flat(float x, float y, float z) const { return n.x() * x + n.y() * y + n.z() * z - s; }
-  float bent(float x, float y, float z) const {
-    return x * (half(0, 0) * x + 2 * half(0, 1) * y) + y * (half(1, 1) * y + 2 * half(1, 2) * z) +
-           z * (half(2, 2) * z + 2 * half(0, 2) * x);
-  }
-  float outside(float x, float y, float z) const {
-    return curved ? flat(x, y, z) + bent(x, y, z) : flat(x, y, z);
-  }
-};
-
 // Distances of a voxel's sub-samples outside a face.
-CC_LANES void findOutside(const FaceTerms& terms, int voxel, float* outside) {
+CC_LANES [[gnu::flatten]] void findOutside(const FaceTerms& face, int voxel, float* outside) {
+  const FaceTerms terms = face;  // a copy, which `outside` cannot share
   const Points& points = subSamples();
   const float *x = points.x + voxel * kPerVoxel, *y = points.y + voxel * kPerVoxel,
               *z = points.z + voxel * kPerVoxel;
@@ -126,13 +103,22 @@ CC_LANES [[gnu::flatten]] void findMiddles(const FaceTerms& face, float* middle,
 
 }  // namespace
 
+FaceTerms::FaceTerms(const Face& f) {
+  const float scale = kSub / f.n.lpNorm<1>();
+  n = f.n * scale;
+  s = f.s * scale;
+  curved = !f.curvature.isZero(0);
+  half = 0.5f * scale * f.curvature;
+}
+
 void FaceField::set(const Face& f) {
   face_ = f;
+  terms_ = FaceTerms(f);
   known_ = 0;
   isCut_ = false;
   perShift_ = kSub / f.n.lpNorm<1>();
   bend_ = -1;
-  findMiddles(FaceTerms(f), middle_.data(), outer_, inner_);
+  findMiddles(terms_, middle_.data(), outer_, inner_);
 }
 
 void FaceField::cut() const {
@@ -145,7 +131,7 @@ void FaceField::find(int voxel) const {
     const float steep = ccCutCube(face_.n.x(), face_.n.y(), face_.n.z(), 0).area;
     bend_ = std::max(2 * (steep * face_.n.lpNorm<1>() - 1), 0.0f);
   }
-  findOutside(FaceTerms(face_), voxel, outside_.data() + voxel * kPerVoxel);
+  findOutside(terms_, voxel, outside_.data() + voxel * kPerVoxel);
   known_ |= std::uint32_t{1} << voxel;
 }
 

@@ -23,6 +23,22 @@ constexpr int kPerVoxel = kSub * kSub * kSub;
 constexpr std::uint32_t kAllVoxels = (1u << CC_WINDOW_VOXELS) - 1;  // of a block, one bit each
 constexpr int kBlockPoints = CC_WINDOW_VOXELS * kPerVoxel;
 
+// A face, scaled to sub-sample widths along its normal.
+struct FaceTerms {
+  Eigen::Vector3f n = Eigen::Vector3f::Zero();
+  float s = 0;
+  bool curved = false;
+  Eigen::Matrix3f half = Eigen::Matrix3f::Zero();
+
+  FaceTerms() = default;
+  explicit FaceTerms(const Face& f);
+  float flat(float x, float y, float z) const { return n.x() * x + n.y() * y + n.z() * z - s; }
+  float bent(float x, float y, float z) const {
+    return x * (half(0, 0) * x + 2 * half(0, 1) * y) + y * (half(1, 1) * y + 2 * half(1, 2) * z) +
+           z * (half(2, 2) * z + 2 * half(0, 2) * x);
+  }
+};
+
 // How one face alone cuts each voxel of the block, in closed form, flat within the voxel: the
 // volume it leaves, its derivative as the face shifts outward, and that times the cut's position.
 struct FaceCuts {
@@ -60,6 +76,7 @@ class FaceField {
   void cut() const;
 
   Face face_;
+  FaceTerms terms_;
   mutable float bend_ = -1;  // negative: not known yet
   float perShift_ = 0;
   std::uint32_t outer_ = 0, inner_ = 0;

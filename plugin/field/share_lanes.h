@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 
 namespace cloudcontact {
 
@@ -75,6 +76,14 @@ CC_INLINE F4 quarters(const F16& v) {
            c = __builtin_shufflevector(v, v, 8, 9, 10, 11),
            d = __builtin_shufflevector(v, v, 12, 13, 14, 15);
   return (a + b) + (c + d);
+}
+
+// The sum over a window's voxels, zero in the lanes beyond.
+CC_INLINE float windowTotal(const float* lanes) {
+  F16 half[2];
+  std::memcpy(half, lanes, sizeof half);
+  const F4 sum = quarters(half[0] + half[1]);
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
 }  // namespace cloudcontact
