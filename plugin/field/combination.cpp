@@ -1,7 +1,5 @@
-// Angles between faces, and which of them bounds a voxel alone.
+// Angles between faces, and which of them cross a voxel.
 #include "field/combination.h"
-
-#include "base/simd.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,45 +17,10 @@ Angle angleOf(const Eigen::Vector3f& n, const Eigen::Vector3f& m) {
   return {std::max(1.0f - turn, 0.0f), std::max(turn - 1.0f, 0.0f)};
 }
 
-// Where one face lies farther outside than the other throughout a voxel. Over half a voxel's edge
-// the difference of their distances changes by its gradient at the center, and by their bend.
-CC_LANES void compare(const Face& a, const float* middleA, const Face& b, const float* middleB,
-                      Angle& angle) {
-  const float scaleA = a.n.lpNorm<1>() / kSub, scaleB = b.n.lpNorm<1>() / kSub;
-  float n[3], c[3][3], bend = 0;
-  for (int i = 0; i < 3; ++i) {
-    n[i] = a.n[i] - b.n[i];
-    for (int j = 0; j < 3; ++j) {
-      c[i][j] = a.curvature(i, j) - b.curvature(i, j);
-      bend += 0.125f * std::abs(c[i][j]);
-    }
-  }
-  alignas(64) float apart[CC_WINDOW_LANES], most[CC_WINDOW_LANES];
-  CC_INDEPENDENT
-  for (int k = 0; k < CC_WINDOW_LANES; ++k) {
-    const float x = static_cast<float>(k % 3 - 1), y = static_cast<float>(k / 3 % 3 - 1),
-                z = static_cast<float>(k / 9 - 1);
-    const float mx = n[0] + (c[0][0] * x + (c[0][1] * y + c[0][2] * z));
-    const float my = n[1] + (c[1][0] * x + (c[1][1] * y + c[1][2] * z));
-    const float mz = n[2] + (c[2][0] * x + (c[2][1] * y + c[2][2] * z));
-    most[k] = 0.5f * (std::abs(mx) + (std::abs(my) + std::abs(mz))) + bend;
-    apart[k] = middleA[k] * scaleA - middleB[k] * scaleB;
-  }
-  std::uint32_t more = 0, less = 0;
-  for (std::uint32_t k = 0; k < CC_WINDOW_LANES; ++k) {
-    more |= apart[k] > most[k] ? 1u << k : 0u;
-    less |= -apart[k] > most[k] ? 1u << k : 0u;
-  }
-  angle.more = more & kAllVoxels;
-  angle.less = less & kAllVoxels;
-}
-
 }  // namespace
 
 Angle angleBetween(const FaceField& a, const FaceField& b) {
-  Angle angle = angleOf(a.face().n, b.face().n);
-  compare(a.face(), a.middle(), b.face(), b.middle(), angle);
-  return angle;
+  return angleOf(a.face().n, b.face().n);
 }
 
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave) {
@@ -86,12 +49,11 @@ BlockCases casesOf(const Combination& c) {
   (c.concave ? cases.full : cases.empty) = beyond;
   (c.concave ? cases.empty : cases.full) = kAllVoxels & ~(beyond | once);
   cases.several = once & ~beyond;
-  std::uint32_t second[kMostFaces] = {};  // where another face that crosses the voxel bounds it
+  std::uint32_t second[kMostFaces] = {};  // where another face crosses the voxel
   for (int j = 1; j < c.count; ++j)
     for (int i = 0; i < j; ++i) {
-      const Angle& angle = c.between(i, j);
-      second[i] |= crossed[j] & ~(c.concave ? angle.less : angle.more);
-      second[j] |= crossed[i] & ~(c.concave ? angle.more : angle.less);
+      second[i] |= crossed[j];
+      second[j] |= crossed[i];
     }
   for (int i = 0; i < c.count; ++i) {
     cases.only[i] = crossed[i] & ~(beyond | second[i]);

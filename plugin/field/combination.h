@@ -15,11 +15,6 @@ constexpr int kMostFaces = CC_MAX_PLANES;
 // right angle, `opposed` from 1 for opposite normals to 0 at a right angle.
 struct Angle {
   float alike = 0, opposed = 0;
-  // The voxels in all of which every point lies farther outside the first face than outside the
-  // second, or less far. One of the two alone bounds the matter there. One bit each.
-  std::uint32_t more = 0, less = 0;
-
-  Angle swapped() const { return {alike, opposed, less, more}; }
 };
 Angle angleBetween(const FaceField& a, const FaceField& b);
 
@@ -36,7 +31,7 @@ struct Combination {
 Combination combine(std::initializer_list<const FaceField*> faces, bool concave);
 void measureAngles(Combination& c);  // needed after its faces have moved
 
-// The voxels of a block by the faces that bound the matter in them, one bit each.
+// The voxels of a block by the faces that cross them, one bit each.
 struct BlockCases {
   std::uint32_t full = 0, empty = 0, several = 0;
   std::uint32_t only[kMostFaces] = {};  // this face alone

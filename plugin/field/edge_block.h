@@ -31,7 +31,7 @@ constexpr float windowWeight(int voxel) {
   return kWindowWeights[static_cast<std::size_t>(voxel)];
 }
 
-// The coverage of a voxel that several faces bound, and its slopes for each of them.
+// The coverage of a voxel that several faces cross, and its slopes for each of them.
 float coverageAndSlopes(const Combination& c, int voxel, Slope* slopes);
 
 // The coverage that a combination is to explain.

@@ -21,9 +21,8 @@ constexpr std::size_t kWidened = 4;     // pairs that a third face is tried with
 constexpr std::size_t kCrestPairs = 3;  // pairs that a crest is tried between
 constexpr float kCell = 0.125f;         // of the places tried for a hidden face
 constexpr float kFarthest = 2;          // of these places
-// A trial is refined if its residual is at most this times the useful, and this times the best of
-// its kind.
-constexpr float kFar = 10.0f, kFarHidden = 16.0f, kSecond = 1.5f;
+// A trial is refined if its residual is at most this times the useful.
+constexpr float kFar = 10.0f, kFarHidden = 16.0f;
 // roughResidual() is off by less than this in all but one of ten thousand trials.
 constexpr float kRoughError = 0.02f;
 constexpr float kMiddleMiss = 0.35f;    // largest error of the middle voxel's coverage in a trial
@@ -120,7 +119,7 @@ void EdgeSearch::tryPairs() {
   for (int j = 1; j < count_; ++j)
     for (int i = 0; i < j; ++i) {
       angles_[i][j] = angleBetween(fields_[i], fields_[j]);
-      angles_[j][i] = angles_[i][j].swapped();
+      angles_[j][i] = angles_[i][j];
     }
   for (bool concave : {false, true})
     for (int i = 0; i < count_; ++i)
@@ -201,7 +200,6 @@ void EdgeSearch::refineBest() {
   for (std::size_t t = 0; t < trials_.size() && t < kRefined && best_.residual > kExplained; ++t) {
     const Trial& trial = trials_[t];
     if (trial.residual > (trial.plane.hidden ? kFarHidden : kFar) * useful_) break;
-    if (trial.residual > kSecond * trials_.front().residual) break;
     Hypothesis h;
     h.count = trial.faces.count;
     h.concave = trial.faces.concave;

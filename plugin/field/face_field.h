@@ -68,8 +68,6 @@ class FaceField {
   float bend() const { return bend_; }
   // Widths of a sub-sample by which the distances fall as the face shifts outward by a voxel.
   float perShift() const { return perShift_; }
-  // Distances outside at the voxels' centers, in sub-sample widths along the normal.
-  const float* middle() const { return middle_.data(); }
 
  private:
   void find(int voxel) const;
