@@ -27,7 +27,7 @@ struct AutomaticSpring {
   double soft = 0;   // [N/m] up to a depth of `even`
   double hard = 0;   // [N/m] the most: what the step allows (stepLimited), times `bears`
   double even = 0;   // [m]
-  double reach = 0;    // [m] beyond `even` the stiffness grows by a factor e over this
+  double reach = 0;  // [m] beyond `even` the stiffness grows by a factor e over this
 
   double force(double depth) const;      // [N]
   double stiffness(double depth) const;  // [N/m] the force's derivative
