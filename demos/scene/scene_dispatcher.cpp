@@ -80,9 +80,9 @@ btScalar TimedSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
                                  const btContactSolverInfo& info, btIDebugDraw* drawer,
                                  btDispatcher* dispatcher) {
   const auto start = Clock::now();
-  const btScalar result = btSequentialImpulseConstraintSolver::solveGroup(
-      bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info, drawer,
-      dispatcher);
+  const btScalar result =
+      ExtrapolatingSolver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, constraints,
+                                      constraintCount, info, drawer, dispatcher);
   seconds_ += since(start);
   return result;
 }
