@@ -38,6 +38,11 @@ constexpr double kRegular = sizeof(btScalar) == 4 ? 1e-8 : 1e-12;
 // A residual that grew by more than this (of the squares) belongs to other active limits.
 constexpr double kGrown = 1.0;
 
+// Sweeps within which the largest residual has to fall by this factor (of the squares), or else the
+// island is left as it is: piles in which much slides never agree.
+constexpr int kPatience = 20;
+constexpr double kProgress = 0.5;
+
 using Column = std::vector<double>;
 
 }  // namespace
@@ -47,6 +52,8 @@ struct ExtrapolatingSolver::State {
   std::array<Column, kDepth> residuals, results;  // differences, the oldest overwritten
   int kept = 0, oldest = 0;
   double last = 0;  // square of the last residual
+  double goal = 0;  // of the square of the largest residual, by the sweep `until`
+  int until = 0;
   std::size_t sweeps = 0, islands = 0;
 
   void fit(std::size_t rows) {
@@ -63,7 +70,15 @@ struct ExtrapolatingSolver::State {
   }
   void remember();
   bool combine();
+  bool stalls(int iteration, double left);
 };
+
+bool ExtrapolatingSolver::State::stalls(int iteration, double left) {
+  if (iteration > 0 && left > goal) return iteration >= until;
+  goal = kProgress * left;
+  until = iteration + kPatience;
+  return false;
+}
 
 // Stores the differences of this sweep's residual and result from the last one's.
 void ExtrapolatingSolver::State::remember() {
@@ -205,6 +220,7 @@ btScalar ExtrapolatingSolver::solveSingleIteration(
       drawer);
   ++m.sweeps;
   if (last || left <= info.m_leastSquaresResidualThreshold) return left;
+  if (mostSweeps > 0 && m.stalls(iteration, left)) return 0;  // ends Bullet's loop
   read(m.result);
   for (std::size_t i = 0; i < m.result.size(); ++i) m.residual[i] = m.result[i] - m.start[i];
   const double now = m.dot(m.residual, m.residual);

@@ -23,8 +23,9 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
   // [m/s^2] An island is solved once a sweep changes no row's velocity by more than this in a
   // second: times the step, it is a speed. Finite and positive.
   double tolerance = 2e-3;
-  // Sweeps of an island and step beyond which it is left as it is. getSolverInfo().m_numIterations
-  // counts where it is more; with `mostSweeps` 0 it counts alone, as in Bullet.
+  // Sweeps of an island and step beyond which it is left as it is; fewer where 20 sweeps get it no
+  // nearer. getSolverInfo().m_numIterations counts where it is more; with `mostSweeps` 0 it counts
+  // alone, as in Bullet.
   int mostSweeps = 300;
 
   // Sweeps of all islands and steps so far, and islands solved.
