@@ -2,20 +2,18 @@
 //
 // The stiffest spring that the step allows (stepLimited) is too stiff: at 1 kHz a body's weight
 // sinks it by 0.0001 voxel, and bodies grind on the noise of the voxel fits, which is a hundred
-// times that. So the force has two parts (docs/measurements.md has the figures):
+// times that. So the force has three parts (docs/measurements.md has the figures):
 //
-//   Up to `even`, 0.1 voxel, the stiffness is weight / (0.1 voxel), so the weight sags by that.
-//   Beyond `even` it grows as exp(x / reach), x the depth beyond and `reach` 0.04 voxel, until it
-//   is `hard`: in proportion to the load, so that the joints of a tall stack stiffen with it, which
-//   keeps it from buckling. Twenty times the weight sag by 0.26 voxel.
-//
-// A pole instead of the exponential, x / (1 - x / reach), stiffens with the square of the load:
-// towers of 12 then chatter at 240 Hz, where one side of a brick lifts by more than its sag within
-// a step, and fall.
-//
-// `hard` is what the step allows, times `bears`. Ten sweeps of Bullet's own solver carry 1; one
-// that goes on until its rows agree (ExtrapolatingSolver) carries hundreds. At 60 Hz, with 1, a
-// tower of 12 sinks by 13 voxels; a cube of a millimeter by 4.
+//   Up to `even`, 0.2 voxel, the stiffness is weight / (0.1 voxel). The weight sags by 0.1 voxel,
+//   and a few times the weight, spread over several places, is still on a straight line. Beyond
+//   `even`, f = soft x / (1 - x / reach) in addition, where x is the depth beyond and `reach` is
+//   0.1 voxel, until the slope is that of stepLimited. Twenty times the weight sag by 0.3 voxel,
+//   and the joints of a tall stack stiffen with their load, which keeps it from buckling.
+//   Beyond `deep`, 0.3 voxel, f = hard x / (1 - x / last) in addition, `last` 0.1 voxel, until the
+//   slope is what the step allows for `bears` times the pair's mass. This is for light bodies that
+//   bear heavy ones, if the solver can bear harder rows (ExtrapolatingSolver). The damping is then
+//   that mass's, too. Ten is what ten sweeps
+//   carry, a hundred what ExtrapolatingSolver does, which goes on until its rows agree.
 //
 // Bullet's row is a straight line over the step. Where bodies part it is the tangent: f is convex,
 // so the line lies below it, and less energy is returned than was stored. Where bodies close it is
@@ -31,40 +29,62 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kSagVoxels = 0.1, kEvenVoxels = 0.1, kReachVoxels = 0.04;
+constexpr double kSagVoxels = 0.1, kEvenVoxels = 0.2, kReachVoxels = 0.1;
+constexpr double kDeepVoxels = 0.3, kLastVoxels = 0.1;
 // [m/s^2] Gravity for bodies without a weight: machines in a void are built as on the ground.
 constexpr double kGravity = 9.81;
 
 // The depth beyond `even` from which the stiffness is `hard`.
 double hardFrom(const AutomaticSpring& s) {
-  return s.reach * std::log(s.hard / s.soft);
+  return s.reach * (1 - std::sqrt(s.soft / s.hard));
+}
+
+// The depth beyond `deep` from which the stiffness is `hardest`.
+double hardestFrom(const AutomaticSpring& s) {
+  return s.last * (1 - std::sqrt(s.hard / s.hardest));
 }
 
 }  // namespace
 
 double AutomaticSpring::force(double depth) const {
   if (!(depth > 0)) return 0;
-  const double beyond = std::max(0.0, depth - even), x = std::min(beyond, hardFrom(*this));
-  return soft * std::min(depth, even) + soft * reach * std::expm1(x / reach) + hard * (beyond - x);
+  const double shallow = std::min(depth, deep), beyond = std::max(0.0, shallow - even),
+               x = std::min(beyond, hardFrom(*this));
+  const double up =
+      soft * std::min(shallow, even) + soft * x / (1 - x / reach) + hard * (beyond - x);
+  const double more = depth - shallow, y = std::min(more, hardestFrom(*this));
+  return up + hard * y / (1 - y / last) + hardest * (more - y);
 }
 
 double AutomaticSpring::stiffness(double depth) const {
+  if (depth > deep) {
+    const double left = 1 - std::min(depth - deep, hardestFrom(*this)) / last;
+    return hard / (left * left);
+  }
   if (depth - even >= hardFrom(*this)) return hard;
-  return soft * std::exp(std::max(0.0, depth - even) / reach);
+  const double left = 1 - std::max(0.0, depth - even) / reach;
+  return soft / (left * left);
 }
 
 double AutomaticSpring::sag(double load) const {
+  const double bears = load - force(deep);
+  if (bears > 0) {
+    const double farthest = hardestFrom(*this), carried = hard * farthest / (1 - farthest / last);
+    return deep + (bears < carried ? last * bears / (hard * last + bears)
+                                   : farthest + (bears - carried) / hardest);
+  }
   const double more = load - soft * even, most = hardFrom(*this), held = force(even + most);
   if (more <= 0) return load / soft;
-  return even +
-         (load < held ? reach * std::log1p(more / (soft * reach)) : most + (load - held) / hard);
+  return even + (load < held ? reach * more / (soft * reach + more) : most + (load - held) / hard);
 }
 
 SpringTangent AutomaticSpring::tangent(double depth, double closing, double step) const {
   const double from = std::max(0.0, depth), next = depth + step * closing, now = force(depth);
   double slope = stiffness(from);
   if (next > from) slope = std::max(slope, (force(next) - now) / (next - from));
-  return {slope, 2 * std::sqrt(slope * mass), from - now / slope};
+  // Beyond its own mass's limit it is hard for the mass that it bears.
+  const double borne = mass * std::max(1.0, slope / hard);
+  return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
 }
 
 KelvinVoigt SpringTangent::row(double depth, double step) const {
@@ -81,10 +101,16 @@ AutomaticSpring automaticSpring(double mass, double weight, double voxel, double
     throw std::invalid_argument("automaticSpring: joint must be above 0 and at most 1");
   if (!(bears >= 1) || !std::isfinite(bears))
     throw std::invalid_argument("automaticSpring: bears must be finite and at least 1");
-  const double hard = bears * stepLimited(mass, step).stiffness, unit = joint * voxel;
+  const double hard = stepLimited(mass, step).stiffness, unit = joint * voxel;
   if (!(weight > 0)) weight = mass * kGravity;
-  return {mass, std::min(hard, weight / (kSagVoxels * unit)), hard, kEvenVoxels * unit,
-          kReachVoxels * unit};
+  return {mass,
+          std::min(hard, weight / (kSagVoxels * unit)),
+          hard,
+          kEvenVoxels * unit,
+          kReachVoxels * unit,
+          kDeepVoxels * voxel,
+          kLastVoxels * voxel,
+          bears * hard};
 }
 
 }  // namespace cloudcontact

@@ -136,7 +136,7 @@ struct Tower {
 
 struct TowerSettings {
   int bricks;
-  double stiffness;  // [N/m] of each body; 0: automatic
+  double stiffness;  // [N/m] of each body
   double rate;       // [Hz]
 };
 
@@ -150,9 +150,7 @@ double mechanicalEnergy(const btRigidBody& body) {
 
 Tower stand(const TowerSettings& how, double seconds) {
   static const auto field = fieldOf(boxMesh({0.11, 0.07, 0.05}), 4e-3);
-  CloudContactSettings settings;
-  settings.bears = 100;
-  SolvedWorld scene(true, settings);
+  SolvedWorld scene(true);
   std::vector<btRigidBody*> bodies{&scene.addGround()};
   for (int i = 0; i < how.bricks; ++i)
     bodies.push_back(
@@ -161,9 +159,8 @@ Tower stand(const TowerSettings& how, double seconds) {
                            btQuaternion(btVector3(0, 0, 1), btScalar(0.2 * (i % 3))))));
   for (btRigidBody* body : bodies) {
     body->setFriction(btScalar(0.6));
-    if (how.stiffness > 0)
-      body->setContactStiffnessAndDamping(btScalar(how.stiffness),
-                                          btScalar(0.2 * std::sqrt(how.stiffness)));
+    body->setContactStiffnessAndDamping(btScalar(how.stiffness),
+                                        btScalar(0.2 * std::sqrt(how.stiffness)));
   }
   bodies.erase(bodies.begin());
   const auto energy = [&] {
@@ -187,10 +184,8 @@ Tower stand(const TowerSettings& how, double seconds) {
 // With ten sweeps 12 of these fall within half a second and gain 70 times their energy; with
 // anchors that pull every way 10 of them fall after six.
 TEST(ExtrapolatingSolver, TowersStandAndGainNothing) {
-  for (const TowerSettings& how :
-       {TowerSettings{10, 4e6, 120}, TowerSettings{12, 1e6, 60}, TowerSettings{12, 4e6, 240},
-        TowerSettings{20, 4e6, 60}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 240},
-        TowerSettings{12, 0, 1000}}) {
+  for (const TowerSettings& how : {TowerSettings{10, 4e6, 120}, TowerSettings{12, 1e6, 60},
+                                   TowerSettings{12, 4e6, 240}, TowerSettings{20, 4e6, 60}}) {
     const Tower tower = stand(how, 10);
     EXPECT_LT(tower.away, 0.1 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
     EXPECT_LT(tower.sunk, 0.5 * 4e-3) << how.bricks << ' ' << how.stiffness << ' ' << how.rate;
@@ -226,7 +221,7 @@ double deepestUnderATon(double bears, double step) {
 
 TEST(Bears, ALightBodyBearsAThousandTimesItsMassOnlyWithTheSetting) {
   EXPECT_LT(deepestUnderATon(100, 1. / 240), 0.5);
-  EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.4);
+  EXPECT_GT(deepestUnderATon(1, 1. / 240), 0.6);
 }
 
 TEST(Bears, IsOneAtLeast) {

@@ -127,7 +127,6 @@ TEST(StabilityScenes, CloudsHoldWhereTenIterationsOfBulletsSolverFail) {
   };
   holds(stacks, "1000 on 1", 1.0 / 60, "stiff");
   holds(stacks, "1000 on 1", 1.0 / 240, "auto");
-  holds(stacks, "1000 on 1", 1.0 / 60, "auto");
   holds(erleben, "wedge in crack", 1.0 / 60, "auto");
 }
 

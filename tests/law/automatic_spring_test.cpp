@@ -77,37 +77,39 @@ TEST(AutomaticSpring, ReturnsNoMoreThanItsDampingRatioAllows) {
       }
 }
 
-// Small parts and light bodies at 60 Hz: the step's limit is what makes them sag, and goes.
-TEST(AutomaticSpring, WithBearsItIsHarderOnlyWhereTheStepLimitsIt) {
-  const double step = 1. / 60;
-  for (const double joint : {0.25, 1.0})
-    for (const double voxel : {2.5e-5, 1e-3, kVoxel}) {
-      const AutomaticSpring plain = automaticSpring(2, 2 * kGravity, voxel, step, joint),
-                            bears = automaticSpring(2, 2 * kGravity, voxel, step, joint, 100);
-      const double limit = stepLimited(2, step).stiffness;
-      double before = 0;
-      for (double depth = 1e-3 * voxel; depth < voxel; depth += 1.01e-3 * voxel) {
-        const double by = 1e-7 * voxel;
-        const double slope = (bears.force(depth + by) - bears.force(depth - by)) / (2 * by);
-        EXPECT_NEAR(bears.stiffness(depth), slope, 1e-3 * slope) << depth / voxel;
-        EXPECT_GE(bears.stiffness(depth), before);
-        EXPECT_LE(bears.stiffness(depth), 100 * limit * (1 + 1e-12));
-        EXPECT_NEAR(bears.sag(bears.force(depth)), depth, 1e-9 * voxel);
-        if (plain.stiffness(depth) < limit * (1 - 1e-12)) {
-          EXPECT_NEAR(bears.force(depth), plain.force(depth), 1e-9 * plain.force(depth));
-        }
-        before = bears.stiffness(depth);
+// Up to 0.3 voxel nothing changes. A thousand times the weight sags by less than 0.4 voxel at 240
+// Hz; stiffness is the force's derivative there, too.
+TEST(AutomaticSpring, WithBearsItIsHarderOnlyAtDepth) {
+  const double step = 1. / 240;
+  for (const double joint : {0.25, 1.0}) {
+    const AutomaticSpring plain = automaticSpring(2, 2 * kGravity, kVoxel, step, joint),
+                          bears = automaticSpring(2, 2 * kGravity, kVoxel, step, joint, 10);
+    const double limit = stepLimited(2, step).stiffness;
+    double before = 0;
+    for (double depth = 1e-3 * kVoxel; depth < kVoxel; depth += 1.01e-3 * kVoxel) {
+      const double by = 1e-7 * kVoxel;
+      const double slope = (bears.force(depth + by) - bears.force(depth - by)) / (2 * by);
+      if (std::abs(depth - 0.3 * kVoxel) > 2 * by) {
+        EXPECT_NEAR(bears.stiffness(depth), slope, 1e-3 * slope) << depth / kVoxel;
       }
-      const double load = 10 * plain.force(0.3 * voxel);
-      EXPECT_GT(plain.sag(load), bears.sag(load));
+      EXPECT_GE(bears.stiffness(depth), before);
+      EXPECT_LE(bears.stiffness(depth), 10 * limit * (1 + 1e-12));
+      EXPECT_NEAR(bears.sag(bears.force(depth)), depth, 1e-9 * kVoxel);
+      if (depth < 0.3 * kVoxel) {
+        EXPECT_EQ(bears.force(depth), plain.force(depth));
+      }
+      before = bears.stiffness(depth);
     }
+    const double load = 10 * plain.force(0.3 * kVoxel);
+    EXPECT_GT(plain.sag(load), bears.sag(load));
+  }
 }
 
 TEST(AutomaticSpring, ReturnsNoMoreWithBears) {
   for (const double step : {1. / 60, 1. / 240, 1e-3})
     for (double way = 2e-3; way < 1.2; way *= 1.15)  // [voxels per step]
       for (const double phase : {0.01, 0.5, 0.95}) {
-        const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step, 1, 100);
+        const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step, 1, 10);
         const double speed = way * kVoxel / step;
         EXPECT_LE(speedAfter(spring, step, speed, phase, 0), speed) << step << ' ' << way;
         EXPECT_LE(speedAfter(spring, step, speed, phase, 1), 1.01 * std::exp(-2) * speed)
