@@ -140,6 +140,8 @@ void compare(const Kind& moving, const Kind& fixed, double tolerance, int steps)
 std::vector<Kind> kindsOf() {
   const btQuaternion upright = btQuaternion::getIdentity();
   const btQuaternion onSide(btVector3(1, 0, 0), SIMD_HALF_PI);
+  const auto can = test::roundMesh(0.4, 1.0, 256);
+  const auto canShape = std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5));
   return {{"box",
            testing::boxMesh({1, 1, 1}),
            std::make_shared<btBoxShape>(btVector3(0.5, 0.5, 0.5)),
@@ -158,18 +160,8 @@ std::vector<Kind> kindsOf() {
            0.3,
            onSide,
            {}},
-          {"cylinder",
-           test::roundMesh(0.4, 1.0, 256),
-           std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
-           0.5,
-           upright,
-           {}},
-          {"rolling",
-           test::roundMesh(0.4, 1.0, 256),
-           std::make_shared<btCylinderShapeZ>(btVector3(0.4, 0.4, 0.5)),
-           0.4,
-           onSide,
-           {}},
+          {"cylinder", can, canShape, 0.5, upright, {}},
+          {"rolling", can, canShape, 0.4, onSide, {}},
           {"cone",
            test::coneMesh(0.5, 0.5, 256),
            std::make_shared<btConeShapeZ>(0.5, 1.0),

@@ -23,9 +23,15 @@ void add(CLI::App& command, const std::string& name, const std::string& help, co
 
 }  // namespace
 
+void addPositive(CLI::App& command, const std::string& name, const std::string& help,
+                 const char* type, const std::function<void(double)>& set) {
+  add(command, name, help, type, [name, set](const std::string& t) { set(readPositive(name, t)); });
+}
+
 void addFileOptions(CLI::App& command, CommonOptions& o) {
-  add(command, "--voxel", "edge of a voxel [m]; a hundredth of the body's diagonal if not given",
-      "H", [&o](const std::string& t) { o.voxel = readPositive("--voxel", t); });
+  addPositive(command, "--voxel",
+              "edge of a voxel [m]; a hundredth of the body's diagonal if not given", "H",
+              [&o](double v) { o.voxel = v; });
   add(command, "--unit",
       "unit of mesh, point and volume files that state none: mm, cm, in, m, or its length in "
       "meters (default m)",
@@ -45,8 +51,8 @@ void addBodyOptions(CLI::App& command, CommonOptions& o) {
           "several")
       ->allow_extra_args(false)
       ->type_name("T|NAME=T");
-  add(command, "--shell", "thickness given to a sheet [m]; three voxels if not given", "THICKNESS",
-      [&o](const std::string& t) { o.shell = readPositive("--shell", t); });
+  addPositive(command, "--shell", "thickness given to a sheet [m]; three voxels if not given",
+              "THICKNESS", [&o](double v) { o.shell = v; });
 }
 
 void addRunOptions(CLI::App& command, CommonOptions& o) {
@@ -60,8 +66,8 @@ void addLawOptions(CLI::App& command, CommonOptions& o) {
       "contact law: paper (one spring a pair), foundation (stiffness per area); for simulate also "
       "maxwell:K,C (spring and dashpot in series), solid:K,K1,C1 (a spring beside such a pair)",
       "LAW", [&o](const std::string& t) { o.law = readLaw(t); });
-  add(command, "--stiffness", "the pair's k [N/m]; per area [N/m^3] with foundation", "K",
-      [&o](const std::string& t) { o.stiffness = readPositive("--stiffness", t); });
+  addPositive(command, "--stiffness", "the pair's k [N/m]; per area [N/m^3] with foundation", "K",
+              [&o](double v) { o.stiffness = v; });
   add(command, "--damping", "the pair's c [N s/m]; per area [N s/m^3] with foundation", "C",
       [&o](const std::string& t) { o.damping = readNotNegative("--damping", t); });
 }
@@ -85,10 +91,11 @@ void addSamplesOption(CLI::App& command, CommonOptions& o) {
 }
 
 void addToleranceOption(CLI::App& command, CommonOptions& o) {
-  add(command, "--tolerance",
+  addPositive(
+      command, "--tolerance",
       "a cloud that is a ball, box, cylinder, capsule or cone within this [m] meets others as that "
       "shape; none does if not given",
-      "T", [&o](const std::string& t) { o.tolerance = readPositive("--tolerance", t); });
+      "T", [&o](double v) { o.tolerance = v; });
 }
 
 void addPaperOptions(CLI::App& command, CommonOptions& o) {

@@ -4,11 +4,18 @@
 
 #include "io/options.h"
 
+#include <functional>
+#include <string>
+
 namespace CLI {
 class App;
 }
 
 namespace cloudcontact::program {
+
+// An option that takes a positive number and hands it to `set`.
+void addPositive(CLI::App& command, const std::string& name, const std::string& help,
+                 const char* type, const std::function<void(double)>& set);
 
 // Each adds options to a command. They fill `options`, which must live until the command has run.
 // An invalid value throws BadInput naming the option and its valid values.

@@ -153,14 +153,8 @@ void addDigitizeCommand(CLI::App& app) {
           "--picture", [options](const std::string& text) { options->picture = text; },
           "file for a picture of the cloud: slices and a view")
       ->type_name("FILE.png|FILE.svg");
-  command
-      .add_option_function<std::string>(
-          "--density",
-          [options](const std::string& text) {
-            options->density = readPositive("--density", text);
-          },
-          "density for mass and inertia [kg/m^3] (default 1000)")
-      ->type_name("RHO");
+  addPositive(command, "--density", "density for mass and inertia [kg/m^3] (default 1000)", "RHO",
+              [options](double v) { options->density = v; });
   addBodyOptions(command, options->common);
   addBackendOption(command, options->common);
   addRunOptions(command, options->common);

@@ -247,10 +247,7 @@ void addPlaces(CLI::App& command, DrillOptions& o) {
   place("--from", o.from, "start of the tool's origin [m]; above the body if not given");
   place("--to", o.to, "end of its path [m]; two tools deep if not given");
   const auto number = [&](const char* name, auto& value, const char* help) {
-    command
-        .add_option_function<std::string>(
-            name, [name, &value](const std::string& t) { value = readPositive(name, t); }, help)
-        ->type_name("NUMBER");
+    addPositive(command, name, help, "NUMBER", [&value](double v) { value = v; });
   };
   number("--seconds", o.seconds, "time for the way in [s] (default 5); the way out takes a fifth");
   number("--step", o.step, "time between ticks [s] (default 0.001)");

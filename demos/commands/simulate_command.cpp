@@ -284,10 +284,10 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
   const auto text = [&](const char* name, const char* help, const char* type, auto reader) {
     command.add_option_function<std::string>(name, reader, help)->type_name(type);
   };
-  text("--seconds", "simulated time [s] (default 5)", "S",
-       [&o](const std::string& t) { o.seconds = readPositive("--seconds", t); });
-  text("--step", "length of a step [s]; the scene's <max_step_size> if not given", "H",
-       [&o](const std::string& t) { o.step = readPositive("--step", t); });
+  addPositive(command, "--seconds", "simulated time [s] (default 5)", "S",
+              [&o](double v) { o.seconds = v; });
+  addPositive(command, "--step", "length of a step [s]; the scene's <max_step_size> if not given",
+              "H", [&o](double v) { o.step = v; });
   text("--substeps", "parts of each step (default 1)", "N",
        [&o](const std::string& t) { o.substeps = readCount("--substeps", t, 1, 10000); });
   text("--iterations",

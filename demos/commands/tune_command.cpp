@@ -184,14 +184,9 @@ void addOwnOptions(CLI::App& command, const std::shared_ptr<TuneOptions>& option
           "error of a depth that is tolerable [m]")
       ->type_name("T")
       ->required();
-  command
-      .add_option_function<std::string>(
-          "--seconds",
-          [options](const std::string& text) {
-            options->seconds = readPositive("--seconds", text);
-          },
-          "of a world: simulated time from which poses are taken [s] (default 0.5)")
-      ->type_name("S");
+  addPositive(command, "--seconds",
+              "of a world: simulated time from which poses are taken [s] (default 0.5)", "S",
+              [options](double v) { options->seconds = v; });
 }
 
 }  // namespace

@@ -143,33 +143,13 @@ CC_INLINE float voxelSlopes(const Combination& c, int voxel, Slope* slopes) {
 }
 
 CC_LANES float shareOf(const Combination& c, int voxel) {
-  switch (c.count) {
-    case 2:
-      return voxelCoverage<2>(c, voxel);
-    case 3:
-      return voxelCoverage<3>(c, voxel);
-    case 4:
-      return voxelCoverage<4>(c, voxel);
-    case 5:
-      return voxelCoverage<5>(c, voxel);
-    default:
-      return voxelCoverage<6>(c, voxel);
-  }
+  return withFaces<2>(c.count,
+                      [&](auto faces) CC_INLINE_LAMBDA { return voxelCoverage<faces>(c, voxel); });
 }
 
 CC_LANES float slopesOf(const Combination& c, int voxel, Slope* slopes) {
-  switch (c.count) {
-    case 2:
-      return voxelSlopes<2>(c, voxel, slopes);
-    case 3:
-      return voxelSlopes<3>(c, voxel, slopes);
-    case 4:
-      return voxelSlopes<4>(c, voxel, slopes);
-    case 5:
-      return voxelSlopes<5>(c, voxel, slopes);
-    default:
-      return voxelSlopes<6>(c, voxel, slopes);
-  }
+  return withFaces<2>(
+      c.count, [&](auto faces) CC_INLINE_LAMBDA { return voxelSlopes<faces>(c, voxel, slopes); });
 }
 
 template <typename Visit>

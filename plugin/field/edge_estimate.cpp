@@ -48,23 +48,6 @@ struct LaneWeights {
 };
 constexpr LaneWeights kLaneWeights;
 
-CC_INLINE void roughlyAny(const Combination& c, float* coverage) {
-  switch (c.count) {
-    case 1:
-      return roughly<1>(c, coverage);
-    case 2:
-      return roughly<2>(c, coverage);
-    case 3:
-      return roughly<3>(c, coverage);
-    case 4:
-      return roughly<4>(c, coverage);
-    case 5:
-      return roughly<5>(c, coverage);
-    default:
-      return roughly<6>(c, coverage);
-  }
-}
-
 template <int kFaces>
 CC_INLINE float massWithPlane(const Combination& c, const Eigen::Vector3f& n, float s) {
   const float* alone[kFaces];
@@ -93,7 +76,7 @@ CC_LANES [[gnu::flatten]] float massWith(const Combination& c, const Eigen::Vect
 
 CC_LANES float roughSquare(const BlockTarget& target, const Combination& c) {
   alignas(64) float found[CC_WINDOW_LANES], square[CC_WINDOW_LANES], counted[CC_WINDOW_LANES];
-  roughlyAny(c, found);
+  withFaces<1>(c.count, [&](auto faces) CC_INLINE_LAMBDA { roughly<faces>(c, found); });
   CC_INDEPENDENT
   for (int v = 0; v < CC_WINDOW_LANES; ++v) {
     const float r = target.coverage[v] - found[v];

@@ -126,7 +126,8 @@ class FieldDraft {
 
   const SurfaceBrick* brick(std::size_t t) const { return bricks_[t].get(); }  // null: no surface
   const SurfaceBricks& bricks() const { return bricks_; }
-  // The draft's own copy of a brick, created if missing. Threads may write to different bricks.
+  // The draft's own copy of a brick, created if missing. Threads may write to different bricks;
+  // none may read a brick during its first write, which replaces it.
   SurfaceBrick& write(std::size_t t);
   void compact();                                   // compacts written bricks, drops empty ones
   std::vector<std::int32_t> surfaceBricks() const;  // bricks that have surface voxels, ascending

@@ -161,14 +161,17 @@ BandCell FieldLayers::inherited(const Around& around, const V3i& v) const {
   return cell;
 }
 
-// The voxels' bricks must be written to already, as grow() does.
+// The voxels' bricks must be written to already, as grow() does. Neighbors of the same layer read
+// each other's layer meanwhile, so only the pieces are written.
 void FieldLayers::inherit(const Voxels& voxels) {
   parallelFor((voxels.size() + 511) / 512, draft_.threads, [&](std::size_t chunk, int) {
     const std::size_t end = std::min(voxels.size(), (chunk + 1) * 512);
     for (std::size_t i = chunk * 512; i < end; ++i) {
       const V3i& v = voxels[i];
-      (*own_[brickIndex(v, size_)])[static_cast<std::size_t>(cellIndex(v))] =
-          inherited(around(v), v);
+      BandCell& cell = (*own_[brickIndex(v, size_)])[static_cast<std::size_t>(cellIndex(v))];
+      const BandCell found = inherited(around(v), v);
+      std::copy_n(found.piece, found.count, cell.piece);
+      cell.count = found.count;
     }
   });
 }

@@ -235,11 +235,16 @@ struct BrickCut {
   std::vector<SampleRun> runs;  // samples of each of the brick's pieces
 };
 
-void cutBrick(FieldDraft& draft, std::int32_t t, const VoxelSet* scope, BrickCut& cut) {
+// The brick, to be written to, or null if it has no voxels in `scope`. The draft's first write to a
+// brick that it shares replaces it; call this before others read the brick.
+SurfaceBrick* ownBrick(FieldDraft& draft, std::int32_t t, const VoxelSet* scope) {
   bool any = false;
   forEachVoxel(draft, t, scope, [&](const DraftVoxel&, const VoxelState&) { any = true; });
-  if (!any) return;
-  SurfaceBrick& brick = draft.write(static_cast<std::size_t>(t));
+  return any ? &draft.write(static_cast<std::size_t>(t)) : nullptr;
+}
+
+void cutBrick(const FieldDraft& draft, std::int32_t t, const VoxelSet* scope, SurfaceBrick& brick,
+              BrickCut& cut) {
   cut.runs.resize(brick.pieces.size());
   forEachVoxel(draft, t, scope, [&](const DraftVoxel& at, const VoxelState& v) {
     const bool fine = besideEdge(draft, at, v);
@@ -438,13 +443,14 @@ std::vector<CutSample> cutSamples(FieldDraft& draft, const VoxelSet* scope) {
   for (std::size_t i = 0; i < bricks.size(); ++i)
     slots[static_cast<std::size_t>(bricks[i])] = static_cast<std::int32_t>(i);
   const std::size_t atOnce = draft.partsAtOnce(8, bricks.size());
+  std::vector<SurfaceBrick*> own(atOnce);
   for (std::size_t first = 0; first < bricks.size(); first += atOnce) {
     const std::size_t count = std::min(atOnce, bricks.size() - first);
     std::atomic<int> made{0};
+    for (std::size_t i = 0; i < count; ++i) own[i] = ownBrick(draft, bricks[first + i], scope);
     parallelFor(count, draft.threads, [&](std::size_t i, int) {
       const std::size_t k = first + i;
-      if (draft.brick(static_cast<std::size_t>(bricks[k])))
-        cutBrick(draft, bricks[k], scope, cuts[k]);
+      if (own[i]) cutBrick(draft, bricks[k], scope, *own[i], cuts[k]);
       made += static_cast<int>(cuts[k].samples.size());
     });
     draft.spend(kSampleCost * made);

@@ -7,11 +7,22 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 namespace cloudcontact {
 
 // Inlined into the clone that calls it, so that it is compiled for the same instruction set.
 #define CC_INLINE [[gnu::always_inline]] inline
+#define CC_INLINE_LAMBDA __attribute__((always_inline))
+
+// Calls f with `count` faces, kLeast to kMostFaces, as a constant.
+template <int kLeast, typename F>
+CC_INLINE auto withFaces(int count, F&& f) {
+  if constexpr (kLeast < kMostFaces) {
+    if (count != kLeast) return withFaces<kLeast + 1>(count, f);
+  }
+  return f(std::integral_constant<int, kLeast>());
+}
 
 struct Joined {
   float both, byFirst, bySecond;  // the share left, and its derivatives by r and q

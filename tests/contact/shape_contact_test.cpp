@@ -88,6 +88,11 @@ TEST_P(ShapeOnGround, PressesWithStiffnessTimesDepth) {
   }
 }
 
+// A round solid of radius 0.5 along z, 0.3 long to either side: touches with a line.
+Resting onItsSide(const char* name, const Solid& solid) {
+  return {name, solid, turned(kPi / 2, Vec3::UnitX()), 0.5, 2, 0.3 / std::sqrt(3.0), {0, 0, 0}};
+}
+
 const double kConeLean = std::atan2(0.5, 1.2);  // of its side from its axis
 const Resting kResting[] = {{"ball", Sphere{0.7}, turned(1, {1, 2, 3}), 0.7, 1, 0, {0, 0, 0}},
                             {"box",
@@ -104,20 +109,8 @@ const Resting kResting[] = {{"ball", Sphere{0.7}, turned(1, {1, 2, 3}), 0.7, 1, 
                              4,
                              0.5 / std::sqrt(2.0),
                              {0, 0, 0}},
-                            {"cylinder on its side",
-                             Cylinder{0.5, 0.3},
-                             turned(kPi / 2, Vec3::UnitX()),
-                             0.5,
-                             2,
-                             0.3 / std::sqrt(3.0),
-                             {0, 0, 0}},
-                            {"capsule on its side",
-                             Capsule{0.5, 0.3},
-                             turned(kPi / 2, Vec3::UnitX()),
-                             0.5,
-                             2,
-                             0.3 / std::sqrt(3.0),
-                             {0, 0, 0}},
+                            onItsSide("cylinder on its side", Cylinder{0.5, 0.3}),
+                            onItsSide("capsule on its side", Capsule{0.5, 0.3}),
                             {"cone on its base",
                              Cone{0.5, 0.6, 0},
                              turned(0, Vec3::UnitX()),
