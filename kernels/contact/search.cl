@@ -117,14 +117,14 @@ uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxe
   d.depth *= t->other.voxel;
   float other[3];
   ccTurnBack(t->dir.way.turnToOther, d.normal, other);
+  const float facing = ccDot(s->n, other);
   const int kind = ccKindOf(&t->limits, record, d.depth, s->width);
   const uint is = ccNearBesideSample(t, all, planes, k, record, place, &d) ? CC_SEARCH_FINER : 0u;
   if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
-      ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, s->width,
+      ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, facing, s->width,
                    t->other.voxel, t->own.voxel))
     return is | CC_DIVIDED;
-  const int may = (kind & CC_WET) &&
-                  ccMayHit(&t->limits, d.depth, ccDot(s->n, other), s->width);
+  const int may = (kind & CC_WET) && ccMayHit(&t->limits, d.depth, facing, s->width);
   return is | (may ? CC_MAY_HIT : 0u);
 }
 

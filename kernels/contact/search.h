@@ -99,12 +99,23 @@ CC_FN int ccPlaneWithin(CcVoxel plane, const float* place, float depth, const fl
   return (apart > 0.0f) & (apart < far * CC_SQRT(ccDot(turn, turn)));
 }
 
+// Whether a sample must be divided if it lies over an edge: it is wide, and a part of it may be a
+// hit. Where planes intersect, a part is at most as deep as below the plane that gives the middle's
+// depth. `facing`: cosine between the normals, to 1e-5; `own`: the sample's voxel [m].
+CC_FN int ccMayDivide(CC_NEAR const CcLimits* limits, CcVoxel record, float depth, float facing,
+                      float width, float own) {
+  const float slope = CC_SQRT(ccMax(1.0f - facing * facing, 0.0f) + 1e-4f);
+  const float beside = own * (CC_HALF_DIAGONAL * width * slope + CC_HALF_WIDTH * CC_WIDE);
+  const int unites = (record.a & 0x80000000u) != 0;
+  return (width > CC_WIDE) & (depth > -(limits->halfWidth * width)) & (unites | (depth > -beside));
+}
+
 // Whether another plane of the record may give the depth somewhere within a sample `width` voxels
-// wide. `own`: the sample's voxel [m]; the rest as above.
+// wide that may have to be divided. The rest as above.
 CC_FN int ccEdgeWithin(CC_NEAR const CcLimits* limits, CcVoxel record,
                        CC_GLOBAL const CcVoxel* planes, const float* place, float depth,
-                       const float* normal, float width, float voxel, float own) {
-  if (width <= CC_WIDE || depth <= -(limits->halfWidth * width)) return 0;
+                       const float* normal, float facing, float width, float voxel, float own) {
+  if (!ccMayDivide(limits, record, depth, facing, width, own)) return 0;
   const float far = CC_HALF_DIAGONAL * (width * own);
   for (uint k = 0; k < ccPlaneCount(record); ++k) {
     if (ccPlaneWithin(planes[record.b + k], place, depth, normal, far, voxel)) return 1;

@@ -139,18 +139,31 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lane
 
 namespace {
 
-// Moves to the front of lanes.several those whose samples are wide and near enough. Most are not.
-CC_LANES int wideAndNear(const Direction& dir, int count, Lanes& lanes) {
-  const float* const width = dir.samples.levels[dir.level].samples.width.data();
+// Moves to the front of lanes.several those that must be divided if they lie over an edge. Most need
+// not.
+CC_LANES int mayDivide(const Direction& dir, int count, Lanes& lanes) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float* const sx = samples.nx.data();
+  const float* const sy = samples.ny.data();
+  const float* const sz = samples.nz.data();
+  const float* const width = samples.width.data();
   const CcLimits limits = dir.limits();
+  const float own = dir.voxel;
+  float turn[9];
+  for (int i = 0; i < 9; ++i) turn[i] = dir.turnToOther[i];
   pad(lanes.several, count);
   std::int32_t is[kLanes];
   const int all = padded(count);
   CC_INDEPENDENT
   for (int i = 0; i < all; ++i) {
     const std::int32_t lane = lanes.several[i];
-    const float w = width[static_cast<std::int32_t>(lanes.sample[lane])];
-    is[i] = (w > CC_WIDE) & (lanes.depth[lane] > -(limits.halfWidth * w));
+    const std::int32_t k = static_cast<std::int32_t>(lanes.sample[lane]);
+    const float n[3] = {sx[k], sy[k], sz[k]};
+    const float m[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
+    float other[3];
+    ccTurnBack(turn, m, other);
+    is[i] = ccMayDivide(&limits, {lanes.a[lane], lanes.b[lane]}, lanes.depth[lane],
+                        ccDot(n, other), width[k], own);
   }
   int found = 0;
   for (int i = 0; i < count; ++i) {
@@ -164,7 +177,7 @@ CC_LANES int wideAndNear(const Direction& dir, int count, Lanes& lanes) {
 
 CC_LANES int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int wanted,
                          Lanes& lanes) {
-  wanted = wideAndNear(dir, wanted, lanes);
+  wanted = mayDivide(dir, wanted, lanes);
   if (wanted == 0) return 0;
   pad(lanes.several, wanted);
   const int count = padded(wanted);

@@ -158,15 +158,11 @@ class Assembler {
 
   // Appends a brick from its sorted pieces.
   void add(Pieces pieces) {
-    const std::uint32_t own = samplesOf(0);
-    for (const Keyed& k : pieces) {
-      set_.levels[0].samples.push_back(k.piece.sample);
-      origins_.push_back(k.piece.origin);
-    }
     std::vector<std::uint32_t> firsts, ends;  // of cells: first sample on level 1, end in `pieces`
     forEachRun(pieces, 0, [&](std::uint32_t begin, std::uint32_t end) {
       firsts.push_back(samplesOf(1));
-      merge(set_.levels[1], pieces, begin, end, {own + begin, end - begin});
+      group(pieces, begin, end);
+      for (const Group& g : groups_) mergeLevel1(pieces, g);
       ends.push_back(end);
     });
     firsts.push_back(samplesOf(1));
@@ -175,7 +171,9 @@ class Assembler {
     forEachRun(pieces, kCellBits, [&](std::uint32_t begin, std::uint32_t end) {
       const std::uint32_t first = firsts[fine];
       while (fine < ends.size() && ends[fine] <= end) ++fine;
-      merge(set_.levels[2], pieces, begin, end, {first, firsts[fine] - first});
+      group(pieces, begin, end);
+      for (const Group& g : groups_) merge(set_.levels[2], pieces, g);
+      set_.levels[2].finer.push_back({first, firsts[fine] - first});
     });
     addBrick(pieces, {coarse, samplesOf(2) - coarse});
   }
@@ -204,8 +202,8 @@ class Assembler {
     return static_cast<std::uint32_t>(set_.levels[level].samples.size());
   }
 
-  void merge(SampleLevel& level, Pieces pieces, std::uint32_t begin, std::uint32_t end,
-             SampleRun finer) {
+  // Finds the groups of the pieces [begin, end).
+  void group(Pieces pieces, std::uint32_t begin, std::uint32_t end) {
     groups_.clear();
     for (std::uint32_t i = begin; i < end; ++i) {
       const SurfaceSample& s = pieces[i].piece.sample;
@@ -214,14 +212,26 @@ class Assembler {
                                       [&](const Group& m) { return m.facing.dot(n) > kAlike; });
       (group == groups_.end() ? groups_.emplace_back() : *group).add(s, i);
     }
-    const std::uint32_t cell = static_cast<std::uint32_t>(level.finer.size());
-    for (const Group& g : groups_) {
-      const SurfaceSample s = g.sample(pieces);
-      level.samples.push_back(s);
-      level.clusters.push_back(g.cluster(pieces, s));
-      level.cellOf.push_back(cell);
+  }
+
+  // Appends a group as a sample of the level's next cell.
+  void merge(SampleLevel& level, Pieces pieces, const Group& group) {
+    const SurfaceSample s = group.sample(pieces);
+    level.samples.push_back(s);
+    level.clusters.push_back(group.cluster(pieces, s));
+    level.cellOf.push_back(static_cast<std::uint32_t>(level.finer.size()));
+  }
+
+  // On level 1 each group is a cell of its own, and its pieces are consecutive samples: where one
+  // face of a cell is near, the others' pieces are not looked up.
+  void mergeLevel1(Pieces pieces, const Group& group) {
+    const std::uint32_t first = samplesOf(0);
+    for (const std::uint32_t i : group.members) {
+      set_.levels[0].samples.push_back(pieces[i].piece.sample);
+      origins_.push_back(pieces[i].piece.origin);
     }
-    level.finer.push_back(finer);
+    merge(set_.levels[1], pieces, group);
+    set_.levels[1].finer.push_back({first, samplesOf(0) - first});
   }
 
   void addBrick(Pieces pieces, SampleRun run) {
