@@ -29,6 +29,7 @@ struct Scaler {
   }
   Solid operator()(const Ellipsoid& s) const { return Ellipsoid{factor * s.semiAxes}; }
   Solid operator()(const CloudSolid&) const { throw CannotDo("the laboratory has no such body"); }
+  Solid operator()(const SurfaceSolid&) const { throw CannotDo("the laboratory has no such body"); }
   Solid operator()(const Cone& s) const {
     return Cone{factor * s.radius, factor * s.halfHeight, factor * s.margin};
   }

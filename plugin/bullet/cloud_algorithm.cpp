@@ -100,7 +100,10 @@ void report(btManifoldResult& result, const PairSides& sides, const ContactBody&
 
 struct CloudAlgorithm::State {
   State(btDispatcher& dispatcher, NarrowPhase& shared)
-      : narrowPhase(shared), writer(dispatcher), finder(shared.workspace()) {
+      : narrowPhase(shared),
+        writer(dispatcher),
+        reader(shared.reading()),
+        finder(shared.workspace()) {
     if (const auto* own = dynamic_cast<CloudDispatcher*>(&dispatcher))
       lookAhead = own->lookAhead_.get();
     narrowPhase.add(summary);
@@ -231,11 +234,8 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
   const PairQuery query = read(a, b, info.m_timeStep, steps);
-  if (query.wrong) {
-    narrowPhase.countFailure(query.wrong);
-    writer.clear();
-    return;
-  }
+  if (query.wrong) narrowPhase.countFailure(query.wrong);
+  if (query.wrong || query.apart) return writer.clear();
   double earlier = 0;
   const bool movedAhead = steps && isMoved(query);
   const bool reused = movedAhead || (steps && isKnown(query));
@@ -291,7 +291,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   if (!std::exchange(own.processed, false)) return 0;
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true);
-    if (own.ahead.wrong || own.ahead.byShapes) return 0;
+    if (own.ahead.wrong || own.ahead.apart || own.ahead.byShapes) return 0;
     if (own.isKnown(own.ahead)) {
       own.moved.move(own.ahead.a, own.ahead.b);
       own.movedStep = own.lookAhead->step();

@@ -8,7 +8,6 @@
 #include "bullet/cloud_algorithm.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_law.h"
-#include "bullet/shape_conversion.h"
 #include "bullet/soft_algorithm.h"
 
 namespace cloudcontact {
@@ -48,14 +47,13 @@ void CloudContact::attach(btCollisionDispatcher& dispatcher) {
     dispatcher.registerCollisionCreateFunc(a, b, &state_->factory);
     dispatcher.registerClosestPointsCreateFunc(a, b, &state_->factory);
   };
-  // Bullet's algorithm for compounds creates its children's pairs through these factories. Triangle
-  // meshes and terrains are not registered: they have no contact with clouds.
+  // Bullet's algorithm for compounds creates its children's pairs through these factories. A pair
+  // that has no answer is counted as a failure.
   for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other) {
-    if (!isConvertible(other)) continue;
+    if (other == COMPOUND_SHAPE_PROXYTYPE || other == SOFTBODY_SHAPE_PROXYTYPE) continue;
     registerFor(kCloud, other);
     registerFor(other, kCloud);
   }
-  registerFor(kCloud, kCloud);
   dispatcher.registerCollisionCreateFunc(kCloud, SOFTBODY_SHAPE_PROXYTYPE, &state_->softFactory);
   dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, kCloud, &state_->softFactory);
 }

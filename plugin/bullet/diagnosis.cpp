@@ -1,7 +1,14 @@
-// One table of checks.
+// One table of checks of the solver's settings, and a walk over the shapes beside clouds.
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <cloudcontact/bullet/diagnosis.h>
+#include <cloudcontact/bullet/shape_report.h>
+
+#include "bullet/look_ahead.h"
+#include "bullet/shape_conversion.h"
+#include "bullet/shape_triangles.h"
 
 namespace cloudcontact {
 
@@ -14,6 +21,65 @@ struct Check {
   bool wrong;
   const char* advice;
 };
+
+// The shapes of a world beside one of its clouds.
+class ShapeChecks {
+ public:
+  ShapeChecks(const ShapeReport& cloud, btDispatcher& dispatcher, std::vector<std::string>& advice)
+      : cloud_(cloud), dispatcher_(dispatcher), advice_(advice) {}
+
+  void check(const btCollisionObject& object, const btCollisionShape& shape) {
+    if (shape.isSoftBody()) return;
+    if (shape.isCompound()) {
+      const auto& compound = static_cast<const btCompoundShape&>(shape);
+      for (int i = 0; i < compound.getNumChildShapes(); ++i)
+        check(object, *compound.getChildShape(i));
+      return;
+    }
+    const std::string name = "Object " + std::to_string(object.getWorldArrayIndex()) +
+                             " of the world has a shape (" + shape.getName() + ") that ";
+    const bool cloud = shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE;
+    if (!cloud && !hasTriangles(shape) && !toSolid(shape))
+      advice_.push_back(name +
+                        "touches no cloud, since it has neither volume nor triangles: make it a "
+                        "triangle mesh, a btCompoundShape or a CloudShape.");
+    else if (!isOurs(object, shape))
+      advice_.push_back(name +
+                        "another algorithm than CloudContact's takes beside clouds: call "
+                        "CloudContact::attach() on the world's dispatcher, after all other "
+                        "registrations and before the objects are added.");
+  }
+
+ private:
+  bool isOurs(const btCollisionObject& object, const btCollisionShape& shape) {
+    const btCollisionObjectWrapper one(nullptr, cloud_.shape, cloud_.object,
+                                       cloud_.object->getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper other(nullptr, &shape, &object, object.getWorldTransform(), -1,
+                                         -1);
+    btCollisionAlgorithm* const found =
+        dispatcher_.findAlgorithm(&one, &other, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    if (!found) return false;
+    const bool ours = dynamic_cast<AheadPair*>(found) != nullptr;
+    found->~btCollisionAlgorithm();
+    dispatcher_.freeCollisionAlgorithm(found);
+    return ours;
+  }
+
+  const ShapeReport& cloud_;
+  btDispatcher& dispatcher_;
+  std::vector<std::string>& advice_;
+};
+
+void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice) {
+  const std::vector<ShapeReport> clouds = shapeReport(world);
+  if (clouds.empty()) return;
+  // Bullet has no const access to the dispatcher.
+  btDispatcher& dispatcher = *const_cast<btDynamicsWorld&>(world).getDispatcher();
+  ShapeChecks checks(clouds.front(), dispatcher, advice);
+  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i)
+    checks.check(*objects[i], *objects[i]->getCollisionShape());
+}
 
 }  // namespace
 
@@ -49,6 +115,7 @@ std::vector<std::string> diagnose(const btDynamicsWorld& world) {
   std::vector<std::string> advice;
   for (const Check& check : checks)
     if (check.wrong) advice.emplace_back(check.advice);
+  checkShapes(world, advice);
   return advice;
 }
 

@@ -62,6 +62,9 @@ class NarrowPhase {
   std::shared_lock<std::shared_mutex> lockToRead() { return std::shared_lock(motion_); }
   std::unique_lock<std::shared_mutex> lockToPush() { return std::unique_lock(motion_); }
 
+  // Held while the triangles of Bullet's shapes are read.
+  std::mutex& reading() { return reading_; }
+
   // The pairs with a soft body, in order of creation.
   void add(const SoftAlgorithm& pair) {
     const std::lock_guard lock(mutex_);
@@ -78,6 +81,7 @@ class NarrowPhase {
   std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
   mutable std::mutex mutex_;  // all but settings_, workspace_ and motion_
   std::shared_mutex motion_;  // velocities of bodies
+  std::mutex reading_;
   CloudContactStatistics statistics_;
   std::vector<const PairReport*> reports_;
   std::vector<PairReport> parted_;

@@ -17,8 +17,8 @@ namespace cloudcontact {
 namespace {
 
 constexpr const char* kNoShape =
-    "a shape beside a CloudShape has no volume or is not convex: give it volume, or make it a "
-    "CloudShape too";
+    "a shape beside a CloudShape has neither volume nor triangles: diagnose() names it; make it a "
+    "triangle mesh or a CloudShape";
 constexpr const char* kBadPose = "a body's pose is NaN or infinite: it has no contacts";
 
 bool isFinite(const Pose& pose) {
@@ -54,22 +54,6 @@ const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
   return static_cast<const CloudShape*>(shape);
 }
 
-// Sets one side of the query. False if the shape is neither a cloud nor convex.
-bool setBody(const btCollisionObjectWrapper& wrap, ConversionCache& cache, ContactBody& body) {
-  body.pose = toPose(wrap.getWorldTransform());
-  body.motion = motionOf(*wrap.getCollisionObject());
-  const btCollisionShape& shape = *wrap.getCollisionShape();
-  if (const CloudShape* const cloud = cloudOf(wrap)) {
-    body.field = &cloud->field();
-    return true;
-  }
-  const PlacedSolid* const placed = cache.of(shape);
-  if (!placed) return false;
-  body.shape = &placed->solid;
-  body.pose = body.pose * placed->place;
-  return true;
-}
-
 using Bits = std::array<double, 33>;
 
 Bits bitsOf(const PairQuery& query) {
@@ -101,9 +85,10 @@ bool sameBody(const ContactBody& x, const ContactBody& y) {
 }  // namespace
 
 bool sameMatter(const PairQuery& x, const PairQuery& y) {
-  return !x.wrong && !y.wrong && x.byShapes == y.byShapes && sameBody(x.a, y.a) &&
-         sameBody(x.b, y.b) && x.lives[0] == y.lives[0] && x.lives[1] == y.lives[1] &&
-         x.conversions == y.conversions && x.settings.law.index() == y.settings.law.index() &&
+  return !x.wrong && !y.wrong && !x.apart && !y.apart && x.byShapes == y.byShapes &&
+         sameBody(x.a, y.a) && sameBody(x.b, y.b) && x.lives[0] == y.lives[0] &&
+         x.lives[1] == y.lives[1] && x.conversions == y.conversions &&
+         x.settings.law.index() == y.settings.law.index() &&
          sameSpring(sharedSpring(x.settings.law), sharedSpring(y.settings.law)) &&
          x.settings.samples == y.settings.samples && x.settings.normals == y.settings.normals;
 }
@@ -153,15 +138,40 @@ void PairReader::readPaper(const CloudContactSettings& settings, const btCollisi
   }
 }
 
+// False if there is no query, and why.
+bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                           PairQuery& query) {
+  const btCollisionObjectWrapper* const wraps[2] = {&a, &b};
+  ContactBody* const bodies[2] = {&query.a, &query.b};
+  for (int side = 0; side < 2; ++side) {
+    bodies[side]->pose = toPose(wraps[side]->getWorldTransform());
+    bodies[side]->motion = motionOf(*wraps[side]->getCollisionObject());
+    if (!isFinite(bodies[side]->pose)) query.wrong = kBadPose;
+    if (const CloudShape* const cloud = cloudOf(*wraps[side]))
+      bodies[side]->field = &cloud->field();
+  }
+  for (int side = 0; side < 2 && !query.wrong; ++side) {
+    ContactBody& body = *bodies[side];
+    if (body.field) continue;
+    const btCollisionShape& shape = *wraps[side]->getCollisionShape();
+    if (const PlacedSolid* const placed = converted_[side].of(shape)) {
+      body.shape = &placed->solid;
+      body.pose = body.pose * placed->place;
+    } else if (hasTriangles(shape) && bodies[1 - side]->field) {
+      body.shape = triangles_[side].of(shape, body.pose, *bodies[1 - side], reading_);
+      query.apart = !body.shape;
+    } else {
+      query.wrong = kNoShape;
+    }
+    query.conversions += converted_[side].conversions() + triangles_[side].changes();
+  }
+  return !query.wrong && !query.apart;
+}
+
 PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                            const btCollisionObjectWrapper& b, double step, bool steps) {
   PairQuery query;
-  if (!setBody(a, shapeA_, query.a) || !setBody(b, shapeB_, query.b))
-    query.wrong = kNoShape;
-  else if (!isFinite(query.a.pose) || !isFinite(query.b.pose))
-    query.wrong = kBadPose;
-  if (query.wrong) return query;
-  query.conversions = shapeA_.conversions() + shapeB_.conversions();
+  if (!setBodies(a, b, query)) return query;
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   query.mass = inverse > 0 ? 1 / inverse : 0;

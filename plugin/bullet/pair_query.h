@@ -6,6 +6,7 @@
 
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
+#include "bullet/shape_triangles.h"
 
 namespace cloudcontact {
 
@@ -15,7 +16,7 @@ struct PairQuery {
   PairLaw law;
   double voxel = 0;  // the smaller of the bodies' [m]
   double mass = 0;   // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
-  // Number of shape conversions so far, since a new conversion may reuse the address of an old one.
+  // Number of changes of the shapes so far, since a new one may reuse the address of an old one.
   int conversions = 0;
   // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.
   const PlacedSolid* recognized[2] = {nullptr, nullptr};
@@ -23,6 +24,7 @@ struct PairQuery {
   double shapeError = 0;                 // of both [m]
   std::shared_ptr<const void> lives[2];  // CloudShape::life()
   const char* wrong = nullptr;           // why there is no query; then the rest is unset
+  bool apart = false;                    // no triangle is near the cloud: the rest is unset, too
 };
 
 // A body of the query as a shape; for a query that is answered by shapes.
@@ -37,18 +39,24 @@ bool sameQuery(const PairQuery& x, const PairQuery& y);
 // Reads the queries of one pair; caches converted shapes.
 class PairReader {
  public:
+  explicit PairReader(std::mutex& reading) : reading_(reading) {}  // see ShapeTriangles
+
   // `steps`: Bullet steps, so bodies about to touch get points too. Without them a body that has
   // lifted off by a micrometer falls freely for a step, and rattles for ever. Throws as lawOf().
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, double step, bool steps);
 
  private:
+  bool setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);
   void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, PairQuery& query);
 
-  ConversionCache shapeA_, shapeB_;
+  ConversionCache converted_[2];
+  ShapeTriangles triangles_[2];
+  std::mutex& reading_;
   std::shared_ptr<const PaperBody> paper_[2];
 };
 

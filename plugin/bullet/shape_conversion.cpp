@@ -1,9 +1,11 @@
 // One function per kind of Bullet shape.
 #include "bullet/shape_conversion.h"
 
+#include <BulletCollision/CollisionShapes/btBox2dShape.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvex2dShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
@@ -48,6 +50,12 @@ PlacedSolid fromCylinder(const btCylinderShape& cylinder) {
 PlacedSolid fromCone(const btConeShape& cone) {
   return {Cone{cone.getRadius(), cone.getHeight() / 2, cone.getMargin()},
           alongAxis(cone.getConeUpIndex())};
+}
+
+std::optional<PlacedSolid> fromBox2d(const btBox2dShape& box) {
+  const Vec3 half = toVec3(box.getHalfExtentsWithMargin());
+  if (!(half.z() > 0)) return std::nullopt;
+  return PlacedSolid{Box{half}, {}};
 }
 
 // The plane of a face of a computed hull, by Newell's sum over its corners. Empty for a sliver.
@@ -131,21 +139,15 @@ std::optional<PlacedSolid> fromSupport(const btConvexShape& shape) {
 
 }  // namespace
 
-bool isConvertible(int proxyType) {
-  switch (proxyType) {
-    case BOX_2D_SHAPE_PROXYTYPE:
-    case CONVEX_2D_SHAPE_PROXYTYPE:
+std::optional<PlacedSolid> toSolid(const btCollisionShape& shape) {
+  switch (shape.getShapeType()) {
     case TRIANGLE_SHAPE_PROXYTYPE:
     case IMPLICIT_CONVEX_SHAPES_START_HERE:
-      return false;  // no volume
-    default:
-      return proxyType < CONCAVE_SHAPES_START_HERE || proxyType == STATIC_PLANE_PROXYTYPE;
-  }
-}
-
-std::optional<PlacedSolid> toSolid(const btCollisionShape& shape) {
-  if (!isConvertible(shape.getShapeType())) return std::nullopt;
-  switch (shape.getShapeType()) {
+      return std::nullopt;  // no volume
+    case BOX_2D_SHAPE_PROXYTYPE:
+      return fromBox2d(static_cast<const btBox2dShape&>(shape));
+    case CONVEX_2D_SHAPE_PROXYTYPE:
+      return toSolid(*static_cast<const btConvex2dShape&>(shape).getChildShape());
     case STATIC_PLANE_PROXYTYPE:
       return fromPlane(static_cast<const btStaticPlaneShape&>(shape));
     case BOX_SHAPE_PROXYTYPE:
@@ -160,6 +162,7 @@ std::optional<PlacedSolid> toSolid(const btCollisionShape& shape) {
     case CONE_SHAPE_PROXYTYPE:
       return fromCone(static_cast<const btConeShape&>(shape));
     default:
+      if (!shape.isConvex()) return std::nullopt;
       // btConvexTriangleMeshShape counts as polyhedral but keeps its vertices to itself.
       if (vertexCount(shape) > 0)
         return fromVertices(static_cast<const btPolyhedralConvexShape&>(shape));

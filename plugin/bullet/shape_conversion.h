@@ -13,12 +13,9 @@ namespace cloudcontact {
 // The solid, and its place in the Bullet shape's frame. Planes, boxes, spheres, capsules,
 // cylinders, cones and hulls are exact, with Bullet's meaning of margins: inside the extents of a
 // box or cylinder, outside the surface of a cone or hull. Any other convex shape becomes the hull
-// of its vertices or, without vertices, of its support points in many directions. Empty if the
-// shape is not convex or has no volume.
+// of its vertices or, without vertices, of its support points in many directions. 2D shapes have
+// the thickness that Bullet gives them. Empty if the shape is not convex or has no volume.
 std::optional<PlacedSolid> toSolid(const btCollisionShape& shape);
-
-// Whether toSolid() converts this BroadphaseNativeTypes value.
-bool isConvertible(int proxyType);
 
 // Keeps a conversion until what it depends on changes.
 class ConversionCache {

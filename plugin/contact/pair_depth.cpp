@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include "contact/edge_points.h"
+#include "law/triangle_surface.h"
 
 namespace cloudcontact {
 
@@ -35,6 +36,10 @@ class EdgeWalk {
   void operator()(const Capsule&) {}
   void operator()(const Ellipsoid&) {}
   void operator()(const CloudSolid&) {}
+  void operator()(const SurfaceSolid& solid) {
+    solid.surface->visitEdges(
+        [this](const Vec3& start, const Vec3& end) { segment(start, end, 0); });
+  }
   void operator()(const Box& box) {
     for (int axis = 0; axis < 3; ++axis)
       for (int k = 0; k < 4; ++k) {

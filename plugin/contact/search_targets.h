@@ -14,6 +14,9 @@
 #include <cloudcontact/law/solid.h>
 
 #include "contact/field_lanes.h"
+#include "law/triangle_surface.h"
+
+#include <cmath>
 
 namespace cloudcontact::search {
 
@@ -55,19 +58,41 @@ struct FieldTarget {
 
 // Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
 constexpr float kOneFace = 0.9f;
+// [voxels] See ShapeTarget::isThrough().
+constexpr double kShallow = 1;
+
+inline const TriangleSurface* surfaceOf(const Solid& shape) {
+  const auto* const solid = std::get_if<SurfaceSolid>(&shape);
+  return solid ? solid->surface.get() : nullptr;
+}
 
 struct ShapeTarget {
   const Direction& dir;
   const Solid& shape;
   const Pose& toShape;  // from the samples' grid, meters
   const SampleColumns& samples;
+  const TriangleSurface* surface = surfaceOf(shape);  // null: none
 
-  SolidPoint at(const V3& grid) const {
-    return solidAt(shape, toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>()));
+  // `hint`: of the last place, for triangles; 0 at first.
+  SolidPoint at(const V3& grid, std::uint32_t& hint) const {
+    const Vec3 x = toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>());
+    return surface ? surface->at(x, hint) : solidAt(shape, x);
   }
-  std::pair<float, V3> lookUp(const V3& grid) const {
-    const SolidPoint p = at(grid);
+  std::pair<float, V3> lookUp(const V3& grid, std::uint32_t& hint) const {
+    SolidPoint p = at(grid, hint);
+    if (surface && surface->hasBorders() && !isThrough(grid, p)) p = {-p.depth, -p.normal};
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
+  }
+
+  // Around a border another part of the same cloud may reach behind the sheet, such as the lower
+  // jaw of a clamp. The sheet has not gone into it: where it is nearest, it is in the open. Shallow
+  // samples count without a look, since the cloud's edges are rough.
+  bool isThrough(const V3& grid, const SolidPoint& p) const {
+    const Cloud& cloud = dir.body.cloud();
+    if (p.depth <= kShallow * cloud.voxelSize()) return true;
+    const Vec3 up = p.depth / cloud.voxelSize() * (toShape.orientation.conjugate() * p.normal);
+    const Eigen::Vector3i v = (grid.cast<double>() + up).array().floor().cast<int>();
+    return cloud.coverage(v.x(), v.y(), v.z()) > 127;
   }
 
   static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {
@@ -80,9 +105,10 @@ struct ShapeTarget {
   void nearBricks(float aside, std::vector<std::uint32_t>& near) const {
     near.clear();
     const SampleBricks& bricks = dir.samples.bricks;
+    std::uint32_t hint = 0;
     for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
       const float reach = (bricks.radius[i] + aside + 0.5f) * dir.voxel;
-      if (at({bricks.x[i], bricks.y[i], bricks.z[i]}).depth >= -reach)
+      if (at({bricks.x[i], bricks.y[i], bricks.z[i]}, hint).depth >= -reach)
         near.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -105,12 +131,13 @@ struct ShapeTarget {
       return 0;
     }
     int divided = 0;
+    std::uint32_t hint = 0;
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
-      const std::pair<float, V3> there = lookUp({samples.x[k], samples.y[k], samples.z[k]});
+      const std::pair<float, V3> there = lookUp({samples.x[k], samples.y[k], samples.z[k]}, hint);
       set(lanes, i, there);
       lanes.several[divided] = i;
-      divided += edgeWithin(k, there.first, there.second);
+      divided += edgeWithin(k, there.first, there.second, hint);
     }
     return divided;
   }
@@ -133,8 +160,8 @@ struct ShapeTarget {
   }
 
   // Whether the shape has an edge within a wide sample; on the finest level only.
-  bool edgeWithin(std::uint32_t k, float depth, const V3& normal) const {
-    if (dir.level > 0) return false;
+  bool edgeWithin(std::uint32_t k, float depth, const V3& normal, std::uint32_t& hint) const {
+    if (dir.level > 0 || (surface && !surface->hasJumps())) return false;
     const SurfaceSample s = samples[k];
     const float half = CC_HALF_DIAGONAL * s.width;
     if (s.width <= CC_WIDE || std::abs(depth) > half * dir.voxel) return false;
@@ -142,14 +169,15 @@ struct ShapeTarget {
     ccTangents(s.normal, t1, t2);
     const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
     for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
-      if (lookUp(middle + aside).second.dot(normal) < kOneFace) return true;
+      if (lookUp(middle + aside, hint).second.dot(normal) < kOneFace) return true;
     return false;
   }
 
   void measureParts(Lanes& parts, const SampleColumns& of) const {
+    std::uint32_t hint = 0;
     for (int i = 0; i < parts.count; ++i) {
       const std::uint32_t k = parts.sample[i];
-      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}));
+      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}, hint));
     }
   }
 

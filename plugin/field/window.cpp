@@ -65,6 +65,7 @@ double greatestDepth(const Solid& solid) {
     double operator()(const CloudSolid& c) const {
       return *std::max_element(c.depth->begin(), c.depth->end());
     }
+    double operator()(const SurfaceSolid&) const { return std::numeric_limits<double>::infinity(); }
   };
   return std::visit(Greatest{}, solid);
 }

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "base/grid_index.h"
+#include "law/triangle_surface.h"
 
 namespace cloudcontact {
 
@@ -231,6 +232,9 @@ Eigen::AlignedBox3d localBounds(const Hull& hull) {
 Eigen::AlignedBox3d localBounds(const CloudSolid& cloud) {
   return cloud.matter;
 }
+Eigen::AlignedBox3d localBounds(const SurfaceSolid& solid) {
+  return solid.surface->bounds();
+}
 
 // Ellipsoid: the implicit function over its gradient, first order in the distance.
 double depthIn(const Ellipsoid& e, const Vec3& p) {
@@ -277,6 +281,9 @@ SolidPoint pointOf(const Ellipsoid& ellipsoid, const Vec3& x) {
 }
 SolidPoint pointOf(const CloudSolid& cloud, const Vec3& x) {
   return {depthIn(cloud, x), normalIn(cloud, x)};
+}
+SolidPoint pointOf(const SurfaceSolid& solid, const Vec3& x) {
+  return solid.surface->at(x);
 }
 
 double depthIn(const Box& box, const Vec3& p) {
@@ -418,6 +425,9 @@ struct Validation {
       throw std::invalid_argument("a cloud solid has no cloud: make it with cloudSolid()");
     requireSizes("a cloud solid's voxel", Vec3::Constant(c.cloud->voxelSize()));
   }
+  void operator()(const SurfaceSolid&) const {
+    throw std::invalid_argument("an area must enclose a volume; triangles need not");
+  }
 };
 
 }  // namespace
@@ -431,7 +441,7 @@ Eigen::AlignedBox3d boundsOf(const Solid& solid) {
 }
 
 bool isDistance(const Solid& solid) {
-  return !std::holds_alternative<Ellipsoid>(solid);
+  return !std::holds_alternative<Ellipsoid>(solid) && !std::holds_alternative<SurfaceSolid>(solid);
 }
 
 void validate(const PlacedSolid& area) {

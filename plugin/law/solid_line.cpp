@@ -114,6 +114,9 @@ Span spanOf(const Hull& s, const Line& line) {
 Span spanOf(const CloudSolid&, const Line&) {
   return {};  // followed instead
 }
+Span spanOf(const SurfaceSolid&, const Line&) {
+  return {};  // no area
+}
 
 // Whether the solid has no closed form.
 bool isFollowed(const Solid& solid) {
@@ -171,6 +174,9 @@ Farthest farthest(const HalfSpace&, const Vec3&) {
   return {};
 }
 Farthest farthest(const CloudSolid&, const Vec3&) {
+  return {};
+}
+Farthest farthest(const SurfaceSolid&, const Vec3&) {
   return {};
 }
 Farthest farthest(const Sphere& s, const Vec3& way) {

@@ -1,4 +1,7 @@
-// diagnose() names each setting that defeats the law, and its advice cures it.
+// diagnose() names each setting that defeats the law, and its advice cures it; and each shape that
+// clouds do not touch.
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <gtest/gtest.h>
@@ -71,6 +74,100 @@ TEST(Diagnose, SplitImpulseDoesDropTheSpringOfDeepContacts) {
     // Backward Euler: h k d / (m + h^2 k) = 0.0495 m/s.
     EXPECT_NEAR(cube.getLinearVelocity().z(), split ? 0 : 0.0495, 2e-3) << "split " << split;
   }
+}
+
+// A shape that is none of Bullet's.
+class UnknownShape : public btConcaveShape {
+ public:
+  UnknownShape() { m_shapeType = CUSTOM_CONCAVE_SHAPE_TYPE; }
+  void getAabb(const btTransform& t, btVector3& low, btVector3& high) const override {
+    low = t.getOrigin() - btVector3(1, 1, 1);
+    high = t.getOrigin() + btVector3(1, 1, 1);
+  }
+  void setLocalScaling(const btVector3&) override {}
+  const btVector3& getLocalScaling() const override { return scaling_; }
+  void calculateLocalInertia(btScalar, btVector3&) const override {}
+  const char* getName() const override { return "unknown"; }
+  void processAllTriangles(btTriangleCallback*, const btVector3&, const btVector3&) const override {
+  }
+
+ private:
+  btVector3 scaling_{1, 1, 1};
+};
+
+std::unique_ptr<btCollisionShape> flatHull() {
+  auto hull = std::make_unique<btConvexHullShape>();
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0}) hull->addPoint({btScalar(x), btScalar(y), 0});
+  return hull;
+}
+
+std::unique_ptr<btCollisionShape> gimpactCompound() {
+  auto compound = std::make_unique<btGImpactCompoundShape>();
+  static btBoxShape box(btVector3(1, 1, 1));
+  static btTransform place = btTransform::getIdentity();
+  compound->addChildShape(place, &box);
+  compound->updateBound();
+  return compound;
+}
+
+TEST(Diagnose, NamesShapesThatCloudsDoNotTouch) {
+  struct Row {
+    const char* name;
+    std::function<std::unique_ptr<btCollisionShape>()> make;
+  };
+  const Row rows[] = {{"unknown", [] { return std::make_unique<UnknownShape>(); }},
+                      {"Convex", flatHull},
+                      {"GImpactCompound", gimpactCompound}};
+  const auto field = fieldOf(boxMesh({0.5, 0.5, 0.5}), 0.05);
+  for (const Row& row : rows) {
+    BulletWorld scene;
+    scene.addGround();
+    scene.addCloud(field, 1, at({0, 0, btScalar(0.24)}));
+    EXPECT_TRUE(diagnose(scene.world).empty()) << diagnose(scene.world)[0];
+    scene.add(row.make(), 0, at({0, 0, 0}));
+    const auto advice = diagnose(scene.world);
+    ASSERT_EQ(advice.size(), 1u) << row.name;
+    EXPECT_NE(advice[0].find(row.name), std::string::npos) << advice[0];
+    EXPECT_NE(advice[0].find("Object 2"), std::string::npos) << advice[0];
+    scene.detect();
+    EXPECT_EQ(scene.clouds.statistics().failures, 1u) << row.name;
+  }
+}
+
+TEST(Diagnose, SaysWhoTakesAPairAway) {
+  const auto field = fieldOf(boxMesh({0.5, 0.5, 0.5}), 0.05);
+  BulletWorld scene;
+  scene.addCloud(field, 1, at({0, 0, btScalar(0.24)}));
+  btTriangleMesh triangle;
+  triangle.addTriangle({-1, -1, 0}, {1, -1, 0}, {0, 1, 0});
+  auto gimpact = std::make_unique<btGImpactMeshShape>(&triangle);
+  gimpact->updateBound();
+  scene.add(std::move(gimpact), 0, at({0, 0, 0}));
+  EXPECT_TRUE(diagnose(scene.world).empty());
+  btGImpactCollisionAlgorithm::registerAlgorithm(&scene.dispatcher);
+  const auto advice = diagnose(scene.world);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_NE(advice[0].find("attach()"), std::string::npos) << advice[0];
+  scene.clouds.attach(scene.dispatcher);
+  EXPECT_TRUE(diagnose(scene.world).empty());
+}
+
+TEST(Diagnose, SaysThatCloudsAreNotAttached) {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  recommendedSettings(world);
+  CloudShape shape(fieldOf(boxMesh({0.5, 0.5, 0.5}), 0.05));
+  btCollisionObject object;
+  object.setCollisionShape(&shape);
+  world.addCollisionObject(&object);
+  const auto advice = diagnose(world);
+  world.removeCollisionObject(&object);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_NE(advice[0].find("attach()"), std::string::npos) << advice[0];
 }
 
 }  // namespace

@@ -24,9 +24,10 @@ class CloudContact {
   CloudContact(const CloudContact&) = delete;
   CloudContact& operator=(const CloudContact&) = delete;
 
-  // Registers clouds for every convex shape type in both orders, for contacts and for closest-point
+  // Registers clouds for every shape type in both orders, for contacts and for closest-point
   // queries, and for soft bodies (soft_contact_point.h), which are pushed while a step looks for
-  // contacts.
+  // contacts. Call it after other registrations, such as that of GImpact's own algorithm. What has
+  // neither volume nor triangles counts as a failure.
   void attach(btCollisionDispatcher& dispatcher);
 
   const CloudContactSettings& settings() const;

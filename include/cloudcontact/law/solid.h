@@ -4,7 +4,7 @@
 // Lengths in meters, in the solid's own frame: centered on the origin, the axis along z.
 #pragma once
 
-#include <cloudcontact/base/pose.h>
+#include <cloudcontact/law/solid_point.h>
 
 #include <memory>
 #include <utility>
@@ -14,6 +14,7 @@
 namespace cloudcontact {
 
 class Cloud;
+class TriangleSurface;
 
 // Material where normal.x < offset.
 struct HalfSpace {
@@ -57,23 +58,24 @@ struct CloudSolid {
   Eigen::AlignedBox3d matter;  // bounds of the voxels with matter [m]
 };
 
-using Solid =
-    std::variant<HalfSpace, Sphere, Box, Ellipsoid, Capsule, Cylinder, Cone, Hull, CloudSolid>;
-
-// At a point: signed depth, positive inside [m], and the outward unit normal of the nearest
-// surface. Depth is exact, but for an ellipsoid (first order near its surface) and a cloud (its
-// surface is rounded at edges by up to a quarter of a voxel).
-struct SolidPoint {
-  double depth;
-  Vec3 normal;
+// The matter behind triangles, as those of a terrain (law/triangle_surface.h). Contacts take it;
+// areas do not. Copies share the triangles.
+struct SurfaceSolid {
+  std::shared_ptr<const TriangleSurface> surface;
 };
+
+using Solid = std::variant<HalfSpace, Sphere, Box, Ellipsoid, Capsule, Cylinder, Cone, Hull,
+                           CloudSolid, SurfaceSolid>;
+
+// Depth is exact, but for an ellipsoid (first order near its surface) and a cloud (its surface is
+// rounded at edges by up to a quarter of a voxel).
 SolidPoint solidAt(const Solid& solid, const Vec3& local);
 
 // Axis-aligned bounds in the solid's frame; infinite for a half-space [m].
 Eigen::AlignedBox3d boundsOf(const Solid& solid);
 
 // Whether depth changes by no more than the distance between two points: true of all but the
-// ellipsoid.
+// ellipsoid and, behind the border of an open surface, triangles.
 bool isDistance(const Solid& solid);
 
 // A solid at a place in its owner's frame: a tool's or a voxel's area. It need not have the shape

@@ -1,0 +1,140 @@
+// The signed distance to triangles, against sums over all triangles and the solid angle.
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.h"
+#include "law/triangle_surface.h"
+#include "mesh/test_meshes.h"
+
+#include <cmath>
+#include <limits>
+
+namespace cloudcontact::testing {
+namespace {
+
+std::vector<double> cornersOf(const Mesh& mesh) {
+  std::vector<double> corners;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 3; ++i) corners.push_back(mesh.vertices[std::size_t(t[k])][i]);
+  return corners;
+}
+
+TriangleSurface surfaceOf(const Mesh& mesh) {
+  TriangleSurface surface;
+  const double far = 100;
+  surface.build(cornersOf(mesh), {Vec3::Constant(-far), Vec3::Constant(far)});
+  return surface;
+}
+
+// 1 inside a closed mesh that faces outward, 0 outside (van Oosterom and Strackee 1983).
+double winding(const Mesh& mesh, const Vec3& x) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[std::size_t(t[0])] - x, b = mesh.vertices[std::size_t(t[1])] - x,
+               c = mesh.vertices[std::size_t(t[2])] - x;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum +=
+        std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+// Over a lattice of places on the triangle: at least the true distance.
+double sampledDistance(const Mesh& mesh, const Vec3& x, int n) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& t : mesh.triangles)
+    for (int i = 0; i <= n; ++i)
+      for (int k = 0; k <= n - i; ++k) {
+        const Vec3 at =
+            (mesh.vertices[std::size_t(t[0])] * i + mesh.vertices[std::size_t(t[1])] * k +
+             mesh.vertices[std::size_t(t[2])] * (n - i - k)) /
+            n;
+        least = std::min(least, (x - at).norm());
+      }
+  return least;
+}
+
+Mesh needle() {  // corners of 10 deg
+  return test::tetrahedronMesh({0, 0, 0}, {1, 0, 0}, {1, 0.2, 0}, {1, 0.1, 0.15});
+}
+
+TEST(TriangleSurface, SignIsThatOfTheWindingNumber) {
+  const Mesh meshes[] = {needle(), test::boxMesh({0, 0, 0}, {1, 0.2, 0.1}),
+                         test::sphereMesh(0.5, 2),
+                         test::joined(needle(), test::boxMesh({2, 0, 0}, {3, 1, 1}))};
+  Random random(1);
+  for (const Mesh& mesh : meshes) {
+    const TriangleSurface surface = surfaceOf(mesh);
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 x = 1.6 * random.inCube() - Vec3::Constant(0.3);
+      const SolidPoint p = surface.at(x);
+      EXPECT_EQ(p.depth > 0, winding(mesh, x) > 0.5) << x.transpose();
+      EXPECT_NEAR(p.normal.norm(), 1, 1e-9);
+      EXPECT_NEAR(surface.at(Vec3(x + p.depth * p.normal)).depth, 0, 1e-9);
+    }
+  }
+}
+
+TEST(TriangleSurface, DistanceIsTheLeast) {
+  const Mesh mesh = test::sphereMesh(0.5, 1);
+  const TriangleSurface surface = surfaceOf(mesh);
+  Random random(2);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 x = 1.6 * random.inCube() - Vec3::Constant(0.8);
+    const double found = std::abs(surface.at(x).depth), sampled = sampledDistance(mesh, x, 24);
+    EXPECT_LE(found, sampled + 1e-12);
+    EXPECT_GT(found, sampled - 0.02);
+  }
+}
+
+TEST(TriangleSurface, AHintDoesNotShow) {
+  const TriangleSurface surface = surfaceOf(test::sheetMesh(1, 8));
+  Random random(3);
+  for (int i = 0; i < 500; ++i) {
+    // Places over corners and edges are equally near to several triangles.
+    Vec3 x = random.inCube();
+    if (i % 2) x.head<2>() = (8 * x.head<2>()).array().round() / 8;
+    const SolidPoint plain = surface.at(x);
+    for (std::uint32_t first = 0; first < surface.size(); first += 7) {
+      std::uint32_t hint = first;
+      const SolidPoint p = surface.at(x, hint);
+      EXPECT_EQ(p.depth, plain.depth);
+      EXPECT_EQ(p.normal, plain.normal);
+    }
+  }
+}
+
+TEST(TriangleSurface, WindingDoesNotMatter) {
+  Mesh mesh = test::sphereMesh(0.5, 2);
+  Random random(4);
+  for (auto& t : mesh.triangles)
+    if (random.uniform() < 0.5) std::swap(t[1], t[2]);
+  TriangleSurface surface = surfaceOf(mesh);
+  surface.turnTo(std::vector<Vec3>{{0.9, 0, 0}});
+  EXPECT_GT(surface.at({0.1, 0, 0}).depth, 0.3);
+  EXPECT_LT(surface.at({0.7, 0, 0}).depth, -0.19);
+  // From inside the ball is a room.
+  EXPECT_TRUE(surface.turnTo(std::vector<Vec3>{{0.1, 0, 0}}));
+  EXPECT_LT(surface.at({0.1, 0, 0}).depth, -0.3);
+  EXPECT_FALSE(surface.turnTo(std::vector<Vec3>{{0, 0.1, 0}}));
+}
+
+TEST(TriangleSurface, BordersAreOutside) {
+  const TriangleSurface surface = surfaceOf(test::sheetMesh(1, 3));
+  EXPECT_NEAR(surface.at({0.5, 0.5, -0.1}).depth, 0.1, 1e-12);
+  EXPECT_NEAR(surface.at({1.1, 0.5, -0.1}).depth, -std::hypot(0.1, 0.1), 1e-12);
+  EXPECT_NEAR(surface.at({1.1, 1.1, -0.1}).depth, -std::sqrt(0.03), 1e-12);
+}
+
+TEST(TriangleSurface, DropsCopiesAndFlatTriangles) {
+  const Mesh one = test::sheetMesh(1, 3);
+  Mesh twice = test::joined(one, test::turnedInsideOut(one));
+  twice.triangles.emplace_back(0, 1, 2);  // on a line
+  twice.triangles.emplace_back(0, 0, 1);
+  const TriangleSurface surface = surfaceOf(twice);
+  EXPECT_EQ(surface.size(), one.triangles.size());
+  EXPECT_NEAR(surface.at({0.5, 0.5, -0.1}).depth, 0.1, 1e-12);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
