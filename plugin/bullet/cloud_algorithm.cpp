@@ -77,6 +77,11 @@ std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& 
   return ofA->depth > ofB->depth ? ofA : ofB;
 }
 
+// How far from each other bodies may be that a Bullet query asks for [m].
+double gapOf(const btManifoldResult& result) {
+  return std::max(0.0, double(result.m_closestPointDistanceThreshold));
+}
+
 // Gives a Bullet query the points or, if the bodies are apart, the gap. Its addContactPoint() reads
 // the order of the bodies from a manifold.
 void report(btManifoldResult& result, const PairSides& sides, const ContactBody& a,
@@ -114,9 +119,9 @@ struct CloudAlgorithm::State {
                const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                btManifoldResult& result);
   PairQuery read(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step,
-                 bool steps) {
+                 bool steps, double gap) {
     const auto lock = narrowPhase.lockToRead();
-    return reader.read(narrowPhase.settings(), a, b, step, steps);
+    return reader.read(narrowPhase.settings(), a, b, step, steps, gap);
   }
   double search(const PairQuery& query);
   // Of the last query, if its contact was not moved.
@@ -233,7 +238,7 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   const bool steps = typeid(result) == typeid(btManifoldResult);
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
-  const PairQuery query = read(a, b, info.m_timeStep, steps);
+  const PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   if (query.wrong || query.apart) return writer.clear();
   double earlier = 0;
@@ -290,7 +295,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   own.searchedStep = own.movedStep = 0;
   if (!std::exchange(own.processed, false)) return 0;
   try {
-    own.ahead = own.read(a, b, info.m_timeStep, true);
+    own.ahead = own.read(a, b, info.m_timeStep, true, 0);
     if (own.ahead.wrong || own.ahead.apart || own.ahead.byShapes) return 0;
     if (own.isKnown(own.ahead)) {
       own.moved.move(own.ahead.a, own.ahead.b);

@@ -140,7 +140,7 @@ void PairReader::readPaper(const CloudContactSettings& settings, const btCollisi
 
 // False if there is no query, and why.
 bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                           PairQuery& query) {
+                           double gap, PairQuery& query) {
   const btCollisionObjectWrapper* const wraps[2] = {&a, &b};
   ContactBody* const bodies[2] = {&query.a, &query.b};
   for (int side = 0; side < 2; ++side) {
@@ -158,7 +158,7 @@ bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionO
       body.shape = &placed->solid;
       body.pose = body.pose * placed->place;
     } else if (hasTriangles(shape) && bodies[1 - side]->field) {
-      body.shape = triangles_[side].of(shape, body.pose, *bodies[1 - side], reading_);
+      body.shape = triangles_[side].of(shape, body.pose, *bodies[1 - side], gap, reading_);
       query.apart = !body.shape;
     } else {
       query.wrong = kNoShape;
@@ -169,9 +169,9 @@ bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionO
 }
 
 PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                           const btCollisionObjectWrapper& b, double step, bool steps) {
+                           const btCollisionObjectWrapper& b, double step, bool steps, double gap) {
   PairQuery query;
-  if (!setBodies(a, b, query)) return query;
+  if (!setBodies(a, b, gap, query)) return query;
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   query.mass = inverse > 0 ? 1 / inverse : 0;

@@ -42,12 +42,13 @@ class PairReader {
   explicit PairReader(std::mutex& reading) : reading_(reading) {}  // see ShapeTriangles
 
   // `steps`: Bullet steps, so bodies about to touch get points too. Without them a body that has
-  // lifted off by a micrometer falls freely for a step, and rattles for ever. Throws as lawOf().
+  // lifted off by a micrometer falls freely for a step, and rattles for ever. `gap` [m]: of bodies
+  // that a query still asks for. Throws as lawOf().
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                 const btCollisionObjectWrapper& b, double step, bool steps);
+                 const btCollisionObjectWrapper& b, double step, bool steps, double gap = 0);
 
  private:
-  bool setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+  bool setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double gap,
                  PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);

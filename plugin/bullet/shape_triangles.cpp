@@ -74,9 +74,9 @@ void readTriangles(const btCollisionShape& shape, const Eigen::AlignedBox3d& box
 }
 
 // The cloud's box as the shape sees it, enlarged to the lattice.
-Eigen::AlignedBox3d boxAround(const Eigen::AlignedBox3d& bounds, const Pose& toShape,
-                              double voxel) {
-  const double cell = kAround * voxel;
+Eigen::AlignedBox3d boxAround(const Eigen::AlignedBox3d& bounds, const Pose& toShape, double voxel,
+                              double reach) {
+  const double cell = kAround * voxel + reach;
   const Vec3 middle = toShape.toWorld(bounds.center());
   const Vec3 half = toShape.orientation.toRotationMatrix().cwiseAbs() * bounds.sizes() / 2;
   const auto snapped = [cell](double x) { return cell * std::floor(x / cell); };
@@ -121,10 +121,10 @@ void ShapeTriangles::chooseSides(const Pose& toShape, const SurfaceField& field)
 }
 
 const Solid* ShapeTriangles::of(const btCollisionShape& shape, const Pose& pose,
-                                const ContactBody& cloud, std::mutex& reading) {
+                                const ContactBody& cloud, double reach, std::mutex& reading) {
   const Pose toShape = pose.inverse() * cloud.pose;
   const Eigen::AlignedBox3d box =
-      boxAround(cloud.field->bounds(), toShape, cloud.field->cloud().voxelSize());
+      boxAround(cloud.field->bounds(), toShape, cloud.field->cloud().voxelSize(), reach);
   {
     const std::lock_guard lock(reading);
     readTriangles(shape, box, read_);

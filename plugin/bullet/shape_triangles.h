@@ -22,10 +22,11 @@ bool hasTriangles(const btCollisionShape& shape);
 class ShapeTriangles {
  public:
   // The solid behind the triangles near `cloud`, a body with a field; null if there are none.
-  // `pose`: of the shape. `reading`: held while Bullet's shape is read, because GImpact's lock
-  // their vertices without care for threads. Not of a shape without triangles.
+  // `pose`: of the shape. `reach` [m]: triangles this far from the cloud are wanted, too.
+  // `reading`: held while Bullet's shape is read, because GImpact's lock their vertices without
+  // care for threads. Not of a shape without triangles.
   const Solid* of(const btCollisionShape& shape, const Pose& pose, const ContactBody& cloud,
-                  std::mutex& reading);
+                  double reach, std::mutex& reading);
   int changes() const { return changes_; }  // of the solid, so far
 
  private:

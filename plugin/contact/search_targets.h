@@ -14,9 +14,8 @@
 #include <cloudcontact/law/solid.h>
 
 #include "contact/field_lanes.h"
+#include "contact/sheet_side.h"
 #include "law/triangle_surface.h"
-
-#include <cmath>
 
 namespace cloudcontact::search {
 
@@ -58,8 +57,8 @@ struct FieldTarget {
 
 // Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
 constexpr float kOneFace = 0.9f;
-// [voxels] See ShapeTarget::isThrough().
-constexpr double kShallow = 1;
+// [voxels] What is farther in front of a sheet touches it from no side.
+constexpr double kInFront = 4;
 
 inline const TriangleSurface* surfaceOf(const Solid& shape) {
   const auto* const solid = std::get_if<SurfaceSolid>(&shape);
@@ -73,26 +72,27 @@ struct ShapeTarget {
   const SampleColumns& samples;
   const TriangleSurface* surface = surfaceOf(shape);  // null: none
 
-  // `hint`: of the last place, for triangles; 0 at first.
-  SolidPoint at(const V3& grid, std::uint32_t& hint) const {
-    const Vec3 x = toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>());
-    return surface ? surface->at(x, hint) : solidAt(shape, x);
+  Vec3 inShape(const V3& grid) const {
+    return toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>());
   }
-  std::pair<float, V3> lookUp(const V3& grid, std::uint32_t& hint) const {
-    SolidPoint p = at(grid, hint);
-    if (surface && surface->hasBorders() && !isThrough(grid, p)) p = {-p.depth, -p.normal};
+  // At a place of sample k. `hint`: of the last place, for triangles; 0 at first.
+  std::pair<float, V3> lookUp(const V3& grid, const SampleColumns& of, std::uint32_t k,
+                              std::uint32_t& hint) const {
+    const SolidPoint p = surface ? onSurface(grid, of, k, hint) : solidAt(shape, inShape(grid));
     return {static_cast<float>(p.depth), p.normal.cast<float>()};
   }
 
-  // Around a border another part of the same cloud may reach behind the sheet, such as the lower
-  // jaw of a clamp. The sheet has not gone into it: where it is nearest, it is in the open. Shallow
-  // samples count without a look, since the cloud's edges are rough.
-  bool isThrough(const V3& grid, const SolidPoint& p) const {
-    const Cloud& cloud = dir.body.cloud();
-    if (p.depth <= kShallow * cloud.voxelSize()) return true;
-    const Vec3 up = p.depth / cloud.voxelSize() * (toShape.orientation.conjugate() * p.normal);
-    const Eigen::Vector3i v = (grid.cast<double>() + up).array().floor().cast<int>();
-    return cloud.coverage(v.x(), v.y(), v.z()) > 127;
+  // Near a border the parts of the cloud may be on different sides of a sheet.
+  SolidPoint onSurface(const V3& grid, const SampleColumns& of, std::uint32_t k,
+                       std::uint32_t& hint) const {
+    const TriangleSurface::Point p = surface->at(inShape(grid), hint);
+    const double height = -p.depth / dir.body.cloud().voxelSize();
+    if (!surface->hasBorders() || p.border || height > kInFront) return p;
+    const SurfaceSample s = of[k];
+    const int side = sideOfSheet(dir.body.cloud(), grid, V3(s.normal[0], s.normal[1], s.normal[2]),
+                                 toShape.orientation.conjugate() * p.normal, height);
+    if (side < 0) return {-p.depth, -p.normal};
+    return p;
   }
 
   static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {
@@ -108,7 +108,8 @@ struct ShapeTarget {
     std::uint32_t hint = 0;
     for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
       const float reach = (bricks.radius[i] + aside + 0.5f) * dir.voxel;
-      if (at({bricks.x[i], bricks.y[i], bricks.z[i]}, hint).depth >= -reach)
+      const Vec3 x = inShape({bricks.x[i], bricks.y[i], bricks.z[i]});
+      if ((surface ? surface->at(x, hint).depth : solidAt(shape, x).depth) >= -reach)
         near.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -134,7 +135,8 @@ struct ShapeTarget {
     std::uint32_t hint = 0;
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
-      const std::pair<float, V3> there = lookUp({samples.x[k], samples.y[k], samples.z[k]}, hint);
+      const std::pair<float, V3> there =
+          lookUp({samples.x[k], samples.y[k], samples.z[k]}, samples, k, hint);
       set(lanes, i, there);
       lanes.several[divided] = i;
       divided += edgeWithin(k, there.first, there.second, hint);
@@ -169,7 +171,7 @@ struct ShapeTarget {
     ccTangents(s.normal, t1, t2);
     const Eigen::Map<const V3> u(t1), v(t2), middle(s.position);
     for (const V3& aside : {V3(half * u), V3(-half * u), V3(half * v), V3(-half * v)})
-      if (lookUp(middle + aside, hint).second.dot(normal) < kOneFace) return true;
+      if (lookUp(middle + aside, samples, k, hint).second.dot(normal) < kOneFace) return true;
     return false;
   }
 
@@ -177,7 +179,7 @@ struct ShapeTarget {
     std::uint32_t hint = 0;
     for (int i = 0; i < parts.count; ++i) {
       const std::uint32_t k = parts.sample[i];
-      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}, hint));
+      set(parts, i, lookUp({of.x[k], of.y[k], of.z[k]}, of, k, hint));
     }
   }
 

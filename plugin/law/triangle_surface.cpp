@@ -11,11 +11,12 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::size_t kLeaf = 4;     // triangles
+constexpr std::size_t kLeaf = 2;     // triangles
 constexpr double kFlat = 1e-12;      // of a triangle's longest edge squared: it has no area
 constexpr double kOneFace = 0.9;     // cosine: normals jump where they differ by more
 constexpr double kStraight = 0.985;  // cosine of 10 deg: an edge that is hardly one
 constexpr double kOnSurface = 1e-9;  // [m] the way to the foot has no direction
+constexpr double kLess = 1 - 1e-12;  // of a bound, for rounding
 constexpr int kDeepest = 64;         // levels of the tree
 constexpr std::size_t kFewPoints = 8;
 
@@ -203,83 +204,102 @@ void TriangleSurface::addNormals() {
 }
 
 void TriangleSurface::buildTree() {
-  order_.resize(faces_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
+  triangles_.clear();
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    const auto& corner = faces_[f].corner;
+    const Vec3 &a = corners_[corner[0]], &b = corners_[corner[1]], &c = corners_[corner[2]];
+    triangles_.push_back({a, b, c, faces_[f].normal, a + b + c, f});
+  }
   nodes_.clear();
   if (faces_.empty()) return;
-  nodes_.push_back({{}, 0, static_cast<std::uint32_t>(order_.size())});
+  nodes_.push_back({{}, 0, static_cast<std::uint32_t>(triangles_.size())});
   for (std::uint32_t node = 0; node < nodes_.size(); ++node) divide(node);
+  place_.resize(faces_.size());
+  for (std::uint32_t i = 0; i < triangles_.size(); ++i) place_[triangles_[i].face] = i;
 }
 
-// Gives a node its box, and halves it where it holds too many faces.
+// Gives a node its box, and halves it where it holds too many triangles.
 void TriangleSurface::divide(std::uint32_t node) {
   const std::uint32_t first = nodes_[node].first, count = nodes_[node].count;
   Eigen::AlignedBox3d box, middles;
-  const auto middleOf = [this](std::uint32_t f) -> Vec3 {
-    const auto& corner = faces_[f].corner;
-    return corners_[corner[0]] + corners_[corner[1]] + corners_[corner[2]];
-  };
   for (std::uint32_t i = first; i < first + count; ++i) {
-    for (const std::uint32_t corner : faces_[order_[i]].corner) box.extend(corners_[corner]);
-    middles.extend(middleOf(order_[i]));
+    const Triangle& t = triangles_[i];
+    box.extend(t.a).extend(t.b).extend(t.c);
+    middles.extend(t.middle);
   }
   nodes_[node].box = box;
   if (count <= kLeaf) return;
   int axis;
   middles.sizes().maxCoeff(&axis);
-  const auto begin = order_.begin() + first;
-  std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t f, std::uint32_t g) {
-    const double x = middleOf(f)[axis], y = middleOf(g)[axis];
-    return x < y || (x == y && f < g);
-  });
+  const auto begin = triangles_.begin() + first;
+  std::nth_element(begin, begin + count / 2, begin + count,
+                   [axis](const Triangle& t, const Triangle& u) {
+                     const double x = t.middle[axis], y = u.middle[axis];
+                     return x < y || (x == y && t.face < u.face);
+                   });
   nodes_[node] = {box, static_cast<std::uint32_t>(nodes_.size()), 0};
   nodes_.push_back({{}, first, count / 2});
   nodes_.push_back({{}, first + count / 2, count - count / 2});
 }
 
-TriangleSurface::Nearest TriangleSurface::onFace(std::uint32_t face, const Vec3& x) const {
-  const auto& corner = faces_[face].corner;
+// A little less than the square of the distance to the box, so that no rounding hides a triangle.
+double TriangleSurface::Node::squareTo(const Vec3& x) const {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double out = std::max({box.min()[i] - x[i], x[i] - box.max()[i], 0.0});
+    sum += out * out;
+  }
+  return sum * kLess;
+}
+
+TriangleSurface::Nearest TriangleSurface::onTriangle(const Triangle& triangle, const Vec3& x) {
   Nearest near;
-  near.face = face;
-  near.feature = nearestOnTriangle(corners_[corner[0]], corners_[corner[1]], corners_[corner[2]], x,
-                                   near.foot);
+  near.face = triangle.face;
+  near.feature = nearestOnTriangle(triangle.a, triangle.b, triangle.c, x, near.foot);
   near.square = (x - near.foot).squaredNorm();
   return near;
 }
 
 // Of triangles that are equally near, the first; so the hint does not show in the result.
 TriangleSurface::Nearest TriangleSurface::nearest(const Vec3& x, std::uint32_t hint) const {
-  Nearest best = onFace(hint < faces_.size() ? hint : 0, x);
-  std::pair<double, std::uint32_t> stack[kDeepest];
-  int depth = 0;
-  stack[depth++] = {nodes_[0].box.squaredExteriorDistance(x), 0};
+  Nearest best = onTriangle(triangles_[place_[hint < faces_.size() ? hint : 0]], x);
+  double squares[kDeepest];
+  std::uint32_t stack[kDeepest];
+  int depth = 1;
+  squares[0] = stack[0] = 0;
   while (depth > 0) {
-    const auto [square, at] = stack[--depth];
-    if (square > best.square) continue;
-    const Node& node = nodes_[at];
+    if (squares[--depth] > best.square) continue;
+    const Node& node = nodes_[stack[depth]];
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Nearest near = onFace(order_[i], x);
+      const double height = triangles_[i].normal.dot(x - triangles_[i].a);
+      if (height * height * kLess > best.square) continue;
+      const Nearest near = onTriangle(triangles_[i], x);
       if (near.square < best.square || (near.square == best.square && near.face < best.face))
         best = near;
     }
     if (node.count > 0) continue;
-    std::pair<double, std::uint32_t> children[2];
-    for (std::uint32_t k = 0; k < 2; ++k)
-      children[k] = {nodes_[node.first + k].box.squaredExteriorDistance(x) * (1 - 1e-12),
-                     node.first + k};
-    if (children[0].first < children[1].first) std::swap(children[0], children[1]);
-    for (const auto& child : children)
-      if (child.first <= best.square) stack[depth++] = child;
+    std::uint32_t near = node.first, far = node.first + 1;
+    double nearSquare = nodes_[near].squareTo(x), farSquare = nodes_[far].squareTo(x);
+    if (farSquare < nearSquare) {
+      std::swap(near, far);
+      std::swap(nearSquare, farSquare);
+    }
+    if (farSquare <= best.square) {
+      squares[depth] = farSquare;
+      stack[depth++] = far;
+    }
+    squares[depth] = nearSquare;
+    stack[depth++] = near;
   }
   return best;
 }
 
-SolidPoint TriangleSurface::signedBy(const Nearest& near, const Vec3& x) const {
+TriangleSurface::Point TriangleSurface::signedBy(const Nearest& near, const Vec3& x) const {
   const Face& face = faces_[near.face];
   const double side = sides_[face.sheet];
   const Vec3 facing = side * face.normal;
   const auto k = static_cast<std::size_t>((near.feature + 2) % 3);
-  if (near.feature == 0) return {facing.dot(corners_[face.corner[0]] - x), facing};
+  if (near.feature == 0) return {{facing.dot(corners_[face.corner[0]] - x), facing}, false};
   const bool isCorner = near.feature <= 3;
   const Vec3 pseudo =
       side * (isCorner ? cornerNormals_[face.corner[k]] : edges_[face.edge[k]].normal);
@@ -287,11 +307,11 @@ SolidPoint TriangleSurface::signedBy(const Nearest& near, const Vec3& x) const {
   const Vec3 out = x - near.foot;
   const double distance = out.norm();
   const bool inside = !border && out.dot(pseudo) < 0;
-  if (distance < kOnSurface) return {inside ? distance : -distance, facing};
-  return {inside ? distance : -distance, (inside ? -1 : 1) / distance * out};
+  if (distance < kOnSurface) return {{inside ? distance : -distance, facing}, border};
+  return {{inside ? distance : -distance, (inside ? -1 : 1) / distance * out}, border};
 }
 
-SolidPoint TriangleSurface::at(const Vec3& x, std::uint32_t& hint) const {
+TriangleSurface::Point TriangleSurface::at(const Vec3& x, std::uint32_t& hint) const {
   const Nearest near = nearest(x, hint);
   hint = near.face;
   return signedBy(near, x);
@@ -329,7 +349,8 @@ bool TriangleSurface::turnTo(std::span<const Vec3> points) {
       best.square = std::numeric_limits<double>::infinity();
       for (std::uint32_t f = 0; f < faces_.size(); ++f)
         if (faces_[f].sheet == sheet)
-          if (const Nearest near = onFace(f, x); near.square < best.square) best = near;
+          if (const Nearest near = onTriangle(triangles_[place_[f]], x); near.square < best.square)
+            best = near;
       votes_[sheet] += voteOf(best, x);
     }
   }

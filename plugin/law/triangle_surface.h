@@ -20,6 +20,10 @@ namespace cloudcontact {
 
 class TriangleSurface {
  public:
+  struct Point : SolidPoint {
+    bool border;  // the nearest place is on a border
+  };
+
   // Nine coordinates a triangle [m]. Flat triangles and second copies are dropped. `within`: bounds
   // of what is asked; beyond them the surface may go on.
   void build(std::span<const double> corners, const Eigen::AlignedBox3d& within);
@@ -36,8 +40,8 @@ class TriangleSurface {
 
   // The surface's nearest point. `hint`: a triangle that may be near, as the last point's; the
   // result does not depend on it. Not of an empty surface.
-  SolidPoint at(const Vec3& x, std::uint32_t& hint) const;
-  SolidPoint at(const Vec3& x) const {
+  Point at(const Vec3& x, std::uint32_t& hint) const;
+  Point at(const Vec3& x) const {
     std::uint32_t hint = 0;
     return at(x, hint);
   }
@@ -58,9 +62,15 @@ class TriangleSurface {
     Vec3 normal = Vec3::Zero();  // of both faces, not of unit length
     bool joins() const { return faces == 2; }
   };
+  // A face as the tree holds it.
+  struct Triangle {
+    Vec3 a, b, c, normal, middle;
+    std::uint32_t face;
+  };
   struct Node {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0, count = 0;  // faces; count 0: children `first` and `first` + 1
+    std::uint32_t first = 0, count = 0;  // triangles; count 0: children `first` and `first` + 1
+    double squareTo(const Vec3& x) const;
   };
   struct Nearest {
     Vec3 foot = Vec3::Zero();
@@ -77,9 +87,9 @@ class TriangleSurface {
   void addNormals();
   void buildTree();
   void divide(std::uint32_t node);
-  Nearest onFace(std::uint32_t face, const Vec3& x) const;
+  static Nearest onTriangle(const Triangle& triangle, const Vec3& x);
   Nearest nearest(const Vec3& x, std::uint32_t hint) const;
-  SolidPoint signedBy(const Nearest& nearest, const Vec3& x) const;
+  Point signedBy(const Nearest& nearest, const Vec3& x) const;
   double voteOf(const Nearest& nearest, const Vec3& x) const;
 
   std::vector<Vec3> corners_, cornerNormals_;
@@ -87,7 +97,9 @@ class TriangleSurface {
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<double> sides_, votes_;  // of sheets; side 1: as wound, -1: turned
-  std::vector<std::uint32_t> table_, edgeTable_, order_, stack_, owner_, copy_;
+  std::vector<std::uint32_t> table_, edgeTable_, place_, stack_, owner_,
+      copy_;  // place_: of faces in triangles_
+  std::vector<Triangle> triangles_;
   std::vector<Node> nodes_;
   Eigen::AlignedBox3d bounds_;
   bool hasJumps_ = false, hasBorders_ = false;

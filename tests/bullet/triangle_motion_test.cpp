@@ -204,5 +204,92 @@ TEST(TriangleMotion, TerrainsHoldAndGiveNoEnergy) {
     }
 }
 
+// About the y axis [N m].
+double torque(const BulletWorld& world) {
+  double sum = 0;
+  for (const btManifoldPoint& p : world.points())
+    sum += std::max(0.0, -double(p.getDistance()) * p.m_combinedContactStiffness1) *
+           p.getPositionWorldOnA().x();
+  return sum;
+}
+
+TEST(TriangleMotion, ASheetsBorderCarriesAsATablesEdgeDoes) {
+  const TestCloud& box = testClouds()[0];
+  const double half = kSide / 2;
+  for (const double depth : {0.2, 1.0, 3.0}) {
+    BulletWorld truth(spring(1e4)), world(spring(1e4));
+    truth.add(std::make_unique<btBoxShape>(bullet({half, half, half})), 0,
+              at({btScalar(-half), 0, btScalar(-half)}));
+    Kept mesh = bvhShape(groundMesh(20));
+    world.add(std::move(mesh.shape), 0, at({btScalar(-half), 0, 0}));
+    for (BulletWorld* w : {&truth, &world}) {
+      w->addCloud(box.field, 1,
+                  at({btScalar(0.01), 0, btScalar(box.below - depth * kVoxel)},
+                     btQuaternion(btVector3(0, 0, 1), btScalar(0.3))));
+      w->detect();
+    }
+    EXPECT_NEAR(force(world), force(truth), 0.02 * force(truth)) << depth;
+    EXPECT_NEAR(torque(world), torque(truth), 0.1 * 0.04 * force(truth)) << depth;
+  }
+}
+
+struct Nearest : btCollisionWorld::ContactResultCallback {
+  explicit Nearest(double within) { m_closestDistanceThreshold = btScalar(within); }
+  btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper*, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    distance = std::min(distance, double(p.getDistance()));
+    return 0;
+  }
+  double distance = 1;
+};
+
+TEST(TriangleMotion, QueriesMeasureGapsToTriangles) {
+  for (const Ground& ground : grounds()) {
+    BulletWorld world;
+    Kept kept = ground.make();
+    btRigidBody& floor = world.add(std::move(kept.shape), 0, at({0, 0, 0}));
+    const TestCloud& box = testClouds()[0];
+    btRigidBody& body = world.addCloud(box.field, 1, at({0, 0, btScalar(box.below + 0.05)}));
+    Nearest wide(0.08), narrow(0.04);
+    world.world.contactPairTest(&body, &floor, wide);
+    world.world.contactPairTest(&floor, &body, narrow);
+    if (std::string(ground.name).rfind("compound", 0) == 0) continue;  // Bullet's boxes are apart
+    EXPECT_NEAR(wide.distance, 0.05, 0.05 * kVoxel) << ground.name;
+    EXPECT_EQ(narrow.distance, 1) << ground.name;
+  }
+}
+
+TEST(TriangleMotion, AClampAroundASheetsBorderIsPushedByTheJawThatTouches) {
+  // Jaws of 8 voxels, 6 apart; the sheet ends 20 voxels inside.
+  const Vec3 unit = Vec3::Constant(kVoxel);
+  const auto part = [&](const Vec3& low, const Vec3& high) {
+    return test::boxMesh(low.cwiseProduct(unit), high.cwiseProduct(unit));
+  };
+  const Mesh clamp = test::joined(
+      test::joined(part({-20, -10, 3}, {12, 10, 11}), part({-20, -10, -11}, {12, 10, -3})),
+      part({-20, -10, -11}, {-12, 10, 11}));
+  const auto field = fieldOf(clamp, kVoxel);
+  Mesh sheet = groundMesh(20);
+  for (auto& v : sheet.vertices) v.x() += kSide / 2 - 8 * kVoxel;
+  for (const double z : {0.0, 3.3, -3.3, 2.5, -2.5}) {
+    BulletWorld world(spring(1e4));
+    Kept kept = bvhShape(sheet);
+    btRigidBody& floor = world.add(std::move(kept.shape), 0, at({0, 0, 0}));
+    world.addCloud(field, 1, at({0, 0, btScalar(z * kVoxel)}));
+    world.detect();
+    double push = 0;
+    for (const btManifoldPoint& p : world.points())
+      push += std::max(0.0, -double(p.getDistance())) * p.m_combinedContactStiffness1 *
+              p.m_normalWorldOnB.z();
+    const btPersistentManifold* first = world.dispatcher.getNumManifolds()
+                                            ? world.dispatcher.getManifoldByIndexInternal(0)
+                                            : nullptr;
+    if (first && first->getBody0() == &floor) push = -push;
+    // The lower jaw's top is at z - 3 voxels, the upper jaw's underside at z + 3.
+    const double wanted = z > 3 ? -(z - 3) : z < -3 ? -3 - z : 0;
+    EXPECT_NEAR(push, wanted * kVoxel * 1e4, 0.05 * 0.3 * kVoxel * 1e4) << z;
+  }
+}
+
 }  // namespace
 }  // namespace cloudcontact::testing
