@@ -77,9 +77,9 @@ std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& 
   return ofA->depth > ofB->depth ? ofA : ofB;
 }
 
-// How far from each other bodies may be that a Bullet query asks for [m].
+// How far from each other bodies may be that a Bullet query asks for [m]. Not infinite.
 double gapOf(const btManifoldResult& result) {
-  return std::max(0.0, double(result.m_closestPointDistanceThreshold));
+  return std::clamp(double(result.m_closestPointDistanceThreshold), 0.0, 1e9);
 }
 
 // Gives a Bullet query the points or, if the bodies are apart, the gap. Its addContactPoint() reads

@@ -38,21 +38,21 @@ class Collector : public btTriangleCallback {
   std::vector<double>& corners_;
 };
 
-void appendFan(std::vector<double>& corners, const std::vector<btVector3>& outline) {
-  for (std::size_t i = 2; i < outline.size(); ++i)
-    for (const std::size_t k : {std::size_t{0}, i - 1, i}) append(corners, outline[k]);
-}
-
-// The outline of a shape without thickness across z.
+// A fan over the outline of a shape without thickness across z.
 void appendFlat(std::vector<double>& corners, const btConvexShape& shape) {
-  std::vector<btVector3> outline;
+  btVector3 fan[3];
+  int count = 0;
   for (int i = 0; i < kOutline; ++i) {
     const double angle = (i + 0.5) * SIMD_2_PI / kOutline;
     const btVector3 corner = shape.localGetSupportingVertex(
         {static_cast<btScalar>(std::cos(angle)), static_cast<btScalar>(std::sin(angle)), 0});
-    if (outline.empty() || !(corner == outline.back())) outline.push_back(corner);
+    if (count > 0 && corner == fan[count - 1]) continue;
+    fan[count++] = corner;
+    if (count < 3) continue;
+    for (const btVector3& x : fan) append(corners, x);
+    fan[1] = fan[2];
+    count = 2;
   }
-  appendFan(corners, outline);
 }
 
 void readTriangles(const btCollisionShape& shape, const Eigen::AlignedBox3d& box,

@@ -88,6 +88,40 @@ TEST(TriangleShapes, PushAsAPlaneDoes) {
     }
 }
 
+TEST(TriangleShapes, LawsTissuesAndBaseVectorsAreThoseOfAPlane) {
+  CloudContactSettings automatic, foundation, paper = spring(1e4);
+  foundation.law = Foundation{1e7, 0};
+  paper.normals = Normals::BaseVectors;
+  struct Case {
+    const char* name;
+    const CloudContactSettings& settings;
+    TissueTable tissues = {};
+  };
+  const Case cases[] = {{"automatic", automatic},
+                        {"foundation", foundation},
+                        {"base vectors", paper},
+                        {"tissue", automatic, {{"wood", 3e4, 0, 1, 500}}}};
+  for (const Case& c : cases)
+    for (const TestCloud& cloud : testClouds()) {
+      Wrench found[2];
+      for (int k = 0; k < 2; ++k) {
+        GroundWorld world(k ? bvhShape(groundMesh(90)) : plane(), c.settings);
+        auto shape = std::make_unique<CloudShape>(cloud.field);
+        shape->setTissues(c.tissues);
+        world.add(std::move(shape), 1,
+                  at({btScalar(0.0123), 0, btScalar(cloud.below - 0.4 * kVoxel)},
+                     btQuaternion(btVector3(0, 0, 1), btScalar(0.4))));
+        world.detect();
+        found[k] = world.wrench();
+      }
+      EXPECT_GT(found[0].force.z(), 1) << c.name;
+      EXPECT_LT((found[1].force - found[0].force).norm(), 1e-3 * found[0].force.norm())
+          << c.name << ", " << cloud.name;
+      EXPECT_LT((found[1].torque - found[0].torque).norm(), 1e-4 * found[0].force.norm())
+          << c.name << ", " << cloud.name;
+    }
+}
+
 // Of a fall of 1 cm.
 struct Fall {
   double gained = 0, lowest = 1;  // energy [J], height [m]
