@@ -1,6 +1,7 @@
 // A query: search, hits, bins, patches, points.
 #include <cloudcontact/contact/contact_finder.h>
 
+#include "contact/border_hits.h"
 #include "contact/contact_builder.h"
 #include "contact/query_memory.h"
 #include "contact/verlet_lists.h"
@@ -52,20 +53,23 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   HitColumns& hits = memory->hits;
   const int level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits,
                                        runner, settings.verletLists ? &s.lists : nullptr);
+  double gap = memory->search.gap();
+  if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
   const auto build = [&] {
     const std::vector<CcSums>& patches =
         memory->binner.patches(hits, cellOf(frame, level), a.shape || b.shape, runner);
     std::span<const PatchMatter> matter;
     if (TouchedMatter::wanted(a, b, settings))
-      matter = memory->matter.of(a, b, settings, frame,
-                                 {hits, memory->binner.bins(), patches.size(), level,
-                                  cellOf(frame, level), memory->search.gap()});
-    return s.builder.build(a, b, settings, frame, {level, hits.size(), memory->search.gap()},
-                           patches, &hits, matter);
+      matter = memory->matter.of(
+          a, b, settings, frame,
+          {hits, memory->binner.bins(), patches.size(), level, cellOf(frame, level), gap});
+    return s.builder.build(a, b, settings, frame, {level, hits.size(), gap}, patches, &hits,
+                           matter);
   };
   // Hits that press nothing must not hide a gap that closes within the step.
-  if (!build() && !hits.empty() && settings.margin > 0 && memory->search.gap() == 0) {
+  if (!build() && !hits.empty() && settings.margin > 0 && gap == 0) {
     memory->search.runApart(a, b, frame, settings.margin, hits);
+    gap = memory->search.gap();
     s.builder.begin(a, b, settings);
     build();
   }

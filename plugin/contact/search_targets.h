@@ -89,10 +89,16 @@ struct ShapeTarget {
     const double height = -p.depth / dir.body.cloud().voxelSize();
     if (!surface->hasBorders() || p.border || height > kInFront) return p;
     const SurfaceSample s = of[k];
-    const int side = sideOfSheet(dir.body.cloud(), grid, V3(s.normal[0], s.normal[1], s.normal[2]),
+    const V3 outward(s.normal[0], s.normal[1], s.normal[2]);
+    const int side = sideOfSheet(dir.body.cloud(), grid, outward,
                                  toShape.orientation.conjugate() * p.normal, height);
-    if (side < 0) return {-p.depth, -p.normal};
-    return p;
+    SolidPoint turned = p;
+    if (side < 0) turned = {-p.depth, -p.normal};
+    // A border that cuts into the cloud has matter on both sides. It pushes by itself
+    // (border_hits.h).
+    if (turned.depth > 0 && surface->at(inShape(grid - outward), hint).border)
+      return {-turned.depth, -turned.normal};
+    return turned;
   }
 
   static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {

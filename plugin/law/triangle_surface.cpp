@@ -363,6 +363,12 @@ bool TriangleSurface::turnTo(std::span<const Vec3> points) {
   return turned;
 }
 
+void TriangleSurface::visitBorders(
+    const std::function<void(const Vec3&, const Vec3&)>& visit) const {
+  for (const Edge& edge : edges_)
+    if (edge.faces > 0 && !edge.joins()) visit(corners_[edge.from], corners_[edge.to]);
+}
+
 void TriangleSurface::visitEdges(const std::function<void(const Vec3&, const Vec3&)>& visit) const {
   for (const Edge& edge : edges_) {
     if (edge.faces == 0) continue;

@@ -47,6 +47,7 @@ class TriangleSurface {
   }
   // Edges that stick out of the matter, and borders.
   void visitEdges(const std::function<void(const Vec3&, const Vec3&)>& visit) const;
+  void visitBorders(const std::function<void(const Vec3&, const Vec3&)>& visit) const;
 
  private:
   static constexpr std::uint32_t kNone = ~0u;

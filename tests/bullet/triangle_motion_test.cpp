@@ -233,6 +233,32 @@ TEST(TriangleMotion, ASheetsBorderCarriesAsATablesEdgeDoes) {
   }
 }
 
+TEST(TriangleMotion, TheBorderOfAFenceHoldsAndGivesNoEnergy) {
+  // An upright sheet that ends at z = 0, beside the middle of the cloud, which does not turn. Under
+  // the middle of the box's flat face it fails (docs/limits.md).
+  for (const TestCloud& cloud : testClouds())
+    for (const double aside : {0.005, 0.009}) {
+      Mesh fence = groundMesh(20);
+      for (auto& v : fence.vertices) v = Vec3(aside, v.y(), v.x() - kSide / 2);
+      BulletWorld world;
+      Kept kept = bvhShape(fence);
+      world.add(std::move(kept.shape), 0, at({0, 0, 0}));
+      btRigidBody& body =
+          world.addCloud(cloud.field, 0.5, at({0, 0, btScalar(cloud.below + 0.003)}));
+      body.setAngularFactor(btVector3(0, 0, 0));
+      const double start = energyOf(body);
+      double most = start, lowest = 1;
+      for (int i = 0; i < 120; ++i) {
+        world.step(1.0 / 240);
+        most = std::max(most, energyOf(body));
+        lowest = std::min(lowest, double(body.getWorldTransform().getOrigin().z()));
+      }
+      EXPECT_LT(most, start + 1e-4) << cloud.name << ", aside " << aside;
+      EXPECT_GT(lowest, cloud.below - kVoxel) << cloud.name << ", aside " << aside;
+      EXPECT_LT(std::abs(body.getWorldTransform().getOrigin().x()), 0.01) << cloud.name;
+    }
+}
+
 struct Nearest : btCollisionWorld::ContactResultCallback {
   explicit Nearest(double within) { m_closestDistanceThreshold = btScalar(within); }
   btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper*, int, int,
