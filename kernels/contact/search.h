@@ -50,7 +50,9 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel) {
   CcLimits l;
   l.halfWidth = CC_HALF_WIDTH * voxel;
   l.perVoxel = 1.0f / voxel;
-  l.bend = level == 0 ? 0.0f : level == 1 ? 0.125f : 0.4f;
+  // Where a thread of five voxels a pitch touches lightly, 0.125 leaves out 6 % of what presses,
+  // 0.3 1.2 %, 0.4 0.6 %.
+  l.bend = level == 0 ? 0.0f : 0.4f;
   l.nearby = level > 0 ? CC_NEARBY : 0;
   l.nearOutside = level > 1 ? CC_NEARBY : 0;
   return l;

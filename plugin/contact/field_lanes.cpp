@@ -139,8 +139,8 @@ CC_LANES void choosePlanes(const FieldData& other, float voxel, int wanted, Lane
 
 namespace {
 
-// Moves to the front of lanes.several those that must be divided if they lie over an edge. Most need
-// not.
+// Moves to the front of lanes.several those that must be divided if they lie over an edge. Most
+// need not.
 CC_LANES int mayDivide(const Direction& dir, int count, Lanes& lanes) {
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const float* const sx = samples.nx.data();
@@ -162,8 +162,8 @@ CC_LANES int mayDivide(const Direction& dir, int count, Lanes& lanes) {
     const float m[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
     float other[3];
     ccTurnBack(turn, m, other);
-    is[i] = ccMayDivide(&limits, {lanes.a[lane], lanes.b[lane]}, lanes.depth[lane],
-                        ccDot(n, other), width[k], own);
+    is[i] = ccMayDivide(&limits, {lanes.a[lane], lanes.b[lane]}, lanes.depth[lane], ccDot(n, other),
+                        width[k], own);
   }
   int found = 0;
   for (int i = 0; i < count; ++i) {

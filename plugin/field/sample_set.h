@@ -41,8 +41,8 @@ struct SampleRun {
   std::uint32_t first = 0, count = 0;
 };
 
-// Pieces of a cell that face the same way are one sample. Cells are 2 and 4 voxels wide; on level 1,
-// each sample has a cell of its own.
+// Pieces of a cell that face the same way are one sample. Cells are 2 and 4 voxels wide; on level
+// 1, each sample has a cell of its own.
 struct SampleLevel {
   SampleColumns samples;
   // Empty on level 0:
