@@ -17,8 +17,8 @@ namespace cloudcontact {
 // and 2D shapes. Not GImpact's compounds and Bullet's distance fields, which hand out none.
 bool hasTriangles(const btCollisionShape& shape);
 
-// Reads them anew in each query, since a mesh may move its vertices or be replaced by another at
-// the same address; joins them again only if they have changed.
+// Every query reads the triangles from Bullet: a mesh's vertices may have moved, or another shape
+// may have its address now. The surface is rebuilt only if they differ from the last ones.
 class ShapeTriangles {
  public:
   // The solid behind the triangles near `cloud`, a body with a field; null if there are none.
