@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/clipped_segment.h"
 #include "kernels/contact/search.h"
 #include "law/triangle_surface.h"
 
@@ -27,17 +28,9 @@ class BorderWalk {
   // The part of the segment in the cloud's box.
   void segment(const Vec3& start, const Vec3& end) {
     const Vec3 from = toCloud_.toWorld(start), way = toCloud_.toWorld(end) - from;
-    const Eigen::AlignedBox3d box = field_.bounds();
-    double first = 0, last = 1;
-    for (int i = 0; i < 3; ++i) {
-      double low = box.min()[i] - from[i], high = box.max()[i] - from[i];
-      if (way[i] == 0 && (low > 0 || high < 0)) return;
-      if (way[i] == 0) continue;
-      if (way[i] < 0) std::swap(low, high);
-      first = std::max(first, low / way[i]);
-      last = std::min(last, high / way[i]);
-    }
-    if (first >= last) return;
+    const auto part = clipToBox(from, way, field_.bounds());
+    if (!part || part->first == part->second) return;
+    const auto [first, last] = *part;
     const double length = (last - first) * way.norm();
     const int count = std::max(1, static_cast<int>(std::lround(length / voxel_)));
     for (int i = 0; i < count; ++i)

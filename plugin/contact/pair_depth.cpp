@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/clipped_segment.h"
 #include "contact/edge_points.h"
 #include "law/triangle_surface.h"
 
@@ -78,16 +79,9 @@ class EdgeWalk {
   // Walks the part of the segment inside the box, ends included.
   void segment(const Vec3& start, const Vec3& end, double margin) {
     const Vec3 from = toCloud_.toWorld(start), way = toCloud_.toWorld(end) - from;
-    double first = 0, last = 1;
-    for (int i = 0; i < 3; ++i) {
-      double low = within_.min()[i] - from[i], high = within_.max()[i] - from[i];
-      if (way[i] == 0 && (low > 0 || high < 0)) return;
-      if (way[i] == 0) continue;
-      if (way[i] < 0) std::swap(low, high);
-      first = std::max(first, low / way[i]);
-      last = std::min(last, high / way[i]);
-    }
-    if (first > last) return;
+    const auto part = clipToBox(from, way, within_);
+    if (!part) return;
+    const auto [first, last] = *part;
     const int steps = stepsOver((last - first) * way.norm());
     for (int i = 0; i <= steps; ++i)
       lookUp(from + (first + (last - first) * i / steps) * way, margin);
