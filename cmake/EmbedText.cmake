@@ -1,13 +1,36 @@
 # cloudcontact_embed(TARGET NAME FILE...): adds the function cloudcontact::program::embedded::NAME() to the target,
-# which returns the files, one after the other. It is rebuilt when one of them changes.
+# which returns the files, one after the other. It is rebuilt when one of them changes. Where the assembler knows
+# .incbin it includes the files; otherwise, or with CLOUDCONTACT_INCBIN=OFF, EmbedBytes.cmake writes them as an array,
+# which takes the compiler seconds.
+include(CheckSourceCompiles)
+if(NOT DEFINED CLOUDCONTACT_INCBIN)
+  set(CMAKE_REQUIRED_QUIET ON)
+  check_source_compiles(CXX [[
+    __asm__(".section .rodata\ncloudcontact_begin:\n.incbin \"/dev/null\"\n.ascii \"\\n\"\n.previous\n");
+    extern "C" const char begin[] __asm__("cloudcontact_begin");
+    int main() { return begin[0] == 0; }]] CLOUDCONTACT_INCBIN)
+  unset(CMAKE_REQUIRED_QUIET)
+endif()
+set(CLOUDCONTACT_EMBED_BYTES ${CMAKE_CURRENT_LIST_DIR}/EmbedBytes.cmake)
+
 function(cloudcontact_embed target name)
-  set(includes "")
-  foreach(file ${ARGN})
-    get_filename_component(path ${file} ABSOLUTE)
-    string(APPEND includes "    \".incbin \\\"${path}\\\"\\n\"\n    \".ascii \\\"\\\\n\\\"\\n\"\n")
-    list(APPEND paths ${path})
-  endforeach()
+  list(TRANSFORM ARGN REPLACE "^([^/].*)" "${CMAKE_CURRENT_SOURCE_DIR}/\\1" OUTPUT_VARIABLE paths)
   set(source ${CMAKE_CURRENT_BINARY_DIR}/embedded_${name}.cpp)
+  if(CLOUDCONTACT_INCBIN)
+    cloudcontact_embed_by_assembler()
+    set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${paths}")
+  else()
+    add_custom_command(OUTPUT ${source} DEPENDS ${paths} ${CLOUDCONTACT_EMBED_BYTES} VERBATIM
+      COMMAND ${CMAKE_COMMAND} -DOUTPUT=${source} -DNAME=${name} "-DSOURCES=${paths}" -P ${CLOUDCONTACT_EMBED_BYTES})
+  endif()
+  target_sources(${target} PRIVATE ${source})
+endfunction()
+
+macro(cloudcontact_embed_by_assembler)
+  set(includes "")
+  foreach(path ${paths})
+    string(APPEND includes "    \".incbin \\\"${path}\\\"\\n\"\n    \".ascii \\\"\\\\n\\\"\\n\"\n")
+  endforeach()
   set(symbol cloudcontact_embedded_${name})
   file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[// Made by EmbedText.cmake.
 #include <cstddef>
@@ -29,6 +52,4 @@ std::string_view @name@() {
 }
 }
 ]])
-  set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${paths}")
-  target_sources(${target} PRIVATE ${source})
-endfunction()
+endmacro()

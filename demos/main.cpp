@@ -1,5 +1,6 @@
 // The program `cloudcontact`. It runs one of its commands; commands/command_line.h turns failures
 // into exit codes.
+#include <cloudcontact/version.h>
 #include <CLI/CLI.hpp>
 #include "commands/command_line.h"
 #include "commands/commands.h"

@@ -2,6 +2,7 @@
 #include "lab/lab_results.h"
 
 #include <LinearMath/btScalar.h>
+#include <cloudcontact/version.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

@@ -1,6 +1,8 @@
 // Every public header but Bullet's, which bullet.h includes.
 #pragma once
 
+#include <cloudcontact/version.h>
+
 #include <cloudcontact/base/mass_properties.h>
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/base/task_runner.h>

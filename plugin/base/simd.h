@@ -7,6 +7,7 @@
 // Sanitizers instrument the resolvers that pick a clone, which run before the sanitizer is set up.
 #if !defined(CLOUDCONTACT_PLAIN_LANES) && defined(__GNUC__) && !defined(__clang__) && \
     defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define CC_CLONES
 #define CC_LANES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define CC_LANES
