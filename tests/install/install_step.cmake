@@ -66,7 +66,7 @@ function(step_pkg_config)
     set(bytes 8)
   endif()
   set(program ${WORK}/by_pkg_config_${COMPONENT})
-  run(${COMPILER} -std=c++20 ${own} -DNUMBER_BYTES=${bytes} ${CMAKE_CURRENT_LIST_DIR}/outside/${text}_example.cpp
+  run(${COMPILER} -std=c++20 ${own} -DNUMBER_BYTES=${bytes} -I${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/outside/${text}_example.cpp
     -o ${program} ${flags} -Wl,-rpath,${libraries})
   run(${program})
 endfunction()
@@ -103,7 +103,7 @@ function(step_embedded)
     run(${CMAKE_COMMAND} --build ${WORK}/embedded_${incbin})
     execute_process(COMMAND ${WORK}/embedded_${incbin}/embedded OUTPUT_FILE ${WORK}/embedded_${incbin}.txt
       COMMAND_ERROR_IS_FATAL ANY)
-    run(${CMAKE_COMMAND} -E compare_files ${WORK}/embedded_${incbin}.txt ${WORK}/embedded_OFF/expected.txt)
+    run(${CMAKE_COMMAND} -E compare_files ${WORK}/embedded_${incbin}.txt ${WORK}/embedded_${incbin}/expected.txt)
   endforeach()
 endfunction()
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cube.h"
+#include <outside/cube.h>
 
 int main() {
   using namespace cloudcontact;

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "cube.h"
+#include <outside/cube.h>
 
 int main() {
   using namespace cloudcontact;

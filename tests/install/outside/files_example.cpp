@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "cube.h"
+#include <outside/cube.h>
 
 int main() {
   using namespace cloudcontact;
