@@ -1,16 +1,18 @@
 // The program `cloudcontact`. It runs one of its commands; commands/command_line.h turns failures
 // into exit codes.
-#include <cloudcontact/version.h>
 #include <CLI/CLI.hpp>
 #include "commands/command_line.h"
 #include "commands/commands.h"
+#include "commands/version_text.h"
 
 namespace {
 
 void addCommands(CLI::App& app) {
   using namespace cloudcontact::program;
   app.require_subcommand(1);
-  app.set_version_flag("--version", CLOUDCONTACT_VERSION);
+  app.set_version_flag(
+      "--version", versionText,
+      "print the version, Bullet's, vector instructions and OpenCL devices, and exit");
   addDigitizeCommand(app);
   addContactCommand(app);
   addSimulateCommand(app);

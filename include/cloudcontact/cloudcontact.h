@@ -60,5 +60,6 @@
 
 #include <cloudcontact/device/backend.h>
 #include <cloudcontact/device/contact_batch.h>
+#include <cloudcontact/device/device_list.h>
 #include <cloudcontact/device/device_workpiece.h>
 #include <cloudcontact/device/digitizer.h>

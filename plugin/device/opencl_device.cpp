@@ -203,6 +203,21 @@ std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   throw std::runtime_error("no OpenCL device computes the same bits as the CPU" + rejected);
 }
 
+std::vector<std::string> Device::names() {
+  std::vector<std::string> names;
+  for (const cl::Device& device : allDevices()) {
+    std::string name = "a device without a name", why;
+    try {
+      name = device.getInfo<CL_DEVICE_NAME>();
+      why = lacking(device);
+    } catch (const cl::Error& e) {
+      why = describe(e);
+    }
+    names.push_back(why.empty() ? name : name + " (" + why + ")");
+  }
+  return names;
+}
+
 Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
     : device_(device),
       context_(device),
