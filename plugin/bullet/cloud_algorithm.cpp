@@ -18,6 +18,7 @@
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_query.h"
+#include "bullet/pair_sweep.h"
 #include "contact/moved_contact.h"
 #include "contact/shape_contact.h"
 
@@ -119,10 +120,13 @@ struct CloudAlgorithm::State {
                const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                btManifoldResult& result);
   PairQuery read(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step,
-                 bool steps, double gap) {
+                 bool steps, double gap, const Touch* touch = nullptr) {
     const auto lock = narrowPhase.lockToRead();
-    return reader.read(narrowPhase.settings(), a, b, step, steps, gap);
+    return reader.read(narrowPhase.settings(), a, b, step, steps, gap, touch);
   }
+  // Whether the query is now where the pair touches later in the step, and where that is.
+  std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                               const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
   // Of the last query, if its contact was not moved.
   Answer answeredBy() const {
@@ -138,7 +142,7 @@ struct CloudAlgorithm::State {
     return !query.byShapes && sameMatter(query, asked) &&
            moved.holds(query.a, query.b, query.settings.margin);
   }
-  void keep(const PairQuery& query, const ContactResult& contact);
+  void keep(const PairQuery& query, const ContactResult& contact, bool swept);
   void count(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              Answer how, double seconds);
   void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
@@ -150,6 +154,7 @@ struct CloudAlgorithm::State {
   PairReader reader;
   ContactFinder finder;  // one per pair: it keeps the last step's patches and their IDs
   ShapeContact shapes;
+  std::unique_ptr<PairSweep> sweep;  // made for the first fast motion
   PairMemory memory;
   bool answeredByShapes = false;  // the last query
   PairReport summary;
@@ -168,7 +173,8 @@ struct CloudAlgorithm::State {
   int slot = -1;                   // in CompoundChildren
 };
 
-void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact) {
+void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact, bool swept) {
+  if (swept) return moved.drop();
   const double motion = narrowPhase.settings().reuseMotion;
   if (!(motion > 0) || query.byShapes) return;
   if (!sameMatter(query, asked)) moved.drop();
@@ -200,12 +206,27 @@ const ContactResult& CloudAlgorithm::State::find(const PairQuery& query, double&
 void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
                                   const ContactResult& contact, double step) {
   const PairLaw& law = query.law;
-  WriteSettings how{std::holds_alternative<Rigid>(law.shared), 0, step, law.automatic, {}};
+  WriteSettings how;
+  how.rigid = std::holds_alternative<Rigid>(law.shared);
+  how.step = step;
+  how.automatic = law.automatic;
+  if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
   if (step > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step;
   if (law.remembering)
     how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), knownStep(step));
   writer.write(sides, contact, how);
   if (law.remembering) memory.remember(sides, writer.manifolds());
+}
+
+std::optional<Touch> CloudAlgorithm::State::sweepOn(const btCollisionObjectWrapper& a,
+                                                    const btCollisionObjectWrapper& b,
+                                                    const btDispatcherInfo& info,
+                                                    PairQuery& query) {
+  if (!isSwept(a, b, info)) return std::nullopt;
+  if (!sweep) sweep = std::make_unique<PairSweep>(narrowPhase.workspace(), narrowPhase.reading());
+  auto touch = sweep->find(query, a, b, double(info.m_timeStep));
+  if (touch) query = read(a, b, info.m_timeStep, true, 0, &*touch);
+  return touch;
 }
 
 void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides,
@@ -238,21 +259,24 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   const bool steps = typeid(result) == typeid(btManifoldResult);
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
-  const PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
+  PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
   if (query.wrong) narrowPhase.countFailure(query.wrong);
+  std::optional<Touch> touch;
+  if (steps && !query.wrong) touch = sweepOn(a, b, info, query);
   if (query.wrong || query.apart) return writer.clear();
   double earlier = 0;
-  const bool movedAhead = steps && isMoved(query);
-  const bool reused = movedAhead || (steps && isKnown(query));
+  const bool movedAhead = steps && !touch && isMoved(query);
+  const bool reused = movedAhead || (steps && !touch && isKnown(query));
   const ContactResult& contact = movedAhead ? moved.latest()
                                  : reused   ? moved.move(query.a, query.b)
                                             : find(query, earlier);
   if (reused) moved.age();
   if (steps && !reused) {
     apart = query.a.field && query.b.field && contact.samples == 0;
-    keep(query, contact);
+    keep(query, contact, touch.has_value());
   }
-  const PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
+  PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
+  if (touch) sides.touch = &*touch;
   if (steps)
     write(query, sides, contact, info.m_timeStep);
   else
@@ -297,6 +321,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true, 0);
     if (own.ahead.wrong || own.ahead.apart || own.ahead.byShapes) return 0;
+    if (isSwept(a, b, info)) return 0;
     if (own.isKnown(own.ahead)) {
       own.moved.move(own.ahead.a, own.ahead.b);
       own.movedStep = own.lookAhead->step();

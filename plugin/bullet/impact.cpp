@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bullet/convert.h"
+#include "contact/first_touch.h"
 
 namespace cloudcontact {
 
@@ -22,15 +23,20 @@ bool isBare(const btManifoldPoint& point) {
   return !(point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING);
 }
 
-// No push but that of the impact, and none from the last step's.
-void makeBare(btManifoldPoint& point, double restitution) {
+// No push but that of the impact, and none from the last step's. `gap` [m]: that may close.
+void makeBare(btManifoldPoint& point, double restitution, btScalar gap = 0) {
   point.m_contactPointFlags &= ~BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
   point.m_combinedRestitution = static_cast<btScalar>(restitution);
-  point.m_distance1 = 0;
+  point.m_distance1 = gap;
   point.m_appliedImpulse = point.m_appliedImpulseLateral1 = point.m_appliedImpulseLateral2 = 0;
 }
 
 }  // namespace
+
+double closingOf(const ContactPoint& source, const PairSides& sides) {
+  const Vec3 meeting = sides.motionA.at(source.position) - sides.motionB.at(source.position);
+  return meeting.dot(source.normal);
+}
 
 // With the speed v and the gap x at a step's start, Bullet's steps keep v^2 / 2 + a x + a h v / 2
 // on the way down and, with v and x after a step's solution and move, the same on the way up. The
@@ -52,14 +58,32 @@ Impact::Impact(const PairSides& sides, double restitution, double step)
 void Impact::take(const ContactPoint& source, const btManifoldPoint* before,
                   btManifoldPoint& point) const {
   if (!(restitution_ > 0) || !(step_ > 0) || source.damping > 0) return;
-  const Vec3 meeting = sides_.motionA.at(source.position) - sides_.motionB.at(source.position);
-  const double closing = meeting.dot(source.normal), pull = pull_.dot(source.normal);
+  const double closing = closingOf(source, sides_), pull = pull_.dot(source.normal);
   if (closing <= 0) {
     if (before && isBare(*before)) makeBare(point, 0);
     return;
   }
   if (closing < kBouncesFrom || source.depth + step_ * (closing + step_ * pull) <= 0) return;
   makeBare(point, bounceOf(restitution_, closing, source.depth, pull, step_));
+}
+
+void Impact::stop(const ContactPoint& source, double most, btManifoldPoint& point) const {
+  if (isBare(point) || !(step_ * closingOf(source, sides_) > most)) return;
+  makeBare(point, 0, std::max(point.m_distance1, btScalar(0)));
+}
+
+void Impact::stopCenters(const ContactPoint& source, double most, btManifoldPoint& point) const {
+  const double closing = (sides_.motionA.linear - sides_.motionB.linear).dot(source.normal);
+  if (!(step_ * closing > 2 * most)) return;
+  double gap = std::max(0.0, -source.depth);
+  if (sides_.touch)
+    gap += sides_.touch->time * (closing - sides_.touch->checked.dot(source.normal));
+  makeBare(point, 0, static_cast<btScalar>(gap));
+  const auto center = [](const btCollisionObjectWrapper& wrap) {
+    return wrap.getCollisionObject()->getWorldTransform().getOrigin();
+  };
+  point.m_positionWorldOnA = center(*sides_.wrapA);
+  point.m_positionWorldOnB = center(*sides_.wrapB);
 }
 
 }  // namespace cloudcontact

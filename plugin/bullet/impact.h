@@ -22,12 +22,22 @@ class Impact {
   // Makes a written point a bare row if it bounces or leaves. `before`: last step's point, or null.
   void take(const ContactPoint& source, const btManifoldPoint* before,
             btManifoldPoint& point) const;
+  // Makes a written point that has not bounced and would close by more than `most` [m] in the step
+  // a bare row: it ends the step at the touch, or where it is, if it touches.
+  void stop(const ContactPoint& source, double most, btManifoldPoint& point) const;
+  // Of one point of a patch: if the bodies' centers would come nearer by more than twice `most` in
+  // the step, the point stops these instead, without a lever. Rows with levers let a body turn
+  // about its corner, and its center go on through a thin wall in the same step.
+  void stopCenters(const ContactPoint& source, double most, btManifoldPoint& point) const;
 
  private:
   const PairSides& sides_;
   double restitution_, step_;
   Vec3 pull_;  // gravity of A over that of B [m/s^2]
 };
+
+// How fast the bodies approach each other at a point [m/s].
+double closingOf(const ContactPoint& source, const PairSides& sides);
 
 // The speed after an impact, as a multiple of the speed `closing` [m/s] before it. `depth` [m]:
 // where the step begins, negative before the touch; `pull` [m/s^2] in the direction of closing.

@@ -11,6 +11,7 @@
 #include "bullet/convert.h"
 #include "bullet/impact.h"
 #include "bullet/point_friction.h"
+#include "contact/first_touch.h"
 
 namespace cloudcontact {
 
@@ -45,13 +46,28 @@ void copySolverData(const btManifoldPoint& from, btManifoldPoint& to) {
   to.m_lifeTime = from.m_lifeTime + 1;
 }
 
+// Of a swept pair: where a place of its body at the touch is while the body is still where it is
+// now, but has turned already. So impulses have the levers of the touch.
+Vec3 broughtBack(const Vec3& place, const Motion& atTouch, const btCollisionObjectWrapper& wrap) {
+  return place - atTouch.center +
+         toVec3(wrap.getCollisionObject()->getWorldTransform().getOrigin());
+}
+
 // A = B + normal * distance, both surfaces half the depth from the point.
 void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldPoint& point) {
   const Vec3 half = source.depth / 2 * source.normal;
-  point.m_positionWorldOnA = toBullet(Vec3(source.position + half));
-  point.m_positionWorldOnB = toBullet(Vec3(source.position - half));
+  Vec3 onA = source.position + half, onB = source.position - half;
+  double depth = source.depth;
+  if (sides.touch) {
+    onA = broughtBack(onA, sides.motionA, *sides.wrapA);
+    onB = broughtBack(onB, sides.motionB, *sides.wrapB);
+    const double passing = closingOf(source, sides) - sides.touch->checked.dot(source.normal);
+    depth -= passing * sides.touch->time;
+  }
+  point.m_positionWorldOnA = toBullet(onA);
+  point.m_positionWorldOnB = toBullet(onB);
   point.m_normalWorldOnB = toBullet(Vec3(-source.normal));
-  point.m_distance1 = static_cast<btScalar>(-source.depth);
+  point.m_distance1 = static_cast<btScalar>(-depth);
   // In the bodies' frames, not the wrappers': a wrapper may be a compound's child.
   point.m_localPointA =
       sides.wrapA->getCollisionObject()->getWorldTransform().invXform(point.m_positionWorldOnA);
@@ -163,7 +179,10 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
     if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
-    if (!settings.rigid && !settings.shared) impact.take(sources[i], before[i], point);
+    if (!settings.rigid && !settings.shared && !sides.touch)
+      impact.take(sources[i], before[i], point);
+    impact.stop(sources[i], settings.stopsFrom, point);
+    if (i == 0) impact.stopCenters(sources[i], settings.stopsFrom, point);
     announce(manifold, sides, before[i] != nullptr, point);
   }
 }

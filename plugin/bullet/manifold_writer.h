@@ -1,6 +1,8 @@
 // ManifoldWriter: writes a pair's contact points into Bullet's persistent manifolds, one per patch.
 #pragma once
 
+#include <limits>
+
 #include "bullet/pair_law.h"
 
 class btDispatcher;
@@ -16,6 +18,9 @@ struct WriteSettings {
   std::optional<AutomaticSpring> automatic;
   // Or their shares of this row (PairMemory).
   std::optional<KelvinVoigt> shared;
+  // [m] Of a swept pair: points that would close by more in the step are stopped at the touch by
+  // bare rows, since a spring lets a fast body through a thin wall. Infinite: none.
+  double stopsFrom = std::numeric_limits<double>::infinity();
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm is deleted. Points are

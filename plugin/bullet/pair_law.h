@@ -15,6 +15,8 @@ struct btCollisionObjectWrapper;
 
 namespace cloudcontact {
 
+struct Touch;  // first_touch.h
+
 // The law of one pair for one step.
 struct PairLaw {
   Law shared = KelvinVoigt{};  // ContactSettings::law: KelvinVoigt, Foundation or Rigid
@@ -51,7 +53,8 @@ struct PairSides {
   const btCollisionObjectWrapper* wrapA = nullptr;
   const btCollisionObjectWrapper* wrapB = nullptr;
   Motion motionA, motionB;
-  double mass = 0;  // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
+  double mass = 0;               // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
+  const Touch* touch = nullptr;  // of a swept pair: the contact is found where it touches later
 };
 
 // The state of a pair's law with a memory, and the k and c that make Bullet's rows follow it.

@@ -25,6 +25,11 @@ bool isFinite(const Pose& pose) {
   return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
 }
 
+void moveBy(const Pose& way, ContactBody& body) {
+  body.motion.center = way.toWorld(body.motion.center);
+  body.pose = way * body.pose;
+}
+
 double voxelOf(const ContactBody& a, const ContactBody& b) {
   double size = std::numeric_limits<double>::infinity();
   for (const ContactBody* body : {&a, &b})
@@ -32,26 +37,10 @@ double voxelOf(const ContactBody& a, const ContactBody& b) {
   return size;
 }
 
-// Upper limit of the speed of a body's points about its center [m/s].
-double spinSpeed(const ContactBody& body) {
-  const double rate = body.motion.angular.norm();
-  if (!(rate > 0)) return 0;  // also for a half-space, which has no corners
-  const Eigen::AlignedBox3d box = body.field ? body.field->bounds() : boundsOf(*body.shape);
-  const Vec3 center = body.pose.toLocal(body.motion.center);
-  return rate * (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
-}
-
 // Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
 // step.
 double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
-  const double speed = (a.motion.linear - b.motion.linear).norm() + spinSpeed(a) + spinSpeed(b);
-  return std::max(voxel, speed * step);
-}
-
-const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
-  const btCollisionShape* const shape = wrap.getCollisionShape();
-  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
-  return static_cast<const CloudShape*>(shape);
+  return std::max(voxel, closingSpeed(a, b) * step);
 }
 
 using Bits = std::array<double, 33>;
@@ -83,6 +72,12 @@ bool sameBody(const ContactBody& x, const ContactBody& y) {
 }
 
 }  // namespace
+
+const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
+  const btCollisionShape* const shape = wrap.getCollisionShape();
+  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
+  return static_cast<const CloudShape*>(shape);
+}
 
 bool sameMatter(const PairQuery& x, const PairQuery& y) {
   return !x.wrong && !y.wrong && !x.apart && !y.apart && x.byShapes == y.byShapes &&
@@ -140,12 +135,13 @@ void PairReader::readPaper(const CloudContactSettings& settings, const btCollisi
 
 // False if there is no query, and why.
 bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                           double gap, PairQuery& query) {
+                           double gap, const Touch* touch, PairQuery& query) {
   const btCollisionObjectWrapper* const wraps[2] = {&a, &b};
   ContactBody* const bodies[2] = {&query.a, &query.b};
   for (int side = 0; side < 2; ++side) {
     bodies[side]->pose = toPose(wraps[side]->getWorldTransform());
     bodies[side]->motion = motionOf(*wraps[side]->getCollisionObject());
+    if (touch) moveBy(side == 0 ? touch->a : touch->b, *bodies[side]);
     if (!isFinite(bodies[side]->pose)) query.wrong = kBadPose;
     if (const CloudShape* const cloud = cloudOf(*wraps[side]))
       bodies[side]->field = &cloud->field();
@@ -169,9 +165,10 @@ bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionO
 }
 
 PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                           const btCollisionObjectWrapper& b, double step, bool steps, double gap) {
+                           const btCollisionObjectWrapper& b, double step, bool steps, double gap,
+                           const Touch* touch) {
   PairQuery query;
-  if (!setBodies(a, b, gap, query)) return query;
+  if (!setBodies(a, b, gap, touch, query)) return query;
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   query.mass = inverse > 0 ? 1 / inverse : 0;

@@ -7,8 +7,11 @@
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/shape_triangles.h"
+#include "contact/first_touch.h"
 
 namespace cloudcontact {
+
+class CloudShape;
 
 struct PairQuery {
   ContactBody a, b;
@@ -30,6 +33,9 @@ struct PairQuery {
 // A body of the query as a shape; for a query that is answered by shapes.
 ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized);
 
+// A wrapper's cloud; null for another shape.
+const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap);
+
 // Whether two queries differ at most in the bodies' poses and motions, and the margin.
 bool sameMatter(const PairQuery& x, const PairQuery& y);
 
@@ -43,13 +49,16 @@ class PairReader {
 
   // `steps`: Bullet steps, so bodies about to touch get points too. Without them a body that has
   // lifted off by a micrometer falls freely for a step, and rattles for ever. `gap` [m]: of bodies
-  // that a query still asks for. Throws as lawOf().
+  // that a query still asks for. `touch`: the bodies are read where they touch later; may
+  // be null. Throws as
+  // lawOf().
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                 const btCollisionObjectWrapper& b, double step, bool steps, double gap = 0);
+                 const btCollisionObjectWrapper& b, double step, bool steps, double gap = 0,
+                 const Touch* touch = nullptr);
 
  private:
   bool setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double gap,
-                 PairQuery& query);
+                 const Touch* touch, PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);
   void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,

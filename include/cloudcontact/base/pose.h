@@ -35,4 +35,16 @@ struct Motion {
   Vec3 at(const Vec3& world) const { return linear + angular.cross(world - center); }
 };
 
+// Where a body is after `seconds` of constant velocity: its center moves on a line while it turns
+// about it.
+inline Pose movedOn(const Pose& pose, const Motion& motion, double seconds) {
+  const Vec3 turn = seconds * motion.angular;
+  const double angle = turn.norm();
+  const Eigen::Quaterniond by =
+      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))
+                : Eigen::Quaterniond::Identity();
+  return {(by * pose.orientation).normalized(),
+          motion.center + seconds * motion.linear + by * (pose.position - motion.center)};
+}
+
 }  // namespace cloudcontact
