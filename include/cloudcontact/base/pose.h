@@ -40,9 +40,9 @@ struct Motion {
 inline Pose movedOn(const Pose& pose, const Motion& motion, double seconds) {
   const Vec3 turn = seconds * motion.angular;
   const double angle = turn.norm();
-  const Eigen::Quaterniond by =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))
-                : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond by = angle > 0
+                                    ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle))
+                                    : Eigen::Quaterniond::Identity();
   return {(by * pose.orientation).normalized(),
           motion.center + seconds * motion.linear + by * (pose.position - motion.center)};
 }
