@@ -59,7 +59,7 @@ int runCommandLine(int argc, char** argv, CLI::App& app, void (*add)(CLI::App&))
   } catch (const BadInput& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
-    return complain("out of memory; give a larger --voxel", kWorkFailed);
+    return complain("this needs more memory than there is; give a larger --voxel", kBadInput);
   } catch (const std::exception& error) {
     return complain(error.what(), kWorkFailed);
   }

@@ -30,6 +30,9 @@ namespace {
 // voxels at best.
 constexpr double kFacetTolerance = 0.002;  // [voxels]
 
+constexpr const char* kNoMemory =
+    "needs more memory than there is; give a larger --voxel, or fewer triangles or points";
+
 std::string lowerExtension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -37,14 +40,14 @@ std::string lowerExtension(const std::filesystem::path& file) {
   return extension;
 }
 
-// Turns the library's exceptions about a file into BadInput, but for lack of memory. Appends
+// Turns the library's exceptions about a file into BadInput, lack of memory included. Appends
 // `advice` to messages without any.
 template <class Load>
 auto asBadInput(const std::string& name, const std::string& advice, Load load) {
   try {
     return load();
   } catch (const std::bad_alloc&) {
-    throw;
+    throw BadInput(name + ": " + kNoMemory);
   } catch (const BadInput&) {
     throw;
   } catch (const std::length_error& error) {
@@ -53,6 +56,8 @@ auto asBadInput(const std::string& name, const std::string& advice, Load load) {
     throw BadInput("--voxel: " + (isNamed ? message : name + ": " + message));
   } catch (const std::exception& error) {
     std::string message = error.what();
+    if (message.find("bad_alloc") != std::string::npos)  // Assimp's message
+      throw BadInput(name + ": " + kNoMemory);
     if (message.find(name) == std::string::npos) message = name + ": " + message;
     if (message.find(';') == std::string::npos) message += "; " + advice;
     throw BadInput(message);

@@ -82,7 +82,7 @@ auto naming(const std::string& body, Work work) {
   } catch (const BadInput&) {
     throw;
   } catch (const std::bad_alloc&) {
-    throw;
+    throw BadInput("body '" + body + "': needs more memory than there is; give a larger --voxel");
   } catch (const std::exception& error) {
     throw BadInput("body '" + body + "': " + error.what());
   }

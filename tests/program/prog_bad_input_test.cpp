@@ -1,6 +1,7 @@
 // Bad input of every kind gives exit code 2, one line on stderr that names the file or option and
 // says what to do, nothing on stdout, and no new file.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstring>
@@ -363,6 +364,25 @@ TEST_F(BadInput, GoodInputIsNotRefused) {
     EXPECT_NE(outcome.out, "");
   }
 }
+
+// Sanitizers reserve address space without end.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// A body that needs more memory than there is, is bad input. The limit is of address space; the
+// body needs more than a gigabyte.
+TEST_F(BadInput, NamesTheBodyThatNeedsTooMuchMemory) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = 400u << 20;
+  const std::string body = "box:0.1,0.1,0.1";
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &few), 0);
+  const Outcome outcome = place.run({"digitize", body, "--voxel", "0.0001", "--threads", "1"});
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+  EXPECT_EQ(outcome.exitCode, 2) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_NE(outcome.err.find(body + ": needs more memory"), std::string::npos) << outcome.err;
+}
+#endif
 
 // A failed write leaves the old file unchanged.
 TEST_F(BadInput, AFailedSaveKeepsTheOldFile) {
