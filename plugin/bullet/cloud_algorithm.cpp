@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "bullet/convert.h"
+#include "bullet/leaving.h"
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_query.h"
@@ -154,6 +155,7 @@ struct CloudAlgorithm::State {
   PairReader reader;
   ContactFinder finder;  // one per pair: it keeps the last step's patches and their IDs
   ShapeContact shapes;
+  Leaving leaving;
   std::unique_ptr<PairSweep> sweep;  // made for the first fast motion
   PairMemory memory;
   bool answeredByShapes = false;  // the last query
@@ -210,6 +212,12 @@ void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides
   how.rigid = std::holds_alternative<Rigid>(law.shared);
   how.step = step;
   how.automatic = law.automatic;
+  const double most = narrowPhase.settings().leavingSpeed;
+  if (step > 0 && !sides.touch && leaving.update(query, contact, most, step)) {
+    how.automatic.reset();
+    how.leavingSpeed = leaving.speed();
+    return writer.write(sides, leaving.contact(), how);
+  }
   if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
   if (step > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step;
   if (law.remembering)

@@ -18,6 +18,9 @@ void validate(const CloudContactSettings& settings) {
   if (settings.law && !takesBodiesSprings(*settings.law)) cloudcontact::validate(*settings.law);
   if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
     throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
+  if (!(settings.leavingSpeed > 0))
+    throw std::invalid_argument(
+        "CloudContactSettings: leavingSpeed must be positive; infinity leaves it to the spring");
   if (!(settings.reuseMotion >= 0) || !std::isfinite(settings.reuseMotion))
     throw std::invalid_argument(
         "CloudContactSettings: reuseMotion must be finite and not negative; 0 searches every step");

@@ -79,11 +79,23 @@ void Impact::stopCenters(const ContactPoint& source, double most, btManifoldPoin
   if (sides_.touch)
     gap += sides_.touch->time * (closing - sides_.touch->checked.dot(source.normal));
   makeBare(point, 0, static_cast<btScalar>(gap));
+  moveToCenters(point);
+}
+
+void Impact::moveToCenters(btManifoldPoint& point) const {
   const auto center = [](const btCollisionObjectWrapper& wrap) {
     return wrap.getCollisionObject()->getWorldTransform().getOrigin();
   };
   point.m_positionWorldOnA = center(*sides_.wrapA);
   point.m_positionWorldOnB = center(*sides_.wrapB);
+}
+
+void Impact::moveApart(const ContactPoint& source, double speed, btManifoldPoint& point) const {
+  makeBare(point, 0, static_cast<btScalar>(source.depth > 0 ? -speed * step_ : -source.depth));
+  point.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+  point.m_contactERP = 1;
+  point.m_combinedFriction = 0;
+  moveToCenters(point);
 }
 
 }  // namespace cloudcontact

@@ -29,8 +29,13 @@ class Impact {
   // the step, the point stops these instead, without a lever. Rows with levers let a body turn
   // about its corner, and its center go on through a thin wall in the same step.
   void stopCenters(const ContactPoint& source, double most, btManifoldPoint& point) const;
+  // Makes a written point a bare row that moves the bodies' centers apart at `speed` [m/s] or,
+  // where the depth is negative, lets the gap close.
+  void moveApart(const ContactPoint& source, double speed, btManifoldPoint& point) const;
 
  private:
+  void moveToCenters(btManifoldPoint& point) const;
+
   const PairSides& sides_;
   double restitution_, step_;
   Vec3 pull_;  // gravity of A over that of B [m/s^2]

@@ -179,7 +179,9 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
     if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
-    if (!settings.rigid && !settings.shared && !sides.touch)
+    if (settings.leavingSpeed > 0)
+      impact.moveApart(sources[i], settings.leavingSpeed, point);
+    else if (!settings.rigid && !settings.shared && !sides.touch)
       impact.take(sources[i], before[i], point);
     impact.stop(sources[i], settings.stopsFrom, point);
     if (i == 0) impact.stopCenters(sources[i], settings.stopsFrom, point);

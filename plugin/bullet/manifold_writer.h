@@ -21,6 +21,8 @@ struct WriteSettings {
   // [m] Of a swept pair: points that would close by more in the step are stopped at the touch by
   // bare rows, since a spring lets a fast body through a thin wall. Infinite: none.
   double stopsFrom = std::numeric_limits<double>::infinity();
+  // Of a pair that is moved apart (Leaving): how fast [m/s]. 0: none.
+  double leavingSpeed = 0;
 };
 
 // The manifolds of one pair, kept from its first contact until the algorithm is deleted. Points are
