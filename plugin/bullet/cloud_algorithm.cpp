@@ -22,6 +22,7 @@
 #include "bullet/pair_sweep.h"
 #include "contact/moved_contact.h"
 #include "contact/shape_contact.h"
+#include "contact/surface_gap.h"
 
 namespace cloudcontact {
 
@@ -68,15 +69,31 @@ std::optional<ContactPoint> nearestSample(const ContactBody& sampled, const Cont
   return best;
 }
 
+// [voxels] Clouds nearer than this are measured by their samples, others by their surfaces'
+// triangles.
+constexpr double kNearClouds = 1;
+
+// Two clouds that are not near.
+std::optional<ContactPoint> wideGap(const ContactBody& a, const ContactBody& b, double within) {
+  const auto gap = surfaceGap(a, b, within);
+  if (!gap || !(gap->distance > 0)) return std::nullopt;
+  ContactPoint point;
+  point.depth = -gap->distance;
+  point.normal = (gap->onB - gap->onA) / gap->distance;
+  point.position = (gap->onA + gap->onB) / 2;
+  return point;
+}
+
 // The smallest gap of two bodies that do not touch, as a point of negative depth, if it is at most
-// `within` [m]. It looks up all samples of each cloud in the other body: exact against a shape,
-// and between clouds as far as their bands reach.
+// `within` [m]. It looks up all samples of each cloud in the other body: exact against a shape.
 std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& b, double within) {
   const auto ofB = nearestSample(b, a, within);
   auto ofA = nearestSample(a, b, within);
   if (ofA) ofA->normal = -ofA->normal;
-  if (!ofA || !ofB) return ofA ? ofA : ofB;
-  return ofA->depth > ofB->depth ? ofA : ofB;
+  const auto& best = ofA && (!ofB || ofA->depth > ofB->depth) ? ofA : ofB;
+  if (!a.field || !b.field) return best;
+  const double voxel = std::min(a.field->cloud().voxelSize(), b.field->cloud().voxelSize());
+  return best && best->depth > -kNearClouds * voxel ? best : wideGap(a, b, within);
 }
 
 // How far from each other bodies may be that a Bullet query asks for [m]. Not infinite.

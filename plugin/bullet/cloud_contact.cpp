@@ -1,6 +1,7 @@
 // The algorithm factories, and the shape types that they are registered for.
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <cloudcontact/bullet/cloud_contact.h>
+#include <cloudcontact/bullet/cloud_shape.h>
 
 #include <cmath>
 #include <stdexcept>
@@ -45,7 +46,7 @@ CloudContact::CloudContact(const CloudContactSettings& settings)
 CloudContact::~CloudContact() = default;
 
 void CloudContact::attach(btCollisionDispatcher& dispatcher) {
-  constexpr int kCloud = HFFLUID_SHAPE_PROXYTYPE;
+  constexpr int kCloud = CloudShape::kCloudType;
   const auto registerFor = [&](int a, int b) {
     dispatcher.registerCollisionCreateFunc(a, b, &state_->factory);
     dispatcher.registerClosestPointsCreateFunc(a, b, &state_->factory);

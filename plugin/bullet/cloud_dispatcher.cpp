@@ -2,6 +2,7 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
+#include <cloudcontact/bullet/cloud_shape.h>
 
 #include <stdexcept>
 #include <thread>
@@ -32,7 +33,7 @@ std::unique_ptr<DeviceSearch> deviceOf(const CloudDispatcherSettings& settings) 
 }
 
 bool isCloud(const btCollisionObject& object) {
-  return object.getCollisionShape()->getShapeType() == HFFLUID_SHAPE_PROXYTYPE;
+  return CloudShape::of(*object.getCollisionShape()) != nullptr;
 }
 
 bool isCompound(const btCollisionObject& object) {

@@ -9,8 +9,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bullet/cloud_casts.h"
 #include "bullet/convert.h"
 #include "field/base_vector_bricks.h"
+#include "field/surface_tree.h"
 #include "voxels/cut_between.h"
 
 namespace cloudcontact {
@@ -55,10 +57,13 @@ struct CloudShape::LazyPaper {
 
 CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
   setField(std::move(field));
-  // This type has no side effects in Bullet and may be a compound's child. Bullet casts
-  // CUSTOM_CONCAVE_SHAPE_TYPE to its own distance-field shape.
-  m_shapeType = HFFLUID_SHAPE_PROXYTYPE;
+  m_shapeType = kCloudType;
   m_collisionMargin = 0;
+}
+
+const CloudShape* CloudShape::of(const btCollisionShape& shape) {
+  if (shape.getShapeType() != kCloudType) return nullptr;
+  return dynamic_cast<const CloudShape*>(&shape);
 }
 
 void CloudShape::setPaper(std::shared_ptr<LazyPaper> paper) {
@@ -150,24 +155,21 @@ void CloudShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const 
 
 void CloudShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                                      const btVector3& aabbMax) const {
-  const double voxel = field_->cloud().voxelSize();
-  const Vec3& origin = field_->cloud().origin();
-  for (std::size_t k = 0; k < field_->sampleCount(); ++k) {
-    const SurfaceSample sample = field_->sample(k);
-    const Vec3 center =
-        origin + voxel * Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
-    const Vec3 normal = Eigen::Map<const Eigen::Vector3f>(sample.normal).cast<double>();
-    const double half = voxel * std::sqrt(double(sample.area)) / 2;
-    const Vec3 u = half * normal.unitOrthogonal(), v = normal.cross(u);
-    btVector3 corners[] = {toBullet(Vec3(center - u - v)), toBullet(Vec3(center + u - v)),
-                           toBullet(Vec3(center + u + v)), toBullet(Vec3(center - u + v))};
-    btVector3 other[] = {corners[0], corners[2], corners[3]};
-    if (!TestTriangleAgainstAabb2(corners, aabbMin, aabbMax) &&
-        !TestTriangleAgainstAabb2(other, aabbMin, aabbMax))
-      continue;
-    callback->processTriangle(corners, 0, static_cast<int>(2 * k));
-    callback->processTriangle(other, 0, static_cast<int>(2 * k + 1));
-  }
+  if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback))
+    return castRay(*this, *ray);
+  if (auto* const sweep = dynamic_cast<btTriangleConvexcastCallback*>(callback))
+    return castConvex(*this, *sweep);
+  const Eigen::AlignedBox3d asked(toVec3(aabbMin), toVec3(aabbMax));
+  const SurfaceTree& tree = surfaceTree(*field_);
+  const double anywhere = 1;
+  tree.search(
+      [&](const Eigen::AlignedBox3d& box) { return box.intersects(asked) ? 0.0 : 2.0; }, anywhere,
+      [&](std::uint32_t triangle) {
+        const SurfaceTree::Corners corners = tree.corners(triangle);
+        btVector3 three[] = {toBullet(corners[0]), toBullet(corners[1]), toBullet(corners[2])};
+        if (TestTriangleAgainstAabb2(three, aabbMin, aabbMax))
+          callback->processTriangle(three, 0, static_cast<int>(triangle));
+      });
 }
 
 PrincipalFrame principalFrame(const Cloud& cloud) {

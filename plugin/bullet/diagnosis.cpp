@@ -38,7 +38,7 @@ class ShapeChecks {
     }
     const std::string name = "Object " + std::to_string(object.getWorldArrayIndex()) +
                              " of the world has a shape (" + shape.getName() + ") that ";
-    const bool cloud = shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE;
+    const bool cloud = CloudShape::of(shape) != nullptr;
     if (!cloud && !hasTriangles(shape) && !toSolid(shape))
       advice_.push_back(name +
                         "touches no cloud, since it has neither volume nor triangles: make it a "

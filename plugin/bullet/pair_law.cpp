@@ -32,10 +32,9 @@ struct StatedLaw {
 
 StatedLaw statedBy(const btCollisionObjectWrapper& body) {
   const btCollisionShape* const shape = body.getCollisionShape();
-  if (shape->getShapeType() == HFFLUID_SHAPE_PROXYTYPE) {
-    const auto& cloud = static_cast<const CloudShape&>(*shape);
-    if (!cloud.tissues().empty()) return {&cloud.tissues(), {}, nullptr, false, false};
-    if (const auto& own = cloud.law; own && !std::holds_alternative<Rigid>(*own)) {
+  if (const CloudShape* const cloud = CloudShape::of(*shape)) {
+    if (!cloud->tissues().empty()) return {&cloud->tissues(), {}, nullptr, false, false};
+    if (const auto& own = cloud->law; own && !std::holds_alternative<Rigid>(*own)) {
       const bool byArea = std::holds_alternative<Foundation>(*own);
       if (!byArea && !std::holds_alternative<KelvinVoigt>(*own))
         return {nullptr, {}, &*own, false, false};

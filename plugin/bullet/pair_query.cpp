@@ -74,9 +74,7 @@ bool sameBody(const ContactBody& x, const ContactBody& y) {
 }  // namespace
 
 const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap) {
-  const btCollisionShape* const shape = wrap.getCollisionShape();
-  if (shape->getShapeType() != HFFLUID_SHAPE_PROXYTYPE) return nullptr;
-  return static_cast<const CloudShape*>(shape);
+  return CloudShape::of(*wrap.getCollisionShape());
 }
 
 bool sameMatter(const PairQuery& x, const PairQuery& y) {

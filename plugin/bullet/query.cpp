@@ -1,12 +1,13 @@
-// Rays and drawing of clouds.
+// Rays with the children of compounds; drawing of clouds and patches.
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <LinearMath/btIDebugDraw.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/bullet/query.h>
 
+#include <cmath>
+
 #include "bullet/convert.h"
-#include "field/field_ray.h"
 
 namespace cloudcontact {
 
@@ -17,8 +18,8 @@ namespace {
 template <typename Visit>
 void forEachCloud(const btCollisionShape& shape, const btTransform& place, const Visit& visit,
                   int child = -1) {
-  if (shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE) {
-    visit(static_cast<const CloudShape&>(shape), place, child);
+  if (const CloudShape* const cloud = CloudShape::of(shape)) {
+    visit(*cloud, place, child);
   } else if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     for (int i = 0; i < compound.getNumChildShapes(); ++i)
@@ -26,46 +27,52 @@ void forEachCloud(const btCollisionShape& shape, const btTransform& place, const
   }
 }
 
-// The broad phase calls process() for every object whose box the ray crosses.
-class CloudRay : public btBroadphaseRayCallback {
+// Passes hits on, and names the children of compounds that Bullet leaves out: it does so only where
+// a hit says nothing else of its shape.
+class ChildNamer : public btCollisionWorld::RayResultCallback {
  public:
-  CloudRay(const btVector3& from, const btVector3& to,
-           btCollisionWorld::RayResultCallback& callback)
+  ChildNamer(const btVector3& from, const btVector3& to,
+             btCollisionWorld::RayResultCallback& callback)
       : from_(from), to_(to), callback_(callback) {
-    const btVector3 direction = (to - from).normalized();
-    for (int axis = 0; axis < 3; ++axis) {
-      m_rayDirectionInverse[axis] =
-          direction[axis] == 0 ? btScalar(BT_LARGE_FLOAT) : 1 / direction[axis];
-      m_signs[axis] = m_rayDirectionInverse[axis] < 0;
-    }
-    m_lambda_max = direction.dot(to - from);
+    m_flags = callback.m_flags;
+    m_closestHitFraction = callback.m_closestHitFraction;
   }
 
-  bool process(const btBroadphaseProxy* proxy) override {
-    if (callback_.m_closestHitFraction <= 0) return false;
-    auto* const object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (!callback_.needsCollision(object->getBroadphaseHandle())) return true;
-    forEachCloud(*object->getCollisionShape(), object->getWorldTransform(),
-                 [&](const CloudShape& shape, const btTransform& place, int child) {
-                   test(*object, shape, place, child);
-                 });
-    return true;
+  bool needsCollision(btBroadphaseProxy* proxy) const override {
+    return callback_.needsCollision(proxy);
+  }
+
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& hit, bool inWorld) override {
+    btCollisionWorld::LocalShapeInfo child{-1, childAt(hit)};
+    if (child.m_triangleIndex >= 0) hit.m_localShapeInfo = &child;
+    const btScalar result = callback_.addSingleResult(hit, inWorld);
+    m_collisionObject = callback_.m_collisionObject;
+    m_closestHitFraction = callback_.m_closestHitFraction;
+    return result;
   }
 
  private:
-  void test(const btCollisionObject& object, const CloudShape& shape, const btTransform& place,
-            int child) {
-    const Pose pose = toPose(place);
-    const auto hit = firstEntry(shape.field(), pose.toLocal(toVec3(from_)),
-                                pose.toLocal(toVec3(to_)), callback_.m_closestHitFraction);
-    if (!hit) return;
-    btCollisionWorld::LocalShapeInfo info{-1, child};  // as Bullet reports a compound's child
-    btCollisionWorld::LocalRayResult result(&object, child < 0 ? nullptr : &info,
-                                            toBullet(Vec3(pose.orientation * hit->normal)),
-                                            static_cast<btScalar>(hit->fraction));
-    callback_.addSingleResult(result, true);
+  // The child cloud whose surface is nearest to a hit; -1: none.
+  int childAt(const btCollisionWorld::LocalRayResult& hit) const {
+    const btCollisionObject& object = *hit.m_collisionObject;
+    if (!object.getCollisionShape()->isCompound()) return -1;
+    if (hit.m_localShapeInfo && hit.m_localShapeInfo->m_shapePart >= 0) return -1;
+    const btVector3 place = from_.lerp(to_, hit.m_hitFraction);
+    int nearest = -1;
+    double least = kNear;
+    forEachCloud(*object.getCollisionShape(), object.getWorldTransform(),
+                 [&](const CloudShape& shape, const btTransform& at, int child) {
+                   const auto point = shape.field().at(toPose(at).toLocal(toVec3(place)));
+                   if (!point) return;
+                   const double voxel = shape.field().cloud().voxelSize();
+                   if (std::abs(point->depth) >= least * voxel) return;
+                   least = std::abs(point->depth) / voxel;
+                   nearest = child;
+                 });
+    return nearest;
   }
 
+  static constexpr double kNear = 1;  // [voxels]
   btVector3 from_, to_;
   btCollisionWorld::RayResultCallback& callback_;
 };
@@ -80,10 +87,12 @@ class SurfaceDrawer : public btTriangleCallback {
     const btVector3 a = place_ * corners[0], b = place_ * corners[1], c = place_ * corners[2];
     drawer_.drawLine(a, b, color_);
     drawer_.drawLine(b, c, color_);
+    drawer_.drawLine(c, a, color_);
     if (!normals_) return;
     const btVector3 normal = (b - a).cross(c - a);
-    const btScalar length = btSqrt(normal.length());  // about a square's edge
-    if (length > 0) drawer_.drawLine((a + c) / 2, (a + c) / 2 + normal / length, {1, 1, 0});
+    const btScalar length = btSqrt(normal.length());  // about a triangle's edge
+    const btVector3 middle = (a + b + c) / 3;
+    if (length > 0) drawer_.drawLine(middle, middle + normal / length, {1, 1, 0});
   }
 
  private:
@@ -132,10 +141,16 @@ void drawPatches(btCollisionWorld& world, btIDebugDraw& drawer) {
 
 void rayTest(const btCollisionWorld& world, const btVector3& from, const btVector3& to,
              btCollisionWorld::RayResultCallback& callback) {
-  world.rayTest(from, to, callback);
-  if ((to - from).fuzzyZero()) return;
-  CloudRay ray(from, to, callback);
-  const_cast<btBroadphaseInterface*>(world.getBroadphase())->rayTest(from, to, ray);
+  ChildNamer namer(from, to, callback);
+  world.rayTest(from, to, namer);
+}
+
+void debugDraw(btCollisionWorld& world, btIDebugDraw& drawer) {
+  btIDebugDraw* const before = world.getDebugDrawer();
+  world.setDebugDrawer(&drawer);
+  world.debugDrawWorld();
+  world.setDebugDrawer(before);
+  if (drawer.getDebugMode() & btIDebugDraw::DBG_DrawContactPoints) drawPatches(world, drawer);
 }
 
 void debugDraw(const CloudShape& shape, const btTransform& place, btIDebugDraw& drawer,
@@ -143,20 +158,6 @@ void debugDraw(const CloudShape& shape, const btTransform& place, btIDebugDraw& 
   SurfaceDrawer surface(place, drawer, color, normals);
   const btVector3 all(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
   shape.processAllTriangles(&surface, -all, all);
-}
-
-void debugDraw(btCollisionWorld& world, btIDebugDraw& drawer) {
-  const int mode = drawer.getDebugMode();
-  const bool normals = mode & btIDebugDraw::DBG_DrawNormals;
-  if (normals || (mode & btIDebugDraw::DBG_DrawWireframe)) {
-    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i)
-      forEachCloud(*objects[i]->getCollisionShape(), objects[i]->getWorldTransform(),
-                   [&](const CloudShape& shape, const btTransform& place, int) {
-                     debugDraw(shape, place, drawer, {0, 1, 0}, normals);
-                   });
-  }
-  if (mode & btIDebugDraw::DBG_DrawContactPoints) drawPatches(world, drawer);
 }
 
 }  // namespace cloudcontact

@@ -9,8 +9,7 @@ namespace {
 
 void addShapes(const btCollisionObject& object, const btCollisionShape& shape,
                std::vector<ShapeReport>& report) {
-  if (shape.getShapeType() == HFFLUID_SHAPE_PROXYTYPE)
-    report.push_back({&object, static_cast<const CloudShape*>(&shape)});
+  if (const CloudShape* const cloud = CloudShape::of(shape)) report.push_back({&object, cloud});
   if (!shape.isCompound()) return;
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i)

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <exception>
+#include <stdexcept>
 #include <typeinfo>
 
 #include "bullet/narrow_phase.h"
@@ -16,6 +17,11 @@
 namespace cloudcontact {
 
 static_assert(sizeof(SoftAlgorithm) <= 192);  // as CloudAlgorithm
+
+namespace {
+constexpr const char* kNoCloud =
+    "a shape of CloudShape::kCloudType that is no CloudShape: give it another type";
+}  // namespace
 
 struct SoftAlgorithm::State {
   explicit State(NarrowPhase& shared) : narrowPhase(shared) {}
@@ -43,7 +49,9 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
     return pair.noContact();
   validate(*body);
   if (!steppedSince(*body, cloudSide)) return;
-  const auto& shape = static_cast<const CloudShape&>(*cloudSide.getCollisionShape());
+  const CloudShape* const cloud = CloudShape::of(*cloudSide.getCollisionShape());
+  if (!cloud) throw std::runtime_error(kNoCloud);
+  const CloudShape& shape = *cloud;
   const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide,
                             shape.field().cloud().voxelSize(), body->m_sst.sdt);
   const bool vectors = shape.usesPaper() || narrowPhase.settings().normals == Normals::BaseVectors;

@@ -8,6 +8,7 @@
 #include "field/sample_set.h"
 
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace cloudcontact {
@@ -20,6 +21,14 @@ struct FieldNotes {
   LayerBricks layers;
 
   explicit FieldNotes(const Eigen::Vector3i& size) : edges(size) {}
+};
+
+class SurfaceTree;
+
+// Triangles of the surface, made when a query first needs them (surfaceTree()).
+struct LazySurfaceTree {
+  std::once_flag once;
+  std::shared_ptr<const SurfaceTree> made;
 };
 
 class FieldData {
@@ -41,6 +50,8 @@ class FieldData {
   // Expires with the field, for owners of copies of its data.
   const std::shared_ptr<const int>& life() const { return life_; }
 
+  LazySurfaceTree& lazyTree() const { return *lazyTree_; }
+
   std::size_t bytes() const;
   std::uint64_t hash() const;
 
@@ -51,6 +62,7 @@ class FieldData {
   Eigen::AlignedBox3d bounds_;
   std::shared_ptr<const FieldNotes> notes_;
   std::shared_ptr<const int> life_ = std::make_shared<const int>(0);
+  std::unique_ptr<LazySurfaceTree> lazyTree_ = std::make_unique<LazySurfaceTree>();
 };
 
 }  // namespace cloudcontact

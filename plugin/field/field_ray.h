@@ -1,7 +1,9 @@
-// The point where a segment enters a cloud, for ray queries.
+// The points where a segment enters and leaves a cloud, for ray queries.
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>
+
+#include <functional>
 
 namespace cloudcontact {
 
@@ -14,5 +16,11 @@ struct FieldHit {
 // frame [m]. Empty if there is none or the segment is not finite.
 std::optional<FieldHit> firstEntry(const SurfaceField& field, const Vec3& from, const Vec3& to,
                                    double maxFraction = 1);
+
+// Calls visit(hit, enters) in order for each point before `maxFraction` where the segment passes
+// the surface, until it returns false. The hits are those of the smoothed surface
+// (smoothed_point.h).
+void visitCrossings(const SurfaceField& field, const Vec3& from, const Vec3& to, double maxFraction,
+                    const std::function<bool(const FieldHit&, bool enters)>& visit);
 
 }  // namespace cloudcontact

@@ -226,13 +226,6 @@ FieldRecords::FieldRecords(const Cloud& cloud, const Source& source)
   firsts_.push_back(0);
 }
 
-CcVoxel FieldRecords::at(int x, int y, int z) const {
-  const Eigen::Vector3i bricks(bricks_.nx, bricks_.ny, bricks_.nz);
-  if (!insideGrid(x >> 3, y >> 3, z >> 3, bricks)) return {0, 0};
-  return records_[static_cast<std::size_t>(firsts_[brickIndex(x, y, z, bricks)] +
-                                           cellIndex(x, y, z))];
-}
-
 BandView FieldRecords::bandBrick(std::size_t brick) const {
   if (distance_[brick] > 0) return {};
   const std::uint32_t first = planeFirsts_[brick];

@@ -2,6 +2,7 @@
 // the outside, leads to a record without a branch. Bricks without surface share constant ones.
 #pragma once
 
+#include "base/grid_index.h"
 #include "field/field_band.h"
 #include "kernels/contact/search.h"
 
@@ -30,7 +31,13 @@ class FieldRecords {
   // Which blocks of 4x4x4 voxels of each brick hold voxels of the band, one bit each, x fastest.
   const std::vector<std::uint8_t>& held() const { return held_; }
 
-  CcVoxel at(int x, int y, int z) const;  // the outside's record outside the grid
+  // The outside's record outside the grid.
+  CcVoxel at(int x, int y, int z) const {
+    const Eigen::Vector3i bricks(bricks_.nx, bricks_.ny, bricks_.nz);
+    if (!insideGrid(x >> 3, y >> 3, z >> 3, bricks)) return {0, 0};
+    return records_[static_cast<std::size_t>(firsts_[brickIndex(x, y, z, bricks)] +
+                                             cellIndex(x, y, z))];
+  }
   BandView bandBrick(std::size_t brick) const;
   std::size_t bandVoxels() const { return bandVoxels_; }
   std::size_t bytes() const;

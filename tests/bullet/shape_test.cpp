@@ -200,7 +200,7 @@ TEST(CloudShape, RefusesWhatItCannotDo) {
   EXPECT_NO_THROW(shape.setLocalScaling(v(1, 1, 1)));
   EXPECT_THROW(shape.setLocalScaling(v(2, 1, 1)), std::invalid_argument);
   EXPECT_THROW(CloudShape(nullptr), std::invalid_argument);
-  EXPECT_EQ(shape.getShapeType(), HFFLUID_SHAPE_PROXYTYPE);
+  EXPECT_EQ(shape.getShapeType(), CloudShape::kCloudType);
 }
 
 }  // namespace

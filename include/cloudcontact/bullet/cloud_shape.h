@@ -15,10 +15,18 @@ namespace cloudcontact {
 
 // The body's frame is the cloud's. Bullet expects the center of mass at the frame's origin, so move
 // the cloud there first (Cloud::translated). Any number of shapes may share a field.
+//
+// Its type is concave, so Bullet's rays, sweeps and drawing call processAllTriangles(). No class of
+// Bullet has it, and nothing in Bullet casts to one by it.
 class CloudShape : public btConcaveShape {
  public:
+  static constexpr int kCloudType = FAST_CONCAVE_MESH_PROXYTYPE;
+
   // Throws std::invalid_argument if `field` is null, as setField() does.
   explicit CloudShape(std::shared_ptr<const SurfaceField> field);
+
+  // The shape as a cloud; null if it is none.
+  static const CloudShape* of(const btCollisionShape& shape);
 
   const SurfaceField& field() const { return *field_; }
   // For a cloud that was cut (renewed() in surface_field.h). Call it between steps, then update the
@@ -76,7 +84,8 @@ class CloudShape : public btConcaveShape {
   const char* getName() const override { return "CloudShape"; }
   void setMargin(btScalar margin) override { margin_ = margin; }
   btScalar getMargin() const override { return margin_; }
-  // The surface as small squares of two triangles each. For drawing only, not for contact.
+  // Answers Bullet's rays and sweeps from the field (docs/bullet.md, "Queries"). Any other callback
+  // gets the surface as triangles, two a surface voxel, counter-clockwise seen from outside.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                            const btVector3& aabbMax) const override;
 

@@ -1,0 +1,158 @@
+// Rays through the field; sweeps by Bullet's own cast onto single triangles.
+#include "bullet/cloud_casts.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+
+#include <algorithm>
+
+#include "bullet/convert.h"
+#include "field/field_ray.h"
+#include "field/smoothed_point.h"
+#include "field/surface_tree.h"
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kCastDistance = 1e-3;  // [m] Bullet's cast ends this near to the surface
+constexpr double kNoGain = 0.02;        // [voxels] hits that precede the first by less
+// Cosines: a cast's normal that is as near to the field's is the field's, beside edges and on
+// faces. Bullet's cast is up to 30 deg off in float.
+constexpr double kBesideEdge = 0.966, kOnFace = 0.5;
+constexpr double kTurns = 1e-6;  // difference of two rotation matrices
+
+class ConvexSweep {
+ public:
+  ConvexSweep(const CloudShape& shape, btTriangleConvexcastCallback& sweep)
+      : shape_(shape), sweep_(sweep), limit_(sweep.m_hitFraction) {
+    const btTransform toLocal = sweep.m_triangleToWorld.inverse();
+    const btTransform from = toLocal * sweep.m_convexShapeFrom,
+                      to = toLocal * sweep.m_convexShapeTo;
+    toConvex_ = from.getBasis().transpose();
+    start_ = toVec3(from.getOrigin());
+    motion_ = toVec3(to.getOrigin()) - start_;
+    for (int row = 0; row < 3; ++row)
+      turns_ |= (from.getBasis()[row] - to.getBasis()[row]).length() > kTurns;
+    slack_ = kCastDistance + sweep.m_triangleCollisionMargin + sweep.m_allowedPenetration;
+    btVector3 low, high;
+    sweep.m_convexShape->getAabb(btTransform(from.getBasis()), low, high);
+    Vec3 least = toVec3(low), most = toVec3(high);
+    if (turns_) {
+      most.setConstant(sweep.m_convexShape->getAngularMotionDisc());
+      least = -most;
+    }
+    box_ = {Vec3(start_ + least - Vec3::Constant(slack_)),
+            Vec3(start_ + most + Vec3::Constant(slack_))};
+    const double length = motion_.norm();
+    gain_ = length > 0 ? kNoGain * shape.field().cloud().voxelSize() / length : 0;
+  }
+
+  void run() {
+    const SurfaceTree& tree = surfaceTree(shape_.field());
+    tree.search([this](const Eigen::AlignedBox3d& box) { return entry(box); }, limit_,
+                [&](std::uint32_t triangle) { meet(tree.corners(triangle)); });
+  }
+
+ private:
+  // The fraction at which the convex shape's box reaches another; more than any fraction if never.
+  double entry(const Eigen::AlignedBox3d& box) const {
+    constexpr double kNever = 2;
+    double enter = 0, leave = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double ahead = box.min()[axis] - box_.max()[axis];
+      const double behind = box.max()[axis] - box_.min()[axis], speed = motion_[axis];
+      if (speed == 0) {
+        if (ahead > 0 || behind < 0) return kNever;
+        continue;
+      }
+      enter = std::max(enter, (speed > 0 ? ahead : behind) / speed);
+      leave = std::min(leave, (speed > 0 ? behind : ahead) / speed);
+    }
+    return enter <= leave ? enter : kNever;
+  }
+
+  double alongOf(const Vec3& normal, double side) const {
+    const btVector3 direction = toConvex_ * toBullet(Vec3(side * normal));
+    return normal.dot(start_) +
+           side * direction.dot(sweep_.m_convexShape->localGetSupportingVertex(direction));
+  }
+
+  // Whether the shape can reach a triangle from outside, early enough.
+  bool mayMeet(const SurfaceTree::Corners& corners) const {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& corner : corners) box.extend(corner);
+    if (!(entry(box) < limit_)) return false;
+    if (turns_) return true;
+    const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    const double closing = -normal.dot(motion_), plane = normal.dot(corners[0]);
+    if (!(closing > 0) || alongOf(normal, 1) + slack_ < plane) return false;
+    return alongOf(normal, -1) - slack_ - plane < closing * (limit_ - gain_);
+  }
+
+  void meet(const SurfaceTree::Corners& corners) {
+    if (!mayMeet(corners)) return;
+    btTriangleShape triangle(toBullet(corners[0]), toBullet(corners[1]), toBullet(corners[2]));
+    triangle.setMargin(sweep_.m_triangleCollisionMargin);
+    btVoronoiSimplexSolver simplex;
+    btGjkEpaPenetrationDepthSolver depths;
+    btContinuousConvexCollision cast(sweep_.m_convexShape, &triangle, &simplex, &depths);
+    btConvexCast::CastResult hit;
+    hit.m_fraction = 1;
+    hit.m_allowedPenetration = sweep_.m_allowedPenetration;
+    const btTransform& place = sweep_.m_triangleToWorld;
+    if (!cast.calcTimeOfImpact(sweep_.m_convexShapeFrom, sweep_.m_convexShapeTo, place, place, hit))
+      return;
+    if (!(hit.m_normal.length2() > btScalar(0.0001)) || !(hit.m_fraction < limit_)) return;
+    const btScalar taken =
+        sweep_.reportHit(normalOf(hit), hit.m_hitPoint, hit.m_fraction, -1, shape_.getUserIndex());
+    limit_ = std::min<double>(limit_, taken);
+  }
+
+  // World frame. The cast's own at edges of the cloud.
+  btVector3 normalOf(const btConvexCast::CastResult& hit) const {
+    const btVector3 normal = hit.m_normal.normalized();
+    const Vec3 local = toVec3(sweep_.m_triangleToWorld.invXform(hit.m_hitPoint));
+    const auto own = shape_.field().at(local);
+    if (!own) return normal;
+    const SmoothedPoint point = smoothedPoint(shape_.field(), local, *own);
+    const btVector3 smooth = sweep_.m_triangleToWorld.getBasis() * toBullet(point.normal);
+    return normal.dot(smooth) > (point.oneFace ? kOnFace : kBesideEdge) ? smooth : normal;
+  }
+
+  const CloudShape& shape_;
+  btTriangleConvexcastCallback& sweep_;
+  // In the cloud's frame [m]:
+  btMatrix3x3 toConvex_;
+  Vec3 start_, motion_;
+  Eigen::AlignedBox3d box_;  // of the convex shape at the start
+  double slack_ = 0, gain_ = 0;
+  bool turns_ = false;
+  double limit_;  // fraction of the hit to beat
+};
+
+}  // namespace
+
+void castRay(const CloudShape& shape, btTriangleRaycastCallback& ray) {
+  const unsigned flags = ray.m_flags;
+  const bool both = !(flags & btTriangleRaycastCallback::kF_FilterBackfaces);
+  const bool turns = !(flags & btTriangleRaycastCallback::kF_KeepUnflippedNormal);
+  visitCrossings(shape.field(), toVec3(ray.m_from), toVec3(ray.m_to), ray.m_hitFraction,
+                 [&](const FieldHit& hit, bool enters) {
+                   if (!(hit.fraction > 0) || (!enters && !both)) return true;
+                   if (!(hit.fraction < ray.m_hitFraction)) return false;
+                   const Vec3 normal = !enters && turns ? Vec3(-hit.normal) : hit.normal;
+                   ray.m_hitFraction =
+                       ray.reportHit(toBullet(normal), static_cast<btScalar>(hit.fraction), -1,
+                                     shape.getUserIndex());
+                   return hit.fraction < ray.m_hitFraction;
+                 });
+}
+
+void castConvex(const CloudShape& shape, btTriangleConvexcastCallback& sweep) {
+  ConvexSweep(shape, sweep).run();
+}
+
+}  // namespace cloudcontact
