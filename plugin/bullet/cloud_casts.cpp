@@ -26,8 +26,8 @@ constexpr double kTurns = 1e-6;  // difference of two rotation matrices
 
 class ConvexSweep {
  public:
-  ConvexSweep(const CloudShape& shape, btTriangleConvexcastCallback& sweep)
-      : shape_(shape), sweep_(sweep), limit_(sweep.m_hitFraction) {
+  ConvexSweep(const SurfaceField& field, int index, btTriangleConvexcastCallback& sweep)
+      : field_(field), index_(index), sweep_(sweep), limit_(sweep.m_hitFraction) {
     const btTransform toLocal = sweep.m_triangleToWorld.inverse();
     const btTransform from = toLocal * sweep.m_convexShapeFrom,
                       to = toLocal * sweep.m_convexShapeTo;
@@ -47,11 +47,11 @@ class ConvexSweep {
     box_ = {Vec3(start_ + least - Vec3::Constant(slack_)),
             Vec3(start_ + most + Vec3::Constant(slack_))};
     const double length = motion_.norm();
-    gain_ = length > 0 ? kNoGain * shape.field().cloud().voxelSize() / length : 0;
+    gain_ = length > 0 ? kNoGain * field.cloud().voxelSize() / length : 0;
   }
 
   void run() {
-    const SurfaceTree& tree = surfaceTree(shape_.field());
+    const SurfaceTree& tree = surfaceTree(field_);
     tree.search([this](const Eigen::AlignedBox3d& box) { return entry(box); }, limit_,
                 [&](std::uint32_t triangle) { meet(tree.corners(triangle)); });
   }
@@ -107,7 +107,7 @@ class ConvexSweep {
       return;
     if (!(hit.m_normal.length2() > btScalar(0.0001)) || !(hit.m_fraction < limit_)) return;
     const btScalar taken =
-        sweep_.reportHit(normalOf(hit), hit.m_hitPoint, hit.m_fraction, -1, shape_.getUserIndex());
+        sweep_.reportHit(normalOf(hit), hit.m_hitPoint, hit.m_fraction, -1, index_);
     limit_ = std::min<double>(limit_, taken);
   }
 
@@ -115,14 +115,15 @@ class ConvexSweep {
   btVector3 normalOf(const btConvexCast::CastResult& hit) const {
     const btVector3 normal = hit.m_normal.normalized();
     const Vec3 local = toVec3(sweep_.m_triangleToWorld.invXform(hit.m_hitPoint));
-    const auto own = shape_.field().at(local);
+    const auto own = field_.at(local);
     if (!own) return normal;
-    const SmoothedPoint point = smoothedPoint(shape_.field(), local, *own);
+    const SmoothedPoint point = smoothedPoint(field_, local, *own);
     const btVector3 smooth = sweep_.m_triangleToWorld.getBasis() * toBullet(point.normal);
     return normal.dot(smooth) > (point.oneFace ? kOnFace : kBesideEdge) ? smooth : normal;
   }
 
-  const CloudShape& shape_;
+  const SurfaceField& field_;
+  int index_;
   btTriangleConvexcastCallback& sweep_;
   // In the cloud's frame [m]:
   btMatrix3x3 toConvex_;
@@ -135,24 +136,23 @@ class ConvexSweep {
 
 }  // namespace
 
-void castRay(const CloudShape& shape, btTriangleRaycastCallback& ray) {
+void castRay(const SurfaceField& field, int index, btTriangleRaycastCallback& ray) {
   const unsigned flags = ray.m_flags;
   const bool both = !(flags & btTriangleRaycastCallback::kF_FilterBackfaces);
   const bool turns = !(flags & btTriangleRaycastCallback::kF_KeepUnflippedNormal);
-  visitCrossings(shape.field(), toVec3(ray.m_from), toVec3(ray.m_to), ray.m_hitFraction,
+  visitCrossings(field, toVec3(ray.m_from), toVec3(ray.m_to), ray.m_hitFraction,
                  [&](const FieldHit& hit, bool enters) {
                    if (!(hit.fraction > 0) || (!enters && !both)) return true;
                    if (!(hit.fraction < ray.m_hitFraction)) return false;
                    const Vec3 normal = !enters && turns ? Vec3(-hit.normal) : hit.normal;
-                   ray.m_hitFraction =
-                       ray.reportHit(toBullet(normal), static_cast<btScalar>(hit.fraction), -1,
-                                     shape.getUserIndex());
+                   ray.m_hitFraction = ray.reportHit(
+                       toBullet(normal), static_cast<btScalar>(hit.fraction), -1, index);
                    return hit.fraction < ray.m_hitFraction;
                  });
 }
 
-void castConvex(const CloudShape& shape, btTriangleConvexcastCallback& sweep) {
-  ConvexSweep(shape, sweep).run();
+void castConvex(const SurfaceField& field, int index, btTriangleConvexcastCallback& sweep) {
+  ConvexSweep(field, index, sweep).run();
 }
 
 }  // namespace cloudcontact

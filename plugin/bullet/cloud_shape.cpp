@@ -156,9 +156,9 @@ void CloudShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const 
 void CloudShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                                      const btVector3& aabbMax) const {
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback))
-    return castRay(*this, *ray);
+    return castRay(*field_, getUserIndex(), *ray);
   if (auto* const sweep = dynamic_cast<btTriangleConvexcastCallback*>(callback))
-    return castConvex(*this, *sweep);
+    return castConvex(*field_, getUserIndex(), *sweep);
   const Eigen::AlignedBox3d asked(toVec3(aabbMin), toVec3(aabbMax));
   const SurfaceTree& tree = surfaceTree(*field_);
   const double anywhere = 1;

@@ -82,6 +82,36 @@ TEST(ContactTest, ReportsNothingApartAndTheGapWithinAThreshold) {
   EXPECT_NEAR(deepest(near.points), 0.005, 0.1 * kVoxel);
 }
 
+TEST(ContactTest, ReportsTheGapOfCloudsFarApart) {
+  CloudShape box(cubeField());
+  auto compound = std::make_unique<btCompoundShape>();
+  compound->addChildShape(at({0, 0, 0}), &box);
+  BulletWorld scene;
+  const btQuaternion turn(btVector3(1, 2, 3).normalized(), btScalar(0.8));
+  btRigidBody& ball = scene.addCloud(ballField(), 1, at({0, 0, 0}, turn));
+  btRigidBody& cube = scene.add(std::move(compound), 1, at({0, 0, 0}));
+  for (const double gap : {0.02, 0.1, 0.5, 3.}) {
+    const double center = 0.3 + gap;  // the ball's radius and half the cube
+    cube.setWorldTransform(at({0, btScalar(0.03), btScalar(center)}));
+    Collected near, far, swapped;
+    near.m_closestDistanceThreshold = btScalar(gap - 0.01);
+    far.m_closestDistanceThreshold = swapped.m_closestDistanceThreshold = btScalar(gap + 0.01);
+    scene.world.contactPairTest(&ball, &cube, near);
+    scene.world.contactPairTest(&ball, &cube, far);
+    scene.world.contactPairTest(&cube, &ball, swapped);
+    EXPECT_TRUE(near.points.empty()) << gap;
+    for (const Collected* c : {&far, &swapped}) {
+      ASSERT_EQ(c->points.size(), 1u) << gap;
+      EXPECT_NEAR(deepest(c->points), gap, 0.1 * kVoxel);
+      const bool ballFirst = c->first[0] == &ball;
+      EXPECT_NEAR(c->points[0].m_normalWorldOnB.z(), ballFirst ? -1 : 1, 1e-3);
+      EXPECT_NEAR(
+          (ballFirst ? c->points[0].m_positionWorldOnA : c->points[0].m_positionWorldOnB).z(), 0.2,
+          0.1 * kVoxel);
+    }
+  }
+}
+
 TEST(Compound, AChildIsTheBareShape) {
   BulletWorld bare, child;
   const btTransform place = at({btScalar(0.3), 0, btScalar(0.197)}, btQuaternion({1, 2, 3}, 1));

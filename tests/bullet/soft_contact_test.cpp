@@ -464,27 +464,5 @@ TEST(SoftContact, BodiesOfADeformableWorldCountAsFailures) {
   delete sheet;
 }
 
-// Bullet alone has no algorithm for a soft body and a cloud: it passes through.
-TEST(SoftContact, WithoutAttachASoftBodyPassesThrough) {
-  CloudShape shape(boxField());
-  btSoftBodyRigidBodyCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  btRigidBody box(0, nullptr, &shape);
-  world.addRigidBody(&box);
-  world.getWorldInfo().m_gravity.setValue(0, 0, btScalar(-kGravity));
-  btSoftBody* const rope =
-      btSoftBodyHelpers::CreateRope(world.getWorldInfo(), {btScalar(-0.1), 0, btScalar(0.1)},
-                                    {btScalar(0.1), 0, btScalar(0.1)}, 8, 0);
-  world.addSoftBody(rope);
-  for (int i = 0; i < 500; ++i) world.stepSimulation(btScalar(1e-3), 0);
-  EXPECT_NEAR(middleOf(*rope).z(), 0.1 - 0.5 * kGravity * 0.25, 0.01);
-  world.removeSoftBody(rope);
-  world.removeRigidBody(&box);
-  delete rope;
-}
-
 }  // namespace
 }  // namespace cloudcontact::testing
