@@ -296,7 +296,14 @@ TEST(DebugDraw, DrawsSurfaceAndPatchesInTheirModesOnly) {
   scene.detect();
   scene.world.getCollisionObjectArray()[1]->setCollisionFlags(
       btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_DISABLE_VISUALIZE_OBJECT);
-  Pen none, surface, contact;
+  Pen none, surface, contact, bullets;
+  bullets.setDebugMode(btIDebugDraw::DBG_DrawWireframe);
+  scene.world.setDebugDrawer(&bullets);
+  scene.world.debugDrawWorld();
+  scene.world.setDebugDrawer(nullptr);
+  EXPECT_GT(bullets.lines, 6 * 20 * 20 * 2 * 3 / 2);
+  EXPECT_LT(bullets.lines, 6 * 20 * 20 * 2 * 3 * 2) << "two triangles a surface voxel";
+  EXPECT_LT(bullets.furthest, 0.5 * kVoxel);
   debugDraw(scene.world, none);
   EXPECT_EQ(none.lines, 0);
   surface.setDebugMode(btIDebugDraw::DBG_DrawWireframe);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
+#include <vector>
 
 #include "bullet/query_bodies.h"
 
@@ -62,6 +64,35 @@ TEST(ConvexSweepTest, HitsWhereTheMeshIs) {
     EXPECT_LT(errors.place, 0.1) << body.name;
     EXPECT_LT(errors.normal, 1) << body.name;
   }
+}
+
+// The triangles are made by the first query, whichever thread asks.
+TEST(ConvexSweepTest, ThreadsShareTheTriangles) {
+  const CloudShape shape(fieldOf(boxMesh({0.4, 0.4, 0.4}), 0.01));
+  struct Area : btTriangleCallback {
+    void processTriangle(btVector3* corners, int, int) override {
+      const btVector3 twice = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+      area += twice.length() / 2;
+      outward &= twice.dot(corners[0]) > 0;
+    }
+    double area = 0;
+    bool outward = true;
+  };
+  std::vector<Area> found(4);
+  std::vector<std::thread> threads;
+  for (Area& own : found)
+    threads.emplace_back([&shape, &own] {
+      shape.processAllTriangles(&own, {-1, -1, -1}, {1, 1, 1});
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const Area& own : found) {
+    EXPECT_EQ(own.area, found[0].area);
+    EXPECT_NEAR(own.area, 6 * 0.16, 0.02);
+    EXPECT_TRUE(own.outward);
+  }
+  Area none;
+  shape.processAllTriangles(&none, {btScalar(0.25), -1, -1}, {1, 1, 1});
+  EXPECT_EQ(none.area, 0) << "in bounds only";
 }
 
 // A wall of two voxels and bodies that fly at it at 60 Hz.
