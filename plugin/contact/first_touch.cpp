@@ -14,12 +14,12 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kNear = 2;        // [voxels] of gap: bodies are searched
+constexpr double kNear = 2;  // [voxels] of gap: bodies are searched
 // [voxels] deeper than before. A corner that is less deep in a wall has no sure normal.
 constexpr double kTouches = 0.5;
 constexpr double kStands = 0.05;  // [voxels] of gap: bodies touch at the start
-constexpr double kExact = 0.05;    // [voxels] of motion
-constexpr int kSweeps = 8;         // over the points of bodies that touch already
+constexpr double kExact = 0.05;   // [voxels] of motion
+constexpr int kSweeps = 8;        // over the points of bodies that touch already
 
 // The nearest that the surface of `body` can be to a point of its frame [m].
 double leastDistance(const ContactBody& body, const Vec3& local) {
