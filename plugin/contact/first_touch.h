@@ -19,8 +19,8 @@
 
 namespace cloudcontact {
 
-// A time at which bodies are half a voxel deep in each other [s], and how each has moved until then: a point of the body that
-// was at x is at a.toWorld(x).
+// A time at which bodies are half a voxel deep in each other [s], and how each has moved until
+// then: a point of the body that was at x is at a.toWorld(x).
 struct Touch {
   double time = 0;
   Pose a, b;
@@ -49,7 +49,7 @@ class FirstTouch {
   ContactFinder finder_;
   ContactSettings settings_;
   ContactBody a_, b_, startA_, startB_;
-  Pose fromA_, fromB_;  // poses at time 0, inverted
+  Pose fromA_, fromB_;            // poses at time 0, inverted
   Vec3 velocity_ = Vec3::Zero();  // of A, as given
   const ContactResult* found_ = nullptr;
   double start_ = 0;  // [s] when the bodies are at startA_ and startB_
