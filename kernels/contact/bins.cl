@@ -15,7 +15,8 @@ uint ccHitAt(const CcHits* h, uint i) {
   return i < h->count[0] ? h->first[0] + i : h->first[1] + i - h->count[0];
 }
 
-CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcPair* pairs, uint pair) {
+CcHits ccHitsOf(int level, __global const CcFound* found, __global const CcPair* pairs,
+                uint pair) {
   CcHits h;
   for (uint d = 0; d < 2; ++d) {
     const CcFound f = found[(2 * pair + d) * CC_LEVELS + (uint)level];
@@ -131,8 +132,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBins(
   const double cell = pairs[p].cell * (answer.level == CC_LEVELS - 1 ? 2.0 : 1.0);
   const float perCell = (float)(1.0 / cell);
   const uint all = ccFindBins(&h, count, keys, slots, holder, least, &used);
-  if (lid == 0)
-    firstBin = all <= CC_MOST_BINS ? atomic_add(&results->counters[CC_BINS], all) : binRoom;
+  if (lid == 0) firstBin = all <= CC_MOST_BINS ? atomic_add(&results->counters[CC_BINS], all) : binRoom;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (firstBin + all > binRoom) {
     if (lid == 0) {

@@ -3,8 +3,8 @@
 
 // Lists the patches of a pair that count, and computes the pair's sums. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
-              __global const CcPatchForce* forces, uint count, __global uint* kept, int level,
-              __local CcWhole* whole) {
+              __global const CcPatchForce* forces, uint count, __global uint* kept,
+              int level, __local CcWhole* whole) {
   const double voxel = terms->voxel;
   const int foundation = terms->foundation;
   double all = 0.0;
@@ -13,8 +13,8 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
   uint counted = 0;
   for (uint k = 0; k < count; ++k) {
     if (!ccCounts(&patches[k], forces[k].size, all, voxel, foundation)) continue;
-    ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall, forces[k].lean,
-               0);
+    ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
+               forces[k].lean, 0);
     kept[counted++] = k;
   }
   const CcPairDepth found = ccDepthOfPair(&sums, 0, voxel);
@@ -43,8 +43,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   if (lid == 0) {
-    count = ccPairOf(terms, patches + first, forces + first, all, kept + first, answers[p].level,
-                     &shared);
+    count = ccPairOf(terms, patches + first, forces + first, all, kept + first,
+                     answers[p].level, &shared);
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;

@@ -98,7 +98,7 @@ int ccMayLink(const CcStem* from, const CcStem* to, double close) {
 // Lists a bin's neighbors in the order of visits, with whether they may be linked. The j-th is at
 // near[j * all], so that consecutive bins write consecutive numbers. Returns their number.
 uint ccListNeighbors(uint bin, short4 cell, uint all, __global const CcSprout* sprouts,
-                     double close, __global ushort* near, __local const CcSproutRoom* r) {
+                      double close, __global ushort* near, __local const CcSproutRoom* r) {
   __local const CcStem* stems = (__local const CcStem*)r->numbers;
   const CcStem own = bin < CC_NEAR_BINS ? stems[bin] : ccStemOf(&sprouts[bin]);
   uint count = 0;
@@ -161,8 +161,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSprouts(
     stems[b] = ccStemOf(&sprouts[b]);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (uint b = lid; b < all; b += CC_GROUP) {
-    const uint count =
-        ccListNeighbors(b, ccCellFrom(bins, &bins[b]), all, sprouts, CC_CLOSE * cell, near + b, &r);
+    const uint count = ccListNeighbors(b, ccCellFrom(bins, &bins[b]), all, sprouts,
+                                        CC_CLOSE * cell, near + b, &r);
     if (count > CC_NEIGHBORS) r.crowded = 1u;
     allNeighbors[first + b] = (uchar)min(count, (uint)CC_NEIGHBORS);
   }
@@ -292,7 +292,7 @@ void ccJoin(const CcGrowing* bin, CcGrowing* patch) {
 // Tests as many neighbors of the bin `from` as a team has work-items, beginning with the `first`,
 // and appends those that join to the team's queue of `length` bins. Returns the new length.
 uint ccTakeNeighbors(const CcGarden* g, uint from, uint first, uint length, CcGrowing* patch,
-                     __local CcTeam* team) {
+                      __local CcTeam* team) {
   const uint lid = get_local_id(0), j = first + lid;
   uint entry = 0, waiting = 0;
   if (j < team->neighbors[from]) {

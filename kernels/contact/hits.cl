@@ -135,8 +135,9 @@ uint ccTakeParts(__local const CcTask* t, CcFields all, __local uint* ends, __lo
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
-    __global const uint2* runs, __global const CcPair* pairs, __global CcFound* found,
-    __global float4* hits, __global ulong* keys, __global const uint* aside) {
+    __global const uint2* runs, __global const CcPair* pairs,
+    __global CcFound* found, __global float4* hits,
+    __global ulong* keys, __global const uint* aside) {
   __local CcTask t;
   __local CcFlags flags;
   __local uint ends[2 * CC_GROUP];
@@ -155,8 +156,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
   ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
   uint parts = 0;
   if (f.parts > 0u)
-    parts =
-        ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep, out);
+    parts = ccTakeParts(&t, all, ends, &flags, f.parts, tried + 2 * t.dir.room, whole + f.deep,
+                        out);
   if (get_local_id(0) == 0) {
     found[d * CC_LEVELS + (uint)level].whole = whole;
     found[d * CC_LEVELS + (uint)level].parts = parts;

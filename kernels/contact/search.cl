@@ -65,8 +65,7 @@ int ccNearBesideSample(__local const CcTask* t, CcFields all, __global const CcV
   const int concave = ccConcave(record);
   for (uint i = 0; count > 1u && i < count; ++i) {
     const CcDepth one = ccPlaneDepth(planes[record.b + i], place->r);
-    const float own =
-        ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
+    const float own = ccDepthBeside(&t->limits, turn, &cluster, one.depth * t->other.voxel, one.normal);
     beside = i == 0 ? own : concave ? ccMax(beside, own) : ccMin(beside, own);
   }
   return ccNearBeside(&t->limits, record, beside, cluster.rise);
@@ -135,7 +134,8 @@ uint ccLookUp(__local const CcTask* t, CcFields all, uint k, const CcSample* s,
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
-    return ccLookUpPlanes(t, all, all.records, k, s, record, place, ccPlaneDepth(record, place->r));
+    return ccLookUpPlanes(t, all, all.records, k, s, record, place,
+                          ccPlaneDepth(record, place->r));
   const int kind = ccKindOf(&t->limits, record, 0.0f, s->width);
   return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
@@ -274,8 +274,9 @@ void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* field
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
     int level, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
-    __global const uint2* runs, __global const CcPair* pairs, __global CcFound* found,
-    __global uint* nearby, __global uint* aside, __global CcResults* results) {
+    __global const uint2* runs, __global const CcPair* pairs,
+    __global CcFound* found, __global uint* nearby, __global uint* aside,
+    __global CcResults* results) {
   __local CcTask t;
   __local CcWindow w;
   const uint lid = get_local_id(0), d = get_group_id(0);

@@ -30,8 +30,8 @@
 
 // What a work-item sums over hits, and where the sums go.
 typedef struct {
-  int a, b, more;       // numbers of a hit
-  int to, toRow, step;  // of the product; of it times x, y and z
+  int a, b, more;           // numbers of a hit
+  int to, toRow, step;      // of the product; of it times x, y and z
   int toMore;
   double by, byRow, byMore;  // powers of the unit
 } CcRow;
@@ -181,7 +181,8 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
   __local const double *a = parts, *b = parts + CC_SUMS_ROOM;
   const int ofA = n < CC_SIDES + CC_SIDE_NUMBERS, k = n - CC_SIDES - (ofA ? 0 : CC_SIDE_NUMBERS);
   if (n < CC_AREA) {
-    if (k >= CC_MOMENT && k < CC_WALL) return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
+    if (k >= CC_MOMENT && k < CC_WALL)
+      return 0.0 + unit4 * ccTurningOf(ofA ? a : b, k - CC_MOMENT);
     const int at = k == CC_DEPTHS ? CC_PRESSED : n;
     return ofA ? a[at] : b[at];
   }
@@ -195,9 +196,9 @@ double ccSumOf(int n, __local const double* parts, double unit4) {
 // Sums every CC_TEAMS_A_PAIR-th bin of a pair. The next bin and its first hits are read while a bin
 // is summed.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccSums(
-    __global const CcPair* pairs, __global const CcFound* found, __global const CcResults* results,
-    __global const float4* hits, __global const uint* order, __global const CcBin* allBins,
-    __global double* allSums) {
+    __global const CcPair* pairs, __global const CcFound* found,
+    __global const CcResults* results, __global const float4* hits, __global const uint* order,
+    __global const CcBin* allBins, __global double* allSums) {
   __global const CcAnswer* answers = results->answers;
   __local double weighed[CC_TEAM * CC_HIT_NUMBERS], parts[2 * CC_SUMS_ROOM];
   const int lane = (int)get_local_id(0), row = lane % CC_HALF, side = lane / CC_HALF;

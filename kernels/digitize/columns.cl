@@ -19,8 +19,8 @@ void ccCornersOf(__global const double* vertices, __global const int* triangles,
 
 // Counts the triangles over each brick-wide column and, if `first` is given, lists them.
 void ccOverColumns(const CcColumns* g, __global const double* vertices,
-                   __global const int* triangles, __global uint* counts, __global const uint* first,
-                   __global uint* entries, __global uint* owners) {
+                   __global const int* triangles, __global uint* counts,
+                   __global const uint* first, __global uint* entries, __global uint* owners) {
   const uint i = get_global_id(0), t = i / CC_ROW_ITEMS;
   if (t >= g->triangles) return;
   double p[9];
@@ -53,20 +53,20 @@ __kernel void ccListColumns(CcColumns g, __global const double* vertices,
 }
 
 // Bitonic sort of a column's triangles. Places beyond the end count as the largest key.
-#define CC_SORT(keys)                                                                  \
-  for (uint size = 2; size / 2 < n; size *= 2) {                                       \
-    for (uint half_ = size / 2; half_ > 0; half_ /= 2) {                               \
-      for (uint i = lid; i - i % half_ < n; i += CC_GROUP) {                           \
-        const uint a = i / half_ * 2 * half_ + i % half_;                              \
+#define CC_SORT(keys)                                                            \
+  for (uint size = 2; size / 2 < n; size *= 2) {                                 \
+    for (uint half_ = size / 2; half_ > 0; half_ /= 2) {                         \
+      for (uint i = lid; i - i % half_ < n; i += CC_GROUP) {                 \
+        const uint a = i / half_ * 2 * half_ + i % half_;                        \
         const uint b = half_ == size / 2 ? a + size - 1 - 2 * (i % half_) : a + half_; \
-        if (b < n && keys[a] > keys[b]) {                                              \
-          const uint k = keys[a];                                                      \
-          keys[a] = keys[b];                                                           \
-          keys[b] = k;                                                                 \
-        }                                                                              \
-      }                                                                                \
-      barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);                             \
-    }                                                                                  \
+        if (b < n && keys[a] > keys[b]) {                                        \
+          const uint k = keys[a];                                                \
+          keys[a] = keys[b];                                                     \
+          keys[b] = k;                                                           \
+        }                                                                        \
+      }                                                                          \
+      barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);                       \
+    }                                                                            \
   }
 
 #define CC_SORT_HERE 1024  // most triangles that are sorted in local memory
@@ -137,7 +137,8 @@ CcCells ccRowsInColumn(const CcColumns* g, __global const double* vertices,
            (int)(bin / (uint)g->width) * CC_EDGE;
   CcCells rows;
   rows.first = max((int)floor(ccMin64(v[0], ccMin64(v[1], v[2])) - CC_COLUMN_SLACK), 0);
-  rows.last = min((int)floor(ccMax64(v[0], ccMax64(v[1], v[2])) + CC_COLUMN_SLACK), CC_EDGE - 1);
+  rows.last =
+      min((int)floor(ccMax64(v[0], ccMax64(v[1], v[2])) + CC_COLUMN_SLACK), CC_EDGE - 1);
   return rows;
 }
 

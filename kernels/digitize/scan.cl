@@ -2,8 +2,8 @@
 
 // Sets first[k] = sum of counts[0..k) for k from 0 to count, and counters[counter] to the total.
 __kernel __attribute__((reqd_work_group_size(CC_SCAN_GROUP, 1, 1))) void ccScan(
-    __global const uint* restrict counts, uint count, __global uint* restrict first,
-    __global uint* counters, uint counter) {
+    __global const uint* restrict counts, uint count, __global uint* restrict first, __global uint* counters,
+    uint counter) {
   __local uint room[2 * CC_SCAN_GROUP];
   const uint lid = get_local_id(0), each = (count / CC_SCAN_GROUP + 4) & ~3u;
   const uint begin = min(lid * each, count), end = min(begin + each, count);

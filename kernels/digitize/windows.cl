@@ -22,7 +22,8 @@ int ccOwnsBlock(const CcWindows* g, __global const int* table, uint e) {
 // Numbers the bricks that need a block, from 1 within each work-group (0: none), and counts them
 // for each work-group.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccOwnBlocks(
-    CcWindows g, __global const int* table, uint count, __global uint* own, __global uint* groups) {
+    CcWindows g, __global const int* table, uint count, __global uint* own,
+    __global uint* groups) {
   __local uint room[2 * CC_GROUP];
   const uint e = get_global_id(0);
   const uint is = e < count && ccOwnsBlock(&g, table, e) ? 1u : 0u;
@@ -43,8 +44,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccBlockTable
   if (own[e] && block < g.blockRoom) list[block - 1] = e;
 }
 
-int ccCoverageAt(const CcWindows* g, __global const int* table, __global const uchar* bricks, int x,
-                 int y, int z) {
+int ccCoverageAt(const CcWindows* g, __global const int* table, __global const uchar* bricks,
+                 int x, int y, int z) {
   if ((x < 0) | (y < 0) | (z < 0) | (x >= 8 * g->nx) | (y >= 8 * g->ny) | (z >= 8 * g->nz))
     return 0;
   const int brick = table[(x >> 3) + g->nx * ((y >> 3) + g->ny * (z >> 3))];
@@ -65,8 +66,7 @@ void ccLayOutTile(const CcWindows* g, __local const int* about, __global const u
     const int brick = about[part + 3 * (y >> 3) + 9 * (z >> 3)];
     uchar8 coverage = brick == CC_SOLID_CODE ? (uchar8)(255) : (uchar8)(0);
     if (brick >= 0)
-      coverage =
-          vload8(0, bricks + (size_t)brick * CC_BRICK_VOXELS + ((y & 7) << 3 | (z & 7) << 6));
+      coverage = vload8(0, bricks + (size_t)brick * CC_BRICK_VOXELS + ((y & 7) << 3 | (z & 7) << 6));
     uchar c[8];
     vstore8(coverage, 0, c);
     const int begin = part == 0 ? 8 + g->low[0] : 0, end = part == 2 ? g->high[0] : 8;
@@ -89,8 +89,8 @@ __kernel __attribute__((reqd_work_group_size(CC_COLUMNS, 1, 1))) void ccSumWindo
   const uint lid = get_local_id(0), count = counters[CC_OWN_BLOCKS];
   if (1u + count > g.blockRoom) return;
   const int layer = CC_TILE_ROW * (8 + g.high[1] - g.low[1]);
-  const int here =
-      (int)(lid & 7u) - g.low[0] + CC_TILE_ROW * ((int)(lid >> 3) - g.low[1]) - layer * g.low[2];
+  const int here = (int)(lid & 7u) - g.low[0] +
+                   CC_TILE_ROW * ((int)(lid >> 3) - g.low[1]) - layer * g.low[2];
   const double density = g.density;
   for (uint n = get_group_id(0); n < count; n += get_num_groups(0)) {
     const uint e = list[n];
@@ -156,10 +156,10 @@ __kernel void ccFillBlocks(CcWindows g, __global const int* table, __global cons
       continue;
     }
     const uint e = list[n - 1];
-    blocks[n].coverage[k] =
-        (uchar)ccCoverageAt(&g, table, bricks, 8 * (int)(e % (uint)g.nx) + (k & 7),
-                            8 * (int)(e / (uint)g.nx % (uint)g.ny) + (k >> 3 & 7),
-                            8 * (int)(e / (uint)g.nx / (uint)g.ny) + (k >> 6));
+    blocks[n].coverage[k] = (uchar)ccCoverageAt(
+        &g, table, bricks, 8 * (int)(e % (uint)g.nx) + (k & 7),
+        8 * (int)(e / (uint)g.nx % (uint)g.ny) + (k >> 3 & 7),
+        8 * (int)(e / (uint)g.nx / (uint)g.ny) + (k >> 6));
   }
 }
 
@@ -176,7 +176,8 @@ __kernel void ccSumAnyWindows(CcWindows g, __global const int* blockOf,
   workpiece.table = blockOf;
   workpiece.blocks = blocks;
   workpiece.density = density;
-  for (size_t i = get_global_id(0); i < (size_t)count * CC_BRICK_VOXELS; i += get_global_size(0)) {
+  for (size_t i = get_global_id(0); i < (size_t)count * CC_BRICK_VOXELS;
+       i += get_global_size(0)) {
     const uint e = list[i / CC_BRICK_VOXELS];
     const int k = (int)(i % CC_BRICK_VOXELS);
     CcMoments moments;
