@@ -19,8 +19,6 @@ namespace cloudcontact {
 
 namespace {
 
-const btVector3 kUnitScaling(1, 1, 1);
-
 Eigen::Matrix3d inertiaPerMass(const Cloud& cloud, Vec3* center = nullptr) {
   const MassProperties properties = cloud.massProperties();
   if (center) *center = properties.centerOfMass;
@@ -139,14 +137,15 @@ void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aa
 }
 
 void CloudShape::setLocalScaling(const btVector3& scaling) {
-  if (!(scaling == kUnitScaling))
-    throw std::invalid_argument(
-        "CloudShape::setLocalScaling: a cloud cannot be scaled; scale the mesh and digitize it "
-        "again");
-}
-
-const btVector3& CloudShape::getLocalScaling() const {
-  return kUnitScaling;
+  constexpr btScalar kEven = btScalar(1e-6);  // rounding of a float
+  const btScalar factor = scaling.x();
+  scaling_ = scaling;
+  scalesEvenly_ = factor > 0 && std::isfinite(factor) &&
+                  (scaling - btVector3(factor, factor, factor)).length() <= kEven * factor;
+  if (!scalesEvenly_ || double(factor) == fieldScaling_) return;
+  setField(scaled(*field_, double(factor) / fieldScaling_));
+  fieldScaling_ = double(factor);
+  if (fidelity_.tolerance != 0) setFidelity(fidelity_);
 }
 
 void CloudShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {

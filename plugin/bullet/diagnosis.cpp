@@ -7,6 +7,7 @@
 #include <cloudcontact/bullet/shape_report.h>
 
 #include "bullet/look_ahead.h"
+#include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/shape_triangles.h"
 
@@ -38,6 +39,10 @@ class ShapeChecks {
     }
     const std::string name = "Object " + std::to_string(object.getWorldArrayIndex()) +
                              " of the world has a shape (" + shape.getName() + ") that ";
+    if (const CloudShape* const own = CloudShape::of(shape); own && !own->scalesEvenly())
+      advice_.push_back(name +
+                        "is scaled unevenly or not positively, so it touches nothing: scale the "
+                        "mesh and digitize it again.");
     const bool cloud = CloudShape::of(shape) != nullptr;
     if (!cloud && !hasTriangles(shape) && !toSolid(shape))
       advice_.push_back(name +
@@ -77,8 +82,12 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   btDispatcher& dispatcher = *const_cast<btDynamicsWorld&>(world).getDispatcher();
   ShapeChecks checks(clouds.front(), dispatcher, advice);
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
-  for (int i = 0; i < objects.size(); ++i)
+  for (int i = 0; i < objects.size(); ++i) {
     checks.check(*objects[i], *objects[i]->getCollisionShape());
+    if (const char* const wrong = wrongMaterial(*objects[i]))
+      advice.push_back("Object " + std::to_string(i) + " of the world touches no cloud: " + wrong +
+                       ".");
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "bullet/narrow_phase.h"
 
 #include <algorithm>
+#include <iostream>
 #include <map>
 #include <utility>
 
@@ -40,6 +41,21 @@ class Reports {
 };
 
 }  // namespace
+
+void NarrowPhase::countFailure(const char* message) {
+  {
+    const std::lock_guard lock(mutex_);
+    statistics_.failures += 1;
+    statistics_.lastFailure = message;
+    if (std::find(told_.begin(), told_.end(), message) != told_.end()) return;
+    told_.emplace_back(message);
+  }
+  const std::lock_guard lock(telling_);
+  if (settings_.onFailure)
+    settings_.onFailure(message);
+  else
+    std::cerr << "cloudcontact: " << message << '\n';
+}
 
 void NarrowPhase::remove(const PairReport& pair) {
   const std::lock_guard lock(mutex_);

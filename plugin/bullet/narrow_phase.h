@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
+#include <string>
 #include <vector>
 
 namespace cloudcontact {
@@ -35,11 +36,8 @@ class NarrowPhase {
     statistics_.contacts += contacts;
     statistics_.shapes += how == Answer::Shapes;
   }
-  void countFailure(const char* message) {
-    const std::lock_guard lock(mutex_);
-    statistics_.failures += 1;
-    statistics_.lastFailure = message;
-  }
+  // Tells of each message once (CloudContactSettings::onFailure).
+  void countFailure(const char* message);
   CloudContactStatistics statistics() const {
     const std::lock_guard lock(mutex_);
     return statistics_;
@@ -79,7 +77,7 @@ class NarrowPhase {
  private:
   CloudContactSettings settings_;
   std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
-  mutable std::mutex mutex_;  // all but settings_, workspace_ and motion_
+  mutable std::mutex mutex_;  // all but settings_, workspace_, motion_ and telling_
   std::shared_mutex motion_;  // velocities of bodies
   std::mutex reading_;
   CloudContactStatistics statistics_;
@@ -87,6 +85,8 @@ class NarrowPhase {
   std::vector<PairReport> parted_;
   std::size_t kept_ = 0;  // of parted_, when it was last added up
   std::vector<const SoftAlgorithm*> softPairs_;
+  std::vector<std::string> told_;
+  std::mutex telling_;
 };
 
 }  // namespace cloudcontact

@@ -9,6 +9,7 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "bullet/convert.h"
@@ -35,6 +36,7 @@ StatedLaw statedBy(const btCollisionObjectWrapper& body) {
   if (const CloudShape* const cloud = CloudShape::of(*shape)) {
     if (!cloud->tissues().empty()) return {&cloud->tissues(), {}, nullptr, false, false};
     if (const auto& own = cloud->law; own && !std::holds_alternative<Rigid>(*own)) {
+      validate(*own);
       const bool byArea = std::holds_alternative<Foundation>(*own);
       if (!byArea && !std::holds_alternative<KelvinVoigt>(*own))
         return {nullptr, {}, &*own, false, false};
@@ -108,6 +110,20 @@ PairPoints gather(const PairSides& sides, const ContactResult& contact) {
 }
 
 }  // namespace
+
+const char* wrongMaterial(const btCollisionObject& object) {
+  const auto isBad = [](btScalar value) { return !(value >= 0) || !std::isfinite(value); };
+  if (isBad(object.getFriction()) || isBad(object.getRollingFriction()) ||
+      isBad(object.getSpinningFriction()) || isBad(object.getRestitution()))
+    return "a body's friction or restitution is NaN, infinite or negative, so it has no contacts: "
+           "setFriction(), setRollingFriction(), setSpinningFriction(), setRestitution()";
+  const bool states =
+      object.getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING;
+  if (states && (isBad(object.getContactStiffness()) || isBad(object.getContactDamping())))
+    return "a body's contact stiffness or damping is NaN, infinite or negative, so it has no "
+           "contacts: setContactStiffnessAndDamping()";
+  return nullptr;
+}
 
 double inverseMass(const btCollisionObject& object) {
   if (const auto* rigid = btRigidBody::upcast(&object)) return rigid->getInvMass();

@@ -45,6 +45,10 @@ PairLaw lawOf(const CloudContactSettings& settings, const btCollisionObjectWrapp
 // Foundation{}: stiffness and damping come from the bodies (CloudContactSettings::law).
 bool takesBodiesSprings(const Law& law);
 
+// What is wrong with the material that Bullet keeps for the object: a friction, restitution,
+// stiffness or damping that is NaN, infinite or negative. Null if nothing is.
+const char* wrongMaterial(const btCollisionObject& object);
+
 // 1/kg; 0 for an object that contacts do not move.
 double inverseMass(const btCollisionObject& object);
 

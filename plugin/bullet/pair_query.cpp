@@ -19,10 +19,14 @@ namespace {
 constexpr const char* kNoShape =
     "a shape beside a CloudShape has neither volume nor triangles: diagnose() names it; make it a "
     "triangle mesh or a CloudShape";
-constexpr const char* kBadPose = "a body's pose is NaN or infinite: it has no contacts";
+constexpr const char* kBadPose = "a body's pose or velocity is NaN or infinite: it has no contacts";
+constexpr const char* kUneven =
+    "a CloudShape is scaled unevenly or not positively, so it has no contacts: scale the mesh and "
+    "digitize it again";
 
-bool isFinite(const Pose& pose) {
-  return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
+bool isFinite(const ContactBody& body) {
+  return body.pose.position.allFinite() && body.pose.orientation.coeffs().allFinite() &&
+         body.motion.linear.allFinite() && body.motion.angular.allFinite();
 }
 
 void moveBy(const Pose& way, ContactBody& body) {
@@ -140,9 +144,13 @@ bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionO
     bodies[side]->pose = toPose(wraps[side]->getWorldTransform());
     bodies[side]->motion = motionOf(*wraps[side]->getCollisionObject());
     if (touch) moveBy(side == 0 ? touch->a : touch->b, *bodies[side]);
-    if (!isFinite(bodies[side]->pose)) query.wrong = kBadPose;
-    if (const CloudShape* const cloud = cloudOf(*wraps[side]))
+    if (!isFinite(*bodies[side])) query.wrong = kBadPose;
+    if (const char* const wrong = wrongMaterial(*wraps[side]->getCollisionObject()))
+      query.wrong = wrong;
+    if (const CloudShape* const cloud = cloudOf(*wraps[side])) {
       bodies[side]->field = &cloud->field();
+      if (!cloud->scalesEvenly()) query.wrong = kUneven;
+    }
   }
   for (int side = 0; side < 2 && !query.wrong; ++side) {
     ContactBody& body = *bodies[side];

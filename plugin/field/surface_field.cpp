@@ -282,4 +282,10 @@ std::optional<FieldPoint> SurfaceField::at(const Vec3& local) const {
   return FieldPoint{d.depth * cloud.voxelSize(), Vec3(d.normal[0], d.normal[1], d.normal[2])};
 }
 
+std::shared_ptr<const SurfaceField> scaled(const SurfaceField& field, double factor) {
+  const FieldData& data = field.data();
+  return std::make_shared<const SurfaceField>(std::make_shared<const FieldData>(
+      data.cloud().scaled(factor), data.records(), data.samples()));
+}
+
 }  // namespace cloudcontact

@@ -174,6 +174,15 @@ Cloud Cloud::translated(const Vec3& shift) const {
   return moved;
 }
 
+Cloud Cloud::scaled(double factor) const {
+  if (!(factor > 0) || !std::isfinite(factor))
+    throw std::invalid_argument("cloud: the factor of a scaling must be positive and finite");
+  Cloud larger = *this;
+  larger.voxelSize_ *= factor;
+  larger.origin_ *= factor;
+  return larger;
+}
+
 VoxelCounts Cloud::counts() const {
   VoxelCounts counts;
   if (empty()) return counts;

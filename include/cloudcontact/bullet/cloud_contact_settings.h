@@ -5,6 +5,7 @@
 #include <cloudcontact/law/law.h>
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -34,6 +35,9 @@ struct CloudContactSettings {
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
+  // Told of each kind of failure (CloudContactStatistics::failures) once, from the thread that
+  // meets it, during a step: it must not step or query the world. Empty: standard error.
+  std::function<void(const std::string&)> onFailure = {};
   bool keepReports = false;  // CloudContact::pairs() also tells of pairs that have parted
 };
 

@@ -75,9 +75,12 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<const void> life() const { return life_; }
 
   void getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const override;
-  // Throws std::invalid_argument for any scaling but (1, 1, 1).
+  // A scaling equal along all axes scales the voxels: any that share the field stay as they are.
+  // Another one, or one that is not positive, leaves the shape as it is; then scalesEvenly() is
+  // false, its pairs have no contacts and count as failures, and diagnose() names the object.
   void setLocalScaling(const btVector3& scaling) override;
-  const btVector3& getLocalScaling() const override;
+  const btVector3& getLocalScaling() const override { return scaling_; }
+  bool scalesEvenly() const { return scalesEvenly_; }
   // From the voxels, for a uniform density. Bullet keeps the diagonal only: use PrincipalFrame if
   // the cloud's axes are not its principal axes.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
@@ -102,6 +105,9 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<const int> life_;
   void setPaper(std::shared_ptr<LazyPaper> paper);
   btScalar margin_ = 0;
+  btVector3 scaling_{1, 1, 1};
+  double fieldScaling_ = 1;  // of field_
+  bool scalesEvenly_ = true;
 };
 
 // The frame in which a cloud's inertia is diagonal. Put the CloudShape in a btCompoundShape with

@@ -80,4 +80,8 @@ class SurfaceField final {
 std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceField>& before,
                                             const Cloud& after, const FieldSettings& settings = {});
 
+// The field of field.cloud().scaled(factor), equal to build() of that to the bit, but copied: all
+// its data are in voxels. Not renewable. Throws as Cloud::scaled().
+std::shared_ptr<const SurfaceField> scaled(const SurfaceField& field, double factor);
+
 }  // namespace cloudcontact

@@ -70,6 +70,9 @@ class Cloud {
   // The same voxels, moved by `shift` [m] in the body's frame. Shares the voxels. Throws
   // std::invalid_argument where the shift is not finite.
   Cloud translated(const Vec3& shift) const;
+  // The same voxels, larger or smaller about the frame's origin. Shares the voxels. Throws
+  // std::invalid_argument where the factor is not positive and finite.
+  Cloud scaled(double factor) const;
 
   VoxelCounts counts() const;
   // At a density of 1 kg/m^3, so `mass` equals `volume`: multiply mass and inertia by the density.
