@@ -96,6 +96,15 @@ std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& 
   return best && best->depth > -kNearClouds * voxel ? best : wideGap(a, b, within);
 }
 
+// Whether contacts push both bodies, and all that moves has a velocity that is known.
+bool canLeave(const PairSides& sides) {
+  const auto can = [](const btCollisionObject& object) {
+    return object.hasContactResponse() &&
+           (btRigidBody::upcast(&object) || !(inverseMass(object) > 0));
+  };
+  return can(*sides.wrapA->getCollisionObject()) && can(*sides.wrapB->getCollisionObject());
+}
+
 // How far from each other bodies may be that a Bullet query asks for [m]. Not infinite.
 double gapOf(const btManifoldResult& result) {
   return std::clamp(double(result.m_closestPointDistanceThreshold), 0.0, 1e9);
@@ -230,7 +239,10 @@ void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides
   how.step = step;
   how.automatic = law.automatic;
   const double most = narrowPhase.settings().leavingSpeed;
-  if (step > 0 && !sides.touch && leaving.update(query, contact, most, step)) {
+  if (sides.touch) leaving.touched(contact);
+  if (step > 0 && !sides.touch && canLeave(sides) && leaving.update(query, contact, most, step)) {
+    for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB})
+      const_cast<btCollisionObject*>(wrap->getCollisionObject())->setDeactivationTime(0);
     how.automatic.reset();
     how.leavingSpeed = leaving.speed();
     return writer.write(sides, leaving.contact(), how);
@@ -247,9 +259,13 @@ std::optional<Touch> CloudAlgorithm::State::sweepOn(const btCollisionObjectWrapp
                                                     const btCollisionObjectWrapper& b,
                                                     const btDispatcherInfo& info,
                                                     PairQuery& query) {
-  if (!isSwept(a, b, info)) return std::nullopt;
-  if (!sweep) sweep = std::make_unique<PairSweep>(narrowPhase.workspace(), narrowPhase.reading());
-  auto touch = sweep->find(query, a, b, double(info.m_timeStep));
+  std::optional<Touch> touch;
+  {
+    const auto lock = narrowPhase.lockToRead();
+    if (!isSwept(a, b, info)) return std::nullopt;
+    if (!sweep) sweep = std::make_unique<PairSweep>(narrowPhase.workspace(), narrowPhase.reading());
+    touch = sweep->find(query, a, b, double(info.m_timeStep));
+  }
   if (touch) query = read(a, b, info.m_timeStep, true, 0, &*touch);
   return touch;
 }
@@ -288,6 +304,7 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   std::optional<Touch> touch;
   if (steps && !query.wrong) touch = sweepOn(a, b, info, query);
+  if (steps && (query.wrong || query.apart)) leaving.reset();
   if (query.wrong || query.apart) return writer.clear();
   double earlier = 0;
   const bool movedAhead = steps && !touch && isMoved(query);
@@ -346,6 +363,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true, 0);
     if (own.ahead.wrong || own.ahead.apart || own.ahead.byShapes) return 0;
+    const auto lock = own.narrowPhase.lockToRead();
     if (isSwept(a, b, info)) return 0;
     if (own.isKnown(own.ahead)) {
       own.moved.move(own.ahead.a, own.ahead.b);

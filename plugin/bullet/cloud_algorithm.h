@@ -21,7 +21,7 @@ class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
   // manifolds stay as they are.
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
-  // Clouds have no continuous detection: 1, the whole step.
+  // Nothing in Bullet's worlds asks for it: 1, the whole step. See PairSweep.
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override;
   void getAllContactManifolds(btManifoldArray& manifolds) override;

@@ -16,6 +16,7 @@ constexpr double kAgree = 0.8;  // of the length of a sum of normals to that of 
 // [1/s] Share of an overlap that leaves. Bullet's own bodies leave by a fifth a step; at 60 Hz this
 // is the same.
 constexpr double kRate = 12;
+constexpr double kLess = 0.98, kStillFor = 0.25;  // of the least depth; [s] without that
 constexpr double kFaster = 1.02;  // than the last speed: something else moves the bodies
 
 double deepestOf(const ContactResult& contact) {
@@ -23,6 +24,8 @@ double deepestOf(const ContactResult& contact) {
   for (const ContactPoint& point : contact.points) depth = std::max(depth, point.depth);
   return depth;
 }
+
+constexpr std::uint32_t kFirstId = 0x7ffffff0;  // no patch has such points
 
 // The points as one, in the middle; its depth is the deepest one's. Empty if they push against each
 // other.
@@ -58,22 +61,24 @@ double springSpeed(const PairQuery& query, const ContactResult& found, double de
 }  // namespace
 
 bool Leaving::begins(const PairQuery& query, const ContactResult& found, double most, double step) {
-  if (touched_ || !(query.mass > 0) || most == std::numeric_limits<double>::infinity())
-    return false;
-  const double explained = query.voxel + step * closingSpeed(query.a, query.b);
-  if (out_.isInside(query.a, query.b))
-    return out_.find(query.a, query.b) && out_.length() > explained;
-  const double depth = deepestOf(found);
+  if (!(query.mass > 0) || most == std::numeric_limits<double>::infinity()) return false;
+  const double depth = deepestOf(found), before = std::max(0.0, last_);
+  double explained = query.voxel + step * closingSpeed(query.a, query.b);
+  if (last_ > kNone) explained += query.voxel + before;  // depths of a contact are not exact
+  if (last_ > kNone && !found.points.empty() && !(depth > explained)) return false;
+  const bool inside = out_.isInside(query.a, query.b);
+  if (held_) held_ = inside || !found.points.empty();
+  if (held_) return false;
+  if (inside) return way_ = out_.find(query.a, query.b) && out_.length() > explained;
   return depth > explained && asOne(found) && springSpeed(query, found, depth) > most;
 }
 
 bool Leaving::goesOn(const PairQuery& query, const ContactResult& found) {
-  const double depth = deepestOf(found);
+  const double depth = deepestOf(found), deep = kDeep * query.voxel;
   const auto one = asOne(found);
-  const bool known = one && depth < kDeep * query.voxel;
-  const bool followed = way_;
-  way_ = !known && (followed ? out_.follow(query.a, query.b) : out_.find(query.a, query.b)) &&
-         out_.length() > query.voxel;
+  const bool known = one && depth < deep;
+  if (way_) way_ = out_.follow(query.a, query.b) && out_.length() > (known ? deep : query.voxel);
+  if (!way_ && !known) way_ = out_.find(query.a, query.b) && out_.length() > query.voxel;
   if (way_) push_ = out_.push();
   if (way_) return true;
   if (one) push_ = *one;
@@ -85,12 +90,13 @@ void Leaving::write(const PairQuery& query, double most, double step) {
   const bool isOurs = -meeting.dot(push_.normal) <= kFaster * speed_;
   speed_ = std::min(most, push_.depth * (1 - std::exp(-kRate * step)) / step);
   contact_.clear();
+  push_.id = kFirstId;
   contact_.points.push_back(push_);
   if (isOurs) {
     ContactPoint brake = push_;
     brake.normal = -push_.normal;
     brake.depth = -speed_ * step;
-    brake.id = 1;
+    brake.id = kFirstId + 1;
     contact_.points.push_back(brake);
   }
   Patch patch;
@@ -102,16 +108,38 @@ void Leaving::write(const PairQuery& query, double most, double step) {
   contact_.patches.push_back(patch);
 }
 
+// Whether the overlap has become less lately.
+bool Leaving::moves(double step) {
+  still_ += step;
+  if (push_.depth < kLess * least_) {
+    least_ = push_.depth;
+    still_ = 0;
+  }
+  return still_ <= kStillFor;
+}
+
 bool Leaving::update(const PairQuery& query, const ContactResult& found, double most, double step) {
-  if (!on_ && begins(query, found, most, step)) {
-    on_ = true;
+  if (!on_) {
     way_ = false;
+    on_ = begins(query, found, most, step);
     speed_ = most;
+    least_ = std::numeric_limits<double>::infinity();
   }
   if (on_) on_ = goesOn(query, found);
+  if (on_) held_ = !moves(step);
+  if (held_) on_ = false;
   if (on_) write(query, most, step);
-  touched_ = !found.points.empty();
+  touched(found);
   return on_;
+}
+
+void Leaving::touched(const ContactResult& found) {
+  last_ = deepestOf(found);
+}
+
+void Leaving::reset() {
+  on_ = held_ = false;
+  last_ = kNone;
 }
 
 }  // namespace cloudcontact

@@ -5,6 +5,8 @@
 // goes on.
 #pragma once
 
+#include <limits>
+
 #include "bullet/pair_query.h"
 #include "contact/way_out.h"
 
@@ -13,23 +15,32 @@ namespace cloudcontact {
 class Leaving {
  public:
   // Call once a step with the step's contact. Whether the pair leaves in this step. It begins to
-  // where its last step had no contact and it is deeper than its motion explains, and so deep that
+  // where it is deeper than its last step and its motion explain, and so deep that
   // its spring would push it out faster than `most` [m/s]; or where half of a body is inside the
   // other. `step` [s].
   bool update(const PairQuery& query, const ContactResult& found, double most, double step);
+  // It ends where the overlap is a tenth of a voxel or, since a joint or another body may hold the
+  // pair, has not become less for a quarter of a second; the spring then has it until they part.
   // One point that moves the bodies' centers apart at speed(), and one of negative depth that keeps
   // them from leaving faster, unless something else has made them faster.
   const ContactResult& contact() const { return contact_; }
   double speed() const { return speed_; }  // [m/s]
+  // For a step with a contact from elsewhere, and one without a query.
+  void touched(const ContactResult& found);
+  void reset();
 
  private:
   bool begins(const PairQuery& query, const ContactResult& found, double most, double step);
   bool goesOn(const PairQuery& query, const ContactResult& found);
+  bool moves(double step);
   void write(const PairQuery& query, double most, double step);
 
   WayOut out_;
-  bool on_ = false, touched_ = false;
-  bool way_ = false;  // the push is that of out_
+  static constexpr double kNone = -std::numeric_limits<double>::infinity();
+  bool on_ = false, way_ = false;  // way_: the push is that of out_
+  bool held_ = false;              // something holds the pair: it stays with the law
+  double last_ = kNone;            // [m] depth in the last step
+  double least_ = 0, still_ = 0;   // [m] least depth so far, and how long it has been that [s]
   ContactPoint push_;
   double speed_ = 0;
   ContactResult contact_;

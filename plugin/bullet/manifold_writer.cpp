@@ -1,6 +1,6 @@
 // Contact points to btManifoldPoint. Bullet's normal points from body 1 (our B) to body 0 (our A),
 // the reverse of ours. m_partId0 holds the point's ID and m_partId1 its patch, for users to read;
-// both fields are free, because cloud pairs have no triangles.
+// triangles have no such fields, since a patch may lie on many.
 #include "bullet/manifold_writer.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <variant>
 
 #include "bullet/object_motion.h"
 
@@ -23,11 +24,14 @@ Motion freeMotionOf(const btCollisionObject& object, double step) {
   return motion;
 }
 
+constexpr double kEndless = 1e9;  // [m] a plane's bounds are larger
+
 double farthestOf(const btCollisionShape& shape) {
   btVector3 center;
   btScalar radius;
   shape.getBoundingSphere(center, radius);
-  return double(center.length() + radius);
+  const double reach = double(center.length() + radius);
+  return reach < kEndless ? reach : 0;
 }
 
 double spinOf(const btCollisionObject& object, const Motion& motion) {
@@ -64,8 +68,12 @@ std::optional<Touch> PairSweep::throughTriangles(ContactBody a, ContactBody b,
   ContactBody &cloud = a.field ? a : b, &mesh = a.field ? b : a;
   const Vec3 arm = cloud.pose.position - mesh.motion.center;
   const double speed = (cloud.motion.linear - mesh.motion.at(cloud.pose.position)).norm() +
-                       spinSpeed(cloud) + mesh.motion.angular.norm() * arm.norm();
-  const double stride = cloud.field->bounds().diagonal().norm();
+                       cloud.motion.angular.norm() * cloud.field->bounds().diagonal().norm() +
+                       mesh.motion.angular.norm() * arm.norm();
+  if (!std::isfinite(speed)) return std::nullopt;
+  constexpr double kMostStrides = 2000;
+  const double stride =
+      std::max(cloud.field->bounds().diagonal().norm(), speed * step / kMostStrides);
   const int count = std::max(1, static_cast<int>(std::ceil(speed * step / stride)));
   Vec3 checked = Vec3::Zero();
   for (int i = 0; i < count; ++i) {
@@ -90,13 +98,27 @@ std::optional<Touch> PairSweep::find(const PairQuery& query, const btCollisionOb
   const btCollisionObjectWrapper* const wraps[2] = {&a, &b};
   for (int side = 0; side < 2; ++side) {
     bodies[side].motion = freeMotionOf(*wraps[side]->getCollisionObject(), step);
+    bodies[side].tissues = nullptr;
+    bodies[side].spring.reset();
     if (!bodies[side].motion.linear.allFinite() || !bodies[side].motion.angular.allFinite())
       return std::nullopt;
   }
-  for (int side = 0; side < 2; ++side)
-    if (!bodies[side].field && hasTriangles(*wraps[side]->getCollisionShape()))
-      return throughTriangles(bodies[0], bodies[1], *wraps[side]->getCollisionShape(), step);
-  return touch_.find(bodies[0], bodies[1], 0, step);
+  std::optional<Touch> touch;
+  int triangles = -1;
+  for (int side = 0; side < 2; ++side) {
+    const ContactBody& body = bodies[side];
+    if (!body.field && (!body.shape || std::holds_alternative<SurfaceSolid>(*body.shape)))
+      triangles = side;
+  }
+  if (triangles >= 0)
+    touch = throughTriangles(bodies[0], bodies[1], *wraps[triangles]->getCollisionShape(), step);
+  else
+    touch = touch_.find(bodies[0], bodies[1], 0, step);
+  // This step's forces: the contact has the velocities without them.
+  if (touch)
+    touch->checked -= (bodies[0].motion.linear - query.a.motion.linear) -
+                      (bodies[1].motion.linear - query.b.motion.linear);
+  return touch;
 }
 
 }  // namespace cloudcontact

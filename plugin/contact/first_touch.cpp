@@ -17,9 +17,10 @@ namespace {
 constexpr double kNear = 2;  // [voxels] of gap: bodies are searched
 // [voxels] deeper than before. A corner that is less deep in a wall has no sure normal.
 constexpr double kTouches = 0.5;
-constexpr double kStands = 0.05;  // [voxels] of gap: bodies touch at the start
-constexpr double kExact = 0.05;   // [voxels] of motion
-constexpr int kSweeps = 8;        // over the points of bodies that touch already
+constexpr double kStands = 0.05;    // [voxels] of gap: bodies touch at the start
+constexpr double kExact = 0.05;     // [voxels] of motion
+constexpr std::size_t kMost = 500;  // searches before motions grow, of bodies that graze
+constexpr int kSweeps = 8;          // over the points of bodies that touch already
 
 // The nearest that the surface of `body` can be to a point of its frame [m].
 double leastDistance(const ContactBody& body, const Vec3& local) {
@@ -37,6 +38,7 @@ double leastDistance(const ContactBody& body, const Vec3& local) {
   if ((grid.array() < 0).any() || (grid.array() >= size.array()).any()) return outside;
   const Eigen::Vector3f x = grid.cast<float>();
   const CcPlace place = ccPlaceOf(field.records().bricks(), x.data());
+  if (place.brick >= field.cloud().bricks().prod()) return outside;  // rounded up to the edge
   return std::max(outside, voxel * field.records().between()[place.brick]);
 }
 
@@ -82,16 +84,23 @@ void moveTo(double time, const ContactBody& start, ContactBody& body) {
 
 }  // namespace
 
-double spinSpeed(const ContactBody& body) {
+double spinSpeed(const ContactBody& body, const ContactBody& other) {
   const double rate = body.motion.angular.norm();
-  if (!(rate > 0)) return 0;  // also for a half-space, which has no corners
-  const Eigen::AlignedBox3d box = body.field ? body.field->bounds() : boundsOf(*body.shape);
-  const Vec3 center = body.pose.toLocal(body.motion.center);
-  return rate * (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
+  if (!(rate > 0)) return 0;
+  const auto boxOf = [](const ContactBody& of) {
+    return of.field ? of.field->bounds() : boundsOf(*of.shape);
+  };
+  const auto farthest = [&](const ContactBody& of) {
+    const Eigen::AlignedBox3d box = boxOf(of);
+    const Vec3 center = of.pose.toLocal(body.motion.center);
+    return (box.max() - center).cwiseAbs().cwiseMax((box.min() - center).cwiseAbs()).norm();
+  };
+  const double reach = farthest(body);
+  return rate * (std::isfinite(reach) ? reach : farthest(other));
 }
 
 double closingSpeed(const ContactBody& a, const ContactBody& b) {
-  return (a.motion.linear - b.motion.linear).norm() + spinSpeed(a) + spinSpeed(b);
+  return (a.motion.linear - b.motion.linear).norm() + spinSpeed(a, b) + spinSpeed(b, a);
 }
 
 FirstTouch::FirstTouch(std::shared_ptr<ContactWorkspace> workspace)
@@ -157,7 +166,7 @@ std::optional<Touch> FirstTouch::find(const ContactBody& a, const ContactBody& b
   limit_ = kTouches * voxel_;
   speed_ = closingSpeed(a, b);
   bool first = from == 0;
-  for (double time = from, apart = from; speed_ > 0; first = false) {
+  for (double time = from, apart = from; speed_ > 0 && std::isfinite(speed_); first = false) {
     place(time);
     double way = leastGapOf(a_, b_);
     if (way <= kNear * voxel_) {
@@ -165,10 +174,12 @@ std::optional<Touch> FirstTouch::find(const ContactBody& a, const ContactBody& b
       if (first) keepApart();
       if (deepest() > limit_) return between(apart, time);
       way = std::clamp(-deepest(), voxel_, kNear * voxel_);
+      if (searches_ > kMost) way *= double(searches_) / kMost;
     }
     if (time >= until || speed_ <= 0) break;
     apart = time;
     time = std::min(until, time + way / speed_);
+    if (!(time > apart)) break;
   }
   return std::nullopt;
 }

@@ -24,7 +24,8 @@ namespace cloudcontact {
 struct Touch {
   double time = 0;
   Pose a, b;
-  // The part of A's velocity that bodies in touch at the start were rid of [m/s].
+  // How much A's velocity over B's was less than that of the bodies [m/s]: what drove them into
+  // each other where they touched at the start was taken from it.
   Vec3 checked = Vec3::Zero();
 };
 
@@ -59,7 +60,8 @@ class FirstTouch {
 
 // Upper bound on the speed of points of one body as the other sees them [m/s].
 double closingSpeed(const ContactBody& a, const ContactBody& b);
-// The part of it that comes from a body's spin [m/s].
-double spinSpeed(const ContactBody& body);
+// The part of it that comes from a body's spin [m/s]. Of a body without end, as a half-space, it is
+// that of the places where the other one is.
+double spinSpeed(const ContactBody& body, const ContactBody& other);
 
 }  // namespace cloudcontact

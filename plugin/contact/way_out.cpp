@@ -34,7 +34,7 @@ Eigen::AlignedBox3d boundsOf(const ContactBody& body) {
   return body.field ? body.field->bounds() : cloudcontact::boundsOf(*body.shape);
 }
 
-// On the body's surface and in its middle, in its frame.
+// On the body's surface, and of shapes their middle, too; in its frame.
 void appendPoints(const ContactBody& body, std::vector<Vec3>& points) {
   const Vec3 middle = boundsOf(body).center();
   if (body.field) {
@@ -71,10 +71,13 @@ bool WayOut::set(const ContactBody& a, const ContactBody& b) {
   const ContactBody &moving = bMoves_ ? b : a, &around = bMoves_ ? a : b;
   if (!around.field || !isBounded(moving)) return false;
   field_ = around.field;
+  const Pose way = around.pose.inverse() * moving.pose;
+  const double reach = boundsOf(moving).diagonal().norm() / 2;
+  if (boundsOf(around).exteriorDistance(way.toWorld(boundsOf(moving).center())) > reach / 2)
+    return false;
   points_.clear();
   appendPoints(moving, points_);
   const Cloud& cloud = field_->cloud();
-  const Pose way = around.pose.inverse() * moving.pose;
   for (Vec3& x : points_) x = (way.toWorld(x) - cloud.origin()) / cloud.voxelSize();
   return true;
 }

@@ -54,13 +54,14 @@ class Walk {
       outside = !in;
       before = t;
       t = std::min(next(t, depth), end);
-      if (before >= end) break;
+      if (before >= end || !(t > before)) break;
     }
   }
 
   FieldHit refined(double out, double in) const {
     while (std::abs(in - out) * length_ > kAccuracy) {
       const double middle = (in + out) / 2;
+      if (middle == in || middle == out) break;  // rounding
       (depthAt(middle) > 0 ? in : out) = middle;
     }
     const auto point = field_.at(from_ + in * along_);
@@ -72,6 +73,7 @@ class Walk {
   FieldHit smoothed(double out, double in) const {
     while (std::abs(in - out) * length_ > 2 * kStride) {  // a brick was passed
       const double middle = (in + out) / 2;
+      if (middle == in || middle == out) break;  // rounding
       (depthAt(middle) > 0 ? in : out) = middle;
     }
     const double high = depthAt(in), low = depthAt(out);

@@ -132,6 +132,70 @@ TEST(DeepOverlap, MomentumStays) {
             0.1);
 }
 
+// A body that a joint holds in another one stays there, and is not shaken.
+TEST(DeepOverlap, WhatIsHeldStaysHeld) {
+  BulletWorld world;
+  world.world.setGravity({0, 0, 0});
+  btRigidBody& block = world.add(large("cloud"), 0, at({0, 0, 0}));
+  btRigidBody& body = world.add(small("cloud cube"), 0.5, at({0, 0, btScalar(0.1)}));
+  btFixedConstraint joint(block, body, at({0, 0, btScalar(0.1)}), at({0, 0, 0}));
+  world.world.addConstraint(&joint, false);
+  for (int i = 0; i < 120; ++i) world.step(1.0 / 60);
+  double fastest = 0;
+  for (int i = 0; i < 60; ++i) {
+    world.step(1.0 / 60);
+    fastest = std::max(fastest, double(body.getLinearVelocity().length()));
+  }
+  EXPECT_LT(fastest, 0.05);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.1, kVoxel);
+  world.world.removeConstraint(&joint);
+}
+
+// A body that rests on another one and is put into it leaves, too.
+TEST(DeepOverlap, AfterATeleport) {
+  BulletWorld world;
+  world.world.setGravity({0, 0, 0});
+  world.add(large("cloud"), 0, at({0, 0, 0}));
+  btRigidBody& body = world.add(small("cloud cube"), 0.5, at({0, 0, btScalar(0.1299)}));
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  ASSERT_FALSE(world.points().empty());
+  body.setWorldTransform(at({0, 0, btScalar(0.11)}));
+  body.setLinearVelocity({0, 0, 0});
+  double fastest = 0;
+  for (int i = 0; i < 120; ++i) {
+    world.step(1.0 / 60);
+    fastest = std::max(fastest, double(body.getLinearVelocity().length()));
+  }
+  EXPECT_GT(body.getWorldTransform().getOrigin().z(), 0.1 + kHalf - 0.2 * kVoxel);
+  EXPECT_LT(fastest, 0.3);
+  EXPECT_LT(body.getLinearVelocity().length(), 0.03);
+}
+
+// Sleep does not end it.
+TEST(DeepOverlap, LeavesAwake) {
+  CloudContactSettings settings;
+  settings.leavingSpeed = 0.02;
+  BulletWorld world(settings);
+  world.world.setGravity({0, 0, 0});
+  world.add(large("cloud"), 0, at({0, 0, 0}));
+  btRigidBody& body = world.add(small("cloud cube"), 0.5, at({0, 0, btScalar(0.05)}));
+  body.forceActivationState(ACTIVE_TAG);
+  for (int i = 0; i < 6 * 60; ++i) world.step(1.0 / 60);
+  EXPECT_GT(body.getWorldTransform().getOrigin().z(), 0.1 + kHalf - kVoxel);
+}
+
+// A sensor's contacts are what they are.
+TEST(DeepOverlap, SensorsPushNothing) {
+  BulletWorld world;
+  world.world.setGravity({0, 0, 0});
+  btRigidBody& block = world.add(large("cloud"), 0, at({0, 0, 0}));
+  block.setCollisionFlags(block.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  btRigidBody& body = world.add(small("cloud cube"), 0.5, at({0, 0, btScalar(0.11)}));
+  for (int i = 0; i < 10; ++i) world.step(1.0 / 60);
+  EXPECT_EQ(body.getWorldTransform().getOrigin().z(), btScalar(0.11));
+  for (const btManifoldPoint& point : world.points()) EXPECT_LT(point.m_positionWorldOnB.z(), 0.12);
+}
+
 TEST(DeepOverlap, TheSettingMustBePositive) {
   CloudContactSettings settings;
   settings.leavingSpeed = 0;

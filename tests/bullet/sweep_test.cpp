@@ -1,6 +1,7 @@
 // Fast bodies with Bullet's CCD motion threshold: nothing passes a thin wall.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 // First: Bullet's soft bodies declare a global named seed.
@@ -168,6 +169,36 @@ ContactBody bodyAt(const Vec3& place) {
   body.pose.position = place;
   body.motion.center = place;
   return body;
+}
+
+// Beside a plane that turns, whose points far away have no speed limit.
+TEST(Sweep, APlaneMayTurn) {
+  FirstTouch touch(std::make_shared<ContactWorkspace>());
+  const Solid plane = HalfSpace{{0, 0, 1}, 0};
+  ContactBody ground = bodyAt({0, 0, 0}), shot = bodyAt({0, 0, 0.5});
+  ground.shape = &plane;
+  shot.field = ball().get();
+  shot.motion.linear = {0, 0, -60};
+  ground.motion.angular = {0.1, 0, 0};
+  const auto found = touch.find(ground, shot, 0, kStep);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(60 * found->time, 0.47 + 0.5 * kVoxel, kVoxel);
+  shot.motion.linear.z() = -std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(touch.find(ground, shot, 0, kStep));
+}
+
+// A shot against gravity, which takes a part of its speed before it meets a thin ceiling.
+TEST(Sweep, GravityCounts) {
+  for (const double pull : {-300.0, 300.0}) {
+    BulletWorld world;
+    world.world.setGravity({btScalar(pull), 0, 0});
+    world.addCloud(wallField(), 0, at({0, 0, 0}));
+    btRigidBody& body = world.addCloud(cube(), 0.5, at({btScalar(-0.2), 0, 0}));
+    body.setCcdMotionThreshold(btScalar(0.01));
+    body.setLinearVelocity({20, 0, 0});
+    world.step(kStep);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().x(), -0.03 - kWall / 2, 0.7 * kVoxel) << pull;
+  }
 }
 
 // The time at which a ball meets a plane, a box and a ball, by closed forms.
