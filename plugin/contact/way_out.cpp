@@ -91,6 +91,7 @@ bool WayOut::inMatter(const Vec3& x) const {
 
 bool WayOut::isInside(const ContactBody& a, const ContactBody& b) {
   if (!set(a, b)) return false;
+  if (!(bMoves_ ? b : a).field) return inMatter(points_.front());
   std::size_t inside = 0;
   for (const Vec3& x : points_) inside += inMatter(x);
   return 2 * inside >= points_.size();

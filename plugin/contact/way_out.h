@@ -14,7 +14,8 @@ namespace cloudcontact {
 
 class WayOut {
  public:
-  // Whether half of the smaller body's points are in the larger one, which is a field. False for
+  // Whether half of the smaller body's points are in the larger one, which is a field, or a smaller
+  // shape's middle. False for
   // pairs that WayOut does not answer: a cloud in a shape, whose surface is known at any depth.
   bool isInside(const ContactBody& a, const ContactBody& b);
 
