@@ -258,6 +258,7 @@ void run(const SimulateOptions& options) {
                    "a thousand million; give a longer --step or fewer --seconds");
   World world(scene, settings);
   noteUnmeasured(world);
+  for (const std::string& advice : world.advice()) std::cerr << "cloudcontact: " << advice << '\n';
   Trajectory trajectory(options.trajectory);
   Recorder recorder;
   if (!options.replay.empty()) recorder.begin(world, scene.name, run.seconds, run.step);

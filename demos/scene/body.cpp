@@ -264,7 +264,8 @@ double defaultVoxel(const Body& body) {
   if (body.object)
     return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.object); });
   if (body.volume) return body.volume->spacing.minCoeff();
-  return body.cloud ? body.cloud->voxelSize() : boundsOf(body).diagonal().norm() / 100;
+  if (body.cloud) return body.cloud->voxelSize();
+  return suggestedVoxel(boundsOf(body));
 }
 
 DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& options) {

@@ -21,7 +21,6 @@ namespace cloudcontact::program {
 namespace {
 
 constexpr double kMeshTolerance = 0.002;  // of primitives' meshes [voxels]
-constexpr double kVoxelOfDiagonal = 0.01;
 
 std::string keyOfVector(const Vec3& v) {
   std::ostringstream key;
@@ -279,21 +278,12 @@ void SceneClouds::checkTissues() const {
 MassProperties SceneClouds::matter(const SceneCollision& collision, const std::string& body,
                                    bool atDensities) {
   const auto [cloud, place] = this->cloud(collision.geometry, collision.pose, body);
-  const TissueTable known = atDensities ? tissues(collision, body) : TissueTable();
-  MassProperties matter = cloud.massProperties();
-  if (known.size() > 1) {
-    std::vector<double> densities;
-    for (const Tissue& tissue : known) densities.push_back(tissue.density);
-    matter = massPropertiesOf(matterSums(cloud), cloud, densities);
-  } else if (known.size() == 1) {
-    matter.mass *= known[0].density;
-    matter.inertia *= known[0].density;
-  }
-  if (!isDigital(collision.geometry, body)) return matter;
-  const Eigen::Matrix3d turn = place.orientation.toRotationMatrix();
-  matter.centerOfMass = place.toWorld(matter.centerOfMass);
-  matter.inertia = turn * matter.inertia * turn.transpose();
-  return matter;
+  std::vector<double> densities;
+  if (atDensities)
+    for (const Tissue& tissue : tissues(collision, body)) densities.push_back(tissue.density);
+  if (densities.empty()) densities = {1};
+  const MassProperties matter = massPropertiesOf(cloud, densities);
+  return isDigital(collision.geometry, body) ? placed(matter, place) : matter;
 }
 
 double defaultVoxel(const SceneDescription& scene, const CommonOptions& options) {
@@ -310,18 +300,18 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
         else
           read = naming(body.name, [&] { return readBody(named->file.string(), options); });
         if (!read.mesh) {
-          least = std::min(least, defaultVoxel(read) / kVoxelOfDiagonal);
+          least = std::min(least, defaultVoxel(read));
           continue;
         }
         for (const Vec3& v : read.mesh->vertices) box.extend(v.cwiseProduct(named->scale));
       } else {
         box = boundsOf(analytic(collision.geometry));
       }
-      least = std::min(least, box.diagonal().norm());
+      least = std::min(least, suggestedVoxel(box));
     }
   if (!std::isfinite(least))
     throw BadInput("--voxel: no moving body has a size to take it from; give one");
-  return kVoxelOfDiagonal * least;
+  return least;
 }
 
 }  // namespace cloudcontact::program

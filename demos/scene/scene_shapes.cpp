@@ -5,7 +5,6 @@
 #include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/workpiece/cloud_solid.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -20,29 +19,7 @@ namespace {
 
 constexpr double kDefaultDensity = 1000;  // of bodies without a mass: water [kg/m^3]
 constexpr double kCrumb = 20;             // smaller pieces count as cut away [voxels]
-constexpr double kDiagonalEnough = 1e-3;  // off-diagonals below this share count as 0
 constexpr double kDrawnTolerance = 5e-4;  // of a primitive's diagonal: invisible at 1000 px
-
-// Axes in which the inertia is diagonal, each as close to the given one as possible.
-Eigen::Quaterniond principalAxes(const Eigen::Matrix3d& inertia) {
-  const double most = inertia.diagonal().cwiseAbs().maxCoeff();
-  const Eigen::Matrix3d off = inertia - Eigen::Matrix3d(inertia.diagonal().asDiagonal());
-  if (off.cwiseAbs().maxCoeff() <= kDiagonalEnough * most) return Eigen::Quaterniond::Identity();
-  const Eigen::Matrix3d vectors =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvectors();
-  Eigen::Matrix3d axes;
-  bool used[3] = {};
-  for (int axis = 0; axis < 3; ++axis) {
-    int best = -1;
-    for (int k = 0; k < 3; ++k)
-      if (!used[k] && (best < 0 || std::abs(vectors(axis, k)) > std::abs(vectors(axis, best))))
-        best = k;
-    used[best] = true;
-    axes.col(axis) = vectors.col(best) * (vectors(axis, best) < 0 ? -1.0 : 1.0);
-  }
-  if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
-  return Eigen::Quaterniond(axes).normalized();
-}
 
 bool isIdentity(const Pose& pose) {
   return pose.position.isZero() && pose.orientation.coeffs().head<3>().isZero();
@@ -90,26 +67,16 @@ bool SceneShapes::hasDensity(const SceneBody& body) {
 
 // At the densities of tissues where all collisions have them, else at 1.
 SceneShapes::Inertia SceneShapes::geometryInertia(const SceneBody& body) {
-  Inertia sum;
   std::vector<MassProperties> parts;
   const bool weighs = hasDensity(body);
-  for (const auto& collision : body.collisions) {
-    if (isPlane(collision.geometry)) continue;
-    parts.push_back(clouds_.matter(collision, body.name, weighs));
-    sum.mass += parts.back().mass;
-    sum.center += parts.back().mass * parts.back().centerOfMass;
-  }
+  for (const auto& collision : body.collisions)
+    if (!isPlane(collision.geometry)) parts.push_back(clouds_.matter(collision, body.name, weighs));
+  const MassProperties sum = sumOf(parts);
   if (!(sum.mass > 0))
     throw BadInput("body '" + body.name +
                    "': moves but has no <collision> to take its inertia from; add one, or make it "
                    "<static>");
-  sum.center /= sum.mass;
-  for (const auto& part : parts) {
-    const Vec3 r = part.centerOfMass - sum.center;
-    sum.inertia += part.inertia +
-                   part.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
-  }
-  return sum;
+  return {sum.mass, sum.centerOfMass, sum.inertia};
 }
 
 SceneShapes::Inertia SceneShapes::bodyInertia(const SceneBody& body) {
@@ -324,7 +291,9 @@ BodyParts SceneShapes::make(const SceneBody& body) {
   if (body.isFree()) {
     const Inertia inertia = bodyInertia(body);
     out.mass = inertia.mass;
-    out.frame = {principalAxes(inertia.inertia), inertia.center};
+    out.frame = {
+        principalAxes(inertia.inertia, Eigen::Quaterniond::Identity(), kDiagonalEnough).orientation,
+        inertia.center};
     const Eigen::Matrix3d r = out.frame.orientation.toRotationMatrix();
     out.inertia = (r.transpose() * inertia.inertia * r).diagonal();
   }

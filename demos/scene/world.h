@@ -168,6 +168,8 @@ class World {
   // Number of lookups of penetration().
   std::size_t probes() const;
 
+  // diagnose() of the Bullet world, for clouds; its objects are the bodies.
+  std::vector<std::string> advice() const;
   double narrowPhaseSeconds() const;
   DeviceUse deviceUse() const;
   double solverSeconds() const;

@@ -169,6 +169,11 @@ DeviceUse World::deviceUse() const {
 double World::narrowPhaseSeconds() const {
   return state_->dispatcher.seconds();
 }
+std::vector<std::string> World::advice() const {
+  if (!state_->cloudContact) return {};
+  return diagnose(state_->world);
+}
+
 double World::solverSeconds() const {
   return state_->solver.seconds();
 }

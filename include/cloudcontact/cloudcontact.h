@@ -8,6 +8,7 @@
 #include <cloudcontact/base/task_runner.h>
 #include <cloudcontact/base/wrench.h>
 
+#include <cloudcontact/mesh/assimp_mesh.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/mesh/mesh_file.h>
 #include <cloudcontact/mesh/mesh_repair.h>

@@ -198,6 +198,7 @@ struct CloudAlgorithm::State {
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
   std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
   bool processed = true;           // processCollision() ran after the last prepare()
+  bool weighed = false;            // the bodies' matter was checked
   int slot = -1;                   // in CompoundChildren
 };
 
@@ -294,6 +295,9 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
 void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                                     btManifoldResult& result) {
+  if (!std::exchange(weighed, true))
+    for (const btCollisionObjectWrapper* wrap : {&a, &b})
+      narrowPhase.checkMatter(*wrap->getCollisionObject());
   const auto start = Clock::now();
   processed = true;
   // Bullet's queries derive from btManifoldResult; its solver does not.
@@ -336,6 +340,10 @@ CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
 
 CloudAlgorithm::~CloudAlgorithm() {
   if (state_->lookAhead) state_->lookAhead->forget(*this, state_->slot);
+}
+
+const CloudContactSettings& CloudAlgorithm::settings() const {
+  return state_->narrowPhase.settings();
 }
 
 void CloudAlgorithm::processCollision(const btCollisionObjectWrapper* a,

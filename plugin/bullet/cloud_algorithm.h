@@ -10,12 +10,14 @@
 namespace cloudcontact {
 
 class NarrowPhase;
+struct CloudContactSettings;
 
 class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
  public:
   CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info, NarrowPhase& narrowPhase);
   ~CloudAlgorithm() override;
 
+  const CloudContactSettings& settings() const;
   // Finds the contact and writes it to the pair's own manifolds. If `result` is a query's
   // (contactTest, contactPairTest) instead of Bullet's plain one, it gets the points and the
   // manifolds stay as they are.

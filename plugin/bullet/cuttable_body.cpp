@@ -7,7 +7,6 @@
 #include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <cloudcontact/bullet/cuttable_body.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,34 +20,6 @@
 namespace cloudcontact {
 
 namespace {
-
-struct Principal {
-  Pose frame;    // in the cloud's frame
-  Vec3 inertia;  // [kg m^2]
-};
-
-// The axes in the order and direction nearest to those of `near`, so that a small cut does not swap
-// them.
-Principal principalOf(const MassProperties& matter, const Eigen::Quaterniond& near) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matter.inertia);
-  const Eigen::Matrix3d found = solver.eigenvectors(), wanted = near.toRotationMatrix();
-  Eigen::Matrix3d axes;
-  Vec3 inertia;
-  bool taken[3] = {};
-  for (int i = 0; i < 3; ++i) {
-    int best = -1;
-    for (int k = 0; k < 3; ++k)
-      if (!taken[k] && (best < 0 || std::abs(found.col(k).dot(wanted.col(i))) >
-                                        std::abs(found.col(best).dot(wanted.col(i)))))
-        best = k;
-    taken[best] = true;
-    const double side = found.col(best).dot(wanted.col(i)) < 0 ? -1 : 1;
-    axes.col(i) = side * found.col(best);
-    inertia[i] = solver.eigenvalues()[best];
-  }
-  if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
-  return {{Eigen::Quaterniond(axes).normalized(), matter.centerOfMass}, inertia};
-}
 
 // Matter that moves rigidly with the body.
 MovingMatter moving(const MassProperties& matter, const Pose& cloud, const Motion& motion) {
@@ -193,11 +164,11 @@ MovingMatter CuttableBody::State::moving(const std::vector<MatterSums>& sums) co
 // Sets mass, frame and velocity of the rigid body from its matter.
 void CuttableBody::State::settle(const Pose& cloudPlace, const Motion& motion) {
   const MassProperties m = massPropertiesOf(matter.sums, matter.cloud, settings.densities);
-  const Principal principal = principalOf(m, frame.orientation);
-  frame = principal.frame;
+  const PrincipalAxes principal = principalAxes(m.inertia, frame.orientation);
+  frame = {principal.orientation, m.centerOfMass};
   const Pose where = cloudPlace * frame;
   compound->updateChildTransform(0, toBullet(frame.inverse()), true);
-  body->setMassProps(static_cast<btScalar>(m.mass), toBullet(principal.inertia));
+  body->setMassProps(static_cast<btScalar>(m.mass), toBullet(principal.moments));
   body->setLinearVelocity(toBullet(motion.at(where.position)));
   body->setAngularVelocity(toBullet(motion.angular));
   body->setCenterOfMassTransform(toBullet(where));

@@ -1,12 +1,18 @@
-// One table of checks of the solver's settings, and a walk over the shapes beside clouds.
+// One table of checks of the solver's settings, a walk over the shapes beside clouds, and one over
+// the pairs of stated laws.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <cloudcontact/bullet/diagnosis.h>
+#include <cloudcontact/bullet/extrapolating_solver.h>
 #include <cloudcontact/bullet/shape_report.h>
 
-#include "bullet/look_ahead.h"
+#include <initializer_list>
+#include <stdexcept>
+
+#include "bullet/cloud_algorithm.h"
+#include "bullet/matter_check.h"
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/shape_triangles.h"
@@ -15,6 +21,11 @@ namespace cloudcontact {
 
 namespace {
 
+// What these bounds follow from is in docs/bullet.md, "What is told".
+constexpr int kFewestSweeps = 4, kSweeps = 10;
+constexpr btScalar kMostResidual = btScalar(1e-4), kMostRelaxation = btScalar(1.7);
+constexpr btScalar kBounceThreshold = btScalar(0.2);
+
 constexpr int kModes = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS |
                        SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 
@@ -22,6 +33,10 @@ struct Check {
   bool wrong;
   const char* advice;
 };
+
+std::string nameOf(const btCollisionObject& object) {
+  return "Object " + std::to_string(object.getWorldArrayIndex()) + " of the world";
+}
 
 // The shapes of a world beside one of its clouds.
 class ShapeChecks {
@@ -37,14 +52,15 @@ class ShapeChecks {
         check(object, *compound.getChildShape(i));
       return;
     }
-    const std::string name = "Object " + std::to_string(object.getWorldArrayIndex()) +
-                             " of the world has a shape (" + shape.getName() + ") that ";
-    if (const CloudShape* const own = CloudShape::of(shape); own && !own->scalesEvenly())
+    const std::string whole = nameOf(object);
+    const std::string name = whole + " has a shape (" + shape.getName() + ") that ";
+    const CloudShape* const own = CloudShape::of(shape);
+    if (own) checkLaw(whole, *own);
+    if (own && !own->scalesEvenly())
       advice_.push_back(name +
                         "is scaled unevenly or not positively, so it touches nothing: scale the "
                         "mesh and digitize it again.");
-    const bool cloud = CloudShape::of(shape) != nullptr;
-    if (!cloud && !hasTriangles(shape) && !toSolid(shape))
+    if (!own && !hasTriangles(shape) && !toSolid(shape))
       advice_.push_back(name +
                         "touches no cloud, since it has neither volume nor triangles: make it a "
                         "triangle mesh, a btCompoundShape or a CloudShape.");
@@ -55,7 +71,18 @@ class ShapeChecks {
                         "registrations and before the objects are added.");
   }
 
+  // Of the algorithm that takes pairs of clouds; null if none of ours does.
+  const CloudContactSettings* settings() const { return settings_; }
+
  private:
+  void checkLaw(const std::string& whole, const CloudShape& cloud) {
+    try {
+      if (cloud.law) validate(*cloud.law);
+    } catch (const std::invalid_argument& why) {
+      advice_.push_back(whole + " touches nothing, since its law is none: " + why.what() +
+                        "; set CloudShape::law.");
+    }
+  }
   bool isOurs(const btCollisionObject& object, const btCollisionShape& shape) {
     const btCollisionObjectWrapper one(nullptr, cloud_.shape, cloud_.object,
                                        cloud_.object->getWorldTransform(), -1, -1);
@@ -64,16 +91,83 @@ class ShapeChecks {
     btCollisionAlgorithm* const found =
         dispatcher_.findAlgorithm(&one, &other, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     if (!found) return false;
-    const bool ours = dynamic_cast<AheadPair*>(found) != nullptr;
+    const auto* const ours = dynamic_cast<CloudAlgorithm*>(found);
+    if (ours) settings_ = &ours->settings();
     found->~btCollisionAlgorithm();
     dispatcher_.freeCollisionAlgorithm(found);
-    return ours;
+    return ours != nullptr;
   }
 
+  const CloudContactSettings* settings_ = nullptr;
   const ShapeReport& cloud_;
   btDispatcher& dispatcher_;
   std::vector<std::string>& advice_;
 };
+
+// A shape that states a law or tissues, alone or as a compound's child.
+struct StatingShape {
+  const btCollisionObject& object;
+  const btCollisionShape& shape;
+
+  btCollisionObjectWrapper wrapped() const {
+    return {nullptr, &shape, &object, object.getWorldTransform(), -1, -1};
+  }
+};
+
+void addStating(const btCollisionObject& object, const btCollisionShape& shape,
+                std::vector<StatingShape>& stated) {
+  const CloudShape* const cloud = CloudShape::of(shape);
+  const bool byBullet =
+      object.getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING;
+  if (byBullet || shape.isSoftBody() || (cloud && (cloud->law || !cloud->tissues().empty())))
+    stated.push_back({object, shape});
+  if (!shape.isCompound()) return;
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i)
+    addStating(object, *compound.getChildShape(i), stated);
+}
+
+bool mayMeet(const StatingShape& a, const StatingShape& b) {
+  if (&a.object == &b.object || (!CloudShape::of(a.shape) && !CloudShape::of(b.shape)))
+    return false;
+  const btBroadphaseProxy* const p = a.object.getBroadphaseHandle();
+  const btBroadphaseProxy* const q = b.object.getBroadphaseHandle();
+  return p && q && (p->m_collisionFilterGroup & q->m_collisionFilterMask) &&
+         (q->m_collisionFilterGroup & p->m_collisionFilterMask) &&
+         a.object.checkCollideWith(&b.object);
+}
+
+// Why the pair has no law; empty if it has one. The law of one body alone is checked elsewhere.
+std::string whyNoLaw(const CloudContactSettings& settings, const StatingShape& a,
+                     const StatingShape& b) {
+  try {
+    const btCollisionObjectWrapper one = a.wrapped(), other = b.wrapped();
+    constexpr double kAny = 1;  // voxel and step
+    lawOf(settings, one, other, kAny, kAny);
+  } catch (const std::runtime_error& why) {
+    return why.what();
+  } catch (const std::invalid_argument&) {
+  }
+  return {};
+}
+
+// The first pair whose laws do not go together; the others are told once it is mended.
+void checkLaws(const btDynamicsWorld& world, const CloudContactSettings& settings,
+               std::vector<std::string>& advice) {
+  std::vector<StatingShape> stated;
+  const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+  for (int i = 0; i < objects.size(); ++i)
+    addStating(*objects[i], *objects[i]->getCollisionShape(), stated);
+  for (std::size_t i = 0; i < stated.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!mayMeet(stated[k], stated[i])) continue;
+      const std::string why = whyNoLaw(settings, stated[k], stated[i]);
+      if (why.empty()) continue;
+      advice.push_back(nameOf(stated[k].object) + " has no contacts with object " +
+                       std::to_string(stated[i].object.getWorldArrayIndex()) + ": " + why + ".");
+      return;
+    }
+}
 
 void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice) {
   const std::vector<ShapeReport> clouds = shapeReport(world);
@@ -84,10 +178,82 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     checks.check(*objects[i], *objects[i]->getCollisionShape());
+    const std::string name = nameOf(*objects[i]);
     if (const char* const wrong = wrongMaterial(*objects[i]))
-      advice.push_back("Object " + std::to_string(i) + " of the world touches no cloud: " + wrong +
-                       ".");
+      advice.push_back(name + " touches no cloud: " + wrong + ".");
+    for (const char* const wrong : wrongMatter(*objects[i]))
+      advice.push_back(name + ": " + wrong + ".");
   }
+  if (checks.settings()) checkLaws(world, *checks.settings(), advice);
+}
+
+bool sweepsAlone(const btConstraintSolver* solver) {
+  const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
+  return !own || !own->extrapolates || own->mostSweeps == 0;
+}
+
+void tell(std::initializer_list<Check> checks, std::vector<std::string>& advice) {
+  for (const Check& check : checks)
+    if (check.wrong) advice.emplace_back(check.advice);
+}
+
+void checkModes(const btContactSolverInfo& info, const btConstraintSolver* solver,
+                std::vector<std::string>& advice) {
+  const auto lacks = [&info](int mode) { return !(info.m_solverMode & mode); };
+  tell(
+      {
+          {info.m_splitImpulse != 0,
+           "getSolverInfo().m_splitImpulse is on, which drops the spring from contacts deeper than "
+           "m_splitImpulsePenetrationThreshold: set it to 0."},
+          {solver && solver->getSolverType() == BT_MLCP_SOLVER,
+           "The world's solver is an MLCP solver, which ignores contact stiffness and damping: "
+           "build "
+           "the world with btSequentialImpulseConstraintSolver."},
+          {lacks(SOLVER_USE_WARMSTARTING),
+           "Warm starting is off, so every step starts its contacts from nothing: add "
+           "SOLVER_USE_WARMSTARTING to getSolverInfo().m_solverMode."},
+          {info.m_warmstartingFactor < 1,
+           "getSolverInfo().m_warmstartingFactor is below 1, so every step drops a part of what "
+           "holds a stack: set it to 1."},
+          {lacks(SOLVER_USE_2_FRICTION_DIRECTIONS),
+           "Contacts rub in one direction only, which topples stacks: add "
+           "SOLVER_USE_2_FRICTION_DIRECTIONS to getSolverInfo().m_solverMode."},
+          {lacks(SOLVER_ENABLE_FRICTION_DIRECTION_CACHING),
+           "Bullet replaces the contacts' friction directions by its own, which hold the gravity "
+           "step: add SOLVER_ENABLE_FRICTION_DIRECTION_CACHING to getSolverInfo().m_solverMode."},
+          {info.m_linearSlop != 0,
+           "getSolverInfo().m_linearSlop is taken off every depth, so contacts press too little: "
+           "set "
+           "it to 0."},
+      },
+      advice);
+}
+
+void checkNumbers(const btContactSolverInfo& info, const btConstraintSolver* solver,
+                  std::vector<std::string>& advice) {
+  tell(
+      {
+          {sweepsAlone(solver) && info.m_numIterations < kFewestSweeps,
+           "getSolverInfo().m_numIterations is below 4, fewer sweeps than a contact has points: "
+           "set it "
+           "to 10, or build the world with ExtrapolatingSolver."},
+          {!(info.m_leastSquaresResidualThreshold <= kMostResidual),
+           "getSolverInfo().m_leastSquaresResidualThreshold is above 1e-4 (m/s)^2, so the solver "
+           "stops "
+           "before contacts bear their weight: set it to 0."},
+          {!(info.m_sor > 0 && info.m_sor <= kMostRelaxation),
+           "getSolverInfo().m_sor is not in (0, 1.7], so sweeps overshoot and bodies jump: set it "
+           "to "
+           "1."},
+          {info.m_globalCfm != 0,
+           "getSolverInfo().m_globalCfm is not 0, which softens contacts that bounce and rigid "
+           "ones "
+           "beyond their law: set it to 0."},
+          {!(info.m_restitutionVelocityThreshold <= kBounceThreshold),
+           "getSolverInfo().m_restitutionVelocityThreshold is above 0.2 m/s, so bodies with a "
+           "restitution stop where they should bounce: set it to 0.2."},
+      },
+      advice);
 }
 
 }  // namespace
@@ -97,33 +263,9 @@ std::vector<std::string> diagnose(const btDynamicsWorld& world) {
   // Bullet has no const access to the solver.
   const btConstraintSolver* const solver =
       const_cast<btDynamicsWorld&>(world).getConstraintSolver();
-  const auto lacks = [&info](int mode) { return !(info.m_solverMode & mode); };
-  const Check checks[] = {
-      {info.m_splitImpulse != 0,
-       "getSolverInfo().m_splitImpulse is on, which drops the spring from contacts deeper than "
-       "m_splitImpulsePenetrationThreshold: set it to 0."},
-      {solver && solver->getSolverType() == BT_MLCP_SOLVER,
-       "The world's solver is an MLCP solver, which ignores contact stiffness and damping: build "
-       "the world with btSequentialImpulseConstraintSolver."},
-      {lacks(SOLVER_USE_WARMSTARTING),
-       "Warm starting is off, so every step starts its contacts from nothing: add "
-       "SOLVER_USE_WARMSTARTING to getSolverInfo().m_solverMode."},
-      {info.m_warmstartingFactor < 1,
-       "getSolverInfo().m_warmstartingFactor is below 1, so every step drops a part of what "
-       "holds a stack: set it to 1."},
-      {lacks(SOLVER_USE_2_FRICTION_DIRECTIONS),
-       "Contacts rub in one direction only, which topples stacks: add "
-       "SOLVER_USE_2_FRICTION_DIRECTIONS to getSolverInfo().m_solverMode."},
-      {lacks(SOLVER_ENABLE_FRICTION_DIRECTION_CACHING),
-       "Bullet replaces the contacts' friction directions by its own, which hold the gravity "
-       "step: add SOLVER_ENABLE_FRICTION_DIRECTION_CACHING to getSolverInfo().m_solverMode."},
-      {info.m_linearSlop != 0,
-       "getSolverInfo().m_linearSlop is taken off every depth, so contacts press too little: set "
-       "it to 0."},
-  };
   std::vector<std::string> advice;
-  for (const Check& check : checks)
-    if (check.wrong) advice.emplace_back(check.advice);
+  checkModes(info, solver, advice);
+  checkNumbers(info, solver, advice);
   checkShapes(world, advice);
   return advice;
 }
@@ -134,6 +276,13 @@ void recommendedSettings(btDynamicsWorld& world) {
   info.m_solverMode |= kModes;
   info.m_warmstartingFactor = 1;
   info.m_linearSlop = 0;
+  info.m_globalCfm = 0;
+  info.m_sor = 1;
+  if (info.m_numIterations < kFewestSweeps) info.m_numIterations = kSweeps;
+  if (!(info.m_leastSquaresResidualThreshold <= kMostResidual))
+    info.m_leastSquaresResidualThreshold = 0;
+  if (!(info.m_restitutionVelocityThreshold <= kBounceThreshold))
+    info.m_restitutionVelocityThreshold = kBounceThreshold;
 }
 
 }  // namespace cloudcontact

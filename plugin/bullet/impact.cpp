@@ -49,22 +49,21 @@ double bounceOf(double restitution, double closing, double depth, double pull, d
   return square > 0 ? std::max(0.0, std::sqrt(square) - half) / closing : 0;
 }
 
-Impact::Impact(const PairSides& sides, double restitution, double step)
-    : sides_(sides), restitution_(restitution), step_(step) {
+Impact::Impact(const PairSides& sides, double step) : sides_(sides), step_(step) {
   pull_ =
       gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
 }
 
-void Impact::take(const ContactPoint& source, const btManifoldPoint* before,
+void Impact::take(const ContactPoint& source, const btManifoldPoint* before, double restitution,
                   btManifoldPoint& point) const {
-  if (!(restitution_ > 0) || !(step_ > 0) || source.damping > 0) return;
+  if (!(restitution > 0) || !(step_ > 0) || source.damping > 0) return;
   const double closing = closingOf(source, sides_), pull = pull_.dot(source.normal);
   if (closing <= 0) {
     if (before && isBare(*before)) makeBare(point, 0);
     return;
   }
   if (closing < kBouncesFrom || source.depth + step_ * (closing + step_ * pull) <= 0) return;
-  makeBare(point, bounceOf(restitution_, closing, source.depth, pull, step_));
+  makeBare(point, bounceOf(restitution, closing, source.depth, pull, step_));
 }
 
 void Impact::stop(const ContactPoint& source, double most, btManifoldPoint& point) const {

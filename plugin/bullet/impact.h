@@ -16,11 +16,11 @@ namespace cloudcontact {
 
 class Impact {
  public:
-  // `restitution`: the pair's, as Bullet combines it. `step` [s].
-  Impact(const PairSides& sides, double restitution, double step);
+  Impact(const PairSides& sides, double step);  // [s]
 
   // Makes a written point a bare row if it bounces or leaves. `before`: last step's point, or null.
-  void take(const ContactPoint& source, const btManifoldPoint* before,
+  // `restitution`: the pair's, as Bullet combines it, or a callback's.
+  void take(const ContactPoint& source, const btManifoldPoint* before, double restitution,
             btManifoldPoint& point) const;
   // Makes a written point that has not bounced and would close by more than `most` [m] in the step
   // a bare row: it ends the step at the touch, or where it is, if it touches.
@@ -37,7 +37,7 @@ class Impact {
   void moveToCenters(btManifoldPoint& point) const;
 
   const PairSides& sides_;
-  double restitution_, step_;
+  double step_;
   Vec3 pull_;  // gravity of A over that of B [m/s^2]
 };
 

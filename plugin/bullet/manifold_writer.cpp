@@ -25,8 +25,7 @@ btManifoldPoint commonOf(const PairSides& sides, bool rigid) {
   point.m_combinedFriction = gCalculateCombinedFrictionCallback(a, b);
   point.m_combinedRollingFriction = gCalculateCombinedRollingFrictionCallback(a, b);
   point.m_combinedSpinningFriction = gCalculateCombinedSpinningFrictionCallback(a, b);
-  // A restitution on top of a spring would bounce twice (impact.h).
-  point.m_combinedRestitution = rigid ? gCalculateCombinedRestitutionCallback(a, b) : btScalar(0);
+  point.m_combinedRestitution = gCalculateCombinedRestitutionCallback(a, b);
   point.m_index0 = sides.wrapA->m_index;  // a compound's child
   point.m_index1 = sides.wrapB->m_index;
   point.m_contactPointFlags = 0;
@@ -115,6 +114,16 @@ void announce(const btPersistentManifold& manifold, const PairSides& sides, bool
                           point.m_partId1, point.m_index1);
 }
 
+// What a callback changes holds: friction, stiffness and damping in the row, and the restitution
+// that is returned. On top of a spring it would bounce twice (impact.h).
+double announced(const btPersistentManifold& manifold, const PairSides& sides, bool known,
+                 const WriteSettings& settings, btManifoldPoint& point) {
+  announce(manifold, sides, known, point);
+  const double restitution = point.m_combinedRestitution;
+  if (!settings.rigid) point.m_combinedRestitution = 0;
+  return restitution;
+}
+
 }  // namespace
 
 ManifoldWriter::~ManifoldWriter() {
@@ -162,10 +171,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     load.add(sources[i].position, before[i]);
     anchor.add(sources[i].position, slips[i], before[i]);
   }
-  const Impact impact(sides,
-                      gCalculateCombinedRestitutionCallback(sides.wrapA->getCollisionObject(),
-                                                            sides.wrapB->getCollisionObject()),
-                      settings.step);
+  const Impact impact(sides, settings.step);
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
   anchor.fit();
   manifold.setNumContacts(count);
@@ -179,13 +185,13 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     setFrictionDirections(sources[i].position, slips[i], load, before[i], point);
     if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
+    const double restitution = announced(manifold, sides, before[i] != nullptr, settings, point);
     if (settings.leavingSpeed > 0)
       impact.moveApart(sources[i], settings.leavingSpeed, point);
     else if (!settings.rigid && !settings.shared && !sides.touch)
-      impact.take(sources[i], before[i], point);
+      impact.take(sources[i], before[i], restitution, point);
     impact.stop(sources[i], settings.stopsFrom, point);
     if (i == 0) impact.stopCenters(sources[i], settings.stopsFrom, point);
-    announce(manifold, sides, before[i] != nullptr, point);
   }
 }
 

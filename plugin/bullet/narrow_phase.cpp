@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "bullet/matter_check.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -47,6 +49,21 @@ void NarrowPhase::countFailure(const char* message) {
     const std::lock_guard lock(mutex_);
     statistics_.failures += 1;
     statistics_.lastFailure = message;
+  }
+  tell(message);
+}
+
+void NarrowPhase::checkMatter(const btCollisionObject& object) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!weighed_.insert(&object).second) return;
+  }
+  for (const char* const fault : wrongMatter(object)) tell(fault);
+}
+
+void NarrowPhase::tell(const char* message) {
+  {
+    const std::lock_guard lock(mutex_);
     if (std::find(told_.begin(), told_.end(), message) != told_.end()) return;
     told_.emplace_back(message);
   }

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <shared_mutex>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 namespace cloudcontact {
@@ -38,6 +39,8 @@ class NarrowPhase {
   }
   // Tells of each message once (CloudContactSettings::onFailure).
   void countFailure(const char* message);
+  // Tells what is wrong with a body when it first meets another (wrongMatter()).
+  void checkMatter(const btCollisionObject& object);
   CloudContactStatistics statistics() const {
     const std::lock_guard lock(mutex_);
     return statistics_;
@@ -85,7 +88,10 @@ class NarrowPhase {
   std::vector<PairReport> parted_;
   std::size_t kept_ = 0;  // of parted_, when it was last added up
   std::vector<const SoftAlgorithm*> softPairs_;
+  void tell(const char* message);
+
   std::vector<std::string> told_;
+  std::unordered_set<const btCollisionObject*> weighed_;
   std::mutex telling_;
 };
 

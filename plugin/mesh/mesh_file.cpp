@@ -1,4 +1,5 @@
 // Reads meshes through Assimp: see mesh_file.h.
+#include <cloudcontact/mesh/assimp_mesh.h>
 #include <cloudcontact/mesh/mesh_file.h>
 
 #include <assimp/config.h>
@@ -19,8 +20,6 @@
 namespace cloudcontact {
 
 namespace {
-
-using Eigen::Vector3d;
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
   throw std::runtime_error(file.string() + ": " + why);
@@ -53,42 +52,6 @@ std::string oneLine(std::string message) {
   return message;
 }
 
-void append(const aiMesh& part, const aiMatrix4x4& toRoot, Mesh& mesh) {
-  const int base = static_cast<int>(mesh.vertices.size());
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    const aiVector3D p = toRoot * part.mVertices[i];
-    mesh.vertices.emplace_back(p.x, p.y, p.z);
-  }
-  for (unsigned i = 0; i < part.mNumFaces; ++i) {
-    const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // points and lines
-    mesh.triangles.emplace_back(base + static_cast<int>(face.mIndices[0]),
-                                base + static_cast<int>(face.mIndices[1]),
-                                base + static_cast<int>(face.mIndices[2]));
-    // A mirroring transform reverses triangles.
-    if (toRoot.Determinant() < 0) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
-  }
-}
-
-// The part of that name, added if needed. Parts without a name stay separate.
-Mesh& partOf(std::vector<NamedMesh>& parts, const std::string& name) {
-  for (NamedMesh& part : parts)
-    if (!name.empty() && part.name == name) return part.mesh;
-  parts.push_back({name, {}});
-  return parts.back().mesh;
-}
-
-void appendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
-                std::vector<NamedMesh>& parts) {
-  const aiMatrix4x4 toRoot = parent * node.mTransformation;
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
-    append(mesh, toRoot, partOf(parts, mesh.mName.C_Str()));
-  }
-  for (unsigned i = 0; i < node.mNumChildren; ++i)
-    appendNode(scene, *node.mChildren[i], toRoot, parts);
-}
-
 }  // namespace
 
 std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metersPerUnit) {
@@ -103,19 +66,12 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
   if (!scene || !scene->mRootNode)
     refuse(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
   std::vector<NamedMesh> parts;
-  appendNode(*scene, *scene->mRootNode, aiMatrix4x4(), parts);
-  std::erase_if(parts, [](const NamedMesh& part) { return part.mesh.triangles.empty(); });
-  if (parts.empty()) refuse(file, "has no triangles");
-  int nameless = 0;
-  for (NamedMesh& part : parts) {
-    if (part.name.empty()) part.name = "part " + std::to_string(++nameless);
-    for (Vector3d& v : part.mesh.vertices) v *= metersPerUnit;
-    try {
-      validate(part.mesh);
-    } catch (const std::invalid_argument& e) {
-      refuse(file, e.what());
-    }
+  try {
+    parts = meshParts(*scene, metersPerUnit);
+  } catch (const std::invalid_argument& e) {
+    refuse(file, e.what());
   }
+  if (parts.empty()) refuse(file, "has no triangles");
   return parts;
 }
 

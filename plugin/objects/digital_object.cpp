@@ -1,5 +1,6 @@
 // Conversions and properties of all digital kinds: see digital_object.h.
 #include <cloudcontact/objects/digital_object.h>
+#include <cloudcontact/voxels/digitize.h>
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +58,7 @@ Eigen::AlignedBox3d ofBalls(std::size_t count, const Balls& ball) {
 double hundredth(const DigitalObject& object) {
   const Eigen::AlignedBox3d box = boundsOf(object);
   if (box.isEmpty()) throw std::invalid_argument("toCloud: the object is empty");
-  return box.diagonal().norm() / 100;
+  return suggestedVoxel(box);
 }
 
 }  // namespace

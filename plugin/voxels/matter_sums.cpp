@@ -114,16 +114,24 @@ std::vector<MatterSums> matterSums(const Cloud& cloud, const Cloud& before,
   return known;
 }
 
-MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
-                                const std::vector<double>& densities) {
-  if (densities.size() != 1 && densities.size() != sums.size())
+namespace {
+
+void validate(const std::vector<double>& densities, std::size_t materials) {
+  if (densities.size() != 1 && densities.size() != materials)
     throw std::invalid_argument("massPropertiesOf: " + std::to_string(densities.size()) +
-                                " densities for " + std::to_string(sums.size()) +
+                                " densities for " + std::to_string(materials) +
                                 " materials; give one for each, or one for all");
   for (const double d : densities)
     if (!(d > 0) || !std::isfinite(d))
       throw std::invalid_argument(
           "massPropertiesOf: a density must be positive and finite [kg/m^3]");
+}
+
+}  // namespace
+
+MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
+                                const std::vector<double>& densities) {
+  validate(densities, sums.size());
   double volume = 0, mass = 0;
   Vec3 first = Vec3::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -150,6 +158,15 @@ MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud
   matter.mass = unit * mass;
   matter.centerOfMass = grid.origin() + 0.5 * h * (mean + grid.size().cast<double>());
   matter.inertia = about.trace() * Eigen::Matrix3d::Identity() - about;
+  return matter;
+}
+
+MassProperties massPropertiesOf(const Cloud& cloud, const std::vector<double>& densities) {
+  if (densities.size() != 1) return massPropertiesOf(matterSums(cloud), cloud, densities);
+  validate(densities, 1);
+  MassProperties matter = cloud.massProperties();
+  matter.mass *= densities[0];
+  matter.inertia *= densities[0];
   return matter;
 }
 

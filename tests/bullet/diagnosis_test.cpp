@@ -28,6 +28,14 @@ TEST(Diagnose, NamesOnlyTheWrongSetting) {
       {"SOLVER_ENABLE_FRICTION_DIRECTION_CACHING",
        [](auto& info) { info.m_solverMode &= ~SOLVER_ENABLE_FRICTION_DIRECTION_CACHING; }},
       {"m_linearSlop", [](auto& info) { info.m_linearSlop = btScalar(0.001); }},
+      {"m_numIterations", [](auto& info) { info.m_numIterations = 3; }},
+      {"m_leastSquaresResidualThreshold",
+       [](auto& info) { info.m_leastSquaresResidualThreshold = btScalar(1e-3); }},
+      {"m_sor", [](auto& info) { info.m_sor = btScalar(1.9); }},
+      {"m_sor", [](auto& info) { info.m_sor = 0; }},
+      {"m_globalCfm", [](auto& info) { info.m_globalCfm = btScalar(1e-3); }},
+      {"m_restitutionVelocityThreshold",
+       [](auto& info) { info.m_restitutionVelocityThreshold = 1; }},
   };
   for (const Row& row : rows) {
     BulletWorld scene;
@@ -73,6 +81,76 @@ TEST(Diagnose, SplitImpulseDoesDropTheSpringOfDeepContacts) {
     scene.step(0.01);
     // Backward Euler: h k d / (m + h^2 k) = 0.0495 m/s.
     EXPECT_NEAR(cube.getLinearVelocity().z(), split ? 0 : 0.0495, 2e-3) << "split " << split;
+  }
+}
+
+double heightOfTower(const std::function<void(btContactSolverInfo&)>& spoil) {
+  const auto field = fieldOf(boxMesh({0.2, 0.2, 0.2}), 0.02);
+  BulletWorld scene;
+  scene.addGround();
+  spoil(scene.world.getSolverInfo());
+  btRigidBody* top = nullptr;
+  for (int i = 0; i < 5; ++i)
+    top = &scene.addCloud(field, 1, at({btScalar(0.03 * (i % 2)), 0, btScalar(0.1 + 0.1999 * i)}));
+  for (int i = 0; i < 480; ++i) scene.step(1.0 / 120);
+  return top->getWorldTransform().getOrigin().z();
+}
+
+TEST(Diagnose, TooFewSweepsDropATower) {
+  EXPECT_NEAR(heightOfTower([](auto&) {}), 0.9, 0.01);
+  EXPECT_LT(heightOfTower([](auto& info) { info.m_numIterations = 1; }), 0.85);
+  EXPECT_GT(std::abs(heightOfTower([](auto& info) { info.m_sor = btScalar(2.5); }) - 0.9), 0.1);
+}
+
+// How high a ball with a restitution of 0.7 comes back after a fall of half a meter.
+double bounceOf(const std::function<void(btContactSolverInfo&)>& spoil) {
+  BulletWorld scene;
+  btRigidBody& floor = scene.addGround();
+  spoil(scene.world.getSolverInfo());
+  btRigidBody& ball =
+      scene.addCloud(fieldOf(sphereMesh(0.1, 1e-4), 0.01), 1, at({0, 0, btScalar(0.6)}));
+  floor.setRestitution(1);
+  ball.setRestitution(btScalar(0.7));
+  double highest = 0;
+  bool rises = false;
+  for (int i = 0; i < 240; ++i) {
+    scene.step(1.0 / 240);
+    rises = rises || ball.getLinearVelocity().z() > 0;
+    if (rises) highest = std::max(highest, double(ball.getWorldTransform().getOrigin().z()) - 0.1);
+  }
+  return highest;
+}
+
+TEST(Diagnose, SettingsTakeBouncesAway) {
+  EXPECT_NEAR(bounceOf([](auto&) {}), 0.49 * 0.5, 0.01);
+  EXPECT_LT(bounceOf([](auto& info) { info.m_restitutionVelocityThreshold = 5; }), 0.01);
+  EXPECT_LT(bounceOf([](auto& info) { info.m_globalCfm = btScalar(1e-3); }), 0.21);
+}
+
+// Not named, because rows with a stiffness have their own: the sag stays the law's.
+TEST(Diagnose, OtherSettingsDoNotMatter) {
+  const std::function<void(btContactSolverInfo&)> rows[] = {
+      [](auto& info) { info.m_erp = 0; },
+      [](auto& info) { info.m_erp2 = 0; },
+      [](auto& info) { info.m_erp2 = 1; },
+      [](auto& info) { info.m_frictionERP = 0; },
+      [](auto& info) { info.m_frictionCFM = btScalar(0.1); },
+      [](auto& info) { info.m_damping = btScalar(0.5); },
+      [](auto& info) { info.m_maxErrorReduction = btScalar(0.1); },
+      [](auto& info) { info.m_numIterations = 4; },
+      [](auto& info) { info.m_sor = btScalar(1.7); },
+      [](auto& info) { info.m_leastSquaresResidualThreshold = btScalar(1e-4); }};
+  const auto field = fieldOf(boxMesh({0.2, 0.2, 0.2}), 0.02);
+  for (const auto& change : rows) {
+    CloudContactSettings settings;
+    settings.law = KelvinVoigt{1e4, 100};
+    BulletWorld scene(settings);
+    scene.addGround();
+    change(scene.world.getSolverInfo());
+    EXPECT_TRUE(diagnose(scene.world).empty());
+    btRigidBody& cube = scene.addCloud(field, 1, at({0, 0, btScalar(0.1)}));
+    for (int i = 0; i < 240; ++i) scene.step(1.0 / 240);
+    EXPECT_NEAR(0.1 - cube.getWorldTransform().getOrigin().z(), 9.81e-4, 2e-5);
   }
 }
 

@@ -1,9 +1,11 @@
-// Compiles and runs the README's sample, and checks that the README shows exactly these lines.
+// Compiles and runs the samples of the README and of docs/bullet.md, and checks that these show
+// exactly these lines.
 #include <gtest/gtest.h>
 
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet.h>
-#include <cloudcontact/cloudcontact.h>
 
 #include <fstream>
 #include <sstream>
@@ -31,36 +33,81 @@ struct World {
   btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
 };
 
+// A second with a floor below; the height of the body then.
+class Fall {
+ public:
+  explicit Fall(btDiscreteDynamicsWorld& world) : world_(world) {
+    world.addRigidBody(&floor_);
+    world.setGravity(btVector3(0, 0, btScalar(-9.81)));
+  }
+  ~Fall() { world_.removeRigidBody(&floor_); }
+  Fall(const Fall&) = delete;
+  Fall& operator=(const Fall&) = delete;
+
+  double height(const btRigidBody& body) {
+    for (int i = 0; i < 240; ++i) world_.stepSimulation(btScalar(1) / 240, 0, btScalar(1) / 240);
+    return body.getCenterOfMassPosition().z();
+  }
+
+ private:
+  btDiscreteDynamicsWorld& world_;
+  btStaticPlaneShape plane_{btVector3(0, 0, 1), 0};
+  btRigidBody floor_{btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &plane_)};
+};
+
+const btTransform place(btQuaternion::getIdentity(), btVector3(0, 0, btScalar(0.06)));
+
 double heightAfterASecond(World& w, const cloudcontact::Mesh& mesh) {
   btDiscreteDynamicsWorld& world = w.world;
   btCollisionDispatcher& dispatcher = w.dispatcher;
-  btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btRigidBody floor(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &plane));
-  world.addRigidBody(&floor);
-  world.setGravity(btVector3(0, 0, btScalar(-9.81)));
+  Fall fall(world);
   // sample begins
   using namespace cloudcontact;
-  DigitizeSettings settings;
-  settings.voxelSize = 0.005;  // meters
-  Cloud cloud = digitize(mesh, settings);
-  cloud = cloud.translated(-cloud.massProperties().centerOfMass);
-  CloudShape shape(SurfaceField::build(cloud));  // a btConcaveShape
-  shape.law = KelvinVoigt{1e5, 100};             // k [N/m], c [N s/m]
-
   CloudContact contact;        // outlives the dispatcher
   contact.attach(dispatcher);  // from now on the world knows clouds
   recommendedSettings(world);  // solver settings; diagnose(world) explains them
+
+  CloudBody body(mesh, place, {.mass = 1, .law = KelvinVoigt{1e5, 100}});  // k [N/m], c [N s/m]
+  body.addTo(world);
   // sample ends
+  EXPECT_TRUE(diagnose(world).empty());
+  return fall.height(body.body());
+}
+
+double heightOfGImpact(World& w, btTriangleMesh& triangles, btScalar mass) {
+  btDiscreteDynamicsWorld& world = w.world;
+  btCollisionDispatcher& dispatcher = w.dispatcher;
+  Fall fall(world);
+  // gimpact begins
+  btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
+
+  btGImpactMeshShape shape(&triangles);
+  shape.updateBound();
   btVector3 inertia;
-  shape.calculateLocalInertia(1, inertia);
-  btRigidBody body(btRigidBody::btRigidBodyConstructionInfo(1, nullptr, &shape, inertia));
-  body.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, 0, btScalar(0.06))));
+  shape.calculateLocalInertia(mass, inertia);
+  btRigidBody body(mass, nullptr, &shape, inertia);
+  body.setWorldTransform(place);
   world.addRigidBody(&body);
-  for (int i = 0; i < 240; ++i) world.stepSimulation(btScalar(1) / 240, 0, btScalar(1) / 240);
-  const double height = body.getWorldTransform().getOrigin().z();
+  // gimpact ends
+  const double height = fall.height(body);
   world.removeRigidBody(&body);
-  world.removeRigidBody(&floor);
   return height;
+}
+
+double heightOfCloud(World& w, const btTriangleMesh& triangles, double mass) {
+  btDiscreteDynamicsWorld& world = w.world;
+  btCollisionDispatcher& dispatcher = w.dispatcher;
+  Fall fall(world);
+  // cloud begins
+  cloudcontact::CloudContact contact;  // outlives the dispatcher
+  contact.attach(dispatcher);
+  cloudcontact::recommendedSettings(world);
+
+  cloudcontact::CloudBody body(cloudcontact::meshOf(triangles), place, {.mass = mass});
+  body.addTo(world);
+  // cloud ends
+  EXPECT_TRUE(cloudcontact::diagnose(world).empty());
+  return fall.height(body.body());
 }
 
 std::string between(const std::string& file, const std::string& begin, const std::string& end) {
@@ -80,18 +127,42 @@ TEST(ReadmeSample, RestsWhereTheSpringHoldsIt) {
   EXPECT_NEAR(heightAfterASecond(w, cube(0.1)), 0.05 - 9.81 / 1e5, 5e-5);
 }
 
-TEST(ReadmeSample, EqualsTheReadme) {
-  std::string code =
+// Both hold the cube at half its edge: within GImpact's margins, and within the sag of the spring.
+TEST(BulletSample, CloudsTakeGImpactsPlace) {
+  const cloudcontact::Mesh mesh = cube(0.1);
+  btTriangleMesh triangles;
+  const auto at = [&](int i) {
+    const Eigen::Vector3d& v = mesh.vertices[static_cast<std::size_t>(i)];
+    return btVector3(btScalar(v.x()), btScalar(v.y()), btScalar(v.z()));
+  };
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    triangles.addTriangle(at(t[0]), at(t[1]), at(t[2]));
+  World before, after;
+  EXPECT_NEAR(heightOfGImpact(before, triangles, 1), 0.05, 0.02);
+  EXPECT_NEAR(heightOfCloud(after, triangles, 1), 0.05, 5e-4);
+}
+
+// The lines of this file between the marks, without their indentation.
+std::string sample(const std::string& name) {
+  std::stringstream lines(
       between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/tests/bullet/readme_sample_test.cpp",
-              "// sample "
-              "begins",
-              "  // sample "
-              "ends");
-  std::stringstream lines(code);
-  code.clear();
+              "// " + name + " begins", "  // " + name + " ends"));
+  std::string code;
   for (std::string line; std::getline(lines, line);)
     code += (line.size() > 2 ? line.substr(2) : line) + "\n";
-  EXPECT_EQ(between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/README.md", "```cpp", "```"), code);
+  return code;
+}
+
+TEST(ReadmeSample, EqualsTheReadme) {
+  EXPECT_EQ(between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/README.md", "```cpp", "```"),
+            sample("sample"));
+}
+
+TEST(BulletSample, EqualsTheDocument) {
+  for (const std::string name : {"gimpact", "cloud"})
+    EXPECT_EQ(
+        between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/docs/bullet.md", "```cpp " + name, "```"),
+        sample(name));
 }
 
 }  // namespace

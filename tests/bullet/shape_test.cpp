@@ -195,6 +195,20 @@ TEST(CloudShape, PrincipalFrameTurnsASkewBodyStraight) {
               1, 1e-4);
 }
 
+// Bullet's margin of a cloud widens its bounds; the surface stays where it is, to the bit.
+TEST(CloudShape, AMarginDoesNotMoveTheSurface) {
+  btTransform places[2];
+  for (const double margin : {0.0, 0.04}) {
+    BulletWorld scene;
+    scene.addGround();
+    btRigidBody& ball = scene.addCloud(ballField(), 1, at({0, 0, btScalar(0.3)}));
+    ball.getCollisionShape()->setMargin(btScalar(margin));
+    for (int i = 0; i < 240; ++i) scene.step(1.0 / 240);
+    places[margin > 0] = ball.getWorldTransform();
+  }
+  EXPECT_TRUE(places[0] == places[1]);
+}
+
 TEST(CloudShape, RefusesWhatItCannotDo) {
   CloudShape shape(ballField());
   EXPECT_THROW(CloudShape(nullptr), std::invalid_argument);

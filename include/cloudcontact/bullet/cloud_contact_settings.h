@@ -35,8 +35,9 @@ struct CloudContactSettings {
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
-  // Told of each kind of failure (CloudContactStatistics::failures) once, from the thread that
-  // meets it, during a step: it must not step or query the world. Empty: standard error.
+  // Told of each kind of failure (CloudContactStatistics::failures) once, and of each kind of body
+  // that turns wrongly (diagnose()), which is no failure. From the thread that meets it, during a
+  // step: it must not step or query the world. Empty: standard error.
   std::function<void(const std::string&)> onFailure = {};
   bool keepReports = false;  // CloudContact::pairs() also tells of pairs that have parted
 };

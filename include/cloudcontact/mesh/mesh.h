@@ -2,7 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <iterator>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cloudcontact {
@@ -21,6 +25,28 @@ struct Mesh {
 
 // Throws std::invalid_argument where an index is out of range or a vertex is NaN or infinite.
 void validate(const Mesh& mesh);
+
+// From arrays: three coordinates a vertex, three indices a triangle; times `metersPerUnit`. Throws
+// std::invalid_argument where a number is missing, and as validate(Mesh) does.
+template <typename Coordinates, typename Indices>
+requires requires(const Coordinates& c, const Indices& i) {
+  std::data(c), std::data(i);
+}
+Mesh meshOf(const Coordinates& coordinates, const Indices& indices, double metersPerUnit = 1) {
+  if (std::size(coordinates) % 3 != 0 || std::size(indices) % 3 != 0)
+    throw std::invalid_argument(
+        "mesh: give three coordinates a vertex and three indices a triangle");
+  Mesh mesh;
+  const auto* const x = std::data(coordinates);
+  const auto* const corner = std::data(indices);
+  const auto index = [](auto i) { return std::in_range<int>(i) ? static_cast<int>(i) : -1; };
+  for (std::size_t i = 0; i < std::size(coordinates); i += 3)
+    mesh.vertices.push_back(metersPerUnit * Eigen::Vector3d(x[i], x[i + 1], x[i + 2]));
+  for (std::size_t i = 0; i < std::size(indices); i += 3)
+    mesh.triangles.emplace_back(index(corner[i]), index(corner[i + 1]), index(corner[i + 2]));
+  validate(mesh);
+  return mesh;
+}
 
 // A part of a mesh file and its name in the file.
 struct NamedMesh {

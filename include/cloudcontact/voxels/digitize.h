@@ -6,6 +6,7 @@
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/digitize_settings.h>
 
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace cloudcontact {
@@ -24,6 +25,12 @@ Cloud digitize(const Mesh& mesh, const DigitizeSettings& settings,
 // there are 1 to 256 meshes.
 Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& settings,
                DigitizeReport* report = nullptr);
+
+// The voxel of a body of which nothing but the size is known: a hundredth of the diagonal of its
+// bounds [m]. The program takes it where no --voxel is given. 0 for empty bounds; throws
+// std::invalid_argument for a mesh without a size, and as validate(Mesh) does.
+double suggestedVoxel(const Eigen::AlignedBox3d& bounds);
+double suggestedVoxel(const Mesh& mesh);
 
 // An upper bound of the memory that digitize() needs, without running it [bytes]. Throws
 // std::invalid_argument as digitize() does.

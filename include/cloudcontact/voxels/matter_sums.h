@@ -48,4 +48,8 @@ std::vector<MatterSums> matterSums(const Cloud& cloud, const Cloud& before,
 MassProperties massPropertiesOf(const std::vector<MatterSums>& sums, const Cloud& grid,
                                 const std::vector<double>& densities);
 
+// The same of a cloud. Where one density is for all, its inertia is that of
+// Cloud::massProperties().
+MassProperties massPropertiesOf(const Cloud& cloud, const std::vector<double>& densities);
+
 }  // namespace cloudcontact

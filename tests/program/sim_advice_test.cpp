@@ -1,0 +1,46 @@
+// The project's own scenes get no advice, and no word during their steps.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "scene/scene_clouds.h"
+#include "scene/scene_file.h"
+#include "scene/world.h"
+
+namespace cloudcontact::program {
+namespace {
+
+namespace fs = std::filesystem;
+
+void expectNoAdvice(const fs::path& file, const std::string& tissues = {}) {
+  SCOPED_TRACE(file.string());
+  const SceneDescription scene = loadScene(file);
+  WorldSettings settings;
+  settings.common.tissues.table = tissues;
+  settings.voxel = defaultVoxel(scene, settings.common);
+  testing::internal::CaptureStderr();
+  World world(scene, settings);
+  testing::internal::GetCapturedStderr();
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(world.advice(), std::vector<std::string>());
+  for (int i = 0; i < 20; ++i) world.step(scene.step);
+  EXPECT_EQ(world.advice(), std::vector<std::string>());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(Advice, OwnScenesNeedNone) {
+  const fs::path folder = fs::path(CLOUDCONTACT_SOURCE_DIR) / "tests" / "program";
+  expectNoAdvice(folder / "milling.sdf");
+  expectNoAdvice(folder / "tissue.sdf", (folder / "soft_tissues.json").string());
+}
+
+// Optional: scenes outside the tree, where they are.
+TEST(Advice, SharedScenesNeedNone) {
+  const fs::path folder = fs::path(CLOUDCONTACT_SOURCE_DIR) / ".." / "shared" / "scenes";
+  if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".sdf") expectNoAdvice(entry.path());
+}
+
+}  // namespace
+}  // namespace cloudcontact::program
