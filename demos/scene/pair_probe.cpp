@@ -15,12 +15,15 @@ namespace cloudcontact::program {
 
 namespace {
 
-// Planes are static, all else moves: Bullet skips pairs of two static bodies.
+// Planes are static, all else moves: Bullet skips pairs of two static bodies. Posed bodies never
+// turn, so no one minds their inertia.
 std::unique_ptr<btRigidBody> makeBody(btCollisionShape& shape) {
   const bool fixed = shape.getShapeType() == STATIC_PLANE_PROXYTYPE;
   const btRigidBody::btRigidBodyConstructionInfo info(fixed ? 0 : 1, nullptr, &shape,
                                                       btVector3(1, 1, 1));
-  return std::make_unique<btRigidBody>(info);
+  auto body = std::make_unique<btRigidBody>(info);
+  body->setAngularFactor(0);
+  return body;
 }
 
 // The same directions in every run, from the high bits of a linear congruential generator.

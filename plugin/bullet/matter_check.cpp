@@ -40,8 +40,7 @@ constexpr const char* kNeverTurns =
     "or setAngularFactor(0) if it must not turn";
 constexpr const char* kImpossible =
     "a body's local inertia is none that its mass could have within its cloud: make it a "
-    "CloudBody, "
-    "or take calculateLocalInertia(mass, inertia), in kg m^2";
+    "CloudBody, or take calculateLocalInertia(mass, inertia), in kg m^2";
 
 // Clouds of a body, at 1 kg/m^3 or their tissues' densities.
 struct CloudMatter {
@@ -95,6 +94,7 @@ class MatterCheck {
 
   std::vector<const char*> faults() const {
     std::vector<const char*> found;
+    if (!turns(0) && !turns(1) && !turns(2)) return found;  // its inertia is not used
     if (neverTurns()) return {kNeverTurns};
     if (isImpossible() && !hasPrincipalMoments()) return {kImpossible};
     const bool stated = !followsFromShape();

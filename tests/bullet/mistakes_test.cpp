@@ -239,6 +239,8 @@ TEST(Mistakes, BodiesThatDoNotTurnAreLeftAlone) {
   EXPECT_EQ(diagnose(world.world).size(), 1u);
   upright.setAngularFactor(btScalar(0));
   EXPECT_TRUE(diagnose(world.world).empty());
+  upright.setMassProps(1, {1, 1, 1});
+  EXPECT_TRUE(diagnose(world.world).empty());
 }
 
 // Clouds of a compound are weighed together; beside other shapes, whose density is not known, not.
