@@ -1,11 +1,13 @@
 // The program cloudcontact-chart, started by `cloudcontact chart`: runs the laboratory's cases, or
 // a pair of the user's.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "commands/command_line.h"
 #include "commands/common_options.h"
@@ -94,6 +96,7 @@ void run(const ChartOptions& options, const std::string& command) {
   chart.quick = options.quick, chart.only = options.only;
   chart.method = options.method;
   chart.progress = progressBar("error against time");
+  chart.threads = std::max(2, int(std::thread::hardware_concurrency()));
   results.methods = lab::chartMethods(chart);
   if (!options.a.empty()) {
     const lab::LabCase own = ownPair(options);
@@ -106,6 +109,7 @@ void run(const ChartOptions& options, const std::string& command) {
     stability.method = options.method;
     stability.trials = options.trials, stability.iterations = options.iterations;
     stability.progress = progressBar("stability");
+    stability.threads = chart.threads;
     if (!options.noStability) results.stability = lab::runStability(stability);
   }
   results.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -114,7 +118,7 @@ void run(const ChartOptions& options, const std::string& command) {
   for (const std::string& line : lab::advice(results.chart)) std::cout << line << '\n';
   for (const std::string& fault : results.faults) std::cout << "misses an aim: " << fault << '\n';
   std::cout << "written to " << options.out << ": report.html, chart.svg, chart.json, "
-            << "failures.svg, failures.json\n";
+            << "failures.svg, failures.json, running.svg\n";
 }
 
 void addOptions(CLI::App& command) {

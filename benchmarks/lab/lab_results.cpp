@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -159,6 +160,10 @@ Json failuresJson(const LabResults& results) {
                             {"figure", r.verdict.figure},
                             {"limit", r.verdict.limit},
                             {"seconds", r.seconds},
+                            {"timed", r.timed},
+                            {"steps", r.cost.steps},
+                            {"narrowPhaseMicroseconds", 1e6 * r.cost.narrowPhaseStep()},
+                            {"stepMicroseconds", 1e6 * r.cost.wallStep()},
                             {"why", r.verdict.why}});
   return json;
 }
@@ -220,9 +225,12 @@ void writeResults(const LabResults& results, const std::string& folder) {
         "chart: the pictures need python3 with matplotlib (script/bootstrap installs "
         "it); chart.json and failures.json are written");
   const auto picture = [&](const char* name) { return textOf(place / name); };
+  const auto isTimed = [](const StabilityRow& r) { return r.timed && r.cost.steps > 0; };
+  const bool timed = std::any_of(results.stability.begin(), results.stability.end(), isTimed);
   write("report.html", reportHtml(chart, failures,
                                   {picture("chart.svg"), picture("chart_force.svg"),
-                                   results.stability.empty() ? "" : picture("failures.svg")}));
+                                   results.stability.empty() ? "" : picture("failures.svg"),
+                                   timed ? picture("running.svg") : ""}));
 }
 
 }  // namespace cloudcontact::program::lab

@@ -161,6 +161,46 @@ def failures(folder, data):
     save(figure, folder, "failures")
 
 
+def running(folder, rows):
+    """What a step of a running scene costs, by method: the best trial that holds, else the best that fails."""
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    figure, axes = panels(len(scenes), 2.6)
+    used = []
+    for scene, axis in zip(scenes, axes):
+        bars = []
+        for method in STYLES:
+            own = [row for row in rows if row["scene"] == scene and row["method"] == method and row["steps"] > 0]
+            holding = [row for row in own if row["outcome"] == "holds"]
+            if own:
+                bars.append((method, bool(holding), min(holding or own, key=lambda row: row["narrowPhaseMicroseconds"])))
+        for y, (method, holds, row) in enumerate(bars):
+            color, _, name = style(method)
+            used.append(method)
+            axis.barh(y, row["narrowPhaseMicroseconds"], color=color if holds else "white", edgecolor=color, linewidth=1.3,
+                      hatch="" if holds else "////", height=0.7)
+            axis.plot([row["stepMicroseconds"]] * 2, [y - 0.35, y + 0.35], color="#222222", lw=1.6)
+            axis.text(row["stepMicroseconds"] * 1.12, y, f"{row['mode']}, {1 / row['step']:.0f} Hz" + ("" if holds else ", fails"), fontsize=7, va="center")
+        axis.set_yticks(range(len(bars)), [style(method)[2] for method, _, _ in bars], fontsize=8)
+        axis.invert_yaxis()
+        axis.set_xscale("log")
+        costs = [row[key] for _, _, row in bars for key in ("narrowPhaseMicroseconds", "stepMicroseconds") if row[key] > 0]
+        if costs:
+            axis.set_xlim(min(costs) / 2, max(costs) * 12)
+        axis.grid(True, axis="x", which="major", color="#dddddd", lw=0.6)
+        axis.set_axisbelow(True)
+        axis.set_title(scene, fontsize=10, loc="left", fontweight="bold")
+        axis.set_xlabel("time a step [\u00b5s]")
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
+    handles = [Patch(facecolor="#888888", edgecolor="#888888", label="narrow phase, where the scene holds"),
+               Patch(facecolor="white", edgecolor="#888888", hatch="////", label="narrow phase, where it fails at every setting"),
+               Line2D([], [], color="#222222", lw=1.6, label="whole step")]
+    figure.suptitle("Running scenes: what a step costs", fontsize=13, fontweight="bold", x=0.01, ha="left", y=0.995)
+    figure.legend(handles=handles, loc="lower center", ncol=3, frameon=False, fontsize=8.5)
+    figure.tight_layout(rect=(0, 0.02 + 0.22 / figure.get_figheight(), 1, 0.985))
+    save(figure, folder, "running")
+
+
 def main():
     folder = sys.argv[1]
     with open(os.path.join(folder, "chart.json"), encoding="utf-8") as file:
@@ -172,6 +212,9 @@ def main():
             data = json.load(file)
         if data["rows"]:
             failures(folder, data)
+        timed = [row for row in data["rows"] if row["timed"]]
+        if any(row["steps"] > 0 for row in timed):
+            running(folder, timed)
 
 
 main()

@@ -92,6 +92,38 @@ std::string failuresTable(const Json& failures) {
   return out + "</table></div>";
 }
 
+std::string textOf(const Json& object, const char* field) {
+  return asHtml(object[field].get<std::string>());
+}
+
+std::string methodOf(const Json& row) {
+  return asHtml(shownName(row["method"].get<std::string>()));
+}
+
+std::string runningTable(const Json& failures) {
+  std::string out = "<div class=scroll><table>" + row({"scene", "method", "mode", "Hz", "outcome",
+                                                       "narrow phase \u00b5s", "step \u00b5s"},
+                                                      "th");
+  for (const Json& r : failures["rows"]) {
+    if (!r["timed"].get<bool>() || r["steps"].get<long>() == 0) continue;
+    const std::string outcome = r["outcome"].get<std::string>();
+    out += row({textOf(r, "scene"), methodOf(r), textOf(r, "mode"),
+                cell(Json(1 / r["step"].get<double>())), outcome,
+                cell(r["narrowPhaseMicroseconds"]), cell(r["stepMicroseconds"])},
+               "td", outcome);
+  }
+  return out + "</table></div>";
+}
+
+std::string runningText(const Json& failures, const std::string& picture) {
+  return "<h2>Running scenes</h2><p>What a step costs where bodies move: each scene's cheapest "
+         "trial that holds, which means that it reaches the same end within the scene's limits. "
+         "Where none holds, the cheapest, hatched. These trials ran one at a time, on one "
+         "thread.</p>" +
+         picture + "<details><summary>All of their trials</summary>" + runningTable(failures) +
+         "</details>";
+}
+
 std::string tally(const Json& failures) {
   std::map<std::string, std::map<std::string, int>> counts;
   for (const Json& r : failures["rows"])
@@ -102,14 +134,6 @@ std::string tally(const Json& failures) {
            std::to_string(count["fails"]) + " fail, " + std::to_string(count["cannot"]) +
            " cannot run</li>";
   return out + "</ul>";
-}
-
-std::string textOf(const Json& object, const char* field) {
-  return asHtml(object[field].get<std::string>());
-}
-
-std::string methodOf(const Json& row) {
-  return asHtml(shownName(row["method"].get<std::string>()));
 }
 
 std::string ratiosTable(const Json& ratios) {
@@ -229,6 +253,7 @@ std::string reportHtml(const Json& chart, const Json& failures, const ReportPict
     out += "<h2>Stability</h2>" + tally(failures) + kSolvers + pictures.failures +
            "<details><summary>All trials, with rules and limits</summary>" +
            failuresTable(failures) + "</details>";
+  if (!pictures.running.empty()) out += runningText(failures, pictures.running);
   out += "<details><summary>All cases in numbers</summary>" + chartTable(chart) + "</details>";
   out +=
       "<h2>Your own pair</h2><p><code>cloudcontact chart A.stl B.stl --pose \"x y z qx qy "

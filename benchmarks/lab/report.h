@@ -8,7 +8,7 @@
 namespace cloudcontact::program::lab {
 
 struct ReportPictures {
-  std::string chart, force, failures;  // SVG; failures may be empty
+  std::string chart, force, failures, running;  // SVG; the last two may be empty
 };
 
 // From the contents of chart.json and failures.json.

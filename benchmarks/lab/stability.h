@@ -13,6 +13,16 @@
 
 namespace cloudcontact::program::lab {
 
+// What the steps of a trial's worlds cost, together.
+struct TrialCost {
+  long steps = 0;
+  double narrowPhase = 0;  // [s]
+  double wall = 0;         // of whole steps [s]
+  // Per step [s]; 0 without steps.
+  double narrowPhaseStep() const { return steps > 0 ? narrowPhase / double(steps) : 0; }
+  double wallStep() const { return steps > 0 ? wall / double(steps) : 0; }
+};
+
 // One way to run a scene.
 struct Trial {
   Method method = Method::Cloud;
@@ -24,6 +34,7 @@ struct Trial {
   std::optional<int> iterations = {};      // WorldSettings::iterations
   // Called after each step, to observe a single trial.
   std::function<void(double time, const World&)> watch = {};
+  std::shared_ptr<TrialCost> cost = {};  // what each world adds its steps to
 };
 
 // "cloud 60 stiff": the method's name on the command line, steps per second, mode.
@@ -48,6 +59,8 @@ struct StabilityScene {
   std::vector<std::string> modes;
   double cost = 1;  // approximate time of a trial [s]; over kQuickCost: not in the quick run
   std::function<Verdict(const Trial&)> run;
+  // Its trials run alone, so that what their steps cost compares between methods.
+  bool timed = false;
 };
 
 constexpr double kQuickCost = 1.5;  // [s]
@@ -61,12 +74,17 @@ std::vector<StabilityScene> erlebenScenes();    // the ten of Erleben 2018, and 
 std::vector<StabilityScene> stackScenes();      // stacks, houses, arches, chains, piles, rest
 std::vector<StabilityScene> mechanismScenes();  // screws, pegs, gears, bowls, cradles, inclines
 std::vector<StabilityScene> motionScenes();     // rolling, spinning, bouncing, tipping, tunneling
+// The scenes that are timed: a nut that runs down its bolt, and some of the others.
+std::vector<StabilityScene> runningScenes();
+std::vector<StabilityScene> allScenes();
 
 struct StabilityRow {
   std::string scene, group, rule;
   Trial trial;
   Verdict verdict;
   double seconds = 0;  // wall time of the trial, with others running beside it
+  bool timed = false;  // StabilityScene::timed
+  TrialCost cost;
 };
 
 struct StabilitySettings {

@@ -349,6 +349,10 @@ std::vector<StabilityScene> stackScenes() {
                        std::function<Verdict(const Trial&)> run) {
     return StabilityScene{name, "stacks", rule, methods, steps, kModes, cost, std::move(run)};
   };
+  const auto timed = [](StabilityScene scene) {
+    scene.timed = true;
+    return scene;
+  };
   const char* stands = "drift [voxels]; tilt, penetration, no energy gained";
   return {
       make("stack of 10", stands, kAll, kSteps, 1, [](const Trial& t) { return stack(t, 10, 5); }),
@@ -357,8 +361,9 @@ std::vector<StabilityScene> stackScenes() {
       make("arch", stands, kMeshes, kSteps, 1, arch),
       make("1000 on 1", "penetration [voxels]; tilt, drift, no energy gained", kAll, kSteps, 1,
            heavyOnLight),
-      make("chain of 10", "joint error [voxels]; sideways drift, penetration, no energy gained",
-           kMeshes, kSteps, 1, [](const Trial& t) { return chain(t, 10, 3); }),
+      timed(make("chain of 10",
+                 "joint error [voxels]; sideways drift, penetration, no energy gained", kMeshes,
+                 kSteps, 1, [](const Trial& t) { return chain(t, 10, 3); })),
       make("chain of 30", "joint error [voxels]; sideways drift, penetration, no energy gained",
            kMeshes, kSteps, 2, [](const Trial& t) { return chain(t, 30, 2); }),
       make("wrecking ball", "joint stretch [voxels]; penetration, no energy gained",
@@ -366,9 +371,9 @@ std::vector<StabilityScene> stackScenes() {
       make("pile of 216", "penetration [voxels]; at rest, no energy gained",
            {Method::Cloud, Method::Paper, Method::Primitive, Method::Gimpact, Method::Gjk}, longer,
            8, pile),
-      make("pile of 40 links", "penetration [voxels]; at rest, no energy gained",
-           {Method::Cloud, Method::Paper, Method::Gimpact, Method::Hacd, Method::Gjk}, longer, 8,
-           linkPile),
+      timed(make("pile of 40 links", "penetration [voxels]; at rest, no energy gained",
+                 {Method::Cloud, Method::Paper, Method::Gimpact, Method::Hacd, Method::Gjk}, longer,
+                 8, linkPile)),
       make("60 s of rest, stack of 3", "drift [voxels]; tilt, penetration, no energy gained", kAll,
            longer, 1, [=](const Trial& t) { return rest(t, three); }),
       make("60 s of rest, pile of 6", "drift [voxels]; tilt, penetration, no energy gained", kAll,

@@ -2,6 +2,7 @@
 #include "lab/trial_runs.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -17,6 +18,12 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kMaxLift = 0.1;  // [voxels]
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(const Clock::time_point& start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // Maximum penetration among many bodies with one collision shape each. Skips pairs whose bounding
 // spheres are apart; World::penetration() checks all pairs, which is too slow for a pile.
@@ -85,7 +92,9 @@ SimulationReport simulateMany(World& world, const Plan& plan, double step) {
   report.steps = static_cast<int>(std::llround(plan.seconds / step));
   double due = 0;
   for (int n = 1; n <= report.steps; ++n) {
+    const auto start = Clock::now();
     world.step(step);
+    report.wallSeconds += secondsSince(start);
     const Energy& energy = world.moment().energy;
     if (n == 1) report.energyStart = energy, report.energyMax = energy.ofBodies();
     report.energyMax = std::max(report.energyMax, energy.ofBodies());
@@ -94,8 +103,16 @@ SimulationReport simulateMany(World& world, const Plan& plan, double step) {
     due += plan.seconds / plan.instants;
     report.maxPenetration = std::max(report.maxPenetration, overlap.deepest(world));
   }
+  report.narrowPhaseSeconds = world.narrowPhaseSeconds();
   for (std::size_t i = 0; i < world.bodyCount(); ++i) report.bodies.push_back(world.state(i));
   return report;
+}
+
+void addCost(const Trial& trial, const SimulationReport& report) {
+  if (!trial.cost) return;
+  trial.cost->steps += report.steps;
+  trial.cost->narrowPhase += report.narrowPhaseSeconds;
+  trial.cost->wall += report.wallSeconds;
 }
 
 RunResult follow(const Trial& trial, Plan& plan) {
@@ -106,14 +123,20 @@ RunResult follow(const Trial& trial, Plan& plan) {
       watch(time, world);
     };
   World world(plan.scene, worldSettings(trial, plan.voxel));
-  if (plan.many) return {plan.scene, simulateMany(world, plan, trial.step), plan.voxel};
+  if (plan.many) {
+    const RunResult result{plan.scene, simulateMany(world, plan, trial.step), plan.voxel};
+    addCost(trial, result.report);
+    return result;
+  }
   SimulationSettings simulation;
   simulation.seconds = plan.seconds;
   simulation.step = trial.step;
   simulation.instants = plan.instants;
   simulation.mostProbes = std::numeric_limits<std::size_t>::max();
   simulation.observe = plan.observe;
-  return {plan.scene, simulate(world, simulation), plan.voxel};
+  const RunResult result{plan.scene, simulate(world, simulation), plan.voxel};
+  addCost(trial, result.report);
+  return result;
 }
 
 }  // namespace
@@ -168,10 +191,20 @@ Verdict judged(const Trial& trial, Plan plan, const Rules& rules) {
 }
 
 MovingWorld::MovingWorld(const SceneDescription& scene, const Trial& trial, double voxel)
-    : world_(scene, worldSettings(trial, voxel)), step_(trial.step), watch_(trial.watch) {}
+    : world_(scene, worldSettings(trial, voxel)),
+      step_(trial.step),
+      watch_(trial.watch),
+      cost_(trial.cost) {}
 
 void MovingWorld::step() {
+  const auto start = Clock::now();
+  const double narrow = world_.narrowPhaseSeconds();
   world_.step(step_);
+  if (cost_) {
+    ++cost_->steps;
+    cost_->narrowPhase += world_.narrowPhaseSeconds() - narrow;
+    cost_->wall += secondsSince(start);
+  }
   const double energy = world_.moment().energy.ofBodies();
   if (steps_++ == 0) start_ = most_ = energy;
   most_ = std::max(most_, energy);

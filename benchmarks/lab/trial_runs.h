@@ -78,6 +78,7 @@ class MovingWorld {
   World world_;
   double step_;
   std::function<void(double, const World&)> watch_;
+  std::shared_ptr<TrialCost> cost_;
   long steps_ = 0;
   double start_ = 0, most_ = 0;
 };

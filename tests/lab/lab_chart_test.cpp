@@ -125,10 +125,9 @@ TEST(LabChart, HasBaseVectorsByTheirWindows) {
 
 // Wherever clouds run a scene, base vectors do.
 TEST(LabChart, BaseVectorsRunEveryScene) {
-  for (const auto& scenes : {erlebenScenes(), stackScenes(), mechanismScenes(), motionScenes()})
-    for (const StabilityScene& scene : scenes)
-      EXPECT_EQ(std::count(scene.methods.begin(), scene.methods.end(), Method::Paper), 1)
-          << scene.name;
+  for (const StabilityScene& scene : allScenes())
+    EXPECT_EQ(std::count(scene.methods.begin(), scene.methods.end(), Method::Paper), 1)
+        << scene.name;
 }
 
 // Each case's truth agrees with the elastic foundation's force, by quadrature on fine meshes: by

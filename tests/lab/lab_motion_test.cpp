@@ -94,12 +94,23 @@ TEST(LabVerdicts, EnergyGainedAndFiguresThatAreNoneFail) {
 
 TEST(LabScenes, HaveUniqueNamesAndTrials) {
   std::set<std::string> names;
-  for (const auto& scenes : {mechanismScenes(), motionScenes()})
-    for (const StabilityScene& scene : scenes) {
-      EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
-      EXPECT_FALSE(scene.rule.empty());
-      EXPECT_FALSE(scene.methods.empty() || scene.steps.empty() || scene.modes.empty());
-    }
+  for (const StabilityScene& scene : allScenes()) {
+    EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
+    EXPECT_FALSE(scene.rule.empty());
+    EXPECT_FALSE(scene.methods.empty() || scene.steps.empty() || scene.modes.empty());
+  }
+}
+
+// The rule is energy's. At 240 Hz this nut is 5.6 % short, which the map says.
+TEST(LabScenes, ANutRunsDownItsBoltAndItsStepsAreCounted) {
+  const auto scenes = runningScenes();
+  Trial trial{Method::Cloud, kStep1000, "stiff"};
+  trial.cost = std::make_shared<TrialCost>();
+  const Verdict verdict = sceneNamed(scenes, "nut down its bolt").run(trial);
+  EXPECT_EQ(verdict.outcome, Outcome::Holds) << verdict.figure << ' ' << verdict.why;
+  EXPECT_EQ(trial.cost->steps, 500);
+  EXPECT_GT(trial.cost->narrowPhaseStep(), 0);
+  EXPECT_GT(trial.cost->wallStep(), trial.cost->narrowPhaseStep());
 }
 
 // Bullet's own cylinder must fail: its rigid constraints brake it.
