@@ -14,6 +14,7 @@
 #include <typeinfo>
 #include <utility>
 
+#include "bullet/closest_gap.h"
 #include "bullet/convert.h"
 #include "bullet/leaving.h"
 #include "bullet/manifold_writer.h"
@@ -22,7 +23,6 @@
 #include "bullet/pair_sweep.h"
 #include "contact/moved_contact.h"
 #include "contact/shape_contact.h"
-#include "contact/surface_gap.h"
 
 namespace cloudcontact {
 
@@ -40,62 +40,6 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::optional<FieldPoint> lookUp(const ContactBody& body, const Vec3& local) {
-  if (body.field) return body.field->at(local);
-  const SolidPoint point = solidAt(*body.shape, local);
-  return FieldPoint{point.depth, point.normal};
-}
-
-// The sample of one body nearest to the other's surface; the point's normal leads away from
-// `other`.
-std::optional<ContactPoint> nearestSample(const ContactBody& sampled, const ContactBody& other,
-                                          double within) {
-  std::optional<ContactPoint> best;
-  if (!sampled.field) return best;
-  const Cloud& cloud = sampled.field->cloud();
-  const Pose toOther = other.pose.inverse() * sampled.pose;
-  for (std::size_t k = 0; k < sampled.field->sampleCount(); ++k) {
-    const SurfaceSample sample = sampled.field->sample(k);
-    const Vec3 grid = Eigen::Map<const Eigen::Vector3f>(sample.position).cast<double>();
-    const Vec3 local = toOther.toWorld(cloud.origin() + cloud.voxelSize() * grid);
-    const auto found = lookUp(other, local);
-    if (!found || -found->depth > within) continue;
-    if (best && found->depth <= best->depth) continue;
-    best.emplace();
-    best->depth = found->depth;
-    best->normal = other.pose.orientation * found->normal;
-    best->position = other.pose.toWorld(local + found->depth / 2 * found->normal);
-  }
-  return best;
-}
-
-// [voxels] Clouds nearer than this are measured by their samples, others by their surfaces'
-// triangles.
-constexpr double kNearClouds = 1;
-
-// Two clouds that are not near.
-std::optional<ContactPoint> wideGap(const ContactBody& a, const ContactBody& b, double within) {
-  const auto gap = surfaceGap(a, b, within);
-  if (!gap || !(gap->distance > 0)) return std::nullopt;
-  ContactPoint point;
-  point.depth = -gap->distance;
-  point.normal = (gap->onB - gap->onA) / gap->distance;
-  point.position = (gap->onA + gap->onB) / 2;
-  return point;
-}
-
-// The smallest gap of two bodies that do not touch, as a point of negative depth, if it is at most
-// `within` [m]. It looks up all samples of each cloud in the other body: exact against a shape.
-std::optional<ContactPoint> closestGap(const ContactBody& a, const ContactBody& b, double within) {
-  const auto ofB = nearestSample(b, a, within);
-  auto ofA = nearestSample(a, b, within);
-  if (ofA) ofA->normal = -ofA->normal;
-  const auto& best = ofA && (!ofB || ofA->depth > ofB->depth) ? ofA : ofB;
-  if (!a.field || !b.field) return best;
-  const double voxel = std::min(a.field->cloud().voxelSize(), b.field->cloud().voxelSize());
-  return best && best->depth > -kNearClouds * voxel ? best : wideGap(a, b, within);
-}
-
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
   const auto can = [](const btCollisionObject& object) {
@@ -103,6 +47,11 @@ bool canLeave(const PairSides& sides) {
            (btRigidBody::upcast(&object) || !(inverseMass(object) > 0));
   };
   return can(*sides.wrapA->getCollisionObject()) && can(*sides.wrapB->getCollisionObject());
+}
+
+void keepAwake(const PairSides& sides) {
+  for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB})
+    const_cast<btCollisionObject*>(wrap->getCollisionObject())->setDeactivationTime(0);
 }
 
 // How far from each other bodies may be that a Bullet query asks for [m]. Not infinite.
@@ -160,6 +109,13 @@ struct CloudAlgorithm::State {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
   }
   const ContactResult& find(const PairQuery& query, double& earlier);
+  // The contact of a query, how it came about, and the time [s] that it took ahead of the walk.
+  struct Answered {
+    const ContactResult* contact = nullptr;
+    Answer how = Answer::Searched;
+    double earlier = 0;
+  };
+  Answered answer(const PairQuery& query, bool steps, bool swept);
   // Whether prepare() moved the last contact for this query in this step.
   bool isMoved(const PairQuery& query) {
     const std::uint64_t step = std::exchange(movedStep, 0);
@@ -170,10 +126,13 @@ struct CloudAlgorithm::State {
            moved.holds(query.a, query.b, query.settings.margin);
   }
   void keep(const PairQuery& query, const ContactResult& contact, bool swept);
-  void count(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
-             Answer how, double seconds);
-  void write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
+  void count(const PairQuery& query, const PairSides& sides, const Answered& found, double seconds);
+  // Returns whether the bodies leave an overlap, and so must not fall asleep.
+  bool write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
+  void finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step);
+  bool takeFinished(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                    double step);
 
   NarrowPhase& narrowPhase;
   LookAhead* lookAhead = nullptr;  // of a CloudDispatcher, or null
@@ -197,9 +156,18 @@ struct CloudAlgorithm::State {
   bool apart = false;              // the last search in a step found no touch of two clouds
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
   std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
-  bool processed = true;           // processCollision() ran after the last prepare()
-  bool weighed = false;            // the bodies' matter was checked
-  int slot = -1;                   // in CompoundChildren
+  std::uint64_t readyStep = 0;     // the step in which finish() may answer `ahead`; 0: none
+  // What finish() made of `ahead`, for the walk.
+  struct Finished {
+    std::uint64_t step = 0;  // 0: nothing
+    Answered found;
+    bool written = false, leaves = false;
+    double seconds = 0;
+  };
+  Finished finished;
+  bool processed = true;  // processCollision() ran after the last prepare()
+  bool weighed = false;   // the bodies' matter was checked
+  int slot = -1;          // in CompoundChildren
 };
 
 void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact, bool swept) {
@@ -232,7 +200,7 @@ const ContactResult& CloudAlgorithm::State::find(const PairQuery& query, double&
   return finder.withIds();
 }
 
-void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
+bool CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
                                   const ContactResult& contact, double step) {
   const PairLaw& law = query.law;
   WriteSettings how;
@@ -242,11 +210,10 @@ void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides
   const double most = narrowPhase.settings().leavingSpeed;
   if (sides.touch) leaving.touched(contact);
   if (step > 0 && !sides.touch && canLeave(sides) && leaving.update(query, contact, most, step)) {
-    for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB})
-      const_cast<btCollisionObject*>(wrap->getCollisionObject())->setDeactivationTime(0);
     how.automatic.reset();
     how.leavingSpeed = leaving.speed();
-    return writer.write(sides, leaving.contact(), how);
+    writer.write(sides, leaving.contact(), how);
+    return true;
   }
   if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
   if (step > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step;
@@ -254,6 +221,7 @@ void CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides
     how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), knownStep(step));
   writer.write(sides, contact, how);
   if (law.remembering) memory.remember(sides, writer.manifolds());
+  return false;
 }
 
 std::optional<Touch> CloudAlgorithm::State::sweepOn(const btCollisionObjectWrapper& a,
@@ -272,7 +240,9 @@ std::optional<Touch> CloudAlgorithm::State::sweepOn(const btCollisionObjectWrapp
 }
 
 void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides,
-                                  const ContactResult& contact, Answer how, double seconds) {
+                                  const Answered& found, double seconds) {
+  const ContactResult& contact = *found.contact;
+  const Answer how = found.how;
   summary.a = sides.wrapA->getCollisionObject();
   summary.b = sides.wrapB->getCollisionObject();
   summary.last = how;
@@ -292,6 +262,54 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
     if (body->field) summary.samples += body->field->sampleCount();
 }
 
+CloudAlgorithm::State::Answered CloudAlgorithm::State::answer(const PairQuery& query, bool steps,
+                                                              bool swept) {
+  double earlier = 0;
+  const bool movedAhead = steps && !swept && isMoved(query);
+  const bool reused = movedAhead || (steps && !swept && isKnown(query));
+  const ContactResult& contact = movedAhead ? moved.latest()
+                                 : reused   ? moved.move(query.a, query.b)
+                                            : find(query, earlier);
+  if (reused) moved.age();
+  if (steps && !reused) {
+    apart = query.a.field && query.b.field && contact.samples == 0;
+    keep(query, contact, swept);
+  }
+  return {&contact, reused ? Answer::Moved : answeredBy(), earlier};
+}
+
+// All of the pair's step that other pairs do not feel. A new manifold is left to the walk, since
+// their order is the solver's.
+void CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
+                                   const btCollisionObjectWrapper& b, double step) {
+  const auto start = Clock::now();
+  finished.found = answer(ahead, true, false);
+  finished.written = finished.leaves = false;
+  const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  const std::size_t patches = finished.found.contact->patches.size();
+  if (std::max<std::size_t>(patches, 1) <= writer.manifolds().size()) {
+    finished.leaves = write(ahead, sides, *finished.found.contact, step);
+    finished.written = true;
+  }
+  finished.seconds = finished.found.earlier + since(start);
+  count(ahead, sides, finished.found, finished.seconds);
+  finished.step = lookAhead->step();
+}
+
+// What is left of a step that finish() began. False: it did not.
+bool CloudAlgorithm::State::takeFinished(const btCollisionObjectWrapper& a,
+                                         const btCollisionObjectWrapper& b, double step) {
+  const std::uint64_t made = std::exchange(finished.step, 0);
+  if (made == 0 || !lookAhead || made != lookAhead->step()) return false;
+  const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  const ContactResult& contact = *finished.found.contact;
+  if (!finished.written) finished.leaves = write(ahead, sides, contact, step);
+  if (finished.written) lookAhead->countWritten();
+  if (finished.leaves) keepAwake(sides);
+  narrowPhase.count(finished.seconds, contact.samples, contact.points.size(), finished.found.how);
+  return true;
+}
+
 void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                                     btManifoldResult& result) {
@@ -304,33 +322,23 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   const bool steps = typeid(result) == typeid(btManifoldResult);
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
+  if (steps && takeFinished(a, b, info.m_timeStep)) return;
   PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   std::optional<Touch> touch;
   if (steps && !query.wrong) touch = sweepOn(a, b, info, query);
   if (steps && (query.wrong || query.apart)) leaving.reset();
   if (query.wrong || query.apart) return writer.clear();
-  double earlier = 0;
-  const bool movedAhead = steps && !touch && isMoved(query);
-  const bool reused = movedAhead || (steps && !touch && isKnown(query));
-  const ContactResult& contact = movedAhead ? moved.latest()
-                                 : reused   ? moved.move(query.a, query.b)
-                                            : find(query, earlier);
-  if (reused) moved.age();
-  if (steps && !reused) {
-    apart = query.a.field && query.b.field && contact.samples == 0;
-    keep(query, contact, touch.has_value());
-  }
+  const Answered found = answer(query, steps, touch.has_value());
   PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (touch) sides.touch = &*touch;
-  if (steps)
-    write(query, sides, contact, info.m_timeStep);
-  else
-    report(result, sides, query.a, query.b, contact);
-  const Answer how = reused ? Answer::Moved : answeredBy();
-  const double seconds = earlier + since(start);
-  narrowPhase.count(seconds, contact.samples, contact.points.size(), how);
-  count(query, sides, contact, how, seconds);
+  if (!steps)
+    report(result, sides, query.a, query.b, *found.contact);
+  else if (write(query, sides, *found.contact, info.m_timeStep))
+    keepAwake(sides);
+  const double seconds = found.earlier + since(start);
+  narrowPhase.count(seconds, found.contact->samples, found.contact->points.size(), found.how);
+  count(query, sides, found, seconds);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -366,13 +374,15 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b,
                                     const btDispatcherInfo& info) noexcept {
   State& own = *state_;
-  own.searchedStep = own.movedStep = 0;
+  own.searchedStep = own.movedStep = own.readyStep = own.finished.step = 0;
   if (!std::exchange(own.processed, false)) return 0;
   try {
     own.ahead = own.read(a, b, info.m_timeStep, true, 0);
-    if (own.ahead.wrong || own.ahead.apart || own.ahead.byShapes) return 0;
+    if (own.ahead.wrong || own.ahead.apart) return 0;
     const auto lock = own.narrowPhase.lockToRead();
     if (isSwept(a, b, info)) return 0;
+    own.readyStep = own.lookAhead->step();
+    if (own.ahead.byShapes) return 0;
     if (own.isKnown(own.ahead)) {
       own.moved.move(own.ahead.a, own.ahead.b);
       own.movedStep = own.lookAhead->step();
@@ -408,6 +418,16 @@ void CloudAlgorithm::searchedOnDevice(double seconds) noexcept {
   own.searchedStep = own.lookAhead->step();
   own.aheadSeconds = seconds;
   own.aheadOnDevice = true;
+}
+
+void CloudAlgorithm::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                            const btDispatcherInfo& info) noexcept {
+  State& own = *state_;
+  if (own.readyStep != own.lookAhead->step()) return;
+  try {
+    own.finish(a, b, info.m_timeStep);
+  } catch (...) {  // processCollision() tries again
+  }
 }
 
 void CloudAlgorithm::reserve(int threads) {

@@ -1,6 +1,7 @@
 // Finds the cloud pairs of a step, as Bullet's default near callback will find them.
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 
@@ -36,8 +37,24 @@ bool isCloud(const btCollisionObject& object) {
   return CloudShape::of(*object.getCollisionShape()) != nullptr;
 }
 
+bool isSoft(const btCollisionObject& object) {
+  return object.getInternalType() == btCollisionObject::CO_SOFT_BODY;
+}
+
 bool isCompound(const btCollisionObject& object) {
   return object.getCollisionShape()->isCompound();
+}
+
+// Whether no function of the user's wants to be called for a pair or a point in the walk's order,
+// and on its thread.
+bool noCallbacks() {
+  using Result = btManifoldResult;
+  return !gContactAddedCallback && !gContactProcessedCallback && !gContactStartedCallback &&
+         !gContactEndedCallback && !gContactDestroyedCallback &&
+         gCalculateCombinedFrictionCallback == &Result::calculateCombinedFriction &&
+         gCalculateCombinedRestitutionCallback == &Result::calculateCombinedRestitution &&
+         gCalculateCombinedRollingFrictionCallback == &Result::calculateCombinedRollingFriction &&
+         gCalculateCombinedSpinningFrictionCallback == &Result::calculateCombinedSpinningFriction;
 }
 
 }  // namespace
@@ -58,8 +75,8 @@ int CloudDispatcher::threads() const {
 }
 
 CloudDispatcherStatistics CloudDispatcher::statistics() const {
-  return {lookAhead_->searched(), lookAhead_->taken(), lookAhead_->deviceReport(),
-          lookAhead_->deviceSteps(), lookAhead_->deviceFailure()};
+  return {lookAhead_->searched(),     lookAhead_->taken(),       lookAhead_->written(),
+          lookAhead_->deviceReport(), lookAhead_->deviceSteps(), lookAhead_->deviceFailure()};
 }
 
 std::string CloudDispatcher::device() const {
@@ -71,11 +88,14 @@ std::map<std::string, DeviceTime> CloudDispatcher::deviceTimes() {
   return lookAhead_->device()->deviceTimes();
 }
 
-void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
+// Returns whether the walk meets a soft body, which changes velocities on the way.
+bool CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
+  bool soft = false;
   for (int i = 0; i < pairs.getNumOverlappingPairs(); ++i) {
     btBroadphasePair& pair = pairs.getOverlappingPairArrayPtr()[i];
     const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
     const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+    soft = soft || isSoft(a) || isSoft(b);
     const bool compound = isCompound(a) || isCompound(b);
     if (!compound && !isCloud(a) && !isCloud(b)) continue;
     if (!needsCollision(&a, &b)) continue;
@@ -97,6 +117,7 @@ void CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
     if (auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm))
       lookAhead_->add(*ahead, a, b);
   }
+  return soft;
 }
 
 void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
@@ -107,8 +128,10 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
     // Bullet is not exception-safe; its walk searches the pairs that fail here.
     try {
       lookAhead_->begin();
-      gather(*pairs, info);
+      const bool soft = gather(*pairs, info);
       lookAhead_->search(info);
+      if (threads() > 1 && !soft && getNearCallback() == defaultNearCallback && noCallbacks())
+        lookAhead_->finish(info);
     } catch (...) {
     }
   }

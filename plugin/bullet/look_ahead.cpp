@@ -18,7 +18,7 @@
 namespace cloudcontact {
 
 namespace {
-constexpr std::size_t kPairsAShare = 16;  // that one thread prepares at a time
+constexpr std::size_t kPairsAShare = 16;  // that one thread prepares or finishes at a time
 }  // namespace
 
 struct LookAhead::State {
@@ -68,26 +68,37 @@ void LookAhead::addChildren(const btCollisionObjectWrapper& a, const btCollision
   });
 }
 
-// Reads the queries of all pairs, and moves the contacts of those that need no search.
-void LookAhead::prepare(const btDispatcherInfo& info) {
+template <class Function>
+void LookAhead::onThreads(const Function& each) {
   state_->done.store(0, std::memory_order_release);
   const auto share = [&](const tbb::blocked_range<std::size_t>& range) {
     state_->done.load(std::memory_order_acquire);
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      Known& known = known_[i];
       const auto wrap = [](const btCollisionObject& object) {
         return btCollisionObjectWrapper(nullptr, object.getCollisionShape(), &object,
                                         object.getWorldTransform(), -1, -1);
       };
-      known.cost = known.pair->prepare(wrap(*known.a), wrap(*known.b), info);
+      each(known_[i], wrap(*known_[i].a), wrap(*known_[i].b));
     }
     state_->done.fetch_add(1, std::memory_order_release);
   };
   const tbb::blocked_range<std::size_t> all(0, known_.size(), kPairsAShare);
   state_->arena.execute([&] { tbb::parallel_for(all, share); });
   state_->done.load(std::memory_order_acquire);
+}
+
+// Reads the queries of all pairs, and moves the contacts of those that need no search.
+void LookAhead::prepare(const btDispatcherInfo& info) {
+  onThreads([&](Known& known, const auto& a, const auto& b) {
+    known.cost = known.pair->prepare(a, b, info);
+  });
   for (const Known& known : known_)
     if (known.cost > 0) tasks_.push_back({known.pair, known.cost});
+}
+
+void LookAhead::finish(const btDispatcherInfo& info) {
+  onThreads(
+      [&](const Known& known, const auto& a, const auto& b) { known.pair->finish(a, b, info); });
 }
 
 void LookAhead::search(const btDispatcherInfo& info) {

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <cloudcontact/base/task_runner.h>
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -31,6 +32,11 @@ class AheadPair {
   // The same search for a device, and afterwards, if the device answered it, the time it took [s].
   virtual SearchTask deviceTask() noexcept = 0;
   virtual void searchedOnDevice(double seconds) noexcept = 0;
+  // After the searches of all pairs: builds and writes the contact as processCollision() will,
+  // which then only takes it. Only where no callback asks to be called in the walk's order.
+  // Different pairs may be finished at the same time.
+  virtual void finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                      const btDispatcherInfo& info) noexcept = 0;
   // Reserves memory for searches on `threads` threads, in the workspace of this pair and others.
   // Call it between searches.
   virtual void reserve(int threads) = 0;
@@ -51,13 +57,14 @@ class LookAhead {
   int threads() const { return threads_; }
   std::size_t searched() const { return searched_; }  // pairs, in all steps
   std::size_t taken() const { return taken_; }        // results that Bullet's walk used
+  std::size_t written() const { return written_; }    // contacts that were in their manifolds
   DeviceSearch* device() { return device_.get(); }    // null: none, or it failed
   std::size_t deviceSteps() const { return deviceSteps_; }
   const BatchReport& deviceReport() const { return deviceReport_; }  // summed over these steps
   const std::string& deviceFailure() const { return deviceFailure_; }
 
-  // One step, in this order; Bullet's walk is between search() and end(), which ends the results'
-  // validity.
+  // One step, in this order, finish() where no callback minds; Bullet's walk is before end(), which
+  // ends the results' validity.
   void begin();
   void add(AheadPair& pair, const btCollisionObject& a, const btCollisionObject& b) {
     known_.push_back({&pair, &a, &b});
@@ -66,12 +73,14 @@ class LookAhead {
   void addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                    const btDispatcherInfo& info);
   void search(const btDispatcherInfo& info);
+  void finish(const btDispatcherInfo& info);
   void end() { step_ = 0; }
   // The step's number, from 1; 0 between steps.
   std::uint64_t step() const { return step_; }
 
   // During Bullet's walk: a result was used, a compound's child was processed, a pair is deleted.
-  void countTaken() { ++taken_; }
+  void countWritten() { ++written_; }
+  void countTaken() { taken_.fetch_add(1, std::memory_order_relaxed); }
   void remember(AheadPair& pair, const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b, int& slot) {
     children_.remember(pair, a, b, slot);
@@ -90,6 +99,9 @@ class LookAhead {
     std::size_t cost = 0;
   };
   struct State;
+  // Calls `each` with the known pairs and the wrappers of their objects, on all threads.
+  template <class Function>
+  void onThreads(const Function& each);
   void prepare(const btDispatcherInfo& info);
   void searchOnDevice();
   void searchOnThreads(std::vector<Task>& tasks);
@@ -104,7 +116,8 @@ class LookAhead {
   std::vector<SearchTask> searches_;  // of onDevice_
   CompoundChildren children_;
   std::uint64_t step_ = 0, steps_ = 0;
-  std::size_t searched_ = 0, taken_ = 0, deviceSteps_ = 0;
+  std::size_t searched_ = 0, written_ = 0, deviceSteps_ = 0;
+  std::atomic<std::size_t> taken_{0};
   BatchReport deviceReport_;
   std::string deviceFailure_;
 };

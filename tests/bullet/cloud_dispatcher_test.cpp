@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 
 #include "workpiece/cut_cases.h"
 
@@ -303,6 +304,42 @@ TEST(CloudDispatcher, FailuresAreCountedOnce) {
   EXPECT_EQ(parallel.counted.lastFailure, serial.counted.lastFailure);
   EXPECT_EQ(parallel.counted.pairs, serial.counted.pairs);
   EXPECT_EQ(parallel.hashes, serial.hashes);
+}
+
+int heard = 0;
+bool hear(btManifoldPoint&, void*, void*) {
+  ++heard;
+  return true;
+}
+
+// Contacts that were there before are written on all threads. A callback gets its calls in the
+// walk's order, so with one the walk writes; so it does beside a soft body, which pushes on the
+// way.
+TEST(CloudDispatcher, WritesAheadUnlessACallbackListens) {
+  const auto play = [](int threads, bool listens) {
+    gContactProcessedCallback = listens ? hear : nullptr;
+    heard = 0;
+    Stage stage(threads);
+    stage.addGround();
+    pour(stage, 6);
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < 200; ++i) {
+      stage.step();
+      hashes.push_back(stage.hash());
+    }
+    gContactProcessedCallback = nullptr;
+    return std::tuple(hashes, stage.written(), heard);
+  };
+  const auto [serial, none, nobody] = play(0, false);
+  EXPECT_EQ(none, 0u);
+  const auto [fast, written, silent] = play(3, false);
+  EXPECT_GT(written, 500u);
+  EXPECT_EQ(silent, 0);
+  const auto [slow, waited, calls] = play(3, true);
+  EXPECT_EQ(waited, 0u);
+  EXPECT_GT(calls, 500);
+  EXPECT_EQ(fast, serial);
+  EXPECT_EQ(slow, serial);
 }
 
 TEST(CloudDispatcher, RefusesNegativeThreads) {

@@ -155,6 +155,12 @@ class Stage {
     return double(s.taken) / double(s.ahead);
   }
 
+  // Pairs whose manifolds a CloudDispatcher wrote ahead of Bullet's walk.
+  std::size_t written() const {
+    const auto* own = dynamic_cast<const CloudDispatcher*>(dispatcher.get());
+    return own ? own->statistics().written : 0;
+  }
+
   CloudContact clouds;
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   std::unique_ptr<btCollisionDispatcher> dispatcher;

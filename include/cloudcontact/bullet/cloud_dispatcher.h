@@ -6,8 +6,10 @@
 //
 // Manifolds, their order and every bit in them equal those of btCollisionDispatcher, for any number
 // of threads. Pairs are searched ahead of Bullet's serial walk over them. The walk takes a result
-// if the query has not changed since, and otherwise searches again. Callbacks still come from the
-// walk, in its order and on its thread.
+// if the query has not changed since, and otherwise searches again. Where Bullet's near callback is
+// the default, no contact callback is set and no soft body is near, manifolds are written ahead,
+// too; callbacks come from
+// the walk, in its order and on its thread.
 //
 // With an OpenCL device all pairs of a step that need a search are one batch:
 //
@@ -39,8 +41,9 @@ struct CloudDispatcherSettings {
 
 // Since the dispatcher was made.
 struct CloudDispatcherStatistics {
-  std::size_t ahead = 0;  // pairs searched ahead of Bullet's walk
-  std::size_t taken = 0;  // results of these that the walk used
+  std::size_t ahead = 0;    // pairs searched ahead of Bullet's walk
+  std::size_t taken = 0;    // results of these that the walk used
+  std::size_t written = 0;  // pairs whose manifolds were written ahead of the walk, too
   // Of the steps that used the device, summed; `shapes` and other reasons count the pairs that the
   // CPU searched in these steps.
   BatchReport device;
@@ -72,7 +75,7 @@ class CloudDispatcher : public btCollisionDispatcher {
 
  private:
   friend class CloudAlgorithm;
-  void gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info);
+  bool gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info);
 
   std::unique_ptr<LookAhead> lookAhead_;
 };
