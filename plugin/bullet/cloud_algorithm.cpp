@@ -130,7 +130,7 @@ struct CloudAlgorithm::State {
   // Returns whether the bodies leave an overlap, and so must not fall asleep.
   bool write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
-  void finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step);
+  bool finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double step);
   bool takeFinished(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                     double step);
 
@@ -280,11 +280,12 @@ CloudAlgorithm::State::Answered CloudAlgorithm::State::answer(const PairQuery& q
 
 // All of the pair's step that other pairs do not feel. A new manifold is left to the walk, since
 // their order is the solver's.
-void CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
+bool CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
                                    const btCollisionObjectWrapper& b, double step) {
   const auto start = Clock::now();
   finished.found = answer(ahead, true, false);
   finished.written = finished.leaves = false;
+  processed = true;
   const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
   const std::size_t patches = finished.found.contact->patches.size();
   if (std::max<std::size_t>(patches, 1) <= writer.manifolds().size()) {
@@ -293,7 +294,11 @@ void CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
   }
   finished.seconds = finished.found.earlier + since(start);
   count(ahead, sides, finished.found, finished.seconds);
-  finished.step = lookAhead->step();
+  narrowPhase.count(finished.seconds, finished.found.contact->samples,
+                    finished.found.contact->points.size(), finished.found.how);
+  const bool done = finished.written && !finished.leaves;
+  finished.step = done ? 0 : lookAhead->step();
+  return done;
 }
 
 // What is left of a step that finish() began. False: it did not.
@@ -304,9 +309,7 @@ bool CloudAlgorithm::State::takeFinished(const btCollisionObjectWrapper& a,
   const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
   const ContactResult& contact = *finished.found.contact;
   if (!finished.written) finished.leaves = write(ahead, sides, contact, step);
-  if (finished.written) lookAhead->countWritten();
   if (finished.leaves) keepAwake(sides);
-  narrowPhase.count(finished.seconds, contact.samples, contact.points.size(), finished.found.how);
   return true;
 }
 
@@ -420,13 +423,14 @@ void CloudAlgorithm::searchedOnDevice(double seconds) noexcept {
   own.aheadOnDevice = true;
 }
 
-void CloudAlgorithm::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+bool CloudAlgorithm::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                             const btDispatcherInfo& info) noexcept {
   State& own = *state_;
-  if (own.readyStep != own.lookAhead->step()) return;
+  if (own.readyStep != own.lookAhead->step() || !own.weighed) return false;
   try {
-    own.finish(a, b, info.m_timeStep);
-  } catch (...) {  // processCollision() tries again
+    return own.finish(a, b, info.m_timeStep);
+  } catch (...) {
+    return false;  // processCollision() tries again
   }
 }
 

@@ -33,7 +33,7 @@ class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
   void searchAhead(const TaskRunner* shareOut) noexcept override;
   SearchTask deviceTask() noexcept override;
   void searchedOnDevice(double seconds) noexcept override;
-  void finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+  bool finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
               const btDispatcherInfo& info) noexcept override;
   void reserve(int threads) override;
 

@@ -7,10 +7,17 @@
 
 #include <stdexcept>
 #include <thread>
+#include <typeinfo>
 
 #include "bullet/look_ahead.h"
 
 namespace cloudcontact {
+
+// What one of Bullet's pairs is to the search ahead.
+struct CloudDispatcher::Gathered {
+  enum { None, Soft, Compound, New, Known } kind = None;
+  AheadPair* pair = nullptr;
+};
 
 namespace {
 
@@ -88,41 +95,77 @@ std::map<std::string, DeviceTime> CloudDispatcher::deviceTimes() {
   return lookAhead_->device()->deviceTimes();
 }
 
+namespace {
+
+btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
+  return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+}
+
+const btCollisionObject& objectOf(const btBroadphaseProxy& proxy) {
+  return *static_cast<const btCollisionObject*>(proxy.m_clientObject);
+}
+
+}  // namespace
+
+// Reads only: several threads may look at pairs.
+CloudDispatcher::Gathered CloudDispatcher::look(const btBroadphasePair& pair) {
+  const btCollisionObject &a = objectOf(*pair.m_pProxy0), &b = objectOf(*pair.m_pProxy1);
+  if (isSoft(a) || isSoft(b)) return {Gathered::Soft};
+  const bool compound = isCompound(a) || isCompound(b);
+  if (!compound && !isCloud(a) && !isCloud(b)) return {};
+  if (!needsCollision(&a, &b)) return {};
+  if (compound) return {Gathered::Compound};
+  if (!pair.m_algorithm) return {Gathered::New};
+  auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm);
+  return ahead ? Gathered{Gathered::Known, ahead} : Gathered{};
+}
+
+// A cloud pair's algorithm is made here as the callback would make it; null for other pairs.
+AheadPair* CloudDispatcher::madeFor(btBroadphasePair& pair) {
+  if (getNearCallback() != defaultNearCallback) return nullptr;
+  const btCollisionObject &a = objectOf(*pair.m_pProxy0), &b = objectOf(*pair.m_pProxy1);
+  auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
+                                                   [b.getCollisionShape()->getShapeType()];
+  if (!dynamic_cast<AheadPairFactory*>(maker)) return nullptr;
+  const btCollisionObjectWrapper wrapA = wrapped(a), wrapB = wrapped(b);
+  pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  return dynamic_cast<AheadPair*>(pair.m_algorithm);
+}
+
 // Returns whether the walk meets a soft body, which changes velocities on the way.
 bool CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
+  const int count = pairs.getNumOverlappingPairs();
+  btBroadphasePair* const all = pairs.getOverlappingPairArrayPtr();
+  gathered_.resize(static_cast<std::size_t>(count));
+  const auto one = [&](int i) { gathered_[i] = look(all[i]); };
+  // A derived class may have a needsCollision() of its own, which expects one thread.
+  if (typeid(*this) == typeid(CloudDispatcher))
+    lookAhead_->share(count, one);
+  else
+    for (int i = 0; i < count; ++i) one(i);
   bool soft = false;
-  for (int i = 0; i < pairs.getNumOverlappingPairs(); ++i) {
-    btBroadphasePair& pair = pairs.getOverlappingPairArrayPtr()[i];
-    const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
-    const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
-    soft = soft || isSoft(a) || isSoft(b);
-    const bool compound = isCompound(a) || isCompound(b);
-    if (!compound && !isCloud(a) && !isCloud(b)) continue;
-    if (!needsCollision(&a, &b)) continue;
-    const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(),
-                                         -1, -1);
-    const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(),
-                                         -1, -1);
-    if (compound) {
-      lookAhead_->addChildren(wrapA, wrapB, info);
-      continue;
-    }
-    // A cloud pair's algorithm is made here as the callback would make it.
-    if (!pair.m_algorithm && getNearCallback() == defaultNearCallback) {
-      auto* const maker = m_doubleDispatchContactPoints[a.getCollisionShape()->getShapeType()]
-                                                       [b.getCollisionShape()->getShapeType()];
-      if (dynamic_cast<AheadPairFactory*>(maker))
-        pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-    }
-    if (auto* const ahead = dynamic_cast<AheadPair*>(pair.m_algorithm))
-      lookAhead_->add(*ahead, a, b);
+  for (int i = 0; i < count; ++i) {
+    Gathered& found = gathered_[i];
+    soft = soft || found.kind == Gathered::Soft;
+    if (found.kind == Gathered::None || found.kind == Gathered::Soft) continue;
+    const btCollisionObject &a = objectOf(*all[i].m_pProxy0), &b = objectOf(*all[i].m_pProxy1);
+    if (found.kind == Gathered::Compound) lookAhead_->addChildren(wrapped(a), wrapped(b), info);
+    if (found.kind == Gathered::New) found.pair = madeFor(all[i]);
+    if (found.pair) lookAhead_->add(*found.pair, a, b, i);
   }
   return soft;
+}
+
+// Bullet's walk, over the pairs that are left.
+void CloudDispatcher::walk(btOverlappingPairCache& pairs, const btDispatcherInfo& info) {
+  for (const int i : lookAhead_->left(pairs.getNumOverlappingPairs()))
+    defaultNearCallback(pairs.getOverlappingPairArrayPtr()[i], *this, info);
 }
 
 void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
+  bool finished = false;
   if ((threads() > 1 || lookAhead_->device()) &&
       info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE) {
     // Bullet is not exception-safe; its walk searches the pairs that fail here.
@@ -130,12 +173,18 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
       lookAhead_->begin();
       const bool soft = gather(*pairs, info);
       lookAhead_->search(info);
-      if (threads() > 1 && !soft && getNearCallback() == defaultNearCallback && noCallbacks())
-        lookAhead_->finish(info);
+      finished =
+          threads() > 1 && !soft && getNearCallback() == defaultNearCallback && noCallbacks();
+      if (finished) lookAhead_->finish(info);
     } catch (...) {
     }
   }
-  btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+  // Bullet's own cache of pairs walks its array in order, unless it is to sort it first.
+  if (finished && !info.m_deterministicOverlappingPairs &&
+      typeid(*pairs) == typeid(btHashedOverlappingPairCache))
+    walk(*pairs, info);
+  else
+    btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
   lookAhead_->end();
 }
 

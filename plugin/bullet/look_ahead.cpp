@@ -18,7 +18,7 @@
 namespace cloudcontact {
 
 namespace {
-constexpr std::size_t kPairsAShare = 16;  // that one thread prepares or finishes at a time
+constexpr int kPairsAShare = 16;  // that one thread takes at a time
 }  // namespace
 
 struct LookAhead::State {
@@ -68,37 +68,52 @@ void LookAhead::addChildren(const btCollisionObjectWrapper& a, const btCollision
   });
 }
 
-template <class Function>
-void LookAhead::onThreads(const Function& each) {
+void LookAhead::share(int count, const std::function<void(int)>& each) {
   state_->done.store(0, std::memory_order_release);
-  const auto share = [&](const tbb::blocked_range<std::size_t>& range) {
+  const auto some = [&](const tbb::blocked_range<int>& range) {
     state_->done.load(std::memory_order_acquire);
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const auto wrap = [](const btCollisionObject& object) {
-        return btCollisionObjectWrapper(nullptr, object.getCollisionShape(), &object,
-                                        object.getWorldTransform(), -1, -1);
-      };
-      each(known_[i], wrap(*known_[i].a), wrap(*known_[i].b));
-    }
+    for (int i = range.begin(); i < range.end(); ++i) each(i);
     state_->done.fetch_add(1, std::memory_order_release);
   };
-  const tbb::blocked_range<std::size_t> all(0, known_.size(), kPairsAShare);
-  state_->arena.execute([&] { tbb::parallel_for(all, share); });
+  const tbb::blocked_range<int> all(0, count, kPairsAShare);
+  state_->arena.execute([&] { tbb::parallel_for(all, some); });
   state_->done.load(std::memory_order_acquire);
 }
 
+namespace {
+btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
+  return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+}
+}  // namespace
+
 // Reads the queries of all pairs, and moves the contacts of those that need no search.
 void LookAhead::prepare(const btDispatcherInfo& info) {
-  onThreads([&](Known& known, const auto& a, const auto& b) {
-    known.cost = known.pair->prepare(a, b, info);
+  share(static_cast<int>(known_.size()), [&](int i) {
+    Known& known = known_[i];
+    known.cost = known.pair->prepare(wrapped(*known.a), wrapped(*known.b), info);
   });
   for (const Known& known : known_)
     if (known.cost > 0) tasks_.push_back({known.pair, known.cost});
 }
 
 void LookAhead::finish(const btDispatcherInfo& info) {
-  onThreads(
-      [&](const Known& known, const auto& a, const auto& b) { known.pair->finish(a, b, info); });
+  share(static_cast<int>(known_.size()), [&](int i) {
+    Known& known = known_[i];
+    known.done = known.pair->finish(wrapped(*known.a), wrapped(*known.b), info);
+  });
+  for (const Known& known : known_) written_ += known.done;
+}
+
+const std::vector<int>& LookAhead::left(int count) {
+  left_.clear();
+  int place = 0;
+  for (const Known& known : known_) {
+    while (place < known.place) left_.push_back(place++);
+    if (!known.done) left_.push_back(place);
+    ++place;
+  }
+  while (place < count) left_.push_back(place++);
+  return left_;
 }
 
 void LookAhead::search(const btDispatcherInfo& info) {

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,8 +35,8 @@ class AheadPair {
   virtual void searchedOnDevice(double seconds) noexcept = 0;
   // After the searches of all pairs: builds and writes the contact as processCollision() will,
   // which then only takes it. Only where no callback asks to be called in the walk's order.
-  // Different pairs may be finished at the same time.
-  virtual void finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+  // Different pairs may be finished at the same time. Whether nothing is left for the walk.
+  virtual bool finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                       const btDispatcherInfo& info) noexcept = 0;
   // Reserves memory for searches on `threads` threads, in the workspace of this pair and others.
   // Call it between searches.
@@ -66,20 +67,26 @@ class LookAhead {
   // One step, in this order, finish() where no callback minds; Bullet's walk is before end(), which
   // ends the results' validity.
   void begin();
-  void add(AheadPair& pair, const btCollisionObject& a, const btCollisionObject& b) {
-    known_.push_back({&pair, &a, &b});
+  // `place`: of the pair in Bullet's array.
+  void add(AheadPair& pair, const btCollisionObject& a, const btCollisionObject& b, int place) {
+    known_.push_back({&pair, &a, &b, place});
   }
   // Adds the known pairs of children of two objects, one of which is a compound.
   void addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                    const btDispatcherInfo& info);
   void search(const btDispatcherInfo& info);
   void finish(const btDispatcherInfo& info);
+  // After finish(): the places of the pairs that it left something of, and of those not added, out
+  // of `count`, in order.
+  const std::vector<int>& left(int count);
   void end() { step_ = 0; }
   // The step's number, from 1; 0 between steps.
   std::uint64_t step() const { return step_; }
 
+  // Calls `each` with 0 to count - 1, in any order, on all threads.
+  void share(int count, const std::function<void(int)>& each);
+
   // During Bullet's walk: a result was used, a compound's child was processed, a pair is deleted.
-  void countWritten() { ++written_; }
   void countTaken() { taken_.fetch_add(1, std::memory_order_relaxed); }
   void remember(AheadPair& pair, const btCollisionObjectWrapper& a,
                 const btCollisionObjectWrapper& b, int& slot) {
@@ -96,12 +103,11 @@ class LookAhead {
   struct Known {
     AheadPair* pair;
     const btCollisionObject *a, *b;
+    int place = 0;
+    bool done = false;
     std::size_t cost = 0;
   };
   struct State;
-  // Calls `each` with the known pairs and the wrappers of their objects, on all threads.
-  template <class Function>
-  void onThreads(const Function& each);
   void prepare(const btDispatcherInfo& info);
   void searchOnDevice();
   void searchOnThreads(std::vector<Task>& tasks);
@@ -110,7 +116,8 @@ class LookAhead {
   std::unique_ptr<DeviceSearch> device_;
   std::size_t leastForDevice_;
   std::unique_ptr<State> state_;
-  std::vector<Known> known_;
+  std::vector<Known> known_;  // in the order of their places
+  std::vector<int> left_;
   std::vector<Task> tasks_;           // without those that the device answered
   std::vector<Task> onDevice_;        // that the device may answer
   std::vector<SearchTask> searches_;  // of onDevice_

@@ -53,6 +53,34 @@ void NarrowPhase::countFailure(const char* message) {
   tell(message);
 }
 
+CloudContactStatistics NarrowPhase::statistics() const {
+  CloudContactStatistics all;
+  {
+    const std::lock_guard lock(mutex_);
+    all = statistics_;
+  }
+  for (Share& share : shares_) {
+    const std::lock_guard lock(share.mutex);
+    all.pairs += share.sum.pairs;
+    all.samples += share.sum.samples;
+    all.contacts += share.sum.contacts;
+    all.seconds += share.sum.seconds;
+    all.reused += share.sum.reused;
+    all.shapes += share.sum.shapes;
+    all.device += share.sum.device;
+  }
+  return all;
+}
+
+void NarrowPhase::resetStatistics() {
+  for (Share& share : shares_) {
+    const std::lock_guard lock(share.mutex);
+    share.sum = {};
+  }
+  const std::lock_guard lock(mutex_);
+  statistics_ = {};
+}
+
 void NarrowPhase::checkMatter(const btCollisionObject& object) {
   {
     const std::lock_guard lock(mutex_);

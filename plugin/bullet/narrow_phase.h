@@ -6,10 +6,13 @@
 #include <cloudcontact/bullet/pair_report.h>
 #include <cloudcontact/contact/contact_finder.h>
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
 #include <string>
+#include <thread>
 #include <unordered_set>
 #include <vector>
 
@@ -28,27 +31,23 @@ class NarrowPhase {
   // One pair that was processed.
   void count(double seconds, std::size_t samples, std::size_t contacts,
              Answer how = Answer::Searched) {
-    const std::lock_guard lock(mutex_);
-    statistics_.reused += how == Answer::Moved;
-    statistics_.device += how == Answer::Device;
-    statistics_.seconds += seconds;
-    statistics_.pairs += 1;
-    statistics_.samples += samples;
-    statistics_.contacts += contacts;
-    statistics_.shapes += how == Answer::Shapes;
+    Share& own = shares_[std::hash<std::thread::id>{}(std::this_thread::get_id()) % kShares];
+    const std::lock_guard lock(own.mutex);
+    CloudContactStatistics& sum = own.sum;
+    sum.reused += how == Answer::Moved;
+    sum.device += how == Answer::Device;
+    sum.seconds += seconds;
+    sum.pairs += 1;
+    sum.samples += samples;
+    sum.contacts += contacts;
+    sum.shapes += how == Answer::Shapes;
   }
   // Tells of each message once (CloudContactSettings::onFailure).
   void countFailure(const char* message);
   // Tells what is wrong with a body when it first meets another (wrongMatter()).
   void checkMatter(const btCollisionObject& object);
-  CloudContactStatistics statistics() const {
-    const std::lock_guard lock(mutex_);
-    return statistics_;
-  }
-  void resetStatistics() {
-    const std::lock_guard lock(mutex_);
-    statistics_ = {};
-  }
+  CloudContactStatistics statistics() const;
+  void resetStatistics();
 
   // A pair's report stays its own while the pair lives. Removed ones are kept if the settings ask.
   void add(const PairReport& pair) {
@@ -80,10 +79,17 @@ class NarrowPhase {
  private:
   CloudContactSettings settings_;
   std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
-  mutable std::mutex mutex_;  // all but settings_, workspace_, motion_ and telling_
+  // Threads that write contacts at the same time do not wait for each other's counts.
+  struct alignas(64) Share {
+    std::mutex mutex;
+    CloudContactStatistics sum;
+  };
+  static constexpr std::size_t kShares = 32;
+  mutable std::array<Share, kShares> shares_;
+  mutable std::mutex mutex_;  // all but settings_, workspace_, shares_, motion_ and telling_
   std::shared_mutex motion_;  // velocities of bodies
   std::mutex reading_;
-  CloudContactStatistics statistics_;
+  CloudContactStatistics statistics_;  // of failures
   std::vector<const PairReport*> reports_;
   std::vector<PairReport> parted_;
   std::size_t kept_ = 0;  // of parted_, when it was last added up

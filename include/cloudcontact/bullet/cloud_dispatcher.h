@@ -26,9 +26,11 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace cloudcontact {
 
+class AheadPair;
 class LookAhead;
 
 struct CloudDispatcherSettings {
@@ -75,9 +77,14 @@ class CloudDispatcher : public btCollisionDispatcher {
 
  private:
   friend class CloudAlgorithm;
+  struct Gathered;
+  Gathered look(const btBroadphasePair& pair);
+  AheadPair* madeFor(btBroadphasePair& pair);
   bool gather(btOverlappingPairCache& pairs, const btDispatcherInfo& info);
+  void walk(btOverlappingPairCache& pairs, const btDispatcherInfo& info);
 
   std::unique_ptr<LookAhead> lookAhead_;
+  std::vector<Gathered> gathered_;  // of each pair, in a step
 };
 
 }  // namespace cloudcontact
