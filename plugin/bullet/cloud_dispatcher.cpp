@@ -137,12 +137,7 @@ bool CloudDispatcher::gather(btOverlappingPairCache& pairs, const btDispatcherIn
   const int count = pairs.getNumOverlappingPairs();
   btBroadphasePair* const all = pairs.getOverlappingPairArrayPtr();
   gathered_.resize(static_cast<std::size_t>(count));
-  const auto one = [&](int i) { gathered_[i] = look(all[i]); };
-  // A derived class may have a needsCollision() of its own, which expects one thread.
-  if (typeid(*this) == typeid(CloudDispatcher))
-    lookAhead_->share(count, one);
-  else
-    for (int i = 0; i < count; ++i) one(i);
+  lookAhead_->share(count, [&](int i) { gathered_[i] = look(all[i]); });
   bool soft = false;
   for (int i = 0; i < count; ++i) {
     Gathered& found = gathered_[i];
@@ -172,10 +167,9 @@ void CloudDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
     try {
       lookAhead_->begin();
       const bool soft = gather(*pairs, info);
-      lookAhead_->search(info);
       finished =
           threads() > 1 && !soft && getNearCallback() == defaultNearCallback && noCallbacks();
-      if (finished) lookAhead_->finish(info);
+      lookAhead_->search(info, finished);
     } catch (...) {
     }
   }

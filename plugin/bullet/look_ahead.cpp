@@ -87,10 +87,12 @@ btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
 }  // namespace
 
 // Reads the queries of all pairs, and moves the contacts of those that need no search.
-void LookAhead::prepare(const btDispatcherInfo& info) {
+void LookAhead::prepare(const btDispatcherInfo& info, bool finishes) {
   share(static_cast<int>(known_.size()), [&](int i) {
     Known& known = known_[i];
-    known.cost = known.pair->prepare(wrapped(*known.a), wrapped(*known.b), info);
+    const btCollisionObjectWrapper a = wrapped(*known.a), b = wrapped(*known.b);
+    known.cost = known.pair->prepare(a, b, info);
+    if (finishes && known.cost == 0) known.done = known.pair->finish(a, b, info);
   });
   for (const Known& known : known_)
     if (known.cost > 0) tasks_.push_back({known.pair, known.cost});
@@ -99,9 +101,8 @@ void LookAhead::prepare(const btDispatcherInfo& info) {
 void LookAhead::finish(const btDispatcherInfo& info) {
   share(static_cast<int>(known_.size()), [&](int i) {
     Known& known = known_[i];
-    known.done = known.pair->finish(wrapped(*known.a), wrapped(*known.b), info);
+    if (known.cost > 0) known.done = known.pair->finish(wrapped(*known.a), wrapped(*known.b), info);
   });
-  for (const Known& known : known_) written_ += known.done;
 }
 
 const std::vector<int>& LookAhead::left(int count) {
@@ -116,12 +117,16 @@ const std::vector<int>& LookAhead::left(int count) {
   return left_;
 }
 
-void LookAhead::search(const btDispatcherInfo& info) {
-  prepare(info);
+void LookAhead::search(const btDispatcherInfo& info, bool finishes) {
+  prepare(info, finishes);
   children_.clear();  // Bullet's walk adds those that still exist
-  searched_ += tasks_.size();
+  const std::size_t searched = tasks_.size();
+  searched_ += searched;
   if (device_ && tasks_.size() >= leastForDevice_) searchOnDevice();
   searchOnThreads(tasks_);
+  if (!finishes) return;
+  if (searched > 0) finish(info);
+  for (const Known& known : known_) written_ += known.done;
 }
 
 // Threads search what has no kernels while the device works. What it does not answer stays in

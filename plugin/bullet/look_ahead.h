@@ -64,7 +64,7 @@ class LookAhead {
   const BatchReport& deviceReport() const { return deviceReport_; }  // summed over these steps
   const std::string& deviceFailure() const { return deviceFailure_; }
 
-  // One step, in this order, finish() where no callback minds; Bullet's walk is before end(), which
+  // One step, in this order; Bullet's walk is before end(), which
   // ends the results' validity.
   void begin();
   // `place`: of the pair in Bullet's array.
@@ -74,10 +74,11 @@ class LookAhead {
   // Adds the known pairs of children of two objects, one of which is a compound.
   void addChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                    const btDispatcherInfo& info);
-  void search(const btDispatcherInfo& info);
-  void finish(const btDispatcherInfo& info);
-  // After finish(): the places of the pairs that it left something of, and of those not added, out
-  // of `count`, in order.
+  // `finishes`: writes contacts, too, since no callback minds. A pair that needs no search is
+  // finished while its memory is at hand.
+  void search(const btDispatcherInfo& info, bool finishes);
+  // After that: the places of the pairs that are not finished, and of those not added, out of
+  // `count`, in order.
   const std::vector<int>& left(int count);
   void end() { step_ = 0; }
   // The step's number, from 1; 0 between steps.
@@ -108,7 +109,8 @@ class LookAhead {
     std::size_t cost = 0;
   };
   struct State;
-  void prepare(const btDispatcherInfo& info);
+  void prepare(const btDispatcherInfo& info, bool finishes);
+  void finish(const btDispatcherInfo& info);
   void searchOnDevice();
   void searchOnThreads(std::vector<Task>& tasks);
 

@@ -71,7 +71,7 @@ class CloudDispatcher : public btCollisionDispatcher {
 
   // With Bullet's own near callback all pairs are searched ahead; with another one, those that it
   // processed in the step before, as are the children of compounds. needsCollision() may be called
-  // twice per pair.
+  // twice per pair, and for different pairs at the same time.
   void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
                                  btDispatcher* dispatcher) override;
 
