@@ -27,7 +27,7 @@ struct ChartOptions {
   std::string a, b, pose, only;
   std::string out = "bench-results";
   std::string method;
-  bool quick = false, noStability = false;
+  bool quick = false, noStability = false, noAccuracy = false;
   std::string trials;
   std::optional<int> iterations = {};
 };
@@ -87,6 +87,8 @@ void run(const ChartOptions& options, const std::string& command) {
   if (options.a.empty() && (options.common.voxel || options.common.metersPerUnit != 1))
     throw BadInput(std::string(options.common.voxel ? "--voxel" : "--unit") +
                    ": is for a pair of your own; give A, B and --pose with it");
+  if (options.noAccuracy && (options.noStability || !options.a.empty()))
+    throw BadInput("--no-accuracy: nothing would be measured; leave it out");
   checkMethod(options.method);
   lab::makeFolder(options.out);
   const auto start = std::chrono::steady_clock::now();
@@ -103,7 +105,7 @@ void run(const ChartOptions& options, const std::string& command) {
     results.subject = own.name;
     results.chart = lab::runChart(own, chart);
   } else {
-    results.chart = lab::runChart(chart);
+    if (!options.noAccuracy) results.chart = lab::runChart(chart);
     lab::StabilitySettings stability;
     stability.quick = options.quick, stability.only = options.only;
     stability.method = options.method;
@@ -139,6 +141,7 @@ void addOptions(CLI::App& command) {
                   "mujoco")
       ->type_name("METHOD");
   command.add_flag("--no-stability", options->noStability, "without the stability scenes");
+  command.add_flag("--no-accuracy", options->noAccuracy, "without the cases of error against time");
   // Hidden, for work on the scenes: selects single trials, and changes the solver's iterations.
   command
       .add_option("--trials", options->trials,

@@ -55,6 +55,7 @@ TEST(Chart, RefusesUnusablePairs) {
   refused({"chart", "--voxel", "0.001"}, "--voxel");
   refused({"chart", "--method", "magic"}, "cloud, paper");
   refused({"chart", "--law", "paper"}, "--law");
+  refused({"chart", "--no-accuracy", "--no-stability"}, "--no-accuracy");
   refused({"chart", "--stiffness", "3"}, "--stiffness");
   place.write("file", "x");
   refused({"chart", "sphere:1", "sphere:1", "--pose", "0 0 1.9", "--out", "file"}, "--out");
