@@ -2,53 +2,31 @@
 // which the compiler turns into vector instructions (base/simd.h).
 #pragma once
 
-#include "contact/sample_search.h"
+#include "contact/lanes.h"
 
 namespace cloudcontact::search {
-
-constexpr int kLanes = 256, kVector = 16;
-
-// Loops run over whole vectors. The lanes after the last repeat it and are not used.
-constexpr int padded(int count) {
-  return (count + kVector - 1) & ~(kVector - 1);
-}
-template <typename Number>
-void pad(Number* lanes, int count) {
-  for (int i = count; i < padded(count); ++i) lanes[i] = lanes[count - 1];
-}
-
-struct Lanes {
-  int count = 0;
-  std::uint32_t sample[kLanes];
-  std::int32_t record[kLanes];                // number of the record
-  float x[kLanes], y[kLanes], z[kLanes];      // from the voxel's center [voxels]
-  std::uint32_t a[kLanes], b[kLanes];         // the record (kernels/contact/field_voxel.h)
-  float depth[kLanes];                        // [m]
-  float nx[kLanes], ny[kLanes], nz[kLanes];   // of the plane that gives the depth
-  float beside[kLanes];                       // ccDepthBeside() of coarse samples [own voxels]
-  std::int32_t kind[kLanes];                  // CC_WET and so on
-  std::int32_t wet[kLanes], several[kLanes];  // numbers of lanes: hits; records of several planes
-};
 
 // Finds the lanes' records.
 void findRecords(const Direction& dir, const FieldData& other, Lanes& lanes);
 // Finds depth and normal of the lanes whose records are one plane; other lanes get meaningless
 // values. Here and below, `voxel` [m] is the other body's.
 void findDepths(float voxel, Lanes& lanes);
-// The same for the first `count` of lanes.several, whose records have several planes: the plane of
-// least depth, or of greatest depth if the planes' half-spaces unite.
-void choosePlanes(const FieldData& other, float voxel, int count, Lanes& lanes);
-// Both. Returns how many lanes have several planes; lanes.several lists them.
-int measure(const FieldData& other, float voxel, Lanes& lanes);
-// Of the first `count` of lanes.several, measured, moves to the front those over which another
-// plane of the record may give the depth (ccEdgeWithin()). Returns how many.
-int edgesWithin(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// Sets `beside` of samples of a coarse level. Of the records of several planes, `count` of them,
-// the lanes are in lanes.several.
-void findBeside(const Direction& dir, const FieldData& other, float voxel, int count, Lanes& lanes);
-// The same where each lane has one plane.
+// Lists in lanes.several the lanes whose records have several planes; returns how many.
+int findSeveral(Lanes& lanes);
+// The depth and normal of the first `count` of lanes.several: the plane of least depth, or of
+// greatest depth if the planes' half-spaces unite. With `beside` also `beside` of all the planes.
+void choosePlanes(const Direction& dir, const FieldData& other, float voxel, bool beside, int count,
+                  Lanes& lanes);
+// All three, and with `beside` that of all lanes.
+void measure(const Direction& dir, const FieldData& other, float voxel, bool beside, Lanes& lanes);
+// Sets `beside` of samples of a coarse level, where each lane has one plane.
 void findBeside(const Direction& dir, Lanes& lanes);
-// Sets the lanes' kinds from depths and normals. Wet lanes may be hits. CC_NEARBY of surfaces with
+// Sets `facing`.
+void findFacing(const Direction& dir, Lanes& lanes);
+// Of the lanes whose records have several planes, lists in lanes.several those over which another
+// plane of the record may give the depth (ccEdgeWithin()). Returns how many.
+int edgesWithin(const Direction& dir, const FieldData& other, float voxel, Lanes& lanes);
+// Sets the lanes' kinds from depths and `facing`. Wet lanes may be hits. CC_NEARBY of surfaces with
 // `finer` only, from `beside`.
 void classify(const Direction& dir, bool finer, Lanes& lanes);
 // The largest depth [m] that a sample may have for which a lane's sample of a coarse level stands,

@@ -107,31 +107,22 @@ class LaneSearch {
   }
 
   void lookAt(std::span<const std::uint32_t> samples) {
-    while (!samples.empty()) {
-      if (lanes_.count == kLanes) flush();
-      const std::size_t room =
-          std::min(samples.size(), static_cast<std::size_t>(kLanes - lanes_.count));
-      std::copy_n(samples.data(), room, lanes_.sample + lanes_.count);
-      lanes_.count += static_cast<int>(room);
-      samples = samples.subspan(room);
-    }
+    for (const std::uint32_t sample : samples) lookInto({sample, 1});
   }
 
   void lookInto(SampleRun run) {
     while (run.count > 0) {
-      if (lanes_.count == kLanes) flush();
-      const std::uint32_t room =
-          std::min(run.count, static_cast<std::uint32_t>(kLanes - lanes_.count));
-      for (std::uint32_t i = 0; i < room; ++i) lanes_.sample[lanes_.count++] = run.first + i;
-      run.first += room;
-      run.count -= room;
+      if (lanes_.full()) flush();
+      const std::uint32_t some = lanes_.add(run);
+      run.first += some;
+      run.count -= some;
     }
   }
 
   void flush() {
     if (lanes_.count == 0) return;
     candidates_.lookups += static_cast<std::size_t>(lanes_.count);
-    pad(lanes_.sample, lanes_.count);
+    loadSamples(dir_, lanes_);
     // With enough hits there is no finer level.
     const bool finer = hits_.size() < dir_.needed;
     const int divided = target_.measure(finer, lanes_);
@@ -141,27 +132,20 @@ class LaneSearch {
       divide(lanes_.several[i]);
     }
     sort(finer);
-    lanes_.count = 0;
+    lanes_.clear();
   }
 
-  // Sorts the lanes by kind. Without branches, which a processor cannot predict here.
+  // Sorts the lanes by kind.
   void sort(bool finer) {
-    std::uint32_t nearby[kLanes];
-    int wet = 0, near = 0;
-    std::int32_t all = 0;
-    for (int i = 0; i < lanes_.count; ++i) {
-      const std::int32_t kind = lanes_.kind[i];
-      lanes_.wet[wet] = i;
-      wet += (kind & CC_WET) != 0;
-      nearby[near] = lanes_.sample[i];
-      near += (kind & CC_NEARBY) != 0;
-      all |= kind;
-    }
-    if (finer) candidates_.next.insert(candidates_.next.end(), nearby, nearby + near);
-    if (all & CC_DEEP)
-      for (int i = 0; i < lanes_.count; ++i)
-        if (lanes_.kind[i] & CC_DEEP) candidates_.deep.push_back(lanes_.sample[i]);
-    take(lanes_, samples_, wet);
+    const int count = lanes_.count;
+    std::uint32_t some[kLanes];
+    const auto append = [&](std::int32_t kind, std::vector<std::uint32_t>& to) {
+      const int found = listSet(lanes_.kind, kind, count, lanes_.sample, some);
+      to.insert(to.end(), some, some + found);
+    };
+    if (finer) append(CC_NEARBY, candidates_.next);
+    append(CC_DEEP, candidates_.deep);
+    take(lanes_, samples_, listSet<std::int32_t>(lanes_.kind, CC_WET, count, nullptr, lanes_.wet));
   }
 
   // Divides a wide sample: over an edge of the other body the depth is not linear. Without this,

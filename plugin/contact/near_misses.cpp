@@ -55,19 +55,21 @@ template <typename Target>
 void NearMissSearch::look(const Direction& dir, const Target& target, const SampleRun* first,
                           const SampleRun* last) {
   Lanes& lanes = *lanes_;
-  lanes.count = 0;
+  lanes.clear();
   const auto flush = [&] {
     if (lanes.count == 0) return;
     lookups_ += static_cast<std::size_t>(lanes.count);
-    pad(lanes.sample, lanes.count);
+    loadSamples(dir, lanes);
     target.measurePoints(lanes);
     take(dir);
-    lanes.count = 0;
+    lanes.clear();
   };
   for (; first != last; ++first)
-    for (std::uint32_t i = 0; i < first->count; ++i) {
-      lanes.sample[lanes.count++] = first->first + i;
-      if (lanes.count == kLanes) flush();
+    for (SampleRun run = *first; run.count > 0;) {
+      if (lanes.full()) flush();
+      const std::uint32_t some = lanes.add(run);
+      run.first += some;
+      run.count -= some;
     }
   flush();
 }

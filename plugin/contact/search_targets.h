@@ -2,8 +2,9 @@
 // shape's formula. A target has
 //   void nearBricks(float aside, std::vector<std::uint32_t>& near): numbers of the sample bricks
 //     that may touch from where they are, or from up to `aside` [own voxels] away;
-//   int measure(bool finer, Lanes& lanes): depth and normal of all lanes, with `a` a record of a
-//     plane, or none and the reason in `b`; on a coarse level with `finer` also `beside`; returns
+//   int measure(bool finer, Lanes& lanes): depth, normal and `facing` of all lanes, with `a` a
+//     record of a plane, or none and the reason in `b`; on a coarse level with `finer` also
+//     `beside`; returns
 //     how many lanes have an edge of the target within them, and lists these in lanes.several;
 //   void measurePoints(Lanes& lanes): the same without edges, always with `beside`;
 //   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
@@ -30,21 +31,20 @@ struct FieldTarget {
 
   void measurePoints(Lanes& lanes) const {
     findRecords(dir, other, lanes);
-    const int count = search::measure(other, voxel, lanes);
-    if (dir.level > 0) findBeside(dir, other, voxel, count, lanes);
+    search::measure(dir, other, voxel, dir.level > 0, lanes);
   }
 
   int measure(bool finer, Lanes& lanes) const {
     findRecords(dir, other, lanes);
-    const int count = search::measure(other, voxel, lanes);
-    if (finer && dir.level > 0) findBeside(dir, other, voxel, count, lanes);
+    search::measure(dir, other, voxel, finer && dir.level > 0, lanes);
+    findFacing(dir, lanes);
     if (dir.level == kLevels - 1) return 0;
-    return edgesWithin(dir, other, voxel, count, lanes);
+    return edgesWithin(dir, other, voxel, lanes);
   }
 
   void measureParts(Lanes& parts, const SampleColumns&) const {
     for (int i = 0; i < parts.count; ++i) parts.several[i] = i;
-    choosePlanes(other, voxel, parts.count, parts);
+    choosePlanes(dir, other, voxel, false, parts.count, parts);
   }
 
   float deepAt(const SurfaceSample& s) const {
@@ -126,6 +126,7 @@ struct ShapeTarget {
     const int divided = measureDepths(lanes);
     pad(lanes.sample, lanes.count);
     if (finer && dir.level > 0) findBeside(dir, lanes);
+    findFacing(dir, lanes);
     return divided;
   }
 

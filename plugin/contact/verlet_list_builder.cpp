@@ -65,8 +65,8 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
   const float* const ny = samples.ny.data();
   const float* const nz = samples.nz.data();
   const float* const width = samples.width.data();
-  const CcCluster* const clusters =
-      dir.level > 0 ? dir.samples.levels[dir.level].clusters.data() : nullptr;
+  const ClusterColumns* const clusters =
+      dir.level > 0 ? &dir.samples.levels[dir.level].clusters : nullptr;
   const int count = lanes.count;
   const MayTouch own = test;
   float turn[9];
@@ -79,7 +79,7 @@ CC_LANES void mayTouch(const Direction& dir, const MayTouch& test, const Lanes& 
     ccTurn(turn, n, there);
     float rise = 0, around = 0;
     if (clusters) {
-      const CcCluster& e = clusters[k];
+      const CcCluster e = (*clusters)[static_cast<std::size_t>(k)];
       rise = e.rise;
       around = std::sqrt(e.spread[0] + e.spread[1] + e.spread[2]);
     }
@@ -114,11 +114,12 @@ void VerletListBuilder::look(const Direction& dir, const FieldData& other, const
   may_.assign(samples_.size(), 0);
   beside_.count = 0;
   for (std::size_t first = 0; first < samples_.size(); first += kLanes) {
-    lanes_.count = static_cast<int>(std::min<std::size_t>(kLanes, samples_.size() - first));
-    std::copy_n(samples_.begin() + static_cast<std::ptrdiff_t>(first), lanes_.count, lanes_.sample);
-    pad(lanes_.sample, lanes_.count);
+    lanes_.clear();
+    for (std::size_t k = first; k < samples_.size() && !lanes_.full(); ++k)
+      lanes_.add({samples_[k], 1});
+    loadSamples(dir, lanes_);
     findRecords(dir, other, lanes_);
-    measure(other, test.voxel, lanes_);
+    measure(dir, other, test.voxel, false, lanes_);
     std::int32_t may[kLanes];
     mayTouch(dir, test, lanes_, may);
     for (int i = 0; i < lanes_.count; ++i) {
@@ -163,7 +164,7 @@ void VerletListBuilder::lookBeside(const Direction& dir, const FieldData& other,
 void VerletListBuilder::flushBeside(const Direction& dir, const FieldData& other,
                                     const Test& test) {
   if (beside_.count == 0) return;
-  measure(other, test.voxel, beside_);
+  measure(dir, other, test.voxel, false, beside_);
   std::int32_t may[kLanes];
   mayTouch(dir, test, beside_, may);
   for (int i = 0; i < beside_.count; ++i) may_[owner_[i]] |= static_cast<std::uint8_t>(may[i]);

@@ -50,7 +50,8 @@ void packLevel(const SampleLevel& level, int number, Packer& packer, CcField& en
   const std::vector<float> normals = interleaved(s.nx, s.ny, s.nz, s.area);
   both.insert(both.end(), normals.begin(), normals.end());
   std::vector<float> clusters;
-  for (const CcCluster& e : level.clusters) {
+  for (std::size_t k = 0; k < level.clusters.size(); ++k) {
+    const CcCluster e = level.clusters[k];
     clusters.push_back(e.rise);
     clusters.insert(clusters.end(), e.spread, e.spread + 6);
     clusters.push_back(0);

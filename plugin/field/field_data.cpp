@@ -87,7 +87,9 @@ std::uint64_t FieldData::hash() const {
     const SampleColumns& s = level.samples;
     for (const auto* column : {&s.x, &s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
       hasher.add(column->data(), column->size());
-    hasher.add(level.clusters.data(), level.clusters.size());
+    hasher.add(level.clusters.rise.data(), level.clusters.size());
+    for (const std::vector<float>& column : level.clusters.spread)
+      hasher.add(column.data(), column.size());
     hasher.add(level.cellOf.data(), level.cellOf.size());
     hasher.add(level.finer.data(), level.finer.size());
   }

@@ -1,6 +1,6 @@
 // Reads and writes surface fields: see field_file.h.
 //
-// Layout of version 1, all little-endian: 8 bytes "CLDFIELD", u32 1, u64 bytes of the file, f64
+// Layout of version 2, all little-endian: 8 bytes "CLDFIELD", u32 2, u64 bytes of the file, f64
 // voxel size [m], f64 x 3 origin [m], i32 x 3 bricks, u64 band voxels, then arrays, each after its
 // length (u64): the materials' names with a zero after each, the cloud's arrays, those of
 // FieldRecords and of SampleSet, in the order of forEachArray(). At the end u64 WordHash of all
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kMagic[8] = {'C', 'L', 'D', 'F', 'I', 'E', 'L', 'D'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr const char* kAgain = "; build the field and save it again";
 
 struct Header {
@@ -44,7 +44,9 @@ void forEachSampleArray(Samples& samples, Visit&& visit) {
   for (auto& level : samples.levels) {
     auto& s = level.samples;
     visit(s.x), visit(s.y), visit(s.z), visit(s.nx), visit(s.ny), visit(s.nz);
-    visit(s.area), visit(s.width), visit(level.clusters), visit(level.cellOf), visit(level.finer);
+    visit(s.area), visit(s.width), visit(level.clusters.rise);
+    for (auto& column : level.clusters.spread) visit(column);
+    visit(level.cellOf), visit(level.finer);
   }
   auto& b = samples.bricks;
   visit(b.x), visit(b.y), visit(b.z), visit(b.radius), visit(b.runs);
@@ -201,6 +203,8 @@ bool consistent(const SampleSet& samples) {
     const SampleColumns& s = level.samples;
     const std::size_t coarse = number > 0 ? s.size() : 0;
     if (level.clusters.size() != coarse || level.cellOf.size() != coarse) return false;
+    for (const std::vector<float>& column : level.clusters.spread)
+      if (column.size() != coarse) return false;
     for (const auto* column : {&s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
       if (column->size() != s.size()) return false;
   }

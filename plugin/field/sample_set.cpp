@@ -284,8 +284,8 @@ void Assembler::copy(const SampleSet& other, const std::vector<SampleOrigin>& or
     const std::uint32_t cells = static_cast<std::uint32_t>(own.finer.size()) - begin.cells[level];
     own.samples.append(l.samples, begin.samples[level], end.samples[level] - begin.samples[level]);
     if (level == 0) continue;
-    own.clusters.insert(own.clusters.end(), l.clusters.begin() + begin.samples[level],
-                        l.clusters.begin() + end.samples[level]);
+    own.clusters.append(l.clusters, begin.samples[level],
+                        end.samples[level] - begin.samples[level]);
     for (std::uint32_t i = begin.samples[level]; i < end.samples[level]; ++i)
       own.cellOf.push_back(l.cellOf[i] + cells);
     for (std::uint32_t i = begin.cells[level]; i < end.cells[level]; ++i)
@@ -317,10 +317,19 @@ std::vector<Keyed> remaining(const SampleSet& set, const std::vector<SampleOrigi
 
 }  // namespace
 
+namespace {
+
+void appendTo(std::vector<float>& to, const std::vector<float>& source, std::size_t first,
+              std::size_t count) {
+  const auto begin = source.begin() + static_cast<std::ptrdiff_t>(first);
+  to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
+}
+
+}  // namespace
+
 void SampleColumns::append(const SampleColumns& from, std::size_t first, std::size_t count) {
   const auto add = [&](std::vector<float>& to, const std::vector<float>& source) {
-    const auto begin = source.begin() + static_cast<std::ptrdiff_t>(first);
-    to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(count));
+    appendTo(to, source, first, count);
   };
   add(x, from.x), add(y, from.y), add(z, from.z);
   add(nx, from.nx), add(ny, from.ny), add(nz, from.nz);
@@ -337,6 +346,21 @@ void SampleColumns::fit(const SampleColumns& other) {
 
 void SampleColumns::clear() {
   for (auto* column : {&x, &y, &z, &nx, &ny, &nz, &area, &width}) column->clear();
+}
+
+void ClusterColumns::push_back(const CcCluster& cluster) {
+  rise.push_back(cluster.rise);
+  for (int k = 0; k < 6; ++k) spread[k].push_back(cluster.spread[k]);
+}
+
+void ClusterColumns::append(const ClusterColumns& from, std::size_t first, std::size_t count) {
+  appendTo(rise, from.rise, first, count);
+  for (int k = 0; k < 6; ++k) appendTo(spread[k], from.spread[k], first, count);
+}
+
+void ClusterColumns::reserve(std::size_t count) {
+  rise.reserve(count);
+  for (std::vector<float>& column : spread) column.reserve(count);
 }
 
 SampleSet sortSamples(std::vector<CutSample> pieces, std::vector<SampleOrigin>& origins) {

@@ -37,6 +37,20 @@ struct SampleColumns {
   void clear();
 };
 
+// What the samples of a coarse level stand for (CcCluster).
+struct ClusterColumns {
+  std::vector<float> rise, spread[6];
+
+  std::size_t size() const { return rise.size(); }
+  CcCluster operator[](std::size_t k) const {
+    return {rise[k],
+            {spread[0][k], spread[1][k], spread[2][k], spread[3][k], spread[4][k], spread[5][k]}};
+  }
+  void push_back(const CcCluster& cluster);
+  void append(const ClusterColumns& from, std::size_t first, std::size_t count);
+  void reserve(std::size_t count);
+};
+
 struct SampleRun {
   std::uint32_t first = 0, count = 0;
 };
@@ -46,7 +60,7 @@ struct SampleRun {
 struct SampleLevel {
   SampleColumns samples;
   // Empty on level 0:
-  std::vector<CcCluster> clusters;    // of each sample
+  ClusterColumns clusters;            // of each sample
   std::vector<std::uint32_t> cellOf;  // its cell
   std::vector<SampleRun> finer;       // a cell's samples on the next finer level
 };
