@@ -43,7 +43,8 @@ function(cloudcontact_component name)
   cmake_parse_arguments(PARSE_ARGV 1 part "" "" "NEEDS;PACKAGES;PRIVATE_PACKAGES;PC_PUBLIC;PC_PRIVATE")
   set(target cloudcontact_${name})
   add_library(CloudContact::${name} ALIAS ${target})
-  target_compile_features(${target} PUBLIC cxx_std_20)
+  # The library is C++20, its headers C++17.
+  target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION}
     SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} WINDOWS_EXPORT_ALL_SYMBOLS ON)
   if(APPLE)

@@ -117,7 +117,7 @@ std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery&
     reportCpuFallback(batch.message());
     return std::nullopt;
   }
-  const std::span<const BatchPair> one(&pair, 1);
+  const Span<const BatchPair> one(&pair, 1);
   batch.find(one);  // the first call allocates
   ContactReport report = asReport(*batch.find(one)[0], query.motion);
   if (batch.report().onDevice == 0) {

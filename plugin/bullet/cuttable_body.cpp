@@ -392,7 +392,7 @@ CutOutcome CuttableBody::settle() {
   return outcome;
 }
 
-CutOutcome CuttableBody::cut(std::span<const VoxelCut> cuts) {
+CutOutcome CuttableBody::cut(Span<const VoxelCut> cuts) {
   return become(cutCloud(state_->matter.cloud, cuts));
 }
 
@@ -411,7 +411,7 @@ CutOutcome CuttableBody::become(const Cloud& after) {
   return outcome;
 }
 
-CutOutcome CuttableBody::cutGradually(std::span<const VoxelCut> cuts, double share) {
+CutOutcome CuttableBody::cutGradually(Span<const VoxelCut> cuts, double share) {
   State& own = *state_;
   BodyMatter left = cutMatter(own.matter, cuts);
   CutOutcome outcome;

@@ -82,7 +82,7 @@ const BatchReport& ContactBatch::report() const {
   return state_->report;
 }
 
-std::span<const ContactResult* const> ContactBatch::find(std::span<const BatchPair> pairs) {
+Span<const ContactResult* const> ContactBatch::find(Span<const BatchPair> pairs) {
   State& s = *state_;
   s.report = {};
   s.results.assign(pairs.size(), nullptr);

@@ -150,7 +150,7 @@ const DeviceCutReport& DeviceWorkpiece::report() const {
   return state_->report;
 }
 
-std::size_t DeviceWorkpiece::cut(std::span<const VoxelCut> voxels) {
+std::size_t DeviceWorkpiece::cut(Span<const VoxelCut> voxels) {
   State& s = *state_;
   s.report = {};
 #if defined(CLOUDCONTACT_OPENCL)
@@ -180,7 +180,7 @@ std::size_t DeviceWorkpiece::cut(const PlacedSolid& area, const Pose& tool) {
 }
 
 std::vector<DigitalNormal> DeviceWorkpiece::digitalNormals(
-    std::span<const std::span<const CollisionVoxel>> areas, bool hardness) const {
+    Span<const Span<const CollisionVoxel>> areas, bool hardness) const {
   State& s = *state_;
   const TouchedList list(s.field.bricks(), areas, hardness);
   if (areas.empty()) return {};

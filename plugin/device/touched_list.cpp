@@ -10,13 +10,13 @@
 namespace cloudcontact {
 
 TouchedList::TouchedList(const BaseVectorBricks& field,
-                         std::span<const std::span<const CollisionVoxel>> areas, bool hardness) {
+                         Span<const Span<const CollisionVoxel>> areas, bool hardness) {
   const Vec3& gr = field.window.representative;
   terms = {gr.x(), gr.y(), gr.z()};
   const std::vector<double> h = hardnessOf(field.tissues, hardness);
   terms.insert(terms.end(), h.begin(), h.end());
   firsts.reserve(areas.size() + 1);
-  for (const std::span<const CollisionVoxel> area : areas) {
+  for (const Span<const CollisionVoxel> area : areas) {
     firsts.push_back(static_cast<uint>(voxels.size()));
     for (const CollisionVoxel& v : area) {
       if (!field.contains(v.voxel))

@@ -17,7 +17,7 @@ struct TouchedList {
   std::vector<double> terms;           // Gr, then h of each tissue
 
   // Throws std::out_of_range where a voxel lies outside the grid.
-  TouchedList(const BaseVectorBricks& field, std::span<const std::span<const CollisionVoxel>> areas,
+  TouchedList(const BaseVectorBricks& field, Span<const Span<const CollisionVoxel>> areas,
               bool hardness);
   // Computed here, as a device does.
   std::vector<CcNormalSum> sums(const BaseVectorBricks& field) const;

@@ -184,7 +184,7 @@ std::optional<double> BaseVectorField::depth(const VoxelIndex& v) const {
   return bricks().voxelSize * bricks().depths.at(outward, w.fraction);
 }
 
-std::size_t BaseVectorField::cut(std::span<const VoxelCut> voxels) {
+std::size_t BaseVectorField::cut(Span<const VoxelCut> voxels) {
   Bricks& f = *state_->bricks;
   for (const VoxelCut& c : voxels)
     if (!f.contains(c.voxel))

@@ -323,7 +323,7 @@ void tidy(Cloud::Voxels& voxels) {
 
 }  // namespace
 
-Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts) {
+Cloud cutCloud(const Cloud& cloud, Span<const VoxelCut> cuts) {
   validate(cloud, cuts);
   auto voxels = std::make_shared<Cloud::Voxels>(cloud.voxels());
   tidy(*voxels);

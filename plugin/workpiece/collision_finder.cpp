@@ -423,7 +423,7 @@ const Collision& CollisionFinder::find(const BaseVectorField& workpiece, const P
 
 const Collision& CollisionFinder::gather(const BaseVectorField& workpiece,
                                          const Pose& workpiecePose, const Detection& tool,
-                                         const Pose& toolPose, std::span<const VoxelIndex> voxels) {
+                                         const Pose& toolPose, Span<const VoxelIndex> voxels) {
   const View view = viewOf(workpiece, workpiecePose, tool, toolPose, state_->hardness);
   State& s = *state_;
   s.used = 0;

@@ -429,7 +429,7 @@ TEST(DeviceWorkpiece, DigitalNormalsOfManyAreas) {
   }
   areas.emplace_back();  // an empty one
   means.push_back(Vec3::Zero());
-  const std::vector<std::span<const CollisionVoxel>> spans(areas.begin(), areas.end());
+  const std::vector<Span<const CollisionVoxel>> spans(areas.begin(), areas.end());
   const DeviceWorkpiece onCpu(piece.field(), {});
   const std::vector<DigitalNormal> cpu = onCpu.digitalNormals(spans);
   ASSERT_EQ(cpu.size(), areas.size());
@@ -441,7 +441,7 @@ TEST(DeviceWorkpiece, DigitalNormalsOfManyAreas) {
   EXPECT_GT(felt, 10);
   CollisionVoxel outside;
   outside.voxel = {1000, 0, 0};
-  const std::span<const CollisionVoxel> bad[] = {{&outside, 1}};
+  const Span<const CollisionVoxel> bad[] = {{&outside, 1}};
   EXPECT_THROW(onCpu.digitalNormals(bad), std::out_of_range);
   DeviceWorkpiece onDevice(piece.field(), {Backend::OpenCl, false});
   SKIP_WITHOUT(onDevice);

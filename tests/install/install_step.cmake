@@ -66,7 +66,7 @@ function(step_pkg_config)
     set(bytes 8)
   endif()
   set(program ${WORK}/by_pkg_config_${COMPONENT})
-  run(${COMPILER} -std=c++20 ${own} -DNUMBER_BYTES=${bytes} -I${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/outside/${text}_example.cpp
+  run(${COMPILER} -std=c++17 ${own} -DNUMBER_BYTES=${bytes} -I${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/outside/${text}_example.cpp
     -o ${program} ${flags} -Wl,-rpath,${libraries})
   run(${program})
 endfunction()

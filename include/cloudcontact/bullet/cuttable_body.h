@@ -5,13 +5,13 @@
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/voxels/matter_sums.h>
 #include <cloudcontact/voxels/pieces.h>
 
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace cloudcontact {
@@ -78,7 +78,7 @@ class CuttableBody {
   // steps, never in a callback. Contacts keep their IDs and impulses where nothing was cut. The
   // heaviest piece stays the body, the others fall off. Throw as cutCloud() does, and
   // std::invalid_argument if `after` does not fit; then nothing has changed.
-  CutOutcome cut(std::span<const VoxelCut> cuts);
+  CutOutcome cut(Span<const VoxelCut> cuts);
   CutOutcome become(const Cloud& after);
 
   // The same without a pause, however large the cut, for loops that must not wait. Cloud, mass and
@@ -89,7 +89,7 @@ class CuttableBody {
   // goOn() in steps without a cut while behind(). (Without these calls the world's steps do the
   // work, but pieces wait for one of them.) Throws as cutCloud() does.
   // `share`: of such a call's work; for several bodies in one step.
-  CutOutcome cutGradually(std::span<const VoxelCut> cuts, double share = 1);
+  CutOutcome cutGradually(Span<const VoxelCut> cuts, double share = 1);
   CutOutcome goOn(double share = 1);
   bool behind() const;  // gradual cuts are not yet all felt
 

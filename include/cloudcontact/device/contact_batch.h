@@ -2,12 +2,12 @@
 // as a ContactFinder for each pair.
 #pragma once
 
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/device/backend.h>
 
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace cloudcontact {
@@ -33,7 +33,7 @@ class ContactBatch {
   // keeps its point IDs. Surface fields stay in device memory while they exist. Throws as
   // ContactFinder::find() does, and std::runtime_error if the device fails or lacks the memory for
   // the fields.
-  std::span<const ContactResult* const> find(std::span<const BatchPair> pairs);
+  Span<const ContactResult* const> find(Span<const BatchPair> pairs);
 
   const BatchReport& report() const;                // of the last find()
   std::size_t deviceBytes() const;                  // device memory in use [bytes]

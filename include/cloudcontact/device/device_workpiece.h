@@ -3,13 +3,13 @@
 // off for cuts of thousands of voxels (docs/measurements.md).
 #pragma once
 
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/device/digitizer.h>
 #include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/workpiece/cutter.h>
 
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -49,7 +49,7 @@ class DeviceWorkpiece {
   // std::runtime_error if the device fails. After such a failure the field is unknown, and cut(),
   // field() and mass() throw std::runtime_error. Device memory grows only when a list is longer
   // than all before.
-  std::size_t cut(std::span<const VoxelCut> voxels);
+  std::size_t cut(Span<const VoxelCut> voxels);
   // The same for all voxels of cutsOf(field, area, tool) (cutter.h). Only the tool's pose is sent
   // to the device, unless the area is a cloud. Throws as cutsOf() does, too.
   std::size_t cut(const PlacedSolid& area, const Pose& tool);
@@ -58,7 +58,7 @@ class DeviceWorkpiece {
   // Collision::voxels of many places of a tool. Both backends give the same bits; they agree with
   // Collision::mean but for rounding. `hardness`: h in (5'). Throws std::out_of_range where a voxel
   // lies outside the grid, and std::runtime_error if the device fails.
-  std::vector<DigitalNormal> digitalNormals(std::span<const std::span<const CollisionVoxel>> areas,
+  std::vector<DigitalNormal> digitalNormals(Span<const Span<const CollisionVoxel>> areas,
                                             bool hardness = true) const;
 
   // The workpiece as it is now, copied from the device.

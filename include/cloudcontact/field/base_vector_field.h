@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cloudcontact/base/mass_properties.h>
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/field/window.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/cloud.h>
@@ -15,7 +16,6 @@
 
 #include <memory>
 #include <optional>
-#include <span>
 
 namespace cloudcontact {
 
@@ -55,7 +55,7 @@ class BaseVectorField {
   // Removes material; entries that would add material are ignored. Voxels may come in any order
   // and more than once. Returns the number of voxels that changed. Does not allocate after
   // reserve(). Throws std::out_of_range where a voxel lies outside the grid, before any change.
-  std::size_t cut(std::span<const VoxelCut> voxels);
+  std::size_t cut(Span<const VoxelCut> voxels);
   // Allocates all bricks that cuts could ever change, 22 kB each, for loops that must not wait.
   void reserve();
 

@@ -17,7 +17,10 @@ struct Tissue {
   // viscosity is this times damping / stiffness.
   double elasticity = 0;
 
-  bool operator==(const Tissue&) const = default;
+  bool operator==(const Tissue& o) const {
+    return name == o.name && stiffness == o.stiffness && damping == o.damping &&
+           hardness == o.hardness && density == o.density && elasticity == o.elasticity;
+  }
 };
 
 // One entry per material, by the names of a cloud's materials (Cloud::materials).

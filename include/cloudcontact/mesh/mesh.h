@@ -28,10 +28,9 @@ void validate(const Mesh& mesh);
 
 // From arrays: three coordinates a vertex, three indices a triangle; times `metersPerUnit`. Throws
 // std::invalid_argument where a number is missing, and as validate(Mesh) does.
-template <typename Coordinates, typename Indices>
-requires requires(const Coordinates& c, const Indices& i) {
-  std::data(c), std::data(i);
-}
+template <typename Coordinates, typename Indices,
+          typename = decltype(std::data(std::declval<const Coordinates&>())),
+          typename = decltype(std::data(std::declval<const Indices&>()))>
 Mesh meshOf(const Coordinates& coordinates, const Indices& indices, double metersPerUnit = 1) {
   if (std::size(coordinates) % 3 != 0 || std::size(indices) % 3 != 0)
     throw std::invalid_argument(
@@ -39,7 +38,11 @@ Mesh meshOf(const Coordinates& coordinates, const Indices& indices, double meter
   Mesh mesh;
   const auto* const x = std::data(coordinates);
   const auto* const corner = std::data(indices);
-  const auto index = [](auto i) { return std::in_range<int>(i) ? static_cast<int>(i) : -1; };
+  // -1, which no mesh has, for an index that is no int.
+  const auto index = [](auto i) {
+    const int as = static_cast<int>(i);
+    return as >= 0 && static_cast<decltype(i)>(as) == i ? as : -1;
+  };
   for (std::size_t i = 0; i < std::size(coordinates); i += 3)
     mesh.vertices.push_back(metersPerUnit * Eigen::Vector3d(x[i], x[i + 1], x[i + 2]));
   for (std::size_t i = 0; i < std::size(indices); i += 3)

@@ -30,7 +30,9 @@ struct MatterSums {
   }
   MatterSums& operator+=(const MatterSums& other);
   MatterSums& operator-=(const MatterSums& other);
-  bool operator==(const MatterSums&) const = default;
+  bool operator==(const MatterSums& o) const {
+    return mass == o.mass && first == o.first && second == o.second;
+  }
 };
 
 // The sums of each of the cloud's materials, or one where it has no list of materials. Throws

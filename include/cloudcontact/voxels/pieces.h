@@ -3,10 +3,10 @@
 // rebuilt.
 #pragma once
 
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
 
-#include <span>
 #include <vector>
 
 namespace cloudcontact {
@@ -14,7 +14,7 @@ namespace cloudcontact {
 // The cloud after cuts. Cuts only remove material; entries that would add some are ignored. Voxels
 // may come in any order and repeatedly. Throws std::out_of_range where a voxel is outside the grid,
 // std::invalid_argument where the cloud is empty.
-Cloud cutCloud(const Cloud& cloud, std::span<const VoxelCut> cuts);
+Cloud cutCloud(const Cloud& cloud, Span<const VoxelCut> cuts);
 
 // The connected parts of a cloud. Two voxels are connected where they share a face and both have
 // coverage; a common edge or corner does not connect. Parts keep the coverage and the materials of

@@ -4,12 +4,12 @@
 // and (5').
 #pragma once
 
+#include <cloudcontact/base/span.h>
 #include <cloudcontact/contact/paper_body.h>
 #include <cloudcontact/field/base_vector_field.h>
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
 namespace cloudcontact {
@@ -84,7 +84,7 @@ class CollisionFinder {
   // `depth` and `volume` are those of their matter alone.
   const Collision& gather(const BaseVectorField& workpiece, const Pose& workpiecePose,
                           const Detection& tool, const Pose& toolPose,
-                          std::span<const VoxelIndex> voxels);
+                          Span<const VoxelIndex> voxels);
   // Allocates for collisions of up to so many voxels.
   void reserve(std::size_t voxels, std::size_t tissues);
 

@@ -21,8 +21,9 @@ struct Index {
   // [N/m] For Search::Newton, which takes secants where it is empty.
   std::function<double(double depth)> slope = {};
 
-  template <typename Force>
-  requires std::is_invocable_r_v<double, Force, double> Index(Force f) : force(std::move(f)) {}
+  template <typename Force,
+            typename = std::enable_if_t<std::is_invocable_r_v<double, Force, double>>>
+  Index(Force f) : force(std::move(f)) {}
   template <typename Force, typename Slope>
   Index(Force f, Slope g) : force(std::move(f)), slope(std::move(g)) {}
   double operator()(double depth) const { return force(depth); }
