@@ -16,18 +16,12 @@
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/shape_triangles.h"
+#include "bullet/soft_pair.h"
+#include "bullet/solver_settings.h"
 
 namespace cloudcontact {
 
 namespace {
-
-// What these bounds follow from is in docs/bullet.md, "What is told".
-constexpr int kFewestSweeps = 4, kSweeps = 10;
-constexpr btScalar kMostResidual = btScalar(1e-4), kMostRelaxation = btScalar(1.7);
-constexpr btScalar kBounceThreshold = btScalar(0.2);
-
-constexpr int kModes = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS |
-                       SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 
 struct Check {
   bool wrong;
@@ -45,7 +39,12 @@ class ShapeChecks {
       : cloud_(cloud), dispatcher_(dispatcher), advice_(advice) {}
 
   void check(const btCollisionObject& object, const btCollisionShape& shape) {
-    if (shape.isSoftBody()) return;
+    if (shape.isSoftBody()) {
+      const btSoftBody* const soft = btSoftBody::upcast(&object);
+      if (const char* const wrong = soft ? wrongSoft(*soft) : nullptr)
+        advice_.push_back(nameOf(object) + ": " + wrong + ".");
+      return;
+    }
     if (shape.isCompound()) {
       const auto& compound = static_cast<const btCompoundShape&>(shape);
       for (int i = 0; i < compound.getNumChildShapes(); ++i)
@@ -259,10 +258,11 @@ void checkNumbers(const btContactSolverInfo& info, const btConstraintSolver* sol
 }  // namespace
 
 std::vector<std::string> diagnose(const btDynamicsWorld& world) {
-  const btContactSolverInfo& info = world.getSolverInfo();
+  btContactSolverInfo info = world.getSolverInfo();
   // Bullet has no const access to the solver.
   const btConstraintSolver* const solver =
       const_cast<btDynamicsWorld&>(world).getConstraintSolver();
+  if (recommendsItself(solver)) recommend(info);
   std::vector<std::string> advice;
   checkModes(info, solver, advice);
   checkNumbers(info, solver, advice);
@@ -271,18 +271,7 @@ std::vector<std::string> diagnose(const btDynamicsWorld& world) {
 }
 
 void recommendedSettings(btDynamicsWorld& world) {
-  btContactSolverInfo& info = world.getSolverInfo();
-  info.m_splitImpulse = 0;
-  info.m_solverMode |= kModes;
-  info.m_warmstartingFactor = 1;
-  info.m_linearSlop = 0;
-  info.m_globalCfm = 0;
-  info.m_sor = 1;
-  if (info.m_numIterations < kFewestSweeps) info.m_numIterations = kSweeps;
-  if (!(info.m_leastSquaresResidualThreshold <= kMostResidual))
-    info.m_leastSquaresResidualThreshold = 0;
-  if (!(info.m_restitutionVelocityThreshold <= kBounceThreshold))
-    info.m_restitutionVelocityThreshold = kBounceThreshold;
+  if (!recommendsItself(world.getConstraintSolver())) recommend(world.getSolverInfo());
 }
 
 }  // namespace cloudcontact

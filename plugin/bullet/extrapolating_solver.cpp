@@ -25,6 +25,9 @@
 #include <utility>
 #include <vector>
 
+#include "bullet/cloud_islands.h"
+#include "bullet/solver_settings.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -55,6 +58,8 @@ struct ExtrapolatingSolver::State {
   double goal = 0;  // of the square of the largest residual, by the sweep `until`
   int until = 0;
   std::size_t sweeps = 0, islands = 0;
+  bool plain = false;   // the island that is solved now is left to Bullet's own sweeps
+  CloudIslands parted;  // with cloudsOnly
 
   void fit(std::size_t rows) {
     for (Column* c : {&weight, &start, &result, &residual, &lastResult, &lastResidual, &next})
@@ -187,15 +192,40 @@ std::size_t ExtrapolatingSolver::islands() const {
   return state_->islands;
 }
 
-// A joint's rows take m_numIterations from the settings at their setup, so it is raised for all of
-// the solution.
 btScalar ExtrapolatingSolver::solveGroup(btCollisionObject** bodies, int bodyCount,
                                          btPersistentManifold** manifolds, int manifoldCount,
                                          btTypedConstraint** constraints, int constraintCount,
                                          const btContactSolverInfo& info, btIDebugDraw* drawer,
                                          btDispatcher* dispatcher) {
+  if (!cloudsOnly)
+    return solve(bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount, info,
+                 drawer, dispatcher);
+  CloudIslands& parted = state_->parted;
+  parted.part(bodies, bodyCount, manifolds, manifoldCount, constraints, constraintCount);
+  btScalar left = 0;
+  for (CloudIslands::Part* part : {&parted.clouds, &parted.others}) {
+    if (part->empty()) continue;
+    btContactSolverInfo own(info);
+    state_->plain = part == &parted.others;
+    if (!state_->plain) recommend(own);
+    left =
+        std::max(left, solve(part->bodies.data(), int(part->bodies.size()), part->manifolds.data(),
+                             int(part->manifolds.size()), part->constraints.data(),
+                             int(part->constraints.size()), own, drawer, dispatcher));
+  }
+  state_->plain = false;
+  return left;
+}
+
+// A joint's rows take m_numIterations from the settings at their setup, so it is raised for all of
+// the solution.
+btScalar ExtrapolatingSolver::solve(btCollisionObject** bodies, int bodyCount,
+                                    btPersistentManifold** manifolds, int manifoldCount,
+                                    btTypedConstraint** constraints, int constraintCount,
+                                    const btContactSolverInfo& info, btIDebugDraw* drawer,
+                                    btDispatcher* dispatcher) {
   btContactSolverInfo own(info);
-  if (extrapolates && mostSweeps > 0) {
+  if (extrapolates && !state_->plain && mostSweeps > 0) {
     own.m_numIterations = std::max(info.m_numIterations, mostSweeps);
     const auto speed = static_cast<btScalar>(tolerance) * info.m_timeStep;
     own.m_leastSquaresResidualThreshold =
@@ -212,7 +242,7 @@ btScalar ExtrapolatingSolver::solveSingleIteration(
     int manifoldCount, btTypedConstraint** constraints, int constraintCount,
     const btContactSolverInfo& info, btIDebugDraw* drawer) {
   State& m = *state_;
-  const bool last = !extrapolates || iteration >= info.m_numIterations - 1;
+  const bool last = !extrapolates || m.plain || iteration >= info.m_numIterations - 1;
   if (!last && iteration == 0) begin();
   if (!last) read(m.start);
   const btScalar left = btSequentialImpulseConstraintSolver::solveSingleIteration(

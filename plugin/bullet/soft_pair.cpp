@@ -166,10 +166,15 @@ void SoftPair::append(std::vector<SoftContactPoint>& points) const {
     points.push_back({c.particle, center_ + c.arm, c.normal, c.depth, c.impulse(), other_});
 }
 
-void validate(btSoftBody& soft) {
-  const btSoftBodySolver* const solver = soft.getSoftBodySolver();
-  if (!solver || solver->getSolverType() != btSoftBodySolver::DEFAULT_SOLVER)
-    throw std::runtime_error(kDeformable);
+const char* wrongSoft(const btSoftBody& soft) {
+  // Bullet has no const access to the solver.
+  const btSoftBodySolver* const solver = const_cast<btSoftBody&>(soft).getSoftBodySolver();
+  return solver && solver->getSolverType() == btSoftBodySolver::DEFAULT_SOLVER ? nullptr
+                                                                               : kDeformable;
+}
+
+void validate(const btSoftBody& soft) {
+  if (const char* const wrong = wrongSoft(soft)) throw std::runtime_error(wrong);
 }
 
 bool steppedSince(btSoftBody& soft, const btCollisionObjectWrapper& opponent) {

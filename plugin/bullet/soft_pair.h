@@ -51,9 +51,10 @@ class SoftPair {
   const btCollisionObject* other_ = nullptr;
 };
 
-// Throws std::runtime_error if the soft body does not belong to btSoftRigidDynamicsWorld or
-// btSoftMultiBodyDynamicsWorld.
-void validate(btSoftBody& soft);
+// Why clouds do not touch the soft body; null if they do: it belongs to a btSoftRigidDynamicsWorld
+// or a btSoftMultiBodyDynamicsWorld.
+const char* wrongSoft(const btSoftBody& soft);
+void validate(const btSoftBody& soft);  // throws std::runtime_error if there is a reason
 
 // Whether a soft body was stepped since the last call for this opponent (or this child of a
 // compound). Bullet also looks for contacts between steps, when nodes must not be pushed. A step

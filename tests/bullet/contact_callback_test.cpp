@@ -12,7 +12,10 @@ btScalar wanted = 0;  // by the callback
 
 class ContactCallback : public ::testing::Test {
  protected:
-  ~ContactCallback() override { gContactAddedCallback = nullptr; }
+  ~ContactCallback() override {
+    gContactAddedCallback = nullptr;
+    gContactProcessedCallback = nullptr;
+  }
   static void listen(btRigidBody& body) {
     body.setCollisionFlags(body.getCollisionFlags() |
                            btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
@@ -91,6 +94,42 @@ TEST_F(ContactCallback, ItsFrictionHolds) {
     const double slid = (0.4 - callbacks) * 9.81 / 2;  // in a second
     EXPECT_NEAR(box.getWorldTransform().getOrigin().x(), std::max(0.0, slid), 0.015) << callbacks;
   }
+}
+
+// Of points that were there in the last step, whatever the bodies' flags.
+TEST_F(ContactCallback, WhatTheOneForKnownPointsChangesHoldsToo) {
+  const auto field = fieldOf(boxMesh({0.2, 0.2, 0.1}), 0.01);
+  for (const double callbacks : {0.3, 0.5}) {
+    BulletWorld scene;
+    scene.world.setGravity({btScalar(0.4 * 9.81), 0, btScalar(-9.81)});
+    scene.addGround().setFriction(1);
+    btRigidBody& box = scene.addCloud(field, 1, at({0, 0, btScalar(0.05)}));
+    box.setFriction(btScalar(0.8 - callbacks));
+    wanted = btScalar(callbacks);
+    gContactProcessedCallback = [](btManifoldPoint& point, void*, void*) {
+      point.m_combinedFriction = wanted;
+      return true;
+    };
+    for (int i = 0; i < 240; ++i) scene.step(1.0 / 240);
+    const double slid = (0.4 - callbacks) * 9.81 / 2;
+    EXPECT_NEAR(box.getWorldTransform().getOrigin().x(), std::max(0.0, slid), 0.015) << callbacks;
+  }
+}
+
+TEST_F(ContactCallback, BodiesThatDoNotAskForItAreNotAnnounced) {
+  static int calls;
+  calls = 0;
+  BulletWorld scene;
+  scene.addGround();
+  btRigidBody& box =
+      scene.addCloud(fieldOf(boxMesh({0.2, 0.2, 0.1}), 0.01), 1, at({0, 0, btScalar(0.049)}));
+  gContactAddedCallback = [](btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
+                             const btCollisionObjectWrapper*, int, int) { return ++calls > 0; };
+  scene.step(1.0 / 240);
+  EXPECT_EQ(calls, 0);
+  listen(box);
+  scene.step(1.0 / 240);
+  EXPECT_GT(calls, 0);
 }
 
 // A spring of the callback's: twice as soft, twice as deep.

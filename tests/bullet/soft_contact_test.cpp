@@ -459,6 +459,11 @@ TEST(SoftContact, BodiesOfADeformableWorldCountAsFailures) {
   EXPECT_GE(clouds.statistics().failures, 3u);
   EXPECT_NE(clouds.statistics().lastFailure.find("btSoftRigidDynamicsWorld"), std::string::npos);
   EXPECT_TRUE(std::isfinite(middleOf(*sheet).norm()));
+  recommendedSettings(world);
+  const std::vector<std::string> advice = diagnose(world);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_NE(advice[0].find("Object 1"), std::string::npos) << advice[0];
+  EXPECT_NE(advice[0].find("btSoftRigidDynamicsWorld"), std::string::npos) << advice[0];
   world.removeSoftBody(sheet);
   world.removeRigidBody(&box);
   delete sheet;

@@ -27,6 +27,11 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
   // nearer. getSolverInfo().m_numIterations counts where it is more; with `mostSweeps` 0 it counts
   // alone, as in Bullet.
   int mostSweeps = 300;
+  // Islands with a cloud are solved with what recommendedSettings() sets, whatever the world's
+  // settings are. Islands without one are solved as by btSequentialImpulseConstraintSolver with the
+  // world's settings: Bullet's own shapes move as in a world without clouds, to the bit.
+  // recommendedSettings() then leaves the world's settings alone.
+  bool cloudsOnly = false;
 
   // Sweeps of all islands and steps so far, and islands solved.
   std::size_t sweeps() const;
@@ -46,6 +51,9 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
  private:
   struct State;
 
+  btScalar solve(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+                 int manifoldCount, btTypedConstraint** constraints, int constraintCount,
+                 const btContactSolverInfo& info, btIDebugDraw* drawer, btDispatcher* dispatcher);
   template <typename Function>
   void forEachRow(Function f);
   void begin();

@@ -1,0 +1,22 @@
+// The settings of Bullet's solver that a contact law needs. What the bounds follow from is in
+// docs/bullet.md, "What is told".
+#pragma once
+
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+
+class btConstraintSolver;
+
+namespace cloudcontact {
+
+constexpr int kFewestSweeps = 4, kSweeps = 10;
+constexpr btScalar kMostResidual = btScalar(1e-4), kMostRelaxation = btScalar(1.7);
+constexpr btScalar kBounceThreshold = btScalar(0.2);
+
+// Sets those that are wrong.
+void recommend(btContactSolverInfo& info);
+
+// Whether the solver takes what recommend() sets by itself, where clouds are
+// (ExtrapolatingSolver::cloudsOnly).
+bool recommendsItself(const btConstraintSolver* solver);
+
+}  // namespace cloudcontact
