@@ -12,12 +12,14 @@
 #include <cloudcontact/bullet/extrapolating_solver.h>
 #include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/bullet/node_matter.h>
+#include <cloudcontact/bullet/ordered_dispatcher.h>
 #include <cloudcontact/bullet/query.h>
 #include <cloudcontact/bullet/shape_report.h>
 #include <cloudcontact/bullet/soft_contact_point.h>
 #include <cloudcontact/bullet/soft_tissue.h>
 #include <cloudcontact/bullet/striding_mesh.h>
 #include <cloudcontact/bullet/world_cutter.h>
+#include <cloudcontact/bullet/world_file.h>
 #include <cloudcontact/bullet/world_hand.h>
 
 #include <cloudcontact/mesh/mesh_file.h>

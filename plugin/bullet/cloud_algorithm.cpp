@@ -92,6 +92,15 @@ struct CloudAlgorithm::State {
   }
   ~State() { narrowPhase.remove(summary); }
 
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    finder.builder().ids().keepIn(archive);
+    shapes.ids().keepIn(archive);
+    leaving.keepIn(archive);
+    memory.keepIn(archive);
+    archive(apart);
+  }
+
   void process(CloudAlgorithm& self, const btCollisionObjectWrapper& a,
                const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
                btManifoldResult& result);
@@ -165,9 +174,10 @@ struct CloudAlgorithm::State {
     double seconds = 0;
   };
   Finished finished;
-  bool processed = true;  // processCollision() ran after the last prepare()
-  bool weighed = false;   // the bodies' matter was checked
-  int slot = -1;          // in CompoundChildren
+  bool processed = true;    // processCollision() ran after the last prepare()
+  bool weighed = false;     // the bodies' matter was checked
+  int slot = -1;            // in CompoundChildren
+  int child[2] = {-1, -1};  // of compounds, in the last query
 };
 
 void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact, bool swept) {
@@ -245,6 +255,8 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
   const Answer how = found.how;
   summary.a = sides.wrapA->getCollisionObject();
   summary.b = sides.wrapB->getCollisionObject();
+  child[0] = sides.wrapA->m_index;
+  child[1] = sides.wrapB->m_index;
   summary.last = how;
   summary.searched += how == Answer::Searched;
   summary.shapes += how == Answer::Shapes;
@@ -347,10 +359,29 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                                NarrowPhase& narrowPhase)
     : btCollisionAlgorithm(info),
-      state_(std::make_unique<State>(*info.m_dispatcher1, narrowPhase)) {}
+      state_(std::make_unique<State>(*info.m_dispatcher1, narrowPhase)) {
+  narrowPhase.add(*this);
+}
 
 CloudAlgorithm::~CloudAlgorithm() {
+  state_->narrowPhase.remove(*this);
   if (state_->lookAhead) state_->lookAhead->forget(*this, state_->slot);
+}
+
+CloudAlgorithm::Name CloudAlgorithm::name() const {
+  return {state_->summary.a, state_->summary.b, state_->child[0], state_->child[1]};
+}
+
+void CloudAlgorithm::save(ByteWriter& writer) const {
+  state_->keepIn(writer);
+}
+
+const std::vector<btPersistentManifold*>& CloudAlgorithm::restore(ByteReader& reader,
+                                                                  std::size_t manifolds) {
+  State& own = *state_;
+  own.keepIn(reader);
+  own.moved.drop();
+  return own.writer.resize(manifolds, *own.summary.a, *own.summary.b);
 }
 
 const CloudContactSettings& CloudAlgorithm::settings() const {

@@ -4,7 +4,9 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 
 #include <memory>
+#include <vector>
 
+#include "base/byte_archive.h"
 #include "bullet/look_ahead.h"
 
 namespace cloudcontact {
@@ -36,6 +38,17 @@ class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
   bool finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
               const btDispatcherInfo& info) noexcept override;
   void reserve(int threads) override;
+
+  // For files (contact_record.h): the pair, as its last query named it, null before the first; and
+  // what its next step needs of its last one, beside its manifolds, of which restore() makes as
+  // many.
+  struct Name {
+    const btCollisionObject *a = nullptr, *b = nullptr;
+    int childA = -1, childB = -1;
+  };
+  Name name() const;
+  void save(ByteWriter& writer) const;
+  const std::vector<btPersistentManifold*>& restore(ByteReader& reader, std::size_t manifolds);
 
   // Makes the algorithm in the dispatcher's pool.
   class Factory : public AheadPairFactory {

@@ -10,6 +10,7 @@
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_law.h"
 #include "bullet/soft_algorithm.h"
+#include "bullet/world_bytes.h"
 
 namespace cloudcontact {
 
@@ -60,6 +61,10 @@ void CloudContact::attach(btCollisionDispatcher& dispatcher) {
   }
   dispatcher.registerCollisionCreateFunc(kCloud, SOFTBODY_SHAPE_PROXYTYPE, &state_->softFactory);
   dispatcher.registerCollisionCreateFunc(SOFTBODY_SHAPE_PROXYTYPE, kCloud, &state_->softFactory);
+}
+
+const NarrowPhase& ContactRecords::narrowPhaseOf(const CloudContact& contact) {
+  return contact.state_->narrowPhase;
 }
 
 const CloudContactSettings& CloudContact::settings() const {

@@ -28,6 +28,12 @@ class Leaving {
   // For a step with a contact from elsewhere, and one without a query.
   void touched(const ContactResult& found);
   void reset();
+  // For files (base/byte_archive.h). A pair that leaves begins to leave again.
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(held_, last_, least_, still_);
+    if constexpr (Archive::kReads) on_ = way_ = false;
+  }
 
  private:
   bool begins(const PairQuery& query, const ContactResult& found, double most, double step);

@@ -202,6 +202,27 @@ void ManifoldWriter::reportDestroyed() {
       gContactDestroyedCallback(old_[i].m_userPersistentData);
 }
 
+// False if Bullet's pool is full and must not grow.
+bool ManifoldWriter::addManifold(const btCollisionObject& a, const btCollisionObject& b) {
+  btPersistentManifold* const manifold = dispatcher_.getNewManifold(&a, &b);
+  if (!manifold) return false;
+  // btCompoundCollisionAlgorithm refreshes its children's manifolds and drops points that moved
+  // further than this. Our points are rewritten anyway and must keep their impulses.
+  manifold->setContactBreakingThreshold(BT_LARGE_FLOAT);
+  manifolds_.push_back(manifold);
+  return true;
+}
+
+const std::vector<btPersistentManifold*>& ManifoldWriter::resize(std::size_t count,
+                                                                 const btCollisionObject& a,
+                                                                 const btCollisionObject& b) {
+  for (; manifolds_.size() > count; manifolds_.pop_back())
+    dispatcher_.releaseManifold(manifolds_.back());
+  while (manifolds_.size() < count && addManifold(a, b)) {
+  }
+  return manifolds_;
+}
+
 void ManifoldWriter::clear() {
   for (btPersistentManifold* manifold : manifolds_) dispatcher_.clearManifold(manifold);
 }
@@ -214,15 +235,8 @@ void ManifoldWriter::write(const PairSides& sides, const ContactResult& contact,
   tangent_.reset();
   if (settings.automatic && !contact.points.empty())
     tangent_ = tangentOf(*settings.automatic, sides, contact, settings.step);
-  while (manifolds_.size() < patches) {
-    btPersistentManifold* const manifold = dispatcher_.getNewManifold(
-        sides.wrapA->getCollisionObject(), sides.wrapB->getCollisionObject());
-    if (!manifold) break;  // Bullet's pool is full and must not grow
-    // btCompoundCollisionAlgorithm refreshes its children's manifolds and drops points that moved
-    // further than this. Our points are rewritten anyway and must keep their impulses.
-    manifold->setContactBreakingThreshold(BT_LARGE_FLOAT);
-    manifolds_.push_back(manifold);
-  }
+  while (manifolds_.size() < patches)
+    if (!addManifold(*sides.wrapA->getCollisionObject(), *sides.wrapB->getCollisionObject())) break;
   for (std::size_t i = 0; i < manifolds_.size(); ++i) {
     btPersistentManifold& manifold = *manifolds_[i];
     const bool touched = manifold.getNumContacts() > 0;

@@ -42,8 +42,12 @@ class ManifoldWriter {
   void clear();
 
   const std::vector<btPersistentManifold*>& manifolds() const { return manifolds_; }
+  // As many as `count`, of these bodies; for contacts that are read from a file.
+  const std::vector<btPersistentManifold*>& resize(std::size_t count, const btCollisionObject& a,
+                                                   const btCollisionObject& b);
 
  private:
+  bool addManifold(const btCollisionObject& a, const btCollisionObject& b);
   void remember();
   const btManifoldPoint* ancestorOf(int id);  // last step's point, once; null for a new point
   void fill(btPersistentManifold& manifold, const PairSides& sides, const ContactResult& contact,

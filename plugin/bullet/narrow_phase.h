@@ -18,6 +18,7 @@
 
 namespace cloudcontact {
 
+class CloudAlgorithm;
 class SoftAlgorithm;
 
 class NarrowPhase {
@@ -57,6 +58,17 @@ class NarrowPhase {
   void remove(const PairReport& pair);
   std::vector<PairReport> pairs() const;
 
+  // The pairs, in order of creation.
+  void add(CloudAlgorithm& pair) {
+    const std::lock_guard lock(mutex_);
+    algorithms_.push_back(&pair);
+  }
+  void remove(CloudAlgorithm& pair) {
+    const std::lock_guard lock(mutex_);
+    std::erase(algorithms_, &pair);
+  }
+  const std::vector<CloudAlgorithm*>& algorithms() const { return algorithms_; }
+
   // A pair with a soft body changes the velocities of both bodies while it is processed. Other
   // pairs read velocities under the shared lock.
   std::shared_lock<std::shared_mutex> lockToRead() { return std::shared_lock(motion_); }
@@ -91,6 +103,7 @@ class NarrowPhase {
   std::mutex reading_;
   CloudContactStatistics statistics_;  // of failures
   std::vector<const PairReport*> reports_;
+  std::vector<CloudAlgorithm*> algorithms_;
   std::vector<PairReport> parted_;
   std::size_t kept_ = 0;  // of parted_, when it was last added up
   std::vector<const SoftAlgorithm*> softPairs_;

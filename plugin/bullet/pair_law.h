@@ -78,6 +78,12 @@ class PairMemory {
                   const std::vector<btPersistentManifold*>& manifolds, double step);
   // Call after the points are written.
   void remember(const PairSides& sides, const std::vector<btPersistentManifold*>& manifolds);
+  // For files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    archive(law_.depth, law_.branchForce, step_);
+    for (btScalar& number : fingerprint_) archive(number);
+  }
 
  private:
   using Fingerprint = std::array<btScalar, 37>;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/byte_archive.h"
 #include "contact/pair_depth.h"
 #include "contact/pair_frame.h"
 #include "contact/touched_matter.h"
@@ -41,6 +42,14 @@ class PatchIds {
   // not taken yet, or a new ID; and remembers the patches.
   void assign(std::vector<Patch>& patches, double voxel);
 
+  // For files (base/byte_archive.h).
+  template <typename Archive>
+  void keepIn(Archive& archive) {
+    listIn(archive, known_,
+           [](Archive& a, Patch& patch) { a(patch.center, patch.normal, patch.id); });
+    archive(next_);
+  }
+
  private:
   std::vector<Patch> known_;
   std::uint32_t next_ = 0;
@@ -68,6 +77,7 @@ class ContactBuilder {
   void add(const CcContactPatch& patch);
   // Gives the points their IDs and returns the result.
   const ContactResult& withIds();
+  PatchIds& ids() { return ids_; }
 
  private:
   struct FoundPatch {

@@ -26,6 +26,7 @@ class ShapeContact {
               double voxel);
   // Gives the points their IDs and returns the result of the last search.
   const ContactResult& withIds();
+  PatchIds& ids() { return ids_; }
 
  private:
   struct Pair {

@@ -9,6 +9,7 @@
 #include <cloudcontact/field/field_file.h>
 
 #include "base/hash.h"
+#include "field/field_bytes.h"
 #include "field/field_data.h"
 #include "voxels/cloud_bytes.h"
 
@@ -20,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kMagic[8] = {'C', 'L', 'D', 'F', 'I', 'E', 'L', 'D'};
 constexpr std::uint32_t kVersion = 2;
 constexpr const char* kAgain = "; build the field and save it again";
 
@@ -109,8 +109,9 @@ class Writer {
 
 class Reader {
  public:
-  Reader(std::istream& in, const fs::path& file)
-      : in_(in), file_(file), left_(fs::file_size(file)) {}
+  Reader(std::istream& in, const fs::path& file, std::uint64_t size)
+      : in_(in), file_(file), size_(size), left_(size) {}
+  std::uint64_t size() const { return size_; }
   void bytes(void* data, std::size_t count) {
     in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
     if (!in_) refuseCloudFile(file_, std::string("is cut short") + kAgain);
@@ -145,18 +146,18 @@ class Reader {
   std::istream& in_;
   const fs::path& file_;
   WordHash hash_;
-  std::uint64_t left_;
+  std::uint64_t size_, left_;
 };
 
 void write(const FieldData& field, std::ostream& out) {
   const Cloud& cloud = field.cloud();
   std::string names;
   for (const std::string& name : cloud.voxels().materials) names += name + '\0';
-  std::uint64_t length = sizeof kMagic + 4 + 8 + 4 * 8 + 3 * 4 + 8 + 8;
+  std::uint64_t length = sizeof kFieldMagic + 4 + 8 + 4 * 8 + 3 * 4 + 8 + 8;
   forEachArray(names, cloud.voxels(), field.records(), field.samples(),
                [&](const auto& array) { length += 8 + bytesOf(array); });
   Writer writer(out);
-  writer.bytes(kMagic, sizeof kMagic);
+  writer.bytes(kFieldMagic, sizeof kFieldMagic);
   writer.number(kVersion);
   writer.number(length);
   writer.number(cloud.voxelSize());
@@ -169,10 +170,10 @@ void write(const FieldData& field, std::ostream& out) {
 }
 
 Header readHeader(Reader& reader, const fs::path& file) {
-  const std::uint64_t length = fs::file_size(file);
-  char magic[sizeof kMagic] = {};
+  const std::uint64_t length = reader.size();
+  char magic[sizeof kFieldMagic] = {};
   reader.bytes(magic, sizeof magic);
-  if (std::memcmp(magic, kMagic, sizeof magic) != 0)
+  if (std::memcmp(magic, kFieldMagic, sizeof magic) != 0)
     refuseCloudFile(file, "is not a surface field");
   const auto version = reader.number<std::uint32_t>();
   if (version != kVersion)
@@ -222,9 +223,13 @@ void saveField(const SurfaceField& field, const fs::path& file) {
   writeWhole(file, [&](std::ostream& out) { write(field.data(), out); });
 }
 
-std::shared_ptr<const SurfaceField> loadField(const fs::path& file) {
-  std::ifstream in = openCloudFile(file);
-  Reader reader(in, file);
+void writeField(const SurfaceField& field, std::ostream& out) {
+  write(field.data(), out);
+}
+
+std::shared_ptr<const SurfaceField> readField(std::istream& in, std::uint64_t size,
+                                              const fs::path& file) {
+  Reader reader(in, file, size);
   const Header header = readHeader(reader, file);
   Parts parts;
   forEachArray(parts.names, parts.voxels, parts.records, parts.samples,
@@ -242,6 +247,11 @@ std::shared_ptr<const SurfaceField> loadField(const fs::path& file) {
   } catch (const std::invalid_argument& e) {
     refuseCloudFile(file, e.what());
   }
+}
+
+std::shared_ptr<const SurfaceField> loadField(const fs::path& file) {
+  std::ifstream in = openCloudFile(file);
+  return readField(in, fs::file_size(file), file);
 }
 
 }  // namespace cloudcontact

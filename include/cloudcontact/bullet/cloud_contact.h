@@ -40,6 +40,7 @@ class CloudContact {
   void softContacts(const btSoftBody& soft, std::vector<SoftContactPoint>& points) const;
 
  private:
+  friend struct ContactRecords;
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -13,6 +13,8 @@
 
 namespace cloudcontact {
 
+struct ShapeRecord;
+
 // The body's frame is the cloud's. Bullet expects the center of mass at the frame's origin, so move
 // the cloud there first (Cloud::translated). Any number of shapes may share a field.
 //
@@ -85,6 +87,10 @@ class CloudShape : public btConcaveShape {
   // the cloud's axes are not its principal axes.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
   const char* getName() const override { return "CloudShape"; }
+  // For Bullet's files: the shape with its field, once for all shapes that share it. CloudImporter
+  // (world_importer.h) reads it.
+  int calculateSerializeBufferSize() const override;
+  const char* serialize(void* buffer, btSerializer* serializer) const override;
   void setMargin(btScalar margin) override { margin_ = margin; }
   btScalar getMargin() const override { return margin_; }
   // Answers Bullet's rays and sweeps from the field (docs/bullet.md, "Queries"). Any other callback
@@ -93,6 +99,7 @@ class CloudShape : public btConcaveShape {
                            const btVector3& aabbMax) const override;
 
  private:
+  friend struct ShapeRecord;
   std::shared_ptr<const SurfaceField> field_;
   TissueTable tissues_;
   Fidelity fidelity_;
