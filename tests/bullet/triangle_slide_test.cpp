@@ -1,0 +1,35 @@
+// Clouds that slide 10 m over a terrain of 200,000 triangles: inner edges do not stop them.
+#include <gtest/gtest.h>
+
+#include "bullet/slide_course.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+class TriangleSlide : public ::testing::TestWithParam<int> {};
+
+TEST_P(TriangleSlide, NoInnerEdgeStopsAndFlatPartsAreFlat) {
+  const Slider slider = sliders()[std::size_t(GetParam())];
+  CloudBody cloud(slider.mesh, at({0, 0, 0}), {.voxelSize = 0.005});
+  const std::vector<Vec3> vertices = verticesOf(slider, cloud);
+  for (Course& course : terrains()) {
+    SCOPED_TRACE(slider.name + " on " + course.name);
+    CourseWorld world(course);
+    world.start(cloud.body(), vertices);
+    const Slide s = slide(world, cloud.body(), vertices);
+    ASSERT_LT(s.steps, kMostSteps) << "it did not come to the end";
+    EXPECT_NEAR(s.bumps / s.start, 1, 2e-3);
+    EXPECT_NEAR(s.end / s.flat, 1, 2e-3);
+    EXPECT_GT(s.slowest / s.start, 0.9);
+    // The spring's own energy at the start is at most half of the weight times the depth.
+    EXPECT_LT(s.gained, 0.5 * s.weight * s.sag + 1e-3 * s.weight * 0.005);
+    EXPECT_LT(s.deepest, 0.005);
+    EXPECT_EQ(world.clouds.statistics().failures, 0u) << world.clouds.statistics().lastFailure;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, TriangleSlide, ::testing::Range(0, 5),
+                         [](const auto& made) { return sliders()[std::size_t(made.param)].name; });
+
+}  // namespace
+}  // namespace cloudcontact::testing
