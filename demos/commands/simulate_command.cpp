@@ -1,4 +1,4 @@
-// `cloudcontact simulate SCENE.sdf`: runs an SDFormat world and reports on it.
+// `cloudcontact simulate SCENE.sdf`: runs an SDFormat world or a URDF robot and reports on it.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iomanip>
@@ -314,12 +314,12 @@ void addSimulateCommand(CLI::App& app) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App& command = *app.add_subcommand(
       "simulate",
-      "run an SDFormat world.\n"
+      "run an SDFormat world, or a robot of URDF.\n"
       "Energy is that of the bodies, kinetic and of gravity (zero at the world's origin), without\n"
       "the springs of contacts. A pair's friction is the smaller mu of its bodies; a body without\n"
       "mu takes the other's, and without both there is no friction. Bodies without a mass have\n"
       "the density of water.");
-  command.add_option("SCENE", options->scene, "an SDFormat world (.sdf)")->required();
+  command.add_option("SCENE", options->scene, "an SDFormat world (.sdf), or a robot (.urdf)")->required();
   addOptions(command, *options);
   addBodyOptions(command, options->common);
   addLawOptions(command, options->common);

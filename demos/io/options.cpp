@@ -156,13 +156,13 @@ void checkPaper(const CommonOptions& o) {
   for (const auto& [name, isGiven] : given)
     if (isGiven && o.method != Method::Paper)
       throw BadInput(std::string(name) + ": belongs to base vectors; give --method paper with it");
-  if (o.paper.hardness && o.tissues.table.empty())
+  if (o.paper.hardness && !o.tissues.hasTable())
     throw BadInput("--hardness: h is that of tissues; give --tissues with it");
 }
 
 void checkTissues(const CommonOptions& o) {
   if (!o.tissues.given()) return;
-  if (o.tissues.table.empty())
+  if (!o.tissues.hasTable())
     throw BadInput("--tissue: needs a table of tissues; give --tissues dental or FILE.json");
   if (!usesClouds(o.method))
     throw BadInput("--tissues: Bullet's own shapes have no voxels; use --method cloud or paper");

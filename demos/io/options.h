@@ -5,6 +5,7 @@
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
 #include <cloudcontact/law/solid.h>
+#include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/ct_volume.h>
 
 #include <optional>
@@ -12,6 +13,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "io/progress.h"
 
 namespace cloudcontact::program {
 
@@ -33,8 +36,10 @@ struct PaperOptions {
 // Tissues of the bodies' parts.
 struct TissueOptions {
   std::string table;                                         // dental or FILE.json; empty: none
+  TissueTable made = {};                                     // the table, where it is no file's
   std::vector<std::pair<std::string, std::string>> ofParts;  // part and tissue
-  bool given() const { return !table.empty() || !ofParts.empty(); }
+  bool hasTable() const { return !table.empty() || !made.empty(); }
+  bool given() const { return hasTable() || !ofParts.empty(); }
 };
 
 // Values of the common options. An empty optional was not given; the command picks a default.
@@ -57,7 +62,8 @@ struct CommonOptions {
   double tolerance = 0;  // Fidelity::tolerance [m]
   int threads = 0;       // 0: all cores
   bool json = false;
-  bool explain = false;  // CloudContactSettings::keepReports
+  bool explain = false;                  // CloudContactSettings::keepReports
+  ProgressMaker progress = progressBar;  // of work that takes long
 };
 
 // Whether --law names a law with its own values and a memory.

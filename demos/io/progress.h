@@ -10,6 +10,9 @@ namespace cloudcontact::program {
 // after half a second, the time left; at 1 it clears the line. Empty if stderr is not a terminal.
 std::function<void(double)> progressBar(const std::string& label);
 
+// What makes a callback like that of a label.
+using ProgressMaker = std::function<std::function<void(double)>(const std::string& label)>;
+
 // "12 s left", "3 min left", "2 h 5 min left".
 std::string timeLeftText(double seconds);
 

@@ -295,7 +295,7 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     DigitizeSettings settings;
     settings.voxelSize = voxel;
     settings.threads = options.threads;
-    settings.progress = progressBar("digitizing " + body.name);
+    settings.progress = options.progress("digitizing " + body.name);
     // A thickened sheet has lost its parts.
     if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
     if (options.backend == Backend::OpenCl) reportCpuFallback(body.name + " has several materials");
@@ -315,7 +315,7 @@ std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::st
                                                const CommonOptions& options) {
   FieldSettings settings;
   settings.threads = options.threads;
-  settings.progress = progressBar("finding the surface of " + name);
+  settings.progress = options.progress("finding the surface of " + name);
   return asBadInput(name, "give a smaller --voxel",
                     [&] { return SurfaceField::build(cloud, settings); });
 }

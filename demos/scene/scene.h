@@ -5,6 +5,7 @@
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/mesh/mesh.h>
+#include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/ct_volume.h>
 #include <cloudcontact/workpiece/cutter.h>
 
@@ -34,12 +35,13 @@ struct SceneCapsule {
 struct ScenePlane {
   Vec3 normal = Vec3::UnitZ();  // infinite; the material lies behind it
 };
-// A mesh from a file, or one made in memory: then `file` is its name, and equal names mean equal
-// meshes. A file may also hold points, a CT volume or another digital object.
+// A mesh from a file, or a mesh or voxels made in memory: then `file` is their name, and equal
+// names mean equal meshes. A file may also hold points, a CT volume or another digital object.
 struct SceneMesh {
   std::filesystem::path file;
   Vec3 scale = Vec3::Ones();
   std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const Cloud> cloud = {};
   std::vector<CtRange> thresholds = {};  // of a volume; empty: those of --threshold
 };
 using SceneGeometry =

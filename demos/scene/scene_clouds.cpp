@@ -145,7 +145,9 @@ const Body* SceneClouds::file(const SceneGeometry& geometry, const std::string& 
   const auto* named = std::get_if<SceneMesh>(&geometry);
   if (!named || named->mesh) return nullptr;
   Body& kept = files_[named->file.string()];
-  if (kept.name.empty())
+  if (kept.name.empty() && named->cloud)
+    kept.name = named->file.string(), kept.cloud = *named->cloud;
+  else if (kept.name.empty())
     kept = naming(body, [&] { return readBody(named->file.string(), options_); });
   if (!kept.mesh && named->scale != Vec3::Ones())
     throw BadInput("body '" + body + "' <scale>: " + kept.name +
@@ -208,7 +210,7 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
   if (turned.empty()) {
     const Mesh whole = moved(*mesh(geometry, body), turn);
     return store_->clouds.get(contentKey(whole) + key, [&] {
-      settings.progress = progressBar("digitizing " + body);
+      settings.progress = options_.progress("digitizing " + body);
       return digitize(whole, settings);
     });
   }
@@ -217,7 +219,7 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
     key += contentKey(part.mesh) + part.name;
   }
   return store_->clouds.get(key, [&] {
-    settings.progress = progressBar("digitizing " + body);
+    settings.progress = options_.progress("digitizing " + body);
     return digitize(turned, settings);
   });
 }
@@ -263,8 +265,7 @@ TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::str
   const Cloud all = cloud(collision.geometry, collision.pose, body).cloud;
   const std::vector<std::string>& parts = all.materials();
   if (collision.tissues.empty()) return tissues_.of(body, parts);
-  const std::string& given = options_.tissues.table;
-  if (!table_) table_ = readTissues("--tissues", given.empty() ? "dental" : given);
+  if (!table_) table_ = tableOf(options_.tissues, "dental");
   refuseTissues(collision, parts, *table_);
   return tissuesOfParts(collision.where, *table_, parts, pairsOf(collision, parts));
 }
@@ -297,6 +298,8 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
         Body read;
         if (named->mesh)
           read.mesh = *named->mesh;
+        else if (named->cloud)
+          read.cloud = *named->cloud;
         else
           read = naming(body.name, [&] { return readBody(named->file.string(), options); });
         if (!read.mesh) {

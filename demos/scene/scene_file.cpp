@@ -1,4 +1,4 @@
-// Reads SDFormat worlds with libsdformat.
+// Reads SDFormat worlds and URDF robots with libsdformat.
 #include "scene/scene_file.h"
 
 #include <cmath>
@@ -11,6 +11,7 @@
 
 #include "io/errors.h"
 #include "scene/scene_elements.h"
+#include "scene/scene_paths.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -41,7 +42,9 @@ class SceneReader {
   }
   void checkText() const;
   void check(const sdf::Errors& errors, const std::string& element) const;
-  const sdf::World& loadWorld(sdf::Root& root) const;
+  bool isRobot() const { return file_.extension() == ".urdf"; }
+  void load(sdf::Root& root) const;
+  void readWorld(const sdf::World& world);
   void readModel(const sdf::Model& model, const std::string& scope, const Pose& parent,
                  bool parentStatic);
   void readLink(const sdf::Model& model, const sdf::Link& link, const std::string& scope,
@@ -121,16 +124,20 @@ void SceneReader::checkText() const {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file_, ignored))
     throw BadInput(file_.string() + ": no such file; give an SDFormat world");
+  const std::string kind = isRobot() ? "robot" : "sdf";
   std::ifstream in(file_, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   if (!in) throw BadInput(file_.string() + ": cannot be read; check its permissions");
-  if (text.find("<sdf") == std::string::npos)
-    throw BadInput(file_.string() + ": not an SDFormat file, it has no <sdf>; give a world");
-  if (text.find("</sdf>") == std::string::npos)
-    throw BadInput(file_.string() + ": cut short, </sdf> is missing; get the whole file");
+  if (text.find("<" + kind) == std::string::npos)
+    throw BadInput(file_.string() + (isRobot()
+                                         ? ": not a URDF file, it has no <robot>; give a robot"
+                                         : ": not an SDFormat file, it has no <sdf>; give a "
+                                           "world, or a robot as .urdf"));
+  if (text.find("</" + kind + ">") == std::string::npos)
+    throw BadInput(file_.string() + ": cut short, </" + kind + "> is missing; get the whole file");
 }
 
-const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
+void SceneReader::load(sdf::Root& root) const {
   checkText();
   sdf::ParserConfig config;
   const auto folder = std::filesystem::absolute(file_).parent_path();
@@ -145,16 +152,26 @@ const sdf::World& SceneReader::loadWorld(sdf::Root& root) const {
     // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
     return root.Load(std::filesystem::absolute(file_).string(), config);
   }();
-  check(errors, "not valid SDFormat, correct it");
-  if (root.WorldCount() != 1)
+  check(errors, isRobot() ? "not valid URDF, correct it" : "not valid SDFormat, correct it");
+  if (isRobot() && !root.Model()) fail("<robot>", "has no link with a mass; add one");
+  if (!isRobot() && root.WorldCount() != 1)
     fail("<sdf>", "has " + std::to_string(root.WorldCount()) +
                       " worlds; put the models in exactly one <world>");
-  return *root.WorldByIndex(0);
 }
 
 SceneDescription SceneReader::read() {
   sdf::Root root;
-  const sdf::World& world = loadWorld(root);
+  load(root);
+  if (!isRobot()) {
+    readWorld(*root.WorldByIndex(0));
+  } else {
+    scene_.name = root.Model()->Name();
+    readModel(*root.Model(), "", Pose(), false);
+  }
+  return std::move(scene_);
+}
+
+void SceneReader::readWorld(const sdf::World& world) {
   const auto element = world.Element();
   if (element) checkOwnElements(file_.string(), element);
   scene_.name = world.Name();
@@ -165,7 +182,6 @@ SceneDescription SceneReader::read() {
     readModel(*world.ModelByIndex(i), "", Pose(), false);
   if (scene_.bodies.empty()) fail("<world>", "has no model with a link; add one");
   if (element && element->HasElement("state")) readState(element->GetElement("state"));
-  return std::move(scene_);
 }
 
 void SceneReader::readModel(const sdf::Model& model, const std::string& scope, const Pose& parent,
@@ -368,8 +384,7 @@ SceneGeometry SceneReader::readGeometry(const sdf::Geometry& geometry,
 }
 
 SceneMesh SceneReader::readMesh(const sdf::Mesh& mesh, const std::string& element) const {
-  std::string uri = mesh.Uri();
-  if (uri.rfind("file://", 0) == 0) uri = uri.substr(7);
+  const std::string uri = pathOf(mesh.Uri(), file_.parent_path());
   if (uri.empty()) fail(element + " <uri>", "is empty; name a mesh file");
   if (uri.find("://") != std::string::npos)
     fail(element + " <uri>", "'" + uri + "' is no path; give one relative to the scene file");

@@ -1,4 +1,4 @@
-// Reads scenes from SDFormat files.
+// Reads scenes from SDFormat and URDF files.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,10 @@
 
 namespace cloudcontact::program {
 
-// Reads the only world of an SDFormat file; mesh paths are relative to the file. Throws BadInput
-// naming the file and the element if the file is unreadable, not SDFormat or has no world, if a
-// geometry, a joint or an element of our own is not supported, or if a value is not finite or not
-// positive.
+// Reads the only world of an SDFormat file, or the robot of a file that ends in .urdf; mesh paths
+// are relative to the file. Throws BadInput naming the file and the element if the file is
+// unreadable, not SDFormat or has no world, if a geometry, a joint or an element of our own is not
+// supported, or if a value is not finite or not positive.
 SceneDescription loadScene(const std::filesystem::path& file);
 
 }  // namespace cloudcontact::program

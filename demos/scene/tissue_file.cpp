@@ -70,6 +70,14 @@ TissueTable readTissues(const std::string& option, const std::string& text, doub
   return table;
 }
 
+TissueTable tableOf(const TissueOptions& options, const std::string& usual) {
+  if (!options.made.empty()) {
+    validate(options.made);
+    return options.made;
+  }
+  return readTissues("--tissues", options.table.empty() ? usual : options.table);
+}
+
 TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
                            const std::vector<std::string>& parts,
                            const std::vector<std::pair<std::string, std::string>>& tissueOfPart) {
@@ -101,7 +109,7 @@ TissueTable tissuesOfParts(const std::string& body, const TissueTable& table,
 }
 
 BodyTissues::BodyTissues(const TissueOptions& options) : ofParts_(options.ofParts) {
-  if (!options.table.empty()) table_ = readTissues("--tissues", options.table);
+  if (options.hasTable()) table_ = tableOf(options, "");
 }
 
 TissueTable BodyTissues::of(const std::string& body, const std::vector<std::string>& parts) {
