@@ -1,0 +1,86 @@
+// Python: poses and mass properties.
+#include <cloudcontact/base/mass_properties.h>
+
+#include <sstream>
+
+#include "python/bindings.h"
+#include "python/numpy_views.h"
+
+namespace cloudcontact::python {
+
+void bindBase(py::module_& module) {
+  using namespace py::literals;
+  py::class_<Pose>(module, "Pose",
+                   "A rigid transform, world = orientation * local + position.\n\n"
+                   "Where a pose is asked for, three numbers (a position [m]), seven numbers\n"
+                   "(x y z qx qy qz qw) or a matrix (4, 4) do as well.")
+      .def(py::init([](const py::object& position, const py::object& orientation) {
+             Pose pose = poseOf("position", position);
+             if (orientation.is_none()) return pose;
+             const Numbers q = rowsOf("orientation", orientation, 4);
+             const double row[7] = {pose.position.x(), pose.position.y(), pose.position.z(),
+                                    q.at(0, 0),        q.at(0, 1),        q.at(0, 2),
+                                    q.at(0, 3)};
+             return poseOf("orientation", row, 7);
+           }),
+           "position"_a = py::none(), "orientation"_a = py::none(),
+           "position: [m], or all that a pose may be given by. orientation: quaternion x y z w,\n"
+           "which is normalized. Raises ValueError where a number is not finite.")
+      .def_static(
+          "from_rotation_vector",
+          [](const Vec3& turn, const Vec3& position) {
+            const double angle = turn.norm();
+            Pose pose;
+            if (angle > 0) pose.orientation = Eigen::AngleAxisd(angle, turn / angle);
+            pose.position = position;
+            return pose;
+          },
+          "turn"_a, "position"_a = Vec3::Zero().eval(),
+          "A pose turned by |turn| [rad] about the axis `turn`, at `position` [m].")
+      .def_property_readonly(
+          "position", [](const Pose& p) { return p.position; }, "Array (3,) [m].")
+      .def_property_readonly(
+          "orientation", [](const Pose& p) { return Eigen::Vector4d(p.orientation.coeffs()); },
+          "Quaternion x y z w, array (4,).")
+      .def_property_readonly(
+          "matrix",
+          [](const Pose& p) {
+            Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+            m.topLeftCorner<3, 3>() = p.orientation.toRotationMatrix();
+            m.topRightCorner<3, 1>() = p.position;
+            return m;
+          },
+          "Array (4, 4).")
+      .def("to_world", &Pose::toWorld, "local"_a, "A point of the frame in the world, (3,) [m].")
+      .def("to_local", &Pose::toLocal, "world"_a, "A point of the world in the frame, (3,) [m].")
+      .def("inverse", &Pose::inverse, "The pose of the world in this frame.")
+      .def(
+          "__matmul__", [](const Pose& a, const Pose& b) { return a * b; }, "inner"_a,
+          "The world's pose of `inner`, which is given in this frame.")
+      .def("__repr__", [](const Pose& p) {
+        std::ostringstream text;
+        const auto& q = p.orientation;
+        text << "Pose(position=(" << p.position.x() << ", " << p.position.y() << ", "
+             << p.position.z() << "), orientation=(" << q.x() << ", " << q.y() << ", " << q.z()
+             << ", " << q.w() << "))";
+        return text.str();
+      });
+
+  py::class_<MassProperties>(module, "MassProperties",
+                             "Mass, center of mass and inertia, in the body's frame.")
+      .def_readonly("volume", &MassProperties::volume, "[m^3]")
+      .def_readonly("mass", &MassProperties::mass, "[kg]")
+      .def_property_readonly(
+          "center_of_mass", [](const MassProperties& m) { return m.centerOfMass; },
+          "Array (3,) [m].")
+      .def_property_readonly(
+          "inertia", [](const MassProperties& m) { return m.inertia; },
+          "About the center of mass, array (3, 3) [kg m^2].")
+      .def("__repr__", [](const MassProperties& m) {
+        std::ostringstream text;
+        text << "MassProperties(volume=" << m.volume << ", mass=" << m.mass << ")";
+        return text.str();
+      });
+}
+
+}  // namespace cloudcontact::python

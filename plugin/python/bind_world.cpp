@@ -1,0 +1,323 @@
+// Python: running worlds.
+#include <map>
+
+#include "io/options.h"
+#include "io/solid_text.h"
+#include "python/bindings.h"
+#include "python/numpy_views.h"
+#include "python/scripted_world.h"
+#include "python/voxel_lists.h"
+#include "scene/scene_file.h"
+
+namespace cloudcontact::python {
+namespace {
+
+using namespace py::literals;
+using namespace program;
+using Scripted = std::shared_ptr<ScriptedWorld>;
+
+// A body of a world.
+struct WorldBody {
+  Scripted world;
+  std::size_t index = 0;
+  BodyState state() const { return world->world->state(index); }
+};
+
+void takeTissues(CommonOptions& options, const py::object& tissues) {
+  if (tissues.is_none()) return;
+  if (py::isinstance<py::str>(tissues))
+    options.tissues.table = tissues.cast<std::string>();
+  else
+    options.tissues.made = tissues.cast<TissueTable>();
+}
+
+void takeLaw(CommonOptions& options, const py::object& law) {
+  if (law.is_none()) return;
+  options.law = law.cast<Law>();
+  validate(options.law);
+  if (const auto* k = std::get_if<KelvinVoigt>(&options.law))
+    options.stiffness = k->stiffness, options.damping = k->damping;
+  if (const auto* f = std::get_if<Foundation>(&options.law))
+    options.stiffness = f->stiffness, options.damping = f->damping;
+}
+
+// The keyword arguments of World.
+void takeWords(WorldSettings& settings, const py::kwargs& words) {
+  CommonOptions& o = settings.common;
+  const std::map<std::string, std::function<void(const py::object&)>> known = {
+      {"method", [&](const py::object& v) { o.method = readMethod(v.cast<std::string>()); }},
+      {"backend", [&](const py::object& v) { o.backend = readBackend(v.cast<std::string>()); }},
+      {"threads", [&](const py::object& v) { o.threads = v.cast<int>(); }},
+      {"unit", [&](const py::object& v) { o.metersPerUnit = unitOf(v); }},
+      {"shell", [&](const py::object& v) { o.shell = v.cast<std::optional<double>>(); }},
+      {"law", [&](const py::object& v) { takeLaw(o, v); }},
+      {"friction", [&](const py::object& v) { o.friction = v.cast<std::optional<double>>(); }},
+      {"tissues", [&](const py::object& v) { takeTissues(o, v); }},
+      {"samples", [&](const py::object& v) { o.samples = v.cast<std::optional<int>>(); }},
+      {"reuse", [&](const py::object& v) { o.reuse = v.cast<std::optional<double>>(); }},
+      {"tolerance", [&](const py::object& v) { o.tolerance = v.cast<double>(); }},
+      {"iterations",
+       [&](const py::object& v) { settings.iterations = v.cast<std::optional<int>>(); }},
+      {"sleep", [&](const py::object& v) { settings.sleep = v.cast<bool>(); }}};
+  for (const auto& [name, value] : words) {
+    const auto at = known.find(name.cast<std::string>());
+    if (at == known.end())
+      throw py::type_error("World() got an unexpected keyword argument '" +
+                           name.cast<std::string>() + "'");
+    at->second(py::reinterpret_borrow<py::object>(value));
+  }
+}
+
+Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
+                   const py::object& progress, const py::kwargs& words) {
+  auto made = std::make_shared<ScriptedWorld>();
+  made->scene = py::isinstance<SceneDescription>(scene)
+                    ? scene.cast<SceneDescription>()
+                    : loadScene(scene.cast<std::filesystem::path>());
+  if (made->scene.bodies.empty())
+    throw std::invalid_argument("scene '" + made->scene.name + "': has no body; add one");
+  if (voxel && (!(*voxel > 0) || !std::isfinite(*voxel)))
+    throw std::invalid_argument("voxel: must be above 0 and finite");
+  made->settings.common.voxel = voxel;
+  made->settings.voxel = voxel.value_or(0);
+  takeWords(made->settings, words);
+  prepare(*made, progress);
+  return made;
+}
+
+// A row of numbers for each body.
+template <typename Of>
+py::array_t<double> rows(const ScriptedWorld& world, py::ssize_t columns, Of of) {
+  const auto n = static_cast<py::ssize_t>(world.world->bodyCount());
+  py::array_t<double> array({n, columns});
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const auto values = of(world.world->state(static_cast<std::size_t>(i)));
+    for (py::ssize_t k = 0; k < columns; ++k) array.mutable_at(i, k) = values[k];
+  }
+  return array;
+}
+
+// A contact point with the bodies and the patch that it belongs to.
+struct PointRow {
+  std::int32_t a = -1, b = -1, patch = -1;
+  Vec3 position = Vec3::Zero(), normal = Vec3::Zero(), force = Vec3::Zero();
+  double depth = 0;
+};
+
+py::array contactsOf(const ScriptedWorld& world) {
+  ContactsNow now;
+  world.world->contacts(now);
+  auto rows = std::make_shared<std::vector<PointRow>>();
+  for (std::size_t p = 0; p < now.patches.size(); ++p)
+    for (const ContactNow& point : now.of(now.patches[p]))
+      rows->push_back({now.patches[p].a, now.patches[p].b, static_cast<std::int32_t>(p),
+                       point.position, point.normal, point.force, point.depth});
+  const py::dtype type = recordType({{"a", "i4", offsetOf(&PointRow::a)},
+                                     {"b", "i4", offsetOf(&PointRow::b)},
+                                     {"patch", "i4", offsetOf(&PointRow::patch)},
+                                     {"position", "(3,)f8", offsetOf(&PointRow::position)},
+                                     {"normal", "(3,)f8", offsetOf(&PointRow::normal)},
+                                     {"force", "(3,)f8", offsetOf(&PointRow::force)},
+                                     {"depth", "f8", offsetOf(&PointRow::depth)}},
+                                    sizeof(PointRow));
+  return recordsOf(type, rows->data(), rows->size(), keeping(rows));
+}
+
+py::dict energyOf(const ScriptedWorld& world) {
+  const Energy& e = world.world->moment().energy;
+  return py::dict("kinetic"_a = e.kinetic, "potential"_a = e.potential, "spring"_a = e.spring,
+                  "elastic"_a = e.elastic, "cut_away"_a = e.cutAway, "bodies"_a = e.ofBodies());
+}
+
+double stepOf(const ScriptedWorld& world, const std::optional<double>& step) {
+  return step.value_or(world.scene.step);
+}
+
+void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
+  world
+      .def(
+          "step",
+          [](ScriptedWorld& w, const std::optional<double>& step) {
+            const double seconds = stepOf(w, step);
+            if (!(seconds > 0) || !std::isfinite(seconds))
+              throw std::invalid_argument("step: must be above 0 and finite");
+            const py::gil_scoped_release unlocked;
+            w.world->step(seconds);
+            w.time += seconds;
+          },
+          "seconds"_a = py::none(),
+          "A step, of the scene's length where none is given [s]. Raises RuntimeError where a "
+          "state\n"
+          "is no longer finite.")
+      .def(
+          "run",
+          [](const py::object& self, double seconds, const std::optional<double>& step,
+             int substeps, const std::optional<std::filesystem::path>& replay,
+             const py::object& observe, const py::object& progress) {
+            auto& w = self.cast<ScriptedWorld&>();
+            run(w, self,
+                {seconds, stepOf(w, step), substeps, replay ? replay->string() : "", observe},
+                progress);
+          },
+          "seconds"_a, "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
+          "replay"_a = py::none(), "observe"_a = py::none(), "progress"_a = py::none(),
+          "Steps for `seconds`. Ctrl-C ends it after the step.\n\n"
+          "step: length of a step [s]; none: the scene's. substeps: parts of each. replay: a file\n"
+          "for a replay, .html or .glb. observe: called with the world after each step. progress:\n"
+          "see digitize().")
+      .def("contacts", &contactsOf,
+           "Points of the latest step, a structured array (n,): a, b: numbers of the bodies; "
+           "patch;\n"
+           "position (3,) midway between the surfaces [m]; normal (3,) from a to b; force (3,) of "
+           "a\n"
+           "on b with friction [N]; depth [m], positive inside.")
+      .def(
+          "find_contacts",
+          [](ScriptedWorld& w) {
+            const py::gil_scoped_release unlocked;
+            w.world->findContacts();
+          },
+          "Finds the contacts at the current poses, without a step.");
+}
+
+void bindReading(py::class_<ScriptedWorld, Scripted>& world) {
+  using State = const BodyState&;
+  world
+      .def_property_readonly(
+          "positions",
+          [](const ScriptedWorld& w) {
+            return rows(w, 3, [](State s) { return s.pose.position; });
+          },
+          "Of the bodies' frames, (n, 3) [m].")
+      .def_property_readonly(
+          "orientations",
+          [](const ScriptedWorld& w) {
+            return rows(w, 4, [](State s) { return Eigen::Vector4d(s.pose.orientation.coeffs()); });
+          },
+          "Quaternions x y z w, (n, 4).")
+      .def_property_readonly(
+          "velocities",
+          [](const ScriptedWorld& w) {
+            return rows(w, 3, [](State s) { return s.linearVelocity; });
+          },
+          "Of the frames' origins, (n, 3) [m/s].")
+      .def_property_readonly(
+          "angular_velocities",
+          [](const ScriptedWorld& w) {
+            return rows(w, 3, [](State s) { return s.angularVelocity; });
+          },
+          "(n, 3) [rad/s].")
+      .def_property_readonly(
+          "energy", &energyOf,
+          "At the start of the latest step [J]: a dict of kinetic, potential (0\n"
+          "at the world's origin), spring, elastic, cut_away, and bodies, all of\n"
+          "them but spring and cut_away.")
+      .def(
+          "penetration", [](const ScriptedWorld& w) { return w.world->penetration(); },
+          py::call_guard<py::gil_scoped_release>(),
+          "The deepest now, measured against the meshes [m].")
+      .def_property_readonly(
+          "hash", [](const ScriptedWorld& w) { return w.world->hash(); },
+          "Of all states: equal runs have equal ones.")
+      .def_property_readonly(
+          "advice", [](const ScriptedWorld& w) { return w.world->advice(); },
+          "What may be wrong with the settings: a list of sentences.");
+}
+
+void bindBody(py::module_& module) {
+  py::class_<WorldBody>(module, "WorldBody", "A body of a World, as it is now.")
+      .def_property_readonly("name",
+                             [](const WorldBody& b) { return b.world->world->name(b.index); })
+      .def_readonly("index", &WorldBody::index, "Its number in the world's arrays.")
+      .def_property_readonly(
+          "pose", [](const WorldBody& b) { return b.state().pose; }, "Of its frame: a Pose.")
+      .def_property_readonly(
+          "position", [](const WorldBody& b) { return b.state().pose.position; }, "(3,) [m]")
+      .def_property_readonly(
+          "orientation",
+          [](const WorldBody& b) { return Eigen::Vector4d(b.state().pose.orientation.coeffs()); },
+          "Quaternion x y z w, (4,).")
+      .def_property_readonly(
+          "velocity", [](const WorldBody& b) { return b.state().linearVelocity; },
+          "Of the frame's origin (3,) [m/s].")
+      .def_property_readonly(
+          "angular_velocity", [](const WorldBody& b) { return b.state().angularVelocity; },
+          "(3,) [rad/s]")
+      .def_property_readonly(
+          "mass", [](const WorldBody& b) { return b.world->world->mass(b.index); },
+          "[kg]; 0 where nothing moves it.")
+      .def_property_readonly("asleep", [](const WorldBody& b) { return b.state().asleep; })
+      .def_property_readonly("cuttable",
+                             [](const WorldBody& b) { return b.world->world->isCuttable(b.index); })
+      .def_property_readonly(
+          "matter",
+          [](const WorldBody& b) {
+            if (!b.world->world->isCuttable(b.index))
+              throw std::invalid_argument("body '" + b.world->world->name(b.index) +
+                                          "': is not cuttable; add it with cuttable=True");
+            return b.world->world->matter(b.index);
+          },
+          "Of a body that can be cut: its Cloud now.")
+      .def_property_readonly(
+          "cut_volume", [](const WorldBody& b) { return b.world->world->cutOf(b.index).volume; },
+          "Removed so far [m^3].")
+      .def(
+          "cut",
+          [](const WorldBody& b, const py::object& voxels, const py::object& coverage) {
+            if (!b.world->world->isCuttable(b.index))
+              throw std::invalid_argument("body '" + b.world->world->name(b.index) +
+                                          "': is not cuttable; add it with cuttable=True");
+            const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
+            const py::gil_scoped_release unlocked;
+            b.world->world->cut(b.index, cuts);
+          },
+          "voxels"_a, "coverage"_a = py::none(),
+          "Removes voxels (n, 3) of `matter` between steps, as Cloud.cut(). Parts that fall off\n"
+          "become bodies behind the others.");
+}
+
+}  // namespace
+
+void bindWorld(py::module_& module) {
+  bindBody(module);
+  py::class_<ScriptedWorld, Scripted> world(module, "World", "A scene that runs in Bullet.");
+  world
+      .def(
+          py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
+          "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: a\n"
+          "hundredth of the smallest moving body's diagonal. progress: see digitize().\n\n"
+          "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\", "
+          "\"hacd\",\n"
+          "\"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit (of the "
+          "files of\n"
+          "a scene file), shell [m], law, friction (of all pairs), tissues (a list of Tissue,\n"
+          "\"dental\" or a JSON file), samples, reuse [voxels], tolerance [m], iterations (of the\n"
+          "solver), sleep. Raises ValueError that names the body, file or setting.")
+      .def("__len__", [](const ScriptedWorld& w) { return w.world->bodyCount(); })
+      .def(
+          "__getitem__",
+          [](const Scripted& w, const std::string& name) {
+            try {
+              return WorldBody{w, w->index(name)};
+            } catch (const std::out_of_range& none) {
+              throw py::key_error(none.what());
+            }
+          },
+          "name"_a, "A WorldBody by its name. Raises KeyError.")
+      .def_property_readonly(
+          "names",
+          [](const ScriptedWorld& w) {
+            std::vector<std::string> names;
+            for (std::size_t i = 0; i < w.world->bodyCount(); ++i)
+              names.push_back(w.world->name(i));
+            return names;
+          },
+          "Of the bodies, in the order of the arrays.")
+      .def_readonly("time", &ScriptedWorld::time, "Simulated so far [s].")
+      .def_property_readonly(
+          "voxel", [](const ScriptedWorld& w) { return w.settings.voxel; }, "[m]");
+  bindStepping(world);
+  bindReading(world);
+}
+
+}  // namespace cloudcontact::python

@@ -1,0 +1,83 @@
+// Arrays of numpy over memory of C++, and values of C++ from what Python passes.
+#pragma once
+
+#include <cloudcontact/base/pose.h>
+#include <cloudcontact/law/law.h>
+#include <cloudcontact/law/solid.h>
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cloudcontact::python {
+
+namespace py = pybind11;
+
+// Rows of numbers that Python passes; other types of number are converted, which copies them.
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Integers = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
+
+// A Python object that keeps a value alive.
+template <typename Value>
+py::object keeping(Value value) {
+  return py::capsule(new Value(std::move(value)), [](void* p) { delete static_cast<Value*>(p); });
+}
+
+// An array over memory that lives as long as `owner` does. Strides in bytes.
+template <typename Number>
+py::array viewOf(const Number* data, std::vector<py::ssize_t> shape,
+                 std::vector<py::ssize_t> strides, const py::object& owner, bool writable = false) {
+  py::array array(py::dtype::of<Number>(), std::move(shape), std::move(strides), data, owner);
+  if (!writable) array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+// A field of a record: its numpy format and where it is in the record.
+struct RecordField {
+  const char* name;
+  const char* format;
+  std::size_t offset;
+};
+py::dtype recordType(std::initializer_list<RecordField> fields, std::size_t size);
+// Records of C++ as an array that nobody may write to.
+py::array recordsOf(const py::dtype& type, const void* data, std::size_t count,
+                    const py::object& owner);
+
+// Where a member is in its object.
+template <typename Object, typename Member>
+std::size_t offsetOf(Member Object::*member) {
+  static const Object object{};
+  return static_cast<std::size_t>(reinterpret_cast<const char*>(&(object.*member)) -
+                                  reinterpret_cast<const char*>(&object));
+}
+
+// Rows of `columns` numbers, as (n, columns), or one row as (columns,). Throws
+// std::invalid_argument that begins with `what`.
+Numbers rowsOf(const char* what, const py::object& values, py::ssize_t columns);
+// A copy of vectors as an array (n, 3).
+py::array_t<double> arrayOf(const std::vector<Vec3>& vectors);
+
+// A Pose, three numbers (a position), seven (position, then quaternion x y z w), a matrix (4, 4),
+// or None. Throws std::invalid_argument that begins with `what`.
+Pose poseOf(const char* what, const py::object& value);
+Pose poseOf(const char* what, const double* row, py::ssize_t columns);
+// Poses as rows of three or seven numbers.
+std::vector<Pose> posesOf(const char* what, const py::object& values);
+
+// A solid of Python, a Cloud, or a PlacedSolid. Throws std::invalid_argument that begins with
+// `what`.
+Solid solidOf(const char* what, const py::object& value);
+PlacedSolid placedSolidOf(const char* what, const py::object& value);
+bool isSolid(const py::object& value);
+
+// Meters of a unit: a name, or meters per unit. Throws ValueError as the program does.
+double unitOf(const py::object& value);
+
+}  // namespace cloudcontact::python

@@ -1,0 +1,85 @@
+// Making and running a world for Python (scripted_world.h).
+#include "python/scripted_world.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "io/errors.h"
+#include "replay/recorder.h"
+#include "replay/replay_file.h"
+#include "scene/scene_clouds.h"
+#include "scene/simulation.h"
+
+namespace cloudcontact::python {
+namespace {
+
+constexpr double kMostSteps = 1e9;
+
+int stepsOf(const RunWords& words) {
+  if (!(words.seconds >= 0) || !std::isfinite(words.seconds))
+    throw std::invalid_argument("seconds: must be 0 or more and finite");
+  if (!(words.step > 0) || !std::isfinite(words.step))
+    throw std::invalid_argument("step: must be above 0 and finite");
+  if (words.substeps < 1) throw std::invalid_argument("substeps: must be 1 or more");
+  if (words.seconds / words.step > kMostSteps)
+    throw std::invalid_argument("step: these are over a thousand million; give longer ones");
+  return static_cast<int>(std::llround(words.seconds / words.step));
+}
+
+void save(const ScriptedWorld& world, program::Recorder& recorder, const RunWords& words) {
+  program::Replay replay = recorder.finish();
+  replay.title = world.scene.name;
+  replay.setup = program::setupText(world.settings, words.step, words.substeps);
+  replay.voxel = program::usesClouds(world.settings.common.method) ? world.settings.voxel : 0;
+  program::saveReplay(replay, words.replay);
+}
+
+}  // namespace
+
+std::size_t ScriptedWorld::index(const std::string& name) const {
+  for (std::size_t i = 0; i < world->bodyCount(); ++i)
+    if (world->name(i) == name) return i;
+  throw std::out_of_range("world '" + scene.name + "': no body '" + name + "'");
+}
+
+void prepare(ScriptedWorld& world, const py::object& progress) {
+  runLong(progress, "preparing " + world.scene.name, [&](const auto& tell) {
+    program::WorldSettings settings = world.settings;
+    settings.common.progress = [&](const std::string&) { return tell; };
+    if (!settings.common.voxel) {
+      settings.voxel = program::defaultVoxel(world.scene, settings.common);
+      world.settings.voxel = settings.voxel;
+    }
+    world.world = std::make_unique<program::World>(world.scene, settings);
+  });
+}
+
+void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
+         const py::object& progress) {
+  const int steps = stepsOf(words);
+  program::Recorder recorder;
+  const bool records = !words.replay.empty();
+  if (records) program::checkReplay(words.replay);
+  Pacer pacer(progress, "simulating " + world.scene.name);
+  {
+    const py::gil_scoped_release unlocked;
+    if (records) {
+      recorder.begin(*world.world, world.scene.name, words.seconds, words.step);
+      recorder.record(0, *world.world);
+    }
+    for (int n = 1; n <= steps; ++n) {
+      for (int s = 0; s < words.substeps; ++s) world.world->step(words.step / words.substeps);
+      world.time += words.step;
+      if (records) recorder.record(n * words.step, *world.world);
+      if (!words.observe.is_none()) {
+        const py::gil_scoped_acquire locked;
+        words.observe(self);
+      }
+      pacer.report(double(n) / steps);
+    }
+    if (records) save(world, recorder, words);
+  }
+  pacer.finish();
+}
+
+}  // namespace cloudcontact::python

@@ -1,0 +1,35 @@
+// A running world as Python holds it: with its scene, its settings and its time.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "python/long_work.h"
+#include "scene/world.h"
+
+namespace cloudcontact::python {
+
+struct ScriptedWorld {
+  program::SceneDescription scene;
+  program::WorldSettings settings;
+  std::unique_ptr<program::World> world;
+  double time = 0;  // [s]
+
+  // Throws std::out_of_range where there is no such body.
+  std::size_t index(const std::string& name) const;
+};
+
+// A stretch of time.
+struct RunWords {
+  double seconds = 0, step = 0;  // [s]
+  int substeps = 1;
+  std::string replay;  // a file; empty: none
+  py::object observe;  // called with the world after each step, unless None
+};
+
+// Makes the world with progress. Voxel 0: the default of the scene.
+void prepare(ScriptedWorld& world, const py::object& progress);
+void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
+         const py::object& progress);
+
+}  // namespace cloudcontact::python

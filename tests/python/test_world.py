@@ -1,0 +1,225 @@
+"""Scenes of files and by hand, running worlds."""
+
+import gc
+import json
+import os
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import box_arrays, write_obj
+
+import cloudcontact as cc
+
+G = 9.81
+PROGRAM = os.environ.get("CLOUDCONTACT_EXECUTABLE")
+FALL = """<sdf version="1.9"><world name="fall"><gravity>0 0 -9.81</gravity>
+<physics name="p" type="bullet"><max_step_size>0.002</max_step_size><real_time_factor>0</real_time_factor></physics>
+<model name="floor"><static>true</static><link name="l"><collision name="c">
+<geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
+<model name="brick"><pose>0 0 0.03 0.3 0.2 0.1</pose><link name="l"><inertial><mass>0.2</mass></inertial>
+<collision name="c"><geometry><mesh><uri>brick.obj</uri></mesh></geometry>
+<surface><friction><ode><mu>0.5</mu></ode></friction></surface></collision></link></model></world></sdf>"""
+ROBOT = """<robot name="arm"><link name="world"/>
+<link name="base"><inertial><mass value="2"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+<collision><geometry><box size="0.1 0.1 0.02"/></geometry></collision></link>
+<link name="lever"><inertial><origin xyz="0.1 0 0"/><mass value="0.5"/>
+<inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/></inertial>
+<collision><origin xyz="0.1 0 0"/><geometry><mesh filename="package://parts/brick.obj"/></geometry></collision></link>
+<joint name="stand" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 0.01"/></joint>
+<joint name="hinge" type="revolute"><parent link="base"/><child link="lever"/><origin xyz="0 0 0.1"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>"""
+
+
+def resting(**words):
+    scene = cc.Scene("rest", step=0.001)
+    scene.add("floor", cc.HalfSpace(), static=True, friction=0.5)
+    scene.add("brick", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.0101], mass=0.2, friction=0.5, **words)
+    return scene
+
+
+def test_a_brick_comes_to_rest_and_presses_with_its_weight():
+    world = cc.World(resting(), voxel=0.002)
+    seen = []
+    world.run(0.5, observe=lambda w: seen.append(w.time))
+    assert len(seen) == 500 and seen[-1] == pytest.approx(0.5)
+    brick = world["brick"]
+    assert brick.position[2] == pytest.approx(0.01, abs=0.0005)
+    np.testing.assert_allclose(brick.velocity, 0, atol=1e-3)
+    contacts = world.contacts()
+    assert len(contacts) >= 3
+    assert {world.names[i] for i in (*contacts["a"], *contacts["b"])} == {"floor", "brick"}
+    sign = np.where(contacts["b"] == brick.index, 1, -1)[:, None]
+    np.testing.assert_allclose((sign * contacts["force"]).sum(axis=0), [0, 0, 0.2 * G], atol=0.02)
+    np.testing.assert_allclose(np.abs(contacts["normal"] @ [0, 0, 1]), 1, atol=0.01)
+    assert world.penetration() < 0.0005
+    assert world.energy["kinetic"] < 1e-6
+    assert len(world) == 2 and world.positions.shape == (2, 3)
+    np.testing.assert_array_equal(world.positions[brick.index], brick.position)
+
+
+def test_free_fall_and_velocities():
+    scene = cc.Scene(gravity=[0, 0, -G], step=0.001)
+    scene.add("ball", cc.Sphere(0.01), [0, 0, 1], mass=0.1, velocity=[0.5, 0, 0], angular_velocity=[0, 0, 3])
+    world = cc.World(scene, voxel=0.002)
+    world.run(0.2)
+    np.testing.assert_allclose(world["ball"].velocity, [0.5, 0, -G * 0.2], rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(world["ball"].position, [0.1, 0, 1 - G * 0.2**2 / 2], atol=2e-3)
+    np.testing.assert_allclose(world["ball"].angular_velocity, [0, 0, 3], atol=1e-3)
+    assert world.energy["bodies"] == pytest.approx(world.energy["kinetic"] + world.energy["potential"])
+
+
+def test_a_stated_spring_sags_by_the_weight():
+    scene = resting(stiffness=2000, damping=20)
+    world = cc.World(scene, voxel=0.001)
+    world.run(1.0)
+    assert world["brick"].position[2] == pytest.approx(0.01 - 0.2 * G / 2000, abs=1e-4)
+
+
+def test_runs_are_equal_to_the_bit():
+    hashes = []
+    for threads in (1, 1, 3):
+        world = cc.World(resting(), voxel=0.002, threads=threads)
+        world.run(0.1)
+        hashes.append(world.hash)
+    assert len(set(hashes)) == 1
+
+
+def test_a_file_runs_as_the_program_runs_it(tmp_path):
+    write_obj(tmp_path / "brick.obj", *box_arrays([0.03, 0.02, 0.01]))
+    (tmp_path / "fall.sdf").write_text(FALL)
+    world = cc.World(tmp_path / "fall.sdf", voxel=0.001)
+    assert world.names == ["floor", "brick"]
+    world.run(0.2)
+    if PROGRAM is None:
+        pytest.skip("CLOUDCONTACT_EXECUTABLE is not set")
+    words = [PROGRAM, "simulate", tmp_path / "fall.sdf", "--voxel", "0.001", "--seconds", "0.2", "--json"]
+    report = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+    assert world.hash == int(report["hash"], 16)
+    np.testing.assert_allclose(world["brick"].position, report["bodies"][1]["position"], rtol=1e-12)
+
+
+def test_a_robot_of_urdf_swings_on_its_hinge(tmp_path):
+    (tmp_path / "parts").mkdir()
+    write_obj(tmp_path / "parts" / "brick.obj", *box_arrays([0.2, 0.02, 0.02]))
+    (tmp_path / "arm.urdf").write_text(ROBOT)
+    scene = cc.Scene.load(tmp_path / "arm.urdf")
+    assert scene.name == "arm" and len(scene.joints) >= 1
+    world = cc.World(scene, voxel=0.005)
+    lever = next(n for n in world.names if "lever" in n)
+    world.run(0.05, step=0.001)
+    # A bar of inertia I about the hinge falls with m g l / I.
+    inertia = 1e-3 + 0.5 * 0.1**2
+    assert world[lever].angular_velocity[1] == pytest.approx(0.5 * 9.8 * 0.1 / inertia * 0.05, rel=0.05)
+
+
+def test_joints_by_hand():
+    scene = cc.Scene(gravity=[0, 0, 0], step=0.001)
+    bar = cc.Mesh(*box_arrays([0.2, 0.02, 0.02]))
+    scene.add("wheel", bar, mass=1, angular_velocity=[0, 0, 2])
+    scene.add("slide", bar, [0, 0.5, 0], mass=1, velocity=[0, 0, 0.1])
+    scene.join("revolute", "wheel", axis=[0, 0, 1])
+    scene.join("prismatic", "slide", position=[0, 0.5, 0], axis=[0, 0, 1], lower=-0.005, upper=0.005)
+    world = cc.World(scene, voxel=0.005)
+    world.run(0.3)
+    np.testing.assert_allclose(world["wheel"].position, 0, atol=1e-4)
+    assert world["wheel"].angular_velocity[2] == pytest.approx(2, rel=0.02)
+    assert world["slide"].position[2] < 0.0052
+
+
+def test_voxels_of_an_array_fall_on_a_mesh():
+    scene = resting()
+    ct = np.ones((12, 12, 12))
+    cloud = cc.Cloud.from_array(ct, 0.001, [-0.006] * 3)
+    scene.add("cube", cloud, [0, 0, 0.0262], mass=0.05, friction=0.5)
+    world = cc.World(scene, voxel=0.001)
+    world.run(0.4)
+    assert world["cube"].position[2] == pytest.approx(0.026, abs=0.0006)
+
+
+def test_a_tissue_is_cut_by_a_driven_tool():
+    scene = cc.Scene(gravity=[0, 0, 0], step=0.002)
+    block = cc.Mesh(*box_arrays([0.02, 0.02, 0.01]))
+    scene.add("block", block, static=True, cuttable=True, tissue="gum")
+    cutter = cc.Cutter(hardness=1e9, efficiency=1, edge_speed=100, keeps_outside=True)
+    scene.add("mill", cc.Sphere(0.003), [-0.014, 0, 0.005], cutter=cutter, drive=([0.05, 0, 0], [0, 0, 0]))
+    gum = cc.Tissue("gum", stiffness=500, damping=1, hardness=1e5, density=1000)
+    world = cc.World(scene, voxel=0.0005, tissues=[gum])
+    before = world["block"].matter
+    world.run(0.2)
+    body = world["block"]
+    assert body.cuttable and body.cut_volume > 1e-8
+    assert body.matter.voxels < before.voxels
+    cells = np.argwhere(body.matter.coverage > 0)
+    body.cut(cells[cells[:, 2] == cells[:, 2].max()])
+    assert world["block"].matter.voxels < len(cells)
+
+
+def test_replays(tmp_path):
+    world = cc.World(resting(), voxel=0.002)
+    world.run(0.05, replay=tmp_path / "run.html")
+    page = (tmp_path / "run.html").read_text()
+    assert "<html" in page and "brick" in page
+    world.run(0.05, replay=tmp_path / "run.glb")
+    assert (tmp_path / "run.glb").read_bytes()[:4] == b"glTF"
+    with pytest.raises(ValueError, match="glb"):
+        world.run(0.05, replay=tmp_path / "run.avi")
+
+
+def test_bodies_keep_their_world():
+    brick = cc.World(resting(), voxel=0.004)["brick"]
+    gc.collect()
+    assert brick.mass == pytest.approx(0.2)
+
+
+def resident():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_a_thousand_worlds_leave_nothing():
+    scene = cc.Scene()
+    scene.add("floor", cc.HalfSpace(), static=True)
+    scene.add("brick", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.0099], mass=0.2)
+
+    def one():
+        world = cc.World(scene, voxel=0.005, threads=1)
+        world.step()
+        assert len(world.contacts()) > 0 and world["brick"].position[2] > 0
+
+    for _ in range(200):  # the allocator's and libraries' own memory
+        one()
+    gc.collect()
+    start = resident()
+    for _ in range(1000):
+        one()
+    gc.collect()
+    # A world's clouds, fields and bodies are over 100 kB: all of them would be 100 MB.
+    assert resident() - start < 8e6
+
+
+@pytest.mark.parametrize(
+    "call, error, words",
+    [
+        (lambda s: cc.World(cc.Scene()), ValueError, "no body"),
+        (lambda s: cc.World("none.sdf"), ValueError, "none.sdf: no such file"),
+        (lambda s: s.add("floor", cc.Sphere(1)), ValueError, "another name"),
+        (lambda s: s.add("a", "none.stl"), ValueError, "no file 'none.stl'"),
+        (lambda s: s.add("a", 3), ValueError, "shape: give"),
+        (lambda s: s.add("a", cc.HalfSpace()), ValueError, "static=True"),
+        (lambda s: s.add("a", cc.Sphere(1), mass=-1), ValueError, "mass"),
+        (lambda s: s.join("fixed", "ghost"), ValueError, "no body 'ghost'"),
+        (lambda s: s.join("ball", "brick"), ValueError, "kind"),
+        (lambda s: cc.World(s, voxel=-1), ValueError, "voxel"),
+        (lambda s: cc.World(s, voxel=1), ValueError, "brick"),
+        (lambda s: cc.World(s, method="magic"), ValueError, "method"),
+        (lambda s: cc.World(s, wheels=4), TypeError, "wheels"),  # type: ignore[call-arg]
+        (lambda s: cc.World(s, voxel=0.004)["ghost"], KeyError, "ghost"),
+        (lambda s: cc.World(s, voxel=0.004)["brick"].matter, ValueError, "cuttable"),
+        (lambda s: cc.World(s, voxel=0.004).step(-1), ValueError, "step"),
+        (lambda s: cc.World(s, voxel=0.004).run(np.nan), ValueError, "seconds"),
+    ],
+)
+def test_bad_input_is_named(call, error, words):
+    with pytest.raises(error, match=words):
+        call(resting())
