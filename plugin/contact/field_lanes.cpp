@@ -165,7 +165,8 @@ CC_LANES void classify(const Direction& dir, bool finer, Lanes& lanes) {
   if (finer && dir.level > 0) markNearby(limits, lanes);
 }
 
-CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates) {
+CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates,
+                              float* depths) {
   const float* const rise = lanes.own.rise;
   const int count = lanes.count;
   const float voxel = dir.voxel;
@@ -174,7 +175,9 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
     const float near = voxel * (lanes.beside[i] + rise[i]);
     // The records end two voxels outside.
     const float plain = lanes.b[i] == CC_NEAR_OUTSIDE ? -2.0f * voxel : -1e30f;
-    estimates[i] = (lanes.a[i] & 0x70000000u) != 0 ? near : plain;
+    const bool measured = (lanes.a[i] & 0x70000000u) != 0;
+    estimates[i] = measured ? near : plain;
+    depths[i] = measured ? lanes.depth[i] : plain;
   }
 }
 

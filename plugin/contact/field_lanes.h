@@ -29,9 +29,9 @@ int edgesWithin(const Direction& dir, const FieldData& other, float voxel, Lanes
 // Sets the lanes' kinds from depths and `facing`. Wet lanes may be hits. CC_NEARBY of surfaces with
 // `finer` only, from `beside`.
 void classify(const Direction& dir, bool finer, Lanes& lanes);
-// The largest depth [m] that a sample may have for which a lane's sample of a coarse level stands,
-// by `beside`; -1e30 far outside.
-void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates);
+// Of each lane's sample of a coarse level, the largest depth [m] that a sample may have for which
+// it stands, by `beside`, or -1e30 far outside; and its own depth, or without a plane the same.
+void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates, float* depths);
 // Adds the first `count` of lanes.wet as hits; their samples are in `samples`. If one of them is no
 // hit, it adds none and returns false.
 bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,

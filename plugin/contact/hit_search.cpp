@@ -85,6 +85,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
                    VerletLists* lists) {
   shares_.runner = runner;
   for (Candidates& c : candidates_) c.lookups = 0;
+  forgetCoarse(margin > 0);
   nearLookups_ = 0;
   gap_ = 0;
   hits.clear();
@@ -111,11 +112,23 @@ void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairF
                          double margin, HitColumns& hits) {
   hits.clear();
   gap_ = 0;
+  forgetCoarse(false);
   touchLightly(queryOf(a, b, frame, 0), frame, marginOf(margin, frame), hits);
 }
 
+// `wanted`: the next search keeps what it finds at the coarsest samples.
+void HitSearch::forgetCoarse(bool wanted) {
+  for (int side = 0; side < 2; ++side) {
+    coarse_[side].known = false;
+    candidates_[side].coarse = wanted ? &coarse_[side] : nullptr;
+  }
+}
+
 void HitSearch::reserveLike(const HitSearch& other) {
-  for (int side = 0; side < 2; ++side) candidates_[side].reserveLike(other.candidates_[side]);
+  for (int side = 0; side < 2; ++side) {
+    candidates_[side].reserveLike(other.candidates_[side]);
+    coarse_[side].reserveLike(other.coarse_[side]);
+  }
   misses_.reserveLike(other.misses_);
   shares_.reserveLike(other.shares_);
 }
@@ -123,7 +136,7 @@ void HitSearch::reserveLike(const HitSearch& other) {
 // Turns near misses into hits; the nearest becomes kLightly deep.
 void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
                              HitColumns& hits) {
-  const std::vector<Hit>& found = misses_.run(query.bodies, query.ways, frame, margin);
+  const std::vector<Hit>& found = misses_.run(query.bodies, query.ways, frame, margin, coarse_);
   nearLookups_ = misses_.lookups();
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());

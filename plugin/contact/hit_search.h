@@ -51,9 +51,11 @@ class HitSearch {
   void searchSide(const Query& query, Side side, int level, HitColumns& hits,
                   const VerletLists* lists);
   void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits);
+  void forgetCoarse(bool wanted);
 
   std::unique_ptr<VerletListBuilder> builder_;
   search::Candidates candidates_[2];
+  search::CoarseFound coarse_[2];
   NearMissSearch misses_;
   std::size_t nearLookups_ = 0;
   search::Shares shares_;

@@ -72,6 +72,10 @@ class LaneSearch {
   void eachWhole(const Visit& visit) {
     if (candidates_.all) {
       target_.nearBricks(0, candidates_.bricks);
+      if (candidates_.coarse) {
+        candidates_.coarse->begin(samples_.size());
+        candidates_.coarse->bricks.assign(candidates_.bricks.begin(), candidates_.bricks.end());
+      }
       for (const std::uint32_t brick : candidates_.bricks) visit(dir_.samples.bricks.runs[brick]);
       return;
     }
@@ -127,12 +131,25 @@ class LaneSearch {
     const bool finer = hits_.size() < dir_.needed;
     const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
+    if (finer && candidates_.coarse && dir_.level == kLevels - 1) keepCoarse(*candidates_.coarse);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
     }
     sort(finer);
     lanes_.clear();
+  }
+
+  void keepCoarse(CoarseFound& coarse) {
+    float estimates[kLanes], depths[kLanes];
+    estimateNearest(dir_, lanes_, estimates, depths);
+    int from = 0;
+    for (int r = 0; r < lanes_.runs; ++r) {
+      const SampleRun run = lanes_.run[r];
+      std::copy_n(estimates + from, run.count, coarse.estimate.data() + run.first);
+      std::copy_n(depths + from, run.count, coarse.depth.data() + run.first);
+      from += static_cast<int>(run.count);
+    }
   }
 
   // Sorts the lanes by kind.
@@ -260,6 +277,7 @@ void searchShared(const Direction& dir, Target& target, Candidates& candidates, 
     const std::size_t first = i > 0 ? (&share - 1)->last : 0;
     share.hits.clear();
     share.candidates.lookups = 0;
+    share.candidates.coarse = candidates.coarse;
     LaneSearch<Target> part(dir, target, share.candidates, share.hits);
     part.clear();
     part.look(runs + first, runs + share.last);

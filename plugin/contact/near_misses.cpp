@@ -74,20 +74,33 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   flush();
 }
 
+// Keeps the candidates among some coarse samples. Most vectors of them hold none.
+template <typename Sample>
+void NearMissSearch::consider(const float* estimates, const float* depths, int count, Side side,
+                              const Sample& sample) {
+  const auto wanted = [&](int i) {
+    return (estimates[i] >= leastEstimate_) |
+           ((estimates[i] > -margin_) & (depths[i] >= leastDepth_));
+  };
+  for (int first = 0; first < count; first += kVector) {
+    const int last = std::min(first + kVector, count);
+    int any = 0;
+    for (int i = first; i < last; ++i) any |= wanted(i);
+    if (!any) continue;
+    for (int i = first; i < last; ++i)
+      if (wanted(i))
+        next_.push_back({estimates[i], depths[i], sample(i), static_cast<std::int8_t>(side)});
+    if (next_.size() > 8 * kBest) keepBest();
+  }
+}
+
 // Keeps what the lanes found: candidates, or samples of the finest level.
 void NearMissSearch::take(const Direction& dir) {
   const Lanes& lanes = *lanes_;
   if (dir.level > 0) {
-    float estimates[kLanes];
-    estimateNearest(dir, lanes, estimates);
-    for (int i = 0; i < lanes.count; ++i) {
-      // Without a plane a lane has no depth.
-      const bool measured = ccPlaneCount({lanes.a[i], lanes.b[i]}) > 0;
-      const float depth = measured ? lanes.depth[i] : estimates[i];
-      if (estimates[i] >= leastEstimate_ || (estimates[i] > -margin_ && depth >= leastDepth_))
-        next_.push_back({estimates[i], depth, lanes.sample[i], static_cast<std::int8_t>(dir.side)});
-    }
-    if (next_.size() > 8 * kBest) keepBest();
+    float estimates[kLanes], depths[kLanes];
+    estimateNearest(dir, lanes, estimates, depths);
+    consider(estimates, depths, lanes.count, dir.side, [&](int i) { return lanes.sample[i]; });
     return;
   }
   const SampleColumns& samples = dir.samples.levels[0].samples;
@@ -122,14 +135,27 @@ void NearMissSearch::keepBest() {
   next_.erase(next_.begin() + 2 * kBest, next_.end());
 }
 
-// All samples of the coarsest level, in bricks that are near enough.
-void NearMissSearch::scan(const OneSide& side) {
+// All samples of the coarsest level, in bricks that are near enough. What the search for touches
+// has looked up is known.
+void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
   if (!side.own->field) return;
   const Direction dir = side.at(kLevels - 1);
   side.withTarget(dir, [&](const auto& target) {
     target.nearBricks(margin_ / dir.voxel, bricks_);
     runs_.clear();
-    for (const std::uint32_t b : bricks_) runs_.push_back(dir.samples.bricks.runs[b]);
+    auto known = coarse.bricks.begin();
+    const auto end = coarse.known ? coarse.bricks.end() : known;
+    for (const std::uint32_t b : bricks_) {
+      const SampleRun run = dir.samples.bricks.runs[b];
+      while (known != end && *known < b) ++known;
+      if (known == end || *known != b) {
+        runs_.push_back(run);
+        continue;
+      }
+      consider(coarse.estimate.data() + run.first, coarse.depth.data() + run.first,
+               static_cast<int>(run.count), side.side,
+               [&](int i) { return run.first + static_cast<std::uint32_t>(i); });
+    }
     look(dir, target, runs_.data(), runs_.data() + runs_.size());
   });
 }
@@ -157,7 +183,8 @@ void NearMissSearch::keepNearest() {
 }
 
 const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, const CcWay* ways,
-                                            const PairFrame& frame, float margin) {
+                                            const PairFrame& frame, float margin,
+                                            const CoarseFound* coarse) {
   margin_ = margin;
   within_ = kLightly * static_cast<float>(frame.voxel);
   nearest_ = -1e30f;
@@ -170,7 +197,7 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
     leastEstimate_ = leastDepth_ = -margin_;
   };
   begin();
-  for (const OneSide& side : sides) scan(side);
+  for (const OneSide& side : sides) scan(side, coarse[side.side]);
   for (int level = kLevels - 2; level >= 0; --level) {
     keepBest();
     std::swap(now_, next_);

@@ -21,7 +21,8 @@ namespace cloudcontact {
 
 namespace search {
 struct Lanes;
-}
+struct CoarseFound;
+}  // namespace search
 
 class NearMissSearch {
  public:
@@ -30,9 +31,10 @@ class NearMissSearch {
 
   // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
-  // field. Valid until the next run.
+  // field. `coarse`: of both bodies' samples, if known. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
-                              const PairFrame& frame, float margin);
+                              const PairFrame& frame, float margin,
+                              const search::CoarseFound* coarse);
   static constexpr float kLightly = 0.1f;
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
   std::size_t lookups() const { return lookups_; }
@@ -48,12 +50,15 @@ class NearMissSearch {
   };
   struct OneSide;
 
-  void scan(const OneSide& side);
+  void scan(const OneSide& side, const search::CoarseFound& coarse);
   void searchOn(const OneSide& side, int level);
   template <typename Target>
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,
             const SampleRun* last);
   void take(const search::Direction& dir);
+  template <typename Sample>
+  void consider(const float* estimates, const float* depths, int count, Side side,
+                const Sample& sample);
   void keepBest();
   void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();

@@ -3,6 +3,19 @@
 
 namespace cloudcontact::search {
 
+void CoarseFound::begin(std::size_t samples) {
+  known = true;
+  if (estimate.size() >= samples) return;
+  estimate.resize(samples);
+  depth.resize(samples);
+}
+
+void CoarseFound::reserveLike(const CoarseFound& other) {
+  bricks.reserve(other.bricks.capacity());
+  estimate.reserve(other.estimate.capacity());
+  depth.reserve(other.depth.capacity());
+}
+
 void Candidates::reserveLike(const Candidates& other) {
   // A search swaps `now` and `next`.
   const std::size_t found = std::max(other.now.capacity(), other.next.capacity());

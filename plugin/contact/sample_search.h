@@ -25,6 +25,17 @@ struct Part {
   float x, y, z;
 };
 
+// What a search found at samples of the coarsest level. Where nothing touches, the search for near
+// misses begins with these and need not look them up again.
+struct CoarseFound {
+  bool known = false;
+  std::vector<std::uint32_t> bricks;   // whose samples were looked up, ascending
+  std::vector<float> estimate, depth;  // by sample [m]: estimateNearest()
+
+  void begin(std::size_t samples);
+  void reserveLike(const CoarseFound& other);
+};
+
 // Samples near the other body, from level to level: the next finer level searches only their cells.
 struct Candidates {
   bool all = true;                    // the coarsest level: every brick
@@ -35,6 +46,7 @@ struct Candidates {
   std::vector<std::uint32_t> deep;    // samples below the band
   SampleColumns parts;                // of samples that lie over an edge
   std::vector<Part> places;           // of the parts
+  CoarseFound* coarse = nullptr;      // to be filled on the coarsest level; null: not wanted
 
   // Reserves what `other` has reserved.
   void reserveLike(const Candidates& other);
