@@ -39,9 +39,9 @@ CC_FN float ccSpreadAlong(const CcCluster* e, const float* g) {
 
 // Limits of a level.
 typedef struct {
-  float halfWidth;          // [m] half the width of a sample one voxel wide
-  float perVoxel;           // [1/m]
-  float bend;               // [voxels] by which the other surface may bend over a cell
+  float halfWidth;  // [m] half the width of a sample one voxel wide
+  float perVoxel;   // [1/m]
+  int level;
   int nearby, nearOutside;  // CC_NEARBY if there are finer samples
 } CcLimits;
 
@@ -50,9 +50,7 @@ CC_FN CcLimits ccLimitsOf(int level, float voxel) {
   CcLimits l;
   l.halfWidth = CC_HALF_WIDTH * voxel;
   l.perVoxel = 1.0f / voxel;
-  // Where a thread of five voxels a pitch touches lightly, 0.125 leaves out 6 % of what presses,
-  // 0.3 1.2 %, 0.4 0.6 %.
-  l.bend = level == 0 ? 0.0f : 0.4f;
+  l.level = level;
   l.nearby = level > 0 ? CC_NEARBY : 0;
   l.nearOutside = level > 1 ? CC_NEARBY : 0;
   return l;
@@ -81,7 +79,7 @@ CC_FN float ccDepthBeside(CC_NEAR const CcLimits* limits, CC_NEAR const float* t
 // ccDepthBeside() of the record's plane; of several, the least where they intersect, and the
 // largest where they unite.
 CC_FN int ccNearBeside(CC_NEAR const CcLimits* limits, CcVoxel record, float beside, float rise) {
-  return ((record.a & 0x70000000u) != 0) & (beside + limits->bend + rise > 0.0f);
+  return ((record.a & 0x70000000u) != 0) & (beside + ccBend(record, limits->level) + rise > 0.0f);
 }
 
 // Whether a wet sample may be a hit; never 0 if it is. `facing`: cosine between the normals, to

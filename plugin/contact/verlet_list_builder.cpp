@@ -46,7 +46,7 @@ struct search::MayTouch {
     // A wet sample is a hit if it leans enough. Divided samples count regardless.
     const bool plainly = (level < kLevels - 1) & (planes > 1);
     const float reach = plainly ? half : half * sine;
-    const float beyond = -deep * limits.perVoxel - limits.bend - rise;
+    const float beyond = -deep * limits.perVoxel - CC_MOST_BEND - rise;
     const int surface =
         (deep > -reach ? CC_WET : 0) | (beyond <= around * sine ? limits.nearby : 0);
     const int plain = record.b == CC_DEEP_INSIDE    ? CC_WET | limits.nearby

@@ -2,6 +2,7 @@
 #include "field/field_data.h"
 
 #include "base/hash.h"
+#include "field/field_bends.h"
 
 #include <algorithm>
 
@@ -46,7 +47,10 @@ std::pair<float, float> range(const std::vector<float>& v) {
 FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
                      std::shared_ptr<const FieldNotes> notes, const FieldData* before)
     : FieldData(cloud, FieldRecords(cloud, band, before ? &before->records_ : nullptr),
-                std::move(samples), std::move(notes)) {}
+                std::move(samples), std::move(notes)) {
+  // A renewal would have to measure them again wherever the surface changed nearby.
+  if (!notes_) measureBends(samples_, records_);
+}
 
 FieldData::FieldData(Cloud cloud, FieldRecords records, SampleSet samples,
                      std::shared_ptr<const FieldNotes> notes)
@@ -74,11 +78,15 @@ std::size_t FieldData::bytes() const {
   return sum;
 }
 
-// Over all data that queries read, in memory order.
+// Over all data that queries read, in memory order, but for the records' bends, which renewed
+// fields do not have: they only spare lookups.
 std::uint64_t FieldData::hash() const {
   Hasher hasher;
   const std::size_t bricks = brickDistance().size();
-  hasher.add(records_.records(), records_.size());
+  std::vector<CcVoxel> plain(records_.records(), records_.records() + records_.size());
+  for (CcVoxel& v : plain)
+    if (ccPlaneCount(v) > 0) ccSetBend(&v, 0);
+  hasher.add(plain.data(), plain.size());
   hasher.add(records_.firsts(), bricks + 1);
   hasher.add(records_.between(), bricks);
   hasher.add(planes(), planeCount());

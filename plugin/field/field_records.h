@@ -21,6 +21,13 @@ class FieldRecords {
   const std::int32_t* firsts() const { return firsts_.data(); }
   const CcVoxel* records() const { return records_.data(); }
   std::size_t size() const { return records_.size(); }
+  // Of a brick with records of its own (held()).
+  const CcVoxel& bandRecord(std::size_t brick, int cell) const {
+    return records_[static_cast<std::size_t>(firsts_[brick] + cell)];
+  }
+  CcVoxel& bandRecord(std::size_t brick, int cell) {
+    return records_[static_cast<std::size_t>(firsts_[brick] + cell)];
+  }
   // Planes of the records that have several.
   const std::vector<CcVoxel>& planes() const { return planes_; }
   // Distance of each brick to the nearest brick of the band, in bricks (Chebyshev), 255 at most.
