@@ -146,7 +146,7 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
                std::make_shared<CloudShape>(clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
            shape->setFidelity({collision.tolerance.value_or(options_.tolerance)});
-           const double voxel = shape->field().cloud().voxelSize();
+           const double voxel = shape->cloud().voxelSize();
            if (const auto settings = paper(collision, voxel, pose, body))
              shape->usePaper(*settings);
            return {{}, shape};

@@ -17,6 +17,7 @@
 #include "bullet/closest_gap.h"
 #include "bullet/convert.h"
 #include "bullet/leaving.h"
+#include "bullet/level_switch.h"
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
 #include "bullet/pair_query.h"
@@ -89,8 +90,12 @@ struct CloudAlgorithm::State {
     if (const auto* own = dynamic_cast<CloudDispatcher*>(&dispatcher))
       lookAhead = own->lookAhead_.get();
     narrowPhase.add(summary);
+    narrowPhase.budget().add(work);
   }
-  ~State() { narrowPhase.remove(summary); }
+  ~State() {
+    narrowPhase.remove(summary);
+    narrowPhase.budget().remove(work);
+  }
 
   template <typename Archive>
   void keepIn(Archive& archive) {
@@ -117,14 +122,25 @@ struct CloudAlgorithm::State {
   Answer answeredBy() const {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
   }
-  const ContactResult& find(const PairQuery& query, double& earlier);
+  // `query`: with finer levels afterwards, if its contact asks for them.
+  const ContactResult& find(PairQuery& query, const btCollisionObjectWrapper& a,
+                            const btCollisionObjectWrapper& b, double step, double& earlier);
   // The contact of a query, how it came about, and the time [s] that it took ahead of the walk.
   struct Answered {
     const ContactResult* contact = nullptr;
     Answer how = Answer::Searched;
     double earlier = 0;
   };
-  Answered answer(const PairQuery& query, bool steps, bool swept);
+  // `step` [s]; 0: no step of the world.
+  Answered answer(PairQuery& query, const btCollisionObjectWrapper& a,
+                  const btCollisionObjectWrapper& b, double step, bool swept);
+  // Before a step's query is read, and after its answer; see WorkBudget.
+  void openStep() {
+    if (!narrowPhase.budget().isLimited()) return;
+    narrowPhase.budget().open(work);
+    reader.levels().ease = work.ease;
+  }
+  void closeStep(const PairQuery& query, const PairSides& sides, Answer how);
   // Whether prepare() moved the last contact for this query in this step.
   bool isMoved(const PairQuery& query) {
     const std::uint64_t step = std::exchange(movedStep, 0);
@@ -136,6 +152,11 @@ struct CloudAlgorithm::State {
   }
   void keep(const PairQuery& query, const ContactResult& contact, bool swept);
   void count(const PairQuery& query, const PairSides& sides, const Answered& found, double seconds);
+  LevelCount levelsOf(const PairQuery& query, Answer how) const {
+    if (how == Answer::Shapes || !(query.levels.tolerance > 0)) return {};
+    return {query.levels.level[0] + query.levels.level[1] > 0, query.levels.eased > 0,
+            how == Answer::Moved ? 0 : levels.refined()};
+  }
   // Returns whether the bodies leave an overlap, and so must not fall asleep.
   bool write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
              double step);
@@ -151,6 +172,8 @@ struct CloudAlgorithm::State {
   ShapeContact shapes;
   Leaving leaving;
   std::unique_ptr<PairSweep> sweep;  // made for the first fast motion
+  LevelSwitch levels;
+  WorkBudget::Pair work;
   PairMemory memory;
   bool answeredByShapes = false;  // the last query
   PairReport summary;
@@ -181,7 +204,7 @@ struct CloudAlgorithm::State {
 };
 
 void CloudAlgorithm::State::keep(const PairQuery& query, const ContactResult& contact, bool swept) {
-  if (swept) return moved.drop();
+  if (swept || levels.fades()) return moved.drop();
   const double motion = narrowPhase.settings().reuseMotion;
   if (!(motion > 0) || query.byShapes) return;
   if (!sameMatter(query, asked)) moved.drop();
@@ -200,14 +223,37 @@ double CloudAlgorithm::State::search(const PairQuery& query) {
 }
 
 // By shapes if the query asks for it and the bodies are not too deep in each other.
-const ContactResult& CloudAlgorithm::State::find(const PairQuery& query, double& earlier) {
+const ContactResult& CloudAlgorithm::State::find(PairQuery& query,
+                                                 const btCollisionObjectWrapper& a,
+                                                 const btCollisionObjectWrapper& b, double step,
+                                                 double& earlier) {
   onDevice = false;
   answeredByShapes = query.byShapes && shapes.search(asShape(query.a, query.recognized[0]),
                                                      asShape(query.b, query.recognized[1]),
                                                      query.settings, query.voxel);
   if (answeredByShapes) return shapes.withIds();
   earlier = search(query);
-  return finder.withIds();
+  if (!(query.levels.tolerance > 0)) return finder.withIds();
+  levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
+  const ContactResult& found = finder.withIds();
+  return step > 0 ? levels.faded(found) : found;
+}
+
+void CloudAlgorithm::State::closeStep(const PairQuery& query, const PairSides& sides, Answer how) {
+  if (!narrowPhase.budget().isLimited()) return;
+  int* next = work.name.data();
+  for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB}) {
+    const btBroadphaseProxy* const proxy = wrap->getCollisionObject()->getBroadphaseHandle();
+    *next++ = proxy ? proxy->m_uniqueId : -1;
+    *next++ = wrap->m_index;
+  }
+  const bool searched = how == Answer::Searched || how == Answer::Device;
+  work.seconds = Fidelity::kPairSeconds;
+  if (searched)
+    work.seconds += Fidelity::kLookupSeconds * static_cast<double>(finder.sampleLookups());
+  work.harm = query.mass * (query.levels.error + levels.error());
+  work.canEase = searched && query.levels.tolerance > 0 && query.levels.eased >= work.ease;
+  narrowPhase.budget().close(work);
 }
 
 bool CloudAlgorithm::State::write(const PairQuery& query, const PairSides& sides,
@@ -253,6 +299,8 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
                                   const Answered& found, double seconds) {
   const ContactResult& contact = *found.contact;
   const Answer how = found.how;
+  const LevelCount used = levelsOf(query, how);
+  narrowPhase.count(seconds, contact.samples, contact.points.size(), how, used);
   summary.a = sides.wrapA->getCollisionObject();
   summary.b = sides.wrapB->getCollisionObject();
   child[0] = sides.wrapA->m_index;
@@ -264,24 +312,39 @@ void CloudAlgorithm::State::count(const PairQuery& query, const PairSides& sides
   summary.device += how == Answer::Device;
   summary.seconds += seconds;
   double error = how == Answer::Shapes ? query.shapeError : depthError(query.a, query.b, contact);
+  if (how != Answer::Shapes && !contact.patches.empty())
+    error = std::max(error, query.levels.error);
   if (how == Answer::Moved) error += narrowPhase.settings().reuseMotion * query.voxel;
+  summary.error = error;
   summary.expectedError = std::max(summary.expectedError, error);
   summary.depth = depthOf(contact);
   summary.level = contact.level;
+  summary.tolerance = query.levels.tolerance;
+  summary.coarser += used.coarser;
+  summary.eased += used.eased;
+  summary.refined += used.refined;
+  const ContactBody* const bodies[2] = {&query.a, &query.b};
+  for (int side = 0; side < 2; ++side) {
+    summary.voxelLevel[side] = query.levels.level[side];
+    summary.voxel[side] = bodies[side]->field ? bodies[side]->field->cloud().voxelSize() : 0;
+  }
   if (how != Answer::Searched) return;
   summary.lookups += finder.sampleLookups();
   for (const ContactBody* body : {&query.a, &query.b})
     if (body->field) summary.samples += body->field->sampleCount();
 }
 
-CloudAlgorithm::State::Answered CloudAlgorithm::State::answer(const PairQuery& query, bool steps,
-                                                              bool swept) {
+CloudAlgorithm::State::Answered CloudAlgorithm::State::answer(PairQuery& query,
+                                                              const btCollisionObjectWrapper& a,
+                                                              const btCollisionObjectWrapper& b,
+                                                              double step, bool swept) {
+  const bool steps = step > 0;
   double earlier = 0;
   const bool movedAhead = steps && !swept && isMoved(query);
   const bool reused = movedAhead || (steps && !swept && isKnown(query));
   const ContactResult& contact = movedAhead ? moved.latest()
                                  : reused   ? moved.move(query.a, query.b)
-                                            : find(query, earlier);
+                                            : find(query, a, b, step, earlier);
   if (reused) moved.age();
   if (steps && !reused) {
     apart = query.a.field && query.b.field && contact.samples == 0;
@@ -295,7 +358,7 @@ CloudAlgorithm::State::Answered CloudAlgorithm::State::answer(const PairQuery& q
 bool CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
                                    const btCollisionObjectWrapper& b, double step) {
   const auto start = Clock::now();
-  finished.found = answer(ahead, true, false);
+  finished.found = answer(ahead, a, b, knownStep(step), false);
   finished.written = finished.leaves = false;
   processed = true;
   const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
@@ -306,8 +369,7 @@ bool CloudAlgorithm::State::finish(const btCollisionObjectWrapper& a,
   }
   finished.seconds = finished.found.earlier + since(start);
   count(ahead, sides, finished.found, finished.seconds);
-  narrowPhase.count(finished.seconds, finished.found.contact->samples,
-                    finished.found.contact->points.size(), finished.found.how);
+  closeStep(ahead, sides, finished.found.how);
   const bool done = finished.written && !finished.leaves;
   finished.step = done ? 0 : lookAhead->step();
   return done;
@@ -338,22 +400,23 @@ void CloudAlgorithm::State::process(CloudAlgorithm& self, const btCollisionObjec
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
   if (steps && takeFinished(a, b, info.m_timeStep)) return;
+  if (steps) openStep();
   PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   std::optional<Touch> touch;
   if (steps && !query.wrong) touch = sweepOn(a, b, info, query);
   if (steps && (query.wrong || query.apart)) leaving.reset();
   if (query.wrong || query.apart) return writer.clear();
-  const Answered found = answer(query, steps, touch.has_value());
+  const Answered found =
+      answer(query, a, b, steps ? knownStep(info.m_timeStep) : 0, touch.has_value());
   PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
   if (touch) sides.touch = &*touch;
   if (!steps)
     report(result, sides, query.a, query.b, *found.contact);
   else if (write(query, sides, *found.contact, info.m_timeStep))
     keepAwake(sides);
-  const double seconds = found.earlier + since(start);
-  narrowPhase.count(seconds, found.contact->samples, found.contact->points.size(), found.how);
-  count(query, sides, found, seconds);
+  count(query, sides, found, found.earlier + since(start));
+  if (steps) closeStep(query, sides, found.how);
 }
 
 CloudAlgorithm::CloudAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -411,6 +474,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   own.searchedStep = own.movedStep = own.readyStep = own.finished.step = 0;
   if (!std::exchange(own.processed, false)) return 0;
   try {
+    own.openStep();
     // Without lockToRead(): no pair with a soft body is processed yet, and of 10,000 pairs the lock
     // was most of the time.
     own.ahead = own.reader.read(own.narrowPhase.settings(), a, b, info.m_timeStep, true);

@@ -20,6 +20,13 @@ void validate(const CloudContactSettings& settings) {
   if (settings.law && !takesBodiesSprings(*settings.law)) cloudcontact::validate(*settings.law);
   if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
     throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
+  const Fidelity& fidelity = settings.fidelity;
+  if (!(fidelity.tolerance >= 0) || !std::isfinite(fidelity.tolerance))
+    throw std::invalid_argument(
+        "CloudContactSettings: fidelity.tolerance must be finite and not negative [m]");
+  if (!(fidelity.budget >= 0))
+    throw std::invalid_argument(
+        "CloudContactSettings: fidelity.budget must not be negative [s per step]; 0 is no limit");
   if (!(settings.leavingSpeed > 0))
     throw std::invalid_argument(
         "CloudContactSettings: leavingSpeed must be positive; infinity leaves it to the spring");

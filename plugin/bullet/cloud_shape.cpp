@@ -5,7 +5,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -59,6 +58,31 @@ CloudShape::CloudShape(std::shared_ptr<const SurfaceField> field) {
   m_collisionMargin = 0;
 }
 
+CloudShape::CloudShape(std::shared_ptr<const FieldLevels> levels) {
+  if (!levels)
+    throw std::invalid_argument("CloudShape: no levels; make a FieldLevels of the body's cloud");
+  setLevels(std::move(levels));
+  setPaper(std::make_shared<LazyPaper>());
+  m_shapeType = kCloudType;
+  m_collisionMargin = 0;
+}
+
+void CloudShape::setLevels(std::shared_ptr<const FieldLevels> levels) {
+  levels_ = std::make_shared<LazyLevels>();
+  std::call_once(levels_->once, [&] { levels_->made = std::move(levels); });
+}
+
+const FieldLevels& CloudShape::levels() const {
+  std::call_once(levels_->once,
+                 [&] { levels_->made = std::make_shared<const FieldLevels>(field_); });
+  return *levels_->made;
+}
+
+const SurfaceField& CloudShape::shownField() const {
+  if (field_ || !(fidelity_.tolerance > 0)) return field();
+  return *levels().field(levels().coarsest(fidelity_.tolerance / 2));
+}
+
 const CloudShape* CloudShape::of(const btCollisionShape& shape) {
   if (shape.getShapeType() != kCloudType) return nullptr;
   return dynamic_cast<const CloudShape*>(&shape);
@@ -75,16 +99,17 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   auto lazy = std::make_shared<LazyPaper>();
   if (usesPaper_) {
     lazy->earlier = paper_->made ? paper_->made : paper_->earlier;
-    lazy->before = paper_->made ? field_->cloud() : paper_->before;
+    lazy->before = paper_->made ? cloud() : paper_->before;
   }
   field_ = std::move(field);
+  levels_ = std::make_shared<LazyLevels>();
   recognized_.reset();
   setPaper(std::move(lazy));
 }
 
 void CloudShape::setTissues(TissueTable tissues) {
   if (!tissues.empty()) validate(tissues);
-  const std::size_t materials = std::max<std::size_t>(1, field_->cloud().materials().size());
+  const std::size_t materials = std::max<std::size_t>(1, cloud().materials().size());
   if (tissues.size() > 1 && tissues.size() != materials)
     throw std::invalid_argument(
         "CloudShape::setTissues: give one tissue, or one for each of the cloud's materials");
@@ -93,15 +118,28 @@ void CloudShape::setTissues(TissueTable tissues) {
 }
 
 void CloudShape::setFidelity(const Fidelity& fidelity) {
+  if (fidelity.budget != 0)
+    throw std::invalid_argument(
+        "CloudShape::setFidelity: a shape has no budget; give it to CloudContactSettings");
   std::optional<RecognizedShape> found;
-  if (fidelity.tolerance != 0) found = recognizedShape(*field_, fidelity.tolerance);
+  if (fidelity.tolerance != 0 && field_) {
+    found = recognizedShape(*field_, fidelity.tolerance);
+  } else if (fidelity.tolerance != 0) {
+    if (!(fidelity.tolerance > 0) || !std::isfinite(fidelity.tolerance))
+      throw std::invalid_argument(
+          "CloudShape::setFidelity: tolerance must be finite and not negative [m]");
+    const int level = levels().coarsest(fidelity.tolerance / 2);
+    const double off = levels().error(level);
+    found = recognizedShape(*levels().field(level), fidelity.tolerance - off);
+    if (found) found->error += off;
+  }
   recognized_ = std::move(found);
   fidelity_ = fidelity;
 }
 
 void CloudShape::usePaper(const PaperSettings& settings) {
   auto lazy = std::make_shared<LazyPaper>();
-  lazy->made = std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, settings));
+  lazy->made = std::make_shared<PaperBody>(paperBody(cloud(), tissues_, settings));
   setPaper(std::move(lazy));
   paperSettings_ = settings;
   usesPaper_ = true;
@@ -115,7 +153,7 @@ void CloudShape::inherit(const CloudShape& whole) {
   auto lazy = std::make_shared<LazyPaper>();
   if (usesPaper_ && whole.paper_->made) {
     PaperBody body = *whole.paper_->made;
-    body.vectors = std::make_shared<BaseVectorField>(body.vectors->ofPart(field_->cloud()));
+    body.vectors = std::make_shared<BaseVectorField>(body.vectors->ofPart(cloud()));
     lazy->made = std::make_shared<PaperBody>(std::move(body));
   }
   setPaper(std::move(lazy));
@@ -123,15 +161,21 @@ void CloudShape::inherit(const CloudShape& whole) {
 
 std::shared_ptr<const PaperBody> CloudShape::paper() const {
   const std::lock_guard lock(paper_->mutex);
-  if (!paper_->made) paper_->made = paper_->renewed(field_->cloud());
+  if (!paper_->made) paper_->made = paper_->renewed(cloud());
   if (!paper_->made)
-    paper_->made =
-        std::make_shared<PaperBody>(paperBody(field_->cloud(), tissues_, paperSettings_));
+    paper_->made = std::make_shared<PaperBody>(paperBody(cloud(), tissues_, paperSettings_));
   return paper_->made;
 }
 
+// Not by which levels are built: that depends on who asked.
+Eigen::AlignedBox3d CloudShape::bounds() const {
+  if (field_) return field_->bounds();
+  const Vec3 around = Vec3::Constant(fidelity_.tolerance);
+  return {levels().bounds().min() - around, levels().bounds().max() + around};
+}
+
 void CloudShape::getAabb(const btTransform& t, btVector3& aabbMin, btVector3& aabbMax) const {
-  const Eigen::AlignedBox3d box = field_->bounds();
+  const Eigen::AlignedBox3d box = bounds();
   btTransformAabb(toBullet(Vec3(box.min())), toBullet(Vec3(box.max())), margin_, t, aabbMin,
                   aabbMax);
 }
@@ -143,23 +187,31 @@ void CloudShape::setLocalScaling(const btVector3& scaling) {
   scalesEvenly_ = factor > 0 && std::isfinite(factor) &&
                   (scaling - btVector3(factor, factor, factor)).length() <= kEven * factor;
   if (!scalesEvenly_ || double(factor) == fieldScaling_) return;
-  setField(scaled(*field_, double(factor) / fieldScaling_));
+  const double growth = double(factor) / fieldScaling_;
+  if (field_) {
+    setField(scaled(*field_, growth));
+  } else {
+    setLevels(std::make_shared<const FieldLevels>(levels_->made, growth));
+    recognized_.reset();
+    setPaper(std::make_shared<LazyPaper>());
+  }
   fieldScaling_ = double(factor);
   if (fidelity_.tolerance != 0) setFidelity(fidelity_);
 }
 
 void CloudShape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
-  inertia = toBullet(Vec3(mass * inertiaPerMass(field_->cloud()).diagonal()));
+  inertia = toBullet(Vec3(mass * inertiaPerMass(cloud()).diagonal()));
 }
 
 void CloudShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabbMin,
                                      const btVector3& aabbMax) const {
+  const SurfaceField& seen = shownField();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback))
-    return castRay(*field_, getUserIndex(), *ray);
+    return castRay(seen, getUserIndex(), *ray);
   if (auto* const sweep = dynamic_cast<btTriangleConvexcastCallback*>(callback))
-    return castConvex(*field_, getUserIndex(), *sweep);
+    return castConvex(seen, getUserIndex(), *sweep);
   const Eigen::AlignedBox3d asked(toVec3(aabbMin), toVec3(aabbMax));
-  const SurfaceTree& tree = surfaceTree(*field_);
+  const SurfaceTree& tree = surfaceTree(seen);
   const double anywhere = 1;
   tree.search(
       [&](const Eigen::AlignedBox3d& box) { return box.intersects(asked) ? 0.0 : 2.0; }, anywhere,

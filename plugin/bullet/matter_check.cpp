@@ -53,8 +53,8 @@ struct CloudMatter {
       std::vector<double> densities;
       for (const Tissue& tissue : cloud->tissues()) densities.push_back(tissue.density);
       if (densities.empty()) densities = {1};
-      parts.push_back(placed(massPropertiesOf(cloud->field().cloud(), densities), toPose(place)));
-      const Eigen::AlignedBox3d box = cloud->field().bounds();
+      parts.push_back(placed(massPropertiesOf(cloud->cloud(), densities), toPose(place)));
+      const Eigen::AlignedBox3d box = cloud->bounds();
       for (int i = 0; i < 8; ++i)
         bounds.extend(
             toPose(place).toWorld(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i))));

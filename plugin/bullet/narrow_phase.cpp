@@ -32,8 +32,17 @@ class Reports {
     sum.samples += report.samples;
     sum.seconds += report.seconds;
     sum.expectedError = std::max(sum.expectedError, report.expectedError);
+    sum.error = std::max(sum.error, report.error);
     sum.depth = std::max(sum.depth, report.depth);
     sum.level = std::min(sum.level, report.level);
+    for (int side = 0; side < 2; ++side) {
+      sum.voxelLevel[side] = std::max(sum.voxelLevel[side], report.voxelLevel[side]);
+      sum.voxel[side] = std::max(sum.voxel[side], report.voxel[side]);
+    }
+    sum.tolerance = std::max(sum.tolerance, report.tolerance);
+    sum.coarser += report.coarser;
+    sum.refined += report.refined;
+    sum.eased += report.eased;
   }
   std::vector<PairReport> take() { return std::move(all_); }
 
@@ -59,6 +68,7 @@ CloudContactStatistics NarrowPhase::statistics() const {
     const std::lock_guard lock(mutex_);
     all = statistics_;
   }
+  all.countedSeconds = budget_.lastStep();
   for (Share& share : shares_) {
     const std::lock_guard lock(share.mutex);
     all.pairs += share.sum.pairs;
@@ -68,6 +78,9 @@ CloudContactStatistics NarrowPhase::statistics() const {
     all.reused += share.sum.reused;
     all.shapes += share.sum.shapes;
     all.device += share.sum.device;
+    all.coarser += share.sum.coarser;
+    all.refined += share.sum.refined;
+    all.eased += share.sum.eased;
   }
   return all;
 }

@@ -16,14 +16,23 @@
 #include <unordered_set>
 #include <vector>
 
+#include "bullet/work_budget.h"
+
 namespace cloudcontact {
 
 class CloudAlgorithm;
 class SoftAlgorithm;
 
+// What a pair was searched with (LevelChoice).
+struct LevelCount {
+  bool coarser = false, eased = false;
+  std::size_t refined = 0;
+};
+
 class NarrowPhase {
  public:
-  explicit NarrowPhase(const CloudContactSettings& settings) : settings_(settings) {}
+  explicit NarrowPhase(const CloudContactSettings& settings)
+      : settings_(settings), budget_(settings.fidelity.budget) {}
 
   const CloudContactSettings& settings() const { return settings_; }
   // The memory that the finders of all pairs work in.
@@ -31,10 +40,13 @@ class NarrowPhase {
 
   // One pair that was processed.
   void count(double seconds, std::size_t samples, std::size_t contacts,
-             Answer how = Answer::Searched) {
+             Answer how = Answer::Searched, const LevelCount& levels = {}) {
     Share& own = shares_[std::hash<std::thread::id>{}(std::this_thread::get_id()) % kShares];
     const std::lock_guard lock(own.mutex);
     CloudContactStatistics& sum = own.sum;
+    sum.coarser += levels.coarser;
+    sum.refined += levels.refined;
+    sum.eased += levels.eased;
     sum.reused += how == Answer::Moved;
     sum.device += how == Answer::Device;
     sum.seconds += seconds;
@@ -49,6 +61,8 @@ class NarrowPhase {
   void checkMatter(const btCollisionObject& object);
   CloudContactStatistics statistics() const;
   void resetStatistics();
+
+  WorkBudget& budget() { return budget_; }
 
   // A pair's report stays its own while the pair lives. Removed ones are kept if the settings ask.
   void add(const PairReport& pair) {
@@ -90,6 +104,7 @@ class NarrowPhase {
 
  private:
   CloudContactSettings settings_;
+  WorkBudget budget_;
   std::shared_ptr<ContactWorkspace> workspace_ = std::make_shared<ContactWorkspace>();
   // Threads that write contacts at the same time do not wait for each other's counts.
   struct alignas(64) Share {

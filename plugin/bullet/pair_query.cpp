@@ -34,11 +34,18 @@ void moveBy(const Pose& way, ContactBody& body) {
   body.pose = way * body.pose;
 }
 
-double voxelOf(const ContactBody& a, const ContactBody& b) {
+// Of the finest: laws and speeds must not depend on a level.
+double voxelOf(const CloudShape* const clouds[2]) {
   double size = std::numeric_limits<double>::infinity();
-  for (const ContactBody* body : {&a, &b})
-    if (body->field) size = std::min(size, body->field->cloud().voxelSize());
+  for (int side = 0; side < 2; ++side)
+    if (clouds[side]) size = std::min(size, clouds[side]->cloud().voxelSize());
   return size;
+}
+
+// Base vectors know the finest voxels alone.
+bool usesPaper(const CloudContactSettings& settings, const CloudShape* const clouds[2]) {
+  const auto asks = [](const CloudShape* cloud) { return cloud && cloud->usesPaper(); };
+  return settings.normals == Normals::BaseVectors || asks(clouds[0]) || asks(clouds[1]);
 }
 
 // Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
@@ -124,8 +131,7 @@ void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollision
 void PairReader::readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                            const btCollisionObjectWrapper& b, PairQuery& query) {
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
-  const auto asks = [](const CloudShape* cloud) { return cloud && cloud->usesPaper(); };
-  if (settings.normals != Normals::BaseVectors && !asks(clouds[0]) && !asks(clouds[1])) return;
+  if (!usesPaper(settings, clouds)) return;
   query.settings.normals = Normals::BaseVectors;
   ContactBody* const bodies[2] = {&query.a, &query.b};
   for (int side = 0; side < 2; ++side) {
@@ -135,9 +141,25 @@ void PairReader::readPaper(const CloudContactSettings& settings, const btCollisi
   }
 }
 
+void PairReader::chooseLevels(const CloudContactSettings& settings,
+                              const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                              PairQuery& query) const {
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
+  const Pose poses[2] = {query.a.pose, query.b.pose};
+  ContactBody* const bodies[2] = {&query.a, &query.b};
+  query.levels = usesPaper(settings, clouds)
+                     ? LevelChoice()
+                     : levels_.choose(clouds, poses, settings.fidelity.tolerance);
+  PairLevels::apply(query.levels, clouds, bodies);
+  query.settings.samples = settings.samples;
+  if (query.levels.samples > 0)
+    query.settings.samples = std::min(settings.samples, query.levels.samples);
+}
+
 // False if there is no query, and why.
-bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                           double gap, const Touch* touch, PairQuery& query) {
+bool PairReader::setBodies(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                           const btCollisionObjectWrapper& b, double gap, const Touch* touch,
+                           PairQuery& query) {
   const btCollisionObjectWrapper* const wraps[2] = {&a, &b};
   ContactBody* const bodies[2] = {&query.a, &query.b};
   for (int side = 0; side < 2; ++side) {
@@ -147,11 +169,10 @@ bool PairReader::setBodies(const btCollisionObjectWrapper& a, const btCollisionO
     if (!isFinite(*bodies[side])) query.wrong = kBadPose;
     if (const char* const wrong = wrongMaterial(*wraps[side]->getCollisionObject()))
       query.wrong = wrong;
-    if (const CloudShape* const cloud = cloudOf(*wraps[side])) {
-      bodies[side]->field = &cloud->field();
-      if (!cloud->scalesEvenly()) query.wrong = kUneven;
-    }
+    const CloudShape* const cloud = cloudOf(*wraps[side]);
+    if (cloud && !cloud->scalesEvenly()) query.wrong = kUneven;
   }
+  if (!query.wrong) chooseLevels(settings, a, b, query);
   for (int side = 0; side < 2 && !query.wrong; ++side) {
     ContactBody& body = *bodies[side];
     if (body.field) continue;
@@ -174,11 +195,12 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
                            const btCollisionObjectWrapper& b, double step, bool steps, double gap,
                            const Touch* touch) {
   PairQuery query;
-  if (!setBodies(a, b, gap, touch, query)) return query;
+  if (!setBodies(settings, a, b, gap, touch, query)) return query;
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const double inverse =
       inverseMass(*a.getCollisionObject()) + inverseMass(*b.getCollisionObject());
   query.mass = inverse > 0 ? 1 / inverse : 0;
-  query.voxel = voxelOf(query.a, query.b);
+  query.voxel = voxelOf(clouds);
   query.law = lawOf(settings, a, b, query.voxel, step);
   query.settings.law = query.law.shared;
   ContactBody* const bodies[2] = {&query.a, &query.b};
@@ -188,10 +210,8 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   }
   readPaper(settings, a, b, query);
   readShapes(a, b, query);
-  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   for (int side = 0; side < 2; ++side)
     if (clouds[side]) query.lives[side] = clouds[side]->life();
-  query.settings.samples = settings.samples;
   query.settings.verletLists = settings.lists;
   if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
   return query;

@@ -5,6 +5,7 @@
 #include <cloudcontact/contact/paper_body.h>
 
 #include "bullet/pair_law.h"
+#include "bullet/pair_levels.h"
 #include "bullet/shape_conversion.h"
 #include "bullet/shape_triangles.h"
 #include "contact/first_touch.h"
@@ -17,8 +18,9 @@ struct PairQuery {
   ContactBody a, b;
   ContactSettings settings;
   PairLaw law;
-  double voxel = 0;  // the smaller of the bodies' [m]
-  double mass = 0;   // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
+  LevelChoice levels;  // of the fields
+  double voxel = 0;    // the smaller of the bodies' finest [m]
+  double mass = 0;     // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
   // Number of changes of the shapes so far, since a new one may reuse the address of an old one.
   int conversions = 0;
   // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.
@@ -55,10 +57,15 @@ class PairReader {
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, double step, bool steps, double gap = 0,
                  const Touch* touch = nullptr);
+  // Chooses the levels of a query again.
+  void chooseLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                    const btCollisionObjectWrapper& b, PairQuery& query) const;
+  PairLevels& levels() { return levels_; }
 
  private:
-  bool setBodies(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b, double gap,
-                 const Touch* touch, PairQuery& query);
+  bool setBodies(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                 const btCollisionObjectWrapper& b, double gap, const Touch* touch,
+                 PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);
   void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
@@ -66,6 +73,7 @@ class PairReader {
 
   ConversionCache converted_[2];
   ShapeTriangles triangles_[2];
+  PairLevels levels_;
   std::mutex& reading_;
   std::shared_ptr<const PaperBody> paper_[2];
 };

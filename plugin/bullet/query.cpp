@@ -62,9 +62,9 @@ class ChildNamer : public btCollisionWorld::RayResultCallback {
     double least = kNear;
     forEachCloud(*object.getCollisionShape(), object.getWorldTransform(),
                  [&](const CloudShape& shape, const btTransform& at, int child) {
-                   const auto point = shape.field().at(toPose(at).toLocal(toVec3(place)));
+                   const auto point = shape.shownField().at(toPose(at).toLocal(toVec3(place)));
                    if (!point) return;
-                   const double voxel = shape.field().cloud().voxelSize();
+                   const double voxel = shape.cloud().voxelSize();
                    if (std::abs(point->depth) >= least * voxel) return;
                    least = std::abs(point->depth) / voxel;
                    nearest = child;

@@ -223,17 +223,17 @@ const char* CloudShape::serialize(void* buffer, btSerializer* serializer) const 
   record.refused = whyNotKept(*this);
   if (record.refused.empty()) {
     record = ShapeRecord::of(*this);
-    if (!serializer->findPointer(const_cast<SurfaceField*>(field_.get()))) {
+    if (!serializer->findPointer(const_cast<SurfaceField*>(&field()))) {
       std::ostringstream bytes;
-      writeField(*field_, bytes);
-      writeChunk(*serializer, field_.get(), bytes.str());
+      writeField(field(), bytes);  // levels follow from it
+      writeChunk(*serializer, &field(), bytes.str());
     }
   }
   // The law's address is no other chunk's.
   data.m_meshInterface.m_meshPartsPtr = static_cast<btMeshPartData*>(
       writeChunk(*serializer, &law, sealed(kShapeKind, record.bytes())));
   data.m_quantizedFloatBvh = static_cast<btQuantizedBvhFloatData*>(
-      serializer->getUniquePointer(const_cast<SurfaceField*>(field_.get())));
+      serializer->getUniquePointer(const_cast<SurfaceField*>(&field())));
   // Bullet's loader leaves a pointer to nothing as it is.
   if (dynamic_cast<CloudSerializer*>(serializer))
     data.m_quantizedDoubleBvh =

@@ -78,6 +78,7 @@ class ContactBuilder {
   // Gives the points their IDs and returns the result.
   const ContactResult& withIds();
   PatchIds& ids() { return ids_; }
+  const ContactResult& latest() const { return result_; }
 
  private:
   struct FoundPatch {

@@ -80,6 +80,10 @@ const ContactResult& ContactFinder::withIds() {
   return state_->builder.withIds();
 }
 
+const ContactResult& ContactFinder::latest() const {
+  return state_->builder.latest();
+}
+
 std::size_t ContactFinder::sampleLookups() const {
   return state_->lookups;
 }

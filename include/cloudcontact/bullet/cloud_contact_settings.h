@@ -1,6 +1,7 @@
 // What all cloud pairs of a Bullet world share: settings in, statistics out.
 #pragma once
 
+#include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/law/law.h>
 
@@ -35,6 +36,9 @@ struct CloudContactSettings {
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
   Normals normals = Normals::Fitted;
+  // The tolerance of shapes that state none (CloudShape::setFidelity), except that it makes no
+  // shape a ball or a box; and a budget for all pairs.
+  Fidelity fidelity = {};
   // Told of each kind of failure (CloudContactStatistics::failures) once, and of each kind of body
   // that turns wrongly (diagnose()), which is no failure. From the thread that meets it, during a
   // step: it must not step or query the world. Empty: standard error.
@@ -46,9 +50,13 @@ struct CloudContactSettings {
 struct CloudContactStatistics {
   double seconds = 0;
   std::size_t pairs = 0, samples = 0, contacts = 0;
-  std::size_t shapes = 0;  // of `pairs`, those answered by shapes (CloudShape::setFidelity)
-  std::size_t reused = 0;  // of `pairs`: those whose last contact was moved
-  std::size_t device = 0;  // of `pairs`: those that a device searched (CloudDispatcher)
+  std::size_t shapes = 0;     // of `pairs`, those answered by shapes (CloudShape::setFidelity)
+  std::size_t reused = 0;     // of `pairs`: those whose last contact was moved
+  std::size_t device = 0;     // of `pairs`: those that a device searched (CloudDispatcher)
+  std::size_t coarser = 0;    // of `pairs`: those searched with larger voxels than the finest
+  std::size_t refined = 0;    // searches repeated with finer voxels, as the contact asked
+  std::size_t eased = 0;      // of `pairs`: those beyond their tolerance, for Fidelity::budget
+  double countedSeconds = 0;  // of the last full step, as Fidelity::budget counts; 0: no budget
   // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
   // and the message of the last one.
   std::size_t failures = 0;

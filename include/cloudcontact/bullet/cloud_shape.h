@@ -4,11 +4,13 @@
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/contact/paper_body.h>
+#include <cloudcontact/field/field_levels.h>
 #include <cloudcontact/field/recognized_shape.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/law.h>
 
 #include <memory>
+#include <mutex>
 #include <optional>
 
 namespace cloudcontact {
@@ -26,11 +28,19 @@ class CloudShape : public btConcaveShape {
 
   // Throws std::invalid_argument if `field` is null, as setField() does.
   explicit CloudShape(std::shared_ptr<const SurfaceField> field);
+  // A body whose fields are built when contacts first ask for them. Without a tolerance that is the
+  // finest alone. Throws std::invalid_argument if `levels` is null.
+  explicit CloudShape(std::shared_ptr<const FieldLevels> levels);
+  explicit CloudShape(std::nullptr_t) : CloudShape(std::shared_ptr<const SurfaceField>()) {}
 
   // The shape as a cloud; null if it is none.
   static const CloudShape* of(const btCollisionShape& shape);
 
-  const SurfaceField& field() const { return *field_; }
+  // Of the finest voxels; a shape made of levels builds it when it is first asked for.
+  const SurfaceField& field() const { return field_ ? *field_ : *levels_->made->field(0); }
+  const Cloud& cloud() const { return field_ ? field_->cloud() : levels_->made->cloud(); }
+  // Its fields of larger voxels: those that it was made of, or made of its field when first asked.
+  const FieldLevels& levels() const;
   // For a cloud that was cut (renewed() in surface_field.h). Call it between steps, then update the
   // bounds in whatever holds the shape (a compound, the world). CuttableBody does all that. The
   // body is not recognised as a shape any more: setFidelity() again if it may be one.
@@ -49,13 +59,20 @@ class CloudShape : public btConcaveShape {
   void setTissues(TissueTable tissues);
   const TissueTable& tissues() const { return tissues_; }
 
-  // With a tolerance, a body that is a ball, box, cylinder, capsule or cone within it meets others
-  // like it, and Bullet's own, as that shape: same law, far faster. Pairs with a
+  // With a tolerance, contacts take the coarsest voxels whose surface is within half of it (two
+  // bodies have one half each), and finer ones where a contact states a larger error
+  // (docs/method.md, "Levels"); and a body that is a ball, box, cylinder, capsule or cone within it
+  // meets others like it, and Bullet's own, as that shape: same law, far faster. Pairs with a
   // Foundation, base vectors or tissues of several materials, and bodies half as deep in each other
-  // as they are thick, meet as clouds. Throws std::invalid_argument where the tolerance is negative
-  // or not finite.
+  // as they are thick, meet as clouds. A shape made of levels builds the coarsest that holds half
+  // the tolerance, and knows shapes by that. Throws std::invalid_argument where the tolerance is
+  // negative or not finite, or a budget is given.
   void setFidelity(const Fidelity& fidelity);
   const Fidelity& fidelity() const { return fidelity_; }
+  // What rays, sweeps and drawing see: the coarsest field that is within half the tolerance.
+  const SurfaceField& shownField() const;
+  // The box around its surface, body's frame [m]; of levels, around all matter and the tolerance.
+  Eigen::AlignedBox3d bounds() const;
   // What the cloud is within the tolerance; null: nothing, or no tolerance is set.
   const RecognizedShape* recognized() const { return recognized_ ? &*recognized_ : nullptr; }
 
@@ -100,7 +117,12 @@ class CloudShape : public btConcaveShape {
 
  private:
   friend struct ShapeRecord;
-  std::shared_ptr<const SurfaceField> field_;
+  std::shared_ptr<const SurfaceField> field_;  // null: made of levels_
+  struct LazyLevels {
+    std::once_flag once;
+    std::shared_ptr<const FieldLevels> made;
+  };
+  std::shared_ptr<LazyLevels> levels_;  // of copies, too
   TissueTable tissues_;
   Fidelity fidelity_;
   std::optional<RecognizedShape> recognized_;
@@ -111,6 +133,7 @@ class CloudShape : public btConcaveShape {
   std::shared_ptr<LazyPaper> paper_;
   std::shared_ptr<const int> life_;
   void setPaper(std::shared_ptr<LazyPaper> paper);
+  void setLevels(std::shared_ptr<const FieldLevels> levels);
   btScalar margin_ = 0;
   btVector3 scaling_{1, 1, 1};
   double fieldScaling_ = 1;  // of field_

@@ -5,8 +5,17 @@ namespace cloudcontact {
 
 struct Fidelity {
   // [m] The surface that contacts see may differ from the cloud's by this much. 0: not at all, so
-  // every contact is the cloud's.
+  // every contact is that of the finest voxels.
   double tolerance = 0;
+  // [s per step] Of a world (CloudContactSettings::fidelity): where its pairs would take longer,
+  // those of least mass times error get coarser, beyond the tolerance. It is counted, not measured
+  // (kLookupSeconds, kPairSeconds), so that a run repeats to the bit on any machine. 0: no limit.
+  // Needs a tolerance. A shape has no budget of its own.
+  double budget = 0;
+
+  // [s] What a sample looked up and a pair searched count in a budget; about what they take on a
+  // core of 3 GHz. PairReport::seconds is measured.
+  static constexpr double kLookupSeconds = 1e-8, kPairSeconds = 4e-6;
 };
 
 }  // namespace cloudcontact

@@ -26,8 +26,17 @@ struct PairReport {
   // (contact/depth_error.h), or the error of the shapes, and what a contact that is moved may miss.
   // 0: the bodies have not touched.
   double expectedError = 0;
+  double error = 0;  // [m] that of the last answer
   double depth = 0;  // [m] of the last answer, depthOf()
   int level = 0;     // of the samples of the last search (ContactResult::level)
+  // Of the voxels of the last answer, of `a` and `b`: 0 the finest, each further one twice as large
+  // (FieldLevels); and their edges [m], 0: no cloud.
+  int voxelLevel[2] = {0, 0};
+  double voxel[2] = {0, 0};
+  double tolerance = 0;     // [m] of the pair; 0: none
+  std::size_t coarser = 0;  // answers with larger voxels than the finest
+  std::size_t refined = 0;  // searches repeated with finer voxels, as the contact's error asked
+  std::size_t eased = 0;    // answers beyond the tolerance, for Fidelity::budget
 
   std::size_t answers() const { return searched + shapes + moved + device; }
 };

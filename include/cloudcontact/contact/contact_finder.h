@@ -57,6 +57,8 @@ class ContactFinder {
   void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               const TaskRunner* runner = nullptr);
   const ContactResult& withIds();
+  // What the last search found, with the IDs of an earlier one or none.
+  const ContactResult& latest() const;
   // Number of samples that the last search looked up, a measure of its cost.
   std::size_t sampleLookups() const;
 

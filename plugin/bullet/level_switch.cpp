@@ -1,0 +1,74 @@
+// Finer until the contact's own error is within the tolerance; then the jump in depth.
+#include "bullet/level_switch.h"
+
+#include <cloudcontact/bullet/cloud_contact_settings.h>
+#include <cloudcontact/contact/depth_error.h>
+
+#include <algorithm>
+
+namespace cloudcontact {
+
+namespace {
+
+constexpr double kFade = 0.2;     // [s] in which a jump in depth fades away
+constexpr int kMostRepeats = 20;  // both bodies' levels, and a tight fit
+
+}  // namespace
+
+// With the levels of the last step, where the bodies are now.
+double LevelSwitch::depthBefore(const Pair& pair, const PairQuery& query) const {
+  const CloudShape* const clouds[2] = {cloudOf(pair.a), cloudOf(pair.b)};
+  PairQuery before = query;
+  ContactBody* const bodies[2] = {&before.a, &before.b};
+  PairLevels::apply(pair.reader.levels().last(), clouds, bodies);
+  ContactFinder finder;
+  return depthOf(finder.find(before.a, before.b, before.settings));
+}
+
+void LevelSwitch::fade(double jump, double most, double step) {
+  left_ -= step;
+  if (left_ <= 0) offset_ = left_ = 0;
+  if (jump == 0) return;
+  const double now = offset_ * left_ / kFade + jump;
+  offset_ = std::clamp(now, -most, most);
+  left_ = kFade;
+}
+
+void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step) {
+  refined_ = 0;
+  const CloudShape* const clouds[2] = {cloudOf(pair.a), cloudOf(pair.b)};
+  PairLevels& levels = pair.reader.levels();
+  const PairLevels kept = levels;
+  const ContactResult& found = pair.finder.latest();
+  double before = 0;
+  bool switched = levels.differs(query.levels);
+  if (step > 0) before = switched ? depthBefore(pair, query) : depthOf(found);
+  error_ = depthError(query.a, query.b, found);
+  for (int k = 0; k < kMostRepeats && levels.refines(query.levels, clouds, error_, found); ++k) {
+    const LevelChoice last = query.levels;
+    pair.reader.chooseLevels(pair.settings, pair.a, pair.b, query);
+    if (query.levels == last) continue;
+    pair.finder.search(query.a, query.b, query.settings);
+    ++refined_;
+    error_ = depthError(query.a, query.b, found);
+  }
+  if (!(step > 0)) {
+    levels = kept;
+    return;
+  }
+  switched = levels.differs(query.levels);
+  const double jump = switched ? std::max(0.0, before) - std::max(0.0, depthOf(found)) : 0;
+  fade(jump, query.levels.tolerance, step);
+  levels.learn(query.levels, error_, found);
+}
+
+const ContactResult& LevelSwitch::faded(const ContactResult& found) {
+  if (!fades() || found.points.empty()) return found;
+  const double more = offset_ * left_ / kFade;
+  faded_ = found;
+  for (ContactPoint& point : faded_.points) point.depth += more;
+  for (Patch& patch : faded_.patches) patch.depth += more;
+  return faded_;
+}
+
+}  // namespace cloudcontact

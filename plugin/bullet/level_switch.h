@@ -1,0 +1,45 @@
+// LevelSwitch: the searches of a pair whose clouds have levels. Repeats a search with finer voxels
+// where its contact asks for them, and keeps the pair's depth continuous where levels change, since
+// a depth that jumps would feed energy in.
+#pragma once
+
+#include <cloudcontact/contact/contact_finder.h>
+
+#include "bullet/pair_query.h"
+
+namespace cloudcontact {
+
+struct CloudContactSettings;
+
+class LevelSwitch {
+ public:
+  // What is searched: `a` and `b` are those that `query` was read from.
+  struct Pair {
+    const CloudContactSettings& settings;
+    const btCollisionObjectWrapper &a, &b;
+    PairReader& reader;
+    ContactFinder& finder;
+  };
+
+  // After the finder has searched the query: until its contact holds the tolerance. `step` [s];
+  // 0: a query that is no step, which leaves no trace.
+  void settle(const Pair& pair, PairQuery& query, double step);
+  // The finder's contact, with the depth that the levels of the last steps had. The difference
+  // fades away.
+  const ContactResult& faded(const ContactResult& found);
+  bool fades() const { return left_ > 0; }
+
+  double error() const { return error_; }           // [m] depthError() of the last contact
+  std::size_t refined() const { return refined_; }  // searches that the last settle() repeated
+
+ private:
+  double depthBefore(const Pair& pair, const PairQuery& query) const;
+  void fade(double jump, double most, double step);
+
+  double error_ = 0;
+  std::size_t refined_ = 0;
+  double offset_ = 0, left_ = 0;  // [m], and how long it lasts [s]
+  ContactResult faded_;
+};
+
+}  // namespace cloudcontact
