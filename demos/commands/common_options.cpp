@@ -93,9 +93,14 @@ void addSamplesOption(CLI::App& command, CommonOptions& o) {
 void addToleranceOption(CLI::App& command, CommonOptions& o) {
   addPositive(
       command, "--tolerance",
-      "a cloud that is a ball, box, cylinder, capsule or cone within this [m] meets others as that "
-      "shape; none does if not given",
+      "contacts take the largest voxels whose surface is right to this [m], and a cloud that is a "
+      "ball, box, cylinder, capsule or cone within it meets others as that shape; not if not given",
       "T", [&o](double v) { o.tolerance = v; });
+  addPositive(
+      command, "--budget",
+      "with --tolerance: the least important contacts get coarser where a step's would take longer "
+      "than this [s], as counted",
+      "S", [&o](double v) { o.budget = v; });
 }
 
 void addPaperOptions(CLI::App& command, CommonOptions& o) {

@@ -30,6 +30,13 @@ std::string usedBy(const PairUse& pair, const std::vector<KnownShape>& known) {
     append(used, times(r.searched, "search") + " of " + std::to_string(r.lookups / r.searched) +
                      " samples");
   if (r.device > 0) append(used, times(r.device, "search") + " on the device");
+  if (r.coarser > 0) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%zu of them with voxels of up to %.2g m", r.coarser,
+                  std::max(r.voxel[0], r.voxel[1]));
+    append(used, text);
+  }
+  if (r.refined > 0) append(used, times(r.refined, "search") + " again for their error");
   if (r.moved > 0) append(used, times(r.moved, "contact") + " moved along");
   if (r.shapes > 0)
     append(used, times(r.shapes, "contact") + " of " + kindOf(known, pair.a) + " and " +
@@ -46,6 +53,8 @@ std::string skippedBy(const PairReport& r) {
     append(skipped, text);
   }
   if (r.moved + r.shapes > 0) append(skipped, times(r.moved + r.shapes, "search"));
+  if (r.coarser > 0) append(skipped, "finer voxels");
+  if (r.eased > 0) append(skipped, "the tolerance " + times(r.eased, "time") + " for the budget");
   return skipped.empty() ? "nothing" : skipped;
 }
 
@@ -69,7 +78,13 @@ Json explanation(const World& world) {
                     {"microseconds", 1e6 * r.seconds / double(r.answers())},
                     {"queries", r.answers()},
                     {"share", all > 0 ? r.seconds / all : 0},
-                    {"expectedError", r.expectedError}});
+                    {"expectedError", r.expectedError},
+                    {"tolerance", r.tolerance},
+                    {"voxels", {r.voxel[0], r.voxel[1]}},
+                    {"levels", {r.voxelLevel[0], r.voxelLevel[1]}},
+                    {"coarser", r.coarser},
+                    {"refined", r.refined},
+                    {"eased", r.eased}});
   }
   return rows;
 }

@@ -60,6 +60,7 @@ struct CommonOptions {
   TissueOptions tissues;
   Backend backend = Backend::Cpu;
   double tolerance = 0;  // Fidelity::tolerance [m]
+  double budget = 0;     // Fidelity::budget [s per step]
   int threads = 0;       // 0: all cores
   bool json = false;
   bool explain = false;                  // CloudContactSettings::keepReports

@@ -261,6 +261,18 @@ PlacedField SceneClouds::field(const SceneGeometry& geometry, const Pose& pose,
   return {kept = store_->fields.get(key, make), place};
 }
 
+PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose,
+                                 const std::string& body) {
+  const bool digital = isDigital(geometry, body);
+  auto& kept = levels_[digital ? keyOf(geometry) : keyOf(geometry) + keyOf(pose)];
+  if (!kept) {
+    FieldSettings how;
+    how.threads = options_.threads;
+    kept = std::make_shared<const FieldLevels>(cloud(geometry, pose, body).cloud, how);
+  }
+  return {kept, digital ? pose : Pose()};
+}
+
 TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::string& body) {
   const Cloud all = cloud(collision.geometry, collision.pose, body).cloud;
   const std::vector<std::string>& parts = all.materials();

@@ -1,6 +1,7 @@
 // The geometries of a scene as meshes, clouds and surface fields, each made once.
 #pragma once
 
+#include <cloudcontact/field/field_levels.h>
 #include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/cloud.h>
@@ -31,6 +32,10 @@ struct PlacedField {
   std::shared_ptr<const SurfaceField> field;
   Pose place;
 };
+struct PlacedLevels {
+  std::shared_ptr<const FieldLevels> levels;
+  Pose place;
+};
 
 // Functions throw BadInput naming `body` or the file, if that is unusable.
 class SceneClouds {
@@ -48,6 +53,8 @@ class SceneClouds {
   // At `pose` in the body. Several parts of a mesh file become materials of their names.
   PlacedCloud cloud(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   PlacedField field(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
+  // Fields that contacts ask for, when they do.
+  PlacedLevels levels(const SceneGeometry& geometry, const Pose& pose, const std::string& body);
   // The tissues of the collision's materials, from the table of --tissues: those that its elements
   // state, or else those of --tissue; empty where there are none.
   TissueTable tissues(const SceneCollision& collision, const std::string& body);
@@ -72,6 +79,7 @@ class SceneClouds {
   std::map<std::string, std::shared_ptr<const Mesh>> meshes_, drawn_;
   std::map<std::string, Cloud> clouds_;
   std::map<std::string, std::shared_ptr<const SurfaceField>> fields_;
+  std::map<std::string, std::shared_ptr<const FieldLevels>> levels_;
 };
 
 // Turns the library's exceptions into BadInput that names the body.

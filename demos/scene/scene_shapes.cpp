@@ -136,16 +136,30 @@ SceneShapes::PlacedShape SceneShapes::partShape(const SceneCollision& collision,
   return {bulletShape(geometry, pose, body), Pose()};
 }
 
+// The field that most contacts of a collision use. Base vectors use the finest.
+PlacedField SceneShapes::shownField(const SceneCollision& collision, const Pose& pose,
+                                    const std::string& body) {
+  const double tolerance = toleranceOf(collision);
+  if (!(tolerance > 0)) return clouds_.field(collision.geometry, pose, body);
+  return naming(body, [&]() -> PlacedField {
+    const auto [levels, place] = clouds_.levels(collision.geometry, pose, body);
+    return {levels->field(levels->coarsest(tolerance / 2)), place};
+  });
+}
+
 // Equal bodies share base vectors.
 BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose& pose,
                                     const std::string& body) {
   auto& kept = bulletShapes_[keyOf(collision.geometry) + keyOf(pose) + keyOfElements(collision)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> BulletShape {
-           auto shape =
-               std::make_shared<CloudShape>(clouds_.field(collision.geometry, pose, body).field);
+           const double tolerance = toleranceOf(collision);
+           auto shape = tolerance > 0 ? std::make_shared<CloudShape>(
+                                            clouds_.levels(collision.geometry, pose, body).levels)
+                                      : std::make_shared<CloudShape>(
+                                            clouds_.field(collision.geometry, pose, body).field);
            shape->setTissues(clouds_.tissues(collision, body));
-           shape->setFidelity({collision.tolerance.value_or(options_.tolerance)});
+           shape->setFidelity({tolerance});
            const double voxel = shape->cloud().voxelSize();
            if (const auto settings = paper(collision, voxel, pose, body))
              shape->usePaper(*settings);
@@ -228,7 +242,7 @@ void SceneShapes::addPart(const SceneCollision& collision, const SceneBody& body
   out.drawn.parts.push_back(drawnPart(collision, body.name));
   if (const auto cuts = tool(collision, placed, body.name)) out.tools.push_back(*cuts);
   if (usesClouds(options_.method) && !isPlane(collision.geometry)) {
-    const auto [field, place] = clouds_.field(collision.geometry, placed, body.name);
+    const auto [field, place] = shownField(collision, placed, body.name);
     out.drawn.clouds.push_back({field, out.frame * place});
   }
   if (clouds_.isDigital(collision.geometry, body.name))

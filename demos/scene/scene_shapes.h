@@ -85,6 +85,11 @@ class SceneShapes {
   void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
                std::vector<PlacedShape>& shapes);
   PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const std::string& body);
+  double toleranceOf(const SceneCollision& collision) const {
+    return collision.tolerance.value_or(options_.tolerance);
+  }
+  PlacedField shownField(const SceneCollision& collision, const Pose& pose,
+                         const std::string& body);
   BulletShape cloudShape(const SceneCollision& collision, const Pose& pose,
                          const std::string& body);
   std::optional<PaperSettings> paper(const SceneCollision& collision, double voxel,

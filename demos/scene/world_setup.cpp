@@ -94,6 +94,7 @@ std::unique_ptr<CloudContact> makeCloudContact(const CommonOptions& options) {
   settings.bears = kBears;
   if (options.samples) settings.samples = static_cast<std::size_t>(*options.samples);
   if (options.reuse) settings.reuseMotion = *options.reuse;
+  settings.fidelity.budget = options.budget;
   settings.keepReports = options.explain;
   return std::make_unique<CloudContact>(settings);
 }

@@ -146,10 +146,13 @@ struct CloudBody::State {
 
 namespace {
 
-std::shared_ptr<const SurfaceField> fieldOfBody(const Cloud& cloud, int threads) {
+// With a tolerance, fields are built for the contacts that ask for them.
+CloudShape shapeOfBody(const Cloud& cloud, const CloudBodySettings& settings) {
   FieldSettings how;
-  how.threads = threads;
-  return SurfaceField::build(cloud, how);
+  how.threads = settings.threads;
+  if (settings.fidelity.tolerance > 0)
+    return CloudShape(std::make_shared<const FieldLevels>(cloud, how));
+  return CloudShape(SurfaceField::build(cloud, how));
 }
 
 }  // namespace
@@ -158,7 +161,7 @@ CloudBody::State::State(const WeighedCloud& made, const CloudBodySettings& setti
     : frame(made.frame),
       cloudInFrame(made.cloudInFrame),
       report(made.report),
-      shape(fieldOfBody(made.cloud, settings.threads)) {
+      shape(shapeOfBody(made.cloud, settings)) {
   if (settings.law) cloudcontact::validate(*settings.law);
   shape.law = settings.law;
   if (!settings.tissues.empty())

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <stdexcept>
 #include <vector>
@@ -48,8 +49,12 @@ int countOf(const Eigen::AlignedBox3d& bounds, double voxel) {
   return count;
 }
 
+// [voxels] A level that is worse somewhere is of use for other parts of the body at most: its field
+// is built again if one of these asks.
+constexpr double kPoor = 0.125;
+
 struct Level {
-  mutable std::once_flag once;
+  std::once_flag building, measuring;
   std::shared_ptr<const SurfaceField> field;
   LevelError error;
   std::atomic<bool> isBuilt = false;
@@ -71,30 +76,43 @@ struct FieldLevels::State {
         settings(how),
         levels(static_cast<std::size_t>(countOf(bounds, cloud.voxelSize()))) {}
 
-  Level& at(int level) {
-    Level& one = levels.at(static_cast<std::size_t>(level));
-    std::call_once(one.once, [&] {
-      if (!one.field) build(level, one);
+  Level& at(int level) { return levels.at(static_cast<std::size_t>(level)); }
+  void keep(Level& one, const std::function<std::shared_ptr<const SurfaceField>()>& make) {
+    std::call_once(one.building, [&] {
+      one.field = make();
       one.isBuilt = true;
     });
-    return one;
   }
-  void build(int level, Level& one) {
+  const std::shared_ptr<const SurfaceField>& field(int level) {
+    Level& one = at(level);
+    keep(one, [&] { return build(level); });
+    return one.field;
+  }
+  const LevelError& error(int level) {
+    Level& one = at(level);
+    std::call_once(one.measuring, [&] {
+      if (level == 0) return;
+      const auto made = one.isBuilt ? one.field : build(level);
+      one.error = made ? LevelError(*made, cloud) : LevelError::unseen();
+      if (made && one.error.most() <= kPoor * made->cloud().voxelSize())
+        keep(one, [&] { return made; });
+    });
+    return one.error;
+  }
+  // Null if no voxel is half full.
+  std::shared_ptr<const SurfaceField> build(int level) {
     if (of) {
       const auto& field = of->field(level);
-      one.field = field ? scaled(*field, factor) : nullptr;
-    } else if (level == 0) {
-      one.field = SurfaceField::build(cloud, settings);
-    } else {
-      FieldSettings how = settings;
-      how.renewable = false;
-      how.edgeSearches.reset();
-      try {
-        one.field = SurfaceField::build(coarserCloud(cloud, level), how);
-        one.error = LevelError(*one.field, cloud);
-      } catch (const std::invalid_argument&) {
-        one.error = LevelError::unseen();  // too thin: no voxel is half full
-      }
+      return field ? scaled(*field, factor) : nullptr;
+    }
+    if (level == 0) return SurfaceField::build(cloud, settings);
+    FieldSettings how = settings;
+    how.renewable = false;
+    how.edgeSearches.reset();
+    try {
+      return SurfaceField::build(coarserCloud(cloud, level), how);
+    } catch (const std::invalid_argument&) {
+      return nullptr;
     }
   }
 };
@@ -104,8 +122,7 @@ FieldLevels::FieldLevels(const Cloud& finest, const FieldSettings& settings)
 
 FieldLevels::FieldLevels(std::shared_ptr<const SurfaceField> finest, const FieldSettings& settings)
     : state_(std::make_unique<State>(finest ? finest->cloud() : Cloud(), settings)) {
-  state_->levels[0].field = std::move(finest);
-  state_->at(0);
+  state_->keep(state_->at(0), [&] { return finest; });
 }
 
 FieldLevels::FieldLevels(std::shared_ptr<const FieldLevels> of, double factor)
@@ -130,7 +147,7 @@ const Eigen::AlignedBox3d& FieldLevels::bounds() const {
   return state_->bounds;
 }
 const std::shared_ptr<const SurfaceField>& FieldLevels::field(int level) const {
-  return state_->at(level).field;
+  return state_->field(level);
 }
 bool FieldLevels::isBuilt(int level) const {
   return state_->levels.at(static_cast<std::size_t>(level)).isBuilt;
@@ -138,14 +155,14 @@ bool FieldLevels::isBuilt(int level) const {
 
 double FieldLevels::error(int level) const {
   if (state_->of) return state_->factor * state_->of->error(level);
-  return level == 0 ? 0 : state_->at(level).error.most();
+  return state_->error(level).most();
 }
 
 double FieldLevels::error(int level, const Eigen::AlignedBox3d& region) const {
   const double factor = state_->factor;
   if (state_->of)
     return factor * state_->of->error(level, {region.min() / factor, region.max() / factor});
-  return level == 0 ? 0 : state_->at(level).error.in(region);
+  return state_->error(level).in(region);
 }
 
 int FieldLevels::coarsest(double tolerance) const {
@@ -157,9 +174,10 @@ int FieldLevels::coarsest(double tolerance) const {
 std::size_t FieldLevels::bytes() const {
   std::size_t sum = state_->cloud.bytes();
   for (int level = 0; level < count(); ++level) {
-    if (!isBuilt(level)) continue;
-    const Level& one = state_->levels[static_cast<std::size_t>(level)];
-    sum += one.field->bytes() + one.error.bytes();
+    const Level& one = state_->at(level);
+    sum += one.error.bytes();
+    if (!one.isBuilt || !one.field) continue;
+    sum += one.field->bytes();
     if (level > 0) sum += one.field->cloud().bytes();
   }
   return sum;

@@ -42,6 +42,7 @@ class FieldLevels {
   // [m] How far the level's surface is from the finest voxels': the largest root mean square over
   // one of the level's voxels, in the whole body or in those bricks that `region` (body's frame
   // [m]) touches. By coverage, so at edges it states up to a third of a finest voxel too much.
+  // Keeps the field for field() if it is right to an eighth of its voxels everywhere.
   // Infinite where the level does not see a surface (a thin wall, a narrow slot). 0 for level 0.
   double error(int level) const;
   double error(int level, const Eigen::AlignedBox3d& region) const;
