@@ -116,11 +116,18 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
         ccPlanOf(&patches[k], &force, &flat, ccDryness(&center, terms->voxel), terms->voxel);
     int moved = 1;
     for (int round = 0; round <= CC_WET_ROUNDS; ++round) {
-      if (moved)
-        nearest[lid] = ccNearestOf(
+      if (moved) {
+        CcNearestHit best = ccNearestOf(
             &pairHits, queue, g.end - g.begin,
             ccNoHit(ccPlannedPlace(&plan, &force, &flat, (int)(lid % 4)),
                     ccPlannedNormal(&plan, &flat, (int)(lid % 4)), CC_COVERS, CC_ABOVE));
+        if (ccIsBeside(&best, terms->voxel)) {
+          const CcNearestHit mirrored =
+              ccNearestOf(&pairHits, queue, g.end - g.begin, ccMirrored(&best));
+          best.moves = ccMoves(&mirrored, terms->voxel);
+        }
+        nearest[lid] = best;
+      }
       barrier(CLK_LOCAL_MEM_FENCE);
       if (moved && round < CC_WET_ROUNDS)
         moved = ccMoveToWet(&plan, &flat, nearest + lid / 4 * 4);

@@ -12,20 +12,21 @@
 #include "kernels/base/vector64.h"
 #include "kernels/contact/hit_bins.h"
 
-// In widths of a hit's sample. A place on a face that is covered by samples is within the first of
-// one; the center of a patch counts as dry from a voxel beyond the second on.
-#define CC_COVERS 0.5
+// In widths of a hit's sample: where a place counts as within it, and how far beyond a patch's
+// center may be before the patch counts as dry there.
+#define CC_COVERS 0.35
 #define CC_WETS 1.0
-// [voxels] Places as near as this to a hit's sample stay where they are in the patch's plane.
-#define CC_BESIDE_VOXELS 0.5
-// Farther ones move this many times the way that they are beyond, up to the hit's middle: an arc is
-// deepest there, and its samples' borders are dry.
+// [voxels] Places as near as this to a sample stay where they are in the patch's plane. Farther
+// ones move this many times the way that they are beyond, up to the hit's middle: an arc is deepest
+// there, and its samples' borders are dry.
+#define CC_BESIDE_VOXELS 0.25
+#define CC_DRY_VOXELS 0.5
 #define CC_INWARD 3.0
 // Of a way above or below a place, and of one to a hit's middle, against one to its sample's
 // border.
 #define CC_ABOVE (1.0 / 16.0)
 #define CC_MIDDLES (1.0 / 64.0)
-#define CC_WET_ROUNDS 2      // of moving places and balancing them
+#define CC_WET_ROUNDS 3      // of moving places and balancing them
 #define CC_LEAST_COSINE 0.5  // between a point's normal and a hit's
 #define CC_LEAST_GATE 0.5f   // hits of walls are not where a patch is
 
@@ -38,12 +39,15 @@ typedef struct {
   CcVec at, surface;  // the hit, and its normal from A to B
   CcVec aside;        // from the line to the hit
   double beside;      // from the line to the border of its sample [m]
+  double away;        // the same, with the way along the line [m]
+  double moves;       // how much of its way to the hit the place goes, 0..1
   int found;
 } CcNearestHit;
 
 CC_FN CcNearestHit ccNoHit(CcVec place, CcVec normal, double reach, double above) {
   const CcVec none = {0.0, 0.0, 0.0};
-  const CcNearestHit n = {place, normal, reach, above, 1e300, place, normal, none, 0.0, 0};
+  const CcNearestHit n = {place,  normal, reach, above, 1e300, place,
+                          normal, none,   0.0,   0.0,   1.0,   0};
   return n;
 }
 
@@ -84,20 +88,34 @@ CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const floa
   best->surface = surface;
   best->aside = aside;
   best->beside = beside;
+  best->away = CC_SQRT64(beside * beside + above * above);
   best->found = 1;
 }
 
 // How dry a patch's center is, by what is nearest to it: 0 near a sample, 1 from a voxel farther
 // on. 0 without hits.
 CC_FN double ccDryness(const CcNearestHit* found, double voxel) {
-  return found->found ? ccClamp64(found->beside / voxel - CC_BESIDE_VOXELS, 0.0, 1.0) : 0.0;
+  return found->found ? ccClamp64(found->beside / voxel - CC_DRY_VOXELS, 0.0, 1.0) : 0.0;
+}
+
+// Whether a place may have to move. A place between the samples of a face has them on all sides, so
+// what is nearest to its mirror image at the hit tells.
+CC_FN int ccIsBeside(const CcNearestHit* found, double voxel) {
+  return found->found && found->beside > CC_BESIDE_VOXELS * voxel;
+}
+CC_FN CcNearestHit ccMirrored(const CcNearestHit* found) {
+  return ccNoHit(ccMinus(found->place, found->aside), found->normal, found->reach, found->above);
+}
+CC_FN double ccMoves(const CcNearestHit* mirrored, double voxel) {
+  return mirrored->found ? ccMin64(1.0, mirrored->away / voxel) : 1.0;
 }
 
 // The way across its normal from a place to where the patch is wet.
 CC_FN CcVec ccWayToWet(const CcNearestHit* found, double voxel) {
   const double beyond = found->beside - CC_BESIDE_VOXELS * voxel;
   if (!found->found || !(beyond > 0.0)) return ccVec(0.0, 0.0, 0.0);
-  return ccTimes(ccMin64(1.0, CC_INWARD * beyond / ccLength64(found->aside)), found->aside);
+  const double part = ccMin64(1.0, CC_INWARD * beyond / ccLength64(found->aside));
+  return ccTimes(found->moves * part, found->aside);
 }
 
 // How far along `normal` a place is from midway between the surfaces.

@@ -20,9 +20,13 @@ CcNearestHit PatchHits::nearest(CcNearestHit best) const {
 void PatchHits::place(const CcPatchForce& force, const CcFlat& flat, CcPlan& plan,
                       CcNearestHit* found) const {
   for (int round = 0; round <= CC_WET_ROUNDS; ++round) {
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       found[i] = nearest(ccNoHit(ccPlannedPlace(&plan, &force, &flat, i),
                                  ccPlannedNormal(&plan, &flat, i), CC_COVERS, CC_ABOVE));
+      if (!ccIsBeside(&found[i], plan.voxel)) continue;
+      const CcNearestHit mirrored = nearest(ccMirrored(&found[i]));
+      found[i].moves = ccMoves(&mirrored, plan.voxel);
+    }
     if (round == CC_WET_ROUNDS || !ccMoveToWet(&plan, &flat, found)) return;
   }
 }
