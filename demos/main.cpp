@@ -20,6 +20,8 @@ void addCommands(CLI::App& app) {
   addChartCommand(app);
   addDrillCommand(app);
   addTuneCommand(app);
+  addCompletionCommand(app);
+  addManualCommand(app);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "commands/command_line.h"
+#include "commands/command_tree.h"
 #include "commands/common_options.h"
 #include "io/errors.h"
 #include "io/progress.h"
@@ -151,6 +152,7 @@ void addOptions(CLI::App& command) {
       ->check(CLI::Range(1, 100000))
       ->group("");
   addFileOptions(command, options->common);
+  addExamples(command, chartExamples());
   command.callback([options] {
     run(*options, options->quick ? "cloudcontact chart --quick" : "cloudcontact chart");
   });

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 
 namespace cloudcontact::program {
@@ -39,6 +40,7 @@ void addChartCommand(CLI::App& app) {
       "chart a pair of your own, with its finest voxels as the reference.");
   command.set_help_flag();  // the laboratory prints its own help
   command.prefix_command();
+  addExamples(command, chartExamples());
   command.callback([&command] { start(command.remaining()); });
 }
 

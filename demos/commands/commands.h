@@ -14,5 +14,7 @@ void addDemoCommand(CLI::App& app);
 void addChartCommand(CLI::App& app);
 void addDrillCommand(CLI::App& app);
 void addTuneCommand(CLI::App& app);
+void addCompletionCommand(CLI::App& app);
+void addManualCommand(CLI::App& app);
 
 }  // namespace cloudcontact::program

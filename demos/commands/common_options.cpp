@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/solid_text.h"
+#include "scene/shape_cache.h"
 
 namespace cloudcontact::program {
 
@@ -61,6 +62,15 @@ void addRunOptions(CLI::App& command, CommonOptions& o) {
   command.add_flag("--json", o.json, "print the result as JSON");
 }
 
+void addCacheOption(CLI::App& command, CommonOptions& o) {
+  o.cache = usualCache();
+  command.add_flag_callback(
+      "--no-cache", [&o] { o.cache.reset(); },
+      "neither use nor keep clouds and surfaces of other runs (CLOUDCONTACT_CACHE: their folder, "
+      "or "
+      "off; ~/.cache/cloudcontact if not given)");
+}
+
 void addLawOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--law",
       "contact law: paper (one spring a pair), foundation (stiffness per area); for simulate also "
@@ -81,7 +91,8 @@ void addMethodOption(CLI::App& command, CommonOptions& o) {
   add(command, "--method",
       "cloud (fitted normals, default), paper (base vectors), or Bullet's gjk, gimpact, hacd, "
       "primitive, sdf",
-      "METHOD", [&o](const std::string& t) { o.method = readMethod(t); });
+      "cloud|paper|gjk|gimpact|hacd|primitive|sdf",
+      [&o](const std::string& t) { o.method = readMethod(t); });
 }
 
 void addSamplesOption(CLI::App& command, CommonOptions& o) {
@@ -133,7 +144,7 @@ void addTissueOptions(CLI::App& command, CommonOptions& o, const char* none) {
 }
 
 void addBackendOption(CLI::App& command, CommonOptions& o) {
-  add(command, "--backend", "cpu, or opencl for a GPU", "BACKEND",
+  add(command, "--backend", "cpu, or opencl for a GPU", "cpu|opencl",
       [&o](const std::string& t) { o.backend = readBackend(t); });
 }
 

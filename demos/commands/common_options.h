@@ -23,6 +23,7 @@ void addPositive(CLI::App& command, const std::string& name, const std::string& 
 void addFileOptions(CLI::App& command, CommonOptions& options);  // --voxel, --unit
 void addBodyOptions(CLI::App& command, CommonOptions& options);  // those, --threshold and --shell
 void addRunOptions(CLI::App& command, CommonOptions& options);   // --threads, --json
+void addCacheOption(CLI::App& command, CommonOptions& options);  // --no-cache; else the user's
 void addLawOptions(CLI::App& command, CommonOptions& options);   // --law, --stiffness, --damping
 void addFrictionOption(CLI::App& command, CommonOptions& options);
 void addMethodOption(CLI::App& command, CommonOptions& options);

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "commands/contact_report.h"
 #include "draw/contact_picture.h"
@@ -192,7 +193,12 @@ void addContactCommand(CLI::App& app) {
   addSamplesOption(command, options->common);
   addPaperOptions(command, options->common);
   addBackendOption(command, options->common);
+  addCacheOption(command, options->common);
   addRunOptions(command, options->common);
+  addExamples(
+      command,
+      {R"(cloudcontact contact bolt.stl nut.stl --unit mm --voxel 0.00025 --pose "0 0 0.0078")",
+       R"(cloudcontact contact halfspace sphere:0.01 --pose "0 0 0.0098" --stiffness 5000 --json)"});
   command.callback([options] { run(*options); });
 }
 

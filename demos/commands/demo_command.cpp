@@ -8,6 +8,7 @@
 #include <iostream>
 #include <memory>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "demos/demo.h"
 #include "draw/picture_file.h"
@@ -105,6 +106,7 @@ void addDemoCommand(CLI::App& app) {
       .add_option("--pictures", options->pictures,
                   "folder for the pictures of drill and scalpel, as SVG and PNG")
       ->type_name("DIR");
+  addExamples(command, {"cloudcontact demo", "cloudcontact demo nut_bolt --replay nut_bolt.html"});
   command.callback([options] {
     if (options->name.empty() && !options->replay.empty())
       throw BadInput("--replay: needs a demo; give its name");

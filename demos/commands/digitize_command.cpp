@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "draw/cloud_picture.h"
 #include "draw/picture_file.h"
@@ -158,6 +159,9 @@ void addDigitizeCommand(CLI::App& app) {
   addBodyOptions(command, options->common);
   addBackendOption(command, options->common);
   addRunOptions(command, options->common);
+  addExamples(command,
+              {"cloudcontact digitize nut.stl --unit mm --voxel 0.00025 -o nut.cloud",
+               "cloudcontact digitize sphere:0.01 --voxel 0.001 --picture ball.png --json"});
   command.callback([options] { run(*options); });
 }
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "draw/cut_picture.h"
 #include "draw/force_chart.h"
@@ -294,6 +295,8 @@ void addDrillCommand(CLI::App& app) {
       ->type_name("OUT.cloud");
   addBodyOptions(command, options->common);
   addRunOptions(command, options->common);
+  addExamples(command, {"cloudcontact drill tooth.obj --unit mm --voxel 0.0005 --tissue all=dentin "
+                        "--force force.csv"});
   command.callback([options] { run(*options); });
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "commands/explanation.h"
 #include "io/json.h"
@@ -319,7 +320,8 @@ void addSimulateCommand(CLI::App& app) {
       "the springs of contacts. A pair's friction is the smaller mu of its bodies; a body without\n"
       "mu takes the other's, and without both there is no friction. Bodies without a mass have\n"
       "the density of water.");
-  command.add_option("SCENE", options->scene, "an SDFormat world (.sdf), or a robot (.urdf)")->required();
+  command.add_option("SCENE", options->scene, "an SDFormat world (.sdf), or a robot (.urdf)")
+      ->required();
   addOptions(command, *options);
   addBodyOptions(command, options->common);
   addLawOptions(command, options->common);
@@ -330,7 +332,12 @@ void addSimulateCommand(CLI::App& app) {
   addToleranceOption(command, options->common);
   addPaperOptions(command, options->common);
   addBackendOption(command, options->common);
+  addCacheOption(command, options->common);
   addRunOptions(command, options->common);
+  addExamples(
+      command,
+      {"cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --replay run.html",
+       "cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --json --trajectory run.csv"});
   command.callback([options] { run(*options); });
 }
 

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "commands/contact_report.h"
 #include "io/json.h"
@@ -204,7 +205,11 @@ void addTuneCommand(CLI::App& app) {
   addBodyOptions(command, common);
   command.remove_option(command.get_option("--voxel"));
   addLawOptions(command, common);
+  addCacheOption(command, common);
   addRunOptions(command, common);
+  addExamples(
+      command,
+      {R"(cloudcontact tune bolt.stl nut.stl --unit mm --pose "0 0 0.0078" --tolerance 0.0002)"});
   command.callback([options] { run(*options); });
 }
 

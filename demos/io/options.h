@@ -8,6 +8,7 @@
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/ct_volume.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,8 @@
 #include "io/progress.h"
 
 namespace cloudcontact::program {
+
+class ShapeCache;  // scene/shape_cache.h
 
 // Cloud: fitted normals; Paper: base vectors; the others are Bullet's own.
 enum class Method { Cloud, Paper, Gjk, Gimpact, Hacd, Primitive, Sdf };
@@ -63,8 +66,9 @@ struct CommonOptions {
   double budget = 0;     // Fidelity::budget [s per step]
   int threads = 0;       // 0: all cores
   bool json = false;
-  bool explain = false;                  // CloudContactSettings::keepReports
-  ProgressMaker progress = progressBar;  // of work that takes long
+  bool explain = false;                    // CloudContactSettings::keepReports
+  ProgressMaker progress = progressBar;    // of work that takes long
+  std::shared_ptr<ShapeCache> cache = {};  // of clouds and fields; null: none
 };
 
 // Whether --law names a law with its own values and a memory.

@@ -21,6 +21,7 @@
 #include "io/progress.h"
 #include "io/solid_text.h"
 #include "scene/primitive_mesh.h"
+#include "scene/shape_cache.h"
 
 namespace cloudcontact::program {
 
@@ -194,6 +195,11 @@ Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
 DigitizedBody digitizeMesh(const Mesh& mesh, const DigitizeSettings& settings,
                            const CommonOptions& options) {
   if (options.backend == Backend::Cpu) {
+    // A cloud of the cache has no report.
+    if (options.cache)
+      return {
+          options.cache->cloud(mesh, settings.voxelSize, [&] { return digitize(mesh, settings); }),
+          inspect(mesh).closed(), Backend::Cpu};
     DigitizeReport report;
     Cloud cloud = digitize(mesh, settings, &report);
     return {std::move(cloud), report.closed, Backend::Cpu};
@@ -299,6 +305,10 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     // A thickened sheet has lost its parts.
     if (body.parts.empty() || isSheet(*body.mesh)) return digitizeMesh(mesh, settings, options);
     if (options.backend == Backend::OpenCl) reportCpuFallback(body.name + " has several materials");
+    if (options.cache)
+      return DigitizedBody{
+          options.cache->cloud(body.parts, voxel, [&] { return digitize(body.parts, settings); }),
+          inspect(*body.mesh).closed(), Backend::Cpu};
     DigitizeReport report;
     Cloud cloud = digitize(body.parts, settings, &report);
     return DigitizedBody{std::move(cloud), report.closed, Backend::Cpu};
@@ -316,8 +326,9 @@ std::shared_ptr<const SurfaceField> buildField(const Cloud& cloud, const std::st
   FieldSettings settings;
   settings.threads = options.threads;
   settings.progress = options.progress("finding the surface of " + name);
+  const auto build = [&] { return SurfaceField::build(cloud, settings); };
   return asBadInput(name, "give a smaller --voxel",
-                    [&] { return SurfaceField::build(cloud, settings); });
+                    [&] { return options.cache ? options.cache->field(cloud, build) : build(); });
 }
 
 Mesh meshOf(const Body& body, double tolerance) {

@@ -15,6 +15,7 @@
 #include "io/progress.h"
 #include "io/text.h"
 #include "scene/primitive_mesh.h"
+#include "scene/shape_cache.h"
 #include "scene/tissue_file.h"
 
 namespace cloudcontact::program {
@@ -211,7 +212,8 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
     const Mesh whole = moved(*mesh(geometry, body), turn);
     return store_->clouds.get(contentKey(whole) + key, [&] {
       settings.progress = options_.progress("digitizing " + body);
-      return digitize(whole, settings);
+      const auto make = [&] { return digitize(whole, settings); };
+      return options_.cache ? options_.cache->cloud(whole, voxel_, make) : make();
     });
   }
   for (NamedMesh& part : turned) {
@@ -220,7 +222,8 @@ Cloud SceneClouds::digitized(const SceneGeometry& geometry, const Pose& turn,
   }
   return store_->clouds.get(key, [&] {
     settings.progress = options_.progress("digitizing " + body);
-    return digitize(turned, settings);
+    const auto make = [&] { return digitize(turned, settings); };
+    return options_.cache ? options_.cache->cloud(turned, voxel_, make) : make();
   });
 }
 

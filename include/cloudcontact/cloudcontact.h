@@ -5,6 +5,7 @@
 
 #include <cloudcontact/base/mass_properties.h>
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/base/source_hash.h>
 #include <cloudcontact/base/span.h>
 #include <cloudcontact/base/task_runner.h>
 #include <cloudcontact/base/wrench.h>

@@ -110,6 +110,15 @@ endfunction()
 function(step_program)
   run(${prefix}/bin/cloudcontact --version)
   run(${prefix}/bin/cloudcontact digitize sphere:0.01 --voxel 0.001 --json)
+  if(NOT FLAGS MATCHES "-fsanitize=")
+    foreach(file bash-completion/completions/cloudcontact zsh/site-functions/_cloudcontact
+        fish/vendor_completions.d/cloudcontact.fish man/man1/cloudcontact.1)
+      file(READ ${prefix}/share/${file} text)
+      if(NOT text MATCHES "simulate")
+        message(FATAL_ERROR "share/${file} does not name the commands")
+      endif()
+    endforeach()
+  endif()
 endfunction()
 
 # Nothing is left but the folders that every prefix has.

@@ -54,12 +54,14 @@ class Workplace {
     return names;
   }
 
-  // The streams go to files in another folder, so that files() lists the program's only.
+  // The streams go to files in another folder, so that files() lists the program's only. The user's
+  // cache is left alone, unless CLOUDCONTACT_CACHE is set.
   Outcome run(const std::vector<std::string>& arguments) const {
     const std::string streams = folder_.string() + ".streams";
     std::filesystem::create_directory(streams);
     const pid_t child = fork();
     if (child == 0) {
+      setenv("CLOUDCONTACT_CACHE", "off", 0);
       // Uses descriptors, not stdio, so that the child does not print the test's buffered output.
       if (chdir(folder_.c_str()) != 0 || !redirect(STDOUT_FILENO, streams + "/out") ||
           !redirect(STDERR_FILENO, streams + "/err"))
