@@ -18,8 +18,8 @@ namespace cloudcontact::program {
 // file.
 TissueTable readTissues(const std::string& option, const std::string& text, double stiffness = 2e4);
 
-// The table of the options, from readTissues() where it is a file's; of the file `usual` where there
-// is none.
+// The table of the options, from readTissues() where it is a file's; of the file `usual` where
+// there is none.
 TissueTable tableOf(const TissueOptions& options, const std::string& usual);
 
 // The table's entries in the order of `parts`, each looked up in `tissueOfPart`, else by its own

@@ -52,8 +52,8 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const CloudShape* const cloud = CloudShape::of(*cloudSide.getCollisionShape());
   if (!cloud) throw std::runtime_error(kNoCloud);
   const CloudShape& shape = *cloud;
-  const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide,
-                            shape.cloud().voxelSize(), body->m_sst.sdt);
+  const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide, shape.cloud().voxelSize(),
+                            body->m_sst.sdt);
   const bool vectors = shape.usesPaper() || narrowPhase.settings().normals == Normals::BaseVectors;
   pair.step(*body, {&cloudSide, btRigidBody::upcast(cloudObject)}, law, vectors);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
