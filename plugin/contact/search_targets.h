@@ -57,6 +57,7 @@ struct FieldTarget {
 
 // Cosine of 26 deg: normals that differ by more over a sample meet at an edge.
 constexpr float kOneFace = 0.9f;
+constexpr double kSurelyAway = 1 - 1e-9;  // of a distance, for rounding
 // [voxels] What is farther in front of a sheet touches it from no side.
 constexpr double kInFront = 4;
 
@@ -112,11 +113,19 @@ struct ShapeTarget {
     near.clear();
     const SampleBricks& bricks = dir.samples.bricks;
     std::uint32_t hint = 0;
+    // What is as far from the last place asked as that is from the shape, and more, is not near.
+    const bool distance = surface ? !surface->hasBorders() : isDistance(shape);
+    Vec3 last = Vec3::Zero();
+    double away = 0;  // of the last place from the shape [m]
     for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
       const float reach = (bricks.radius[i] + aside + 0.5f) * dir.voxel;
       const Vec3 x = inShape({bricks.x[i], bricks.y[i], bricks.z[i]});
-      if ((surface ? surface->at(x, hint).depth : solidAt(shape, x).depth) >= -reach)
-        near.push_back(static_cast<std::uint32_t>(i));
+      const double left = kSurelyAway * away - reach;
+      if (distance && left > 0 && (x - last).squaredNorm() < left * left) continue;
+      const double depth = surface ? surface->at(x, hint).depth : solidAt(shape, x).depth;
+      last = x;
+      away = -depth;
+      if (depth >= -reach) near.push_back(static_cast<std::uint32_t>(i));
     }
   }
 

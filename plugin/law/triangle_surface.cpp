@@ -2,6 +2,7 @@
 #include "law/triangle_surface.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -21,6 +22,12 @@ constexpr double kOnSurface = 1e-9;  // [m] the way to the foot has no direction
 constexpr double kLess = 1 - 1e-12;  // of a bound, for rounding
 constexpr int kDeepest = 64;         // levels of the tree
 constexpr std::size_t kFewPoints = 8;
+constexpr double kPrism =
+    0.5;  // of a face's longest edge: room over it beyond which none is looked for
+constexpr double kSure = 1e-6;  // of the room: nearer to a bound is not sure
+// Meshes of more faces are too fine for prisms: most would be lower than the samples are deep.
+constexpr std::size_t kMostPrisms = 4000;
+constexpr int kHops = 2;  // from one face to the next
 
 std::uint64_t mixed(std::uint64_t x) {
   x = (x ^ (x >> 31)) * 0x9E3779B97F4A7C15ull;
@@ -114,6 +121,7 @@ void TriangleSurface::build(std::span<const double> corners, const Eigen::Aligne
     hasJumps_ |= !e.joins() || faces_[e.face[0]].normal.dot(faces_[e.face[1]].normal) < kOneFace;
   }
   buildTree();
+  addPrisms();
 }
 
 // Spreads over the edges of two faces, and winds each face as the one that it was reached from.
@@ -195,6 +203,95 @@ void TriangleSurface::buildTree() {
   for (std::uint32_t node = 0; node < nodes_.size(); ++node) divide(node);
   place_.resize(faces_.size());
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) place_[triangles_[i].face] = i;
+}
+
+// What lies beyond a plane through an edge and along the normal is farther from a point in the
+// prism than that plane, and what lies above or below the face farther than the rest of the way
+// there.
+double TriangleSurface::findRoom(std::uint32_t face) const {
+  const Prism& prism = prisms_[face];
+  const Triangle& own = triangles_[place_[face]];
+  const double longest =
+      std::sqrt(std::max({(own.b - own.a).squaredNorm(), (own.c - own.b).squaredNorm(),
+                          (own.a - own.c).squaredNorm()}));
+  double room = kPrism * longest;
+  Eigen::AlignedBox3d around;
+  around.extend(own.a).extend(own.b).extend(own.c);
+  around = {Vec3(around.min().array() - room), Vec3(around.max().array() + room)};
+  std::uint32_t stack[kDeepest];
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const Node& node = nodes_[stack[--depth]];
+    if (!node.box.intersects(around)) continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first;
+      stack[depth++] = node.first + 1;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const Triangle& t = triangles_[i];
+      if (t.face == face) continue;
+      const auto least = [&t](const Vec3& way) {
+        return std::min({way.dot(t.a), way.dot(t.b), way.dot(t.c)});
+      };
+      bool beside = false;
+      for (std::size_t k = 0; k < 3 && !beside; ++k)
+        beside = least(-prism.inward[k]) + prism.from[k] >= -kOnSurface * longest;
+      if (beside) continue;
+      const double above = least(own.normal) - own.normal.dot(own.a);
+      const double below = least(-own.normal) + own.normal.dot(own.a);
+      room = std::min(room, std::max({above, below, 0.0}));
+    }
+  }
+  return room / 2;
+}
+
+// Threads that ask at once find the same.
+double TriangleSurface::roomOver(std::uint32_t face) const {
+  const std::atomic_ref<double> kept(prisms_[face].room);
+  double room = kept.load(std::memory_order_relaxed);
+  if (room == kNotYet) kept.store(room = findRoom(face), std::memory_order_relaxed);
+  return room;
+}
+
+void TriangleSurface::addPrisms() {
+  prisms_.resize(faces_.size() > kMostPrisms ? 0 : faces_.size());
+  for (std::uint32_t f = 0; f < prisms_.size(); ++f) {
+    const Triangle& t = triangles_[place_[f]];
+    const Vec3* const corner[] = {&t.a, &t.b, &t.c};
+    Prism& prism = prisms_[f];
+    for (std::size_t k = 0; k < 3; ++k) {
+      prism.inward[k] = t.normal.cross(*corner[(k + 1) % 3] - *corner[k]).normalized();
+      prism.from[k] = prism.inward[k].dot(*corner[k]);
+    }
+    prism.room = kNotYet;
+  }
+}
+
+// A face near `hint` that is the nearest for sure; else none. It saves most searches: a cloud asks
+// for places that are near each other and near the surface.
+std::uint32_t TriangleSurface::sureFace(const Vec3& x, std::uint32_t hint) const {
+  if (prisms_.empty()) return kNone;
+  std::uint32_t at = hint < faces_.size() ? hint : 0;
+  for (int hop = 0; hop <= kHops; ++hop) {
+    const Prism& prism = prisms_[at];
+    std::size_t nearest = 0;
+    double aside[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      aside[k] = prism.inward[k].dot(x) - prism.from[k];
+      if (aside[k] < aside[nearest]) nearest = k;
+    }
+    if (aside[nearest] > 0) {
+      const double height = std::abs(faces_[at].normal.dot(x - corners_[faces_[at].corner[0]]));
+      if (!(height < aside[nearest])) return kNone;
+      const double room = roomOver(at);
+      return height + kSure * room < std::min(aside[nearest], room) ? at : kNone;
+    }
+    const Edge& edge = edges_[faces_[at].edge[nearest]];
+    if (!edge.joins()) return kNone;
+    at = edge.face[edge.face[0] == at];
+  }
+  return kNone;
 }
 
 // Gives a node its box, and halves it where it holds too many triangles.
@@ -291,7 +388,9 @@ TriangleSurface::Point TriangleSurface::signedBy(const Nearest& near, const Vec3
 }
 
 TriangleSurface::Point TriangleSurface::at(const Vec3& x, std::uint32_t& hint) const {
-  const Nearest near = nearest(x, hint);
+  Nearest near;
+  near.face = sureFace(x, hint);
+  if (near.face == kNone) near = nearest(x, hint);
   hint = near.face;
   return signedBy(near, x);
 }

@@ -73,6 +73,14 @@ class TriangleSurface {
     std::uint32_t first = 0, count = 0;  // triangles; count 0: children `first` and `first` + 1
     double squareTo(const Vec3& x) const;
   };
+  // The prism over a face: its inner sides, and how high over it no other face can be nearer than
+  // the face, where its sides are farther away than that.
+  static constexpr double kNotYet = -1;
+  struct Prism {
+    std::array<Vec3, 3> inward;  // unit, in the face's plane
+    std::array<double, 3> from;  // inward.dot(x) on the edge
+    double room = kNotYet;       // [m]
+  };
   struct Nearest {
     Vec3 foot = Vec3::Zero();
     double square = 0;
@@ -87,6 +95,10 @@ class TriangleSurface {
   void splitCorners();
   void addNormals();
   void buildTree();
+  void addPrisms();
+  double findRoom(std::uint32_t face) const;
+  double roomOver(std::uint32_t face) const;
+  std::uint32_t sureFace(const Vec3& x, std::uint32_t hint) const;
   void divide(std::uint32_t node);
   static Nearest onTriangle(const Triangle& triangle, const Vec3& x);
   Nearest nearest(const Vec3& x, std::uint32_t hint) const;
@@ -102,6 +114,7 @@ class TriangleSurface {
       copy_;  // place_: of faces in triangles_
   std::vector<Triangle> triangles_;
   std::vector<Node> nodes_;
+  mutable std::vector<Prism> prisms_;  // of faces; their rooms are found when first asked for
   Eigen::AlignedBox3d bounds_;
   bool hasJumps_ = false, hasBorders_ = false;
 };
