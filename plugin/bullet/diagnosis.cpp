@@ -186,6 +186,12 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   if (checks.settings()) checkLaws(world, *checks.settings(), advice);
 }
 
+// Whether the solver takes what recommend() sets by itself, where clouds are.
+bool recommendsItself(const btConstraintSolver* solver) {
+  const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
+  return own && own->cloudsOnly;
+}
+
 bool sweepsAlone(const btConstraintSolver* solver) {
   const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
   return !own || !own->extrapolates || own->mostSweeps == 0;

@@ -2,7 +2,7 @@
 #include "bullet/shape_record.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
-#include <cloudcontact/bullet/world_file.h>
+#include <LinearMath/btSerializer.h>
 
 #include <sstream>
 #include <stdexcept>
@@ -235,7 +235,7 @@ const char* CloudShape::serialize(void* buffer, btSerializer* serializer) const 
   data.m_quantizedFloatBvh = static_cast<btQuantizedBvhFloatData*>(
       serializer->getUniquePointer(const_cast<SurfaceField*>(&field())));
   // Bullet's loader leaves a pointer to nothing as it is.
-  if (dynamic_cast<CloudSerializer*>(serializer))
+  if (serializer->findPointer(contactsKey()))
     data.m_quantizedDoubleBvh =
         static_cast<btQuantizedBvhDoubleData*>(serializer->getUniquePointer(contactsKey()));
   return "btTriangleMeshShapeData";

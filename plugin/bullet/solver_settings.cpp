@@ -1,8 +1,6 @@
 // Sets them.
 #include "bullet/solver_settings.h"
 
-#include <cloudcontact/bullet/extrapolating_solver.h>
-
 namespace cloudcontact {
 
 void recommend(btContactSolverInfo& info) {
@@ -18,11 +16,6 @@ void recommend(btContactSolverInfo& info) {
     info.m_leastSquaresResidualThreshold = 0;
   if (!(info.m_restitutionVelocityThreshold <= kBounceThreshold))
     info.m_restitutionVelocityThreshold = kBounceThreshold;
-}
-
-bool recommendsItself(const btConstraintSolver* solver) {
-  const auto* const own = dynamic_cast<const ExtrapolatingSolver*>(solver);
-  return own && own->cloudsOnly;
 }
 
 }  // namespace cloudcontact

@@ -4,8 +4,6 @@
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 
-class btConstraintSolver;
-
 namespace cloudcontact {
 
 constexpr int kFewestSweeps = 4, kSweeps = 10;
@@ -14,9 +12,5 @@ constexpr btScalar kBounceThreshold = btScalar(0.2);
 
 // Sets those that are wrong.
 void recommend(btContactSolverInfo& info);
-
-// Whether the solver takes what recommend() sets by itself, where clouds are
-// (ExtrapolatingSolver::cloudsOnly).
-bool recommendsItself(const btConstraintSolver* solver);
 
 }  // namespace cloudcontact

@@ -115,11 +115,11 @@ void checkWorldBytes(Span<const char> bytes, const fs::path& file) {
 CloudSerializer::CloudSerializer(btDynamicsWorld& world, const CloudContact& contact)
     : world_(world), contact_(contact) {}
 
-void CloudSerializer::finishSerialization() {
+void CloudSerializer::startSerialization() {
+  btDefaultSerializer::startSerialization();
   const std::string record =
       sealed(kContactsKind, contactsOf(world_, ContactRecords::narrowPhaseOf(contact_)));
   writeChunk(*this, contactsKey(), record);
-  btDefaultSerializer::finishSerialization();
 }
 
 void CloudSerializer::save(const fs::path& file) const {

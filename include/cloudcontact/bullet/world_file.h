@@ -22,8 +22,8 @@ class CloudSerializer : public btDefaultSerializer {
   // Both must outlive it.
   CloudSerializer(btDynamicsWorld& world, const CloudContact& contact);
 
-  // Bullet calls it at the end of btDynamicsWorld::serialize().
-  void finishSerialization() override;
+  // Bullet calls it at the beginning of btDynamicsWorld::serialize().
+  void startSerialization() override;
   // Writes what was serialized: whole, or not at all. Throws std::runtime_error that names the file
   // where it cannot be written, and where a cloud cannot be kept: its law is a function, an area of
   // the paper's method is a cloud, or edges of a cut are still to be searched
