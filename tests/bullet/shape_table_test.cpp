@@ -250,6 +250,7 @@ class ShapeTable : public ::testing::TestWithParam<int> {};
 TEST_P(ShapeTable, HoldsWhatFallsOnUnderAndBesideIt) {
   const TestCloud& cloud = testClouds()[std::size_t(GetParam())];
   for (const Row& row : answered()) {
+    if (row.round && GetParam() > 0) continue;
     fall(row, cloud, {0, 0, -1});
     if (row.round) continue;
     if (row.type != STATIC_PLANE_PROXYTYPE) fall(row, cloud, {0, 0, 1});

@@ -21,8 +21,11 @@ TEST_P(TriangleSlide, NoInnerEdgeStopsAndFlatPartsAreFlat) {
     EXPECT_NEAR(s.bumps / s.start, 1, 2e-3);
     EXPECT_NEAR(s.end / s.flat, 1, 2e-3);
     EXPECT_GT(s.slowest / s.start, 0.9);
-    // The spring's own energy at the start is at most half of the weight times the depth.
-    EXPECT_LT(s.gained, 0.5 * s.weight * s.sag + 1e-3 * s.weight * 0.005);
+    // On the way the spring gives what it held at the start, and a step's motion in curves counts
+    // twice: together up to 0.4 %.
+    const double moving = 0.5 * s.weight / 9.81 * kCourseSpeed * kCourseSpeed;
+    EXPECT_LT(s.gained, 5e-3 * moving);
+    EXPECT_LT(s.ended, 0);
     EXPECT_LT(s.deepest, 0.005);
     EXPECT_EQ(world.clouds.statistics().failures, 0u) << world.clouds.statistics().lastFailure;
   }

@@ -17,7 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kVoxel = 0.0625;  // float keeps it
+constexpr double kVoxel = 0.0625;
+// Bullet's files hold the sizes of its shapes in float: these are none that it would round.
+constexpr btScalar kMargin = btScalar(0.0625);
 
 const std::shared_ptr<const SurfaceField>& cube() {
   static const auto field = fieldOf(boxMesh({1, 1, 1}), kVoxel);
@@ -91,6 +93,7 @@ struct SavedWorld : FileWorld {
     addCompound();
     const btVector3 half(btScalar(0.5), btScalar(0.5), btScalar(0.5));
     auto* const box = own(std::make_unique<btBoxShape>(half));
+    box->setMargin(kMargin);
     for (int i = 0; i < 3; ++i) add(box, 1 + i, at({15, btScalar(0.125 * i), btScalar(0.5 + i)}));
     add(table, 1, at({15, 0, btScalar(3.5)}));  // on the boxes
     addJoints(*box);
@@ -119,6 +122,7 @@ struct SavedWorld : FileWorld {
     auto* const compound = own(std::make_unique<btCompoundShape>());
     auto* const end =
         own(std::make_unique<btBoxShape>(btVector3(btScalar(0.25), btScalar(0.25), btScalar(0.5))));
+    end->setMargin(kMargin);
     compound->addChildShape(at({btScalar(-0.75), 0, 0}), table);
     compound->addChildShape(at({btScalar(0.75), 0, 0}), table);
     compound->addChildShape(at({btScalar(1.75), 0, 0}), end);
