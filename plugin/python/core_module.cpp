@@ -10,6 +10,8 @@ PYBIND11_MODULE(_core, module) {
   using namespace cloudcontact::python;
   module.doc() = "CloudContact's library. Use it by `import cloudcontact`.";
   module.attr("__version__") = cloudcontact::version();
+  // numpy 2 has another layout of types, which pybind11 knows from 2.12 on.
+  module.attr("_knows_numpy_2") = PYBIND11_VERSION_HEX >= 0x020C0000;
   py::options options;
   options.disable_function_signatures();  // _core.pyi has them
   py::register_exception_translator([](std::exception_ptr error) {

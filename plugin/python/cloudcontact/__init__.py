@@ -9,6 +9,9 @@ asked for, a Pose, three numbers (a position), seven (x y z qx qy qz qw) or a ma
 - Worlds: Scene, World.
 """
 
+import numpy as _numpy
+
+from . import _core
 from ._core import (
     BaseVectorField,
     BatchContacts,
@@ -61,6 +64,12 @@ from ._core import (
     opencl_devices,
     shell,
 )
+if int(_numpy.__version__.split(".")[0]) >= 2 and not _core._knows_numpy_2:
+    raise ImportError(
+        "cloudcontact was built with a pybind11 that knows numpy below 2; install numpy<2, or build "
+        "it with pybind11 2.12 or later"
+    )
+
 from ._shapes import contact, digitize, digitize_report
 
 __all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]

@@ -14,6 +14,7 @@ Records = npt.NDArray[np.void]
 File = Union[str, "os.PathLike[str]"]
 
 __version__: str
+_knows_numpy_2: bool
 
 class Pose:
     def __init__(self, position: PoseLike = None, orientation: Optional[npt.ArrayLike] = None) -> None: ...
