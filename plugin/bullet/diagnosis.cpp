@@ -174,13 +174,14 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   // Bullet has no const access to the dispatcher.
   btDispatcher& dispatcher = *const_cast<btDynamicsWorld&>(world).getDispatcher();
   ShapeChecks checks(clouds.front(), dispatcher, advice);
+  CloudMasses masses;
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
     checks.check(*objects[i], *objects[i]->getCollisionShape());
     const std::string name = nameOf(*objects[i]);
     if (const char* const wrong = wrongMaterial(*objects[i]))
       advice.push_back(name + " touches no cloud: " + wrong + ".");
-    for (const char* const wrong : wrongMatter(*objects[i]))
+    for (const char* const wrong : wrongMatter(*objects[i], masses))
       advice.push_back(name + ": " + wrong + ".");
   }
   if (checks.settings()) checkLaws(world, *checks.settings(), advice);

@@ -47,13 +47,13 @@ struct CloudMatter {
   std::vector<MassProperties> parts;
   Eigen::AlignedBox3d bounds;
   bool known = true;  // no other shapes
+  CloudMasses& masses;
+
+  explicit CloudMatter(CloudMasses& given) : masses(given) {}
 
   void add(const btCollisionShape& shape, const btTransform& place) {
     if (const CloudShape* const cloud = CloudShape::of(shape)) {
-      std::vector<double> densities;
-      for (const Tissue& tissue : cloud->tissues()) densities.push_back(tissue.density);
-      if (densities.empty()) densities = {1};
-      parts.push_back(placed(massPropertiesOf(cloud->cloud(), densities), toPose(place)));
+      parts.push_back(placed(masses.of(*cloud), toPose(place)));
       const Eigen::AlignedBox3d box = cloud->bounds();
       for (int i = 0; i < 8; ++i)
         bounds.extend(
@@ -97,10 +97,12 @@ class MatterCheck {
     if (!turns(0) && !turns(1) && !turns(2)) return found;  // its inertia is not used
     if (neverTurns()) return {kNeverTurns};
     if (isImpossible() && !hasPrincipalMoments()) return {kImpossible};
+    const bool offCenter = isOffCenter(), skew = isSkew();
+    if (!offCenter && !skew) return found;
     const bool stated = !followsFromShape();
-    if (isOffCenter() && (!stated || !bounds_.contains(Vec3::Zero().eval())))
+    if (offCenter && (!stated || !bounds_.contains(Vec3::Zero().eval())))
       found.push_back(kOffCenterText);
-    if (isSkew() && !stated) found.push_back(kSkewText);
+    if (skew && !stated) found.push_back(kSkewText);
     return found;
   }
 
@@ -154,10 +156,25 @@ class MatterCheck {
 
 }  // namespace
 
-std::vector<const char*> wrongMatter(const btCollisionObject& object) {
+MassProperties CloudMasses::of(const CloudShape& shape) {
+  std::vector<double> densities;
+  for (const Tissue& tissue : shape.tissues()) densities.push_back(tissue.density);
+  if (densities.empty()) densities = {1};
+  const std::weak_ptr<const void> life = shape.cloud().life();
+  const auto same = [&life](const Known& known) {
+    return !known.life.owner_before(life) && !life.owner_before(known.life);
+  };
+  for (const Known& known : known_)
+    if (same(known) && known.densities == densities) return known.mass;
+  std::erase_if(known_, [](const Known& known) { return known.life.expired(); });
+  known_.push_back({life, densities, massPropertiesOf(shape.cloud(), densities)});
+  return known_.back().mass;
+}
+
+std::vector<const char*> wrongMatter(const btCollisionObject& object, CloudMasses& masses) {
   const btRigidBody* const body = btRigidBody::upcast(&object);
   if (!body || body->isStaticOrKinematicObject() || !(body->getInvMass() > 0)) return {};
-  CloudMatter clouds;
+  CloudMatter clouds(masses);
   clouds.add(*body->getCollisionShape(), btTransform::getIdentity());
   if (!clouds.known || clouds.parts.empty()) return {};
   return MatterCheck(*body, clouds).faults();

@@ -99,7 +99,12 @@ void NarrowPhase::checkMatter(const btCollisionObject& object) {
     const std::lock_guard lock(mutex_);
     if (!weighed_.insert(&object).second) return;
   }
-  for (const char* const fault : wrongMatter(object)) tell(fault);
+  std::vector<const char*> faults;
+  {
+    const std::lock_guard lock(weighing_);
+    faults = wrongMatter(object, masses_);
+  }
+  for (const char* const fault : faults) tell(fault);
 }
 
 void NarrowPhase::tell(const char* message) {

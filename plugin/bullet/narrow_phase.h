@@ -16,6 +16,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "bullet/matter_check.h"
 #include "bullet/work_budget.h"
 
 namespace cloudcontact {
@@ -113,7 +114,7 @@ class NarrowPhase {
   };
   static constexpr std::size_t kShares = 32;
   mutable std::array<Share, kShares> shares_;
-  mutable std::mutex mutex_;  // all but settings_, workspace_, shares_, motion_ and telling_
+  mutable std::mutex mutex_;  // all but settings_, workspace_, shares_, motion_, telling_, masses_
   std::shared_mutex motion_;  // velocities of bodies
   std::mutex reading_;
   CloudContactStatistics statistics_;  // of failures
@@ -127,6 +128,8 @@ class NarrowPhase {
   std::vector<std::string> told_;
   std::unordered_set<const btCollisionObject*> weighed_;
   std::mutex telling_;
+  CloudMasses masses_;
+  std::mutex weighing_;  // masses_
 };
 
 }  // namespace cloudcontact

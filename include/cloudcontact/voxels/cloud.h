@@ -60,6 +60,8 @@ class Cloud {
   Eigen::Vector3i bricks() const { return voxels_ ? voxels_->bricks : Eigen::Vector3i::Zero(); }
   Eigen::Vector3i size() const { return bricks() * kBrickEdge; }  // voxels along each axis
   const Voxels& voxels() const { return *voxels_; }               // not for a Cloud()
+  // Of the voxels, which copies share: it tells equal clouds, and expires with the last of them.
+  std::weak_ptr<const void> life() const { return voxels_; }
   // Coverage of a voxel in 1/255; 0 outside the grid.
   std::uint8_t coverage(int x, int y, int z) const;
   // Material of a voxel: index into materials(), 0 in a body of one material.
