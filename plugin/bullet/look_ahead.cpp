@@ -88,12 +88,13 @@ btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
 
 // Reads the queries of all pairs, and moves the contacts of those that need no search.
 void LookAhead::prepare(const btDispatcherInfo& info, bool finishes) {
-  share(static_cast<int>(known_.size()), [&](int i) {
+  const auto one = [&](int i) {
     Known& known = known_[i];
     const btCollisionObjectWrapper a = wrapped(*known.a), b = wrapped(*known.b);
     known.cost = known.pair->prepare(a, b, info);
     if (finishes && known.cost == 0) known.done = known.pair->finish(a, b, info);
-  });
+  };
+  share(static_cast<int>(known_.size()), std::ref(one));  // a copy would be allocated
   for (const Known& known : known_)
     if (known.cost > 0) tasks_.push_back({known.pair, known.cost});
 }

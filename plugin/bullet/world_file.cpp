@@ -105,7 +105,9 @@ std::string worldEnd(const char* bytes, std::size_t count) {
   hash.add(bytes, count);
   ByteWriter writer;
   writer(hash.value());
-  return std::string(kWorldMagic, sizeof kWorldMagic) + writer.bytes();
+  std::string end(kWorldMagic, sizeof kWorldMagic);
+  end += writer.bytes();
+  return end;
 }
 
 void checkWorldBytes(Span<const char> bytes, const fs::path& file) {

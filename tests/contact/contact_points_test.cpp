@@ -60,12 +60,12 @@ TEST_P(ContactPoints, StandMidwayBetweenBothSurfaces) {
 
 TEST_P(ContactPoints, LargestDepthIsTheOverlap) {
   // On a corner the pair's own depth is off by up to a quarter of a voxel (docs/limits.md).
-  if (GetParam() == std::string("corners")) GTEST_SKIP();
-  forEach([](const PressedPair& pair, const ContactResult& contact) {
+  const double most = GetParam() == std::string("corners") ? 0.25 : 0.1;
+  forEach([most](const PressedPair& pair, const ContactResult& contact) {
     double deepest = 0;
     for (const ContactPoint& p : contact.points) deepest = std::max(deepest, p.depth);
     EXPECT_NEAR(deepest / pair.a->voxel, pair.overlap / pair.a->voxel,
-                std::max(0.1 * pair.overlap / pair.a->voxel, 0.1));
+                std::max(0.1 * pair.overlap / pair.a->voxel, most));
   });
 }
 

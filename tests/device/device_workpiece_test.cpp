@@ -86,7 +86,7 @@ struct Both {
   explicit Both(const Piece& piece)
       : cpu(piece.field()), device(piece.field(), {Backend::OpenCl}) {}
 
-  void cut(std::span<const VoxelCut> cuts) { EXPECT_EQ(device.cut(cuts), cpu.cut(cuts)); }
+  void cut(Span<const VoxelCut> cuts) { EXPECT_EQ(device.cut(cuts), cpu.cut(cuts)); }
   void compare() const {
     expectSame(device.field(), cpu);
     const MassProperties got = device.mass(), want = cpu.mass();
