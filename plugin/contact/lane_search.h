@@ -131,7 +131,9 @@ class LaneSearch {
     const bool finer = hits_.size() < dir_.needed;
     const int divided = target_.measure(finer, lanes_);
     classify(dir_, finer, lanes_);
-    if (finer && candidates_.coarse && dir_.level == kLevels - 1) keepCoarse(*candidates_.coarse);
+    // A search of a list does not see all samples of a brick, and has made no room for them.
+    if (finer && candidates_.coarse && !dir_.listed && dir_.level == kLevels - 1)
+      keepCoarse(*candidates_.coarse);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
