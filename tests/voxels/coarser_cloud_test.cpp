@@ -77,8 +77,9 @@ TEST(CoarserCloud, KeepsVolumeAndCenter) {
   how.voxelSize = voxel;
   how.threads = 1;
   const Cloud fine =
-      digitize(testing::transformed(testing::boxMesh({0.061, 0.047, 0.033}),
-                                    Pose{Eigen::Quaterniond(0.8, 0.3, 0.4, 0.33).normalized(), {}}),
+      digitize(testing::transformed(
+                   testing::boxMesh({0.061, 0.047, 0.033}),
+                   Pose{Eigen::Quaterniond(0.8, 0.3, 0.4, 0.33).normalized(), Vec3::Zero()}),
                how);
   const MassProperties truth = fine.massProperties();
   for (int halvings = 1; halvings <= 3; ++halvings) {
