@@ -34,7 +34,8 @@ FieldSettings alone() {
 }
 
 Mesh turned(const Mesh& mesh) {
-  return ct::transformed(mesh, Pose{Eigen::Quaterniond(0.9, 0.3, 0.2, 0.25).normalized(), {}});
+  return ct::transformed(mesh,
+                         Pose{Eigen::Quaterniond(0.9, 0.3, 0.2, 0.25).normalized(), Vec3::Zero()});
 }
 
 TEST(FieldLevels, BuildWhatIsAskedForAndNoMore) {
