@@ -135,6 +135,7 @@ TEST(Shell, CompletionAndManualNameAllCommandsAndOptions) {
     const std::string text = std::regex_replace(outcome.out, std::regex("\\\\-"), "-");
     for (const std::string& command : commands()) {
       EXPECT_NE(text.find(command), std::string::npos) << words.back() << command;
+      if (command == "chart") continue;  // its options are another program's, cloudcontact-chart's
       for (const std::string& option : optionsOf(command)) {
         const std::string name = words.back() == "fish" ? "-l " + option.substr(2) : option;
         EXPECT_NE(text.find(name), std::string::npos) << words.back() << ": " << command << option;
