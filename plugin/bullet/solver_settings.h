@@ -1,5 +1,5 @@
 // The settings of Bullet's solver that a contact law needs. What the bounds follow from is in
-// docs/bullet.md, "What is told".
+// docs/bullet.md, "What it reports".
 #pragma once
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>

@@ -16,7 +16,7 @@ namespace cloudcontact {
 //   algorithm takes the pair; and two laws that do not go together;
 // - bodies of clouds that turn wrongly: the center of mass is not their origin, or their inertia is
 //   not that of their matter.
-// docs/bullet.md, "What is told", has the bounds.
+// docs/bullet.md, "What it reports", has the bounds.
 std::vector<std::string> diagnose(const btDynamicsWorld& world);
 
 // Sets all settings that diagnose() checks, except the type of the solver. They hold for all pairs
