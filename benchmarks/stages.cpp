@@ -127,9 +127,8 @@ void reducing(benchmark::State& state) {
       const auto* const patch = &sums;
       CcFlat flat{};
       const CcPatchForce force = ccForceOf(patch, false, false, kA, &flat);
-      CcPatchPoint points[4];
-      ccPointsOf(patch, &force, &flat, kVoxel, points);
-      benchmark::DoNotOptimize(points);
+      CcPlan plan = ccPlanOf(patch, &force, &flat, 0, kVoxel);
+      benchmark::DoNotOptimize(plan);
     }
   perItem(state, "s per hit", double(found.hits.size()), 0);
 }

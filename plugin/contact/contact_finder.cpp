@@ -63,7 +63,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
       matter = memory->matter.of(
           a, b, settings, frame,
           {hits, memory->binner.bins(), patches.size(), level, cellOf(frame, level), gap});
-    return s.builder.build(a, b, settings, frame, {level, hits.size(), gap}, patches, &hits,
+    return s.builder.build(a, b, settings, frame, {level, hits.size(), gap}, memory->binner, hits,
                            matter);
   };
   // Hits that press nothing must not hide a gap that closes within the step.
