@@ -44,8 +44,9 @@ class Impact {
 // How fast the bodies approach each other at a point [m/s].
 double closingOf(const ContactPoint& source, const PairSides& sides);
 
-// The speed after an impact, as a multiple of the speed `closing` [m/s] before it. `depth` [m]:
-// where the step begins, negative before the touch; `pull` [m/s^2] in the direction of closing.
-double bounceOf(double restitution, double closing, double depth, double pull, double step);
+// The speed after an impact at which bodies met with the speed `closing` [m/s]. `depth` [m]: where
+// the step begins, negative before the touch; `pull` [m/s^2] in the direction of closing. 0 where
+// the bodies are too slow to be above the touch at the end of the step.
+double bounceSpeed(double restitution, double closing, double depth, double pull, double step);
 
 }  // namespace cloudcontact

@@ -88,7 +88,7 @@ TEST(Impact, NothingSinksInWhereItMayBounce) {
 TEST(Impact, ABallComesToRestInTheTimeOfTheSeries) {
   const double fall = std::sqrt(2 * kHeight / kGravity), e = 0.9;
   const double series = fall * (1 + 2 * e / (1 - e));
-  for (const double rate : kRates)
+  for (const double rate : {60, 70, 90, 120, 240, 500, 1000})
     EXPECT_NEAR(drop(ball(false), e, rate, 8).still, series, 0.05 * series) << rate;
 }
 
@@ -108,11 +108,11 @@ TEST(Impact, AStatedDampingOrABodyAtRestTakesNone) {
 
 // By hand: without gravity the speed is e times; with it the energy at the touch counts, in steps.
 TEST(Impact, TheSpeedIsThatOfATouchBetweenTwoSteps) {
-  EXPECT_NEAR(bounceOf(0.7, 3, -0.01, 0, 0.01), 0.7, 1e-12);
+  EXPECT_NEAR(bounceSpeed(0.7, 3, -0.01, 0, 0.01), 2.1, 1e-12);
   for (const double e : {0.5, 1.0})
     for (const double gap : {-0.004, 0.0, 0.02}) {
       const double v = 2, g = kGravity, h = 1. / 240;
-      const double out = v * bounceOf(e, v, -gap, g, h);
+      const double out = bounceSpeed(e, v, -gap, g, h);
       const double down = v * v / 2 + g * gap + g * h * v / 2;
       EXPECT_NEAR(out * out / 2 + g * gap + g * h * out / 2, e * e * down, 1e-9) << e << ' ' << gap;
     }
