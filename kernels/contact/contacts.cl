@@ -112,8 +112,7 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
     __global const uint* queue = queues + g.begin;
     const CcNearestHit center = ccNearestOf(
         &pairHits, queue, g.end - g.begin, ccNoHit(force.center, force.normal, CC_WETS, 0.0));
-    CcPlan plan =
-        ccPlanOf(&patches[k], &force, &flat, ccDryness(&center, terms->voxel), terms->voxel);
+    CcPlan plan = ccPlanOf(&patches[k], &force, &flat, &center, terms->voxel);
     int moved = 1;
     for (int round = 0; round <= CC_WET_ROUNDS; ++round) {
       if (moved) {

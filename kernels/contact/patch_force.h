@@ -271,14 +271,18 @@ CC_FN void ccPlacesOf(const CcFlat* f, const CcExtent* e, CcTwo cop, CcTwo* at, 
 typedef struct {
   CcTwo cop, at[4];
   double weight[4], voxel;
+  double pressed;  // ccPressed()
   CcMatrix2 lean;
 } CcPlan;
 
-// Where the points of a patch would stand by its sums. `dry`: its center; `voxel`: the pair's [m].
+// Where the points of a patch would stand by its sums. `center`: what is nearest to its center;
+// `voxel`: the pair's [m].
 CC_FN CcPlan ccPlanOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
-                      double dry, double voxel) {
+                      const CcNearestHit* center, double voxel) {
   CcPlan plan;
   const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel;
+  plan.pressed = ccPressed(patch->deepest, voxel);
+  const double dry = plan.pressed * ccDryness(center, voxel);
   const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise, dry);
   // From the area's center to the center of pressure.
   const CcVec arm = ccTimes(1.0 / force->size, ccCross64(f->n, force->torque));
@@ -335,7 +339,7 @@ CC_FN int ccMoveToWet(CcPlan* plan, const CcFlat* f, CC_NEAR const CcNearestHit*
   int moved = 0;
   for (int i = 0; i < 4; ++i) {
     const CcNearestHit hit = found[i];
-    const CcVec way = ccWayToWet(&hit, plan->voxel), n = hit.normal;
+    const CcVec way = ccTimes(plan->pressed, ccWayToWet(&hit, plan->voxel)), n = hit.normal;
     if (ccDot64(way, way) == 0.0) continue;
     // Along its normal a place is free, so the way counts by where it meets the plane.
     const double back = ccDot64(way, f->n) / ccDot64(n, f->n);

@@ -21,6 +21,9 @@
 // there, and its samples' borders are dry.
 #define CC_BESIDE_VOXELS 0.25
 #define CC_DRY_VOXELS 0.5
+// [voxels] Only patches that are pressed this deep are dry at their centers: beside rims that
+// hardly touch, samples stand that do not touch at all.
+#define CC_PRESSED_VOXELS 0.1
 #define CC_INWARD 3.0
 // Of a way above or below a place, and of one to a hit's middle, against one to its sample's
 // border.
@@ -90,6 +93,11 @@ CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const floa
   best->beside = beside;
   best->away = CC_SQRT64(beside * beside + above * above);
   best->found = 1;
+}
+
+// How sure it is where a patch is wet, by its deepest sample: 0 where none is inside.
+CC_FN double ccPressed(double deepest, double voxel) {
+  return ccClamp64(deepest / (CC_PRESSED_VOXELS * voxel), 0.0, 1.0);
 }
 
 // How dry a patch's center is, by what is nearest to it: 0 near a sample, 1 from a voxel farther

@@ -76,7 +76,7 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
 
 // The depth at which a point's share of k gives its force. The depth that it states is an overlap.
 double pressedDepth(const ContactPoint& p) {
-  return p.depth > 0 ? p.stiffness / p.slope * p.depth : p.depth;
+  return p.depth > 0 && p.slope > 0 ? p.stiffness / p.slope * p.depth : p.depth;
 }
 
 // The spring's tangent at the mean depth of the pair's points. One tangent for all of them: a deep

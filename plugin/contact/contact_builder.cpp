@@ -204,7 +204,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     CcContactPatch& patch = contacts_.emplace_back();
     const PatchHits wet{hits, p.index};
     const CcNearestHit center = wet.nearest(ccNoHit(p.force.center, p.force.normal, CC_WETS, 0));
-    CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, ccDryness(&center, own.voxel), own.voxel);
+    CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, &center, own.voxel);
     CcNearestHit found[4];
     wet.place(p.force, p.flat, plan, found);
     ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);
