@@ -127,7 +127,8 @@ void reducing(benchmark::State& state) {
       const auto* const patch = &sums;
       CcFlat flat{};
       const CcPatchForce force = ccForceOf(patch, false, false, kA, &flat);
-      CcPlan plan = ccPlanOf(patch, &force, &flat, 0, kVoxel);
+      const CcNearestHit center = ccNoHit(force.center, force.normal, CC_WETS, 0);
+      CcPlan plan = ccPlanOf(patch, &force, &flat, &center, kVoxel);
       benchmark::DoNotOptimize(plan);
     }
   perItem(state, "s per hit", double(found.hits.size()), 0);

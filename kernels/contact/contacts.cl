@@ -51,21 +51,33 @@ CcPairHits ccPairHitsOf(__global const CcPair* pair, int level, __global const C
   return p;
 }
 
+void ccTryBin(const CcPairHits* p, uint b, CcNearestHit* best) {
+  const CcBin bin = p->bins[b];
+  for (uint n = bin.begin; n < bin.end; ++n) {
+    const int side = n < bin.middle ? 0 : 1;
+    __global const float4* hit = p->hits[side] + p->list[n];
+    const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
+    const float at[3] = {x.x, x.y, x.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
+    ccTryHit(best, p->cell, at, own, other, q.w, r.w, side);
+  }
+}
+
 // PatchHits::nearest() (plugin/contact/patch_hits.cpp) among the hits of a patch.
 CcNearestHit ccNearestOf(const CcPairHits* p, __global const uint* queue, uint count,
                          CcNearestHit best) {
+  uint first = 0;
+  double least = INFINITY;
   for (uint k = 0; k < count; ++k) {
-    const uint b = queue[k];
-    if (!ccMayBeNearer(&best, ccVecAt(p->sums[b].origin), p->cell)) continue;
-    const CcBin bin = p->bins[b];
-    for (uint n = bin.begin; n < bin.end; ++n) {
-      const int side = n < bin.middle ? 0 : 1;
-      __global const float4* hit = p->hits[side] + p->list[n];
-      const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
-      const float at[3] = {x.x, x.y, x.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-      ccTryHit(&best, p->cell, at, own, other, q.w, r.w, side);
+    const double square = ccSquareTo(&best, ccVecAt(p->sums[queue[k]].origin));
+    if (square < least) {
+      least = square;
+      first = k;
     }
   }
+  if (count > 0) ccTryBin(p, queue[first], &best);
+  for (uint k = 0; k < count; ++k)
+    if (k != first && ccMayBeNearer(&best, ccVecAt(p->sums[queue[k]].origin), p->cell))
+      ccTryBin(p, queue[k], &best);
   return best;
 }
 

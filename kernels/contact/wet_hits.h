@@ -29,7 +29,8 @@
 // border.
 #define CC_ABOVE (1.0 / 16.0)
 #define CC_MIDDLES (1.0 / 64.0)
-#define CC_WET_ROUNDS 3      // of moving places and balancing them
+#define CC_WET_ROUNDS 2      // of moving places and balancing them
+#define CC_LARGEST 0.3       // [cells of a bin] the largest sample reaches this far from its middle
 #define CC_LEAST_COSINE 0.5  // between a point's normal and a hit's
 #define CC_LEAST_GATE 0.5f   // hits of walls are not where a patch is
 
@@ -38,7 +39,8 @@ typedef struct {
   CcVec place, normal;
   double reach;       // of a sample, in its widths
   double above;       // CC_ABOVE, or 0 if only what is beside the line counts
-  double square;      // the least way, by its parts' weights [m^2]
+  double square;      // of the least way, by its parts' weights [m^2]
+  double nearest;     // its root [m]
   CcVec at, surface;  // the hit, and its normal from A to B
   CcVec aside;        // from the line to the hit
   double beside;      // from the line to the border of its sample [m]
@@ -49,7 +51,7 @@ typedef struct {
 
 CC_FN CcNearestHit ccNoHit(CcVec place, CcVec normal, double reach, double above) {
   const CcVec none = {0.0, 0.0, 0.0};
-  const CcNearestHit n = {place,  normal, reach, above, 1e300, place,
+  const CcNearestHit n = {place,  normal, reach, above, 1e300, 1e150, place,
                           normal, none,   0.0,   0.0,   1.0,   0};
   return n;
 }
@@ -58,11 +60,23 @@ CC_FN CcVec ccAside(CcVec from, CcVec normal) {
   return ccMinus(from, ccTimes(ccDot64(from, normal), normal));
 }
 
+// The square of the way from the line to a point, if it is `from` the place.
+CC_FN double ccSquareAside(CcVec from, CcVec normal) {
+  const double along = ccDot64(from, normal);
+  return ccDot64(from, from) - along * along;
+}
+
+// How far away a bin is; the nearest is searched first, and leaves few others.
+CC_FN double ccSquareTo(const CcNearestHit* best, CcVec middle) {
+  const CcVec from = ccMinus(middle, best->place);
+  return ccDot64(from, from);
+}
+
 // Whether a bin may have a nearer hit; `middle`: of its cell.
 CC_FN int ccMayBeNearer(const CcNearestHit* best, CcVec middle, double cell) {
-  // Half the cell's diagonal, and the largest sample (ccTryHit()).
-  const double away = ccLength64(ccAside(ccMinus(middle, best->place), best->normal)) - 1.2 * cell;
-  return away <= 0.0 || away * away < best->square;
+  // Half the cell's diagonal, and the largest sample.
+  const double most = best->nearest + 1.2 * cell;
+  return ccSquareAside(ccMinus(middle, best->place), best->normal) < most * most;
 }
 
 // `at`: the hit; `own`, `other`: normals of the body whose sample it is, and of the other; `side`:
@@ -71,9 +85,11 @@ CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const floa
                     const float* other, float facing, float area, int side) {
   if (ccGate(facing) < CC_LEAST_GATE) return;
   const CcVec where = ccVec(at[0], at[1], at[2]), from = ccMinus(where, best->place);
+  const double most = best->nearest + CC_LARGEST * cell;
+  if (!(ccSquareAside(from, best->normal) < most * most)) return;
   const CcVec aside = ccAside(from, best->normal);
   const double away = ccLength64(aside);
-  const double reach = ccMin64(best->reach * CC_SQRT64((double)area), 0.3 * cell);
+  const double reach = ccMin64(best->reach * CC_SQRT64((double)area), CC_LARGEST * cell);
   const double beside = ccMax64(0.0, away - reach);
   const double least = beside * beside + CC_MIDDLES * (away * away);
   if (!(least < best->square)) return;
@@ -87,6 +103,7 @@ CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const floa
   const double square = least + best->above * (above * above);
   if (!(square < best->square)) return;
   best->square = square;
+  best->nearest = CC_SQRT64(square);
   best->at = where;
   best->surface = surface;
   best->aside = aside;

@@ -193,7 +193,7 @@ CcPairSums ContactBuilder::collect(const CcTerms& terms) {
 }
 
 void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
-                          const PairHits& hits) {
+                          const PairHits& hits, PatchHits& wet) {
   for (const FoundPatch& p : found_) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
   contacts_.clear();
   double level = 0;
@@ -202,7 +202,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     CcTerms own = terms;
     if (p.spring) own.stiffness = p.spring->stiffness, own.damping = p.spring->damping;
     CcContactPatch& patch = contacts_.emplace_back();
-    const PatchHits wet{hits, p.index};
+    wet.take(hits, p.index);
     const CcNearestHit center = wet.nearest(ccNoHit(p.force.center, p.force.normal, CC_WETS, 0));
     CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, &center, own.voxel);
     CcNearestHit found[4];
@@ -251,7 +251,7 @@ void ContactBuilder::add(const CcContactPatch& from) {
 bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
                            SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
-                           std::span<const PatchMatter> matter) {
+                           PatchHits& wet, std::span<const PatchMatter> matter) {
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
   setHits(terms.gap > 0 ? 0 : outcome.hits, outcome.level);
@@ -277,7 +277,7 @@ bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   emit(terms,
        {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
         found.error + kPerGap * terms.gap},
-       size > 0, {&binner, &hits, cellOf(frame, outcome.level)});
+       size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, wet);
   return !result_.patches.empty();
 }
 

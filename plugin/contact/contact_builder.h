@@ -69,7 +69,7 @@ class ContactBuilder {
   // patch touches; empty if nothing depends on it. Returns whether there is any contact.
   bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
              const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
-             const HitColumns& hits, std::span<const PatchMatter> matter = {});
+             const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter = {});
   // Sets the hits, and adds a patch; for results that a device built.
   void setHits(std::size_t hits, int level) {
     result_.samples = hits;
@@ -92,7 +92,8 @@ class ContactBuilder {
   };
   CcPairSums collect(const CcTerms& terms);
   double redirect();
-  void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits);
+  void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,
+            PatchHits& wet);
   void setSprings(const ContactBody& a, const ContactBody& b, bool whole);
 
   std::vector<FoundPatch> found_;
