@@ -1,0 +1,5 @@
+"""python -m cloudcontact.study: the command cloudcontact-study."""
+
+from .command import main
+
+raise SystemExit(main())

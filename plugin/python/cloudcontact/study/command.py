@@ -1,0 +1,137 @@
+"""The command cloudcontact-study."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import pathlib
+import sys
+from typing import Iterator, Optional, Sequence
+
+from .._core import __version__
+from .errors import StudyError, StudyStopped
+from .executors import On, open_executor
+from .results import Results
+from .study import Study
+from .study_file import load
+from .study_plots import plot_success, plot_wrenches, wrench_names
+from .summary import summarize
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+ABOUT = """Runs the trials of a study that have not run yet, each in a process of its own, and writes each as a
+row of a SQLite file when it ends. Run again, it goes on where it stopped."""
+EXAMPLES = """examples:
+  cloudcontact-study pegs.toml                              on all cores here, into pegs.sqlite
+  cloudcontact-study pegs.toml --on local:4 --plots out     with 4 processes, then plots
+  cloudcontact-study pegs.toml --on dask:tcp://node1:8786   on the workers of a Dask scheduler
+  mpirun -n 33 cloudcontact-study pegs.toml --on mpi        on 32 MPI processes; one writes
+  cloudcontact-study pegs.toml --try 7                      trial 7 alone, here, without writing it
+  cloudcontact-study pegs.toml --again                      what failed, again
+  cloudcontact-study pegs.toml --summary --json             what there is, without running
+
+exit code: 0 all trials done, 1 some failed or the run ended early, 2 bad input. docs/studies.md is the guide."""
+
+
+def parser() -> argparse.ArgumentParser:
+    out = argparse.ArgumentParser(
+        "cloudcontact-study", description=ABOUT, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    out.add_argument("study", metavar="STUDY.toml", help="the study: scene or trial, parameters, design, success")
+    out.add_argument(
+        "--on", default="local", metavar="WHERE", help="local, local:N processes, dask:ADDRESS or mpi (default: local)"
+    )
+    out.add_argument("--results", metavar="FILE", help="SQLite file of the results (default: STUDY.sqlite, beside it)")
+    out.add_argument("--plots", metavar="FOLDER", help="writes success.png and wrenches.png there")
+    out.add_argument("--again", action="store_true", help="runs trials that failed again")
+    out.add_argument("--try", type=int, metavar="N", dest="number", help="runs trial N here and prints its outcomes")
+    out.add_argument("--summary", action="store_true", help="runs nothing: summary and plots of what there is")
+    out.add_argument("--json", action="store_true", help="the summary as JSON")
+    out.add_argument("--quiet", action="store_true", help="no progress")
+    out.add_argument("--version", action="version", version=f"cloudcontact-study {__version__}")
+    return out
+
+
+class Tenths:
+    """Progress for logs: a line at each tenth of the trials to run."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.told = name, 0
+
+    def __call__(self, share: float) -> None:
+        if int(10 * share) > self.told:
+            self.told = int(10 * share)
+            print(f"{self.name}: {10 * self.told} % of the trials that were to run", file=sys.stderr, flush=True)
+
+
+def try_one(study: Study, number: int) -> int:
+    """Prints a trial's parameters and outcomes."""
+    if not 0 <= number < len(study):
+        raise StudyError(f"--try: there are trials 0 to {len(study) - 1}")
+    point = study.points[number]
+    try:
+        outcomes = study.once(number)
+    except Exception as bad:
+        print(f"trial {number} {point.parameters}: {type(bad).__name__}: {bad}", file=sys.stderr)
+        return FAILED
+    print(json.dumps({"number": number, "seed": point.seed, **point.parameters, **outcomes}, indent=2))
+    return DONE
+
+
+def show(results: Results, words: argparse.Namespace) -> int:
+    """Summary and plots; the exit code."""
+    summary = summarize(results)
+    print(json.dumps(summary.json(), indent=2) if words.json else summary)
+    for status in ("failed", "crashed", "timeout"):
+        for row in results.rows(status)[:1]:
+            first = f"the first, trial {row['number']}: {row['error']}"
+            print(f"cloudcontact-study: {summary.counts[status]} {status}; {first}", file=sys.stderr)
+    if words.plots:
+        folder = pathlib.Path(words.plots)
+        folder.mkdir(parents=True, exist_ok=True)
+        if summary.success is not None:
+            plot_success(results, file=folder / "success.png")
+        if summary.counts.get("done") and wrench_names(results):
+            plot_wrenches(results, file=folder / "wrenches.png")
+    return DONE if set(summary.counts) == {"done"} else FAILED
+
+
+def run(words: argparse.Namespace, on: On) -> int:
+    """The command where it writes: the only process, or MPI's first."""
+    file = pathlib.Path(words.study)
+    path = pathlib.Path(words.results) if words.results else file.with_suffix(".sqlite")
+    study = load(file)
+    if words.number is not None:
+        return try_one(study, words.number)
+    if not words.summary:
+        seen = None if sys.stderr.isatty() else Tenths(study.name)
+        study.run(path, on, again=words.again, progress=False if words.quiet else seen).close()
+    with Results(path) as results:
+        return show(results, words)
+
+
+@contextlib.contextmanager
+def where(on: str) -> Iterator[Optional[On]]:
+    """MPI's executor, which all ranks enter before anything can go wrong in one of them; else `on`."""
+    if on != "mpi":
+        yield on
+        return
+    with open_executor(on) as executor:
+        yield executor
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """The command; its exit code."""
+    words = parser().parse_args(arguments)
+    try:
+        with where(words.on) as on:
+            return DONE if on is None else run(words, on)
+    except StudyError as bad:
+        print(f"cloudcontact-study: {bad}", file=sys.stderr)
+        return BAD_INPUT
+    except (StudyStopped, OSError) as bad:
+        print(f"cloudcontact-study: {bad}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("cloudcontact-study: stopped; run it again to go on", file=sys.stderr)
+        return INTERRUPTED

@@ -1,0 +1,221 @@
+"""Each trial in a process of its own.
+
+A worker (a thread, or a process of any executor) keeps a starter: a Python that has imported the
+package and forks a child for each trial. So a trial that ends its process, or takes too long, ends
+nothing else, and no trial sees what another left behind. The starter ends when its worker does, as its
+input then ends, and takes a running trial with it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from typing import IO, Any, Optional, Sequence, Tuple
+
+from .trial import Reply, Task, run_trial, versions
+
+LENGTH = struct.Struct("<Q")
+MOST_OUTPUT = 4000  # characters of a trial's output that are kept, the last ones
+# Libraries of numpy start threads at import; a process that forks should have none.
+SINGLE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+def send(pipe: int, thing: Any) -> None:
+    data = pickle.dumps(thing)
+    view = memoryview(LENGTH.pack(len(data)) + data)
+    while view:
+        view = view[os.write(pipe, view) :]
+
+
+def take(pipe: int, size: int) -> bytes:
+    out = b""
+    while len(out) < size:
+        part = os.read(pipe, size - len(out))
+        if not part:
+            raise EOFError
+        out += part
+    return out
+
+
+def receive(pipe: int) -> Any:
+    return pickle.loads(take(pipe, LENGTH.unpack(take(pipe, LENGTH.size))[0]))
+
+
+def tail(log: IO[bytes]) -> str:
+    """The end of what a trial wrote."""
+    log.seek(max(0, log.seek(0, os.SEEK_END) - MOST_OUTPUT))
+    return log.read().decode(errors="replace").strip()
+
+
+def child(task: Task, answer: int, log: IO[bytes], pipes: Sequence[int]) -> None:
+    """The trial's process, which it ends. pipes: the starter's, which are not its own."""
+    code = 1
+    try:
+        for pipe in pipes:
+            os.close(pipe)
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+        reply = run_trial(task)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        send(answer, reply)
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def await_answer(answer: int, requests: int, timeout: Optional[float]) -> Tuple[str, Optional[Reply]]:
+    """What the child sends: a Reply; or "timeout", "died", or "left" where the worker has ended."""
+    end = None if timeout is None else time.monotonic() + timeout
+    while True:
+        left = None if end is None else max(0.0, end - time.monotonic())
+        ready, _, _ = select.select([answer, requests], [], [], left)
+        if answer in ready:
+            try:
+                return "", receive(answer)
+            except EOFError:
+                return "died", None
+        if requests in ready:  # a worker asks again only after the answer: this is its end
+            return "left", None
+        if end is not None and time.monotonic() >= end:
+            return "timeout", None
+
+
+def fork_trial(task: Task, requests: int, replies: int) -> Optional[Reply]:
+    """Runs a trial in a child. None where nobody waits for it any more."""
+    start = time.monotonic()
+    answer, inner = os.pipe()
+    with tempfile.TemporaryFile() as log:
+        pid = os.fork()
+        if pid == 0:
+            child(task, inner, log, (answer, requests, replies))
+        os.close(inner)
+        why, reply = await_answer(answer, requests, task.timeout)
+        os.close(answer)
+        if why in ("timeout", "left"):
+            os.kill(pid, signal.SIGKILL)
+        _, status = os.waitpid(pid, 0)
+        if why == "left":
+            return None
+        if reply is None:
+            reply = Reply(task.number, why, error=f"took longer than {task.timeout} s")
+            if why == "died":
+                reply.error = death(status)
+        reply.output = tail(log)
+    reply.seconds, reply.host, reply.process = time.monotonic() - start, socket.gethostname(), pid
+    return reply
+
+
+def death(status: int) -> str:
+    code = os.waitstatus_to_exitcode(status)
+    if code >= 0:
+        return f"its process ended with code {code}"
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        name = str(-code)
+    return f"its process was ended by signal {name}"
+
+
+def serve() -> None:
+    """The starter's life: tasks come by its input, replies go by its output."""
+    requests, replies = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    versions()  # once for all trials
+    while True:
+        try:
+            task = receive(requests)
+        except EOFError:
+            return
+        reply = fork_trial(task, requests, replies)
+        if reply is None:
+            return
+        send(replies, reply)
+
+
+class Starter:
+    """A worker's end of the pipes to a starter."""
+
+    def __init__(self) -> None:
+        code = "import sys; sys.path[:] = sys.argv[1:]; from cloudcontact.study.process import serve; serve()"
+        self.owner = os.getpid()
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", code, *(p or os.getcwd() for p in sys.path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **SINGLE},
+            bufsize=0,
+            start_new_session=True,  # Ctrl-C is the study's, which then ends its starters
+        )
+        assert self.process.stdin and self.process.stdout
+        self.requests, self.replies = self.process.stdin.fileno(), self.process.stdout.fileno()
+
+    def run(self, task: Task) -> Reply:
+        send(self.requests, task)
+        reply = receive(self.replies)
+        assert isinstance(reply, Reply)
+        return reply
+
+    def close(self) -> None:
+        assert self.process.stdin and self.process.stdout
+        self.process.stdin.close()
+        self.process.stdout.close()
+        self.process.wait()
+
+
+_idle: list[Starter] = []
+_busy: list[Starter] = []
+_lock = threading.Lock()
+
+
+def take_starter() -> Starter:
+    with _lock:
+        while _idle:
+            starter = _idle.pop()
+            if starter.owner == os.getpid():  # not one of the process that forked this worker
+                break
+        else:
+            starter = Starter()
+        _busy.append(starter)
+    return starter
+
+
+def end_starters() -> None:
+    """Ends those of this process, and what they run."""
+    with _lock:
+        idle = [s for s in _idle if s.owner == os.getpid()]
+        _idle.clear()
+        for starter in _busy:
+            starter.process.kill()  # its worker sees it and closes it
+    for starter in idle:
+        starter.close()
+
+
+def run_task(task: Task) -> Reply:
+    """What an executor runs: a trial in a process of its own."""
+    starter = take_starter()
+    try:
+        reply = starter.run(task)
+    except BaseException as bad:
+        starter.process.kill()
+        starter.close()
+        with _lock:
+            _busy.remove(starter)
+        if not isinstance(bad, (EOFError, OSError)):  # Ctrl-C in a worker
+            raise
+        return Reply(task.number, "died", error="the process that starts trials was ended", host=socket.gethostname())
+    with _lock:
+        _busy.remove(starter)
+        _idle.append(starter)
+    return reply
