@@ -319,6 +319,19 @@ def test_one_study_writes_at_a_time(tmp_path):
     assert sorted(f.name for f in tmp_path.iterdir()) == ["s.sqlite"]
 
 
+def test_a_row_is_written_once(tmp_path):
+    """An executor that runs a trial twice gives two replies; the first counts."""
+    made = study.Study(trial=samples.square, parameters={"n": [1, 2]})
+    recorder = cc.study.results.Recorder(tmp_path / "s.sqlite", made.statement, made.points, {})
+    for square in (1, 7):
+        recorder.record([(trial.Reply(0, "done", {"square": square}, seconds=square), 1)])
+    assert recorder.open(again=True) == {1}
+    recorder.close()
+    with study.Results(tmp_path / "s.sqlite") as results:
+        assert [r["square"] for r in results.rows(None)] == [1, None]
+        assert results.database.execute("SELECT number, seconds FROM log").fetchall() == [(0, 1)]
+
+
 def test_the_digest_sees_a_bit(pegs, tmp_path):
     shutil.copy(pegs[1].path, tmp_path / "s.sqlite")
     with sqlite3.connect(tmp_path / "s.sqlite") as database:
@@ -493,6 +506,9 @@ def test_try_runs_one_trial_and_writes_nothing(tmp_path):
         (("from = 0.0", "from = nan"), "parameters.offset: from and to must be finite"),
         (("friction = 0.2", "law = 'elastic'"), "law: 'elastic' is not known"),
         (("friction = 0.2", "damping = 3"), "stiffness: damping needs it"),
+        (("voxel = 5e-4", "voxel = [5e-4, -1]"), "parameters.voxel: -1 must be a number above 0"),
+        (("friction = 0.2", "friction = 'low'"), "parameters.friction: 'low' must be a number of 0 or more"),
+        (("friction = 0.2", "substeps = 1.5"), "parameters.substeps: 1.5 must be a whole number of 1 or more"),
         (("friction = 0.2", "friction = []"), "parameters.friction: has no value"),
         (("friction = 0.2", "Voxel = 1"), "parameters.Voxel: another parameter has this name"),
         (("friction = 0.2", "seed = 1"), "parameters.seed: is a column of the results"),

@@ -111,6 +111,24 @@ def test_mpi(tmp_path, reference):
 
 
 @needs_mpi
+def test_mpi_in_a_program(tmp_path, reference):
+    """All ranks run it, and all get the results."""
+    write_pegs(tmp_path)
+    (tmp_path / "program.py").write_text(
+        "from cloudcontact import study\n"
+        "results = study.load('pegs.toml').run('pegs.sqlite', 'mpi')\n"
+        "print(results.counts)\n"
+    )
+    done = subprocess.run(
+        ["mpirun", "-n", "2", sys.executable, "program.py"],
+        capture_output=True, text=True, timeout=240, cwd=tmp_path, env={**os.environ, **MPI},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count(str({"done": TRIALS})) == 2
+    check(tmp_path / "pegs.sqlite", reference)
+
+
+@needs_mpi
 def test_an_mpi_job_that_is_killed_goes_on(tmp_path, reference):
     path = tmp_path / "pegs.sqlite"
     file = write_pegs(tmp_path)

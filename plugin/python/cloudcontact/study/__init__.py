@@ -20,7 +20,7 @@ A study that is run again goes on where it stopped. docs/studies.md is the guide
 command.
 """
 
-from .design import Range, plan
+from .design import Range
 from .errors import StudyError, StudyStopped
 from .results import Results
 from .study import Study
@@ -36,7 +36,6 @@ __all__ = [
     "StudyStopped",
     "Summary",
     "load",
-    "plan",
     "plot_success",
     "plot_wrenches",
     "summarize",

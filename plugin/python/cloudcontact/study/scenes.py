@@ -22,6 +22,12 @@ WORLD = ("voxel", "friction", "samples", "reuse", "tolerance", "iterations", "me
 RUN = ("seconds", "step", "substeps")
 LAW = ("law", "stiffness", "damping")
 SETTINGS = (*WORLD, *RUN, *LAW)
+LEAST = 1e-12
+CHECKS: tuple[tuple[tuple[str, ...], tuple[type, ...], float, str], ...] = (
+    (("voxel", "seconds", "step", "stiffness", "shell"), (int, float), LEAST, "a number above 0"),
+    (("friction", "damping", "tolerance", "reuse"), (int, float), 0, "a number of 0 or more"),
+    (("substeps", "samples", "iterations"), (int,), 1, "a whole number of 1 or more"),
+)
 ALWAYS = ("voxel", *RUN)  # settings of the run even where the scene uses their names, too
 
 OF_BODY = (
@@ -53,6 +59,17 @@ def column(name: str) -> str:
 def settings_of(values: Mapping[str, Any], own: Iterable[str]) -> dict[str, Any]:
     """The world's settings among parameters: what the scene itself uses is its own."""
     return {k: v for k, v in values.items() if k in SETTINGS and (k in ALWAYS or k not in set(own))}
+
+
+def check_settings(values: Mapping[str, Any]) -> None:
+    """That the numbers among a trial's settings are possible."""
+    for names, kinds, least, words in CHECKS:
+        for name in set(names) & set(values):
+            value = values[name]
+            fits = isinstance(value, kinds) and not isinstance(value, bool) and value >= least
+            if not fits:
+                raise StudyError(f"parameters.{name}: {value!r} must be {words}")
+    law_of(values)
 
 
 def law_of(values: Mapping[str, Any]) -> Optional[Law]:

@@ -16,7 +16,7 @@ from .executors import On, open_executor
 from .functions import Shipped, check_call, loaded, ship, words_of
 from .results import Lock, Recorder, Results
 from .running import Run, run_all
-from .scenes import SETTINGS, SceneFile, law_of, outcomes_of, settings_of
+from .scenes import SETTINGS, SceneFile, check_settings, outcomes_of, settings_of
 from .trial import Reply, Task, Work, known_names, made_scene, run_here
 
 MOST_COLUMNS = 1500
@@ -116,7 +116,8 @@ class Study:
         settings = settings_of(first, own)
         if "seconds" not in settings:
             raise StudyError("parameters.seconds: the time that a scene runs is missing; add it")
-        law_of(settings)
+        for point in self.points:
+            check_settings(settings_of(point.parameters, own))
         outcomes = outcomes_of(scene, self.watch)
         if len(outcomes) + len(first) > MOST_COLUMNS:
             raise StudyError(f"watch: {len(scene.bodies)} bodies make too many columns; name those to measure")
