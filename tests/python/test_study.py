@@ -274,6 +274,16 @@ def test_failed_trials_run_again_where_that_is_asked(tmp_path):
     assert study.Results(tmp_path / "s.sqlite").rows()[1]["half"] == 0.5
 
 
+def test_progress_counts(tmp_path, capsys):
+    made = study.Study("few", trial=samples.kills_itself, parameters={"way": ["raises", "well", "fine", "good"]})
+    shares: list[float] = []
+    made.run(tmp_path / "a.sqlite", "local:1", progress=shares.append).close()
+    assert shares == sorted(shares) and shares[-1] == 1
+    made.run(tmp_path / "b.sqlite", "local:1", progress=True).close()
+    shown = capsys.readouterr().err
+    assert re.search(r"few: [123] of 4.*\[#+-+\]", shown) and "1 failed" in shown
+
+
 # The file of results.
 
 
@@ -444,6 +454,7 @@ def test_the_guide_runs(tmp_path, monkeypatch):
     for words in lines:
         code, out, error = command(*words)
         assert code == 0, error
+        assert "--plots" not in words or "pegs: 100 % of the trials" in error
     assert "8 done of 8" in out
     assert (tmp_path / "plots" / "wrenches.png").is_file() and (tmp_path / "plots" / "success.png").is_file()
     (tmp_path / "python").mkdir()

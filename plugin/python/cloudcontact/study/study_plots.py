@@ -18,7 +18,7 @@ YES, NO, NONE = "#1f77b4", "#e6862a", "#d0d0d0"
 PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "\u00b5"))
 LEAST = 0.1  # of the largest value of an axis, in its unit
 BARS = 30
-MOST_CLASSES = 10
+MOST_CLASSES, IN_CLASS = 10, 8  # of a parameter; trials in each, at least
 Doubles = npt.NDArray[np.float64]
 File = Union[None, str, "os.PathLike[str]"]
 
@@ -125,7 +125,7 @@ def success_over_two(figure: Any, axes: Any, x: Axis, y: Axis, success: Doubles)
 def legend(axes: Any, some_open: bool, markers: str) -> None:
     """What the colors mean, above the axes. markers: of success, failure and no result."""
     line = importlib.import_module("matplotlib.lines").Line2D
-    kinds = [("succeeds", YES), ("does not", NO)] + ([("no result", NONE)] if some_open else [])
+    kinds = [("succeeds", YES), ("does not succeed", NO)] + ([("no result", NONE)] if some_open else [])
     marks = [
         line([], [], linestyle="", marker=markers[min(i, len(markers) - 1)], color=color, markersize=8, label=label)
         for i, (label, color) in enumerate(kinds)
@@ -219,7 +219,8 @@ def draw_histogram(axes: Any, values: Axis, success: Optional[Doubles]) -> None:
 def draw_bands(axes: Any, across: Axis, values: Axis) -> None:
     """Median, middle half and middle nine tenths of the trials, by classes of the parameter."""
     rows = []
-    for _, who in bins_of(across.values, MOST_CLASSES):
+    classes = max(2, min(MOST_CLASSES, len(across.values) // IN_CLASS))
+    for _, who in bins_of(across.values, classes):
         who = who & np.isfinite(values.values)
         if who.any():
             rows.append([across.values[who].mean(), *np.quantile(values.values[who], [0.05, 0.25, 0.5, 0.75, 0.95])])
