@@ -89,13 +89,14 @@ def test_expressions_are_pythons():
     def make(depth):
         if depth == 0:
             return source.choice(["a", "b", "c", "0.5", "3"])
-        kind = source.choice(["binary", "minus", "call", "compare", "and"])
-        one, two = make(depth - 1), make(depth - 1)
+        kind = source.choice(["binary", "minus", "call", "compare", "chain", "and"])
+        one, two, three = make(depth - 1), make(depth - 1), make(depth - 1)
         return {
             "binary": f"({one} {source.choice('+-*')} {two})",
             "minus": f"(-{one})",
             "call": f"{source.choice(['abs', 'cos'])}({one})",
             "compare": f"({one} {source.choice(['<', '<=', '>', '==', '!='])} {two})",
+            "chain": f"({one} < {two} <= {three})",
             "and": f"({one} {source.choice(['and', 'or'])} not {two})",
         }[kind]
 
@@ -156,7 +157,7 @@ def test_pegs_go_in_where_the_clearance_is_larger_than_the_offset(pegs):
     assert len(results) == len(made) == 24 and results.counts == {"done": 24}
     columns = results.columns()
     offset, clearance, success = columns["offset"], columns["clearance"], columns["success"]
-    clear = abs(offset - clearance) > 0.1e-3  # a fifth of a voxel
+    clear = abs(offset - clearance) > 0.1e-3  # the border is 0.07 mm beyond equal values
     assert clear.sum() > 12
     np.testing.assert_array_equal(success[clear], (offset < clearance)[clear])
     stands = success == 1
@@ -203,17 +204,16 @@ def test_laws(law):
 
 
 def test_the_wrench_on_a_body_is_about_its_origin():
-    """A block that overhangs stands on a smaller one: force m g, and the torque that keeps it is its own."""
+    """A block stands on a post beside its middle: force m g, no torque about its own origin."""
     scene = cc.Scene("overhang")
-    scene.add("post", cc.Box((0.01, 0.01, 0.01)), (0.004, 0, -0.01), static=True, friction=0.5)
-    scene.add("block", cc.Box((0.02, 0.01, 0.01)), (0, 0, 0.01), mass=0.5, friction=0.5)
+    scene.add("post", cc.Box((0.01, 0.01, 0.01)), (0.104, 0, -0.01), static=True, friction=0.5)
+    scene.add("block", cc.Box((0.02, 0.01, 0.01)), (0.1, 0, 0.01), mass=0.5, friction=0.5)
     world = cc.World(scene, voxel=0.002, threads=1)
     wrench = cc.study.scenes.Wrenches([world["block"]])
     world.run(0.5, observe=wrench, progress=False)
     np.testing.assert_allclose(wrench.force[0], [0, 0, 0.5 * G], atol=0.02)
+    # About the post's middle it is 0.5 G 0.004 = 0.02 N m, about the world's origin 0.5 N m.
     np.testing.assert_allclose(wrench.torque[0], 0, atol=2e-3)
-    heavy = {"force": 0.5 * G, "torque": 0.5 * G * 0.004}
-    assert heavy["torque"] > 5 * np.abs(wrench.torque[0]).max()  # of a wrench about the post's middle
 
 
 def test_a_function_gives_columns(tmp_path):
@@ -232,6 +232,7 @@ def test_what_ends_a_trial_ends_nothing_else(tmp_path):
     rows = results.rows(None)
     assert [r["status"] for r in rows] == ["failed", "done", "crashed", "timeout", "crashed", "done"]
     errors = [r["error"] for r in rows]
+    assert results.database.execute("SELECT seconds FROM log WHERE number = 3").fetchone()[0] < 30
     assert "KeyError: 'no such thing'" in errors[0] and errors[1] is None
     assert "SIGKILL" in errors[2] and "3 times" in errors[2]
     assert "longer than 5 s" in errors[3] and "code 3" in errors[4]
