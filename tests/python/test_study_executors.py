@@ -120,10 +120,11 @@ def test_what_is_not_installed_is_named(tmp_path):
     file = write_pegs(tmp_path, 1, 1)
     bare = {**os.environ, "PYTHONPATH": f"{tmp_path / 'bare'}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
     for words, extra in (
-        (["--on", "dask:tcp://a:1"], "dask"),
-        (["--on", "mpi"], "mpi"),
-        (["--plots", tmp_path], "study"),
+        (["--on", "dask:tcp://a:1"], "distributed"),
+        (["--on", "mpi"], "mpi4py"),
+        (["--plots", tmp_path], "matplotlib"),
     ):
         code, _, error = command(file, *words, env=bare)
-        assert code == 2 and f"pip install 'cloudcontact[{extra}]'" in error, error
-    assert rows_done(tmp_path / "pegs.sqlite") == 1
+        assert code == 2 and f"pip install {extra}" in error, error
+    assert not (tmp_path / "pegs.sqlite").exists()
+    assert command(file, env=bare)[0] == 0 and rows_done(tmp_path / "pegs.sqlite") == 1

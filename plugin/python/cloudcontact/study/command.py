@@ -15,7 +15,7 @@ from .executors import On, open_executor
 from .results import Results
 from .study import Study
 from .study_file import load
-from .study_plots import plot_success, plot_wrenches, wrench_names
+from .study_plots import new_figure, plot_success, plot_wrenches, wrench_names
 from .summary import summarize
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -101,6 +101,8 @@ def run(words: argparse.Namespace, on: On) -> int:
     file = pathlib.Path(words.study)
     path = pathlib.Path(words.results) if words.results else file.with_suffix(".sqlite")
     study = load(file)
+    if words.plots:
+        new_figure(1, 1)  # what is missing for plots is told now, not after a thousand trials
     if words.number is not None:
         return try_one(study, words.number)
     if not words.summary:

@@ -39,8 +39,7 @@ def library(name: str, where: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as missing:
-        extra = name.split(".")[0].replace("distributed", "dask").replace("mpi4py", "mpi")
-        raise StudyError(f"{where}: {missing}; pip install 'cloudcontact[{extra}]'") from None
+        raise StudyError(f"{where}: {missing}; pip install {name.split('.')[0]}") from None
 
 
 @contextlib.contextmanager

@@ -35,7 +35,7 @@ def toml_reader() -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise StudyError("studies in files need tomli before Python 3.11: pip install 'cloudcontact[study]'") from None
+        raise StudyError("studies in files need tomli before Python 3.11: pip install tomli") from None
 
 
 def parameter_of(given: Any, where: str) -> Parameter:

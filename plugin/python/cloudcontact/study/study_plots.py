@@ -27,7 +27,7 @@ def new_figure(width: float, height: float) -> Any:
     try:
         return importlib.import_module("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
     except ImportError:
-        raise StudyError("plots need matplotlib: pip install 'cloudcontact[study]'") from None
+        raise StudyError("plots need matplotlib: pip install matplotlib") from None
 
 
 def saved(figure: Any, file: File) -> Any:
