@@ -47,7 +47,7 @@ class Axis:
             self.label = name
             return
         factor, prefix = 1.0, ""
-        largest = np.nanmax(np.abs(values), initial=0.0)
+        largest = max(np.abs(values[np.isfinite(values)]), default=0.0)
         for factor, prefix in PREFIXES if unit and unit != "rad" else PREFIXES[:1]:
             if largest * factor >= LEAST:
                 break
