@@ -138,7 +138,7 @@ def test_an_mpi_job_that_is_killed_goes_on(tmp_path, reference):
         words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **MPI}
     )
     wait_for_rows(path, 4, process)
-    ranks = [pid for pid in descendants(process.pid) if "mpi" in cmdline(pid)]
+    ranks = [pid for pid in descendants(process.pid) if "--on mpi" in cmdline(pid)]
     os.kill(ranks[-1], signal.SIGKILL)
     process.communicate(timeout=60)
     assert process.returncode != 0
