@@ -1,6 +1,12 @@
-// Rays through the field; sweeps by Bullet's own cast onto single triangles.
+// Rays through the field; sweeps by Bullet's own cast onto single triangles, or onto the shape that
+// the cloud is.
 #include "bullet/cloud_casts.h"
 
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
@@ -9,6 +15,7 @@
 #include <algorithm>
 
 #include "bullet/convert.h"
+#include "field/closed_form.h"
 #include "field/field_ray.h"
 #include "field/smoothed_point.h"
 #include "field/surface_tree.h"
@@ -23,6 +30,63 @@ constexpr double kNoGain = 0.02;        // [voxels] hits that precede the first 
 // faces. Bullet's cast is up to 30 deg off in float.
 constexpr double kBesideEdge = 0.966, kOnFace = 0.5;
 constexpr double kTurns = 1e-6;  // difference of two rotation matrices
+
+// The hit of Bullet's cast onto a convex shape at `place`, if it is before `limit`.
+std::optional<btConvexCast::CastResult> castOnto(const btConvexShape& shape,
+                                                 const btTransform& place,
+                                                 const btTriangleConvexcastCallback& sweep,
+                                                 double limit) {
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver depths;
+  btContinuousConvexCollision cast(sweep.m_convexShape, &shape, &simplex, &depths);
+  btConvexCast::CastResult hit;
+  hit.m_fraction = 1;
+  hit.m_allowedPenetration = sweep.m_allowedPenetration;
+  if (!cast.calcTimeOfImpact(sweep.m_convexShapeFrom, sweep.m_convexShapeTo, place, place, hit) ||
+      !(hit.m_normal.length2() > btScalar(0.0001)) || !(hit.m_fraction < limit))
+    return std::nullopt;
+  return hit;
+}
+
+// Bullet's shape of a solid, without memory of its own.
+class ConvexForm {
+ public:
+  explicit ConvexForm(const Solid& solid) {
+    std::visit([this](const auto& s) { make(s); }, solid);
+  }
+  const btConvexShape& operator*() const {
+    return *std::visit(
+        [](const auto& shape) -> const btConvexShape* {
+          if constexpr (std::is_same_v<decltype(shape), const std::monostate&>)
+            return nullptr;
+          else
+            return &shape;
+        },
+        shape_);
+  }
+
+ private:
+  static btVector3 boxOf(double x, double y, double z) {
+    return {btScalar(x), btScalar(y), btScalar(z)};
+  }
+  void make(const Sphere& s) { shape_.emplace<btSphereShape>(btScalar(s.radius)); }
+  void make(const Box& b) { shape_.emplace<btBoxShape>(toBullet(b.halfExtents)); }
+  void make(const Cylinder& c) {
+    shape_.emplace<btCylinderShapeZ>(boxOf(c.radius, c.radius, c.halfHeight));
+  }
+  void make(const Capsule& c) {
+    shape_.emplace<btCapsuleShapeZ>(btScalar(c.radius), btScalar(2 * c.halfHeight));
+  }
+  void make(const Cone& c) {
+    shape_.emplace<btConeShapeZ>(btScalar(c.radius), btScalar(2 * c.halfHeight));
+  }
+  template <typename Other>
+  void make(const Other&) {}  // no closed form is one
+
+  std::variant<std::monostate, btSphereShape, btBoxShape, btCylinderShapeZ, btCapsuleShapeZ,
+               btConeShapeZ>
+      shape_;
+};
 
 class ConvexSweep {
  public:
@@ -96,18 +160,10 @@ class ConvexSweep {
     if (!mayMeet(corners)) return;
     btTriangleShape triangle(toBullet(corners[0]), toBullet(corners[1]), toBullet(corners[2]));
     triangle.setMargin(sweep_.m_triangleCollisionMargin);
-    btVoronoiSimplexSolver simplex;
-    btGjkEpaPenetrationDepthSolver depths;
-    btContinuousConvexCollision cast(sweep_.m_convexShape, &triangle, &simplex, &depths);
-    btConvexCast::CastResult hit;
-    hit.m_fraction = 1;
-    hit.m_allowedPenetration = sweep_.m_allowedPenetration;
-    const btTransform& place = sweep_.m_triangleToWorld;
-    if (!cast.calcTimeOfImpact(sweep_.m_convexShapeFrom, sweep_.m_convexShapeTo, place, place, hit))
-      return;
-    if (!(hit.m_normal.length2() > btScalar(0.0001)) || !(hit.m_fraction < limit_)) return;
+    const auto hit = castOnto(triangle, sweep_.m_triangleToWorld, sweep_, limit_);
+    if (!hit) return;
     const btScalar taken =
-        sweep_.reportHit(normalOf(hit), hit.m_hitPoint, hit.m_fraction, -1, index_);
+        sweep_.reportHit(normalOf(*hit), hit->m_hitPoint, hit->m_fraction, -1, index_);
     limit_ = std::min<double>(limit_, taken);
   }
 
@@ -152,7 +208,17 @@ void castRay(const SurfaceField& field, int index, btTriangleRaycastCallback& ra
 }
 
 void castConvex(const SurfaceField& field, int index, btTriangleConvexcastCallback& sweep) {
-  ConvexSweep(field, index, sweep).run();
+  const PlacedSolid* const form = closedForm(field);
+  if (!form) return ConvexSweep(field, index, sweep).run();
+  const btTransform place = sweep.m_triangleToWorld * toBullet(form->place);
+  const ConvexForm shape(form->solid);
+  const auto hit = castOnto(*shape, place, sweep, sweep.m_hitFraction);
+  if (!hit) return;
+  const btVector3 normal = hit->m_normal.normalized();
+  const SolidPoint at = solidAt(form->solid, toVec3(place.invXform(hit->m_hitPoint)));
+  const btVector3 exact = place.getBasis() * toBullet(at.normal);
+  sweep.reportHit(normal.dot(exact) > kBesideEdge ? exact : normal, hit->m_hitPoint,
+                  hit->m_fraction, -1, index);
 }
 
 }  // namespace cloudcontact

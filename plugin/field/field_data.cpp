@@ -48,6 +48,7 @@ FieldData::FieldData(Cloud cloud, const Band& band, SampleSet samples,
                      std::shared_ptr<const FieldNotes> notes, const FieldData* before)
     : FieldData(cloud, FieldRecords(cloud, band, before ? &before->records_ : nullptr),
                 std::move(samples), std::move(notes)) {
+  renewed_ = before != nullptr;
   // A renewal would have to measure them again wherever the surface changed nearby.
   if (!notes_) measureBends(samples_, records_);
 }

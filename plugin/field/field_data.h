@@ -31,6 +31,13 @@ struct LazySurfaceTree {
   std::shared_ptr<const SurfaceTree> made;
 };
 
+// The closed form of a cloud that has one (closedForm()).
+struct PlacedSolid;
+struct LazyClosedForm {
+  std::once_flag once;
+  std::shared_ptr<const PlacedSolid> made;
+};
+
 class FieldData {
  public:
   // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
@@ -51,6 +58,9 @@ class FieldData {
   const std::shared_ptr<const int>& life() const { return life_; }
 
   LazySurfaceTree& lazyTree() const { return *lazyTree_; }
+  LazyClosedForm& lazyForm() const { return *lazyForm_; }
+  // Whether it was renewed after a cut.
+  bool isRenewed() const { return renewed_; }
 
   std::size_t bytes() const;
   std::uint64_t hash() const;
@@ -63,6 +73,8 @@ class FieldData {
   std::shared_ptr<const FieldNotes> notes_;
   std::shared_ptr<const int> life_ = std::make_shared<const int>(0);
   std::unique_ptr<LazySurfaceTree> lazyTree_ = std::make_unique<LazySurfaceTree>();
+  std::unique_ptr<LazyClosedForm> lazyForm_ = std::make_unique<LazyClosedForm>();
+  bool renewed_ = false;
 };
 
 }  // namespace cloudcontact

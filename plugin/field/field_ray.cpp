@@ -3,9 +3,11 @@
 #include "field/field_ray.h"
 
 #include "base/grid_index.h"
+#include "field/closed_form.h"
 #include "field/field_data.h"
 #include "field/field_layers.h"
 #include "field/smoothed_point.h"
+#include "law/solid_line.h"
 
 #include <algorithm>
 #include <cmath>
@@ -174,9 +176,30 @@ std::optional<FieldHit> firstEntry(const SurfaceField& field, const Vec3& from, 
   return hit;
 }
 
+namespace {
+
+void visitCrossings(const PlacedSolid& form, const Vec3& from, const Vec3& to, double maxFraction,
+                    const std::function<bool(const FieldHit&, bool enters)>& visit) {
+  const Vec3 along = to - from;
+  const double length = along.norm();
+  const auto span = SolidLines(form, along / length, length).through(from);
+  if (!span) return;
+  // Calls visit() for one end of the span. Returns whether to go on.
+  const auto pass = [&](double at, bool enters) {
+    const double fraction = at / length;
+    if (!(fraction >= 0 && fraction <= maxFraction)) return true;
+    return visit({fraction, normalOf(form, from + fraction * along)}, enters);
+  };
+  if (pass(span->from, true)) pass(span->to, false);
+}
+
+}  // namespace
+
 void visitCrossings(const SurfaceField& field, const Vec3& from, const Vec3& to, double maxFraction,
                     const std::function<bool(const FieldHit&, bool enters)>& visit) {
   if (!from.allFinite() || !to.allFinite() || from == to) return;
+  if (const PlacedSolid* const form = closedForm(field))
+    return visitCrossings(*form, from, to, maxFraction, visit);
   const Walk walk(field, from, to, kAround);
   walk.visitCrossings(maxFraction, [&](double before, double after, bool enters) {
     return visit(enters ? walk.smoothed(before, after) : walk.smoothed(after, before), enters);

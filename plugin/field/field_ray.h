@@ -18,8 +18,8 @@ std::optional<FieldHit> firstEntry(const SurfaceField& field, const Vec3& from, 
                                    double maxFraction = 1);
 
 // Calls visit(hit, enters) in order for each point before `maxFraction` where the segment passes
-// the surface, until it returns false. The hits are those of the smoothed surface
-// (smoothed_point.h).
+// the surface, until it returns false. The hits are those of the closed form, if the cloud has one
+// (closed_form.h), else of the smoothed surface (smoothed_point.h).
 void visitCrossings(const SurfaceField& field, const Vec3& from, const Vec3& to, double maxFraction,
                     const std::function<bool(const FieldHit&, bool enters)>& visit);
 
