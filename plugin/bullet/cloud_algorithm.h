@@ -12,6 +12,7 @@
 namespace cloudcontact {
 
 class NarrowPhase;
+struct PairState;
 struct CloudContactSettings;
 
 class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
@@ -63,8 +64,9 @@ class CloudAlgorithm : public btCollisionAlgorithm, public AheadPair {
   };
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  static LookAhead* lookAheadOf(btDispatcher& dispatcher);  // of a CloudDispatcher, or null
+
+  std::unique_ptr<PairState> state_;
 };
 
 }  // namespace cloudcontact
