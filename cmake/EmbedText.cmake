@@ -18,7 +18,8 @@ function(cloudcontact_embed target name)
   set(source ${CMAKE_CURRENT_BINARY_DIR}/embedded_${name}.cpp)
   if(CLOUDCONTACT_INCBIN)
     cloudcontact_embed_by_assembler()
-    set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${paths}")
+    # A unity build would forget what the object depends on.
+    set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${paths}" SKIP_UNITY_BUILD_INCLUSION ON)
   else()
     add_custom_command(OUTPUT ${source} DEPENDS ${paths} ${CLOUDCONTACT_EMBED_BYTES} VERBATIM
       COMMAND ${CMAKE_COMMAND} -DOUTPUT=${source} -DNAME=${name} "-DSOURCES=${paths}" -P ${CLOUDCONTACT_EMBED_BYTES})

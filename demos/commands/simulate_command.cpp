@@ -10,6 +10,7 @@
 #include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "commands/explanation.h"
+#include "io/interrupt.h"
 #include "io/json.h"
 #include "io/output_file.h"
 #include "io/progress.h"
@@ -18,12 +19,14 @@
 #include "scene/scene_clouds.h"
 #include "scene/scene_file.h"
 #include "scene/simulation.h"
+#include "view/live_view.h"
 
 namespace cloudcontact::program {
 namespace {
 
 constexpr double kDefaultSeconds = 5;
 constexpr double kMostSteps = 1e9;  // weeks of computing, and within int
+constexpr double kWatched = 60;     // [s] for the frames of a replay of a run that Ctrl-C ends
 
 struct SimulateOptions {
   CommonOptions common;
@@ -31,7 +34,10 @@ struct SimulateOptions {
   std::optional<double> seconds, step;
   int substeps = 1;
   std::optional<int> iterations = {};
-  bool sleep = false;
+  bool sleep = false, view = false;
+  std::optional<int> port = {};
+  std::optional<double> speed = {};
+  bool isOpenEnded() const { return view && !seconds; }
 };
 
 // Collects rows and writes them at the end: the whole file or none.
@@ -244,32 +250,66 @@ WorldSettings worldSettings(const SceneDescription& scene, const SimulateOptions
   return settings;
 }
 
-void run(const SimulateOptions& options) {
+void checkRun(const SimulateOptions& options) {
   if (!options.replay.empty()) checkReplay(options.replay);
   if (!options.trajectory.empty()) checkOutput("--trajectory", options.trajectory, {".csv"});
-  const SceneDescription scene = loadScene(options.scene);
-  checkThresholds(options.common, filesOf(scene));
-  const WorldSettings settings = worldSettings(scene, options);
+  if (options.port && !options.view) throw BadInput("--port: needs --view beside it");
+  if (options.speed && !options.view) throw BadInput("--speed: needs --view beside it");
+}
+
+SimulationSettings runSettings(const SceneDescription& scene, const SimulateOptions& options) {
   SimulationSettings run;
-  run.seconds = options.seconds.value_or(kDefaultSeconds);
   run.step = options.step.value_or(scene.step);
+  run.seconds = options.isOpenEnded() ? 0.5 * kMostSteps * run.step
+                                      : options.seconds.value_or(kDefaultSeconds);
   run.substeps = options.substeps;
   if (run.seconds / run.step > kMostSteps)
     throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
                    "a thousand million; give a longer --step or fewer --seconds");
+  return run;
+}
+
+// Runs the world in the browser, in real time.
+SimulationReport simulateInView(World& world, const std::string& title,
+                                const SimulateOptions& options, const WorldSettings& settings,
+                                SimulationSettings run) {
+  const Interrupt interrupt;
+  LiveViewSettings page;
+  page.port = options.port.value_or(0);
+  page.speed = options.speed.value_or(1);
+  page.step = run.step / run.substeps;
+  page.title = title;
+  page.setup = setupText(settings, run.step, options.substeps);
+  page.voxel = usesClouds(options.common.method) ? settings.voxel : 0;
+  LiveView view(world, 0, page);
+  std::cerr << "cloudcontact: open " << view.url() << " in a browser; Ctrl-C ends the run"
+            << std::endl;
+  run.goesOn = [&](double time) { return view.follow(time, [&] { return !interrupt.came(); }); };
+  return simulate(world, run);
+}
+
+void run(const SimulateOptions& options) {
+  checkRun(options);
+  const SceneDescription scene = loadScene(options.scene);
+  checkThresholds(options.common, filesOf(scene));
+  const WorldSettings settings = worldSettings(scene, options);
+  SimulationSettings run = runSettings(scene, options);
   World world(scene, settings);
   noteUnmeasured(world);
   for (const std::string& advice : world.advice()) std::cerr << "cloudcontact: " << advice << '\n';
   Trajectory trajectory(options.trajectory);
   Recorder recorder;
-  if (!options.replay.empty()) recorder.begin(world, scene.name, run.seconds, run.step);
-  const auto progress = progressBar("simulating " + scene.name);
+  if (!options.replay.empty())
+    recorder.begin(world, scene.name, options.isOpenEnded() ? kWatched : run.seconds, run.step);
+  const auto progress = options.isOpenEnded() ? nullptr : progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {
     if (!options.trajectory.empty()) trajectory.add(time, now);
     if (!options.replay.empty()) recorder.record(time, now);
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
-  const SimulationReport report = simulate(world, run);
+  const SimulationReport report = options.view
+                                      ? simulateInView(world, scene.name, options, settings, run)
+                                      : simulate(world, run);
   noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
   if (!options.trajectory.empty()) trajectory.write();
@@ -286,8 +326,8 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
   const auto text = [&](const char* name, const char* help, const char* type, auto reader) {
     command.add_option_function<std::string>(name, reader, help)->type_name(type);
   };
-  addPositive(command, "--seconds", "simulated time [s] (default 5)", "S",
-              [&o](double v) { o.seconds = v; });
+  addPositive(command, "--seconds", "simulated time [s] (default 5; with --view, until Ctrl-C)",
+              "S", [&o](double v) { o.seconds = v; });
   addPositive(command, "--step", "length of a step [s]; the scene's <max_step_size> if not given",
               "H", [&o](double v) { o.step = v; });
   text("--substeps", "parts of each step (default 1)", "N",
@@ -299,6 +339,13 @@ void addOptions(CLI::App& command, SimulateOptions& o) {
        [&o](const std::string& t) { o.trajectory = t; });
   text("--replay", "file for a replay: animated glTF, or a page for any browser",
        "OUT.glb|OUT.html", [&o](const std::string& t) { o.replay = t; });
+  command.add_flag("--view", o.view,
+                   "show the run in a browser while it goes on, in real time: prints an address of "
+                   "this machine; pause, step, drag bodies, cut");
+  text("--port", "with --view: port of 127.0.0.1 (default: a free one)", "N",
+       [&o](const std::string& t) { o.port = readCount("--port", t, 1, 65535); });
+  text("--speed", "with --view: times real time (default 1); 0: as fast as it can", "X",
+       [&o](const std::string& t) { o.speed = readNotNegative("--speed", t); });
   text(
       "--reuse",
       "relative motion of a pair up to which its contact is moved instead of searched [voxels]; 0: "
@@ -337,7 +384,8 @@ void addSimulateCommand(CLI::App& app) {
   addExamples(
       command,
       {"cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --replay run.html",
-       "cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --json --trajectory run.csv"});
+       "cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --json --trajectory run.csv",
+       "cloudcontact simulate scene.sdf --voxel 0.001 --seconds 0.1 --view --speed 0.5"});
   command.callback([options] { run(*options); });
 }
 

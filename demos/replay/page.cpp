@@ -41,7 +41,13 @@ std::string filled(std::string_view text, std::initializer_list<Filling> filling
 std::string pageBytes(const Replay& replay) {
   const std::string gltf = base64(deflated(gltfBytes(replay)));
   const std::string record = base64(deflated(pageRecord(replay)));
-  return filled(embedded::page_html(), {{"TITLE", asHtml(replay.title)},
+  // A served page may connect to its server, and is not asked for an icon.
+  const std::string_view connect =
+      replay.isLive ? "; connect-src ws://127.0.0.1:* ws://localhost:*" : "";
+  const std::string_view icon = replay.isLive ? "<link rel=\"icon\" href=\"data:,\">\n" : "";
+  return filled(embedded::page_html(), {{"CONNECT", connect},
+                                        {"ICON", icon},
+                                        {"TITLE", asHtml(replay.title)},
                                         {"STYLE", embedded::page_css()},
                                         {"GLTF", gltf},
                                         {"RECORD", record},

@@ -64,6 +64,8 @@ struct Recorder::Take {
 void Recorder::Take::addBody(const World& world, double time) {
   const std::size_t i = motions.size();
   ReplayBody body{world.name(i), world.isStatic(i), world.mass(i), world.drawn(i), {}};
+  body.isCuttable = world.isCuttable(i);
+  body.isPullable = world.isPullable(i);
   surfaces.push_back(nullptr);
   softSurfaces.emplace_back();
   if (world.isCuttable(i)) {

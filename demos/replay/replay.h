@@ -23,6 +23,7 @@ struct ReplayBody {
   // frame.
   std::vector<SurfacePiece> surface = {};
   Pose surfacePlace = {};
+  bool isCuttable = false, isPullable = false;  // World's
 };
 
 // Figures of one instant.
@@ -52,6 +53,7 @@ struct ReplayCheck {
 };
 
 struct Replay {
+  bool isLive = false;  // the start of a world that runs on (live_view.h)
   std::string title;
   std::string story;  // what it shows
   std::string watch;  // what to look for; may be empty

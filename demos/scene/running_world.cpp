@@ -208,6 +208,7 @@ World::~World() {
 }
 
 void World::step(double seconds) {
+  state_->pull();
   state_->world.stepSimulation(btScalar(seconds), 0);
   state_->latestStep = seconds;
   state_->time += seconds;

@@ -59,6 +59,7 @@ struct World::State {
   double cuttableEnergy() const;
   void hold();
   void drive(bool moves);
+  void pull();
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;
@@ -84,7 +85,9 @@ struct World::State {
   double cutEnergy = 0;   // Energy::cutAway
   Energy softEnergy;      // of the bodies that deform, now
   bool hasTools = false;
-  std::vector<Pose> poses;  // of all bodies; empty until needed after a step
+  std::vector<BodyPull> pulls = {};
+  std::vector<Vec3> pullForces = {};  // in the latest step
+  std::vector<Pose> poses;            // of all bodies; empty until needed after a step
 };
 
 }  // namespace cloudcontact::program

@@ -68,13 +68,16 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   using Clock = std::chrono::steady_clock;
   SimulationReport report;
   report.step = settings.step;
-  report.steps = std::max(1, static_cast<int>(std::llround(settings.seconds / settings.step)));
+  const int planned = std::max(1, static_cast<int>(std::llround(settings.seconds / settings.step)));
   const double substep = settings.step / settings.substeps;
   TurnCounter turns(world);
-  Instants instants(report.steps, settings, world.probes());
+  Instants instants(planned, settings, world.probes());
   if (settings.observe) settings.observe(0, world);
   long substeps = 0;
-  for (int n = 1; n <= report.steps; ++n) {
+  bool goesOn = !settings.goesOn || settings.goesOn(0);
+  int& n = report.steps;
+  while (n < planned && (goesOn || n == 0)) {  // at least one step, for the figures
+    ++n;
     for (int s = 0; s < settings.substeps; ++s) {
       const auto start = Clock::now();
       world.step(substep);
@@ -93,7 +96,9 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
     if (instants.after(n))
       report.maxPenetration = std::max(report.maxPenetration, world.penetration());
     if (settings.observe) settings.observe(n * settings.step, world);
+    if (settings.goesOn) goesOn = settings.goesOn(n * settings.step);
   }
+  if (n < planned) report.maxPenetration = std::max(report.maxPenetration, world.penetration());
   report.pairs /= double(substeps);
   report.contactsPerStep /= double(substeps);
   report.narrowPhaseSeconds = world.narrowPhaseSeconds();

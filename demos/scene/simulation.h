@@ -20,6 +20,9 @@ struct SimulationSettings {
   std::size_t mostProbes = 1'500'000;
   // Called at the start (time 0) and after each step.
   std::function<void(double time, const World&)> observe;
+  // Called after `observe`, with the same time. It may change the world, and wait. False ends the
+  // run.
+  std::function<bool(double time)> goesOn;
 };
 
 struct SimulationReport {

@@ -101,6 +101,17 @@ struct CutRecord {
   bool gone = false;  // nothing is left of the body
 };
 
+// A spring between a point of a body and a place in the world: a hand that pulls, or holds.
+struct BodyPull {
+  std::size_t body = 0;
+  Vec3 grip = Vec3::Zero();  // in the body's frame [m]
+  Vec3 to = Vec3::Zero();    // in the world [m]
+  double stiffness = 0;      // [N/m]
+  double damping = 0;        // of the grip's velocity in the world [N s/m]
+  // The hand gives way: beyond this stretch the spring pulls no harder [m].
+  double reach = 0;
+};
+
 // A body that deforms.
 struct SoftRecord {
   int nodes = 0, links = 0;  // now
@@ -146,6 +157,19 @@ class World {
   const CutRecord& cutOf(std::size_t body) const;
   // Removes voxels. Call it between steps.
   void cut(std::size_t body, std::span<const VoxelCut> cuts);
+  // Whether forces move it as a rigid body: it is neither static nor driven, nor does it deform.
+  bool isPullable(std::size_t body) const;
+  // A pull that fits the body: its own weight (on Earth) stretches the spring by a tenth of its
+  // radius, the spring gives way at a radius, so that it pulls with ten times the weight at most,
+  // and damping is critical. Softer where steps of this length [s] ask for it.
+  BodyPull pullOf(std::size_t body, const Vec3& grip, const Vec3& to, double step) const;
+  // Springs that pull in each step from now on, instead of those before. The force is that of the
+  // start of the step, so k and c must not be too large for it. Throws std::invalid_argument for a
+  // body that is not pullable, and values that are negative or not finite.
+  void setPulls(std::vector<BodyPull> pulls);
+  const std::vector<BodyPull>& pulls() const;
+  // Of each pull in the latest step [N].
+  const std::vector<Vec3>& pullForces() const;
   // The frame of a body that deforms moves with its center of mass, and never turns.
   bool isSoft(std::size_t body) const;
   std::vector<KnownShape> knownShapes() const;

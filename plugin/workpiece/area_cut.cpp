@@ -103,4 +103,10 @@ std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid
   return cuts;
 }
 
+std::vector<VoxelCut> cutsOf(const Cloud& workpiece, const PlacedSolid& area, const Pose& tool) {
+  std::vector<VoxelCut> cuts;
+  listCuts({workpiece.voxelSize(), workpiece.origin(), workpiece.size()}, area, tool, cuts);
+  return cuts;
+}
+
 }  // namespace cloudcontact

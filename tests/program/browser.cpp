@@ -192,7 +192,11 @@ void Browser::listen(const Json& event) {
 }
 
 void Browser::open(const std::string& file) {
-  call("Page.navigate", {{"url", "file://" + std::filesystem::absolute(file).string()}});
+  openUrl("file://" + std::filesystem::absolute(file).string());
+}
+
+void Browser::openUrl(const std::string& url) {
+  call("Page.navigate", {{"url", url}});
 }
 
 Json Browser::value(const std::string& expression) {
@@ -237,11 +241,23 @@ void Browser::click(double x, double y) {
   pointer("mouseReleased", x, y, 0);
 }
 
-void Browser::drag(double x, double y, double toX, double toY) {
+void Browser::grab(double x, double y) {
   pointer("mousePressed", x, y, 1);
+}
+
+void Browser::move(double x, double y, double toX, double toY) {
   for (int i = 1; i <= 4; ++i)
     pointer("mouseMoved", x + (toX - x) * i / 4, y + (toY - y) * i / 4, 1);
-  pointer("mouseReleased", toX, toY, 0);
+}
+
+void Browser::letGo(double x, double y) {
+  pointer("mouseReleased", x, y, 0);
+}
+
+void Browser::drag(double x, double y, double toX, double toY) {
+  grab(x, y);
+  move(x, y, toX, toY);
+  letGo(toX, toY);
 }
 
 std::string Browser::screenshot() {

@@ -18,6 +18,7 @@ class Browser {
   Browser& operator=(const Browser&) = delete;
 
   void open(const std::string& file);
+  void openUrl(const std::string& url);
   // The value of a JavaScript expression. Throws if the expression does.
   nlohmann::json value(const std::string& expression);
   // Polls until the expression is true; false if it is not within `seconds`.
@@ -26,6 +27,10 @@ class Browser {
   void click(double x, double y);
   // Drags the pointer from one place to another.
   void drag(double x, double y, double toX, double toY);
+  // The same in parts.
+  void grab(double x, double y);
+  void move(double x, double y, double toX, double toY);  // while it holds
+  void letGo(double x, double y);
   std::string screenshot();  // a PNG file
   // Errors and warnings of the console, exceptions, and the browser's own complaints.
   const std::vector<std::string>& complaints() const { return complaints_; }

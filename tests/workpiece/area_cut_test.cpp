@@ -70,6 +70,22 @@ TEST(AreaCut, VolumesAreThoseOfTheAreas) {
               0.02 * ball * std::pow(9.4, 3));
 }
 
+TEST(AreaCut, ACloudIsCutAsTheFieldThatIsMadeOfIt) {
+  const Cloud cloud = test::smallCloud(kVoxel, {5, 4, 3}, [](int, int, int) {
+                        return 255;
+                      }).translated(kVoxel * Vec3(-3, 7, 2));
+  const BaseVectorField field(cloud, {kEnamel}, sphereWindow(kVoxel));
+  const PlacedSolid area{Sphere{6.3 * kVoxel}};
+  const Pose tool = poseOf(Vec3(14, 26, 12), 0.3);
+  const auto of = cutsOf(field, area, tool), cuts = cutsOf(cloud, area, tool);
+  ASSERT_EQ(cuts.size(), of.size());
+  ASSERT_GT(cuts.size(), 1000u);
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    EXPECT_EQ(cuts[i].voxel, of[i].voxel);
+    EXPECT_EQ(cuts[i].coverage, of[i].coverage);
+  }
+}
+
 // An area beside the tool's origin, turned: the pose moves it too.
 TEST(AreaCut, ThePoseMovesTheArea) {
   const BaseVectorField field = block();

@@ -36,6 +36,12 @@ class Section {
   }
 }
 
+// Seven numbers of an array from `at` on, x y z qx qy qz qw, as the place of an object.
+function placeAt(object, numbers, at) {
+  object.position.fromArray(numbers, at);
+  object.quaternion.fromArray(numbers, at + 3);
+}
+
 class BodyView {
   // `node` is the body's node of the glTF, moved by Motion.
   constructor(body, node, planes) {
@@ -57,6 +63,36 @@ class BodyView {
     }
     this.voxelMeshes = [];
     this.section = new Section(color, planes);
+  }
+
+  // A skin that is lit at its vertices alone, or not at all; show() must follow.
+  simplify() {
+    const {color, clippingPlanes, fog} = this.skin, Skin = this.body.plane ? THREE.MeshBasicMaterial : THREE.MeshLambertMaterial;
+    this.skin = new Skin({color, clippingPlanes, fog});
+    for (const mesh of this.meshes) mesh.material = this.skin;
+  }
+
+  // The meshes that are seen, unless it is hidden.
+  shown() { return this.state === 'hidden' ? [] : this.asVoxels ? this.voxelMeshes : this.meshes; }
+
+  // Of a body that is cut or deforms: its surface as it is now; show() must follow.
+  renew({positions, normals, corners, place}) {
+    this.section.show([]);
+    for (const mesh of this.meshes) {
+      mesh.parent.remove(mesh);
+      mesh.geometry.dispose();
+    }
+    this.meshes = [];
+    if (!corners.length) return;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3, true));
+    geometry.setIndex(new THREE.BufferAttribute(corners, 1));
+    const mesh = new THREE.Mesh(geometry, this.skin);
+    placeAt(mesh, place, 0);
+    mesh.receiveShadow = true;
+    this.node.add(mesh);
+    this.meshes.push(mesh);
   }
 
   makeVoxels(shells) {

@@ -17,20 +17,29 @@ const depthOf = (contacts, whole) => contacts.mostDepth * whole / 1023;
 
 // Instances of a geometry, each with a transform and a color.
 class Copies {
-  constructor(geometry, material, most, parent) {
-    this.mesh = new THREE.InstancedMesh(geometry, material, Math.max(1, most));
-    this.colors = new THREE.InstancedBufferAttribute(new Float32Array(3 * Math.max(1, most)), 3);
-    geometry.setAttribute('color', this.colors);
-    this.mesh.frustumCulled = false;
-    this.mesh.count = 0;
-    parent.add(this.mesh);
+  constructor(geometry, material, parent) {
+    Object.assign(this, {geometry, material, parent, most: 0, mesh: null});
+    this.begin(1);
   }
   add(matrix, color) {
     this.mesh.setMatrixAt(this.mesh.count, matrix);
     color.toArray(this.colors.array, 3 * this.mesh.count);
     ++this.mesh.count;
   }
-  begin() { this.mesh.count = 0; }
+  remove() { this.parent.remove(this.mesh); }
+  // Makes room for `most` copies, of which there are none yet.
+  begin(most) {
+    if (most > this.most) {
+      this.most = Math.max(most, 2 * this.most);
+      if (this.mesh) this.parent.remove(this.mesh);
+      this.mesh = new THREE.InstancedMesh(this.geometry, this.material, this.most);
+      this.colors = new THREE.InstancedBufferAttribute(new Float32Array(3 * this.most), 3);
+      this.geometry.setAttribute('color', this.colors);
+      this.mesh.frustumCulled = false;
+      this.parent.add(this.mesh);
+    }
+    this.mesh.count = 0;
+  }
   end() { this.mesh.instanceMatrix.needsUpdate = this.colors.needsUpdate = true; }
 }
 
@@ -39,22 +48,21 @@ class ContactView {
   constructor(take, parent, scale) {
     this.take = take;
     this.scale = scale;
-    const c = take.contacts;
-    let points = 0, patches = 0;
-    for (let f = 0; f + 1 < c.firstShown.length; ++f) {
-      const shown = c.shown.subarray(c.firstShown[f], c.firstShown[f + 1]);
-      points = Math.max(points, shown.reduce((sum, i) => sum + c.patchCount[i], 0));
-      patches = Math.max(patches, shown.length);
-    }
-    const along = geometry => geometry.translate(0, 0.5, 0);
-    const lit = () => new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors});
-    const disc = new THREE.MeshLambertMaterial({
-      vertexColors: THREE.VertexColors, side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false
-    });
-    this.shafts = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, 10)), lit(), points, parent);
-    this.heads = new Copies(along(new THREE.ConeBufferGeometry(1, 1, 14)), lit(), points, parent);
-    this.discs = new Copies(new THREE.CircleBufferGeometry(1, 32).rotateX(-Math.PI / 2), disc, patches, parent);
-    this.pins = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, 6)), lit(), patches, parent);
+    this.parent = parent;
+    this.make(1);
+  }
+
+  // `detail` 1, or less for fewer triangles that are not lit.
+  make(detail) {
+    const along = geometry => geometry.translate(0, 0.5, 0), sides = most => Math.max(4, Math.round(detail * most));
+    const Skin = detail < 1 ? THREE.MeshBasicMaterial : THREE.MeshLambertMaterial;
+    const skin = more => new Skin({vertexColors: THREE.VertexColors, ...more});
+    const glass = {side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false};
+    for (const copies of [this.shafts, this.heads, this.discs, this.pins]) if (copies) copies.remove();
+    this.shafts = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, sides(10), 1, detail < 1)), skin(), this.parent);
+    this.heads = new Copies(along(new THREE.ConeBufferGeometry(1, 1, sides(14), 1, detail < 1)), skin(), this.parent);
+    this.discs = new Copies(new THREE.CircleBufferGeometry(1, sides(32)).rotateX(-Math.PI / 2), skin(glass), this.parent);
+    this.pins = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, sides(6), 1, detail < 1)), skin(), this.parent);
   }
 
   place(array, i, out) {
@@ -63,12 +71,12 @@ class ContactView {
   }
 
   // Returns the number of points and patches in the frame.
-  show(t) {
-    const frame = indexAt(this.take.figures.time, t), c = this.take.contacts;
-    const all = [this.shafts, this.heads, this.discs, this.pins];
-    for (const copies of all) copies.begin();
-    const counts = {points: 0, patches: 0};
-    for (const patch of c.shown.subarray(c.firstShown[frame], c.firstShown[frame + 1])) {
+  show(frame) {
+    const c = this.take.contacts, all = [this.shafts, this.heads, this.discs, this.pins];
+    const counts = {points: 0, patches: 0}, shown = c.shown.subarray(c.firstShown[frame], c.firstShown[frame + 1]);
+    const points = shown.reduce((sum, i) => sum + c.patchCount[i], 0);
+    for (const copies of all) copies.begin(Math.max(points, shown.length));
+    for (const patch of shown) {
       this.addPatch(patch);
       const first = c.patchPoint[patch], end = first + c.patchCount[patch];
       for (let i = first; i < end; ++i) this.addPoint(i);

@@ -19,6 +19,7 @@ function graphRows(record) {
 class Graphs {
   constructor(element, record, seek) {
     this.element = element;
+    this.from = 0;
     this.seconds = record.seconds || 1;
     this.rows = graphRows(record);
     for (const row of this.rows) this.addRow(row);
@@ -67,9 +68,22 @@ class Graphs {
     }
     for (const line of row.lines)
       if (line.shift) high = Math.max(high, low + line.values.reduce((a, v) => Math.max(a, v), 0));
+    if (!(Math.abs(low) < Infinity)) low = 0;  // without values
     if (!(high > low)) high = low + (Math.abs(low) || 1);
     row.low = low;
     row.high = high;
+  }
+
+  // Of a record that has grown.
+  renew(record) {
+    const times = record.takes[0].figures.time;
+    this.from = times[0] || 0;
+    this.seconds = times[times.length - 1] - this.from || 1;
+    graphRows(record).forEach((row, i) => {
+      this.rows[i].lines = row.lines;
+      this.scale(this.rows[i]);
+    });
+    this.draw();
   }
 
   draw() {
@@ -100,7 +114,7 @@ class Graphs {
         low = Math.min(low, line.values[k]);
         high = Math.max(high, line.values[k]);
       }
-      const x = width * line.time[i] / this.seconds;
+      const x = width * (line.time[i] - this.from) / this.seconds;
       pen.lineTo(x, y(low));
       if (high > low) pen.lineTo(x, y(high));
     }
@@ -109,7 +123,7 @@ class Graphs {
 
   show(t) {
     const box = this.rows[0].canvas.getBoundingClientRect(), own = this.element.getBoundingClientRect();
-    this.head.style.left = box.left - own.left + box.width * Math.min(1, t / this.seconds) + 'px';
+    this.head.style.left = box.left - own.left + box.width * Math.min(1, (t - this.from) / this.seconds) + 'px';
     for (const row of this.rows) {
       const values = row.lines.filter(line => !line.shift).map(line => line.values[indexAt(line.time, t)]);
       const most = values.reduce((a, v) => Math.max(a, v), -Infinity);

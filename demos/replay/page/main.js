@@ -25,7 +25,18 @@ function contactScale(record, size) {
   // More bodies are smaller, and so are their arrows.
   const moving = Math.max(...record.takes.map(take => take.bodies.filter(body => !body.fixed).length), 1);
   const length = Math.min(0.12, 0.2 / Math.cbrt(moving)) * size / Math.sqrt(record.takes.length);
-  return {force: quantile(forces, 0.9) || 1, depth: quantile(depths, 0.98) || record.voxel || 1, length};
+  const force = quantile(forces, 0.9) || 1;
+  return {unit: force, force, depth: quantile(depths, 0.98) || record.voxel || 1, length};
+}
+
+// Of a live view: the scale goes gently to that of the contacts of now.
+function followScale(scale, contacts) {
+  const forces = Array.from(contacts.pointForce, (_, i) => forceOf(contacts, i));
+  const depths = Array.from(contacts.pointDepth, whole => depthOf(contacts, whole));
+  const toward = (now, goal) => goal > 0 ? now + (scale.isSet ? 0.05 : 1) * (goal - now) : now;
+  scale.unit = toward(scale.unit, quantile(forces, 0.9));
+  scale.depth = toward(scale.depth, quantile(depths, 0.98));
+  scale.isSet = scale.isSet || forces.length > 0;
 }
 
 class Player {
@@ -159,7 +170,8 @@ async function buildStage(record) {
   const root = await nodeOf(rootNumber);
   const views = await Promise.all(record.takes.map((take, t) => Promise.all(take.bodies.map(async (body, b) =>
     new BodyView(body, await nodeOf(nodes[nodes[rootNumber].children[t]].children[b]), stage.planes)))));
-  stage.addSections(views.flat().filter(view => !view.body.plane).map(view => view.section));
+  for (const view of views.flat()) if (!view.body.plane) stage.addSection(view.section);
+  const takeNodes = await Promise.all(nodes[rootNumber].children.map(nodeOf));
   const scale = contactScale(record, stage.size);
   const upright = new THREE.Group();
   upright.quaternion.copy(root.quaternion);
@@ -170,10 +182,11 @@ async function buildStage(record) {
     upright.add(group);
     return new ContactView(take, group, scale);
   });
-  return {stage, motion, views, contacts, scale};
+  return {stage, motion, views, contacts, scale, upright, takeNodes};
 }
 
-function wireStage(record, {stage, motion, views, contacts, scale}, player) {
+function wireStage(record, built, player) {
+  const {stage, motion, views, contacts, scale} = built;
   const showBody = view => {
     view.show(view.state, view.asVoxels, pressed('cut'), record.shells);
     view.stateButton.textContent = view.state;
@@ -182,12 +195,10 @@ function wireStage(record, {stage, motion, views, contacts, scale}, player) {
   };
   const all = views.flat(), showAll = () => all.forEach(showBody);
   fillBodies(record, views, showBody);
-  const showForce = fillLegend(record, scale);
-  const force = scale.force;
+  const showScale = fillLegend(record, scale);
   const arrows = () => {
-    const times = 2 ** Number($('arrows').value);
-    scale.force = force / times;
-    showForce(scale.force);
+    scale.force = scale.unit / 2 ** Number($('arrows').value);
+    showScale();
   };
   $('arrows').oninput = () => { arrows(); player.seek(player.time); };
   arrows();
@@ -210,7 +221,7 @@ function wireStage(record, {stage, motion, views, contacts, scale}, player) {
     motion.show(t);
     let points = 0, patches = 0;
     for (const view of contacts) {
-      const counts = view.show(t);
+      const counts = view.show(record.live ? 0 : indexAt(view.take.figures.time, t));
       points += counts.points;
       patches += counts.patches;
     }
@@ -218,7 +229,21 @@ function wireStage(record, {stage, motion, views, contacts, scale}, player) {
       '. An arrow is the force on the moving body, friction with it; a disc is a patch, its pin the normal.';
     stage.changed = true;
   };
-  return {show, keys, draw: () => { if (stage.draw()) placeLabels(); }};
+  const view = {show, keys, draw: () => { if (stage.draw()) placeLabels(); }};
+  if (!record.live) return view;
+  const live = wireLiveStage(player, built, {
+    show, renewed: showBody, rescale: contacts => { followScale(scale, contacts); arrows(); },
+    addView(added) {
+      for (const list of [views[0], all]) list.push(added);
+      stage.addSection(added.section);
+      fillBody(added, showBody);
+    }
+  });
+  return {...view, ...live, keys: {...keys, ...live.keys}, draw() {
+    live.hand.tick();
+    if (stage.changed) ++player.pictures;
+    view.draw();
+  }};
 }
 
 async function main() {
@@ -230,7 +255,8 @@ async function main() {
   const record = readRecord(await inflated('replay-record'));
   fillStory(record);
   let view = {show() {}, draw() {}, keys: {}};
-  const player = new Player(record.seconds, t => {
+  if (record.live) document.documentElement.dataset.live = '';
+  const player = record.live ? new Live(record) : new Player(record.seconds, t => {
     view.show(t);
     graphs.show(t);
     $('scrub').value = t;
@@ -238,7 +264,7 @@ async function main() {
     $('clock').textContent = t.toFixed(digits) + ' / ' + record.seconds.toFixed(digits) + ' s';
   });
   const graphs = new Graphs($('graphs'), record, t => player.seek(t));
-  const keys = wireTimeline(player, record);
+  const keys = record.live ? wireLiveTimeline(player) : wireTimeline(player, record);
   if (document.createElement('canvas').getContext('webgl')) {
     view = wireStage(record, await buildStage(record), player);
   } else {
@@ -246,6 +272,7 @@ async function main() {
     complain('<b>This browser draws no WebGL here.</b><br>The bodies cannot be shown; the figures below can. Turn on hardware ' +
       'acceleration, try another browser, or open the same motion as glTF (--replay OUT.glb) in Blender.');
   }
+  if (record.live) Object.assign(player, {graphs, view: 'moment' in view ? view : null});
   wireKeys({...keys, ...view.keys});
   const resize = () => { graphs.draw(); graphs.show(player.time); };
   new ResizeObserver(resize).observe($('graphs'));

@@ -41,22 +41,24 @@ function fillBodies(record, views, changed) {
   const list = document.getElementById('bodies');
   record.takes.forEach((take, t) => {
     if (record.takes.length > 1) element('li', take.label, list, 'take').style.color = takeColors[t % 6];
-    take.bodies.forEach((body, b) => {
-      const view = views[t][b], item = element('li', undefined, list);
-      element('i', undefined, item).style.background = body.color;
-      const name = element('span', body.name, item, 'name');
-      name.title = body.name;
-      element('small', body.fixed ? 'fixed' : withUnit(1000 * body.mass, 'g'), name);
-      view.voxelButton = body.clouds.length ? element('button', 'mesh', item) : element('span', '', item);
-      view.stateButton = element('button', 'solid', item);
-      view.stateButton.setAttribute('aria-label', 'Display of ' + body.name);
-      view.voxelButton.onclick = () => { view.asVoxels = !view.asVoxels; changed(view); };
-      view.stateButton.onclick = () => {
-        view.state = showStates[(showStates.indexOf(view.state) + 1) % showStates.length];
-        changed(view);
-      };
-    });
+    for (const view of views[t]) fillBody(view, changed);
   });
+}
+
+function fillBody(view, changed) {
+  const {body} = view, item = element('li', undefined, document.getElementById('bodies'));
+  element('i', undefined, item).style.background = body.color;
+  const name = element('span', body.name, item, 'name');
+  name.title = body.name;
+  element('small', body.fixed ? 'fixed' : withUnit(1000 * body.mass, 'g'), name);
+  view.voxelButton = body.clouds.length ? element('button', 'mesh', item) : element('span', '', item);
+  view.stateButton = element('button', 'solid', item);
+  view.stateButton.setAttribute('aria-label', 'Display of ' + body.name);
+  view.voxelButton.onclick = () => { view.asVoxels = !view.asVoxels; changed(view); };
+  view.stateButton.onclick = () => {
+    view.state = showStates[(showStates.indexOf(view.state) + 1) % showStates.length];
+    changed(view);
+  };
 }
 
 function fillLegend(record, scale) {
@@ -66,6 +68,8 @@ function fillLegend(record, scale) {
     '<path d="M22 0l11 5-11 5z" fill="#dc3b32"/></svg><span></span></div>' +
     '<div class="bar"><span>depth 0</span><i></i><span></span></div>';
   legend.querySelector('i').style.background = 'linear-gradient(90deg,' + css + ')';
-  legend.querySelector('.bar span:last-child').textContent = withUnit(scale.depth, 'm') + (record.voxel ? ' (' + Number((scale.depth / record.voxel).toPrecision(2)) + ' voxel)' : '');
-  return force => { legend.querySelector('div span').textContent = withUnit(force, 'N'); };
+  return () => {
+    legend.querySelector('div span').textContent = withUnit(scale.force, 'N');
+    legend.querySelector('.bar span:last-child').textContent = withUnit(scale.depth, 'm') + (record.voxel ? ' (' + Number((scale.depth / record.voxel).toPrecision(2)) + ' voxel)' : '');
+  };
 }

@@ -4,7 +4,8 @@ class Stage {
   constructor(canvas, record) {
     this.canvas = canvas;
     this.record = record;
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true});
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !(record.live && Stage.isSlow())});
+    this.most = 2;  // pixels a css px
     this.renderer.gammaOutput = true;
     this.renderer.gammaFactor = 2.2;
     this.renderer.localClippingEnabled = true;
@@ -31,6 +32,12 @@ class Stage {
     this.home();
     this.changed = true;
     this.controls.addEventListener('change', () => { this.changed = true; });
+  }
+
+  // Whether this machine draws without a GPU.
+  static isSlow() {
+    const gl = document.createElement('canvas').getContext('webgl'), names = gl && gl.getExtension('WEBGL_debug_renderer_info');
+    return !!names && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(names.UNMASKED_RENDERER_WEBGL));
   }
 
   // Converts from the takes' frame, z up, to the viewer's, y up.
@@ -73,17 +80,16 @@ class Stage {
   }
 
   // A square as large as the view, masked by each body's section.
-  addSections(sections) {
-    const square = new THREE.PlaneBufferGeometry(6 * this.size, 6 * this.size);
-    this.faces = sections.map((section, i) => {
-      section.order = 2 * i + 2;
-      section.face = new THREE.Mesh(square, section.skin);
-      section.face.renderOrder = 2 * i + 3;
-      section.face.visible = false;
-      section.face.onAfterRender = renderer => renderer.clearStencil();
-      this.scene.add(section.face);
-      return section.face;
-    });
+  addSection(section) {
+    const square = new THREE.PlaneBufferGeometry(6 * this.size, 6 * this.size), i = this.faces.length;
+    section.order = 2 * i + 2;
+    section.face = new THREE.Mesh(square, section.skin);
+    section.face.renderOrder = 2 * i + 3;
+    section.face.visible = false;
+    section.face.onAfterRender = renderer => renderer.clearStencil();
+    this.scene.add(section.face);
+    this.faces.push(section.face);
+    if (this.planes.length) this.placeFaces();
   }
 
   // `axis` in the takes' frame; `at` from -1 to 1 over the bounds at the start. Keeps the part below the cut
@@ -99,16 +105,43 @@ class Stage {
     this.plane.constant = -side * point;
     this.planes.length = 0;
     if (on) this.planes.push(this.plane);
+    this.facing = {normal, middle: center.addScaledVector(normal, point - normal.dot(center))};
+    this.placeFaces();
+    this.changed = true;
+  }
+
+  placeFaces() {
     for (const face of this.faces) {
-      face.position.copy(center).addScaledVector(normal, point - normal.dot(center));
-      face.lookAt(face.position.clone().add(normal));
+      face.position.copy(this.facing.middle);
+      face.lookAt(face.position.clone().add(this.facing.normal));
+    }
+  }
+
+  // The line of sight through a place of the window [css px].
+  sight(x, y) {
+    const box = this.canvas.getBoundingClientRect(), ray = new THREE.Raycaster();
+    ray.setFromCamera({x: 2 * (x - box.left) / box.width - 1, y: 1 - 2 * (y - box.top) / box.height}, this.camera);
+    return ray;
+  }
+
+  // For a machine that draws too slowly, as without a GPU: without shadows, then with fewer pixels. False where
+  // nothing is left to do.
+  simplify() {
+    if (this.most < 1) return false;
+    if (this.renderer.shadowMap.enabled) {
+      this.renderer.shadowMap.enabled = false;
+      this.scene.traverse(thing => { if (thing.isLight) thing.castShadow = false; });
+    } else {
+      this.most = 0.5;
+      this.resize();
     }
     this.changed = true;
+    return true;
   }
 
   resize() {
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
-    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+    this.renderer.setPixelRatio(Math.min(this.most, window.devicePixelRatio || 1));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();

@@ -25,12 +25,14 @@ struct Cutter {
   bool keepsOutside = false;
 };
 
-// The cuts of a tool that nothing resists, for BaseVectorField::cut(): of each voxel that the area
-// meets, the part outside the area remains, by the depth of the voxel's center
-// (Membership::Shared). `area` is in the tool's frame, `tool` is the tool's pose in the workpiece's
-// frame. Throws std::invalid_argument where the area has no volume or the pose is not finite.
+// The cuts of a tool that nothing resists, for BaseVectorField::cut(), cutCloud() and
+// CuttableBody::cut(): of each voxel that the area meets, the part outside the area remains, by the
+// depth of the voxel's center (Membership::Shared). `area` is in the tool's frame, `tool` is the
+// tool's pose in the workpiece's frame. Throws std::invalid_argument where the area has no volume
+// or the pose is not finite.
 std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid& area,
                              const Pose& tool);
+std::vector<VoxelCut> cutsOf(const Cloud& workpiece, const PlacedSolid& area, const Pose& tool);
 
 // Removes material from a collision's voxels, from each by its share, ability and hardness. Carries
 // less than 1/255 of a voxel over to the next step, so that slow cutting also cuts. Does not

@@ -1,0 +1,195 @@
+// A page that shows a world while it runs (demos/view): what it hears, and what it asks for.
+
+class Feed {
+  constructor(heard, closed) {
+    const address = new URL('feed', location.href);
+    address.protocol = 'ws:';
+    this.socket = new WebSocket(address);
+    this.socket.binaryType = 'arraybuffer';
+    this.socket.onmessage = event => heard(readRecord(event.data));
+    this.socket.onclose = closed;
+  }
+  ask(command) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command)); }
+}
+
+// The figures of the graphs: all of a run, thinned as it grows.
+class Figures {
+  constructor(take) {
+    this.keys = ['time', 'kinetic', 'potential', 'spring', 'deepest', 'narrowPhase'];
+    for (const key of this.keys) take.figures[key] = [];
+    this.of = take.figures;
+    this.every = this.turn = 0;
+  }
+  add(moment) {
+    const {time} = this.of;
+    if (!moment.steps || (time.length && moment.time <= time[time.length - 1]) || ++this.turn < this.every) return;
+    this.turn = 0;
+    for (const key of this.keys) this.of[key].push(key === 'narrowPhase' ? moment.narrowPhase / moment.steps : moment[key]);
+    if (time.length < 2000) return;
+    for (const key of this.keys) this.of[key] = this.of[key].filter((_, i) => i % 2 === 0);
+    this.every = 2 * Math.max(1, this.every);
+  }
+}
+
+// In the place of Player: the simulation is what plays.
+class Live {
+  constructor(record) {
+    Object.assign(this, {record, time: 0, running: true, ended: false, sayings: null, pictures: 0, moment: null, pending: new Map()});
+    this.figures = new Figures(record.takes[0]);
+    this.view = null;  // wireStage()'s
+    this.graphs = null;
+    this.drawn = this.counted = performance.now();
+    this.counting = this.turns = 0;
+    this.feed = new Feed(message => this.hear(message), () =>
+      this.end(this.moment && this.moment.ended ? 'The simulation has ended.' : 'The connection to the simulation is lost.'));
+  }
+
+  ask(command) { this.feed.ask(command); }
+  play(on) { this.ask({do: on ? 'run' : 'pause'}); }
+  seek() { if (this.view && this.moment) this.view.show(this.time); }
+
+  end(words) {
+    if (this.ended) return;
+    this.ended = true;
+    $('play').disabled = $('step').disabled = $('speed').disabled = true;
+    this.say(words, Infinity);
+  }
+
+  say(words, seconds) {
+    $('hint').textContent = words;
+    $('hint').hidden = false;
+    clearTimeout(this.hiding);
+    if (seconds < Infinity) this.hiding = setTimeout(() => { $('hint').hidden = true; }, 1000 * seconds);
+  }
+
+  // Of several messages between two pictures the latest counts.
+  hear(message) {
+    if ('surface' in message) {
+      this.pending.set(message.surface, message);
+      return;
+    }
+    this.figures.add(message);
+    this.moment = message;
+    this.isNew = true;
+  }
+
+  tick() {
+    if (this.view) for (const [body, message] of this.pending) this.view.surface(body, message);
+    if (this.view) this.pending.clear();
+    if (this.isNew) this.tell(this.moment);
+    const now = performance.now();
+    if (this.graphs && this.isNew && now - this.drawn > 250) {
+      this.graphs.renew(this.record);
+      this.graphs.show(this.time);
+      this.drawn = now;
+    }
+    this.isNew = false;
+    ++this.turns;
+    this.count(now);
+  }
+
+  tell(moment) {
+    this.time = moment.time;
+    this.running = moment.running;
+    this.record.takes[0].contacts = moment.contacts;
+    if (this.view) this.view.moment(moment);
+    $('play').setAttribute('aria-pressed', moment.running);
+    $('play').setAttribute('aria-label', moment.running ? 'Pause' : 'Play');
+    $('play').innerHTML = moment.running ? '&#10074;&#10074;' : '&#9654;';
+    if (document.activeElement !== $('speed')) $('speed').value = moment.speed;
+    $('clock').textContent = moment.time.toFixed(3) + ' s';
+    $('pace').textContent = moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused';
+    $('pull-words').textContent = moment.pulls.map(pull => withUnit(pull.force, 'N') + ' by a spring of ' + withUnit(pull.stiffness, 'N/m')).join('; ');
+    if (this.sayings !== null && moment.sayings > this.sayings) this.say(moment.said, 5);
+    this.sayings = moment.sayings;
+    if (moment.ended) this.end('The simulation has ended.');
+  }
+
+  count(now) {
+    if (now - this.counted < 1000) return;
+    const rate = 1000 * (this.pictures - this.counting) / (now - this.counted);
+    const pages = this.moment ? this.moment.pages : 1;
+    $('live-words').textContent = Math.round(rate) + ' pictures a second, ' + pages + (pages === 1 ? ' page' : ' pages') + ' open.';
+    document.documentElement.dataset.pictures = this.pictures;
+    // Where a new moment waits for nearly every picture, drawing is what is slow.
+    if (this.view && rate < 28 && this.pictures - this.counting > 0.8 * this.turns && this.isBusy) this.view.simplify();
+    this.isBusy = this.moment && this.moment.running;
+    this.turns = 0;
+    this.counting = this.pictures;
+    this.counted = now;
+  }
+}
+
+function wireLiveTimeline(live) {
+  for (const s of speeds) element('option', s + '\u00d7', $('speed')).value = s;
+  element('option', 'as fast as it can', $('speed')).value = 0;
+  $('speed').value = 1;
+  $('speed').onchange = () => {
+    live.ask({do: 'speed', times: Number($('speed').value)});
+    $('speed').blur();
+  };
+  const faster = way => {
+    const at = speeds.indexOf(Number($('speed').value));
+    if (at >= 0) live.ask({do: 'speed', times: speeds[Math.min(speeds.length - 1, Math.max(0, at + way))]});
+  };
+  const step = () => live.ask({do: 'step'});
+  $('play').onclick = () => live.play(!live.running);
+  $('step').onclick = step;
+  return {' ': () => live.play(!live.running), ArrowRight: step, ArrowUp: () => faster(1), ArrowDown: () => faster(-1)};
+}
+
+// Bodies, contacts and the hand of a live view, beside what a replay has. `show` draws the contacts.
+function wireLiveStage(live, {stage, views, contacts, scale, upright, takeNodes}, {addView, renewed, rescale, show}) {
+  const bodies = views[0], hand = new Hand(stage, upright, bodies, command => live.ask(command));
+  const pulls = new PullView(upright, scale.length);
+  const words = () => { $('carve-words').textContent = withUnit(hand.radius, 'm'); };
+  $('carve-radius').oninput = words;
+  words();
+  const carve = toggle('carve', on => {
+    $('carving').hidden = !on;
+    stage.changed = true;
+  });
+  const offerCarving = () => { if (bodies.some(view => view.body.cuttable)) $('carve').hidden = false; };
+  offerCarving();
+  // For tests, and for scripts of a notebook: where the bodies are, in the world [m] and in the window [css px].
+  window.cloudcontact = {stage,
+    positions: () => bodies.map(view => view.node.position.toArray()),
+    inWindow: body => {
+      const box = stage.canvas.getBoundingClientRect(), [x, y] = stage.onScreen(live.record.takes[0], bodies[body].node.position.toArray());
+      return [x + box.left, y + box.top];
+    }
+  };
+  const simplify = () => {
+    if (!stage.simplify()) return;
+    for (const view of bodies) {
+      if (view.skin.isMeshStandardMaterial) view.simplify();
+      renewed(view);
+    }
+    for (const view of contacts) view.make(0.3);
+  };
+  if (Stage.isSlow()) {
+    simplify();
+    simplify();
+  }
+  return {
+    simplify, show, hand, keys: {k: () => { if (!$('carve').hidden) carve(); }},
+    surface(body, message) {
+      while (bodies.length <= body) {
+        if (bodies.length < body) return;  // its turn comes
+        const node = new THREE.Group();
+        takeNodes[0].add(node);
+        addView(new BodyView({...message, clouds: [], plane: false}, node, stage.planes));
+        offerCarving();
+      }
+      bodies[body].renew(message);
+      renewed(bodies[body]);
+      stage.changed = true;
+    },
+    moment(moment) {
+      bodies.forEach((view, b) => { if (7 * b < moment.poses.length) placeAt(view.node, moment.poses, 7 * b); });
+      rescale(moment.contacts);
+      show(moment.time);
+      pulls.show(moment.pulls, bodies);
+    }
+  };
+}

@@ -1,0 +1,46 @@
+// A world in the browser while it runs: the replay's page, fed over a local socket. The page pauses
+// the run, steps it, pulls bodies and cuts them. A run in which nobody does is equal, to the bit,
+// to one without a view.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "scene/world.h"
+
+namespace cloudcontact::program {
+
+struct LiveViewSettings {
+  int port = 0;        // of 127.0.0.1; 0: a free one
+  double step = 1e-3;  // the longest that the world is stepped by [s]
+  double speed = 1;    // times real time; 0: as fast as it can
+  std::string title;   // of the page
+  std::string setup;   // method, voxel, step (setupText())
+  double voxel = 0;    // [m] 0: the method has none
+};
+
+class LiveView {
+ public:
+  // Serves the page of the world, which has run for `time` [s]. The world must outlive it. Throws
+  // BadInput where the port cannot be had.
+  LiveView(World& world, double time, const LiveViewSettings& settings);
+  // Tells the pages that the run is over.
+  ~LiveView();
+  LiveView(const LiveView&) = delete;
+  LiveView& operator=(const LiveView&) = delete;
+
+  // For a browser on this machine. Whoever knows it can steer the run.
+  const std::string& url() const;
+
+  // Call it after each step, between steps. Does what the pages ask for, shows them the world, and
+  // returns when the next step is due: at once, or after a pause. `goesOn` is asked about every 50
+  // ms; once it is false, so is the return value, at once.
+  bool follow(double time, const std::function<bool()>& goesOn);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cloudcontact::program
