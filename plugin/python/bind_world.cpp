@@ -158,13 +158,40 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
             run(w, self,
                 {seconds, stepOf(w, step), substeps, replay ? replay->string() : "", observe},
                 progress);
+            return replay && replay->extension() == ".html"
+                       ? py::module_::import("cloudcontact._view").attr("Replay")(replay->string())
+                       : py::object(py::none());
           },
           "seconds"_a, "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
           "replay"_a = py::none(), "observe"_a = py::none(), "progress"_a = py::none(),
-          "Steps for `seconds`. Ctrl-C ends it after the step.\n\n"
+          "Steps for `seconds`. Ctrl-C ends it after the step. Returns the Replay, which a "
+          "notebook\n"
+          "shows, where `replay` is an .html file.\n\n"
           "step: length of a step [s]; none: the scene's. substeps: parts of each. replay: a file\n"
           "for a replay, .html or .glb. observe: called with the world after each step. progress:\n"
           "see digitize().")
+      .def(
+          "view",
+          [](const py::object& self, const std::optional<double>& seconds,
+             const std::optional<double>& step, int substeps, int port, double speed,
+             const py::object& observe, const py::object& announce) {
+            auto& w = self.cast<ScriptedWorld&>();
+            view(w, self, {seconds, stepOf(w, step), substeps, port, speed, observe, announce});
+          },
+          "seconds"_a = py::none(), "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
+          "port"_a = 0, "speed"_a = 1.0, "observe"_a = py::none(), "announce"_a = py::none(),
+          "Steps in real time and shows it in a browser of this machine, as `simulate --view`: "
+          "pause,\n"
+          "step, drag bodies, cut, contacts. For `seconds`, or until Ctrl-C, which ends it without "
+          "an\n"
+          "exception.\n\n"
+          "step, substeps, observe: as in run(). port: of 127.0.0.1; 0: a free one. speed: times "
+          "real\n"
+          "time; 0: as fast as it can. announce: called with the address; none: a notebook shows "
+          "the\n"
+          "page, elsewhere the address goes to stderr. Who has the address can steer the world. "
+          "Raises\n"
+          "ValueError where the port cannot be had.")
       .def("contacts", &contactsOf,
            "Points of the latest step, a structured array (n,): a, b: numbers of the bodies; "
            "patch;\n"

@@ -9,6 +9,7 @@
 #include "replay/replay_file.h"
 #include "scene/scene_clouds.h"
 #include "scene/simulation.h"
+#include "view/live_view.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -32,6 +33,24 @@ void save(const ScriptedWorld& world, program::Recorder& recorder, const RunWord
   replay.setup = program::setupText(world.settings, words.step, words.substeps);
   replay.voxel = program::usesClouds(world.settings.common.method) ? world.settings.voxel : 0;
   program::saveReplay(replay, words.replay);
+}
+
+program::LiveViewSettings pageOf(const ScriptedWorld& world, const ViewWords& words) {
+  program::LiveViewSettings page;
+  page.port = words.port;
+  page.speed = words.speed;
+  page.step = words.step / words.substeps;
+  page.title = world.scene.name;
+  page.setup = program::setupText(world.settings, words.step, words.substeps);
+  page.voxel = program::usesClouds(world.settings.common.method) ? world.settings.voxel : 0;
+  return page;
+}
+
+// Throws what a signal's handler raises, such as KeyboardInterrupt.
+bool listens() {
+  const py::gil_scoped_acquire locked;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  return true;
 }
 
 }  // namespace
@@ -80,6 +99,33 @@ void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
     if (records) save(world, recorder, words);
   }
   pacer.finish();
+}
+
+void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) {
+  RunWords run;
+  run.step = words.step;
+  run.substeps = words.substeps;
+  run.seconds = words.seconds.value_or(0.5 * kMostSteps * run.step);  // weeks
+  const int steps = stepsOf(run);
+  if (!(words.speed >= 0) || !std::isfinite(words.speed))
+    throw std::invalid_argument("speed: must be 0 or more and finite");
+  program::LiveView view(*world.world, world.time, pageOf(world, words));
+  const py::object announce = words.announce.is_none()
+                                  ? py::module_::import("cloudcontact._view").attr("announce")
+                                  : words.announce;
+  try {
+    announce(view.url());
+    const py::gil_scoped_release unlocked;
+    for (int n = 1; n <= steps && view.follow(world.time, listens); ++n) {
+      for (int s = 0; s < words.substeps; ++s) world.world->step(words.step / words.substeps);
+      world.time += words.step;
+      if (words.observe.is_none()) continue;
+      const py::gil_scoped_acquire locked;
+      words.observe(self);
+    }
+  } catch (py::error_already_set& raised) {
+    if (!raised.matches(PyExc_KeyboardInterrupt)) throw;
+  }
 }
 
 }  // namespace cloudcontact::python

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "python/long_work.h"
@@ -27,9 +28,20 @@ struct RunWords {
   py::object observe;  // called with the world after each step, unless None
 };
 
+// A live view.
+struct ViewWords {
+  std::optional<double> seconds = {};  // none: until Ctrl-C
+  double step = 0;                     // [s]
+  int substeps = 1, port = 0;
+  double speed = 1;              // times real time; 0: as fast as it can
+  py::object observe, announce;  // announce: called with the address; None: _view.announce
+};
+
 // Makes the world with progress. Voxel 0: the default of the scene.
 void prepare(ScriptedWorld& world, const py::object& progress);
 void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
          const py::object& progress);
+// Runs the world in the browser. Ctrl-C ends it as the end of the time does.
+void view(ScriptedWorld& world, const py::object& self, const ViewWords& words);
 
 }  // namespace cloudcontact::python

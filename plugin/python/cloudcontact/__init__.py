@@ -6,7 +6,7 @@ asked for, a Pose, three numbers (a position), seven (x y z qx qy qz qw) or a ma
 - Clouds: digitize(), Cloud, CtVolume, load_mesh().
 - Contacts: SurfaceField, contact(), ContactFinder, ContactBatch.
 - Workpieces: BaseVectorField, CollisionFinder, HapticLoop, Cutter.
-- Worlds: Scene, World.
+- Worlds: Scene, World, Replay.
 """
 
 import numpy as _numpy
@@ -71,5 +71,6 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and not _core._knows_numpy_2:
     )
 
 from ._shapes import contact, digitize, digitize_report
+from ._view import Replay
 
 __all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from ._progress import Progress
 from ._typing import Law, PoseLike, Solid, Unit
+from ._view import Replay
 
 Doubles = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -670,6 +671,17 @@ class World:
         replay: Optional[File] = None,
         observe: Optional[Callable[[World], object]] = None,
         progress: Progress = None,
+    ) -> Optional[Replay]: ...
+    def view(
+        self,
+        seconds: Optional[float] = None,
+        step: Optional[float] = None,
+        substeps: int = 1,
+        *,
+        port: int = 0,
+        speed: float = 1.0,
+        observe: Optional[Callable[[World], object]] = None,
+        announce: Optional[Callable[[str], object]] = None,
     ) -> None: ...
     def contacts(self) -> Records: ...
     def find_contacts(self) -> None: ...
