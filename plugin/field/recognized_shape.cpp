@@ -27,9 +27,9 @@ constexpr double kFar = 0.4;           // [voxels] beyond the tolerance no sampl
 constexpr double kPi = std::numbers::pi;
 
 // Lengths in voxels, as the grid's.
-std::vector<SurfacePiece> piecesOf(const SurfaceField& field) {
+std::vector<ShapePoint> piecesOf(const SurfaceField& field) {
   const std::size_t stride = std::max<std::size_t>(1, field.sampleCount() / kFitted);
-  std::vector<SurfacePiece> pieces;
+  std::vector<ShapePoint> pieces;
   for (std::size_t k = 0; k < field.sampleCount(); k += stride) {
     const SurfaceSample s = field.sample(k);
     pieces.push_back({Eigen::Map<const Eigen::Vector3f>(s.position).cast<double>(),
@@ -165,8 +165,8 @@ Solid scaled(Solid solid, double by) {
   return solid;
 }
 
-bool isFar(const PlacedSolid& shape, const std::vector<SurfacePiece>& pieces, double within) {
-  return std::any_of(pieces.begin(), pieces.end(), [&](const SurfacePiece& piece) {
+bool isFar(const PlacedSolid& shape, const std::vector<ShapePoint>& pieces, double within) {
+  return std::any_of(pieces.begin(), pieces.end(), [&](const ShapePoint& piece) {
     return std::abs(depthOf(shape, piece.position)) > within + kFar;
   });
 }
@@ -180,7 +180,7 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
   const Cloud& cloud = field.cloud();
   const double voxel = cloud.voxelSize(), within = tolerance / voxel;
   const double volume = cloud.massProperties().volume / std::pow(voxel, 3);
-  const std::vector<SurfacePiece> pieces = piecesOf(field);
+  const std::vector<ShapePoint> pieces = piecesOf(field);
   std::optional<RecognizedShape> best;
   for (const PlacedSolid& shape : fittedShapes(pieces)) {
     if (isFar(shape, pieces, within) || !isFilled(shape.solid, volume)) continue;

@@ -24,9 +24,9 @@ constexpr double kFacing = 0.95;     // cosine: a normal is along an axis
 constexpr double kAcross = 0.3;      // cosine: a normal is across an axis
 constexpr std::size_t kTrials = 60;  // normals that are tried as a box's
 
-double square(const PlacedSolid& shape, const std::vector<SurfacePiece>& surface) {
+double square(const PlacedSolid& shape, const std::vector<ShapePoint>& surface) {
   double sum = 0, area = 0;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     const double depth = depthOf(shape, s.position);
     sum += s.area * depth * depth;
     area += s.area;
@@ -76,7 +76,7 @@ bool isPositive(PlacedSolid shape) {
 }
 
 // One round of Gauss-Newton.
-PlacedSolid improved(const PlacedSolid& shape, const std::vector<SurfacePiece>& surface,
+PlacedSolid improved(const PlacedSolid& shape, const std::vector<ShapePoint>& surface,
                      double size) {
   PlacedSolid copy = shape;
   const int count = 3 + turnsOf(shape.solid) + static_cast<int>(lengthsOf(copy.solid).size());
@@ -87,7 +87,7 @@ PlacedSolid improved(const PlacedSolid& shape, const std::vector<SurfacePiece>& 
   }
   Square normal = Square::Zero();
   Vector right = Vector::Zero();
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     const double depth = depthOf(shape, s.position);
     Vector slope = Vector::Zero();
     for (int i = 0; i < count; ++i)
@@ -102,7 +102,7 @@ PlacedSolid improved(const PlacedSolid& shape, const std::vector<SurfacePiece>& 
   return next;
 }
 
-PlacedSolid refined(PlacedSolid shape, const std::vector<SurfacePiece>& surface, double size) {
+PlacedSolid refined(PlacedSolid shape, const std::vector<ShapePoint>& surface, double size) {
   double best = square(shape, surface);
   for (int round = 0; round < kRounds; ++round) {
     const PlacedSolid next = improved(shape, surface, size);
@@ -123,15 +123,15 @@ struct Middle {
   double size = 0;  // largest distance from the center
 };
 
-Middle middleOf(const std::vector<SurfacePiece>& surface) {
+Middle middleOf(const std::vector<ShapePoint>& surface) {
   Middle m;
   double area = 0;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     m.center += s.area * s.position;
     area += s.area;
   }
   m.center /= area;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     const Vec3 from = s.position - m.center;
     m.spread += s.area * from * from.transpose();
     m.normals += s.area * s.normal * s.normal.transpose();
@@ -141,7 +141,7 @@ Middle middleOf(const std::vector<SurfacePiece>& surface) {
 }
 
 // The direction with the largest area facing it, either way, among normals across `across`.
-Vec3 facedMost(const std::vector<SurfacePiece>& surface, const Vec3& across) {
+Vec3 facedMost(const std::vector<ShapePoint>& surface, const Vec3& across) {
   Vec3 best = Vec3::Zero();
   double most = 0;
   const std::size_t stride = std::max<std::size_t>(1, surface.size() / kTrials);
@@ -150,7 +150,7 @@ Vec3 facedMost(const std::vector<SurfacePiece>& surface, const Vec3& across) {
     if (std::abs(trial.dot(across)) > kAcross) continue;
     double area = 0;
     Vec3 sum = Vec3::Zero();
-    for (const SurfacePiece& s : surface) {
+    for (const ShapePoint& s : surface) {
       const double along = s.normal.dot(trial);
       if (std::abs(along) < kFacing) continue;
       area += s.area;
@@ -163,7 +163,7 @@ Vec3 facedMost(const std::vector<SurfacePiece>& surface, const Vec3& across) {
   return best;
 }
 
-std::optional<PlacedSolid> guessedBox(const std::vector<SurfacePiece>& surface) {
+std::optional<PlacedSolid> guessedBox(const std::vector<ShapePoint>& surface) {
   Matrix axes;
   axes.col(0) = facedMost(surface, Vec3::Zero());
   const Vec3 second = facedMost(surface, axes.col(0));
@@ -172,7 +172,7 @@ std::optional<PlacedSolid> guessedBox(const std::vector<SurfacePiece>& surface) 
   axes.col(2).normalize();
   axes.col(1) = axes.col(2).cross(axes.col(0));
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     const Vec3 local = axes.transpose() * s.position;
     low = low.cwiseMin(local);
     high = high.cwiseMax(local);
@@ -190,11 +190,11 @@ struct Turned {
   double tilt = 0;  // mean of the normals along the axis, by area across it: a cone's is not 0
 };
 
-Turned turnedAbout(const Vec3& axis, const Middle& m, const std::vector<SurfacePiece>& surface) {
+Turned turnedAbout(const Vec3& axis, const Middle& m, const std::vector<ShapePoint>& surface) {
   Turned t;
   t.axis = axis;
   double area = 0;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     const Vec3 from = s.position - m.center;
     const double z = from.dot(axis), r = (from - z * axis).norm(), along = s.normal.dot(axis);
     t.low = std::min(t.low, z);
@@ -228,7 +228,7 @@ PlacedSolid guessOf(Revolved kind, const Turned& t, const Middle& m) {
   return shape;
 }
 
-PlacedSolid revolved(Revolved kind, const Middle& m, const std::vector<SurfacePiece>& surface) {
+PlacedSolid revolved(Revolved kind, const Middle& m, const std::vector<ShapePoint>& surface) {
   PlacedSolid best;
   double least = std::numeric_limits<double>::infinity();
   for (const Matrix* tensor : {&m.spread, &m.normals}) {
@@ -247,10 +247,10 @@ PlacedSolid revolved(Revolved kind, const Middle& m, const std::vector<SurfacePi
 
 }  // namespace
 
-std::vector<PlacedSolid> fittedShapes(const std::vector<SurfacePiece>& surface) {
+std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface) {
   const Middle m = middleOf(surface);
   double radius = 0, area = 0;
-  for (const SurfacePiece& s : surface) {
+  for (const ShapePoint& s : surface) {
     radius += s.area * (s.position - m.center).norm();
     area += s.area;
   }

@@ -7,14 +7,14 @@
 
 namespace cloudcontact {
 
-// A piece of a surface. Lengths in any unit, about the size of the numbers in a grid of voxels.
-struct SurfacePiece {
+// A point of a surface. Lengths in any unit, about the size of the numbers in a grid of voxels.
+struct ShapePoint {
   Vec3 position = Vec3::Zero(), normal = Vec3::Zero();  // outward, unit
   double area = 0;
 };
 
 // One shape of each kind that the points may be of, each the best of its kind: ball, box, cylinder,
 // capsule, cone. Kinds that the points cannot be of are missing; the others may fit badly.
-std::vector<PlacedSolid> fittedShapes(const std::vector<SurfacePiece>& surface);
+std::vector<PlacedSolid> fittedShapes(const std::vector<ShapePoint>& surface);
 
 }  // namespace cloudcontact

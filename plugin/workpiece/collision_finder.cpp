@@ -72,7 +72,7 @@ struct BrickPart {
   std::vector<CollisionVoxel> voxels;
   std::vector<NearVoxel> near;
   std::vector<Foot> feet;
-  std::vector<SurfacePiece> pieces;  // the feet near D, in the tool's frame
+  std::vector<PlanePiece> pieces;  // the feet near D, in the tool's frame
 };
 
 // The query of a find().
@@ -281,7 +281,7 @@ struct CollisionFinder::State {
   std::vector<BrickPart> parts;  // the first `used` are this call's
   std::size_t used = 0;
   std::vector<double> hardness;
-  std::vector<SurfacePiece> pieces;
+  std::vector<PlanePiece> pieces;
   EmbeddingAlong embedding;
 
   BrickPart& part(const Eigen::Vector3i& brick, std::int32_t block) {

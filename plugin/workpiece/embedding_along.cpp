@@ -111,7 +111,7 @@ double spreadOf(const View& view, const Vec3& outward, const Vec3& normal) {
   return 0.5 * std::sqrt(std::max(1 - along * along, 0.0)) / std::max(leave, 1e-9);
 }
 
-void measure(const View& view, const SurfacePiece& piece, SeenPiece& seen) {
+void measure(const View& view, const PlanePiece& piece, SeenPiece& seen) {
   seen.length = kOutside, seen.spread = 0;
   if (!(seen.weight > 0)) return;
   seen.length = view.lengthBelow(piece.at);
@@ -128,7 +128,7 @@ void measure(const View& view, const SurfacePiece& piece, SeenPiece& seen) {
   }
 }
 
-SeenPiece see(const View& view, const SurfacePiece& piece) {
+SeenPiece see(const View& view, const PlanePiece& piece) {
   SeenPiece seen;
   const double cosine = piece.outward.dot(view.n), scale = 1 / std::max(cosine, kSteep);
   const Vec3 at = piece.at / view.spacing;
@@ -339,7 +339,7 @@ void EmbeddingAlong::reserve(std::size_t pieces) {
   state_->reaches.reserve(pieces);
 }
 
-double EmbeddingAlong::find(const EmbeddingQuery& query, std::span<const SurfacePiece> pieces) {
+double EmbeddingAlong::find(const EmbeddingQuery& query, std::span<const PlanePiece> pieces) {
   if (query.outward.isZero() || pieces.empty()) return 0;
   const View view(query);
   std::vector<SeenPiece>& seen = state_->pieces;

@@ -15,7 +15,7 @@
 namespace cloudcontact {
 
 // A plane piece of a surface, about `EmbeddingQuery::spacing` wide.
-struct SurfacePiece {
+struct PlanePiece {
   Vec3 at = Vec3::Zero();       // its middle [m]
   Vec3 outward = Vec3::Zero();  // unit normal
   double area = 1;              // [spacing^2]
@@ -43,7 +43,7 @@ class EmbeddingAlong {
 
   // The depth [m]; 0 where no piece is in D or `outward` is zero. Pieces up to kReach of a spacing
   // outside D may hold a part of it, if D is thin; others may be left out.
-  double find(const EmbeddingQuery& query, std::span<const SurfacePiece> pieces);
+  double find(const EmbeddingQuery& query, std::span<const PlanePiece> pieces);
   void reserve(std::size_t pieces);
 
   static constexpr double kReach = 0.75;

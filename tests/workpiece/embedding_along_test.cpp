@@ -237,7 +237,7 @@ TEST(EmbeddingAlong, InAHoleOfTheToolsOwnShape) {
 
 // The unit alone: pieces of a plane, and a direction of one's own.
 TEST(EmbeddingAlong, TakesPiecesFromAnywhere) {
-  std::vector<SurfacePiece> pieces;
+  std::vector<PlanePiece> pieces;
   for (int k = 0; k < 400; ++k)
     pieces.push_back({0.1 * Vec3(k % 20 - 9.5, k / 20 - 9.5, 0), Vec3::UnitZ(), 1});
   const PlacedSolid box{Box{Vec3(0.5, 0.4, 0.3)}, {.position = Vec3(0, 0, 0.1)}};
