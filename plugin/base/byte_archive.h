@@ -81,6 +81,11 @@ class ByteReader {
     std::memcpy(&x, take(sizeof x).data(), sizeof x);
     x = inFileOrder(x);
   }
+  void get(bool& x) {
+    const char byte = take(1)[0];
+    if (byte != 0 && byte != 1) throw std::runtime_error("a record has a flag that is none");
+    x = byte == 1;
+  }
   template <typename Scalar, int kRows>
   void get(Eigen::Matrix<Scalar, kRows, 1>& v) {
     for (int i = 0; i < kRows; ++i) get(v[i]);
@@ -102,9 +107,12 @@ void listIn(Archive& archive, std::vector<Item>& items, Visit&& visit) {
   archive(count);
   if constexpr (Archive::kReads) {
     if (count > archive.left()) throw std::runtime_error("a record says an impossible length");
-    items.resize(std::size_t(count));
+    // One by one: an item may take hundreds of times the byte that it takes in the record.
+    items.clear();
+    for (; count > 0; --count) visit(archive, items.emplace_back());
+  } else {
+    for (Item& item : items) visit(archive, item);
   }
-  for (Item& item : items) visit(archive, item);
 }
 
 template <typename Archive, typename Item, typename Visit>

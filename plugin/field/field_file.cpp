@@ -11,6 +11,7 @@
 #include "base/hash.h"
 #include "field/field_bytes.h"
 #include "field/field_data.h"
+#include "field/sample_check.h"
 #include "voxels/cloud_bytes.h"
 
 #include <cstring>
@@ -198,21 +199,6 @@ void splitNames(const std::string& names, std::vector<std::string>& list) {
     list.push_back(names.substr(at, end - at));
 }
 
-bool consistent(const SampleSet& samples) {
-  for (int number = 0; number < kLevels; ++number) {
-    const SampleLevel& level = samples.levels[number];
-    const SampleColumns& s = level.samples;
-    const std::size_t coarse = number > 0 ? s.size() : 0;
-    if (level.clusters.size() != coarse || level.cellOf.size() != coarse) return false;
-    for (const std::vector<float>& column : level.clusters.spread)
-      if (column.size() != coarse) return false;
-    for (const auto* column : {&s.y, &s.z, &s.nx, &s.ny, &s.nz, &s.area, &s.width})
-      if (column->size() != s.size()) return false;
-  }
-  const SampleBricks& b = samples.bricks;
-  return b.y.size() == b.x.size() && b.z.size() == b.x.size() && b.radius.size() == b.x.size();
-}
-
 }  // namespace
 
 void saveField(const SurfaceField& field, const fs::path& file) {
@@ -240,7 +226,8 @@ std::shared_ptr<const SurfaceField> readField(std::istream& in, std::uint64_t si
   try {
     Cloud cloud(header.voxelSize, header.origin,
                 std::make_shared<Cloud::Voxels>(std::move(parts.voxels)));
-    if (!parts.records.complete(cloud.bricks(), header.bandVoxels) || !consistent(parts.samples))
+    if (!parts.records.complete(cloud.bricks(), header.bandVoxels) ||
+        !consistent(parts.samples, cloud.size()))
       reader.impossible();
     return std::make_shared<const SurfaceField>(std::make_shared<const FieldData>(
         std::move(cloud), std::move(parts.records), std::move(parts.samples)));

@@ -11,8 +11,6 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr int kBlocks = 8;  // of 4x4x4 voxels in a brick, x fastest
-
 int blockOf(int cell) {
   return (cell >> 2 & 1) | (cell >> 4 & 2) | (cell >> 6 & 4);
 }
@@ -240,12 +238,18 @@ bool FieldRecords::complete(const Eigen::Vector3i& bricks, std::size_t bandVoxel
   const auto inside = [&](std::int32_t first) {
     return first >= 0 && static_cast<std::size_t>(first) + kBrickVoxels <= records_.size();
   };
+  const auto hasItsPlanes = [&](CcVoxel v) {
+    const uint count = ccPlaneCount(v);
+    return count < 2 ||
+           (count <= CC_MAX_PLANES && v.b < planes_.size() && count <= planes_.size() - v.b);
+  };
   return all == static_cast<std::size_t>(bricks.cast<std::int64_t>().prod()) &&
          distance_.size() == all && held_.size() == all && near_.size() == all &&
          planed_.size() == all && firsts_.size() == all + 1 && planeFirsts_.size() == all + 1 &&
          planeFirsts_.back() == planes_.size() &&
          std::is_sorted(planeFirsts_.begin(), planeFirsts_.end()) &&
-         std::all_of(firsts_.begin(), firsts_.end(), inside);
+         std::all_of(firsts_.begin(), firsts_.end(), inside) &&
+         std::all_of(records_.begin(), records_.end(), hasItsPlanes);
 }
 
 std::size_t FieldRecords::bytes() const {

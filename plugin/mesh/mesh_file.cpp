@@ -52,6 +52,14 @@ std::string oneLine(std::string message) {
   return message;
 }
 
+// Assimp takes such a face for a polygon and, where there is no other, ends the program.
+bool hasEmptyFace(const aiScene& scene) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i)
+    for (unsigned k = 0; k < scene.mMeshes[i]->mNumFaces; ++k)
+      if (scene.mMeshes[i]->mFaces[k].mNumIndices == 0) return true;
+  return false;
+}
+
 }  // namespace
 
 std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metersPerUnit) {
@@ -61,8 +69,9 @@ std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double m
   Assimp::Importer importer;
   // Keeps the coordinates of the file, whichever axis it declares as up.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (scene && hasEmptyFace(*scene)) refuse(file, "has a face without corners; export it again");
+  if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode)
     refuse(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
   std::vector<NamedMesh> parts;

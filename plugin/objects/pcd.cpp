@@ -138,9 +138,11 @@ std::string readPcd(std::string_view bytes, PcdPoints& points) {
   const Places places = placesIn(header);
   if (!all(places.xyz)) return "has no fields x, y and z; save it with them";
   const std::size_t left = bytes.size() - header.length;
-  // A number takes at least a digit and a blank. Checked before anything is allocated.
-  const std::size_t least = header.data == "ascii" ? 2 * places.numbers - 1 : places.bytes;
-  if (header.points > left / least + 1) return kCutShort;
+  // A number takes at least a digit and a blank, but for the last. Checked before anything is
+  // allocated.
+  const bool isText = header.data == "ascii";
+  const std::size_t least = isText ? 2 * places.numbers : places.bytes;
+  if (header.points > (isText ? left + 1 : left) / least) return kCutShort;
   PlyNumbers numbers(bytes.substr(header.length), header.data);
   points.width = static_cast<int>(header.width);
   points.height = static_cast<int>(header.height);

@@ -119,7 +119,8 @@ void validate(const ColumnCloud& c) {
     fail("first must have an entry for each of the columns and one more, from 0 to the intervals");
   if (c.materials.size() > 256) fail("more than 256 materials");
   for (std::size_t k = 0; k < count; ++k) {
-    if (c.first[k] > c.first[k + 1]) fail("first must not descend");
+    if (c.first[k] > c.first[k + 1] || c.first[k + 1] > c.intervals.size())
+      fail("first must not descend");
     for (std::size_t i = c.first[k]; i < c.first[k + 1]; ++i) {
       const ColumnInterval& a = c.intervals[i];
       if (!std::isfinite(a.low) || !std::isfinite(a.high) || !(a.low < a.high))

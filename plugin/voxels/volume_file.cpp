@@ -184,6 +184,16 @@ void refuseMemory(const fs::path& file, const CtVolume& volume, std::size_t most
   throw std::length_error(text.str());
 }
 
+// What is read at once: a row of values, and the sums of a layer of blocks.
+void refuseMemory(const VolumeHeader& header, const Layout& layout, std::size_t most) {
+  const double row = double(bytesOf(header.type)) * header.size.x();
+  const double layer = double(sizeof(double) + sizeof(int)) * layout.blocks.x() * layout.blocks.y();
+  if (std::max(row, layer) > static_cast<double>(most))
+    refuseVolume(header.data,
+                 "has sizes of which a layer alone needs more memory than maxBytes; "
+                 "correct the sizes, or save it with its axes in another order");
+}
+
 // One layer of blocks: sums of its values, and how many they are.
 struct Layer {
   std::vector<double> sums;
@@ -273,6 +283,7 @@ CtVolume loadVolume(const fs::path& file, const VolumeFileSettings& settings) {
   const Layout layout = layoutOf(file, header, unit, settings.voxelSize);
   CtVolume volume = emptyVolume(header, layout, unit);
   refuseMemory(file, volume, settings.maxBytes);
+  refuseMemory(header, layout, settings.maxBytes);
   readValues(header, layout, volume);
   return volume;
 }

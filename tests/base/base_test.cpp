@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "base/byte_archive.h"
 #include "base/grid_index.h"
 #include "base/hash.h"
 
@@ -45,6 +46,38 @@ TEST(Fnv1a, HasItsPublishedValues) {
   EXPECT_EQ(hashOf(""), 0xCBF29CE484222325u);
   EXPECT_EQ(hashOf("a"), 0xAF63DC4C8601EC8Cu);
   EXPECT_EQ(hashOf("foobar"), 0x85944171F73967E8u);
+}
+
+// A record that says more items than it holds makes those that it holds, and one more.
+TEST(ByteArchive, MakesNoItemsThatAreNotThere) {
+  struct Item {
+    double number = 0;
+  };
+  int made = 0;
+  ByteWriter writer;
+  writer(std::uint64_t{80});
+  for (int i = 0; i < 10; ++i) writer(double(i));
+  ByteReader reader(writer.bytes());
+  std::vector<Item> items;
+  const auto visit = [&](ByteReader& a, Item& item) {
+    ++made;
+    a(item.number);
+  };
+  EXPECT_THROW(listIn(reader, items, visit), std::runtime_error);
+  EXPECT_EQ(made, 11);
+  EXPECT_EQ(items.size(), 11u);
+  EXPECT_EQ(items[9].number, 9);
+}
+
+// A byte that is neither 0 nor 1 is no bool: to load one from it is undefined.
+TEST(ByteArchive, RefusesFlagsThatAreNone) {
+  const char bytes[] = {1, 0, 64};
+  ByteReader reader(bytes);
+  bool one = false, other = true;
+  reader(one, other);
+  EXPECT_TRUE(one);
+  EXPECT_FALSE(other);
+  EXPECT_THROW(reader(one), std::runtime_error);
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <limits>
 
+#include "field/field_data.h"
 #include "mesh/test_meshes.h"
 #include "workpiece/cut_cases.h"
 
@@ -175,6 +178,46 @@ TEST_F(FieldFile, NamesTheFault) {
   std::string damaged = bytes;
   damaged[bytes.size() - 100] ^= 1;
   expectRefused(written(damaged), "checksum does not match");
+}
+
+// A right checksum does not make a field: what a search would follow out of its arrays, or could
+// not compute with, is refused.
+TEST_F(FieldFile, RefusesWhatDoesNotFitTogether) {
+  const auto good = sample();
+  const auto refuses = [&](const std::function<void(FieldRecords&, SampleSet&)>& change) {
+    FieldRecords records = good->data().records();
+    SampleSet samples = good->data().samples();
+    change(records, samples);
+    saveField(SurfaceField(std::make_shared<const FieldData>(good->cloud(), std::move(records),
+                                                             std::move(samples))),
+              folder_ / "changed.field");
+    expectRefused(folder_ / "changed.field", "impossible sizes");
+  };
+  const auto last = [](auto& list) -> auto& {
+    return list.back();
+  };
+  refuses([&](FieldRecords&, SampleSet& s) { last(s.levels[1].finer).count += 1; });
+  refuses([&](FieldRecords&, SampleSet& s) { s.levels[2].finer[0].first = 1; });
+  refuses([&](FieldRecords&, SampleSet& s) { last(s.levels[1].cellOf) = 0x7fffffff; });
+  refuses([&](FieldRecords&, SampleSet& s) { last(s.levels[2].cellOf) = 0; });
+  refuses([&](FieldRecords&, SampleSet& s) { last(s.bricks.runs).count = 0xffffffff; });
+  refuses([&](FieldRecords&, SampleSet& s) { s.levels[0].samples.nx.pop_back(); });
+  refuses([&](FieldRecords&, SampleSet& s) { s.levels[1].clusters.spread[3].pop_back(); });
+  for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), 1e30f}) {
+    refuses([&](FieldRecords&, SampleSet& s) { s.levels[0].samples.y[3] = wrong; });
+    refuses([&](FieldRecords&, SampleSet& s) { s.levels[2].samples.area[0] = wrong; });
+    refuses([&](FieldRecords&, SampleSet& s) { s.bricks.radius[0] = wrong; });
+  }
+  refuses([&](FieldRecords& r, SampleSet&) {
+    int at = 0;
+    const auto far = [&](auto& array) {
+      if constexpr (std::is_same_v<decltype(array[0]), CcVoxel&>)
+        if (at++ == 0)  // the records
+          for (CcVoxel& v : array)
+            if (ccPlaneCount(v) > 1) v.b = 0x7fffffff;
+    };
+    FieldRecords::forEachArray(r, far);
+  });
 }
 
 TEST_F(FieldFile, LeavesNoPartialFile) {

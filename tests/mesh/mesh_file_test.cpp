@@ -247,6 +247,11 @@ std::vector<Broken> brokenPly() {
            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
            "property float z\nend_header\n0 0 0\n",
            "has no triangles"},
+          {"no_corners.ply",
+           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+           "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n0\n",
+           "a face without corners"},
           {"prose.ply", "hello, this is not a mesh\n", "is no PLY"}};
 }
 

@@ -169,6 +169,13 @@ TEST_F(PointFileTest, BrokenFilesAreRefused) {
   expectRefused("a.pcd", pcd("ascii", 5, 1, text(" 0")), "cut short");
   expectRefused("a.pcd", pcd("ascii", 2000000000, 1, text(" 0")), "");
   expectRefused("a.pcd", pcd("ascii", 0, 1, ""), "no points");
+  // 2,000 fields of a million numbers each: 16 GB, were they made room for.
+  std::string many = "FIELDS x y z", counts = "COUNT 1 1 1";
+  for (int i = 0; i < 2000; ++i) many += " f", counts += " 1048576";
+  for (const char* const kind : {"ascii", "binary"})
+    expectRefused(
+        "a.pcd", many + "\n" + counts + "\nWIDTH 1\nHEIGHT 1\nDATA " + kind + "\n1 2 3 4 5 6 7 8\n",
+        "cut short");
   expectRefused("a.pcd", pcd("ascii", -4, 1, text(" 0")), "");
   expectRefused("a.pcd", pcd("ascii", 4, 1, "nan 0 0 0\n" + text(" 0")), "point 0 is NaN");
   expectRefused("a.pcd", pcd("ascii", 2, 2, "nan 0 0 0\nnan 1 1 1\nnan 1 2 3\nnan 2 2 2\n"),

@@ -97,6 +97,7 @@ TEST(Columns, RefuseBadInput) {
   refused([](ColumnCloud& c) { c.origin[1] = NAN; }, "origin");
   refused([](ColumnCloud& c) { c.columns[0] = -1; }, "columns");
   refused([](ColumnCloud& c) { c.first.pop_back(); }, "first");
+  refused([](ColumnCloud& c) { c.first[1] = c.intervals.size() + 1000; }, "first");
   refused([](ColumnCloud& c) { c.intervals[0].low = NAN; }, "low");
   refused([](ColumnCloud& c) { std::swap(c.intervals[0].low, c.intervals[0].high); }, "low");
   refused([](ColumnCloud& c) { c.intervals[0].share = 0; }, "share");

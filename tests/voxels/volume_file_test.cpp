@@ -333,6 +333,17 @@ TEST_F(VolumeFile, BrokenMetaImagesAreRefused) {
   EXPECT_THROW(loadVolume(write("a.dcm", "x")), std::runtime_error);
 }
 
+// Values that become few blocks are read in rows all the same.
+TEST_F(VolumeFile, HugeRowsAreRefused) {
+  const std::string zeros = gzipped(std::string(3 << 20, '\0'));
+  const auto file = write("a.nrrd", nrrd("uchar", "3145728 1 1", "encoding: gzip\n\n") + zeros);
+  VolumeFileSettings settings;
+  settings.voxelSize = 1e9;
+  EXPECT_EQ(loadVolume(file, settings).values.size(), 1u);
+  settings.maxBytes = 1 << 20;
+  EXPECT_THROW(loadVolume(file, settings), std::runtime_error);
+}
+
 // The voxel that the message names fits.
 TEST_F(VolumeFile, TooLargeVolumesNameAVoxelThatFits) {
   const CtVolume truth = evenBall();
