@@ -16,6 +16,7 @@ namespace cloudcontact {
 
 namespace {
 
+constexpr double kUnit = 1e-3;  // a quaternion's square of length is 1 but for rounding and drift
 constexpr double kCellVoxels = 8;    // a bin's cell
 constexpr double kSameCosine = 0.7;  // a patch keeps its ID if its normal agrees this well ...
 constexpr double kSameVoxels = 8;    // ... and its center has moved less than this
@@ -32,6 +33,9 @@ void validate(const ContactBody& body, const char* name) {
   if (!body.pose.position.allFinite() || !body.pose.orientation.coeffs().allFinite())
     throw std::invalid_argument(std::string("ContactFinder::find: the pose of body ") + name +
                                 " is not finite");
+  if (!(std::abs(body.pose.orientation.squaredNorm() - 1) < kUnit))
+    throw std::invalid_argument(std::string("ContactFinder::find: the orientation of body ") +
+                                name + " is not of length 1; normalize it");
 }
 
 CcPlacement placementOf(const Pose& pose) {

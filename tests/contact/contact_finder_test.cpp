@@ -185,6 +185,12 @@ TEST(ContactFinderInput, IsValidated) {
     spun.pose.orientation.x() = bad;
     EXPECT_THROW(finder.find(shape, spun, {}), std::invalid_argument);
   }
+  // A quaternion that is not of length 1 is no rotation: normals came out 178 long.
+  ContactBody stretched = cloud;
+  stretched.pose.orientation.coeffs() *= 1.01;
+  EXPECT_THROW(finder.find(stretched, shape, {}), std::invalid_argument);
+  stretched.pose.orientation.coeffs() *= (1 + 1e-5) / 1.01;
+  EXPECT_NO_THROW(finder.find(stretched, shape, {}));
   EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works after bad input";
 }
 

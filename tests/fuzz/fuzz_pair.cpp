@@ -4,6 +4,7 @@
 #include <cloudcontact/device/contact_batch.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "fuzz/fuzz_input.h"
 #include "fuzz/fuzz_target.h"
@@ -45,17 +46,27 @@ TissueTable tissues(Draw& draw, std::size_t count) {
   return table;
 }
 
-void requireFinite(const ContactResult& found) {
+std::string text(const Vec3& v) {
+  std::ostringstream out;
+  out << v.transpose();
+  return out.str();
+}
+
+void requireSound(const ContactResult& found) {
   const auto unit = [](const Vec3& v) { return v.allFinite() && std::abs(v.norm() - 1) < 1e-3; };
   for (const ContactPoint& p : found.points)
     require(p.position.allFinite() && unit(p.normal) && std::isfinite(p.depth) &&
                 std::isfinite(p.stiffness) && p.stiffness >= 0 && p.damping >= 0,
-            "a contact point that is not finite or not of length 1");
+            "a contact point: position " + text(p.position) + ", normal " + text(p.normal) +
+                ", depth " + std::to_string(p.depth) + ", k " + std::to_string(p.stiffness) +
+                ", c " + std::to_string(p.damping));
   for (const Patch& p : found.patches)
     require(p.position.allFinite() && unit(p.normal) && std::isfinite(p.depth) && p.area >= 0 &&
                 p.confidence >= 0 && p.confidence <= 1 && p.firstPoint >= 0 &&
                 p.firstPoint + p.points <= static_cast<int>(found.points.size()),
-            "a patch that makes no sense");
+            "a patch: position " + text(p.position) + ", normal " + text(p.normal) + ", depth " +
+                std::to_string(p.depth) + ", area " + std::to_string(p.area) + ", confidence " +
+                std::to_string(p.confidence));
 }
 
 void read(std::string_view input) {
@@ -88,8 +99,7 @@ void read(std::string_view input) {
     for (int step = draw.upTo(3); step >= 0; --step) {
       a.pose = pose(draw), b.pose = pose(draw);
       b.motion.linear = draw.vector();
-      const ContactResult& found = finder.find(a, b, settings);
-      requireFinite(found);
+      requireSound(finder.find(a, b, settings));
     }
   });
 }

@@ -46,7 +46,7 @@ class ContactFinder {
 
   // Finds the contact; without contact the result is empty. The result is valid until the next
   // call. Throws std::invalid_argument if a body has neither a field nor a shape or has both, if
-  // both bodies are shapes, or if a pose is not finite.
+  // both bodies are shapes, or if a pose is not finite or its quaternion not of length 1.
   const ContactResult& find(const ContactBody& a, const ContactBody& b,
                             const ContactSettings& settings);
 
