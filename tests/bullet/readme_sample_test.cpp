@@ -7,8 +7,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <cloudcontact/bullet.h>
 
-#include <fstream>
-#include <sstream>
+#include "base/document_sample.h"
 
 namespace {
 
@@ -110,15 +109,26 @@ double heightOfCloud(World& w, const btTriangleMesh& triangles, double mass) {
   return fall.height(body.body());
 }
 
-std::string between(const std::string& file, const std::string& begin, const std::string& end) {
-  std::ifstream in(file);
-  std::stringstream text;
-  text << in.rdbuf();
-  const std::string all = text.str();
-  const std::size_t a = all.find(begin);
-  if (a == std::string::npos) return "no '" + begin + "' in " + file;
-  const std::size_t from = all.find('\n', a) + 1;
-  return all.substr(from, all.find(end, from) - from);
+// A world whose solver knows clouds: the cube rests all the same.
+double heightWithOwnSolver(const cloudcontact::Mesh& mesh) {
+  btDefaultCollisionConfiguration configuration;
+  cloudcontact::CloudContact contact;
+  btCollisionDispatcher dispatcher(&configuration);
+  contact.attach(dispatcher);
+  btDbvtBroadphase broadphase;
+  // spared begins
+  cloudcontact::ExtrapolatingSolver solver;
+  solver.cloudsOnly = true;  // and no recommendedSettings()
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  // spared ends
+  Fall fall(world);
+  cloudcontact::CloudBody body(mesh, place, {.mass = 1});
+  body.addTo(world);
+  return fall.height(body.body());
+}
+
+TEST(BulletSample, AWorldOfTwoSettingsHoldsTheCube) {
+  EXPECT_NEAR(heightWithOwnSolver(cube(0.1)), 0.05, 5e-4);
 }
 
 // A 1 kg cube of 0.1 m at k = 1e5 N/m stands m g / k = 0.1 mm in the floor.
@@ -142,27 +152,15 @@ TEST(BulletSample, CloudsTakeGImpactsPlace) {
   EXPECT_NEAR(heightOfCloud(after, triangles, 1), 0.05, 5e-4);
 }
 
-// The lines of this file between the marks, without their indentation.
-std::string sample(const std::string& name) {
-  std::stringstream lines(
-      between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/tests/bullet/readme_sample_test.cpp",
-              "// " + name + " begins", "  // " + name + " ends"));
-  std::string code;
-  for (std::string line; std::getline(lines, line);)
-    code += (line.size() > 2 ? line.substr(2) : line) + "\n";
-  return code;
-}
+constexpr const char* kThis = "tests/bullet/readme_sample_test.cpp";
 
 TEST(ReadmeSample, EqualsTheReadme) {
-  EXPECT_EQ(between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/README.md", "```cpp", "```"),
-            sample("sample"));
+  cloudcontact::testing::expectSample("README.md", "sample", kThis);
 }
 
 TEST(BulletSample, EqualsTheDocument) {
-  for (const std::string name : {"gimpact", "cloud"})
-    EXPECT_EQ(
-        between(std::string(CLOUDCONTACT_SOURCE_DIR) + "/docs/bullet.md", "```cpp " + name, "```"),
-        sample(name));
+  for (const char* const name : {"gimpact", "cloud", "spared"})
+    cloudcontact::testing::expectSample("docs/bullet.md", name, kThis);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cloudcontact/bullet/world_importer.h>
 #include <gtest/gtest.h>
 
+#include "base/document_sample.h"
 // First: Bullet's soft bodies declare a global named seed.
 #include "bullet/dispatch_stage.h"
 
@@ -303,6 +304,37 @@ std::string refusalOf(const fs::path& file) {
   FileWorld loaded;
   CloudImporter importer(&loaded.world, &loaded.clouds);
   return messageOf([&] { importer.loadFile(file); });
+}
+
+// The samples of docs/bullet.md, in a folder of their own.
+TEST_F(WorldFile, SamplesEqualTheDocument) {
+  const fs::path before = fs::current_path();
+  fs::current_path(file().parent_path());
+  FileWorld saved, loaded;
+  CloudShape shape(cube());
+  btRigidBody body({1, nullptr, &shape, btVector3(1, 1, 1)});
+  saved.world.addRigidBody(&body);
+  {
+    btDynamicsWorld& world = saved.world;
+    CloudContact& contact = saved.clouds;
+    // save begins
+    cloudcontact::saveWorld(world, contact, "scene.bullet");
+    // save ends
+  }
+  {
+    btDynamicsWorld& world = loaded.world;
+    CloudContact& contact = loaded.clouds;
+    // load begins
+#include <cloudcontact/bullet/world_importer.h>  // links BulletWorldImporter and BulletFileLoader
+    cloudcontact::CloudImporter importer(&world, &contact);
+    importer.loadFile("scene.bullet");
+    // load ends
+    EXPECT_EQ(loaded.hash(), saved.hash());
+  }
+  fs::remove("scene.bullet");
+  fs::current_path(before);
+  for (const char* const name : {"save", "load"})
+    expectSample("docs/bullet.md", name, "tests/bullet/world_file_test.cpp");
 }
 
 TEST_F(WorldFile, CutOffAndDamagedFilesAreRefused) {

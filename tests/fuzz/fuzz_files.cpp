@@ -82,7 +82,8 @@ void readVolume(std::string_view input) {
     });
   if (volume.values.empty() || volume.values.size() > 4096) return;
   mayRefuse("cloudFromCt", [&] {
-    cloudFromCt(volume, {{0.5, "soft"}, {100, "hard"}}, {.voxelSize = 0, .maxBytes = kMostBytes});
+    cloudFromCt(volume, {{0.5, "soft"}, {100, "hard"}},
+                {.voxelSize = 0, .maxBytes = kMostBytes / 32});
   });
 }
 

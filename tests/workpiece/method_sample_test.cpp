@@ -5,9 +5,7 @@
 #include <cloudcontact/voxels/digitize.h>
 #include <cloudcontact/workpiece/haptic_loop.h>
 
-#include <fstream>
-#include <sstream>
-
+#include "base/document_sample.h"
 #include "mesh/test_meshes.h"
 
 namespace cloudcontact {
@@ -18,7 +16,7 @@ TEST(Method, Sample) {
                                         {"dentin", test::sphereMesh(2.8e-3, 4)}};
   const Pose handPose{Eigen::Quaterniond::Identity(), Vec3(0, 0, 4.3e-3)};
   const Vec3 handVelocity = Vec3::Zero();
-  // Sample: begin
+  // haptics begins
   DigitizeSettings settings;
   settings.voxelSize = 1e-4;                // meters
   Cloud tooth = digitize(parts, settings);  // meshes named enamel, dentin ...
@@ -30,31 +28,13 @@ TEST(Method, Sample) {
   haptics.cutter = Cutter{17e9, 0.1, 5};  // tungsten carbide, a tenth comes off, edges at 5 m/s
   HapticLoop loop(field, Pose{}, haptics);
   HapticOutput out = loop.tick({handPose, handVelocity});  // every millisecond
-  // Sample: end
+  // haptics ends
   EXPECT_GT(out.onHand.force.z(), 0.05);
   EXPECT_LT(out.onHand.force.z(), 0.2 * 1000 * 1e-3);
 }
 
-// The text of a file between two marks; the first mark ends its line.
-std::string between(const std::string& file, const std::string& begin, const std::string& end) {
-  std::ifstream in(std::string(CLOUDCONTACT_SOURCE_DIR) + file);
-  std::stringstream all;
-  all << in.rdbuf();
-  const std::string text = all.str();
-  const std::size_t from = text.find(begin) + begin.size() + 1;
-  return text.substr(from, text.find(end, from) - from);
-}
-
 TEST(Method, SampleEqualsTheDocument) {
-  std::stringstream lines(between("/tests/workpiece/method_sample_test.cpp",
-                                  "  // Sample: "
-                                  "begin",
-                                  "  // Sample: "
-                                  "end"));
-  std::string code;
-  for (std::string line; std::getline(lines, line);)
-    code += (line.size() > 2 ? line.substr(2) : line) + "\n";
-  EXPECT_EQ(between("/docs/method.md", "The haptic loop in ten lines:\n\n```cpp", "```"), code);
+  testing::expectSample("docs/method.md", "haptics", "tests/workpiece/method_sample_test.cpp");
 }
 
 }  // namespace

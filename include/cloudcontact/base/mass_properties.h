@@ -21,6 +21,7 @@ MassProperties placed(const MassProperties& body, const Pose& place);
 // Of several parts of one body, in one frame. Their mass must not be 0.
 MassProperties sumOf(const std::vector<MassProperties>& parts);
 
+// Axes in which an inertia has no products.
 struct PrincipalAxes {
   Eigen::Quaterniond orientation;  // in the frame of the inertia
   Vec3 moments;                    // about these axes [kg m^2]

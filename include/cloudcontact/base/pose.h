@@ -6,6 +6,7 @@
 
 namespace cloudcontact {
 
+// A place, a direction or three lengths; in meters unless stated otherwise.
 using Vec3 = Eigen::Vector3d;
 
 // A rigid transform, world = orientation * local + position. Lengths in meters.

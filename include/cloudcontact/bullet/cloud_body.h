@@ -14,6 +14,7 @@
 
 namespace cloudcontact {
 
+// How a CloudBody is made of a mesh or a cloud.
 struct CloudBodySettings {
   double voxelSize = 0;  // [m] 0: suggestedVoxel() of the mesh. A cloud has its own.
   // [kg] 0: the body is fixed. Empty: as the densities make it.

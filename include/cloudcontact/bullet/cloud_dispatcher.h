@@ -33,6 +33,7 @@ namespace cloudcontact {
 class AheadPair;
 class LookAhead;
 
+// Where a step's pairs are searched.
 struct CloudDispatcherSettings {
   int threads = 0;  // includes the caller's; 0: all cores; 1 without a device: no search ahead
   Backend backend = Backend::Cpu;

@@ -147,6 +147,7 @@ struct PrincipalFrame {
   btTransform frame;         // in the cloud's frame, at its center of mass
   btVector3 inertiaPerMass;  // [m^2]
 };
+// That of a cloud.
 PrincipalFrame principalFrame(const Cloud& cloud);
 
 }  // namespace cloudcontact

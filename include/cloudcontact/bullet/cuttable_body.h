@@ -16,6 +16,7 @@
 
 namespace cloudcontact {
 
+// How a cloud becomes a body that can be cut.
 struct CuttableBodySettings {
   std::vector<double> densities = {1000};  // [kg/m^3] one per material of the cloud, or one for all
   std::optional<Law> law;                  // CloudShape::law
@@ -34,6 +35,7 @@ struct MovingMatter {
 
 class CuttableBody;
 
+// What became of a body by a cut.
 struct CutOutcome {
   // The pieces that fell off, ordered by their first voxels in each cut. They are in the body's
   // world, with its friction, damping and so on, and leave it when destroyed. The caller owns them.

@@ -50,11 +50,13 @@ class ImportedWorld {
 // Copies what a file keeps of solver settings.
 void takeSaved(const btContactSolverInfo& saved, btContactSolverInfo& info);
 
+// Where the file has an object, in float and in double.
 inline btTransform placeOf(const btCollisionObjectFloatData& data) {
   btTransform place;
   place.deSerializeFloat(data.m_worldTransform);
   return place;
 }
+// The same.
 inline btTransform placeOf(const btCollisionObjectDoubleData& data) {
   btTransform place;
   place.deSerializeDouble(data.m_worldTransform);
@@ -64,8 +66,11 @@ inline btTransform placeOf(const btCollisionObjectDoubleData& data) {
 // All that the file says of a body. Gravity is set after the body is added to its world, which sets
 // it too.
 void restoreBody(btRigidBody& body, const btRigidBodyFloatData& data);
+// The same.
 void restoreBody(btRigidBody& body, const btRigidBodyDoubleData& data);
+// That of the file.
 void restoreGravity(btRigidBody& body, const btRigidBodyFloatData& data);
+// The same.
 void restoreGravity(btRigidBody& body, const btRigidBodyDoubleData& data);
 
 }  // namespace cloudcontact

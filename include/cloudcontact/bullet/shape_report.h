@@ -17,6 +17,7 @@ struct ShapeReport {
   const btCollisionObject* object = nullptr;
   const CloudShape* shape = nullptr;
 };
+// Of every cloud in the world.
 std::vector<ShapeReport> shapeReport(const btCollisionWorld& world);
 
 }  // namespace cloudcontact

@@ -27,6 +27,7 @@ struct btSoftBodyWorldInfo;
 
 namespace cloudcontact {
 
+// How a cloud becomes nodes and links.
 struct SoftTissueSettings {
   // [m] Between nodes, about: a whole number of cells fills the matter's bounds along each axis.
   // Less in thin matter, as cells are nearly cubes. Must be set, to no less than a voxel.

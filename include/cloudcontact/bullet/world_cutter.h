@@ -17,12 +17,14 @@ class btCollisionObject;
 
 namespace cloudcontact {
 
+// A body that was cut.
 struct WorldCut {
   CuttableBody* body = nullptr;
   double volume = 0;   // cut by tools in this step [m^3]
   CutOutcome outcome;  // what fell off, and the momentum of the matter cut away
 };
 
+// A soft tissue that was cut.
 struct SoftCut {
   SoftTissue* tissue = nullptr;
   std::size_t links = 0;  // cut in this step

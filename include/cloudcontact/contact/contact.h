@@ -39,6 +39,7 @@ enum class Normals : std::uint8_t {
   BaseVectors  // the paper's digital normal, the mean of base vectors (5')
 };
 
+// How a contact is searched, and which law shares its force out.
 struct ContactSettings {
   Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
   // [m] Bodies that do not touch but are nearer than this (two voxels at most) get points with a
@@ -85,6 +86,7 @@ struct Patch {
   int firstPoint = 0, points = 0;  // its points in ContactResult::points
 };
 
+// What a query finds. Empty: no contact.
 struct ContactResult {
   std::vector<Patch> patches;
   std::vector<ContactPoint> points;

@@ -5,6 +5,7 @@
 
 namespace cloudcontact {
 
+// What computes; both give the same bits.
 enum class Backend { Cpu, OpenCl };
 
 // Of ContactBatch and the batches of a CloudDispatcher.

@@ -12,6 +12,7 @@
 
 namespace cloudcontact {
 
+// Two bodies, and how their contact is searched.
 struct BatchPair {
   ContactBody a, b;
   ContactSettings settings;

@@ -21,6 +21,7 @@ struct DigitalNormal {
   Vec3 mean = Vec3::Zero();  // of their base vectors, in the workpiece's frame [m]
 };
 
+// Where a workpiece is cut.
 struct DeviceWorkpieceSettings {
   Backend backend = Backend::Cpu;
   bool timing = false;  // times each kernel and copy, which slows the cuts down

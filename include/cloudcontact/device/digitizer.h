@@ -16,6 +16,7 @@ namespace opencl {
 struct DigitizedField;
 }
 
+// Where meshes are digitized.
 struct DigitizerSettings {
   Backend backend = Backend::Cpu;
   bool timing = false;  // times each kernel and copy, which slows the digitizer down

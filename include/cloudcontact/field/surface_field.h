@@ -17,6 +17,7 @@ namespace cloudcontact {
 
 class FieldData;
 
+// How a field is built or renewed.
 struct FieldSettings {
   int threads = 0;                       // 0: all cores
   std::function<void(double)> progress;  // called with 0..1; may be empty

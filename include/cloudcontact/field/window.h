@@ -9,6 +9,7 @@
 
 namespace cloudcontact {
 
+// How voxels in C count.
 enum class WindowWeight : std::uint8_t {
   Even,   // each voxel by how much of it lies in C: the paper's
   Smooth  // that times (1 - (1 - s)^2)^2, where s is the depth in C over the greatest depth. On a

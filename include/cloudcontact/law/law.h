@@ -56,6 +56,7 @@ struct TableLaw {
   double damping = 0;  // c [N s/m]
 };
 
+// How a pair's force follows from its depth: one of the above.
 using Law =
     std::variant<KelvinVoigt, Foundation, Rigid, Maxwell, StandardLinearSolid, UserLaw, TableLaw>;
 

@@ -21,12 +21,15 @@ struct HalfSpace {
   Vec3 normal = Vec3::UnitZ();
   double offset = 0;
 };
+// All within `radius` of the origin.
 struct Sphere {
   double radius = 0;
 };
+// Edges along the axes.
 struct Box {
   Vec3 halfExtents = Vec3::Zero();
 };
+// Axes along the frame's.
 struct Ellipsoid {
   Vec3 semiAxes = Vec3::Zero();
 };
@@ -34,6 +37,7 @@ struct Ellipsoid {
 struct Capsule {
   double radius = 0, halfHeight = 0;
 };
+// Round about z.
 struct Cylinder {
   double radius = 0, halfHeight = 0;
 };
@@ -64,6 +68,7 @@ struct SurfaceSolid {
   std::shared_ptr<const TriangleSurface> surface;
 };
 
+// A body or an area by its formula.
 using Solid = std::variant<HalfSpace, Sphere, Box, Ellipsoid, Capsule, Cylinder, Cone, Hull,
                            CloudSolid, SurfaceSolid>;
 
@@ -89,8 +94,9 @@ struct PlacedSolid {
 // or is not finite.
 void validate(const PlacedSolid& area);
 
-// Depth and normal at a point of the owner's frame, as in SolidPoint.
+// Depth at a point of the owner's frame, as in SolidPoint.
 double depthOf(const PlacedSolid& area, const Vec3& point);
+// Normal there.
 Vec3 normalOf(const PlacedSolid& area, const Vec3& point);
 SolidPoint pointOf(const PlacedSolid& area, const Vec3& point);  // both
 // Depth at start + i * step for all i < count.
@@ -103,6 +109,7 @@ Eigen::AlignedBox3d boundsOf(const PlacedSolid& area);
 // (d-f): it is a point, given by its coordinates. centerOfGravity(), of the area filled evenly,
 // throws std::invalid_argument for a half-space, a hull and a cone with a margin.
 Vec3 centerOfGravity(const PlacedSolid& area);
+// The middle of boundsOf().
 Vec3 centerOfBounds(const PlacedSolid& area);
 
 }  // namespace cloudcontact

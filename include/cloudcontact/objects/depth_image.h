@@ -19,6 +19,7 @@ struct DepthImage {
 // the viewpoint, or fewer than three pixels have one.
 void validate(const DepthImage& image);
 
+// How a picture becomes a surface.
 struct DepthSettings {
   // Neighboring pixels are of one surface where their distances from the camera differ by less than
   // this [m]. Choose it above six times the noise and below the steps that must stay open. 0: six
@@ -34,6 +35,7 @@ struct DepthSettings {
   int threads = 0;  // 0: all cores
 };
 
+// What mended() found and did.
 struct DepthReport {
   double jump = 0;         // the jump that was used [m]
   std::size_t seen = 0;    // pixels with a point
@@ -56,6 +58,7 @@ enum class Backing {
   Rays    // along the rays of the camera
 };
 
+// How a picture becomes a body.
 struct DepthCloudSettings {
   double voxelSize = 0;  // [m], must be set
   double thickness = 0;  // of the body [m]; 0: three voxels

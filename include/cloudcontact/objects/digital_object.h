@@ -30,6 +30,7 @@
 
 namespace cloudcontact {
 
+// A body of any kind.
 using DigitalObject =
     std::variant<Cloud, PointCloud, SphereCloud, ColumnCloud, Octree, SphereTree, DepthImage>;
 

@@ -55,6 +55,7 @@ struct ScanSettings {
   int threads = 0;  // 0: all cores
 };
 
+// What toCloud() found of a scan.
 struct ScanReport {
   double pointDistance = 0;  // between neighbors [m]
   bool closed = false;       // the points close a volume; otherwise the body is a shell

@@ -26,6 +26,7 @@ void validate(const SphereCloud& spheres);
 // voxels would need too much memory.
 Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads = 0);
 
+// How closely spheres fill a body.
 struct InscribedSettings {
   // Largest gap between the union of the spheres and the surface of the body [voxels]. A flat face
   // needs one sphere of radius r per disc of radius sqrt(2 r tolerance), so half the tolerance
@@ -37,6 +38,7 @@ struct InscribedSettings {
   int threads = 0;   // 0: all cores
 };
 
+// How far inscribed spheres are from the body.
 struct InscribedReport {
   // Distance of the samples of the surface to the union [m].
   double meanGap = 0, worstGap = 0;

@@ -17,6 +17,7 @@ class SphereTree {
   // spheres.
   enum class Kind : std::uint8_t { Spheres, Cubes };
 
+  // A sphere or a cube with matter.
   struct Leaf {
     Vec3 center = Vec3::Zero();  // [m]
     double radius = 0;           // [m]; the edge of a cube is 2 radius / sqrt(3)

@@ -49,6 +49,7 @@ Cloud toCloud(const ColumnCloud& columns, double voxelSize);
 
 // Kinds of voxels (paper, Fig. 4 b, c, d): full, empty, and crossed by the surface.
 enum class VoxelKind : std::uint8_t { Inside, Outside, Interface };
+// Of a voxel; outside the grid it is Outside.
 VoxelKind kindOf(const Cloud& cloud, const Eigen::Vector3i& voxel);
 
 // All voxels of a cloud by kind, in the order of the bricks.
@@ -56,6 +57,7 @@ struct VoxelSplit {
   std::vector<Eigen::Vector3i> inside, interface;
   std::size_t outside = 0;  // number of the others
 };
+// The voxels of a cloud by kind.
 VoxelSplit splitVoxels(const Cloud& cloud);
 
 }  // namespace cloudcontact

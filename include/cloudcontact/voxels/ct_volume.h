@@ -23,6 +23,7 @@ struct CtRange {
   std::string name;
 };
 
+// How a CT volume becomes a cloud.
 struct CtSettings {
   double voxelSize = 0;  // edge of the cloud's voxels [m]; 0: the smallest spacing
   // Of the voxels, if each of them stored numbers [bytes].

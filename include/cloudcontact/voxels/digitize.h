@@ -30,6 +30,7 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
 // bounds [m]. The program takes it where no --voxel is given. 0 for empty bounds; throws
 // std::invalid_argument for a mesh without a size, and as validate(Mesh) does.
 double suggestedVoxel(const Eigen::AlignedBox3d& bounds);
+// Of the mesh's bounds.
 double suggestedVoxel(const Mesh& mesh);
 
 // An upper bound of the memory that digitize() needs, without running it [bytes]. Throws

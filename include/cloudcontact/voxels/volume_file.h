@@ -8,6 +8,7 @@
 
 namespace cloudcontact {
 
+// How the values of a file become a volume.
 struct VolumeFileSettings {
   double metersPerUnit = 1;  // of lengths whose unit the file does not state
   // Voxels that the values shall become [m]. Where they are at least twice as wide as the spacing,

@@ -14,6 +14,7 @@
 
 namespace cloudcontact {
 
+// Which voxels are in D.
 enum class Membership : std::uint8_t {
   Whole,  // a voxel is in D if its center is: the paper's
   Shared  // a voxel counts by its share inside D, so the force does not jump as voxels come and go;

@@ -43,6 +43,7 @@ class CuttingProcess {
   // mostVoxels is not positive.
   explicit CuttingProcess(const Cutter& cutter);
 
+  // What a step has taken off.
   struct Cut {
     std::size_t voxels = 0;  // that changed
     double volume = 0;       // [m^3]

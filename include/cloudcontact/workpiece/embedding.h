@@ -47,12 +47,14 @@ struct HandSpring {
   double reach = 0;      // depth of the tool where the hand is [m]
 };
 
+// How embed() comes to the depth at which index and hand balance.
 enum class Search : std::uint8_t {
   Bisection,  // halves the range: one step per bit of the tolerance, for any index
   Newton,     // follows the index's slope, but stays in the range that brackets the solution
   Table       // brackets the solution among depths evaluated beforehand, then as Newton
 };
 
+// How a depth is searched.
 struct EmbeddingSettings {
   Search search = Search::Newton;
   double tolerance = 1e-7;  // relative to the range searched, which is the hand's reach
@@ -60,6 +62,7 @@ struct EmbeddingSettings {
   int tableEntries = 64;    // depths of Search::Table
 };
 
+// How a search ended.
 enum class EmbeddingEnd : std::uint8_t {
   Found,
   NotPressed,    // the hand is outside, or the index at depth 0 already holds it: depth 0

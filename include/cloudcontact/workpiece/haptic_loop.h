@@ -16,6 +16,7 @@
 
 namespace cloudcontact {
 
+// The tool, the hand's spring and how material is felt and cut.
 struct HapticSettings {
   Detection tool;               // D, and the cutting ability of the tool's parts
   double step = 1e-3;           // time between ticks [s]
@@ -45,11 +46,13 @@ struct HapticSettings {
   int voxelsAStep = 8;
 };
 
+// The hand at a tick.
 struct HapticInput {
   Pose hand;
   Vec3 velocity = Vec3::Zero();  // of the hand's position, world [m/s]
 };
 
+// What a tick returns.
 struct HapticOutput {
   Wrench onHand;         // torque about the hand's position
   Pose tool;             // for display: never deeper than its embedding depth

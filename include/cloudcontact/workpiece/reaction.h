@@ -11,6 +11,7 @@ namespace cloudcontact {
 // pulls. `rate`: v, the rate of the depth, positive where it grows [m/s].
 double kelvinVoigt(const Collision& collision, double depth, double rate);
 
+// What is made of the digital normal.
 enum class Direction : std::uint8_t {
   Unit,     // FR F / |F| (6)
   Unscaled  // FR F: "the absolute value may be omitted". F counts in voxels, so that the

@@ -8,6 +8,7 @@
 
 namespace cloudcontact {
 
+// A hand and the device that it holds, for SimulatedHand.
 struct HandSettings {
   double mass = 0.1;       // of the device's handle and the hand [kg]
   double stiffness = 300;  // with which the hand follows its plan [N/m]
