@@ -312,7 +312,7 @@ TEST_F(WorldFile, SamplesEqualTheDocument) {
   fs::current_path(file().parent_path());
   FileWorld saved, loaded;
   CloudShape shape(cube());
-  btRigidBody body({1, nullptr, &shape, btVector3(1, 1, 1)});
+  btRigidBody body(1, nullptr, &shape, btVector3(1, 1, 1));
   saved.world.addRigidBody(&body);
   {
     btDynamicsWorld& world = saved.world;

@@ -60,7 +60,7 @@ void mesh(Draw& draw) {
     body.triangles.push_back({draw.upTo(most), draw.upTo(most), draw.upTo(most)});
   mayRefuse("", [&] {
     const double voxel = draw.upTo(9) ? 3 * suggestedVoxel(body) : draw.length();
-    digitize(body, {.voxelSize = voxel, .maxBytes = kMostBytes, .threads = 1});
+    digitizeSmall(body, voxel);
   });
 }
 

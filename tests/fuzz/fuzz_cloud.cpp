@@ -40,7 +40,7 @@ void use(const Cloud& cloud) {
   const Cloud again = loadCloud(file);
   require(again.counts().inside == cloud.counts().inside, "another cloud after saving");
   if (cloud.bricks().cast<std::int64_t>().prod() > 8) return;
-  mayRefuse("SurfaceField", [&] { SurfaceField::build(cloud, {.threads = 1}); });
+  mayRefuse("SurfaceField", [&] { fieldOf(cloud); });
 }
 
 void use(const DigitalObject& object) {
@@ -94,7 +94,7 @@ void readCache(std::string_view input) {
   program::ShapeCache cache(folder);
   const Mesh mesh = cube(0.01);
   static const Cloud made = smallBall(3);
-  static const auto field = SurfaceField::build(made, {.threads = 1});
+  static const auto field = fieldOf(made);
   const auto makeCloud = [] { return made; };
   const auto makeField = [] { return field; };
   cache.cloud(mesh, 1e-3, makeCloud);

@@ -17,9 +17,7 @@ namespace {
 using Field = std::shared_ptr<const SurfaceField>;
 
 const Field& goodField(int number) {
-  static const Field fields[] = {SurfaceField::build(smallBall(), {.threads = 1}),
-                                 SurfaceField::build(smallPlate(), {.threads = 1}),
-                                 SurfaceField::build(twoParts(), {.threads = 1})};
+  static const Field fields[] = {fieldOf(smallBall()), fieldOf(smallPlate()), fieldOf(twoParts())};
   return fields[number];
 }
 

@@ -32,7 +32,7 @@ void useMesh(const Mesh& mesh) {
   const Mesh whole = mended(mesh);
   mayRefuse("", [&] {
     const double voxel = 8 * suggestedVoxel(mesh);
-    digitize(whole, {.voxelSize = voxel, .maxBytes = kMostBytes, .threads = 1});
+    digitizeSmall(whole, voxel);
   });
 }
 

@@ -1,6 +1,7 @@
 // Files, numbers and bodies for fuzz targets.
 #include "fuzz/fuzz_input.h"
 
+#include <cloudcontact/voxels/digitize.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -91,6 +92,20 @@ double Draw::length() {
   const int kind = upTo(7);
   if (kind == 0) return take<double>();
   return kind * take<std::int16_t>() * 1e-6;
+}
+
+std::shared_ptr<const SurfaceField> fieldOf(const Cloud& cloud) {
+  FieldSettings settings;
+  settings.threads = 1;
+  return SurfaceField::build(cloud, settings);
+}
+
+void digitizeSmall(const Mesh& mesh, double voxel) {
+  DigitizeSettings settings;
+  settings.voxelSize = voxel;
+  settings.maxBytes = std::size_t{1} << 24;
+  settings.threads = 1;
+  digitize(mesh, settings);
 }
 
 Cloud smallBall(double radius) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/field/surface_field.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
 
@@ -56,6 +57,10 @@ template <typename Number>
 void add(std::string& seed, Number x) {
   seed.append(reinterpret_cast<const char*>(&x), sizeof x);
 }
+
+// On this thread alone.
+std::shared_ptr<const SurfaceField> fieldOf(const Cloud& cloud);
+void digitizeSmall(const Mesh& mesh, double voxel);  // up to 16 MB
 
 // Bodies of seeds and pairs: voxels of 1 mm.
 Cloud smallBall(double radius = 5);

@@ -20,7 +20,7 @@ struct Bodies {
 
   Bodies() {
     for (const Cloud& cloud : {smallBall(), smallPlate(), twoParts()})
-      fields.push_back(SurfaceField::build(cloud, {.threads = 1}));
+      fields.push_back(fieldOf(cloud));
   }
 };
 

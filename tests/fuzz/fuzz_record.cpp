@@ -15,7 +15,7 @@ namespace cloudcontact::fuzz {
 namespace {
 
 std::shared_ptr<const SurfaceField> ball() {
-  static const auto field = SurfaceField::build(smallBall(), {.threads = 1});
+  static const auto field = fieldOf(smallBall());
   return field;
 }
 
@@ -28,8 +28,7 @@ struct World {
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
   CloudShape shape{ball()};
-  btRigidBody a{{1, nullptr, &shape, btVector3(1, 1, 1)}},
-      b{{1, nullptr, &shape, btVector3(1, 1, 1)}};
+  btRigidBody a{1, nullptr, &shape, btVector3(1, 1, 1)}, b{1, nullptr, &shape, btVector3(1, 1, 1)};
 
   World() {
     clouds.attach(dispatcher);
