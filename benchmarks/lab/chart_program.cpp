@@ -1,5 +1,5 @@
 // The program cloudcontact-chart, started by `cloudcontact chart`: runs the laboratory's cases, or
-// a pair of the user's.
+// a pair of the user's, or audits the energy of a scene.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -14,6 +14,7 @@
 #include "commands/common_options.h"
 #include "io/errors.h"
 #include "io/progress.h"
+#include "lab/audited_scene.h"
 #include "lab/case_bodies.h"
 #include "lab/families.h"
 #include "lab/lab_results.h"
@@ -31,6 +32,8 @@ struct ChartOptions {
   bool quick = false, noStability = false, noAccuracy = false;
   std::string trials;
   std::optional<int> iterations = {};
+  std::string audit;
+  std::optional<double> seconds = {}, step = {};
 };
 
 lab::LabBody labBody(const std::string& specification, const CommonOptions& options) {
@@ -81,7 +84,25 @@ void checkMethod(const std::string& method) {
   throw BadInput("--method: '" + method + "' is not known; use one of " + names);
 }
 
+void audit(const ChartOptions& options) {
+  if (!options.a.empty() || !options.b.empty() || !options.pose.empty())
+    throw BadInput("--audit: takes a scene; leave A, B and --pose out");
+  if (options.quick || options.noStability || options.noAccuracy || !options.only.empty() ||
+      !options.method.empty() || !options.trials.empty())
+    throw BadInput(
+        "--audit: takes --seconds, --step, --voxel, --unit and --out; leave the others out");
+  lab::AuditedScene scene;
+  scene.file = options.audit, scene.common = options.common, scene.out = options.out;
+  scene.step = options.step, scene.iterations = options.iterations;
+  scene.seconds = options.seconds.value_or(scene.seconds);
+  lab::auditScene(scene);
+}
+
 void run(const ChartOptions& options, const std::string& command) {
+  if (!options.audit.empty()) return audit(options);
+  if (options.seconds || options.step)
+    throw BadInput(std::string(options.step ? "--step" : "--seconds") +
+                   ": is for the audit of a scene; give --audit with it");
   if (options.a.empty() != options.b.empty() || options.b.empty() != options.pose.empty())
     throw BadInput(
         "chart: for a pair of your own give A, B and --pose; for the reference cases none of them");
@@ -143,12 +164,23 @@ void addOptions(CLI::App& command) {
       ->type_name("METHOD");
   command.add_flag("--no-stability", options->noStability, "without the stability scenes");
   command.add_flag("--no-accuracy", options->noAccuracy, "without the cases of error against time");
+  command
+      .add_option("--audit", options->audit,
+                  "run this scene instead, and tell where its energy goes and which rows of the "
+                  "solver make some; its steps are in audit.json")
+      ->type_name("SCENE.sdf");
+  addPositive(command, "--seconds", "simulated time of --audit [s] (default 5)", "S",
+              [&o = *options](double v) { o.seconds = v; });
+  addPositive(command, "--step", "step of --audit [s]; the scene's <max_step_size> if not given",
+              "H", [&o = *options](double v) { o.step = v; });
   // Hidden, for work on the scenes: selects single trials, and changes the solver's iterations.
   command
       .add_option("--trials", options->trials,
                   "trials whose names contain this: \"cloud 60 stiff\"")
       ->group("");
-  command.add_option("--iterations", options->iterations, "solver iterations in every trial")
+  command
+      .add_option("--iterations", options->iterations,
+                  "solver iterations in every trial, or of --audit")
       ->check(CLI::Range(1, 100000))
       ->group("");
   addFileOptions(command, options->common);

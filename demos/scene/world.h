@@ -19,6 +19,8 @@
 #include "scene/penetration.h"
 #include "scene/scene.h"
 
+class btDiscreteDynamicsWorld;
+
 namespace cloudcontact::program {
 
 struct ShapeStore;  // shape_store.h
@@ -192,6 +194,8 @@ class World {
   // Number of lookups of penetration().
   std::size_t probes() const;
 
+  // What runs the scene, to be observed. Its objects' user indices are the bodies.
+  btDiscreteDynamicsWorld& bullet();
   // diagnose() of the Bullet world, for clouds; its objects are the bodies.
   std::vector<std::string> advice() const;
   double narrowPhaseSeconds() const;

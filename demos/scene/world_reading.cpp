@@ -5,6 +5,7 @@
 #include <cstring>
 #include <set>
 
+#include "scene/bullet_energy.h"
 #include "scene/bullet_vectors.h"
 #include "scene/running_world.h"
 
@@ -24,8 +25,7 @@ void World::State::look() {
       const btManifoldPoint& p = manifold.getContactPoint(k);
       const double depth = -p.getDistance();
       moment.deepest = std::max(moment.deepest, depth);
-      if (depth > 0 && (p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING))
-        moment.energy.spring += 0.5 * p.m_combinedContactStiffness1 * depth * depth;
+      moment.energy.spring += springEnergy(p, depth);
     }
   }
   ContactsNow soft;
@@ -43,12 +43,9 @@ void World::State::look() {
   moment.energy.cutAway = cutEnergy;
   for (const auto& body : bodies) {
     if (!body.scene.isFree() || body.cut.gone || body.soft) continue;
-    const btTransform& at = body.rigid->getWorldTransform();
-    const Vec3 v = fromBullet(body.rigid->getLinearVelocity());
-    const Vec3 w = fromBullet(at.getBasis().transpose() * body.rigid->getAngularVelocity());
-    moment.energy.kinetic +=
-        0.5 * body.parts.mass * v.squaredNorm() + 0.5 * body.parts.inertia.dot(w.cwiseAbs2());
-    moment.energy.potential -= body.parts.mass * gravity.dot(fromBullet(at.getOrigin()));
+    const Vec3 center = fromBullet(body.rigid->getWorldTransform().getOrigin());
+    moment.energy.kinetic += kineticEnergy(*body.rigid, body.parts.mass, body.parts.inertia);
+    moment.energy.potential -= body.parts.mass * gravity.dot(center);
   }
 }
 
@@ -133,6 +130,9 @@ const CutRecord& World::cutOf(std::size_t body) const {
 }
 bool World::isMeasured(std::size_t body) const {
   return state_->bodies[body].parts.isMeasured;
+}
+btDiscreteDynamicsWorld& World::bullet() {
+  return state_->world;
 }
 const ContactMoment& World::moment() const {
   return state_->moment;
