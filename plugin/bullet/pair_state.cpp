@@ -25,7 +25,9 @@ bool canLeave(const PairSides& sides) {
   return can(*sides.wrapA->getCollisionObject()) && can(*sides.wrapB->getCollisionObject());
 }
 
-void keepAwake(const PairSides& sides) {
+// Several pairs may do so at once.
+void keepAwake(NarrowPhase& narrowPhase, const PairSides& sides) {
+  const auto lock = narrowPhase.lockToPush();
   for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB})
     const_cast<btCollisionObject*>(wrap->getCollisionObject())->setDeactivationTime(0);
 }
@@ -232,7 +234,7 @@ bool PairState::takeFinished(const btCollisionObjectWrapper& a, const btCollisio
   const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
   const ContactResult& contact = *finished.found.contact;
   if (!finished.written) finished.leaves = write(ahead, sides, contact, step);
-  if (finished.leaves) keepAwake(sides);
+  if (finished.leaves) keepAwake(narrowPhase, sides);
   return true;
 }
 
@@ -263,7 +265,7 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   if (!steps)
     report(result, sides, query.a, query.b, *found.contact);
   else if (write(query, sides, *found.contact, info.m_timeStep))
-    keepAwake(sides);
+    keepAwake(narrowPhase, sides);
   count(query, sides, found, found.earlier + since(start));
   if (steps) closeStep(query, sides, found.how);
 }
