@@ -32,6 +32,7 @@ struct Cutter {
 // or the pose is not finite.
 std::vector<VoxelCut> cutsOf(const BaseVectorField& workpiece, const PlacedSolid& area,
                              const Pose& tool);
+// The same of a cloud that has no field.
 std::vector<VoxelCut> cutsOf(const Cloud& workpiece, const PlacedSolid& area, const Pose& tool);
 
 // Removes material from a collision's voxels, from each by its share, ability and hardness. Carries
