@@ -10,7 +10,6 @@ void QueryMemory::reserveLike(const QueryMemory& other) {
   hits.reserveLike(other.hits);
   search.reserveLike(other.search);
   binner.reserveLike(other.binner);
-  wet.reserveLike(other.wet);
 }
 
 // Keeps room for all sets to come back, so that giveBack() cannot fail.

@@ -10,7 +10,6 @@
 
 #include "contact/binner.h"
 #include "contact/hit_search.h"
-#include "contact/patch_hits.h"
 #include "contact/touched_matter.h"
 
 namespace cloudcontact {
@@ -20,7 +19,6 @@ struct QueryMemory {
   HitSearch search;
   Binner binner;
   TouchedMatter matter;
-  PatchHits wet;
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);
