@@ -1,4 +1,4 @@
-// What a page is told of a world that runs: its moment, and the surfaces that change.
+// What the live view sends to its pages: the time, the poses, and the surfaces that change.
 #pragma once
 
 #include <map>

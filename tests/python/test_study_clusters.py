@@ -22,7 +22,7 @@ needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None,
 needs_mpi = pytest.mark.skipif(
     importlib.util.find_spec("mpi4py") is None or shutil.which("mpirun") is None, reason="no mpi4py or no mpirun"
 )
-# Open MPI refuses root and more ranks than cores unless it is told; it looks for ssh, which one machine does not need.
+# Open MPI needs flags to run as root and with more ranks than cores. It looks for ssh, which one machine does not need.
 MPI = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",

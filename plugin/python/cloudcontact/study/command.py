@@ -102,7 +102,7 @@ def run(words: argparse.Namespace, on: On) -> int:
     path = pathlib.Path(words.results) if words.results else file.with_suffix(".sqlite")
     study = load(file)
     if words.plots:
-        new_figure(1, 1)  # what is missing for plots is told now, not after a thousand trials
+        new_figure(1, 1)  # a missing matplotlib ends the study here, not after a thousand trials
     if words.number is not None:
         return try_one(study, words.number)
     if not words.summary:
