@@ -2,7 +2,10 @@
 // "Shares of the patches"). Plain C for C++ and OpenCL C; a test checks the offsets.
 //
 // The paper's law (3) is one spring for the pair, FR = k d (contact_depth.h has d). The patches
-// share the spring by area, and the force by their sums.
+// share the spring by area, and the force by their sums. A point's force is then its part of k
+// times a depth, and that depth is no overlap: where the pressure has a slope, or patches oppose
+// each other, it is up to three times d. So a point states a depth that is one, at most a little
+// above d, and the stiffness that gives the same force there. The part of k is its slope.
 #ifndef CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 #define CLOUDCONTACT_KERNELS_CONTACT_PATCH_H
 
@@ -24,6 +27,10 @@ typedef struct {
   int unused;
 } CcTerms;
 
+// A point's depth exceeds the pair's by at most this, of the depth or in voxels.
+#define CC_DEEPER 0.05
+#define CC_DEEPER_VOXELS 0.05
+
 // Sums over a pair's patches, its depth, and that depth's error.
 typedef struct {
   double force, area, shares, depth, error;
@@ -31,7 +38,7 @@ typedef struct {
 
 typedef struct {
   double position[3], normal[3];  // world
-  double depth;                   // [m]
+  double depth, stiffness;        // [m], [N/m]
 } CcContactPoint;
 
 // Why a patch is not trusted, in the order of Doubt (contact.h).
@@ -40,10 +47,11 @@ typedef struct {
 #define CC_OPPOSED 2
 #define CC_DEEP_PATCH 3
 
-// A patch of a contact with its points, each of which has a quarter of the patch's spring.
+// A patch of a contact with its points, each of which has a quarter of the patch's slope and
+// damping.
 typedef struct {
   double position[3], normal[3];  // world
-  double depth, stiffness, damping, area, confidence;
+  double depth, stiffness, slope, damping, area, confidence;
   double center[3], seen[3];  // center of the area and normal, in A's frame
   CcContactPoint points[4];
   int doubt;
@@ -90,22 +98,25 @@ CC_FN int ccDoubtOf(CC_GLOBAL const CcSums* patch, double pushes, double confide
   return patch->hits < 4 ? CC_FEW_SAMPLES : CC_NO_DOUBT;
 }
 
-// `flat`: the patch in the plane across force->normal.
+// A contact but for its depths, which ccLevelDepths() shares out: of the points it has weights, and
+// of the patch the depth that its part of k gives. `flat`: the patch in the plane across
+// force->normal; `plan`, `found`: of its points.
 CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* flat,
+                       const CcPlan* plan, CC_NEAR const CcNearestHit* found,
                        CC_GLOBAL const CcTerms* terms, const CcWhole* whole,
                        CC_GLOBAL CcContactPatch* out) {
   double area, share, depth;
   ccShareLaw(patch, force->size, terms, whole, &area, &share, &depth);
   CcPatchPoint points[4];
-  ccPointsOf(patch, force, flat, terms->voxel, points);
+  ccPointsOf(force, flat, plan, found, points);
   const CcVec arm = ccTimes(1.0 / force->size, ccCross64(force->normal, force->torque));
   const double a = patch->side[0].size, b = patch->side[1].size;
   const double pushes = terms->oneSided ? ccMax64(a, b) : 0.5 * (a + b);
   const double confidence = ccMin64(1.0, force->size / ccMax64(pushes, 1e-300));
   ccPut64(out->position, ccPlaced(&terms->frame, ccPlus(force->center, arm)));
   ccPut64(out->normal, ccTurned(&terms->frame, force->normal));
-  out->depth = depth - terms->gap;
-  out->stiffness = terms->stiffness * share;
+  out->depth = depth;
+  out->stiffness = out->slope = terms->stiffness * share;
   out->damping = terms->damping * share;
   out->area = area;
   out->confidence = confidence;
@@ -114,10 +125,56 @@ CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force,
   for (int i = 0; i < 4; ++i) {
     ccPut64(out->points[i].position, ccPlaced(&terms->frame, points[i].position));
     ccPut64(out->points[i].normal, ccTurned(&terms->frame, points[i].normal));
-    out->points[i].depth = depth * points[i].weight - terms->gap;
+    out->points[i].depth = points[i].weight;
   }
   out->doubt = ccDoubtOf(patch, pushes, confidence);
   out->error = (float)whole->error;
+}
+
+// The most depth of a point, over the pair's.
+CC_FN double ccMostRatio(CC_GLOBAL const CcTerms* terms, const CcWhole* whole) {
+  return 1.0 + ccMax64(CC_DEEPER, CC_DEEPER_VOXELS * terms->voxel / whole->depth);
+}
+
+// The sum of the points' forces over the patch's: above 1 where they lean against each other. With
+// one normal's lean of 13 deg the depths can still be kept and the stiffnesses still add up.
+CC_FN double ccLeaning(CC_GLOBAL const CcContactPatch* contact, double most) {
+  double sum = 0.0;
+  for (int i = 0; i < 4; ++i) sum += 0.25 * contact->points[i].depth;
+  return ccMin64(sum, 0.5 + 0.5 * most);
+}
+
+// How far the pair's points must share k by their forces and no longer by area, 0..1, so that those
+// of this patch are not too deep. 0 under the foundation law, and for bodies apart.
+CC_FN double ccLevelling(CC_GLOBAL const CcContactPatch* contact, CC_GLOBAL const CcTerms* terms,
+                         const CcWhole* whole) {
+  if (terms->foundation || terms->gap > 0.0 || !(whole->depth > 0.0)) return 0.0;
+  const double most = ccMostRatio(terms, whole), leaning = ccLeaning(contact, most);
+  double level = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const double ratio = contact->depth / whole->depth * contact->points[i].depth;
+    if (ratio > most) level = ccMax64(level, (ratio / most - 1.0) / (ratio / leaning - 1.0));
+  }
+  return level;
+}
+
+// Shares the depths out: forces stay, stiffness follows.
+CC_FN void ccLevelDepths(CC_GLOBAL CcContactPatch* contact, CC_GLOBAL const CcTerms* terms,
+                         const CcWhole* whole, double level) {
+  double ratio = 1.0, leaning = 1.0;
+  if (level > 0.0) {
+    ratio = contact->depth / whole->depth;
+    leaning = ccLeaning(contact, ccMostRatio(terms, whole));
+  }
+  for (int i = 0; i < 4; ++i) {
+    CC_GLOBAL CcContactPoint* point = &contact->points[i];
+    const double harder = 1.0 + level * (ratio * point->depth / leaning - 1.0);
+    point->stiffness = 0.25 * contact->slope * harder;
+    point->depth = contact->depth * point->depth / harder - terms->gap;
+  }
+  const double harder = 1.0 + level * (ratio - 1.0);
+  contact->stiffness = contact->slope * harder;
+  contact->depth = contact->depth / harder - terms->gap;
 }
 
 #endif

@@ -14,11 +14,17 @@
 //        the patch: there, points apart from the center would brake rolling, since an implicit
 //        step moves the pressure ahead by v h.
 // The root is symmetric, so the points do not turn with the eigenvectors of a round patch.
+//
+// A ring, an arc or a thread is not wet where such a plan puts its points. Where the patch's center
+// is dry, curvature alone does not bound it, and C' is C: of a ring, the points are then exactly on
+// its circle. Each point moves to the nearest hit (wet_hits.h) if it is beside all of them, and the
+// weights follow. Last, it moves along its own normal to midway between the surfaces, which changes
+// no moment.
 #ifndef CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 #define CLOUDCONTACT_KERNELS_PATCH_FORCE_H
 
 #include "kernels/base/vector64.h"
-#include "kernels/contact/hit_sums.h"
+#include "kernels/contact/wet_hits.h"
 
 // Below this incoherence both bodies decide alike; the noise of the fitted normals is 0.001.
 #define CC_COHERENCE_NOISE 0.003
@@ -37,6 +43,8 @@
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
 #define CC_MOST_SPIN 0.3  // [rad] by which a point's normal leans for the patch's spin
+// [voxels] Points closer together than this share a moment by moving together, not by weights.
+#define CC_WET_NOISE 0.5
 
 // A patch's force before the law scales it: direction and torque, in units of area times depth.
 typedef struct {
@@ -62,6 +70,11 @@ typedef struct {
 CC_FN CcVec ccColumnsTimes(CC_GLOBAL const double* m, CcVec v) {
   return ccPlus(ccPlus(ccTimes(v.x, ccVecAt(m)), ccTimes(v.y, ccVecAt(m + 3))),
                 ccTimes(v.z, ccVecAt(m + 6)));
+}
+
+// From the plane's coordinates to the frame body's.
+CC_FN CcVec ccOutOfPlane(const CcFlat* f, CcVec v) {
+  return ccPlus(ccTimes(v.z, f->n), ccPlus(ccTimes(v.x, f->t1), ccTimes(v.y, f->t2)));
 }
 
 CC_FN CcFlat ccFlatten(CC_GLOBAL const CcSums* patch, CcVec n) {
@@ -207,9 +220,10 @@ CC_FN double ccFlatness(double v) {
   return ccClamp64(ccMin64(v, CC_ROUND_AGAIN * (v - CC_ROUND)), 0.0, 1.0);
 }
 
-CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
+// `dry`: the patch's center, 0..1.
+CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise, double dry) {
   const CcMatrix2 a = f->turn[0], b = f->turn[1];
-  const double per = 1.0 / ccMax64(depth, 1e-30);
+  const double per = (1.0 - dry) / ccMax64(depth, 1e-30);
   const double uu = 1.0 - (a.uu + b.uu) * per, vv = 1.0 - (a.vv + b.vv) * per,
                uv = -0.5 * ((a.uv + b.uv) * per + (a.vu + b.vu) * per);
   // Applies ccFlatness() to both eigenvalues, middle -+ apart, without eigenvectors.
@@ -226,23 +240,16 @@ CC_FN CcExtent ccExtentOf(const CcFlat* f, double depth, double noise) {
   return e;
 }
 
-// A point in the frame body; `weight`: its depth relative to the patch's mean.
+// A point in the frame body; `weight`: its force relative to a quarter of the patch's.
 typedef struct {
   CcVec position, normal;
   double weight;
 } CcPatchPoint;
 
-// Finds four points in the frame body that together have the patch's force and torque. `f`: the
-// patch in the plane across force->normal; `voxel`: the pair's [m].
-CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
-                      double voxel, CcPatchPoint* points) {
-  const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel, per = 1.0 / force->size;
-  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise);
-  // From the area's center to the center of pressure.
-  const CcVec arm = ccTimes(per, ccCross64(f->n, force->torque));
-  const CcTwo cop = {ccDot64(f->t1, arm), ccDot64(f->t2, arm)};
+// Four places from the center of pressure, and their weights, as the sums have them.
+CC_FN void ccPlacesOf(const CcFlat* f, const CcExtent* e, CcTwo cop, CcTwo* at, double* weight) {
   CcTwo slope = ccOn(f->inverse, cop);
-  const CcSymmetric2 root = ccMatrixRoot(e.kept);
+  const CcSymmetric2 root = ccMatrixRoot(e->kept);
   const CcTwo corner[2] = {{root.uu + root.uv, root.uv + root.vv},
                            {root.uv - root.uu, root.vv - root.uv}};
   const double most = ccMax64(ccAbs64(slope.u * corner[0].u + slope.v * corner[0].v),
@@ -251,31 +258,126 @@ CC_FN void ccPointsOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, 
     slope.u *= (1.0 - CC_LEAST_WEIGHT) / most;
     slope.v *= (1.0 - CC_LEAST_WEIGHT) / most;
   }
-  const CcTwo aside = ccOn(e.kept, slope);
-  double spin = ccDot64(f->n, force->torque) * per, polar = 0.0;
-  CcTwo at[4], turned[4];
+  const CcTwo aside = ccOn(e->kept, slope);
   for (int i = 0; i < 4; ++i) {
     const double sign = i < 2 ? 1.0 : -1.0;
     const CcTwo from = {sign * corner[i & 1].u, sign * corner[i & 1].v};
     at[i] = ccTwo(from.u - aside.u, from.v - aside.v);
-    turned[i] = ccTurn2(e.lean, at[i]);
-    points[i].weight = 1.0 + (slope.u * from.u + slope.v * from.v);
-    spin -= 0.25 * points[i].weight * (at[i].u * turned[i].v - at[i].v * turned[i].u);
-    polar += 0.25 * points[i].weight * (at[i].u * at[i].u + at[i].v * at[i].v);
+    weight[i] = 1.0 + (slope.u * from.u + slope.v * from.v);
+  }
+}
+
+// A patch's points on the way: from the center of pressure, which is at `cop` in the plane.
+typedef struct {
+  CcTwo cop, at[4];
+  double weight[4], voxel;
+  double pressed;  // ccPressed()
+  CcMatrix2 lean;
+} CcPlan;
+
+// Where the points of a patch would stand by its sums. `center`: what is nearest to its center;
+// `voxel`: the pair's [m].
+CC_FN CcPlan ccPlanOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* f,
+                      const CcNearestHit* center, double voxel) {
+  CcPlan plan;
+  const double noise = CC_LEAN_VOXELS * voxel * CC_LEAN_VOXELS * voxel;
+  plan.pressed = ccPressed(patch->deepest, voxel);
+  const double dry = plan.pressed * ccDryness(center, voxel);
+  const CcExtent e = ccExtentOf(f, patch->facing / patch->area, noise, dry);
+  // From the area's center to the center of pressure.
+  const CcVec arm = ccTimes(1.0 / force->size, ccCross64(f->n, force->torque));
+  plan.cop = ccTwo(ccDot64(f->t1, arm), ccDot64(f->t2, arm));
+  plan.voxel = voxel;
+  plan.lean = e.lean;
+  ccPlacesOf(f, &e, plan.cop, plan.at, plan.weight);
+  return plan;
+}
+
+// A place of a plan, and the normal there without the patch's spin, in the frame body.
+CC_FN CcVec ccPlannedPlace(const CcPlan* plan, const CcPatchForce* force, const CcFlat* f, int i) {
+  const CcVec in = ccVec(plan->cop.u + plan->at[i].u, plan->cop.v + plan->at[i].v, 0.0);
+  return ccPlus(force->center, ccOutOfPlane(f, in));
+}
+CC_FN CcVec ccPlannedNormal(const CcPlan* plan, const CcFlat* f, int i) {
+  const CcTwo turned = ccTurn2(plan->lean, plan->at[i]);
+  return ccUnit64(ccOutOfPlane(f, ccVec(turned.u, turned.v, 1.0)));
+}
+
+// Gives the weights the least change that keeps the center of pressure, as far as no point pulls;
+// what is left moves all places.
+CC_FN void ccBalance(CcPlan* plan) {
+  CcTwo *at = plan->at, middle = {0.0, 0.0}, off = {0.0, 0.0}, rest = {0.0, 0.0};
+  CcSymmetric2 spread = {0.0, 0.0, 0.0};
+  double* weight = plan->weight;
+  for (int i = 0; i < 4; ++i) {
+    middle = ccTwo(middle.u + 0.25 * at[i].u, middle.v + 0.25 * at[i].v);
+    off = ccTwo(off.u - weight[i] * at[i].u, off.v - weight[i] * at[i].v);
+  }
+  for (int i = 0; i < 4; ++i) {
+    const double u = at[i].u - middle.u, v = at[i].v - middle.v;
+    spread.uu += u * u;
+    spread.uv += u * v;
+    spread.vv += v * v;
+  }
+  const double noise = CC_WET_NOISE * plan->voxel;
+  const CcTwo tilt = ccOn(ccInverse(spread, noise * noise), off);
+  double more[4], part = 1.0;
+  for (int i = 0; i < 4; ++i) {
+    more[i] = tilt.u * (at[i].u - middle.u) + tilt.v * (at[i].v - middle.v);
+    if (weight[i] + more[i] < CC_LEAST_WEIGHT)
+      part = ccMin64(part, ccMax64(0.0, weight[i] - CC_LEAST_WEIGHT) / -more[i]);
+  }
+  for (int i = 0; i < 4; ++i) {
+    weight[i] += part * more[i];
+    rest = ccTwo(rest.u + 0.25 * weight[i] * at[i].u, rest.v + 0.25 * weight[i] * at[i].v);
+  }
+  for (int i = 0; i < 4; ++i) at[i] = ccTwo(at[i].u - rest.u, at[i].v - rest.v);
+}
+
+// Moves the places of a plan that are dry to the hits nearest to them. Returns whether any moved.
+CC_FN int ccMoveToWet(CcPlan* plan, const CcFlat* f, CC_NEAR const CcNearestHit* found) {
+  int moved = 0;
+  for (int i = 0; i < 4; ++i) {
+    const CcNearestHit hit = found[i];
+    const CcVec way = ccTimes(plan->pressed, ccWayToWet(&hit, plan->voxel)), n = hit.normal;
+    if (ccDot64(way, way) == 0.0) continue;
+    // Along its normal a place is free, so the way counts by where it meets the plane.
+    const double back = ccDot64(way, f->n) / ccDot64(n, f->n);
+    plan->at[i] = ccTwo(plan->at[i].u + (ccDot64(way, f->t1) - back * ccDot64(n, f->t1)),
+                        plan->at[i].v + (ccDot64(way, f->t2) - back * ccDot64(n, f->t2)));
+    moved = 1;
+  }
+  if (moved) ccBalance(plan);
+  return moved;
+}
+
+// Makes a plan's places the patch's points in the frame body, which together have its force and
+// torque. `found`: what is nearest to each place.
+CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* plan,
+                      CC_NEAR const CcNearestHit* found, CcPatchPoint* points) {
+  const double noise = CC_LEAN_VOXELS * plan->voxel * CC_LEAN_VOXELS * plan->voxel;
+  const CcTwo* at = plan->at;
+  CcTwo turned[4];
+  double spin = ccDot64(f->n, force->torque) * (1.0 / force->size), polar = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    turned[i] = ccTurn2(plan->lean, at[i]);
+    spin -= 0.25 * plan->weight[i] * (at[i].u * turned[i].v - at[i].v * turned[i].u);
+    polar += 0.25 * plan->weight[i] * (at[i].u * at[i].u + at[i].v * at[i].v);
   }
   const double limit = CC_MOST_SPIN / CC_SQRT64(ccMax64(polar, 1e-300));
   const double omega = polar > 0.0 ? ccClamp64(spin / (polar + noise), -limit, limit) : 0.0;
-  const CcVec pressure = ccPlus(force->center, arm);
-  double kept = 0.0;
   for (int i = 0; i < 4; ++i) {
     const double u = turned[i].u - omega * at[i].v, v = turned[i].v + omega * at[i].u;
     const double shorter = 1.0 / CC_SQRT64(1.0 + (u * u + v * v));
-    points[i].normal = ccTimes(shorter, ccPlus(f->n, ccPlus(ccTimes(u, f->t1), ccTimes(v, f->t2))));
-    points[i].position = ccPlus(pressure, ccPlus(ccTimes(at[i].u, f->t1), ccTimes(at[i].v, f->t2)));
-    kept += 0.25 * points[i].weight * shorter;
+    const CcVec normal = ccTimes(shorter, ccOutOfPlane(f, ccVec(u, v, 1.0)));
+    const CcVec place = ccPlannedPlace(plan, force, f, i);
+    points[i].normal = normal;
+    const CcNearestHit hit = found[i];
+    points[i].position = ccPlus(place, ccTimes(ccRiseToWet(&hit, place, normal), normal));
+    // Along the patch's normal the weights add up to 1; across it the lean of one takes back the
+    // others', since all are linear in the places.
+    points[i].weight = plan->weight[i] / shorter;
   }
-  const double scale = 1.0 / kept;
-  for (int i = 0; i < 4; ++i) points[i].weight *= scale;
 }
 
 #endif

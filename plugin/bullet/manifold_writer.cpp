@@ -74,6 +74,11 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
       sides.wrapB->getCollisionObject()->getWorldTransform().invXform(point.m_positionWorldOnB);
 }
 
+// The depth at which a point's share of k gives its force. The depth that it states is an overlap.
+double pressedDepth(const ContactPoint& p) {
+  return p.depth > 0 && p.slope > 0 ? p.stiffness / p.slope * p.depth : p.depth;
+}
+
 // The spring's tangent at the mean depth of the pair's points. One tangent for all of them: a deep
 // point's own would be steeper and would magnify the noise in the pressure's slope.
 SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
@@ -81,9 +86,9 @@ SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
   double whole = 0, depth = 0, closing = 0;
   for (const ContactPoint& p : contact.points) {
     const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
-    whole += p.stiffness;
-    depth += p.stiffness * p.depth;
-    closing += p.stiffness * meeting.dot(p.normal);
+    whole += p.slope;
+    depth += p.slope * pressedDepth(p);
+    closing += p.slope * meeting.dot(p.normal);
   }
   SpringTangent tangent = spring.tangent(depth / whole, closing / whole, step);
   tangent.slope /= whole;
@@ -91,12 +96,21 @@ SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
   return tangent;
 }
 
+// Bullet's row is k (depth + step v) + c v. A point's force is that of its share of k at the depth
+// at which it is pressed, and grows with that share; so at the depth that it states, its k is
+// another, and c takes the difference in growth.
 void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tangent,
             const WriteSettings& settings, btManifoldPoint& point) {
-  KelvinVoigt law{source.stiffness, source.damping};
+  KelvinVoigt law{source.slope, source.damping};
+  const double pressed = pressedDepth(source);
   if (tangent || settings.shared) {
-    const KelvinVoigt part = tangent ? tangent->row(source.depth, settings.step) : *settings.shared;
-    law = {part.stiffness * source.stiffness, part.damping * source.stiffness};
+    const KelvinVoigt part = tangent ? tangent->row(pressed, settings.step) : *settings.shared;
+    law = {part.stiffness * source.slope, part.damping * source.slope};
+  }
+  if (pressed != source.depth) {
+    const double stated = law.stiffness * (pressed / source.depth);
+    law.damping += settings.step * (law.stiffness - stated);
+    law.stiffness = stated;
   }
   point.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness);
   point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);

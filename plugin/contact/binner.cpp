@@ -65,7 +65,9 @@ void Binner::reserveLike(const Binner& other) {
   fit(direction_, other.direction_), fit(gate_, other.gate_), fit(bin_, other.bin_);
   fit(bins_, other.bins_), fit(sums_, other.sums_), fit(keys_, other.keys_);
   fit(table_, other.table_), fit(box_, other.box_), fit(order_, other.order_);
-  fit(queue_, other.queue_), fit(patches_, other.patches_), fit(runs_, other.runs_);
+  fit(heaviest_, other.heaviest_);
+  fit(queue_, other.queue_), fit(ends_, other.ends_), fit(patches_, other.patches_);
+  fit(runs_, other.runs_);
 }
 
 // Finds the box of the hits' cells, with a margin of one cell so that it contains all neighbors. A
@@ -285,7 +287,7 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
     link = &bins_[static_cast<std::size_t>(*link)].next;
   patch = sums_[seed];
   CcFaces faces = bins_[seed].faces;
-  queue_.clear();
+  const std::size_t first = queue_.size();
   const auto take = [&](std::int32_t* from) {
     Bin& bin = bins_[static_cast<std::size_t>(*from)];
     queue_.push_back(static_cast<std::uint32_t>(*from));
@@ -294,7 +296,7 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
     --free_;
   };
   take(link);
-  for (std::size_t next = 0; next < queue_.size() && free_ > 0; ++next) {
+  for (std::size_t next = first; next < queue_.size() && free_ > 0; ++next) {
     const std::size_t from = queue_[next];
     const auto visit = [&](std::int32_t* chain) {
       while (*chain >= 0) {
@@ -310,11 +312,14 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
     };
     eachNeighbor(bins_[from].cell, visit);
   }
+  ends_.push_back(static_cast<std::uint32_t>(queue_.size()));
 }
 
 const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
                                            const TaskRunner* runner) {
   patches_.clear();
+  queue_.clear();
+  ends_.clear();
   findBins(hits, cell);
   order(hits);
   const int shares = runner ? static_cast<int>(hits.size() / kShareHits) : 1;
@@ -333,13 +338,13 @@ const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, 
   else
     sum(hits, cell, oneSided, 0, bins_.size());
   layOut();
-  order_.resize(bins_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
-  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+  heaviest_.resize(bins_.size());
+  for (std::size_t i = 0; i < heaviest_.size(); ++i) heaviest_[i] = static_cast<std::uint32_t>(i);
+  std::sort(heaviest_.begin(), heaviest_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return bins_[a].weight != bins_[b].weight ? bins_[a].weight > bins_[b].weight : a < b;
   });
   free_ = bins_.size();
-  for (const std::uint32_t seed : order_) {
+  for (const std::uint32_t seed : heaviest_) {
     if (bins_[seed].patch >= 0) continue;
     patches_.emplace_back();
     grow(seed, patches_.back(), static_cast<std::int32_t>(patches_.size()) - 1, CC_CLOSE * cell);

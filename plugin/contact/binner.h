@@ -7,6 +7,7 @@
 #include "contact/sums.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace cloudcontact {
@@ -29,8 +30,21 @@ class Binner {
   // sums over many hits run in parallel; the bits are the same.
   const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
                                      const TaskRunner* runner = nullptr);
-  // The bins of the last patches(), in a fixed order.
+  // Those of the last call.
+  const std::vector<CcSums>& patches() const { return patches_; }
+  // The bins of the last patches(), in a fixed order, and their sums.
   const std::vector<Bin>& bins() const { return bins_; }
+  const CcSums& sums(std::uint32_t bin) const { return sums_[bin]; }
+  // The hits of a bin, in the order of their sums.
+  std::span<const std::uint32_t> hitsOf(std::uint32_t bin) const {
+    const std::uint32_t begin = bin > 0 ? bins_[bin - 1].end : 0;
+    return {order_.data() + begin, bins_[bin].end - begin};
+  }
+  // The bins of a patch, in the order in which they joined.
+  std::span<const std::uint32_t> binsOf(std::size_t patch) const {
+    const std::uint32_t begin = patch > 0 ? ends_[patch - 1] : 0;
+    return {queue_.data() + begin, ends_[patch] - begin};
+  }
   // Reserves what `other` has reserved.
   void reserveLike(const Binner& other);
 
@@ -67,8 +81,11 @@ class Binner {
   std::size_t cells_ = 0;            // of the box; 0 if hashed
   bool hashed_ = false;
   std::int32_t low_[3] = {}, span_[3] = {};
-  std::vector<std::uint32_t> order_, queue_;  // order_: hits by bin, then bins by weight
-  std::vector<HitRun> runs_;                  // in the order of the bins
+  std::vector<std::uint32_t> order_;     // hits by bin
+  std::vector<std::uint32_t> heaviest_;  // bins by weight
+  std::vector<std::uint32_t> queue_;     // bins by patch
+  std::vector<std::uint32_t> ends_;      // of each patch, in queue_
+  std::vector<HitRun> runs_;             // in the order of the bins
   std::vector<CcSums> patches_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <cloudcontact/contact/paper_body.h>
 
+#include "contact/patch_hits.h"
 #include "contact/sample_search.h"
 
 #include <algorithm>
@@ -195,18 +196,30 @@ CcPairSums ContactBuilder::collect(const CcTerms& terms) {
   return sums;
 }
 
-void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected) {
+void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
+                          const PairHits& hits, PatchHits& wet) {
   for (const FoundPatch& p : found_) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
+  contacts_.clear();
+  double level = 0;
   for (FoundPatch& p : found_) {
     if (p.force.lean == 0) p.flat = ccFlatten(p.sums, p.force.normal);
     CcTerms own = terms;
     if (p.spring) own.stiffness = p.spring->stiffness, own.damping = p.spring->damping;
-    CcContactPatch patch;
-    ccContactOf(p.sums, &p.force, &p.flat, &own, &whole, &patch);
+    CcContactPatch& patch = contacts_.emplace_back();
+    wet.take(hits, p.index);
+    const CcNearestHit center = wet.nearest(ccNoHit(p.force.center, p.force.normal, CC_WETS, 0));
+    CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, &center, own.voxel);
+    CcNearestHit found[4];
+    wet.place(p.force, p.flat, plan, found);
+    ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);
+    level = std::max(level, ccLevelling(&patch, &own, &whole));
     if (redirected) {
       patch.confidence = p.matter->vectors.norm() / p.matter->lengths;
       if (patch.confidence < kCoherent && patch.doubt != CC_DEEP_PATCH) patch.doubt = CC_OPPOSED;
     }
+  }
+  for (CcContactPatch& patch : contacts_) {
+    ccLevelDepths(&patch, &terms, &whole, level);
     add(patch);
   }
 }
@@ -226,13 +239,14 @@ void ContactBuilder::add(const CcContactPatch& from) {
   patch.firstPoint = static_cast<int>(result_.points.size());
   patch.points = 4;
   ContactPoint point;
-  point.stiffness = 0.25 * patch.stiffness;
-  point.damping = 0.25 * patch.damping;
+  point.slope = 0.25 * from.slope;
+  point.damping = 0.25 * from.damping;
   point.patch = static_cast<int>(result_.patches.size());
   for (const CcContactPoint& p : from.points) {
     point.position = vec(p.position);
     point.normal = vec(p.normal);
     point.depth = p.depth;
+    point.stiffness = p.stiffness;
     result_.points.push_back(point);
   }
   result_.patches.push_back(patch);
@@ -240,20 +254,22 @@ void ContactBuilder::add(const CcContactPatch& from) {
 
 bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
-                           SearchOutcome outcome, std::span<const CcSums> patches,
-                           const HitColumns* hits, std::span<const PatchMatter> matter) {
+                           SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
+                           PatchHits& wet, std::span<const PatchMatter> matter) {
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
   setHits(terms.gap > 0 ? 0 : outcome.hits, outcome.level);
+  const std::vector<CcSums>& patches = binner.patches();
   for (std::size_t k = 0; k < patches.size(); ++k) {
     FoundPatch& found = found_.emplace_back();
     found.sums = &patches[k];
+    found.index = k;
     if (!matter.empty()) found.matter = &matter[k];
   }
   const CcPairSums all = collect(terms);
-  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, hits, outcome.level};
+  const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, outcome.level};
   const bool touches = terms.oneSided && terms.gap == 0;
-  const CloudsInFrame clouds{&a, &b, &frame, hits, outcome.level};
+  const CloudsInFrame clouds{&a, &b, &frame, &hits, outcome.level};
   const bool edges =
       settings.normals == Normals::BaseVectors && a.field && b.field && terms.gap == 0;
   const PairDepth found = pairDepth(all, touches && !terms.foundation ? &shape : nullptr,
@@ -265,7 +281,7 @@ bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   emit(terms,
        {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
         found.error + kPerGap * terms.gap},
-       size > 0);
+       size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, wet);
   return !result_.patches.empty();
 }
 

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "base/byte_archive.h"
+#include "contact/binner.h"
 #include "contact/pair_depth.h"
 #include "contact/pair_frame.h"
+#include "contact/patch_hits.h"
 #include "contact/touched_matter.h"
 #include "kernels/contact/contact_patch.h"
 
@@ -63,12 +65,11 @@ class ContactBuilder {
  public:
   // Validates the bodies (ContactFinder::find() says what throws) and clears the last result.
   PairFrame begin(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
-  // Builds the result from the sums of the patches, all but the points' IDs. `hits` is needed if
-  // one body is a shape. `matter`: what each patch touches; empty if nothing depends on it. Returns
-  // whether there is any contact.
+  // Builds the result from the binner's last patches, all but the points' IDs. `matter`: what each
+  // patch touches; empty if nothing depends on it. Returns whether there is any contact.
   bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-             const PairFrame& frame, SearchOutcome outcome, std::span<const CcSums> patches,
-             const HitColumns* hits = nullptr, std::span<const PatchMatter> matter = {});
+             const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
+             const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter = {});
   // Sets the hits, and adds a patch; for results that a device built.
   void setHits(std::size_t hits, int level) {
     result_.samples = hits;
@@ -83,6 +84,7 @@ class ContactBuilder {
  private:
   struct FoundPatch {
     const CcSums* sums = nullptr;
+    std::size_t index = 0;                // in the binner
     const PatchMatter* matter = nullptr;  // if the law or the direction depends on it
     CcPatchForce force;
     CcFlat flat;                        // in the plane across its normal, if force.lean is not 0
@@ -90,10 +92,12 @@ class ContactBuilder {
   };
   CcPairSums collect(const CcTerms& terms);
   double redirect();
-  void emit(const CcTerms& terms, CcWhole whole, bool redirected);
+  void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,
+            PatchHits& wet);
   void setSprings(const ContactBody& a, const ContactBody& b, bool whole);
 
   std::vector<FoundPatch> found_;
+  std::vector<CcContactPatch> contacts_;
   std::vector<PatchIds::Patch> patches_;  // of the result, in its order
   PatchIds ids_;
   double voxel_ = 0;  // the pair's [m]

@@ -159,7 +159,13 @@ const ContactResult& MovedContact::move(const ContactBody& a, const ContactBody&
   };
   moved_ = found_;
   for (Patch& patch : moved_.patches) follow(patch.position, patch.normal, patch.depth);
-  for (ContactPoint& point : moved_.points) follow(point.position, point.normal, point.depth);
+  for (ContactPoint& point : moved_.points) {
+    const double before = point.depth;
+    follow(point.position, point.normal, point.depth);
+    // Its force grows by its slope.
+    if (before > 0 && point.depth > 0.5 * before)
+      point.stiffness = point.slope + (point.stiffness - point.slope) * (before / point.depth);
+  }
   return moved_;
 }
 

@@ -10,6 +10,7 @@ void QueryMemory::reserveLike(const QueryMemory& other) {
   hits.reserveLike(other.hits);
   search.reserveLike(other.search);
   binner.reserveLike(other.binner);
+  wet.reserveLike(other.wet);
 }
 
 // Keeps room for all sets to come back, so that giveBack() cannot fail.

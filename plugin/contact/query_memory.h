@@ -10,6 +10,7 @@
 
 #include "contact/binner.h"
 #include "contact/hit_search.h"
+#include "contact/patch_hits.h"
 #include "contact/touched_matter.h"
 
 namespace cloudcontact {
@@ -19,6 +20,7 @@ struct QueryMemory {
   HitSearch search;
   Binner binner;
   TouchedMatter matter;
+  PatchHits wet;
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);

@@ -84,7 +84,7 @@ void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::M
     point.position = world(area.at[i], area.middle[i]);
     point.normal = patch.normal;
     point.depth = area.depth[i] - area.gap;
-    point.stiffness = spring.stiffness / area.points;
+    point.stiffness = point.slope = spring.stiffness / area.points;
     point.damping = spring.damping / area.points;
   }
   const Eigen::Matrix3d& turn = pair.inA.turn;

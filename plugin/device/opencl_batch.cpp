@@ -174,7 +174,8 @@ void OpenClBatch::growPatches() {
   run({"ccContacts", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches,
       forces_.reserve(d, patchRoom_ * sizeof(CcPatchForce)),
       kept_.reserve(d, patchRoom_ * sizeof(cl_uint)), results,
-      static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch)));
+      static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch)), sums, queues, grown, bins,
+      hitBuffer, order);
 }
 
 // Reads as many contacts as the last batch had and a few more. finish() reads the rest once their

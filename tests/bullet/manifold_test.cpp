@@ -188,6 +188,35 @@ TEST(Manifold, StiffnessIsSharedAndRestitutionIsZero) {
   EXPECT_NEAR(damping, 7, 7 * 1e-5);
 }
 
+// Of a cube that is pressed in on one side, points state depths that differ less than their forces.
+// Yet all rows grow alike, by a quarter of the spring, as the pressed area does.
+TEST(Manifold, RowsGrowByTheSpringWhateverDepthTheyState) {
+  const double step = 1.0 / 240;
+  for (const double damping : {0.0, 7.0}) {
+    CloudContactSettings settings;
+    settings.law = KelvinVoigt{5000, damping};
+    BulletWorld scene(settings);
+    scene.addGround();
+    const btQuaternion tilt(btVector3(0, 1, 0), btScalar(0.03));
+    scene.addCloud(cubeField(), 1, at({btScalar(0.01), btScalar(0.02), btScalar(0.088)}, tilt));
+    scene.step(step);
+    ASSERT_EQ(scene.points().size(), 4u);
+    double least = 1e30, most = 0, force = 0, deepest = 0;
+    for (const btManifoldPoint& point : scene.points()) {
+      const double k = point.m_combinedContactStiffness1, c = point.m_combinedContactDamping1;
+      EXPECT_NEAR(step * k + c, (step * 5000 + damping) / 4, 1e-4 * step * 5000);
+      least = std::min(least, k);
+      most = std::max(most, k);
+      deepest = std::max(deepest, double(-point.m_distance1));
+      force += -k * point.m_distance1;
+    }
+    EXPECT_GT(most, 1.02 * least);
+    // The lower edge is 0.012 + 0.1 sin(0.03) deep. FR = k d, and no point states much more than d.
+    EXPECT_NEAR(deepest, 0.015, 0.1 * 0.015);
+    EXPECT_LT(deepest, 1.051 * force / 5000);
+  }
+}
+
 TEST(Manifold, RigidRowsAreBulletsOwn) {
   CloudContactSettings settings;
   settings.law = Rigid{};

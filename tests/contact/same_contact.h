@@ -47,6 +47,7 @@ inline void expectSame(const ContactResult& got, const ContactResult& want,
     same(p.normal, q.normal, "normal");
     same(p.depth, q.depth, "depth");
     same(p.stiffness, q.stiffness, "stiffness");
+    same(p.slope, q.slope, "slope");
     same(p.damping, q.damping, "damping");
     if (ids == Ids::Compared) {
       EXPECT_EQ(p.id, q.id);

@@ -63,8 +63,9 @@ struct ContactPoint {
   Vec3 position = Vec3::Zero();  // world [m], midway between the two surfaces
   Vec3 normal = Vec3::UnitZ();   // world, unit, from A to B
   double depth = 0;              // [m] positive inside; negative: a gap (ContactSettings::margin)
-  double stiffness = 0;          // [N/m] this point's share
-  double damping = 0;            // [N s/m] this point's share
+  double stiffness = 0;          // [N/m] its force without damping, over its depth
+  double slope = 0;              // [N/m] how fast that force grows: its share of k
+  double damping = 0;            // [N s/m] its share of c
   std::uint32_t id = 0;          // the same from step to step
   int patch = 0;                 // index into ContactResult::patches
 };

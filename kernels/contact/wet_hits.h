@@ -1,0 +1,153 @@
+// Where a patch is wet, by its hits, so that its points stand on the surfaces (docs/force.md,
+// "Points"). Plain C for C++ and OpenCL C.
+//
+// A hit lies midway between the two surfaces, and its plane goes on as far as the sample that it
+// stands for. A place is looked up among the hits of a patch: which one is nearest, first beside
+// it in the patch's plane, then above or below it. So a place between two turns of a thread finds
+// one of them, and no mean of both. What is looked up is a bin's hits at a time; bins whose cell is
+// farther away than the nearest hit so far are left out.
+#ifndef CLOUDCONTACT_KERNELS_WET_HITS_H
+#define CLOUDCONTACT_KERNELS_WET_HITS_H
+
+#include "kernels/base/vector64.h"
+#include "kernels/contact/hit_bins.h"
+
+// In widths of a hit's sample: where a place counts as within it, and how far beyond a patch's
+// center may be before the patch counts as dry there.
+#define CC_COVERS 0.35
+#define CC_WETS 1.0
+// [voxels] Places as near as this to a sample stay where they are in the patch's plane. Farther
+// ones move this many times the way that they are beyond, up to the hit's middle: an arc is deepest
+// there, and its samples' borders are dry.
+#define CC_BESIDE_VOXELS 0.25
+#define CC_DRY_VOXELS 0.5
+// [voxels] Only patches that are pressed this deep are dry at their centers: beside rims that
+// hardly touch, samples stand that do not touch at all.
+#define CC_PRESSED_VOXELS 0.1
+#define CC_INWARD 3.0
+// Of a way above or below a place, and of one to a hit's middle, against one to its sample's
+// border.
+#define CC_ABOVE (1.0 / 16.0)
+#define CC_MIDDLES (1.0 / 64.0)
+#define CC_WET_ROUNDS 2      // of moving places and balancing them
+#define CC_LARGEST 0.3       // [cells of a bin] the largest sample reaches this far from its middle
+#define CC_LEAST_COSINE 0.5  // between a point's normal and a hit's
+#define CC_LEAST_GATE 0.5f   // hits of walls are not where a patch is
+
+// The hit nearest to a line through `place` along `normal`, near that place; all in the frame body.
+typedef struct {
+  CcVec place, normal;
+  double reach;       // of a sample, in its widths
+  double above;       // CC_ABOVE, or 0 if only what is beside the line counts
+  double square;      // of the least way, by its parts' weights [m^2]
+  double nearest;     // its root [m]
+  CcVec at, surface;  // the hit, and its normal from A to B
+  CcVec aside;        // from the line to the hit
+  double beside;      // from the line to the border of its sample [m]
+  double away;        // the same, with the way along the line [m]
+  double moves;       // how much of its way to the hit the place goes, 0..1
+  int found;
+} CcNearestHit;
+
+CC_FN CcNearestHit ccNoHit(CcVec place, CcVec normal, double reach, double above) {
+  const CcVec none = {0.0, 0.0, 0.0};
+  const CcNearestHit n = {place,  normal, reach, above, 1e300, 1e150, place,
+                          normal, none,   0.0,   0.0,   1.0,   0};
+  return n;
+}
+
+CC_FN CcVec ccAside(CcVec from, CcVec normal) {
+  return ccMinus(from, ccTimes(ccDot64(from, normal), normal));
+}
+
+// The square of the way from the line to a point, if it is `from` the place.
+CC_FN double ccSquareAside(CcVec from, CcVec normal) {
+  const double along = ccDot64(from, normal);
+  return ccDot64(from, from) - along * along;
+}
+
+// How far away a bin is; the nearest is searched first, and leaves few others.
+CC_FN double ccSquareTo(const CcNearestHit* best, CcVec middle) {
+  const CcVec from = ccMinus(middle, best->place);
+  return ccDot64(from, from);
+}
+
+// Whether a bin may have a nearer hit; `middle`: of its cell.
+CC_FN int ccMayBeNearer(const CcNearestHit* best, CcVec middle, double cell) {
+  // Half the cell's diagonal, and the largest sample.
+  const double most = best->nearest + 1.2 * cell;
+  return ccSquareAside(ccMinus(middle, best->place), best->normal) < most * most;
+}
+
+// `at`: the hit; `own`, `other`: normals of the body whose sample it is, and of the other; `side`:
+// 0 for A's samples.
+CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const float* own,
+                    const float* other, float facing, float area, int side) {
+  if (ccGate(facing) < CC_LEAST_GATE) return;
+  const CcVec where = ccVec(at[0], at[1], at[2]), from = ccMinus(where, best->place);
+  const double most = best->nearest + CC_LARGEST * cell;
+  if (!(ccSquareAside(from, best->normal) < most * most)) return;
+  const CcVec aside = ccAside(from, best->normal);
+  const double away = ccLength64(aside);
+  const double reach = ccMin64(best->reach * CC_SQRT64((double)area), CC_LARGEST * cell);
+  const double beside = ccMax64(0.0, away - reach);
+  const double least = beside * beside + CC_MIDDLES * (away * away);
+  if (!(least < best->square)) return;
+  const double sign = side == 0 ? 1.0 : -1.0;
+  const CcVec surface = ccUnit64(
+      ccTimes(sign, ccMinus(ccVec(own[0], own[1], own[2]), ccVec(other[0], other[1], other[2]))));
+  // Beside its sample a hit's plane says nothing.
+  const CcVec within = away > 0.0 ? ccMinus(from, ccTimes(beside / away, aside)) : from;
+  const double above =
+      ccDot64(surface, within) / ccMax64(ccDot64(surface, best->normal), CC_LEAST_COSINE);
+  const double square = least + best->above * (above * above);
+  if (!(square < best->square)) return;
+  best->square = square;
+  best->nearest = CC_SQRT64(square);
+  best->at = where;
+  best->surface = surface;
+  best->aside = aside;
+  best->beside = beside;
+  best->away = CC_SQRT64(beside * beside + above * above);
+  best->found = 1;
+}
+
+// How sure it is where a patch is wet, by its deepest sample: 0 where none is inside.
+CC_FN double ccPressed(double deepest, double voxel) {
+  return ccClamp64(deepest / (CC_PRESSED_VOXELS * voxel), 0.0, 1.0);
+}
+
+// How dry a patch's center is, by what is nearest to it: 0 near a sample, 1 from a voxel farther
+// on. 0 without hits.
+CC_FN double ccDryness(const CcNearestHit* found, double voxel) {
+  return found->found ? ccClamp64(found->beside / voxel - CC_DRY_VOXELS, 0.0, 1.0) : 0.0;
+}
+
+// Whether a place may have to move. A place between the samples of a face has them on all sides, so
+// what is nearest to its mirror image at the hit tells.
+CC_FN int ccIsBeside(const CcNearestHit* found, double voxel) {
+  return found->found && found->beside > CC_BESIDE_VOXELS * voxel;
+}
+CC_FN CcNearestHit ccMirrored(const CcNearestHit* found) {
+  return ccNoHit(ccMinus(found->place, found->aside), found->normal, found->reach, found->above);
+}
+CC_FN double ccMoves(const CcNearestHit* mirrored, double voxel) {
+  return mirrored->found ? ccMin64(1.0, mirrored->away / voxel) : 1.0;
+}
+
+// The way across its normal from a place to where the patch is wet.
+CC_FN CcVec ccWayToWet(const CcNearestHit* found, double voxel) {
+  const double beyond = found->beside - CC_BESIDE_VOXELS * voxel;
+  if (!found->found || !(beyond > 0.0)) return ccVec(0.0, 0.0, 0.0);
+  const double part = ccMin64(1.0, CC_INWARD * beyond / ccLength64(found->aside));
+  return ccTimes(found->moves * part, found->aside);
+}
+
+// How far along `normal` a place is from midway between the surfaces.
+CC_FN double ccRiseToWet(const CcNearestHit* found, CcVec place, CcVec normal) {
+  if (!found->found) return 0.0;
+  return ccDot64(found->surface, ccMinus(found->at, place)) /
+         ccMax64(ccDot64(found->surface, normal), CC_LEAST_COSINE);
+}
+
+#endif

@@ -1,0 +1,125 @@
+// Where the points of a contact stand, what depth they state, and what force they make together.
+#include <gtest/gtest.h>
+
+#include <cloudcontact/contact/contact_finder.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+#include "contact/pressed_parts.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+// How far the points may be from both surfaces beyond half the overlap, since they stand midway
+// between them [voxels].
+constexpr double kOff = 0.5;
+// Of the force: a patch that bears less is a crumb of an edge, such as where a nut's thread runs
+// out in its end face.
+constexpr double kCrumb = 0.01;
+
+class ContactPoints : public ::testing::TestWithParam<const char*> {
+ protected:
+  // Calls check(pair, contact) for every pair of the kind.
+  template <typename Check>
+  static void forEach(const Check& check) {
+    for (const PressedPair& pair : pressedPairs(GetParam())) {
+      SCOPED_TRACE(pair.name + ", overlap " + std::to_string(pair.overlap / pair.a->voxel));
+      ContactFinder finder;
+      const ContactResult& contact =
+          finder.find(pair.a->at(pair.poseA), pair.b->at(pair.poseB), {});
+      ASSERT_FALSE(contact.points.empty());
+      check(pair, contact);
+    }
+  }
+};
+
+// A point in a hundred of a thread may be off, where weights end that would keep the center of
+// pressure.
+TEST_P(ContactPoints, StandMidwayBetweenBothSurfaces) {
+  int all = 0, off = 0;
+  forEach([&](const PressedPair& pair, const ContactResult& contact) {
+    const double most = kOff * pair.a->voxel + pair.overlap / 2;
+    double force = 0;
+    for (const Patch& patch : contact.patches) force += patch.stiffness * patch.depth;
+    for (const ContactPoint& p : contact.points) {
+      const Patch& patch = contact.patches[static_cast<std::size_t>(p.patch)];
+      if (patch.stiffness * patch.depth < kCrumb * force) continue;
+      ++all;
+      const double away = std::max(std::abs(pair.a->outside(pair.poseA.toLocal(p.position))),
+                                   std::abs(pair.b->outside(pair.poseB.toLocal(p.position))));
+      if (away <= most) continue;
+      ++off;
+      if (GetParam() != std::string("threads")) ADD_FAILURE() << away / pair.a->voxel << " off";
+    }
+  });
+  EXPECT_GT(all, 10);
+  EXPECT_LE(100 * off, all);
+}
+
+TEST_P(ContactPoints, LargestDepthIsTheOverlap) {
+  // On a corner the pair's own depth is off by up to a quarter of a voxel (docs/limits.md).
+  const double most = GetParam() == std::string("corners") ? 0.25 : 0.1;
+  forEach([most](const PressedPair& pair, const ContactResult& contact) {
+    double deepest = 0;
+    for (const ContactPoint& p : contact.points) deepest = std::max(deepest, p.depth);
+    EXPECT_NEAR(deepest / pair.a->voxel, pair.overlap / pair.a->voxel,
+                std::max(0.1 * pair.overlap / pair.a->voxel, most));
+  });
+}
+
+// A patch's force, its depth times its stiffness, comes from the sums over all its hits and acts at
+// its center of pressure. Its points have the same force, and no moment there but a spin.
+TEST_P(ContactPoints, ForceIsThatOfTheSums) {
+  forEach([](const PressedPair& pair, const ContactResult& contact) {
+    double stiffness = 0, slope = 0, sum = 0;
+    for (const Patch& patch : contact.patches) {
+      Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+      for (int i = patch.firstPoint; i < patch.firstPoint + patch.points; ++i) {
+        const ContactPoint& p = contact.points[static_cast<std::size_t>(i)];
+        force += p.stiffness * p.depth * p.normal;
+        moment += (p.position - patch.position).cross(p.stiffness * p.depth * p.normal);
+        slope += p.slope;
+      }
+      const double size = patch.stiffness * patch.depth;
+      EXPECT_LT((force - size * patch.normal).norm(), 1e-9 * size);
+      EXPECT_LT((moment - moment.dot(patch.normal) * patch.normal).norm(),
+                1e-9 * size * pair.a->voxel);
+      stiffness += patch.stiffness;
+      sum += size;
+    }
+    const double k = std::get<KelvinVoigt>(ContactSettings{}.law).stiffness;
+    EXPECT_NEAR(stiffness, k, 1e-9 * k);
+    EXPECT_NEAR(slope, k, 1e-9 * k);
+    EXPECT_NEAR(sum, k * depthOf(contact), 1e-9 * sum);
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, ContactPoints,
+                         ::testing::Values("tori", "rings", "pegs", "boxes", "corners", "round",
+                                           "threads"));
+
+// A ring that is pressed on one side more and more becomes an arc. Its points go along: in a step
+// of 0.0006 voxel none goes farther than its nearest sample may change.
+TEST(ContactPointsOnTheWay, FollowARingThatBecomesAnArc) {
+  const std::vector<PressedPair> pairs = pressedPairs("tori");
+  const PressedPair& coaxial = pairs.front();
+  ContactFinder finder;
+  ContactResult before;
+  const double voxel = coaxial.a->voxel;
+  for (double tilt = 0; tilt < 0.04; tilt += 2e-5) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(tilt, Vec3::UnitX()));
+    const Pose poseB = coaxial.poseA * Pose{turn, Vec3(0, 0, 19.5 + 30 * tilt) * voxel};
+    const ContactResult& now = finder.find(coaxial.a->at(coaxial.poseA), coaxial.b->at(poseB), {});
+    ASSERT_FALSE(now.points.empty());
+    for (std::size_t i = 0; !before.points.empty() && i < now.points.size(); ++i) {
+      const double way = (now.points[i].position - before.points[i].position).norm();
+      EXPECT_LT(way / voxel, 7) << "tilt " << tilt << ", point " << i;
+    }
+    before = now;
+  }
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
