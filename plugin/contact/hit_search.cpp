@@ -91,7 +91,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   hits.clear();
   // Bullet's boxes exceed its bodies by 7 cm (gContactBreakingThreshold and the tree's margin),
   // whatever their size. In a box of small parts, most pairs are far apart.
-  if (farApart(a, b, kFarApart * frame.voxel)) return 0;
+  const double seen = marginOf(a, b, frame.voxel, margin);
+  if (farApart(a, b, std::max(kFarApart * frame.voxel, seen))) return 0;
   const Query query = queryOf(a, b, frame, enough);
   if (!query.ofFields()) lists = nullptr;
   const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways);
@@ -104,7 +105,7 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
     if (lists && lists->wanted() && !hits.empty())
       lists->make(dataOf(a), dataOf(b), level, *builder_);
   }
-  if (hits.empty() && margin > 0) touchLightly(query, frame, marginOf(margin, frame), hits);
+  if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
   return level;
 }
 
@@ -113,7 +114,8 @@ void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairF
   hits.clear();
   gap_ = 0;
   forgetCoarse(false);
-  touchLightly(queryOf(a, b, frame, 0), frame, marginOf(margin, frame), hits);
+  const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
+  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits);
 }
 
 // `wanted`: the next search keeps what it finds at the coarsest samples.

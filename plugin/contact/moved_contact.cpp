@@ -137,7 +137,7 @@ void MovedContact::keep(const ContactBody& a, const ContactBody& b, const Contac
   const double around = settings.margin + most;
   reaches_[0] = reachOf(a, b, around);
   reaches_[1] = reachOf(b, a, around);
-  free_ = settings.margin;
+  free_ = marginOf(a, b, voxel, settings.margin);
   found_ = found;
   kept_ = true;
 }

@@ -1,6 +1,8 @@
 // Frames and maps of a pair, and the test of separating axes.
 #include "contact/pair_frame.h"
 
+#include <cloudcontact/law/solid.h>
+
 #include <algorithm>
 
 namespace cloudcontact {
@@ -85,8 +87,10 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
   return frame;
 }
 
-float marginOf(double margin, const PairFrame& frame) {
-  return static_cast<float>(std::min(margin, kMostMargin * frame.voxel));
+double marginOf(const ContactBody& a, const ContactBody& b, double voxel, double margin) {
+  for (const ContactBody* body : {&a, &b})
+    if (body->shape && isDistance(*body->shape)) return margin;
+  return std::min(margin, kMostMargin * voxel);
 }
 
 // Separating axes of two boxes: the normals of their faces and the cross products of their edges.

@@ -31,7 +31,8 @@ CcPair pairOf(const DevicePair& pair) {
   CcPair p{};
   p.terms = termsOf(*pair.a, *pair.b, *pair.settings, pair.frame);
   p.cell = cellOf(pair.frame, 0);
-  p.margin = marginOf(pair.settings->margin, pair.frame);
+  p.margin =
+      static_cast<float>(marginOf(*pair.a, *pair.b, pair.frame.voxel, pair.settings->margin));
   const std::size_t enough = enoughFor(*pair.settings);
   for (int level = 0; level < kLevels; ++level)
     p.enough[level] = static_cast<std::uint32_t>(

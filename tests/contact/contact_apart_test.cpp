@@ -1,4 +1,5 @@
-// Pairs far apart are skipped without looking up a sample; other pairs are not.
+// Pairs far apart are skipped without looking up a sample; other pairs are not. A shape is seen
+// from as far away as is asked for.
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
@@ -85,6 +86,34 @@ TEST_F(FarApart, AHalfSpace) {
   EXPECT_EQ(lookups(bar.at(upright), ground.at({})), 0u);
   upright.position.z() = -1;  // deep below
   EXPECT_GT(lookups(bar.at(upright), ground.at({})), 0u);
+}
+
+// A ball above shapes whose gap is known: from ten voxels away, if the margin reaches as far.
+TEST(SeenFromAfar, Shapes) {
+  constexpr double kRadius = 12 * kVoxel, kGap = 10 * kVoxel;
+  BodyMaker maker{kVoxel, Random(3)};
+  const Body ball = maker.sphere(12);
+  const Body shapes[] = {BodyMaker::shape(HalfSpace{}), BodyMaker::shape(Sphere{8 * kVoxel}),
+                         BodyMaker::shape(Cylinder{9 * kVoxel, 6 * kVoxel})};
+  const double tops[] = {0, 8 * kVoxel, 6 * kVoxel};
+  for (std::size_t i = 0; i < std::size(shapes); ++i) {
+    const ContactBody a =
+        ball.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, tops[i] + kRadius + kGap)});
+    const ContactBody b = shapes[i].at({});
+    ContactSettings settings;
+    ContactFinder finder;
+    settings.margin = kGap - kVoxel;
+    EXPECT_TRUE(finder.find(a, b, settings).points.empty()) << i;
+    settings.margin = kGap + kVoxel;
+    const ContactResult& seen = finder.find(a, b, settings);
+    ASSERT_FALSE(seen.points.empty()) << i;
+    double nearest = -1;
+    for (const ContactPoint& point : seen.points) {
+      nearest = std::max(nearest, point.depth);
+      EXPECT_LT(point.normal.z(), -0.95) << i;
+    }
+    EXPECT_NEAR(nearest, -kGap, 0.1 * kVoxel) << i;
+  }
 }
 
 }  // namespace
