@@ -1,5 +1,5 @@
-# What `cmake --install` installs, in three parts that the packages share (Package.cmake): libraries (shared ones),
-# development (headers, static libraries, CMake and pkg-config files) and program.
+# What `cmake --install` installs, in four parts that the packages share (Package.cmake): libraries (shared ones),
+# development (headers, static libraries, CMake and pkg-config files), program and python (plugin/python/CMakeLists.txt).
 include(CMakePackageConfigHelpers)
 get_property(components GLOBAL PROPERTY CLOUDCONTACT_COMPONENTS)
 set(config_folder ${CMAKE_INSTALL_LIBDIR}/cmake/CloudContact)

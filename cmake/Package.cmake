@@ -1,5 +1,5 @@
-# Packages by `cpack`: Debian packages libcloudcontact (shared libraries), libcloudcontact-dev and cloudcontact, or an
-# archive. `cmake --workflow --preset deb` makes the packages of a distribution.
+# Packages by `cpack`: Debian packages libcloudcontact (shared libraries), libcloudcontact-dev, cloudcontact and
+# python3-cloudcontact, or an archive. `cmake --workflow --preset deb` makes the packages of a distribution.
 set(CPACK_PACKAGE_NAME cloudcontact)
 set(CPACK_PACKAGE_VENDOR "CloudContact")
 set(CPACK_PACKAGE_CONTACT "The CloudContact authors <noreply@localhost>" CACHE STRING "maintainer of the packages")
@@ -23,6 +23,12 @@ endif()
 if(TARGET cloudcontact)
   list(APPEND CPACK_COMPONENTS_ALL program)
 endif()
+if(with_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  if(BUILD_SHARED_LIBS)
+    set(CPACK_COMPONENT_PYTHON_DEPENDS libraries)
+  endif()
+endif()
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
@@ -37,6 +43,23 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME cloudcontact)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS fonts-dejavu-core)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-cloudcontact)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+if(with_python)
+  # The module is of one Python. Its command's scripts compile the Python files when the package is installed, and
+  # remove what Python compiled when the package is.
+  math(EXPR next "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS python3-matplotlib)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-distributed, python3-mpi4py, python3-ipython")
+  set(scripts ${PROJECT_BINARY_DIR}/debian)
+  file(CONFIGURE OUTPUT ${scripts}/postinst CONTENT "#!/bin/sh\nset -e\n[ \"$1\" != configure ] || py3compile -p python3-cloudcontact\n" @ONLY)
+  file(CONFIGURE OUTPUT ${scripts}/prerm CONTENT "#!/bin/sh\nset -e\npy3clean -p python3-cloudcontact\n" @ONLY)
+  file(CHMOD ${scripts}/postinst ${scripts}/prerm
+    PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm)
+endif()
 
 # What a program that uses the library compiles with.
 set(development libeigen3-dev)

@@ -30,3 +30,18 @@ function(cloudcontact_python_part target)
     target_compile_options(${target} PRIVATE -fno-semantic-interposition)
   endif()
 endfunction()
+
+# Sets a variable to the folder, within the prefix, from which Python imports what is installed there. Debian's Python
+# has lib/python3/dist-packages in /usr and lib/python3.11/dist-packages in other prefixes, others site-packages.
+function(cloudcontact_python_folder variable)
+  execute_process(COMMAND ${Python_EXECUTABLE} -c "import sysconfig; print('deb_system' in sysconfig.get_scheme_names())"
+    OUTPUT_VARIABLE debian OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(folder lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/site-packages)
+  if(debian AND CMAKE_INSTALL_PREFIX STREQUAL /usr)
+    set(folder lib/python3/dist-packages)
+  elseif(debian)
+    set(folder lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/dist-packages)
+  endif()
+  set(CLOUDCONTACT_PYTHON_FOLDER ${folder} CACHE STRING "where the Python package is installed, within the prefix")
+  set(${variable} ${CLOUDCONTACT_PYTHON_FOLDER} PARENT_SCOPE)
+endfunction()

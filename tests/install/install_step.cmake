@@ -121,6 +121,32 @@ function(step_program)
   endif()
 endfunction()
 
+# The package is imported from where it is installed, types with it, and its command finds it there. Python leaves
+# compiled files there, which uninstalling removes.
+function(step_python)
+  unset(ENV{PYTHONDONTWRITEBYTECODE})
+  set(package ${prefix}/${FOLDER}/cloudcontact)
+  foreach(file __init__.py _core.pyi py.typed study/command.py)
+    if(NOT EXISTS ${package}/${file})
+      message(FATAL_ERROR "${package} has no ${file}")
+    endif()
+  endforeach()
+  run(${prefix}/bin/cloudcontact-study --version)
+  set(ENV{PYTHONPATH} ${prefix}/${FOLDER})
+  run(${PYTHON} -c "import cloudcontact as cc; assert cc.__file__ == '${package}/__init__.py'\;\
+assert cc.digitize('sphere:0.01', 0.001).volume > 4e-6")
+  if(NOT EXISTS ${package}/study/__pycache__)
+    message(FATAL_ERROR "Python compiled nothing in ${package}")
+  endif()
+  foreach(file bash-completion/completions/cloudcontact-study zsh/site-functions/_cloudcontact-study
+      fish/vendor_completions.d/cloudcontact-study.fish man/man1/cloudcontact-study.1)
+    file(READ ${prefix}/share/${file} text)
+    if(NOT text MATCHES "summary")
+      message(FATAL_ERROR "share/${file} does not name the options")
+    endif()
+  endforeach()
+endfunction()
+
 # Nothing is left but the folders that every prefix has.
 function(step_uninstall)
   file(RENAME ${prefix} ${WORK}/first)

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "base/document_sample.h"
+#include "bullet/bullet_world.h"
 #include "mesh/test_meshes.h"
 #include "program/program_run.h"
 #include "scene/scene_file.h"
@@ -120,28 +121,18 @@ TEST_F(Guide, FirstClouds) {
 
 // A ball on the sample's spring, against a fixed face without gravity: the speed that comes back.
 double restitution(const cloudcontact::KelvinVoigt& law, double mass, double step) {
-  btDefaultCollisionConfiguration configuration;
-  cloudcontact::CloudContact contact;
-  btCollisionDispatcher dispatcher(&configuration);
-  contact.attach(dispatcher);
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  cloudcontact::recommendedSettings(world);
-  world.setGravity(btVector3(0, 0, 0));
-  btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
-  btRigidBody floor(0, nullptr, &plane);
-  world.addRigidBody(&floor);
+  cloudcontact::testing::BulletWorld scene;
+  scene.world.setGravity(btVector3(0, 0, 0));
+  scene.addGround();
   cloudcontact::CloudBody ball(
       cloudcontact::test::sphereMesh(0.02, 5),
       btTransform(btQuaternion::getIdentity(), btVector3(0, 0, btScalar(0.0205))),
       {.voxelSize = 0.001, .mass = mass, .law = law});
-  ball.addTo(world);
+  ball.addTo(scene.world);
   ball.body().setLinearVelocity(btVector3(0, 0, btScalar(-0.1)));
-  for (int i = 0; i < int(0.2 / step); ++i) world.stepSimulation(btScalar(step), 0);
+  for (int i = 0; i < int(0.2 / step); ++i) scene.step(step);
   const double back = ball.body().getLinearVelocity().z() / 0.1;
   ball.leaveWorld();
-  world.removeRigidBody(&floor);
   return back;
 }
 

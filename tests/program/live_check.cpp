@@ -27,22 +27,10 @@ using namespace cloudcontact::program;
 constexpr double kRunStep = 0.002;  // [s]
 
 SceneDescription tableWith(std::vector<SceneBody> bodies) {
-  SceneDescription scene;
-  scene.name = "a table";
   bodies.insert(bodies.begin(), bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0));
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    bodies[i].friction = 0.5;
-    bodies[i].model = int(i);
-  }
-  scene.bodies = std::move(bodies);
+  SceneDescription scene = sceneOf(std::move(bodies));
+  scene.name = "a table";
   return scene;
-}
-
-WorldSettings voxels(double voxel) {
-  WorldSettings settings;
-  settings.common.threads = 1;
-  settings.voxel = voxel;
-  return settings;
 }
 
 // A world that runs in a thread of its own.

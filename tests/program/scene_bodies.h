@@ -1,12 +1,14 @@
-// Makes bodies for the scenes of tests.
+// Makes bodies and settings for the scenes of tests.
 #pragma once
 
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
 
+#include <utility>
 #include <vector>
 
 #include "scene/scene.h"
+#include "scene/world.h"
 
 namespace cloudcontact::program {
 
@@ -22,6 +24,25 @@ inline SceneBody bodyWith(const std::string& name, const SceneGeometry& geometry
   if (mass > 0) body.mass = mass;
   body.collisions.push_back({"c", Pose(), geometry});
   return body;
+}
+
+// Bodies that are models of their own, with friction 0.5.
+inline SceneDescription sceneOf(std::vector<SceneBody> bodies) {
+  SceneDescription scene;
+  scene.bodies = std::move(bodies);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    scene.bodies[i].model = int(i);
+    scene.bodies[i].friction = 0.5;
+  }
+  return scene;
+}
+
+// A world on one thread, with voxels of this size [m].
+inline WorldSettings voxels(double voxel) {
+  WorldSettings settings;
+  settings.common.threads = 1;
+  settings.voxel = voxel;
+  return settings;
 }
 
 // The cuts that leave nothing of the voxels with low <= x < high [m, in the cloud's frame].

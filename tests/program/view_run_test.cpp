@@ -93,22 +93,11 @@ constexpr double kMass = 0.2;
 const SceneBox kBox{Vec3(0.04, 0.03, 0.02)};
 
 SceneDescription boxAt(const Vec3& place, const Vec3& gravity, bool withFloor = false) {
-  SceneDescription scene;
+  std::vector<SceneBody> bodies = {bodyWith("box", kBox, place, kMass)};
+  if (withFloor) bodies.push_back(bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0));
+  SceneDescription scene = sceneOf(std::move(bodies));
   scene.gravity = gravity;
-  scene.bodies = {bodyWith("box", kBox, place, kMass)};
-  if (withFloor) scene.bodies.push_back(bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0));
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    scene.bodies[i].model = int(i);
-    scene.bodies[i].friction = 0.5;
-  }
   return scene;
-}
-
-WorldSettings voxels(double voxel) {
-  WorldSettings settings;
-  settings.common.threads = 1;
-  settings.voxel = voxel;
-  return settings;
 }
 
 void step(World& world, int steps, double length) {

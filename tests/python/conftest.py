@@ -1,4 +1,4 @@
-"""Meshes in closed form, for all tests of the Python package."""
+"""What tests of the Python package share: meshes in closed form, a study that has run."""
 
 import numpy as np
 import pytest
@@ -39,3 +39,15 @@ def box_field(box_cloud):
 @pytest.fixture(scope="session")
 def ball_field():
     return cc.SurfaceField(cc.digitize("sphere:0.01", 0.0005))
+
+
+@pytest.fixture(scope="session")
+def pegs(tmp_path_factory):
+    """The study of 24 pegs, run once, and its results."""
+    from study_samples import write_pegs
+
+    from cloudcontact import study
+
+    folder = tmp_path_factory.mktemp("pegs")
+    made = study.load(write_pegs(folder))
+    return made, made.run(folder / "pegs.sqlite", "local:2", progress=False)

@@ -10,6 +10,8 @@ import sys
 from typing import Iterator, Optional, Sequence
 
 from .._core import __version__
+from . import shell_text
+from .command_line import parser
 from .errors import StudyError, StudyStopped
 from .executors import On, open_executor
 from .results import Results
@@ -19,37 +21,6 @@ from .study_plots import new_figure, plot_success, plot_wrenches, wrench_names
 from .summary import summarize
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-ABOUT = """Runs the trials of a study that have not run yet, each in a process of its own, and writes each as a
-row of a SQLite file when it ends. Run again, it goes on where it stopped."""
-EXAMPLES = """examples:
-  cloudcontact-study pegs.toml                              on all cores here, into pegs.sqlite
-  cloudcontact-study pegs.toml --on local:4 --plots out     with 4 processes, then plots
-  cloudcontact-study pegs.toml --on dask:tcp://node1:8786   on the workers of a Dask scheduler
-  mpirun -n 33 cloudcontact-study pegs.toml --on mpi        on 32 MPI processes; one writes
-  cloudcontact-study pegs.toml --try 7                      trial 7 alone, here, without writing it
-  cloudcontact-study pegs.toml --again                      what failed, again
-  cloudcontact-study pegs.toml --summary --json             what there is, without running
-
-exit code: 0 all trials done, 1 some failed or the run ended early, 2 bad input. docs/studies.md is the guide."""
-
-
-def parser() -> argparse.ArgumentParser:
-    out = argparse.ArgumentParser(
-        "cloudcontact-study", description=ABOUT, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    out.add_argument("study", metavar="STUDY.toml", help="the study: scene or trial, parameters, design, success")
-    out.add_argument(
-        "--on", default="local", metavar="WHERE", help="local, local:N processes, dask:ADDRESS or mpi (default: local)"
-    )
-    out.add_argument("--results", metavar="FILE", help="SQLite file of the results (default: STUDY.sqlite, beside it)")
-    out.add_argument("--plots", metavar="FOLDER", help="writes success.png and wrenches.png there")
-    out.add_argument("--again", action="store_true", help="runs trials that failed again")
-    out.add_argument("--try", type=int, metavar="N", dest="number", help="runs trial N here and prints its outcomes")
-    out.add_argument("--summary", action="store_true", help="runs nothing: summary and plots of what there is")
-    out.add_argument("--json", action="store_true", help="the summary as JSON")
-    out.add_argument("--quiet", action="store_true", help="no progress")
-    out.add_argument("--version", action="version", version=f"cloudcontact-study {__version__}")
-    return out
 
 
 class Tenths:
@@ -124,7 +95,7 @@ def where(on: str) -> Iterator[Optional[On]]:
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """The command; its exit code."""
-    words = parser().parse_args(arguments)
+    words = parser(__version__, shell_text.completion, shell_text.manual).parse_args(arguments)
     try:
         with where(words.on) as on:
             return DONE if on is None else run(words, on)
