@@ -31,7 +31,7 @@ void writeBlock(const Workplace& place) {
     for (const char* face :
          {"013", "032", "467", "475", "045", "051", "237", "276", "026", "064", "157", "173"}) {
       text += "f";
-      for (int k = 0; k < 3; ++k) text += " " + std::to_string(base + face[k] - '0');
+      for (int k = 0; k < 3; ++k) text.append(" ").append(std::to_string(base + face[k] - '0'));
       text += "\n";
     }
     base += 8;
