@@ -1,8 +1,6 @@
 // Frames and maps of a pair, and the test of separating axes.
 #include "contact/pair_frame.h"
 
-#include <cloudcontact/law/solid.h>
-
 #include <algorithm>
 
 namespace cloudcontact {
@@ -88,8 +86,7 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b) {
 }
 
 double marginOf(const ContactBody& a, const ContactBody& b, double voxel, double margin) {
-  for (const ContactBody* body : {&a, &b})
-    if (body->shape && isDistance(*body->shape)) return margin;
+  if (planeOf(a) || planeOf(b)) return margin;
   return std::min(margin, kMostMargin * voxel);
 }
 

@@ -23,8 +23,10 @@ PairFrame frameOf(const ContactBody& a, const ContactBody& b);
 CcWay wayOf(const ContactBody& own, const ContactBody& other, const PairFrame& frame);
 // The pose of a cloud's grid in its body [m].
 Pose gridPose(const Cloud& cloud);
-// ContactSettings::margin [m], as far as the bodies can be seen: a field to the width of its band,
-// a shape that knows its distance from any place without a limit. `voxel`: of the pair's frame [m].
+// ContactSettings::margin [m], as far as the bodies are to be seen: a plane without a limit, others
+// to the width of a field's band. A plane faces the same way from everywhere; the nearest place of
+// another shape is not where a body that passes by would touch it. `voxel`: of the pair's frame
+// [m].
 double marginOf(const ContactBody& a, const ContactBody& b, double voxel, double margin);
 
 // True only if the bodies' boxes, each aligned with its body's axes, are more than `reach` [m]

@@ -88,32 +88,35 @@ TEST_F(FarApart, AHalfSpace) {
   EXPECT_GT(lookups(bar.at(upright), ground.at({})), 0u);
 }
 
-// A ball above shapes whose gap is known: from ten voxels away, if the margin reaches as far.
-TEST(SeenFromAfar, Shapes) {
-  constexpr double kRadius = 12 * kVoxel, kGap = 10 * kVoxel;
+// A ball above others, whose gap is known: how deep its deepest point is, 1 without any.
+double deepestAbove(const Body& other, double top, double gap, double margin) {
   BodyMaker maker{kVoxel, Random(3)};
   const Body ball = maker.sphere(12);
-  const Body shapes[] = {BodyMaker::shape(HalfSpace{}), BodyMaker::shape(Sphere{8 * kVoxel}),
-                         BodyMaker::shape(Cylinder{9 * kVoxel, 6 * kVoxel})};
-  const double tops[] = {0, 8 * kVoxel, 6 * kVoxel};
-  for (std::size_t i = 0; i < std::size(shapes); ++i) {
-    const ContactBody a =
-        ball.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, tops[i] + kRadius + kGap)});
-    const ContactBody b = shapes[i].at({});
-    ContactSettings settings;
-    ContactFinder finder;
-    settings.margin = kGap - kVoxel;
-    EXPECT_TRUE(finder.find(a, b, settings).points.empty()) << i;
-    settings.margin = kGap + kVoxel;
-    const ContactResult& seen = finder.find(a, b, settings);
-    ASSERT_FALSE(seen.points.empty()) << i;
-    double nearest = -1;
-    for (const ContactPoint& point : seen.points) {
-      nearest = std::max(nearest, point.depth);
-      EXPECT_LT(point.normal.z(), -0.95) << i;
-    }
-    EXPECT_NEAR(nearest, -kGap, 0.1 * kVoxel) << i;
+  ContactSettings settings;
+  settings.margin = margin;
+  ContactFinder finder;
+  const Pose above{Eigen::Quaterniond::Identity(), Vec3(0, 0, top + 12 * kVoxel + gap)};
+  const ContactResult& seen = finder.find(ball.at(above), other.at({}), settings);
+  double deepest = seen.points.empty() ? 1 : -1;
+  for (const ContactPoint& point : seen.points) {
+    deepest = std::max(deepest, point.depth);
+    EXPECT_LT(point.normal.z(), -0.95);
   }
+  return deepest;
+}
+
+TEST(SeenFromAfar, APlane) {
+  constexpr double kGap = 10 * kVoxel;
+  const Body ground = BodyMaker::shape(HalfSpace{});
+  EXPECT_EQ(deepestAbove(ground, 0, kGap, kGap - kVoxel), 1);
+  EXPECT_NEAR(deepestAbove(ground, 0, kGap, kGap + kVoxel), -kGap, 0.1 * kVoxel);
+}
+
+// What is nearest to a ball is not where a body that flies by would touch it.
+TEST(SeenFromAfar, NoOtherShape) {
+  const Body ball = BodyMaker::shape(Sphere{8 * kVoxel});
+  EXPECT_EQ(deepestAbove(ball, 8 * kVoxel, 3 * kVoxel, 10 * kVoxel), 1);
+  EXPECT_NEAR(deepestAbove(ball, 8 * kVoxel, kVoxel, 10 * kVoxel), -kVoxel, 0.1 * kVoxel);
 }
 
 }  // namespace

@@ -107,17 +107,22 @@ function(step_embedded)
   endforeach()
 endfunction()
 
+# A command's completion scripts and manual page are installed, and hold a word of its help.
+function(check_shell_texts command word)
+  foreach(file bash-completion/completions/${command} zsh/site-functions/_${command}
+      fish/vendor_completions.d/${command}.fish man/man1/${command}.1)
+    file(READ ${prefix}/share/${file} text)
+    if(NOT text MATCHES ${word})
+      message(FATAL_ERROR "share/${file} does not hold '${word}'")
+    endif()
+  endforeach()
+endfunction()
+
 function(step_program)
   run(${prefix}/bin/cloudcontact --version)
   run(${prefix}/bin/cloudcontact digitize sphere:0.01 --voxel 0.001 --json)
   if(NOT FLAGS MATCHES "-fsanitize=")
-    foreach(file bash-completion/completions/cloudcontact zsh/site-functions/_cloudcontact
-        fish/vendor_completions.d/cloudcontact.fish man/man1/cloudcontact.1)
-      file(READ ${prefix}/share/${file} text)
-      if(NOT text MATCHES "simulate")
-        message(FATAL_ERROR "share/${file} does not name the commands")
-      endif()
-    endforeach()
+    check_shell_texts(cloudcontact simulate)
   endif()
 endfunction()
 
@@ -138,13 +143,7 @@ assert cc.digitize('sphere:0.01', 0.001).volume > 4e-6")
   if(NOT EXISTS ${package}/study/__pycache__)
     message(FATAL_ERROR "Python compiled nothing in ${package}")
   endif()
-  foreach(file bash-completion/completions/cloudcontact-study zsh/site-functions/_cloudcontact-study
-      fish/vendor_completions.d/cloudcontact-study.fish man/man1/cloudcontact-study.1)
-    file(READ ${prefix}/share/${file} text)
-    if(NOT text MATCHES "summary")
-      message(FATAL_ERROR "share/${file} does not name the options")
-    endif()
-  endforeach()
+  check_shell_texts(cloudcontact-study summary)
 endfunction()
 
 # Nothing is left but the folders that every prefix has.

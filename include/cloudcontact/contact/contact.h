@@ -43,8 +43,8 @@ enum class Normals : std::uint8_t {
 struct ContactSettings {
   Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
   // [m] Bodies that do not touch but are nearer than this get points with a negative depth where
-  // they would touch first. A solver can then stop them within its step. Two clouds see each other
-  // from two voxels on at most, and so do a cloud and a mesh or an ellipsoid.
+  // they would touch first. A solver can then stop them within its step. At most two voxels, but
+  // for a plane (HalfSpace), which has no limit.
   double margin = 0;
   // The search takes the coarsest of three sample levels that gives this many hits (finer levels
   // need a third of it), or all samples if none does. Fewer hits are faster and less accurate
