@@ -46,7 +46,7 @@
 // [voxels] Points closer together than this share a moment by moving together, not by weights. With
 // 0.5 weights swing so far from step to step that a nut gains 1 % of energy on its way down its
 // bolt; from 1 to 4 it gains none.
-#define CC_WET_NOISE 2.0
+#define CC_WET_NOISE 1.0
 
 // A patch's force before the law scales it: direction and torque, in units of area times depth.
 typedef struct {
