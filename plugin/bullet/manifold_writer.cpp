@@ -85,6 +85,7 @@ SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
                         const ContactResult& contact, double step) {
   double whole = 0, depth = 0, closing = 0;
   for (const ContactPoint& p : contact.points) {
+    if (isBeside(contact, contact.patches[static_cast<std::size_t>(p.patch)])) continue;
     const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
     whole += p.slope;
     depth += p.slope * pressedDepth(p);

@@ -16,4 +16,11 @@ inline Motion motionOf(const btCollisionObject& object) {
   return {Vec3::Zero(), Vec3::Zero(), center};
 }
 
+// By the forces that wait for the step, gravity among them [m/s^2].
+inline Vec3 accelerationOf(const btCollisionObject& object) {
+  const auto* rigid = btRigidBody::upcast(&object);
+  if (!rigid || object.isStaticOrKinematicObject()) return Vec3::Zero();
+  return toVec3(rigid->getTotalForce()) * double(rigid->getInvMass());
+}
+
 }  // namespace cloudcontact

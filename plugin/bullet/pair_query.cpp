@@ -48,12 +48,6 @@ bool usesPaper(const CloudContactSettings& settings, const CloudShape* const clo
   return settings.normals == Normals::BaseVectors || asks(clouds[0]) || asks(clouds[1]);
 }
 
-// Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
-// step.
-double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
-  return std::max(voxel, closingSpeed(a, b) * step);
-}
-
 using Bits = std::array<double, 33>;
 
 Bits bitsOf(const PairQuery& query) {
@@ -213,7 +207,14 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   for (int side = 0; side < 2; ++side)
     if (clouds[side]) query.lives[side] = clouds[side]->life();
   query.settings.verletLists = settings.lists;
-  if (steps) query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
+  if (steps) {
+    query.travel = closingSpeed(query.a, query.b) * step;
+    query.fall = step * step *
+                 (accelerationOf(*a.getCollisionObject()) - accelerationOf(*b.getCollisionObject()))
+                     .norm();
+    // Bodies nearer than this get points before they touch.
+    query.settings.margin = std::max(query.voxel, query.travel);
+  }
   return query;
 }
 

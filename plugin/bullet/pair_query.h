@@ -20,6 +20,8 @@ struct PairQuery {
   PairLaw law;
   LevelChoice levels;  // of the fields
   double voxel = 0;    // the smaller of the bodies' finest [m]
+  double travel = 0;   // [m] that a place of one body can close on the other in the step
+  double fall = 0;     // [m] more, by the forces on the bodies
   double mass = 0;     // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
   // Number of changes of the shapes so far, since a new one may reuse the address of an old one.
   int conversions = 0;

@@ -16,6 +16,10 @@ namespace {
 // [voxels per step] Slower sliding is indistinguishable from the solver's residue at rest.
 constexpr double kSlidingVoxelsPerStep = 1e-3;
 
+// Pairs that move by more in a step are also looked up beside their contact. With a half, two and
+// never, `peg_in_hole.sdf` at 120 Hz ends 0.06 and 0.13 mm deep, and out of its hole.
+constexpr double kBesideVoxels = 0.5;
+
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
   const auto can = [](const btCollisionObject& object) {
@@ -77,6 +81,15 @@ double PairState::search(const PairQuery& query) {
   return known ? aheadSeconds : 0;
 }
 
+// Bodies that touched in the last step have met its forces already: what rests costs nothing here.
+void PairState::lookBeside(const PairQuery& query) {
+  const double moves = query.travel + (touched ? 0 : query.fall);
+  if (moves <= kBesideVoxels * query.voxel) return;
+  ContactSettings settings = query.settings;
+  settings.margin = std::max(settings.margin, moves);
+  finder.lookBeside(query.a, query.b, settings);
+}
+
 // By shapes if the query asks for it and the bodies are not too deep in each other.
 const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWrapper& a,
                                      const btCollisionObjectWrapper& b, double step,
@@ -87,8 +100,10 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
                                                      query.settings, query.voxel);
   if (answeredByShapes) return shapes.withIds();
   earlier = search(query);
+  if (query.levels.tolerance > 0)
+    levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
+  if (step > 0) lookBeside(query);
   if (!(query.levels.tolerance > 0)) return finder.withIds();
-  levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
   const ContactResult& found = finder.withIds();
   return step > 0 ? levels.faded(found) : found;
 }
@@ -199,6 +214,7 @@ PairState::Answered PairState::answer(PairQuery& query, const btCollisionObjectW
   if (reused) moved.age();
   if (steps && !reused) {
     apart = query.a.field && query.b.field && contact.samples == 0;
+    touched = contact.samples > 0;
     keep(query, contact, swept);
   }
   return {&contact, reused ? Answer::Moved : answeredBy(), earlier};

@@ -49,7 +49,7 @@ struct PairState {
     shapes.ids().keepIn(archive);
     leaving.keepIn(archive);
     memory.keepIn(archive);
-    archive(apart);
+    archive(apart, touched);
   }
 
   void process(AheadPair& self, const btCollisionObjectWrapper& a,
@@ -64,6 +64,7 @@ struct PairState {
   std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
+  void lookBeside(const PairQuery& query);
   // Of the last query, if its contact was not moved.
   Answer answeredBy() const {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
@@ -132,6 +133,7 @@ struct PairState {
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
   bool onDevice = false;           // it answered the last query
   bool apart = false;              // the last search in a step found no touch of two clouds
+  bool touched = false;            // the last search in a step found a touch
   std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
   std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
   std::uint64_t readyStep = 0;     // the step in which finish() may answer `ahead`; 0: none

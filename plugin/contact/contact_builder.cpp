@@ -256,9 +256,30 @@ bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
                            SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
                            PatchHits& wet, std::span<const PatchMatter> matter) {
+  setHits(outcome.gap > 0 ? 0 : outcome.hits, outcome.level);
+  makePatches(a, b, settings, frame, outcome, binner, hits, wet, matter);
+  return !result_.patches.empty();
+}
+
+bool ContactBuilder::append(const ContactBody& a, const ContactBody& b,
+                            const ContactSettings& settings, const PairFrame& frame,
+                            SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
+                            PatchHits& wet, std::span<const PatchMatter> matter) {
+  const std::size_t before = result_.patches.size();
+  const double error = result_.depthError;  // of the touches
+  makePatches(a, b, settings, frame, outcome, binner, hits, wet, matter);
+  result_.depthError = error;
+  return result_.patches.size() > before;
+}
+
+void ContactBuilder::makePatches(const ContactBody& a, const ContactBody& b,
+                                 const ContactSettings& settings, const PairFrame& frame,
+                                 SearchOutcome outcome, const Binner& binner,
+                                 const HitColumns& hits, PatchHits& wet,
+                                 std::span<const PatchMatter> matter) {
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
-  setHits(terms.gap > 0 ? 0 : outcome.hits, outcome.level);
+  found_.clear();
   const std::vector<CcSums>& patches = binner.patches();
   for (std::size_t k = 0; k < patches.size(); ++k) {
     FoundPatch& found = found_.emplace_back();
@@ -282,7 +303,6 @@ bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
        {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
         found.error + kPerGap * terms.gap},
        size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, wet);
-  return !result_.patches.empty();
 }
 
 const ContactResult& ContactBuilder::withIds() {

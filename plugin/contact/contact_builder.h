@@ -70,6 +70,10 @@ class ContactBuilder {
   bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
              const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
              const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter = {});
+  // Adds such patches to the result, of near misses. Returns whether there are any.
+  bool append(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+              const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
+              const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter);
   // Sets the hits, and adds a patch; for results that a device built.
   void setHits(std::size_t hits, int level) {
     result_.samples = hits;
@@ -90,6 +94,9 @@ class ContactBuilder {
     CcFlat flat;                        // in the plane across its normal, if force.lean is not 0
     std::optional<KelvinVoigt> spring;  // of the pair, by the tissues that the patch touches
   };
+  void makePatches(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                   const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
+                   const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter);
   CcPairSums collect(const CcTerms& terms);
   double redirect();
   void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,

@@ -76,6 +76,53 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   s.lookups = memory->search.lookups();
 }
 
+namespace {
+
+// Most directions beside those of the touches: a peg in its hole has a wall behind it and a floor.
+constexpr int kMostBeside = 3;
+
+// Adds the directions in which the patches from `first` on face.
+void addFaced(const ContactBody& a, const ContactBody& b, const ContactResult& contact,
+              std::size_t first, FacedWays& faced) {
+  for (std::size_t i = first; i < contact.patches.size(); ++i) {
+    const Vec3& normal = contact.patches[i].normal;
+    faced.of[kA].emplace_back((a.pose.orientation.conjugate() * normal).cast<float>());
+    faced.of[kB].emplace_back((b.pose.orientation.conjugate() * -normal).cast<float>());
+  }
+}
+
+}  // namespace
+
+void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
+                               const ContactSettings& settings) {
+  State& s = *state_;
+  const ContactResult& contact = s.builder.latest();
+  if (contact.patches.empty() || !(settings.margin > 0)) return;
+  const PairFrame frame = frameOf(a, b);
+  BorrowedMemory memory(s.workspace->state_->memory);
+  HitColumns& hits = memory->hits;
+  FacedWays& faced = memory->faced;
+  for (auto& ways : faced.of) ways.clear();
+  std::size_t known = 0;
+  for (int pass = 0; pass < kMostBeside; ++pass) {
+    addFaced(a, b, contact, known, faced);
+    known = contact.patches.size();
+    const bool any = memory->search.runBeside(a, b, frame, settings.margin, faced, hits) && [&] {
+      const int level = 0;
+      const double gap = memory->search.gap(), cell = cellOf(frame, level);
+      const std::vector<CcSums>& patches = memory->binner.patches(hits, cell, a.shape || b.shape);
+      std::span<const PatchMatter> matter;
+      if (TouchedMatter::wanted(a, b, settings))
+        matter = memory->matter.of(a, b, settings, frame,
+                                   {hits, memory->binner.bins(), patches.size(), level, cell, gap});
+      return s.builder.append(a, b, settings, frame, {level, hits.size(), gap}, memory->binner,
+                              hits, memory->wet, matter);
+    }();
+    s.lookups += memory->search.lookups();
+    if (!any) return;
+  }
+}
+
 const ContactResult& ContactFinder::withIds() {
   return state_->builder.withIds();
 }
@@ -95,6 +142,7 @@ ContactBuilder& ContactFinder::builder() {
 double depthOf(const ContactResult& contact) {
   double sum = 0, weight = 0;
   for (const Patch& patch : contact.patches) {
+    if (isBeside(contact, patch)) continue;
     sum += patch.stiffness * patch.depth;
     weight += patch.stiffness;
   }

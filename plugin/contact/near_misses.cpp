@@ -74,10 +74,18 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   flush();
 }
 
+bool NearMissSearch::isFaced(const SampleColumns& samples, std::uint32_t sample, Side side) const {
+  if (!faced_) return false;
+  const V3 normal(samples.nx[sample], samples.ny[sample], samples.nz[sample]);
+  return std::ranges::any_of(faced_->of[side],
+                             [&](const V3& way) { return normal.dot(way) > kSameWay; });
+}
+
 // Keeps the candidates among some coarse samples. Most vectors of them hold none.
 template <typename Sample>
-void NearMissSearch::consider(const float* estimates, const float* depths, int count, Side side,
-                              const Sample& sample) {
+void NearMissSearch::consider(const Direction& dir, const float* estimates, const float* depths,
+                              int count, const Sample& sample) {
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const auto wanted = [&](int i) {
     return (estimates[i] >= leastEstimate_) |
            ((estimates[i] > -margin_) & (depths[i] >= leastDepth_));
@@ -88,8 +96,8 @@ void NearMissSearch::consider(const float* estimates, const float* depths, int c
     for (int i = first; i < last; ++i) any |= wanted(i);
     if (!any) continue;
     for (int i = first; i < last; ++i)
-      if (wanted(i))
-        next_.push_back({estimates[i], depths[i], sample(i), static_cast<std::int8_t>(side)});
+      if (wanted(i) && !isFaced(samples, sample(i), dir.side))
+        next_.push_back({estimates[i], depths[i], sample(i), static_cast<std::int8_t>(dir.side)});
     if (next_.size() > 8 * kBest) keepBest();
   }
 }
@@ -100,7 +108,7 @@ void NearMissSearch::take(const Direction& dir) {
   if (dir.level > 0) {
     float estimates[kLanes], depths[kLanes];
     estimateNearest(dir, lanes, estimates, depths);
-    consider(estimates, depths, lanes.count, dir.side, [&](int i) { return lanes.sample[i]; });
+    consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
   const SampleColumns& samples = dir.samples.levels[0].samples;
@@ -108,6 +116,7 @@ void NearMissSearch::take(const Direction& dir) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
     const float depth = lanes.depth[i];
     if (depth < -margin_ || depth < nearest_ - within_) continue;
+    if (isFaced(samples, lanes.sample[i], dir.side)) continue;
     nearest_ = std::max(nearest_, depth);
     found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
                            V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
@@ -152,8 +161,8 @@ void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
         runs_.push_back(run);
         continue;
       }
-      consider(coarse.estimate.data() + run.first, coarse.depth.data() + run.first,
-               static_cast<int>(run.count), side.side,
+      consider(dir, coarse.estimate.data() + run.first, coarse.depth.data() + run.first,
+               static_cast<int>(run.count),
                [&](int i) { return run.first + static_cast<std::uint32_t>(i); });
     }
     look(dir, target, runs_.data(), runs_.data() + runs_.size());
@@ -184,7 +193,8 @@ void NearMissSearch::keepNearest() {
 
 const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, const CcWay* ways,
                                             const PairFrame& frame, float margin,
-                                            const CoarseFound* coarse) {
+                                            const CoarseFound* coarse, const FacedWays* faced) {
+  faced_ = faced;
   margin_ = margin;
   within_ = kLightly * static_cast<float>(frame.voxel);
   nearest_ = -1e30f;

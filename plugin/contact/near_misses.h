@@ -8,6 +8,9 @@
 // even, any sample tells it. The gap is within 0.05 voxel of that of all samples
 // (tests/contact/near_misses_test.cpp).
 //
+// Beside touches, the search leaves out samples that face where the touches do: a peg that lies on
+// one wall of its hole is near the wall behind it (ContactFinder::lookBeside()).
+//
 // A touch is never left to this search: HitSearch asks every sample that may touch.
 #pragma once
 
@@ -24,6 +27,11 @@ struct Lanes;
 struct CoarseFound;
 }  // namespace search
 
+// Directions that samples of either body face where the bodies are known to meet, in its frame.
+struct FacedWays {
+  std::vector<Eigen::Vector3f> of[2];  // outward unit vectors
+};
+
 class NearMissSearch {
  public:
   NearMissSearch();
@@ -31,11 +39,13 @@ class NearMissSearch {
 
   // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
-  // field. `coarse`: of both bodies' samples, if known. Valid until the next run.
+  // field. `coarse`: of both bodies' samples, if known. `faced`: samples within kSameWay of these
+  // are left out; null: none. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
                               const PairFrame& frame, float margin,
-                              const search::CoarseFound* coarse);
+                              const search::CoarseFound* coarse, const FacedWays* faced = nullptr);
   static constexpr float kLightly = 0.1f;
+  static constexpr float kSameWay = 0.26f;     // cosine of 75 deg
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
   std::size_t lookups() const { return lookups_; }
   // Reserves what `other` has reserved.
@@ -57,12 +67,14 @@ class NearMissSearch {
             const SampleRun* last);
   void take(const search::Direction& dir);
   template <typename Sample>
-  void consider(const float* estimates, const float* depths, int count, Side side,
-                const Sample& sample);
+  void consider(const search::Direction& dir, const float* estimates, const float* depths,
+                int count, const Sample& sample);
+  bool isFaced(const SampleColumns& samples, std::uint32_t sample, Side side) const;
   void keepBest();
   void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();
 
+  const FacedWays* faced_ = nullptr;
   float margin_ = 0, within_ = 0, nearest_ = 0;
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   std::size_t lookups_ = 0;

@@ -21,6 +21,7 @@ struct QueryMemory {
   Binner binner;
   TouchedMatter matter;
   PatchHits wet;
+  FacedWays faced;
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);

@@ -105,6 +105,12 @@ struct ContactResult {
   }
 };
 
+// Whether a patch is a near miss of bodies that touch elsewhere (ContactFinder::lookBeside()): it
+// bears nothing yet, and has no part in the pair's depth.
+inline bool isBeside(const ContactResult& contact, const Patch& patch) {
+  return contact.samples > 0 && patch.depth < 0;
+}
+
 // [m] The pair's depth: that of its patches, weighed by their stiffness; negative: a gap. 0 without
 // a contact.
 double depthOf(const ContactResult& contact);
