@@ -61,6 +61,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
     lookups_ += static_cast<std::size_t>(lanes.count);
     loadSamples(dir, lanes);
     target.measurePoints(lanes);
+    if (faced_) findFacing(dir, lanes);
     take(dir);
     lanes.clear();
   };
@@ -74,18 +75,19 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   flush();
 }
 
-bool NearMissSearch::isFaced(const SampleColumns& samples, std::uint32_t sample, Side side) const {
-  if (!faced_) return false;
-  const V3 normal(samples.nx[sample], samples.ny[sample], samples.nz[sample]);
-  return std::ranges::any_of(faced_->of[side],
-                             [&](const V3& way) { return normal.dot(way) > kSameWay; });
+// Whether a lane's sample counts beside a touch.
+bool NearMissSearch::isBeside(const Direction& dir, int lane) const {
+  if (lanes_->facing[lane] > -kFacing) return false;
+  const LaneSamples& own = lanes_->own;
+  const V3 normal(own.nx[lane], own.ny[lane], own.nz[lane]);
+  return std::ranges::none_of(faced_->of[dir.side],
+                              [&](const V3& way) { return normal.dot(way) > kSameWay; });
 }
 
 // Keeps the candidates among some coarse samples. Most vectors of them hold none.
 template <typename Sample>
 void NearMissSearch::consider(const Direction& dir, const float* estimates, const float* depths,
                               int count, const Sample& sample) {
-  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   const auto wanted = [&](int i) {
     return (estimates[i] >= leastEstimate_) |
            ((estimates[i] > -margin_) & (depths[i] >= leastDepth_));
@@ -96,7 +98,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
     for (int i = first; i < last; ++i) any |= wanted(i);
     if (!any) continue;
     for (int i = first; i < last; ++i)
-      if (wanted(i) && !isFaced(samples, sample(i), dir.side))
+      if (wanted(i) && (!faced_ || isBeside(dir, i)))
         next_.push_back({estimates[i], depths[i], sample(i), static_cast<std::int8_t>(dir.side)});
     if (next_.size() > 8 * kBest) keepBest();
   }
@@ -116,7 +118,7 @@ void NearMissSearch::take(const Direction& dir) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
     const float depth = lanes.depth[i];
     if (depth < -margin_ || depth < nearest_ - within_) continue;
-    if (isFaced(samples, lanes.sample[i], dir.side)) continue;
+    if (faced_ && (depth >= 0 || !isBeside(dir, i))) continue;
     nearest_ = std::max(nearest_, depth);
     found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
                            V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
@@ -153,7 +155,7 @@ void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
     target.nearBricks(margin_ / dir.voxel, bricks_);
     runs_.clear();
     auto known = coarse.bricks.begin();
-    const auto end = coarse.known ? coarse.bricks.end() : known;
+    const auto end = coarse.known && !faced_ ? coarse.bricks.end() : known;
     for (const std::uint32_t b : bricks_) {
       const SampleRun run = dir.samples.bricks.runs[b];
       while (known != end && *known < b) ++known;

@@ -39,13 +39,15 @@ class NearMissSearch {
 
   // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
-  // field. `coarse`: of both bodies' samples, if known. `faced`: samples within kSameWay of these
-  // are left out; null: none. Valid until the next run.
+  // field. `coarse`: of both bodies' samples, if known. With `faced`, the search is beside a touch:
+  // it leaves out samples that touch, that face within kSameWay of these ways, or that do not face
+  // the other surface, as the sides of a box on a table do not. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
                               const PairFrame& frame, float margin,
                               const search::CoarseFound* coarse, const FacedWays* faced = nullptr);
   static constexpr float kLightly = 0.1f;
   static constexpr float kSameWay = 0.26f;     // cosine of 75 deg
+  static constexpr float kFacing = 0.5f;       // of samples beside a touch, to the other surface
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
   std::size_t lookups() const { return lookups_; }
   // Reserves what `other` has reserved.
@@ -69,7 +71,7 @@ class NearMissSearch {
   template <typename Sample>
   void consider(const search::Direction& dir, const float* estimates, const float* depths,
                 int count, const Sample& sample);
-  bool isFaced(const SampleColumns& samples, std::uint32_t sample, Side side) const;
+  bool isBeside(const search::Direction& dir, int lane) const;
   void keepBest();
   void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();

@@ -44,12 +44,12 @@ SceneDescription sceneFrom(const Start& start) {
   return scene;
 }
 
-// The deepest landing: between two steps the peg goes so far in before its spring acts, and then
-// comes to rest against it. What touches first is seen two voxels ahead, but not the other side of
-// a peg that leans.
+// The deepest landing: a peg that leans comes down on a corner, which the floor sees from a part of
+// a step away, and then comes to rest against the spring. While the wall behind a peg was not seen
+// (ContactFinder::lookBeside()), it went twice as deep.
 double deepestLanding(double height, double step) {
   const double speed = std::sqrt(2 * kGravity * height);
-  return speed * std::hypot(step, std::sqrt(kMass / kStiffness));
+  return speed * std::hypot(step / 2, std::sqrt(kMass / kStiffness));
 }
 
 class PegTest : public testing::TestWithParam<double> {};
@@ -80,7 +80,8 @@ TEST_P(PegTest, SlidesHome) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Hertz, PegTest, testing::Values(240.0, 480.0, 500.0, 1000.0, 2000.0));
+INSTANTIATE_TEST_SUITE_P(Hertz, PegTest,
+                         testing::Values(180.0, 240.0, 480.0, 500.0, 1000.0, 2000.0));
 
 }  // namespace
 }  // namespace cloudcontact::program

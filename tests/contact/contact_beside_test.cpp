@@ -1,0 +1,124 @@
+// Bodies that meet in one direction and are about to meet in another: a peg between two walls, over
+// a floor. The near misses beside a touch tell the true gaps and leave the touch as it is.
+#include <cloudcontact/contact/contact_finder.h>
+#include <gtest/gtest.h>
+
+#include "contact/contact_cases.h"
+
+namespace cloudcontact::testing {
+namespace {
+
+constexpr double kVoxel = 1e-3, kMargin = 1.5 * kVoxel;
+constexpr double kPeg = 16, kPlay = 0.6;  // [voxels] edge, and between it and both walls
+constexpr double kFloor = 0.8;            // [voxels] between it and the floor
+constexpr double kExact = 0.05 * kVoxel;
+
+void add(const Mesh& part, const Vec3& shift, Mesh& mesh) {
+  const int first = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& v : part.vertices) mesh.vertices.push_back(v + kVoxel * shift);
+  for (const Eigen::Vector3i& t : part.triangles) mesh.triangles.emplace_back(t.array() + first);
+}
+
+// Two walls across x and a floor, apart from each other.
+Mesh slotMesh() {
+  Mesh slot;
+  const double wall = kPeg / 2 + kPlay / 2 + 5;
+  for (const double side : {-1.0, 1.0})
+    add(boxMesh(kVoxel * Vec3(10, 40, 12)), Vec3(side * wall, 0, 2), slot);
+  add(boxMesh(kVoxel * Vec3(10, 40, 8)), Vec3(0, 0, -kPeg / 2 - kFloor - 4), slot);
+  return slot;
+}
+
+class Beside : public ::testing::Test {
+ protected:
+  BodyMaker maker{kVoxel, Random(5)};
+  Body slot = maker.cloud(slotMesh()), peg = maker.box(Vec3(kPeg, 20, kPeg));
+  const Pose world{maker.random.rotation(), maker.random.inCube()};
+
+  // With the peg aside of the middle by `aside` [voxels].
+  ContactResult found(double aside, double margin, bool beside = true, bool swapped = false) const {
+    ContactBody a = slot.at(world), b = peg.at(world * Pose{Eigen::Quaterniond::Identity(),
+                                                            Vec3(aside * kVoxel, 0, 0)});
+    if (swapped) std::swap(a, b);
+    ContactSettings settings;
+    settings.margin = margin;
+    ContactFinder finder;
+    finder.search(a, b, settings);
+    if (beside) finder.lookBeside(a, b, settings);
+    return finder.withIds();
+  }
+
+  // The mean depth of the patches whose normal is `way`, in the slot's frame; NaN: there are none.
+  double along(const ContactResult& contact, const Vec3& way) const {
+    double sum = 0;
+    int count = 0;
+    for (const Patch& patch : contact.patches) {
+      if ((world.orientation.conjugate() * patch.normal).dot(way) < 0.99) continue;
+      sum += patch.depth;
+      ++count;
+    }
+    return sum / count;
+  }
+};
+
+TEST_F(Beside, AWallBehindAndAFloor) {
+  const double touch = 0.1;  // voxels
+  const ContactResult contact = found(kPlay / 2 + touch, kMargin);
+  EXPECT_NEAR(along(contact, -Vec3::UnitX()), touch * kVoxel, kExact);
+  EXPECT_NEAR(along(contact, Vec3::UnitX()), -(kPlay + touch) * kVoxel, kExact);
+  EXPECT_NEAR(along(contact, Vec3::UnitZ()), -kFloor * kVoxel, kExact);
+}
+
+TEST_F(Beside, NothingTouches) {
+  const ContactResult contact = found(0.15, kMargin);
+  EXPECT_EQ(contact.samples, 0u);
+  EXPECT_NEAR(along(contact, -Vec3::UnitX()), (0.15 - kPlay / 2) * kVoxel, kExact);
+  EXPECT_NEAR(along(contact, Vec3::UnitX()), -(0.15 + kPlay / 2) * kVoxel, kExact);
+}
+
+TEST_F(Beside, BodiesSwapped) {
+  const ContactResult contact = found(0.4, kMargin, true, true);
+  EXPECT_NEAR(along(contact, Vec3::UnitX()), 0.1 * kVoxel, kExact);
+  EXPECT_NEAR(along(contact, -Vec3::UnitX()), -0.7 * kVoxel, kExact);
+}
+
+TEST_F(Beside, NoFartherThanTheMargin) {
+  const ContactResult contact = found(0.4, 0.6 * kVoxel);
+  EXPECT_TRUE(std::isnan(along(contact, Vec3::UnitX())));
+  EXPECT_TRUE(std::isnan(along(contact, Vec3::UnitZ())));
+}
+
+TEST_F(Beside, TheTouchStays) {
+  const ContactResult alone = found(0.4, kMargin, false), contact = found(0.4, kMargin);
+  ASSERT_GT(contact.patches.size(), alone.patches.size());
+  EXPECT_EQ(depthOf(contact), depthOf(alone));
+  EXPECT_EQ(contact.depthError, alone.depthError);
+  for (std::size_t i = 0; i < alone.patches.size(); ++i) {
+    EXPECT_EQ(contact.patches[i].depth, alone.patches[i].depth);
+    EXPECT_EQ(contact.patches[i].stiffness, alone.patches[i].stiffness);
+    EXPECT_FALSE(isBeside(contact, contact.patches[i]));
+  }
+  for (std::size_t i = alone.patches.size(); i < contact.patches.size(); ++i)
+    EXPECT_TRUE(isBeside(contact, contact.patches[i]));
+  const Wrench one = wrenchOnB(alone, {}, {}), other = wrenchOnB(contact, {}, {});
+  EXPECT_EQ(one.force, other.force);
+  EXPECT_EQ(one.torque, other.torque);
+}
+
+// A box on a larger one meets it in one direction only.
+TEST_F(Beside, NothingElseIsNear) {
+  const Body table = maker.box(Vec3(40, 40, 10)), box = maker.box(Vec3(12, 12, 12));
+  ContactSettings settings;
+  settings.margin = kMargin;
+  ContactFinder finder;
+  const ContactBody a = table.at({}),
+                    b = box.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, 10.9 * kVoxel)});
+  finder.search(a, b, settings);
+  const std::size_t before = finder.latest().patches.size();
+  ASSERT_GT(before, 0u);
+  finder.lookBeside(a, b, settings);
+  EXPECT_EQ(finder.latest().patches.size(), before);
+}
+
+}  // namespace
+}  // namespace cloudcontact::testing
