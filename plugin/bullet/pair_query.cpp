@@ -48,6 +48,12 @@ bool usesPaper(const CloudContactSettings& settings, const CloudShape* const clo
   return settings.normals == Normals::BaseVectors || asks(clouds[0]) || asks(clouds[1]);
 }
 
+// Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
+// step.
+double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
+  return std::max(voxel, closingSpeed(a, b) * step);
+}
+
 using Bits = std::array<double, 33>;
 
 Bits bitsOf(const PairQuery& query) {
@@ -208,12 +214,9 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
     if (clouds[side]) query.lives[side] = clouds[side]->life();
   query.settings.verletLists = settings.lists;
   if (steps) {
-    query.travel = closingSpeed(query.a, query.b) * step;
-    query.fall = step * step *
-                 (accelerationOf(*a.getCollisionObject()) - accelerationOf(*b.getCollisionObject()))
-                     .norm();
-    // Bodies nearer than this get points before they touch.
-    query.settings.margin = std::max(query.voxel, query.travel);
+    query.settings.margin = reachOf(query.a, query.b, query.voxel, step);
+    query.pull[0] = accelerationOf(*a.getCollisionObject());
+    query.pull[1] = accelerationOf(*b.getCollisionObject());
   }
   return query;
 }

@@ -18,11 +18,10 @@ struct PairQuery {
   ContactBody a, b;
   ContactSettings settings;
   PairLaw law;
-  LevelChoice levels;  // of the fields
-  double voxel = 0;    // the smaller of the bodies' finest [m]
-  double travel = 0;   // [m] that a place of one body can close on the other in the step
-  double fall = 0;     // [m] more, by the forces on the bodies
-  double mass = 0;     // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
+  LevelChoice levels;                           // of the fields
+  double voxel = 0;                             // the smaller of the bodies' finest [m]
+  Vec3 pull[2] = {Vec3::Zero(), Vec3::Zero()};  // on the bodies by forces that wait [m/s^2]
+  double mass = 0;                              // [kg] 1 / (1/mA + 1/mB); 0 if neither moves
   // Number of changes of the shapes so far, since a new one may reuse the address of an old one.
   int conversions = 0;
   // The recognised shapes of clouds; null for others. `byShapes`: the pair is answered by shapes.

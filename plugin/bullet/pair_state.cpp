@@ -82,12 +82,17 @@ double PairState::search(const PairQuery& query) {
 }
 
 // Bodies that touched in the last step have met its forces already: what rests costs nothing here.
-void PairState::lookBeside(const PairQuery& query) {
-  const double moves = query.travel + (touched ? 0 : query.fall);
+void PairState::lookBeside(const PairQuery& query, double step) {
+  ContactBody a = query.a, b = query.b;
+  if (!touched) {
+    a.motion.linear += step * query.pull[0];
+    b.motion.linear += step * query.pull[1];
+  }
+  const double moves = step * closingSpeed(a, b);
   if (moves <= kBesideVoxels * query.voxel) return;
   ContactSettings settings = query.settings;
   settings.margin = std::max(settings.margin, moves);
-  finder.lookBeside(query.a, query.b, settings);
+  finder.lookBeside(a, b, settings, step);
 }
 
 // By shapes if the query asks for it and the bodies are not too deep in each other.
@@ -102,7 +107,7 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
   earlier = search(query);
   if (query.levels.tolerance > 0)
     levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
-  if (step > 0) lookBeside(query);
+  if (step > 0) lookBeside(query, step);
   if (!(query.levels.tolerance > 0)) return finder.withIds();
   const ContactResult& found = finder.withIds();
   return step > 0 ? levels.faded(found) : found;

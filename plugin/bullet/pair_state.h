@@ -64,7 +64,7 @@ struct PairState {
   std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
-  void lookBeside(const PairQuery& query);
+  void lookBeside(const PairQuery& query, double step);
   // Of the last query, if its contact was not moved.
   Answer answeredBy() const {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;

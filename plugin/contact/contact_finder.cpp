@@ -23,12 +23,48 @@ void ContactWorkspace::reserve(int threads) {
   state_->memory.reserve(threads);
 }
 
+namespace {
+
+// What a search found besides its hits.
+struct Found {
+  int level;
+  double gap;  // [m]
+};
+
+}  // namespace
+
 struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
   VerletLists lists;
   std::size_t lookups = 0;
+
+  bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+            const PairFrame& frame, const Found& found, QueryMemory& memory,
+            const TaskRunner* runner, bool beside);
 };
+
+// Patches of the memory's hits, as the result or `beside` what it has. Returns whether there are
+// any.
+bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
+                                const ContactSettings& settings, const PairFrame& frame,
+                                const Found& found, QueryMemory& memory, const TaskRunner* runner,
+                                bool beside) {
+  const HitColumns& hits = memory.hits;
+  const double cell = cellOf(frame, found.level);
+  const std::vector<CcSums>& patches =
+      memory.binner.patches(hits, cell, a.shape || b.shape, runner);
+  std::span<const PatchMatter> matter;
+  if (TouchedMatter::wanted(a, b, settings))
+    matter = memory.matter.of(
+        a, b, settings, frame,
+        {hits, memory.binner.bins(), patches.size(), found.level, cell, found.gap});
+  const SearchOutcome outcome{found.level, hits.size(), found.gap};
+  return beside ? builder.append(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
+                                 matter)
+                : builder.build(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
+                                matter);
+}
 
 ContactFinder::ContactFinder() : ContactFinder(std::make_shared<ContactWorkspace>()) {}
 ContactFinder::ContactFinder(std::shared_ptr<ContactWorkspace> workspace)
@@ -56,15 +92,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   double gap = memory->search.gap();
   if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
   const auto build = [&] {
-    const std::vector<CcSums>& patches =
-        memory->binner.patches(hits, cellOf(frame, level), a.shape || b.shape, runner);
-    std::span<const PatchMatter> matter;
-    if (TouchedMatter::wanted(a, b, settings))
-      matter = memory->matter.of(
-          a, b, settings, frame,
-          {hits, memory->binner.bins(), patches.size(), level, cellOf(frame, level), gap});
-    return s.builder.build(a, b, settings, frame, {level, hits.size(), gap}, memory->binner, hits,
-                           memory->wet, matter);
+    return s.make(a, b, settings, frame, {level, gap}, *memory, runner, false);
   };
   // Hits that press nothing must not hide a gap that closes within the step.
   if (!build() && !hits.empty() && settings.margin > 0 && gap == 0) {
@@ -78,48 +106,69 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
 
 namespace {
 
-// Most directions beside those of the touches: a peg in its hole has a wall behind it and a floor.
-constexpr int kMostBeside = 3;
+// Most searches beside a touch: a peg in its hole has a wall behind it and a floor. And most for
+// what touches within the step elsewhere.
+constexpr int kMostBeside = 3, kMostAhead = 2;
 
-// Adds the directions in which the patches from `first` on face.
-void addFaced(const ContactBody& a, const ContactBody& b, const ContactResult& contact,
-              std::size_t first, FacedWays& faced) {
+// How samples of `own` move against `other` in the step.
+void setWay(const ContactBody& own, const ContactBody& other, double step, KnownMeets::Side& side) {
+  const Pose now = other.pose.inverse() * own.pose,
+             then = movedOn(other.pose, other.motion, step).inverse() *
+                    movedOn(own.pose, own.motion, step);
+  const Eigen::Matrix3d turn = now.orientation.toRotationMatrix(),
+                        back = turn.transpose() * then.orientation.toRotationMatrix();
+  const Cloud& cloud = own.field->cloud();
+  const Eigen::Matrix3d more = back - Eigen::Matrix3d::Identity();
+  side.turn = (cloud.voxelSize() * more).cast<float>();
+  side.shift =
+      (more * cloud.origin() + turn.transpose() * (then.position - now.position)).cast<float>();
+}
+
+// Adds the patches from `first` on to where the bodies meet.
+void addMeets(const ContactBody& own, double outward, const ContactResult& contact,
+              std::size_t first, KnownMeets::Side& side) {
+  const Cloud& cloud = own.field->cloud();
+  const auto add = [&](const Vec3& place, const Vec3& normal) {
+    const Vec3 grid = (own.pose.toLocal(place) - cloud.origin()) / cloud.voxelSize();
+    const Vec3 n = outward * (own.pose.orientation.conjugate() * normal);
+    side.meets.push_back({grid.cast<float>(), n.cast<float>()});
+  };
   for (std::size_t i = first; i < contact.patches.size(); ++i) {
-    const Vec3& normal = contact.patches[i].normal;
-    faced.of[kA].emplace_back((a.pose.orientation.conjugate() * normal).cast<float>());
-    faced.of[kB].emplace_back((b.pose.orientation.conjugate() * -normal).cast<float>());
+    const Patch& patch = contact.patches[i];
+    add(patch.position, patch.normal);
+    for (int k = 0; k < patch.points; ++k)
+      add(contact.points[static_cast<std::size_t>(patch.firstPoint + k)].position, patch.normal);
   }
 }
 
 }  // namespace
 
 void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
-                               const ContactSettings& settings) {
+                               const ContactSettings& settings, double step) {
   State& s = *state_;
   const ContactResult& contact = s.builder.latest();
   if (contact.patches.empty() || !(settings.margin > 0)) return;
   const PairFrame frame = frameOf(a, b);
   BorrowedMemory memory(s.workspace->state_->memory);
-  HitColumns& hits = memory->hits;
-  FacedWays& faced = memory->faced;
-  for (auto& ways : faced.of) ways.clear();
-  std::size_t known = 0;
-  for (int pass = 0; pass < kMostBeside; ++pass) {
-    addFaced(a, b, contact, known, faced);
-    known = contact.patches.size();
-    const bool any = memory->search.runBeside(a, b, frame, settings.margin, faced, hits) && [&] {
-      const int level = 0;
-      const double gap = memory->search.gap(), cell = cellOf(frame, level);
-      const std::vector<CcSums>& patches = memory->binner.patches(hits, cell, a.shape || b.shape);
-      std::span<const PatchMatter> matter;
-      if (TouchedMatter::wanted(a, b, settings))
-        matter = memory->matter.of(a, b, settings, frame,
-                                   {hits, memory->binner.bins(), patches.size(), level, cell, gap});
-      return s.builder.append(a, b, settings, frame, {level, hits.size(), gap}, memory->binner,
-                              hits, memory->wet, matter);
-    }();
+  KnownMeets& known = memory->known;
+  for (KnownMeets::Side& side : known.of) side.meets.clear();
+  if (a.field) setWay(a, b, step, known.of[kA]);
+  if (b.field) setWay(b, a, step, known.of[kB]);
+  std::size_t first = 0;
+  const auto look = [&] {
+    if (a.field) addMeets(a, 1, contact, first, known.of[kA]);
+    if (b.field) addMeets(b, -1, contact, first, known.of[kB]);
+    first = contact.patches.size();
+    memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     s.lookups += memory->search.lookups();
-    if (!any) return;
+    const Found found{0, memory->search.gap()};
+    return !memory->hits.empty() && s.make(a, b, settings, frame, found, *memory, nullptr, true);
+  };
+  for (const bool ahead : {false, true}) {
+    known.ahead = ahead;
+    const int most = ahead ? kMostAhead : kMostBeside;
+    for (int search = 0; search < most && look(); ++search) {
+    }
   }
 }
 

@@ -119,13 +119,13 @@ void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairF
 }
 
 bool HitSearch::runBeside(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                          double margin, const FacedWays& faced, HitColumns& hits) {
+                          double margin, const KnownMeets& known, HitColumns& hits) {
   hits.clear();
   gap_ = 0;
   forgetCoarse(false);
   for (Candidates& c : candidates_) c.lookups = 0;
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
-  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits, &faced);
+  touchLightly(queryOf(a, b, frame, 0), frame, seen, hits, &known);
   return !hits.empty();
 }
 
@@ -148,9 +148,9 @@ void HitSearch::reserveLike(const HitSearch& other) {
 
 // Turns near misses into hits; the nearest becomes kLightly deep.
 void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
-                             HitColumns& hits, const FacedWays* faced) {
+                             HitColumns& hits, const KnownMeets* known) {
   const std::vector<Hit>& found =
-      misses_.run(query.bodies, query.ways, frame, margin, coarse_, faced);
+      misses_.run(query.bodies, query.ways, frame, margin, coarse_, known);
   nearLookups_ = misses_.lookups();
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());

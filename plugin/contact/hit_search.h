@@ -34,10 +34,10 @@ class HitSearch {
   // two boxes whose faces are a tenth of a voxel apart.
   void runApart(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
                 HitColumns& hits);
-  // Near misses that face other ways than `faced` do, for bodies that touch. Returns whether there
+  // Near misses beside where the bodies are known to meet (KnownMeets). Returns whether there
   // are any.
   bool runBeside(const ContactBody& a, const ContactBody& b, const PairFrame& frame, double margin,
-                 const FacedWays& faced, HitColumns& hits);
+                 const KnownMeets& known, HitColumns& hits);
   static constexpr std::size_t kAll = search::kAllSamples;
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, on all levels.
@@ -55,7 +55,7 @@ class HitSearch {
   void searchSide(const Query& query, Side side, int level, HitColumns& hits,
                   const VerletLists* lists);
   void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits,
-                    const FacedWays* faced = nullptr);
+                    const KnownMeets* known = nullptr);
   void forgetCoarse(bool wanted);
 
   std::unique_ptr<VerletListBuilder> builder_;

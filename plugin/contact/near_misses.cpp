@@ -14,6 +14,7 @@ namespace {
 // Coarse samples whose cells are searched on, on each level: so many by their estimates, and as
 // many others by their own depths.
 constexpr std::size_t kBest = 64;
+constexpr float kNone = -1e30f;  // less than any depth [m]
 
 }  // namespace
 
@@ -48,6 +49,7 @@ void NearMissSearch::reserveLike(const NearMissSearch& other) {
   bricks_.reserve(other.bricks_.capacity());
   runs_.reserve(other.runs_.capacity());
   found_.reserve(other.found_.capacity());
+  ranks_.reserve(other.ranks_.capacity());
 }
 
 // Looks up the samples of these runs.
@@ -61,7 +63,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
     lookups_ += static_cast<std::size_t>(lanes.count);
     loadSamples(dir, lanes);
     target.measurePoints(lanes);
-    if (faced_) findFacing(dir, lanes);
+    if (known_) findFacing(dir, lanes);
     take(dir);
     lanes.clear();
   };
@@ -75,13 +77,32 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   flush();
 }
 
-// Whether a lane's sample counts beside a touch.
-bool NearMissSearch::isBeside(const Direction& dir, int lane) const {
+// How much deeper a lane's sample gets within the step [m], if that counts: against the other's
+// normal there, since what slides along a surface comes no nearer to it.
+float NearMissSearch::wayOf(const Direction& dir, int lane) const {
+  if (!known_ || !known_->ahead) return 0;
+  const KnownMeets::Side& side = known_->of[dir.side];
+  const Lanes& lanes = *lanes_;
+  const V3 moved =
+      side.turn * V3(lanes.own.x[lane], lanes.own.y[lane], lanes.own.z[lane]) + side.shift;
+  const float normal[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
+  V3 there;
+  ccTurnBack(dir.turnToOther, normal, there.data());
+  return -moved.dot(there);
+}
+
+// Whether a lane's sample counts beside a touch. `depth` [m]: at the step's end.
+bool NearMissSearch::isBeside(const Direction& dir, int lane, float depth) const {
   if (lanes_->facing[lane] > -kFacing) return false;
   const LaneSamples& own = lanes_->own;
+  const V3 place(own.x[lane], own.y[lane], own.z[lane]);
   const V3 normal(own.nx[lane], own.ny[lane], own.nz[lane]);
-  return std::ranges::none_of(faced_->of[dir.side],
-                              [&](const V3& way) { return normal.dot(way) > kSameWay; });
+  const bool ahead = known_->ahead;
+  if (ahead && depth <= 0) return false;
+  return std::ranges::none_of(known_->of[dir.side].meets, [&](const KnownMeets::Meet& meet) {
+    return normal.dot(meet.normal) > kSameWay &&
+           (!ahead || (place - meet.place).squaredNorm() < kSamePlace * kSamePlace);
+  });
 }
 
 // Keeps the candidates among some coarse samples. Most vectors of them hold none.
@@ -90,7 +111,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
                               int count, const Sample& sample) {
   const auto wanted = [&](int i) {
     return (estimates[i] >= leastEstimate_) |
-           ((estimates[i] > -margin_) & (depths[i] >= leastDepth_));
+           ((estimates[i] > least_) & (depths[i] >= leastDepth_));
   };
   for (int first = 0; first < count; first += kVector) {
     const int last = std::min(first + kVector, count);
@@ -98,7 +119,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
     for (int i = first; i < last; ++i) any |= wanted(i);
     if (!any) continue;
     for (int i = first; i < last; ++i)
-      if (wanted(i) && (!faced_ || isBeside(dir, i)))
+      if (wanted(i) && (!known_ || isBeside(dir, i, estimates[i])))
         next_.push_back({estimates[i], depths[i], sample(i), static_cast<std::int8_t>(dir.side)});
     if (next_.size() > 8 * kBest) keepBest();
   }
@@ -110,18 +131,26 @@ void NearMissSearch::take(const Direction& dir) {
   if (dir.level > 0) {
     float estimates[kLanes], depths[kLanes];
     estimateNearest(dir, lanes, estimates, depths);
+    // A cell whose middle touches is left out: such cells are many, and are no near misses.
+    for (int i = 0; known_ && i < lanes.count; ++i) {
+      const bool none = estimates[i] < -margin_ || depths[i] >= 0;
+      const float way = none ? kNone : wayOf(dir, i);
+      estimates[i] += way;
+      depths[i] += way;
+    }
     consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
   const SampleColumns& samples = dir.samples.levels[0].samples;
   for (int i = 0; i < lanes.count; ++i) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
-    const float depth = lanes.depth[i];
-    if (depth < -margin_ || depth < nearest_ - within_) continue;
-    if (faced_ && (depth >= 0 || !isBeside(dir, i))) continue;
-    nearest_ = std::max(nearest_, depth);
+    const float depth = lanes.depth[i], rank = depth + wayOf(dir, i);
+    if (depth < -margin_ || rank < nearest_ - within_) continue;
+    if (known_ && (depth >= 0 || !isBeside(dir, i, rank))) continue;
+    nearest_ = std::max(nearest_, rank);
     found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
                            V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
+    ranks_.push_back(rank);
   }
 }
 
@@ -155,7 +184,7 @@ void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
     target.nearBricks(margin_ / dir.voxel, bricks_);
     runs_.clear();
     auto known = coarse.bricks.begin();
-    const auto end = coarse.known && !faced_ ? coarse.bricks.end() : known;
+    const auto end = coarse.known && !known_ ? coarse.bricks.end() : known;
     for (const std::uint32_t b : bricks_) {
       const SampleRun run = dir.samples.bricks.runs[b];
       while (known != end && *known < b) ++known;
@@ -190,23 +219,33 @@ void NearMissSearch::searchOn(const OneSide& side, int level) {
 }
 
 void NearMissSearch::keepNearest() {
-  std::erase_if(found_, [&](const Hit& hit) { return hit.depth < nearest_ - within_; });
+  std::size_t kept = 0;
+  float nearest = kNone;
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (ranks_[i] < nearest_ - within_) continue;
+    nearest = std::max(nearest, found_[i].depth);
+    found_[kept++] = found_[i];
+  }
+  found_.resize(kept);
+  nearest_ = nearest;
 }
 
 const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, const CcWay* ways,
                                             const PairFrame& frame, float margin,
-                                            const CoarseFound* coarse, const FacedWays* faced) {
-  faced_ = faced;
+                                            const CoarseFound* coarse, const KnownMeets* known) {
+  known_ = known;
   margin_ = margin;
+  least_ = known ? kNone / 2 : -margin;
   within_ = kLightly * static_cast<float>(frame.voxel);
-  nearest_ = -1e30f;
+  nearest_ = kNone;
   lookups_ = 0;
   found_.clear();
+  ranks_.clear();
   const OneSide sides[2] = {{bodies[0], bodies[1], ways[0], kA},
                             {bodies[1], bodies[0], ways[1], kB}};
   const auto begin = [&] {
     next_.clear();
-    leastEstimate_ = leastDepth_ = -margin_;
+    leastEstimate_ = leastDepth_ = least_;
   };
   begin();
   for (const OneSide& side : sides) scan(side, coarse[side.side]);

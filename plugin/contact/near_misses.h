@@ -27,9 +27,21 @@ struct Lanes;
 struct CoarseFound;
 }  // namespace search
 
-// Directions that samples of either body face where the bodies are known to meet, in its frame.
-struct FacedWays {
-  std::vector<Eigen::Vector3f> of[2];  // outward unit vectors
+// Where two bodies are known to meet, and how they move, as samples of either body see it.
+struct KnownMeets {
+  struct Meet {
+    Eigen::Vector3f place;   // in the samples' grid [own voxels]
+    Eigen::Vector3f normal;  // outward unit vector
+  };
+  struct Side {
+    std::vector<Meet> meets;
+    // A sample at x [own voxels] moves by turn x + shift [m] against the other body within the
+    // step.
+    Eigen::Matrix3f turn;
+    Eigen::Vector3f shift;
+  };
+  Side of[2];
+  bool ahead = false;  // look for what touches within the step, in all directions
 };
 
 class NearMissSearch {
@@ -39,14 +51,16 @@ class NearMissSearch {
 
   // The samples of either body that are nearer to the other than `margin` [m], and at most kLightly
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
-  // field. `coarse`: of both bodies' samples, if known. With `faced`, the search is beside a touch:
-  // it leaves out samples that touch, that face within kSameWay of these ways, or that do not face
-  // the other surface, as the sides of a box on a table do not. Valid until the next run.
+  // field. `coarse`: of both bodies' samples, if known. With `known`, the search is beside a touch.
+  // It leaves out samples that touch; that do not face the other surface, as the sides of a box on
+  // a table do not; and that face where the bodies meet. Or, ahead, those that touch no other place
+  // within the step; they count with their depths at its end. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
                               const PairFrame& frame, float margin,
-                              const search::CoarseFound* coarse, const FacedWays* faced = nullptr);
+                              const search::CoarseFound* coarse, const KnownMeets* known = nullptr);
   static constexpr float kLightly = 0.1f;
   static constexpr float kSameWay = 0.26f;     // cosine of 75 deg
+  static constexpr float kSamePlace = 8;       // [own voxels]
   static constexpr float kFacing = 0.5f;       // of samples beside a touch, to the other surface
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
   std::size_t lookups() const { return lookups_; }
@@ -71,19 +85,21 @@ class NearMissSearch {
   template <typename Sample>
   void consider(const search::Direction& dir, const float* estimates, const float* depths,
                 int count, const Sample& sample);
-  bool isBeside(const search::Direction& dir, int lane) const;
+  float wayOf(const search::Direction& dir, int lane) const;
+  bool isBeside(const search::Direction& dir, int lane, float depth) const;
   void keepBest();
   void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();
 
-  const FacedWays* faced_ = nullptr;
-  float margin_ = 0, within_ = 0, nearest_ = 0;
+  const KnownMeets* known_ = nullptr;
+  float margin_ = 0, least_ = 0, within_ = 0, nearest_ = 0;
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   std::size_t lookups_ = 0;
   std::vector<Candidate> now_, next_;
   std::vector<std::uint32_t> bricks_;
   std::vector<SampleRun> runs_;
   std::vector<Hit> found_;
+  std::vector<float> ranks_;  // of found_: depths, at the step's end where it counts [m]
   std::unique_ptr<search::Lanes> lanes_;
 };
 

@@ -21,7 +21,7 @@ struct QueryMemory {
   Binner binner;
   TouchedMatter matter;
   PatchHits wet;
-  FacedWays faced;
+  KnownMeets known;
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);
@@ -57,6 +57,7 @@ class BorrowedMemory {
   BorrowedMemory(const BorrowedMemory&) = delete;
   BorrowedMemory& operator=(const BorrowedMemory&) = delete;
   QueryMemory* operator->() { return memory_.get(); }
+  QueryMemory& operator*() { return *memory_; }
 
  private:
   QueryMemoryPool& pool_;

@@ -11,6 +11,7 @@ namespace {
 constexpr double kVoxel = 1e-3, kMargin = 1.5 * kVoxel;
 constexpr double kPeg = 16, kPlay = 0.6;  // [voxels] edge, and between it and both walls
 constexpr double kFloor = 0.8;            // [voxels] between it and the floor
+constexpr double kStep = 0.01;            // [s]
 constexpr double kExact = 0.05 * kVoxel;
 
 void add(const Mesh& part, const Vec3& shift, Mesh& mesh) {
@@ -44,7 +45,7 @@ class Beside : public ::testing::Test {
     settings.margin = margin;
     ContactFinder finder;
     finder.search(a, b, settings);
-    if (beside) finder.lookBeside(a, b, settings);
+    if (beside) finder.lookBeside(a, b, settings, kStep);
     return finder.withIds();
   }
 
@@ -116,7 +117,7 @@ TEST_F(Beside, NothingElseIsNear) {
   finder.search(a, b, settings);
   const std::size_t before = finder.latest().patches.size();
   ASSERT_GT(before, 0u);
-  finder.lookBeside(a, b, settings);
+  finder.lookBeside(a, b, settings, kStep);
   EXPECT_EQ(finder.latest().patches.size(), before);
 }
 

@@ -57,10 +57,12 @@ class ContactFinder {
   void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               const TaskRunner* runner = nullptr);
   const ContactResult& withIds();
-  // Adds to what the last search found, if that is a touch, points with negative depths where the
-  // bodies are near each other in other directions, within ContactSettings::margin. A peg that lies
-  // on one wall of its hole is about to meet the wall behind it. Same arguments as the search's.
-  void lookBeside(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
+  // Adds to what the last search found points with negative depths where the bodies are about to
+  // meet in other directions or places, within ContactSettings::margin: a peg that lies on one wall
+  // of its hole is near the wall behind it. `step` [s]: until when the bodies move on as they do
+  // (ContactBody::motion). Same bodies and settings as the search's.
+  void lookBeside(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                  double step);
   // What the last search found, with the IDs of an earlier one or none.
   const ContactResult& latest() const;
   // Number of samples that the last search looked up, a measure of its cost.
