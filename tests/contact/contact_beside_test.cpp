@@ -121,5 +121,51 @@ TEST_F(Beside, NothingElseIsNear) {
   EXPECT_EQ(finder.latest().patches.size(), before);
 }
 
+// A box that stands on one edge of its base, with the other edge above the table.
+class Leaning : public ::testing::Test {
+ protected:
+  BodyMaker maker{kVoxel, Random(6)};
+  Body table = maker.box(Vec3(60, 40, 10)), box = maker.box(Vec3(24, 12, 12));
+  static constexpr double kTouch = 0.1, kGap = 0.8;  // [voxels]
+
+  // What is beside the touch while the box turns about its edge, `closing` voxels down at the other
+  // edge.
+  std::vector<Patch> found(double closing) const {
+    const double angle = std::asin((kTouch + kGap) / 24);
+    Pose pose;
+    pose.orientation = Eigen::AngleAxisd(angle, Vec3::UnitY());
+    const Vec3 edge = pose.orientation * (kVoxel * Vec3(12, 0, -6));
+    pose.position = Vec3(0, 0, (5 - kTouch) * kVoxel - edge.z());
+    const ContactBody a = table.at({});
+    ContactBody b = box.at(pose);
+    b.motion = {Vec3::Zero(), Vec3(0, -closing / 24 / kStep, 0), pose.position + edge};
+    ContactSettings settings;
+    settings.margin = kMargin;
+    ContactFinder finder;
+    finder.search(a, b, settings);
+    EXPECT_GT(finder.latest().samples, 0u);
+    finder.lookBeside(a, b, settings, kStep);
+    std::vector<Patch> beside;
+    for (const Patch& patch : finder.latest().patches)
+      if (isBeside(finder.latest(), patch)) beside.push_back(patch);
+    return beside;
+  }
+};
+
+TEST_F(Leaning, TheOtherEdgeComesDown) {
+  const std::vector<Patch> beside = found(1.2);
+  ASSERT_FALSE(beside.empty());
+  EXPECT_NEAR(beside.front().depth, -kGap * kVoxel, 0.1 * kVoxel);
+  EXPECT_NEAR(beside.front().position.x(), -12 * kVoxel, 3 * kVoxel);
+  EXPECT_GT(beside.front().normal.z(), 0.99);
+}
+
+// It comes down, but not within the step; or it goes up.
+TEST_F(Leaning, TheOtherEdgeDoesNotTouch) {
+  EXPECT_TRUE(found(0.4).empty());
+  EXPECT_TRUE(found(0).empty());
+  EXPECT_TRUE(found(-1.2).empty());
+}
+
 }  // namespace
 }  // namespace cloudcontact::testing
