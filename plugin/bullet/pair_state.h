@@ -71,7 +71,8 @@ struct PairState {
   }
   // `query`: with finer levels afterwards, if its contact asks for them.
   const ContactResult& find(PairQuery& query, const btCollisionObjectWrapper& a,
-                            const btCollisionObjectWrapper& b, double step, double& earlier);
+                            const btCollisionObjectWrapper& b, double step, bool swept,
+                            double& earlier);
   // The contact of a query, how it came about, and the time [s] that it took ahead of the walk.
   struct Answered {
     const ContactResult* contact = nullptr;

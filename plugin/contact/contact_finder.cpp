@@ -37,7 +37,7 @@ struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
   VerletLists lists;
-  std::size_t lookups = 0;
+  std::size_t lookups = 0, lookupsBeside = 0;
 
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
             const PairFrame& frame, const Found& found, QueryMemory& memory,
@@ -102,6 +102,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
     build();
   }
   s.lookups = memory->search.lookups();
+  s.lookupsBeside = 0;
 }
 
 namespace {
@@ -110,18 +111,29 @@ namespace {
 // what touches within the step elsewhere.
 constexpr int kMostBeside = 3, kMostAhead = 2;
 
+// Of samples that move by turn x + shift [m] at x, in the body's frame.
+KnownMeets::Way wayOfSamples(const Cloud& cloud, const Eigen::Matrix3d& turn, const Vec3& shift) {
+  return {(cloud.voxelSize() * turn).cast<float>(), (turn * cloud.origin() + shift).cast<float>()};
+}
+
 // How samples of `own` move against `other` in the step.
-void setWay(const ContactBody& own, const ContactBody& other, double step, KnownMeets::Side& side) {
+void setWays(const ContactBody& own, const ContactBody& other, double step,
+             KnownMeets::Side& side) {
+  const Cloud& cloud = own.field->cloud();
   const Pose now = other.pose.inverse() * own.pose,
              then = movedOn(other.pose, other.motion, step).inverse() *
                     movedOn(own.pose, own.motion, step);
-  const Eigen::Matrix3d turn = now.orientation.toRotationMatrix(),
-                        back = turn.transpose() * then.orientation.toRotationMatrix();
-  const Cloud& cloud = own.field->cloud();
-  const Eigen::Matrix3d more = back - Eigen::Matrix3d::Identity();
-  side.turn = (cloud.voxelSize() * more).cast<float>();
-  side.shift =
-      (more * cloud.origin() + turn.transpose() * (then.position - now.position)).cast<float>();
+  const Eigen::Matrix3d back = now.orientation.toRotationMatrix().transpose();
+  side.arc =
+      wayOfSamples(cloud, back * then.orientation.toRotationMatrix() - Eigen::Matrix3d::Identity(),
+                   back * (then.position - now.position));
+  const Eigen::Quaterniond toOwn = own.pose.orientation.conjugate();
+  const Vec3 spin = step * (toOwn * (own.motion.angular - other.motion.angular));
+  const Vec3& origin = own.pose.position;
+  Eigen::Matrix3d across;
+  across << 0, -spin.z(), spin.y(), spin.z(), 0, -spin.x(), -spin.y(), spin.x(), 0;
+  side.line = wayOfSamples(cloud, across,
+                           step * (toOwn * (own.motion.at(origin) - other.motion.at(origin))));
 }
 
 // Adds the patches from `first` on to where the bodies meet.
@@ -152,17 +164,18 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   BorrowedMemory memory(s.workspace->state_->memory);
   KnownMeets& known = memory->known;
   for (KnownMeets::Side& side : known.of) side.meets.clear();
-  if (a.field) setWay(a, b, step, known.of[kA]);
-  if (b.field) setWay(b, a, step, known.of[kB]);
+  if (a.field) setWays(a, b, step, known.of[kA]);
+  if (b.field) setWays(b, a, step, known.of[kB]);
+  s.lookupsBeside = 0;
   std::size_t first = 0;
   const auto look = [&] {
     if (a.field) addMeets(a, 1, contact, first, known.of[kA]);
     if (b.field) addMeets(b, -1, contact, first, known.of[kB]);
     first = contact.patches.size();
-    memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
-    s.lookups += memory->search.lookups();
+    const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
+    s.lookupsBeside += memory->search.lookups();
     const Found found{0, memory->search.gap()};
-    return !memory->hits.empty() && s.make(a, b, settings, frame, found, *memory, nullptr, true);
+    return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);
   };
   for (const bool ahead : {false, true}) {
     known.ahead = ahead;
@@ -181,7 +194,7 @@ const ContactResult& ContactFinder::latest() const {
 }
 
 std::size_t ContactFinder::sampleLookups() const {
-  return state_->lookups;
+  return state_->lookups + state_->lookupsBeside;
 }
 
 ContactBuilder& ContactFinder::builder() {

@@ -81,17 +81,21 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
 }
 
 // How much deeper a lane's sample gets within the step [m], if that counts: against the other's
-// normal there, since what slides along a surface comes no nearer to it.
+// normal there, since what slides along a surface comes no nearer to it. The less of two ways: on a
+// line, a ball's front seems to come down where it rolls; on an arc, a nut's flank seems to enter
+// the bolt about which it turns, since the normal does not turn with it.
 float NearMissSearch::wayOf(const Direction& dir, int lane) const {
   if (!known_ || !known_->ahead) return 0;
   const KnownMeets::Side& side = known_->of[dir.side];
   const Lanes& lanes = *lanes_;
-  const V3 moved =
-      side.turn * V3(lanes.own.x[lane], lanes.own.y[lane], lanes.own.z[lane]) + side.shift;
+  const V3 place(lanes.own.x[lane], lanes.own.y[lane], lanes.own.z[lane]);
   const float normal[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
   V3 there;
   ccTurnBack(dir.turnToOther, normal, there.data());
-  return -moved.dot(there);
+  const auto way = [&](const KnownMeets::Way& by) {
+    return -(by.turn * place + by.shift).dot(there);
+  };
+  return std::min(way(side.arc), way(side.line));
 }
 
 // Whether a lane's sample counts beside a touch. `depth` [m]: at the step's end.

@@ -33,12 +33,14 @@ struct KnownMeets {
     Eigen::Vector3f place;   // in the samples' grid [own voxels]
     Eigen::Vector3f normal;  // outward unit vector
   };
-  struct Side {
-    std::vector<Meet> meets;
-    // A sample at x [own voxels] moves by turn x + shift [m] against the other body within the
-    // step.
+  // A sample at x [own voxels] moves by turn x + shift [m] against the other body within the step.
+  struct Way {
     Eigen::Matrix3f turn;
     Eigen::Vector3f shift;
+  };
+  struct Side {
+    std::vector<Meet> meets;
+    Way arc, line;  // as the bodies turn, and on at the velocity of the step's beginning
   };
   Side of[2];
   bool ahead = false;  // look for what touches within the step, in all directions

@@ -2,6 +2,8 @@
 // away is found for all hits at once.
 #include "contact/patch_hits.h"
 
+#include "base/simd.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,10 +12,36 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kAtOnce = 32;
 // Numbers in float are less exact, so a little more is looked at: of a square, and in cells.
 constexpr float kRounding = 0.9999F;
 constexpr double kMore = 1e-3;
+
+// The line of a CcNearestHit, in float.
+struct Line {
+  float px, py, pz, nx, ny, nz;
+  float reach, largest, more;
+};
+
+Line lineOf(const CcNearestHit& best, double cell) {
+  return {float(best.place.x),  float(best.place.y),      float(best.place.z),
+          float(best.normal.x), float(best.normal.y),     float(best.normal.z),
+          float(best.reach),    float(CC_LARGEST * cell), float(kMore * cell)};
+}
+
+// For each of some hits, the square of ccTryHit(), or less.
+CC_LANES void leastOf(const Line& to, const float* xs, const float* ys, const float* zs,
+                      const float* widths, std::uint32_t count, float* least) {
+  const Line line = to;
+  CC_INDEPENDENT
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const float x = xs[k] - line.px, y = ys[k] - line.py, z = zs[k] - line.pz;
+    const float along = x * line.nx + y * line.ny + z * line.nz;
+    const float square = std::max(0.0F, (x * x + y * y + z * z) - along * along);
+    const float away = std::max(0.0F, std::sqrt(square) - line.more);
+    const float beside = std::max(0.0F, away - std::min(line.reach * widths[k], line.largest));
+    least[k] = kRounding * (beside * beside + float(CC_MIDDLES) * (away * away));
+  }
+}
 
 }  // namespace
 
@@ -34,6 +62,7 @@ void PatchHits::take(const PairHits& pair, std::size_t patch) {
     const auto end = static_cast<std::uint32_t>(index_.size());
     bins_.push_back({ccVecAt(pair.binner->sums(bin).origin), ballAround(begin, end), begin, end});
   }
+  least_.resize(std::max(least_.size(), index_.size()));
 }
 
 PatchHits::Ball PatchHits::ballAround(std::uint32_t begin, std::uint32_t end) const {
@@ -58,33 +87,31 @@ void PatchHits::reserveLike(const PatchHits& other) {
   bins_.reserve(other.bins_.capacity());
   for (std::vector<float>* column : {&x_, &y_, &z_, &width_}) column->reserve(other.x_.capacity());
   index_.reserve(other.index_.capacity());
+  least_.reserve(other.least_.capacity());
 }
 
-void PatchHits::tryBin(const Bin& bin, CcNearestHit& best) const {
+void PatchHits::tryHit(std::uint32_t hit, CcNearestHit& best) const {
   const HitColumns::Columns<const float> c = hits_->columns();
-  const auto px = float(best.place.x), py = float(best.place.y), pz = float(best.place.z);
-  const auto nx = float(best.normal.x), ny = float(best.normal.y), nz = float(best.normal.z);
-  const auto reach = float(best.reach), largest = float(CC_LARGEST * cell_);
-  const auto more = float(kMore * cell_);
-  for (std::uint32_t first = bin.begin; first < bin.end; first += kAtOnce) {
-    const std::uint32_t count = std::min(kAtOnce, bin.end - first);
-    float least[kAtOnce];  // of ccTryHit(), or less
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const float x = x_[first + k] - px, y = y_[first + k] - py, z = z_[first + k] - pz;
-      const float along = x * nx + y * ny + z * nz;
-      const float square = std::max(0.0F, (x * x + y * y + z * z) - along * along);
-      const float away = std::max(0.0F, std::sqrt(square) - more);
-      const float beside = std::max(0.0F, away - std::min(reach * width_[first + k], largest));
-      least[k] = kRounding * (beside * beside + float(CC_MIDDLES) * (away * away));
-    }
-    for (std::uint32_t k = 0; k < count; ++k) {
-      if (!(double(least[k]) < best.square)) continue;
-      const std::uint32_t i = index_[first + k];
-      const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
-                  other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
-      ccTryHit(&best, cell_, at, own, other, c.facing[i], c.area[i], hits_->side(i));
-    }
-  }
+  const std::uint32_t i = index_[hit];
+  const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
+              other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
+  ccTryHit(&best, cell_, at, own, other, c.facing[i], c.area[i], hits_->side(i));
+}
+
+// All are tried in their order, since the first of equals counts; but only those that may be nearer
+// than the one that promises most.
+void PatchHits::tryBin(const Bin& bin, CcNearestHit& best) const {
+  const std::uint32_t count = bin.end - bin.begin;
+  if (count == 0) return;
+  float* const least = least_.data();
+  leastOf(lineOf(best, cell_), &x_[bin.begin], &y_[bin.begin], &z_[bin.begin], &width_[bin.begin],
+          count, least);
+  const float* const nearest = std::min_element(least, least + count);
+  if (!(double(*nearest) < best.square)) return;
+  CcNearestHit promised = best;
+  tryHit(bin.begin + static_cast<std::uint32_t>(nearest - least), promised);
+  for (std::uint32_t k = 0; k < count; ++k)
+    if (double(least[k]) <= promised.square) tryHit(bin.begin + k, best);
 }
 
 CcNearestHit PatchHits::nearest(CcNearestHit best) const {

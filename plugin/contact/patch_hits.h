@@ -42,6 +42,7 @@ class PatchHits {
   Ball ballAround(std::uint32_t begin, std::uint32_t end) const;
   bool mayBeNearer(const Bin& bin, const CcNearestHit& best) const;
   void tryBin(const Bin& bin, CcNearestHit& best) const;
+  void tryHit(std::uint32_t hit, CcNearestHit& best) const;
 
   const HitColumns* hits_ = nullptr;
   double cell_ = 0;
@@ -49,6 +50,7 @@ class PatchHits {
   std::vector<float> x_, y_, z_;      // [m]
   std::vector<float> width_;          // root of the sample's area [m]
   std::vector<std::uint32_t> index_;  // in the pair's hits
+  mutable std::vector<float> least_;  // of a bin's hits, in a lookup [m^2]
 };
 
 }  // namespace cloudcontact
