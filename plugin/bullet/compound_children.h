@@ -44,7 +44,7 @@ class CompoundChildren {
   // Sorts children by their objects; call it before the first visit() after remember().
   void sort();
   // Calls visit(pair, wrapper, wrapper) for the children of a pair of objects whose shapes are
-  // still the same, with wrappers as Bullet's compound algorithms make them.
+  // still the same and whose boxes meet, with wrappers as Bullet's compound algorithms make them.
   template <typename Visit>
   void visit(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
              const Visit& visit) const {
@@ -57,8 +57,9 @@ class CompoundChildren {
       if (!child.pair) continue;
       const bool swapped = child.object[0] != a.getCollisionObject();
       follow(swapped ? b : a, child, 0, 0, [&](const btCollisionObjectWrapper& first) {
-        follow(swapped ? a : b, child, 1, 0,
-               [&](const btCollisionObjectWrapper& second) { visit(*child.pair, first, second); });
+        follow(swapped ? a : b, child, 1, 0, [&](const btCollisionObjectWrapper& second) {
+          if (boxesMeet(first, second)) visit(*child.pair, first, second);
+        });
       });
     }
   }
@@ -74,6 +75,9 @@ class CompoundChildren {
       return less(low, other.low) || (low == other.low && less(high, other.high));
     }
   };
+
+  // Bullet asks for no others. Children that rock against each other meet and part all the time.
+  static bool boxesMeet(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 
   // Computes the transform of a child as btCompoundCollisionAlgorithm does, to the bit.
   template <typename Visit>
