@@ -23,16 +23,6 @@ void ContactWorkspace::reserve(int threads) {
   state_->memory.reserve(threads);
 }
 
-namespace {
-
-// What a search found besides its hits.
-struct Found {
-  int level;
-  double gap;  // [m]
-};
-
-}  // namespace
-
 struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
@@ -40,7 +30,7 @@ struct ContactFinder::State {
   std::size_t lookups = 0, lookupsBeside = 0;
 
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-            const PairFrame& frame, const Found& found, QueryMemory& memory,
+            const PairFrame& frame, const SearchOutcome& outcome, QueryMemory& memory,
             const TaskRunner* runner, bool beside);
 };
 
@@ -48,18 +38,17 @@ struct ContactFinder::State {
 // any.
 bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
                                 const ContactSettings& settings, const PairFrame& frame,
-                                const Found& found, QueryMemory& memory, const TaskRunner* runner,
-                                bool beside) {
+                                const SearchOutcome& outcome, QueryMemory& memory,
+                                const TaskRunner* runner, bool beside) {
   const HitColumns& hits = memory.hits;
-  const double cell = cellOf(frame, found.level);
+  const double cell = cellOf(frame, outcome.level);
   const std::vector<CcSums>& patches =
       memory.binner.patches(hits, cell, a.shape || b.shape, runner);
   std::span<const PatchMatter> matter;
   if (TouchedMatter::wanted(a, b, settings))
     matter = memory.matter.of(
         a, b, settings, frame,
-        {hits, memory.binner.bins(), patches.size(), found.level, cell, found.gap});
-  const SearchOutcome outcome{found.level, hits.size(), found.gap};
+        {hits, memory.binner.bins(), patches.size(), outcome.level, cell, outcome.gap});
   return beside ? builder.append(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
                                  matter)
                 : builder.build(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
@@ -92,7 +81,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   double gap = memory->search.gap();
   if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
   const auto build = [&] {
-    return s.make(a, b, settings, frame, {level, gap}, *memory, runner, false);
+    return s.make(a, b, settings, frame, {level, hits.size(), gap}, *memory, runner, false);
   };
   // Hits that press nothing must not hide a gap that closes within the step.
   if (!build() && !hits.empty() && settings.margin > 0 && gap == 0) {
@@ -174,7 +163,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     first = contact.patches.size();
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     s.lookupsBeside += memory->search.lookups();
-    const Found found{0, memory->search.gap()};
+    const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
     return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);
   };
   for (const bool ahead : {false, true}) {

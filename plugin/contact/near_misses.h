@@ -55,8 +55,8 @@ class NearMissSearch {
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
   // field. `coarse`: of both bodies' samples, if known. With `known`, the search is beside a touch.
   // It leaves out samples that touch; that do not face the other surface, as the sides of a box on
-  // a table do not; and that face where the bodies meet. Or, ahead, those that touch no other place
-  // within the step; they count with their depths at its end. Valid until the next run.
+  // a table do not; and that face where the bodies meet. Ahead, it takes those that touch within
+  // the step in other places, by their depths at its end. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
                               const PairFrame& frame, float margin,
                               const search::CoarseFound* coarse, const KnownMeets* known = nullptr);

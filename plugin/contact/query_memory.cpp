@@ -11,6 +11,8 @@ void QueryMemory::reserveLike(const QueryMemory& other) {
   search.reserveLike(other.search);
   binner.reserveLike(other.binner);
   wet.reserveLike(other.wet);
+  for (int side = 0; side < 2; ++side)
+    known.of[side].meets.reserve(other.known.of[side].meets.capacity());
 }
 
 // Keeps room for all sets to come back, so that giveBack() cannot fail.
