@@ -1,5 +1,6 @@
-// Marches along a segment: bricks without surface in one stride, others in strides by the field's
-// depth, which is about the distance to the surface.
+// Marches along a segment: parts of the grid without a field in one stride, others in strides by
+// the field's depth, which is about the distance to the surface. Only the field is asked: where
+// there is none, the side is that of the step before.
 #include "field/field_ray.h"
 
 #include "base/grid_index.h"
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cloudcontact {
 
@@ -20,11 +22,24 @@ constexpr double kStride = 0.5;  // [voxels] thinner than any wall of a cloud
 // Of the depth: a stride. A voxel in a corner may hold the plane of the farther wall, by sqrt(3).
 constexpr double kSafe = 0.55;
 constexpr double kAccuracy = 1e-4;  // [voxels]
-constexpr double kNudge = 1e-6;     // [voxels] past a brick's face
+constexpr double kNudge = 1e-6;     // [voxels] past a cube's face
+constexpr int kBlockEdge = 4;       // [voxels] of FieldRecords::held()
 constexpr double kAround = 1;       // [voxels] samples end this far within the surface's bounds
 constexpr double kFarthest = 0.5;   // [voxels] smoothing moves a hit along the ray
 constexpr double kSmall = 0.02;     // [voxels] it is not repeated after less
 constexpr double kGrazing = 0.05;   // cosine: hits of flatter rays are not smoothed
+
+// A place on the segment.
+struct Place {
+  double t;      // fraction
+  double depth;  // [voxels] its side's width of the band where there is no field
+};
+
+// Two places with the surface between them.
+struct Crossing {
+  Place out, in;
+  bool enters;
+};
 
 class Walk {
  public:
@@ -38,29 +53,37 @@ class Walk {
         along_(to - from),
         start_((from - cloud_.origin()) / cloud_.voxelSize()),
         step_(along_ / cloud_.voxelSize()),
+        inverse_(step_.cwiseInverse()),
         length_(step_.norm()) {}
 
-  // Calls visit(before, after, enters) for the fractions on both sides of a crossing, until it
-  // returns false.
+  // Calls visit(crossing) for each crossing in order, until it returns false.
   template <typename Visit>
   void visitCrossings(double maxFraction, const Visit& visit) const {
     auto [t, end] = clipped(maxFraction);
     if (!(t <= end)) return;
     // A segment that enters the bounds comes from outside the material.
     bool outside = t > 0 || !(depthAt(t) > 0);
-    double before = t;
+    Place before{t, sideOf(outside)};
     while (t <= end) {
-      const double depth = depthAt(t);
-      const bool in = depth > 0;
-      if (in == outside && !visit(before, t, in)) return;
+      const Vec3 at = start_ + t * step_;
+      const double free = freeUntil(t, at);
+      if (free > t) {
+        t = free;
+        before = {t, sideOf(outside)};
+        continue;
+      }
+      const Place here{t, fieldDepth(at, outside)};
+      const bool in = here.depth > 0;
+      if (in == outside && !visit(Crossing{in ? before : here, in ? here : before, in})) return;
       outside = !in;
-      before = t;
-      t = std::min(next(t, depth), end);
-      if (before >= end || !(t > before)) break;
+      before = here;
+      t = std::min(t + std::max(kStride, kSafe * std::abs(here.depth)) / length_, end);
+      if (!(t > here.t)) break;
     }
   }
 
-  FieldHit refined(double out, double in) const {
+  FieldHit refined(const Crossing& crossing) const {
+    double out = crossing.out.t, in = crossing.in.t;
     while (std::abs(in - out) * length_ > kAccuracy) {
       const double middle = (in + out) / 2;
       if (middle == in || middle == out) break;  // rounding
@@ -70,29 +93,25 @@ class Walk {
     return {in, point ? point->normal : Vec3(-along_.normalized())};
   }
 
-  // The hit on the smoothed surface, between a place outside and one inside. It begins where the
-  // depth between them would be zero if it were linear.
-  FieldHit smoothed(double out, double in) const {
-    while (std::abs(in - out) * length_ > 2 * kStride) {  // a brick was passed
-      const double middle = (in + out) / 2;
-      if (middle == in || middle == out) break;  // rounding
-      (depthAt(middle) > 0 ? in : out) = middle;
-    }
-    const double high = depthAt(in), low = depthAt(out);
+  // The hit on the smoothed surface. It begins where the depth between the two places would be zero
+  // if it were linear.
+  FieldHit smoothed(const Crossing& crossing) const {
+    const auto [out, low] = crossing.out;
+    const auto [in, high] = crossing.in;
     FieldHit hit{out + (in - out) * low / (low - high), Vec3::Zero()};
     const double first = hit.fraction;
     double move = 1;
     for (int k = 0; k < 2 && std::abs(move) * length_ > kSmall; ++k) {
       const Vec3 at = from_ + hit.fraction * along_;
       const auto own = field_.at(at);
-      if (!own) return refined(out, in);
+      if (!own) return refined(crossing);
       const FieldPoint point = smoothedPoint(field_, at, *own);
       hit.normal = point.normal;
       const double rise = point.normal.dot(along_);
-      if (std::abs(rise) < kGrazing * along_.norm()) return refined(out, in);
+      if (std::abs(rise) < kGrazing * along_.norm()) return refined(crossing);
       move = point.depth / rise;
       hit.fraction += move;
-      if (std::abs(hit.fraction - first) * length_ > kFarthest) return refined(out, in);
+      if (std::abs(hit.fraction - first) * length_ > kFarthest) return refined(crossing);
     }
     hit.fraction = std::max(hit.fraction, 0.0);
     return hit;
@@ -122,34 +141,56 @@ class Walk {
     return {enter, leave};
   }
 
+  static double sideOf(bool outside) {
+    return outside ? -double(kOutsideLayers) : double(kInsideLayers);
+  }
+  // Rounds down; cheaper than floor().
+  static Eigen::Vector3i voxelAt(const Vec3& at) {
+    return (at.array() + kBrickEdge).cast<int>() - kBrickEdge;
+  }
+
   // [voxels] Where the band ends, its width.
   double depthAt(double t) const {
     const Vec3 at = start_ + t * step_;
-    const Eigen::Vector3i v = at.array().floor().cast<int>();
+    const Eigen::Vector3i v = voxelAt(at);
+    return fieldDepth(at, cloud_.coverage(v.x(), v.y(), v.z()) < 128);
+  }
+
+  // [voxels] Where the band ends, its width on the given side.
+  double fieldDepth(const Vec3& at, bool outside) const {
+    const Eigen::Vector3i v = voxelAt(at);
     const CcVoxel record = records_.at(v.x(), v.y(), v.z());
-    if (ccPlaneCount(record) == 0)
-      return cloud_.coverage(v.x(), v.y(), v.z()) >= 128 ? double(kInsideLayers)
-                                                         : -double(kOutsideLayers);
+    if (ccPlaneCount(record) == 0) return outside ? -double(kOutsideLayers) : double(kInsideLayers);
     const Vec3 from = at - v.cast<double>() - Vec3::Constant(0.5);
     const float x[3] = {float(from.x()), float(from.y()), float(from.z())};
     return ccVoxelDepth(record, data_.planes(), x).depth;
   }
 
-  // The next point to test: past the brick if it has no surface.
-  double next(double t, double depth) const {
-    const Vec3 at = start_ + t * step_;
-    const Eigen::Vector3i brick = (at / kBrickEdge).array().floor().cast<int>();
-    const Eigen::Vector3i bricks = cloud_.bricks();
-    const double stride = t + std::max(kStride, kSafe * std::abs(depth)) / length_;
-    if (!insideGrid(brick, bricks)) return stride;
-    if (cloud_.voxels().table[gridIndex(brick, bricks)] >= 0) return stride;
-    double exit = kBrickEdge * 2;  // [voxels] more than a brick's diagonal
-    for (int axis = 0; axis < 3; ++axis) {
-      if (step_[axis] == 0) continue;
-      const double face = kBrickEdge * (brick[axis] + (step_[axis] > 0 ? 1 : 0));
-      exit = std::min(exit, (face - at[axis]) / step_[axis] * length_);
-    }
-    return std::max(stride, t + (std::max(exit, 0.0) + kNudge) / length_);
+  // Where the segment leaves the cube of bricks, or the block, that holds no field around `at`; `t`
+  // itself if there is a field, or the point is outside the grid.
+  double freeUntil(double t, const Vec3& at) const {
+    const Eigen::Vector3i v = voxelAt(at), bricks = cloud_.bricks();
+    const Eigen::Vector3i brick(v.x() >> 3, v.y() >> 3, v.z() >> 3);
+    if (!insideGrid(brick, bricks)) return t;
+    const std::size_t index = gridIndex(brick, bricks);
+    const int distance = records_.brickDistance()[index];
+    if (distance > 0)
+      return leaves(t, at, kBrickEdge * (brick.array() - (distance - 1)),
+                    kBrickEdge * (2 * distance - 1));
+    const int block = (v.x() >> 2 & 1) | (v.y() >> 2 & 1) << 1 | (v.z() >> 2 & 1) << 2;
+    if (records_.held()[index] >> block & 1) return t;
+    return leaves(t, at, kBlockEdge * Eigen::Array3i(v.x() >> 2, v.y() >> 2, v.z() >> 2),
+                  kBlockEdge);
+  }
+
+  // Where the segment leaves the cube of `edge` voxels whose first voxel is `low`.
+  double leaves(double t, const Vec3& at, const Eigen::Array3i& low, int edge) const {
+    double exit = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis)
+      if (step_[axis] != 0)
+        exit =
+            std::min(exit, (low[axis] + (step_[axis] > 0 ? edge : 0) - at[axis]) * inverse_[axis]);
+    return t + std::max(exit, 0.0) + kNudge / length_;
   }
 
   const SurfaceField& field_;
@@ -159,6 +200,7 @@ class Walk {
   Eigen::AlignedBox3d bounds_;  // of the surface [m]
   Vec3 from_, along_;           // [m]
   Vec3 start_, step_;           // [voxels], grid's frame
+  Vec3 inverse_;                // 1 / step_
   double length_;               // [voxels]
 };
 
@@ -169,9 +211,9 @@ std::optional<FieldHit> firstEntry(const SurfaceField& field, const Vec3& from, 
   if (!from.allFinite() || !to.allFinite() || from == to) return std::nullopt;
   const Walk walk(field, from, to, 0);
   std::optional<FieldHit> hit;
-  walk.visitCrossings(maxFraction, [&](double before, double after, bool enters) {
-    if (enters) hit = walk.refined(before, after);
-    return !enters;
+  walk.visitCrossings(maxFraction, [&](const Crossing& crossing) {
+    if (crossing.enters) hit = walk.refined(crossing);
+    return !crossing.enters;
   });
   return hit;
 }
@@ -201,8 +243,8 @@ void visitCrossings(const SurfaceField& field, const Vec3& from, const Vec3& to,
   if (const PlacedSolid* const form = closedForm(field))
     return visitCrossings(*form, from, to, maxFraction, visit);
   const Walk walk(field, from, to, kAround);
-  walk.visitCrossings(maxFraction, [&](double before, double after, bool enters) {
-    return visit(enters ? walk.smoothed(before, after) : walk.smoothed(after, before), enters);
+  walk.visitCrossings(maxFraction, [&](const Crossing& crossing) {
+    return visit(walk.smoothed(crossing), crossing.enters);
   });
 }
 

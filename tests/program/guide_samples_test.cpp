@@ -101,7 +101,7 @@ TEST_F(Guide, FirstClouds) {
   const cloudcontact::Mesh mesh = cloudcontact::loadMesh("part.stl", 0.001);  // the file is in mm
   cloudcontact::CloudBody table(box, btTransform::getIdentity(), {.mass = 0});
   cloudcontact::CloudBody part(mesh, above(0.012), {.mass = 0.2});
-  cloudcontact::CloudBody other(part, above(0.034));  // of the same voxels, digitized once
+  cloudcontact::CloudBody other(part, above(0.12));  // of the same voxels, digitized once
   for (cloudcontact::CloudBody* body : {&table, &part, &other}) body->addTo(world);
   part.body().setFriction(btScalar(0.5));  // a btRigidBody like any other
   // bodies ends
