@@ -105,7 +105,12 @@ void readCache(std::string_view input) {
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   }
   const Cloud found = cache.cloud(mesh, 1e-3, makeCloud);
-  require(!found.empty() || found.bricks().isZero(), "no cloud from a cache");
+  bool whole = found.bricks() == made.bricks();
+  mayRefuse("entry.cloud", [&] {
+    const Cloud entry = loadCloud(inputFile("entry.cloud", sealed(input)));
+    whole = whole || found.bricks() == entry.bricks();
+  });
+  require(whole, "no cloud from a cache");
   require(cache.field(made, makeField)->sampleCount() > 0, "no field from a cache");
   fs::remove_all(folder);
 }
