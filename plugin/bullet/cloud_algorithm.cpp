@@ -73,6 +73,7 @@ std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
   PairState& own = *state_;
   own.searchedStep = own.movedStep = own.readyStep = own.finished.step = 0;
   if (!std::exchange(own.processed, false)) return 0;
+  if (own.staysApart(a, b, info.m_timeStep)) return 0;
   try {
     own.openStep();
     // Without lockToRead(): no pair with a soft body is processed yet, and of 10,000 pairs the lock

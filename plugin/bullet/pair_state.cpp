@@ -71,6 +71,13 @@ void PairState::keep(const PairQuery& query, const ContactResult& contact, bool 
   moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, contact);
 }
 
+double PairState::clearAfter(const PairQuery& query, const PairSides& sides,
+                             const ContactResult& contact) const {
+  const bool clear = contact.samples == 0 && contact.patches.empty() && !query.law.remembering &&
+                     !levels.fades() && !hasThreshold(*sides.wrapA) && !hasThreshold(*sides.wrapB);
+  return clear ? query.voxel : 0;
+}
+
 // Leaves the result in the finder. Returns the time [s] that it took ahead of Bullet's walk.
 double PairState::search(const PairQuery& query) {
   const std::uint64_t step = std::exchange(searchedStep, 0);
@@ -242,6 +249,7 @@ bool PairState::finish(const btCollisionObjectWrapper& a, const btCollisionObjec
   finished.seconds = finished.found.earlier + since(start);
   count(ahead, sides, finished.found, finished.seconds);
   closeStep(ahead, sides, finished.found.how);
+  clearVoxel = clearAfter(ahead, sides, *finished.found.contact);
   const bool done = finished.written && !finished.leaves;
   finished.step = done ? 0 : lookAhead->step();
   return done;
@@ -272,7 +280,8 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
   if (steps && takeFinished(a, b, info.m_timeStep)) return;
-  if (steps) openStep();
+  if (steps && staysApart(a, b, info.m_timeStep)) return;
+  if (steps) openStep(), clearVoxel = 0;
   PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
   if (query.wrong) narrowPhase.countFailure(query.wrong);
   std::optional<Touch> touch;
@@ -288,7 +297,9 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   else if (write(query, sides, *found.contact, info.m_timeStep))
     keepAwake(narrowPhase, sides);
   count(query, sides, found, found.earlier + since(start));
-  if (steps) closeStep(query, sides, found.how);
+  if (!steps) return;
+  closeStep(query, sides, found.how);
+  if (!touch) clearVoxel = clearAfter(query, sides, *found.contact);
 }
 
 }  // namespace cloudcontact

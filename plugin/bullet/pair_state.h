@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "bullet/box_gap.h"
 #include "bullet/leaving.h"
 #include "bullet/level_switch.h"
 #include "bullet/look_ahead.h"
@@ -99,6 +100,15 @@ struct PairState {
            moved.holds(query.a, query.b, query.settings.margin);
   }
   void keep(const PairQuery& query, const ContactResult& contact, bool swept);
+  // Whether the last step found nothing, and the bodies' boxes are too far from each other for this
+  // one to find more. Such a step changes nothing.
+  bool staysApart(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                  double step) const {
+    return clearVoxel > 0 && boxesStayApart(a, b, kClear * clearVoxel, step);
+  }
+  // The voxel if the next step may begin with staysApart().
+  double clearAfter(const PairQuery& query, const PairSides& sides,
+                    const ContactResult& contact) const;
   void count(const PairQuery& query, const PairSides& sides, const Answered& found, double seconds);
   LevelCount levelsOf(const PairQuery& query, Answer how) const {
     if (how == Answer::Shapes || !(query.levels.tolerance > 0)) return {};
@@ -132,12 +142,15 @@ struct PairState {
   double aheadSeconds = 0;     // time of that search
   bool aheadOnDevice = false;  // the device made it
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
-  bool onDevice = false;           // it answered the last query
-  bool apart = false;              // the last search in a step found no touch of two clouds
-  bool touched = false;            // the last search in a step found a touch
-  std::uint64_t searchedStep = 0;  // the step in which the finder has searched it; 0: none
-  std::uint64_t movedStep = 0;     // the step in which `moved` has answered it; 0: none
-  std::uint64_t readyStep = 0;     // the step in which finish() may answer `ahead`; 0: none
+  bool onDevice = false;  // it answered the last query
+  bool apart = false;     // the last search in a step found no touch of two clouds
+  bool touched = false;   // the last search in a step found a touch
+  // [m] The voxel if the last step that asked found nothing; 0: it did.
+  double clearVoxel = 0;
+  static constexpr double kClear = 1.1;  // voxels; a query asks for one, and boxes are rounded
+  std::uint64_t searchedStep = 0;        // the step in which the finder has searched it; 0: none
+  std::uint64_t movedStep = 0;           // the step in which `moved` has answered it; 0: none
+  std::uint64_t readyStep = 0;           // the step in which finish() may answer `ahead`; 0: none
   // What finish() made of `ahead`, for the walk.
   struct Finished {
     std::uint64_t step = 0;  // 0: nothing

@@ -43,26 +43,36 @@ class Copies {
   end() { this.mesh.instanceMatrix.needsUpdate = this.colors.needsUpdate = true; }
 }
 
+// Three faces from a unit circle at y = 0 to a tip at y = 1.
+function spike() {
+  const places = [];
+  for (let i = 0; i < 3; ++i)
+    for (const corner of [i + 1, i]) places.push(Math.cos(corner * 2 * Math.PI / 3), 0, Math.sin(corner * 2 * Math.PI / 3), ...(corner === i ? [0, 1, 0] : []));
+  return new THREE.BufferGeometry().setAttribute('position', new THREE.BufferAttribute(new Float32Array(places), 3));
+}
+
 class ContactView {
   // `parent` has the take's frame; `scale` gives the meaning of arrows and colors.
   constructor(take, parent, scale) {
     this.take = take;
     this.scale = scale;
     this.parent = parent;
-    this.make(1);
+    this.make(false);
   }
 
-  // `detail` 1, or less for fewer triangles that are not lit.
-  make(detail) {
-    const along = geometry => geometry.translate(0, 0.5, 0), sides = most => Math.max(4, Math.round(detail * most));
-    const Skin = detail < 1 ? THREE.MeshBasicMaterial : THREE.MeshLambertMaterial;
-    const skin = more => new Skin({vertexColors: THREE.VertexColors, ...more});
+  // `plain`: arrows are spikes, and nothing is lit, for a machine without a GPU. With 400 arrows as they are it draws 27
+  // pictures a second, with spikes 36.
+  make(plain) {
+    this.plain = plain;
+    const along = geometry => geometry.translate(0, 0.5, 0);
+    const skin = more => new (plain ? THREE.MeshBasicMaterial : THREE.MeshLambertMaterial)({vertexColors: THREE.VertexColors, ...more});
     const glass = {side: THREE.DoubleSide, transparent: true, opacity: 0.62, depthWrite: false};
+    const rod = sides => plain ? spike() : along(new THREE.CylinderBufferGeometry(1, 1, 1, sides));
     for (const copies of [this.shafts, this.heads, this.discs, this.pins]) if (copies) copies.remove();
-    this.shafts = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, sides(10), 1, detail < 1)), skin(), this.parent);
-    this.heads = new Copies(along(new THREE.ConeBufferGeometry(1, 1, sides(14), 1, detail < 1)), skin(), this.parent);
-    this.discs = new Copies(new THREE.CircleBufferGeometry(1, sides(32)).rotateX(-Math.PI / 2), skin(glass), this.parent);
-    this.pins = new Copies(along(new THREE.CylinderBufferGeometry(1, 1, 1, sides(6), 1, detail < 1)), skin(), this.parent);
+    this.shafts = new Copies(rod(10), skin(), this.parent);
+    this.heads = new Copies(plain ? spike() : along(new THREE.ConeBufferGeometry(1, 1, 14)), skin(), this.parent);
+    this.discs = new Copies(new THREE.CircleBufferGeometry(1, plain ? 6 : 32).rotateX(-Math.PI / 2), skin(glass), this.parent);
+    this.pins = new Copies(rod(6), skin(), this.parent);
   }
 
   place(array, i, out) {
@@ -95,6 +105,7 @@ class ContactView {
     ContactView.along.fromArray(c.pointDirection, 3 * i).normalize();
     const color = depthColor(depthOf(c, c.pointDepth[i]) / s.depth, ContactView.color);
     const width = 0.03 * s.length * Math.min(1, 3 * length / s.length), head = Math.min(0.28 * s.length, 0.6 * length);
+    if (this.plain) return this.heads.add(this.matrix(at, ContactView.along, 2 * width, length), color);
     this.shafts.add(this.matrix(at, ContactView.along, width, length - head), color);
     at.addScaledVector(ContactView.along, length - head);
     this.heads.add(this.matrix(at, ContactView.along, 2.6 * width, head), color);

@@ -39,7 +39,8 @@ class Live {
     this.view = null;  // wireStage()'s
     this.graphs = null;
     this.drawn = this.counted = performance.now();
-    this.counting = this.turns = 0;
+    this.counting = this.turns = this.worded = 0;
+    this.stale = false;  // the words are older than the moment
     this.feed = new Feed(message => this.hear(message), () =>
       this.end(this.moment && this.moment.ended ? 'The simulation has ended.' : 'The connection to the simulation is lost.'));
   }
@@ -83,6 +84,7 @@ class Live {
       this.graphs.show(this.time);
       this.drawn = now;
     }
+    if (this.stale && now - this.worded > 100) this.words(this.moment);
     this.isNew = false;
     ++this.turns;
     this.count(now);
@@ -93,16 +95,23 @@ class Live {
     this.running = moment.running;
     this.record.takes[0].contacts = moment.contacts;
     if (this.view) this.view.moment(moment);
-    $('play').setAttribute('aria-pressed', moment.running);
-    $('play').setAttribute('aria-label', moment.running ? 'Pause' : 'Play');
-    $('play').innerHTML = moment.running ? '&#10074;&#10074;' : '&#9654;';
-    if (document.activeElement !== $('speed')) $('speed').value = moment.speed;
-    $('clock').textContent = moment.time.toFixed(3) + ' s';
-    $('pace').textContent = moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused';
-    $('pull-words').textContent = moment.pulls.map(pull => withUnit(pull.force, 'N') + ' by a spring of ' + withUnit(pull.stiffness, 'N/m')).join('; ');
+    this.stale = true;
     if (this.sayings !== null && moment.sayings > this.sayings) this.say(moment.said, 5);
     this.sayings = moment.sayings;
     if (moment.ended) this.end('The simulation has ended.');
+  }
+
+  // As often as one can read.
+  words(moment) {
+    this.stale = false;
+    this.worded = performance.now();
+    $('play').setAttribute('aria-pressed', moment.running);
+    $('play').setAttribute('aria-label', moment.running ? 'Pause' : 'Play');
+    write($('play'), moment.running ? '\u275a\u275a' : '\u25b6');
+    if (document.activeElement !== $('speed') && $('speed').value !== String(moment.speed)) $('speed').value = moment.speed;
+    write($('clock'), moment.time.toFixed(3) + ' s');
+    write($('pace'), moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused');
+    write($('pull-words'), moment.pulls.map(pull => withUnit(pull.force, 'N') + ' by a spring of ' + withUnit(pull.stiffness, 'N/m')).join('; '));
   }
 
   count(now) {
@@ -165,7 +174,7 @@ function wireLiveStage(live, {stage, views, contacts, scale, upright, takeNodes}
       if (view.skin.isMeshStandardMaterial) view.simplify();
       renewed(view);
     }
-    for (const view of contacts) view.make(0.3);
+    for (const view of contacts) view.make(true);
   };
   if (Stage.isSlow()) {
     simplify();

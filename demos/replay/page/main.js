@@ -225,8 +225,8 @@ function wireStage(record, built, player) {
       points += counts.points;
       patches += counts.patches;
     }
-    $('contact-words').textContent = points + (points === 1 ? ' point in ' : ' points in ') + patches + (patches === 1 ? ' patch' : ' patches') +
-      '. An arrow is the force on the moving body, friction with it; a disc is a patch, its pin the normal.';
+    write($('contact-words'), points + (points === 1 ? ' point in ' : ' points in ') + patches + (patches === 1 ? ' patch' : ' patches') +
+      '. An arrow is the force on the moving body, friction with it; a disc is a patch, its pin the normal.');
     stage.changed = true;
   };
   const view = {show, keys, draw: () => { if (stage.draw()) placeLabels(); }};

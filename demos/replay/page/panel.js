@@ -8,6 +8,11 @@ function element(tag, text, parent, className) {
   return e;
 }
 
+// Sets a text if it is another: a page without a GPU draws again whatever is set.
+function write(e, text) {
+  if (e.textContent !== text) e.textContent = text;
+}
+
 function fillStory(record) {
   document.getElementById('title').textContent = record.title;
   document.getElementById('setup').textContent = record.setup;
@@ -69,7 +74,7 @@ function fillLegend(record, scale) {
     '<div class="bar"><span>depth 0</span><i></i><span></span></div>';
   legend.querySelector('i').style.background = 'linear-gradient(90deg,' + css + ')';
   return () => {
-    legend.querySelector('div span').textContent = withUnit(scale.force, 'N');
-    legend.querySelector('.bar span:last-child').textContent = withUnit(scale.depth, 'm') + (record.voxel ? ' (' + Number((scale.depth / record.voxel).toPrecision(2)) + ' voxel)' : '');
+    write(legend.querySelector('div span'), withUnit(scale.force, 'N'));
+    write(legend.querySelector('.bar span:last-child'), withUnit(scale.depth, 'm') + (record.voxel ? ' (' + Number((scale.depth / record.voxel).toPrecision(2)) + ' voxel)' : ''));
   };
 }

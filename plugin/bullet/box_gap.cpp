@@ -1,0 +1,45 @@
+// Speeds are bounded: each body's own, and its spin times the distance of its box's farthest
+// corner.
+#include "bullet/box_gap.h"
+
+#include "bullet/object_motion.h"
+
+namespace cloudcontact {
+
+namespace {
+
+struct WorldBox {
+  btVector3 low, high;
+
+  explicit WorldBox(const btCollisionObjectWrapper& wrap) {
+    wrap.getCollisionShape()->getAabb(wrap.getWorldTransform(), low, high);
+  }
+};
+
+double speedOf(const btCollisionObjectWrapper& wrap, const WorldBox& box, double step) {
+  const auto* const body = btRigidBody::upcast(wrap.getCollisionObject());
+  if (!body) return 0;
+  const btVector3 center = body->getWorldTransform().getOrigin();
+  btVector3 farthest = (box.high - center).absolute();
+  farthest.setMax((box.low - center).absolute());
+  double speed = double(body->getLinearVelocity().length()) +
+                 double(body->getAngularVelocity().length()) * double(farthest.length());
+  if (!body->isStaticOrKinematicObject())
+    speed += step * double(body->getTotalForce().length()) * double(body->getInvMass());
+  return speed;
+}
+
+}  // namespace
+
+bool boxesStayApart(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                    double reach, double step) {
+  const WorldBox one(a), other(b);
+  btVector3 gap = one.low - other.high;
+  gap.setMax(other.low - one.high);
+  gap.setMax(btVector3(0, 0, 0));
+  const double between = double(gap.length());
+  if (!(between > reach)) return false;
+  return between > step * (speedOf(a, one, step) + speedOf(b, other, step));
+}
+
+}  // namespace cloudcontact
