@@ -103,7 +103,7 @@ std::shared_ptr<const SurfaceField> fieldOf(const Cloud& cloud) {
 void digitizeSmall(const Mesh& mesh, double voxel) {
   DigitizeSettings settings;
   settings.voxelSize = voxel;
-  settings.maxBytes = std::size_t{1} << 24;
+  settings.maxBytes = std::size_t{1} << 20;  // noise fills all of it, and each voxel is undecided
   settings.threads = 1;
   digitize(mesh, settings);
 }
