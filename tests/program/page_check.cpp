@@ -58,6 +58,11 @@ class PageAt : public testing::TestWithParam<Size> {
           "; slider.dispatchEvent(new Event('input')); })(document.getElementById('cut-at'))");
       return browser.screenshot();
     };
+    const auto showGraphs = [&](const char* how) {
+      browser.value(std::string("document.getElementById('graphs').style.visibility = '") + how +
+                    "'");
+    };
+    showGraphs("hidden");                                       // they have colors of their own
     const std::string none = cutAt("max"), all = cutAt("min");  // keeps the part behind
     // A hanging chain covers a hundredth of the picture.
     EXPECT_GT(difference(all, none), 0.004);
@@ -67,6 +72,7 @@ class PageAt : public testing::TestWithParam<Size> {
     clickOn("#cut-flip");
     clickOn("#cut");
     clickOn("#contacts");
+    showGraphs("visible");
   }
   void keep(const std::string& png, const std::string& what) {
     const std::filesystem::path file(page);
