@@ -316,11 +316,12 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
 }
 
 const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
-                                           const TaskRunner* runner) {
+                                           bool gated, const TaskRunner* runner) {
   patches_.clear();
   queue_.clear();
   ends_.clear();
   findBins(hits, cell);
+  if (!gated) std::fill_n(gate_.begin(), hits.size(), 1.0f);
   order(hits);
   const int shares = runner ? static_cast<int>(hits.size() / kShareHits) : 1;
   // A task sums the bins whose last hit lies in its part of the hits.

@@ -26,10 +26,11 @@ class Binner {
   };
 
   // Returns the sums of each patch, in a fixed order. `cell`: edge of a bin's cell [m]. `oneSided`:
-  // the other body is a shape, so each hit also stands for the shape's surface. With `runner` the
-  // sums over many hits run in parallel; the bits are the same.
+  // the other body is a shape, so each hit also stands for the shape's surface. `gated`: hits count
+  // as far as they face the other body; else all alike. With `runner` the sums over many hits run
+  // in parallel; the bits are the same.
   const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
-                                     const TaskRunner* runner = nullptr);
+                                     bool gated = true, const TaskRunner* runner = nullptr);
   // Those of the last call.
   const std::vector<CcSums>& patches() const { return patches_; }
   // The bins of the last patches(), in a fixed order, and their sums.

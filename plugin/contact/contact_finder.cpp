@@ -31,19 +31,19 @@ struct ContactFinder::State {
 
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
             const PairFrame& frame, const SearchOutcome& outcome, QueryMemory& memory,
-            const TaskRunner* runner, bool beside);
+            const TaskRunner* runner, bool beside, bool gated = true);
 };
 
-// Patches of the memory's hits, as the result or `beside` what it has. Returns whether there are
-// any.
+// Patches of the memory's hits, as the result or `beside` what it has; `gated`: see Binner. Returns
+// whether there are any.
 bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
                                 const ContactSettings& settings, const PairFrame& frame,
                                 const SearchOutcome& outcome, QueryMemory& memory,
-                                const TaskRunner* runner, bool beside) {
+                                const TaskRunner* runner, bool beside, bool gated) {
   const HitColumns& hits = memory.hits;
   const double cell = cellOf(frame, outcome.level);
   const std::vector<CcSums>& patches =
-      memory.binner.patches(hits, cell, a.shape || b.shape, runner);
+      memory.binner.patches(hits, cell, a.shape || b.shape, gated, runner);
   std::span<const PatchMatter> matter;
   if (TouchedMatter::wanted(a, b, settings))
     matter = memory.matter.of(
@@ -76,19 +76,33 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   const PairFrame frame = s.builder.begin(a, b, settings);
   BorrowedMemory memory(s.workspace->state_->memory);
   HitColumns& hits = memory->hits;
-  const int level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits,
-                                       runner, settings.verletLists ? &s.lists : nullptr);
-  double gap = memory->search.gap();
-  if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
-  const auto build = [&] {
-    return s.make(a, b, settings, frame, {level, hits.size(), gap}, *memory, runner, false);
+  int level = 0;
+  double gap = 0;
+  const auto findHits = [&] {
+    level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits, runner,
+                               settings.verletLists ? &s.lists : nullptr);
+    gap = memory->search.gap();
+    if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
   };
+  const auto build = [&](bool gated) {
+    return s.make(a, b, settings, frame, {level, hits.size(), gap}, *memory, runner, false, gated);
+  };
+  findHits();
+  bool found = build(true);
+  const bool overlaps = !hits.empty() && gap == 0;
   // Hits that press nothing must not hide a gap that closes within the step.
-  if (!build() && !hits.empty() && settings.margin > 0 && gap == 0) {
+  if (!found && overlaps && settings.margin > 0) {
     memory->search.runApart(a, b, frame, settings.margin, hits);
     gap = memory->search.gap();
     s.builder.begin(a, b, settings);
-    build();
+    found = build(true);
+  }
+  // Of tips that are in each other along one axis no flank faces another: the nearest surface of
+  // the other is the flank on the same side. What they push adds up to a force along the axis.
+  if (!found && overlaps) {
+    if (settings.margin > 0) findHits();
+    s.builder.begin(a, b, settings);
+    build(false);
   }
   s.lookups = memory->search.lookups();
   s.lookupsBeside = 0;

@@ -82,8 +82,7 @@ struct DeviceSearch::State {
   // Why the device has no contact of the i-th pair of a part; 0 if it has one, or there is none.
   int failedOf(const Part& part, std::size_t i) const {
     const CcAnswer& answer = part.batch.answer(i);
-    const bool pressesNothing =
-        answer.hits > 0 && answer.patches == 0 && devicePairs[part.first + i].settings->margin > 0;
+    const bool pressesNothing = answer.hits > 0 && answer.patches == 0;
     return answer.failed ? answer.failed : pressesNothing ? CC_NO_TOUCH : 0;
   }
   void readAnswers(Part& part);

@@ -11,6 +11,7 @@
 #include "contact/same_contact.h"
 #include "device/skip_without_device.h"
 #include "mesh/thread_meshes.h"
+#include "mesh/turned_mesh.h"
 
 namespace cloudcontact::testing {
 namespace {
@@ -54,6 +55,19 @@ struct Pairs {
       pairs.push_back(pair);
     }
     addThreads();
+    addTips();
+  }
+
+  // Cones tip in tip on one axis, where no surface faces another.
+  void addTips() {
+    const double v = maker.voxel;
+    add(maker.cloud(test::turnedMesh({{0, 0}, {6 * v, 0}, {0, 40 * v}}, 48)), 20 * v);
+    for (const double deep : {0.5, 2.0, 5.0}) {
+      Pose pose;
+      pose.position = Vec3(0, 0, (80 - deep) * v);
+      pose.orientation = Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitX());
+      pairs.push_back({bodies.back().at({}), bodies.back().at(pose), {}});
+    }
   }
 
   // A ring on a threaded rod, 0.3 voxels too tight, slightly turned and shifted.

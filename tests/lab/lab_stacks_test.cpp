@@ -101,7 +101,7 @@ TEST(StabilityScenes, IncludeErlebensTen) {
 
 TEST(StabilityScenes, CloudsHoldWhereAWedgeOrABoxIsInPlace) {
   const auto scenes = erlebenScenes();
-  for (const char* name : {"wedges", "sliding spike", "cliff edges", "internal edges"}) {
+  for (const char* name : {"spikes", "wedges", "sliding spike", "cliff edges", "internal edges"}) {
     const Verdict verdict = sceneNamed(scenes, name).run(trialOf(Method::Cloud, 0.01, "stiff"));
     EXPECT_EQ(verdict.outcome, Outcome::Holds) << name << ": " << verdict.why;
   }
