@@ -147,12 +147,18 @@ void SceneReader::load(sdf::Root& root) const {
   });
   // Otherwise libsdformat ignores a misspelled element, and the body gets another mass or surface.
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
+  const std::string invalid =
+      isRobot() ? "not valid URDF, correct it" : "not valid SDFormat, correct it";
   const auto errors = [&] {
     const SilencedErrors silence;
-    // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
-    return root.Load(std::filesystem::absolute(file_).string(), config);
+    try {
+      // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
+      return root.Load(std::filesystem::absolute(file_).string(), config);
+    } catch (const std::exception& why) {  // a version that is no number
+      throw BadInput(file_.string() + ": " + invalid + ": " + why.what());
+    }
   }();
-  check(errors, isRobot() ? "not valid URDF, correct it" : "not valid SDFormat, correct it");
+  check(errors, invalid);
   if (isRobot() && !root.Model()) fail("<robot>", "has no link with a mass; add one");
   if (!isRobot() && root.WorldCount() != 1)
     fail("<sdf>", "has " + std::to_string(root.WorldCount()) +

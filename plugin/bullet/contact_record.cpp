@@ -265,6 +265,18 @@ class KnownManifolds {
   std::map<std::array<std::int64_t, 3>, btPersistentManifold*> ofBullet_;
 };
 
+// The file's numbers of manifolds: as many are made as it says, so each must have a place in its
+// list.
+void requireListed(const ContactsRecord& record) {
+  std::vector<std::size_t> listed(record.pairs.size());
+  for (const auto& [name, points] : record.manifolds)
+    if (name.cloudPair >= 0 && std::size_t(name.cloudPair) < listed.size())
+      ++listed[std::size_t(name.cloudPair)];
+  for (std::size_t i = 0; i < listed.size(); ++i)
+    if (record.pairs[i].manifolds > listed[i])
+      throw std::runtime_error("contacts name a manifold that is not there");
+}
+
 }  // namespace
 
 std::string contactsOf(btDynamicsWorld& world, const NarrowPhase& clouds) {
@@ -316,6 +328,7 @@ void restoreContacts(btDynamicsWorld& world, const NarrowPhase& clouds,
   for (const Overlap& pair : record.overlaps)
     if (!isBody(pair.a) || !isBody(pair.b))
       throw std::runtime_error("contacts name a body that is not there");
+  requireListed(record);
   orderOverlaps(world, bodies, record);
   world.performDiscreteCollisionDetection();
   forgetOthers(world, bodies, record);

@@ -214,7 +214,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);
     level = std::max(level, ccLevelling(&patch, &own, &whole));
     if (redirected) {
-      patch.confidence = p.matter->vectors.norm() / p.matter->lengths;
+      patch.confidence = std::min(1.0, p.matter->vectors.norm() / p.matter->lengths);
       if (patch.confidence < kCoherent && patch.doubt != CC_DEEP_PATCH) patch.doubt = CC_OPPOSED;
     }
   }

@@ -31,7 +31,7 @@ void depthPicture(Draw& draw) {
   mayRefuse("", [&] { mended(image, settings.image); });
   mayRefuse("", [&] { toMesh(image, settings.image); });
   mayRefuse("", [&] {
-    if (boundsOf(image).sizes().maxCoeff() + std::abs(settings.thickness) < 0.3)
+    if (boundsOf(image).sizes().maxCoeff() + std::abs(settings.thickness) < 0.1)
       toCloud(image, settings);
   });
 }

@@ -19,9 +19,9 @@ struct CloudContactSettings {
   // the same, but shared out by area. Laws with a memory keep it while the bodies touch.
   std::optional<Law> law = std::nullopt;
   std::size_t samples = ContactSettings::kSamples;  // ContactSettings::samples of every pair
-  // Upper limit of an automatic spring where a light body bears heavy ones, in multiples of the
-  // stiffness that the pair's own mass allows. Use 1 with Bullet's own solver and up to 100 with
-  // ExtrapolatingSolver. At least 1 and finite.
+  // Upper limit of an automatic spring, in multiples of the stiffness that the step allows for the
+  // pair's own mass: for light bodies that bear heavy ones, and for stacks at long steps. Use 1
+  // with Bullet's own solver and up to 100 with ExtrapolatingSolver. At least 1 and finite.
   double bears = 1;
   bool lists = true;  // ContactSettings::verletLists of every pair
   // [voxels] A pair is searched again once a point of one body, where the two may touch, has moved

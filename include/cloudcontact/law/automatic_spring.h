@@ -23,14 +23,15 @@ struct SpringTangent {
 // A convex function of depth alone, so that no path in and out gains energy. automatic_spring.cpp
 // explains its parts.
 struct AutomaticSpring {
-  double mass = 0;     // [kg] the pair's effective mass
-  double soft = 0;     // [N/m] up to a depth of `even`
-  double hard = 0;     // [N/m] the most up to `deep`: what the step allows (stepLimited)
-  double even = 0;     // [m]
-  double reach = 0;    // [m] beyond `even`, where the force has a pole unless `hard` limits it
-  double deep = 0;     // [m] deeper bodies bear far more than their own weight
-  double last = 0;     // [m] beyond `deep`, where the force has a pole unless `hardest` limits it
-  double hardest = 0;  // [N/m] the most at any depth; equal to `hard` if `bears` is 1
+  double mass = 0;   // [kg] the pair's effective mass
+  double soft = 0;   // [N/m] up to a depth of `even`
+  double hard = 0;   // [N/m] the most: what the step allows for `bears` times the mass
+  double even = 0;   // [m]
+  double reach = 0;  // [m] beyond `even`, where the force has a pole unless `hard` limits it
+  // Where the spring is harder than `limit` or pushes by more than `weight`, the pair bears other
+  // bodies, and is damped for their mass, too.
+  double limit = 0;   // [N/m] what the step allows for the mass alone (stepLimited)
+  double weight = 0;  // [N] the larger of the bodies' weights
 
   double force(double depth) const;      // [N]
   double stiffness(double depth) const;  // [N/m] the force's derivative
@@ -41,8 +42,8 @@ struct AutomaticSpring {
 
 // `weight` [N]: the larger of the movable bodies' weights; 0 or unknown: the weight of `mass` [kg].
 // `joint`: the fraction of a voxel that counts as one where the spring is soft.
-// `bears`: multiple of `mass` that the spring may be hard enough for at depth; 1 for Bullet's own
-// solver (CloudContactSettings::bears).
+// `bears`: multiple of `mass` that the spring may be hard enough for; 1 for Bullet's own solver
+// (CloudContactSettings::bears).
 // Throws std::invalid_argument as stepLimited() does, if voxel [m] is not positive, if joint is not
 // in (0, 1], or if bears is below 1 or not finite.
 AutomaticSpring automaticSpring(double mass, double weight, double voxel, double step,
