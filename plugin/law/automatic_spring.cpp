@@ -66,10 +66,11 @@ SpringTangent AutomaticSpring::tangent(double depth, double closing, double step
   const double from = std::max(0.0, depth), next = depth + step * closing, now = force(depth);
   double slope = stiffness(from);
   if (next > from) slope = std::max(slope, (force(next) - now) / (next - from));
-  // Damped for what it bears: the mass for which it would be at the step's limit, and that of which
-  // its force is the weight.
+  // Damped for what it bears: the mass for which it would be at the step's limit and, with a solver
+  // that carries more than that limit, the mass of which its force is the weight.
   const double push = next > from ? std::max(now, force(next)) : now;
-  const double borne = mass * std::max({1.0, slope / limit, push / weight});
+  const double loads = hard > limit ? push / weight : 1;
+  const double borne = mass * std::max({1.0, slope / limit, loads});
   return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
 }
 
