@@ -326,7 +326,8 @@ CC_FN void ccBalance(CcPlan* plan) {
   double more[4], part = 1.0;
   for (int i = 0; i < 4; ++i) {
     more[i] = tilt.u * (at[i].u - middle.u) + tilt.v * (at[i].v - middle.v);
-    if (weight[i] + more[i] < CC_LEAST_WEIGHT)
+    // A weight may be below the least by rounding, and stay as it is.
+    if (more[i] < 0.0 && weight[i] + more[i] < CC_LEAST_WEIGHT)
       part = ccMin64(part, ccMax64(0.0, weight[i] - CC_LEAST_WEIGHT) / -more[i]);
   }
   for (int i = 0; i < 4; ++i) {

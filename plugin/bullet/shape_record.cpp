@@ -133,6 +133,8 @@ void* contactsKey() {
   return &key;
 }
 
+constexpr double kMostScaling = 1e9;  // of records; bounds stay finite in float
+
 std::string whyNotKept(const CloudShape& shape) {
   if (shape.field().unsettled() > 0)
     return "edges of a cut are still to be searched: call CuttableBody::settle() before saving";
@@ -192,6 +194,12 @@ ShapeRecord ShapeRecord::from(std::span<const char> bytes) {
   ByteReader reader(bytes);
   ShapeRecord record;
   shapeIn(reader, record);
+  const auto isLength = [](double x) { return x >= 0 && x <= kMostScaling; };
+  const auto isScaling = [&](double x) { return isLength(std::abs(x)); };
+  if (!isLength(record.margin) || !(record.fieldScaling >= 1 / kMostScaling) ||
+      !isLength(record.fieldScaling) || !isScaling(record.scaling.x()) ||
+      !isScaling(record.scaling.y()) || !isScaling(record.scaling.z()))
+    throw std::runtime_error("a record's margin or scaling is none that a shape can have");
   return record;
 }
 

@@ -8,6 +8,7 @@
 #include <ostream>
 
 #include "contact/pressed_parts.h"
+#include "kernels/contact/patch_force.h"
 
 namespace cloudcontact::testing {
 namespace {
@@ -118,6 +119,20 @@ TEST(ContactPointsOnTheWay, FollowARingThatBecomesAnArc) {
       EXPECT_LT(way / voxel, 7) << "tilt " << tilt << ", point " << i;
     }
     before = now;
+  }
+}
+
+// Points in one place cannot share a moment by their weights. One of the least weight may be below
+// it by rounding, which is no reason to divide by nothing.
+TEST(PatchPoints, StayWhereTheyAreIfTheyCoincide) {
+  CcPlan plan = {};
+  plan.voxel = 1e-3;
+  const double least = CC_LEAST_WEIGHT * (1 - 1e-15), weights[4] = {least, 1, 1, 2 - least};
+  std::copy_n(weights, 4, plan.weight);
+  ccBalance(&plan);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(plan.weight[i], weights[i]);
+    EXPECT_TRUE(std::isfinite(plan.at[i].u) && std::isfinite(plan.at[i].v));
   }
 }
 
