@@ -2,6 +2,8 @@
 // corner.
 #include "bullet/box_gap.h"
 
+#include <LinearMath/btAabbUtil2.h>
+
 #include "bullet/object_motion.h"
 
 namespace cloudcontact {
@@ -40,6 +42,11 @@ bool boxesStayApart(const btCollisionObjectWrapper& a, const btCollisionObjectWr
   const double between = double(gap.length());
   if (!(between > reach)) return false;
   return between > step * (speedOf(a, one, step) + speedOf(b, other, step));
+}
+
+bool boxesMeet(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  const WorldBox one(a), other(b);
+  return TestAabbAgainstAabb2(one.low, one.high, other.low, other.high);
 }
 
 }  // namespace cloudcontact

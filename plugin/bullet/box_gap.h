@@ -12,4 +12,7 @@ namespace cloudcontact {
 bool boxesStayApart(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                     double reach, double step);
 
+// Whether these boxes meet.
+bool boxesMeet(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
+
 }  // namespace cloudcontact

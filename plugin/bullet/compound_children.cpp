@@ -1,8 +1,6 @@
 // Children by slot and by their objects.
 #include "bullet/compound_children.h"
 
-#include <LinearMath/btAabbUtil2.h>
-
 namespace cloudcontact {
 
 bool ChildPath::readFrom(const btCollisionObjectWrapper& wrap) {
@@ -36,14 +34,6 @@ void CompoundChildren::forget(const AheadPair& pair, int slot) {
 void CompoundChildren::clear() {
   children_.clear();
   sorted_.clear();
-}
-
-bool CompoundChildren::boxesMeet(const btCollisionObjectWrapper& a,
-                                 const btCollisionObjectWrapper& b) {
-  btVector3 low[2], high[2];
-  a.getCollisionShape()->getAabb(a.getWorldTransform(), low[0], high[0]);
-  b.getCollisionShape()->getAabb(b.getWorldTransform(), low[1], high[1]);
-  return TestAabbAgainstAabb2(low[0], high[0], low[1], high[1]);
 }
 
 void CompoundChildren::sort() {

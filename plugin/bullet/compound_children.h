@@ -11,6 +11,8 @@
 #include <functional>
 #include <vector>
 
+#include "bullet/box_gap.h"
+
 namespace cloudcontact {
 
 class AheadPair;  // look_ahead.h
@@ -58,6 +60,8 @@ class CompoundChildren {
       const bool swapped = child.object[0] != a.getCollisionObject();
       follow(swapped ? b : a, child, 0, 0, [&](const btCollisionObjectWrapper& first) {
         follow(swapped ? a : b, child, 1, 0, [&](const btCollisionObjectWrapper& second) {
+          // Bullet asks for no others. Children that rock against each other meet and part all the
+          // time.
           if (boxesMeet(first, second)) visit(*child.pair, first, second);
         });
       });
@@ -75,9 +79,6 @@ class CompoundChildren {
       return less(low, other.low) || (low == other.low && less(high, other.high));
     }
   };
-
-  // Bullet asks for no others. Children that rock against each other meet and part all the time.
-  static bool boxesMeet(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
 
   // Computes the transform of a child as btCompoundCollisionAlgorithm does, to the bit.
   template <typename Visit>

@@ -16,8 +16,8 @@
 // much, and needs it at long steps: at 60 Hz the limit of a brick's own mass is softer than its
 // weight's sag asks for, so that towers sink by a third of a voxel a joint, and buckle at 120 Hz.
 //
-// The damping ratio is 1 for the mass that the spring bears, by its force or by its stiffness: for
-// the pair's own mass alone a ton on a kilogram topples, and a blow comes back.
+// With such a solver the damping ratio is 1 for the mass that the spring bears, by its force or by
+// its stiffness: for the pair's own mass alone a ton on a kilogram topples.
 //
 // Bullet's row is a straight line over the step. Where bodies part it is the tangent: f is convex,
 // so the line lies below it, and less energy is returned than was stored. Where bodies close it is

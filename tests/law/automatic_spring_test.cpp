@@ -27,18 +27,25 @@ TEST(AutomaticSpring, TwentyTimesTheWeightSagByLessThanAThirdOfAVoxel) {
     EXPECT_LT(automaticSpring(2, 2 * kGravity, kVoxel, step).sag(40 * kGravity), 0.31 * kVoxel);
 }
 
+// Calls check(depth) for depths up to a voxel.
+template <typename Check>
+void expectRises(const AutomaticSpring& spring, double tolerance, const Check& check) {
+  double before = 0;
+  for (double depth = 1e-3 * kVoxel; depth < kVoxel; depth += 1.01e-3 * kVoxel) {
+    const double by = 1e-7 * kVoxel;
+    const double slope = (spring.force(depth + by) - spring.force(depth - by)) / (2 * by);
+    EXPECT_NEAR(spring.stiffness(depth), slope, tolerance * slope) << depth / kVoxel;
+    EXPECT_GE(spring.stiffness(depth), before);
+    EXPECT_NEAR(spring.sag(spring.force(depth)), depth, 1e-9 * kVoxel);
+    check(depth);
+    before = spring.stiffness(depth);
+  }
+}
+
 TEST(AutomaticSpring, StiffnessIsTheForcesDerivativeAndOnlyRises) {
   for (const double step : kSteps) {
     const AutomaticSpring spring = automaticSpring(2, 2 * kGravity, kVoxel, step);
-    double before = 0;
-    for (double depth = 1e-3 * kVoxel; depth < kVoxel; depth += 1.01e-3 * kVoxel) {
-      const double by = 1e-7 * kVoxel;
-      const double slope = (spring.force(depth + by) - spring.force(depth - by)) / (2 * by);
-      EXPECT_NEAR(spring.stiffness(depth), slope, 1e-3 * slope) << depth / kVoxel;
-      EXPECT_GE(spring.stiffness(depth), before);
-      EXPECT_NEAR(spring.sag(spring.force(depth)), depth, 1e-9 * kVoxel);
-      before = spring.stiffness(depth);
-    }
+    expectRises(spring, 1e-3, [](double) {});
     EXPECT_EQ(spring.force(-kVoxel), 0);
   }
 }
@@ -84,21 +91,14 @@ TEST(AutomaticSpring, WithBearsTheStepLimitsItLess) {
       const AutomaticSpring plain = automaticSpring(2, 2 * kGravity, kVoxel, step, joint),
                             bears = automaticSpring(2, 2 * kGravity, kVoxel, step, joint, 10);
       const double limit = stepLimited(2, step).stiffness;
-      double before = 0;
-      for (double depth = 1e-3 * kVoxel; depth < kVoxel; depth += 1.01e-3 * kVoxel) {
-        const double by = 1e-7 * kVoxel;
-        const double slope = (bears.force(depth + by) - bears.force(depth - by)) / (2 * by);
-        EXPECT_NEAR(bears.stiffness(depth), slope, 2e-3 * slope) << depth / kVoxel;
-        EXPECT_GE(bears.stiffness(depth), before);
+      expectRises(bears, 2e-3, [&](double depth) {
         EXPECT_LE(bears.stiffness(depth), 10 * limit * (1 + 1e-12));
-        EXPECT_NEAR(bears.sag(bears.force(depth)), depth, 1e-9 * kVoxel);
         if (bears.stiffness(depth) < limit) {
           EXPECT_EQ(bears.force(depth), plain.force(depth));
         } else {
           EXPECT_GE(bears.force(depth), plain.force(depth));
         }
-        before = bears.stiffness(depth);
-      }
+      });
     }
 }
 

@@ -49,6 +49,7 @@ struct CloudContactSettings {
 // Time and work of the cloud narrow phase since the last reset.
 struct CloudContactStatistics {
   double seconds = 0;
+  // Not of pairs whose boxes stay apart for the step: they are not asked.
   std::size_t pairs = 0, samples = 0, contacts = 0;
   std::size_t shapes = 0;     // of `pairs`, those answered by shapes (CloudShape::setFidelity)
   std::size_t reused = 0;     // of `pairs`: those whose last contact was moved
