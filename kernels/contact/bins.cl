@@ -36,7 +36,7 @@ CcBinOfHit ccBinAt(const CcHits* h, __global const float4* hits, uint i, float p
       hits + 4 * (size_t)h->first[side] + (i - (side == 0 ? 0u : h->count[0]));
   const float4 p = at[0], q = at[room], r = at[2 * room];
   const float x[3] = {p.x, p.y, p.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-  return ccBinOf(x, own, other, q.w, side, perCell);
+  return ccBinOf(x, own, other, q.w, p.w, side, perCell);
 }
 
 // The result of a pair's search, with `failed` set if its hits found no room.

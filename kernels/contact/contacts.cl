@@ -58,7 +58,7 @@ void ccTryBin(const CcPairHits* p, uint b, CcNearestHit* best) {
     __global const float4* hit = p->hits[side] + p->list[n];
     const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
     const float at[3] = {x.x, x.y, x.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-    ccTryHit(best, p->cell, at, own, other, q.w, r.w, side);
+    ccTryHit(best, p->cell, at, own, other, q.w, x.w, r.w, side);
   }
 }
 

@@ -10,6 +10,11 @@
 // that runs along the other's face the cosine is zero within the noise of the fitted normals
 // (0.02).
 #define CC_FACING 0.2f
+// Of a piece of surface whose middle is outside the other body, what lies behind the other's plane
+// is in that body only if the piece faces it: beyond an edge the plane is not the surface. It counts
+// from this cosine on. Otherwise a box just above another, turned by 1 degree, is pushed away by
+// the extended sides of its own bottom edges, by any force.
+#define CC_ACROSS 0.1f
 // Bins are alike if the mean normals on one body agree this well (22 deg) ...
 #define CC_AGREE 0.93
 // ... and those on the other do not disagree.
@@ -28,22 +33,25 @@ typedef struct {
   float gate;     // how far it faces the other body, 0..1
 } CcBinOfHit;
 
-CC_FN float ccGate(float facing) {
-  return ccMin(ccMax(facing * (1.0f / CC_FACING), 0.0f), 1.0f);
+// `depth`: at the sample's middle.
+CC_FN float ccGate(float facing, float depth) {
+  const float inside = facing * (1.0f / CC_FACING),
+              outside = (facing - CC_ACROSS) * (1.0f / (CC_FACING - CC_ACROSS));
+  return ccMin(ccMax(depth > 0.0f ? inside : outside, 0.0f), 1.0f);
 }
 
 // The direction is the axis nearest to the other body's normal less the gated own normal. It is
 // seen from A to B for samples of either body (`side` 0: A's), so that both meet in one bin.
 // `perCell` [1/m].
 CC_FN CcBinOfHit ccBinOf(const float* at, const float* own, const float* other, float facing,
-                         int side, float perCell) {
+                         float depth, int side, float perCell) {
   CcBinOfHit b;
   const float u = at[0] * perCell, v = at[1] * perCell, w = at[2] * perCell;
   const int x = (int)u, y = (int)v, z = (int)w;
   b.x = x - (u < (float)x ? 1 : 0);
   b.y = y - (v < (float)y ? 1 : 0);
   b.z = z - (w < (float)z ? 1 : 0);
-  b.gate = ccGate(facing);
+  b.gate = ccGate(facing, depth);
   const float sign = side == 0 ? -1.0f : 1.0f;
   const float nx = sign * (other[0] - b.gate * own[0]), ny = sign * (other[1] - b.gate * own[1]),
               nz = sign * (other[2] - b.gate * own[2]);

@@ -15,7 +15,7 @@ void ccPut(__local const CcTask* t, CcOut out, uint i, const CcHit* h, float are
   hits[room] = (float4)(h->own[0], h->own[1], h->own[2], h->facing);
   hits[2 * (size_t)room] = (float4)(h->other[0], h->other[1], h->other[2], area);
   hits[3 * (size_t)room] = (float4)(h->wet.share, h->wet.depth1, h->wet.depth2, h->wet.depth3);
-  const CcBinOfHit b = ccBinOf(h->position, h->own, h->other, h->facing, t->side, t->perCell);
+  const CcBinOfHit b = ccBinOf(h->position, h->own, h->other, h->facing, depth, t->side, t->perCell);
   out.keys[t->dir.hits + i] = ccBinKey(b.x, b.y, b.z, b.direction);
 }
 

@@ -115,7 +115,7 @@ void ccWeighHit(const CcComing* hit, const double* origin, double perUnit, __loc
   const float at3[3] = {p.x, p.y, p.z};
   const double own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
   const CcWet wet = {v.x, 0.0f, v.y, v.z, v.w};
-  const CcWeights h = ccWeightsOf(at3, r.w, &wet, ccGate(q.w), origin, perUnit);
+  const CcWeights h = ccWeightsOf(at3, r.w, &wet, ccGate(q.w, p.w), origin, perUnit);
   to[CC_ONE] = 1.0;
   to[CC_W] = h.w;
   to[CC_F] = h.f;

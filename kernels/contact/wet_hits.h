@@ -82,8 +82,8 @@ CC_FN int ccMayBeNearer(const CcNearestHit* best, CcVec middle, double cell) {
 // `at`: the hit; `own`, `other`: normals of the body whose sample it is, and of the other; `side`:
 // 0 for A's samples.
 CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const float* own,
-                    const float* other, float facing, float area, int side) {
-  if (ccGate(facing) < CC_LEAST_GATE) return;
+                    const float* other, float facing, float depth, float area, int side) {
+  if (ccGate(facing, depth) < CC_LEAST_GATE) return;
   const CcVec where = ccVec(at[0], at[1], at[2]), from = ccMinus(where, best->place);
   const double most = best->nearest + CC_LARGEST * cell;
   if (!(ccSquareAside(from, best->normal) < most * most)) return;

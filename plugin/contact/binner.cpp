@@ -35,7 +35,7 @@ CC_LANES void keysOf(const HitColumns& hits, float perCell, const HitKeys& keys)
   for (int i = 0; i < count; ++i) {
     const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
                 other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
-    const CcBinOfHit bin = ccBinOf(at, own, other, c.facing[i], sides[i], perCell);
+    const CcBinOfHit bin = ccBinOf(at, own, other, c.facing[i], c.depth[i], sides[i], perCell);
     to.x[i] = bin.x;
     to.y[i] = bin.y;
     to.z[i] = bin.z;
@@ -315,13 +315,18 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
   ends_.push_back(static_cast<std::uint32_t>(queue_.size()));
 }
 
+void Binner::openGates(const HitColumns& hits) {
+  const float* const depth = hits.columns().depth;
+  for (std::size_t i = 0; i < hits.size(); ++i) gate_[i] = depth[i] > 0 ? 1.0f : 0.0f;
+}
+
 const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,
                                            bool gated, const TaskRunner* runner) {
   patches_.clear();
   queue_.clear();
   ends_.clear();
   findBins(hits, cell);
-  if (!gated) std::fill_n(gate_.begin(), hits.size(), 1.0f);
+  if (!gated) openGates(hits);
   order(hits);
   const int shares = runner ? static_cast<int>(hits.size() / kShareHits) : 1;
   // A task sums the bins whose last hit lies in its part of the hits.

@@ -54,7 +54,7 @@ void PatchHits::take(const PairHits& pair, std::size_t patch) {
   for (const std::uint32_t bin : pair.binner->binsOf(patch)) {
     const auto begin = static_cast<std::uint32_t>(index_.size());
     for (const std::uint32_t i : pair.binner->hitsOf(bin)) {
-      if (ccGate(c.facing[i]) < CC_LEAST_GATE) continue;
+      if (ccGate(c.facing[i], c.depth[i]) < CC_LEAST_GATE) continue;
       x_.push_back(c.x[i]), y_.push_back(c.y[i]), z_.push_back(c.z[i]);
       width_.push_back(std::sqrt(c.area[i]));
       index_.push_back(i);
@@ -95,7 +95,7 @@ void PatchHits::tryHit(std::uint32_t hit, CcNearestHit& best) const {
   const std::uint32_t i = index_[hit];
   const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
               other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
-  ccTryHit(&best, cell_, at, own, other, c.facing[i], c.area[i], hits_->side(i));
+  ccTryHit(&best, cell_, at, own, other, c.facing[i], c.depth[i], c.area[i], hits_->side(i));
 }
 
 // All are tried in their order, since the first of equals counts; but only those that may be nearer
