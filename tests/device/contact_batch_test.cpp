@@ -56,6 +56,19 @@ struct Pairs {
     }
     addThreads();
     addTips();
+    addTurnedBoxes();
+  }
+
+  // Boxes on a box, turned by a degree: samples beyond their edges stand across their sides.
+  void addTurnedBoxes() {
+    const double v = maker.voxel;
+    add(maker.box(Vec3(12, 12, 6)), 8 * v);
+    for (const double gap : {0.02, -0.02, -0.2}) {
+      Pose pose;
+      pose.position = Vec3(3.3, 0.4, 12 + gap) * v;
+      pose.orientation = Eigen::AngleAxisd(std::numbers::pi / 180, Vec3::UnitZ());
+      pairs.push_back({bodies.back().at({}), bodies.back().at(pose), {}});
+    }
   }
 
   // Cones tip in tip on one axis, where no surface faces another.
