@@ -200,8 +200,8 @@ TEST(ExtrapolatingSolver, TowersStandAndGainNothing) {
 // The joints' sags add up: with a sag of 0.025 voxel under a brick's own weight 12 are a voxel
 // lower, and the pair's own mass as the limit drops them at 120 Hz.
 TEST(ExtrapolatingSolver, TowersOnAutomaticSpringsStandAsHigh) {
-  for (const TowerSettings& how : {TowerSettings{10, 0, 240}, TowerSettings{12, 0, 60},
-                                   TowerSettings{12, 0, 120}}) {
+  for (const TowerSettings& how :
+       {TowerSettings{10, 0, 240}, TowerSettings{12, 0, 60}, TowerSettings{12, 0, 120}}) {
     const Tower tower = stand(how, 5);
     EXPECT_LT(tower.away, 0.1 * 4e-3) << how.bricks << ' ' << how.rate;
     EXPECT_LT(tower.sunk, 0.5 * 4e-3) << how.bricks << ' ' << how.rate;
