@@ -316,9 +316,9 @@ void Binner::grow(std::size_t seed, CcSums& patch, std::int32_t number, double c
 }
 
 void Binner::openGates(const HitColumns& hits) {
-  const HitColumns::Columns<const float> c = hits.columns();
-  for (std::size_t i = 0; i < hits.size(); ++i)
-    gate_[i] = c.depth[i] > 0 || c.facing[i] < -CC_FACING ? 1.0f : 0.0f;
+  const float *const depth = hits.columns().depth, *const end = depth + hits.size();
+  const bool overlap = std::any_of(depth, end, [](float d) { return d > 0; });
+  std::fill_n(gate_.begin(), hits.size(), overlap ? 1.0f : 0.0f);
 }
 
 const std::vector<CcSums>& Binner::patches(const HitColumns& hits, double cell, bool oneSided,

@@ -27,7 +27,7 @@ class Binner {
 
   // Returns the sums of each patch, in a fixed order. `cell`: edge of a bin's cell [m]. `oneSided`:
   // the other body is a shape, so each hit also stands for the shape's surface. `gated`: hits count
-  // as far as they face the other body; else those in it and along it, all alike. With `runner` the sums over many hits run
+  // as far as they face the other body; else all alike, if any is in it. With `runner` the sums over many hits run
   // in parallel; the bits are the same.
   const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
                                      bool gated = true, const TaskRunner* runner = nullptr);
@@ -51,7 +51,7 @@ class Binner {
 
  private:
   void findBins(const HitColumns& hits, double cell);
-  // Hits count alike, however they face the other body, but not the sides of edges outside it.
+  // Hits count alike, however they face the other body, if any sample lies in it; else not at all.
   void openGates(const HitColumns& hits);
   void findBox(int count);
   void findPlaces(int count);
