@@ -14,7 +14,7 @@
 // is in that body only if the piece faces it: beyond an edge the plane is not the surface. It counts
 // from this cosine on. Otherwise a box just above another, turned by 1 degree, is pushed away by
 // the extended sides of its own bottom edges, by any force.
-#define CC_ACROSS 0.005f
+#define CC_ACROSS 0.02f
 // Bins are alike if the mean normals on one body agree this well (22 deg) ...
 #define CC_AGREE 0.93
 // ... and those on the other do not disagree.

@@ -27,8 +27,8 @@ class Binner {
 
   // Returns the sums of each patch, in a fixed order. `cell`: edge of a bin's cell [m]. `oneSided`:
   // the other body is a shape, so each hit also stands for the shape's surface. `gated`: hits count
-  // as far as they face the other body; else all alike, if any is in it. With `runner` the sums over many hits run
-  // in parallel; the bits are the same.
+  // as far as they face the other body; else all alike, if any is in it. With `runner` the sums
+  // over many hits run in parallel; the bits are the same.
   const std::vector<CcSums>& patches(const HitColumns& hits, double cell, bool oneSided,
                                      bool gated = true, const TaskRunner* runner = nullptr);
   // Those of the last call.
