@@ -101,14 +101,14 @@ TEST(StabilityScenes, IncludeErlebensTen) {
 
 TEST(StabilityScenes, CloudsHoldWhereAWedgeOrABoxIsInPlace) {
   const auto scenes = erlebenScenes();
-  for (const char* name : {"wedges", "sliding spike", "cliff edges", "internal edges"}) {
+  for (const char* name : {"spikes", "wedges", "sliding spike", "cliff edges", "internal edges"}) {
     const Verdict verdict = sceneNamed(scenes, name).run(trialOf(Method::Cloud, 0.01, "stiff"));
     EXPECT_EQ(verdict.outcome, Outcome::Holds) << name << ": " << verdict.why;
   }
 }
 
 // With ten iterations of Bullet's solver all three fail, by 4 and 0.7 voxels of penetration and by
-// energy. Spikes at 60 and 100 Hz are no useful test: their outcome depends on the last bit.
+// energy. Spikes at 60 Hz are no useful test: their outcome depends on the last bit.
 TEST(StabilityScenes, CloudsHoldWhereTenIterationsOfBulletsSolverFail) {
   const auto stacks = stackScenes(), erleben = erlebenScenes();
   const auto holds = [](const std::vector<StabilityScene>& scenes, const char* name, double step,
@@ -119,7 +119,6 @@ TEST(StabilityScenes, CloudsHoldWhereTenIterationsOfBulletsSolverFail) {
   holds(stacks, "1000 on 1", 1.0 / 60, "stiff");
   holds(stacks, "1000 on 1", 1.0 / 240, "auto");
   holds(erleben, "wedge in crack", 1.0 / 60, "auto");
-  holds(erleben, "spikes", 1.0 / 240, "stiff");
 }
 
 TEST(StabilityScenes, ATrialIsSelectedByItsName) {
