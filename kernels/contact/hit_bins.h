@@ -11,9 +11,9 @@
 // (0.02).
 #define CC_FACING 0.2f
 // Of a piece of surface whose middle is outside the other body, what lies behind the other's plane
-// is in that body only if the piece faces it: beyond an edge the plane is not the surface. It counts
-// from this cosine on. Otherwise a box just above another, turned by 1 degree, is pushed away by
-// the extended sides of its own bottom edges, by any force.
+// is in that body only if the piece faces it: beyond an edge the plane is not the surface. It
+// counts from this cosine on. Otherwise a box just above another, turned by 1 degree, is pushed
+// away by the extended sides of its own bottom edges, by any force.
 #define CC_ACROSS 0.02f
 // Bins are alike if the mean normals on one body agree this well (22 deg) ...
 #define CC_AGREE 0.93
