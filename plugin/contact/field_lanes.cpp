@@ -3,6 +3,7 @@
 #include "contact/field_lanes.h"
 
 #include "base/simd.h"
+#include "kernels/contact/wet_part.h"
 
 #include <algorithm>
 
@@ -33,6 +34,13 @@ struct HitMaker {
   }
 
   std::int32_t sampleOf(int lane) const { return static_cast<std::int32_t>(sample[lane]); }
+  // Whether the wet part of a lane's sample must be asked for.
+  int partOf(const Direction& dir, const CcLimits& limits, int lane, CcWetPart& part) const {
+    const std::int32_t k = sampleOf(lane);
+    const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
+    const float m[3] = {mx[lane], my[lane], mz[lane]};
+    return ccWetPartOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane], &part);
+  }
   CcHit operator()(int lane) const {
     const std::int32_t k = sampleOf(lane);
     const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
@@ -181,8 +189,41 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
   }
 }
 
-CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-                      HitColumns& hits) {
+namespace {
+
+// How far the wet part of a sample counts.
+float countsOf(const Direction& dir, const FieldData& other, const CcWetPart& part) {
+  float x[3];
+  ccApply(&dir.toOther, part.at, x);
+  const auto& records = other.records();
+  const CcPlace place = ccPlaceOf(records.bricks(), x);
+  const CcVoxel record = records.records()[records.firsts()[place.brick] + place.cell];
+  if (ccPlaneCount(record) == 0) return ccPartCountsBelow(record);
+  const CcDepth d = ccVoxelDepth(record, other.planes(), place.r);
+  return ccPartCounts(&part, d.depth * static_cast<float>(other.cloud().voxelSize()));
+}
+
+// Trims the first `count` of lanes.wet, in `hits`, to what is in the other body.
+void trim(const Direction& dir, const SampleColumns& samples, const FieldData& other,
+          const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
+  const HitMaker maker(dir, samples, lanes);
+  const CcLimits limits = dir.limits();
+  for (int i = 0; i < count; ++i) {
+    if (hits.share[i] >= 1.0f) continue;
+    CcWetPart part;
+    if (!maker.partOf(dir, limits, lanes.wet[i], part)) continue;
+    const float counts = countsOf(dir, other, part);
+    hits.share[i] *= counts;
+    hits.depth1[i] *= counts;
+    hits.depth2[i] *= counts * counts;
+    hits.depth3[i] *= counts * counts * counts;
+  }
+}
+
+}  // namespace
+
+CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, const FieldData* other,
+                      Lanes& lanes, int count, HitColumns& hits) {
   if (count == 0) return true;
   pad(lanes.wet, count);
   const std::int32_t* const wet = lanes.wet;
@@ -214,6 +255,7 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, Lanes&
   std::int32_t none = 0;
   for (int i = 0; i < made; ++i) none |= !(to.depth1[i] > 0.0f);
   if (none) return false;
+  if (other) trim(dir, samples, *other, lanes, count, to);
   hits.commit(static_cast<std::size_t>(count), dir.side, false);
   return true;
 }

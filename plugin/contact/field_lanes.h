@@ -33,9 +33,9 @@ void classify(const Direction& dir, bool finer, Lanes& lanes);
 // it stands, by `beside`, or -1e30 far outside; and its own depth, or without a plane the same.
 void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates, float* depths);
 // Adds the first `count` of lanes.wet as hits; their samples are in `samples`. If one of them is no
-// hit, it adds none and returns false.
-bool addHits(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count,
-             HitColumns& hits);
+// hit, it adds none and returns false. `other`: the other body's field; null: it is a shape.
+bool addHits(const Direction& dir, const SampleColumns& samples, const FieldData* other,
+             Lanes& lanes, int count, HitColumns& hits);
 // Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
 // many there are.
 int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);

@@ -215,8 +215,9 @@ class LaneSearch {
   // Adds the hits among the wet lanes.
   void take(Lanes& lanes, const SampleColumns& samples, int wet) {
     // Nearly all lanes that may be hits are hits.
-    if (addHits(dir_, samples, lanes, wet, hits_)) return;
-    addHits(dir_, samples, lanes, hitsFirst(dir_, samples, lanes, wet), hits_);
+    const FieldData* const other = target_.field();
+    if (addHits(dir_, samples, other, lanes, wet, hits_)) return;
+    addHits(dir_, samples, other, lanes, hitsFirst(dir_, samples, lanes, wet), hits_);
   }
 
   const Direction& dir_;

@@ -9,6 +9,7 @@
 //   void measurePoints(Lanes& lanes): the same without edges, always with `beside`;
 //   void measureParts(Lanes& parts, const SampleColumns& samples): the same for parts of samples,
 //     whose x, y, z, a and b come from Candidates::places;
+//   const FieldData* field(): null for a shape;
 //   float deepAt(const SurfaceSample& s): the depth [m] of a sample below the band.
 #pragma once
 
@@ -24,6 +25,8 @@ struct FieldTarget {
   const Direction& dir;
   const FieldData& other;
   float voxel;  // of the other body [m]
+
+  const FieldData* field() const { return &other; }
 
   void nearBricks(float aside, std::vector<std::uint32_t>& near) const {
     search::nearBricks(dir, other, aside, near);
@@ -72,6 +75,8 @@ struct ShapeTarget {
   const Pose& toShape;  // from the samples' grid, meters
   const SampleColumns& samples;
   const TriangleSurface* surface = surfaceOf(shape);  // null: none
+
+  const FieldData* field() const { return nullptr; }
 
   Vec3 inShape(const V3& grid) const {
     return toShape.toWorld(dir.body.cloud().voxelSize() * grid.cast<double>());
