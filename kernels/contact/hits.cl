@@ -25,6 +25,21 @@ CcHit ccHitFrom(__local const CcTask* t, const float* x, const float* n, const C
                  d->normal, d->depth, t->limits.halfWidth * width);
 }
 
+// Limits a hit to what of its sample is in the other body (wet_part.h).
+void ccLimitHit(__local const CcTask* t, CcFields all, const float* x, const float* n,
+                const CcDepth* d, float width, CcHit* h) {
+  CcWetEnd end;
+  if (!(h->wet.depth1 > 0.0f) || h->wet.share >= 1.0f ||
+      !ccWetEndOf(&t->limits, t->dir.way.turnToOther, x, n, width, d->normal, d->depth, &end))
+    return;
+  const CcPlace place = ccPlaceIn(t, end.at);
+  const CcVoxel record = ccRecordAt(t, all, &place);
+  float depth = ccEndBelow(&end, record);
+  if (ccPlaneCount(record) > 0u)
+    depth = ccVoxelDepth(record, all.records + t->other.planes, place.r).depth * t->other.voxel;
+  ccLimitWet(&end, depth, h->wet.share, &h->wet.depth1, &h->wet.depth2, &h->wet.depth3);
+}
+
 // Writes the hits among the `count` samples in `tried`; returns their number.
 uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, uint count,
                  __global const uint* tried, CcOut out) {
@@ -44,6 +59,7 @@ uint ccTakeWhole(__local const CcTask* t, CcFields all, __local CcFlags* flags, 
       d.depth *= t->other.voxel;
       h = ccHitFrom(t, s.x, s.n, &d, s.width);
       is = h.wet.depth1 > 0.0f;
+      ccLimitHit(t, all, s.x, s.n, &d, s.width, &h);
       area = s.area * t->unit;
       depth = d.depth;
     }
@@ -91,7 +107,9 @@ uint ccTakePart(__local const CcTask* t, CcFields all, uint sample, int part, Cc
   *h = ccHitFrom(t, x, s.n, &d, width);
   *area = s.area / (float)(along * along) * t->unit;
   *depth = d.depth;
-  return h->wet.depth1 > 0.0f;
+  const uint is = h->wet.depth1 > 0.0f;
+  ccLimitHit(t, all, x, s.n, &d, width, h);
+  return is;
 }
 
 // Writes the parts of samples over an edge as hits, from number `begin` on. Returns their number.

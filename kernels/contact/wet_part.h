@@ -2,48 +2,54 @@
 // "Clipped depth"). Plain C for C++ and OpenCL C.
 //
 // The depth is taken to be linear over a sample, by the other's plane at its middle. If that plane
-// leans against the sample, the part that is in is deep and may lie where the other body has another
-// surface: beyond a blunt edge, a face that touches by 0.03 voxel read 0.2 voxel deep there. So such
-// a part is asked for once more, in its own middle, and counts as far as it is in the body there.
+// leans against the sample, the part that is in is deep, and may lie where the other body has
+// another surface: beyond the blunt corners of its bore, the face of a nut that touches by 0.03
+// voxel read 0.2 voxel deep, and the pair's depth was 0.074. So the deep end of such a sample is
+// looked up, too, and no part of it is deeper than that.
 #ifndef CLOUDCONTACT_KERNELS_WET_PART_H
 #define CLOUDCONTACT_KERNELS_WET_PART_H
 
 #include "kernels/contact/search.h"
 
-// [voxels of the sample] A part that is less deep in the mean is not asked for.
-#define CC_LEAST_PART 0.05f
+// [voxels of the sample] An end that is less deep is not looked up.
+#define CC_LEAST_END 0.1f
 
 typedef struct {
-  float at[3];  // its middle, in the samples' grid
-  float depth;  // [m] its mean depth by the plane at the sample's middle
-} CcWetPart;
+  float at[3];  // in the samples' grid
+  float depth;  // [m] by the plane at the sample's middle
+} CcWetEnd;
 
-// The part of a sample at `x` [own voxels] with `normal`, where the other body has `depth` [m] and
-// `other` as its normal in its own frame. Returns whether it must be asked for.
-CC_FN int ccWetPartOf(CC_NEAR const CcLimits* limits, CC_NEAR const float* turnToOther,
-                      const float* x, const float* normal, float width, const float* other,
-                      float depth, CcWetPart* part) {
+// The deep end of a sample at `x` [own voxels] with `normal`, where the other body has `depth` [m]
+// and `other` as its normal in its own frame. Returns whether it must be looked up.
+CC_FN int ccWetEndOf(CC_NEAR const CcLimits* limits, CC_NEAR const float* turnToOther,
+                     const float* x, const float* normal, float width, const float* other,
+                     float depth, CcWetEnd* end) {
   float m[3];
   ccTurnBack(turnToOther, other, m);
   const float along = ccDot(normal, m), square = ccMax(1.0f - along * along, 0.0f),
-              sine = CC_SQRT(square), spread = limits->halfWidth * width * sine;
-  const CcWet wet = ccWet(depth, spread);
-  part->depth = wet.middle;
-  if (!(wet.middle * limits->perVoxel > CC_LEAST_PART) || wet.share >= 1.0f) return 0;
+              sine = CC_SQRT(square);
+  end->depth = depth + limits->halfWidth * width * sine;
+  if (!(end->depth * limits->perVoxel > CC_LEAST_END)) return 0;
   // Down the slope of the depth, in the sample's plane.
-  const float by = (wet.middle - depth) * limits->perVoxel / square;
-  for (int i = 0; i < 3; ++i) part->at[i] = x[i] + by * (along * normal[i] - m[i]);
+  const float by = CC_HALF_WIDTH * width / ccMax(sine, CC_LEAST_SPREAD);
+  for (int i = 0; i < 3; ++i) end->at[i] = x[i] + by * (along * normal[i] - m[i]);
   return 1;
 }
 
-// How far it counts, 0..1. `depth` [m]: what the other body has there.
-CC_FN float ccPartCounts(const CcWetPart* part, float depth) {
-  return ccMin(ccMax(depth / part->depth, 0.0f), 1.0f);
+// The depth [m] of an end in a record without planes.
+CC_FN float ccEndBelow(const CcWetEnd* end, CcVoxel record) {
+  return record.b == CC_DEEP_INSIDE ? end->depth : 0.0f;
 }
 
-// The same where the other's record has no planes.
-CC_FN float ccPartCountsBelow(CcVoxel record) {
-  return record.b == CC_DEEP_INSIDE ? 1.0f : 0.0f;
+// Limits the parts of a sample that is not all wet to the depth [m] that the other body has at its
+// end: of depths that are evenly spread from 0 on.
+CC_FN void ccLimitWet(const CcWetEnd* end, float depth, float share, float* depth1, float* depth2,
+                      float* depth3) {
+  if (!(depth < end->depth)) return;
+  const float most = ccMax(depth, 0.0f), below = most / end->depth, square = most * most;
+  *depth1 = share * most * (1.0f - 0.5f * below);
+  *depth2 = share * square * (1.0f - below * (2.0f / 3.0f));
+  *depth3 = share * square * most * (1.0f - 0.75f * below);
 }
 
 #endif

@@ -34,12 +34,12 @@ struct HitMaker {
   }
 
   std::int32_t sampleOf(int lane) const { return static_cast<std::int32_t>(sample[lane]); }
-  // Whether the wet part of a lane's sample must be asked for.
-  int partOf(const Direction& dir, const CcLimits& limits, int lane, CcWetPart& part) const {
+  // Whether the deep end of a lane's sample must be looked up.
+  int endOf(const Direction& dir, const CcLimits& limits, int lane, CcWetEnd& end) const {
     const std::int32_t k = sampleOf(lane);
     const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
     const float m[3] = {mx[lane], my[lane], mz[lane]};
-    return ccWetPartOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane], &part);
+    return ccWetEndOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane], &end);
   }
   CcHit operator()(int lane) const {
     const std::int32_t k = sampleOf(lane);
@@ -191,32 +191,29 @@ CC_LANES void estimateNearest(const Direction& dir, const Lanes& lanes, float* e
 
 namespace {
 
-// How far the wet part of a sample counts.
-float countsOf(const Direction& dir, const FieldData& other, const CcWetPart& part) {
+// How deep the end of a sample is in the other body [m].
+float depthAt(const Direction& dir, const FieldData& other, const CcWetEnd& end) {
   float x[3];
-  ccApply(&dir.toOther, part.at, x);
+  ccApply(&dir.toOther, end.at, x);
   const auto& records = other.records();
   const CcPlace place = ccPlaceOf(records.bricks(), x);
   const CcVoxel record = records.records()[records.firsts()[place.brick] + place.cell];
-  if (ccPlaneCount(record) == 0) return ccPartCountsBelow(record);
+  if (ccPlaneCount(record) == 0) return ccEndBelow(&end, record);
   const CcDepth d = ccVoxelDepth(record, other.planes(), place.r);
-  return ccPartCounts(&part, d.depth * static_cast<float>(other.cloud().voxelSize()));
+  return d.depth * static_cast<float>(other.cloud().voxelSize());
 }
 
-// Trims the first `count` of lanes.wet, in `hits`, to what is in the other body.
-void trim(const Direction& dir, const SampleColumns& samples, const FieldData& other,
+// Limits the first `count` of lanes.wet, in `hits`, to what is in the other body.
+void limitWet(const Direction& dir, const SampleColumns& samples, const FieldData& other,
           const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
   const HitMaker maker(dir, samples, lanes);
   const CcLimits limits = dir.limits();
   for (int i = 0; i < count; ++i) {
     if (hits.share[i] >= 1.0f) continue;
-    CcWetPart part;
-    if (!maker.partOf(dir, limits, lanes.wet[i], part)) continue;
-    const float counts = countsOf(dir, other, part);
-    hits.share[i] *= counts;
-    hits.depth1[i] *= counts;
-    hits.depth2[i] *= counts * counts;
-    hits.depth3[i] *= counts * counts * counts;
+    CcWetEnd end;
+    if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
+    ccLimitWet(&end, depthAt(dir, other, end), hits.share[i], hits.depth1 + i, hits.depth2 + i,
+               hits.depth3 + i);
   }
 }
 
@@ -255,7 +252,7 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, const 
   std::int32_t none = 0;
   for (int i = 0; i < made; ++i) none |= !(to.depth1[i] > 0.0f);
   if (none) return false;
-  if (other) trim(dir, samples, *other, lanes, count, to);
+  if (other) limitWet(dir, samples, *other, lanes, count, to);
   hits.commit(static_cast<std::size_t>(count), dir.side, false);
   return true;
 }
