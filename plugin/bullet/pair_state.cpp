@@ -20,6 +20,32 @@ constexpr double kSlidingVoxelsPerStep = 1e-3;
 // `peg_in_hole.sdf` is thrown out of its hole at 120 Hz, and is 0.8 mm deep in it at 240 Hz.
 constexpr double kBesideVoxels = 1;
 
+// [voxels] Pairs whose gap changes by more in a step by turning while they slide are looked up at
+// the step's end. The tip that a spike of a ton slides down at 5 m/s while it turns at 3 rad/s goes
+// 0.06 voxel deeper in each step of 10 ms than any row can see, which the dampers miss: it was 0.80
+// voxel deep without, 0.43 with.
+constexpr double kTurnVoxels = 0.02, kClosesVoxels = 0.5;
+
+// How much the gap of a pair changes within a step by turning while it slides [m], at most: the
+// normal turns with a body while the other moves along it, and where they meet moves on. Zero for
+// what rolls. And how much it closes at least.
+struct Turning {
+  double by = 0, closes = 0;
+};
+
+Turning turningOf(const PairQuery& query, const ContactResult& contact, double step) {
+  const double spin = std::max(query.a.motion.angular.norm(), query.b.motion.angular.norm());
+  Turning most;
+  for (const Patch& patch : contact.patches) {
+    if (isBeside(contact, patch)) continue;
+    const Vec3 along = query.a.motion.at(patch.position) - query.b.motion.at(patch.position);
+    const double closing = along.dot(patch.normal);
+    most.by = std::max(most.by, step * step * spin * (along - closing * patch.normal).norm());
+    most.closes = std::max(most.closes, step * std::abs(closing));
+  }
+  return most;
+}
+
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
   const auto can = [](const btCollisionObject& object) {
@@ -102,6 +128,31 @@ void PairState::lookBeside(const PairQuery& query, double step) {
   finder.lookBeside(a, b, settings, step);
 }
 
+// Rows are lines over the step, along the normals at its beginning.
+std::optional<Touch> PairState::lookOn(PairQuery& query, double step) {
+  if (finder.latest().samples == 0) return std::nullopt;
+  const Turning turning = turningOf(query, finder.latest(), step);
+  if (turning.by < kTurnVoxels * query.voxel || turning.closes > kClosesVoxels * query.voxel)
+    return std::nullopt;
+  ContactBody a = query.a, b = query.b;
+  Touch end;
+  end.time = step;
+  for (ContactBody* body : {&a, &b}) {
+    const Pose from = body->pose;
+    body->pose = movedOn(from, body->motion, step);
+    body->motion.center += step * body->motion.linear;
+    (body == &a ? end.a : end.b) = body->pose * from.inverse();
+  }
+  finder.search(a, b, query.settings);
+  if (finder.latest().samples == 0) {
+    finder.search(query.a, query.b, query.settings);
+    return std::nullopt;
+  }
+  query.a = a;
+  query.b = b;
+  return end;
+}
+
 // By shapes if the query asks for it and the bodies are not too deep in each other.
 const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWrapper& a,
                                      const btCollisionObjectWrapper& b, double step, bool swept,
@@ -114,7 +165,8 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
   earlier = search(query);
   if (query.levels.tolerance > 0)
     levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
-  if (step > 0 && !swept) lookBeside(query, step);
+  if (step > 0 && !swept) turned = lookOn(query, step);
+  if (step > 0 && !swept && !turned) lookBeside(query, step);
   if (!(query.levels.tolerance > 0)) return finder.withIds();
   const ContactResult& found = finder.withIds();
   return step > 0 ? levels.faded(found) : found;
@@ -220,6 +272,7 @@ PairState::Answered PairState::answer(PairQuery& query, const btCollisionObjectW
   double earlier = 0;
   const bool movedAhead = steps && !swept && isMoved(query);
   const bool reused = movedAhead || (steps && !swept && isKnown(query));
+  turned.reset();
   const ContactResult& contact = movedAhead ? moved.latest()
                                  : reused   ? moved.move(query.a, query.b)
                                             : find(query, a, b, step, swept, earlier);
@@ -227,7 +280,7 @@ PairState::Answered PairState::answer(PairQuery& query, const btCollisionObjectW
   if (steps && !reused) {
     apart = query.a.field && query.b.field && contact.samples == 0;
     touched = contact.samples > 0;
-    keep(query, contact, swept);
+    keep(query, contact, swept || turned);
   }
   return {&contact, reused ? Answer::Moved : answeredBy(), earlier};
 }
@@ -240,7 +293,8 @@ bool PairState::finish(const btCollisionObjectWrapper& a, const btCollisionObjec
   finished.found = answer(ahead, a, b, knownStep(step), false);
   finished.written = finished.leaves = false;
   processed = true;
-  const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  if (turned) sides.touch = &*turned;
   const std::size_t patches = finished.found.contact->patches.size();
   if (std::max<std::size_t>(patches, 1) <= writer.manifolds().size()) {
     finished.leaves = write(ahead, sides, *finished.found.contact, step);
@@ -260,7 +314,8 @@ bool PairState::takeFinished(const btCollisionObjectWrapper& a, const btCollisio
                              double step) {
   const std::uint64_t made = std::exchange(finished.step, 0);
   if (made == 0 || !lookAhead || made != lookAhead->step()) return false;
-  const PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
+  if (turned) sides.touch = &*turned;
   const ContactResult& contact = *finished.found.contact;
   if (!finished.written) finished.leaves = write(ahead, sides, contact, step);
   if (finished.leaves) keepAwake(narrowPhase, sides);
@@ -291,7 +346,7 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   const Answered found =
       answer(query, a, b, steps ? knownStep(info.m_timeStep) : 0, touch.has_value());
   PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
-  if (touch) sides.touch = &*touch;
+  if (touch || turned) sides.touch = touch ? &*touch : &*turned;
   if (!steps)
     report(result, sides, query.a, query.b, *found.contact);
   else if (write(query, sides, *found.contact, info.m_timeStep))

@@ -66,11 +66,13 @@ struct PairState {
                                const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
   void lookBeside(const PairQuery& query, double step);
+  std::optional<Touch> lookOn(PairQuery& query, double step);
   // Of the last query, if its contact was not moved.
   Answer answeredBy() const {
     return answeredByShapes ? Answer::Shapes : onDevice ? Answer::Device : Answer::Searched;
   }
-  // `query`: with finer levels afterwards, if its contact asks for them.
+  // `query`: with finer levels afterwards, if its contact asks for them; at the step's end, if
+  // `turned` is set.
   const ContactResult& find(PairQuery& query, const btCollisionObjectWrapper& a,
                             const btCollisionObjectWrapper& b, double step, bool swept,
                             double& earlier);
@@ -145,6 +147,7 @@ struct PairState {
   bool onDevice = false;  // it answered the last query
   bool apart = false;     // the last search in a step found no touch of two clouds
   bool touched = false;   // the last search in a step found a touch
+  std::optional<Touch> turned;  // the step's end, if its contact is the one there
   // [m] The voxel if the last step that asked found nothing; 0: it did.
   double clearVoxel = 0;
   static constexpr double kClear = 1.1;  // voxels; a query asks for one, and boxes are rounded

@@ -30,7 +30,7 @@ constexpr float kEdgeSliver = 0.12f;  // [voxel^2] largest area of an edge's or 
 constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece is cut into
 // The same at a tip of more than three faces, where pieces are slivers that run to the tip. With
 // half a voxel the center of the last one lies 0.33 voxel from the tip, which is felt that late.
-constexpr float kSmallestAtTip = 0.25f;
+constexpr float kSmallestAtTip = 0.125f;
 
 // What a sample costs, the voxels around one looked at for slivers, and a sliver [us].
 constexpr double kSampleCost = 0.8, kLookCost = 0.3, kSliverCost = 0.3;
