@@ -11,8 +11,11 @@
 
 #include "kernels/contact/search.h"
 
-// [voxels of the sample] An end that is less deep is not looked up.
-#define CC_LEAST_END 0.1f
+// [voxels of the sample] An end that is less deep is not looked up, and one that is deeper than the
+// second is believed. From 0.1 on, a nut comes down its bolt 8 % slower: it is held back where
+// crests lean against flanks.
+#define CC_LEAST_END 0.25f
+#define CC_SURE_END 0.45f
 
 typedef struct {
   float at[3];  // in the samples' grid
@@ -43,10 +46,12 @@ CC_FN float ccEndBelow(const CcWetEnd* end, CcVoxel record) {
 
 // Limits the parts of a sample that is not all wet to the depth [m] that the other body has at its
 // end: of depths that are evenly spread from 0 on.
-CC_FN void ccLimitWet(const CcWetEnd* end, float depth, float share, float* depth1, float* depth2,
-                      float* depth3) {
+CC_FN void ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float share, float* depth1,
+                      float* depth2, float* depth3) {
   if (!(depth < end->depth)) return;
-  const float most = ccMax(depth, 0.0f), below = most / end->depth, square = most * most;
+  const float believed =
+      ccMin((end->depth * perVoxel - CC_LEAST_END) / (CC_SURE_END - CC_LEAST_END), 1.0f);
+  const float most = ccMax(end->depth + believed * (depth - end->depth), 0.0f), below = most / end->depth, square = most * most;
   *depth1 = share * most * (1.0f - 0.5f * below);
   *depth2 = share * square * (1.0f - below * (2.0f / 3.0f));
   *depth3 = share * square * most * (1.0f - 0.75f * below);

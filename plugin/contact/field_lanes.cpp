@@ -212,8 +212,8 @@ void limitWet(const Direction& dir, const SampleColumns& samples, const FieldDat
     if (hits.share[i] >= 1.0f) continue;
     CcWetEnd end;
     if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
-    ccLimitWet(&end, depthAt(dir, other, end), hits.share[i], hits.depth1 + i, hits.depth2 + i,
-               hits.depth3 + i);
+    ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i], hits.depth1 + i,
+               hits.depth2 + i, hits.depth3 + i);
   }
 }
 
