@@ -51,7 +51,8 @@ CC_FN void ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float sh
   if (!(depth < end->depth)) return;
   const float believed =
       ccMin((end->depth * perVoxel - CC_LEAST_END) / (CC_SURE_END - CC_LEAST_END), 1.0f);
-  const float most = ccMax(end->depth + believed * (depth - end->depth), 0.0f), below = most / end->depth, square = most * most;
+  const float most = ccMax(end->depth + believed * (depth - end->depth), 0.0f),
+              below = most / end->depth, square = most * most;
   *depth1 = share * most * (1.0f - 0.5f * below);
   *depth2 = share * square * (1.0f - below * (2.0f / 3.0f));
   *depth3 = share * square * most * (1.0f - 0.75f * below);

@@ -144,9 +144,9 @@ struct PairState {
   double aheadSeconds = 0;     // time of that search
   bool aheadOnDevice = false;  // the device made it
   std::uint32_t deviceRoom = SearchTask::kFirstRoom;
-  bool onDevice = false;  // it answered the last query
-  bool apart = false;     // the last search in a step found no touch of two clouds
-  bool touched = false;   // the last search in a step found a touch
+  bool onDevice = false;        // it answered the last query
+  bool apart = false;           // the last search in a step found no touch of two clouds
+  bool touched = false;         // the last search in a step found a touch
   std::optional<Touch> turned;  // the step's end, if its contact is the one there
   // [m] The voxel if the last step that asked found nothing; 0: it did.
   double clearVoxel = 0;

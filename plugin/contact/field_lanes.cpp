@@ -205,7 +205,7 @@ float depthAt(const Direction& dir, const FieldData& other, const CcWetEnd& end)
 
 // Limits the first `count` of lanes.wet, in `hits`, to what is in the other body.
 void limitWet(const Direction& dir, const SampleColumns& samples, const FieldData& other,
-          const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
+              const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
   const HitMaker maker(dir, samples, lanes);
   const CcLimits limits = dir.limits();
   for (int i = 0; i < count; ++i) {

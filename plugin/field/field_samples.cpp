@@ -30,8 +30,8 @@ constexpr float kOwnSliver = 0.01f;   // [voxel^2] smaller slivers are merged in
 constexpr float kEdgeSliver = 0.12f;  // [voxel^2] largest area of an edge's or corner's sliver
 constexpr float kSmallest = 0.5f;     // edge of the smallest box that a piece is cut into
 // The same where more than three faces meet in a voxel, as slivers that run to a tip. With half a
-// voxel the center of the last one lies 0.33 voxel from the tip, which is felt that late. At the tip
-// itself: with a quarter, a tip of 19 deg that is 0.2 voxel deep in a face reads 0.06, with an
+// voxel the center of the last one lies 0.33 voxel from the tip, which is felt that late. At the
+// tip itself: with a quarter, a tip of 19 deg that is 0.2 voxel deep in a face reads 0.06, with an
 // eighth 0.14. Everywhere, an eighth makes a nut gain 1.1 % of energy on its way down its bolt.
 constexpr float kSmallestOfMany = 0.25f, kSmallestAtTip = 0.125f;
 constexpr float kTipWithin = 0.75f, kTipOff = 0.15f;  // [voxels] from the middle; of any face
@@ -209,8 +209,8 @@ bool hasTip(const VoxelState& v) {
         Eigen::Matrix3f rows;
         rows << normal(i).transpose(), normal(j).transpose(), normal(k).transpose();
         if (std::abs(rows.determinant()) < kTipVolume) continue;
-        const V3 tip = rows.inverse() * V3(v.pieces[i].surface.s, v.pieces[j].surface.s,
-                                           v.pieces[k].surface.s);
+        const V3 tip = rows.inverse() *
+                       V3(v.pieces[i].surface.s, v.pieces[j].surface.s, v.pieces[k].surface.s);
         bool all = tip.lpNorm<Eigen::Infinity>() < kTipWithin;
         for (int f = 0; all && f < v.count(); ++f)
           all = std::abs(normal(f).dot(tip) - v.pieces[f].surface.s) < kTipOff;
