@@ -8,6 +8,7 @@
 
 #include "bullet/closest_gap.h"
 #include "bullet/convert.h"
+#include "bullet/turning.h"
 
 namespace cloudcontact {
 
@@ -19,34 +20,6 @@ constexpr double kSlidingVoxelsPerStep = 1e-3;
 // Pairs that move by more in a step are also looked up beside their contact. Without,
 // `peg_in_hole.sdf` is thrown out of its hole at 120 Hz, and is 0.8 mm deep in it at 240 Hz.
 constexpr double kBesideVoxels = 1;
-
-// [voxels] Pairs whose gap changes by more than the first in a step by turning while they slide are
-// looked up at the step's end, unless they close by more than the second. The tip that a spike of a
-// ton slides down at 5 m/s while it turns at 3 rad/s goes 0.06 voxel deeper in each step of 10 ms
-// than any row can see, which the dampers miss: it was 0.80 voxel deep without, 0.43 with. A nut
-// runs down its bolt at 240 Hz by 3.0 to 3.2 rad without, by 3.54 with, and by 3.58 in theory; with
-// 0.001 it gains energy at times, with 0.01 it is held back.
-constexpr double kTurnVoxels = 0.005, kClosesVoxels = 0.5;
-
-// How much the gap of a pair changes within a step by turning while it slides [m], at most: the
-// normal turns with a body while the other moves along it, and where they meet moves on. Zero for
-// what rolls. And how much it closes at least.
-struct Turning {
-  double by = 0, closes = 0;
-};
-
-Turning turningOf(const PairQuery& query, const ContactResult& contact, double step) {
-  const double spin = std::max(query.a.motion.angular.norm(), query.b.motion.angular.norm());
-  Turning most;
-  for (const Patch& patch : contact.patches) {
-    if (isBeside(contact, patch)) continue;
-    const Vec3 along = query.a.motion.at(patch.position) - query.b.motion.at(patch.position);
-    const double closing = along.dot(patch.normal);
-    most.by = std::max(most.by, step * step * spin * (along - closing * patch.normal).norm());
-    most.closes = std::max(most.closes, step * std::abs(closing));
-  }
-  return most;
-}
 
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
@@ -130,21 +103,9 @@ void PairState::lookBeside(const PairQuery& query, double step) {
   finder.lookBeside(a, b, settings, step);
 }
 
-// Rows are lines over the step, along the normals at its beginning.
 std::optional<Touch> PairState::lookOn(PairQuery& query, double step) {
-  if (finder.latest().samples == 0) return std::nullopt;
-  const Turning turning = turningOf(query, finder.latest(), step);
-  if (turning.by < kTurnVoxels * query.voxel || turning.closes > kClosesVoxels * query.voxel)
-    return std::nullopt;
   ContactBody a = query.a, b = query.b;
-  Touch end;
-  end.time = step;
-  for (ContactBody* body : {&a, &b}) {
-    const Pose from = body->pose;
-    body->pose = movedOn(from, body->motion, step);
-    body->motion.center += step * body->motion.linear;
-    (body == &a ? end.a : end.b) = body->pose * from.inverse();
-  }
+  const Touch end = endOf(step, a, b);
   finder.search(a, b, query.settings);
   if (finder.latest().samples == 0) {
     finder.search(query.a, query.b, query.settings);
@@ -167,7 +128,8 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
   earlier = search(query);
   if (query.levels.tolerance > 0)
     levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
-  if (step > 0 && !swept) turned = lookOn(query, step);
+  if (step > 0 && !swept && turnsWithin(step, query, finder.latest(), a, b))
+    turned = lookOn(query, step);
   if (step > 0 && !swept && !turned) lookBeside(query, step);
   if (!(query.levels.tolerance > 0)) return finder.withIds();
   const ContactResult& found = finder.withIds();

@@ -66,6 +66,7 @@ struct PairState {
                                const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
   void lookBeside(const PairQuery& query, double step);
+  // The contact at the step's end (turning.h), and the query with it; empty: there is none.
   std::optional<Touch> lookOn(PairQuery& query, double step);
   // Of the last query, if its contact was not moved.
   Answer answeredBy() const {

@@ -1,0 +1,70 @@
+// How much a pair's gap changes by turning: at most step^2 spin speed, by the speed along the
+// surface. A part that rolls has no such speed.
+#include "bullet/turning.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <algorithm>
+
+namespace cloudcontact {
+
+namespace {
+
+// [voxels] The gap must change by more than the first by turning, and must close by no more than
+// the second. The tip that a spike of a ton slides down at 5 m/s while it turns at 3 rad/s goes
+// 0.06 voxel deeper in each step of 10 ms than any row can see: it was 0.80 voxel deep without,
+// 0.43 with. A nut runs down its bolt at 240 Hz by 3.0 to 3.2 rad without, by 3.54 with, and
+// by 3.58 in theory; with 0.001 it gains energy at times, with 0.01 it is held back.
+constexpr double kTurns = 0.005, kCloses = 0.5;
+// [voxels] Deeper pairs may have to leave (leaving.h), by where they are.
+constexpr double kDeep = 2;
+
+struct Turning {
+  double by = 0, closes = 0, depth = 0;  // [m]
+};
+
+Turning turningOf(const PairQuery& query, const ContactResult& contact, double step) {
+  const double spin = std::max(query.a.motion.angular.norm(), query.b.motion.angular.norm());
+  Turning most;
+  for (const Patch& patch : contact.patches) {
+    if (isBeside(contact, patch)) continue;
+    const Vec3 meeting = query.a.motion.at(patch.position) - query.b.motion.at(patch.position);
+    const double closing = meeting.dot(patch.normal);
+    most.by = std::max(most.by, step * step * spin * (meeting - closing * patch.normal).norm());
+    most.closes = std::max(most.closes, step * std::abs(closing));
+    most.depth = std::max(most.depth, patch.depth);
+  }
+  return most;
+}
+
+// What bounces is met where it touches (impact.h).
+bool bounces(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  return gCalculateCombinedRestitutionCallback(a.getCollisionObject(), b.getCollisionObject()) > 0;
+}
+
+}  // namespace
+
+bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
+                 const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
+  if (found.samples == 0) return false;
+  const Turning turning = turningOf(query, found, step);
+  return turning.by >= kTurns * query.voxel && turning.closes <= kCloses * query.voxel &&
+         turning.depth <= kDeep * query.voxel && !bounces(a, b);
+}
+
+Touch endOf(double step, ContactBody& a, ContactBody& b) {
+  Touch end;
+  end.time = step;
+  const auto move = [step](ContactBody& body) {
+    const Pose from = body.pose;
+    body.pose = movedOn(from, body.motion, step);
+    body.motion.center += step * body.motion.linear;
+    return body.pose * from.inverse();
+  };
+  end.a = move(a);
+  end.b = move(b);
+  return end;
+}
+
+}  // namespace cloudcontact

@@ -1,0 +1,21 @@
+// Pairs that turn while they slide. A solver's row is a line over the step, along the normal at its
+// beginning. But the normal turns with a body while the other moves along it, and the gap closes or
+// opens by more than the row tells. Each next query sees that, but no row's damping does. So such a
+// pair gets the contact that it has at the step's end if it moves on as it does, brought back to
+// its beginning (Touch).
+#pragma once
+
+#include "bullet/pair_query.h"
+
+namespace cloudcontact {
+
+// Whether the pair turns so far within a step of `step` seconds that its contact, `found` now, is
+// better looked up at the step's end. Not what rolls, bounces, meets at a speed, or is deep in each
+// other.
+bool turnsWithin(double step, const PairQuery& query, const ContactResult& found,
+                 const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
+
+// The step's end as a touch, with `a` and `b` moved to where they are then.
+Touch endOf(double step, ContactBody& a, ContactBody& b);
+
+}  // namespace cloudcontact
