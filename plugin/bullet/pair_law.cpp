@@ -82,7 +82,7 @@ double weightOf(const btCollisionObject& object) {
 
 // The fraction of a voxel that the automatic spring takes for a voxel if both bodies move. Such
 // bodies may bear others, and the sags of all joints of a stack add up.
-constexpr double kJoint = 0.1;
+constexpr double kJoint = 0.07;
 
 AutomaticSpring springOf(const btCollisionObject& a, const btCollisionObject& b, double voxel,
                          double step, double bears) {
