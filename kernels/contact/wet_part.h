@@ -45,17 +45,20 @@ CC_FN float ccEndBelow(const CcWetEnd* end, CcVoxel record) {
 }
 
 // Limits the parts of a sample that is not all wet to the depth [m] that the other body has at its
-// end: of depths that are evenly spread from 0 on.
-CC_FN void ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float share, float* depth1,
-                      float* depth2, float* depth3) {
-  if (!(depth < end->depth)) return;
+// end: of depths that are evenly spread from 0 on. Returns by how much the hit moves along its own
+// normal, as it lies midway between the surfaces.
+CC_FN float ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float share, float* depth1,
+                       float* depth2, float* depth3) {
+  if (!(depth < end->depth)) return 0.0f;
   const float believed =
       ccMin((end->depth * perVoxel - CC_LEAST_END) / (CC_SURE_END - CC_LEAST_END), 1.0f);
   const float most = ccMax(end->depth + believed * (depth - end->depth), 0.0f),
-              below = most / end->depth, square = most * most;
-  *depth1 = share * most * (1.0f - 0.5f * below);
+              below = most / end->depth, square = most * most,
+              middle = most * (1.0f - 0.5f * below);
+  *depth1 = share * middle;
   *depth2 = share * square * (1.0f - below * (2.0f / 3.0f));
   *depth3 = share * square * most * (1.0f - 0.75f * below);
+  return 0.5f * (0.5f * end->depth - middle);
 }
 
 #endif
