@@ -24,7 +24,7 @@ constexpr double kDeep = 2;
 // which they slide. A pair that is thrown about does not move on as it does: without this limit a
 // peg that rattles in its hole at 60 Hz jams. A nut on its thread needs 4, since what presses its
 // flanks holds itself in balance.
-constexpr double kSteady = 10;
+constexpr double kSteady = 6;
 
 struct Turning {
   double by = 0, closes = 0, depth = 0;  // [m]
