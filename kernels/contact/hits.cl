@@ -37,8 +37,8 @@ void ccLimitHit(__local const CcTask* t, CcFields all, const float* x, const flo
   float depth = ccEndBelow(&end, record);
   if (ccPlaneCount(record) > 0u)
     depth = ccVoxelDepth(record, all.records + t->other.planes, place.r).depth * t->other.voxel;
-  const float out = ccLimitWet(&end, t->limits.perVoxel, depth, h->wet.share, &h->wet.depth1,
-                               &h->wet.depth2, &h->wet.depth3);
+  const float out = ccLimitWet(&end, t->limits.perVoxel, depth, h->wet.share, &h->facing,
+                               &h->wet.depth1, &h->wet.depth2, &h->wet.depth3);
   for (int i = 0; i < 3; ++i) h->position[i] += out * h->own[i];
 }
 

@@ -16,6 +16,11 @@
 // crests lean against flanks.
 #define CC_LEAST_END 0.25f
 #define CC_SURE_END 0.45f
+// Where the other body has less than the first of the depth by the plane at the middle, the plane
+// is not its surface: the sample does not face it, so that no point of contact stands there. From
+// the second on it does. On threads, points stood up to 1.8 voxels beside a surface.
+#define CC_NOT_THERE 0.1f
+#define CC_THERE 0.3f
 
 typedef struct {
   float at[3];  // in the samples' grid
@@ -45,16 +50,19 @@ CC_FN float ccEndBelow(const CcWetEnd* end, CcVoxel record) {
 }
 
 // Limits the parts of a sample that is not all wet to the depth [m] that the other body has at its
-// end: of depths that are evenly spread from 0 on. Returns by how much the hit moves along its own
-// normal, as it lies midway between the surfaces.
-CC_FN float ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float share, float* depth1,
-                       float* depth2, float* depth3) {
+// end: of depths that are evenly spread from 0 on. And how far it faces the other body. Returns by
+// how much the hit moves along its own normal, as it lies midway between the surfaces.
+CC_FN float ccLimitWet(const CcWetEnd* end, float perVoxel, float depth, float share, float* facing,
+                       float* depth1, float* depth2, float* depth3) {
   if (!(depth < end->depth)) return 0.0f;
   const float believed =
       ccMin((end->depth * perVoxel - CC_LEAST_END) / (CC_SURE_END - CC_LEAST_END), 1.0f);
   const float most = ccMax(end->depth + believed * (depth - end->depth), 0.0f),
               below = most / end->depth, square = most * most,
               middle = most * (1.0f - 0.5f * below);
+  const float there =
+      ccMin(ccMax((depth / end->depth - CC_NOT_THERE) / (CC_THERE - CC_NOT_THERE), 0.0f), 1.0f);
+  *facing *= 1.0f + believed * (there - 1.0f);
   *depth1 = share * middle;
   *depth2 = share * square * (1.0f - below * (2.0f / 3.0f));
   *depth3 = share * square * most * (1.0f - 0.75f * below);

@@ -212,8 +212,9 @@ void limitWet(const Direction& dir, const SampleColumns& samples, const FieldDat
     if (hits.share[i] >= 1.0f) continue;
     CcWetEnd end;
     if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
-    const float out = ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i],
-                                 hits.depth1 + i, hits.depth2 + i, hits.depth3 + i);
+    const float out =
+        ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i], hits.facing + i,
+                   hits.depth1 + i, hits.depth2 + i, hits.depth3 + i);
     hits.x[i] += out * hits.ownX[i];
     hits.y[i] += out * hits.ownY[i];
     hits.z[i] += out * hits.ownZ[i];
