@@ -14,7 +14,7 @@ namespace {
 // [voxels] The gap must change by more than the first by turning, and must close by no more than
 // the second. The tip that a spike of a ton slides down at 5 m/s while it turns at 3 rad/s goes
 // 0.06 voxel deeper in each step of 10 ms than any row can see: it was 0.80 voxel deep without,
-// 0.43 with. A nut runs down its bolt at 240 Hz by 3.0 to 3.2 rad without, by 3.54 with, and
+// 0.43 with. A nut runs down its bolt at 240 Hz by 3.0 to 3.2 rad without, by 3.4 to 3.5 with, and
 // by 3.58 in theory; with 0.001 it gains energy at times, with 0.01 it is held back.
 constexpr double kTurns = 0.005, kCloses = 0.5;
 // [voxels] Deeper pairs may have to leave (leaving.h), by where they are.
