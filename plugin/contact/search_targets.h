@@ -15,11 +15,17 @@
 
 #include <cloudcontact/law/solid.h>
 
+#include <algorithm>
+
 #include "contact/field_lanes.h"
 #include "contact/sheet_side.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact::search {
+
+// [voxels] The most that a half-space tells of a depth or a gap, so that floats and the cells of
+// hits (kernels/contact/hit_bins.h) have room for it.
+constexpr double kDeepest = 1e9;
 
 struct FieldTarget {
   const Direction& dir;
@@ -171,7 +177,9 @@ struct ShapeTarget {
     const V3 slope =
         (dir.body.cloud().voxelSize() * (toShape.orientation.conjugate() * plane.normal))
             .cast<float>();
-    const float offset = static_cast<float>(plane.offset - plane.normal.dot(toShape.position));
+    const double most = kDeepest * dir.body.cloud().voxelSize();
+    const float offset = static_cast<float>(
+        std::clamp(plane.offset - plane.normal.dot(toShape.position), -most, most));
     for (int i = 0; i < lanes.count; ++i) {
       const std::uint32_t k = lanes.sample[i];
       lanes.depth[i] =

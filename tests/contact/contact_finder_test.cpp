@@ -194,6 +194,26 @@ TEST(ContactFinderInput, IsValidated) {
   EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works after bad input";
 }
 
+// A depth that no float holds once overflowed the cells of hits (found by fuzzing). Beyond a
+// thousand million voxels all depths are alike.
+TEST(ContactFinderDepth, OfAnyBodyUnderGroundIsFinite) {
+  BodyMaker maker{kVoxel, Random(34)};
+  const Body box = maker.box({10, 10, 10}), plane = BodyMaker::shape(HalfSpace{});
+  ContactFinder finder;
+  for (const double down : {1.0, 1e6, 1e12, 1e38, 1e39, 1e188, 1e300}) {
+    ContactBody under = box.at({});
+    under.pose.position.z() = -down;
+    const ContactResult& found = finder.find(under, plane.at({}), paper());
+    ASSERT_FALSE(found.points.empty()) << down << " m";
+    for (const ContactPoint& p : found.points) {
+      EXPECT_GE(p.depth, std::min(down, 1e9 * kVoxel) * (1 - 1e-6)) << down << " m";
+      EXPECT_LE(p.depth, 1.1e9 * kVoxel) << down << " m";
+      EXPECT_TRUE(p.position.allFinite()) << down << " m";
+      EXPECT_NEAR(p.normal.z(), -1, 1e-6) << down << " m";
+    }
+  }
+}
+
 // A shape's corner, edge, rim or tip pressed into a cloud's face along the grid, by up to four of
 // the five voxels that the field reaches. The force stays k d. The cloud's samples alone would see
 // 0.58 of a corner's depth.
