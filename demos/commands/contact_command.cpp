@@ -98,7 +98,7 @@ Json reportJson(const ContactReport& report, const CommonOptions& options) {
   return json;
 }
 
-void printText(const Json& j) {
+void printContact(const Json& j) {
   std::cout << j["method"].get<std::string>() << ": " << j["contacts"].size() << " contacts in "
             << j["patches"] << " patches\n"
             << "  force on B  " << vectorText(j["force"]) << " N\n"
@@ -135,7 +135,7 @@ void run(const ContactOptions& options) {
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
   else
-    printText(json);
+    printContact(json);
 }
 
 }  // namespace

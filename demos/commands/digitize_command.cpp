@@ -102,7 +102,7 @@ Json resultJson(const Digitized& d, double density) {
   return json;
 }
 
-void printText(const std::string& name, const Json& j) {
+void printCloud(const std::string& name, const Json& j) {
   const auto n = [&](const char* field) { return j[field].get<double>(); };
   std::cout << name << " in voxels of " << n("voxelSize") << " m\n"
             << "  voxels         " << j["voxels"] << ", near the surface " << j["bandVoxels"]
@@ -136,7 +136,7 @@ void run(const DigitizeOptions& options) {
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
   else
-    printText(options.body, json);
+    printCloud(options.body, json);
 }
 
 }  // namespace

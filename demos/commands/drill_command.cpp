@@ -148,7 +148,7 @@ Json resultJson(const CuttingRun& run, const Cloud& before, const BaseVectorFiel
   return json;
 }
 
-void printText(const std::string& body, const Json& j) {
+void printDrilling(const std::string& body, const Json& j) {
   std::cout << body << " in voxels of " << lengthText(j["voxelSize"].get<double>()) << ", "
             << j["ticks"] << " ticks of " << timeText(j["step"].get<double>()) << '\n'
             << "  greatest force " << forceText(j["mostForce"].get<double>()) << '\n'
@@ -235,7 +235,7 @@ void run(const DrillOptions& o) {
   if (o.common.json)
     std::cout << jsonText(json) << '\n';
   else
-    printText(o.body, json);
+    printDrilling(o.body, json);
 }
 
 void addPlaces(CLI::App& command, DrillOptions& o) {

@@ -24,7 +24,7 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kDefaultSeconds = 5;
+constexpr double kRunSeconds = 5;
 constexpr double kMostSteps = 1e9;  // weeks of computing, and within int
 constexpr double kWatched = 60;     // [s] for the frames of a replay of a run that Ctrl-C ends
 
@@ -171,7 +171,7 @@ Json reportJson(const World& world, const SimulationReport& r, const CommonOptio
   return json;
 }
 
-void printText(const Json& j) {
+void printRun(const Json& j) {
   const auto number = [&](const char* name) { return j[name].get<double>(); };
   std::cout << j["method"].get<std::string>() << ": " << j["steps"] << " steps of "
             << number("step") << " s in " << number("wallSeconds") << " s ("
@@ -260,8 +260,8 @@ void checkRun(const SimulateOptions& options) {
 SimulationSettings runSettings(const SceneDescription& scene, const SimulateOptions& options) {
   SimulationSettings run;
   run.step = options.step.value_or(scene.step);
-  run.seconds = options.isOpenEnded() ? 0.5 * kMostSteps * run.step
-                                      : options.seconds.value_or(kDefaultSeconds);
+  run.seconds =
+      options.isOpenEnded() ? 0.5 * kMostSteps * run.step : options.seconds.value_or(kRunSeconds);
   run.substeps = options.substeps;
   if (run.seconds / run.step > kMostSteps)
     throw BadInput("--step: " + std::to_string(run.seconds) + " s in steps that short are over " +
@@ -319,7 +319,7 @@ void run(const SimulateOptions& options) {
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
   else
-    printText(json);
+    printRun(json);
 }
 
 void addOptions(CLI::App& command, SimulateOptions& o) {

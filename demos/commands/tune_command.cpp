@@ -27,7 +27,7 @@ namespace {
 // [voxels] CloudContactSettings::reuseMotion: up to kMostReuse, of half of what the tolerance
 // leaves.
 constexpr double kMostReuse = 0.02, kLeastReuse = 0.001;
-constexpr double kDefaultSeconds = 0.5;
+constexpr double kTrialSeconds = 0.5;
 
 struct TuneOptions {
   CommonOptions common;
@@ -48,7 +48,7 @@ Trials trialsOf(const TuneOptions& options) {
     if (!options.second.empty() || !options.pose.empty())
       throw BadInput("tune: a scene stands alone; leave out " +
                      (options.second.empty() ? std::string("--pose") : options.second));
-    return sceneTrials(loadScene(options.first), options.seconds.value_or(kDefaultSeconds),
+    return sceneTrials(loadScene(options.first), options.seconds.value_or(kTrialSeconds),
                        options.common);
   }
   if (options.second.empty())
@@ -122,7 +122,7 @@ void printRow(const char* name, const Json& row, const Json& measured) {
   std::cout << text;
 }
 
-void printText(const Json& j, bool scene) {
+void printChoice(const Json& j, bool scene) {
   std::cout << "tolerance " << lengthText(j["tolerance"].get<double>()) << "\n"
             << "           voxel[um]  samples   error[um]       "
             << (scene ? "us/step" : "us/query") << "        MB\n"
@@ -167,7 +167,7 @@ void run(const TuneOptions& options) {
   if (options.common.json)
     std::cout << jsonText(json) << '\n';
   else
-    printText(json, isScene(options));
+    printChoice(json, isScene(options));
 }
 
 void addOwnOptions(CLI::App& command, const std::shared_ptr<TuneOptions>& options) {

@@ -30,7 +30,7 @@ std::vector<double> numbers(const Eigen::Quaterniond& q) {
 
 // The visible part of an infinite plane.
 Mesh planeMesh(const Vec3& normal, const Vec3& about, double span) {
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal);
+  const Eigen::Quaterniond turn = shortestTurn(Vec3::UnitZ(), normal);
   const Vec3 middle = about - normal.dot(about) * normal;
   Mesh mesh;
   for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}})

@@ -132,7 +132,7 @@ void World::State::addJoint(const SceneJoint& joint) {
                      "' deforms; hold its sides by <cloudcontact:soft held=\"...\"> instead");
   // The joint's frame, with z along the axis.
   Pose frame = joint.pose;
-  frame.orientation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), joint.axis);
+  frame.orientation = shortestTurn(Vec3::UnitZ(), joint.axis);
   // A fixed joint may be anywhere; at the center of mass no lever magnifies the solver's error.
   if (joint.kind == SceneJoint::Kind::Fixed && joint.child >= 0)
     frame.position = (bodies[joint.child].scene.pose * bodies[joint.child].parts.frame).position;

@@ -28,7 +28,7 @@ constexpr int kSupportDirections = 1000;
 Pose alongAxis(int up) {
   Vec3 axis = Vec3::Zero();
   axis[up] = 1;
-  return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis), Vec3::Zero()};
+  return {shortestTurn(Vec3::UnitZ(), axis), Vec3::Zero()};
 }
 
 PlacedSolid fromPlane(const btStaticPlaneShape& plane) {

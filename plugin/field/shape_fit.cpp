@@ -223,8 +223,7 @@ PlacedSolid guessOf(Revolved kind, const Turned& t, const Middle& m) {
     if (t.tilt < 0) axis = -axis;  // the sides of a cone look to its tip
     shape.solid = Cone{t.widest, half, 0};
   }
-  shape.place = {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), axis),
-                 m.center + (t.low + t.high) / 2 * t.axis};
+  shape.place = {shortestTurn(Vec3::UnitZ(), axis), m.center + (t.low + t.high) / 2 * t.axis};
   return shape;
 }
 

@@ -227,7 +227,7 @@ struct Pressed {
 };
 
 Eigen::Quaterniond down(const Vec3& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(direction.normalized(), -Vec3::UnitZ());
+  return shortestTurn(direction.normalized(), -Vec3::UnitZ());
 }
 
 const Pressed kPressed[] = {

@@ -61,7 +61,7 @@ TEST(FoundationMoment, OfATiltedFaceIsThatOfTheWedgeBelowThePlane) {
     const double depth = 0.9 * kVoxel;  // at the face's center
     // The plane in the box's frame, through the point `depth` above the face's center.
     const Vec3 up = Vec3(sx, sy, 1).normalized();
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Vec3::UnitZ());
+    const Eigen::Quaterniond turn = shortestTurn(up, Vec3::UnitZ());
     const Vec3 onPlane(0, 0, -edges.z() / 2 + depth);
     const Pose pose{turn, -(turn * onPlane)};
     // The wedge has the height depth - sx x - sy y over the face; first moments in closed form.

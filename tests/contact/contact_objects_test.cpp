@@ -161,8 +161,7 @@ std::vector<Presser> makePressers(const Specimen& s) {
   const Vec3 touch = s.at - kDepth * kH * s.out;
   Pose plane, box, ball;
   plane.position = touch;
-  plane.orientation = box.orientation =
-      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(-s.out));
+  plane.orientation = box.orientation = shortestTurn(Vec3::UnitZ(), Vec3(-s.out));
   box.position = touch + half * s.out;
   ball.position = touch + r * s.out;
   Pose ballCloudPose = ball;

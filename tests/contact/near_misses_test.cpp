@@ -107,8 +107,7 @@ TEST(NearMisses, EdgesAndCorners) {
   Random random(6);
   const Body slab = make.box({40, 40, 12}), cube = make.box({14, 14, 14});
   const Eigen::Quaterniond onEdge(Eigen::AngleAxisd(0.25 * M_PI, Vec3::UnitX()));
-  const Eigen::Quaterniond onCorner =
-      Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1).normalized(), -Vec3::UnitZ());
+  const Eigen::Quaterniond onCorner = shortestTurn(Vec3(1, 1, 1).normalized(), -Vec3::UnitZ());
   for (const double gap : {0.3, 0.6}) {
     for (const auto& [turn, half] :
          {std::pair(onEdge, 7 * std::sqrt(2.0)), std::pair(onCorner, 7 * std::sqrt(3.0))}) {

@@ -167,7 +167,7 @@ std::vector<Tool> tools() {
   const double h = kVoxel;
   const auto straight = Eigen::Quaterniond::Identity();
   const Eigen::Quaterniond edge(Eigen::AngleAxisd(std::acos(0.0) / 2, Vec3::UnitX()));
-  const auto corner = Eigen::Quaterniond::FromTwoVectors(Vec3::Ones(), -Vec3::UnitZ());
+  const auto corner = shortestTurn(Vec3::Ones(), -Vec3::UnitZ());
   const Vec3 cube = Vec3::Constant(6 * h), blade = Vec3(8, 1.25, 8) * h;
   return {{"needle", cylinderMesh(1.5 * h, 16 * h, 1e-6), Cylinder{1.5 * h, 8 * h}, straight, 8},
           {"blade", boxMesh(2 * blade), Box{blade}, straight, 8},

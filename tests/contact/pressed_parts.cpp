@@ -225,8 +225,7 @@ void addCorners(Pairs& pairs) {
   const PartPointer a = boxPart({40, 36, 12}), b = boxPart({24, 30, 14});
   const Vec3 corner(12, 15, 7);
   for (const double d : kDepths)
-    pairs.add("on a corner", a, b,
-              at(0, 0, 6 + corner.norm() - d, Quaternion::FromTwoVectors(corner, -kZ)));
+    pairs.add("on a corner", a, b, at(0, 0, 6 + corner.norm() - d, shortestTurn(corner, -kZ)));
 }
 
 void addBoxes(Pairs& pairs) {

@@ -163,8 +163,7 @@ TEST(DepthImage, BecomesABodyOfTheGivenThickness) {
 // The corner of a box: its three visible faces are in place, the rest is closed behind.
 TEST(DepthImage, ABoxKeepsItsFaces) {
   const Vec3 nearest(0, 0, 1);
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(Vec3(-1, -1, -1), -Vec3::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d turn = shortestTurn(Vec3(-1, -1, -1), -Vec3::UnitZ()).toRotationMatrix();
   const auto corner =
       [&](const Vec3& ray) {  // the nearest face along the ray is the farthest plane
         double depth = 0;

@@ -100,7 +100,7 @@ TEST(Penetration, OfASphereInABoxIsThatOfItsLowestPoint) {
 TEST(Penetration, OfABoxStandingOnItsCornerInAPlane) {
   const Mesh mesh = boxMesh(Vec3(1, 1, 1));
   const MeasuredBody box = bodyOf(SceneBox{Vec3(1, 1, 1)}, &mesh), plane = bodyOf(ScenePlane{});
-  const auto onCorner = Eigen::Quaterniond::FromTwoVectors(Vec3(-1, -1, -1), Vec3(0, 0, -1));
+  const auto onCorner = shortestTurn(Vec3(-1, -1, -1), Vec3(0, 0, -1));
   const double reach = std::sqrt(3.0) / 2;
   EXPECT_NEAR(penetration(plane, Pose(), box, {onCorner, Vec3(5, 6, reach - 0.07)}), 0.07, 1e-12);
   EXPECT_EQ(penetration(plane, Pose(), box, {onCorner, Vec3(5, 6, reach + 0.01)}), 0);

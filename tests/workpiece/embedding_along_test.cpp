@@ -50,8 +50,7 @@ Eigen::Quaterniond about(const Vec3& axis, double angle) {
 std::vector<Tool> tools() {
   const auto none = Eigen::Quaterniond::Identity();
   const Eigen::Quaterniond edge = about(Vec3::UnitX(), std::numbers::pi / 4);
-  const Eigen::Quaterniond corner =
-      Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ());
+  const Eigen::Quaterniond corner = shortestTurn(Vec3(1, 1, 1), -Vec3::UnitZ());
   const Eigen::Quaterniond over = about(Vec3::UnitX(), std::numbers::pi);
   const Vec3 aside(1, 0.3, 0);
   return {{"needle", Cylinder{1.5, 12}, none},
@@ -130,8 +129,7 @@ struct Pressed {
 
   Pressed(const Tool& tool, const Vec3& n, const PlacedSolid& area) : normal(n) {
     detection.area = area;
-    turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), n) * about(Vec3::UnitZ(), 0.43) *
-           tool.turn;
+    turn = shortestTurn(Vec3::UnitZ(), n) * about(Vec3::UnitZ(), 0.43) * tool.turn;
     tip = *farthestOf({scaled(tool.solid), {turn}}, -n);
   }
   // With its tip `depth` voxels deep, at one of several places of the grid.

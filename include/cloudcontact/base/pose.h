@@ -26,6 +26,10 @@ struct Pose {
   }
 };
 
+// The shortest rotation that turns `from` towards `to`, whose lengths do not matter. Eigen's
+// FromTwoVectors(), compiled once: in each file that calls it, it costs ten seconds.
+Eigen::Quaterniond shortestTurn(const Vec3& from, const Vec3& to);
+
 // The velocity of a rigid body, in world coordinates.
 struct Motion {
   Vec3 linear = Vec3::Zero();   // of `center` [m/s]
