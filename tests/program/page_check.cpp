@@ -13,6 +13,7 @@ namespace program_test {
 namespace {
 
 std::string page;  // the file, from the command line
+constexpr std::size_t kColorsOfLetters = 500;  // a blank page has about 200
 
 struct Size {
   int width, height;
@@ -92,7 +93,7 @@ TEST_P(PageAt, ShowsPlaysScrubsTogglesAndCuts) {
             << browser.value("document.documentElement.dataset.ready").get<std::string>()
             << " ms\n";
   const std::string start = browser.screenshot();
-  EXPECT_GT(colors(start), 500u);  // a blank page has about 200, from its letters
+  EXPECT_GT(colors(start), kColorsOfLetters);
   EXPECT_EQ(time(), 0);
 
   clickOn("#play");
@@ -123,8 +124,10 @@ TEST_P(PageAt, ShowsPlaysScrubsTogglesAndCuts) {
   EXPECT_EQ(browser.complaints(), std::vector<std::string>());
 }
 
-TEST_P(PageAt, FitsItsWindow) {
-  ASSERT_TRUE(ready);
+// What the first tier asks of every page.
+TEST_P(PageAt, OpensAndFitsItsWindow) {
+  ASSERT_TRUE(ready) << testing::PrintToString(browser.complaints());
+  EXPECT_GT(colors(browser.screenshot()), kColorsOfLetters);
   EXPECT_EQ(browser.value("document.documentElement.scrollWidth <= innerWidth"), true);
   EXPECT_EQ(browser.value("document.documentElement.scrollHeight <= innerHeight"), true);
   const auto outside = browser.value(
@@ -134,6 +137,7 @@ TEST_P(PageAt, FitsItsWindow) {
       "b.bottom > innerHeight + 0.5); }).map(e => e.id)");
   EXPECT_EQ(outside, nlohmann::json::array());
   EXPECT_GT(double(browser.value("document.getElementById('view').clientHeight")), 250);
+  EXPECT_EQ(browser.complaints(), std::vector<std::string>());
 }
 
 TEST_P(PageAt, TurnsUnderThePointer) {
