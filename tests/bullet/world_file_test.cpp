@@ -72,6 +72,13 @@ struct FileWorld {
   btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
 };
 
+// Bullet's importers own what they have loaded, and delete it when asked only.
+template <typename Importer>
+struct Owner : Importer {
+  using Importer::Importer;
+  ~Owner() { this->deleteAllData(); }
+};
+
 // Clouds on a cloud and on Bullet's plane, beside and on Bullet's boxes, in compounds, with joints.
 struct SavedWorld : FileWorld {
   SavedWorld() {
@@ -181,7 +188,7 @@ TEST_F(WorldFile, GoesOnAsTheWorldThatWasNotSaved) {
     for (int i = 0; i < before; ++i) saved.step();
     saveWorld(saved.world, saved.clouds, file());
     FileWorld loaded;
-    CloudImporter importer(&loaded.world, &loaded.clouds);
+    Owner<CloudImporter> importer(&loaded.world, &loaded.clouds);
     importer.loadFile(file());
     ASSERT_EQ(loaded.world.getNumCollisionObjects(), saved.world.getNumCollisionObjects());
     ASSERT_EQ(loaded.world.getNumConstraints(), 2);
@@ -206,7 +213,7 @@ TEST_F(WorldFile, BulletsSerializerKeepsAllButTheContacts) {
   std::vector<char> bytes(serializer.getBufferPointer(),
                           serializer.getBufferPointer() + serializer.getCurrentBufferSize());
   FileWorld loaded;
-  CloudImporter importer(&loaded.world, &loaded.clouds);
+  Owner<CloudImporter> importer(&loaded.world, &loaded.clouds);
   importer.loadFileFromMemory(bytes.data(), int(bytes.size()));
   for (int i = 0; i < 100; ++i) {
     saved.step();
@@ -236,7 +243,7 @@ TEST_F(WorldFile, KeepsWhatAShapeIs) {
   serializer.save(file());
 
   FileWorld loaded;
-  CloudImporter importer(&loaded.world, &loaded.clouds);
+  Owner<CloudImporter> importer(&loaded.world, &loaded.clouds);
   importer.loadFile(file());
   const btCollisionShape* const named = importer.getCollisionShapeByName("the ball");
   ASSERT_NE(named, nullptr);
@@ -273,7 +280,7 @@ TEST_F(WorldFile, KeepsWhatABodyIs) {
   body.setGravity({1, 2, 3});
   saveWorld(saved.world, saved.clouds, file());
   FileWorld loaded;
-  CloudImporter importer(&loaded.world, &loaded.clouds);
+  Owner<CloudImporter> importer(&loaded.world, &loaded.clouds);
   importer.loadFile(file());
   const btRigidBody& found = loaded.body(loaded.world.getNumCollisionObjects() - 1);
   EXPECT_EQ(found.getLinearDamping(), btScalar(0.25));
@@ -295,14 +302,14 @@ TEST_F(WorldFile, BulletsImporterLeavesCloudsOut) {
   for (auto& joint : saved.joints) saved.world.removeConstraint(joint.get());
   saveWorld(saved.world, saved.clouds, file());
   FileWorld loaded;
-  btBulletWorldImporter importer(&loaded.world);
+  Owner<btBulletWorldImporter> importer(&loaded.world);
   EXPECT_TRUE(importer.loadFile(file().c_str()));
   EXPECT_GT(loaded.world.getNumCollisionObjects(), 3);
 }
 
 std::string refusalOf(const fs::path& file) {
   FileWorld loaded;
-  CloudImporter importer(&loaded.world, &loaded.clouds);
+  Owner<CloudImporter> importer(&loaded.world, &loaded.clouds);
   return messageOf([&] { importer.loadFile(file); });
 }
 
@@ -330,6 +337,8 @@ TEST_F(WorldFile, SamplesEqualTheDocument) {
     importer.loadFile("scene.bullet");
     // load ends
     EXPECT_EQ(loaded.hash(), saved.hash());
+    importer.deleteAllData();
+    EXPECT_EQ(world.getNumCollisionObjects(), 0);
   }
   fs::remove("scene.bullet");
   fs::current_path(before);

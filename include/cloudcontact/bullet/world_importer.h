@@ -16,7 +16,9 @@
 namespace cloudcontact {
 
 // In place of btBulletWorldImporter. Bodies get all that the file says of them, also velocities,
-// inertia, flags and groups, which Bullet's leaves out; joints of one body stay where they were.
+// inertia, flags and groups, which Bullet's leaves out; joints of one body stay where they were. As
+// Bullet's importer, it owns all that it has loaded until deleteAllData() takes that out of the
+// world and deletes it; the destructor does not.
 class CloudImporter : public btBulletWorldImporter {
  public:
   // `contact` is attached to the world's dispatcher; null: contacts begin as between bodies that
