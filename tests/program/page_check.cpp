@@ -12,7 +12,7 @@
 namespace program_test {
 namespace {
 
-std::string page;  // the file, from the command line
+std::string page;                              // the file, from the command line
 constexpr std::size_t kColorsOfLetters = 500;  // a blank page has about 200
 
 struct Size {
