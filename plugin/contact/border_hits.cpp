@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/clipped_segment.h"
+#include "contact/near_misses.h"
 #include "kernels/contact/search.h"
 #include "law/triangle_surface.h"
 
@@ -14,63 +15,86 @@ namespace {
 
 class BorderWalk {
  public:
-  BorderWalk(const ContactBody& cloud, const ContactBody& shape, const PairFrame& frame, Side side,
-             HitColumns& hits)
+  BorderWalk(const ContactBody& cloud, const ContactBody& shape, const PairFrame& frame, Side side)
       : field_(*cloud.field),
+        surface_(*std::get<SurfaceSolid>(*shape.shape).surface),
         toCloud_(cloud.pose.inverse() * shape.pose),
         toFrame_(frame.pose.inverse() * cloud.pose),
         voxel_(field_.cloud().voxelSize()),
-        side_(side),
-        hits_(hits) {}
-  bool instead = false;
-  std::size_t found = 0;
+        side_(side) {}
 
-  // The part of the segment in the cloud's box.
-  void segment(const Vec3& start, const Vec3& end) {
-    const Vec3 from = toCloud_.toWorld(start), way = toCloud_.toWorld(end) - from;
-    const auto part = clipToBox(from, way, field_.bounds());
-    if (!part || part->first == part->second) return;
-    const auto [first, last] = *part;
-    const double length = (last - first) * way.norm();
-    const int count = std::max(1, static_cast<int>(std::lround(length / voxel_)));
-    for (int i = 0; i < count; ++i)
-      place(from + (first + (last - first) * (i + 0.5) / count) * way, voxel_ * length / count);
+  // Calls visit(place, its field point, length [m]) for the places within `margin` of the cloud's
+  // box that its field knows.
+  template <typename Visit>
+  void walk(double margin, const Visit& visit) const {
+    Eigen::AlignedBox3d box = field_.bounds();
+    box.min().array() -= margin;
+    box.max().array() += margin;
+    surface_.visitBorders([&](const Vec3& start, const Vec3& end) {
+      const Vec3 from = toCloud_.toWorld(start), way = toCloud_.toWorld(end) - from;
+      const auto part = clipToBox(from, way, box);
+      if (!part || part->first == part->second) return;
+      const auto [first, last] = *part;
+      const double length = (last - first) * way.norm();
+      const int count = std::max(1, static_cast<int>(std::lround(length / voxel_)));
+      for (int i = 0; i < count; ++i) {
+        const Vec3 x = from + (first + (last - first) * (i + 0.5) / count) * way;
+        if (const auto p = field_.at(x)) visit(x, *p, length / count);
+      }
+    });
+  }
+
+  // `shift` [m]: by which the bodies are moved together.
+  Hit hitAt(const Vec3& x, const FieldPoint& p, double length, double shift) const {
+    const Vec3 surface = x + (p.depth + 0.5 * shift) * p.normal;
+    const Eigen::Vector3f at = toFrame_.toWorld(surface).cast<float>();
+    const Eigen::Vector3f own = Vec3(toFrame_.orientation * p.normal).cast<float>(), n = -own;
+    const float depth = static_cast<float>(p.depth + shift);
+    const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, 0);
+    return {Eigen::Vector3f(h.position[0], h.position[1], h.position[2]),
+            own,
+            n,
+            static_cast<float>(voxel_ * length),
+            h.wet.share,
+            h.wet.depth1,
+            h.wet.depth2,
+            h.wet.depth3,
+            depth,
+            h.facing,
+            static_cast<std::int8_t>(side_),
+            0};
   }
 
  private:
-  void place(const Vec3& x, double area) {
-    const auto p = field_.at(x);
-    if (!p || p->depth <= 0) return;
-    if (instead && found == 0) hits_.clear();
-    ++found;
-    const Eigen::Vector3f at = toFrame_.toWorld(Vec3(x + p->depth * p->normal)).cast<float>();
-    const Eigen::Vector3f own = Vec3(toFrame_.orientation * p->normal).cast<float>(), n = -own;
-    const float depth = static_cast<float>(p->depth);
-    const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, 0);
-    hits_.push_back({Eigen::Vector3f(h.position[0], h.position[1], h.position[2]), own, n,
-                     static_cast<float>(area), h.wet.share, h.wet.depth1, h.wet.depth2,
-                     h.wet.depth3, depth, h.facing, static_cast<std::int8_t>(side_), 0});
-  }
-
   const SurfaceField& field_;
+  const TriangleSurface& surface_;
   Pose toCloud_, toFrame_;
   double voxel_;
   Side side_;
-  HitColumns& hits_;
 };
 
 }  // namespace
 
-std::size_t addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                          bool instead, HitColumns& hits) {
+double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                     double margin, double gap, HitColumns& hits) {
   const ContactBody& shape = a.shape ? a : b;
   const auto* const solid = shape.shape ? std::get_if<SurfaceSolid>(shape.shape) : nullptr;
-  if (!solid || !solid->surface->hasBorders()) return 0;
-  BorderWalk walk(a.shape ? b : a, shape, frame, a.shape ? kB : kA, hits);
-  walk.instead = instead;
-  solid->surface->visitBorders(
-      [&walk](const Vec3& start, const Vec3& end) { walk.segment(start, end); });
-  return walk.found;
+  if (!solid || !solid->surface->hasBorders()) return gap;
+  const BorderWalk walk(a.shape ? b : a, shape, frame, a.shape ? kB : kA);
+  const bool apart = gap > 0 || hits.empty();
+  const double within = apart ? std::max(0.0, margin) : 0.0;
+  double deepest = -within;
+  walk.walk(within, [&](const Vec3&, const FieldPoint& p, double) {
+    deepest = std::max(deepest, double(p.depth));
+  });
+  // As HitSearch moves near misses together.
+  const double shift = deepest > 0 ? 0 : NearMissSearch::kLightly * frame.voxel - deepest;
+  if (deepest <= -within || (gap > 0 && shift >= gap)) return gap;
+  if (apart) hits.clear();
+  walk.walk(within, [&](const Vec3& x, const FieldPoint& p, double length) {
+    if (p.depth + shift > 0) hits.push_back(walk.hitAt(x, p, length, shift));
+  });
+  return shift;
 }
 
 }  // namespace cloudcontact

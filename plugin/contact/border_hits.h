@@ -10,9 +10,11 @@
 namespace cloudcontact {
 
 // Places along the borders of the surface that one body is, a voxel apart: each that is inside the
-// cloud becomes a hit, as if the cloud's surface above it had a sample there. Appends them and
-// returns their number; with `instead` they replace earlier hits if there are any.
-std::size_t addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
-                          bool instead, HitColumns& hits);
+// cloud becomes a hit, as if the cloud's surface above it had a sample there. `gap` [m]: that of
+// HitSearch, 0 where the hits are real. Near misses give way to such hits, and to the places within
+// `margin` [m] of the cloud if these are nearer: the cloud's samples lie beside a border, and see
+// it aslant. Returns the gap of what `hits` are now.
+double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
+                     double margin, double gap, HitColumns& hits);
 
 }  // namespace cloudcontact

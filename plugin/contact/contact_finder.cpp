@@ -81,8 +81,7 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   const auto findHits = [&] {
     level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits, runner,
                                settings.verletLists ? &s.lists : nullptr);
-    gap = memory->search.gap();
-    if (addBorderHits(a, b, frame, gap > 0, hits) > 0) gap = 0;
+    gap = addBorderHits(a, b, frame, settings.margin, memory->search.gap(), hits);
   };
   const auto build = [&](bool gated) {
     return s.make(a, b, settings, frame, {level, hits.size(), gap}, *memory, runner, false, gated);

@@ -69,6 +69,8 @@ constexpr float kOneFace = 0.9f;
 constexpr double kSurelyAway = 1 - 1e-9;  // of a distance, for rounding
 // [voxels] What is farther in front of a sheet touches it from no side.
 constexpr double kInFront = 4;
+// Cosine of 84 deg: the sides of what stands on a sheet do not face it.
+constexpr double kFacesSheet = 0.1;
 
 inline const TriangleSurface* surfaceOf(const Solid& shape) {
   const auto* const solid = std::get_if<SurfaceSolid>(&shape);
@@ -106,11 +108,25 @@ struct ShapeTarget {
                                  toShape.orientation.conjugate() * p.normal, height);
     SolidPoint turned = p;
     if (side < 0) turned = {-p.depth, -p.normal};
-    // A border that cuts into the cloud has matter on both sides. It pushes by itself
-    // (border_hits.h).
-    if (turned.depth > 0 && surface->at(inShape(grid - outward), hint).border)
+    if (turned.depth > 0 && isBesideBorder(turned, grid, outward, hint))
       return {-turned.depth, -turned.normal};
     return turned;
+  }
+
+  // A border that cuts into the cloud has matter on both sides. It pushes by itself
+  // (border_hits.h), where the sheet ends a voxel inside, where the way out is shorter past the
+  // border than through the sheet, and where the cloud's surface does not face the sheet.
+  bool isBesideBorder(const SolidPoint& behind, const V3& grid, const V3& outward,
+                      std::uint32_t& hint) const {
+    const Vec3 foot = inShape(grid) + behind.depth * behind.normal;
+    const Vec3 border = surface->borderNearest(foot);
+    if ((border - foot).squaredNorm() < behind.depth * behind.depth) return true;
+    const Vec3 out = toShape.orientation * outward.cast<double>();
+    const Cloud& cloud = dir.body.cloud();
+    if (out.dot(behind.normal) > -kFacesSheet &&
+        isMatter(cloud, toShape.inverse().toWorld(border) / cloud.voxelSize()))
+      return true;
+    return surface->at(inShape(grid - outward), hint).border;
   }
 
   static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {

@@ -9,11 +9,6 @@ constexpr double kStep = 0.5;  // [voxels]
 constexpr int kMostSteps = 40;
 constexpr int kMatter = 127;  // coverage
 
-bool isMatter(const Cloud& cloud, const Vec3& x) {
-  const Eigen::Vector3i v = x.array().floor().cast<int>();
-  return cloud.coverage(v.x(), v.y(), v.z()) > kMatter;
-}
-
 // Steps from `x` that stay in matter.
 int stepsInside(const Cloud& cloud, Vec3 x, const Vec3& step) {
   int steps = 0;
@@ -22,6 +17,11 @@ int stepsInside(const Cloud& cloud, Vec3 x, const Vec3& step) {
 }
 
 }  // namespace
+
+bool isMatter(const Cloud& cloud, const Vec3& x) {
+  const Eigen::Vector3i v = x.array().floor().cast<int>();
+  return cloud.coverage(v.x(), v.y(), v.z()) > kMatter;
+}
 
 int sideOfSheet(const Cloud& cloud, const Eigen::Vector3f& sample, const Eigen::Vector3f& outward,
                 const Vec3& front, double height) {

@@ -5,6 +5,9 @@
 
 namespace cloudcontact {
 
+// Whether a place [voxels] is in a voxel that is half full.
+bool isMatter(const Cloud& cloud, const Vec3& x);
+
 // A cloud may reach around a sheet's border, as a clamp does: then its jaws are on different sides.
 // 1 if the part is in front, -1 behind, 0 if it cannot be told, by the matter on the line across
 // the sheet through the place a voxel inside the sample. In the cloud's grid [voxels]: the sample's
