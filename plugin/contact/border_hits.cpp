@@ -6,12 +6,15 @@
 
 #include "base/clipped_segment.h"
 #include "contact/near_misses.h"
+#include "field/field_layers.h"
 #include "kernels/contact/search.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact {
 
 namespace {
+
+constexpr float kStraight = 0.9f;  // cosine between a sample's normal and the way to a border
 
 class BorderWalk {
  public:
@@ -22,6 +25,9 @@ class BorderWalk {
         toFrame_(frame.pose.inverse() * cloud.pose),
         voxel_(field_.cloud().voxelSize()),
         side_(side) {}
+
+  // [m] Farther outside no field knows a place.
+  double most() const { return 2 * kOutsideLayers * voxel_; }
 
   // Calls visit(place, its field point, length [m]) for the places within `margin` of the cloud's
   // box that its field knows.
@@ -73,6 +79,22 @@ class BorderWalk {
   Side side_;
 };
 
+// Near misses that are moved together by less [m] than before, without those that touch no more or
+// see the border aslant.
+void moveApart(double by, HitColumns& hits) {
+  const std::size_t count = hits.size();
+  hits.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    Hit hit = hits[i];  // still there
+    hit.depth -= static_cast<float>(by);
+    if (hit.depth <= 0 || hit.facing < kStraight) continue;
+    hit.depth1 = hit.depth;
+    hit.depth2 = hit.depth * hit.depth;
+    hit.depth3 = hit.depth2 * hit.depth;
+    hits.push_back(hit);
+  }
+}
+
 }  // namespace
 
 double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
@@ -82,15 +104,19 @@ double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame
   if (!solid || !solid->surface->hasBorders()) return gap;
   const BorderWalk walk(a.shape ? b : a, shape, frame, a.shape ? kB : kA);
   const bool apart = gap > 0 || hits.empty();
-  const double within = apart ? std::max(0.0, margin) : 0.0;
+  const double within = apart ? std::clamp(margin, 0.0, walk.most()) : 0.0;
   double deepest = -within;
   walk.walk(within, [&](const Vec3&, const FieldPoint& p, double) {
-    deepest = std::max(deepest, double(p.depth));
+    deepest = std::max(deepest, p.depth);
   });
-  // As HitSearch moves near misses together.
+  if (deepest <= -within) return gap;
+  // As HitSearch::touchLightly() moves near misses together.
   const double shift = deepest > 0 ? 0 : NearMissSearch::kLightly * frame.voxel - deepest;
-  if (deepest <= -within || (gap > 0 && shift >= gap)) return gap;
-  if (apart) hits.clear();
+  if (gap > 0 && shift >= gap) return gap;
+  if (gap > 0 && shift > 0)
+    moveApart(gap - shift, hits);
+  else if (apart)
+    hits.clear();
   walk.walk(within, [&](const Vec3& x, const FieldPoint& p, double length) {
     if (p.depth + shift > 0) hits.push_back(walk.hitAt(x, p, length, shift));
   });

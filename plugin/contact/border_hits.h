@@ -9,11 +9,12 @@
 
 namespace cloudcontact {
 
-// Places along the borders of the surface that one body is, a voxel apart: each that is inside the
-// cloud becomes a hit, as if the cloud's surface above it had a sample there. `gap` [m]: that of
-// HitSearch, 0 where the hits are real. Near misses give way to such hits, and to the places within
-// `margin` [m] of the cloud if these are nearer: the cloud's samples lie beside a border, and see
-// it aslant. Returns the gap of what `hits` are now.
+// Places along the borders of the surface that one body is, about a voxel apart: each that is
+// inside the cloud becomes a hit, as if the cloud's surface above it had a sample there. `gap` [m]:
+// that of HitSearch, 0 where the hits are real; near misses give way to them. Where nothing
+// touches, the places that are nearest become near misses if they are nearer than the cloud's
+// samples, as far as the margin reaches: samples lie beside a border, and see it aslant. Returns
+// the gap of what `hits` are now.
 double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                      double margin, double gap, HitColumns& hits);
 

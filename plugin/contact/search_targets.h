@@ -71,6 +71,7 @@ constexpr double kSurelyAway = 1 - 1e-9;  // of a distance, for rounding
 constexpr double kInFront = 4;
 // Cosine of 84 deg: the sides of what stands on a sheet do not face it.
 constexpr double kFacesSheet = 0.1;
+constexpr double kLooksAtSheet = 0.7;  // cosine of 45 deg
 
 inline const TriangleSurface* surfaceOf(const Solid& shape) {
   const auto* const solid = std::get_if<SurfaceSolid>(&shape);
@@ -108,25 +109,32 @@ struct ShapeTarget {
                                  toShape.orientation.conjugate() * p.normal, height);
     SolidPoint turned = p;
     if (side < 0) turned = {-p.depth, -p.normal};
-    if (turned.depth > 0 && isBesideBorder(turned, grid, outward, hint))
+    if (turned.depth > 0 && isPastBorder(turned, grid, outward, hint))
       return {-turned.depth, -turned.normal};
     return turned;
   }
 
-  // A border that cuts into the cloud has matter on both sides. It pushes by itself
-  // (border_hits.h), where the sheet ends a voxel inside, where the way out is shorter past the
-  // border than through the sheet, and where the cloud's surface does not face the sheet.
-  bool isBesideBorder(const SolidPoint& behind, const V3& grid, const V3& outward,
-                      std::uint32_t& hint) const {
+  // Whether a sample behind a sheet is pushed by the sheet's border instead (border_hits.h): where
+  // the sheet ends a voxel inside the sample; where the way out past the border is shorter than
+  // through the sheet, unless they meet face to face and the border is too deep to push; and on the
+  // cloud's sides, which do not face the sheet, if the border is in the cloud.
+  bool isPastBorder(const SolidPoint& behind, const V3& grid, const V3& outward,
+                    std::uint32_t& hint) const {
+    if (surface->at(inShape(grid - outward), hint).border) return true;
     const Vec3 foot = inShape(grid) + behind.depth * behind.normal;
     const Vec3 border = surface->borderNearest(foot);
-    if ((border - foot).squaredNorm() < behind.depth * behind.depth) return true;
-    const Vec3 out = toShape.orientation * outward.cast<double>();
-    const Cloud& cloud = dir.body.cloud();
-    if (out.dot(behind.normal) > -kFacesSheet &&
-        isMatter(cloud, toShape.inverse().toWorld(border) / cloud.voxelSize()))
-      return true;
-    return surface->at(inShape(grid - outward), hint).border;
+    if (!border.allFinite()) return false;
+    const Vec3 place = toShape.toLocal(border) / dir.body.cloud().voxelSize();
+    const double facing = -(toShape.orientation * outward.cast<double>()).dot(behind.normal);
+    if ((border - foot).norm() < behind.depth) return facing < kLooksAtSheet || !isDeep(place);
+    return facing < kFacesSheet && isMatter(dir.body.cloud(), place);
+  }
+
+  // Whether a place [voxels] is deeper in the cloud than its field knows.
+  bool isDeep(const Vec3& place) const {
+    const Eigen::Vector3i v = place.array().floor().cast<int>();
+    return isMatter(dir.body.cloud(), place) &&
+           ccPlaneCount(dir.body.records().at(v.x(), v.y(), v.z())) == 0;
   }
 
   static void set(Lanes& lanes, int i, const std::pair<float, V3>& there) {

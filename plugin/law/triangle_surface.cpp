@@ -114,12 +114,13 @@ void TriangleSurface::build(std::span<const double> corners, const Eigen::Aligne
   for (const Face& face : faces_)
     for (const std::uint32_t corner : face.corner) bounds_.extend(corners_[corner]);
   if (!bounds_.isEmpty() && bounds_.intersects(within)) bounds_ = bounds_.intersection(within);
-  hasJumps_ = false;
+  hasJumps_ = hasBorders_ = false;
   borders_.clear();
   for (std::uint32_t i = 0; i < edges_.size(); ++i) {
     const Edge& e = edges_[i];
     if (e.faces == 0 || !crosses(corners_[e.from], corners_[e.to], within)) continue;
-    if (!e.joins()) borders_.push_back(i);
+    hasBorders_ |= !e.joins();
+    if (e.faces == 1) borders_.push_back(i);
     hasJumps_ |= !e.joins() || faces_[e.face[0]].normal.dot(faces_[e.face[1]].normal) < kOneFace;
   }
   buildTree();
@@ -445,13 +446,13 @@ bool TriangleSurface::turnTo(std::span<const Vec3> points) {
 
 void TriangleSurface::visitBorders(
     const std::function<void(const Vec3&, const Vec3&)>& visit) const {
-  for (const Edge& edge : edges_)
-    if (edge.faces > 0 && !edge.joins()) visit(corners_[edge.from], corners_[edge.to]);
+  for (const std::uint32_t border : borders_)
+    visit(corners_[edges_[border].from], corners_[edges_[border].to]);
 }
 
 Vec3 TriangleSurface::borderNearest(const Vec3& x) const {
-  Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
+  Vec3 best = Vec3::Constant(least);
   for (const std::uint32_t border : borders_) {
     const Vec3& from = corners_[edges_[border].from];
     const Vec3 way = corners_[edges_[border].to] - from;

@@ -36,7 +36,7 @@ class TriangleSurface {
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   // Whether normals jump anywhere: at a sharp edge or at a border.
   bool hasJumps() const { return hasJumps_; }
-  bool hasBorders() const { return !borders_.empty(); }
+  bool hasBorders() const { return hasBorders_; }
 
   // The surface's nearest point. `hint`: a triangle that may be near, as the last point's; the
   // result does not depend on it. Not of an empty surface.
@@ -47,8 +47,9 @@ class TriangleSurface {
   }
   // Edges that stick out of the matter, and borders.
   void visitEdges(const std::function<void(const Vec3&, const Vec3&)>& visit) const;
+  // Edges of one face, within the bounds of what is asked.
   void visitBorders(const std::function<void(const Vec3&, const Vec3&)>& visit) const;
-  // The place of a border that is nearest to a point. Not of a surface without borders.
+  // The place of such a border that is nearest to a point; infinitely far where there is none.
   Vec3 borderNearest(const Vec3& x) const;
 
  private:
@@ -111,7 +112,7 @@ class TriangleSurface {
   std::vector<std::uint8_t> onBorder_;  // of corners
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
-  std::vector<std::uint32_t> borders_;  // edges that join nothing, where the surface is asked
+  std::vector<std::uint32_t> borders_;  // edges of one face, where the surface is asked
   std::vector<double> sides_, votes_;   // of sheets; side 1: as wound, -1: turned
   std::vector<std::uint32_t> table_, edgeTable_, place_, stack_, owner_,
       copy_;  // place_: of faces in triangles_
@@ -119,7 +120,7 @@ class TriangleSurface {
   std::vector<Node> nodes_;
   mutable std::vector<Prism> prisms_;  // of faces; their rooms are found when first asked for
   Eigen::AlignedBox3d bounds_;
-  bool hasJumps_ = false;
+  bool hasJumps_ = false, hasBorders_ = false;
 };
 
 }  // namespace cloudcontact
