@@ -57,18 +57,7 @@ class BorderWalk {
     const Eigen::Vector3f own = Vec3(toFrame_.orientation * p.normal).cast<float>(), n = -own;
     const float depth = static_cast<float>(p.depth + shift);
     const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, 0);
-    return {Eigen::Vector3f(h.position[0], h.position[1], h.position[2]),
-            own,
-            n,
-            static_cast<float>(voxel_ * length),
-            h.wet.share,
-            h.wet.depth1,
-            h.wet.depth2,
-            h.wet.depth3,
-            depth,
-            h.facing,
-            static_cast<std::int8_t>(side_),
-            0};
+    return hitOf(h, static_cast<float>(voxel_ * length), depth, side_, false);
   }
 
  private:
@@ -86,11 +75,9 @@ void moveApart(double by, HitColumns& hits) {
   hits.clear();
   for (std::size_t i = 0; i < count; ++i) {
     Hit hit = hits[i];  // still there
-    hit.depth -= static_cast<float>(by);
-    if (hit.depth <= 0 || hit.facing < kStraight) continue;
-    hit.depth1 = hit.depth;
-    hit.depth2 = hit.depth * hit.depth;
-    hit.depth3 = hit.depth2 * hit.depth;
+    const float depth = hit.depth - static_cast<float>(by);
+    if (depth <= 0 || hit.facing < kStraight) continue;
+    setDepth(hit, depth);
     hits.push_back(hit);
   }
 }
@@ -104,7 +91,7 @@ double addBorderHits(const ContactBody& a, const ContactBody& b, const PairFrame
   if (!solid || !solid->surface->hasBorders()) return gap;
   const BorderWalk walk(a.shape ? b : a, shape, frame, a.shape ? kB : kA);
   const bool apart = gap > 0 || hits.empty();
-  const double within = apart ? std::clamp(margin, 0.0, walk.most()) : 0.0;
+  const double within = apart ? std::min(std::max(0.0, margin), walk.most()) : 0.0;
   double deepest = -within;
   walk.walk(within, [&](const Vec3&, const FieldPoint& p, double) {
     deepest = std::max(deepest, p.depth);

@@ -5,6 +5,30 @@
 
 namespace cloudcontact {
 
+Hit hitOf(const CcHit& hit, float area, float depth, Side side, bool deep) {
+  using V3 = Eigen::Vector3f;
+  return {V3(hit.position),
+          V3(hit.own),
+          V3(hit.other),
+          area,
+          hit.wet.share,
+          hit.wet.depth1,
+          hit.wet.depth2,
+          hit.wet.depth3,
+          depth,
+          hit.facing,
+          static_cast<std::int8_t>(side),
+          static_cast<std::int8_t>(deep)};
+}
+
+void setDepth(Hit& hit, float depth) {
+  hit.depth = depth;
+  hit.share = 1;
+  hit.depth1 = depth;
+  hit.depth2 = depth * depth;
+  hit.depth3 = hit.depth2 * depth;
+}
+
 void HitColumns::enlarge(std::size_t size) {
   // The odd size keeps the starts of the columns out of one set of the cache.
   move(std::max<std::size_t>({size, 2 * side_.size(), 256}) + 48);

@@ -25,6 +25,11 @@ struct Hit {
   std::int8_t deep;                     // 1: below the band
 };
 
+// `area` [m^2], `depth` [m] at the sample.
+Hit hitOf(const CcHit& hit, float area, float depth, Side side, bool deep);
+// Makes a hit `depth` [m] deep all over its area, above 0.
+void setDepth(Hit& hit, float depth);
+
 // Hits in columns. It keeps its memory when cleared.
 class HitColumns {
  public:

@@ -157,11 +157,7 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
   for (Hit hit : found) {
     if (hit.depth + shift <= 0) continue;
     hit.position -= 0.5f * hit.depth * hit.own;
-    hit.depth += shift;
-    hit.share = 1;
-    hit.depth1 = hit.depth;
-    hit.depth2 = hit.depth * hit.depth;
-    hit.depth3 = hit.depth2 * hit.depth;
+    setDepth(hit, hit.depth + shift);
     hits.push_back(hit);
   }
   if (!hits.empty()) gap_ = static_cast<double>(shift);

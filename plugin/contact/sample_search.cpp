@@ -41,18 +41,7 @@ Hit hitOf(const Direction& dir, const SurfaceSample& s, float depth, const V3& o
   const V3 own = turned(dir.frameFromOwn, V3(s.normal[0], s.normal[1], s.normal[2]));
   const V3 n = deep ? V3(-own) : turned(dir.frameFromOther, other);
   const CcHit h = ccHitOf(at.data(), own.data(), n.data(), depth, dir.limits().halfWidth * s.width);
-  return {V3(h.position[0], h.position[1], h.position[2]),
-          own,
-          n,
-          s.area * dir.voxel * dir.voxel,
-          h.wet.share,
-          h.wet.depth1,
-          h.wet.depth2,
-          h.wet.depth3,
-          depth,
-          h.facing,
-          static_cast<std::int8_t>(dir.side),
-          static_cast<std::int8_t>(deep)};
+  return cloudcontact::hitOf(h, s.area * dir.voxel * dir.voxel, depth, dir.side, deep);
 }
 
 }  // namespace cloudcontact::search

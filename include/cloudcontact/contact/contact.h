@@ -44,7 +44,8 @@ struct ContactSettings {
   Law law = KelvinVoigt{1e4, 0};  // shared out among the points (sharedSpring)
   // [m] Bodies that do not touch but are nearer than this get points with a negative depth where
   // they would touch first. A solver can then stop them within its step. At most two voxels, but
-  // for a plane (HalfSpace), which has no limit.
+  // for a plane (HalfSpace), which has no limit, and for borders of triangles, as far as the
+  // cloud's field knows (about three).
   double margin = 0;
   // The search takes the coarsest of three sample levels that gives this many hits (finer levels
   // need a third of it), or all samples if none does. Fewer hits are faster and less accurate
