@@ -88,12 +88,12 @@ Kind kindOf(int index, double size) {
       return {"link", program::chainLinkMesh({4 * mm, 10 * mm, 8 * mm, 48, 64}), 4 * mm, false};
     case 8:
       return {"ring",
-              turnedMesh(120, 60, true,
-                         [&](double angle, double s) {
-                           const double t = 2 * std::numbers::pi * s, r = 9 + 4 * std::cos(t);
-                           return Vec3(r * mm * std::cos(angle), r * mm * std::sin(angle),
-                                       4 * mm * std::sin(t));
-                         }),
+              revolvedMesh(120, 60, true,
+                           [&](double angle, double s) {
+                             const double t = 2 * std::numbers::pi * s, r = 9 + 4 * std::cos(t);
+                             return Vec3(r * mm * std::cos(angle), r * mm * std::sin(angle),
+                                         4 * mm * std::sin(t));
+                           }),
               4 * mm, false};
     default:
       return {"cube", primitive(Box{{8 * mm, 8 * mm, 8 * mm}}), 8 * mm, false};

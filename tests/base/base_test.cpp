@@ -7,7 +7,7 @@
 #include "base/grid_index.h"
 #include "base/hash.h"
 
-namespace cloudcontact {
+namespace cloudcontact::base_test {
 namespace {
 
 TEST(GridIndex, RunsWithXFastestAndBack) {
@@ -81,4 +81,4 @@ TEST(ByteArchive, RefusesFlagsThatAreNone) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::base_test

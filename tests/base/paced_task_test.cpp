@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace cloudcontact {
+namespace cloudcontact::paced_task_test {
 namespace {
 
 TEST(PacedTask, StopsWhereTheBudgetEnds) {
@@ -71,4 +71,4 @@ TEST(PacedTask, EndsWhenItIsNoLongerWanted) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::paced_task_test

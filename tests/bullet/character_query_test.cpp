@@ -9,7 +9,7 @@
 
 #include "bullet/query_bodies.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::character_query_test {
 namespace {
 
 constexpr double kStairVoxel = 0.05;
@@ -192,4 +192,4 @@ TEST(Ghost, SeesStairsAndTouchesThem) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::character_query_test

@@ -12,7 +12,7 @@
 #include "bullet/convert.h"
 #include "bullet/solid_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::cloud_body_test {
 namespace {
 
 constexpr double kArm = 0.12, kShortArm = 0.08, kThick = 0.03, kHeight = 0.04;
@@ -344,4 +344,4 @@ TEST(CloudBody, ReportsAnOpenMesh) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::cloud_body_test

@@ -5,7 +5,7 @@
 
 #include "base/counted_new.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::cloud_dispatcher_memory_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kAcross = 20e-3, kHeight = 10e-3;
@@ -49,4 +49,4 @@ TEST(CloudDispatcherMemory, NothingIsAllocatedInAStep) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::cloud_dispatcher_memory_test

@@ -13,7 +13,7 @@
 
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::cloud_dispatcher_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -350,4 +350,4 @@ TEST(CloudDispatcher, RefusesNegativeThreads) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::cloud_dispatcher_test

@@ -5,7 +5,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_callback_test {
 namespace {
 
 btScalar wanted = 0;  // by the callback
@@ -151,4 +151,4 @@ TEST_F(ContactCallback, ItsStiffnessHolds) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_callback_test

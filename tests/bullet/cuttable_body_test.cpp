@@ -9,7 +9,7 @@
 #include "bullet/bullet_world.h"
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::cuttable_body_test {
 namespace {
 
 constexpr double kVoxel = 2e-3;
@@ -489,4 +489,4 @@ TEST(CuttableBody, PiecesKeepTissuesAndBaseVectors) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::cuttable_body_test

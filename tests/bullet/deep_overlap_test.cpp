@@ -8,7 +8,7 @@
 
 #include "bullet/triangle_grounds.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::deep_overlap_test {
 namespace {
 
 constexpr double kHalf = 0.03;  // of the small body's edges
@@ -203,4 +203,4 @@ TEST(DeepOverlap, TheSettingMustBePositive) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::deep_overlap_test

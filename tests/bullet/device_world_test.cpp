@@ -9,7 +9,7 @@
 
 #include "device/skip_without_device.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::device_world_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -170,4 +170,4 @@ TEST(DeviceWorld, FewPairsStayOnTheCpu) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::device_world_test

@@ -10,7 +10,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::diagnosis_test {
 namespace {
 
 TEST(Diagnose, NamesOnlyTheWrongSetting) {
@@ -249,4 +249,4 @@ TEST(Diagnose, SaysThatCloudsAreNotAttached) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::diagnosis_test

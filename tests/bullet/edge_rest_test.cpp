@@ -7,7 +7,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::edge_rest_test {
 namespace {
 
 constexpr double kVoxel = 0.2, kMass = 1000, kStiffness = 5e6, kStep = 1. / 60;
@@ -50,4 +50,4 @@ TEST(EdgeRest, ACubeAcrossTwoBlocksLiesStill) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::edge_rest_test

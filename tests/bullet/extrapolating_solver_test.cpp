@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::extrapolating_solver_test {
 namespace {
 
 constexpr double kVoxel = 0.1, kGravity = 9.81, kStep = 1. / 60;
@@ -249,4 +249,4 @@ TEST(Bears, IsOneAtLeast) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::extrapolating_solver_test

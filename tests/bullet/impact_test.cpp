@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::impact_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81, kHeight = 0.5;
@@ -154,4 +154,4 @@ TEST(Impact, TheSpeedIsThatOfATouchBetweenTwoSteps) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::impact_test

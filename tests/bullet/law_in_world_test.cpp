@@ -7,7 +7,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::law_in_world_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81;
@@ -206,4 +206,4 @@ TEST(LawInWorld, FoundationWithoutAStiffnessSharesOutAnAutomaticSpring) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::law_in_world_test

@@ -12,7 +12,7 @@
 #include "bullet/bullet_world.h"
 #include "mesh/thread_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::levels_test {
 namespace {
 
 constexpr double kVoxel = 0.5e-3, kStep = 1. / 240;
@@ -218,7 +218,7 @@ TEST(Levels, AThreadIsFineAndABallOnItIsNot) {
 // A pin in a hole with less play than the tolerance: coarse surfaces would jam it.
 TEST(Levels, ATightFitIsSearchedFiner) {
   const auto pin = levelsOf(cylinderMesh(8e-3, 20e-3, 1e-6));
-  const auto hole = levelsOf(turnedMesh(180, 120, true, [](double angle, double s) {
+  const auto hole = levelsOf(revolvedMesh(180, 120, true, [](double angle, double s) {
     const bool inside = s < 0.5;
     const double z = 16e-3 * ((inside ? 2 * s : 2 - 2 * s) - 0.5), r = inside ? 8.1e-3 : 16e-3;
     return Vec3(r * std::cos(angle), r * std::sin(angle), z);
@@ -345,4 +345,4 @@ TEST(Levels, BadFidelityIsRefused) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::levels_test

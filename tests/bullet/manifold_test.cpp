@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::manifold_test {
 namespace {
 
 constexpr double kVoxel = 0.01;
@@ -335,4 +335,4 @@ TEST(Manifold, BulletsCallbacksAreCalledAsForItsOwnShapes) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::manifold_test

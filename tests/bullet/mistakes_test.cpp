@@ -11,7 +11,7 @@
 #include "bullet/bullet_world.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::mistakes_test {
 namespace {
 
 constexpr double kVoxel = 0.004;
@@ -302,4 +302,4 @@ TEST(Scaling, BodiesTouchAsLargeAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::mistakes_test

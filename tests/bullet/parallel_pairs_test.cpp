@@ -8,7 +8,7 @@
 #include <mutex>
 #include <thread>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::parallel_pairs_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -188,4 +188,4 @@ TEST(ParallelPairs, SoftBodiesPushWhileOthersRead) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::parallel_pairs_test

@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::physics_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81;
@@ -290,4 +290,4 @@ TEST(Determinism, TheSameSceneTwiceIsTheSameToTheBit) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::physics_test

@@ -34,7 +34,7 @@ struct QueryBody {
 
 // A ball with humps and hollows, all of them round: radii of 20 voxels and more.
 inline Mesh humpedMesh(int around, int along) {
-  return turnedMesh(around, along, false, [](double angle, double s) {
+  return revolvedMesh(around, along, false, [](double angle, double s) {
     const double polar = std::numbers::pi * s, bump = std::sin(polar);
     const double r = 0.4 * (1 + 0.05 * bump * bump * bump * std::cos(3 * angle) +
                             0.06 * std::cos(3 * polar + 1) * bump * bump);
@@ -62,12 +62,12 @@ inline std::vector<QueryBody> queryBodies(double facet, double voxel = kQueryVox
   const auto sides = [&](double radius) {
     return static_cast<int>(2 * std::numbers::pi * radius / (facet * 0.01));
   };
-  const Mesh torus = turnedMesh(sides(0.6), sides(0.22), true, [](double angle, double s) {
+  const Mesh torus = revolvedMesh(sides(0.6), sides(0.22), true, [](double angle, double s) {
     const double turn = 2 * std::numbers::pi * s, r = 0.45 + 0.22 * std::cos(turn);
     return Vec3(r * std::cos(angle), r * std::sin(angle), 0.22 * std::sin(turn));
   });
   const Thread thread{0.3, 0.16, 0.08};
-  const Mesh ball = turnedMesh(sides(0.3), sides(0.3) / 2, false, [](double angle, double s) {
+  const Mesh ball = revolvedMesh(sides(0.3), sides(0.3) / 2, false, [](double angle, double s) {
     const double polar = std::numbers::pi * s, r = 0.3 * std::sin(polar);
     return Vec3(r * std::cos(angle), r * std::sin(angle), -0.3 * std::cos(polar));
   });

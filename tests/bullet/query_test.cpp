@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::query_test {
 namespace {
 
 constexpr double kVoxel = 0.01;
@@ -316,4 +316,4 @@ TEST(DebugDraw, DrawsSurfaceAndPatchesInTheirModesOnly) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::query_test

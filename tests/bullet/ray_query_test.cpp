@@ -9,7 +9,7 @@
 
 #include "bullet/query_bodies.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::ray_query_test {
 namespace {
 
 using ClosestRay = btCollisionWorld::ClosestRayResultCallback;
@@ -158,4 +158,4 @@ TEST(RayTest, NamesTheShapeByItsUserIndexAndTheChildByOurs) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::ray_query_test

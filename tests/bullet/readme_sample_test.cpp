@@ -9,6 +9,7 @@
 
 #include "base/document_sample.h"
 
+namespace readme_sample_test {
 namespace {
 
 cloudcontact::Mesh cube(double edge) {
@@ -164,3 +165,5 @@ TEST(BulletSample, EqualsTheDocument) {
 }
 
 }  // namespace
+
+}  // namespace readme_sample_test

@@ -14,7 +14,7 @@
 #include "contact/press_direction.h"
 #include "mesh/turned_mesh.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::recognized_pairs_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -328,4 +328,4 @@ TEST(RecognizedPairs, EnergyDoesNotGrow) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::recognized_pairs_test

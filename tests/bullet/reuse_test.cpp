@@ -9,7 +9,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::reuse_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kStep = 1. / 240;
@@ -224,4 +224,4 @@ TEST(Reuse, RefusesAMotionThatIsNone) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::reuse_test

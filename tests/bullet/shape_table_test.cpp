@@ -18,7 +18,7 @@
 
 #include "bullet/triangle_grounds.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::shape_table_test {
 namespace {
 
 constexpr double kGravity = 9.81;
@@ -265,4 +265,4 @@ INSTANTIATE_TEST_SUITE_P(Clouds, ShapeTable, ::testing::Values(0, 1, 2), [](cons
 });
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::shape_table_test

@@ -8,7 +8,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::shape_test {
 namespace {
 
 constexpr double kVoxel = 0.005, kRadius = 0.1;
@@ -216,4 +216,4 @@ TEST(CloudShape, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::shape_test

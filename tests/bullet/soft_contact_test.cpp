@@ -15,7 +15,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::soft_contact_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81;
@@ -470,4 +470,4 @@ TEST(SoftContact, BodiesOfADeformableWorldCountAsFailures) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::soft_contact_test

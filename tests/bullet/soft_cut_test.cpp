@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::soft_cut_test {
 namespace {
 
 constexpr double kVoxel = 0.0025, kCell = 0.01;
@@ -173,4 +173,4 @@ TEST(SoftCut, ADrivenBladeCutsInAWorld) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::soft_cut_test

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::soft_matter_test {
 namespace {
 
 constexpr double kVoxel = 0.0025, kEdge = 0.02, kGravity = 9.81;
@@ -193,4 +193,4 @@ TEST(SoftMatter, MomentumIsKept) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::soft_matter_test

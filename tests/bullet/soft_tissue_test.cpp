@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::soft_tissue_test {
 namespace {
 
 constexpr double kGravity = 9.81, kStep = 0.002;
@@ -253,4 +253,4 @@ TEST(SoftTissue, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::soft_tissue_test

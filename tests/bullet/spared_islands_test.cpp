@@ -9,7 +9,7 @@
 
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::spared_islands_test {
 namespace {
 
 constexpr double kVoxel = 0.1;
@@ -147,4 +147,4 @@ TEST(SparedIslands, TheWorldsSettingsStayAndNothingIsAdvised) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::spared_islands_test

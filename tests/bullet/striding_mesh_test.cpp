@@ -8,7 +8,7 @@
 #include "bullet/bullet_world.h"
 #include "bullet/convert.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::striding_mesh_test {
 namespace {
 
 const Vec3 kEdges(0.1, 0.2, 0.3);
@@ -132,4 +132,4 @@ TEST(MeshOfArrays, IsTheMesh) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::striding_mesh_test

@@ -8,7 +8,7 @@
 
 #include "bullet/query_bodies.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::sweep_query_test {
 namespace {
 
 using ClosestSweep = btCollisionWorld::ClosestConvexResultCallback;
@@ -123,4 +123,4 @@ TEST(Ccd, FastBodiesStopAtAWallOfTwoVoxels) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::sweep_query_test

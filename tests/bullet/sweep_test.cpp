@@ -10,7 +10,7 @@
 #include "bullet/triangle_grounds.h"
 #include "contact/first_touch.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::sweep_test {
 namespace {
 
 constexpr double kStep = 1.0 / 60;
@@ -256,4 +256,4 @@ TEST(Sweep, SlidesOnAndMeetsTheWall) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::sweep_test

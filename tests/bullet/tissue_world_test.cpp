@@ -5,7 +5,7 @@
 #include "bullet/bullet_world.h"
 #include "bullet/convert.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::tissue_world_test {
 namespace {
 
 constexpr double kVoxel = 0.005, kEdge = 0.16, kMass = 2, kGravity = 9.81;
@@ -129,4 +129,4 @@ TEST(PaperWorld, IsASettingToo) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::tissue_world_test

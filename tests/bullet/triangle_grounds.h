@@ -145,7 +145,7 @@ struct TestCloud {
 // A box, a torus with axis z and a cup, about 20 voxels wide.
 inline const std::vector<TestCloud>& testClouds() {
   static const std::vector<TestCloud> all = [] {
-    const Mesh torus = turnedMesh(96, 48, true, [](double angle, double s) {
+    const Mesh torus = revolvedMesh(96, 48, true, [](double angle, double s) {
       const double turn = 2 * std::numbers::pi * s, r = 0.036 + 0.012 * std::cos(turn);
       return Vec3(r * std::cos(angle), r * std::sin(angle), 0.012 * std::sin(turn));
     });

@@ -9,7 +9,7 @@
 
 #include <random>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::triangle_motion_test {
 namespace {
 
 double bumps(double x, double y) {
@@ -361,4 +361,4 @@ TEST(TriangleMotion, AClampAroundASheetsBorderIsPushedByTheJawThatTouches) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::triangle_motion_test

@@ -6,7 +6,7 @@
 
 #include "bullet/triangle_grounds.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::triangle_shapes_test {
 namespace {
 
 // A world with one ground and one cloud.
@@ -191,4 +191,4 @@ TEST(TriangleShapes, ASheetPushesToTheSideOnWhichTheCloudIs) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::triangle_shapes_test

@@ -3,7 +3,7 @@
 
 #include "bullet/slide_course.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::triangle_slide_test {
 namespace {
 
 class TriangleSlide : public ::testing::TestWithParam<int> {};
@@ -35,4 +35,4 @@ INSTANTIATE_TEST_SUITE_P(Bodies, TriangleSlide, ::testing::Range(0, 5),
                          [](const auto& made) { return sliders()[std::size_t(made.param)].name; });
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::triangle_slide_test

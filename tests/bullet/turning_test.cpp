@@ -9,7 +9,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::turning_test {
 namespace {
 
 constexpr double kVoxel = 0.05, kHigh = 3, kMiddle = 0.75, kMass = 1000;
@@ -67,4 +67,4 @@ TEST(Turning, AFallingSpikeIsNoDeeperWithLongSteps) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::turning_test

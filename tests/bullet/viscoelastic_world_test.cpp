@@ -9,7 +9,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::viscoelastic_world_test {
 namespace {
 
 constexpr double kVoxel = 0.01;
@@ -237,4 +237,4 @@ TEST(ViscoelasticWorld, RefusesAnInvalidLaw) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::viscoelastic_world_test

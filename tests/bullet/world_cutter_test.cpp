@@ -5,7 +5,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::world_cutter_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kStep = 1e-3;
@@ -180,4 +180,4 @@ TEST(WorldCutter, CutsNothingWithoutATool) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::world_cutter_test

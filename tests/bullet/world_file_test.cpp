@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::world_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -397,4 +397,4 @@ TEST_F(WorldFile, WhatCannotBeKeptIsSaid) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::world_file_test

@@ -6,7 +6,7 @@
 #include "bullet/bullet_world.h"
 #include "bullet/convert.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::world_hand_test {
 namespace {
 
 constexpr double kVoxel = 5e-4, kStep = 1e-3, kMass = 0.02;
@@ -86,4 +86,4 @@ TEST_P(PushedTooth, KeepsMomentum) {
 INSTANTIATE_TEST_SUITE_P(Frictions, PushedTooth, ::testing::Values(0.05, 0.3));
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::world_hand_test

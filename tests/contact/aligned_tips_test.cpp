@@ -9,7 +9,7 @@
 #include "field/mesh_field.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::aligned_tips_test {
 namespace {
 
 constexpr double kVoxel = 0.05, kHigh = 3;
@@ -65,4 +65,4 @@ TEST_P(AlignedTips, PushEachOtherAlongTheAxis) {
 INSTANTIATE_TEST_SUITE_P(Turns, AlignedTips, ::testing::Values(0.0, 0.2, 0.4));
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::aligned_tips_test

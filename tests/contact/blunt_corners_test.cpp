@@ -9,7 +9,7 @@
 #include "mesh/plain_nut.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::blunt_corners_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kHigh = 10e-3;
@@ -50,4 +50,4 @@ INSTANTIATE_TEST_SUITE_P(Overlaps, BluntCorners,
                          ::testing::Values(0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2));
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::blunt_corners_test

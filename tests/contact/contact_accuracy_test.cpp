@@ -8,7 +8,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_accuracy_test {
 namespace {
 
 class ContactAccuracy : public ::testing::TestWithParam<ContactCase> {};
@@ -62,4 +62,4 @@ TEST(ContactCaseMeshes, MatchTheIdealSolids) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_accuracy_test

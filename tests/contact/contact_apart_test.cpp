@@ -4,7 +4,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_apart_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kMargin = 2 * kVoxel;
@@ -120,4 +120,4 @@ TEST(SeenFromAfar, NoOtherShape) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_apart_test

@@ -5,7 +5,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_beside_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kMargin = 1.5 * kVoxel;
@@ -168,4 +168,4 @@ TEST_F(Leaning, TheOtherEdgeDoesNotTouch) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_beside_test

@@ -11,7 +11,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_finder_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -299,4 +299,4 @@ TEST(ContactFinderDeep, InsideDoesNotDependOnStorage) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_finder_test

@@ -8,7 +8,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_foundation_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -138,4 +138,4 @@ INSTANTIATE_TEST_SUITE_P(Cases, FoundationLoop,
                          nameOf);
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_foundation_test

@@ -4,7 +4,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_invariance_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;     // [m]
@@ -82,4 +82,4 @@ INSTANTIATE_TEST_SUITE_P(Cases, ContactInvariance,
                          nameOf);
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_invariance_test

@@ -12,7 +12,7 @@
 #include "mesh/thread_meshes.h"
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::contact_objects_test {
 namespace {
 
 using namespace test;
@@ -263,4 +263,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ContactObjects, ::testing::ValuesIn(kinds()),
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::contact_objects_test

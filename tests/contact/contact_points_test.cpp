@@ -10,7 +10,7 @@
 #include "contact/pressed_parts.h"
 #include "kernels/contact/patch_force.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_points_test {
 namespace {
 
 // How far the points may be from both surfaces beyond half the overlap, since they stand midway
@@ -137,4 +137,4 @@ TEST(PatchPoints, StayWhereTheyAreIfTheyCoincide) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_points_test

@@ -6,7 +6,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_shared_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -112,4 +112,4 @@ TEST_F(SharedSearch, AShapeBeside) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_shared_test

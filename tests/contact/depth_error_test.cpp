@@ -10,6 +10,8 @@
 
 #include "contact/contact_cases.h"
 
+namespace depth_error_test {
+
 namespace ct = cloudcontact::testing;
 using namespace cloudcontact;
 
@@ -175,3 +177,5 @@ TEST(DepthError, IsZeroWithoutAContact) {
 }
 
 }  // namespace
+
+}  // namespace depth_error_test

@@ -9,7 +9,7 @@
 #include "field/mesh_field.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::edge_sides_test {
 namespace {
 
 constexpr double kVoxel = 0.1, kHalf = 0.5, kStiffness = 1e4;
@@ -55,4 +55,4 @@ TEST_P(EdgeSides, DoNotAddToTheFaces) {
 INSTANTIATE_TEST_SUITE_P(Degrees, EdgeSides, ::testing::Values(0.0, 0.1, 1.0, 3.0, 10.0, 45.0));
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::edge_sides_test

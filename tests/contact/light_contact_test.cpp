@@ -11,7 +11,7 @@
 #include "field/mesh_field.h"
 #include "mesh/thread_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::light_contact_test {
 namespace {
 
 // The volume between the surfaces that hits tell of [m^3].
@@ -56,21 +56,21 @@ Vec3 around(double r, double angle, double z) {
 // until they touch here and there.
 TEST(LightContact, NothingThatPressesIsLeftOut) {
   constexpr double kVoxel = 0.4e-3, kPitch = 5 * kVoxel, kRadius = 20 * kVoxel;
-  const auto rod = fieldOf(turnedMesh(180, 480, false,
-                                      [&](double angle, double s) {
-                                        const double z = 50 * kVoxel * (s - 0.5);
-                                        const bool end = s == 0 || s == 1;
-                                        const double r = threadAt(kRadius, kPitch, angle, z);
-                                        return around(end ? 0 : r, angle, z);
-                                      }),
+  const auto rod = fieldOf(revolvedMesh(180, 480, false,
+                                        [&](double angle, double s) {
+                                          const double z = 50 * kVoxel * (s - 0.5);
+                                          const bool end = s == 0 || s == 1;
+                                          const double r = threadAt(kRadius, kPitch, angle, z);
+                                          return around(end ? 0 : r, angle, z);
+                                        }),
                            kVoxel);
   const auto ring =
-      fieldOf(turnedMesh(180, 480, true,
-                         [&](double angle, double s) {
-                           const double z = 30 * kVoxel * (std::min(2 * s, 2 - 2 * s) - 0.5);
-                           const double r = threadAt(kRadius, kPitch, angle, z) + 0.7 * kVoxel;
-                           return around(s < 0.5 ? r : 30 * kVoxel, angle, z);
-                         }),
+      fieldOf(revolvedMesh(180, 480, true,
+                           [&](double angle, double s) {
+                             const double z = 30 * kVoxel * (std::min(2 * s, 2 - 2 * s) - 0.5);
+                             const double r = threadAt(kRadius, kPitch, angle, z) + 0.7 * kVoxel;
+                             return around(s < 0.5 ? r : 30 * kVoxel, angle, z);
+                           }),
               kVoxel);
   Random random(3);
   double found = 0, all = 0;
@@ -101,4 +101,4 @@ TEST(LightContact, NothingThatPressesIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::light_contact_test

@@ -10,7 +10,7 @@
 #include "contact/contact_cases.h"
 #include "field/mesh_field.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::moved_contact_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kTolerance = 0.02 * kVoxel;
@@ -192,4 +192,4 @@ INSTANTIATE_TEST_SUITE_P(Shapes, MovedContactTest, ::testing::Bool(),
                          [](const auto& which) { return which.param ? "Ball" : "Block"; });
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::moved_contact_test

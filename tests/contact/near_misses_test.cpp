@@ -12,7 +12,7 @@
 #include "field/mesh_field.h"
 #include "mesh/thread_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::near_misses_test {
 namespace {
 
 constexpr double kVoxel = 1e-3, kMargin = kVoxel;
@@ -139,11 +139,11 @@ struct Threaded {
     const auto half = [](double s, double length) {
       return length * (std::clamp(1.02 * s - 0.01, 0.0, 1.0) - 0.5);
     };
-    const Mesh inner = turnedMesh(180, 400, false, [&](double angle, double s) {
+    const Mesh inner = revolvedMesh(180, 400, false, [&](double angle, double s) {
       const double z = half(s, 70 * kVoxel);
       return at(s == 0 || s == 1 ? 0 : radius(angle, z), angle, z);
     });
-    const Mesh outer = turnedMesh(180, 600, true, [&](double angle, double s) {
+    const Mesh outer = revolvedMesh(180, 600, true, [&](double angle, double s) {
       const double z = half(s < 0.5 ? 2 * s : 2 - 2 * s, 40 * kVoxel);
       const double chamfer = std::max(0.0, std::abs(z) - 15 * kVoxel);
       return at(s < 0.5 ? radius(angle, z) + kPlay + chamfer : 45 * kVoxel, angle, z);
@@ -227,4 +227,4 @@ TEST(NearMisses, FlatFacesAreSeenAtAnyGap) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::near_misses_test

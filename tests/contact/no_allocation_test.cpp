@@ -8,12 +8,12 @@
 #include "base/counted_new.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::no_allocation_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;
 
-class HapticTick : public testing::TestWithParam<Search> {};
+class HapticTick : public ::testing::TestWithParam<Search> {};
 
 TEST_P(HapticTick, AllocatesNothing) {
   BaseVectorField field(test::smallCloud(
@@ -45,7 +45,8 @@ TEST_P(HapticTick, AllocatesNothing) {
   EXPECT_GT(deepest, kVoxel);
 }
 
-INSTANTIATE_TEST_SUITE_P(NoAllocation, HapticTick, testing::Values(Search::Newton, Search::Table));
+INSTANTIATE_TEST_SUITE_P(NoAllocation, HapticTick,
+                         ::testing::Values(Search::Newton, Search::Table));
 
 // A contact at rest does not allocate either, from its second query on. The first query that moves
 // little builds the Verlet lists.
@@ -73,4 +74,4 @@ TEST(NoAllocation, InAContactAtRest) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::no_allocation_test

@@ -10,7 +10,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::paper_contact_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -245,4 +245,4 @@ TEST(PaperContact, NeedsBaseVectors) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::paper_contact_test

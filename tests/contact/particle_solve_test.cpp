@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <random>
 
-namespace cloudcontact {
+namespace cloudcontact::particle_solve_test {
 namespace {
 
 constexpr double kStep = 1e-3;
@@ -136,4 +136,4 @@ TEST(ParticleSolve, FrictionStopsASlipOrReachesItsLimit) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::particle_solve_test

@@ -62,7 +62,7 @@ PartPointer turnedPart(std::vector<Vec2> profile, bool ring) {
       if (p->x() > 0) closed.emplace_back(-p->x(), p->y());
   }
   const int along = int(fine.size());
-  Mesh mesh = turnedMesh(300, along, ring, [&](double angle, double s) {
+  Mesh mesh = revolvedMesh(300, along, ring, [&](double angle, double s) {
     const Vec2& p = fine[std::size_t(std::lround(s * (ring ? along : along - 1)))];
     return Vec3(p.x() * std::cos(angle), p.x() * std::sin(angle), p.y());
   });

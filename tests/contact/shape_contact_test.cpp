@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::shape_contact_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -311,4 +311,4 @@ TEST(ShapeContact, DepthIsTheLeastOverAllDirections) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::shape_contact_test

@@ -6,7 +6,7 @@
 #include "contact/same_contact.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::verlet_list_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;
@@ -169,4 +169,4 @@ TEST_F(VerletLists, AreOfTheseFieldsAlone) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::verlet_list_test

@@ -13,11 +13,11 @@
 #include "mesh/thread_meshes.h"
 #include "mesh/turned_mesh.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::contact_batch_test {
 namespace {
 
 Mesh torusMesh(double ring, double tube) {
-  return turnedMesh(96, 48, true, [=](double u, double s) {
+  return revolvedMesh(96, 48, true, [=](double u, double s) {
     const double v = 2 * std::numbers::pi * s, r = ring + tube * std::cos(v);
     return Vec3(r * std::cos(u), r * std::sin(u), tube * std::sin(v));
   });
@@ -328,4 +328,4 @@ TEST(Batch, BatchAfterABadPoseIsUnaffected) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::contact_batch_test

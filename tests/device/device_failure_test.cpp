@@ -15,7 +15,7 @@
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact::test {
+namespace cloudcontact::test::device_failure_test {
 namespace {
 
 const TissueTable kBone{{"bone", 2e4, .4, 3e9, 2970}};
@@ -305,4 +305,4 @@ TEST(DeviceFailure, DuringABatchIsReported) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::test
+}  // namespace cloudcontact::test::device_failure_test

@@ -6,7 +6,7 @@
 
 #include "device/skip_without_device.h"
 
-namespace cloudcontact {
+namespace cloudcontact::device_test {
 namespace {
 
 // The loader reads its list of drivers once per process, so each test runs in its own process
@@ -37,4 +37,4 @@ TEST(Device, PassesItsSelfTest) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::device_test

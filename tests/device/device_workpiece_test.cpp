@@ -14,7 +14,7 @@
 #include "mesh/test_meshes.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact::test {
+namespace cloudcontact::test::device_workpiece_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -453,4 +453,4 @@ TEST(DeviceWorkpiece, DigitalNormalsOfManyAreas) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::test
+}  // namespace cloudcontact::test::device_workpiece_test

@@ -15,13 +15,13 @@
 #include "mesh/thread_meshes.h"
 #include "voxels/preparation.h"
 
-namespace cloudcontact::test {
+namespace cloudcontact::test::digitizer_test {
 namespace {
 
 const TissueTable kBone{{"bone", 2e4, .4, 3e9, 2970}};
 
 Mesh torusMesh(double ring, double tube) {
-  return turnedMesh(64, 32, true, [=](double u, double s) {
+  return revolvedMesh(64, 32, true, [=](double u, double s) {
     const double v = 2 * std::numbers::pi * s, r = ring + tube * std::cos(v);
     return Vec3(r * std::cos(u), r * std::sin(u), tube * std::sin(v));
   });
@@ -61,11 +61,11 @@ std::vector<Case> cases() {
       {"wide box", boxMesh({-3, -60, -3}, {3.3, 61, 3.2}), 1},
       {"needle", tetrahedronMesh({0, 0, 0}, {40, 41, 90}, {1, 0, 0.2}, {0, 1, 0.1}), 1},
       {"cone",
-       turnedMesh(48, 8, false,
-                  [](double u, double s) {
-                    const double r = s < 1 ? 20 * s : 0;
-                    return Vec3(r * std::cos(u), r * std::sin(u), s < 1 ? -70 * s : -61);
-                  }),
+       revolvedMesh(48, 8, false,
+                    [](double u, double s) {
+                      const double r = s < 1 ? 20 * s : 0;
+                      return Vec3(r * std::cos(u), r * std::sin(u), s < 1 ? -70 * s : -61);
+                    }),
        1},
       {"cylinder", moved(cylinderMesh(7.7, 31, 50), odd, aside), 1},
       {"thin plate", moved(boxMesh({-20, -20, -0.2}, {20, 20, 0.25}), odd, aside), 1},
@@ -233,4 +233,4 @@ TEST(Digitizer, RejectsBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::test
+}  // namespace cloudcontact::test::digitizer_test

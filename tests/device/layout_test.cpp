@@ -9,7 +9,7 @@
 #include "kernels/cut/digital_normal.h"
 #include "kernels/cut/matter_cut.h"
 
-namespace cloudcontact {
+namespace cloudcontact::layout_test {
 namespace {
 
 TEST(Layout, OfDigitalNormals) {
@@ -93,4 +93,4 @@ TEST(Layout, AddingMatchesAdded) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::layout_test

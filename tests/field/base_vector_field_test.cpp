@@ -10,7 +10,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::base_vector_field_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -277,4 +277,4 @@ TEST(Tissues, DentalTableAndItsErrors) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::base_vector_field_test

@@ -13,7 +13,7 @@
 #include "mesh/thread_meshes.h"
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::closed_form_test {
 namespace {
 
 // Rays through a ball and a box pass where the solids' depth is zero, in order, and never behind
@@ -57,7 +57,7 @@ TEST(ClosedForm, BallsAndBoxesHaveOneToriAndWhatWasCutHaveNone) {
   ASSERT_TRUE(std::holds_alternative<Sphere>(form->solid));
   EXPECT_NEAR(std::get<Sphere>(form->solid).radius, 0.3, 0.002);
   EXPECT_TRUE(closedForm(*fieldOf(boxMesh({0.6, 0.5, 0.4}), 0.02)));
-  const Mesh torus = turnedMesh(96, 48, true, [](double angle, double along) {
+  const Mesh torus = revolvedMesh(96, 48, true, [](double angle, double along) {
     const double turn = 2 * std::numbers::pi * along, r = 0.3 + 0.1 * std::cos(turn);
     return Vec3(r * std::cos(angle), r * std::sin(angle), 0.1 * std::sin(turn));
   });
@@ -75,4 +75,4 @@ TEST(ClosedForm, BallsAndBoxesHaveOneToriAndWhatWasCutHaveNone) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::closed_form_test

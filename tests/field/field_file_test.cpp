@@ -13,7 +13,7 @@
 #include "mesh/test_meshes.h"
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact {
+namespace cloudcontact::field_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -227,4 +227,4 @@ TEST_F(FieldFile, LeavesNoPartialFile) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::field_file_test

@@ -13,6 +13,8 @@
 #include "field/mesh_field.h"
 #include "mesh/thread_meshes.h"
 
+namespace field_levels_test {
+
 namespace ct = cloudcontact::testing;
 using namespace cloudcontact;
 
@@ -172,3 +174,5 @@ TEST(FieldLevels, RefuseAnEmptyBody) {
 }
 
 }  // namespace
+
+}  // namespace field_levels_test

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -15,7 +16,7 @@
 #include "mesh/turned_mesh.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::recognized_shape_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -189,7 +190,12 @@ TEST_P(RefusedBody, IsNoShape) {
   EXPECT_FALSE(recognizedShape(*bodyOf(GetParam().depth), 0.4e-3)) << GetParam().name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused));
+INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused), [](const auto& info) {
+  std::string name = info.param.name;
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  return name;
+});
 
 TEST(RecognizedShape, ErrorIsThatOfTheBody) {
   // A ball whose radius varies by 0.25 voxel, and a box with an edge that lacks 0.5 voxel.
@@ -223,4 +229,4 @@ TEST(RecognizedShape, ToleranceMustBeANumberOfMeters) {
 INSTANTIATE_TEST_SUITE_P(Kinds, RecognizedKind, ::testing::Range(0, 5));
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::recognized_shape_test

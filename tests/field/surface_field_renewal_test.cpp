@@ -11,7 +11,7 @@
 #include "mesh/thread_meshes.h"
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::surface_field_renewal_test {
 namespace {
 
 FieldSettings forCuts(int threads = 1) {
@@ -205,4 +205,4 @@ TEST(RenewedField, RejectsOtherGridsAndEmptyClouds) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::surface_field_renewal_test

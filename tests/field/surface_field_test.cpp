@@ -8,7 +8,7 @@
 
 #include "field/field_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::surface_field_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -166,4 +166,4 @@ TEST(SurfaceField, HasNoPointFarOutside) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::surface_field_test

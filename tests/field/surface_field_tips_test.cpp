@@ -10,7 +10,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::surface_field_tips_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -164,4 +164,4 @@ std::vector<Tip> tips() {
 INSTANTIATE_TEST_SUITE_P(Tips, FieldOfTip, ::testing::ValuesIn(tips()), nameOf);
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::surface_field_tips_test

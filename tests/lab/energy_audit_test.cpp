@@ -9,7 +9,7 @@
 
 #include "bullet/bullet_world.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::energy_audit_test {
 namespace {
 
 using program::lab::EnergyAudit;
@@ -324,4 +324,4 @@ TEST(EnergyAudit, ItTellsWhetherThePointIsNew) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::energy_audit_test

@@ -14,7 +14,7 @@
 #include "lab/ratios.h"
 #include "lab/self_check.h"
 
-namespace cloudcontact::program::lab {
+namespace cloudcontact::program::lab::lab_chart_test {
 namespace {
 
 LabCase caseNamed(const std::string& name) {
@@ -262,10 +262,11 @@ TEST(LabCheck, SwappingDetectsABiasTowardOneBody) {
   EXPECT_NEAR(swapped(-Vec3::UnitZ(), 1.5).force, 0.5, 1e-9);
 }
 
-ChartRow rowOf(const char* method, const char* setting, const char* name, double time,
+ChartRow rowOf(std::string method, std::string setting, std::string name, double time,
                double error) {
   ChartRow r;
-  r.family = "f", r.name = name, r.method = method, r.setting = setting;
+  r.family = "f", r.name = std::move(name);
+  r.method = std::move(method), r.setting = std::move(setting);
   r.microseconds = time, r.normalDeg.mean = error;
   return r;
 }
@@ -314,4 +315,4 @@ TEST(LabChart, TheFrontierHasTheUnbeatenMethods) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program::lab
+}  // namespace cloudcontact::program::lab::lab_chart_test

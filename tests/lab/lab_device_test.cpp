@@ -11,7 +11,7 @@
 #include "lab/cases.h"
 #include "lab/lab_meshes.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::lab_device_test {
 namespace {
 
 using namespace program::lab;
@@ -80,4 +80,4 @@ TEST(Laboratory, OnOpenClEqualsTheCpu) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::lab_device_test

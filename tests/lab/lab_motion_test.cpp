@@ -10,7 +10,7 @@
 #include "lab/lab_meshes.h"
 #include "lab/trial_runs.h"
 
-namespace cloudcontact::program::lab {
+namespace cloudcontact::program::lab::lab_motion_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -148,4 +148,4 @@ TEST(LabScenes, AHullHasNoHole) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program::lab
+}  // namespace cloudcontact::program::lab::lab_motion_test

@@ -13,6 +13,7 @@
 #include "lab/peer_pairs.h"
 #include "scene/primitive_mesh.h"
 
+namespace lab_pairs_test {
 namespace {
 
 using namespace cloudcontact;
@@ -219,3 +220,5 @@ TEST(LabPairs, JitterMovesEveryCallByItsLength) {
 }
 
 }  // namespace
+
+}  // namespace lab_pairs_test

@@ -8,7 +8,7 @@
 #include "lab/lab_meshes.h"
 #include "lab/trial_runs.h"
 
-namespace cloudcontact::program::lab {
+namespace cloudcontact::program::lab::lab_stacks_test {
 namespace {
 
 const StabilityScene& sceneNamed(const std::vector<StabilityScene>& scenes,
@@ -167,4 +167,4 @@ TEST(StabilityScenes, EqualTrialsHaveEqualFigures) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program::lab
+}  // namespace cloudcontact::program::lab::lab_stacks_test

@@ -5,6 +5,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_audit_test {
 namespace {
 
 using program_test::Outcome;
@@ -65,3 +66,5 @@ TEST(AuditCommand, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
+
+}  // namespace prog_audit_test

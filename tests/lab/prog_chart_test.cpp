@@ -5,6 +5,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_chart_test {
 namespace {
 
 using program_test::Outcome;
@@ -81,3 +82,5 @@ TEST(Chart, SaysWhereTheBodiesDoNotTouch) {
 }
 
 }  // namespace
+
+}  // namespace prog_chart_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace cloudcontact {
+namespace cloudcontact::automatic_spring_test {
 namespace {
 
 constexpr double kVoxel = 0.01, kGravity = 9.81, kSteps[] = {1. / 60, 1. / 240, 1e-3};
@@ -146,4 +146,4 @@ TEST(AutomaticSpring, WithoutGravityItIsAsOnTheGround) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::automatic_spring_test

@@ -7,7 +7,7 @@
 #include <complex>
 #include <stdexcept>
 
-namespace cloudcontact {
+namespace cloudcontact::law_test {
 namespace {
 
 TEST(InSeries, IsTheSlowLimitOfTwoSpringsWithDampers) {
@@ -95,4 +95,4 @@ TEST(StepLimited, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::law_test

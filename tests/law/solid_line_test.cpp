@@ -8,7 +8,7 @@
 #include "contact/contact_cases.h"
 #include "law/solid_line.h"
 
-namespace cloudcontact {
+namespace cloudcontact::solid_line_test {
 namespace {
 
 std::vector<Solid> solids() {
@@ -88,4 +88,4 @@ TEST(SolidLine, FarthestPointIsOnTheBounds) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::solid_line_test

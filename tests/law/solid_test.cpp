@@ -11,7 +11,7 @@
 
 #include "contact/contact_cases.h"
 
-namespace cloudcontact {
+namespace cloudcontact::solid_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -213,4 +213,4 @@ TEST(Solid, BoundsTouchTheSurfaceOnEverySide) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::solid_test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::triangle_surface_test {
 namespace {
 
 std::vector<double> cornersOf(const Mesh& mesh) {
@@ -137,4 +137,4 @@ TEST(TriangleSurface, DropsCopiesAndFlatTriangles) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::triangle_surface_test

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace cloudcontact {
+namespace cloudcontact::viscoelastic_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -313,4 +313,4 @@ TEST(Viscoelastic, RefusesStepsThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::viscoelastic_test

@@ -6,7 +6,7 @@
 
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::assimp_mesh_test {
 namespace {
 
 // Assimp's classes own what they point to.
@@ -70,4 +70,4 @@ TEST(AssimpMesh, PartsAreWhereTheirNodesAre) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::assimp_mesh_test

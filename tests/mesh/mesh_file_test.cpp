@@ -10,7 +10,7 @@
 
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::mesh_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -123,10 +123,10 @@ std::string gltf(const Mesh& mesh, const std::string& scale = "[2,2,2]") {
   return out.str();
 }
 
-class MeshFile : public testing::Test {
+class MeshFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ =
         fs::temp_directory_path() / ("cloudcontact_mesh_file_" + std::string(info->name()) + "_" +
                                      std::to_string(reinterpret_cast<std::uintptr_t>(this)));
@@ -303,4 +303,4 @@ TEST_F(MeshFile, TruncatedNeverGivesAnotherBody) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::mesh_file_test

@@ -3,7 +3,7 @@
 
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::mesh_test {
 namespace {
 
 using namespace test;
@@ -184,4 +184,4 @@ TEST(MeshShell, RefusesBadThickness) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::mesh_test

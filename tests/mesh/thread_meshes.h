@@ -21,10 +21,10 @@ struct Thread {
   }
 };
 
-// A closed surface of revolution about z: `place(angle, s)` for s in 0..1 along a profile. The
+// A closed surface around z: `place(angle, s)` for s in 0..1 along a profile. The
 // profile is a closed curve where `ring` is set, otherwise it begins and ends on the axis.
 template <typename Place>
-Mesh turnedMesh(int around, int along, bool ring, const Place& place) {
+Mesh revolvedMesh(int around, int along, bool ring, const Place& place) {
   Mesh mesh;
   for (int j = 0; j < along; ++j)
     for (int i = 0; i < around; ++i)
@@ -40,7 +40,7 @@ Mesh turnedMesh(int around, int along, bool ring, const Place& place) {
 }
 
 inline Mesh threadedRod(const Thread& thread, double length, int around = 180, int along = 240) {
-  return turnedMesh(around, along, false, [&](double angle, double s) {
+  return revolvedMesh(around, along, false, [&](double angle, double s) {
     const double u = s * (along - 1);  // the first and the last point are on the axis
     const double z = length * (std::min(std::max(u - 1, 0.0), along - 3.0) / (along - 3) - 0.5);
     const double r = u < 0.5 || u > along - 1.5 ? 0.0 : thread.at(angle, z);
@@ -51,7 +51,7 @@ inline Mesh threadedRod(const Thread& thread, double length, int around = 180, i
 // `play` [m] wider than the rod; `outer` radius.
 inline Mesh threadedRing(const Thread& thread, double height, double outer, double play,
                          int around = 180, int along = 240) {
-  return turnedMesh(around, along, true, [&](double angle, double s) {
+  return revolvedMesh(around, along, true, [&](double angle, double s) {
     const bool inside = s < 0.5;
     const double part = inside ? 2 * s : 2 - 2 * s;
     const double z = height * (std::min(part * along / (along - 2.0), 1.0) - 0.5);

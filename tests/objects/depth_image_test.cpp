@@ -10,7 +10,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::depth_image_test {
 namespace {
 
 using namespace test;
@@ -238,4 +238,4 @@ TEST(DepthImage, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::depth_image_test

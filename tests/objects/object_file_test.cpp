@@ -9,7 +9,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::object_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -99,12 +99,12 @@ void expectSame(const DepthImage& a, const DepthImage& b) {
   EXPECT_EQ(std::memcmp(a.points.data(), b.points.data(), a.points.size() * sizeof(Vec3)), 0);
 }
 
-class ObjectFile : public testing::Test {
+class ObjectFile : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() /
               ("cloudcontact_object_file_" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
+               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) +
                std::to_string(reinterpret_cast<std::uintptr_t>(this)));
     fs::create_directories(folder_);
   }
@@ -211,4 +211,4 @@ TEST_F(ObjectFile, InvalidObjectsAreNotWritten) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::object_file_test

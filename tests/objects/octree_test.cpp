@@ -7,7 +7,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::octree_test {
 namespace {
 
 using namespace test;
@@ -123,4 +123,4 @@ TEST(Octree, RefusesBadVoxelsAndMaterials) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::octree_test

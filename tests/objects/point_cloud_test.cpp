@@ -6,7 +6,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::point_cloud_test {
 namespace {
 
 using namespace test;
@@ -210,4 +210,4 @@ TEST(Points, RefuseBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::point_cloud_test

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace cloudcontact {
+namespace cloudcontact::point_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -53,12 +53,12 @@ std::string binaryBody() {
   return bytes;
 }
 
-class PointFileTest : public testing::Test {
+class PointFileTest : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() /
               ("cloudcontact_point_file_" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) +
+               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) +
                std::to_string(reinterpret_cast<std::uintptr_t>(this)));
     fs::create_directories(folder_);
   }
@@ -207,4 +207,4 @@ TEST_F(PointFileTest, MeshesAreNotPoints) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::point_file_test

@@ -3,7 +3,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::sphere_cloud_test {
 namespace {
 
 using namespace test;
@@ -123,4 +123,4 @@ TEST(Spheres, RefuseBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::sphere_cloud_test

@@ -4,7 +4,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::sphere_tree_test {
 namespace {
 
 using namespace test;
@@ -75,4 +75,4 @@ TEST(SphereTree, EmptyAndBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::sphere_tree_test

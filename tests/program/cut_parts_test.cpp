@@ -18,7 +18,7 @@
 #include "scene/primitive_mesh.h"
 #include "scene/tooth.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::cut_parts_test {
 namespace {
 
 TEST(LevelSurface, OfABallHasItsVolumeAndIsClosed) {
@@ -178,4 +178,4 @@ TEST(Plot, TicksAreRound) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::cut_parts_test

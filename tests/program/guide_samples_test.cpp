@@ -19,6 +19,7 @@
 #include "program/program_run.h"
 #include "scene/scene_file.h"
 
+namespace guide_samples_test {
 namespace {
 
 using cloudcontact::NamedMesh;
@@ -381,3 +382,5 @@ TEST_F(Guide, ScenesAreRead) {
 }
 
 }  // namespace
+
+}  // namespace guide_samples_test

@@ -10,6 +10,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_bad_input_test {
 namespace {
 
 using program_test::Outcome;
@@ -297,7 +298,7 @@ std::string inWords(const Case& c) {
   return words;
 }
 
-class BadInput : public testing::Test {
+class BadInput : public ::testing::Test {
  protected:
   void SetUp() override {
     writeFiles(place);
@@ -394,3 +395,5 @@ TEST_F(BadInput, AFailedSaveKeepsTheOldFile) {
 }
 
 }  // namespace
+
+}  // namespace prog_bad_input_test

@@ -7,6 +7,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_contact_test {
 namespace {
 
 using nlohmann::json;
@@ -186,3 +187,5 @@ TEST(Contact, OpenClEqualsTheCpu) {
 }
 
 }  // namespace
+
+}  // namespace prog_contact_test

@@ -8,6 +8,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_digitize_test {
 namespace {
 
 using nlohmann::json;
@@ -140,3 +141,5 @@ TEST(Digitize, OpenClEqualsTheCpu) {
 }
 
 }  // namespace
+
+}  // namespace prog_digitize_test

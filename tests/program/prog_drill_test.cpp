@@ -11,6 +11,7 @@
 #include "program/program_run.h"
 #include "scene/tooth.h"
 
+namespace prog_drill_test {
 namespace {
 
 using nlohmann::json;
@@ -179,3 +180,5 @@ TEST(Drill, OpensATooth) {
 }
 
 }  // namespace
+
+}  // namespace prog_drill_test

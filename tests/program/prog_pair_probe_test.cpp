@@ -8,6 +8,7 @@
 #include "scene/bullet_methods.h"
 #include "scene/pair_probe.h"
 
+namespace prog_pair_probe_test {
 namespace {
 
 using namespace cloudcontact;
@@ -81,3 +82,5 @@ TEST(PairProbe, TimesEveryCallAndForgetsNothingBetween) {
 }
 
 }  // namespace
+
+}  // namespace prog_pair_probe_test

@@ -10,6 +10,7 @@
 #include "program/obj_file.h"
 #include "program/program_run.h"
 
+namespace prog_paper_test {
 namespace {
 
 using nlohmann::json;
@@ -227,3 +228,5 @@ TEST(PaperOptions, SimulateRunsByThePaper) {
 }
 
 }  // namespace
+
+}  // namespace prog_paper_test

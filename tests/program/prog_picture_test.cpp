@@ -15,6 +15,7 @@
 #include "program/program_run.h"
 #include "scene/generated_mesh.h"
 
+namespace prog_picture_test {
 namespace {
 
 using cloudcontact::program::Drawing;
@@ -365,3 +366,5 @@ TEST(DigitizePicture, NamesTheMaterials) {
 }
 
 }  // namespace
+
+}  // namespace prog_picture_test

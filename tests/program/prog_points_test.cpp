@@ -9,6 +9,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_points_test {
 namespace {
 
 using nlohmann::json;
@@ -126,3 +127,5 @@ TEST(Points, SavedObjectsAreBodies) {
 }
 
 }  // namespace
+
+}  // namespace prog_points_test

@@ -11,6 +11,7 @@
 
 #include "scene/primitive_mesh.h"
 
+namespace prog_primitive_mesh_test {
 namespace {
 
 using namespace cloudcontact;
@@ -71,3 +72,5 @@ TEST(PrimitiveMesh, RefusesAHalfSpace) {
 }
 
 }  // namespace
+
+}  // namespace prog_primitive_mesh_test

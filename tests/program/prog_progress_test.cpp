@@ -7,7 +7,7 @@
 #include "io/progress.h"
 #include "program/program_run.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::prog_progress_test {
 namespace {
 
 // The program's stderr output on a terminal of this width.
@@ -71,4 +71,4 @@ TEST(Progress, IsSilentInAPipe) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::prog_progress_test

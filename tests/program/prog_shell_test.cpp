@@ -15,6 +15,7 @@
 #include "program/program_run.h"
 #include "scene/primitive_mesh.h"
 
+namespace prog_shell_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,3 +188,5 @@ TEST(Shell, OtherShellsAndManReadThem) {
 }
 
 }  // namespace
+
+}  // namespace prog_shell_test

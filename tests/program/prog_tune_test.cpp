@@ -8,6 +8,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_tune_test {
 namespace {
 
 using nlohmann::json;
@@ -160,3 +161,5 @@ TEST(Tune, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
+
+}  // namespace prog_tune_test

@@ -12,6 +12,7 @@
 
 #include "program/program_run.h"
 
+namespace prog_version_test {
 namespace {
 
 std::vector<std::string> versionLines() {
@@ -69,3 +70,5 @@ TEST(Version, ListsDevices) {
 }
 
 }  // namespace
+
+}  // namespace prog_version_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_contacts_test {
 namespace {
 
 constexpr double kStill = 1e-4;  // [m]
@@ -89,4 +89,4 @@ TEST(ReplayContacts, EndedContactsAreNotShown) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_contacts_test

@@ -13,7 +13,7 @@
 #include "scene/primitive_mesh.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_cutting_test {
 namespace {
 
 constexpr double kVoxelSize = 1e-3;
@@ -140,4 +140,4 @@ TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_cutting_test

@@ -13,7 +13,7 @@
 
 #include "program/program_run.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_file_test {
 namespace {
 
 using program_test::Outcome;
@@ -36,7 +36,7 @@ constexpr const char* kScene = R"(<?xml version="1.0"?>
 <collision name="b"><pose>0.1 0 0 0 0 0</pose><geometry><box><size>0.1 0.1 0.1</size></box></geometry>
 </collision></link></model></world></sdf>)";
 
-class ReplayFile : public testing::Test {
+class ReplayFile : public ::testing::Test {
  protected:
   ReplayFile() { place.write("scene.sdf", kScene); }
   Outcome simulate(std::vector<std::string> more) {
@@ -196,11 +196,11 @@ TEST_P(RefusedReplay, SaysWhyAndLeavesNothing) {
   EXPECT_EQ(place.files(), before);
 }
 INSTANTIATE_TEST_SUITE_P(Files, RefusedReplay,
-                         testing::Values(Refusal{"out.mp4", "neither .glb nor .html"},
-                                         Refusal{"out", "neither .glb nor .html"},
-                                         Refusal{"nowhere/out.glb", "folder does not exist"},
-                                         Refusal{"folder.glb", "is a directory"},
-                                         Refusal{"/proc/out.html", "folder is not writable"}));
+                         ::testing::Values(Refusal{"out.mp4", "neither .glb nor .html"},
+                                           Refusal{"out", "neither .glb nor .html"},
+                                           Refusal{"nowhere/out.glb", "folder does not exist"},
+                                           Refusal{"folder.glb", "is a directory"},
+                                           Refusal{"/proc/out.html", "folder is not writable"}));
 
 TEST_F(ReplayFile, OfNoDemoIsRefused) {
   const Outcome outcome = place.run({"demo", "--replay", "out.glb"});
@@ -238,4 +238,4 @@ TEST_F(ReplayFile, BulletsMethodsHaveReplaysToo) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_file_test

@@ -7,7 +7,7 @@
 
 #include "replay/keyframes.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_keyframes_test {
 namespace {
 
 Pose turned(double angle, const Vec3& axis, const Vec3& place) {
@@ -105,4 +105,4 @@ TEST(Keyframes, NothingStraysOnAWildMotion) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_keyframes_test

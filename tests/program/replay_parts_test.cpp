@@ -12,7 +12,7 @@
 #include "replay/voxel_shell.h"
 #include "scene/primitive_mesh.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_parts_test {
 namespace {
 
 // RFC 4648, section 10.
@@ -138,4 +138,4 @@ TEST(VoxelShell, OfALargeCloudIsInBlocks) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_parts_test

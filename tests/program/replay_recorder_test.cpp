@@ -10,7 +10,7 @@
 #include "replay/recorder.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::replay_recorder_test {
 namespace {
 
 // A stack of two boxes, 2 kg and 3 kg, on a floor; a ball of 1 kg falls next to it.
@@ -213,4 +213,4 @@ TEST(PageRecord, HoldsTheContactsThatWereSeen) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::replay_recorder_test

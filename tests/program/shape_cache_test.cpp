@@ -17,6 +17,7 @@
 #include "program/program_run.h"
 #include "scene/primitive_mesh.h"
 
+namespace shape_cache_test {
 namespace {
 
 using namespace cloudcontact;
@@ -241,3 +242,5 @@ TEST(ShapeCache, TheProgramAnswersTheSameFromIt) {
 }
 
 }  // namespace
+
+}  // namespace shape_cache_test

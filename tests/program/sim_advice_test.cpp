@@ -7,7 +7,7 @@
 #include "scene/scene_file.h"
 #include "scene/world.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_advice_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -18,14 +18,14 @@ void expectNoAdvice(const fs::path& file, const std::string& tissues = {}) {
   WorldSettings settings;
   settings.common.tissues.table = tissues;
   settings.voxel = defaultVoxel(scene, settings.common);
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   World world(scene, settings);
-  testing::internal::GetCapturedStderr();
-  testing::internal::CaptureStderr();
+  ::testing::internal::GetCapturedStderr();
+  ::testing::internal::CaptureStderr();
   EXPECT_EQ(world.advice(), std::vector<std::string>());
   for (int i = 0; i < 20; ++i) world.step(scene.step);
   EXPECT_EQ(world.advice(), std::vector<std::string>());
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(Advice, OwnScenesNeedNone) {
@@ -43,4 +43,4 @@ TEST(Advice, SharedScenesNeedNone) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_advice_test

@@ -13,7 +13,7 @@
 #include "commands/commands.h"
 #include "demos/demo.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_command_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -28,12 +28,12 @@ constexpr const char* kScene = R"(<?xml version="1.0"?>
 <collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link>
 </model></world></sdf>)";
 
-class CommandTest : public testing::Test {
+class CommandTest : public ::testing::Test {
  protected:
   CommandTest() {
     folder_ = std::filesystem::temp_directory_path() /
               (std::string("cloudcontact_command_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
     std::ofstream(scene()) << kScene;
   }
@@ -92,9 +92,9 @@ TEST_F(CommandTest, ADeviceHasTheHashOfTheCpu) {
     return nlohmann::json::parse(run({"simulate", scene(), "--seconds", "0.1", "--voxel", "0.01",
                                       "--reuse", "0", "--backend", backend, "--json"}));
   };
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   const nlohmann::json device = simulate("opencl");
-  const std::string said = testing::internal::GetCapturedStderr();
+  const std::string said = ::testing::internal::GetCapturedStderr();
   const nlohmann::json cpu = simulate("cpu");
   EXPECT_EQ(device["hash"], cpu["hash"]);
   EXPECT_EQ(cpu["backend"], "cpu");
@@ -109,9 +109,9 @@ TEST_F(CommandTest, ADeviceHasTheHashOfTheCpu) {
 }
 
 TEST_F(CommandTest, AStepOfFewPairsNeedsNoDevice) {
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStderr();
   run({"simulate", scene(), "--seconds", "0.02", "--voxel", "0.02", "--backend", "opencl"});
-  EXPECT_NE(testing::internal::GetCapturedStderr().find("--backend opencl: "), std::string::npos);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("--backend opencl: "), std::string::npos);
 }
 
 TEST_F(CommandTest, ExplainsWhatItModelled) {
@@ -256,4 +256,4 @@ TEST_F(CommandTest, DemosAreListed) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_command_test

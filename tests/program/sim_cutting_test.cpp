@@ -10,7 +10,7 @@
 #include "program/scene_bodies.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_cutting_test {
 namespace {
 
 constexpr double kVoxelSize = 1e-3, kMilli = 1e-3;
@@ -207,4 +207,4 @@ TEST(CuttableScene, NeedsATissue) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_cutting_test

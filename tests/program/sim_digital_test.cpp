@@ -14,7 +14,7 @@
 #include "scene/scene_shapes.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_digital_test {
 namespace {
 
 const Vec3 kEdges(0.12, 0.08, 0.04);  // of a brick [m]
@@ -33,10 +33,10 @@ Cloud brickCloud() {
   return digitize(brickMesh(), settings);
 }
 
-class DigitalScene : public testing::Test {
+class DigitalScene : public ::testing::Test {
  protected:
   DigitalScene() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     std::string name = std::string("cloudcontact_") + info->test_suite_name() + info->name();
     std::replace(name.begin(), name.end(), '/', '_');
     folder_ = std::filesystem::temp_directory_path() / name;
@@ -103,7 +103,7 @@ TEST_P(EveryKind, StandsOnTheFloor) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, EveryKind,
-    testing::Values(
+    ::testing::Values(
         Kind{"voxels", [] { return DigitalObject(brickCloud()); }, 2e-3, 5e-3},
         Kind{"points", [] { return DigitalObject(centerPoints(brickCloud())); }, 2e-3, 5e-3},
         Kind{"spheres", [] { return DigitalObject(inscribedSpheres(brickCloud())); }, 0.15, 0.1},
@@ -201,4 +201,4 @@ TEST_F(DigitalScene, BaseVectorsBelongToTheirCollision) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_digital_test

@@ -10,7 +10,7 @@
 #include "scene/generated_mesh.h"
 #include "scene/penetration.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_mesh_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -71,7 +71,7 @@ void PrintTo(const ThreadCase& one, std::ostream* out) {
   *out << (one.left ? "left M" : "M") << 1e3 * one.major << ", " << one.starts << " starts";
 }
 
-class ThreadTest : public testing::TestWithParam<ThreadCase> {
+class ThreadTest : public ::testing::TestWithParam<ThreadCase> {
  protected:
   Thread thread() const {
     Thread t;
@@ -167,11 +167,11 @@ TEST_P(ThreadTest, TurnsByItsLead) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, ThreadTest,
-                         testing::Values(ThreadCase{16e-3, 2e-3, 1, false},
-                                         ThreadCase{16e-3, 2e-3, 1, true},
-                                         ThreadCase{12e-3, 1.75e-3, 2, false},
-                                         ThreadCase{20e-3, 2.5e-3, 1, false}),
-                         [](const testing::TestParamInfo<ThreadCase>& param) {
+                         ::testing::Values(ThreadCase{16e-3, 2e-3, 1, false},
+                                           ThreadCase{16e-3, 2e-3, 1, true},
+                                           ThreadCase{12e-3, 1.75e-3, 2, false},
+                                           ThreadCase{20e-3, 2.5e-3, 1, false}),
+                         [](const ::testing::TestParamInfo<ThreadCase>& param) {
                            return std::string(param.param.left ? "Left" : "") + "M" +
                                   std::to_string(std::lround(1e3 * param.param.major)) + "Starts" +
                                   std::to_string(param.param.starts);
@@ -193,4 +193,4 @@ TEST(GeneratedMesh, ImpossibleMeasuresAreRefused) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_mesh_test

@@ -10,7 +10,7 @@
 #include "scene/scene_file.h"
 #include "scene/world.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_milling_test {
 namespace {
 
 constexpr double kStep = 1e-3, kSpring = 2e4;
@@ -114,4 +114,4 @@ TEST(Prismatic, SwingsOnItsSpring) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_milling_test

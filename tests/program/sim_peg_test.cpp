@@ -7,7 +7,7 @@
 #include "scene/shape_store.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_peg_test {
 namespace {
 
 constexpr double kPeg = 4e-3, kPlay = 0.05e-3, kStart = 7e-3, kMass = 0.02, kVoxel = 0.1e-3;
@@ -52,7 +52,7 @@ double deepestLanding(double height, double step) {
   return speed * std::hypot(step / 2, std::sqrt(kMass / kStiffness));
 }
 
-class PegTest : public testing::TestWithParam<double> {};
+class PegTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(PegTest, SlidesHome) {
   WorldSettings settings;
@@ -81,7 +81,7 @@ TEST_P(PegTest, SlidesHome) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Hertz, PegTest,
-                         testing::Values(180.0, 240.0, 480.0, 500.0, 1000.0, 2000.0));
+                         ::testing::Values(180.0, 240.0, 480.0, 500.0, 1000.0, 2000.0));
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_peg_test

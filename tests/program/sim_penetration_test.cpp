@@ -11,7 +11,7 @@
 #include "scene/penetration.h"
 #include "scene/primitive_mesh.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_penetration_test {
 namespace {
 
 Mesh boxMesh(const Vec3& size) {
@@ -138,4 +138,4 @@ TEST(Penetration, ACompoundsPartsAllCount) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_penetration_test

@@ -8,14 +8,14 @@
 #include "io/errors.h"
 #include "scene/scene_file.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_scene_test {
 namespace {
 
 // A temporary folder for each test.
-class SceneTest : public testing::Test {
+class SceneTest : public ::testing::Test {
  protected:
   SceneTest() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::temp_directory_path() /
               (std::string("cloudcontact_") + info->test_suite_name() + "_" + info->name());
     std::filesystem::create_directories(folder_ / "meshes");
@@ -246,7 +246,7 @@ std::string jointed(const std::string& joint) {
 
 INSTANTIATE_TEST_SUITE_P(
     Table, BadSceneTest,
-    testing::Values(
+    ::testing::Values(
         BadScene{"empty", "", "no <sdf>"}, BadScene{"notXml", "solid stl\n", "no <sdf>"},
         BadScene{"cutShort", world(ball()).substr(0, 150), "cut short"},
         BadScene{"malformed", "<sdf version=\"1.9\"><world></sdf>", "SDFormat"},
@@ -304,7 +304,7 @@ std::string ours(const std::string& inCollision, const std::string& inLink = "")
 
 INSTANTIATE_TEST_SUITE_P(
     OwnElements, BadSceneTest,
-    testing::Values(
+    ::testing::Values(
         BadScene{"misspeltOwn", ours("<cloudcontact:tisue>enamel</cloudcontact:tisue>"),
                  "<cloudcontact:tisue>: is not known; after cloudcontact: use one of tissue"},
         BadScene{"misplaced",
@@ -377,4 +377,4 @@ TEST(SceneFileTest, AMissingFileIsNamed) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_scene_test

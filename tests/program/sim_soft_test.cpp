@@ -10,7 +10,7 @@
 #include "scene/scene_file.h"
 #include "scene/world.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_soft_test {
 namespace {
 
 const std::filesystem::path kFolder =
@@ -148,4 +148,4 @@ TEST(SoftScene, RefusesWhatItCannotBe) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_soft_test

@@ -11,7 +11,7 @@
 #include "scene/scene_file.h"
 #include "scene/scene_shapes.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_volume_test {
 namespace {
 
 using program_test::Outcome;
@@ -40,7 +40,7 @@ std::string scan() {
   return bytes;
 }
 
-class Volume : public testing::Test {
+class Volume : public ::testing::Test {
  protected:
   Volume() {
     static const std::string bytes = scan();
@@ -189,4 +189,4 @@ TEST_F(Volume, UnusedThresholdsAreRefused) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_volume_test

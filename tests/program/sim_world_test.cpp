@@ -11,7 +11,7 @@
 #include "scene/scene_shapes.h"
 #include "scene/simulation.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::sim_world_test {
 namespace {
 
 SceneDescription sceneOf(std::vector<SceneBody> bodies) {
@@ -307,4 +307,4 @@ TEST(WorldOptions, InvalidValuesAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::sim_world_test

@@ -17,7 +17,7 @@
 #include "view/page_server.h"
 #include "view/view_command.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::view_run_test {
 namespace {
 
 using program_test::Workplace;
@@ -265,4 +265,4 @@ TEST(ProgramView, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::view_run_test

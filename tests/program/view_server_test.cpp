@@ -17,7 +17,7 @@
 #include "view/page_address.h"
 #include "view/page_server.h"
 
-namespace cloudcontact::program {
+namespace cloudcontact::program::view_server_test {
 namespace {
 
 namespace asio = boost::asio;
@@ -313,4 +313,4 @@ TEST(PageServer, SaysTheLastWordAndClosesItsPages) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::program
+}  // namespace cloudcontact::program::view_server_test

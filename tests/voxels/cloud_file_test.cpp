@@ -8,18 +8,18 @@
 
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::cloud_file_test {
 namespace {
 
 namespace fs = std::filesystem;
 
-class CloudFile : public testing::Test {
+class CloudFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() /
               ("cloudcontact_cloud_file_" + std::string(info->name()) + "_" +
-               std::to_string(testing::UnitTest::GetInstance()->random_seed()) + "_" +
+               std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
                std::to_string(reinterpret_cast<std::uintptr_t>(this)));
     fs::create_directories(folder_);
   }
@@ -116,4 +116,4 @@ TEST_F(CloudFile, LeavesNoPartialFile) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::cloud_file_test

@@ -6,7 +6,7 @@
 #include <functional>
 #include <stdexcept>
 
-namespace cloudcontact {
+namespace cloudcontact::cloud_test {
 namespace {
 
 // 2 x 1 x 3 bricks: one with numbers, one solid, the rest empty.
@@ -126,4 +126,4 @@ TEST(Cloud, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::cloud_test

@@ -8,7 +8,7 @@
 #include "contact/contact_cases.h"
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact::test {
+namespace cloudcontact::test::coarser_cloud_test {
 namespace {
 
 // Of the fine voxels in a box [fine voxels].
@@ -112,4 +112,4 @@ TEST(CoarserCloud, RefusesWhatIsNoHalving) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::test
+}  // namespace cloudcontact::test::coarser_cloud_test

@@ -4,7 +4,7 @@
 
 #include "objects/test_objects.h"
 
-namespace cloudcontact {
+namespace cloudcontact::column_cloud_test {
 namespace {
 
 using namespace test;
@@ -112,4 +112,4 @@ TEST(Columns, RefuseBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::column_cloud_test

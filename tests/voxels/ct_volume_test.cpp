@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace cloudcontact {
+namespace cloudcontact::ct_volume_test {
 namespace {
 
 constexpr double kVoxel = 2e-4;
@@ -104,4 +104,4 @@ TEST(CtVolume, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::ct_volume_test

@@ -11,7 +11,7 @@
 #include "mesh/test_meshes.h"
 #include "mesh/thread_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::digitize_parts_test {
 namespace {
 
 Cloud cloudOf(const Mesh& mesh, double voxelSize, DigitizeReport* report = nullptr) {
@@ -48,7 +48,7 @@ Mesh blindHole(double outer, double height, double radius, double depth) {
                                                 {radius, height},
                                                 {radius, height - depth},
                                                 {0, height - depth}}};
-  return turnedMesh(120, 6, false, [&](double angle, double s) {
+  return revolvedMesh(120, 6, false, [&](double angle, double s) {
     const Eigen::Vector2d p = profile[std::lround(5 * s)];
     return Vec3(p[0] * std::cos(angle), p[0] * std::sin(angle), p[1]);
   });
@@ -126,4 +126,4 @@ TEST(Parts, ToothWithItsNerve) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::digitize_parts_test

@@ -8,7 +8,7 @@
 #include "contact/convex_oracle.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::digitize_robust_test {
 namespace {
 
 using namespace test;
@@ -337,4 +337,4 @@ TEST(DigitizeRefuses, EstimateIsAnUpperBoundAndNotAbsurd) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::digitize_robust_test

@@ -6,7 +6,7 @@
 #include "contact/convex_oracle.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::digitize_test {
 namespace {
 
 using namespace test;
@@ -251,4 +251,4 @@ TEST(Digitize, ReportsProgress) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::digitize_test

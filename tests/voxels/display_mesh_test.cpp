@@ -9,7 +9,7 @@
 
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::display_mesh_test {
 namespace {
 
 void expectClosed(const Mesh& mesh, const std::string& what) {
@@ -128,4 +128,4 @@ TEST(DisplayMesh, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::display_mesh_test

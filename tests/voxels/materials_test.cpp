@@ -11,7 +11,7 @@
 
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::materials_test {
 namespace {
 
 constexpr double kVoxel = 0.01;
@@ -208,4 +208,4 @@ TEST_F(MaterialFile, PartsOfAMeshFileHaveTheirNames) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::materials_test

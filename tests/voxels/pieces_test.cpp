@@ -9,7 +9,7 @@
 
 #include "workpiece/cut_cases.h"
 
-namespace cloudcontact::testing {
+namespace cloudcontact::testing::pieces_test {
 namespace {
 
 template <typename Visit>
@@ -274,4 +274,4 @@ TEST(Matter, RefusesBadDensities) {
 }
 
 }  // namespace
-}  // namespace cloudcontact::testing
+}  // namespace cloudcontact::testing::pieces_test

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <sstream>
 
-namespace cloudcontact {
+namespace cloudcontact::volume_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -75,10 +75,10 @@ std::string bytesOf(const CtVolume& v, bool bigEndian = false) {
   return out;
 }
 
-class VolumeFile : public testing::Test {
+class VolumeFile : public ::testing::Test {
  protected:
   VolumeFile() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = fs::temp_directory_path() / (std::string("cloudcontact_volume_") + info->name());
     fs::create_directories(folder_);
   }
@@ -364,4 +364,4 @@ TEST_F(VolumeFile, TooLargeVolumesNameAVoxelThatFits) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::volume_file_test

@@ -9,7 +9,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::area_cut_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -124,4 +124,4 @@ TEST(AreaCut, RejectsBadInputWithAReason) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::area_cut_test

@@ -13,7 +13,7 @@
 #include "voxels/small_clouds.h"
 #include "workpiece/embedding_along.h"
 
-namespace cloudcontact {
+namespace cloudcontact::embedding_along_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -250,4 +250,4 @@ TEST(EmbeddingAlong, TakesPiecesFromAnywhere) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::embedding_along_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace cloudcontact {
+namespace cloudcontact::embedding_test {
 namespace {
 
 constexpr HandSpring kHand{800, 2e-3};
@@ -177,4 +177,4 @@ TEST(Embedding, TableOfAnotherStateIsMendedByTheLawItself) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::embedding_test

@@ -8,7 +8,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::haptic_calm_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -116,4 +116,4 @@ TEST(HapticCalm, NothingHoldsAHandThatLeaves) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::haptic_calm_test

@@ -8,7 +8,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::haptic_edges_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;  // [m]
@@ -183,4 +183,4 @@ TEST(HapticEdges, TableIsKeptBetweenTicks) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::haptic_edges_test

@@ -9,7 +9,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::haptic_loop_test {
 namespace {
 
 constexpr double kVoxel = 1e-4;                          // [m]
@@ -217,4 +217,4 @@ TEST(HapticLoop, BadInput) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::haptic_loop_test

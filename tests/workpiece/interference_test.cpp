@@ -13,7 +13,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::interference_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -141,4 +141,4 @@ TEST(Interference, NothingMeetsNothing) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::interference_test

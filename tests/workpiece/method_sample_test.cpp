@@ -8,7 +8,7 @@
 #include "base/document_sample.h"
 #include "mesh/test_meshes.h"
 
-namespace cloudcontact {
+namespace cloudcontact::method_sample_test {
 namespace {
 
 TEST(Method, Sample) {
@@ -38,4 +38,4 @@ TEST(Method, SampleEqualsTheDocument) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::method_sample_test

@@ -6,7 +6,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::paper_equations_test {
 namespace {
 
 constexpr double kVoxel = 1e-3;  // [m]
@@ -123,4 +123,4 @@ TEST(PaperEquation, Six_ForceAlongTheDigitalNormalDividedByItsLengthOrNot) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::paper_equations_test

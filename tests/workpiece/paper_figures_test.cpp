@@ -7,7 +7,7 @@
 
 #include "voxels/small_clouds.h"
 
-namespace cloudcontact {
+namespace cloudcontact::paper_figures_test {
 namespace {
 
 constexpr double kVoxel = 0.5e-3;  // [m]
@@ -179,4 +179,4 @@ TEST(PaperFigure, Nine_SeveralMaterials) {
 }
 
 }  // namespace
-}  // namespace cloudcontact
+}  // namespace cloudcontact::paper_figures_test
