@@ -190,12 +190,13 @@ TEST_P(RefusedBody, IsNoShape) {
   EXPECT_FALSE(recognizedShape(*bodyOf(GetParam().depth), 0.4e-3)) << GetParam().name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused), [](const auto& info) {
-  std::string name = info.param.name;
-  for (char& c : name)
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Bodies, RefusedBody, ::testing::ValuesIn(kRefused),
+                         [](const auto& refused) {
+                           std::string name = refused.param.name;
+                           for (char& c : name)
+                             if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+                           return name;
+                         });
 
 TEST(RecognizedShape, ErrorIsThatOfTheBody) {
   // A ball whose radius varies by 0.25 voxel, and a box with an edge that lacks 0.5 voxel.
