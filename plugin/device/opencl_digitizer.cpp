@@ -17,7 +17,7 @@ namespace {
 
 using Bricks = BaseVectorField::Bricks;
 
-constexpr std::size_t kGroups = 1 << 15;         // work-groups, which loop over the bricks
+constexpr std::size_t kMostGroups = 1 << 15;     // work-groups, which loop over the bricks
 constexpr std::size_t kMaxPlaces = 0xffffffffu;  // that 32 bits can count
 constexpr double kMaxUnits = double(kMaxPlaces) / CC_PIECE_UNIT - 1;
 constexpr double kMaxListed = 1e9;
@@ -210,7 +210,7 @@ void OpenClDigitizer::sum() {
                    &stored = stored_.buffer(), &firstStored = firstStored_.buffer();
   d.run({"ccPlaceLayers", columns_ * CC_COLUMNS, CC_COLUMNS}, grid_, touched_.buffer(), counters,
         placed_.buffer());
-  d.run({"ccAddPieces", std::min<std::size_t>(grid_.sumRoom, kGroups) * CC_COLUMNS, CC_COLUMNS},
+  d.run({"ccAddPieces", std::min<std::size_t>(grid_.sumRoom, kMostGroups) * CC_COLUMNS, CC_COLUMNS},
         grid_, first_.buffer(), placed_.buffer(), found_.buffer(), pieces_.buffer(), counters,
         sums_.buffer());
   d.run({"ccSumColumns", columns_ * CC_COLUMNS, CC_COLUMNS}, grid_, first_.buffer(),
@@ -278,7 +278,7 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   d.run({"ccScan", CC_SCAN_GROUP, CC_SCAN_GROUP}, ownGroups, groupsOwn, firstOwn, counters,
         cl_uint{CC_OWN_BLOCKS});
   d.run({"ccBlockTable", table_, CC_GROUP}, windows_, table, count, own, firstOwn, blockOf, list);
-  const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kGroups);
+  const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kMostGroups);
   if (flat_) {
     d.run({"ccSumWindows", groups * CC_COLUMNS, CC_COLUMNS}, windows_, table, bricks,
           taps_.buffer(), runs_.buffer(), runCount_, list, counters, blocks,

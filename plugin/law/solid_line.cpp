@@ -10,8 +10,8 @@ namespace cloudcontact {
 namespace {
 
 using Span = std::optional<LineSpan>;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr LineSpan kAll{-kInfinity, kInfinity};
+constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr LineSpan kAll{-kEndless, kEndless};
 
 Span both(const Span& a, const Span& b) {
   if (!a || !b) return {};
@@ -28,7 +28,7 @@ Span around(const Span& a, const Span& b) {
 // Where speed * t <= room.
 Span below(double room, double speed) {
   if (speed == 0) return room >= 0 ? Span(kAll) : Span();
-  return speed > 0 ? LineSpan{-kInfinity, room / speed} : LineSpan{room / speed, kInfinity};
+  return speed > 0 ? LineSpan{-kEndless, room / speed} : LineSpan{room / speed, kEndless};
 }
 
 // Where |x + speed * t| <= half.
@@ -75,8 +75,8 @@ Span nappe(const Line& line, double slope) {
   const double root = b * b - a * c;
   if (root <= 0) return under;
   const double first = (-b + std::sqrt(root)) / a, second = (-b - std::sqrt(root)) / a;
-  return w > 0 ? LineSpan{-kInfinity, std::min(first, second)}
-               : LineSpan{std::max(first, second), kInfinity};
+  return w > 0 ? LineSpan{-kEndless, std::min(first, second)}
+               : LineSpan{std::max(first, second), kEndless};
 }
 
 Span spanOf(const HalfSpace& s, const Line& line) {

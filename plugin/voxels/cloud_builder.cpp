@@ -7,12 +7,12 @@
 #include <stdexcept>
 
 #include "base/grid_index.h"
+#include "voxels/grid.h"
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr int kMargin = 2;            // empty voxels around the body, as in digitize()
 constexpr double kHair = 1e-6;        // rounding error of a length [voxels]
 constexpr double kLeastShare = 1e-7;  // of a voxel; the resolution of coverage is 1/255
 constexpr double kMostPlaces = double(std::int64_t{1} << 30);  // 4 GB of table
@@ -29,7 +29,7 @@ CloudGrid cloudGrid(const char* what, const Eigen::AlignedBox3d& box, double vox
                                 ": there is nothing, or it has no end; give finite points");
   const double brick = voxelSize * kBrickEdge;
   const Vec3 extent = (box.max() - box.min()) / brick;
-  const Vec3 about = (extent.array() + (2.0 * kMargin + 1) / kBrickEdge).ceil();
+  const Vec3 about = (extent.array() + (2.0 * kEmptyMargin + 1) / kBrickEdge).ceil();
   if (!(about.prod() <= kMostPlaces)) {
     std::ostringstream text;
     text << what << ": voxels of " << voxelSize << " m over " << (box.max() - box.min()).transpose()
@@ -41,12 +41,12 @@ CloudGrid cloudGrid(const char* what, const Eigen::AlignedBox3d& box, double vox
   grid.voxelSize = voxelSize;
   if (lattice) {
     const Vec3 steps = ((box.min() - *lattice) / voxelSize).array() + kHair;
-    grid.origin = *lattice + voxelSize * (steps.array().floor() - kMargin).matrix();
+    grid.origin = *lattice + voxelSize * (steps.array().floor() - kEmptyMargin).matrix();
   } else {
-    grid.origin = box.min() - Vec3::Constant(kMargin * voxelSize);
+    grid.origin = box.min() - Vec3::Constant(kEmptyMargin * voxelSize);
   }
   const Vec3 span = (box.max() - grid.origin) / voxelSize;
-  grid.bricks = ((span.array() + kMargin - kHair) / kBrickEdge).ceil().cast<int>();
+  grid.bricks = ((span.array() + kEmptyMargin - kHair) / kBrickEdge).ceil().cast<int>();
   if (!lattice)
     grid.origin = 0.5 * (box.min() + box.max()) - 0.5 * brick * grid.bricks.cast<double>();
   return grid;

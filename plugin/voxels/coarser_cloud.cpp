@@ -6,12 +6,12 @@
 
 #include "base/grid_index.h"
 #include "voxels/cloud_builder.h"
+#include "voxels/grid.h"
 
 namespace cloudcontact {
 
 namespace {
 
-constexpr int kMargin = 2;  // empty voxels around the body, as in digitize()
 constexpr int kMostHalvings = 10;
 
 // A coarse brick's sums [1/255 of a fine voxel]: of all matter, and of each material.
@@ -102,7 +102,7 @@ Cloud coarserCloud(const Cloud& cloud, int halvings) {
   if (halvings == 0 || cloud.empty()) return cloud;
   const int edge = 1 << halvings;
   auto voxels = std::make_shared<Cloud::Voxels>();
-  const Eigen::Array3i across = (cloud.size().array() + (edge - 1)) / edge + 2 * kMargin;
+  const Eigen::Array3i across = (cloud.size().array() + (edge - 1)) / edge + 2 * kEmptyMargin;
   voxels->bricks = (across + (kBrickEdge - 1)) / kBrickEdge;
   voxels->table.assign(static_cast<std::size_t>(voxels->bricks.cast<std::ptrdiff_t>().prod()),
                        kEmptyBrick);
@@ -111,14 +111,14 @@ Cloud coarserCloud(const Cloud& cloud, int halvings) {
   voxels->materials = cloud.voxels().materials;
   for (std::size_t entry = 0; entry < voxels->table.size(); ++entry) {
     const Eigen::Vector3i first = kBrickEdge * gridCell(entry, voxels->bricks);
-    if (!sum.sum((first - Eigen::Vector3i::Constant(kMargin)) * edge)) continue;
+    if (!sum.sum((first - Eigen::Vector3i::Constant(kEmptyMargin)) * edge)) continue;
     const BrickMaterial material = sum.material();
     storeBrick(*voxels, entry, sum.coverage(), sum.hasMaterials() ? &material : nullptr);
   }
   voxels->coverage.shrink_to_fit();
   voxels->material.shrink_to_fit();
   return Cloud(edge * cloud.voxelSize(),
-               cloud.origin() - Vec3::Constant(kMargin * edge * cloud.voxelSize()),
+               cloud.origin() - Vec3::Constant(kEmptyMargin * edge * cloud.voxelSize()),
                std::move(voxels));
 }
 

@@ -111,10 +111,10 @@ ColumnResult assemble(std::vector<BrickColumn>& columns, const Frame& frame) {
 
 }  // namespace
 
-SurfaceBricks surfaceBricks(const GridSurface& surface) {
+TouchedBricks touchedBricks(const GridSurface& surface) {
   const Frame frame(surface, 2);
   const Vector3i last = surface.bricks - Vector3i::Ones();
-  SurfaceBricks bricks;
+  TouchedBricks bricks;
   bricks.touched.resize(static_cast<std::size_t>(frame.width) * frame.depth * frame.layers);
   for (const Vector3i& t : surface.triangles) {
     CcPolygon triangle;

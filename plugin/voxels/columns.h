@@ -23,11 +23,11 @@ struct ColumnResult {
 };
 
 // The bricks that the surface passes through. Only these will store numbers.
-struct SurfaceBricks {
+struct TouchedBricks {
   std::vector<bool> touched;  // in the order of Cloud::Voxels::table
   std::size_t count = 0;
 };
-SurfaceBricks surfaceBricks(const GridSurface& surface);
+TouchedBricks touchedBricks(const GridSurface& surface);
 
 // The axis along which cutting is fastest.
 int cheapestAxis(const GridSurface& surface);

@@ -20,9 +20,9 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr float kClear = 4;     // standard deviations
-constexpr double kSame = 1e-6;  // lengths whose ratio differs by less are equal
-constexpr int kBorder = 2;      // empty voxels around: a field needs its surface inside the grid
+constexpr float kClear = 4;           // standard deviations
+constexpr double kSameLength = 1e-6;  // lengths whose ratio differs by less are equal
+constexpr int kBorder = 2;  // empty voxels around: a field needs its surface inside the grid
 
 void validate(const CtVolume& volume, const std::vector<CtRange>& ranges) {
   if ((volume.size.array() < 1).any() || !(volume.spacing.array() > 0).all() ||
@@ -161,7 +161,7 @@ Cloud cloudFromCt(const CtVolume& volume, const std::vector<CtRange>& ranges,
   if (cells.counts().inside + cells.counts().interface == 0)
     throw std::invalid_argument(
         "cloudFromCt: all values are below the first range: nothing but air");
-  const bool areVoxels = (volume.spacing.array() - voxel).abs().maxCoeff() <= kSame * voxel;
+  const bool areVoxels = (volume.spacing.array() - voxel).abs().maxCoeff() <= kSameLength * voxel;
   if (areVoxels) return cells;
   return inVoxels("cloudFromCt", cells, volume.spacing, origin, voxel);
 }

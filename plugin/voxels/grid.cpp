@@ -16,10 +16,8 @@ using Eigen::Vector3i;
 
 namespace {
 
-// Empty voxels around the body: a window of radius 2.5 then lies in the grid.
-constexpr int kMargin = 2;
 // Tolerance that keeps rounding errors from adding a brick.
-constexpr double kHair = 1e-9;
+constexpr double kBrickHair = 1e-9;
 // In larger grids [bricks] the bricks of the surface are estimated: counting takes a bit per brick.
 constexpr double kCountable = 1 << 28;
 
@@ -86,7 +84,7 @@ Grid gridAround(const Mesh& mesh, double voxelSize) {
   Grid grid;
   grid.voxelSize = voxelSize;
   const Vector3d extent = (high - low) / voxelSize;
-  grid.bricks = ((extent.array() + (2 * kMargin - kHair)) / kBrickEdge).ceil();
+  grid.bricks = ((extent.array() + (2 * kEmptyMargin - kBrickHair)) / kBrickEdge).ceil();
   grid.origin = low + 0.5 * (high - low) - 0.5 * voxelSize * kBrickEdge * grid.bricks;
   return grid;
 }
@@ -107,7 +105,7 @@ double cuttingBytes(const Closing& closing, double voxelSize, int passes, int th
   if (!(table <= enough)) return table;
   double bricks = std::min(brickBound(closing.mesh, voxelSize), grid.places());
   if (grid.places() <= kCountable)
-    bricks = std::min(bricks, static_cast<double>(surfaceBricks(placed(closing, grid)).count));
+    bricks = std::min(bricks, static_cast<double>(touchedBricks(placed(closing, grid)).count));
   return bytesOf(closing, grid, bricks, passes, threads);
 }
 

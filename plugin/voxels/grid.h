@@ -6,6 +6,9 @@
 
 namespace cloudcontact {
 
+// Empty voxels on every side of a cloud: a window of radius 2.5 then lies in its grid.
+inline constexpr int kEmptyMargin = 2;
+
 // The grid is centered on the body: moving a mesh changes no voxel, and a symmetric body gets
 // symmetric voxels. It has whole bricks, and at least two empty voxels on every side.
 struct Grid {

@@ -31,7 +31,7 @@ constexpr int kMostResidue = 16;
 // the voxel, and from its value at the center, which a surface may pass closely.
 constexpr int kConfirmed = 64, kConfirmedAtCenter = 160;
 // A winding number this far from 1/2 is clear: no hole is near.
-constexpr double kClear = 0.35;
+constexpr double kClearShare = 0.35;
 // Samples of the winding number along each edge of a voxel.
 constexpr int kSamples = 4;
 
@@ -85,7 +85,7 @@ class Voter {
     for (int i = 0; i < 9; ++i) {
       const Vector3d corner(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
       const double w = winding_.at(i < 8 ? Vector3d(middle + 0.5 * kBrickEdge * corner) : middle);
-      if ((w > 0.5) != solid || std::abs(w - 0.5) < kClear) return 0;
+      if ((w > 0.5) != solid || std::abs(w - 0.5) < kClearShare) return 0;
     }
     return solid ? kSolidBrick : kEmptyBrick;
   }
@@ -123,7 +123,7 @@ class Voter {
   // The coverage where the columns do not all agree.
   int judged(const Vector3i& voxel, const Votes& closed, const Votes& nearly) const {
     const double w = winding_.at(voxel.cast<double>() + Vector3d::Constant(0.5));
-    if (std::abs(w - 0.5) > kClear) {
+    if (std::abs(w - 0.5) > kClearShare) {
       const int whole = w > 0.5 ? 255 : 0;
       const int vote = closed.confirmed(whole, kConfirmedAtCenter);
       if (vote >= 0) return vote;
@@ -204,7 +204,7 @@ Vote voteOnColumns(const GridSurface& surface, int threads,
     vote.badColumns += axes[k].badColumns;
   }
   const Voter voter(surface, axes);
-  const std::vector<bool> touched = surfaceBricks(surface).touched;
+  const std::vector<bool> touched = touchedBricks(surface).touched;
   std::vector<Layer> layers(surface.bricks[2]);
   parallelFor(layers.size(), threads, [&](std::size_t z, int) {
     layers[z] =

@@ -11,7 +11,7 @@ namespace cloudcontact::fuzz {
 
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 24;
+constexpr std::size_t kMostOfAnArray = std::size_t{1} << 24;
 
 void depthPicture(Draw& draw) {
   DepthImage image;
@@ -47,7 +47,7 @@ void volume(Draw& draw) {
   for (int k = draw.upTo(3); k > 0; --k)
     ranges.push_back({draw.upTo(5) == 5 ? draw.take<double>() : 10 * draw.upTo(9), "part"});
   CtSettings settings;
-  settings.maxBytes = kMostBytes;
+  settings.maxBytes = kMostOfAnArray;
   settings.voxelSize = draw.upTo(3) ? 0 : draw.length();
   mayRefuse("cloudFromCt", [&] { cloudFromCt(ct, ranges, settings); });
 }

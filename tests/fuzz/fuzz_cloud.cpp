@@ -50,7 +50,7 @@ void use(const DigitalObject& object) {
   mayRefuse("again.cloud", [&] { saveObject(object, file); });
 }
 
-void read(std::string_view input) {
+void readCloud(std::string_view input) {
   const auto load = [](std::string_view bytes) {
     const fs::path file = inputFile("object.cloud", bytes);
     mayRefuse("object.cloud", [&] { use(loadObject(file)); });
@@ -69,7 +69,7 @@ std::string savedObject(const DigitalObject& object) {
   return bytes;
 }
 
-std::vector<std::string> seeds() {
+std::vector<std::string> seedsOfCloud() {
   const Cloud ball = smallBall(3), parts = twoParts();
   PointCloud points = surfacePoints(ball);
   points.positions.resize(40), points.normals.resize(40);
@@ -118,10 +118,10 @@ void readCache(std::string_view input) {
 }  // namespace
 
 Target cloudTarget() {
-  return {"cloud", read, seeds, 1 << 16};
+  return {"cloud", readCloud, seedsOfCloud, 1 << 16};
 }
 Target cacheTarget() {
-  return {"cache", readCache, seeds, 1 << 16};
+  return {"cache", readCache, seedsOfCloud, 1 << 16};
 }
 
 }  // namespace cloudcontact::fuzz

@@ -75,7 +75,7 @@ void use(const SurfaceField& field) {
   }
 }
 
-void read(std::string_view input) {
+void readChanged(std::string_view input) {
   Draw draw(input);
   const FieldData& data = goodField(draw.upTo(2))->data();
   FieldRecords records = data.records();
@@ -101,7 +101,7 @@ void read(std::string_view input) {
   load();
 }
 
-std::vector<std::string> seeds() {
+std::vector<std::string> seedsOfField() {
   std::vector<std::string> all;
   for (char field = 0; field < 3; ++field)
     for (char array = 0; array < 60; array = static_cast<char>(array + 4)) {
@@ -117,7 +117,7 @@ std::vector<std::string> seeds() {
 }  // namespace
 
 Target fieldTarget() {
-  return {"field", read, seeds, 80};
+  return {"field", readChanged, seedsOfField, 80};
 }
 
 }  // namespace cloudcontact::fuzz

@@ -69,7 +69,7 @@ void requireSound(const ContactResult& found) {
                 std::to_string(p.confidence));
 }
 
-void read(std::string_view input) {
+void readPair(std::string_view input) {
   Draw draw(input);
   TissueTable ofA = tissues(draw, static_cast<std::size_t>(draw.upTo(2))), ofB = tissues(draw, 1);
   ContactBody a, b;
@@ -104,7 +104,7 @@ void read(std::string_view input) {
   });
 }
 
-std::vector<std::string> seeds() {
+std::vector<std::string> seedsOfPair() {
   std::vector<std::string> all;
   unsigned state = 11;
   for (int n = 0; n < 40; ++n) {
@@ -121,7 +121,7 @@ std::vector<std::string> seeds() {
 }  // namespace
 
 Target pairTarget() {
-  return {"pair", read, seeds, 512};
+  return {"pair", readPair, seedsOfPair, 512};
 }
 
 }  // namespace cloudcontact::fuzz

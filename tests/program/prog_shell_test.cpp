@@ -115,8 +115,7 @@ TEST(Shell, TheExamplesRun) {
     const Workplace place;
     writeFiles(place);
     for (std::string line : examplesOf(command)) {
-      line = std::regex_replace(line, std::regex("^cloudcontact "),
-                                std::string(CLOUDCONTACT_EXECUTABLE) + " ");
+      line = std::regex_replace(line, std::regex("^cloudcontact "), CLOUDCONTACT_EXECUTABLE " ");
       line = std::regex_replace(line, std::regex("(nut|bolt)\\.stl"), "$1.obj");
       line = "cd " + (place / "").string() + " && CLOUDCONTACT_CACHE=off " + line;
       if (line.find('>') == std::string::npos) line += " > out";
