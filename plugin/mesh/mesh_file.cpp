@@ -8,12 +8,12 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 
+#include "base/file_name.h"
 #include "mesh/mesh_file_check.h"
 #include "mesh/mesh_topology.h"
 
@@ -21,27 +21,17 @@ namespace cloudcontact {
 
 namespace {
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
-
-std::string lowerExtension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 void checkFile(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) refuse(file, "no such file; check its name");
-  if (!std::filesystem::is_regular_file(file)) refuse(file, "is not a file; give a mesh file");
+  if (!std::filesystem::exists(file)) refuseFile(file, "no such file; check its name");
+  if (!std::filesystem::is_regular_file(file)) refuseFile(file, "is not a file; give a mesh file");
   std::ifstream in(file, std::ios::binary);
-  if (!in) refuse(file, "cannot be read; check its permissions");
-  if (std::filesystem::file_size(file) == 0) refuse(file, "is empty");
+  if (!in) refuseFile(file, "cannot be read; check its permissions");
+  if (std::filesystem::file_size(file) == 0) refuseFile(file, "is empty");
   const std::string extension = lowerExtension(file);
   if (!isCheckedMeshFile(extension)) return;
   const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   const std::string fault = faultOfMeshFile(bytes, extension);
-  if (!fault.empty()) refuse(file, fault);
+  if (!fault.empty()) refuseFile(file, fault);
 }
 
 // Assimp's message shortened to one line; some quote the file.
@@ -64,23 +54,24 @@ bool hasEmptyFace(const aiScene& scene) {
 
 std::vector<NamedMesh> loadMeshParts(const std::filesystem::path& file, double metersPerUnit) {
   if (!(metersPerUnit > 0) || !std::isfinite(metersPerUnit))
-    refuse(file, "metersPerUnit must be positive and finite");
+    refuseFile(file, "metersPerUnit must be positive and finite");
   checkFile(file);
   Assimp::Importer importer;
   // Keeps the coordinates of the file, whichever axis it declares as up.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (scene && hasEmptyFace(*scene)) refuse(file, "has a face without corners; export it again");
+  if (scene && hasEmptyFace(*scene))
+    refuseFile(file, "has a face without corners; export it again");
   if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode)
-    refuse(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
+    refuseFile(file, "is no mesh that can be read: " + oneLine(importer.GetErrorString()));
   std::vector<NamedMesh> parts;
   try {
     parts = meshParts(*scene, metersPerUnit);
   } catch (const std::invalid_argument& e) {
-    refuse(file, e.what());
+    refuseFile(file, e.what());
   }
-  if (parts.empty()) refuse(file, "has no triangles");
+  if (parts.empty()) refuseFile(file, "has no triangles");
   return parts;
 }
 

@@ -2,7 +2,6 @@
 #include <cloudcontact/objects/point_file.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/file_name.h"
 #include "mesh/ply.h"
 #include "objects/pcd.h"
 
@@ -21,23 +21,13 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
-
-std::string lowerExtension(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 std::string bytesOf(const fs::path& file) {
-  if (!fs::exists(file)) refuse(file, "no such file; check its name");
-  if (!fs::is_regular_file(file)) refuse(file, "is not a file; give a file of points");
+  if (!fs::exists(file)) refuseFile(file, "no such file; check its name");
+  if (!fs::is_regular_file(file)) refuseFile(file, "is not a file; give a file of points");
   std::ifstream in(file, std::ios::binary);
-  if (!in) refuse(file, "cannot be read; check its permissions");
+  if (!in) refuseFile(file, "cannot be read; check its permissions");
   std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (bytes.empty()) refuse(file, "is empty; save it again");
+  if (bytes.empty()) refuseFile(file, "is empty; save it again");
   return bytes;
 }
 
@@ -147,7 +137,7 @@ bool areNormals(const Read& read) {
 }
 
 PointCloud asPoints(const fs::path& file, Read read, double metersPerUnit) {
-  if (read.positions.empty()) refuse(file, "has no points; export it again");
+  if (read.positions.empty()) refuseFile(file, "has no points; export it again");
   PointCloud points;
   if (areNormals(read))
     for (const Vector3d& n : read.normals) points.normals.push_back(n.normalized().cast<float>());
@@ -156,9 +146,10 @@ PointCloud asPoints(const fs::path& file, Read read, double metersPerUnit) {
     Vector3d& p = points.positions[i];
     p *= metersPerUnit;
     if (!p.allFinite())
-      refuse(file, "point " + std::to_string(i) +
-                       " is NaN or infinite; take such points away (a PCD with rows keeps them as "
-                       "holes)");
+      refuseFile(file,
+                 "point " + std::to_string(i) +
+                     " is NaN or infinite; take such points away (a PCD with rows keeps them as "
+                     "holes)");
   }
   return points;
 }
@@ -177,7 +168,7 @@ DepthImage asImage(const fs::path& file, PcdPoints pcd, double metersPerUnit) {
   try {
     validate(image);
   } catch (const std::invalid_argument& e) {
-    refuse(file, e.what());
+    refuseFile(file, e.what());
   }
   return image;
 }
@@ -205,7 +196,7 @@ bool isPointFile(const fs::path& file) {
 
 PointFile loadPoints(const fs::path& file, double metersPerUnit) {
   if (!(metersPerUnit > 0) || !std::isfinite(metersPerUnit))
-    refuse(file, "metersPerUnit must be positive and finite");
+    refuseFile(file, "metersPerUnit must be positive and finite");
   const std::string bytes = bytesOf(file), extension = lowerExtension(file);
   Read read;
   std::string fault;
@@ -218,7 +209,7 @@ PointFile loadPoints(const fs::path& file, double metersPerUnit) {
     fault = readXyz(bytes, read);
   else
     fault = "is of no known format; give a PLY, PCD or XYZ file";
-  if (!fault.empty()) refuse(file, fault);
+  if (!fault.empty()) refuseFile(file, fault);
   if (extension == ".pcd" && pcd.height > 1) return asImage(file, std::move(pcd), metersPerUnit);
   if (extension == ".pcd") read = {std::move(pcd.positions), std::move(pcd.normals)};
   return asPoints(file, std::move(read), metersPerUnit);

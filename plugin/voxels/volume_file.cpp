@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/file_name.h"
 #include "base/grid_index.h"
 #include "voxels/volume_header.h"
 
@@ -251,12 +251,6 @@ void readValues(const VolumeHeader& header, const Layout& layout, CtVolume& out)
     store(layer, block, layout, out);
   }
   bytes->finish();
-}
-
-std::string lowerExtension(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
 }
 
 bool isNrrd(const fs::path& file) {
