@@ -33,14 +33,14 @@ class Bytes {
  public:
   Bytes(const VolumeHeader& header, double count) : file_(header.data), zipped_(header.isZipped) {
     in_.open(file_, std::ios::binary);
-    if (!in_) refuseVolume(file_, "cannot be read; check its permissions");
+    if (!in_) refuseFile(file_, "cannot be read; check its permissions");
     const auto length = static_cast<double>(fs::file_size(file_));
     const double skip = header.skip < 0 ? length - count : static_cast<double>(header.skip);
     if (!zipped_ && (skip < 0 || length - skip != count)) refuseLength(length - skip, count);
     in_.seekg(static_cast<std::streamoff>(skip));
     if (!zipped_) return;
     if (kMostPacked * (length - skip) < count)
-      refuseVolume(file_, "is cut short, or its sizes are wrong; save it again");
+      refuseFile(file_, "is cut short, or its sizes are wrong; save it again");
     // 32: gzip or zlib, whichever the data begin with.
     if (inflateInit2(&stream_, 15 + 32) != Z_OK) throw std::bad_alloc();
   }
@@ -53,7 +53,7 @@ class Bytes {
   void read(char* to, std::size_t count) {
     if (zipped_) return unpack(to, count);
     if (!in_.read(to, static_cast<std::streamsize>(count)))
-      refuseVolume(file_, "cannot be read to its end; copy it again");
+      refuseFile(file_, "cannot be read to its end; copy it again");
   }
   // To be called after the last value.
   void finish() {
@@ -63,7 +63,7 @@ class Bytes {
     stream_.avail_out = 1;
     while (!ended_ && stream_.avail_out > 0) inflateMore();
     if (stream_.avail_out == 0)
-      refuseVolume(file_, "holds more values than its sizes say; correct the sizes");
+      refuseFile(file_, "holds more values than its sizes say; correct the sizes");
   }
 
  private:
@@ -73,7 +73,7 @@ class Bytes {
     text << "holds " << std::max(found, 0.0) << " bytes of values where its sizes and type need "
          << needed << "; " << (found < needed ? "it is cut short, or the" : "correct the")
          << " sizes or the type" << (found < needed ? " are wrong: save it again" : "");
-    refuseVolume(file_, text.str());
+    refuseFile(file_, text.str());
   }
   void unpack(char* to, std::size_t count) {
     while (count > 0) {
@@ -81,7 +81,7 @@ class Bytes {
       stream_.next_out = reinterpret_cast<Bytef*>(to);
       stream_.avail_out = part;
       while (stream_.avail_out > 0) {
-        if (ended_) refuseVolume(file_, "holds fewer values than its sizes say; correct the sizes");
+        if (ended_) refuseFile(file_, "holds fewer values than its sizes say; correct the sizes");
         inflateMore();
       }
       to += part, count -= part;
@@ -93,12 +93,12 @@ class Bytes {
       stream_.next_in = reinterpret_cast<Bytef*>(packed_);
       stream_.avail_in = static_cast<uInt>(in_.gcount());
       if (stream_.avail_in == 0)
-        refuseVolume(file_, "is cut short: its compressed data end early; save it again");
+        refuseFile(file_, "is cut short: its compressed data end early; save it again");
     }
     const int code = inflate(&stream_, Z_NO_FLUSH);
     ended_ = code == Z_STREAM_END;
     if (!ended_ && code != Z_OK && code != Z_BUF_ERROR)
-      refuseVolume(file_, "holds compressed data that are damaged; save it again");
+      refuseFile(file_, "holds compressed data that are damaged; save it again");
   }
 
   fs::path file_;
@@ -145,9 +145,9 @@ Layout layoutOf(const fs::path& file, const VolumeHeader& header, double unit, d
     out.spacing[k] = step.cwiseAbs().maxCoeff(&out.axis[k]);
     const int a = out.axis[k];
     if (!(out.spacing[k] > 0) || !std::isfinite(out.spacing[k]))
-      refuseVolume(file, "has a spacing that is not positive; correct it");
+      refuseFile(file, "has a spacing that is not positive; correct it");
     if ((step - step[a] * Vec3::Unit(a)).norm() > kOblique * out.spacing[k] || isUsed[a])
-      refuseVolume(file, "has axes that are not along x, y and z; resample it along them");
+      refuseFile(file, "has axes that are not along x, y and z; resample it along them");
     isUsed[a] = true;
     out.isTurned[k] = step[a] < 0;
     const double fit = std::floor(voxel / out.spacing[k] + kHair);
@@ -189,9 +189,9 @@ void refuseMemory(const VolumeHeader& header, const Layout& layout, std::size_t 
   const double row = double(bytesOf(header.type)) * header.size.x();
   const double layer = double(sizeof(double) + sizeof(int)) * layout.blocks.x() * layout.blocks.y();
   if (std::max(row, layer) > static_cast<double>(most))
-    refuseVolume(header.data,
-                 "has sizes of which a layer alone needs more memory than maxBytes; "
-                 "correct the sizes, or save it with its axes in another order");
+    refuseFile(header.data,
+               "has sizes of which a layer alone needs more memory than maxBytes; "
+               "correct the sizes, or save it with its axes in another order");
 }
 
 // One layer of blocks: sums of its values, and how many they are.
@@ -212,9 +212,9 @@ void addRow(const VolumeHeader& header, const Layout& layout, const std::vector<
   for (int x = 0; x < header.size.x(); ++x) {
     const double value = convert(row.data() + bytes * static_cast<std::size_t>(x), swapped);
     if (!std::isfinite(value) || std::abs(value) > std::numeric_limits<float>::max())
-      refuseVolume(header.data, "value " + std::to_string(x) + " " + std::to_string(at.y()) + " " +
-                                    std::to_string(at.z()) +
-                                    " is NaN or infinite; replace it by the value of air");
+      refuseFile(header.data, "value " + std::to_string(x) + " " + std::to_string(at.y()) + " " +
+                                  std::to_string(at.z()) +
+                                  " is NaN or infinite; replace it by the value of air");
     const std::size_t k = start + static_cast<std::size_t>(x / layout.block.x());
     layer.sums[k] += value;
     ++layer.counts[k];
@@ -267,11 +267,11 @@ bool isVolumeFile(const fs::path& file) {
 
 CtVolume loadVolume(const fs::path& file, const VolumeFileSettings& settings) {
   if (!(settings.metersPerUnit > 0) || !std::isfinite(settings.metersPerUnit))
-    refuseVolume(file, "metersPerUnit must be positive and finite");
+    refuseFile(file, "metersPerUnit must be positive and finite");
   if (!(settings.voxelSize >= 0) || !std::isfinite(settings.voxelSize))
-    refuseVolume(file, "voxelSize must be 0 or more, and finite");
+    refuseFile(file, "voxelSize must be 0 or more, and finite");
   if (!isVolumeFile(file))
-    refuseVolume(file, "is of no known format; give a .nrrd, .nhdr, .mha or .mhd file");
+    refuseFile(file, "is of no known format; give a .nrrd, .nhdr, .mha or .mhd file");
   const VolumeHeader header = isNrrd(file) ? readNrrdHeader(file) : readMetaImageHeader(file);
   const double unit = header.metersPerUnit > 0 ? header.metersPerUnit : settings.metersPerUnit;
   const Layout layout = layoutOf(file, header, unit, settings.voxelSize);

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/file_name.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -51,16 +53,16 @@ class Fields {
   Fields(const fs::path& file, char separator, const std::string& last)
       : file_(file), separator_(separator) {
     std::error_code error;
-    if (!fs::is_regular_file(file, error)) refuseVolume(file, "no such file; check its name");
+    if (!fs::is_regular_file(file, error)) refuseFile(file, "no such file; check its name");
     std::ifstream in(file, std::ios::binary);
-    if (!in) refuseVolume(file, "cannot be read; check its permissions");
+    if (!in) refuseFile(file, "cannot be read; check its permissions");
     for (std::string line; nextLine(in, line);) {
       const std::string name = add(line);
       end_ = in.tellg();
       if (name == last && !magic_.empty()) return;
     }
     if (!last.empty())
-      refuseVolume(file, "is cut short: its header has no " + last + "; save it again");
+      refuseFile(file, "is cut short: its header has no " + last + "; save it again");
     end_ = static_cast<std::int64_t>(
         fs::file_size(file));  // a detached header may end without an empty line
   }
@@ -86,7 +88,7 @@ class Fields {
     return found;
   }
   [[noreturn]] void refuse(const std::string& name, const std::string& why) const {
-    refuseVolume(file_, "field `" + name + "` " + why);
+    refuseFile(file_, "field `" + name + "` " + why);
   }
 
  private:
@@ -98,7 +100,7 @@ class Fields {
     for (int c = in.get(); c != EOF; c = in.get()) {
       if (c == '\n') return true;
       if (line.size() == kLongestLine || c == '\0')
-        refuseVolume(file_, "has no header of text; give an NRRD or MetaImage file");
+        refuseFile(file_, "has no header of text; give an NRRD or MetaImage file");
       line += static_cast<char>(c);
     }
     return !line.empty() && !in.bad() && (in.clear(), in.seekg(0, std::ios::end), true);
@@ -256,10 +258,6 @@ bool isTrue(const Fields& fields, const std::string& name) {
 
 }  // namespace
 
-void refuseVolume(const fs::path& file, const std::string& why) {
-  throw std::runtime_error(file.string() + ": " + why);
-}
-
 std::size_t bytesOf(ValueType type) {
   constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kBytes[static_cast<std::size_t>(type)];
@@ -268,7 +266,7 @@ std::size_t bytesOf(ValueType type) {
 VolumeHeader readNrrdHeader(const fs::path& file) {
   const Fields fields(file, ':', "");
   if (!fields.magic().starts_with("NRRD000"))
-    refuseVolume(file, "is no NRRD: it does not begin with `NRRD000`; save it again");
+    refuseFile(file, "is no NRRD: it does not begin with `NRRD000`; save it again");
   VolumeHeader out;
   if (fields.needed("dimension", "3") != "3")
     fields.refuse("dimension", "is not 3; save one grey value a voxel");

@@ -28,6 +28,4 @@ struct VolumeHeader {
 VolumeHeader readNrrdHeader(const std::filesystem::path& file);
 VolumeHeader readMetaImageHeader(const std::filesystem::path& file);
 
-[[noreturn]] void refuseVolume(const std::filesystem::path& file, const std::string& why);
-
 }  // namespace cloudcontact
