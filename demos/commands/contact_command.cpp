@@ -7,12 +7,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "commands/command_tree.h"
 #include "commands/commands.h"
 #include "commands/contact_report.h"
 #include "draw/contact_picture.h"
 #include "draw/picture_file.h"
+#include "io/both.h"
 #include "io/json.h"
 
 namespace cloudcontact::program {
@@ -57,8 +59,9 @@ ContactQuery readQuery(const ContactOptions& options) {
   query.motion.center = query.pose.position;  // the velocity is given at B's origin
   checkThresholds(options.common,
                   {options.a, options.b, options.common.paper.areaA, options.common.paper.areaB});
-  query.a = readBody(options.a, options.common);
-  query.b = readBody(options.b, options.common);
+  std::tie(query.a, query.b) = bothOf(
+      options.common.threads, [&] { return readBody(options.a, options.common); },
+      [&] { return readBody(options.b, options.common); });
   if (isHalfSpace(query.a) && isHalfSpace(query.b))
     throw BadInput("halfspace: two half-spaces have no contact to find; make A or B a body");
   const double voxel = sharedVoxel(query);

@@ -14,7 +14,9 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 
+#include "io/both.h"
 #include "io/errors.h"
 #include "scene/bullet_methods.h"
 #include "scene/pair_probe.h"
@@ -60,18 +62,42 @@ std::shared_ptr<const PaperBody> usePaper(CloudShape& shape, const std::optional
   return shape.paper();
 }
 
-Side makeSide(const Body& body, const std::optional<PlacedSolid>& area, double voxel,
-              CommonOptions options, BodyTissues& tissues) {
+using Field = std::shared_ptr<const SurfaceField>;
+
+// The fields of A and B, null for a half-space. Both are built at the same time: each has stretches
+// for one thread. A body pressed on itself is built once.
+std::pair<Field, Field> fieldsOf(const ContactQuery& query, double voxel) {
+  CommonOptions options = query.common;
   options.backend = Backend::Cpu;  // building the field takes longest, on the CPU
+  const PairProgress progress(options.progress, "finding the surfaces");
+  const auto build = [&](const Body& body, int which) -> Field {
+    if (isHalfSpace(body)) return nullptr;
+    CommonOptions own = options;
+    own.progress = [](const std::string&) { return std::function<void(double)>(); };
+    const Cloud cloud = digitizeBody(body, voxel, own).cloud;
+    own.progress = [&](const std::string&) { return progress.of(which); };
+    return buildField(cloud, body.name, own);
+  };
+  std::pair<Field, Field> fields;
+  if (query.a.name == query.b.name)
+    fields.first = fields.second = build(query.a, 0);
+  else
+    fields = bothOf(
+        options.threads, [&] { return build(query.a, 0); }, [&] { return build(query.b, 1); });
+  progress.end();
+  return fields;
+}
+
+Side makeSide(const Body& body, const Field& field, const std::optional<PlacedSolid>& area,
+              const CommonOptions& options, BodyTissues& tissues) {
   Side side;
   if (isHalfSpace(body)) {
     side.plane = body.shape;
     side.shape = primitiveShape(*body.shape).shape;
   } else {
-    const Cloud cloud = digitizeBody(body, voxel, options).cloud;
-    side.field = buildField(cloud, body.name, options);
+    side.field = field;
     const auto shape = std::make_shared<CloudShape>(side.field);
-    shape->setTissues(tissues.of(body.name, cloud.materials()));
+    shape->setTissues(tissues.of(body.name, field->cloud().materials()));
     if (!shape->tissues().empty()) side.tissues = &shape->tissues();
     if (options.method == Method::Paper) side.paper = usePaper(*shape, area, options.paper);
     side.shape = shape;
@@ -180,8 +206,9 @@ double sharedVoxel(const ContactQuery& query) {
 ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   const double voxel = sharedVoxel(query);
   BodyTissues tissues(query.common.tissues);
-  const Side a = makeSide(query.a, query.areaA, voxel, query.common, tissues);
-  const Side b = makeSide(query.b, query.areaB, voxel, query.common, tissues);
+  const auto [fieldA, fieldB] = fieldsOf(query, voxel);
+  const Side a = makeSide(query.a, fieldA, query.areaA, query.common, tissues);
+  const Side b = makeSide(query.b, fieldB, query.areaB, query.common, tissues);
   tissues.check();
   ContactSettings settings;
   settings.law = pairLaw(query.common);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -78,6 +79,30 @@ std::function<void(double)> progressBar(const std::string& label) {
       bar->draw(done);
     }
   };
+}
+
+struct PairProgress::State {
+  std::function<void(double)> bar;
+  std::atomic<double> done[2] = {0, 0};
+};
+
+PairProgress::PairProgress(const ProgressMaker& maker, const std::string& label)
+    : state_(std::make_shared<State>()) {
+  state_->bar = maker(label);
+}
+
+std::function<void(double)> PairProgress::of(int which) const {
+  if (!state_->bar) return {};
+  return [state = state_, which](double done) {
+    state->done[which] = done;
+    // At 1 the bar ends, which is for end() to say.
+    const double mean = (state->done[0] + state->done[1]) / 2;
+    if (mean < 1) state->bar(mean);
+  };
+}
+
+void PairProgress::end() const {
+  if (state_->bar) state_->bar(1);
 }
 
 }  // namespace cloudcontact::program

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace cloudcontact::program {
@@ -12,6 +13,21 @@ std::function<void(double)> progressBar(const std::string& label);
 
 // What makes a callback like that of a label.
 using ProgressMaker = std::function<std::function<void(double)>(const std::string& label)>;
+
+// One bar for two pieces of work that run at the same time: the mean of both. Call end() when both
+// are done; it clears the line.
+class PairProgress {
+ public:
+  PairProgress(const ProgressMaker& maker, const std::string& label);
+
+  // A callback for one of the two, `which` 0 or 1.
+  std::function<void(double)> of(int which) const;
+  void end() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
 
 // "12 s left", "3 min left", "2 h 5 min left".
 std::string timeLeftText(double seconds);

@@ -41,6 +41,20 @@ std::string lowerExtension(const std::filesystem::path& file) {
   return extension;
 }
 
+// A line on stderr, written whole when it goes: two bodies may be read at the same time.
+class Notice {
+ public:
+  ~Notice() { std::cerr << "cloudcontact: " + text_.str() + '\n'; }
+  template <class Value>
+  Notice& operator<<(const Value& value) {
+    text_ << value;
+    return *this;
+  }
+
+ private:
+  std::ostringstream text_;
+};
+
 // Turns the library's exceptions about a file into BadInput, lack of memory included. Appends
 // `advice` to messages without any.
 template <class Load>
@@ -83,8 +97,8 @@ void refuseUnusable(const std::string& name) {
 Mesh withInside(const Body& body, const Mesh& whole, double voxel, const CommonOptions& options) {
   if (!isSheet(whole)) return whole;
   const double thickness = options.shell.value_or(3 * voxel);
-  std::cerr << "cloudcontact: " << body.name << " has no inside; made a shell " << thickness
-            << " m thick behind its faces (--shell)\n";
+  Notice() << body.name << " has no inside; made a shell " << thickness
+           << " m thick behind its faces (--shell)";
   return shell(whole, thickness);
 }
 
@@ -128,13 +142,14 @@ Cloud scanned(const std::string& name, const PointCloud& points, double voxel,
   settings.threads = options.threads;
   ScanReport report;
   const Cloud cloud = toCloud(points, settings, &report);
-  std::cerr << "cloudcontact: " << name << " is " << points.positions.size()
-            << " points of a surface, " << report.pointDistance << " m apart; ";
+  Notice notice;
+  notice << name << " is " << points.positions.size() << " points of a surface, "
+         << report.pointDistance << " m apart; ";
   if (report.closed)
-    std::cerr << "filled the volume that they enclose\n";
+    notice << "filled the volume that they enclose";
   else
-    std::cerr << "they enclose nothing: made a shell " << settings.shell << " m thick "
-              << (points.normals.empty() ? "about" : "behind") << " them (--shell)\n";
+    notice << "they enclose nothing: made a shell " << settings.shell << " m thick "
+           << (points.normals.empty() ? "about" : "behind") << " them (--shell)";
   return cloud;
 }
 
@@ -146,10 +161,9 @@ Cloud pictured(const std::string& name, const DepthImage& image, double voxel,
   settings.image.threads = options.threads;
   DepthReport report;
   const Cloud cloud = toCloud(image, settings, &report);
-  std::cerr << "cloudcontact: " << name << " is a depth image of " << image.width << " x "
-            << image.height << " pixels, " << report.seen << " seen, " << report.filled
-            << " filled; made a shell " << settings.thickness
-            << " m thick behind the seen surface (--shell)\n";
+  Notice() << name << " is a depth image of " << image.width << " x " << image.height << " pixels, "
+           << report.seen << " seen, " << report.filled << " filled; made a shell "
+           << settings.thickness << " m thick behind the seen surface (--shell)";
   return cloud;
 }
 
@@ -172,8 +186,7 @@ Cloud fromVolume(const std::string& name, const CtVolume& volume, double voxel,
                    "; say from which value on it is material: --threshold T, or in a scene "
                    "<cloudcontact:threshold>T</cloudcontact:threshold>");
   const Vec3 edges = volume.size.cast<double>().cwiseProduct(volume.spacing);
-  std::cerr << "cloudcontact: " << facts.str() << ", " << edges.transpose()
-            << " m along x y z (--unit)\n";
+  Notice() << facts.str() << ", " << edges.transpose() << " m along x y z (--unit)";
   return asBadInput(name, "give another --threshold",
                     [&] { return cloudFromCt(volume, options.thresholds, {voxel}); });
 }
@@ -184,9 +197,8 @@ Cloud cloudOf(const Body& body, double voxel, const CommonOptions& options) {
     return pictured(body.name, *image, voxel, options);
   if (const auto* points = std::get_if<PointCloud>(&*body.object)) {
     if (!points->fillsVolume()) return scanned(body.name, *points, voxel, options);
-    std::cerr << "cloudcontact: " << body.name << " is " << points->positions.size()
-              << " points that fill a volume; took each for a cube of " << points->spacing
-              << " m\n";
+    Notice() << body.name << " is " << points->positions.size()
+             << " points that fill a volume; took each for a cube of " << points->spacing << " m";
   }
   return toCloud(*body.object, voxel);
 }

@@ -1,9 +1,15 @@
-// The progress bar: drawn with the time left on a terminal, absent in a pipe.
+// The progress bar: drawn with the time left on a terminal, absent in a pipe, one for two pieces of
+// work at the same time.
 #include <gtest/gtest.h>
 #include <pty.h>
 
 #include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
 
+#include "io/both.h"
+#include "io/errors.h"
 #include "io/progress.h"
 #include "program/program_run.h"
 
@@ -41,6 +47,43 @@ TEST(Progress, ShowsTheTimeLeft) {
   EXPECT_EQ(timeLeftText(59), "59 s left");
   EXPECT_EQ(timeLeftText(61), "2 min left");
   EXPECT_EQ(timeLeftText(3 * 3600 + 61), "3 h 1 min left");
+}
+
+TEST(Progress, OfAPairIsTheMeanAndEndsOnce) {
+  std::vector<double> drawn;
+  const PairProgress pair(
+      [&](const std::string&) { return [&](double done) { drawn.push_back(done); }; }, "both");
+  pair.of(0)(0.5);
+  pair.of(1)(0.25);
+  pair.of(0)(1);
+  pair.of(1)(1);
+  EXPECT_EQ(drawn, (std::vector<double>{0.25, 0.375, 0.625}));
+  pair.end();
+  EXPECT_EQ(drawn.back(), 1);
+  const PairProgress silent([](const std::string&) { return std::function<void(double)>(); }, "");
+  EXPECT_FALSE(silent.of(0));
+  silent.end();
+}
+
+TEST(Both, RunAtTheSameTimeAndFailAsInTurn) {
+  for (const int threads : {0, 1, 2}) {
+    const auto [a, b] = bothOf(
+        threads, [] { return 3; }, [] { return std::string("four"); });
+    EXPECT_EQ(a, 3);
+    EXPECT_EQ(b, "four");
+    const auto fail = [](const char* what) { return [what]() -> int { throw BadInput(what); }; };
+    for (const bool second : {false, true}) {
+      try {
+        bothOf(threads, fail("a"), [&] { return second ? fail("b")() : 1; });
+        ADD_FAILURE() << "nothing thrown";
+      } catch (const BadInput& error) {
+        EXPECT_STREQ(error.what(), "a");
+      }
+    }
+    EXPECT_THROW(bothOf(
+                     threads, [] { return 1; }, fail("b")),
+                 BadInput);
+  }
 }
 
 TEST(Progress, IsDrawnOnATerminalAndWiped) {
