@@ -30,9 +30,11 @@ void addPositive(CLI::App& command, const std::string& name, const std::string& 
 }
 
 void addFileOptions(CLI::App& command, CommonOptions& o) {
-  addPositive(command, "--voxel",
-              "edge of a voxel [m]; a hundredth of the body's diagonal if not given", "H",
-              [&o](double v) { o.voxel = v; });
+  addPositive(
+      command, "--voxel",
+      "edge of a voxel [m]; a hundredth of the body's diagonal if not given, down to half of that "
+      "for threads and thin walls",
+      "H", [&o](double v) { o.voxel = v; });
   add(command, "--unit",
       "unit of mesh, point and volume files that state none: mm, cm, in, m, or its length in "
       "meters (default m)",

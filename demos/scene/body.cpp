@@ -283,6 +283,8 @@ double defaultVoxel(const Body& body) {
     return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.object); });
   if (body.volume) return body.volume->spacing.minCoeff();
   if (body.cloud) return body.cloud->voxelSize();
+  if (body.mesh)
+    return asBadInput(body.name, "give --voxel", [&] { return suggestedVoxel(*body.mesh); });
   return suggestedVoxel(boundsOf(body));
 }
 

@@ -42,8 +42,8 @@ inline constexpr std::size_t kMostParts = 32;
 bool isHalfSpace(const Body& body);
 // Axis-aligned box in the body's frame [m].
 Eigen::AlignedBox3d boundsOf(const Body& body);
-// Default voxel size [m]: a saved cloud's own, else a hundredth of the body's diagonal; for points
-// at least twice their spacing; a volume's smallest spacing.
+// Default voxel size [m]: a saved cloud's own, suggestedVoxel() of a mesh, else a hundredth of the
+// body's diagonal; for points at least twice their spacing; a volume's smallest spacing.
 double defaultVoxel(const Body& body);
 
 struct DigitizedBody {

@@ -308,7 +308,6 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
   for (const auto& body : scene.bodies)
     for (const auto& collision : body.collisions) {
       if (body.isStatic || isPlane(collision.geometry)) continue;
-      Eigen::AlignedBox3d box;
       if (const auto* named = std::get_if<SceneMesh>(&collision.geometry)) {
         Body read;
         if (named->mesh)
@@ -317,15 +316,12 @@ double defaultVoxel(const SceneDescription& scene, const CommonOptions& options)
           read.cloud = *named->cloud;
         else
           read = naming(body.name, [&] { return readBody(named->file.string(), options); });
-        if (!read.mesh) {
-          least = std::min(least, defaultVoxel(read));
-          continue;
-        }
-        for (const Vec3& v : read.mesh->vertices) box.extend(v.cwiseProduct(named->scale));
+        if (read.mesh) read.mesh = read.mesh->scaled(named->scale);
+        read.name = body.name;
+        least = std::min(least, defaultVoxel(read));
       } else {
-        box = boundsOf(analytic(collision.geometry));
+        least = std::min(least, suggestedVoxel(boundsOf(analytic(collision.geometry))));
       }
-      least = std::min(least, suggestedVoxel(box));
     }
   if (!std::isfinite(least))
     throw BadInput("--voxel: no moving body has a size to take it from; give one");

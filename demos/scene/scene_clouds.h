@@ -106,8 +106,7 @@ Mesh moved(const Mesh& mesh, const Pose& pose);
 std::string keyOf(const SceneGeometry& geometry);
 std::string keyOf(const Pose& pose);
 
-// Default voxel size of a scene: a hundredth of the smallest moving body's diagonal, or what keeps
-// the detail of the finest digital object that moves [m].
+// Default voxel size of a scene [m]: the least that a moving body gets (defaultVoxel(Body)).
 double defaultVoxel(const SceneDescription& scene, const CommonOptions& options);
 
 }  // namespace cloudcontact::program

@@ -18,7 +18,7 @@ namespace cloudcontact::program {
 
 namespace {
 
-constexpr double kCoarsest = 16;      // of the default voxel, a hundredth of the body's diagonal
+constexpr double kCoarsest = 16;      // of the default voxel
 constexpr std::size_t kBuilding = 8;  // building takes this many times the memory of the result
 // A hit costs as much as this many lookups (docs/measurements.md, "One pair").
 constexpr double kPerHit = 3.3;

@@ -311,8 +311,9 @@ void bindWorld(py::module_& module) {
   world
       .def(
           py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
-          "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: a\n"
-          "hundredth of the smallest moving body's diagonal. progress: see digitize().\n\n"
+          "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: the\n"
+          "least that is suggested for a moving body (Mesh.suggested_voxel). progress: see "
+          "digitize().\n\n"
           "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\", "
           "\"hacd\",\n"
           "\"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit (of the "

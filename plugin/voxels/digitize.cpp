@@ -165,19 +165,4 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
   return Cloud(settings.voxelSize, grid.origin, std::move(voxels));
 }
 
-double suggestedVoxel(const Eigen::AlignedBox3d& bounds) {
-  constexpr double kOfDiagonal = 0.01;
-  return bounds.isEmpty() ? 0 : kOfDiagonal * bounds.diagonal().norm();
-}
-
-double suggestedVoxel(const Mesh& mesh) {
-  validate(mesh);
-  Eigen::AlignedBox3d bounds;
-  for (const Vec3& vertex : mesh.vertices) bounds.extend(vertex);
-  const double voxel = suggestedVoxel(bounds);
-  if (voxel > 0) return voxel;
-  throw std::invalid_argument(
-      "suggestedVoxel: the mesh has no size to take a voxel from; check its vertices");
-}
-
 }  // namespace cloudcontact

@@ -27,10 +27,12 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
                DigitizeReport* report = nullptr);
 
 // The voxel of a body of which nothing but the size is known: a hundredth of the diagonal of its
-// bounds [m]. The program takes it where no --voxel is given. 0 for empty bounds; throws
-// std::invalid_argument for a mesh without a size, and as validate(Mesh) does.
+// bounds [m]. 0 for empty bounds.
 double suggestedVoxel(const Eigen::AlignedBox3d& bounds);
-// Of the mesh's bounds.
+// The voxel of a mesh for which none is stated [m]; the program takes it where no --voxel is given.
+// A hundredth of the diagonal, or down to half of that where more than a tenth of the body is walls
+// and grooves of less than five voxels: an M16 nut gets 0.19 mm, ten voxels a pitch. Throws
+// std::invalid_argument for a mesh without a size, and as validate(Mesh) does.
 double suggestedVoxel(const Mesh& mesh);
 
 // An upper bound of the memory that digitize() needs, without running it [bytes]. Throws

@@ -58,7 +58,7 @@ def digitize(
 
     source: a file (mesh, points, CT volume, .cloud, or a primitive as "sphere:0.01"), a Mesh, a
         dict of meshes by material, or a tuple (vertices (n, 3), triangles (m, 3)).
-    voxel: edge of a voxel [m]; none: a hundredth of the body's diagonal.
+    voxel: edge of a voxel [m]; none: Mesh.suggested_voxel().
     unit: of files and arrays, meters or "mm", "cm", "in", "m".
     shell: thickness given to a file's sheet [m]; none: three voxels.
     thresholds: of a file's CT volume, the value from which on there is material, by its name.
