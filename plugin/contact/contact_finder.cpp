@@ -109,9 +109,10 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
 
 namespace {
 
-// Most searches beside a touch: a peg in its hole has a wall behind it and a floor. And most for
-// what touches within the step elsewhere.
-constexpr int kMostBeside = 3, kMostAhead = 2;
+// Most searches beside a touch: a peg in its hole has a wall behind it and a floor. For the other
+// ends of walls that a body leans on, of which each peg has up to six beside the pressed ones. And
+// for what touches within the step elsewhere.
+constexpr int kMostBeside = 3, kMostFar = 6, kMostAhead = 2;
 
 // Of samples that move by turn x + shift [m] at x, in the body's frame.
 KnownMeets::Way wayOfSamples(const Cloud& cloud, const Eigen::Matrix3d& turn, const Vec3& shift) {
@@ -179,9 +180,11 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
     return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);
   };
-  for (const bool ahead : {false, true}) {
-    known.ahead = ahead;
-    const int most = ahead ? kMostAhead : kMostBeside;
+  using Look = KnownMeets::Look;
+  for (const auto& [kind, most] :
+       {std::pair(Look::Beside, kMostBeside), std::pair(Look::Far, kMostFar),
+        std::pair(Look::Ahead, kMostAhead)}) {
+    known.look = kind;
     for (int search = 0; search < most && look(); ++search) {
     }
   }

@@ -85,7 +85,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
 // line, a ball's front seems to come down where it rolls; on an arc, a nut's flank seems to enter
 // the bolt about which it turns, since the normal does not turn with it.
 float NearMissSearch::wayOf(const Direction& dir, int lane) const {
-  if (!known_ || !known_->ahead) return 0;
+  if (!known_ || known_->look != KnownMeets::Look::Ahead) return 0;
   const KnownMeets::Side& side = known_->of[dir.side];
   const Lanes& lanes = *lanes_;
   const V3 place(lanes.own.x[lane], lanes.own.y[lane], lanes.own.z[lane]);
@@ -104,12 +104,17 @@ bool NearMissSearch::isBeside(const Direction& dir, int lane, float depth) const
   const LaneSamples& own = lanes_->own;
   const V3 place(own.x[lane], own.y[lane], own.z[lane]);
   const V3 normal(own.nx[lane], own.ny[lane], own.nz[lane]);
-  const bool ahead = known_->ahead;
-  if (ahead && depth <= 0) return false;
-  return std::ranges::none_of(known_->of[dir.side].meets, [&](const KnownMeets::Meet& meet) {
-    return normal.dot(meet.normal) > kSameWay &&
-           (!ahead || (place - meet.place).squaredNorm() < kSamePlace * kSamePlace);
-  });
+  const KnownMeets::Look look = known_->look;
+  if (look == KnownMeets::Look::Ahead && depth <= 0) return false;
+  const float within = look == KnownMeets::Look::Far ? kFarPlace : kSamePlace;
+  bool same = false;
+  for (const KnownMeets::Meet& meet : known_->of[dir.side].meets) {
+    if (normal.dot(meet.normal) <= kSameWay) continue;
+    if (look == KnownMeets::Look::Beside) return false;
+    if ((place - meet.place).squaredNorm() < within * within) return false;
+    same = true;
+  }
+  return same || look != KnownMeets::Look::Far;
 }
 
 // Keeps the candidates among some coarse samples. Most vectors of them hold none.
@@ -243,7 +248,8 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
   known_ = known;
   margin_ = margin;
   least_ = known ? kNone / 2 : -margin;
-  within_ = (known && known->ahead ? kAhead : kLightly) * static_cast<float>(frame.voxel);
+  within_ = (known && known->look == KnownMeets::Look::Ahead ? kAhead : kLightly) *
+            static_cast<float>(frame.voxel);
   nearest_ = kNone;
   lookups_ = 0;
   found_.clear();

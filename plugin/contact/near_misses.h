@@ -42,8 +42,14 @@ struct KnownMeets {
     std::vector<Meet> meets;
     Way arc, line;  // as the bodies turn, and on at the velocity of the step's beginning
   };
+  // Which samples count beside the meets.
+  enum class Look : std::uint8_t {
+    Beside,  // those that face another way than any meet
+    Far,     // those that face as some do, but are far from them: the other end of a wall
+    Ahead    // those that touch within the step in other places, whichever way they face
+  };
   Side of[2];
-  bool ahead = false;  // look for what touches within the step, in all directions
+  Look look = Look::Beside;
 };
 
 class NearMissSearch {
@@ -55,14 +61,15 @@ class NearMissSearch {
   // voxels of the frame farther than the nearest. `ways`: of each body's samples, where it has a
   // field. `coarse`: of both bodies' samples, if known. With `known`, the search is beside a touch.
   // It leaves out samples that touch; that do not face the other surface, as the sides of a box on
-  // a table do not; and that face where the bodies meet. Ahead, it takes those that touch within
-  // the step in other places, by their depths at its end. Valid until the next run.
+  // a table do not; and that KnownMeets::look leaves out. Ahead, it takes them by their depths at
+  // the step's end. Valid until the next run.
   const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
                               const PairFrame& frame, float margin,
                               const search::CoarseFound* coarse, const KnownMeets* known = nullptr);
   static constexpr float kLightly = 0.1f;
   static constexpr float kSameWay = 0.26f;     // cosine of 75 deg
   static constexpr float kSamePlace = 8;       // [own voxels]
+  static constexpr float kFarPlace = 40;       // [own voxels]
   static constexpr float kFacing = 0.5f;       // of samples beside a touch, to the other surface
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
   std::size_t lookups() const { return lookups_; }

@@ -94,7 +94,7 @@ void bindMesh(py::module_& module) {
           "A mesh with every vertex multiplied by factor (3,).")
       .def(
           "suggested_voxel", [](const Mesh& mesh) { return suggestedVoxel(mesh); },
-          "The voxel that it gets where none is stated [m]: a hundredth of the diagonal of its "
+          "The voxel that it gets where none is stated [m]: a hundredth of the diagonal of its\n"
           "bounds, down to half of that for threads and thin walls.")
       .def("__repr__", [](const Mesh& mesh) {
         return "Mesh(" + std::to_string(mesh.vertices.size()) + " vertices, " +
