@@ -113,6 +113,8 @@ namespace {
 // ends of walls that a body leans on, of which each peg has up to six beside the pressed ones. And
 // for what touches within the step elsewhere.
 constexpr int kMostBeside = 3, kMostFar = 6, kMostAhead = 2;
+// [voxels] Slower bodies need no other ends: such near misses let a peg rattle on in its hole.
+constexpr double kFarMoves = 2;
 
 // Of samples that move by turn x + shift [m] at x, in the body's frame.
 KnownMeets::Way wayOfSamples(const Cloud& cloud, const Eigen::Matrix3d& turn, const Vec3& shift) {
@@ -184,6 +186,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   for (const auto& [kind, most] :
        {std::pair(Look::Beside, kMostBeside), std::pair(Look::Far, kMostFar),
         std::pair(Look::Ahead, kMostAhead)}) {
+    if (kind == Look::Far && settings.margin < kFarMoves * frame.voxel) continue;
     known.look = kind;
     for (int search = 0; search < most && look(); ++search) {
     }
