@@ -14,7 +14,9 @@
 #include "field/sample_check.h"
 #include "voxels/cloud_bytes.h"
 
+#include <algorithm>
 #include <cstring>
+#include <vector>
 
 namespace cloudcontact {
 
@@ -125,14 +127,23 @@ class Reader {
     bytes(&x, sizeof x);
     return littleEndian(x);
   }
-  // Nothing is allocated that the file cannot hold.
+  // Nothing is allocated that the file cannot hold. By parts that stay in the cache: memory that is
+  // filled with zeros first, and read once more for the checksum, took a fifth of a load.
   template <typename Array>
   void array(Array& all) {
+    using Item = typename Array::value_type;
+    constexpr std::size_t kPart = 4096;  // whole words of the checksum
     const auto count = number<std::uint64_t>();
-    if (count > left_ / sizeof(all[0])) impossible();
-    all.resize(count);
-    bytes(all.data(), bytesOf(all));
-    orderBytes(all.data(), all.size());
+    if (count > left_ / sizeof(Item)) impossible();
+    all.clear();
+    all.reserve(count);
+    std::vector<Item> part(std::min<std::size_t>(count, kPart));
+    for (std::size_t left = count; left > 0; left -= part.size()) {
+      part.resize(std::min<std::size_t>(left, kPart));
+      bytes(part.data(), bytesOf(part));
+      orderBytes(part.data(), part.size());
+      all.insert(all.end(), part.begin(), part.end());
+    }
   }
   void checksum() {
     const std::uint64_t expected = hash_.value();
