@@ -94,8 +94,11 @@ void refuseUnusable(const std::string& name) {
   if (fs::is_directory(file, error)) throw BadInput(name + ": is a directory; give a file in it");
 }
 
-Mesh withInside(const Body& body, const Mesh& whole, double voxel, const CommonOptions& options) {
-  if (!isSheet(whole)) return whole;
+// The body's mesh, repaired; thickened where it is a sheet.
+Mesh withInside(const Body& body, double voxel, const CommonOptions& options) {
+  bool sheet = false;
+  const Mesh whole = mended(*body.mesh, 0, &sheet);
+  if (!sheet) return whole;
   const double thickness = options.shell.value_or(3 * voxel);
   Notice() << body.name << " has no inside; made a shell " << thickness
            << " m thick behind its faces (--shell)";
@@ -310,7 +313,7 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     if (body.shape)
       mesh = primitiveMesh(*body.shape, kFacetTolerance * voxel);
     else
-      mesh = withInside(body, mended(*body.mesh), voxel, options);
+      mesh = withInside(body, voxel, options);
     refuseCoarse(body, mesh, voxel);
     DigitizeSettings settings;
     settings.voxelSize = voxel;

@@ -171,8 +171,9 @@ std::shared_ptr<const Mesh> SceneClouds::mesh(const SceneGeometry& geometry,
                  primitiveMesh(analytic(geometry), kMeshTolerance * voxel_));
            const auto& named = std::get<SceneMesh>(geometry);
            Mesh mesh = named.mesh ? *named.mesh : *file(geometry, body)->mesh;
-           mesh = mended(mesh.scaled(named.scale));
-           if (isSheet(mesh)) {
+           bool sheet = false;
+           mesh = mended(mesh.scaled(named.scale), 0, &sheet);
+           if (sheet) {
              const double thickness = options_.shell.value_or(3 * voxel_);
              std::cerr << "cloudcontact: " << named.file.string() << " has no inside; made a shell "
                        << thickness << " m thick behind its faces (--shell)\n";

@@ -76,10 +76,11 @@ MeshReport inspect(const Mesh& mesh) {
   return report;
 }
 
-Mesh mended(const Mesh& mesh, double tolerance) {
+Mesh mended(const Mesh& mesh, double tolerance, bool* sheet) {
   Mesh result = agreeing(mesh, tolerance);
-  // The volume of a sheet has no meaningful sign.
-  if (boundsNothing(result)) return result;
+  const bool isOpen = boundsNothing(result);
+  if (sheet) *sheet = isOpen;
+  if (isOpen) return result;  // the volume of a sheet has no meaningful sign
   if (sixVolumes(result, middleOf(result)) < 0)
     for (Vector3i& t : result.triangles) flip(t);
   turnStrayComponents(result);

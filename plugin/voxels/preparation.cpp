@@ -62,7 +62,8 @@ Prepared prepare(const Mesh& mesh) {
   if (std::optional<Prepared> whole = preparedAsWhole(mesh);
       whole && isOneClosedSurface(whole->closing.mesh))
     return std::move(*whole);
-  Mesh surface = mended(mesh);
+  bool sheet = false;
+  Mesh surface = mended(mesh, 0, &sheet);
   if (surface.triangles.empty())
     throw std::invalid_argument("digitize: every triangle of the mesh is a line or a point");
   Prepared prepared;
@@ -70,7 +71,7 @@ Prepared prepare(const Mesh& mesh) {
   prepared.wasClosed = prepared.closing.wasClosed();
   prepared.closable = prepared.closing.capArea <= kSmallCaps * totalArea(surface);
   if (prepared.closable) return prepared;
-  if (isSheet(surface))
+  if (sheet)
     throw std::invalid_argument(
         "digitize: the mesh bounds no volume, it is a sheet; give it a thickness with shell()");
   const std::size_t triangles = surface.triangles.size();

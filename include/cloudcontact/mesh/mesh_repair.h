@@ -23,8 +23,8 @@ MeshReport inspect(const Mesh& mesh);
 // The mesh, repaired: vertices within `tolerance` [m] are welded, degenerate and doubled triangles
 // are dropped, neighboring triangles agree in direction (the larger area decides), and the whole
 // faces outward. A component that faces inward because it bounds a cavity keeps its direction.
-// Throws as validate(Mesh) does.
-Mesh mended(const Mesh& mesh, double tolerance = 0);
+// `sheet`, if given, is set to what isSheet() would find. Throws as validate(Mesh) does.
+Mesh mended(const Mesh& mesh, double tolerance = 0, bool* sheet = nullptr);
 
 // A closed shell from a surface without an inside (a sheet, a terrain): its faces, copies of them
 // `thickness` [m] behind along the vertex normals, and walls along the open edges. Throws
