@@ -7,8 +7,8 @@
 // axes cross the body a voxel apart. A wall wants two voxels. Where walls and grooves follow each
 // other, as in a thread, each wants five in the mean, which is ten a pitch: an M16 nut at a
 // hundredth of its diagonal, five voxels a pitch, stands on false touches of its crests and turns
-// down its bolt half as fast (docs/measurements.md, "Near misses"). A tenth of all chords may want
-// more.
+// down its bolt half as fast (docs/measurements.md, "Bodies that nearly touch"). A tenth of all
+// chords may want more.
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/digitize.h>
 
