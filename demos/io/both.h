@@ -6,11 +6,17 @@
 
 namespace cloudcontact::program {
 
-// What `a` and `b` return. `b` runs on a thread of its own unless `threads` is 1. Where both throw,
-// a's exception is thrown, as if they ran in turn.
+// Whether bothOf() runs its work at the same time: where the user leaves the number of threads to
+// the program (0). Each piece of work then may use all cores.
+inline bool runsBoth(int threads) {
+  return threads == 0;
+}
+
+// What `a` and `b` return, at the same time or in turn. Where both throw, a's exception is thrown.
 template <class A, class B>
 auto bothOf(int threads, A a, B b) {
-  auto second = std::async(threads == 1 ? std::launch::deferred : std::launch::async, std::move(b));
+  auto second =
+      std::async(runsBoth(threads) ? std::launch::async : std::launch::deferred, std::move(b));
   auto first = a();
   return std::pair(std::move(first), second.get());
 }

@@ -95,13 +95,13 @@ std::function<void(double)> PairProgress::of(int which) const {
   if (!state_->bar) return {};
   return [state = state_, which](double done) {
     state->done[which] = done;
-    // At 1 the bar ends, which is for end() to say.
+    // At 1 the bar ends, which is for the destructor to say.
     const double mean = (state->done[0] + state->done[1]) / 2;
     if (mean < 1) state->bar(mean);
   };
 }
 
-void PairProgress::end() const {
+PairProgress::~PairProgress() {
   if (state_->bar) state_->bar(1);
 }
 

@@ -14,15 +14,17 @@ std::function<void(double)> progressBar(const std::string& label);
 // What makes a callback like that of a label.
 using ProgressMaker = std::function<std::function<void(double)>(const std::string& label)>;
 
-// One bar for two pieces of work that run at the same time: the mean of both. Call end() when both
-// are done; it clears the line.
+// One bar for two pieces of work that run at the same time: the mean of both. Its end clears the
+// line, also where the work throws.
 class PairProgress {
  public:
   PairProgress(const ProgressMaker& maker, const std::string& label);
+  ~PairProgress();
+  PairProgress(const PairProgress&) = delete;
+  PairProgress& operator=(const PairProgress&) = delete;
 
   // A callback for one of the two, `which` 0 or 1.
   std::function<void(double)> of(int which) const;
-  void end() const;
 
  private:
   struct State;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <iostream>
 #include <limits>
+#include <set>
 #include <sstream>
 
 #include "io/errors.h"
@@ -303,26 +304,34 @@ MassProperties SceneClouds::matter(const SceneCollision& collision, const std::s
   return isDigital(collision.geometry, body) ? placed(matter, place) : matter;
 }
 
+namespace {
+
+double defaultVoxel(const SceneGeometry& geometry, const std::string& body,
+                    const CommonOptions& options) {
+  const auto* named = std::get_if<SceneMesh>(&geometry);
+  if (!named) return suggestedVoxel(boundsOf(analytic(geometry)));
+  Body read;
+  if (named->mesh)
+    read.mesh = *named->mesh;
+  else if (named->cloud)
+    read.cloud = *named->cloud;
+  else
+    read = naming(body, [&] { return readBody(named->file.string(), options); });
+  if (read.mesh) read.mesh = read.mesh->scaled(named->scale);
+  read.name = body;
+  return defaultVoxel(read);
+}
+
+}  // namespace
+
 double defaultVoxel(const SceneDescription& scene, const CommonOptions& options) {
-  // Its voxel is not known yet; only sizes are needed here.
   double least = std::numeric_limits<double>::infinity();
+  std::set<std::string> known;  // geometries, of which a scene may have many that are equal
   for (const auto& body : scene.bodies)
     for (const auto& collision : body.collisions) {
       if (body.isStatic || isPlane(collision.geometry)) continue;
-      if (const auto* named = std::get_if<SceneMesh>(&collision.geometry)) {
-        Body read;
-        if (named->mesh)
-          read.mesh = *named->mesh;
-        else if (named->cloud)
-          read.cloud = *named->cloud;
-        else
-          read = naming(body.name, [&] { return readBody(named->file.string(), options); });
-        if (read.mesh) read.mesh = read.mesh->scaled(named->scale);
-        read.name = body.name;
-        least = std::min(least, defaultVoxel(read));
-      } else {
-        least = std::min(least, suggestedVoxel(boundsOf(analytic(collision.geometry))));
-      }
+      if (!known.insert(keyOf(collision.geometry)).second) continue;
+      least = std::min(least, defaultVoxel(collision.geometry, body.name, options));
     }
   if (!std::isfinite(least))
     throw BadInput("--voxel: no moving body has a size to take it from; give one");

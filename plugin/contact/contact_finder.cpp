@@ -7,6 +7,7 @@
 #include "contact/verlet_lists.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cloudcontact {
 

@@ -17,6 +17,7 @@
 #include "contact/pair_frame.h"
 #include "contact/sample_search.h"
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 

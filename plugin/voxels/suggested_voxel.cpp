@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 namespace cloudcontact {
@@ -32,8 +33,8 @@ constexpr double kShareOfChords = 0.1;
 constexpr double kOpposed = -0.4;
 // Lines through an edge cross two faces in one place [voxels].
 constexpr double kNoChord = 0.05;
-// A line crosses few faces, unless a mesh is no surface; such a mesh gets the hundredth.
-constexpr std::size_t kMostCrossings = std::size_t{1} << 22;
+// Triangles overlap few lines in all, unless a mesh is no surface; such a mesh gets the hundredth.
+constexpr std::size_t kMostTries = std::size_t{1} << 24, kMostCrossings = std::size_t{1} << 22;
 
 struct LineCrossing {
   std::uint32_t line;
@@ -50,31 +51,40 @@ class Lines {
     across_ = countOf(bounds.sizes()[w_]);
   }
 
-  void cross(const Mesh& mesh, std::vector<LineCrossing>& found) const {
-    for (std::size_t t = 0; t < mesh.triangles.size() && found.size() < kMostCrossings; ++t)
-      crossTriangle(mesh, t, found);
+  // False where there are too many.
+  bool cross(const Mesh& mesh, std::vector<LineCrossing>& found) const {
+    std::size_t tried = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      tried += crossTriangle(mesh, t, found);
+      if (tried > kMostTries || found.size() > kMostCrossings) return false;
+    }
+    return true;
   }
 
  private:
   std::int64_t countOf(double size) const { return static_cast<std::int64_t>(size / spacing_) + 1; }
 
-  void crossTriangle(const Mesh& mesh, std::size_t t, std::vector<LineCrossing>& found) const {
+  // Returns the number of lines that were tried.
+  std::size_t crossTriangle(const Mesh& mesh, std::size_t t,
+                            std::vector<LineCrossing>& found) const {
     const auto& corners = mesh.triangles[t];
     Vec3 p[3];
     for (int k = 0; k < 3; ++k)
       p[k] = (mesh.vertices[static_cast<std::size_t>(corners[k])] - low_) / spacing_;
     const Vec3 b = p[1] - p[0], c = p[2] - p[0];
     const double area = b[u_] * c[w_] - c[u_] * b[w_];
-    if (area == 0) return;  // along the lines
+    if (area == 0) return 0;  // along the lines
     const auto first = [](double least) {
       return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::ceil(least - 0.5)));
     };
     const double mostU = std::max({p[0][u_], p[1][u_], p[2][u_]}),
                  mostW = std::max({p[0][w_], p[1][w_], p[2][w_]});
     const std::int64_t beginW = first(std::min({p[0][w_], p[1][w_], p[2][w_]}));
+    std::size_t tried = 0;
     for (std::int64_t i = first(std::min({p[0][u_], p[1][u_], p[2][u_]}));
          i < along_ && static_cast<double>(i) + 0.5 <= mostU; ++i)
       for (std::int64_t j = beginW; j < across_ && static_cast<double>(j) + 0.5 <= mostW; ++j) {
+        ++tried;
         const double u = static_cast<double>(i) + 0.5 - p[0][u_],
                      w = static_cast<double>(j) + 0.5 - p[0][w_];
         const double towardB = (u * c[w_] - c[u_] * w) / area,
@@ -84,6 +94,7 @@ class Lines {
                          spacing_ * (p[0][axis_] + towardB * b[axis_] + towardC * c[axis_]),
                          static_cast<std::uint32_t>(t)});
       }
+    return tried;
   }
 
   int axis_, u_, w_;
@@ -114,7 +125,7 @@ void addWants(const std::vector<double>& chords, std::vector<double>& wants) {
 void addWants(const Mesh& mesh, std::vector<LineCrossing>& found, double shortest,
               std::vector<double>& wants) {
   std::sort(found.begin(), found.end(), [](const LineCrossing& a, const LineCrossing& b) {
-    return a.line != b.line ? a.line < b.line : a.at < b.at;
+    return std::tie(a.line, a.at, a.triangle) < std::tie(b.line, b.at, b.triangle);
   });
   std::vector<double> chords;
   for (std::size_t k = 1; k <= found.size(); ++k) {
@@ -138,8 +149,7 @@ double wantedVoxel(const Mesh& mesh, const Eigen::AlignedBox3d& bounds, double s
   std::vector<LineCrossing> found;
   for (int axis = 0; axis < 3; ++axis) {
     found.clear();
-    Lines(bounds, axis, spacing).cross(mesh, found);
-    if (found.size() >= kMostCrossings) return spacing;
+    if (!Lines(bounds, axis, spacing).cross(mesh, found)) return spacing;
     addWants(mesh, found, kNoChord * spacing, wants);
   }
   if (wants.empty()) return spacing;
@@ -160,7 +170,7 @@ double suggestedVoxel(const Mesh& mesh) {
   Eigen::AlignedBox3d bounds;
   for (const Vec3& vertex : mesh.vertices) bounds.extend(vertex);
   const double coarsest = suggestedVoxel(bounds);
-  if (!(coarsest > 0))
+  if (!(coarsest > 0) || !std::isfinite(coarsest))
     throw std::invalid_argument(
         "suggestedVoxel: the mesh has no size to take a voxel from; check its vertices");
   const double least = kLeastOfDiagonal / kOfDiagonal * coarsest;

@@ -135,6 +135,11 @@ TEST(MeshSheet, DistinguishesSheetsFromBodiesWithHoles) {
   EXPECT_TRUE(isSheet(turnedInsideOut(terrain)));
   EXPECT_TRUE(isSheet(soup(terrain)));
   EXPECT_FALSE(isSheet(Mesh()));
+  for (const Mesh& mesh : {sphere, lidless, sheetMesh(1, 9), terrain, Mesh()}) {
+    bool sheet = !isSheet(mesh);
+    mended(mesh, 0, &sheet);
+    EXPECT_EQ(sheet, isSheet(mesh));
+  }
 }
 
 TEST(MeshShell, FlatSheetBecomesAPlateBehindIt) {

@@ -5,7 +5,9 @@
 
 #include <chrono>
 #include <functional>
+#include <future>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "io/both.h"
@@ -51,27 +53,42 @@ TEST(Progress, ShowsTheTimeLeft) {
 
 TEST(Progress, OfAPairIsTheMeanAndEndsOnce) {
   std::vector<double> drawn;
-  const PairProgress pair(
-      [&](const std::string&) { return [&](double done) { drawn.push_back(done); }; }, "both");
-  pair.of(0)(0.5);
-  pair.of(1)(0.25);
-  pair.of(0)(1);
-  pair.of(1)(1);
-  EXPECT_EQ(drawn, (std::vector<double>{0.25, 0.375, 0.625}));
-  pair.end();
+  {
+    const PairProgress pair(
+        [&](const std::string&) { return [&](double done) { drawn.push_back(done); }; }, "both");
+    pair.of(0)(0.5);
+    pair.of(1)(0.25);
+    pair.of(0)(1);
+    pair.of(1)(1);
+    EXPECT_EQ(drawn, (std::vector<double>{0.25, 0.375, 0.625}));
+  }
   EXPECT_EQ(drawn.back(), 1);
   const PairProgress silent([](const std::string&) { return std::function<void(double)>(); }, "");
   EXPECT_FALSE(silent.of(0));
-  silent.end();
 }
 
-TEST(Both, RunAtTheSameTimeAndFailAsInTurn) {
-  for (const int threads : {0, 1, 2}) {
-    const auto [a, b] = bothOf(
-        threads, [] { return 3; }, [] { return std::string("four"); });
-    EXPECT_EQ(a, 3);
-    EXPECT_EQ(b, "four");
-    const auto fail = [](const char* what) { return [what]() -> int { throw BadInput(what); }; };
+TEST(Both, RunAtTheSameTimeUnlessThreadsAreCounted) {
+  const std::thread::id here = std::this_thread::get_id();
+  for (const int threads : {1, 2}) {
+    const auto [a, b] = bothOf(threads, std::this_thread::get_id, std::this_thread::get_id);
+    EXPECT_EQ(a, here);
+    EXPECT_EQ(b, here);
+  }
+  std::promise<int> ofA, ofB;  // each waits for the other
+  const auto meet = [](std::promise<int>& own, std::promise<int>& other, int value) {
+    own.set_value(value);
+    std::future<int> found = other.get_future();
+    return found.wait_for(std::chrono::minutes(1)) == std::future_status::ready ? found.get() : -1;
+  };
+  const auto [a, b] = bothOf(
+      0, [&] { return meet(ofA, ofB, 3); }, [&] { return meet(ofB, ofA, 4); });
+  EXPECT_EQ(a, 4);
+  EXPECT_EQ(b, 3);
+}
+
+TEST(Both, FailAsInTurn) {
+  const auto fail = [](const char* what) { return [what]() -> int { throw BadInput(what); }; };
+  for (const int threads : {0, 1}) {
     for (const bool second : {false, true}) {
       try {
         bothOf(threads, fail("a"), [&] { return second ? fail("b")() : 1; });

@@ -3,8 +3,13 @@
 #include <cloudcontact/base/pose.h>
 #include <cloudcontact/voxels/digitize.h>
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "mesh/test_meshes.h"
 #include "mesh/turned_mesh.h"
@@ -63,7 +68,9 @@ TEST(SuggestedVoxel, PutsTenIntoAPitch) {
   EXPECT_NEAR(suggestedVoxel(merged(plates)), 0.1 / 10, 1e-12);
   EXPECT_DOUBLE_EQ(share(ribbedRod(0.25, 1, 0.2)), 1);
   // Sharp crests are thin walls, too.
-  EXPECT_NEAR(suggestedVoxel(ribbedRod(0.25, 1, 0.1)), 0.1 / 10, 3e-3);
+  const double ribbed = suggestedVoxel(ribbedRod(0.25, 1, 0.1));
+  EXPECT_GT(ribbed, 0.7 * 0.1 / 10);
+  EXPECT_LT(ribbed, 1.03 * 0.1 / 10);
   EXPECT_DOUBLE_EQ(share(ribbedRod(0.25, 1, 0.03)), 0.5);
 }
 
@@ -75,11 +82,12 @@ TEST(SuggestedVoxel, IsThatOfTheBodyAndNotOfItsPlace) {
       for (Vec3& v : scaled.vertices) v = scale * v + scale * Vec3(3, -5, 7);
       EXPECT_NEAR(suggestedVoxel(scaled), scale * voxel, 1e-3 * scale * voxel);
     }
-    // Lines meet a turned body's walls at a slant; the bounds change by more.
+    // Lines meet a turned body's walls at a slant, at 40 deg at most for the nearest axis.
     Mesh turned = mesh;
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
     for (Vec3& v : turned.vertices) v = turn * v;
-    EXPECT_NEAR(suggestedVoxel(turned), voxel, 0.4 * voxel);
+    EXPECT_LT(suggestedVoxel(turned), 1.4 * voxel);
+    EXPECT_LT(share(turned), 0.95);
   }
 }
 
@@ -87,6 +95,10 @@ TEST(SuggestedVoxel, RefusesWhatHasNoSize) {
   EXPECT_THROW(suggestedVoxel(Mesh{}), std::invalid_argument);
   Mesh broken = plate(1);
   broken.vertices[0].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(suggestedVoxel(broken), std::invalid_argument);
+  broken = plate(1);
+  broken.vertices[0].x() = 1.7e308;
+  broken.vertices[6].x() = -1.7e308;
   EXPECT_THROW(suggestedVoxel(broken), std::invalid_argument);
   broken = plate(1);
   broken.triangles[0][0] = 99;

@@ -59,8 +59,9 @@ class ContactFinder {
   const ContactResult& withIds();
   // Adds to what the last search found points with negative depths where the bodies are about to
   // meet in other directions or places, within ContactSettings::margin: a peg that lies on one wall
-  // of its hole is near the wall behind it. `step` [s]: until when the bodies move on as they do
-  // (ContactBody::motion). Same bodies and settings as the search's.
+  // of its hole is near the wall behind it, and where it leans, near the other end of the one that
+  // it touches (sought with a margin of two voxels or more). `step` [s]: until when the bodies move
+  // on as they do (ContactBody::motion). Same bodies and settings as the search's.
   void lookBeside(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
                   double step);
   // What the last search found, with the IDs of an earlier one or none.

@@ -30,9 +30,10 @@ Cloud digitize(const std::vector<NamedMesh>& meshes, const DigitizeSettings& set
 // bounds [m]. 0 for empty bounds.
 double suggestedVoxel(const Eigen::AlignedBox3d& bounds);
 // The voxel of a mesh for which none is stated [m]; the program takes it where no --voxel is given.
-// A hundredth of the diagonal, or down to half of that where more than a tenth of the body is walls
-// and grooves of less than five voxels: an M16 nut gets 0.19 mm, ten voxels a pitch. Throws
-// std::invalid_argument for a mesh without a size, and as validate(Mesh) does.
+// A hundredth of the diagonal, or down to half of that where more than a tenth of the chords
+// through the body are walls of less than two voxels, or walls and grooves in a row of less than
+// five in the mean: an M16 nut gets 0.2 mm, ten voxels a pitch. Throws std::invalid_argument for a
+// mesh without a size, and as validate(Mesh) does.
 double suggestedVoxel(const Mesh& mesh);
 
 // An upper bound of the memory that digitize() needs, without running it [bytes]. Throws
