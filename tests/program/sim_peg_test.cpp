@@ -31,17 +31,30 @@ struct Start {
 };
 constexpr Start kStarts[] = {{}, {1e-6, 0}, {1e-4, 0.02}};
 
-SceneDescription sceneFrom(const Start& start) {
+// A hole on a floor, and a peg at a pose over it.
+SceneDescription sceneOf(SceneBody hole, SceneBody peg, const Eigen::Quaterniond& orientation) {
+  peg.pose.orientation = orientation;
   SceneDescription scene;
-  scene.bodies.push_back(bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0));
-  scene.bodies.push_back(
-      meshBody("hole", holeMesh(kPeg + kPlay, 11e-3, 8e-3, 0.5e-3), Vec3::Zero(), 0));
-  scene.bodies.push_back(meshBody("peg", pegMesh(kPeg, 10e-3, 0.5e-3),
-                                  Vec3(2e-5, -1e-5, kStart + start.higher), kMass));
-  scene.bodies[2].pose.orientation = Eigen::AngleAxisd(0.002, Vec3(1, -0.5, 0).normalized()) *
-                                     Eigen::AngleAxisd(0.3 + start.turn, Vec3::UnitZ());
+  scene.bodies = {bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0), std::move(hole),
+                  std::move(peg)};
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) scene.bodies[i].model = int(i);
   return scene;
+}
+
+SceneDescription sceneFrom(const Start& start) {
+  return sceneOf(meshBody("hole", holeMesh(kPeg + kPlay, 11e-3, 8e-3, 0.5e-3), Vec3::Zero(), 0),
+                 meshBody("peg", pegMesh(kPeg, 10e-3, 0.5e-3),
+                          Vec3(2e-5, -1e-5, kStart + start.higher), kMass),
+                 Eigen::AngleAxisd(0.002, Vec3(1, -0.5, 0).normalized()) *
+                     Eigen::AngleAxisd(0.3 + start.turn, Vec3::UnitZ()));
+}
+
+WorldSettings worldSettings() {
+  WorldSettings settings;
+  settings.common.threads = 1;
+  settings.voxel = kVoxel;
+  settings.store = std::make_shared<ShapeStore>();
+  return settings;
 }
 
 // The deepest landing: a peg that leans comes down on a corner, which the floor sees from a part of
@@ -55,10 +68,7 @@ double deepestLanding(double height, double step) {
 class PegTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(PegTest, SlidesHome) {
-  WorldSettings settings;
-  settings.common.threads = 1;
-  settings.voxel = kVoxel;
-  settings.store = std::make_shared<ShapeStore>();
+  const WorldSettings settings = worldSettings();
   SimulationSettings run;
   run.seconds = 0.2;
   run.step = 1 / GetParam();
@@ -131,27 +141,21 @@ constexpr double kLongX = 3.9975e-3, kLongY = 2.9975e-3, kLongPlay = 0.052e-3;
 
 SceneDescription longPegScene(const Eigen::Vector2d& aside, const Eigen::Vector2d& lean) {
   constexpr double kHeight = 8.5e-3, kLong = 50e-3;
-  SceneDescription scene;
-  scene.bodies.push_back(bodyWith("floor", ScenePlane{}, Vec3::Zero(), 0));
-  scene.bodies.push_back(meshBody(
-      "block", blockWithHole({12.5e-3, 12.5e-3, 9e-3}, kLongX + kLongPlay, kLongY + kLongPlay),
-      Vec3::Zero(), 0));
-  scene.bodies.push_back(meshBody(
-      "long peg",
-      prism({{kLongX - 1e-3, kLongY - 1e-3, 0}, {kLongX, kLongY, 1e-3}, {kLongX, kLongY, kLong}}),
-      Vec3(aside.x(), aside.y(), kHeight), kMass));
-  scene.bodies[2].pose.orientation = Eigen::AngleAxisd(lean.y(), Vec3::UnitY()) *
-                                     Eigen::AngleAxisd(lean.x(), Vec3::UnitX()) *
-                                     Eigen::AngleAxisd(0.004, Vec3::UnitZ());
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) scene.bodies[i].model = int(i);
-  return scene;
+  return sceneOf(
+      meshBody("block",
+               blockWithHole({12.5e-3, 12.5e-3, 9e-3}, kLongX + kLongPlay, kLongY + kLongPlay),
+               Vec3::Zero(), 0),
+      meshBody(
+          "long peg",
+          prism(
+              {{kLongX - 1e-3, kLongY - 1e-3, 0}, {kLongX, kLongY, 1e-3}, {kLongX, kLongY, kLong}}),
+          Vec3(aside.x(), aside.y(), kHeight), kMass),
+      Eigen::AngleAxisd(lean.y(), Vec3::UnitY()) * Eigen::AngleAxisd(lean.x(), Vec3::UnitX()) *
+          Eigen::AngleAxisd(0.004, Vec3::UnitZ()));
 }
 
 TEST_P(LongPegTest, SlidesHome) {
-  WorldSettings settings;
-  settings.common.threads = 1;
-  settings.voxel = kVoxel;
-  settings.store = std::make_shared<ShapeStore>();
+  const WorldSettings settings = worldSettings();
   SimulationSettings run;
   run.seconds = 0.6;
   run.step = 1 / GetParam();
