@@ -24,14 +24,34 @@ constexpr int kDeepest = 64;         // levels of the tree
 constexpr std::size_t kFewPoints = 8;
 constexpr double kPrism =
     0.5;  // of a face's longest edge: room over it beyond which none is looked for
-constexpr double kSure = 1e-6;  // of the room: nearer to a bound is not sure
+constexpr double kSure = 1e-6;  // of the height: nearer to the room is not sure
+// Of the room: nearer to a side is not sure. Larger than the root of `kOnSurface`, by which corners
+// may rise unseen.
+constexpr double kSureAside = 1e-3;
+constexpr double kLeastRoom = 0.01;  // of `kPrism`: lower prisms hold nothing
+constexpr double kNoWedge = 2;       // more than any share: not beyond this side
 // Meshes of more faces are too fine for prisms: most would be lower than the samples are deep.
 constexpr std::size_t kMostPrisms = 4000;
-constexpr int kHops = 2;  // from one face to the next
+constexpr int kHops = 8;  // from one face to the next
 
 std::uint64_t mixed(std::uint64_t x) {
   x = (x ^ (x >> 31)) * 0x9E3779B97F4A7C15ull;
   return x ^ (x >> 29);
+}
+
+// The share of a height (TriangleSurface::Prism) that keeps a ball out of a triangle: of its
+// corners `beyond` a line, in units of 1 / `unit`, and `z` above a face, times `up`. kNoWedge where
+// a corner is on this side of the line.
+double riseBeyond(const double (&beyond)[3], double unit, const double (&z)[3], double up,
+                  double tolerance) {
+  double share = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (beyond[i] < -tolerance) return kNoWedge;
+    if (up * z[i] <= tolerance) continue;
+    const double away = std::max(beyond[i], 0.0) / unit;
+    share = std::max(share, up * z[i] / (away + std::sqrt(away * away + z[i] * z[i])) * unit);
+  }
+  return share;
 }
 
 // An empty table of at least twice as many places, a power of two.
@@ -208,19 +228,13 @@ void TriangleSurface::buildTree() {
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) place_[triangles_[i].face] = i;
 }
 
-// What lies beyond a plane through an edge and along the normal is farther from a point in the
-// prism than that plane, and what lies above or below the face farther than the rest of the way
-// there.
-double TriangleSurface::findRoom(std::uint32_t face) const {
-  const Prism& prism = prisms_[face];
+// Triangles whose boxes are within `reach` of a face.
+void TriangleSurface::visitAround(std::uint32_t face, double reach,
+                                  const std::function<void(const Triangle&)>& visit) const {
   const Triangle& own = triangles_[place_[face]];
-  const double longest =
-      std::sqrt(std::max({(own.b - own.a).squaredNorm(), (own.c - own.b).squaredNorm(),
-                          (own.a - own.c).squaredNorm()}));
-  double room = kPrism * longest;
   Eigen::AlignedBox3d around;
   around.extend(own.a).extend(own.b).extend(own.c);
-  around = {Vec3(around.min().array() - room), Vec3(around.max().array() + room)};
+  around = {Vec3(around.min().array() - reach), Vec3(around.max().array() + reach)};
   std::uint32_t stack[kDeepest];
   int depth = 0;
   stack[depth++] = 0;
@@ -231,30 +245,74 @@ double TriangleSurface::findRoom(std::uint32_t face) const {
       stack[depth++] = node.first;
       stack[depth++] = node.first + 1;
     }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const Triangle& t = triangles_[i];
-      if (t.face == face) continue;
-      const auto least = [&t](const Vec3& way) {
-        return std::min({way.dot(t.a), way.dot(t.b), way.dot(t.c)});
-      };
-      bool beside = false;
-      for (std::size_t k = 0; k < 3 && !beside; ++k)
-        beside = least(-prism.inward[k]) + prism.from[k] >= -kOnSurface * longest;
-      if (beside) continue;
-      const double above = least(own.normal) - own.normal.dot(own.a);
-      const double below = least(-own.normal) + own.normal.dot(own.a);
-      room = std::min(room, std::max({above, below, 0.0}));
-    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      if (triangles_[i].face != face) visit(triangles_[i]);
   }
-  return room / 2;
 }
 
-// Threads that ask at once find the same.
-double TriangleSurface::roomOver(std::uint32_t face) const {
-  const std::atomic_ref<double> kept(prisms_[face].room);
-  double room = kept.load(std::memory_order_relaxed);
-  if (room == kNotYet) kept.store(room = findRoom(face), std::memory_order_relaxed);
-  return room;
+// What another triangle leaves of a prism. It lies in a wedge: beyond a line in the face's plane, a
+// side or one through a corner across its bisector, and below a plane that rises from that line. A
+// ball about a point of the prism touches the face at the point's foot; it stays out of the wedge
+// where the foot is farther from the line than the height times the tangent of half the rise. A
+// triangle that lies beyond no such line limits the height to half of its own, unless it is on the
+// other side of the face.
+void TriangleSurface::narrow(const Triangle& other, const Triangle& own, double tolerance,
+                             Prism& prism) {
+  double z[3], beyond[6][3];
+  for (int i = 0; i < 3; ++i) {
+    const Vec3& corner = i == 0 ? other.a : i == 1 ? other.b : other.c;
+    z[i] = own.normal.dot(corner - own.a);
+    for (std::size_t k = 0; k < 3; ++k) beyond[k][i] = prism.from[k] - prism.inward[k].dot(corner);
+    // The sum of two sides' distances is the distance along the bisector, times `sum`.
+    for (std::size_t k = 0; k < 3; ++k) beyond[3 + k][i] = beyond[k][i] + beyond[(k + 2) % 3][i];
+  }
+  double sum[6] = {1, 1, 1};
+  for (std::size_t k = 0; k < 3; ++k)
+    sum[3 + k] = (prism.inward[k] + prism.inward[(k + 2) % 3]).norm();
+  for (const std::size_t under : {0u, 1u}) {
+    double least = kNoWedge;
+    std::size_t line = 0;
+    for (std::size_t k = 0; k < 6; ++k)
+      if (const double share = riseBeyond(beyond[k], sum[k], z, under ? -1 : 1, tolerance);
+          share < least) {
+        least = share;
+        line = k;
+      }
+    const auto [low, high] = std::minmax({z[0], z[1], z[2]});
+    const double lowest = under ? -high : low, highest = under ? -low : high;
+    if (least < kNoWedge)
+      prism.share[under][line] = std::max(prism.share[under][line], least);
+    else if (highest > -tolerance)
+      prism.room[under] = std::min(prism.room[under], std::max(lowest, 0.0) / 2);
+  }
+}
+
+TriangleSurface::Prism TriangleSurface::measured(std::uint32_t face) const {
+  const Triangle& own = triangles_[place_[face]];
+  const double longest =
+      std::sqrt(std::max({(own.b - own.a).squaredNorm(), (own.c - own.b).squaredNorm(),
+                          (own.a - own.c).squaredNorm()}));
+  const double reach = kPrism * longest;
+  Prism prism{prisms_[face].inward, prisms_[face].from, {}, {reach / 2, reach / 2}};
+  visitAround(face, reach,
+              [&](const Triangle& other) { narrow(other, own, kOnSurface * longest, prism); });
+  for (double& room : prism.room)
+    if (room < kLeastRoom * reach) room = 0;
+  return prism;
+}
+
+// Measures a prism and keeps that, unless another thread just does.
+TriangleSurface::Prism TriangleSurface::measuredNow(std::uint32_t face) const {
+  const Prism found = measured(face);
+  Prism& kept = prisms_[face];
+  const std::atomic_ref<double> state(kept.room[1]);
+  double expected = kNotYet;
+  if (state.compare_exchange_strong(expected, kBusy, std::memory_order_relaxed)) {
+    kept.share = found.share;
+    kept.room[0] = found.room[0];
+    state.store(found.room[1], std::memory_order_release);
+  }
+  return found;
 }
 
 void TriangleSurface::addPrisms() {
@@ -267,8 +325,23 @@ void TriangleSurface::addPrisms() {
       prism.inward[k] = t.normal.cross(*corner[(k + 1) % 3] - *corner[k]).normalized();
       prism.from[k] = prism.inward[k].dot(*corner[k]);
     }
-    prism.room = kNotYet;
+    prism.share = {};
+    prism.room = {kNotYet, kNotYet};
   }
+}
+
+// Whether no other face can be nearer to a point of the prism, `over` the face and `aside` of its
+// sides.
+bool TriangleSurface::Prism::holds(double over, const double (&aside)[3]) const {
+  const std::size_t under = over < 0;
+  const double height = std::abs(over), least = kSureAside * room[under];
+  if (!(height * (1 + kSure) < room[under])) return false;
+  bool sure = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sure &= aside[k] > height * share[under][k] + least;
+    sure &= aside[k] + aside[(k + 2) % 3] > height * share[under][3 + k] + least;
+  }
+  return sure;
 }
 
 // A face near `hint` that is the nearest for sure; else none. It saves most searches: a cloud asks
@@ -285,10 +358,10 @@ std::uint32_t TriangleSurface::sureFace(const Vec3& x, std::uint32_t hint) const
       if (aside[k] < aside[nearest]) nearest = k;
     }
     if (aside[nearest] > 0) {
-      const double height = std::abs(faces_[at].normal.dot(x - corners_[faces_[at].corner[0]]));
-      if (!(height < aside[nearest])) return kNone;
-      const double room = roomOver(at);
-      return height + kSure * room < std::min(aside[nearest], room) ? at : kNone;
+      const double over = faces_[at].normal.dot(x - corners_[faces_[at].corner[0]]);
+      const std::atomic_ref<double> state(prisms_[at].room[1]);
+      const bool known = state.load(std::memory_order_acquire) >= 0;
+      return (known ? prism : measuredNow(at)).holds(over, aside) ? at : kNone;
     }
     const Edge& edge = edges_[faces_[at].edge[nearest]];
     if (!edge.joins()) return kNone;

@@ -76,13 +76,18 @@ class TriangleSurface {
     std::uint32_t first = 0, count = 0;  // triangles; count 0: children `first` and `first` + 1
     double squareTo(const Vec3& x) const;
   };
-  // The prism over a face: its inner sides, and how high over it no other face can be nearer than
-  // the face, where its sides are farther away than that.
-  static constexpr double kNotYet = -1;
+  // The prism over a face: its inner sides, and where in it no other face can be nearer than the
+  // face. Of each pair the first is over the face, where its normal points, the second under it.
+  static constexpr double kNotYet = -1, kBusy = -2;  // the second room, while it is not known
   struct Prism {
     std::array<Vec3, 3> inward;  // unit, in the face's plane
     std::array<double, 3> from;  // inward.dot(x) on the edge
-    double room = kNotYet;       // [m]
+    // How far from the sides, as shares of the height over the face: the tangent of half the angle
+    // by which what lies beyond a side rises; then, for the sum of the two sides that meet in a
+    // corner, the same of what lies beyond that corner.
+    std::array<std::array<double, 6>, 2> share{};
+    std::array<double, 2> room{kNotYet, kNotYet};  // the most height [m]
+    bool holds(double over, const double (&aside)[3]) const;
   };
   struct Nearest {
     Vec3 foot = Vec3::Zero();
@@ -99,8 +104,11 @@ class TriangleSurface {
   void addNormals();
   void buildTree();
   void addPrisms();
-  double findRoom(std::uint32_t face) const;
-  double roomOver(std::uint32_t face) const;
+  void visitAround(std::uint32_t face, double reach,
+                   const std::function<void(const Triangle&)>& visit) const;
+  static void narrow(const Triangle& other, const Triangle& own, double tolerance, Prism& prism);
+  Prism measured(std::uint32_t face) const;
+  Prism measuredNow(std::uint32_t face) const;
   std::uint32_t sureFace(const Vec3& x, std::uint32_t hint) const;
   void divide(std::uint32_t node);
   static Nearest onTriangle(const Triangle& triangle, const Vec3& x);
@@ -118,7 +126,7 @@ class TriangleSurface {
       copy_;  // place_: of faces in triangles_
   std::vector<Triangle> triangles_;
   std::vector<Node> nodes_;
-  mutable std::vector<Prism> prisms_;  // of faces; their rooms are found when first asked for
+  mutable std::vector<Prism> prisms_;  // of faces; they are measured when first asked for
   Eigen::AlignedBox3d bounds_;
   bool hasJumps_ = false, hasBorders_ = false;
 };

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
+#include "law/triangle_point.h"
 #include "law/triangle_surface.h"
 #include "mesh/test_meshes.h"
 
@@ -37,6 +38,17 @@ double winding(const Mesh& mesh, const Vec3& x) {
         std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   return sum / (2 * std::numbers::pi);
+}
+
+double distanceTo(const Mesh& mesh, const Vec3& x) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& t : mesh.triangles) {
+    const auto corner = [&](int k) -> const Vec3& { return mesh.vertices[std::size_t(t[k])]; };
+    Vec3 foot;
+    nearestOnTriangle(corner(0), corner(1), corner(2), x, foot);
+    least = std::min(least, (x - foot).norm());
+  }
+  return least;
 }
 
 // Over a lattice of places on the triangle: at least the true distance.
@@ -100,6 +112,44 @@ TEST(TriangleSurface, AHintDoesNotShow) {
       const SolidPoint p = surface.at(x, hint);
       EXPECT_EQ(p.depth, plain.depth);
       EXPECT_EQ(p.normal, plain.normal);
+    }
+  }
+}
+
+// Bumps, ditches of flat walls, a plate's two sides and a thin fin: a face that is surely the
+// nearest is the one that a search of all triangles finds, wherever the search starts.
+Mesh bumpySheet(double height) {
+  Mesh mesh = test::sheetMesh(1, 8);
+  for (Vec3& v : mesh.vertices) v.z() += height * std::sin(9 * v.x()) * std::cos(7 * v.y());
+  return mesh;
+}
+Mesh ditches() {
+  Mesh mesh = test::sheetMesh(1, 8);
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += 3) mesh.vertices[i].z() -= 0.1;
+  return mesh;
+}
+
+TEST(TriangleSurface, ASureFaceIsTheNearest) {
+  const Mesh box = test::boxMesh({0, 0, -0.1}, {1, 1, 0});
+  const Mesh fin = test::boxMesh({0.5, 0.1, 0}, {0.51, 0.9, 0.3});
+  const Mesh meshes[] = {bumpySheet(0.02),
+                         bumpySheet(0.3),
+                         ditches(),
+                         box,
+                         test::joined(box, fin),
+                         test::joined(bumpySheet(0.05), test::boxMesh({0, 0, -0.2}, {1, 1, -0.1}))};
+  Random random(7);
+  for (const Mesh& mesh : meshes) {
+    const TriangleSurface surface = surfaceOf(mesh);
+    for (int i = 0; i < 400; ++i) {
+      Vec3 x = random.inCube();
+      x.z() = (i % 2 ? 0.5 : 0.05) * (2 * x.z() - 1);
+      const double nearest = distanceTo(mesh, x);
+      for (std::uint32_t first = 0; first < surface.size(); first += 3) {
+        std::uint32_t hint = first;
+        const double depth = surface.at(x, hint).depth;
+        EXPECT_NEAR(std::abs(depth), nearest, 1e-12) << x.transpose() << " from " << first;
+      }
     }
   }
 }
