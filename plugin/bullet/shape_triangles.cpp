@@ -16,10 +16,12 @@ namespace cloudcontact {
 
 namespace {
 
-// [voxels] Triangles are read in a box that is this much larger than the cloud, and ends on a
-// lattice of this width, so that a cloud at rest reads the same ones. Deeper than this a sample
-// might find the end of what was read.
+// [voxels] Triangles are read in a box that is this much larger than the cloud, or more. Deeper
+// than this a sample might find the end of what was read.
 constexpr double kAround = 4;
+// Of the cloud's largest size: the box's middle and half its sizes lie on a lattice of this width,
+// so that a cloud that rests, or moves by less, reads the same triangles.
+constexpr double kLattice = 0.25;
 constexpr std::size_t kVoters = 64;  // places of the cloud that choose a sheet's side
 constexpr int kOutline = 64;         // directions in which a flat shape is asked for its outline
 
@@ -76,12 +78,15 @@ void readTriangles(const btCollisionShape& shape, const Eigen::AlignedBox3d& box
 // The cloud's box as the shape sees it, enlarged to the lattice.
 Eigen::AlignedBox3d boxAround(const Eigen::AlignedBox3d& bounds, const Pose& toShape, double voxel,
                               double reach) {
-  const double cell = kAround * voxel + reach;
+  const double around = kAround * voxel + reach;
+  const double cell = std::max(around, kLattice * bounds.sizes().maxCoeff());
   const Vec3 middle = toShape.toWorld(bounds.center());
   const Vec3 half = toShape.orientation.toRotationMatrix().cwiseAbs() * bounds.sizes() / 2;
-  const auto snapped = [cell](double x) { return cell * std::floor(x / cell); };
-  return {Vec3((middle - half).array() - cell).unaryExpr(snapped),
-          Vec3((middle + half).array() + 2 * cell).unaryExpr(snapped)};
+  const auto nearest = [cell](double x) { return cell * std::round(x / cell); };
+  const auto above = [cell](double x) { return cell * std::ceil(x / cell); };
+  const Vec3 center = middle.unaryExpr(nearest);
+  const Vec3 reached = (half.array() + around + cell / 2).matrix().unaryExpr(above);
+  return {Vec3(center - reached), Vec3(center + reached)};
 }
 
 bool same(const Pose& x, const Pose& y) {
