@@ -172,6 +172,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   for (KnownMeets::Side& side : known.of) side.meets.clear();
   if (a.field) setWays(a, b, step, known.of[kA]);
   if (b.field) setWays(b, a, step, known.of[kB]);
+  known.again = false;
   s.lookupsBeside = 0;
   std::size_t first = 0;
   const auto look = [&] {
@@ -179,6 +180,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     if (b.field) addMeets(b, -1, contact, first, known.of[kB]);
     first = contact.patches.size();
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
+    known.again = true;
     s.lookupsBeside += memory->search.lookups();
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
     return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);

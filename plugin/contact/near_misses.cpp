@@ -49,6 +49,7 @@ NearMissSearch::~NearMissSearch() = default;
 void NearMissSearch::reserveLike(const NearMissSearch& other) {
   now_.reserve(other.now_.capacity());
   next_.reserve(other.next_.capacity());
+  coarsest_.reserve(other.coarsest_.capacity());
   bricks_.reserve(other.bricks_.capacity());
   runs_.reserve(other.runs_.capacity());
   found_.reserve(other.found_.capacity());
@@ -80,35 +81,39 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   flush();
 }
 
-// How much deeper a lane's sample gets within the step [m], if that counts: against the other's
-// normal there, since what slides along a surface comes no nearer to it. The less of two ways: on a
-// line, a ball's front seems to come down where it rolls; on an arc, a nut's flank seems to enter
-// the bolt about which it turns, since the normal does not turn with it.
-float NearMissSearch::wayOf(const Direction& dir, int lane) const {
-  if (!known_ || known_->look != KnownMeets::Look::Ahead) return 0;
-  const KnownMeets::Side& side = known_->of[dir.side];
-  const Lanes& lanes = *lanes_;
-  const V3 place(lanes.own.x[lane], lanes.own.y[lane], lanes.own.z[lane]);
+// The other's normal at a lane's sample, as the samples' grid sees it.
+V3 normalThere(const Direction& dir, const Lanes& lanes, int lane) {
   const float normal[3] = {lanes.nx[lane], lanes.ny[lane], lanes.nz[lane]};
   V3 there;
   ccTurnBack(dir.turnToOther, normal, there.data());
+  return there;
+}
+
+// How much deeper a sample gets within the step [m], if that counts: against the other's normal
+// there, since what slides along a surface comes no nearer to it. The less of two ways: on a line,
+// a ball's front seems to come down where it rolls; on an arc, a nut's flank seems to enter the
+// bolt about which it turns, since the normal does not turn with it.
+float NearMissSearch::wayOf(int side, const V3& place, const V3& there) const {
+  if (!known_ || known_->look != KnownMeets::Look::Ahead) return 0;
   const auto way = [&](const KnownMeets::Way& by) {
     return -(by.turn * place + by.shift).dot(there);
   };
-  return std::min(way(side.arc), way(side.line));
+  return std::min(way(known_->of[side].arc), way(known_->of[side].line));
 }
 
-// Whether a lane's sample counts beside a touch. `depth` [m]: at the step's end.
-bool NearMissSearch::isBeside(const Direction& dir, int lane, float depth) const {
-  if (lanes_->facing[lane] > -kFacing) return false;
+float NearMissSearch::wayOf(const Direction& dir, int lane) const {
   const LaneSamples& own = lanes_->own;
-  const V3 place(own.x[lane], own.y[lane], own.z[lane]);
-  const V3 normal(own.nx[lane], own.ny[lane], own.nz[lane]);
+  return wayOf(dir.side, {own.x[lane], own.y[lane], own.z[lane]}, normalThere(dir, *lanes_, lane));
+}
+
+// Whether a sample that faces the other surface counts beside a touch. `depth` [m]: at the step's
+// end.
+bool NearMissSearch::isBeside(int side, const V3& place, const V3& normal, float depth) const {
   const KnownMeets::Look look = known_->look;
   if (look == KnownMeets::Look::Ahead && depth <= 0) return false;
   const float within = look == KnownMeets::Look::Far ? kFarPlace : kSamePlace;
   bool same = false;
-  for (const KnownMeets::Meet& meet : known_->of[dir.side].meets) {
+  for (const KnownMeets::Meet& meet : known_->of[side].meets) {
     if (normal.dot(meet.normal) <= kSameWay) continue;
     if (look == KnownMeets::Look::Beside) return false;
     if ((place - meet.place).squaredNorm() < within * within) return false;
@@ -117,14 +122,18 @@ bool NearMissSearch::isBeside(const Direction& dir, int lane, float depth) const
   return same || look != KnownMeets::Look::Far;
 }
 
+bool NearMissSearch::isBeside(const Direction& dir, int lane, float depth) const {
+  if (lanes_->facing[lane] > -kFacing) return false;
+  const LaneSamples& own = lanes_->own;
+  return isBeside(dir.side, {own.x[lane], own.y[lane], own.z[lane]},
+                  {own.nx[lane], own.ny[lane], own.nz[lane]}, depth);
+}
+
 // Keeps the candidates among some coarse samples. Most vectors of them hold none.
 template <typename Sample>
 void NearMissSearch::consider(const Direction& dir, const float* estimates, const float* depths,
                               int count, const Sample& sample) {
-  const auto wanted = [&](int i) {
-    return (estimates[i] >= leastEstimate_) |
-           ((estimates[i] > least_) & (depths[i] >= leastDepth_));
-  };
+  const auto wanted = [&](int i) { return isWanted(estimates[i], depths[i]); };
   for (int first = 0; first < count; first += kVector) {
     const int last = std::min(first + kVector, count);
     int any = 0;
@@ -143,6 +152,7 @@ void NearMissSearch::take(const Direction& dir) {
   if (dir.level > 0) {
     float estimates[kLanes], depths[kLanes];
     estimateNearest(dir, lanes, estimates, depths);
+    if (known_ && dir.level == kLevels - 1) return takeCoarsest(dir, estimates, depths);
     // A cell whose middle touches is left out: such cells are many, and are no near misses.
     for (int i = 0; known_ && i < lanes.count; ++i) {
       const bool none = estimates[i] < -margin_ || depths[i] >= 0;
@@ -163,6 +173,31 @@ void NearMissSearch::take(const Direction& dir) {
     found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
                            V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
     ranks_.push_back(rank);
+  }
+}
+
+// Keeps what may count in this search beside a touch or in one that follows.
+void NearMissSearch::takeCoarsest(const Direction& dir, const float* estimates,
+                                  const float* depths) {
+  const Lanes& lanes = *lanes_;
+  const LaneSamples& own = lanes.own;
+  for (int i = 0; i < lanes.count; ++i)
+    if (estimates[i] >= -margin_ && depths[i] < 0 && lanes.facing[i] <= -kFacing)
+      coarsest_.push_back(
+          {{estimates[i], depths[i], lanes.sample[i], static_cast<std::int8_t>(dir.side)},
+           {own.x[i], own.y[i], own.z[i]},
+           {own.nx[i], own.ny[i], own.nz[i]},
+           normalThere(dir, lanes, i)});
+}
+
+void NearMissSearch::considerCoarsest() {
+  for (const Coarsest& c : coarsest_) {
+    const float way = wayOf(c.side, c.place, c.there);
+    const Candidate at = {c.estimate + way, c.depth + way, c.sample, c.side};
+    if (!isWanted(at.estimate, at.depth) || !isBeside(c.side, c.place, c.normal, at.estimate))
+      continue;
+    next_.push_back(at);
+    if (next_.size() > 8 * kBest) keepBest();
   }
 }
 
@@ -261,7 +296,11 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
     leastEstimate_ = leastDepth_ = least_;
   };
   begin();
-  for (const OneSide& side : sides) scan(side, coarse[side.side]);
+  if (!known || !known->again) {
+    coarsest_.clear();
+    for (const OneSide& side : sides) scan(side, coarse[side.side]);
+  }
+  if (known) considerCoarsest();
   for (int level = kLevels - 2; level >= 0; --level) {
     keepBest();
     std::swap(now_, next_);

@@ -51,6 +51,7 @@ struct KnownMeets {
   };
   Side of[2];
   Look look = Look::Beside;
+  bool again = false;  // the bodies stand as in the last search: its coarsest samples are known
 };
 
 class NearMissSearch {
@@ -84,6 +85,11 @@ class NearMissSearch {
     std::uint32_t sample;
     std::int8_t side;
   };
+  // One of the coarsest samples that may count beside a touch, with `there`, the other's normal as
+  // the sample's grid sees it.
+  struct Coarsest : Candidate {
+    Eigen::Vector3f place, normal, there;
+  };
   struct OneSide;
 
   void scan(const OneSide& side, const search::CoarseFound& coarse);
@@ -92,9 +98,17 @@ class NearMissSearch {
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,
             const SampleRun* last);
   void take(const search::Direction& dir);
+  void takeCoarsest(const search::Direction& dir, const float* estimates, const float* depths);
+  void considerCoarsest();
+  bool isWanted(float estimate, float depth) const {
+    return (estimate >= leastEstimate_) | ((estimate > least_) & (depth >= leastDepth_));
+  }
   template <typename Sample>
   void consider(const search::Direction& dir, const float* estimates, const float* depths,
                 int count, const Sample& sample);
+  float wayOf(int side, const Eigen::Vector3f& place, const Eigen::Vector3f& there) const;
+  bool isBeside(int side, const Eigen::Vector3f& place, const Eigen::Vector3f& normal,
+                float depth) const;
   float wayOf(const search::Direction& dir, int lane) const;
   bool isBeside(const search::Direction& dir, int lane, float depth) const;
   void keepBest();
@@ -106,6 +120,7 @@ class NearMissSearch {
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   std::size_t lookups_ = 0;
   std::vector<Candidate> now_, next_;
+  std::vector<Coarsest> coarsest_;
   std::vector<std::uint32_t> bricks_;
   std::vector<SampleRun> runs_;
   std::vector<Hit> found_;
