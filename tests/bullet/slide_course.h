@@ -189,10 +189,18 @@ inline void watch(Slide& s, const btRigidBody& body, const std::vector<Vec3>& ve
   if (s.steps % 4 == 0) s.deepest = std::max(s.deepest, depthOnCourse(body, vertices));
 }
 
-// Rests for half a second, then gets its speed. `clock`: processor time [s].
+// A body at the begin of a step.
+struct Moment {
+  btTransform place;
+  btVector3 speed, spin;
+};
+
+// Rests for half a second, then gets its speed. `clock`: processor time [s]. `way`: gets each
+// step's moment.
 inline Slide slide(
     CourseWorld& world, btRigidBody& body, const std::vector<Vec3>& vertices,
-    const std::function<double()>& clock = [] { return 0.0; }, double secondsAtMost = 1e9) {
+    const std::function<double()>& clock = [] { return 0.0; }, double secondsAtMost = 1e9,
+    std::vector<Moment>* way = nullptr) {
   for (int i = 0; i < 120; ++i) world.step(kCourseStep);
   body.setLinearVelocity({btScalar(kCourseSpeed), 0, 0});
   body.setAngularVelocity({0, 0, 0});
@@ -203,6 +211,9 @@ inline Slide slide(
   const double startEnergy = energyAbove(body);
   while (body.getWorldTransform().getOrigin().x() < kCourse && s.steps < kMostSteps &&
          s.seconds < secondsAtMost) {
+    if (way)
+      way->push_back(
+          {body.getWorldTransform(), body.getLinearVelocity(), body.getAngularVelocity()});
     const double before = clock();
     world.step(kCourseStep);
     s.seconds += clock() - before;
