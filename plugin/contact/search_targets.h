@@ -16,6 +16,7 @@
 #include <cloudcontact/law/solid.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "contact/field_lanes.h"
 #include "contact/sheet_side.h"
@@ -77,6 +78,37 @@ inline const TriangleSurface* surfaceOf(const Solid& shape) {
   const auto* const solid = std::get_if<SurfaceSolid>(&shape);
   return solid ? solid->surface.get() : nullptr;
 }
+
+// Places beyond a face of triangles' bounds: no triangle is between two of them, so that all are
+// outside if one is.
+class BeyondBounds {
+ public:
+  explicit BeyondBounds(const TriangleSurface* surface) {  // null: of nothing is known
+    std::fill_n(ends_, 6, std::numeric_limits<double>::infinity());
+    if (!surface) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      ends_[axis] = surface->bounds().max()[axis];
+      ends_[3 + axis] = -surface->bounds().min()[axis];
+    }
+  }
+  // A place that is outside.
+  void add(const Vec3& x) {
+    for (int face = 0; face < 6; ++face) outside_[face] |= beyond(x, face) > 0;
+  }
+  // Whether a place is surely outside, and farther than `away` from all triangles.
+  bool isOutside(const Vec3& x, double away) const {
+    bool is = false;
+    for (int face = 0; face < 6; ++face) is |= outside_[face] & (beyond(x, face) > away);
+    return is;
+  }
+
+ private:
+  double beyond(const Vec3& x, int face) const {
+    return (face < 3 ? x[face] : -x[face - 3]) - ends_[face];
+  }
+  double ends_[6];  // of the bounds: above, then below
+  bool outside_[6] = {};
+};
 
 struct ShapeTarget {
   const Direction& dir;
@@ -150,6 +182,7 @@ struct ShapeTarget {
     std::uint32_t hint = 0;
     // What is as far from the last place asked as that is from the shape, and more, is not near.
     const bool distance = surface ? !surface->hasBorders() : isDistance(shape);
+    BeyondBounds beyond(distance ? surface : nullptr);
     Vec3 last = Vec3::Zero();
     double away = 0;  // of the last place from the shape [m]
     for (std::size_t i = 0; i < bricks.runs.size(); ++i) {
@@ -157,9 +190,11 @@ struct ShapeTarget {
       const Vec3 x = inShape({bricks.x[i], bricks.y[i], bricks.z[i]});
       const double left = kSurelyAway * away - reach;
       if (distance && left > 0 && (x - last).squaredNorm() < left * left) continue;
+      if (beyond.isOutside(x, reach)) continue;
       const double depth = surface ? surface->at(x, hint).depth : solidAt(shape, x).depth;
       last = x;
       away = -depth;
+      if (depth < 0) beyond.add(x);
       if (depth >= -reach) near.push_back(static_cast<std::uint32_t>(i));
     }
   }
