@@ -293,7 +293,7 @@ TriangleSurface::Prism TriangleSurface::measured(std::uint32_t face) const {
       std::sqrt(std::max({(own.b - own.a).squaredNorm(), (own.c - own.b).squaredNorm(),
                           (own.a - own.c).squaredNorm()}));
   const double reach = kPrism * longest;
-  Prism prism{prisms_[face].inward, prisms_[face].from, {}, {reach / 2, reach / 2}};
+  Prism prism{prisms_[face].inward, prisms_[face].from, {}, {reach / 2, reach / 2}, Known::Not};
   visitAround(face, reach,
               [&](const Triangle& other) { narrow(other, own, kOnSurface * longest, prism); });
   for (double& room : prism.room)
@@ -305,12 +305,12 @@ TriangleSurface::Prism TriangleSurface::measured(std::uint32_t face) const {
 TriangleSurface::Prism TriangleSurface::measuredNow(std::uint32_t face) const {
   const Prism found = measured(face);
   Prism& kept = prisms_[face];
-  const std::atomic_ref<double> state(kept.room[1]);
-  double expected = kNotYet;
-  if (state.compare_exchange_strong(expected, kBusy, std::memory_order_relaxed)) {
+  const std::atomic_ref<Known> known(kept.known);
+  Known expected = Known::Not;
+  if (known.compare_exchange_strong(expected, Known::Soon, std::memory_order_relaxed)) {
     kept.share = found.share;
-    kept.room[0] = found.room[0];
-    state.store(found.room[1], std::memory_order_release);
+    kept.room = found.room;
+    known.store(Known::Yes, std::memory_order_release);
   }
   return found;
 }
@@ -326,7 +326,7 @@ void TriangleSurface::addPrisms() {
       prism.from[k] = prism.inward[k].dot(*corner[k]);
     }
     prism.share = {};
-    prism.room = {kNotYet, kNotYet};
+    prism.known = Known::Not;
   }
 }
 
@@ -359,9 +359,11 @@ std::uint32_t TriangleSurface::sureFace(const Vec3& x, std::uint32_t hint) const
     }
     if (aside[nearest] > 0) {
       const double over = faces_[at].normal.dot(x - corners_[faces_[at].corner[0]]);
-      const std::atomic_ref<double> state(prisms_[at].room[1]);
-      const bool known = state.load(std::memory_order_acquire) >= 0;
-      return (known ? prism : measuredNow(at)).holds(over, aside) ? at : kNone;
+      const std::atomic_ref<Known> known(prisms_[at].known);
+      const bool sure = known.load(std::memory_order_acquire) == Known::Yes
+                            ? prism.holds(over, aside)
+                            : measuredNow(at).holds(over, aside);
+      return sure ? at : kNone;
     }
     const Edge& edge = edges_[faces_[at].edge[nearest]];
     if (!edge.joins()) return kNone;

@@ -78,7 +78,7 @@ class TriangleSurface {
   };
   // The prism over a face: its inner sides, and where in it no other face can be nearer than the
   // face. Of each pair the first is over the face, where its normal points, the second under it.
-  static constexpr double kNotYet = -1, kBusy = -2;  // the second room, while it is not known
+  enum class Known : std::uint8_t { Not, Soon, Yes };
   struct Prism {
     std::array<Vec3, 3> inward;  // unit, in the face's plane
     std::array<double, 3> from;  // inward.dot(x) on the edge
@@ -86,7 +86,8 @@ class TriangleSurface {
     // by which what lies beyond a side rises; then, for the sum of the two sides that meet in a
     // corner, the same of what lies beyond that corner.
     std::array<std::array<double, 6>, 2> share{};
-    std::array<double, 2> room{kNotYet, kNotYet};  // the most height [m]
+    std::array<double, 2> room{};  // the most height [m]
+    Known known = Known::Not;      // shares and rooms are; shared by threads, so atomic
     bool holds(double over, const double (&aside)[3]) const;
   };
   struct Nearest {

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <limits>
+#include <thread>
 
 namespace cloudcontact::testing::triangle_surface_test {
 namespace {
@@ -152,6 +153,26 @@ TEST(TriangleSurface, ASureFaceIsTheNearest) {
       }
     }
   }
+}
+
+// Prisms are measured when first asked for, by whichever thread asks.
+TEST(TriangleSurface, ThreadsFindTheSame) {
+  const Mesh mesh = bumpySheet(0.05);
+  const TriangleSurface alone = surfaceOf(mesh), shared = surfaceOf(mesh);
+  const auto depths = [](const TriangleSurface& surface) {
+    Random random(8);
+    std::vector<double> all;
+    std::uint32_t hint = 0;
+    for (int i = 0; i < 2000; ++i)
+      all.push_back(surface.at(Vec3(random.inCube().cwiseProduct(Vec3(1, 1, 0.1))), hint).depth);
+    return all;
+  };
+  const std::vector<double> expected = depths(alone);
+  std::vector<double> found[4];
+  std::vector<std::thread> threads;
+  for (std::vector<double>& f : found) threads.emplace_back([&] { f = depths(shared); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<double>& f : found) EXPECT_EQ(f, expected);
 }
 
 TEST(TriangleSurface, WindingDoesNotMatter) {
