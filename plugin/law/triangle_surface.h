@@ -54,6 +54,8 @@ class TriangleSurface {
 
  private:
   static constexpr std::uint32_t kNone = ~0u;
+  static constexpr double kOnSurface = 1e-9;  // [m] the way to the foot has no direction
+  static constexpr int kDeepest = 64;         // levels of the tree
   struct Face {
     std::array<std::uint32_t, 3> corner{}, edge{};  // edge k: from corner k to the next
     Vec3 normal = Vec3::Zero();
@@ -78,6 +80,7 @@ class TriangleSurface {
   };
   // The prism over a face: its inner sides, and where in it no other face can be nearer than the
   // face. Of each pair the first is over the face, where its normal points, the second under it.
+  // (face_prisms.cpp)
   enum class Known : std::uint8_t { Not, Soon, Yes };
   struct Prism {
     std::array<Vec3, 3> inward;  // unit, in the face's plane
