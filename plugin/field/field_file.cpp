@@ -117,7 +117,7 @@ class Reader {
   std::uint64_t size() const { return size_; }
   void bytes(void* data, std::size_t count) {
     in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!in_) refuseCloudFile(file_, std::string("is cut short") + kAgain);
+    if (!in_) refuse("is cut short");
     hash_.add(data, count);
     left_ -= count;
   }
@@ -147,14 +147,13 @@ class Reader {
   }
   void checksum() {
     const std::uint64_t expected = hash_.value();
-    if (number<std::uint64_t>() != expected)
-      refuseCloudFile(file_, std::string("is damaged: its checksum does not match") + kAgain);
+    if (number<std::uint64_t>() != expected) refuse("is damaged: its checksum does not match");
   }
-  [[noreturn]] void impossible() const {
-    refuseCloudFile(file_, std::string("says impossible sizes") + kAgain);
-  }
+  [[noreturn]] void impossible() const { refuse("says impossible sizes"); }
 
  private:
+  [[noreturn]] void refuse(const std::string& why) const { refuseCloudFile(file_, why + kAgain); }
+
   std::istream& in_;
   const fs::path& file_;
   WordHash hash_;
