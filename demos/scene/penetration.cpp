@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kSurfaceProbes = 4000;  // per solid, beside its vertices
 constexpr int kAxisProbes = 129;      // along a capsule's axis
+constexpr std::size_t kBlockProbes = 32;
 
 // Depth in a shape. For each dimension `outside` is the distance of the point beyond a pair of
 // sides, negative inside.
@@ -76,22 +77,60 @@ MeasuredSolid solidOf(const SceneGeometry& geometry, const Mesh* mesh) {
       geometry);
 }
 
+// Splits probes [first, first + count) at the middle of their longest side until blocks are small.
+void split(std::vector<Probe>& probes, std::size_t first, std::size_t count,
+           std::vector<ProbeBlock>& blocks) {
+  const auto begin = probes.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(count);
+  Eigen::AlignedBox3d box;
+  std::for_each(begin, end, [&](const Probe& p) { box.extend(p.position); });
+  if (count <= kBlockProbes) {
+    ProbeBlock block{box.center(), 0, first, count};
+    std::for_each(begin, end, [&](const Probe& p) {
+      block.radius = std::max(block.radius, (p.position - block.center).norm() + p.radius);
+    });
+    blocks.push_back(block);
+    return;
+  }
+  int axis = 0;
+  box.sizes().maxCoeff(&axis);
+  const std::size_t half = count / 2;
+  std::nth_element(
+      begin, begin + static_cast<std::ptrdiff_t>(half), end,
+      [axis](const Probe& a, const Probe& b) { return a.position[axis] < b.position[axis]; });
+  split(probes, first, half, blocks);
+  split(probes, first + half, count - half, blocks);
+}
+
+// Whether a ball about a place in the solid's frame may hold a probe deeper than `known`.
+bool mayHoldDeeper(const MeasuredSolid& solid, const Vec3& center, double radius, double known) {
+  // A depth in closed form changes by no more than the way.
+  if (const auto* mesh = std::get_if<std::shared_ptr<const MeshDistance>>(&solid))
+    return (*mesh)->bounds().squaredExteriorDistance(center) <= radius * radius;
+  return depthIn(solid, center, radius) + radius > known;
+}
+
 // Largest depth of the probes of `a` in the solid of `b`, if above the one known already.
 double deepest(const Probed& a, const Pose& aToWorld, const Probed& b, const Pose& bToWorld,
                double known) {
   const Pose aToB = bToWorld.inverse() * aToWorld;
+  const Eigen::Matrix3d turn = aToB.orientation.toRotationMatrix();
   const auto* mesh = std::get_if<std::shared_ptr<const MeshDistance>>(&b.solid);
   int hint = 0;
-  for (const Probe& probe : a.probes) {
-    const Vec3 p = aToB.toWorld(probe.position);
-    const double depth =
-        (mesh ? (*mesh)->depth(p, probe.radius, &hint) : depthIn(b.solid, p, probe.radius)) +
-        probe.radius;
-    if (depth <= known) continue;
-    // Meshes may be folded, so the winding number must confirm a new maximum. It applies only to
-    // points that are themselves inside.
-    if (mesh && depth > probe.radius && (*mesh)->winding(p) < 0.5) continue;
-    known = depth;
+  for (const ProbeBlock& block : a.blocks) {
+    if (!mayHoldDeeper(b.solid, turn * block.center + aToB.position, block.radius, known)) continue;
+    for (std::size_t i = block.first; i < block.first + block.count; ++i) {
+      const Probe& probe = a.probes[i];
+      const Vec3 p = turn * probe.position + aToB.position;
+      const double depth =
+          (mesh ? (*mesh)->depth(p, probe.radius, &hint) : depthIn(b.solid, p, probe.radius)) +
+          probe.radius;
+      if (depth <= known) continue;
+      // Meshes may be folded, so the winding number must confirm a new maximum. It applies only to
+      // points that are themselves inside.
+      if (mesh && depth > probe.radius && (*mesh)->winding(p) < 0.5) continue;
+      known = depth;
+    }
   }
   return known;
 }
@@ -106,6 +145,7 @@ std::shared_ptr<const Probed> probed(const SceneGeometry& geometry, const Mesh* 
   auto out = std::make_shared<Probed>();
   out->solid = solidOf(geometry, mesh);
   out->probes = std::visit(ProbeVisitor{mesh}, geometry);
+  if (!out->probes.empty()) split(out->probes, 0, out->probes.size(), out->blocks);
   return out;
 }
 

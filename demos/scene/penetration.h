@@ -25,10 +25,18 @@ struct Probe {
   double radius = 0;
 };
 
+// Probes that lie together, and a ball that holds them with theirs.
+struct ProbeBlock {
+  Vec3 center = Vec3::Zero();
+  double radius = 0;
+  std::size_t first = 0, count = 0;
+};
+
 // One solid with the probes for its depth in others. Shared by equal bodies.
 struct Probed {
   MeasuredSolid solid;
-  std::vector<Probe> probes;
+  std::vector<Probe> probes;       // block by block
+  std::vector<ProbeBlock> blocks;  // most of them are nowhere near another body
 };
 // `mesh` gives the probes of a box or cylinder, and the solid of a mesh geometry.
 std::shared_ptr<const Probed> probed(const SceneGeometry& geometry, const Mesh* mesh);

@@ -126,6 +126,34 @@ TEST(Penetration, OfCrossedBarsIsFoundBetweenVertices) {
   EXPECT_NEAR(penetration(bar, Pose(), bar, across), 0.03, 1e-12);
 }
 
+// Blocks of probes that are left out hold none that counts.
+TEST(Penetration, IsTheDeepestOfAllProbes) {
+  const Mesh hole = holeMesh(0.4, 2, 1, 0.2, 24), box = boxMesh(Vec3(0.3, 0.5, 1));
+  const SceneGeometry kinds[] = {SceneMesh{}, SceneBox{Vec3(0.3, 0.5, 1)}, SceneCapsule{0.2, 0.8}};
+  const Mesh* const meshes[] = {&hole, &box, nullptr};
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    const int k = i % 3, l = i / 3 % 3;
+    const MeasuredBody a = bodyOf(kinds[k], meshes[k]), b = bodyOf(kinds[l], meshes[l]);
+    const auto any = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+    const Pose pose{Eigen::Quaterniond(Eigen::AngleAxisd(3 * uniform(random), any().normalized())),
+                    any()};
+    double expected = 0;
+    const auto take = [&](const Probed& from, const Pose& to, const Probed& in) {
+      for (const Probe& probe : from.probes)
+        expected = std::max(
+            expected, depthIn(in.solid, to.toWorld(probe.position), probe.radius) + probe.radius);
+    };
+    take(*a.parts[0].what, pose, *b.parts[0].what);
+    take(*b.parts[0].what, pose.inverse(), *a.parts[0].what);
+    EXPECT_NEAR(penetration(a, pose, b, Pose()), expected, 1e-12) << i;
+    touching += expected > 0;
+  }
+  EXPECT_GT(touching, 50);
+}
+
 TEST(Penetration, ACompoundsPartsAllCount) {
   const Mesh mesh = boxMesh(Vec3(1, 1, 1));
   MeasuredBody dumbbell;
