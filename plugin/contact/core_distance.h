@@ -10,12 +10,13 @@ struct PlacedConvex {
   const Solid* solid = nullptr;
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Vec3 at = Vec3::Zero();
+  double scale = 1;  // of the solid, about `at`
 
   Vec3 support(const Vec3& direction) const {
-    return turn * supportOf(*solid, turn.transpose() * direction) + at;
+    return turn * (scale * supportOf(*solid, turn.transpose() * direction)) + at;
   }
   double reach(const Vec3& unit) const {  // from `at`
-    return reachOf(*solid, turn.transpose() * unit);
+    return scale * reachOf(*solid, turn.transpose() * unit);
   }
 };
 

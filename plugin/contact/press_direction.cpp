@@ -20,6 +20,9 @@ constexpr double kParallel = 1e-6;       // square of the sine between edges tha
 constexpr double kPrecision = 1e-10;     // of the bodies' distance
 constexpr double kSkin = 0.01;           // of the bodies' distance, the first guess
 constexpr int kRounds = 4;               // skins that are tried
+constexpr int kCloser = 6;               // skins that are tried from there
+constexpr double kLess = 0.7;            // of a skin
+constexpr double kCloseEnough = 0.9;     // of a skin under which the cores are apart
 
 PressDirection against(const PlacedConvex& half, const PlacedConvex& body) {
   const auto& plane = std::get<HalfSpace>(*half.solid);
@@ -97,21 +100,33 @@ double depthAlong(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
 }
 
 bool isRound(const Solid& solid) {
-  return !std::holds_alternative<Box>(solid);
+  return !std::holds_alternative<Box>(solid) && !std::holds_alternative<Hull>(solid);
+}
+
+// Symmetric about its center.
+bool isEven(const Solid& solid) {
+  return !std::holds_alternative<Cone>(solid) && !std::holds_alternative<Hull>(solid);
 }
 
 // The directions of a body's faces, and outward from its axis to the other body.
 void offerFaces(const PlacedConvex& body, const PlacedConvex& a, const PlacedConvex& b,
                 Shortest& shortest) {
+  if (const auto* hull = std::get_if<Hull>(body.solid)) {
+    const double toB = &body == &a ? 1 : -1;
+    for (const HalfSpace& plane : hull->planes) {
+      const Vec3 n = body.turn * (toB * plane.normal);
+      shortest.offer(n, depthAlong(a, b, n));
+    }
+    return;
+  }
   // Of bodies that are symmetric about their centers, the way to the other's center is the shorter.
-  const bool even =
-      !std::holds_alternative<Cone>(*a.solid) && !std::holds_alternative<Cone>(*b.solid);
+  const bool even = isEven(*a.solid) && isEven(*b.solid);
   const auto both = [&](const Vec3& axis) {
     const double far = axis.dot(b.at - a.at);
     if (!even || far >= 0) shortest.offer(axis, depthAlong(a, b, axis));
     if (!even || far < 0) shortest.offer(-axis, depthAlong(a, b, -axis));
   };
-  if (!isRound(*body.solid)) {
+  if (std::holds_alternative<Box>(*body.solid)) {
     for (int i = 0; i < 3; ++i) both(body.turn.col(i));
     return;
   }
@@ -137,13 +152,32 @@ void offerSides(const PlacedConvex& a, const PlacedConvex& b, Shortest& shortest
 }
 
 PlacedConvex placedCore(const PlacedCore& core, const PlacedConvex& body) {
-  return {&core.solid, body.turn, body.at - core.sinks * body.turn.col(2)};
+  return {core.solid ? &*core.solid : body.solid, body.turn,
+          body.at - core.sinks * body.turn.col(2), core.scale};
+}
+
+bool isHull(const Solid& solid) {
+  return std::holds_alternative<Hull>(solid);
+}
+// Its core is its segment, whatever the skin.
+bool isExact(const Solid& solid) {
+  return std::holds_alternative<Capsule>(solid);
+}
+
+// A's share of both skins, of 2. A body beside a capsule needs none, and the way is exact. A hull's
+// core is scaled, not thinner by the same everywhere, so the other body gives all.
+double skinShare(const Solid& a, const Solid& b) {
+  if (isExact(a) != isExact(b)) return isExact(a) ? 2 : 0;
+  if (isHull(a) != isHull(b)) return isHull(b) ? 2 : 0;
+  return 1;
 }
 
 // The way between the cores under skins of this thickness; empty if they overlap.
 std::optional<Vec3> wayBetweenCores(const PlacedConvex& a, const PlacedConvex& b, double skin,
                                     double size) {
-  const PlacedCore coreA = coreOf(*a.solid, skin), coreB = coreOf(*b.solid, skin);
+  const double shareA = skinShare(*a.solid, *b.solid);
+  const PlacedCore coreA = coreOf(*a.solid, shareA * skin);
+  const PlacedCore coreB = coreOf(*b.solid, (2 - shareA) * skin);
   return wayBetween(placedCore(coreA, a), placedCore(coreB, b), kPrecision * size);
 }
 
@@ -154,17 +188,25 @@ std::optional<PressDirection> ofOthers(const PlacedConvex& a, const PlacedConvex
   offerFaces(a, a, b, shortest);
   offerFaces(b, a, b, shortest);
   offerSides(a, b, shortest);
+  const bool exact = isExact(*a.solid) || isExact(*b.solid);
   double skin = kSkin * size;
   std::optional<Vec3> way;
   for (int round = 0; round < kRounds && !(way = wayBetweenCores(a, b, skin, size)); ++round)
     skin *= 8;
   if (!way) return std::nullopt;
-  for (int round = 0; way && round < kRounds; ++round) {
-    const double depth = depthAlong(a, b, *way);
-    shortest.offerEdge(*way, depth);
-    const double next = std::max(0.6 * depth, 0.0);  // from both sides a little more than the depth
-    if (!(next < 0.5 * skin)) break;
-    skin = next;
+  double apart = skin, within = 0;  // skins between which the cores come to touch
+  for (int round = 0; round < kCloser; ++round) {
+    if (way) {
+      const double depth = depthAlong(a, b, *way);
+      shortest.offerEdge(*way, depth);
+      if (exact || !(depth > 0)) break;
+      apart = skin;
+      skin = std::min(0.6 * depth, kLess * skin);
+    } else {
+      within = skin;
+    }
+    if (skin <= within) skin = (within + apart) / 2;
+    if (skin > kCloseEnough * apart) break;
     way = wayBetweenCores(a, b, skin, size);
   }
   return shortest.best();

@@ -14,6 +14,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "field/hull_fit.h"
 #include "field/shape_fit.h"
 
 namespace cloudcontact {
@@ -69,6 +70,10 @@ std::vector<Vec3> edgePoints(const Solid& solid) {
   } else if (const auto* cone = std::get_if<Cone>(&solid)) {
     addCircle(cone->radius, -cone->halfHeight, points);
     points.emplace_back(0, 0, cone->halfHeight);
+  } else if (const auto* hull = std::get_if<Hull>(&solid)) {
+    for (const auto& [from, to] : hull->edges)
+      addLine(hull->corners[static_cast<std::size_t>(from)],
+              hull->corners[static_cast<std::size_t>(to)], points);
   }
   return points;
 }
@@ -96,16 +101,28 @@ std::vector<Voxel> edgeVoxels(const PlacedSolid& shape) {
   return all;
 }
 
+// As depthOf(), and beyond a hull's edges the distance from the nearest plane: where it matters,
+// below a part of a voxel, that is the same, and many times faster.
+double quickDepth(const PlacedSolid& shape, const Vec3& point) {
+  const auto* hull = std::get_if<Hull>(&shape.solid);
+  if (!hull) return depthOf(shape, point);
+  const Vec3 at = shape.place.toLocal(point);
+  double least = hull->planes.front().offset;
+  for (const HalfSpace& plane : hull->planes)
+    least = std::min(least, plane.offset - plane.normal.dot(at));
+  return least;
+}
+
 // The share of a voxel that the shape fills.
 double filled(const PlacedSolid& shape, const Voxel& voxel) {
   const Vec3 corner(voxel[0], voxel[1], voxel[2]);
-  const double depth = depthOf(shape, corner + Vec3::Constant(0.5));
+  const double depth = quickDepth(shape, corner + Vec3::Constant(0.5));
   if (std::abs(depth) > 0.87) return depth > 0 ? 1 : 0;  // half a diagonal
   double sum = 0;
   for (int k = 0; k < kParts * kParts * kParts; ++k) {
     const Vec3 at =
         (Vec3(k % kParts, k / kParts % kParts, k / kParts / kParts).array() + 0.5) / kParts;
-    sum += std::clamp(0.5 + kParts * depthOf(shape, corner + at), 0.0, 1.0);
+    sum += std::clamp(0.5 + kParts * quickDepth(shape, corner + at), 0.0, 1.0);
   }
   return sum / (kParts * kParts * kParts);
 }
@@ -147,6 +164,7 @@ double volumeOf(const Solid& solid) {
     return kPi * c->radius * c->radius * 2 * c->halfHeight;
   if (const auto* c = std::get_if<Capsule>(&solid))
     return kPi * c->radius * c->radius * (2 * c->halfHeight + 4 * c->radius / 3);
+  if (const auto* hull = std::get_if<Hull>(&solid)) return volumeOf(*hull);
   const auto& cone = std::get<Cone>(solid);
   return kPi * cone.radius * cone.radius * 2 * cone.halfHeight / 3;
 }
@@ -162,6 +180,10 @@ Solid scaled(Solid solid, double by) {
   if (auto* c = std::get_if<Cylinder>(&solid)) c->radius *= by, c->halfHeight *= by;
   if (auto* c = std::get_if<Capsule>(&solid)) c->radius *= by, c->halfHeight *= by;
   if (auto* c = std::get_if<Cone>(&solid)) c->radius *= by, c->halfHeight *= by;
+  if (auto* hull = std::get_if<Hull>(&solid)) {
+    for (HalfSpace& plane : hull->planes) plane.offset *= by;
+    for (Vec3& corner : hull->corners) corner *= by;
+  }
   return solid;
 }
 
@@ -182,16 +204,21 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
   const double volume = cloud.massProperties().volume / std::pow(voxel, 3);
   const std::vector<ShapePoint> pieces = piecesOf(field);
   std::optional<RecognizedShape> best;
-  for (const PlacedSolid& shape : fittedShapes(pieces)) {
-    if (isFar(shape, pieces, within) || !isFilled(shape.solid, volume)) continue;
+  const auto offer = [&](const PlacedSolid& shape) {
+    if (isFar(shape, pieces, within) || !isFilled(shape.solid, volume)) return;
     const double off = errorOf(field, shape, within);
-    if (!(off <= within) || (best && off * voxel >= best->error)) continue;
+    if (!(off <= within) || (best && off * voxel >= best->error)) return;
     best.emplace();
     best->error = off * voxel;
     best->placed.solid = scaled(shape.solid, voxel);
     best->placed.place = {shape.place.orientation, cloud.origin() + voxel * shape.place.position};
-    if (std::holds_alternative<Sphere>(shape.solid)) break;
+  };
+  for (const PlacedSolid& shape : fittedShapes(pieces)) {
+    offer(shape);
+    if (best && std::holds_alternative<Sphere>(shape.solid)) break;
   }
+  if (best) return best;
+  if (const auto hull = fittedHull(pieces)) offer(*hull);
   return best;
 }
 
@@ -201,6 +228,7 @@ const char* shapeName(const Solid& solid) {
   if (std::holds_alternative<Cylinder>(solid)) return "cylinder";
   if (std::holds_alternative<Capsule>(solid)) return "capsule";
   if (std::holds_alternative<Cone>(solid)) return "cone";
+  if (std::holds_alternative<Hull>(solid)) return "hull";
   return "solid";
 }
 

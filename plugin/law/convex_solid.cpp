@@ -9,7 +9,8 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kCore = 0.5;  // a core's share of the solid's least half-width
+constexpr double kCore = 0.5;      // a core's share of the solid's least half-width
+constexpr double kOnPlane = 1e-7;  // of a plane's distance to the center: a corner lies on it
 
 // The unit direction of a vector across the z axis; x where it has none.
 Vec3 radial(const Vec3& v) {
@@ -46,6 +47,17 @@ Vec3 support(const Cone& cone, const Vec3& d) {
   return point;
 }
 
+Vec3 support(const Hull& hull, const Vec3& d) {
+  const Vec3* farthest = &hull.corners.front();
+  double most = farthest->dot(d);
+  for (const Vec3& corner : hull.corners)
+    if (const double along = corner.dot(d); along > most) {
+      most = along;
+      farthest = &corner;
+    }
+  return *farthest;
+}
+
 // How far a solid reaches along a direction (unit) from its center.
 double reach(const Sphere& ball, const Vec3&) {
   return ball.radius;
@@ -63,6 +75,9 @@ double reach(const Cylinder& cylinder, const Vec3& d) {
 double reach(const Cone& cone, const Vec3& d) {
   return std::max(cone.halfHeight * d.z(),
                   cone.radius * std::sqrt(d.x() * d.x() + d.y() * d.y()) - cone.halfHeight * d.z());
+}
+double reach(const Hull& hull, const Vec3& d) {
+  return support(hull, d).dot(d);
 }
 
 // The corners of a disc of radius 1.
@@ -148,6 +163,74 @@ Feature feature(const Cone& cone, const Vec3& d) {
   return lineFeature(rim, {0, 0, cone.halfHeight}, cone.radius / 2 * slope / (2 * cone.halfHeight));
 }
 
+// A hull's face, seen along its normal: u and v are across it.
+struct HullFace {
+  const Hull& hull;
+  const HalfSpace& plane;
+  Vec3 u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
+  bool has(const Vec3& corner) const {
+    return plane.offset - plane.normal.dot(corner) <= kOnPlane * plane.offset;
+  }
+};
+
+// The corners of a face in the order of their angles about their middle; false if there are too
+// many.
+bool allCorners(const HullFace& face, Feature& f) {
+  Vec3 middle = Vec3::Zero();
+  int all = 0;
+  for (const Vec3& corner : face.hull.corners)
+    if (face.has(corner)) middle += corner, ++all;
+  if (all > Feature::kMost) return false;
+  middle /= all;
+  std::array<double, Feature::kMost> angles;
+  for (const Vec3& corner : face.hull.corners) {
+    if (!face.has(corner)) continue;
+    const Vec3 out = corner - middle;
+    const double angle = std::atan2(out.dot(face.v), out.dot(face.u));
+    std::size_t at = static_cast<std::size_t>(f.count++);
+    for (; at > 0 && angles[at - 1] > angle; --at) {
+      angles[at] = angles[at - 1];
+      f.corners[at] = f.corners[at - 1];
+    }
+    angles[at] = angle;
+    f.corners[at] = corner;
+  }
+  return true;
+}
+
+// Of a face with more corners than a feature has: the farthest ones in as many directions.
+void farCorners(const HullFace& face, Feature& f) {
+  const Vec3* last = nullptr;
+  for (const Eigen::Vector2d& way : unitDisc()) {
+    const Vec3 along = way.x() * face.u + way.y() * face.v;
+    const Vec3* best = nullptr;
+    for (const Vec3& corner : face.hull.corners)
+      if (face.has(corner) && (!best || corner.dot(along) > best->dot(along))) best = &corner;
+    if (best == last) continue;
+    f.corners[static_cast<std::size_t>(f.count++)] = *best;
+    last = best;
+  }
+}
+
+Feature feature(const Hull& hull, const Vec3& d) {
+  const HalfSpace& plane = *std::max_element(hull.planes.begin(), hull.planes.end(),
+                                             [&d](const HalfSpace& one, const HalfSpace& other) {
+                                               return one.normal.dot(d) < other.normal.dot(d);
+                                             });
+  const HullFace face{hull, plane};
+  Feature f;
+  f.kind = Feature::Kind::Face;
+  if (!allCorners(face, f)) farCorners(face, f);
+  return f.count > 0 ? f : pointFeature(support(hull, d));
+}
+
+// Of the nearest plane.
+double innerRadius(const Hull& hull) {
+  double least = hull.planes.front().offset;
+  for (const HalfSpace& plane : hull.planes) least = std::min(least, plane.offset);
+  return least;
+}
+
 Box core(const Box& box, double skin) {
   const double off = std::min(skin, kCore * box.halfExtents.minCoeff());
   return Box{(box.halfExtents.array() - off).matrix()};
@@ -173,6 +256,7 @@ auto withConvex(const Solid& solid, Use&& use) {
   if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return use(*cylinder);
   if (const auto* capsule = std::get_if<Capsule>(&solid)) return use(*capsule);
   if (const auto* ball = std::get_if<Sphere>(&solid)) return use(*ball);
+  if (const auto* hull = std::get_if<Hull>(&solid)) return use(*hull);
   return use(std::get<Cone>(solid));
 }
 
@@ -180,6 +264,8 @@ auto withConvex(const Solid& solid, Use&& use) {
 
 bool isSimple(const Solid& solid) {
   if (const auto* cone = std::get_if<Cone>(&solid)) return cone->margin == 0;
+  if (const auto* hull = std::get_if<Hull>(&solid))
+    return hull->margin == 0 && !hull->edges.empty() && innerRadius(*hull) > 0;
   return std::holds_alternative<HalfSpace>(solid) || std::holds_alternative<Sphere>(solid) ||
          std::holds_alternative<Box>(solid) || std::holds_alternative<Capsule>(solid) ||
          std::holds_alternative<Cylinder>(solid);
@@ -194,11 +280,12 @@ double reachOf(const Solid& solid, const Vec3& direction) {
 }
 
 PlacedCore coreOf(const Solid& solid, double skin) {
-  if (const auto* box = std::get_if<Box>(&solid)) return {core(*box, skin), 0};
-  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return {core(*cylinder, skin), 0};
-  if (const auto* capsule = std::get_if<Capsule>(&solid))
-    return {Capsule{0, capsule->halfHeight}, 0};
-  if (std::holds_alternative<Sphere>(solid)) return {Capsule{0, 0}, 0};
+  if (const auto* box = std::get_if<Box>(&solid)) return {core(*box, skin)};
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return {core(*cylinder, skin)};
+  if (const auto* capsule = std::get_if<Capsule>(&solid)) return {Capsule{0, capsule->halfHeight}};
+  if (std::holds_alternative<Sphere>(solid)) return {Capsule{0, 0}};
+  if (const auto* hull = std::get_if<Hull>(&solid))
+    return {std::nullopt, 1 - std::min(skin / innerRadius(*hull), kCore)};
   PlacedCore placed;
   placed.solid = core(std::get<Cone>(solid), skin, placed.sinks);
   return placed;
@@ -209,6 +296,7 @@ Feature featureOf(const Solid& solid, const Vec3& direction) {
   if (const auto* cylinder = std::get_if<Cylinder>(&solid)) return feature(*cylinder, direction);
   if (const auto* capsule = std::get_if<Capsule>(&solid)) return feature(*capsule, direction);
   if (const auto* ball = std::get_if<Sphere>(&solid)) return pointFeature(ball->radius * direction);
+  if (const auto* hull = std::get_if<Hull>(&solid)) return feature(*hull, direction);
   return feature(std::get<Cone>(solid), direction);
 }
 

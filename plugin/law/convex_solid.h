@@ -9,8 +9,9 @@
 
 namespace cloudcontact {
 
-// Whether the functions below know the solid: a half-space, ball, box, capsule, cylinder, or a cone
-// without a margin.
+// Whether the functions below know the solid: a half-space, ball, box, capsule, cylinder, a cone
+// without a margin, or a hull without a margin whose frame's origin is inside and whose edges are
+// known.
 bool isSimple(const Solid& solid);
 
 // The point farthest along a direction of any length but 0; not of a half-space.
@@ -22,16 +23,20 @@ double reachOf(const Solid& solid, const Vec3& direction);
 // The solid less a skin: thinner by `skin` [m] on every face, but at least half as thick as the
 // solid. All within the skin of the core is the solid with rounded edges, so the way from core to
 // core is nearly that from solid to solid. A capsule's or ball's core is its segment or center (a
-// capsule of radius 0), and the way exact. Not of a half-space.
+// capsule of radius 0), and the way exact. A hull's is the hull itself, scaled, so the way is exact
+// where the same edges are the nearest. Not of a half-space.
 struct PlacedCore {
-  Solid solid = Sphere{};
-  double sinks = 0;  // [m] its center, down the axis
+  std::optional<Solid> solid;  // empty: the solid itself
+  double scale = 1;            // of the solid about its frame's origin
+  double sinks = 0;            // [m] its center, down the axis
 };
 PlacedCore coreOf(const Solid& solid, double skin);
 
 // The part of a solid's surface that faces a direction.
 struct Feature {
-  static constexpr int kMost = 16;  // corners of a face; a disc is a polygon
+  // Corners of a face; a disc is a polygon. Of a hull's face with more, those that lie farthest
+  // out.
+  static constexpr int kMost = 16;
   enum class Kind { Point, Line, Face } kind = Kind::Point;
   int count = 0;
   std::array<Vec3, kMost> corners;  // of a face in order, counterclockwise seen from outside

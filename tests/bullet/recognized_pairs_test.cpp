@@ -12,6 +12,7 @@
 
 #include "bullet/bullet_world.h"
 #include "contact/press_direction.h"
+#include "law/hulls.h"
 #include "mesh/turned_mesh.h"
 
 namespace cloudcontact::testing::recognized_pairs_test {
@@ -24,6 +25,8 @@ struct Fields {
   std::shared_ptr<const SurfaceField> box = fieldOf(boxMesh({1, 0.8, 0.6}), kVoxel);
   std::shared_ptr<const SurfaceField> ball = fieldOf(sphereMesh(0.5, 1e-4), kVoxel);
   std::shared_ptr<const SurfaceField> rod = fieldOf(test::roundMesh(0.4, 1, 256), kVoxel);
+  std::shared_ptr<const SurfaceField> prism =
+      fieldOf(test::meshOf(test::prismHull(6, 0.4, 0.3)), kVoxel);
   std::shared_ptr<const SurfaceField> table = fieldOf(boxMesh({6, 3, 0.5}), kVoxel);
 };
 const Fields& fields() {
@@ -279,6 +282,25 @@ TEST(RecognizedPairs, StackStandsWhereCloudsStand) {
   }
 }
 
+// Hexagonal blocks lie, lean over an edge of the table that bears them, and stand on each other,
+// where clouds do.
+TEST(RecognizedPairs, PrismsLieWhereCloudsLie) {
+  ASSERT_STREQ(shapeName(shapeOf(fields().prism)->recognized()->placed.solid), "hull");
+  const btQuaternion side(btVector3(0, 1, 0), btScalar(kPi / 2));
+  const std::vector<Body> bodies = {
+      {fields().table, 0, at({0, 0, btScalar(-0.25)})},
+      {fields().prism, 1, at({-2, 0, btScalar(0.3)})},
+      {fields().prism, 1, at({btScalar(-1.9), btScalar(0.1), btScalar(0.9)})},
+      {fields().prism, 1, at({0, 0, btScalar(0.4 / std::cos(kPi / 6))}, side)},
+      {fields().prism, 1, at({2, btScalar(1.35), btScalar(0.3)})}};
+  const auto clouds = outcome(bodies, false, 1, 1.0 / 240),
+             shapes = outcome(bodies, true, 4, 1.0 / 240);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    EXPECT_LE((clouds[i].getOrigin() - shapes[i].getOrigin()).length(), 0.2 * kVoxel) << i;
+    EXPECT_LE((shapes[i].getRotation() * clouds[i].getRotation().inverse()).getAngle(), 0.01) << i;
+  }
+}
+
 TEST(RecognizedPairs, BallsAndCylindersRollFreely) {
   for (const auto& [field, turn] :
        {std::pair{fields().ball, btQuaternion::getIdentity()}, std::pair{fields().rod, kOnSide}}) {
@@ -299,10 +321,11 @@ TEST(RecognizedPairs, BallsAndCylindersRollFreely) {
 // A drop in any pose onto any shape: the energy never grows beyond the start.
 TEST(RecognizedPairs, EnergyDoesNotGrow) {
   Random random(5);
-  for (int trial = 0; trial < 12; ++trial) {
+  for (int trial = 0; trial < 16; ++trial) {
     BulletWorld world;
     world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)})).setFriction(1);
-    const auto& field = trial % 3 == 0   ? fields().box
+    const auto& field = trial >= 12      ? fields().prism
+                        : trial % 3 == 0 ? fields().box
                         : trial % 3 == 1 ? fields().rod
                                          : fields().ball;
     const btQuaternion turn(

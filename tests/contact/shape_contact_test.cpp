@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "law/hulls.h"
+
 namespace cloudcontact::testing::shape_contact_test {
 namespace {
 
@@ -239,8 +241,10 @@ class RandomPairs {
         return Capsule{between(0.3, 0.6), between(0.3, 1)};
       case 3:
         return Cylinder{between(0.3, 1), between(0.3, 1)};
-      default:
+      case 4:
         return Cone{between(0.5, 1), between(0.5, 1), 0};
+      default:
+        return test::randomHull(8, between(0.3, 1), random_);
     }
   }
   Vec3 direction() {
@@ -250,7 +254,7 @@ class RandomPairs {
     return v.normalized();
   }
   Eigen::Quaterniond turn() { return turned(between(0, kPi), direction()); }
-  int kind() { return std::uniform_int_distribution<int>(0, 4)(random_); }
+  int kind() { return std::uniform_int_distribution<int>(0, 5)(random_); }
 
  private:
   std::mt19937 random_{11};
@@ -292,7 +296,7 @@ double leastDepth(const PlacedConvex& a, const PlacedConvex& b, int kStarts) {
 
 TEST(ShapeContact, DepthIsTheLeastOverAllDirections) {
   RandomPairs pairs;
-  for (int trial = 0; trial < 150; ++trial) {
+  for (int trial = 0; trial < 220; ++trial) {
     const int kinds[2] = {pairs.kind(), pairs.kind()};
     const Solid first = pairs.solid(kinds[0]), second = pairs.solid(kinds[1]);
     PlacedConvex a{&first, pairs.turn().toRotationMatrix(), Vec3::Zero()};
@@ -300,14 +304,82 @@ TEST(ShapeContact, DepthIsTheLeastOverAllDirections) {
     // Moves B until it overlaps by `wanted` along the way to A.
     const double wanted = pairs.between(0, 0.03);
     for (int k = 0; k < 6; ++k) b.at += (leastDepth(a, b, 1) - wanted) * b.at.normalized();
-    const double least = leastDepth(a, b, 8);
+    const double least = leastDepth(a, b, 12);
     const auto press = pressDirection(a, b);
     ASSERT_TRUE(press) << trial;
     // Never less, as every direction's depth is an upper bound.
     EXPECT_GE(press->depth, least - 2e-4) << trial;
     EXPECT_NEAR(press->depth, along(a, b, press->normal), 1e-9) << trial;
-    EXPECT_LE(press->depth, least + 1e-3) << trial << ": " << kinds[0] << ' ' << kinds[1];
+    const bool rimOnHull = std::minmax(kinds[0], kinds[1]).second == 5 &&
+                           (kinds[0] + kinds[1] == 8 || kinds[0] + kinds[1] == 9);
+    EXPECT_LE(press->depth, least + (rimOnHull ? 2e-3 : 1e-3))
+        << trial << ": " << kinds[0] << ' ' << kinds[1];
   }
+}
+
+// A box by its planes and corners is answered as the box is, though not by the box's formulas.
+TEST(ShapeContact, HullOfABoxIsTheBox) {
+  RandomPairs pairs;
+  const Vec3 half(0.5, 0.35, 0.2);
+  const Solid box = Box{half}, hull = test::boxHull(half);
+  int met = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const int kind = trial % 6;
+    const bool onGround = trial % 7 == 0;
+    const Solid other = onGround ? kGround : kind == 5 ? box : pairs.solid(kind);
+    // Faces that are nearly parallel, and any pose.
+    const Eigen::Quaterniond turn =
+        trial % 2 == 0 ? pairs.turn() : turned(pairs.between(0, 0.02), pairs.direction());
+    PlacedConvex a{&box, Eigen::Matrix3d::Identity(), Vec3::Zero()};
+    PlacedConvex b{&other, turn.toRotationMatrix(), 5 * pairs.direction()};
+    Pose pose{turn, b.at};
+    if (onGround) {
+      pose.position = Vec3(0, 0, 0);
+      pose.position = turn * Vec3(0, 0, -1) * (a.reach(turn * Vec3(0, 0, -1)) - 0.01);
+    } else {
+      for (int k = 0; k < 6; ++k) b.at += (leastDepth(a, b, 1) - 0.01) * b.at.normalized();
+      pose.position = b.at;
+    }
+    ShapeContact finder[2];
+    Wrench onOther[2];
+    int found = 0;
+    for (const Solid* body : {&box, &hull}) {
+      if (!finder[found].search(bodyOf(*body), bodyOf(other, pose), settingsOf(), kVoxel)) break;
+      onOther[found] = wrenchOnB(finder[found].withIds(), {}, {});
+      ++found;
+    }
+    if (found < 2) continue;  // an edge beside a face: clouds answer
+    const double force = onOther[0].force.norm();
+    met += force > 0;
+    // Between rims and edges both have a direction that is nearly the best.
+    const bool rim = !onGround && (kind == 3 || kind == 4);
+    const bool faces = kind == 1 || kind == 5;  // of two that are nearly parallel either is right
+    const double off = rim ? 0.3 : faces ? 0.021 : 1e-6;
+    EXPECT_LE((onOther[0].force - onOther[1].force).norm(), off * force) << trial << ' ' << kind;
+    EXPECT_LE((onOther[0].torque - onOther[1].torque).norm(), off * force) << trial << ' ' << kind;
+  }
+  EXPECT_GE(met, 250);
+}
+
+// A face of more corners than a feature holds, and a long prism on its edge.
+TEST(ShapeContact, PrismsRestOnTheirFacesAndEdges) {
+  const double d = 0.01;
+  const Solid many = test::prismHull(40, 0.5, 0.3);
+  const Answer flat = contactOf(bodyOf(kGround), bodyOf(many, {{}, Vec3(0, 0, 0.3 - d)}));
+  ASSERT_EQ(flat.contact.points.size(), 4u);
+  EXPECT_NEAR(flat.onB.force.z(), kStiffness * d, 1e-9);
+  EXPECT_NEAR(flat.contact.patches[0].area, kPi * 0.25, 0.03 * kPi * 0.25);
+  EXPECT_LE(flat.onB.torque.norm(), 5e-4 * kStiffness * d);  // 16 corners of 40
+  const Solid rod = test::prismHull(6, 0.2, 1);
+  const Eigen::Quaterniond lies = turned(kPi / 2, Vec3::UnitY());
+  const double edge = 0.2 / std::cos(kPi / 6);
+  const Pose pose{lies * turned(kPi / 6, Vec3::UnitZ()), Vec3(0, 0, edge - d)};
+  const Answer onFace = contactOf(bodyOf(kGround), bodyOf(rod, {lies, Vec3(0, 0, 0.2 - d)}));
+  const Answer onEdge = contactOf(bodyOf(kGround), bodyOf(rod, pose));
+  EXPECT_NEAR(onFace.onB.force.z(), kStiffness * d, 1e-9);
+  EXPECT_NEAR(onEdge.onB.force.z(), kStiffness * d, 1e-9);
+  // One of both faces presses, in a strip along the edge.
+  EXPECT_NEAR(onEdge.onB.torque.norm(), kStiffness * d * d / std::tan(kPi / 6) / 3, 1e-6);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "field/mesh_field.h"
+#include "law/hulls.h"
 #include "mesh/test_meshes.h"
 #include "mesh/turned_mesh.h"
 #include "voxels/small_clouds.h"
@@ -139,11 +140,6 @@ const Refused kRefused[] = {
      [](const Vec3& x) {
        return std::min(in(kBox, x), -in(Sphere{2}, x, {12, 9, 10}));
      }},
-    {"box with a chamfer of 1.5 voxels",
-     [](const Vec3& x) {
-       const Vec3 n = Vec3(1, 1, 0) / std::sqrt(2.0);
-       return std::min(in(kBox, x), (21 - 1.5) / std::sqrt(2.0) - n.dot(kPlace.toLocal(x)));
-     }},
     {"box with a bump",
      [](const Vec3& x) {
        return std::max(in(kBox, x), in(Sphere{1.5}, x, {3, 2, 10}));
@@ -161,15 +157,12 @@ const Refused kRefused[] = {
      }},
     {"box with a hole inside",
      [](const Vec3& x) { return std::min(in(kBox, x), -in(Sphere{4}, x)); }},
-    {"hexagonal nut's blank",
+    {"hexagonal nut",
      [](const Vec3& x) {
-       const Vec3 p = kPlace.toLocal(x);
-       double depth = 6 - std::abs(p.z());
-       for (int k = 0; k < 6; ++k)
-         depth =
-             std::min(depth, 12 - p.x() * std::cos(k * kPi / 3) - p.y() * std::sin(k * kPi / 3));
-       return depth;
+       return std::min(in(test::prismHull(6, 12, 6), x), -in(Cylinder{5, 20}, x));
      }},
+    {"hexagonal block with a round end",
+     [](const Vec3& x) { return std::min(in(test::prismHull(6, 10, 12), x), in(Sphere{15}, x)); }},
     {"ellipsoid",
      [](const Vec3& x) {
        return in(Ellipsoid{{12, 13, 15}}, x);
@@ -225,6 +218,89 @@ TEST(RecognizedShape, ToleranceMustBeANumberOfMeters) {
   EXPECT_THROW(recognizedShape(*field, -1), std::invalid_argument);
   EXPECT_THROW(recognizedShape(*field, std::nan("")), std::invalid_argument);
   EXPECT_FALSE(recognizedShape(*field, 0));
+}
+
+// Convex bodies with flat faces, lengths in voxels.
+struct Flat {
+  const char* name;
+  Hull hull;
+};
+
+std::vector<HalfSpace> regular(const std::vector<Vec3>& ways, double inner) {
+  std::vector<HalfSpace> planes;
+  for (const Vec3& way : ways) planes.push_back(test::facing(way, inner));
+  return planes;
+}
+
+Hull withPlane(Hull hull, const HalfSpace& plane) {
+  hull.planes.push_back(plane);
+  return test::hullOf(hull.planes);
+}
+
+std::vector<Flat> flatBodies() {
+  const double golden = (1 + std::sqrt(5.0)) / 2;
+  std::vector<Vec3> eight, twelve;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) eight.emplace_back(x, y, z);
+      for (int axis = 0; axis < 3; ++axis) {
+        Vec3 way = Vec3::Zero();
+        way[axis] = x;
+        way[(axis + 1) % 3] = y * golden;
+        twelve.push_back(way);
+      }
+    }
+  const Hull box = test::boxHull({12, 9, 10});
+  std::vector<Flat> bodies = {
+      {"tetrahedron", test::hullOf(regular({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, 7))},
+      {"octahedron", test::hullOf(regular(eight, 10))},
+      {"dodecahedron", test::hullOf(regular(twelve, 14))},
+      {"hexagonal prism", test::prismHull(6, 12, 6)},
+      {"prism of nine sides", test::prismHull(9, 17, 10)},
+      {"box that lacks an edge of 1.5 voxels",
+       withPlane(box, test::facing({1, 1, 0}, (21 - 1.5) / std::sqrt(2.0)))},
+      {"box that lacks an edge", withPlane(box, test::facing({1, 1, 0}, 16 / std::sqrt(2.0)))},
+      {"box that lacks a corner", withPlane(box, test::facing({1, 1, 1}, 23 / std::sqrt(3.0)))},
+      {"roof", withPlane(box, test::facing({1, 0, 1}, 3))},
+  };
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 4; ++trial)
+    bodies.push_back({"of random planes", test::randomHull(6 + 3 * trial, 15, random)});
+  return bodies;
+}
+
+// The found hull has the body's faces, each by its place, and no others.
+void expectFaces(const Flat& body, const Pose& pose, const PlacedSolid& found) {
+  const Hull& hull = std::get<Hull>(found.solid);
+  EXPECT_EQ(hull.planes.size(), body.hull.planes.size()) << body.name;
+  EXPECT_EQ(hull.corners.size() + hull.planes.size(), hull.edges.size() + 2) << body.name;
+  for (const HalfSpace& plane : body.hull.planes) {
+    Vec3 middle = Vec3::Zero();
+    const auto on = test::cornersOn(body.hull, plane);
+    for (const int i : on) middle += body.hull.corners[static_cast<std::size_t>(i)];
+    const Vec3 at = pose.toWorld(middle / static_cast<double>(on.size()));
+    const Vec3 normal = pose.orientation * plane.normal;
+    const bool is = std::any_of(hull.planes.begin(), hull.planes.end(), [&](const HalfSpace& p) {
+      const Vec3 n = found.place.orientation * p.normal;
+      return n.dot(normal) > std::cos(0.02) &&
+             std::abs(p.offset - n.dot(at - found.place.position)) < 0.05;
+    });
+    EXPECT_TRUE(is) << body.name << ": " << plane.normal.transpose();
+  }
+}
+
+TEST(RecognizedShape, FlatConvexBodiesAreHulls) {
+  RandomShapes shapes;
+  for (const Flat& body : flatBodies()) {
+    const Pose pose = shapes.pose();
+    const Mesh mesh = test::moved(test::meshOf(body.hull), pose.orientation, pose.position);
+    const auto found = recognizedShape(*fieldOf(mesh, 1), 0.45);
+    ASSERT_TRUE(found) << body.name;
+    ASSERT_STREQ(shapeName(found->placed.solid), "hull") << body.name;
+    expectFaces(body, pose, found->placed);
+    EXPECT_LE(farthest(mesh, found->placed), 0.15) << body.name;
+    EXPECT_LE(found->error, 0.45) << body.name;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RecognizedKind, ::testing::Range(0, 5));
