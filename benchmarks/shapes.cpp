@@ -1,7 +1,7 @@
-// Boxes, balls, capsules, cylinders and cones as clouds, as shapes that were recognised in clouds,
-// and as Bullet's primitives: processor time of one thread a pair and step in running scenes, in
-// one run. Each body lies on a box, or on one of its own kind, which is fixed. The three take turns
-// in rounds; the medians are printed.
+// Boxes, balls, capsules, cylinders, cones and hexagonal blocks as clouds, as shapes that were
+// recognised in clouds, and as Bullet's primitives: processor time of one thread a pair and step in
+// running scenes, in one run. Each body lies on a box, or on one of its own kind, which is fixed.
+// The three take turns in rounds; the medians are printed.
 //
 // shapes [steps] [voxels across]
 #include <btBulletDynamicsCommon.h>
@@ -14,6 +14,7 @@
 #include <memory>
 
 #include "contact/contact_cases.h"
+#include "law/hulls.h"
 #include "mesh/turned_mesh.h"
 #include "timing.h"
 
@@ -137,7 +138,16 @@ void compare(const Kind& moving, const Kind& fixed, double tolerance, int steps)
               s[1] / s[2], low[0], low[1], low[2]);
 }
 
+std::shared_ptr<btCollisionShape> hullShape(const Hull& hull) {
+  auto shape = std::make_shared<btConvexHullShape>();
+  for (const Vec3& c : hull.corners)
+    shape->addPoint(btVector3(btScalar(c.x()), btScalar(c.y()), btScalar(c.z())));
+  shape->initializePolyhedralFeatures();
+  return shape;
+}
+
 std::vector<Kind> kindsOf() {
+  const Hull block = test::prismHull(6, 0.4, 0.4);
   const btQuaternion upright = btQuaternion::getIdentity();
   const btQuaternion onSide(btVector3(1, 0, 0), SIMD_HALF_PI);
   const auto can = test::roundMesh(0.4, 1.0, 256);
@@ -167,7 +177,8 @@ std::vector<Kind> kindsOf() {
            std::make_shared<btConeShapeZ>(0.5, 1.0),
            0.5,
            upright,
-           {}}};
+           {}},
+          {"block", test::meshOf(block), hullShape(block), 0.4, upright, {}}};
 }
 
 }  // namespace
