@@ -107,7 +107,8 @@ void addToleranceOption(CLI::App& command, CommonOptions& o) {
   addPositive(
       command, "--tolerance",
       "contacts take the largest voxels whose surface is right to this [m], and a cloud that is a "
-      "ball, box, cylinder, capsule or cone within it meets others as that shape; not if not given",
+      "ball, box, cylinder, capsule, cone or convex body with flat faces within it meets others as "
+      "that shape; not if not given",
       "T", [&o](double v) { o.tolerance = v; });
   addPositive(
       command, "--budget",

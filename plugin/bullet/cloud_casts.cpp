@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
@@ -80,11 +81,17 @@ class ConvexForm {
   void make(const Cone& c) {
     shape_.emplace<btConeShapeZ>(btScalar(c.radius), btScalar(2 * c.halfHeight));
   }
+  void make(const Hull& h) {
+    btConvexHullShape& hull = shape_.emplace<btConvexHullShape>();
+    for (const Vec3& corner : h.corners) hull.addPoint(toBullet(corner), false);
+    hull.setMargin(0);
+    hull.recalcLocalAabb();
+  }
   template <typename Other>
   void make(const Other&) {}  // no closed form is one
 
   std::variant<std::monostate, btSphereShape, btBoxShape, btCylinderShapeZ, btCapsuleShapeZ,
-               btConeShapeZ>
+               btConeShapeZ, btConvexHullShape>
       shape_;
 };
 

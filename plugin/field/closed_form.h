@@ -1,4 +1,5 @@
-// The closed form of a cloud that is a ball, box, cylinder, capsule or cone, for rays and sweeps.
+// The closed form of a cloud that is a ball, box, cylinder, capsule, cone or convex body with flat
+// faces, for rays and sweeps.
 #pragma once
 
 #include <cloudcontact/field/recognized_shape.h>

@@ -18,7 +18,6 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::size_t kMostPlanes = 64;
 constexpr std::size_t kSeeds = 24;       // points that are tried for each face
 constexpr double kNear = 0.3;            // from a plane that a point lies on
 constexpr double kFacing = 0.95;         // cosine: its normal is the plane's
@@ -121,7 +120,7 @@ std::vector<Plane> facesOf(const std::vector<const ShapePoint*>& all) {
   std::vector<Plane> planes;
   std::vector<const ShapePoint*> rest = all;
   while (areaOf(rest) > kRest * whole) {
-    const auto plane = planes.size() < kMostPlanes ? largestFace(rest) : std::nullopt;
+    const auto plane = planes.size() < kMostFaces ? largestFace(rest) : std::nullopt;
     if (!plane) return {};
     const auto on = chosen(rest, [&](const ShapePoint& p) { return liesOn(p, *plane); });
     const auto beyond =

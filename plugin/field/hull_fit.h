@@ -8,9 +8,9 @@
 namespace cloudcontact {
 
 // The hull that the points' flat faces enclose, with its edges, about a place inside; empty where
-// the surface is not made of 4 to 64 flat faces, or is not convex. A curved surface is none,
-// however many faces would be near it: a body on facets does not roll. Lengths as in ShapePoint. Of
-// corners and edges this says nothing: whoever asks compares them.
+// the surface is not made of 4 to kMostFaces flat faces, or is not convex. A curved surface is
+// none, however many faces would be near it: a body on facets does not roll. Lengths as in
+// ShapePoint. Of corners and edges this says nothing: whoever asks compares them.
 std::optional<PlacedSolid> fittedHull(const std::vector<ShapePoint>& surface);
 
 // Of a hull that is simple (isSimple).

@@ -265,7 +265,8 @@ auto withConvex(const Solid& solid, Use&& use) {
 bool isSimple(const Solid& solid) {
   if (const auto* cone = std::get_if<Cone>(&solid)) return cone->margin == 0;
   if (const auto* hull = std::get_if<Hull>(&solid))
-    return hull->margin == 0 && !hull->edges.empty() && innerRadius(*hull) > 0;
+    return hull->margin == 0 && !hull->edges.empty() && hull->planes.size() <= kMostFaces &&
+           innerRadius(*hull) > 0;
   return std::holds_alternative<HalfSpace>(solid) || std::holds_alternative<Sphere>(solid) ||
          std::holds_alternative<Box>(solid) || std::holds_alternative<Capsule>(solid) ||
          std::holds_alternative<Cylinder>(solid);

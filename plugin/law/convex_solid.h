@@ -10,9 +10,10 @@
 namespace cloudcontact {
 
 // Whether the functions below know the solid: a half-space, ball, box, capsule, cylinder, a cone
-// without a margin, or a hull without a margin whose frame's origin is inside and whose edges are
-// known.
+// without a margin, or a hull of at most kMostFaces faces without a margin, whose frame's origin is
+// inside and whose edges are known. Of a hull all corners are asked for each face.
 bool isSimple(const Solid& solid);
+constexpr std::size_t kMostFaces = 64;
 
 // The point farthest along a direction of any length but 0; not of a half-space.
 Vec3 supportOf(const Solid& solid, const Vec3& direction);

@@ -1,7 +1,8 @@
-// Six bodies as clouds and as Bullet's triangle meshes, for queries that see both alike.
+// Seven bodies as clouds and as Bullet's triangle meshes, for queries that see both alike.
 #pragma once
 
 #include "bullet/bullet_world.h"
+#include "law/hulls.h"
 #include "law/triangle_point.h"
 #include "mesh/test_meshes.h"
 #include "mesh/thread_meshes.h"
@@ -77,7 +78,8 @@ inline std::vector<QueryBody> queryBodies(double facet, double voxel = kQueryVox
       {"torus", torus},
       {"cup", cupMesh(facet * 0.01, sides(0.3))},
       {"nut", test::turnedInsideOut(threadedRing(thread, 0.4, 0.45, 0, sides(0.4), sides(0.16)))},
-      {"cow", humpedMesh(sides(0.4), sides(0.2))}};
+      {"cow", humpedMesh(sides(0.4), sides(0.2))},
+      {"block", test::meshOf(test::prismHull(6, 0.3, 0.2))}};
   std::vector<QueryBody> bodies;
   for (auto& [name, mesh] : meshes) {
     QueryBody body{name, transformed(mesh, Pose{test::oddTurn(), Vec3::Zero()}), nullptr, 0};

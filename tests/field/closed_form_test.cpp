@@ -10,18 +10,20 @@
 #include "contact/contact_cases.h"
 #include "field/field_ray.h"
 #include "field/mesh_field.h"
+#include "law/hulls.h"
 #include "mesh/thread_meshes.h"
 #include "workpiece/cut_cases.h"
 
 namespace cloudcontact::testing::closed_form_test {
 namespace {
 
-// Rays through a ball and a box pass where the solids' depth is zero, in order, and never behind
-// their ends.
+// Rays through a ball, a box and a hexagonal block pass where the solids' depth is zero, in order,
+// and never behind their ends.
 TEST(ClosedForm, RaysPassItWhereItsDepthIsZero) {
   Random random(11);
   int passed = 0, missed = 0, within = 0;
-  for (const Mesh& mesh : {sphereMesh(0.3, 1e-4), boxMesh({0.6, 0.5, 0.4})}) {
+  for (const Mesh& mesh : {sphereMesh(0.3, 1e-4), boxMesh({0.6, 0.5, 0.4}),
+                           test::meshOf(test::prismHull(6, 0.25, 0.3))}) {
     const auto field = fieldOf(mesh, 0.02);
     const PlacedSolid& form = *closedForm(*field);
     for (int i = 0; i < 300; ++i) {
@@ -57,6 +59,9 @@ TEST(ClosedForm, BallsAndBoxesHaveOneToriAndWhatWasCutHaveNone) {
   ASSERT_TRUE(std::holds_alternative<Sphere>(form->solid));
   EXPECT_NEAR(std::get<Sphere>(form->solid).radius, 0.3, 0.002);
   EXPECT_TRUE(closedForm(*fieldOf(boxMesh({0.6, 0.5, 0.4}), 0.02)));
+  const auto block = fieldOf(test::meshOf(test::prismHull(6, 0.25, 0.3)), 0.02);
+  ASSERT_TRUE(closedForm(*block));
+  EXPECT_TRUE(std::holds_alternative<Hull>(closedForm(*block)->solid));
   const Mesh torus = revolvedMesh(96, 48, true, [](double angle, double along) {
     const double turn = 2 * std::numbers::pi * along, r = 0.3 + 0.1 * std::cos(turn);
     return Vec3(r * std::cos(angle), r * std::sin(angle), 0.1 * std::sin(turn));
