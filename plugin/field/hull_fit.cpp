@@ -24,6 +24,7 @@ constexpr double kFacing = 0.95;         // cosine: its normal is the plane's
 constexpr double kFlat = 0.998;          // cosine, 3.6 deg: as flat faces' normals are
 constexpr double kFlatShare = 0.5;       // of a face, at least, is flat; of a ball's cap little is
 constexpr double kRest = 0.05;           // of the surface may lie on no plane, all beside edges
+constexpr double kLeastFace = 0.002;     // of the surface
 constexpr double kBeyond = 0.02;         // of the surface may lie beyond a plane ...
 constexpr double kFarBeyond = 1;         // ... by more than this
 constexpr double kInside = 1;            // from all other planes: points for the second fit
@@ -114,21 +115,32 @@ double areaOf(const std::vector<const ShapePoint*>& points) {
   return area;
 }
 
-// Empty if the surface is not made of flat faces or is not convex.
-std::vector<Plane> facesOf(const std::vector<const ShapePoint*>& all) {
+// Whether a plane that most of the rest lies on is a face of a convex body.
+bool isFace(const Plane& plane, const std::vector<const ShapePoint*>& on,
+            const std::vector<const ShapePoint*>& all, double whole) {
+  const auto beyond =
+      chosen(all, [&](const ShapePoint& p) { return plane.above(p.position) > kFarBeyond; });
+  return isFlat(on, plane) && areaOf(on) >= kLeastFace * whole && areaOf(beyond) <= kBeyond * whole;
+}
+
+// The faces, largest first. `enough`: how many of them are most of the surface; the others are
+// narrow, or what edges look like. None if the surface is not made of flat faces or is not convex.
+std::vector<Plane> facesOf(const std::vector<const ShapePoint*>& all, std::size_t& enough) {
   const double whole = areaOf(all);
   std::vector<Plane> planes;
   std::vector<const ShapePoint*> rest = all;
-  while (areaOf(rest) > kRest * whole) {
-    const auto plane = planes.size() < kMostFaces ? largestFace(rest) : std::nullopt;
-    if (!plane) return {};
+  enough = 0;
+  while (planes.size() < kMostFaces) {
+    if (enough == 0 && areaOf(rest) <= kRest * whole) enough = planes.size();
+    const auto plane = largestFace(rest);
+    if (!plane) break;
     const auto on = chosen(rest, [&](const ShapePoint& p) { return liesOn(p, *plane); });
-    const auto beyond =
-        chosen(all, [&](const ShapePoint& p) { return plane->above(p.position) > kFarBeyond; });
-    if (!isFlat(on, *plane) || areaOf(beyond) > kBeyond * whole) return {};
+    if (!isFace(*plane, on, all, whole)) break;
     planes.push_back(*plane);
     rest = chosen(rest, [&](const ShapePoint& p) { return !liesOn(p, *plane); });
   }
+  if (areaOf(rest) > kRest * whole) planes.clear();
+  if (enough == 0) enough = planes.size();
   return planes;
 }
 
@@ -200,7 +212,7 @@ void fitAgain(const std::vector<const ShapePoint*>& all, std::vector<Plane>& pla
   }
 }
 
-PlacedSolid hullOf(const std::vector<Plane>& planes, const std::vector<Corner>& corners,
+PlacedSolid placed(const std::vector<Plane>& planes, const std::vector<Corner>& corners,
                    std::vector<std::pair<int, int>> edges) {
   Vec3 middle = Vec3::Zero();
   for (const Corner& corner : corners) middle += corner.at;
@@ -212,22 +224,33 @@ PlacedSolid hullOf(const std::vector<Plane>& planes, const std::vector<Corner>& 
   return {hull, {Eigen::Quaterniond::Identity(), middle}};
 }
 
-}  // namespace
-
-std::optional<PlacedSolid> fittedHull(const std::vector<ShapePoint>& surface) {
-  std::vector<const ShapePoint*> all;
-  for (const ShapePoint& p : surface) all.push_back(&p);
-  std::vector<Plane> planes = facesOf(all);
-  if (planes.size() < 4) return std::nullopt;
+// The hull inside the planes, which are fitted again; empty if they enclose none, or one of them is
+// beyond the others.
+std::optional<PlacedSolid> hullOf(const std::vector<const ShapePoint*>& all,
+                                  std::vector<Plane> planes) {
   std::vector<Corner> corners = cornersOf(planes);
   if (!isClosed(planes, corners, edgesOf(corners))) return std::nullopt;
   fitAgain(all, planes);
   corners = cornersOf(planes);
   auto edges = edgesOf(corners);
   if (!isClosed(planes, corners, edges)) return std::nullopt;
-  PlacedSolid placed = hullOf(planes, corners, std::move(edges));
-  if (!isSimple(placed.solid)) return std::nullopt;
-  return placed;
+  PlacedSolid hull = placed(planes, corners, std::move(edges));
+  if (!isSimple(hull.solid)) return std::nullopt;
+  return hull;
+}
+
+}  // namespace
+
+std::vector<PlacedSolid> fittedHulls(const std::vector<ShapePoint>& surface) {
+  std::vector<const ShapePoint*> all;
+  for (const ShapePoint& p : surface) all.push_back(&p);
+  std::size_t enough = 0;
+  const std::vector<Plane> planes = facesOf(all, enough);
+  std::vector<PlacedSolid> hulls;
+  for (std::size_t n = std::max<std::size_t>(4, enough); n <= planes.size(); ++n)
+    if (auto hull = hullOf(all, {planes.begin(), planes.begin() + static_cast<long>(n)}))
+      hulls.push_back(std::move(*hull));
+  return hulls;
 }
 
 double volumeOf(const Hull& hull) {

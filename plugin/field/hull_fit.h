@@ -1,17 +1,16 @@
 // Fits a convex body with flat faces to points of a surface.
 #pragma once
 
-#include <optional>
-
 #include "field/shape_fit.h"
 
 namespace cloudcontact {
 
-// The hull that the points' flat faces enclose, with its edges, about a place inside; empty where
-// the surface is not made of 4 to kMostFaces flat faces, or is not convex. A curved surface is
-// none, however many faces would be near it: a body on facets does not roll. Lengths as in
-// ShapePoint. Of corners and edges this says nothing: whoever asks compares them.
-std::optional<PlacedSolid> fittedHull(const std::vector<ShapePoint>& surface);
+// The hulls that the points' flat faces enclose, with their edges, about a place inside: one by the
+// faces on which most of the surface lies, then one more for each narrow face. None where the
+// surface is not made of 4 to kMostFaces flat faces, or is not convex. A curved surface is none,
+// however many faces would be near it: a body on facets does not roll. Lengths as in ShapePoint. Of
+// corners and edges this says nothing: whoever asks compares them.
+std::vector<PlacedSolid> fittedHulls(const std::vector<ShapePoint>& surface);
 
 // Of a hull that is simple (isSimple).
 double volumeOf(const Hull& hull);

@@ -218,7 +218,10 @@ std::optional<RecognizedShape> recognizedShape(const SurfaceField& field, double
     if (best && std::holds_alternative<Sphere>(shape.solid)) break;
   }
   if (best) return best;
-  if (const auto hull = fittedHull(pieces)) offer(*hull);
+  for (const PlacedSolid& hull : fittedHulls(pieces)) {
+    offer(hull);
+    if (best) break;
+  }
   return best;
 }
 
