@@ -156,6 +156,21 @@ void PairReader::chooseLevels(const CloudContactSettings& settings,
     query.settings.samples = std::min(settings.samples, query.levels.samples);
 }
 
+// Kept ones, or chosen.
+void PairReader::setLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                           const btCollisionObjectWrapper& b, PairQuery& query) {
+  const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
+  const auto lives = [&](int side) {
+    return !clouds[side] || clouds[side]->life() == shapesLevels_->lives[side];
+  };
+  if (shapesLevels_ && !(lives(0) && lives(1))) shapesLevels_.reset();
+  if (!shapesLevels_) return chooseLevels(settings, a, b, query);
+  ContactBody* const bodies[2] = {&query.a, &query.b};
+  query.levels = shapesLevels_->choice;
+  PairLevels::apply(query.levels, clouds, bodies);
+  query.settings.samples = settings.samples;
+}
+
 // False if there is no query, and why.
 bool PairReader::setBodies(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                            const btCollisionObjectWrapper& b, double gap, const Touch* touch,
@@ -172,7 +187,7 @@ bool PairReader::setBodies(const CloudContactSettings& settings, const btCollisi
     const CloudShape* const cloud = cloudOf(*wraps[side]);
     if (cloud && !cloud->scalesEvenly()) query.wrong = kUneven;
   }
-  if (!query.wrong) chooseLevels(settings, a, b, query);
+  if (!query.wrong) setLevels(settings, a, b, query);
   for (int side = 0; side < 2 && !query.wrong; ++side) {
     ContactBody& body = *bodies[side];
     if (body.field) continue;
@@ -212,6 +227,10 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
   readShapes(a, b, query);
   for (int side = 0; side < 2; ++side)
     if (clouds[side]) query.lives[side] = clouds[side]->life();
+  if (!query.byShapes)
+    shapesLevels_.reset();
+  else if (!shapesLevels_)
+    shapesLevels_ = KeptLevels{query.levels, {query.lives[0], query.lives[1]}};
   query.settings.verletLists = settings.lists;
   if (steps) {
     query.settings.margin = reachOf(query.a, query.b, query.voxel, step);

@@ -4,6 +4,8 @@
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/contact/paper_body.h>
 
+#include <optional>
+
 #include "bullet/pair_law.h"
 #include "bullet/pair_levels.h"
 #include "bullet/shape_conversion.h"
@@ -58,7 +60,8 @@ class PairReader {
   PairQuery read(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, double step, bool steps, double gap = 0,
                  const Touch* touch = nullptr);
-  // Chooses the levels of a query again.
+  // Chooses the levels of a query again. One that is answered by shapes has those of the first such
+  // query, as shapes use none; choose them before its fields are searched after all.
   void chooseLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                     const btCollisionObjectWrapper& b, PairQuery& query) const;
   PairLevels& levels() { return levels_; }
@@ -67,6 +70,8 @@ class PairReader {
   bool setBodies(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
                  const btCollisionObjectWrapper& b, double gap, const Touch* touch,
                  PairQuery& query);
+  void setLevels(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
+                 const btCollisionObjectWrapper& b, PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);
   void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
@@ -75,6 +80,11 @@ class PairReader {
   ConversionCache converted_[2];
   ShapeTriangles triangles_[2];
   PairLevels levels_;
+  struct KeptLevels {
+    LevelChoice choice;
+    std::shared_ptr<const void> lives[2];
+  };
+  std::optional<KeptLevels> shapesLevels_;  // while the pair is answered by shapes
   std::mutex& reading_;
   std::shared_ptr<const PaperBody> paper_[2];
 };

@@ -125,6 +125,7 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
                                                      asShape(query.b, query.recognized[1]),
                                                      query.settings, query.voxel);
   if (answeredByShapes) return shapes.withIds();
+  if (query.byShapes) reader.chooseLevels(narrowPhase.settings(), a, b, query);
   earlier = search(query);
   if (query.levels.tolerance > 0)
     levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
@@ -185,6 +186,7 @@ std::optional<Touch> PairState::sweepOn(const btCollisionObjectWrapper& a,
     const auto lock = narrowPhase.lockToRead();
     if (!isSwept(a, b, info)) return std::nullopt;
     if (!sweep) sweep = std::make_unique<PairSweep>(narrowPhase.workspace(), narrowPhase.reading());
+    if (query.byShapes) reader.chooseLevels(narrowPhase.settings(), a, b, query);
     touch = sweep->find(query, a, b, double(info.m_timeStep));
   }
   if (touch) query = read(a, b, info.m_timeStep, true, 0, &*touch);
