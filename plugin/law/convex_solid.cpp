@@ -9,8 +9,10 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr double kCore = 0.5;      // a core's share of the solid's least half-width
-constexpr double kOnPlane = 1e-7;  // of a plane's distance to the center: a corner lies on it
+constexpr double kCore = 0.5;  // a core's share of the solid's least half-width
+// Of a corner's distance to the center: it lies on a plane. Bullet computes hulls of floats, and
+// may split a face in two.
+constexpr double kOnPlane = 3e-6;
 
 // The unit direction of a vector across the z axis; x where it has none.
 Vec3 radial(const Vec3& v) {
@@ -169,7 +171,7 @@ struct HullFace {
   const HalfSpace& plane;
   Vec3 u = plane.normal.unitOrthogonal(), v = plane.normal.cross(u);
   bool has(const Vec3& corner) const {
-    return plane.offset - plane.normal.dot(corner) <= kOnPlane * plane.offset;
+    return plane.offset - plane.normal.dot(corner) <= kOnPlane * corner.norm();
   }
 };
 

@@ -92,6 +92,23 @@ TEST(RecognizedPairs, PressWithStiffnessTimesDepth) {
   const double apart = std::hypot(0.6, 0.8 - d);
   EXPECT_NEAR(-ball.points[0].getDistance(), 1 - apart, 0.04 * kVoxel);
   EXPECT_NEAR(ball.points[0].m_combinedContactStiffness1, 1e4, 1e-2);
+  // A hull of Bullet's; one with a margin has round edges, and meets the cloud.
+  for (const double margin : {0., 0.04}) {
+    const Pressed hull = pressed(settings, [&](BulletWorld& world) {
+      auto shape = std::make_unique<btConvexHullShape>();
+      for (const Vec3& corner : test::prismHull(6, 0.4, 0.3).corners)
+        shape->addPoint({btScalar(corner.x()), btScalar(corner.y()), btScalar(corner.z())});
+      shape->setMargin(btScalar(margin));
+      world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
+      world.add(std::move(shape), 1, at({0, 0, btScalar(0.3 + margin - d)}));
+    });
+    EXPECT_EQ(hull.shapes, margin == 0 ? 1u : 0u);
+    ASSERT_EQ(hull.points.size(), 4u);
+    double pushes = 0;
+    for (const btManifoldPoint& p : hull.points)
+      pushes += p.m_combinedContactStiffness1 * -p.getDistance();
+    EXPECT_NEAR(pushes, 1e4 * d, 1e4 * (margin == 0 ? 1e-3 : 0.4) * kVoxel);  // the tolerance
+  }
 }
 
 TEST(RecognizedPairs, OthersMeetAsClouds) {
