@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -88,7 +89,7 @@ inline Hull boxHull(const Vec3& half) {
 inline Hull prismHull(int sides, double inner, double halfHeight) {
   std::vector<HalfSpace> planes = {{Vec3::UnitZ(), halfHeight}, {-Vec3::UnitZ(), halfHeight}};
   for (int k = 0; k < sides; ++k) {
-    const double angle = 2 * 3.14159265358979323846 * k / sides;
+    const double angle = 2 * std::numbers::pi * k / sides;
     planes.push_back({Vec3(std::cos(angle), std::sin(angle), 0), inner});
   }
   return hullOf(planes);
