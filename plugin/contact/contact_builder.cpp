@@ -30,6 +30,7 @@ void validate(const ContactBody& body, const char* name) {
   if ((body.field != nullptr) == (body.shape != nullptr))
     throw std::invalid_argument(std::string("ContactFinder::find: body ") + name +
                                 " needs either a field or a shape");
+  if (body.shape) validateBody(*body.shape);
   if (!body.pose.position.allFinite() || !body.pose.orientation.coeffs().allFinite())
     throw std::invalid_argument(std::string("ContactFinder::find: the pose of body ") + name +
                                 " is not finite");

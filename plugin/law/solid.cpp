@@ -12,7 +12,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <string>
 
 #include "base/grid_index.h"
 #include "law/triangle_surface.h"
@@ -384,52 +383,6 @@ struct PlacedBounds {
   }
 };
 
-void requireSizes(const char* what, const Vec3& sizes) {
-  if (!(sizes.array() > 0).all() || !sizes.allFinite())
-    throw std::invalid_argument(std::string(what) + " must be positive and finite");
-}
-void requireMargin(const char* what, double margin) {
-  if (!(margin >= 0) || !std::isfinite(margin))
-    throw std::invalid_argument(std::string(what) + " margin must be at least 0 and finite");
-}
-
-struct Validation {
-  void operator()(const HalfSpace&) const {
-    throw std::invalid_argument("an area must be bounded; a half-space is not");
-  }
-  void operator()(const Sphere& s) const {
-    requireSizes("a sphere's radius", Vec3::Constant(s.radius));
-  }
-  void operator()(const Box& b) const { requireSizes("a box's half extents", b.halfExtents); }
-  void operator()(const Ellipsoid& e) const {
-    requireSizes("an ellipsoid's semi-axes", e.semiAxes);
-  }
-  void operator()(const Capsule& c) const {
-    requireSizes("a capsule's radius and half height", {c.radius, c.radius, c.halfHeight});
-  }
-  void operator()(const Cylinder& c) const {
-    requireSizes("a cylinder's radius and half height", {c.radius, c.radius, c.halfHeight});
-  }
-  void operator()(const Cone& c) const {
-    requireSizes("a cone's radius and half height", {c.radius, c.radius, c.halfHeight});
-    requireMargin("a cone's", c.margin);
-  }
-  void operator()(const Hull& hull) const {
-    if (hull.planes.size() < 4 || hull.corners.empty())
-      throw std::invalid_argument("a hull needs at least four planes, and corners for its bounds");
-    requireSizes("a hull's extents", localBounds(hull).sizes());
-    requireMargin("a hull's", hull.margin);
-  }
-  void operator()(const CloudSolid& c) const {
-    if (!c.cloud || !c.depth)
-      throw std::invalid_argument("a cloud solid has no cloud: make it with cloudSolid()");
-    requireSizes("a cloud solid's voxel", Vec3::Constant(c.cloud->voxelSize()));
-  }
-  void operator()(const SurfaceSolid&) const {
-    throw std::invalid_argument("an area must enclose a volume; triangles need not");
-  }
-};
-
 }  // namespace
 
 SolidPoint solidAt(const Solid& solid, const Vec3& local) {
@@ -442,12 +395,6 @@ Eigen::AlignedBox3d boundsOf(const Solid& solid) {
 
 bool isDistance(const Solid& solid) {
   return !std::holds_alternative<Ellipsoid>(solid) && !std::holds_alternative<SurfaceSolid>(solid);
-}
-
-void validate(const PlacedSolid& area) {
-  std::visit(Validation{}, area.solid);
-  if (!area.place.position.allFinite() || !area.place.orientation.coeffs().allFinite())
-    throw std::invalid_argument("an area's place must be finite");
 }
 
 double depthOf(const PlacedSolid& area, const Vec3& point) {

@@ -71,6 +71,18 @@ Bytes coverageOf(const py::array& values) {
   return bytes;
 }
 
+// Numbers of materials, for voxels of that coverage.
+Bytes materialOf(const py::object& material, const Bytes& coverage) {
+  const Integers numbers = integersOf("material", material);
+  if (numbers.ndim() != 3 || numbers.size() != coverage.size() ||
+      numbers.shape(0) != coverage.shape(0) || numbers.shape(1) != coverage.shape(1))
+    throw std::invalid_argument("material: give an array of the shape of the coverage");
+  for (py::ssize_t i = 0; i < numbers.size(); ++i)
+    if (numbers.data()[i] < 0 || numbers.data()[i] > 255)
+      throw std::invalid_argument("material: is not in 0..255; give numbers into `materials`");
+  return Bytes::ensure(material);
+}
+
 Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
                 const py::object& material, std::vector<std::string> names) {
   const Bytes coverage = coverageOf(values);
@@ -79,10 +91,7 @@ Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
   voxels.coverage = {coverage.data(), static_cast<std::size_t>(coverage.size())};
   Bytes numbers;
   if (!material.is_none()) {
-    numbers = Bytes::ensure(material);
-    if (!numbers || numbers.ndim() != 3 || numbers.size() != coverage.size() ||
-        numbers.shape(0) != coverage.shape(0) || numbers.shape(1) != coverage.shape(1))
-      throw std::invalid_argument("material: give an array of the shape of the coverage");
+    numbers = materialOf(material, coverage);
     voxels.material = {numbers.data(), static_cast<std::size_t>(numbers.size())};
   }
   const py::gil_scoped_release unlocked;

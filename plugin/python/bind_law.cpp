@@ -82,18 +82,26 @@ void bindTissues(py::module_& module) {
              "scales those of the others.");
 }
 
+// The solid, if it has a volume.
+template <typename Kind>
+Kind withVolume(const Kind& solid) {
+  validate(PlacedSolid{solid, {}});
+  return solid;
+}
+
 void bindRoundSolids(py::module_& module) {
   py::class_<Sphere>(module, "Sphere", "A ball about the origin.")
-      .def(py::init([](double radius) { return Sphere{radius}; }), "radius"_a, "radius [m].")
+      .def(py::init([](double radius) { return withVolume(Sphere{radius}); }), "radius"_a,
+           "radius [m].")
       .def_readonly("radius", &Sphere::radius, "[m]");
   py::class_<Ellipsoid>(module, "Ellipsoid", "An ellipsoid about the origin.")
-      .def(py::init([](const Vec3& axes) { return Ellipsoid{axes}; }), "semi_axes"_a,
+      .def(py::init([](const Vec3& axes) { return withVolume(Ellipsoid{axes}); }), "semi_axes"_a,
            "semi_axes: along x, y, z, (3,) [m].")
       .def_property_readonly(
           "semi_axes", [](const Ellipsoid& e) { return e.semiAxes; }, "[m]");
   py::class_<Capsule>(module, "Capsule", "All within `radius` of a segment on the axis z.")
       .def(py::init([](double r, double h) {
-             return Capsule{r, h};
+             return withVolume(Capsule{r, h});
            }),
            "radius"_a, "half_height"_a,
            "radius [m]. half_height: half the length of the segment [m].")
@@ -101,14 +109,14 @@ void bindRoundSolids(py::module_& module) {
       .def_readonly("half_height", &Capsule::halfHeight, "[m]");
   py::class_<Cylinder>(module, "Cylinder", "A cylinder about the axis z.")
       .def(py::init([](double r, double h) {
-             return Cylinder{r, h};
+             return withVolume(Cylinder{r, h});
            }),
            "radius"_a, "half_height"_a, "radius [m]. half_height [m].")
       .def_readonly("radius", &Cylinder::radius, "[m]")
       .def_readonly("half_height", &Cylinder::halfHeight, "[m]");
   py::class_<Cone>(module, "Cone", "A cone about the axis z, its tip at +half_height.")
       .def(py::init([](double r, double h) {
-             return Cone{r, h, 0};
+             return withVolume(Cone{r, h, 0});
            }),
            "radius"_a, "half_height"_a, "radius of its base at -half_height [m]. half_height [m].")
       .def_readonly("radius", &Cone::radius, "[m]")
@@ -130,7 +138,7 @@ void bindSolids(py::module_& module) {
           "normal", [](const HalfSpace& h) { return h.normal; }, "(3,)")
       .def_readonly("offset", &HalfSpace::offset, "[m]");
   py::class_<Box>(module, "Box", "A box about the origin.")
-      .def(py::init([](const Vec3& half) { return Box{half}; }), "half_extents"_a,
+      .def(py::init([](const Vec3& half) { return withVolume(Box{half}); }), "half_extents"_a,
            "half_extents: half its edges along x, y, z, (3,) [m].")
       .def_property_readonly(
           "half_extents", [](const Box& b) { return b.halfExtents; }, "[m]");

@@ -14,8 +14,7 @@ using namespace py::literals;
 
 Mesh meshFrom(const py::object& vertices, const py::object& triangles, const py::object& unit) {
   const Numbers v = rowsOf("vertices", vertices, 3);
-  const Integers t = Integers::ensure(triangles);
-  if (!t) PyErr_Clear();
+  const Integers t = integersOf("triangles", triangles);
   if (!t || t.ndim() != 2 || t.shape(1) != 3)
     throw std::invalid_argument("triangles: give an array of integers of the shape (n, 3)");
   const double meters = unitOf(unit);

@@ -5,6 +5,7 @@
 #include <cloudcontact/workpiece/cloud_solid.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "io/options.h"
@@ -90,6 +91,22 @@ Pose poseOf(const char* what, const py::object& value) {
     return poseOfMatrix(what, numbers);
   throw std::invalid_argument(std::string(what) +
                               ": give a Pose, x y z, x y z qx qy qz qw, or a matrix (4, 4)");
+}
+
+Integers integersOf(const char* what, const py::object& value) {
+  const py::array array = py::array::ensure(value);
+  if (!array) PyErr_Clear();
+  if (!array || std::string("biuf").find(array.dtype().kind()) == std::string::npos) return {};
+  // numpy cuts 0.5 to 0 and 2^32 to 0 without a word.
+  if (!py::isinstance<Integers>(array)) {
+    const Numbers numbers = Numbers::ensure(array);
+    constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+    for (py::ssize_t i = 0; i < numbers.size(); ++i)
+      if (const double n = numbers.data()[i]; !(std::abs(n) <= kMost && n == std::floor(n)))
+        throw std::invalid_argument(std::string(what) +
+                                    ": a number is not whole, or too large; give integers");
+  }
+  return Integers::ensure(array);
 }
 
 std::vector<Pose> posesOf(const char* what, const py::object& values) {

@@ -24,6 +24,10 @@ namespace py = pybind11;
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Integers = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 
+// Whole numbers of any type; empty where `value` is no array of numbers. Throws
+// std::invalid_argument, naming `what`, where a number is not whole or does not fit.
+Integers integersOf(const char* what, const py::object& value);
+
 // A Python object that keeps a value alive.
 template <typename Value>
 py::object keeping(Value value) {

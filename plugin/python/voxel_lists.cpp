@@ -6,8 +6,7 @@
 namespace cloudcontact::python {
 
 std::vector<VoxelIndex> voxelsFrom(const py::object& voxels) {
-  const Integers rows = Integers::ensure(voxels);
-  if (!rows) PyErr_Clear();
+  const Integers rows = integersOf("voxels", voxels);
   if (!rows || rows.ndim() != 2 || rows.shape(1) != 3)
     throw std::invalid_argument("voxels: give an array of integers of the shape (n, 3)");
   std::vector<VoxelIndex> list;
@@ -21,8 +20,7 @@ std::vector<VoxelCut> cutsFrom(const py::object& voxels, const py::object& cover
   std::vector<VoxelCut> cuts;
   for (const VoxelIndex& voxel : list) cuts.push_back({voxel, 0});
   if (coverage.is_none()) return cuts;
-  const Integers numbers = Integers::ensure(coverage);
-  if (!numbers) PyErr_Clear();
+  const Integers numbers = integersOf("coverage", coverage);
   const bool one = numbers && numbers.ndim() == 0;
   if (!numbers || (!one && (numbers.ndim() != 1 || numbers.size() != py::ssize_t(cuts.size()))))
     throw std::invalid_argument("coverage: give one number for each voxel, or one for all");

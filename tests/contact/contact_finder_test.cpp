@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <set>
 
@@ -164,6 +165,25 @@ TEST(ContactFinderOverhang, NoPatchIsDeeperThanTheBodies) {
       }
     }
   }
+}
+
+// Such bodies touched nothing, without a word.
+TEST(ContactFinderInput, LengthsOfShapesAreValidated) {
+  BodyMaker maker{kVoxel, Random(33)};
+  const Body box = maker.box({10, 10, 10});
+  ContactFinder finder;
+  const auto meet = [&](const Solid& solid) {
+    const Body shape = BodyMaker::shape(solid);
+    finder.find(box.at({}), shape.at({}), {});
+  };
+  const double nan = std::nan("");
+  for (const Solid& solid : std::initializer_list<Solid>{
+           Sphere{-1}, Sphere{nan}, Box{{1, -1, 1}}, Ellipsoid{{1, 0, 1}}, Capsule{1, -1},
+           Cylinder{-1, 1}, Cone{1, nan, 0}, Cone{1, 1, -1}, HalfSpace{{0, 0, nan}, 0}})
+    EXPECT_THROW(meet(solid), std::invalid_argument) << "kind " << solid.index();
+  for (const Solid& solid :
+       std::initializer_list<Solid>{Sphere{0}, Box{{1, 0, 1}}, Capsule{1, 0}, Cylinder{1, 0}})
+    EXPECT_NO_THROW(meet(solid)) << "kind " << solid.index() << ": Bullet has such shapes";
 }
 
 TEST(ContactFinderInput, IsValidated) {

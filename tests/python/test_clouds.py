@@ -175,6 +175,9 @@ def test_the_device_gives_the_same_bits(box, box_cloud):
         (lambda: cc.Cloud.from_array(np.ones((2, 2, 2)), -1), ValueError, "voxel"),
         (lambda: cc.Cloud.from_array(np.ones((2, 2, 2)), 1, material=np.ones((2, 2, 2)), materials=["a"]),
          ValueError, "material"),
+        (lambda: cc.Cloud.from_array(np.ones((1, 1, 1)), 1, material=[[[256]]], materials=["a"]), ValueError, "0..255"),
+        (lambda: cc.Mesh(box_arrays(BOX)[0], box_arrays(BOX)[1] + 0.5), ValueError, "triangles: .*whole"),
+        (lambda: cc.Mesh(box_arrays(BOX)[0], box_arrays(BOX)[1] + 2**32), ValueError, "triangles: .*too large"),
         (lambda: cc.CtVolume(np.zeros(3), [1, 1, 1]), ValueError, r"\(nx, ny, nz\)"),
     ],
 )  # fmt: skip

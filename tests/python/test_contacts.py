@@ -161,6 +161,9 @@ def test_one_thread_gives_the_same_bits(box_field, ball_field):
     "call, words",
     [
         (lambda f: cc.contact(cc.HalfSpace(), cc.Sphere(1)), "both bodies|shape"),
+        (lambda f: cc.contact(cc.Sphere(-1), f), "sphere's radius"),
+        (lambda f: cc.contact(cc.Box([1, np.nan, 1]), f), "box's half extents"),
+        (lambda f: cc.contact(cc.Cone(1, 0), f), "cone's radius and half height"),
         (lambda f: cc.contact(f, f, [0, np.nan, 0]), "finite"),
         (lambda f: cc.contact(f, f, [0, 1]), "pose: give a Pose"),
         (lambda f: cc.contact(f, f, np.diag([2.0, 1, 1, 1])), "rigid one"),

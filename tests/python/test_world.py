@@ -206,6 +206,7 @@ def test_a_thousand_worlds_leave_nothing():
         (lambda s: s.add("floor", cc.Sphere(1)), ValueError, "another name"),
         (lambda s: s.add("a", "none.stl"), ValueError, "no file 'none.stl'"),
         (lambda s: s.add("a", 3), ValueError, "shape: give"),
+        (lambda s: s.add("a", cc.Cylinder(1, -1)), ValueError, "cylinder's radius and half height"),
         (lambda s: s.add("a", cc.HalfSpace()), ValueError, "static=True"),
         (lambda s: s.add("a", cc.Sphere(1), mass=-1), ValueError, "mass"),
         (lambda s: s.join("fixed", "ghost"), ValueError, "no body 'ghost'"),

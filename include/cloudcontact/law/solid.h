@@ -93,6 +93,9 @@ struct PlacedSolid {
 // Throws std::invalid_argument, naming the length, where the solid has no volume, is a half-space,
 // or is not finite.
 void validate(const PlacedSolid& area);
+// Of a body that touches: throws std::invalid_argument, naming the length, where one is negative or
+// not finite. Half-spaces, triangles and points are bodies, too.
+void validateBody(const Solid& body);
 
 // Depth at a point of the owner's frame, as in SolidPoint.
 double depthOf(const PlacedSolid& area, const Vec3& point);
