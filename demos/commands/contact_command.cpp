@@ -101,9 +101,14 @@ Json reportJson(const ContactReport& report, const CommonOptions& options) {
   return json;
 }
 
+std::string counted(std::size_t count, const char* what, const char* plural) {
+  return std::to_string(count) + (count == 1 ? what : plural);
+}
+
 void printContact(const Json& j) {
-  std::cout << j["method"].get<std::string>() << ": " << j["contacts"].size() << " contacts in "
-            << j["patches"] << " patches\n"
+  std::cout << j["method"].get<std::string>() << ": "
+            << counted(j["contacts"].size(), " contact", " contacts") << " in "
+            << counted(j["patches"].get<std::size_t>(), " patch", " patches") << '\n'
             << "  force on B  " << vectorText(j["force"]) << " N\n"
             << "  torque on B " << vectorText(j["torque"]) << " N m, about the world's origin\n"
             << "  time        " << j["microseconds"]["median"].get<double>() << " us, 99 % within "

@@ -122,6 +122,8 @@ double SceneReader::positive(double value, const std::string& element) const {
 // cannot read them.
 void SceneReader::checkText() const {
   std::error_code ignored;
+  if (std::filesystem::is_directory(file_, ignored))
+    throw BadInput(file_.string() + ": is a directory; give a file in it");
   if (!std::filesystem::is_regular_file(file_, ignored))
     throw BadInput(file_.string() + ": no such file; give an SDFormat world");
   const std::string kind = isRobot() ? "robot" : "sdf";

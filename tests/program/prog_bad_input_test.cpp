@@ -260,7 +260,7 @@ std::vector<Case> simulateCases() {
   return {
       {{"simulate"}, {"--help"}},
       {{"simulate", "gone.sdf"}, {"gone.sdf", "no such file"}},
-      {{"simulate", "folder"}, {"folder"}},
+      {{"simulate", "folder"}, {"folder", "is a directory"}},
       {{"simulate", "good.obj"}, {"good.obj", "SDFormat"}},
       {{"simulate", "empty.sdf"}, {"empty.sdf", "SDFormat"}},
       {{"simulate", "cut.sdf"}, {"cut.sdf", "cut short"}},

@@ -83,11 +83,20 @@ def test_a_dask_cluster_with_a_worker_killed(tmp_path, reference):
 
 
 @needs_dask
-def test_no_dask_cluster(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "address, why",
+    [
+        ("tcp://127.0.0.1:9", "Timed out"),
+        ("nowhere", "missing port"),
+        ("pigeon://here:1", "scheme 'pigeon'"),
+        ("none.json", "no such file"),
+    ],
+)
+def test_no_dask_cluster(address, why, tmp_path, monkeypatch):
     monkeypatch.setattr(study.executors, "ANSWER", 1.0)
     made = study.load(write_pegs(tmp_path))
-    with pytest.raises(study.StudyError, match="on: 'dask:tcp://127.0.0.1:9': no Dask scheduler answers there"):
-        made.run(tmp_path / "pegs.sqlite", "dask:tcp://127.0.0.1:9")
+    with pytest.raises(study.StudyError, match=f"on: 'dask:{address}': no Dask scheduler answers there .*{why}"):
+        made.run(tmp_path / "pegs.sqlite", f"dask:{address}")
     assert not (tmp_path / "pegs.sqlite").exists()
 
 

@@ -6,6 +6,7 @@ import concurrent.futures
 import contextlib
 import importlib
 import os
+import time
 from typing import Any, Callable, Iterator, Optional, Union
 
 from .errors import StudyError
@@ -42,12 +43,34 @@ def library(name: str, where: str) -> Any:
         raise StudyError(f"{where}: {missing}; pip install {name.split('.')[0]}") from None
 
 
+def check_address(address: str) -> None:
+    """Raises ValueError where it is no address: a Client does so, too, but then takes 20 s to be deleted."""
+    comm = importlib.import_module("distributed.comm")
+    scheme, host = comm.parse_address(address)
+    importlib.import_module("distributed.comm.registry").get_backend(scheme)
+    if scheme in ("tcp", "tls"):
+        comm.parse_host_port(host)
+
+
+def await_file(file: str) -> None:
+    """Waits until a scheduler has written its file: a Client would do so for ever."""
+    end = time.monotonic() + ANSWER
+    while not os.path.isfile(file):
+        if time.monotonic() > end:
+            raise ValueError(f"no such file within {ANSWER:g} s")
+        time.sleep(0.05)
+
+
 @contextlib.contextmanager
 def dask(address: str, where: str) -> Iterator[Executor]:
     """A cluster by its scheduler's address, or the file in which the scheduler wrote it."""
     distributed = library("distributed", where)
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
+        if "address" in place:
+            check_address(address)
+        else:
+            await_file(address)
         client = distributed.Client(**place, timeout=ANSWER, set_as_default=False)
     except (OSError, ValueError) as bad:
         raise StudyError(f"{where}: no Dask scheduler answers there ({bad}); start one with: dask scheduler") from None
