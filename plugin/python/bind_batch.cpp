@@ -5,6 +5,7 @@
 #include "io/options.h"
 #include "python/bindings.h"
 #include "python/contact_values.h"
+#include "python/turns.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -34,6 +35,7 @@ struct BatchFound {
 using BatchPtr = std::shared_ptr<BatchFound>;
 
 BatchPtr findAll(ContactBatch& batch, const std::vector<BatchPair>& pairs) {
+  const Turn turn(&batch);
   const py::gil_scoped_release unlocked;
   auto found = std::make_shared<BatchFound>();
   const auto results = batch.find(pairs);
@@ -154,7 +156,11 @@ void bindBatch(py::module_& module) {
       .def_property_readonly("device", &ContactBatch::device, "Name of the OpenCL device.")
       .def_property_readonly("message", &ContactBatch::message, "Why no device is used, or empty.")
       .def_property_readonly(
-          "on_device", [](const ContactBatch& b) { return b.report().onDevice; },
+          "on_device",
+          [](const ContactBatch& b) {
+            const Turn turn(&b);
+            return b.report().onDevice;
+          },
           "Pairs of the last call that the device solved.");
   module.def("opencl_devices", &openClDevices,
              "Names of the OpenCL devices, GPUs first; after one that cannot be used, why.");

@@ -4,6 +4,7 @@
 
 #include "python/bindings.h"
 #include "python/contact_values.h"
+#include "python/turns.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -36,6 +37,7 @@ FoundContact findContact(ContactFinder& finder, const py::object& first, const p
                          const std::string& normals) {
   const OwnedBody one = bodyFrom("a", first), two = bodyFrom("b", second);
   const ContactSettings settings = settingsFrom(law, margin, samples, normals);
+  const Turn turn(&finder);
   const py::gil_scoped_release unlocked;
   const ContactBody a = one.view(), b = two.view();
   FoundContact found;
@@ -134,7 +136,7 @@ void bindContact(py::module_& module) {
   py::class_<ContactFinder>(
       module, "ContactFinder",
       "Finds the contacts of one pair, call by call. It keeps the points' ids and lists between\n"
-      "calls; it serves one thread at a time.")
+      "calls.")
       .def(py::init<>())
       .def(
           "find", &findContact, "a"_a, "b"_a, py::kw_only(), "law"_a = KelvinVoigt{1e4, 0},

@@ -4,6 +4,7 @@
 #include "python/bindings.h"
 #include "python/long_work.h"
 #include "python/numpy_views.h"
+#include "python/turns.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -27,6 +28,17 @@ HapticSettings settingsOf(const Detection& tool, double step, double handStiffne
   return settings;
 }
 
+// A loop with the workpiece that it may cut, which outlives it.
+struct OwnedLoop {
+  BaseVectorField& workpiece;
+  HapticLoop loop;
+
+  HapticOutput tick(const HapticInput& input) {
+    const Turn turn(this), ofWorkpiece(&workpiece);
+    return loop.tick(input);
+  }
+};
+
 HapticInput inputOf(const Pose& hand, const Vec3& velocity) {
   return {hand, velocity};
 }
@@ -42,7 +54,7 @@ struct TickColumns {
         cut(n) {}
 };
 
-py::dict runTicks(HapticLoop& loop, const py::object& hand, const py::object& velocity,
+py::dict runTicks(OwnedLoop& loop, const py::object& hand, const py::object& velocity,
                   const py::object& progress) {
   const std::vector<Pose> poses = posesOf("hand", hand);
   const auto n = static_cast<py::ssize_t>(poses.size());
@@ -60,7 +72,7 @@ py::dict runTicks(HapticLoop& loop, const py::object& hand, const py::object& ve
     for (py::ssize_t i = 0; i < n; ++i) {
       const Vec3 v = velocity.is_none() ? Vec3::Zero().eval()
                                         : Vec3(Eigen::Map<const Vec3>(speeds.data() + 3 * i));
-      const HapticOutput& now = loop.tick(inputOf(poses[static_cast<std::size_t>(i)], v));
+      const HapticOutput now = loop.tick(inputOf(poses[static_cast<std::size_t>(i)], v));
       Eigen::Map<Vec3>(columns[0] + 3 * i) = now.onHand.force;
       Eigen::Map<Vec3>(columns[1] + 3 * i) = now.onHand.torque;
       Eigen::Map<Vec3>(columns[2] + 3 * i) = now.tool.position;
@@ -99,7 +111,7 @@ void bindOutput(py::module_& module) {
 void bindHaptics(py::module_& module) {
   bindOutput(module);
   const HapticSettings usual;
-  py::class_<HapticLoop>(
+  py::class_<OwnedLoop>(
       module, "HapticLoop",
       "Pose of the hand in, force on the hand out, 1,000 times a second or more. The tool may cut\n"
       "the workpiece, which changes.")
@@ -107,10 +119,11 @@ void bindHaptics(py::module_& module) {
                        double step, double handStiffness, double handDamping, double release,
                        double mostForce, const std::optional<Law>& law, bool perTissue,
                        const std::optional<Cutter>& cutter) {
-             return std::make_unique<HapticLoop>(
-                 workpiece, poseOf("workpiece_pose", place),
-                 settingsOf(tool, step, handStiffness, handDamping, release, mostForce, law,
-                            perTissue, cutter));
+             const Turn turn(&workpiece);
+             return std::unique_ptr<OwnedLoop>(new OwnedLoop{
+                 workpiece, HapticLoop(workpiece, poseOf("workpiece_pose", place),
+                                       settingsOf(tool, step, handStiffness, handDamping, release,
+                                                  mostForce, law, perTissue, cutter))});
            }),
            py::keep_alive<1, 2>(), "workpiece"_a, "tool"_a, "workpiece_pose"_a = py::none(),
            py::kw_only(), "step"_a = usual.step, "hand_stiffness"_a = usual.handStiffness,
@@ -125,7 +138,7 @@ void bindHaptics(py::module_& module) {
            "ValueError that names the setting.")
       .def(
           "tick",
-          [](HapticLoop& loop, const py::object& hand, const Vec3& velocity) {
+          [](OwnedLoop& loop, const py::object& hand, const Vec3& velocity) {
             const Pose pose = poseOf("hand", hand);
             return loop.tick(inputOf(pose, velocity));
           },

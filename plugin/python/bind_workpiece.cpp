@@ -8,6 +8,7 @@
 
 #include "python/bindings.h"
 #include "python/numpy_views.h"
+#include "python/turns.h"
 #include "python/voxel_lists.h"
 
 namespace cloudcontact::python {
@@ -15,6 +16,16 @@ namespace {
 
 using namespace py::literals;
 using VectorsPtr = std::shared_ptr<BaseVectorField>;
+
+// What reads a workpiece while no other thread cuts it.
+template <typename Value>
+auto inTurn(Value (BaseVectorField::*read)() const) {
+  return [read](const BaseVectorField& field) {
+    const Turn turn(&field);
+    const py::gil_scoped_release unlocked;
+    return std::decay_t<Value>((field.*read)());
+  };
+}
 
 std::vector<CuttingPart> partsFrom(const py::object& parts) {
   std::vector<CuttingPart> list;
@@ -62,6 +73,7 @@ VectorsPtr makeVectors(const Cloud& cloud, const TissueTable& tissues, const py:
 
 py::tuple vectorsAt(const BaseVectorField& field, const py::object& voxels) {
   const std::vector<VoxelIndex> list = voxelsFrom(voxels);
+  const Turn turn(&field);
   std::vector<Vec3> vectors;
   py::array_t<double> fractions(static_cast<py::ssize_t>(list.size()));
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -74,6 +86,7 @@ py::tuple vectorsAt(const BaseVectorField& field, const py::object& voxels) {
 
 py::array coverageAt(const BaseVectorField& field, const py::object& voxels) {
   const std::vector<VoxelIndex> list = voxelsFrom(voxels);
+  const Turn turn(&field);
   py::array_t<std::uint8_t> coverage(static_cast<py::ssize_t>(list.size()));
   for (std::size_t i = 0; i < list.size(); ++i)
     coverage.mutable_data()[i] = field.coverage(list[i]);
@@ -109,16 +122,17 @@ void bindVectors(py::module_& module) {
           "Base vectors and fractions of voxels (n, 3): (n, 3) [m], without the hardness of (5'),\n"
           "and the share of each window that is material (n,).")
       .def("coverage", &coverageAt, "voxels"_a, "Of voxels (n, 3): uint8 (n,) [1/255].")
-      .def("cloud", &BaseVectorField::cloud, py::call_guard<py::gil_scoped_release>(),
-           "The voxels as they are now: a Cloud.")
-      .def("mass_properties", &BaseVectorField::mass, "By the tissues' densities, as it is now.")
-      .def_property_readonly("hash", &BaseVectorField::hash, "Equal for equal contents.")
-      .def_property_readonly("bytes", &BaseVectorField::bytes, "Memory.");
+      .def("cloud", inTurn(&BaseVectorField::cloud), "The voxels as they are now: a Cloud.")
+      .def("mass_properties", inTurn(&BaseVectorField::mass),
+           "By the tissues' densities, as it is now.")
+      .def_property_readonly("hash", inTurn(&BaseVectorField::hash), "Equal for equal contents.")
+      .def_property_readonly("bytes", inTurn(&BaseVectorField::bytes), "Memory.");
   field
       .def(
           "cut",
           [](BaseVectorField& f, const py::object& voxels, const py::object& coverage) {
             const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
+            const Turn turn(&f);
             const py::gil_scoped_release unlocked;
             return f.cut(cuts);
           },
@@ -131,14 +145,20 @@ void bindVectors(py::module_& module) {
           [](BaseVectorField& f, const py::object& area, const py::object& pose) {
             const PlacedSolid solid = placedSolidOf("area", area);
             const Pose tool = poseOf("pose", pose);
+            const Turn turn(&f);
             const py::gil_scoped_release unlocked;
             return f.cut(cutsOf(f, solid, tool));
           },
           "area"_a, "pose"_a = py::none(),
           "Removes what lies in a solid, whose frame is at `pose` in the workpiece's. Returns how\n"
           "many voxels changed.")
-      .def("reserve", &BaseVectorField::reserve,
-           "Takes all memory that cuts can ever need, for loops that must not wait.");
+      .def(
+          "reserve",
+          [](BaseVectorField& f) {
+            const Turn turn(&f);
+            f.reserve();
+          },
+          "Takes all memory that cuts can ever need, for loops that must not wait.");
 }
 
 py::array voxelsOf(const std::shared_ptr<Collision>& collision) {
@@ -177,6 +197,7 @@ void bindCollision(py::module_& module) {
              const py::object& toolPose, const py::object& workpiecePose) {
             const Pose at = poseOf("tool_pose", toolPose);
             const Pose of = poseOf("workpiece_pose", workpiecePose);
+            const Turn turn(&finder), ofWorkpiece(&workpiece);
             const py::gil_scoped_release unlocked;
             return std::make_shared<Collision>(finder.find(workpiece, of, tool, at));
           },
@@ -206,6 +227,7 @@ void bindCutting(py::module_& module) {
           "step",
           [](CuttingProcess& process, BaseVectorField& workpiece, const Collision& collision,
              double force, double speed, double seconds) {
+            const Turn turn(&process), ofWorkpiece(&workpiece);
             const auto cut = process.step(workpiece, collision, force, speed, seconds);
             return py::make_tuple(cut.voxels, cut.volume);
           },

@@ -6,6 +6,7 @@
 #include "python/bindings.h"
 #include "python/numpy_views.h"
 #include "python/scripted_world.h"
+#include "python/turns.h"
 #include "python/voxel_lists.h"
 #include "scene/scene_file.h"
 
@@ -20,8 +21,27 @@ using Scripted = std::shared_ptr<ScriptedWorld>;
 struct WorldBody {
   Scripted world;
   std::size_t index = 0;
-  BodyState state() const { return world->world->state(index); }
+  BodyState state() const {
+    const Turn turn(world.get());
+    return world->world->state(index);
+  }
 };
+
+// What reads a world while no other thread steps it.
+template <typename Of>
+auto inTurn(Of of) {
+  return [of](const ScriptedWorld& w) {
+    const Turn turn(&w);
+    return of(w);
+  };
+}
+template <typename Of>
+auto ofBody(Of of) {
+  return [of](const WorldBody& b) {
+    const Turn turn(b.world.get());
+    return of(*b.world->world, b.index);
+  };
+}
 
 void takeTissues(CommonOptions& options, const py::object& tissues) {
   if (tissues.is_none()) return;
@@ -88,6 +108,7 @@ Scripted makeWorld(const py::object& scene, const std::optional<double>& voxel,
 // A row of numbers for each body.
 template <typename Of>
 py::array_t<double> rows(const ScriptedWorld& world, py::ssize_t columns, Of of) {
+  const Turn turn(&world);
   const auto n = static_cast<py::ssize_t>(world.world->bodyCount());
   py::array_t<double> array({n, columns});
   for (py::ssize_t i = 0; i < n; ++i) {
@@ -106,6 +127,7 @@ struct PointRow {
 
 py::array contactsOf(const ScriptedWorld& world) {
   ContactsNow now;
+  const Turn turn(&world);
   world.world->contacts(now);
   auto rows = std::make_shared<std::vector<PointRow>>();
   for (std::size_t p = 0; p < now.patches.size(); ++p)
@@ -124,6 +146,7 @@ py::array contactsOf(const ScriptedWorld& world) {
 }
 
 py::dict energyOf(const ScriptedWorld& world) {
+  const Turn turn(&world);
   const Energy& e = world.world->moment().energy;
   return py::dict("kinetic"_a = e.kinetic, "potential"_a = e.potential, "spring"_a = e.spring,
                   "elastic"_a = e.elastic, "cut_away"_a = e.cutAway, "bodies"_a = e.ofBodies());
@@ -141,6 +164,7 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
             const double seconds = stepOf(w, step);
             if (!(seconds > 0) || !std::isfinite(seconds))
               throw std::invalid_argument("step: must be above 0 and finite");
+            const Turn turn(&w);
             const py::gil_scoped_release unlocked;
             w.world->step(seconds);
             w.time += seconds;
@@ -201,6 +225,7 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
       .def(
           "find_contacts",
           [](ScriptedWorld& w) {
+            const Turn turn(&w);
             const py::gil_scoped_release unlocked;
             w.world->findContacts();
           },
@@ -240,21 +265,30 @@ void bindReading(py::class_<ScriptedWorld, Scripted>& world) {
           "at the world's origin), spring, elastic, cut_away, and bodies, all of\n"
           "them but spring and cut_away.")
       .def(
-          "penetration", [](const ScriptedWorld& w) { return w.world->penetration(); },
-          py::call_guard<py::gil_scoped_release>(),
+          "penetration",
+          [](const ScriptedWorld& w) {
+            const Turn turn(&w);
+            const py::gil_scoped_release unlocked;
+            return w.world->penetration();
+          },
           "The deepest now, measured against the meshes [m].")
-      .def_property_readonly(
-          "hash", [](const ScriptedWorld& w) { return w.world->hash(); },
-          "Of all states: equal runs have equal ones.")
-      .def_property_readonly(
-          "advice", [](const ScriptedWorld& w) { return w.world->advice(); },
-          "What may be wrong with the settings: a list of sentences.");
+      .def_property_readonly("hash", inTurn([](const ScriptedWorld& w) { return w.world->hash(); }),
+                             "Of all states: equal runs have equal ones.")
+      .def_property_readonly("advice",
+                             inTurn([](const ScriptedWorld& w) { return w.world->advice(); }),
+                             "What may be wrong with the settings: a list of sentences.");
+}
+
+void requireCuttable(const World& world, std::size_t body) {
+  if (!world.isCuttable(body))
+    throw std::invalid_argument("body '" + world.name(body) +
+                                "': is not cuttable; add it with cuttable=True");
 }
 
 void bindBody(py::module_& module) {
   py::class_<WorldBody>(module, "WorldBody", "A body of a World, as it is now.")
       .def_property_readonly("name",
-                             [](const WorldBody& b) { return b.world->world->name(b.index); })
+                             ofBody([](const World& w, std::size_t i) { return w.name(i); }))
       .def_readonly("index", &WorldBody::index, "Its number in the world's arrays.")
       .def_property_readonly(
           "pose", [](const WorldBody& b) { return b.state().pose; }, "Of its frame: a Pose.")
@@ -270,31 +304,26 @@ void bindBody(py::module_& module) {
       .def_property_readonly(
           "angular_velocity", [](const WorldBody& b) { return b.state().angularVelocity; },
           "(3,) [rad/s]")
-      .def_property_readonly(
-          "mass", [](const WorldBody& b) { return b.world->world->mass(b.index); },
-          "[kg]; 0 where nothing moves it.")
+      .def_property_readonly("mass",
+                             ofBody([](const World& w, std::size_t i) { return w.mass(i); }),
+                             "[kg]; 0 where nothing moves it.")
       .def_property_readonly("asleep", [](const WorldBody& b) { return b.state().asleep; })
       .def_property_readonly("cuttable",
-                             [](const WorldBody& b) { return b.world->world->isCuttable(b.index); })
+                             ofBody([](const World& w, std::size_t i) { return w.isCuttable(i); }))
+      .def_property_readonly("matter", ofBody([](const World& w, std::size_t i) {
+                               requireCuttable(w, i);
+                               return Cloud(w.matter(i));
+                             }),
+                             "Of a body that can be cut: its Cloud now.")
       .def_property_readonly(
-          "matter",
-          [](const WorldBody& b) {
-            if (!b.world->world->isCuttable(b.index))
-              throw std::invalid_argument("body '" + b.world->world->name(b.index) +
-                                          "': is not cuttable; add it with cuttable=True");
-            return b.world->world->matter(b.index);
-          },
-          "Of a body that can be cut: its Cloud now.")
-      .def_property_readonly(
-          "cut_volume", [](const WorldBody& b) { return b.world->world->cutOf(b.index).volume; },
+          "cut_volume", ofBody([](const World& w, std::size_t i) { return w.cutOf(i).volume; }),
           "Removed so far [m^3].")
       .def(
           "cut",
           [](const WorldBody& b, const py::object& voxels, const py::object& coverage) {
-            if (!b.world->world->isCuttable(b.index))
-              throw std::invalid_argument("body '" + b.world->world->name(b.index) +
-                                          "': is not cuttable; add it with cuttable=True");
             const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
+            const Turn turn(b.world.get());
+            requireCuttable(*b.world->world, b.index);
             const py::gil_scoped_release unlocked;
             b.world->world->cut(b.index, cuts);
           },
@@ -321,10 +350,11 @@ void bindWorld(py::module_& module) {
           "a scene file), shell [m], law, friction (of all pairs), tissues (a list of Tissue,\n"
           "\"dental\" or a JSON file), samples, reuse [voxels], tolerance [m], iterations (of the\n"
           "solver), sleep. Raises ValueError that names the body, file or setting.")
-      .def("__len__", [](const ScriptedWorld& w) { return w.world->bodyCount(); })
+      .def("__len__", inTurn([](const ScriptedWorld& w) { return w.world->bodyCount(); }))
       .def(
           "__getitem__",
           [](const Scripted& w, const std::string& name) {
+            const Turn turn(w.get());
             try {
               return WorldBody{w, w->index(name)};
             } catch (const std::out_of_range& none) {
@@ -332,16 +362,15 @@ void bindWorld(py::module_& module) {
             }
           },
           "name"_a, "A WorldBody by its name. Raises KeyError.")
-      .def_property_readonly(
-          "names",
-          [](const ScriptedWorld& w) {
-            std::vector<std::string> names;
-            for (std::size_t i = 0; i < w.world->bodyCount(); ++i)
-              names.push_back(w.world->name(i));
-            return names;
-          },
-          "Of the bodies, in the order of the arrays.")
-      .def_readonly("time", &ScriptedWorld::time, "Simulated so far [s].")
+      .def_property_readonly("names", inTurn([](const ScriptedWorld& w) {
+                               std::vector<std::string> names;
+                               for (std::size_t i = 0; i < w.world->bodyCount(); ++i)
+                                 names.push_back(w.world->name(i));
+                               return names;
+                             }),
+                             "Of the bodies, in the order of the arrays.")
+      .def_property_readonly("time", inTurn([](const ScriptedWorld& w) { return w.time; }),
+                             "Simulated so far [s].")
       .def_property_readonly(
           "voxel", [](const ScriptedWorld& w) { return w.settings.voxel; }, "[m]");
   bindStepping(world);

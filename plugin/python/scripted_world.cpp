@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "io/errors.h"
+#include "python/turns.h"
 #include "replay/recorder.h"
 #include "replay/replay_file.h"
 #include "scene/scene_clouds.h"
@@ -46,12 +47,38 @@ program::LiveViewSettings pageOf(const ScriptedWorld& world, const ViewWords& wo
   return page;
 }
 
+// A step, while no other thread uses the world.
+void stepBy(ScriptedWorld& world, const RunWords& words, program::Recorder* recorder, double now) {
+  const Turn turn(&world);
+  for (int s = 0; s < words.substeps; ++s) world.world->step(words.step / words.substeps);
+  world.time += words.step;
+  if (recorder) recorder->record(now, *world.world);
+}
+
+void observed(const py::object& observe, const py::object& self) {
+  if (observe.is_none()) return;
+  const py::gil_scoped_acquire locked;
+  observe(self);
+}
+
 // Throws what a signal's handler raises, such as KeyboardInterrupt.
-bool listens() {
+void lookAtSignals() {
   const py::gil_scoped_acquire locked;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  return true;
 }
+
+// Takes the world for what its page does when it ends.
+struct LastTurn {
+  ScriptedWorld& world;
+  std::optional<Turn>& turn;
+
+  ~LastTurn() {
+    try {
+      if (!turn) turn.emplace(&world);
+    } catch (const std::exception&) {  // Ctrl-C: the page ends all the same
+    }
+  }
+};
 
 }  // namespace
 
@@ -83,17 +110,13 @@ void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
   {
     const py::gil_scoped_release unlocked;
     if (records) {
+      const Turn turn(&world);
       recorder.begin(*world.world, world.scene.name, words.seconds, words.step);
       recorder.record(0, *world.world);
     }
     for (int n = 1; n <= steps; ++n) {
-      for (int s = 0; s < words.substeps; ++s) world.world->step(words.step / words.substeps);
-      world.time += words.step;
-      if (records) recorder.record(n * words.step, *world.world);
-      if (!words.observe.is_none()) {
-        const py::gil_scoped_acquire locked;
-        words.observe(self);
-      }
+      stepBy(world, words, records ? &recorder : nullptr, n * words.step);
+      observed(words.observe, self);
       pacer.report(double(n) / steps);
     }
     if (records) save(world, recorder, words);
@@ -109,19 +132,28 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
   const int steps = stepsOf(run);
   if (!(words.speed >= 0) || !std::isfinite(words.speed))
     throw std::invalid_argument("speed: must be 0 or more and finite");
-  program::LiveView view(*world.world, world.time, pageOf(world, words));
+  std::optional<Turn> turn(std::in_place, &world);
+  program::LiveView page(*world.world, world.time, pageOf(world, words));
+  const LastTurn last{world, turn};
+  turn.reset();
   const py::object announce = words.announce.is_none()
                                   ? py::module_::import("cloudcontact._view").attr("announce")
                                   : words.announce;
+  const auto listens = [&] {
+    turn.reset();  // others read the world meanwhile
+    lookAtSignals();
+    turn.emplace(&world);
+    return true;
+  };
   try {
-    announce(view.url());
+    announce(page.url());
     const py::gil_scoped_release unlocked;
-    for (int n = 1; n <= steps && view.follow(world.time, listens); ++n) {
-      for (int s = 0; s < words.substeps; ++s) world.world->step(words.step / words.substeps);
-      world.time += words.step;
-      if (words.observe.is_none()) continue;
-      const py::gil_scoped_acquire locked;
-      words.observe(self);
+    for (int n = 1; n <= steps; ++n) {
+      turn.emplace(&world);
+      page.follow(world.time, listens);
+      turn.reset();
+      stepBy(world, run, nullptr, 0);
+      observed(words.observe, self);
     }
   } catch (py::error_already_set& raised) {
     if (!raised.matches(PyExc_KeyboardInterrupt)) throw;
