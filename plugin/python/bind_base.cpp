@@ -57,6 +57,16 @@ void bindBase(py::module_& module) {
       .def(
           "__matmul__", [](const Pose& a, const Pose& b) { return a * b; }, "inner"_a,
           "The world's pose of `inner`, which is given in this frame.")
+      .def(py::pickle(
+          [](const Pose& p) {
+            return py::make_tuple(p.position, Eigen::Vector4d(p.orientation.coeffs()));
+          },
+          [](const py::tuple& parts) {
+            Pose pose;
+            pose.position = parts[0].cast<Vec3>();
+            pose.orientation.coeffs() = parts[1].cast<Eigen::Vector4d>();
+            return pose;
+          }))
       .def("__repr__", [](const Pose& p) {
         std::ostringstream text;
         const auto& q = p.orientation;

@@ -136,7 +136,11 @@ void bindSolids(py::module_& module) {
            "normal: outward, (3,), which is normalized. offset [m].")
       .def_property_readonly(
           "normal", [](const HalfSpace& h) { return h.normal; }, "(3,)")
-      .def_readonly("offset", &HalfSpace::offset, "[m]");
+      .def_readonly("offset", &HalfSpace::offset, "[m]")
+      .def(py::pickle([](const HalfSpace& h) { return py::make_tuple(h.normal, h.offset); },
+                      [](const py::tuple& parts) {
+                        return HalfSpace{parts[0].cast<Vec3>(), parts[1].cast<double>()};
+                      }));
   py::class_<Box>(module, "Box", "A box about the origin.")
       .def(py::init([](const Vec3& half) { return withVolume(Box{half}); }), "half_extents"_a,
            "half_extents: half its edges along x, y, z, (3,) [m].")

@@ -71,6 +71,9 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and not _core._knows_numpy_2:
     )
 
 from ._shapes import contact, digitize, digitize_report
+from ._values import register as _register
 from ._view import Replay
+
+_register()
 
 __all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]
