@@ -209,6 +209,7 @@ World::~World() {
 
 void World::step(double seconds) {
   state_->pull();
+  state_->load();
   state_->world.stepSimulation(btScalar(seconds), 0);
   state_->latestStep = seconds;
   state_->time += seconds;

@@ -33,6 +33,7 @@ struct World::State {
     CutRecord cut = {};
     std::unique_ptr<SoftTissue> soft = {};
     int cutLinks = 0;
+    BodyLoad load = {};
   };
 
   explicit State(const SceneDescription& scene, const WorldSettings& settings);
@@ -60,6 +61,7 @@ struct World::State {
   void hold();
   void drive(bool moves);
   void pull();
+  void load();
   void addJoint(const SceneJoint& joint);
   void settle(const WorldSettings& settings);
   void noteFrictionless() const;

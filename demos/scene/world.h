@@ -114,6 +114,12 @@ struct BodyPull {
   double reach = 0;
 };
 
+// What pushes a body in each step, beside gravity and contacts.
+struct BodyLoad {
+  Vec3 force = Vec3::Zero();   // at the center of mass [N]
+  Vec3 torque = Vec3::Zero();  // about it, in the world's axes [N m]
+};
+
 // A body that deforms.
 struct SoftRecord {
   int nodes = 0, links = 0;  // now
@@ -172,6 +178,14 @@ class World {
   const std::vector<BodyPull>& pulls() const;
   // Of each pull in the latest step [N].
   const std::vector<Vec3>& pullForces() const;
+  // From now on, in each step. These three throw std::invalid_argument for a body that is not
+  // pullable, and for numbers that are not finite.
+  void setLoad(std::size_t body, const BodyLoad& load);
+  const BodyLoad& load(std::size_t body) const;
+  // Velocity of the frame's origin [m/s] and of the turn [rad/s].
+  void setMotion(std::size_t body, const Vec3& velocity, const Vec3& angularVelocity);
+  // Puts a body's frame elsewhere, with the velocity that it has. Call it between steps.
+  void place(std::size_t body, const Pose& pose);
   // The frame of a body that deforms moves with its center of mass, and never turns.
   bool isSoft(std::size_t body) const;
   std::vector<KnownShape> knownShapes() const;

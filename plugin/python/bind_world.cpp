@@ -290,20 +290,49 @@ void bindBody(py::module_& module) {
       .def_property_readonly("name",
                              ofBody([](const World& w, std::size_t i) { return w.name(i); }))
       .def_readonly("index", &WorldBody::index, "Its number in the world's arrays.")
-      .def_property_readonly(
-          "pose", [](const WorldBody& b) { return b.state().pose; }, "Of its frame: a Pose.")
+      .def_property(
+          "pose", [](const WorldBody& b) { return b.state().pose; },
+          [](const WorldBody& b, const py::object& pose) {
+            const Turn turn(b.world.get());
+            b.world->world->place(b.index, poseOf("pose", pose));
+          },
+          "Of its frame: a Pose. What is set moves it there, with the velocity that it has.")
       .def_property_readonly(
           "position", [](const WorldBody& b) { return b.state().pose.position; }, "(3,) [m]")
       .def_property_readonly(
           "orientation",
           [](const WorldBody& b) { return Eigen::Vector4d(b.state().pose.orientation.coeffs()); },
           "Quaternion x y z w, (4,).")
-      .def_property_readonly(
+      .def_property(
           "velocity", [](const WorldBody& b) { return b.state().linearVelocity; },
-          "Of the frame's origin (3,) [m/s].")
-      .def_property_readonly(
+          [](const WorldBody& b, const Vec3& v) {
+            const Turn turn(b.world.get());
+            World& w = *b.world->world;
+            w.setMotion(b.index, v, w.state(b.index).angularVelocity);
+          },
+          "Of the frame's origin (3,) [m/s]; may be set.")
+      .def_property(
           "angular_velocity", [](const WorldBody& b) { return b.state().angularVelocity; },
-          "(3,) [rad/s]")
+          [](const WorldBody& b, const Vec3& v) {
+            const Turn turn(b.world.get());
+            World& w = *b.world->world;
+            w.setMotion(b.index, w.state(b.index).linearVelocity, v);
+          },
+          "(3,) [rad/s]; may be set: the frame's origin keeps its velocity.")
+      .def_property(
+          "applied_force", ofBody([](const World& w, std::size_t i) { return w.load(i).force; }),
+          [](const WorldBody& b, const Vec3& force) {
+            const Turn turn(b.world.get());
+            b.world->world->setLoad(b.index, {force, b.world->world->load(b.index).torque});
+          },
+          "Yours, on the center of mass in each step until it is set again (3,) [N].")
+      .def_property(
+          "applied_torque", ofBody([](const World& w, std::size_t i) { return w.load(i).torque; }),
+          [](const WorldBody& b, const Vec3& torque) {
+            const Turn turn(b.world.get());
+            b.world->world->setLoad(b.index, {b.world->world->load(b.index).force, torque});
+          },
+          "Yours, in the world's axes, in each step until it is set again (3,) [N m].")
       .def_property_readonly("mass",
                              ofBody([](const World& w, std::size_t i) { return w.mass(i); }),
                              "[kg]; 0 where nothing moves it.")

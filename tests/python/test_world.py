@@ -69,6 +69,71 @@ def test_free_fall_and_velocities():
     assert world.energy["bodies"] == pytest.approx(world.energy["kinetic"] + world.energy["potential"])
 
 
+def floating():
+    """A block of 0.1 x 0.08 x 0.06 m and 1 kg in no gravity, whose frame is 0.2 m beside its center."""
+    vertices, triangles = box_arrays([0.1, 0.08, 0.06])
+    scene = cc.Scene(gravity=[0, 0, 0], step=0.001)
+    scene.add("block", cc.Mesh(np.asarray(vertices) + [0.2, 0, 0], triangles), [0, 0, 1], mass=1)
+    return cc.World(scene, voxel=0.004)
+
+
+def test_forces_and_torques_that_are_applied():
+    world = floating()
+    block = world["block"]
+    block.applied_force, block.applied_torque = [2, 0, -3], [0, 0, 0.01]
+    np.testing.assert_array_equal(block.applied_force, [2, 0, -3])
+    world.run(0.1)
+    spin = 0.01 * 0.1 / (1 / 12 * (0.1**2 + 0.08**2))
+    np.testing.assert_allclose(block.angular_velocity, [0, 0, spin], rtol=0.01)
+    # Of the frame's origin, 0.2 m from the center of mass.
+    turned = spin * 0.1 / 2
+    arm = -0.2 * np.array([np.cos(turned), np.sin(turned), 0])
+    np.testing.assert_allclose(block.velocity, np.array([0.2, 0, -0.3]) + np.cross([0, 0, spin], arm), atol=2e-3)
+    block.applied_force = block.applied_torque = np.zeros(3)
+    before = block.angular_velocity
+    world.run(0.1, substeps=2)
+    np.testing.assert_allclose(block.angular_velocity, before, rtol=1e-3)
+
+
+def test_a_force_holds_the_weight():
+    world = cc.World(resting(), voxel=0.002)
+    brick = world["brick"]
+    brick.pose = [0, 0, 0.05]
+    brick.applied_force = [0, 0, 0.2 * G]
+    world.run(0.3)
+    np.testing.assert_allclose(brick.position, [0, 0, 0.05], atol=1e-5)
+    assert len(world.contacts()) == 0
+
+
+def test_velocities_that_are_set():
+    world = floating()
+    block = world["block"]
+    block.velocity = [1, 2, 3]
+    block.angular_velocity = [0, 0, 4]
+    np.testing.assert_allclose(block.velocity, [1, 2, 3], rtol=1e-6)
+    np.testing.assert_allclose(block.angular_velocity, [0, 0, 4], rtol=1e-6)
+    world.step()
+    # The center of mass is 0.2 m along x.
+    np.testing.assert_allclose(block.position + block.pose.matrix[:3, :3] @ [0.2, 0, 0],
+                               np.array([0.2, 0, 1]) + 1e-3 * np.array([1, 2 + 0.8, 3]), atol=1e-6)  # fmt: skip
+
+
+def test_a_body_put_back_starts_as_a_new_one():
+    new, used = (cc.World(resting(), voxel=0.002) for _ in range(2))
+    brick = used["brick"]
+    start = brick.pose
+    used.run(0.2)
+    assert len(used.contacts()) > 0
+    brick.pose = [0, 0, 0.5]
+    used.step()
+    assert len(used.contacts()) == 0
+    brick.pose, brick.angular_velocity, brick.velocity = start, [0, 0, 0], [0, 0, 0]
+    assert used.hash == new.hash
+    for world in (new, used):
+        world.run(0.1)
+    assert used.hash == new.hash
+
+
 def test_a_stated_spring_sags_by_the_weight():
     scene = resting(stiffness=2000, damping=20)
     world = cc.World(scene, voxel=0.001)
@@ -217,6 +282,10 @@ def test_a_thousand_worlds_leave_nothing():
         (lambda s: cc.World(s, wheels=4), TypeError, "wheels"),  # type: ignore[call-arg]
         (lambda s: cc.World(s, voxel=0.004)["ghost"], KeyError, "ghost"),
         (lambda s: cc.World(s, voxel=0.004)["brick"].matter, ValueError, "cuttable"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["floor"], "pose", [0, 0, 1]), ValueError, "'floor': its pose"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "pose", [0, 0, np.nan]), ValueError, "finite"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "velocity", [0, 0, np.inf]), ValueError, "velocity"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "applied_force", [0, np.nan, 0]), ValueError, "load"),
         (lambda s: cc.World(s, voxel=0.004).step(-1), ValueError, "step"),
         (lambda s: cc.World(s, voxel=0.004).run(np.nan), ValueError, "seconds"),
     ],

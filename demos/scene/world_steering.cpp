@@ -1,0 +1,64 @@
+// Loads, velocities and places that a program gives bodies of a running world (World::setLoad,
+// setMotion, place).
+#include <stdexcept>
+
+#include "scene/bullet_vectors.h"
+#include "scene/running_world.h"
+
+namespace cloudcontact::program {
+namespace {
+
+void require(const World& world, std::size_t body, bool finite, const char* what) {
+  if (!world.isPullable(body))
+    throw std::invalid_argument("body '" + world.name(body) + "': its " + what +
+                                " cannot be set; it is static, driven, soft or cut away");
+  if (!finite)
+    throw std::invalid_argument("body '" + world.name(body) + "': its " + what + " must be finite");
+}
+
+}  // namespace
+
+// At the start of the step, as gravity is.
+void World::State::load() {
+  for (const Body& body : bodies) {
+    if (body.load.force.isZero(0) && body.load.torque.isZero(0)) continue;
+    if (body.cut.gone) continue;
+    body.rigid->activate(true);
+    body.rigid->applyCentralForce(toBullet(body.load.force));
+    body.rigid->applyTorque(toBullet(body.load.torque));
+  }
+}
+
+void World::setLoad(std::size_t body, const BodyLoad& load) {
+  require(*this, body, load.force.allFinite() && load.torque.allFinite(), "load");
+  state_->bodies[body].load = load;
+}
+
+const BodyLoad& World::load(std::size_t body) const {
+  return state_->bodies[body].load;
+}
+
+void World::setMotion(std::size_t body, const Vec3& velocity, const Vec3& angularVelocity) {
+  require(*this, body, velocity.allFinite() && angularVelocity.allFinite(), "velocity");
+  btRigidBody& rigid = *state_->bodies[body].rigid;
+  const Vec3 arm = fromBullet(rigid.getCenterOfMassPosition()) - pose(body).position;
+  rigid.activate(true);
+  rigid.setLinearVelocity(toBullet(Vec3(velocity + angularVelocity.cross(arm))));
+  rigid.setAngularVelocity(toBullet(angularVelocity));
+}
+
+// The body's pairs start anew: what they keep of the last step belongs to another place.
+void World::place(std::size_t body, const Pose& pose) {
+  require(*this, body, pose.position.allFinite() && pose.orientation.coeffs().allFinite(), "pose");
+  const State::Body& moved = state_->bodies[body];
+  btRigidBody& rigid = *moved.rigid;
+  rigid.activate(true);
+  rigid.setCenterOfMassTransform(toBullet(pose * moved.parts.frame));
+  rigid.setInterpolationWorldTransform(rigid.getCenterOfMassTransform());
+  btDiscreteDynamicsWorld& world = state_->world;
+  world.getPairCache()->cleanProxyFromPairs(rigid.getBroadphaseProxy(), world.getDispatcher());
+  world.updateSingleAabb(&rigid);
+  state_->poses.clear();
+}
+
+}  // namespace cloudcontact::program
