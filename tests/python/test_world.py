@@ -80,7 +80,7 @@ def floating():
 def test_forces_and_torques_that_are_applied():
     world = floating()
     block = world["block"]
-    block.applied_force, block.applied_torque = [2, 0, -3], [0, 0, 0.01]
+    block.applied_force, block.applied_torque = np.array([2.0, 0, -3]), np.array([0, 0, 0.01])
     np.testing.assert_array_equal(block.applied_force, [2, 0, -3])
     world.run(0.1)
     spin = 0.01 * 0.1 / (1 / 12 * (0.1**2 + 0.08**2))
@@ -98,8 +98,8 @@ def test_forces_and_torques_that_are_applied():
 def test_a_force_holds_the_weight():
     world = cc.World(resting(), voxel=0.002)
     brick = world["brick"]
-    brick.pose = [0, 0, 0.05]
-    brick.applied_force = [0, 0, 0.2 * G]
+    brick.pose = cc.Pose([0, 0, 0.05])
+    brick.applied_force = np.array([0, 0, 0.2 * G])
     world.run(0.3)
     np.testing.assert_allclose(brick.position, [0, 0, 0.05], atol=1e-5)
     assert len(world.contacts()) == 0
@@ -108,8 +108,7 @@ def test_a_force_holds_the_weight():
 def test_velocities_that_are_set():
     world = floating()
     block = world["block"]
-    block.velocity = [1, 2, 3]
-    block.angular_velocity = [0, 0, 4]
+    block.velocity, block.angular_velocity = np.array([1.0, 2, 3]), np.array([0.0, 0, 4])
     np.testing.assert_allclose(block.velocity, [1, 2, 3], rtol=1e-6)
     np.testing.assert_allclose(block.angular_velocity, [0, 0, 4], rtol=1e-6)
     world.step()
@@ -124,10 +123,10 @@ def test_a_body_put_back_starts_as_a_new_one():
     start = brick.pose
     used.run(0.2)
     assert len(used.contacts()) > 0
-    brick.pose = [0, 0, 0.5]
+    brick.pose = cc.Pose([0, 0, 0.5])
     used.step()
     assert len(used.contacts()) == 0
-    brick.pose, brick.angular_velocity, brick.velocity = start, [0, 0, 0], [0, 0, 0]
+    brick.pose, brick.angular_velocity, brick.velocity = start, np.zeros(3), np.zeros(3)
     assert used.hash == new.hash
     for world in (new, used):
         world.run(0.1)
