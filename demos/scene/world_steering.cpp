@@ -47,7 +47,7 @@ void World::setMotion(std::size_t body, const Vec3& velocity, const Vec3& angula
   rigid.setAngularVelocity(toBullet(angularVelocity));
 }
 
-// The body's pairs start anew: what they keep of the last step belongs to another place.
+// Drops the contacts cached for the body: they were found at its old place.
 void World::place(std::size_t body, const Pose& pose) {
   require(*this, body, pose.position.allFinite() && pose.orientation.coeffs().allFinite(), "pose");
   const State::Body& moved = state_->bodies[body];
