@@ -245,12 +245,13 @@ void fall(const Row& row, const TestCloud& cloud, const btVector3& down) {
   EXPECT_TRUE(diagnose(world.world).empty());
 }
 
-class ShapeTable : public ::testing::TestWithParam<int> {};
+// By name: every run of the program makes the parameters, and the clouds themselves take 0.2 s.
+class ShapeTable : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShapeTable, HoldsWhatFallsOnUnderAndBesideIt) {
-  const TestCloud& cloud = testClouds()[std::size_t(GetParam())];
+  const TestCloud& cloud = testCloudOf(GetParam());
   for (const Row& row : answered()) {
-    if (row.round && GetParam() > 0) continue;
+    if (row.round && GetParam() != std::string("box")) continue;
     fall(row, cloud, {0, 0, -1});
     if (row.round) continue;
     if (row.type != STATIC_PLANE_PROXYTYPE) fall(row, cloud, {0, 0, 1});
@@ -260,9 +261,8 @@ TEST_P(ShapeTable, HoldsWhatFallsOnUnderAndBesideIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Clouds, ShapeTable, ::testing::Values(0, 1, 2), [](const auto& made) {
-  return std::string(testClouds()[std::size_t(made.param)].name);
-});
+INSTANTIATE_TEST_SUITE_P(Clouds, ShapeTable, ::testing::Values("box", "torus", "cup"),
+                         [](const auto& made) { return std::string(made.param); });
 
 }  // namespace
 }  // namespace cloudcontact::testing::shape_table_test

@@ -7,8 +7,10 @@
 
 #include <cloudcontact/bullet/cloud_body.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "bullet/query_bodies.h"
 #include "bullet/triangle_grounds.h"
@@ -92,6 +94,11 @@ inline std::vector<Slider> sliders() {
           {"cup", scaled(cupMesh(1, 64), 0.3)},
           {"nut", plainNut(0.18, 0.1, 0.07)},
           {"cow", scaled(humpedMesh(64, 48), 0.25)}};
+}
+
+inline Slider sliderOf(const std::string& name) {
+  const std::vector<Slider> all = sliders();
+  return *std::ranges::find(all, name, &Slider::name);
 }
 
 // The two terrains.

@@ -15,8 +15,10 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace cloudcontact::testing {
 
@@ -156,6 +158,10 @@ inline const std::vector<TestCloud>& testClouds() {
                                   {"cup", fieldOf(cup, kVoxel), 0.03}};
   }();
   return all;
+}
+
+inline const TestCloud& testCloudOf(std::string_view name) {
+  return *std::ranges::find(testClouds(), name, &TestCloud::name);
 }
 
 }  // namespace cloudcontact::testing
