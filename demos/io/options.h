@@ -7,6 +7,7 @@
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/law/tissue.h>
 #include <cloudcontact/voxels/ct_volume.h>
+#include <cloudcontact/voxels/digitize_settings.h>
 
 #include <memory>
 #include <optional>
@@ -50,7 +51,8 @@ struct CommonOptions {
   std::optional<double> voxel;      // [m]
   double metersPerUnit = 1;         // of files that state no unit: --unit
   std::vector<CtRange> thresholds;  // of volumes, ascending: --threshold
-  std::optional<double> shell;      // thickness of a sheet [m]; default three voxels
+  std::size_t maxBytes = DigitizeSettings{}.maxBytes;
+  std::optional<double> shell;  // thickness of a sheet [m]; default three voxels
   // --law: paper|foundation|rigid (without k and c) or maxwell:K,C or solid:K,K1,C1
   Law law = KelvinVoigt{};
   std::optional<double> stiffness;  // the pair's k: [N/m], [N/m^3] with foundation

@@ -317,6 +317,7 @@ DigitizedBody digitizeBody(const Body& body, double voxel, const CommonOptions& 
     refuseCoarse(body, mesh, voxel);
     DigitizeSettings settings;
     settings.voxelSize = voxel;
+    settings.maxBytes = options.maxBytes;
     settings.threads = options.threads;
     settings.progress = options.progress("digitizing " + body.name);
     // A thickened sheet has lost its parts.

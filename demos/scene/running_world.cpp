@@ -6,6 +6,7 @@
 
 #include "io/errors.h"
 #include "scene/bullet_vectors.h"
+#include "scene/scene_check.h"
 #include "scene/scene_joints.h"
 #include "scene/world_setup.h"
 
@@ -191,6 +192,8 @@ void World::State::noteFrictionless() const {
 
 World::World(const SceneDescription& scene, const WorldSettings& settings) {
   checkOptions(settings);
+  validate(settings);
+  validate(scene);
   state_ = std::make_unique<State>(scene, settings);
 }
 

@@ -126,8 +126,10 @@ struct SceneJoint {
   Vec3 axis = Vec3::UnitZ();    // in the world, at the start
   std::optional<double> lower;  // [rad], [m] for a prismatic joint
   std::optional<double> upper;
-  // Of a prismatic joint: the spring that pulls it to `rest` [m].
-  double spring = 0, damping = 0, rest = 0;  // [N/m, N s/m, m]
+  // Of a revolute or prismatic joint: a spring that pulls it to `rest`, its damper, and a friction
+  // that holds it still up to this torque or force. [N m/rad, N m s/rad, rad, N m] or [N/m, N s/m,
+  // m, N]
+  double spring = 0, damping = 0, rest = 0, friction = 0;
 };
 
 struct SceneDescription {

@@ -7,9 +7,11 @@
 #include <iostream>
 #include <map>
 #include <sdf/sdf.hh>
+#include <set>
 #include <sstream>
 
 #include "io/errors.h"
+#include "scene/robot_text.h"
 #include "scene/scene_elements.h"
 #include "scene/scene_paths.h"
 
@@ -40,10 +42,10 @@ class SceneReader {
   [[noreturn]] void fail(const std::string& element, const std::string& what) const {
     throw BadInput(file_.string() + ": " + element + ": " + what);
   }
-  void checkText() const;
+  std::string checkedText() const;
   void check(const sdf::Errors& errors, const std::string& element) const;
   bool isRobot() const { return file_.extension() == ".urdf"; }
-  void load(sdf::Root& root) const;
+  void load(sdf::Root& root);
   void readWorld(const sdf::World& world);
   void readModel(const sdf::Model& model, const std::string& scope, const Pose& parent,
                  bool parentStatic);
@@ -59,7 +61,8 @@ class SceneReader {
   SceneGeometry readGeometry(const sdf::Geometry& geometry, const std::string& element) const;
   SceneMesh readMesh(const sdf::Mesh& mesh, const std::string& element) const;
   void readJoint(const sdf::Joint& joint, const std::string& scope, const Pose& modelPose);
-  void readSpring(const sdf::JointAxis& axis, const std::string& element, SceneJoint& joint) const;
+  void readDynamics(const sdf::JointAxis& axis, const std::string& element,
+                    SceneJoint& joint) const;
   void readState(const sdf::ElementPtr& state);
   int bodyIndex(const std::string& link, const std::string& scope,
                 const std::string& element) const;
@@ -72,6 +75,7 @@ class SceneReader {
 
   std::filesystem::path file_;
   SceneDescription scene_;
+  std::set<std::string> massless_;  // links of a robot whose mass is their voxels'
   struct LinkPlace {
     int body;
     Vec3 origin;  // of the link in the body's frame
@@ -120,7 +124,7 @@ double SceneReader::positive(double value, const std::string& element) const {
 
 // Finds the cause for files that are truncated or something else: libsdformat only says that it
 // cannot read them.
-void SceneReader::checkText() const {
+std::string SceneReader::checkedText() const {
   std::error_code ignored;
   if (std::filesystem::is_directory(file_, ignored))
     throw BadInput(file_.string() + ": is a directory; give a file in it");
@@ -137,10 +141,19 @@ void SceneReader::checkText() const {
                                            "world, or a robot as .urdf"));
   if (text.find("</" + kind + ">") == std::string::npos)
     throw BadInput(file_.string() + ": cut short, </" + kind + "> is missing; get the whole file");
+  return text;
 }
 
-void SceneReader::load(sdf::Root& root) const {
-  checkText();
+void SceneReader::load(sdf::Root& root) {
+  RobotText robot{checkedText(), {}};
+  if (isRobot()) {
+    try {
+      robot = withMasses(robot.text);
+    } catch (const std::invalid_argument& why) {
+      throw BadInput(file_.string() + ": " + why.what());
+    }
+    massless_ = robot.standIns;
+  }
   sdf::ParserConfig config;
   const auto folder = std::filesystem::absolute(file_).parent_path();
   config.SetFindCallback([folder](const std::string& uri) {
@@ -154,6 +167,7 @@ void SceneReader::load(sdf::Root& root) const {
   const auto errors = [&] {
     const SilencedErrors silence;
     try {
+      if (!massless_.empty()) return root.LoadSdfString(robot.text, config);
       // libsdformat resolves relative paths by $PWD, which may differ from the working directory.
       return root.Load(std::filesystem::absolute(file_).string(), config);
     } catch (const std::exception& why) {  // a version that is no number
@@ -237,7 +251,7 @@ void SceneReader::readLink(const sdf::Model& model, const sdf::Link& link, const
 
 void SceneReader::readInertial(const sdf::Link& link, SceneBody& body) const {
   const auto element = link.Element();
-  if (!element || !element->HasElement("inertial")) return;
+  if (!element || !element->HasElement("inertial") || massless_.contains(link.Name())) return;
   const auto inertial = element->GetElement("inertial");
   const std::string name = "link '" + body.name + "' <inertial>";
   const auto& value = link.Inertial();
@@ -446,21 +460,22 @@ void SceneReader::readJoint(const sdf::Joint& joint, const std::string& scope,
     // libsdformat's stand-in for "no limit".
     if (out.lower && *out.lower <= -1e15) out.lower.reset();
     if (out.upper && *out.upper >= 1e15) out.upper.reset();
-    if (out.kind == SceneJoint::Kind::Prismatic) readSpring(*axis, element, out);
+    readDynamics(*axis, element, out);
   }
   scene_.joints.push_back(std::move(out));
 }
 
-// <dynamics> of a prismatic joint: a spring and its damper.
-void SceneReader::readSpring(const sdf::JointAxis& axis, const std::string& element,
-                             SceneJoint& joint) const {
+// <dynamics>: a spring, its damper and friction.
+void SceneReader::readDynamics(const sdf::JointAxis& axis, const std::string& element,
+                               SceneJoint& joint) const {
   joint.spring = axis.SpringStiffness();
   joint.damping = axis.Damping();
   joint.rest = axis.SpringReference();
-  for (const double value : {joint.spring, joint.damping})
+  joint.friction = axis.Friction();
+  for (const double value : {joint.spring, joint.damping, joint.friction})
     if (!(value >= 0) || !std::isfinite(value))
       fail(element + " <dynamics>",
-           "<spring_stiffness> and <damping> must be 0 or more and finite");
+           "<spring_stiffness>, <damping> and <friction> must be 0 or more and finite");
   if (!std::isfinite(joint.rest))
     fail(element + " <dynamics>", "<spring_reference> must be finite");
 }

@@ -1,30 +1,52 @@
 // Fixed, revolute and prismatic joints.
 #include "scene/scene_joints.h"
 
+#include <algorithm>
+
 namespace cloudcontact::program {
 
 namespace {
 
-// Slides along the frame's z, between its limits, on its spring. Bullet measures the place of the
-// second body's frame in the first's.
-std::unique_ptr<btTypedConstraint> sliderOf(const SceneJoint& joint, btRigidBody& parent,
-                                            btRigidBody& child, const btTransform& inParent,
-                                            const btTransform& inChild) {
-  constexpr int kAxis = 2;
-  auto slider = std::make_unique<btGeneric6DofSpring2Constraint>(parent, child, inParent, inChild);
-  slider->setAngularLowerLimit(btVector3(0, 0, 0));
-  slider->setAngularUpperLimit(btVector3(0, 0, 0));
-  const bool limited = joint.lower && joint.upper;
-  // Lower above upper: free.
-  slider->setLinearLowerLimit(btVector3(0, 0, limited ? btScalar(*joint.lower) : btScalar(1)));
-  slider->setLinearUpperLimit(btVector3(0, 0, limited ? btScalar(*joint.upper) : btScalar(-1)));
-  if (joint.spring > 0) {
-    slider->enableSpring(kAxis, true);
-    slider->setStiffness(kAxis, btScalar(joint.spring), false);
-    slider->setDamping(kAxis, btScalar(joint.damping), false);
-    slider->setEquilibriumPoint(kAxis, btScalar(joint.rest));
+bool hasDynamics(const SceneJoint& joint) {
+  return joint.spring > 0 || joint.damping > 0 || joint.friction > 0;
+}
+
+// A place on the joint as this constraint counts it: angles are those of the first body in the
+// second, places those of the second in the first.
+double countedOf(const SceneJoint& joint, double place) {
+  return joint.kind == SceneJoint::Kind::Revolute ? -place : place;
+}
+
+// The axis moves between its limits; a missing one is as far off as the axis goes.
+void limit(btGeneric6DofSpring2Constraint& six, int axis, const SceneJoint& joint) {
+  if (!joint.lower && !joint.upper) return six.setLimit(axis, 1, -1);  // lower above upper: free
+  const double far = joint.kind == SceneJoint::Kind::Revolute ? 3.14 : 1e6;
+  const double one = countedOf(joint, joint.lower.value_or(-far)),
+               other = countedOf(joint, joint.upper.value_or(far));
+  six.setLimit(axis, btScalar(std::min(one, other)), btScalar(std::max(one, other)));
+}
+
+// Slides along the frame's z, or turns about it. Damping beyond what stops the bodies in a step is
+// cut to that, for Bullet applies the damping of the step's start.
+std::unique_ptr<btTypedConstraint> sixOf(const SceneJoint& joint, btRigidBody& parent,
+                                         btRigidBody& child, const btTransform& inParent,
+                                         const btTransform& inChild) {
+  const int axis = joint.kind == SceneJoint::Kind::Revolute ? 5 : 2;
+  auto six = std::make_unique<btGeneric6DofSpring2Constraint>(parent, child, inParent, inChild);
+  for (int i = 0; i < 6; ++i) six->setLimit(i, 0, 0);
+  limit(*six, axis, joint);
+  if (joint.spring > 0 || joint.damping > 0) {
+    six->enableSpring(axis, true);
+    six->setStiffness(axis, btScalar(joint.spring), false);
+    six->setDamping(axis, btScalar(joint.damping), true);
+    six->setEquilibriumPoint(axis, btScalar(countedOf(joint, joint.rest)));
   }
-  return slider;
+  if (joint.friction > 0) {
+    six->enableMotor(axis, true);
+    six->setTargetVelocity(axis, 0);
+    six->setMaxMotorForce(axis, btScalar(joint.friction));
+  }
+  return six;
 }
 
 }  // namespace
@@ -34,10 +56,12 @@ std::unique_ptr<btTypedConstraint> makeJoint(const SceneJoint& joint, btRigidBod
                                              const btTransform& inChild) {
   if (joint.kind == SceneJoint::Kind::Fixed)
     return std::make_unique<btFixedConstraint>(parent, child, inParent, inChild);
-  if (joint.kind == SceneJoint::Kind::Prismatic)
-    return sliderOf(joint, parent, child, inParent, inChild);
+  if (joint.kind == SceneJoint::Kind::Prismatic || hasDynamics(joint))
+    return sixOf(joint, parent, child, inParent, inChild);
   auto hinge = std::make_unique<btHingeConstraint>(parent, child, inParent, inChild, true);
-  if (joint.lower && joint.upper) hinge->setLimit(btScalar(*joint.lower), btScalar(*joint.upper));
+  constexpr double kTurn = 3.14;  // a missing limit: as far as a hinge goes
+  if (joint.lower || joint.upper)
+    hinge->setLimit(btScalar(joint.lower.value_or(-kTurn)), btScalar(joint.upper.value_or(kTurn)));
   return hinge;
 }
 

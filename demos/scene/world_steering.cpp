@@ -16,6 +16,16 @@ void require(const World& world, std::size_t body, bool finite, const char* what
     throw std::invalid_argument("body '" + world.name(body) + "': its " + what + " must be finite");
 }
 
+// Bodies that touch it may have lost what they stand on.
+void wakeThoseAt(const btRigidBody& body, const btDispatcher& dispatcher) {
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold =
+        *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
+    if (manifold.getBody0() == &body) manifold.getBody1()->activate();
+    if (manifold.getBody1() == &body) manifold.getBody0()->activate();
+  }
+}
+
 }  // namespace
 
 // At the start of the step, as gravity is.
@@ -52,10 +62,11 @@ void World::place(std::size_t body, const Pose& pose) {
   require(*this, body, pose.position.allFinite() && pose.orientation.coeffs().allFinite(), "pose");
   const State::Body& moved = state_->bodies[body];
   btRigidBody& rigid = *moved.rigid;
+  btDiscreteDynamicsWorld& world = state_->world;
+  wakeThoseAt(rigid, *world.getDispatcher());
   rigid.activate(true);
   rigid.setCenterOfMassTransform(toBullet(pose * moved.parts.frame));
   rigid.setInterpolationWorldTransform(rigid.getCenterOfMassTransform());
-  btDiscreteDynamicsWorld& world = state_->world;
   world.getPairCache()->cleanProxyFromPairs(rigid.getBroadphaseProxy(), world.getDispatcher());
   world.updateSingleAabb(&rigid);
   state_->poses.clear();

@@ -18,6 +18,8 @@ void bindBase(py::module_& module) {
              Pose pose = poseOf("position", position);
              if (orientation.is_none()) return pose;
              const Numbers q = rowsOf("orientation", orientation, 4);
+             if (q.shape(0) != 1)
+               throw std::invalid_argument("orientation: give one quaternion, x y z w");
              const double row[7] = {pose.position.x(), pose.position.y(), pose.position.z(),
                                     q.at(0, 0),        q.at(0, 1),        q.at(0, 2),
                                     q.at(0, 3)};
@@ -28,14 +30,15 @@ void bindBase(py::module_& module) {
            "which is normalized. Raises ValueError where a number is not finite.")
       .def_static(
           "from_rotation_vector",
-          [](const Vec3& turn, const Vec3& position) {
+          [](const py::object& rotation, const py::object& position) {
+            const Vec3 turn = vectorOf("turn", rotation);
             const double angle = turn.norm();
             Pose pose;
             if (angle > 0) pose.orientation = Eigen::AngleAxisd(angle, turn / angle);
-            pose.position = position;
+            if (!position.is_none()) pose.position = vectorOf("position", position);
             return pose;
           },
-          "turn"_a, "position"_a = Vec3::Zero().eval(),
+          "turn"_a, "position"_a = py::none(),
           "A pose turned by |turn| [rad] about the axis `turn`, at `position` [m].")
       .def_property_readonly(
           "position", [](const Pose& p) { return p.position; }, "Array (3,) [m].")

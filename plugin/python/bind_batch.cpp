@@ -132,6 +132,7 @@ void bindBatch(py::module_& module) {
       .def(
           py::init([](const std::string& backend, int threads) {
             const Backend where = program::readBackend(backend);
+            if (threads < 0) throw std::invalid_argument("threads: must be 0 or more");
             const py::gil_scoped_release unlocked;
             return ContactBatch({.backend = where, .threads = threads});
           }),

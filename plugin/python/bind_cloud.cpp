@@ -9,6 +9,8 @@
 #include <cloudcontact/voxels/pieces.h>
 #include <cloudcontact/voxels/volume_file.h>
 
+#include <cmath>
+
 #include "python/bindings.h"
 #include "python/dense_cloud.h"
 #include "python/long_work.h"
@@ -100,10 +102,10 @@ Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
 
 MassProperties massOf(const Cloud& cloud, const py::object& density) {
   std::vector<double> densities;
-  if (py::isinstance<py::float_>(density) || py::isinstance<py::int_>(density))
-    densities = {density.cast<double>()};
-  else
+  if (py::isinstance<py::sequence>(density) || py::isinstance<py::array>(density))
     densities = density.cast<std::vector<double>>();
+  else
+    densities = {numberOf("density", density)};
   const py::gil_scoped_release unlocked;
   return massPropertiesOf(cloud, densities);
 }
@@ -244,16 +246,25 @@ py::tuple digitizeMesh(const py::object& source, double voxel, int threads, std:
   return py::make_tuple(std::move(cloud), report);
 }
 
-Cloud digitizeFile(const std::string& file, const std::optional<double>& voxel,
+Cloud digitizeFile(const std::filesystem::path& path, const std::optional<double>& voxel,
                    const py::object& unit, const std::optional<double>& shell,
                    const std::map<std::string, double>& thresholds, int threads,
-                   const std::string& backend, const py::object& progress) {
+                   std::size_t maxBytes, const std::string& backend, const py::object& progress) {
+  const std::string file = path.string();
+  if (voxel && (!(*voxel > 0) || !std::isfinite(*voxel)))
+    throw std::invalid_argument("voxel: must be above 0 and finite");
+  if (shell && (!(*shell > 0) || !std::isfinite(*shell)))
+    throw std::invalid_argument("shell: must be above 0 and finite");
+  if (threads < 0) throw std::invalid_argument("threads: must be 0 or more");
   program::CommonOptions options;
+  options.maxBytes = maxBytes;
   options.voxel = voxel;
   options.metersPerUnit = unitOf(unit);
   options.shell = shell;
   for (const auto& [name, from] : thresholds)
     program::addThreshold("thresholds", {from, name}, options.thresholds);
+  if (!thresholds.empty() && !isVolumeFile(file))
+    throw std::invalid_argument("thresholds: is of CT volumes, and '" + file + "' is none");
   options.threads = threads;
   options.backend = program::readBackend(backend);
   Cloud cloud;
@@ -276,7 +287,7 @@ void bindDigitize(py::module_& module) {
   module.def("digitize_mesh", &digitizeMesh, "source"_a, "voxel"_a, "threads"_a, "max_bytes"_a,
              "backend"_a, "progress"_a, "A Cloud and its DigitizeReport; see digitize().");
   module.def("digitize_file", &digitizeFile, "file"_a, "voxel"_a, "unit"_a, "shell"_a,
-             "thresholds"_a, "threads"_a, "backend"_a, "progress"_a,
+             "thresholds"_a, "threads"_a, "max_bytes"_a, "backend"_a, "progress"_a,
              "A Cloud of any file that the program reads; see digitize().");
 }
 
@@ -296,11 +307,12 @@ CtVolume volumeOf(const Floats& values, const Vec3& spacing, const Vec3& origin)
 Cloud fromCt(const CtVolume& volume, const py::object& thresholds, double voxel,
              std::size_t maxBytes) {
   std::vector<CtRange> ranges;
-  if (py::isinstance<py::dict>(thresholds)) {
-    for (const auto& [name, from] : thresholds.cast<py::dict>())
-      ranges.push_back({from.cast<double>(), name.cast<std::string>()});
+  if (py::hasattr(thresholds, "keys")) {
+    for (const auto& [name, from] : py::dict(thresholds))
+      ranges.push_back({numberOf("thresholds", py::reinterpret_borrow<py::object>(from)),
+                        name.cast<std::string>()});
   } else {
-    ranges.push_back({thresholds.cast<double>(), "all"});
+    ranges.push_back({numberOf("thresholds", thresholds), "all"});
   }
   std::sort(ranges.begin(), ranges.end(),
             [](const CtRange& a, const CtRange& b) { return a.from < b.from; });

@@ -11,13 +11,13 @@ namespace {
 
 using namespace py::literals;
 
-OwnedBody makeBody(const py::object& shape, const py::object& pose, const Vec3& velocity,
-                   const Vec3& angularVelocity, std::optional<TissueTable> tissues,
+OwnedBody makeBody(const py::object& shape, const py::object& pose, const py::object& velocity,
+                   const py::object& angularVelocity, std::optional<TissueTable> tissues,
                    std::optional<KelvinVoigt> spring, std::optional<PaperBody> paper) {
   OwnedBody body = bodyFrom("shape", shape);
   body.pose = poseOf("pose", pose);
-  body.linear = velocity;
-  body.angular = angularVelocity;
+  if (!velocity.is_none()) body.linear = vectorOf("velocity", velocity);
+  if (!angularVelocity.is_none()) body.angular = vectorOf("angular_velocity", angularVelocity);
   if (tissues) {
     validate(*tissues);
     const std::size_t most =
@@ -51,9 +51,9 @@ FoundContact findContact(ContactFinder& finder, const py::object& first, const p
 void bindBody(py::module_& module) {
   py::class_<OwnedBody>(module, "ContactBody", "One body of a pair: its shape, place and motion.")
       .def(
-          py::init(&makeBody), "shape"_a, "pose"_a = py::none(), "velocity"_a = Vec3::Zero().eval(),
-          "angular_velocity"_a = Vec3::Zero().eval(), "tissues"_a = py::none(),
-          "spring"_a = py::none(), "paper"_a = py::none(),
+          py::init(&makeBody), "shape"_a, "pose"_a = py::none(), "velocity"_a = py::none(),
+          "angular_velocity"_a = py::none(), "tissues"_a = py::none(), "spring"_a = py::none(),
+          "paper"_a = py::none(),
           "shape: a SurfaceField or a solid; not both bodies may be solids. pose: where it is.\n"
           "velocity: of its frame's origin (3,) [m/s]. angular_velocity: (3,) [rad/s]. tissues:\n"
           "one for each material, or one; they replace the law's stiffness and damping. spring: a\n"
@@ -65,10 +65,12 @@ void bindBody(py::module_& module) {
           "Where it is: a Pose.")
       .def_property(
           "velocity", [](const OwnedBody& b) { return b.linear; },
-          [](OwnedBody& b, const Vec3& v) { b.linear = v; }, "(3,) [m/s]")
+          [](OwnedBody& b, const py::object& v) { b.linear = vectorOf("velocity", v); },
+          "(3,) [m/s]")
       .def_property(
           "angular_velocity", [](const OwnedBody& b) { return b.angular; },
-          [](OwnedBody& b, const Vec3& v) { b.angular = v; }, "(3,) [rad/s]");
+          [](OwnedBody& b, const py::object& v) { b.angular = vectorOf("angular_velocity", v); },
+          "(3,) [rad/s]");
 }
 
 void bindResult(py::module_& module) {
@@ -123,7 +125,7 @@ void bindContact(py::module_& module) {
              PaperSettings settings;
              if (!area.is_none()) settings.area = placedSolidOf("area", area);
              settings.hardness = hardness;
-             settings.ability = ability;
+             settings.ability = abilityOf(ability);
              const py::gil_scoped_release unlocked;
              return paperBody(cloud, tissues, settings);
            }),

@@ -1,6 +1,9 @@
 // Python: the haptic loop.
 #include <cloudcontact/workpiece/haptic_loop.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "python/bindings.h"
 #include "python/long_work.h"
 #include "python/numpy_views.h"
@@ -60,6 +63,9 @@ py::dict runTicks(OwnedLoop& loop, const py::object& hand, const py::object& vel
   const auto n = static_cast<py::ssize_t>(poses.size());
   Numbers speeds;
   if (!velocity.is_none()) speeds = rowsOf("velocity", velocity, 3);
+  if (!std::all_of(speeds.data(), speeds.data() + speeds.size(),
+                   [](double v) { return std::isfinite(v); }))
+    throw std::invalid_argument("velocity: not finite; give finite numbers");
   if (!velocity.is_none() && speeds.shape(0) != n)
     throw std::invalid_argument("velocity: give as many rows as hand has");
   TickColumns out(n);
@@ -138,11 +144,13 @@ void bindHaptics(py::module_& module) {
            "ValueError that names the setting.")
       .def(
           "tick",
-          [](OwnedLoop& loop, const py::object& hand, const Vec3& velocity) {
+          [](OwnedLoop& loop, const py::object& hand, const py::object& velocity) {
             const Pose pose = poseOf("hand", hand);
-            return loop.tick(inputOf(pose, velocity));
+            const Vec3 v =
+                velocity.is_none() ? Vec3::Zero().eval() : vectorOf("velocity", velocity);
+            return loop.tick(inputOf(pose, v));
           },
-          "hand"_a, "velocity"_a = Vec3::Zero().eval(),
+          "hand"_a, "velocity"_a = py::none(),
           "The HapticOutput at a pose of the hand; velocity: of its position (3,) [m/s].")
       .def("run", &runTicks, "hand"_a, "velocity"_a = py::none(), "progress"_a = py::none(),
            "A tick for each row of hand (n, 3) or (n, 7) and velocity (n, 3). Returns a dict of\n"

@@ -1,10 +1,12 @@
 // Python: scenes, of files or built by hand.
 #include <algorithm>
+#include <cmath>
 
 #include "io/errors.h"
 #include "python/bindings.h"
 #include "python/numpy_views.h"
 #include "scene/scene.h"
+#include "scene/scene_check.h"
 #include "scene/scene_file.h"
 
 namespace cloudcontact::python {
@@ -79,12 +81,6 @@ int bodyNumber(const SceneDescription& scene, const std::string& name) {
   return static_cast<int>(at - scene.bodies.begin());
 }
 
-void atLeast(const char* what, const std::optional<double>& value, double least) {
-  if (value && !(*value >= least && std::isfinite(*value)))
-    throw std::invalid_argument(std::string(what) + ": must be a finite number of " +
-                                (least > 0 ? "more than 0" : "0 or more"));
-}
-
 // What add() takes beside the shape.
 struct BodyWords {
   std::optional<double> mass, friction, stiffness, damping, restitution;
@@ -92,19 +88,24 @@ struct BodyWords {
 };
 
 void checkWords(const BodyWords& words) {
-  constexpr double kAboveZero = 1e-300;
-  atLeast("mass", words.mass, kAboveZero);
-  atLeast("friction", words.friction, 0);
-  atLeast("stiffness", words.stiffness, kAboveZero);
-  atLeast("damping", words.damping, 0);
-  atLeast("restitution", words.restitution, 0);
   if (words.isStatic && words.mass)
     throw std::invalid_argument("mass: a static body does not move; leave one of the two out");
+  if (words.damping && !words.stiffness)
+    throw std::invalid_argument("damping: needs a stiffness beside it; give both or neither");
+}
+
+SceneDrive driveOf(const py::object& drive, bool isStatic) {
+  if (isStatic)
+    throw std::invalid_argument("drive: a static body does not move; leave one of the two out");
+  if (!py::isinstance<py::sequence>(drive) || py::len(drive) != 2)
+    throw std::invalid_argument("drive: give two velocities, (linear, angular)");
+  const py::object linear = drive[py::int_(0)], angular = drive[py::int_(1)];
+  return {Pose(), vectorOf("drive, linear", linear), vectorOf("drive, angular", angular)};
 }
 
 void addBody(SceneDescription& scene, const std::string& name, const py::object& shape,
-             const py::object& pose, const BodyWords& words, const Vec3& velocity,
-             const Vec3& angularVelocity, const py::object& unit, const py::object& tissue,
+             const py::object& pose, const BodyWords& words, const py::object& velocity,
+             const py::object& angularVelocity, const py::object& unit, const py::object& tissue,
              bool cuttable, const std::optional<Cutter>& cutter, double ability,
              const py::object& drive) {
   checkWords(words);
@@ -121,8 +122,11 @@ void addBody(SceneDescription& scene, const std::string& name, const py::object&
   body.stiffness = words.stiffness;
   body.damping = words.damping;
   body.restitution = words.restitution;
-  body.linearVelocity = velocity;
-  body.angularVelocity = angularVelocity;
+  if (!velocity.is_none()) body.linearVelocity = vectorOf("velocity", velocity);
+  if (!angularVelocity.is_none())
+    body.angularVelocity = vectorOf("angular_velocity", angularVelocity);
+  if (words.isStatic && !(body.linearVelocity.isZero(0) && body.angularVelocity.isZero(0)))
+    throw std::invalid_argument("velocity: a static body does not move; leave one of the two out");
   body.model = static_cast<int>(scene.bodies.size());
   SceneCollision collision = collisionOf(scene, name, shape, Vec3::Constant(unitOf(unit)));
   collision.tissues = tissuesOf(tissue);
@@ -130,13 +134,9 @@ void addBody(SceneDescription& scene, const std::string& name, const py::object&
   if (cutter) collision.cutter = SceneCutter{ability, *cutter};
   if (std::holds_alternative<ScenePlane>(collision.geometry) && !words.isStatic)
     throw std::invalid_argument("shape: a half-space has no mass; give static=True");
-  if (!drive.is_none()) {
-    const auto [linear, angular] = drive.cast<std::pair<Vec3, Vec3>>();
-    if (words.isStatic)
-      throw std::invalid_argument("drive: a static body does not move; leave one of the two out");
-    body.drive = SceneDrive{Pose(), linear, angular};
-  }
+  if (!drive.is_none()) body.drive = driveOf(drive, words.isStatic);
   body.collisions.push_back(std::move(collision));
+  validate(body);
   scene.bodies.push_back(std::move(body));
 }
 
@@ -149,26 +149,30 @@ SceneJoint::Kind kindOf(const std::string& kind) {
 }
 
 void addJoint(SceneDescription& scene, const std::string& kind, const std::string& child,
-              const std::optional<std::string>& parent, const Vec3& position, const Vec3& axis,
-              std::optional<double> lower, std::optional<double> upper, double spring,
-              double damping, double rest) {
+              const std::optional<std::string>& parent, const py::object& position,
+              const py::object& axis, std::optional<double> lower, std::optional<double> upper,
+              double spring, double damping, double rest, double friction) {
   SceneJoint joint;
   joint.kind = kindOf(kind);
   joint.child = bodyNumber(scene, child);
   if (parent) joint.parent = bodyNumber(scene, *parent);
   joint.name = child + " to " + parent.value_or("the world");
-  if (!position.allFinite() || !axis.allFinite() || axis.norm() < 1e-12)
-    throw std::invalid_argument("joint '" + joint.name +
-                                "': position and axis must be finite, and the axis not 0");
-  joint.pose.position = position;
-  joint.axis = axis.normalized();
-  joint.lower = lower;
-  joint.upper = upper;
-  if (!(spring >= 0 && damping >= 0))
-    throw std::invalid_argument("joint '" + joint.name + "': spring and damping must be 0 or more");
+  if (!position.is_none()) joint.pose.position = vectorOf("position", position);
+  if (!axis.is_none()) joint.axis = vectorOf("axis", axis);
+  // What is without end is no limit.
+  if (lower && *lower > -HUGE_VAL) joint.lower = lower;
+  if (upper && *upper < HUGE_VAL) joint.upper = upper;
   joint.spring = spring;
   joint.damping = damping;
   joint.rest = rest;
+  joint.friction = friction;
+  validate(joint);
+  const bool moves = lower || upper || spring != 0 || damping != 0 || friction != 0;
+  if (joint.kind == SceneJoint::Kind::Fixed && moves)
+    throw std::invalid_argument("joint '" + joint.name +
+                                "': a fixed joint does not move; leave limits, spring, damping "
+                                "and friction out");
+  joint.axis.normalize();
   scene.joints.push_back(std::move(joint));
 }
 
@@ -195,20 +199,19 @@ void bindScene(py::module_& module) {
           [](SceneDescription& scene, const std::string& name, const py::object& shape,
              const py::object& pose, std::optional<double> mass, bool isStatic,
              std::optional<double> friction, std::optional<double> stiffness,
-             std::optional<double> damping, std::optional<double> restitution, const Vec3& velocity,
-             const Vec3& angularVelocity, const py::object& unit, const py::object& tissue,
-             bool cuttable, const std::optional<Cutter>& cutter, double ability,
-             const py::object& drive) {
+             std::optional<double> damping, std::optional<double> restitution,
+             const py::object& velocity, const py::object& angularVelocity, const py::object& unit,
+             const py::object& tissue, bool cuttable, const std::optional<Cutter>& cutter,
+             double ability, const py::object& drive) {
             addBody(scene, name, shape, pose,
                     {mass, friction, stiffness, damping, restitution, isStatic}, velocity,
                     angularVelocity, unit, tissue, cuttable, cutter, ability, drive);
           },
           "name"_a, "shape"_a, "pose"_a = py::none(), py::kw_only(), "mass"_a = py::none(),
           "static"_a = false, "friction"_a = py::none(), "stiffness"_a = py::none(),
-          "damping"_a = py::none(), "restitution"_a = py::none(),
-          "velocity"_a = Vec3::Zero().eval(), "angular_velocity"_a = Vec3::Zero().eval(),
-          "unit"_a = 1.0, "tissue"_a = py::none(), "cuttable"_a = false, "cutter"_a = py::none(),
-          "ability"_a = 1.0, "drive"_a = py::none(),
+          "damping"_a = py::none(), "restitution"_a = py::none(), "velocity"_a = py::none(),
+          "angular_velocity"_a = py::none(), "unit"_a = 1.0, "tissue"_a = py::none(),
+          "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none(),
           "Adds a body.\n\n"
           "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
           "Sphere, Cylinder, Capsule or HalfSpace. pose: of its frame in the world. mass [kg]; "
@@ -217,27 +220,40 @@ void bindScene(py::module_& module) {
           "pair\n"
           "the smaller counts. stiffness [N/m], damping [N s/m]: of its contacts, in series with "
           "the\n"
-          "other body's; none: as hard as the step allows. velocity: of the frame's origin (3,)\n"
+          "other body's; none: as hard as the step allows. restitution: 0 to 1; of a pair the "
+          "product\n"
+          "counts, where one of them states it. velocity: of the frame's origin (3,)\n"
           "[m/s]. angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a\n"
           "name in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
           "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular) "
           "that\n"
           "nothing changes. Raises ValueError that names what does not fit.")
-      .def("join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
-           "position"_a = Vec3::Zero().eval(), "axis"_a = Vec3::UnitZ().eval(), py::kw_only(),
-           "lower"_a = py::none(), "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0,
-           "rest"_a = 0.0,
-           "Adds a joint between two bodies, or a body and the world.\n\n"
-           "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m] and axis (3,): in "
-           "the\n"
-           "world, at the start. lower, upper: limits [rad, m]. spring [N/m], damping [N s/m], "
-           "rest\n"
-           "[m]: of a prismatic joint.")
+      .def(
+          "join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
+          "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "lower"_a = py::none(),
+          "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0,
+          "friction"_a = 0.0,
+          "Adds a joint between two bodies, or a body and the world.\n\n"
+          "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m], none: the origin, "
+          "and axis\n"
+          "(3,), none: z: in the world, at the start. lower, upper: limits [rad, m]. spring, "
+          "damping,\n"
+          "rest: it is pulled to `rest` and slowed down [N m/rad, N m s/rad, rad; N/m, N s/m, m].\n"
+          "friction: holds it still up to this torque or force [N m, N].")
       .def_readwrite("name", &SceneDescription::name)
-      .def_readwrite("step", &SceneDescription::step, "Of the world's time [s].")
+      .def_property(
+          "step", [](const SceneDescription& s) { return s.step; },
+          [](SceneDescription& s, const py::object& step) {
+            const double seconds = numberOf("step", step);
+            if (!(seconds > 0) || !std::isfinite(seconds))
+              throw std::invalid_argument("step: must be above 0 and finite");
+            s.step = seconds;
+          },
+          "Of the world's time [s].")
       .def_property(
           "gravity", [](const SceneDescription& s) { return s.gravity; },
-          [](SceneDescription& s, const Vec3& g) { s.gravity = g; }, "(3,) [m/s^2]")
+          [](SceneDescription& s, const py::object& g) { s.gravity = vectorOf("gravity", g); },
+          "(3,) [m/s^2]")
       .def_property_readonly(
           "bodies",
           [](const SceneDescription& s) {

@@ -30,7 +30,7 @@ auto inTurn(Value (BaseVectorField::*read)() const) {
 std::vector<CuttingPart> partsFrom(const py::object& parts) {
   std::vector<CuttingPart> list;
   for (const auto& [area, ability] : parts.cast<std::vector<std::pair<py::object, double>>>())
-    list.push_back({placedSolidOf("parts", area), ability});
+    list.push_back({placedSolidOf("parts", area), abilityOf(ability)});
   return list;
 }
 
@@ -45,7 +45,7 @@ Detection detectionOf(const py::object& area, const std::string& membership, boo
                                 "whole");
   tool.membership = membership == "shared" ? Membership::Shared : Membership::Whole;
   tool.hardness = hardness;
-  tool.ability = ability;
+  tool.ability = abilityOf(ability);
   if (!parts.is_none()) tool.parts = partsFrom(parts);
   if (depth != "tip" && depth != "nearest")
     throw std::invalid_argument("depth: '" + depth + "' is not known; give tip or nearest");
@@ -60,7 +60,8 @@ WindowSettings windowOf(double voxel, const py::object& window, const py::object
     settings.area = placedSolidOf("window", window);
     settings.weight = smooth ? WindowWeight::Smooth : WindowWeight::Even;
   }
-  if (!representative.is_none()) settings.representative = representative.cast<Vec3>();
+  if (!representative.is_none())
+    settings.representative = vectorOf("representative", representative);
   return settings;
 }
 

@@ -1,4 +1,5 @@
 // Python: running worlds.
+#include <algorithm>
 #include <map>
 
 #include "io/options.h"
@@ -84,7 +85,12 @@ void takeWords(WorldSettings& settings, const py::kwargs& words) {
     if (at == known.end())
       throw py::type_error("World() got an unexpected keyword argument '" +
                            name.cast<std::string>() + "'");
-    at->second(py::reinterpret_borrow<py::object>(value));
+    try {
+      at->second(py::reinterpret_borrow<py::object>(value));
+    } catch (const py::cast_error&) {
+      throw py::type_error("World(): " + at->first + " is of a wrong type: " +
+                           py::str(py::type::of(value).attr("__name__")).cast<std::string>());
+    }
   }
 }
 
@@ -188,7 +194,9 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           },
           "seconds"_a, "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
           "replay"_a = py::none(), "observe"_a = py::none(), "progress"_a = py::none(),
-          "Steps for `seconds`. Ctrl-C ends it after the step. Returns the Replay, which a "
+          "Steps for `seconds`, to the nearest whole number of steps; ValueError where that is "
+          "none of\n"
+          "a time above 0. Ctrl-C ends it after the step. Returns the Replay, which a "
           "notebook\n"
           "shows, where `replay` is an .html file.\n\n"
           "step: length of a step [s]; none: the scene's. substeps: parts of each. replay: a file\n"
@@ -285,6 +293,13 @@ void requireCuttable(const World& world, std::size_t body) {
                                 "': is not cuttable; add it with cuttable=True");
 }
 
+std::vector<std::string> namesOf(const ScriptedWorld& world) {
+  const Turn turn(&world);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < world.world->bodyCount(); ++i) names.push_back(world.world->name(i));
+  return names;
+}
+
 void bindBody(py::module_& module) {
   py::class_<WorldBody>(module, "WorldBody", "A body of a World, as it is now.")
       .def_property_readonly("name",
@@ -305,7 +320,8 @@ void bindBody(py::module_& module) {
           "Quaternion x y z w, (4,).")
       .def_property(
           "velocity", [](const WorldBody& b) { return b.state().linearVelocity; },
-          [](const WorldBody& b, const Vec3& v) {
+          [](const WorldBody& b, const py::object& velocity) {
+            const Vec3 v = vectorOf("velocity", velocity);
             const Turn turn(b.world.get());
             World& w = *b.world->world;
             w.setMotion(b.index, v, w.state(b.index).angularVelocity);
@@ -313,7 +329,8 @@ void bindBody(py::module_& module) {
           "Of the frame's origin (3,) [m/s]; may be set.")
       .def_property(
           "angular_velocity", [](const WorldBody& b) { return b.state().angularVelocity; },
-          [](const WorldBody& b, const Vec3& v) {
+          [](const WorldBody& b, const py::object& velocity) {
+            const Vec3 v = vectorOf("angular_velocity", velocity);
             const Turn turn(b.world.get());
             World& w = *b.world->world;
             w.setMotion(b.index, w.state(b.index).linearVelocity, v);
@@ -321,14 +338,16 @@ void bindBody(py::module_& module) {
           "(3,) [rad/s]; may be set: the frame's origin keeps its velocity.")
       .def_property(
           "applied_force", ofBody([](const World& w, std::size_t i) { return w.load(i).force; }),
-          [](const WorldBody& b, const Vec3& force) {
+          [](const WorldBody& b, const py::object& newtons) {
+            const Vec3 force = vectorOf("applied_force", newtons);
             const Turn turn(b.world.get());
             b.world->world->setLoad(b.index, {force, b.world->world->load(b.index).torque});
           },
           "Yours, on the center of mass in each step until it is set again (3,) [N].")
       .def_property(
           "applied_torque", ofBody([](const World& w, std::size_t i) { return w.load(i).torque; }),
-          [](const WorldBody& b, const Vec3& torque) {
+          [](const WorldBody& b, const py::object& newtonMeters) {
+            const Vec3 torque = vectorOf("applied_torque", newtonMeters);
             const Turn turn(b.world.get());
             b.world->world->setLoad(b.index, {b.world->world->load(b.index).force, torque});
           },
@@ -391,13 +410,13 @@ void bindWorld(py::module_& module) {
             }
           },
           "name"_a, "A WorldBody by its name. Raises KeyError.")
-      .def_property_readonly("names", inTurn([](const ScriptedWorld& w) {
-                               std::vector<std::string> names;
-                               for (std::size_t i = 0; i < w.world->bodyCount(); ++i)
-                                 names.push_back(w.world->name(i));
-                               return names;
-                             }),
-                             "Of the bodies, in the order of the arrays.")
+      .def("__contains__",
+           [](const ScriptedWorld& w, const std::string& name) {
+             const std::vector<std::string> names = namesOf(w);
+             return std::find(names.begin(), names.end(), name) != names.end();
+           })
+      .def("__iter__", [](const ScriptedWorld& w) { return py::iter(py::cast(namesOf(w))); })
+      .def_property_readonly("names", &namesOf, "Of the bodies, in the order of the arrays.")
       .def_property_readonly("time", inTurn([](const ScriptedWorld& w) { return w.time; }),
                              "Simulated so far [s].")
       .def_property_readonly(

@@ -33,6 +33,13 @@ OwnedBody bodyFrom(const char* what, const py::object& value) {
 ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples,
                              const std::string& normals) {
   validate(law);
+  if (std::holds_alternative<Maxwell>(law) || std::holds_alternative<StandardLinearSolid>(law))
+    throw std::invalid_argument(
+        "law: this one has a memory, which a single contact has not; run a "
+        "World, or give KelvinVoigt, Foundation or Rigid");
+  if (!(margin >= 0) || !std::isfinite(margin))
+    throw std::invalid_argument("margin: must be 0 or more and finite");
+  if (samples < 1) throw std::invalid_argument("samples: must be 1 or more");
   ContactSettings settings;
   settings.law = law;
   settings.margin = margin;

@@ -19,6 +19,9 @@ PYBIND11_MODULE(_core, module) {
       if (error) std::rethrow_exception(error);
     } catch (const cloudcontact::program::BadInput& bad) {
       PyErr_SetString(PyExc_ValueError, bad.what());
+    } catch (const py::cast_error&) {
+      // pybind11's own is a RuntimeError that speaks of C++.
+      PyErr_SetString(PyExc_TypeError, "an argument is of a wrong type; help() tells which fit");
     }
   });
   bindBase(module);

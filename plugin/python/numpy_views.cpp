@@ -43,6 +43,27 @@ Numbers rowsOf(const char* what, const py::object& values, py::ssize_t columns) 
   return rows;
 }
 
+Vec3 vectorOf(const char* what, const py::object& value) {
+  const Numbers numbers = Numbers::ensure(value);
+  if (!numbers) PyErr_Clear();
+  if (!numbers || numbers.ndim() != 1 || numbers.size() != 3)
+    throw std::invalid_argument(std::string(what) + ": give three numbers, x y z");
+  const Vec3 vector(numbers.at(0), numbers.at(1), numbers.at(2));
+  if (!vector.allFinite())
+    throw std::invalid_argument(std::string(what) + ": not finite; give finite numbers");
+  return vector;
+}
+
+double numberOf(const char* what, const py::object& value) {
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (PyErr_Occurred()) {
+    PyErr_Clear();
+    throw py::type_error(std::string(what) + ": give a number, not " +
+                         py::str(py::type::of(value).attr("__name__")).cast<std::string>());
+  }
+  return number;
+}
+
 py::array_t<double> arrayOf(const std::vector<Vec3>& vectors) {
   py::array_t<double> array({static_cast<py::ssize_t>(vectors.size()), py::ssize_t{3}});
   auto out = array.mutable_unchecked<2>();
@@ -154,9 +175,15 @@ PlacedSolid placedSolidOf(const char* what, const py::object& value) {
   return {solidOf(what, value), {}};
 }
 
+double abilityOf(double ability) {
+  if (!(ability >= 0) || !std::isfinite(ability))
+    throw std::invalid_argument("ability: must be 0 or more and finite");
+  return ability;
+}
+
 double unitOf(const py::object& value) {
   if (py::isinstance<py::str>(value)) return program::readUnit(value.cast<std::string>());
-  const double meters = value.cast<double>();
+  const double meters = numberOf("unit", value);
   if (!(meters > 0) || !std::isfinite(meters))
     throw std::invalid_argument("unit: must be a positive number of meters, or mm, cm, in, m");
   return meters;

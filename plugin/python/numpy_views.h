@@ -65,6 +65,10 @@ std::size_t offsetOf(Member Object::*member) {
 // Rows of `columns` numbers, as (n, columns), or one row as (columns,). Throws
 // std::invalid_argument that begins with `what`.
 Numbers rowsOf(const char* what, const py::object& values, py::ssize_t columns);
+// Three finite numbers. Throws std::invalid_argument that begins with `what`.
+Vec3 vectorOf(const char* what, const py::object& value);
+// A number of Python or numpy. Throws TypeError that begins with `what`.
+double numberOf(const char* what, const py::object& value);
 // A copy of vectors as an array (n, 3).
 py::array_t<double> arrayOf(const std::vector<Vec3>& vectors);
 
@@ -80,6 +84,9 @@ std::vector<Pose> posesOf(const char* what, const py::object& values);
 Solid solidOf(const char* what, const py::object& value);
 PlacedSolid placedSolidOf(const char* what, const py::object& value);
 bool isSolid(const py::object& value);
+
+// The ability to cut of (5'): finite, 0 or more. Throws std::invalid_argument.
+double abilityOf(double ability);
 
 // Meters of a unit: a name, or meters per unit. Throws ValueError as the program does.
 double unitOf(const py::object& value);

@@ -25,6 +25,8 @@ int stepsOf(const RunWords& words) {
   if (words.substeps < 1) throw std::invalid_argument("substeps: must be 1 or more");
   if (words.seconds / words.step > kMostSteps)
     throw std::invalid_argument("step: these are over a thousand million; give longer ones");
+  if (words.seconds > 0 && words.seconds < 0.5 * words.step)
+    throw std::invalid_argument("seconds: less than half a step; give a shorter step");
   return static_cast<int>(std::llround(words.seconds / words.step));
 }
 

@@ -37,6 +37,9 @@ void validate(const CtVolume& volume, const std::vector<CtRange>& ranges) {
     throw std::invalid_argument("cloudFromCt: a value is NaN");
   if (ranges.empty() || ranges.size() > 256)
     throw std::invalid_argument("cloudFromCt: give 1 to 256 ranges");
+  if (std::any_of(ranges.begin(), ranges.end(),
+                  [](const CtRange& r) { return std::isnan(r.from); }))
+    throw std::invalid_argument("cloudFromCt: a threshold is NaN");
   for (std::size_t k = 1; k < ranges.size(); ++k)
     if (!(ranges[k].from > ranges[k - 1].from))
       throw std::invalid_argument("cloudFromCt: the ranges must ascend; " + ranges[k].name +

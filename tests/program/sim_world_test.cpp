@@ -254,6 +254,92 @@ TEST(Simulation, ARevoluteJointIsAPendulumsPivot) {
   EXPECT_LT(strayed, 2e-3);
 }
 
+// A rod that turns about its middle, without gravity; or slides along its length.
+struct JointedRod {
+  static constexpr double kLength = 1, kMass = 2;
+  SceneDescription scene =
+      sceneOf({bodyWith("rod", SceneBox{Vec3(kLength, 0.02, 0.02)}, Vec3::Zero(), kMass)});
+  explicit JointedRod(SceneJoint::Kind kind) {
+    scene.gravity.setZero();
+    SceneJoint joint;
+    joint.name = "joint";
+    joint.kind = kind;
+    joint.child = 0;
+    joint.axis = kind == SceneJoint::Kind::Revolute ? Vec3::UnitZ() : Vec3::UnitX();
+    scene.joints = {joint};
+  }
+  SceneJoint& joint() { return scene.joints[0]; }
+  bool turns() const { return scene.joints[0].kind == SceneJoint::Kind::Revolute; }
+  // Of the inertia and the mass.
+  double inert() const { return turns() ? kMass * (kLength * kLength + 0.02 * 0.02) / 12 : kMass; }
+  void start(double speed) {
+    (turns() ? scene.bodies[0].angularVelocity.z() : scene.bodies[0].linearVelocity.x()) = speed;
+  }
+  // The speed and the place on the joint's axis after a time.
+  std::pair<double, double> after(double seconds, double step = 1e-3) const {
+    World world(scene, with(Method::Primitive, 0.005));
+    SimulationSettings settings;
+    settings.step = step;
+    settings.seconds = seconds;
+    simulate(world, settings);
+    const BodyState s = world.state(0);
+    const Vec3 along = s.pose.orientation * Vec3::UnitX();
+    return turns() ? std::pair(s.angularVelocity.z(), std::atan2(along.y(), along.x()))
+                   : std::pair(s.linearVelocity.x(), s.pose.position.x());
+  }
+};
+
+class JointDynamics : public ::testing::TestWithParam<SceneJoint::Kind> {};
+
+TEST_P(JointDynamics, DampingSlowsDownExponentially) {
+  JointedRod rod(GetParam());
+  rod.start(3);
+  rod.joint().damping = 0.5 * rod.inert();
+  EXPECT_NEAR(rod.after(1).first, 3 * std::exp(-0.5), 3e-3);
+  // More than stops it within a step: it stops, and does not turn back.
+  rod.joint().damping = 1e5 * rod.inert();
+  EXPECT_NEAR(rod.after(0.1).first, 0, 1e-3);
+}
+
+TEST_P(JointDynamics, ASpringSwingsAboutItsRest) {
+  JointedRod rod(GetParam());
+  const double period = 0.5, w = 2 * std::numbers::pi / period;
+  rod.joint().spring = w * w * rod.inert();
+  rod.joint().rest = 0.2;
+  // From 0 to 0.4 in half a period, and back.
+  EXPECT_NEAR(rod.after(period / 2).second, 0.4, 0.01);
+  EXPECT_NEAR(rod.after(period).second, 0, 0.01);
+}
+
+TEST_P(JointDynamics, FrictionStopsItAndHoldsIt) {
+  JointedRod rod(GetParam());
+  rod.start(1);
+  rod.joint().friction = 2 * rod.inert();
+  EXPECT_NEAR(rod.after(0.25).first, 0.5, 5e-3);
+  EXPECT_NEAR(rod.after(1).first, 0, 1e-4);
+  EXPECT_NEAR(rod.after(1).second, 0.25, 5e-3);  // v^2 / (2 a)
+}
+
+TEST_P(JointDynamics, OneLimitAloneHolds) {
+  for (const double damping : {0.0, 1e-6}) {
+    JointedRod rod(GetParam());
+    rod.start(1);
+    rod.joint().damping = damping;
+    rod.joint().upper = 0.3;
+    EXPECT_LT(rod.after(1).second, 0.31) << damping;
+    rod.joint().upper.reset();
+    rod.joint().lower = -0.3;
+    EXPECT_NEAR(rod.after(0.5).second, 0.5, 0.01) << damping;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, JointDynamics,
+                         ::testing::Values(SceneJoint::Kind::Revolute, SceneJoint::Kind::Prismatic),
+                         [](const auto& made) {
+                           return made.param == SceneJoint::Kind::Revolute ? "revolute"
+                                                                           : "prismatic";
+                         });
+
 TEST(Simulation, AFixedJointHoldsBodiesTogether) {
   SceneDescription scene = sceneOf({bodyWith("a", SceneSphere{0.1}, Vec3(0, 0, 5), 1),
                                     bodyWith("b", SceneSphere{0.1}, Vec3(1, 0, 5), 1)});

@@ -1,6 +1,7 @@
 """Meshes, clouds and CT volumes as arrays."""
 
 import gc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,6 +157,15 @@ def test_the_device_gives_the_same_bits(box, box_cloud):
     np.testing.assert_array_equal(cc.digitize(box, 0.001, backend="opencl").coverage, box_cloud.coverage)
 
 
+def test_numbers_of_numpy_are_numbers():
+    cloud = cc.digitize({"a": box_arrays(BOX)}, 0.001)
+    numbers: Any = (np.float32(500), np.int64(500), np.float64(500))
+    for density in numbers:
+        assert cloud.mass_properties(density).mass == cloud.mass_properties(500).mass
+    voxel: Any = np.float32(0.001)
+    assert cc.digitize(box_arrays(BOX), voxel).voxel == float(voxel)
+
+
 @pytest.mark.parametrize(
     "call, error, words",
     [
@@ -168,6 +178,14 @@ def test_the_device_gives_the_same_bits(box, box_cloud):
         (lambda: cc.digitize(box_arrays(BOX), 1e-6, max_bytes=1000), ValueError, "voxel"),
         (lambda: cc.digitize(box_arrays(BOX), 0.001, unit="ell"), ValueError, "unit"),
         (lambda: cc.digitize(box_arrays(BOX), 0.001, backend="abacus"), ValueError, "backend"),
+        (lambda: cc.digitize({}, 0.001), ValueError, "no mesh"),
+        (lambda: cc.digitize(box_arrays(BOX), 0.001, shell=1e-3), ValueError, "shell"),
+        (lambda: cc.digitize("sphere:0.01", 0), ValueError, "voxel"),
+        (lambda: cc.digitize("sphere:0.01", 1e-4, max_bytes=1000), ValueError, "maxBytes"),
+        (lambda: cc.digitize("sphere:0.01", 1e-3, thresholds={"a": 1}), ValueError, "thresholds"),
+        (lambda: cc.digitize_volume(cc.CtVolume(np.ones((4, 4, 4)), [1, 1, 1]), np.nan), ValueError, "NaN"),
+        (lambda: cc.digitize_volume(cc.CtVolume(np.ones((4, 4, 4)), [1, 1, 1]), "0"), TypeError, "thresholds"),  # type: ignore[arg-type]
+        (lambda: cc.digitize(box_arrays(BOX), 0.001).mass_properties("light"), TypeError, "density|wrong type"),  # type: ignore[arg-type]
         (lambda: cc.digitize(3), TypeError, "digitize"),  # type: ignore[arg-type]
         (lambda: cc.Cloud.from_array(np.zeros((2, 2, 2)), 1), ValueError, "no voxel has material"),
         (lambda: cc.Cloud.from_array(np.full((2, 2, 2), 2.0), 1), ValueError, "0..1"),

@@ -168,6 +168,13 @@ def test_one_thread_gives_the_same_bits(box_field, ball_field):
         (lambda f: cc.contact(f, f, [0, 1]), "pose: give a Pose"),
         (lambda f: cc.contact(f, f, np.diag([2.0, 1, 1, 1])), "rigid one"),
         (lambda f: cc.contact(f, f, [0, 0, 0, 0, 0, 0, 0]), "quaternion"),
+        (lambda f: cc.contact(f, f, law=cc.Maxwell(1e4, 1)), "memory"),
+        (lambda f: cc.contact(f, f, margin=-1), "margin"),
+        (lambda f: cc.ContactBatch().find_poses(f, f, np.zeros((1, 3)), samples=0), "samples"),
+        (lambda f: cc.ContactBatch(threads=-1), "threads"),
+        (lambda f: cc.ContactBody(f, velocity=[np.nan, 0, 0]), "velocity"),
+        (lambda f: cc.Pose.from_rotation_vector([np.nan, 0, 0]), "turn"),
+        (lambda f: cc.Pose([0, 0, 0], np.eye(4)), "one quaternion"),
         (lambda f: cc.contact(f, "ball"), "b: give a SurfaceField"),  # type: ignore[arg-type]
         (lambda f: cc.contact(f, f, normals="paper"), "normals"),
         (lambda f: cc.contact(f, f, normals="base vectors"), "base vectors|paper"),

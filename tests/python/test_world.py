@@ -177,6 +177,53 @@ def test_a_robot_of_urdf_swings_on_its_hinge(tmp_path):
     assert world[lever].angular_velocity[1] == pytest.approx(0.5 * 9.8 * 0.1 / inertia * 0.05, rel=0.05)
 
 
+GRIPPER = """<robot name="gripper"><link name="world"/>
+<link name="table"><collision><geometry><box size="0.1 0.1 0.02"/></geometry></collision></link>
+<link name="tool"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
+<link name="pad"><collision><geometry><box size="0.01 0.01 0.01"/></geometry></collision></link>
+<joint name="stand" type="fixed"><parent link="world"/><child link="table"/></joint>
+<joint name="lift" type="prismatic"><parent link="table"/><child link="tool"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="9" velocity="9"/><dynamics damping="0.016" friction="0"/></joint>
+<joint name="glue" type="fixed"><parent link="tool"/><child link="pad"/><origin xyz="0 0 -0.015"/></joint></robot>"""
+
+
+def test_links_of_a_robot_without_a_mass_have_that_of_their_voxels(tmp_path):
+    (tmp_path / "g.urdf").write_text(GRIPPER)
+    world = cc.World(tmp_path / "g.urdf", voxel=0.001)
+    assert len(world) == 2
+    tool = world[next(n for n in world if "tool" in n)]
+    assert tool.mass == pytest.approx(1000 * (0.02**3 + 0.01**3), rel=1e-3)
+    # Damping c brings the fall of m to m g / c, with the time m / c.
+    world.run(0.05)
+    m, c = tool.mass, 0.016
+    assert tool.velocity[2] == pytest.approx(-m * 9.8 / c * (1 - np.exp(-0.05 * c / m)), rel=0.01)
+
+
+def test_a_link_of_a_robot_without_mass_and_matter_is_named(tmp_path):
+    (tmp_path / "g.urdf").write_text(GRIPPER.replace("<collision>", "<visual>").replace("</collision>", "</visual>"))
+    with pytest.raises(ValueError, match="g.urdf: link 'table': has neither <inertial> nor <collision>"):
+        cc.Scene.load(tmp_path / "g.urdf")
+
+
+def test_what_stands_on_a_body_that_is_moved_away_falls():
+    scene = resting()
+    scene.add("upper", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.0301], mass=0.2, friction=0.5)
+    world = cc.World(scene, voxel=0.002, sleep=True)
+    for _ in range(50):
+        world.run(0.1)
+        if world["upper"].asleep and world["brick"].asleep:
+            break
+    assert world["upper"].asleep
+    world["brick"].pose = cc.Pose([1, 0, 0.01])
+    world.run(0.3)
+    assert world["upper"].position[2] == pytest.approx(0.01, abs=1e-3)
+
+
+def test_names_of_bodies_are_looked_up():
+    world = cc.World(resting(), voxel=0.004)
+    assert "brick" in world and "ghost" not in world and list(world) == world.names == ["floor", "brick"]
+
+
 def test_joints_by_hand():
     scene = cc.Scene(gravity=[0, 0, 0], step=0.001)
     bar = cc.Mesh(*box_arrays([0.2, 0.02, 0.02]))
@@ -275,6 +322,28 @@ def test_a_thousand_worlds_leave_nothing():
         (lambda s: s.add("a", cc.Sphere(1), mass=-1), ValueError, "mass"),
         (lambda s: s.join("fixed", "ghost"), ValueError, "no body 'ghost'"),
         (lambda s: s.join("ball", "brick"), ValueError, "kind"),
+        (lambda s: s.join("fixed", "brick", "brick"), ValueError, "parent"),
+        (lambda s: s.join("fixed", "brick", damping=1), ValueError, "fixed joint does not move"),
+        (lambda s: s.join("revolute", "brick", axis=[1, 0]), ValueError, "axis: give three"),
+        (lambda s: s.join("revolute", "brick", lower=1, upper=-1), ValueError, "lower"),
+        (lambda s: s.join("revolute", "brick", rest=np.nan), ValueError, "rest"),
+        (lambda s: s.add("a", cc.Sphere(1), velocity=[1, 2]), ValueError, "velocity: give three"),
+        (lambda s: s.add("a", cc.Sphere(1), drive=5), ValueError, "drive"),
+        (lambda s: s.add("a", cc.Sphere(1), angular_velocity=[0, 0, np.nan]), ValueError, "angular_velocity"),
+        (lambda s: s.add("a", cc.Sphere(1), damping=5), ValueError, "damping: needs a stiffness"),
+        (lambda s: s.add("a", cc.Sphere(1), restitution=2), ValueError, "restitution"),
+        (lambda s: s.add("a", cc.Sphere(1), mass=1e300), ValueError, "mass"),
+        (lambda s: s.add("a", cc.Sphere(1), static=True, velocity=[1, 0, 0]), ValueError, "static"),
+        (lambda s: s.add("a", cc.Sphere(1), cutter=cc.Cutter(), ability=np.nan), ValueError, "ability"),
+        (lambda s: setattr(s, "gravity", [0, np.nan, 0]), ValueError, "gravity"),
+        (lambda s: setattr(s, "step", 0), ValueError, "step"),
+        (lambda s: cc.World(s, friction=-1), ValueError, "friction"),
+        (lambda s: cc.World(s, friction="a"), TypeError, "friction is of a wrong type: str"),  # type: ignore[arg-type]
+        (lambda s: cc.World(s, samples=0), ValueError, "samples"),
+        (lambda s: cc.World(s, iterations=-3), ValueError, "iterations"),
+        (lambda s: cc.World(s, shell=-1), ValueError, "shell"),
+        (lambda s: cc.World(s, threads=100000), ValueError, "threads"),
+        (lambda s: cc.World(s, law="hertz"), TypeError, "law"),  # type: ignore[arg-type]
         (lambda s: cc.World(s, voxel=-1), ValueError, "voxel"),
         (lambda s: cc.World(s, voxel=1), ValueError, "brick"),
         (lambda s: cc.World(s, method="magic"), ValueError, "method"),
@@ -284,7 +353,9 @@ def test_a_thousand_worlds_leave_nothing():
         (lambda s: setattr(cc.World(s, voxel=0.004)["floor"], "pose", [0, 0, 1]), ValueError, "'floor': its pose"),
         (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "pose", [0, 0, np.nan]), ValueError, "finite"),
         (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "velocity", [0, 0, np.inf]), ValueError, "velocity"),
-        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "applied_force", [0, np.nan, 0]), ValueError, "load"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "applied_force", [0, np.nan, 0]), ValueError, "force"),
+        (lambda s: setattr(cc.World(s, voxel=0.004)["brick"], "velocity", [1, 2]), ValueError, "velocity: give three"),
+        (lambda s: cc.World(s, voxel=0.004).run(0.0004), ValueError, "less than half a step"),
         (lambda s: cc.World(s, voxel=0.004).step(-1), ValueError, "step"),
         (lambda s: cc.World(s, voxel=0.004).run(np.nan), ValueError, "seconds"),
     ],

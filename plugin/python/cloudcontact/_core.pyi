@@ -1,6 +1,6 @@
 # Types of the module that plugin/python compiles. Docstrings are the module's own: help(cloudcontact.Cloud).
 import os
-from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ _knows_numpy_2: bool
 class Pose:
     def __init__(self, position: PoseLike = None, orientation: Optional[npt.ArrayLike] = None) -> None: ...
     @staticmethod
-    def from_rotation_vector(turn: npt.ArrayLike, position: npt.ArrayLike = ...) -> Pose: ...
+    def from_rotation_vector(turn: npt.ArrayLike, position: Optional[npt.ArrayLike] = None) -> Pose: ...
     @property
     def position(self) -> Doubles: ...
     @property
@@ -238,12 +238,13 @@ def digitize_mesh(
     progress: Progress,
 ) -> Tuple[Cloud, DigitizeReport]: ...
 def digitize_file(
-    file: str,
+    file: Union[str, "os.PathLike[str]"],
     voxel: Optional[float],
     unit: Unit,
     shell: Optional[float],
     thresholds: dict[str, float],
     threads: int,
+    max_bytes: int,
     backend: str,
     progress: Progress,
 ) -> Cloud: ...
@@ -304,8 +305,8 @@ class ContactBody:
         self,
         shape: Union[SurfaceField, Solid],
         pose: PoseLike = None,
-        velocity: npt.ArrayLike = ...,
-        angular_velocity: npt.ArrayLike = ...,
+        velocity: Optional[npt.ArrayLike] = None,
+        angular_velocity: Optional[npt.ArrayLike] = None,
         tissues: Optional[Sequence[Tissue]] = None,
         spring: Optional[KelvinVoigt] = None,
         paper: Optional[PaperBody] = None,
@@ -536,7 +537,7 @@ class HapticLoop:
         per_tissue: bool = False,
         cutter: Optional[Cutter] = None,
     ) -> None: ...
-    def tick(self, hand: PoseLike, velocity: npt.ArrayLike = ...) -> HapticOutput: ...
+    def tick(self, hand: PoseLike, velocity: Optional[npt.ArrayLike] = None) -> HapticOutput: ...
     def run(
         self, hand: npt.ArrayLike, velocity: Optional[npt.ArrayLike] = None, progress: Progress = None
     ) -> dict[str, Doubles]: ...
@@ -567,8 +568,8 @@ class Scene:
         stiffness: Optional[float] = None,
         damping: Optional[float] = None,
         restitution: Optional[float] = None,
-        velocity: npt.ArrayLike = ...,
-        angular_velocity: npt.ArrayLike = ...,
+        velocity: Optional[npt.ArrayLike] = None,
+        angular_velocity: Optional[npt.ArrayLike] = None,
         unit: Unit = 1.0,
         tissue: Union[None, str, Mapping[str, str]] = None,
         cuttable: bool = False,
@@ -581,14 +582,15 @@ class Scene:
         kind: str,
         child: str,
         parent: Optional[str] = None,
-        position: npt.ArrayLike = ...,
-        axis: npt.ArrayLike = ...,
+        position: Optional[npt.ArrayLike] = None,
+        axis: Optional[npt.ArrayLike] = None,
         *,
         lower: Optional[float] = None,
         upper: Optional[float] = None,
         spring: float = 0.0,
         damping: float = 0.0,
         rest: float = 0.0,
+        friction: float = 0.0,
     ) -> None: ...
 
 class WorldBody:
@@ -655,6 +657,8 @@ class World:
     ) -> None: ...
     def __len__(self) -> int: ...
     def __getitem__(self, name: str) -> WorldBody: ...
+    def __contains__(self, name: str) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
     @property
     def names(self) -> list[str]: ...
     @property

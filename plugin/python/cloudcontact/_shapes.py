@@ -10,22 +10,25 @@ from ._core import Cloud, Contact, ContactBody, DigitizeReport, KelvinVoigt, Mes
 from ._progress import Progress
 from ._typing import Arrays, Law, PoseLike, Solid, Unit
 
-Source = Union[Mesh, Mapping[str, Mesh], Tuple[Arrays, Arrays], str, "os.PathLike[str]"]
+Parts = Mapping[str, Union[Mesh, Tuple[Arrays, Arrays]]]
+Source = Union[Mesh, Parts, Tuple[Arrays, Arrays], str, "os.PathLike[str]"]
 MOST_BYTES = 4 << 30
 
 
-def _meshes(source: Union[Mesh, Mapping[str, Mesh], Tuple[Arrays, Arrays]], unit: Unit) -> Union[Mesh, dict[str, Mesh]]:
+def _meshes(source: Union[Mesh, Parts, Tuple[Arrays, Arrays]], unit: Unit) -> Union[Mesh, dict[str, Mesh]]:
     if isinstance(source, Mesh):
         return source
     if isinstance(source, Mapping):
-        return dict(source)
+        if not source:
+            raise ValueError("digitize: no mesh; give at least one")
+        return {name: mesh if isinstance(mesh, Mesh) else Mesh(mesh[0], mesh[1], unit) for name, mesh in source.items()}
     if isinstance(source, tuple) and len(source) == 2:
         return Mesh(source[0], source[1], unit)
     raise TypeError("digitize: give a file, a Mesh, a dict of meshes, or (vertices, triangles)")
 
 
 def digitize_report(
-    source: Union[Mesh, Mapping[str, Mesh], Tuple[Arrays, Arrays]],
+    source: Union[Mesh, Parts, Tuple[Arrays, Arrays]],
     voxel: Optional[float] = None,
     *,
     unit: Unit = 1.0,
@@ -57,7 +60,7 @@ def digitize(
     """A body as voxels: a Cloud.
 
     source: a file (mesh, points, CT volume, .cloud, or a primitive as "sphere:0.01"), a Mesh, a
-        dict of meshes by material, or a tuple (vertices (n, 3), triangles (m, 3)).
+        tuple (vertices (n, 3), triangles (m, 3)), or a dict of such by material.
     voxel: edge of a voxel [m]; none: Mesh.suggested_voxel().
     unit: of files and arrays, meters or "mm", "cm", "in", "m".
     shell: thickness given to a file's sheet [m]; none: three voxels.
@@ -71,8 +74,10 @@ def digitize(
     """
     if isinstance(source, (str, os.PathLike)):
         return _core.digitize_file(
-            os.fspath(source), voxel, unit, shell, dict(thresholds or {}), threads, backend, progress
+            source, voxel, unit, shell, dict(thresholds or {}), threads, max_bytes, backend, progress
         )
+    if shell is not None or thresholds:
+        raise ValueError("shell and thresholds: are of files; leave them out")
     return digitize_report(
         source, voxel, unit=unit, threads=threads, max_bytes=max_bytes, backend=backend, progress=progress
     )[0]
