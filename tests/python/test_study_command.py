@@ -33,6 +33,8 @@ def test_bad_words_of_the_command_end_with_2(tmp_path):
         ([file, "--summary"], "no results '.*pegs.sqlite'; run the study first"),
         ([file, "--results", tmp_path / "none" / "a"], "results: no folder"),
         ([file, "--fast"], "unrecognized arguments: --fast"),
+        ([file, "--results", tmp_path], "results: '.*' is a folder; give a file in it"),
+        ([file, "--plots", file], "--plots: no folder '.*pegs.toml' can be made: File exists"),
     ):
         code, out, error = command(*words)
         assert code == 2 and re.search(message, error) and not out, error

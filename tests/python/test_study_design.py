@@ -1,5 +1,7 @@
 """Studies: grids, Latin hypercubes, lists, seeds."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -59,3 +61,52 @@ def test_seeds_depend_on_study_and_number_alone():
     assert [p.seed for p in points({"a": [1, 2, 3]})] == [p.seed for p in points({"b": list("xyz")})]
     # Those of other versions of numpy are these, too.
     assert [design.seed_of(0, 0), design.seed_of(7, 1000)] == [8069282889424829228, design.seed_of(7, 1000)]
+
+
+def test_numpys_numbers_are_numbers():
+    """They give what Python's own give, to the bit."""
+
+    def study_of(kind: Any, real: Any) -> study.Study:
+        ranges = {"a": study.Range(real(0.1), real(0.7), kind(3)), "b": study.Range(kind(1), kind(4), kind(2))}
+        more: dict[str, Any] = {"n": [kind(1), kind(2)], "r": np.array(real(0.3)), "flag": np.bool_(True)}
+        words: dict[str, Any] = {"repeats": kind(2), "seed": kind(5), "timeout": real(2.5)}
+        return study.Study(trial=takes, parameters={**ranges, **more}, **words)
+
+    plain = study_of(int, float)
+    for integer, real in ((np.int64, np.float64), (np.uint8, np.longdouble)):
+        same = study_of(integer, lambda x, real=real: real(float(x)))
+        assert same.points == plain.points and same.statement == plain.statement and same.timeout == plain.timeout
+    small = study_of(int, lambda x: float(np.float32(x)))
+    assert study_of(np.int32, np.float32).points == small.points
+    kinds = {type(v) for p in study_of(np.int32, np.float32).points for v in [p.seed, *p.parameters.values()]}
+    assert kinds == {int, float, bool}
+    assert len(points({"a": study.Range(0, 1)}, "latin", np.int16(4))) == 4
+
+
+def takes(a, b, n, r, flag):
+    return {}
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ({"repeats": True}, "repeats: must be a whole number"),
+        ({"repeats": np.bool_(True)}, "repeats: must be a whole number"),
+        ({"repeats": np.float64(2)}, "repeats: must be a whole number"),
+        ({"seed": np.int64(-1)}, "seed: must be a whole number of 0 or more"),
+        ({"timeout": True}, "timeout: must be a number of seconds"),
+        ({"timeout": float("inf")}, "timeout: must be a number of seconds"),
+        ({"timeout": "9"}, "timeout: must be a number of seconds"),
+        ({"parameters": {"n": study.Range(0, 10**400, 2)}}, "parameters.n: from and to must be finite"),
+        ({"parameters": {"n": study.Range(True, 2, 2)}}, "parameters.n: from and to must be finite"),
+        ({"parameters": {"n": study.Range(0, 2, True)}}, "parameters.n: count must be a whole number"),
+        ({"parameters": {"n": 2**64}}, "parameters.n: 18446744073709551616 has more than 63 bits"),
+        ({"parameters": {"n": np.float32("nan")}}, "parameters.n: nan is not finite"),
+        ({"parameters": {1: 2}}, "parameters.1: is no name"),
+        ({"parameters": ["n"]}, "parameters: must be a dict"),
+    ],
+)
+def test_what_is_no_number_is_named(words, message):
+    stated: dict[str, Any] = {"trial": takes, "parameters": {"n": 1}, **words}
+    with pytest.raises(study.StudyError, match=message):
+        study.Study(**stated)

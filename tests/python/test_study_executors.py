@@ -7,7 +7,11 @@ import os
 import pathlib
 import signal
 import sqlite3
+import subprocess
+import sys
+import threading
 import time
+from typing import Any
 
 import pytest
 from study_samples import TRIALS, check, command, descendants, one_by_one, rows_done, start, wait_for_rows, write_pegs
@@ -128,3 +132,186 @@ def test_what_is_not_installed_is_named(tmp_path):
         assert code == 2 and f"pip install {extra}" in error, error
     assert not (tmp_path / "pegs.sqlite").exists()
     assert command(file, env=bare)[0] == 0 and rows_done(tmp_path / "pegs.sqlite") == 1
+
+
+# Several studies in one process, and executors of the user's own.
+
+GATE = """import os, pathlib, time
+def wait(gate):
+    pathlib.Path(gate + ".pid").write_text(f"{os.getpid()} ")
+    while not pathlib.Path(gate).exists():
+        time.sleep(0.01)
+    return {"pid": os.getpid()}
+"""
+
+
+def gated(folder, *gates):
+    """A study of a trial for each gate: it waits for a file of this name, and says before who it is."""
+    (folder / "gate.py").write_text(GATE)
+    gate: Any = [str(folder / name) for name in gates]
+    return study.Study(trial="gate.py:wait", parameters={"gate": gate}, folder=folder)
+
+
+def process_at(gate):
+    """Of the trial that waits there."""
+    file, end = gate.with_name(gate.name + ".pid"), time.monotonic() + 60
+    while not (file.exists() and file.read_text().endswith(" ")):
+        assert time.monotonic() < end, f"nobody is at {gate}"
+        time.sleep(0.01)
+    return int(file.read_text())
+
+
+def await_end_of(pid):
+    end = time.monotonic() + 10
+    while pathlib.Path(f"/proc/{pid}").exists():
+        assert time.monotonic() < end, "it goes on"
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("way", ["ends", "is interrupted"])
+def test_a_study_ends_its_own_processes_alone(way, tmp_path):
+    """One waits in a thread while another, which has a trial that would wait for ever, ends."""
+    other = gated(tmp_path, "other")
+    run = threading.Thread(target=lambda: other.run(tmp_path / "other.sqlite", "local:1", progress=False).close())
+    run.start()
+    process_at(tmp_path / "other")
+    (tmp_path / "free").touch()
+    if way == "ends":
+        gated(tmp_path, "free").run(tmp_path / "s.sqlite", "local:1", progress=False).close()
+    else:
+
+        def stop(share):
+            process_at(tmp_path / "held")
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            gated(tmp_path, "free", "held").run(tmp_path / "s.sqlite", "local:2", progress=stop)
+        await_end_of(process_at(tmp_path / "held"))
+    (tmp_path / "other").touch()
+    run.join(60)
+    with study.Results(tmp_path / "other.sqlite") as results:
+        assert results.counts == {"done": 1}
+        assert results.database.execute("SELECT attempts FROM log").fetchall() == [(1,)]
+
+
+def test_a_forked_worker_has_starters_of_its_own():
+    """Another study may hold the lock just then."""
+    process = study.process
+    starter: Any = process.take_starter("a run")
+    try:
+        with process._lock:
+            child = os.fork()
+            if child == 0:
+                free = process._lock.acquire(timeout=1) and starter.process.stdin.closed and not process._busy
+                os._exit(0 if free else 1)
+        assert os.waitpid(child, 0)[1] == 0
+    finally:
+        process.give_back(starter)
+        process.end_starters("a run")
+    assert starter.process.returncode == 0
+
+
+class Here(concurrent.futures.Executor):
+    """Works in submit()."""
+
+    def submit(self, function, /, *words, **more):
+        future: concurrent.futures.Future = concurrent.futures.Future()
+        try:
+            future.set_result(function(*words, **more))
+        except BaseException as bad:
+            future.set_exception(bad)
+        return future
+
+
+class Alike:
+    """An executor by its methods alone."""
+
+    def __init__(self):
+        self.submit = Here().submit
+
+
+class OneAtATime(concurrent.futures.ThreadPoolExecutor):
+    """Whose submit() waits until a worker is free."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.free = threading.Semaphore(1)
+
+    def submit(self, function, /, *words, **more):
+        self.free.acquire()
+        future = super().submit(function, *words, **more)
+        future.add_done_callback(lambda _: self.free.release())
+        return future
+
+
+@pytest.mark.parametrize("kind, most", [(Here, 1), (Alike, 1), (OneAtATime, 12)])
+def test_rows_are_written_while_submit_works(kind, most, tmp_path):
+    """Of 40 trials of 20 ms; an executor that holds submit() up gives rows every tenth of a second."""
+    (tmp_path / "t.py").write_text("import time\ndef t(n):\n    time.sleep(0.02)\n    return {}\n")
+    made = study.Study(trial="t.py:t", parameters={"n": list(range(40))}, folder=tmp_path)
+    rows: list[int] = []
+    made.run(tmp_path / "s.sqlite", kind(), progress=lambda _: rows.append(rows_done(tmp_path / "s.sqlite"))).close()
+    assert rows[-1] == 40 and max(after - before for before, after in zip([0, *rows], rows)) <= most
+
+
+def starters():
+    """Processes of this one that start trials."""
+    out = []
+    for pid in descendants(os.getpid()):
+        with contextlib.suppress(OSError):
+            out += [pid] if "study.process" in pathlib.Path(f"/proc/{pid}/cmdline").read_text() else []
+    return out
+
+
+def test_no_process_stays_after_a_run(tmp_path):
+    """A pool of threads that goes on and one that is a function's, an executor that works in submit()."""
+    gates = ["free", "open", "none"]
+    for gate in gates:
+        (tmp_path / gate).touch()
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        for n, on in enumerate([pool, lambda: concurrent.futures.ThreadPoolExecutor(2), Here()]):
+            with gated(tmp_path, *gates).run(tmp_path / f"{n}.sqlite", on, progress=False) as results:
+                assert results.counts == {"done": 3}
+            assert starters() == []
+
+
+INTERRUPTED = """import sys
+sys.path.insert(0, sys.argv[1])
+from test_study_executors import *
+gated(pathlib.Path(sys.argv[2]), "held").run("s.sqlite", Here(), progress=False)
+"""
+
+
+def test_ctrl_c_in_submit_ends_the_study(tmp_path):
+    """Even where the executor catches it."""
+    words = [sys.executable, "-c", INTERRUPTED, str(pathlib.Path(__file__).parent), str(tmp_path)]
+    process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    trial = process_at(tmp_path / "held")
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode != 0 and "KeyboardInterrupt" in error
+    await_end_of(trial)
+
+
+class Deferred:
+    """Whose futures do not tell when they end."""
+
+    def submit(self, function, /, *words, **more):
+        return "later"
+
+
+@pytest.mark.parametrize(
+    "on, words",
+    [
+        (4, "on: 4 is no place for trials; give local, .* mpi as a text, an executor"),
+        (None, "on: None is no place"),
+        (object(), "on: <object object at .*> is no place"),
+        (lambda: 4, r"on: <lambda>\(\) made 4; give an executor of concurrent.futures"),
+        (Deferred(), r"on: submit\(\) of .*Deferred.* returned a builtins.str; give an executor"),
+        ("local:\u00b2", "on: 'local:\u00b2' is not known"),
+    ],
+)
+def test_what_is_no_executor_is_named(on, words, tmp_path):
+    (tmp_path / "free").touch()
+    with pytest.raises(study.StudyError, match=words):
+        gated(tmp_path, "free").run(tmp_path / "s.sqlite", on, progress=False)

@@ -35,6 +35,10 @@ from cloudcontact import study
         (("scene = ", "watch = ['pge']\nscene = "), "watch: the scene has no body 'pge'; did you mean 'peg'"),
         (("scene = ", "seed = 'x'\nscene = "), "seed: must be a whole number"),
         (("scene = ", "scene == "), "pegs.toml: "),
+        (("scene = ", "watch = [7]\nscene = "), "watch: 7 is no name of a body"),
+        (("clearance = \"m\"", "clearence = 'm'"), "units.clearence: is no outcome and .* did you mean 'clearance'"),
+        (("clearance = \"m\"", "clearance = 7"), "units: must be texts by the names"),
+        (("friction = 0.2", "law = 'rigid:3'"), "law: 'rigid:3' is not known"),
         (('scene = "peg.sdf"', "trial = 'none.py:f'"), "trial: no file '.*none.py'"),
         (('scene = "peg.sdf"', "trial = 'peg.sdf'"), "trial: 'peg.sdf': give FILE.py:FUNCTION"),
         (('scene = "peg.sdf"', "trial = 'nonsense:f'"), "trial: nonsense:f\\(\\): ModuleNotFoundError"),
@@ -67,6 +71,26 @@ def test_bad_scenes_are_named(tmp_path):
             study.load(file)
 
 
+def test_a_file_of_functions_that_cannot_be_read_is_named(tmp_path):
+    (tmp_path / "t.py").write_bytes(b"# \xfc\ndef t(n):\n    return {}\n")
+    with pytest.raises(study.StudyError, match="trial: cannot read '.*t.py'"):
+        study.Study(trial="t.py:t", parameters={"n": 1}, folder=tmp_path)
+    (tmp_path / "t.py").write_bytes(b"# coding: latin-1\ndef t(n):\n    return {'u': '\xfc'}\n")
+    assert study.Study(trial="t.py:t", parameters={"n": 1}, folder=tmp_path).once() == {"u": "\u00fc"}
+
+
+def test_functions_import_from_their_own_folder(tmp_path):
+    """Two studies in one process whose functions import files of the same name."""
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "shared_name.py").write_text(f"VALUE = '{name}'\n")
+        (tmp_path / name / "t.py").write_text("def t(n):\n    import shared_name as s\n    return {'v': s.VALUE}\n")
+    made = [study.Study(trial="t.py:t", parameters={"n": 1}, folder=tmp_path / name) for name in ("one", "two")]
+    for name, one in zip(("one", "two"), made):
+        with one.run(tmp_path / f"{name}.sqlite", "local:1", progress=False) as results:
+            assert results.rows()[0]["v"] == name
+
+
 def test_bad_functions_are_named(tmp_path):
     def inner(n):
         return {}
@@ -84,6 +108,10 @@ def test_bad_functions_are_named(tmp_path):
             "did you mean 'square'",
         ),
         ({"trial": samples.square, "watch": ["a"], "parameters": {"n": 1}}, "watch: bodies are measured of a scene"),
+        ({"trial": samples.square, "watch": "peg", "parameters": {"n": 1}}, "watch: 'peg' is no list of names"),
+        ({"trial": samples.square, "success": "n <", "parameters": {"n": 1}}, "success: 'n <' is no expression"),
+        ({"trial": samples.square, "success": max, "parameters": {"n": 1}}, "success: must be a text"),
+        ({"trial": samples.square, "units": ["m"], "parameters": {"n": 1}}, "units: must be texts by the names"),
     ]
     for words, message in cases:
         with pytest.raises(study.StudyError, match=message):

@@ -75,6 +75,29 @@ def test_texts_are_an_axis(tmp_path):
     assert study.summarize(results).by["law"] == [("paper", 2 / 3, 3), ("rigid", 1 / 3, 3)]
 
 
+def test_what_cannot_be_drawn_is_named(tmp_path):
+    pytest.importorskip("matplotlib")
+    (tmp_path / "t.py").write_text(
+        "def t(**more):\n    return {'success': None, 'a_force': None, 'b_force': 'none', 'up': None}\n"
+    )
+    cases: list[dict[str, Any]] = [{}, {"n": [1, 2]}]
+    bare, plain = (
+        study.Study(trial="t.py:t", parameters=parameters, folder=tmp_path).run(
+            tmp_path / f"{len(parameters)}.sqlite", "local:1", progress=False
+        )
+        for parameters in cases
+    )
+    assert study.summarize(plain).success is None
+    for words, draw in (
+        ("plot: the study has no parameters", lambda: study.plot_success(bare)),
+        ("plot: the study has no parameters", lambda: study.plot_wrenches(bare, names=["a_force"])),
+        ("plot: no trial has an outcome whose name ends in force", lambda: study.plot_wrenches(plain)),
+        ("plot: no trial has a value of 'up'", lambda: study.plot_wrenches(plain, names=["up"])),
+    ):
+        with pytest.raises(study.StudyError, match=words):
+            draw()
+
+
 @pytest.mark.parametrize(
     "values, unit, label, largest",
     [

@@ -1,5 +1,6 @@
 """Studies: trials, what they measure, and what ends one of them."""
 
+import concurrent.futures
 import re
 import shutil
 import sqlite3
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import study_samples as samples
+from conftest import box_arrays, write_obj
 
 import cloudcontact as cc
 from cloudcontact import study
@@ -76,6 +78,90 @@ def test_what_a_scene_uses_is_its_own():
 def test_laws(law):
     kind = {"p": cc.KelvinVoigt, "f": cc.Foundation, "r": cc.Rigid, "m": cc.Maxwell, "s": cc.StandardLinearSolid}
     assert isinstance(cc.study.scenes.law_of({"law": law, "stiffness": 1e4}), kind[law[0]])
+
+
+ROBOT = """<robot name="r"><link name="part">
+  <inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><mesh filename="${mesh}" scale="1 1 1"/></geometry></collision>
+</link></robot>
+"""
+TABLE = """<sdf version="1.9"><world name="table">
+  <include><uri>${robot}</uri><pose>0 0 0.01 0 0 0</pose></include>
+  <model name="table"><static>true</static><link name="l">
+    <collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>
+  </link></model>
+</world></sdf>
+"""
+BOX = """<sdf version="1.9"><model name="box"><link name="l"><collision name="c">
+  <geometry><mesh><uri>model://urdf/../meshes/second part.obj</uri></mesh></geometry>
+</collision></link></model></sdf>
+"""
+# As a robot names its meshes, and where they are beside its folder.
+MESHES = {
+    "part.obj": "part.obj",
+    "../meshes/second part.obj": "../meshes/second part.obj",
+    "package://r\u00f6bot &amp; co/meshes/\u00fc&quot;.obj": '../meshes/\u00fc".obj',
+    "package://r\u00f6bot &amp; co/urdf/part.obj": "part.obj",
+    "file://it's.obj": "it's.obj",
+}
+ROBOTS = [*(f"{n}.urdf" for n in range(len(MESHES))), "boxed"]
+
+
+def robot_in(folder):
+    """The folder of robots in a package whose name has a blank, an umlaut and an ampersand; boxes of many heights."""
+    home = folder / "a b" / "r\u00f6bot & co" / "urdf"
+    (home.parent / "meshes").mkdir(parents=True)
+    home.mkdir()
+    for n, file in enumerate(sorted(set(MESHES.values()))):
+        write_obj(home / file, *box_arrays([0.04, 0.03, 0.0202 + 0.0002 * n]))
+    for n, mesh in enumerate(MESHES):
+        (home / f"{n}.urdf").write_text(ROBOT.replace("${mesh}", mesh), "utf-8")
+    for n, robot in enumerate(ROBOTS):
+        (home / f"{n}.sdf").write_text(TABLE.replace("${robot}", robot), "utf-8")
+    (home / "boxed").mkdir()
+    (home / "boxed" / "model.config").write_text(
+        "<model><name>b</name><version>1</version><sdf version='1.9'>box.sdf</sdf></model>"
+    )
+    (home / "boxed" / "box.sdf").write_text(BOX)
+    (home / "robot.urdf").write_text(ROBOT, "utf-8")
+    (home / "table.sdf").write_text(TABLE, "utf-8")
+    return home
+
+
+def hash_of(file):
+    """Of a scene as cc.World runs it."""
+    world = cc.World(file, 0.005, False, threads=1)
+    world.run(0.01, progress=False)
+    return f"{world.hash:016x}"
+
+
+@pytest.mark.parametrize("scene, name, values", [("robot.urdf", "mesh", [*MESHES]), ("table.sdf", "robot", ROBOTS)])
+def test_scenes_find_their_meshes_as_in_a_world(scene, name, values, tmp_path, monkeypatch):
+    """Robots, and scenes that include them, on any executor, whatever folder is the working one."""
+    home = robot_in(tmp_path)
+    text = f'scene = "{scene}"\n[parameters]\n{name} = {values}\nvoxel = 0.005\nseconds = 0.01\n'
+    (home / "study.toml").write_text(text, "utf-8")
+    monkeypatch.chdir(home.parent)
+    made = study.load("urdf/study.toml")
+    hashes = [hash_of(home / f"{n}.{scene.split('.')[1]}") for n in range(len(values))]
+    assert name == "mesh" or len(set(hashes)) == len(set(MESHES.values())) + 1, "the table feels the height"
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with concurrent.futures.ProcessPoolExecutor(1) as pool:
+        places: list[Any] = ["local:2", pool]
+        for on in places:
+            with made.run(f"{type(on).__name__}.sqlite", on, progress=False) as results:
+                assert [(r["status"], r["hash"]) for r in results.rows(None)] == [("done", h) for h in hashes]
+
+
+def test_what_a_scene_includes_is_named_in_messages(tmp_path):
+    home = robot_in(tmp_path)
+    (home / "part.obj").unlink()
+    (home / "2.urdf").write_text("<robot>", "utf-8")
+    for robot, words in (("0.urdf", "table.sdf: body 'r' .* no file '.*/urdf/part.obj'"), ("2.urdf", "table.sdf: .*")):
+        with pytest.raises(study.StudyError, match=words) as bad:
+            study.Study(scene=home / "table.sdf", parameters={"robot": robot, "seconds": 1})
+        assert "/tmp/tmp" not in str(bad.value)
 
 
 def test_the_wrench_on_a_body_is_about_its_origin():

@@ -49,6 +49,13 @@ def try_one(study: Study, number: int) -> int:
     return DONE
 
 
+def make_folder(plots: str) -> None:
+    try:
+        pathlib.Path(plots).mkdir(parents=True, exist_ok=True)
+    except OSError as bad:
+        raise StudyError(f"--plots: no folder '{plots}' can be made: {bad.strerror}") from None
+
+
 def show(results: Results, words: argparse.Namespace) -> int:
     """Summary and plots; the exit code."""
     summary = summarize(results)
@@ -59,7 +66,6 @@ def show(results: Results, words: argparse.Namespace) -> int:
             print(f"cloudcontact-study: {summary.counts[status]} {status}; {first}", file=sys.stderr)
     if words.plots:
         folder = pathlib.Path(words.plots)
-        folder.mkdir(parents=True, exist_ok=True)
         if summary.success is not None:
             plot_success(results, file=folder / "success.png")
         if summary.counts.get("done") and wrench_names(results):
@@ -72,10 +78,12 @@ def run(words: argparse.Namespace, on: On) -> int:
     file = pathlib.Path(words.study)
     path = pathlib.Path(words.results) if words.results else file.with_suffix(".sqlite")
     study = load(file)
-    if words.plots:
-        new_figure(1, 1)  # a missing matplotlib ends the study here, not after a thousand trials
+    if words.plots:  # what is missing ends the study here, not after a thousand trials
+        new_figure(1, 1)
     if words.number is not None:
         return try_one(study, words.number)
+    if words.plots:
+        make_folder(words.plots)
     if not words.summary:
         seen = None if sys.stderr.isatty() else Tenths(study.name)
         study.run(path, on, again=words.again, progress=False if words.quiet else seen).close()

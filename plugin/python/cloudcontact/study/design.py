@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import numbers
 import random
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence, Union
@@ -15,6 +16,31 @@ from .errors import StudyError, meant
 Value = Union[float, int, bool, str]
 DESIGNS = ("grid", "latin", "list")
 RESERVED = ("number", "repeat", "seed", "status", "error", "versions")
+
+
+def number(value: Any) -> Any:
+    """numpy's numbers and others that are like Python's as Python's own; anything else as it is."""
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        value = value.item()
+    if isinstance(value, numbers.Integral) and not isinstance(value, bool):
+        return int(value)
+    return float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else value
+
+
+def finite(value: Any) -> bool:
+    """Whether it is a number of Python's that a double can hold."""
+    try:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def whole(value: Any, least: int, where: str) -> int:
+    """A whole number, as Python's own."""
+    value = number(value)
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise StudyError(f"{where} a whole number of {least} or more")
+    return value
 
 
 @dataclass(frozen=True)
@@ -29,16 +55,15 @@ class Range:
     count: Optional[int] = None
     log: bool = False
 
-    def check(self, where: str) -> None:
-        for value in (self.low, self.high):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise StudyError(f"{where}: from and to must be finite numbers")
-        if self.count is not None and (
-            isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1
-        ):
-            raise StudyError(f"{where}: count must be a whole number of 1 or more")
-        if self.log and not (self.low > 0 and self.high > 0):
+    def checked(self, where: str) -> Range:
+        """With numbers of Python's own."""
+        low, high = number(self.low), number(self.high)
+        if not finite(low) or not finite(high):
+            raise StudyError(f"{where}: from and to must be finite numbers")
+        count = None if self.count is None else whole(self.count, 1, f"{where}: count must be")
+        if self.log and not (low > 0 and high > 0):
             raise StudyError(f"{where}: with log, from and to must be above 0")
+        return Range(low, high, count, bool(self.log))
 
     def at(self, share: float) -> float:
         """The number at a share 0..1 of the way."""
@@ -75,30 +100,32 @@ def seed_of(study: int, number: int) -> int:
 
 def plain(value: Any, where: str) -> Value:
     """A number, text or bool of Python itself."""
-    if isinstance(value, np.generic):
-        value = value.item()
+    value = number(value)
     if isinstance(value, float) and not math.isfinite(value):
         raise StudyError(f"{where}: {value} is not finite")
+    if isinstance(value, int) and abs(value) >= 2**63:
+        raise StudyError(f"{where}: {value} has more than 63 bits; give it as a text")
     if not isinstance(value, (bool, int, float, str)):
         raise StudyError(f"{where}: {value!r} is no number, text or true/false")
-    return value
+    return str.__str__(value) if isinstance(value, str) else value  # not of a class that workers may not have
 
 
 def checked(parameters: Mapping[str, Parameter]) -> dict[str, Union[Range, list[Value]]]:
     """Each parameter as a Range or a list of values."""
     out: dict[str, Union[Range, list[Value]]] = {}
+    if not isinstance(parameters, Mapping):
+        raise StudyError("parameters: must be a dict of names and values")
     for name, given in parameters.items():
         where = f"parameters.{name}"
-        if not name.isidentifier():
+        if not isinstance(name, str) or not name.isidentifier():
             raise StudyError(f"{where}: is no name; give letters, digits and _")
         if name.lower() in RESERVED:
             raise StudyError(f"{where}: is a column of the results; give another name")
         if name.lower() in map(str.lower, out):
             raise StudyError(f"{where}: another parameter has this name but for its capitals")
         if isinstance(given, Range):
-            given.check(where)
-            out[name] = given
-        elif isinstance(given, (list, tuple, range, np.ndarray)):
+            out[name] = given.checked(where)
+        elif isinstance(given, (list, tuple, range, np.ndarray)) and getattr(given, "ndim", 1) > 0:
             out[name] = [plain(v, where) for v in given]
             if not out[name]:
                 raise StudyError(f"{where}: has no value")
@@ -164,18 +191,14 @@ def plan(
     """All trials, in their order."""
     if design not in DESIGNS:
         raise StudyError(f"design: '{design}' is not known{meant(design, DESIGNS)}")
-    for name, number, least in (("repeats", repeats, 1), ("seed", seed, 0)):
-        if isinstance(number, bool) or not isinstance(number, int) or number < least:
-            raise StudyError(f"{name}: must be a whole number of {least} or more")
+    repeats, seed = whole(repeats, 1, "repeats: must be"), whole(seed, 0, "seed: must be")
     known = checked(parameters)
     if design == "grid":
         if trials is not None:
             raise StudyError("trials: a grid has as many as its parameters make; leave it out")
         rows = grid(known)
     elif design == "latin":
-        if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
-            raise StudyError("trials: a Latin hypercube needs their number, 1 or more")
-        rows = latin(known, trials, seed)
+        rows = latin(known, whole(trials, 1, "trials: a Latin hypercube needs their number,"), seed)
     else:
         if not isinstance(trials, Sequence) or isinstance(trials, str) or not trials:
             raise StudyError("trials: the design is a list; give a row of parameters for each")

@@ -7,14 +7,15 @@ import contextlib
 import importlib
 import os
 import time
-from typing import Any, Callable, Iterator, Optional, Union
+from typing import Any, Callable, Iterator, Optional, Union, cast
 
 from .errors import StudyError
-from .process import end_starters
 
 Executor = concurrent.futures.Executor
 On = Union[str, Executor, Callable[[], Executor]]
 ANSWER = 10.0  # seconds within which a scheduler answers
+PLACES = "local, local:N, dask:ADDRESS or mpi"
+EXECUTORS = "an executor of concurrent.futures, or a function that makes one"
 
 
 def processors() -> int:
@@ -33,7 +34,6 @@ def local(workers: int) -> Iterator[Executor]:
         yield executor
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
-        end_starters()
 
 
 def library(name: str, where: str) -> Any:
@@ -88,19 +88,21 @@ def mpi(where: str) -> Iterator[Optional[Executor]]:
         yield executor
 
 
+def is_executor(thing: Any) -> bool:
+    """Whether trials can be given to it; a class makes executors, and is none."""
+    return callable(getattr(thing, "submit", None)) and not isinstance(thing, type)
+
+
+def makes_executors(on: On) -> bool:
+    return callable(on) and not is_executor(on)
+
+
 @contextlib.contextmanager
-def open_executor(on: On) -> Iterator[Optional[Executor]]:
-    """The executor that `on` means: "local", "local:N", "dask:ADDRESS", "mpi", an executor, or what makes one."""
-    if isinstance(on, Executor):
-        yield on
-        return
-    if not isinstance(on, str):
-        with on() as made:
-            yield made
-        return
+def named(on: str) -> Iterator[Optional[Executor]]:
+    """The executor of a text."""
     kind, _, rest = on.partition(":")
     where = f"on: '{on}'"
-    if kind == "local" and (not rest or (rest.isdigit() and int(rest) > 0)):
+    if kind == "local" and (not rest or (rest.isdecimal() and int(rest) > 0)):
         with local(int(rest) if rest else processors()) as executor:
             yield executor
     elif kind == "dask" and rest:
@@ -110,4 +112,29 @@ def open_executor(on: On) -> Iterator[Optional[Executor]]:
         with mpi(where) as found:
             yield found
     else:
-        raise StudyError(f"{where} is not known; give local, local:N, dask:ADDRESS or mpi")
+        raise StudyError(f"{where} is not known; give {PLACES}")
+
+
+@contextlib.contextmanager
+def made(on: Callable[[], Any]) -> Iterator[Executor]:
+    """The executor that a function makes, open for as long as it is used."""
+    thing = on()
+    with thing if hasattr(thing, "__enter__") else contextlib.nullcontext(thing) as executor:
+        if not is_executor(executor):
+            raise StudyError(f"on: {getattr(on, '__name__', on)}() made {executor!r}; give {EXECUTORS}")
+        yield executor
+
+
+@contextlib.contextmanager
+def open_executor(on: On) -> Iterator[Optional[Executor]]:
+    """The executor that `on` means: "local", "local:N", "dask:ADDRESS", "mpi", an executor, or what makes one."""
+    if isinstance(on, str):
+        with named(on) as found:
+            yield found
+    elif is_executor(on):
+        yield cast(Executor, on)
+    elif callable(on):
+        with made(on) as executor:
+            yield executor
+    else:
+        raise StudyError(f"on: {on!r} is no place for trials; give {PLACES} as a text, {EXECUTORS}")

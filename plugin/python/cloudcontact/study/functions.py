@@ -7,6 +7,7 @@ import inspect
 import pathlib
 import pickle
 import sys
+import tokenize
 import types
 from dataclasses import dataclass
 from typing import Any, Callable, Iterable, Mapping, Optional, Union
@@ -47,8 +48,7 @@ def module_of(file: str, source: str) -> types.ModuleType:
     module = types.ModuleType(LOADED + path.stem)
     module.__file__ = file
     sys.modules[module.__name__] = module
-    if str(path.parent) not in sys.path:
-        sys.path.insert(0, str(path.parent))
+    sys.path[:] = [str(path.parent), *(p for p in sys.path if p != str(path.parent))]  # before another study's folder
     exec(compile(source, file, "exec"), module.__dict__)
     return module
 
@@ -61,6 +61,15 @@ def member(module: types.ModuleType, shipped: Shipped) -> Function:
     return found  # type: ignore[no-any-return]
 
 
+def source_of(file: pathlib.Path, where: str) -> str:
+    """The text of a file of Python, in the encoding that it states."""
+    try:
+        with tokenize.open(file) as text:
+            return text.read()
+    except (OSError, SyntaxError, UnicodeDecodeError) as bad:
+        raise StudyError(f"{where}: cannot read '{file}': {bad}") from None
+
+
 def ship_named(text: str, folder: pathlib.Path, where: str) -> Shipped:
     """Of "FILE.py:NAME", seen from a folder, or "MODULE:NAME"."""
     place, _, name = text.rpartition(":")
@@ -71,7 +80,7 @@ def ship_named(text: str, folder: pathlib.Path, where: str) -> Shipped:
     file = (folder / place).resolve()
     if not file.is_file():
         raise StudyError(f"{where}: no file '{file}'")
-    return Shipped(name, str(file), file.read_text())
+    return Shipped(name, str(file), source_of(file, where))
 
 
 def ship_callable(function: Function, where: str) -> Shipped:
@@ -83,7 +92,7 @@ def ship_callable(function: Function, where: str) -> Shipped:
             return Shipped(name, module=spec.name)  # python -m, or a part of a package
         if file and pathlib.Path(file).is_file():
             file = pathlib.Path(file).resolve()
-            return Shipped(name, str(file), file.read_text())
+            return Shipped(name, str(file), source_of(file, where))
     try:
         cloudpickle = importlib.import_module("cloudpickle")
     except ImportError:

@@ -3,11 +3,12 @@
 A worker (a thread, or a process of any executor) keeps a starter: a Python that has imported the
 package and forks a child for each trial. So a trial that ends its process, or takes too long, ends
 nothing else, and no trial sees what another left behind. The starter ends when its worker does, as its
-input then ends, and takes a running trial with it.
+input then ends, and takes a running trial with it. In the process of the study it ends with the run.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import select
@@ -24,6 +25,7 @@ from typing import IO, Any, Optional, Sequence, Tuple
 from .trial import Reply, Task, run_trial, versions
 
 LENGTH = struct.Struct("<Q")
+LONGEST = 3600.0  # seconds of one wait: select() takes no more than some centuries
 MOST_OUTPUT = 4000  # characters of a trial's output that are kept, the last ones
 # Libraries of numpy start threads at import; a process that forks should have none.
 SINGLE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -77,7 +79,7 @@ def await_answer(answer: int, requests: int, timeout: Optional[float]) -> Tuple[
     """What the child sends: a Reply; or "timeout", "died", or "left" where the worker has ended."""
     end = None if timeout is None else time.monotonic() + timeout
     while True:
-        left = None if end is None else max(0.0, end - time.monotonic())
+        left = None if end is None else min(max(0.0, end - time.monotonic()), LONGEST)
         ready, _, _ = select.select([answer, requests], [], [], left)
         if answer in ready:
             try:
@@ -145,11 +147,11 @@ def serve() -> None:
 
 
 class Starter:
-    """A worker's end of the pipes to a starter."""
+    """A worker's end of the pipes to a starter, and the run of a study that it works for."""
 
     def __init__(self) -> None:
         code = "import sys; sys.path[:] = sys.argv[1:]; from cloudcontact.study.process import serve; serve()"
-        self.owner = os.getpid()
+        self.whose = ""
         self.process = subprocess.Popen(
             [sys.executable, "-c", code, *(p or os.getcwd() for p in sys.path)],
             stdin=subprocess.PIPE,
@@ -167,55 +169,94 @@ class Starter:
         assert isinstance(reply, Reply)
         return reply
 
-    def close(self) -> None:
+    def kill(self) -> None:
+        """It and the trial that it runs: its session is a group of processes."""
+        if self.process.returncode is None:  # else the number may be another's
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGKILL)
+
+    def close_pipes(self) -> None:
+        """It ends, as nobody is left who asks."""
         assert self.process.stdin and self.process.stdout
         self.process.stdin.close()
         self.process.stdout.close()
+
+    def close(self) -> None:
+        self.close_pipes()
         self.process.wait()
 
 
+# Those of this process. A worker serves the runs of several studies, in turn or at once.
 _idle: list[Starter] = []
 _busy: list[Starter] = []
+_ended: set[str] = set()  # runs that work no more here
 _lock = threading.Lock()
 
 
-def take_starter() -> Starter:
+def forget_starters() -> None:
+    """In a worker that was forked: they are its parent's, and so may be what holds the lock."""
+    global _lock
+    _lock = threading.Lock()
+    for starter in (*_idle, *_busy):
+        starter.close_pipes()
+    _idle.clear()
+    _busy.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=forget_starters)
+
+
+def take_starter(run: str) -> Optional[Starter]:
+    """One for a trial of a run; none where the run has ended."""
     with _lock:
-        while _idle:
-            starter = _idle.pop()
-            if starter.owner == os.getpid():  # not one of the process that forked this worker
-                break
-        else:
-            starter = Starter()
+        if run in _ended:
+            return None
+        starter = _idle.pop() if _idle else Starter()
+        starter.whose = run
         _busy.append(starter)
     return starter
 
 
-def end_starters() -> None:
-    """Ends those of this process, and what they run."""
+def give_back(starter: Starter) -> None:
     with _lock:
-        idle = [s for s in _idle if s.owner == os.getpid()]
-        _idle.clear()
-        for starter in _busy:
-            starter.process.kill()  # its worker sees it and closes it
-    for starter in idle:
+        _busy.remove(starter)
+        late = starter.whose in _ended
+        if not late:
+            _idle.append(starter)
+    if late:
         starter.close()
 
 
-def run_task(task: Task) -> Reply:
-    """What an executor runs: a trial in a process of its own."""
-    starter = take_starter()
+def end_starters(run: str) -> None:
+    """Ends those of a run in this process, and what they run; it gets no other here."""
+    with _lock:
+        _ended.add(run)
+        idle = [s for s in _idle if s.whose == run]
+        _idle[:] = [s for s in _idle if s.whose != run]
+        for starter in _busy:
+            if starter.whose == run:
+                starter.kill()  # its worker sees it and closes it
+    for starter in idle:
+        starter.close_pipes()
+    for starter in idle:
+        starter.process.wait()
+
+
+def run_task(task: Task, run: str) -> Reply:
+    """What an executor runs: a trial in a process of its own. run: of the study, for end_starters()."""
+    starter = take_starter(run)
+    if starter is None:
+        return Reply(task.number, "died", error="its study has ended")
     try:
         reply = starter.run(task)
     except BaseException as bad:
-        starter.process.kill()
+        starter.kill()
         starter.close()
         with _lock:
             _busy.remove(starter)
         if not isinstance(bad, (EOFError, OSError)):  # Ctrl-C in a worker
             raise
         return Reply(task.number, "died", error="the process that starts trials was ended", host=socket.gethostname())
-    with _lock:
-        _busy.remove(starter)
-        _idle.append(starter)
+    give_back(starter)
     return reply

@@ -8,6 +8,7 @@ Table `study`: the study's statement.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -53,18 +54,22 @@ class Lock:
                     return self
             except FileNotFoundError:  # removed by the one before, after it was opened here
                 pass
-            except OSError:
+            except OSError as bad:
                 os.close(self.file)
-                raise StudyError(
-                    f"{self.path.name[:-5]}: another study writes it now; wait, or give another file"
-                ) from None
+                why = f"cannot be locked: {bad.strerror}; give another file"
+                if isinstance(bad, BlockingIOError):
+                    why = "another study writes it now; wait, or give another file"
+                raise StudyError(f"{self.path.name[:-5]}: {why}") from None
             os.close(self.file)
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.file >= 0:
-            os.unlink(self.path)
-            os.close(self.file)
+        if self.file < 0:
+            return
+        with contextlib.suppress(OSError):  # someone removed it; what the study raises counts
+            if os.fstat(self.file).st_ino == os.stat(self.path).st_ino:  # else it is another study's
+                os.unlink(self.path)
+        os.close(self.file)
 
 
 def differences(then: Mapping[str, Any], now: Mapping[str, Any], path: str = "") -> list[str]:
@@ -85,6 +90,8 @@ class Results:
     def __init__(self, file: Union[str, "os.PathLike[str]"]) -> None:
         """Raises StudyError where there is none, or another kind of file."""
         self.path = pathlib.Path(file)
+        if self.path.is_dir():
+            raise StudyError(f"results: '{file}' is a folder; give the file in it")
         if not self.path.is_file():
             raise StudyError(f"no results '{file}'; run the study first")
         self.database = connect(self.path)
@@ -169,7 +176,7 @@ class Results:
 
     def output(self, number: int) -> str:
         """The end of what a trial wrote: messages, and where it failed."""
-        row = self.database.execute("SELECT output FROM log WHERE number = ?", (number,)).fetchone()
+        row = self.database.execute("SELECT output FROM log WHERE number = ?", (int(number),)).fetchone()
         return str(row[0]) if row else ""
 
     def digest(self) -> str:

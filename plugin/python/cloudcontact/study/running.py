@@ -9,18 +9,22 @@ from __future__ import annotations
 import collections
 import concurrent.futures
 import queue
+import time
+import uuid
 from typing import Callable, Optional, Sequence
 
-from .errors import StudyStopped
-from .executors import On, open_executor
-from .process import run_task
+from .errors import StudyError, StudyStopped
+from .executors import EXECUTORS, On, makes_executors, open_executor
+from .process import end_starters, run_task
 from .results import Recorder
 from .trial import Reply, Task
 
 ATTEMPTS = 3
 AHEAD = 10_000  # trials that an executor holds at most
 TOGETHER = 200  # rows written in one go at most
+BREATH = 0.1  # seconds of giving out trials after which those that have ended are written
 Ended = Callable[[Sequence[Reply]], object]
+Future = concurrent.futures.Future[Reply]
 
 
 class Broken(Exception):
@@ -34,18 +38,16 @@ class Run:
         self.waiting = collections.deque(tasks)
         self.recorder, self.ended = recorder, ended
         self.attempts: collections.Counter[int] = collections.Counter()
-        self.running: dict[concurrent.futures.Future[Reply], Task] = {}
+        self.running: dict[Future, Task] = {}
         self.left = len(tasks)
 
     def on(self, executor: concurrent.futures.Executor) -> None:
         """Until all trials have ended. Raises Broken where the executor breaks; what ran is waiting again then."""
-        done: queue.SimpleQueue[concurrent.futures.Future[Reply]] = queue.SimpleQueue()
+        done: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        name = uuid.uuid4().hex
         try:
             while self.left:
-                while self.waiting and len(self.running) < AHEAD:
-                    future = self.submit(executor, self.waiting[0])
-                    self.running[future] = self.waiting.popleft()
-                    future.add_done_callback(done.put)
+                self.give_out(executor, name, done)
                 futures = [done.get()]
                 while not done.empty() and len(futures) < TOGETHER:
                     futures.append(done.get())
@@ -55,14 +57,36 @@ class Run:
                 future.cancel()
             self.waiting.extendleft(reversed(self.running.values()))
             self.running.clear()
+            end_starters(name)
 
-    def submit(self, executor: concurrent.futures.Executor, task: Task) -> concurrent.futures.Future[Reply]:
+    def give_out(self, executor: concurrent.futures.Executor, name: str, done: queue.SimpleQueue[Future]) -> None:
+        """Submits what waits, until something has ended that should not wait in turn.
+
+        An executor may work in submit(), or hold it up until a worker is free.
+        """
+        end = time.monotonic() + BREATH
+        while self.waiting and len(self.running) < AHEAD:
+            future = self.submit(executor, self.waiting[0], name)
+            self.running[future] = self.waiting.popleft()
+            future.add_done_callback(done.put)
+            if future.done() or (time.monotonic() > end and not done.empty()):
+                return
+
+    def submit(self, executor: concurrent.futures.Executor, task: Task, name: str) -> Future:
         try:
-            return executor.submit(run_task, task)
+            future = executor.submit(run_task, task, name)
         except RuntimeError as bad:  # broken, or shut down
             raise Broken(str(bad)) from bad
+        if not isinstance(future, concurrent.futures.Future):
+            kind = type(future)
+            raise StudyError(
+                f"on: submit() of {executor!r} returned a {kind.__module__}.{kind.__name__}; give {EXECUTORS}"
+            )
+        if future.done() and not future.cancelled() and isinstance(future.exception(), KeyboardInterrupt):
+            raise KeyboardInterrupt  # Ctrl-C in a trial that submit() itself ran
+        return future
 
-    def take(self, futures: Sequence[concurrent.futures.Future[Reply]]) -> None:
+    def take(self, futures: Sequence[Future]) -> None:
         """Writes what has ended, and lets the rest run again."""
         replies: list[Reply] = []
         broken: Optional[BaseException] = None
@@ -107,7 +131,7 @@ def run_all(begin: Callable[[], Run], on: On) -> None:
         except Broken as bad:
             assert run is not None
             breaks = breaks + 1 if run.left == left else 0
-            if isinstance(on, (str, concurrent.futures.Executor)) or breaks >= ATTEMPTS:
+            if not makes_executors(on) or breaks >= ATTEMPTS:
                 raise StudyStopped(
                     f"the executor broke: {bad}; {run.left} trials are left, run the study again"
                 ) from bad

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import os
 import pathlib
 import re
 import tempfile
@@ -15,6 +17,7 @@ from .. import _core
 from .._typing import Law
 from .errors import StudyError, meant
 from .expressions import Template
+from .scene_paths import NAMED, files_of, write_elsewhere
 
 # Parameters that are settings of the world, not of the scene: lengths in m, times in s, stiffness in N/m
 # (N/m^3 with the law foundation), damping in N s/m (N s/m^3).
@@ -40,7 +43,6 @@ OTHER_UNITS = {
     **{"voxel": "m", "tolerance": "m", "shell": "m", "seconds": "s", "step": "s"},
     **{"time": "s", "penetration": "m", "energy": "J"},
 }
-URI = re.compile(r"(<uri>\s*)([^<]*?)(\s*</uri>)")
 
 
 def unit_of(name: str) -> str:
@@ -76,7 +78,7 @@ def law_of(values: Mapping[str, Any]) -> Optional[Law]:
     """Of the parameters law, stiffness and damping; none: the automatic spring."""
     name, stiffness, damping = values.get("law"), values.get("stiffness"), values.get("damping", 0.0)
     kind, _, numbers = str(name or "paper").partition(":")
-    if kind == "rigid":
+    if kind == "rigid" and not numbers:
         return _core.Rigid()
     if kind in ("maxwell", "solid"):
         try:
@@ -84,7 +86,7 @@ def law_of(values: Mapping[str, Any]) -> Optional[Law]:
             return _core.Maxwell(*k) if kind == "maxwell" else _core.StandardLinearSolid(*k)
         except (ValueError, TypeError):
             raise StudyError(f"law: '{name}': give maxwell:K,C or solid:K,K1,C1") from None
-    if kind not in ("paper", "foundation"):
+    if kind not in ("paper", "foundation") or numbers:
         raise StudyError(f"law: '{name}' is not known; give paper, foundation, rigid, maxwell:K,C or solid:K,K1,C1")
     if stiffness is None:
         if kind == "foundation" or "damping" in values:
@@ -97,19 +99,6 @@ def law_of(values: Mapping[str, Any]) -> Optional[Law]:
     return _core.Foundation(float(stiffness), float(damping))
 
 
-def found(uri: str, folder: pathlib.Path) -> str:
-    """The file that a scene in a folder means; the text itself where there is none."""
-    if uri.startswith(("package://", "model://")):
-        rest = pathlib.PurePath(uri.split("://", 1)[1])
-        for at in (folder, *folder.parents):
-            inside = at / pathlib.PurePath(*rest.parts[1:])
-            for file in (at / rest, inside) if at.name == rest.parts[0] else (at / rest,):
-                if file.is_file():
-                    return str(file)
-        return uri
-    return uri if "://" in uri or not uri else str(folder / uri)
-
-
 @dataclass(frozen=True)
 class SceneFile:
     """An SDFormat or URDF file with `${...}` in it, and the folder that its paths start from."""
@@ -120,7 +109,7 @@ class SceneFile:
     @staticmethod
     def read(file: pathlib.Path) -> SceneFile:
         try:
-            return SceneFile(file.read_text(), str(file.resolve()))
+            return SceneFile(file.read_text("utf-8"), os.path.abspath(file))
         except (OSError, UnicodeDecodeError) as bad:
             raise StudyError(f"scene: cannot read '{file}': {getattr(bad, 'strerror', None) or bad}") from None
 
@@ -128,20 +117,18 @@ class SceneFile:
     def template(self) -> Template:
         return Template(self.text, pathlib.Path(self.file).name)
 
-    def filled(self, values: Mapping[str, Any], seed: int) -> str:
-        folder = pathlib.Path(self.file).parent
-        text = self.template.filled(values, seed)
-        return URI.sub(lambda m: m[1] + found(m[2], folder) + m[3], text)
-
     def load(self, values: Mapping[str, Any], seed: int) -> _core.Scene:
         path = pathlib.Path(self.file)
         with tempfile.TemporaryDirectory() as folder:
             place = pathlib.Path(folder) / path.name
-            place.write_text(self.filled(values, seed))
+            copies = write_elsewhere(self.template.filled(values, seed), path.parent, place)
             try:
                 return _core.Scene.load(place)
             except ValueError as bad:
-                raise StudyError(str(bad).replace(str(place), path.name).replace(folder, str(path.parent))) from None
+                message = str(bad)
+                for copy, file in {**copies, str(place): path.name, folder: str(path.parent)}.items():
+                    message = message.replace(copy, file)
+                raise StudyError(message) from None
 
     def check(self, names: Iterable[str]) -> None:
         """That each parameter is a setting or is in the file, and each name in the file a parameter."""
@@ -153,13 +140,17 @@ class SceneFile:
         for name in sorted(holes - given):
             raise StudyError(f"{place}: ${{{name}}} has no value; add parameters.{name}")
 
-    def digest(self, values: Mapping[str, Any]) -> str:
-        """Of the text and the files that it names."""
-        whole = hashlib.sha256(self.text.encode())
-        for match in URI.finditer(self.filled(values, 0)):
-            path = pathlib.Path(match[2].removeprefix("file://"))
-            if path.is_file():
-                whole.update(path.read_bytes())
+    def digest(self, *points: Mapping[str, Any]) -> str:
+        """Of the text and the files that it names, with the parameters of any point."""
+        whole, template = hashlib.sha256(self.text.encode()), self.template
+        if not any("${" in match[0] for match in NAMED.finditer(self.text)):
+            points = points[:1]  # the same files for all
+        files: dict[str, None] = {}
+        for values in points:
+            with contextlib.suppress(StudyError):  # that trial fails, whatever its files are
+                files.update(dict.fromkeys(files_of(template.filled(values, 0), pathlib.Path(self.file).parent)))
+        for path in files:
+            whole.update(pathlib.Path(path).read_bytes())
         return whole.hexdigest()
 
 

@@ -6,13 +6,14 @@ import contextlib
 import hashlib
 import os
 import pathlib
-from typing import Any, Callable, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
 
 from .. import _core
 from .._progress import Progress, TextLine, reporter
-from .design import Parameter, Point, plan
-from .errors import StudyError
+from .design import Parameter, Point, finite, number, plan
+from .errors import StudyError, meant
 from .executors import On, open_executor
+from .expressions import Expression
 from .functions import Shipped, check_call, loaded, ship, words_of
 from .results import Lock, Recorder, Results
 from .running import Run, run_all
@@ -20,6 +21,23 @@ from .scenes import SETTINGS, SceneFile, check_settings, outcomes_of, settings_o
 from .trial import Reply, Task, Work, known_names, made_scene, run_here
 
 MOST_COLUMNS = 1500
+
+
+def names_of(watch: Any) -> tuple[str, ...]:
+    """Of bodies: a text alone would be its letters."""
+    if isinstance(watch, str) or not isinstance(watch, Iterable):
+        raise StudyError(f"watch: {watch!r} is no list of names; give one, as ['peg']")
+    names = tuple(watch)
+    for name in names:
+        if not isinstance(name, str):
+            raise StudyError(f"watch: {name!r} is no name of a body")
+    return names
+
+
+def units_of(units: Any) -> dict[str, str]:
+    if not isinstance(units, Mapping) or not all(isinstance(text, str) for pair in units.items() for text in pair):
+        raise StudyError("units: must be texts by the names of parameters and outcomes, as {'offset': 'm'}")
+    return dict(units)
 
 
 class Study:
@@ -66,13 +84,15 @@ class Study:
 
         Raises StudyError that names the field.
         """
-        self.name, self.success, self.timeout = name, success, timeout
-        self.units = dict(units or {})
+        self.name, self.success, self.timeout = name, success, number(timeout)
+        if not isinstance(success, str):
+            raise StudyError("success: must be a text, an expression of outcomes and parameters")
+        self.units = units_of(units or {})
         self.folder = pathlib.Path(folder)
-        self.watch = None if watch is None else tuple(watch)
+        self.watch = None if watch is None else names_of(watch)
         self.points: list[Point] = plan(parameters, design, trials, repeats, seed)
-        self.design, self.repeats, self.seed = design, repeats, seed
-        if timeout is not None and not (isinstance(timeout, (int, float)) and timeout > 0):
+        self.design, self.repeats, self.seed = design, int(repeats), int(seed)
+        if timeout is not None and not (finite(self.timeout) and self.timeout > 0):
             raise StudyError("timeout: must be a number of seconds above 0")
         if (scene is None) == (trial is None):
             raise StudyError("scene, trial: give one of the two")
@@ -93,6 +113,8 @@ class Study:
 
     def _check(self) -> None:
         """Finds what is wrong before a thousand trials do: names, the scene of the first trial."""
+        if self.success:
+            Expression(self.success, "success")
         first = self.points[0]
         names, scene = set(first.parameters), self.work.scene
         if scene is not None:
@@ -121,8 +143,12 @@ class Study:
         outcomes = outcomes_of(scene, self.watch)
         if len(outcomes) + len(first) > MOST_COLUMNS:
             raise StudyError(f"watch: {len(scene.bodies)} bodies make too many columns; name those to measure")
+        known = {*outcomes, *first, "success"}
         if self.success:
-            known_names({*outcomes, *first}, self.success)
+            known_names(known - {"success"}, self.success)
+        for name in self.units:
+            if name not in known:
+                raise StudyError(f"units.{name}: is no outcome and no parameter{meant(name, known)}")
 
     def __len__(self) -> int:
         """Trials."""
@@ -133,7 +159,7 @@ class Study:
         """What the file of results keeps, and compares before it goes on."""
         work = self.work
         if work.scene is not None:
-            source = work.scene.digest(self.points[0].parameters)
+            source = work.scene.digest(*(p.parameters for p in self.points))
         else:
             assert work.function is not None
             text = work.function.source or work.function.module
@@ -178,7 +204,7 @@ class Study:
 
         Raises StudyError where the file is of another study, StudyStopped where the executor breaks.
         """
-        path = pathlib.Path(results)
+        path = pathlib.Path(os.path.abspath(results))  # whatever folder a trial or a callback goes to
         if on == "mpi":
             with open_executor(on) as executor:
                 if executor is not None:
@@ -188,6 +214,8 @@ class Study:
         return Results(path)
 
     def _run(self, path: pathlib.Path, on: On, again: bool, progress: Progress) -> None:
+        if path.is_dir():
+            raise StudyError(f"results: '{path}' is a folder; give a file in it")
         if not path.parent.is_dir():
             raise StudyError(f"results: no folder '{path.parent}'")
         with Lock(path), contextlib.ExitStack() as at_end:

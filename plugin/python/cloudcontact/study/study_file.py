@@ -69,7 +69,7 @@ def load(file: Union[str, "os.PathLike[str]"]) -> Study:
     """
     path = pathlib.Path(file)
     try:
-        content: dict[str, Any] = toml_reader().loads(path.read_text())
+        content: dict[str, Any] = toml_reader().loads(path.read_text("utf-8"))
     except OSError as bad:
         raise StudyError(f"{file}: {bad.strerror}") from None
     except ValueError as bad:  # text or TOML

@@ -68,6 +68,13 @@ def axis_of(results: Results, columns: dict[str, Column], name: str) -> Axis:
     return Axis(name, columns[name], results.unit(name))
 
 
+def first_of(results: Results) -> str:
+    """The first parameter that varies, or the first."""
+    if not results.parameters:
+        raise StudyError("plot: the study has no parameters, over which to draw")
+    return (results.varied or results.parameters)[0]
+
+
 def edges_of(middles: Doubles) -> Doubles:
     """Between values, and as far beyond the outer ones."""
     if len(middles) == 1:
@@ -147,7 +154,7 @@ def plot_success(results: Results, x: Optional[str] = None, y: Optional[str] = N
     x, y: names; none: the first two that vary. file: to save it in (.png, .svg, .pdf). Returns matplotlib's
     Figure. Raises StudyError where the study states no success or a name is not known.
     """
-    names = [name for name in (x, y) if name] or results.varied[:2] or results.parameters[:1]
+    names = [name for name in (x, y) if name] or results.varied[:2] or [first_of(results)]
     columns = results.columns(None)
     success = columns.get("success")
     if success is None:
@@ -169,8 +176,10 @@ def plot_success(results: Results, x: Optional[str] = None, y: Optional[str] = N
 
 
 def wrench_names(results: Results) -> list[str]:
-    """Columns of forces and torques that are magnitudes: names that end in force or torque."""
-    return [name for name in results.outcomes if re.search(r"(force|torque)$", name)]
+    """Columns of forces and torques that are magnitudes: numbers whose names end in force or torque."""
+    columns = results.columns()
+    names = [name for name in results.outcomes if re.search(r"(force|torque)$", name)]
+    return [n for n in names if columns[n].dtype != object and np.isfinite(columns[n]).any()]
 
 
 def plot_wrenches(
@@ -183,14 +192,16 @@ def plot_wrenches(
     """
     names = list(names or wrench_names(results))
     if not names:
-        raise StudyError("plot: no outcome's name ends in force or torque; give names")
+        raise StudyError("plot: no trial has an outcome whose name ends in force or torque; give names")
     columns = results.columns()
-    across = axis_of(results, columns, against or (results.varied or results.parameters)[0])
+    across = axis_of(results, columns, against or first_of(results))
     success = columns.get("success")
     figure = new_figure(1.2 + 4.2 * len(names), 6.4)
     panels = figure.subplots(2, len(names), squeeze=False)
     for n, name in enumerate(names):
         values = axis_of(results, columns, name)
+        if not np.isfinite(values.values).any():
+            raise StudyError(f"plot: no trial has a value of '{name}'")
         draw_histogram(panels[0, n], values, success)
         draw_bands(panels[1, n], across, values)
     panels[0, 0].set_ylabel("trials")

@@ -96,11 +96,11 @@ def summarize(results: Results) -> Summary:
     out.versions = sorted({v for v in columns["versions"] if isinstance(v, str)})
     out.units = {name: unit for name in columns if (unit := results.unit(name))}
     success = columns.get("success")
-    if success is not None and len(success):
+    if success is not None and np.isfinite(success).any():
         out.success = float(np.nanmean(success))
         for name in results.varied:
             rows = [(label, success[who]) for label, who in classes_of(columns[name], MOST_BINS)]
-            out.by[name] = [(label, float(np.nanmean(s)), len(s)) for label, s in rows if len(s)]
+            out.by[name] = [(label, float(np.nanmean(s)), len(s)) for label, s in rows if np.isfinite(s).any()]
     for name in results.outcomes:
         values = columns[name]
         if name != "success" and values.dtype != object and np.isfinite(values).any():

@@ -14,7 +14,7 @@ from typing import Any, Mapping, Optional, Tuple
 import numpy as np
 
 from .. import _core
-from .design import RESERVED
+from .design import RESERVED, number
 from .errors import StudyError, meant
 from .expressions import Expression
 from .functions import Shipped, call, words_of
@@ -73,10 +73,11 @@ def versions() -> str:
 
 def scalar(name: str, value: Any) -> Any:
     """What a column of SQLite holds."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if value is None or isinstance(value, (str, float)):
+    value = number(value)
+    if value is None or isinstance(value, float):
         return value
+    if isinstance(value, str):
+        return str.__str__(value)  # not of a class of the function's, which nobody else has
     if isinstance(value, (bool, int)):
         return int(value) if abs(int(value)) < 2**63 else hex(value)
     raise TypeError(f"outcome '{name}': {type(value).__name__} is no number, text or bool; give these or a list")
@@ -88,13 +89,15 @@ def flat(outcomes: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in outcomes.items():
         if not isinstance(name, str) or not name.isidentifier():
             raise TypeError(f"outcome {name!r}: is no name; give letters, digits and _")
-        if isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) == 1:
+        columns = {name: value}
+        if isinstance(value, (list, tuple, np.ndarray)) and getattr(value, "ndim", 1) == 1:
             if len(value) > MOST_NUMBERS:
                 raise TypeError(f"outcome '{name}': {len(value)} numbers; give {MOST_NUMBERS} or fewer")
-            endings = "xyz" if len(value) == 3 else range(len(value))
-            out.update({f"{name}_{e}": scalar(name, v) for e, v in zip(endings, value)})
-        else:
-            out[name] = scalar(name, value)
+            columns = {f"{name}_{e}": v for e, v in zip("xyz" if len(value) == 3 else range(len(value)), value)}
+        for column, one in columns.items():
+            if column in out:
+                raise TypeError(f"outcome '{column}': another outcome has this name; give another")
+            out[column] = scalar(name, one)
     return out
 
 
@@ -137,6 +140,8 @@ def run_here(task: Task) -> dict[str, Any]:
             raise TypeError("outcome 'success': the study states it too; leave one of the two out")
         truth = Expression(task.work.success, "success")({**task.parameters, **out})
         out["success"] = int(bool(truth))
+    if isinstance(out.get("success"), str):
+        raise TypeError(f"outcome 'success': {out['success']!r} is a text; give true or false")
     return out
 
 
