@@ -8,6 +8,8 @@
 #include <optional>
 #include <thread>
 
+#include "python/raised_errors.h"
+
 namespace cloudcontact::python {
 namespace {
 
@@ -46,7 +48,7 @@ struct Run {
 };
 
 py::object reporterOf(const py::object& progress, const std::string& label) {
-  return py::module_::import("cloudcontact._progress").attr("reporter")(progress, label);
+  return py::module_::import("cloudcontact._progress").attr("reporter")(progress, textOf(label));
 }
 
 void lookAndReport(const py::object& reporter, double share) {

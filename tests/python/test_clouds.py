@@ -1,6 +1,7 @@
 """Meshes, clouds and CT volumes as arrays."""
 
 import gc
+import os
 from typing import Any
 
 import numpy as np
@@ -164,6 +165,17 @@ def test_numbers_of_numpy_are_numbers():
         assert cloud.mass_properties(density).mass == cloud.mass_properties(500).mass
     voxel: Any = np.float32(0.001)
     assert cc.digitize(box_arrays(BOX), voxel).voxel == float(voxel)
+
+
+def test_names_of_files_that_are_no_text_are_told(tmp_path):
+    name = os.path.join(tmp_path, os.fsdecode(b"\xff.cloud"))
+    readers: Any = (cc.Cloud.load, cc.SurfaceField.load, cc.load_mesh, cc.Scene.load, lambda f: cc.digitize(f, 0.001))
+    for read in readers:
+        with pytest.raises((RuntimeError, ValueError)) as raised:
+            read(name)
+        assert name in str(raised.value)
+    cc.digitize(box_arrays(BOX), 0.001).save(name)
+    assert cc.digitize(name).voxels == cc.Cloud.load(name).voxels
 
 
 @pytest.mark.parametrize(
