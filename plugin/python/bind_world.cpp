@@ -196,7 +196,8 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           "replay"_a = py::none(), "observe"_a = py::none(), "progress"_a = py::none(),
           "Steps for `seconds`, to the nearest whole number of steps; ValueError where that is "
           "none of\n"
-          "a time above 0. Ctrl-C ends it after the step. Returns the Replay, which a "
+          "a time above 0. Ctrl-C and what `observe` raises end it after the step; the\n"
+          "replay then has what has run. Returns the Replay, which a "
           "notebook\n"
           "shows, where `replay` is an .html file.\n\n"
           "step: length of a step [s]; none: the scene's. substeps: parts of each. replay: a file\n"

@@ -116,10 +116,15 @@ void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
       recorder.begin(*world.world, world.scene.name, words.seconds, words.step);
       recorder.record(0, *world.world);
     }
-    for (int n = 1; n <= steps; ++n) {
-      stepBy(world, words, records ? &recorder : nullptr, n * words.step);
-      observed(words.observe, self);
-      pacer.report(double(n) / steps);
+    try {
+      for (int n = 1; n <= steps; ++n) {
+        stepBy(world, words, records ? &recorder : nullptr, n * words.step);
+        observed(words.observe, self);
+        pacer.report(double(n) / steps);
+      }
+    } catch (...) {  // Ctrl-C, or `observe`: what has run is worth seeing
+      if (records) save(world, recorder, words);
+      throw;
     }
     if (records) save(world, recorder, words);
   }

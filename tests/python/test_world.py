@@ -277,6 +277,19 @@ def test_replays(tmp_path):
         world.run(0.05, replay=tmp_path / "run.avi")
 
 
+def test_a_run_that_ends_early_leaves_its_replay(tmp_path):
+    world = cc.World(resting(), voxel=0.004)
+
+    def stop(now):
+        if now.time > 0.0195:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        world.run(1, replay=tmp_path / "early.html", observe=stop)
+    assert world.time == pytest.approx(0.02)
+    assert (tmp_path / "early.html").stat().st_size > 10_000
+
+
 def test_bodies_keep_their_world():
     brick = cc.World(resting(), voxel=0.004)["brick"]
     gc.collect()
