@@ -42,6 +42,9 @@
 // of their speed in 3 m, with it less than 1 %.
 #define CC_ROUND 0.09
 #define CC_ROUND_AGAIN 5.0
+// [voxels] A patch whose surfaces bend by less is flat, as curvature times the spread of places. A
+// box has 4e-6 at most, a peg of 40 voxels on a plane 0.03.
+#define CC_FLAT 0.005
 #define CC_MOST_SPIN 0.3  // [rad] by which a point's normal leans for the patch's spin
 // [voxels] Points closer together than this share a moment by moving together, not by weights. With
 // 0.5 weights swing so far from step to step that a nut gains 1 % of energy on its way down its
@@ -127,6 +130,18 @@ CC_FN CcVec ccSharedWall(CcVec pushA, CcVec pushB, CcVec wallA, CcVec wallB) {
     shared = ccTimes(least, ccUnit64(ccPlus(a, b)));
   }
   return shared;
+}
+
+// Whether neither surface of a patch bends by more than the fits' noise, so that a plane tells the
+// gap between them everywhere [m]. On an arc that plane is that of the middle alone: a peg whose
+// points took their gaps from it jammed in its hole.
+CC_FN int ccIsFlat(const CcFlat* f, double voxel) {
+  double bends = 0.0;
+  for (int s = 0; s < 2; ++s) {
+    const CcMatrix2 t = f->turn[s];
+    bends += t.uu * t.uu + t.uv * t.uv + t.vu * t.vu + t.vv * t.vv;
+  }
+  return bends < (CC_FLAT * voxel) * (CC_FLAT * voxel);
 }
 
 // Half of curvature times the spread of places, summed over directions. A sample counts by its
@@ -248,8 +263,9 @@ typedef struct {
   double weight;
 } CcPatchPoint;
 
-// Four places from the center of pressure, and their weights, as the sums have them.
-CC_FN void ccPlacesOf(const CcFlat* f, const CcExtent* e, CcTwo cop, CcTwo* at, double* weight) {
+// Four places from the center of pressure, and their weights, as the sums have them. Returns how
+// the weights rise in the plane [1/m].
+CC_FN CcTwo ccPlacesOf(const CcFlat* f, const CcExtent* e, CcTwo cop, CcTwo* at, double* weight) {
   CcTwo slope = ccOn(f->inverse, cop);
   const CcSymmetric2 root = ccMatrixRoot(e->kept);
   const CcTwo corner[2] = {{root.uu + root.uv, root.uv + root.vv},
@@ -267,6 +283,7 @@ CC_FN void ccPlacesOf(const CcFlat* f, const CcExtent* e, CcTwo cop, CcTwo* at, 
     at[i] = ccTwo(from.u - aside.u, from.v - aside.v);
     weight[i] = 1.0 + (slope.u * from.u + slope.v * from.v);
   }
+  return slope;
 }
 
 // A patch's points on the way: from the center of pressure, which is at `cop` in the plane.
@@ -275,6 +292,9 @@ typedef struct {
   double weight[4], voxel;
   double pressed;  // ccPressed()
   CcMatrix2 lean;
+  CcTwo slope;   // of the weights, as the sums have them [1/m]
+  double along;  // their weight at the center of pressure
+  int apart;     // near misses: a point's weight is for its gap
 } CcPlan;
 
 // Where the points of a patch would stand by its sums. `center`: what is nearest to its center;
@@ -291,7 +311,10 @@ CC_FN CcPlan ccPlanOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, 
   plan.cop = ccTwo(ccDot64(f->t1, arm), ccDot64(f->t2, arm));
   plan.voxel = voxel;
   plan.lean = e.lean;
-  ccPlacesOf(f, &e, plan.cop, plan.at, plan.weight);
+  plan.slope = ccPlacesOf(f, &e, plan.cop, plan.at, plan.weight);
+  const CcTwo aside = ccOn(e.kept, plan.slope);
+  plan.along = 1.0 + (plan.slope.u * aside.u + plan.slope.v * aside.v);
+  plan.apart = 0;
   return plan;
 }
 
@@ -354,6 +377,15 @@ CC_FN int ccMoveToWet(CcPlan* plan, const CcFlat* f, CC_NEAR const CcNearestHit*
   return moved;
 }
 
+// The weight of a plan's point. That of a near miss is for its gap, which is that of the surfaces
+// where it stands. Balanced weights would give points of a face whose gap is even different gaps,
+// and the one that touches first would turn the body.
+CC_FN double ccWeightOf(const CcPlan* plan, int i) {
+  if (!plan->apart) return plan->weight[i];
+  const CcTwo at = plan->at[i];
+  return ccMax64(CC_LEAST_WEIGHT, plan->along + (plan->slope.u * at.u + plan->slope.v * at.v));
+}
+
 // Makes a plan's places the patch's points in the frame body, which together have its force and
 // torque. `found`: what is nearest to each place.
 CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* plan,
@@ -379,7 +411,7 @@ CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* 
     points[i].position = ccPlus(place, ccTimes(ccRiseToWet(&hit, place, normal), normal));
     // Along the patch's normal the weights add up to 1; across it the lean of one takes back the
     // others', since all are linear in the places.
-    points[i].weight = plan->weight[i] / shorter;
+    points[i].weight = ccWeightOf(plan, i) / shorter;
   }
 }
 

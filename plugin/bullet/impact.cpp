@@ -70,18 +70,23 @@ Impact::Impact(const PairSides& sides, double step) : sides_(sides), step_(step)
       gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
 }
 
+double Impact::wayOf(const ContactPoint& source) const {
+  return step_ * (closingOf(source, sides_) + step_ * pull_.dot(source.normal));
+}
+
 void Impact::take(const ContactPoint& source, const btManifoldPoint* before, double restitution,
-                  btManifoldPoint& point) const {
+                  double late, btManifoldPoint& point) const {
   if (!(restitution > 0) || !(step_ > 0) || source.damping > 0) return;
   const double closing = closingOf(source, sides_), pull = pull_.dot(source.normal);
   if (closing <= 0 && source.depth > 0) {
     if (before && isBare(*before)) makeBare(point, 0);
     return;
   }
-  const double way = step_ * (closing + step_ * pull);
-  if (source.depth + way <= 0) return;
-  if (touchSquare(closing, source.depth, pull, step_) < kBouncesFrom * kBouncesFrom) return;
-  const double speed = bounceSpeed(restitution, closing, source.depth, pull, step_);
+  const double way = wayOf(source);
+  if (source.depth + way + late <= 0) return;
+  const double depth = std::max(source.depth, -way);
+  if (touchSquare(closing, depth, pull, step_) < kBouncesFrom * kBouncesFrom) return;
+  const double speed = bounceSpeed(restitution, closing, depth, pull, step_);
   if (speed <= 0)
     makeBare(point, 0, static_cast<btScalar>(way));
   else if (closing < kRowBouncesFrom)

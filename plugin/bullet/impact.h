@@ -18,10 +18,13 @@ class Impact {
  public:
   Impact(const PairSides& sides, double step);  // [s]
 
-  // Makes a written point a bare row if it bounces or leaves. `before`: last step's point, or null.
+  // Whether a point touches in this step.
+  bool touches(const ContactPoint& source) const { return source.depth + wayOf(source) > 0; }
+  // Makes a written point a bare row if it bounces or leaves. `late` [m]: it also does if it misses
+  // the touch by less. `before`: last step's point, or null.
   // `restitution`: the pair's, as Bullet combines it, or a callback's.
   void take(const ContactPoint& source, const btManifoldPoint* before, double restitution,
-            btManifoldPoint& point) const;
+            double late, btManifoldPoint& point) const;
   // Makes a written point that has not bounced and would close by more than `most` [m] in the step
   // a bare row: it ends the step at the touch, or where it is, if it touches.
   void stop(const ContactPoint& source, double most, btManifoldPoint& point) const;
@@ -34,6 +37,7 @@ class Impact {
   void moveApart(const ContactPoint& source, double speed, btManifoldPoint& point) const;
 
  private:
+  double wayOf(const ContactPoint& source) const;  // by which a point closes in the step [m]
   void moveToCenters(btManifoldPoint& point) const;
 
   const PairSides& sides_;

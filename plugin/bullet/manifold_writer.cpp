@@ -187,6 +187,8 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     anchor.add(sources[i].position, slips[i], before[i]);
   }
   const Impact impact(sides, settings.step);
+  const bool bounces = std::any_of(sources, sources + count,
+                                   [&](const ContactPoint& p) { return impact.touches(p); });
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
   anchor.fit();
   manifold.setNumContacts(count);
@@ -204,7 +206,7 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     if (settings.leavingSpeed > 0)
       impact.moveApart(sources[i], settings.leavingSpeed, point);
     else if (!settings.rigid && !settings.shared && !sides.touch)
-      impact.take(sources[i], before[i], restitution, point);
+      impact.take(sources[i], before[i], restitution, bounces ? settings.together : 0, point);
     impact.stop(sources[i], settings.stopsFrom, point);
     if (i == 0) impact.stopCenters(sources[i], settings.stopsFrom, point);
   }

@@ -18,6 +18,9 @@ struct WriteSettings {
   std::optional<AutomaticSpring> automatic;
   // Or their shares of this row (PairMemory).
   std::optional<KelvinVoigt> shared;
+  // [m] Of a patch that bounces, points that miss the touch by less in this step bounce, too: which
+  // of a face's points touch first is noise below that, and those alone would turn the body.
+  double together = 0;
   // [m] Of a swept pair: points that would close by more in the step are stopped at the touch by
   // bare rows, since a spring lets a fast body through a thin wall. Infinite: none.
   double stopsFrom = std::numeric_limits<double>::infinity();

@@ -49,9 +49,10 @@ bool usesPaper(const CloudContactSettings& settings, const CloudShape* const clo
 }
 
 // Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
-// step.
+// step. A little more, so that a face at the end of that way is not half out of reach by rounding.
 double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double step) {
-  return std::max(voxel, closingSpeed(a, b) * step);
+  constexpr double kBeyond = 0.02;  // [voxels]
+  return std::max(voxel, closingSpeed(a, b) * step + kBeyond * voxel);
 }
 
 using Bits = std::array<double, 33>;

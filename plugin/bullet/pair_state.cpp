@@ -21,6 +21,38 @@ constexpr double kSlidingVoxelsPerStep = 1e-3;
 // `peg_in_hole.sdf` is thrown out of its hole at 120 Hz, and is 0.8 mm deep in it at 240 Hz.
 constexpr double kBesideVoxels = 1;
 
+// [voxels] Pairs that touch by less than the first and close by more than the second in a step get
+// points for what is about to touch beside what does (ContactFinder::lookAround()). Slower ones
+// turn by less than the fits' noise until they are seen again.
+constexpr double kLightly = 0.1, kCloses = 0.01;
+
+// [voxels] WriteSettings::together; the fits' noise is 1e-4.
+constexpr double kTogether = 0.001;
+
+// Whether bodies that touch lightly close by so much within the step that what has not touched yet
+// may touch as well.
+bool closesLightly(double step, const PairQuery& query, const ContactResult& found) {
+  if (found.samples == 0) return false;
+  double deepest = -1e30, closes = 0;
+  for (const ContactPoint& point : found.points) {
+    const Vec3 meeting = query.a.motion.at(point.position) - query.b.motion.at(point.position);
+    deepest = std::max(deepest, point.depth);
+    closes = std::max(closes, step * meeting.dot(point.normal));
+  }
+  return deepest < kLightly * query.voxel && closes > 0.5 * deepest &&
+         closes > kCloses * query.voxel;
+}
+
+// Whether a patch is broad both ways: points on one place or on a line resist no turn about it.
+bool isBroad(const ContactResult& found, double voxel) {
+  return std::any_of(found.patches.begin(), found.patches.end(), [&](const Patch& patch) {
+    const ContactPoint* const p = found.points.data() + patch.firstPoint;
+    return patch.points == 4 &&
+           (p[0].position - p[2].position).cross(p[1].position - p[3].position).norm() >
+               voxel * voxel;
+  });
+}
+
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
 bool canLeave(const PairSides& sides) {
   const auto can = [](const btCollisionObject& object) {
@@ -89,6 +121,12 @@ double PairState::search(const PairQuery& query) {
   return known ? aheadSeconds : 0;
 }
 
+// Curved surfaces meet as they did without.
+void PairState::lookAround(const PairQuery& query) {
+  finder.lookAround(query.a, query.b, query.settings);
+  if (!isBroad(finder.latest(), query.voxel)) finder.search(query.a, query.b, query.settings);
+}
+
 // Bodies that touched in the last step have met its forces already: what rests costs nothing here.
 void PairState::lookBeside(const PairQuery& query, double step) {
   ContactBody a = query.a, b = query.b;
@@ -131,6 +169,8 @@ const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWr
     levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
   if (step > 0 && !swept && turnsWithin(step, query, finder.latest(), a, b))
     turned = lookOn(query, step);
+  if (step > 0 && !swept && !turned && closesLightly(step, query, finder.latest()))
+    lookAround(query);
   if (step > 0 && !swept && !turned) lookBeside(query, step);
   if (!(query.levels.tolerance > 0)) return finder.withIds();
   const ContactResult& found = finder.withIds();
@@ -161,6 +201,7 @@ bool PairState::write(const PairQuery& query, const PairSides& sides, const Cont
   how.rigid = std::holds_alternative<Rigid>(law.shared);
   how.step = step;
   how.automatic = law.automatic;
+  how.together = kTogether * query.voxel;
   const double most = narrowPhase.settings().leavingSpeed;
   if (sides.touch) leaving.touched(contact);
   if (step > 0 && !sides.touch && canLeave(sides) && leaving.update(query, contact, most, step)) {

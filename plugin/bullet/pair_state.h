@@ -65,6 +65,8 @@ struct PairState {
   std::optional<Touch> sweepOn(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                                const btDispatcherInfo& info, PairQuery& query);
   double search(const PairQuery& query);
+  // The last search's contact of faces, with what touches within the step.
+  void lookAround(const PairQuery& query);
   void lookBeside(const PairQuery& query, double step);
   // The contact at the step's end (turning.h), and the query with it; empty: there is none.
   std::optional<Touch> lookOn(PairQuery& query, double step);

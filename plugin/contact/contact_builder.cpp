@@ -210,6 +210,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     wet.take(hits, p.index);
     const CcNearestHit center = wet.nearest(ccNoHit(p.force.center, p.force.normal, CC_WETS, 0));
     CcPlan plan = ccPlanOf(p.sums, &p.force, &p.flat, &center, own.voxel);
+    plan.apart = own.gap > 0 && ccIsFlat(&p.flat, own.voxel);
     CcNearestHit found[4];
     wet.place(p.force, p.flat, plan, found);
     ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);

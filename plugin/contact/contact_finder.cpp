@@ -108,6 +108,27 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
   s.lookupsBeside = 0;
 }
 
+void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
+                               const ContactSettings& settings) {
+  State& s = *state_;
+  const std::size_t touching = s.builder.latest().samples;
+  const int level = s.builder.latest().level;
+  const PairFrame frame = s.builder.begin(a, b, settings);
+  BorrowedMemory memory(s.workspace->state_->memory);
+  memory->search.runApart(a, b, frame, settings.margin, memory->hits);
+  if (!(memory->search.gap() > 0))
+    return search(a, b, settings);  // a sample is deeper than it said
+  const double gap =
+      addBorderHits(a, b, frame, settings.margin, memory->search.gap(), memory->hits);
+  s.make(a, b, settings, frame, {0, memory->hits.size(), gap}, *memory, nullptr, false);
+  // In the mean apart: as other near misses (isBeside()).
+  const std::vector<Patch>& patches = s.builder.latest().patches;
+  const bool touches = std::any_of(patches.begin(), patches.end(),
+                                   [](const Patch& patch) { return patch.depth >= 0; });
+  s.builder.setHits(touches ? touching : 0, level);
+  s.lookups += memory->search.lookups();
+}
+
 namespace {
 
 // Most searches beside a touch: a peg in its hole has a wall behind it and a floor. For the other

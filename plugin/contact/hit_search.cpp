@@ -154,12 +154,13 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
   nearLookups_ = misses_.lookups();
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());
-  for (Hit hit : found) {
-    if (hit.depth + shift <= 0) continue;
-    hit.position -= 0.5f * hit.depth * hit.own;
-    setDepth(hit, hit.depth + shift);
-    hits.push_back(hit);
-  }
+  for (const Side side : {kA, kB})  // Binner expects A's hits first
+    for (Hit hit : found) {
+      if (hit.side != side || hit.depth + shift <= 0) continue;
+      hit.position -= 0.5f * hit.depth * hit.own;
+      setDepth(hit, hit.depth + shift);
+      hits.push_back(hit);
+    }
   if (!hits.empty()) gap_ = static_cast<double>(shift);
 }
 

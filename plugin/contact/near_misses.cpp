@@ -50,6 +50,8 @@ void NearMissSearch::reserveLike(const NearMissSearch& other) {
   now_.reserve(other.now_.capacity());
   next_.reserve(other.next_.capacity());
   coarsest_.reserve(other.coarsest_.capacity());
+  for (int level = 0; level < kLevels; ++level)
+    others_[level].reserve(other.others_[level].capacity());
   bricks_.reserve(other.bricks_.capacity());
   runs_.reserve(other.runs_.capacity());
   found_.reserve(other.found_.capacity());
@@ -149,7 +151,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
 // Keeps what the lanes found: candidates, or samples of the finest level.
 void NearMissSearch::take(const Direction& dir) {
   const Lanes& lanes = *lanes_;
-  if (dir.level > 0) {
+  if (dir.level > 0 && !takingOthers_) {
     float estimates[kLanes], depths[kLanes];
     estimateNearest(dir, lanes, estimates, depths);
     if (known_ && dir.level == kLevels - 1) return takeCoarsest(dir, estimates, depths);
@@ -160,16 +162,17 @@ void NearMissSearch::take(const Direction& dir) {
       estimates[i] += way;
       depths[i] += way;
     }
+    if (!known_) keepOthers(dir, depths, lanes.count, lanes.sample, 0);
     consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
-  const SampleColumns& samples = dir.samples.levels[0].samples;
+  const SampleColumns& samples = dir.samples.levels[dir.level].samples;
   for (int i = 0; i < lanes.count; ++i) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
     const float depth = lanes.depth[i], rank = depth + wayOf(dir, i);
     if (depth < -margin_ || rank < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, rank))) continue;
-    nearest_ = std::max(nearest_, rank);
+    if (!takingOthers_) nearest_ = std::max(nearest_, rank);
     found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
                            V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
     ranks_.push_back(rank);
@@ -199,6 +202,49 @@ void NearMissSearch::considerCoarsest() {
     next_.push_back(at);
     if (next_.size() > 8 * kBest) keepBest();
   }
+}
+
+// Remembers coarse samples that are about as near as the nearest so far. `samples`: their numbers;
+// null: from `first` on.
+void NearMissSearch::keepOthers(const Direction& dir, const float* depths, int count,
+                                const std::uint32_t* samples, std::uint32_t first) {
+  std::vector<Other>& others = others_[dir.level];
+  for (int i = 0; i < count; ++i) {
+    if (!(depths[i] >= othersFrom_)) continue;
+    othersFrom_ = std::max(othersFrom_, depths[i] - within_);
+    others.push_back({depths[i], samples ? samples[i] : first + static_cast<std::uint32_t>(i),
+                      static_cast<std::int8_t>(dir.side)});
+  }
+}
+
+// Leaves only those of a level whose cells are not searched on.
+void NearMissSearch::leaveOutSearchedOn(const OneSide& side, int level) {
+  if (!side.own->field) return;
+  const std::vector<std::uint32_t>& cellOf = side.own->field->data().samples().levels[level].cellOf;
+  std::vector<std::uint32_t>& cells = bricks_;
+  cells.clear();
+  for (const Candidate& c : now_)
+    if (c.side == side.side) cells.push_back(cellOf[c.sample]);
+  std::sort(cells.begin(), cells.end());
+  std::erase_if(others_[level], [&](const Other& o) {
+    return o.side == side.side && std::binary_search(cells.begin(), cells.end(), cellOf[o.sample]);
+  });
+}
+
+// Looks the others of a level up again, as near misses.
+void NearMissSearch::takeOthers(const OneSide& side, int level) {
+  if (!side.own->field || others_[level].empty()) return;
+  const Direction dir = side.at(level);
+  runs_.clear();
+  for (const Other& o : others_[level])
+    if (o.side == side.side && o.depth >= nearest_ - within_) runs_.push_back({o.sample, 1});
+  std::sort(runs_.begin(), runs_.end(),
+            [](const SampleRun& a, const SampleRun& b) { return a.first < b.first; });
+  takingOthers_ = true;
+  side.withTarget(dir, [&](const auto& target) {
+    look(dir, target, runs_.data(), runs_.data() + runs_.size());
+  });
+  takingOthers_ = false;
 }
 
 // Moves the best by a member, kBest of them, to the places after `from`. No two candidates are
@@ -239,6 +285,8 @@ void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
         runs_.push_back(run);
         continue;
       }
+      keepOthers(dir, coarse.depth.data() + run.first, static_cast<int>(run.count), nullptr,
+                 run.first);
       consider(dir, coarse.estimate.data() + run.first, coarse.depth.data() + run.first,
                static_cast<int>(run.count),
                [&](int i) { return run.first + static_cast<std::uint32_t>(i); });
@@ -296,6 +344,8 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
     leastEstimate_ = leastDepth_ = least_;
   };
   begin();
+  for (std::vector<Other>& others : others_) others.clear();
+  othersFrom_ = -margin;
   if (!known || !known->again) {
     coarsest_.clear();
     for (const OneSide& side : sides) scan(side, coarse[side.side]);
@@ -309,8 +359,14 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
       return a.side != b.side ? a.side < b.side : a.sample < b.sample;
     });
     begin();
-    for (const OneSide& side : sides) searchOn(side, level);
+    for (const OneSide& side : sides) {
+      if (!known) leaveOutSearchedOn(side, level + 1);
+      searchOn(side, level);
+    }
   }
+  if (!known)
+    for (int level = kLevels - 1; level > 0; --level)
+      for (const OneSide& side : sides) takeOthers(side, level);
   keepNearest();
   return found_;
 }

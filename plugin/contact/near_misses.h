@@ -8,6 +8,10 @@
 // even, any sample tells it. The gap is within 0.05 voxel of that of all samples
 // (tests/contact/near_misses_test.cpp).
 //
+// What is as near as the nearest but not searched on, as the rest of a face whose gap is even,
+// counts by its coarse samples. So what is found is all that is near, and no part of it that the
+// order of the samples or a tilt of no size picks: bodies would turn about that part.
+//
 // Beside touches, the search leaves out samples that face where the touches do: a peg that lies on
 // one wall of its hole is near the wall behind it (ContactFinder::lookBeside()).
 //
@@ -111,6 +115,10 @@ class NearMissSearch {
                 float depth) const;
   float wayOf(const search::Direction& dir, int lane) const;
   bool isBeside(const search::Direction& dir, int lane, float depth) const;
+  void keepOthers(const search::Direction& dir, const float* depths, int count,
+                  const std::uint32_t* samples, std::uint32_t first);
+  void leaveOutSearchedOn(const OneSide& side, int level);
+  void takeOthers(const OneSide& side, int level);
   void keepBest();
   void keepFirst(std::size_t from, float Candidate::*by);
   void keepNearest();
@@ -121,6 +129,16 @@ class NearMissSearch {
   std::size_t lookups_ = 0;
   std::vector<Candidate> now_, next_;
   std::vector<Coarsest> coarsest_;
+  // Coarse samples whose cells are not searched on, but which are as near as the nearest: they
+  // stand for their cells themselves.
+  struct Other {
+    float depth;  // [m]
+    std::uint32_t sample;
+    std::int8_t side;
+  };
+  std::vector<Other> others_[kLevels];  // by level
+  float othersFrom_ = 0;                // [m] the least depth of those that may count
+  bool takingOthers_ = false;
   std::vector<std::uint32_t> bricks_;
   std::vector<SampleRun> runs_;
   std::vector<Hit> found_;

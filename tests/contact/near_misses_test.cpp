@@ -226,5 +226,35 @@ TEST(NearMisses, FlatFacesAreSeenAtAnyGap) {
   }
 }
 
+// Which samples stand for a face must not depend on their order, nor on a tilt far below the voxel:
+// bodies that meet face to face would turn about that part.
+TEST(NearMisses, FlatFacesAreSeenWhole) {
+  const auto box = fieldOf(boxMesh(Vec3(20, 20, 10) * kVoxel), kVoxel);
+  const auto slab = fieldOf(boxMesh(Vec3(60, 60, 20) * kVoxel), kVoxel);
+  for (const double tilt : {0.0, 1e-6, 2e-4})
+    for (const double gap : {0.05, 0.3, 0.9}) {
+      SCOPED_TRACE(std::to_string(gap) + " voxel, tilted by " + std::to_string(tilt));
+      ContactBody a, b;
+      a.field = slab.get(), b.field = box.get();
+      a.pose.position = Vec3(0, 0, -10 * kVoxel);
+      b.pose.orientation = Eigen::AngleAxisd(tilt, Vec3::UnitX());
+      b.pose.position = b.pose.orientation * Vec3(0, 0, 5 * kVoxel) + Vec3(0, 0, gap * kVoxel);
+      ContactSettings settings;
+      settings.margin = kMargin;
+      ContactFinder finder;
+      const ContactResult& found = finder.find(a, b, settings);
+      ASSERT_EQ(found.patches.size(), 1u);
+      EXPECT_NEAR(found.patches[0].area / (kVoxel * kVoxel), 400, 25);
+      EXPECT_LT(found.patches[0].position.head<2>().norm(), 0.5 * kVoxel);
+      double least = 1, most = -1;
+      for (const ContactPoint& p : found.points) {
+        const double off = p.depth / kVoxel + gap + tilt * p.position.y() / kVoxel;
+        EXPECT_NEAR(off, 0, 1e-3);
+        least = std::min(least, off), most = std::max(most, off);
+      }
+      EXPECT_LT(most - least, 2e-4);
+    }
+}
+
 }  // namespace
 }  // namespace cloudcontact::testing::near_misses_test

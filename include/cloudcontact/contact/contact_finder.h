@@ -58,6 +58,11 @@ class ContactFinder {
   void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               const TaskRunner* runner = nullptr);
   const ContactResult& withIds();
+  // Widens what the last search found, of bodies that touch lightly, to all that is at most a tenth
+  // of a voxel behind the deepest place, with negative depths where it does not touch: a face that
+  // has touched by one edge meets the other within the step. Same bodies and settings as the
+  // search's.
+  void lookAround(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
   // Adds to what the last search found points with negative depths where the bodies are about to
   // meet in other directions or places, within ContactSettings::margin: a peg that lies on one wall
   // of its hole is near the wall behind it, and where it leans, near the other end of the one that
