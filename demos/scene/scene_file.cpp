@@ -2,7 +2,6 @@
 #include "scene/scene_file.h"
 
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -14,6 +13,7 @@
 #include "scene/robot_text.h"
 #include "scene/scene_elements.h"
 #include "scene/scene_paths.h"
+#include "scene/scene_text.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -42,9 +42,8 @@ class SceneReader {
   [[noreturn]] void fail(const std::string& element, const std::string& what) const {
     throw BadInput(file_.string() + ": " + element + ": " + what);
   }
-  std::string checkedText() const;
   void check(const sdf::Errors& errors, const std::string& element) const;
-  bool isRobot() const { return file_.extension() == ".urdf"; }
+  bool isRobot() const { return isRobotFile(file_); }
   void load(sdf::Root& root);
   void readWorld(const sdf::World& world);
   void readModel(const sdf::Model& model, const std::string& scope, const Pose& parent,
@@ -122,30 +121,8 @@ double SceneReader::positive(double value, const std::string& element) const {
   return value;
 }
 
-// Finds the cause for files that are truncated or something else: libsdformat only says that it
-// cannot read them.
-std::string SceneReader::checkedText() const {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file_, ignored))
-    throw BadInput(file_.string() + ": is a directory; give a file in it");
-  if (!std::filesystem::is_regular_file(file_, ignored))
-    throw BadInput(file_.string() + ": no such file; give an SDFormat world");
-  const std::string kind = isRobot() ? "robot" : "sdf";
-  std::ifstream in(file_, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (!in) throw BadInput(file_.string() + ": cannot be read; check its permissions");
-  if (text.find("<" + kind) == std::string::npos)
-    throw BadInput(file_.string() + (isRobot()
-                                         ? ": not a URDF file, it has no <robot>; give a robot"
-                                         : ": not an SDFormat file, it has no <sdf>; give a "
-                                           "world, or a robot as .urdf"));
-  if (text.find("</" + kind + ">") == std::string::npos)
-    throw BadInput(file_.string() + ": cut short, </" + kind + "> is missing; get the whole file");
-  return text;
-}
-
 void SceneReader::load(sdf::Root& root) {
-  RobotText robot{checkedText(), {}};
+  RobotText robot{sceneText(file_), {}};
   if (isRobot()) {
     try {
       robot = withMasses(robot.text);

@@ -1,0 +1,36 @@
+// Files of scenes before libsdformat reads them (scene_text.h).
+#include "scene/scene_text.h"
+
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "io/errors.h"
+
+namespace cloudcontact::program {
+
+bool isRobotFile(const std::filesystem::path& file) {
+  return file.extension() == ".urdf";
+}
+
+std::string sceneText(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    throw BadInput(file.string() + ": is a directory; give a file in it");
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw BadInput(file.string() + ": no such file; give an SDFormat world");
+  const std::string kind = isRobotFile(file) ? "robot" : "sdf";
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in) throw BadInput(file.string() + ": cannot be read; check its permissions");
+  if (text.find("<" + kind) == std::string::npos)
+    throw BadInput(file.string() + (isRobotFile(file)
+                                        ? ": not a URDF file, it has no <robot>; give a robot"
+                                        : ": not an SDFormat file, it has no <sdf>; give a "
+                                          "world, or a robot as .urdf"));
+  if (text.find("</" + kind + ">") == std::string::npos)
+    throw BadInput(file.string() + ": cut short, </" + kind + "> is missing; get the whole file");
+  return text;
+}
+
+}  // namespace cloudcontact::program
