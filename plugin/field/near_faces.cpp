@@ -11,6 +11,9 @@ namespace {
 // Residuals of coverage (kernels/contact/surface_fit.h): smooth surfaces leave 0.001, or 0.003 at a
 // radius of 10 voxels; an edge of 20 deg leaves 0.006.
 constexpr float kSmoothResidual = 0.004f;
+// A quadric that bends more sharply than this [1/voxel] is an edge and no face: a rod of a voxel's
+// radius has one. It turned the faces beside it, for it lies within kSameNormal of them.
+constexpr float kSharpest = 1.0f;
 // A quadric beside an edge bends toward it and still explains its block to the bound above.
 // Residuals above this therefore lower a face's weight.
 constexpr float kTypical = 0.0005f;
@@ -74,8 +77,9 @@ std::vector<Face> distinct(const std::vector<Face>& all, std::size_t most) {
 }  // namespace
 
 bool shows(const VoxelState& v) {
-  return v.pieces[0].surface.residual <=
-         (v.rule() == PieceRule::Smooth ? kSmoothResidual : kGoodEdge);
+  const CcSurface& own = v.pieces[0].surface;
+  if (v.rule() != PieceRule::Smooth) return own.residual <= kGoodEdge;
+  return own.residual <= kSmoothResidual && sharpest(own) <= kSharpest;
 }
 
 std::vector<Face> facesNear(const FieldDraft& draft, const DraftVoxel& at, int pass,

@@ -1,6 +1,7 @@
 // The field of a cloud compared with the true signed distance of the original solid: depth and
 // normal within a voxel of the surface, and the positions, normals and areas of the samples.
 #include <cloudcontact/field/surface_field.h>
+#include <cloudcontact/voxels/digitize.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -150,6 +151,38 @@ TEST(SurfaceField, HasPlanesInAllVoxelsBelowTheSurface) {
       const auto found = body.field->at(body.grid.toWorld(at * kVoxel));
       ASSERT_TRUE(found) << "cloud " << k << ", " << truth << " voxels deep at " << at.transpose();
       ASSERT_LT(found->depth / kVoxel, truth + 1) << "cloud " << k << " at " << at.transpose();
+    }
+  }
+}
+
+// Depth below the nearest face of a box; outside it, above the farthest.
+double trueDepthInBox(const Vec3& p, double edge) {
+  return 0.5 * edge - p.cwiseAbs().maxCoeff();
+}
+
+// The edges of a box along the grid, whatever part of a voxel its faces fill. With two of these
+// parts a quadric explains the edges as well as their planes do, and is 0.28 voxel off.
+TEST(SurfaceField, FitsTheEdgesOfABoxOfAnySize) {
+  BodyMaker maker{kVoxel, Random(27)};
+  for (int part = 0; part < 60; ++part) {
+    const double edge = 13 + part / 60.0;
+    DigitizeSettings settings;
+    settings.voxelSize = kVoxel;
+    const auto field =
+        SurfaceField::build(digitize(boxMesh(Vec3::Constant(edge * kVoxel)), settings));
+    for (int drawn = 0; drawn < 2000; ++drawn) {
+      // Within a voxel of an edge, or of a corner.
+      Vec3 at = edge * (maker.random.inCube() - Vec3::Constant(0.5));
+      const int along = drawn % 3;
+      for (int axis = 0; axis < 3; ++axis)
+        if (axis != along)
+          at[axis] = std::copysign(0.5 * edge + 2 * maker.random.inCube().x() - 1, at[axis]);
+      const double truth = trueDepthInBox(at, edge);
+      if (std::abs(truth) > 0.5) continue;
+      const auto found = field->at(at * kVoxel);
+      ASSERT_TRUE(found) << "edge " << edge << " at " << at.transpose();
+      ASSERT_NEAR(found->depth / kVoxel, truth, 0.02)
+          << "edge " << edge << " at " << at.transpose();
     }
   }
 }
