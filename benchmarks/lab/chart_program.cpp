@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -65,6 +66,7 @@ lab::LabCase ownPair(const ChartOptions& options) {
   lab::LabCase own;
   own.family = own.name = options.a + " and " + options.b;
   own.size = sizeOf(options);
+  own.convex = a.convex && b.convex;
   own.make = [=](std::uint64_t seed) {
     lab::Random random(seed);
     lab::Instance instance{a, b, {{pose, {}}}};
@@ -112,7 +114,9 @@ void run(const ChartOptions& options, const std::string& command) {
   if (options.noAccuracy && (options.noStability || !options.a.empty()))
     throw BadInput("--no-accuracy: nothing would be measured; leave it out");
   checkMethod(options.method);
-  lab::makeFolder(options.out);
+  std::optional<lab::LabCase> own;
+  if (!options.a.empty()) own = ownPair(options);
+  const bool made = lab::makeFolder(options.out);
   const auto start = std::chrono::steady_clock::now();
   lab::LabResults results;
   results.quick = options.quick, results.command = command;
@@ -122,10 +126,9 @@ void run(const ChartOptions& options, const std::string& command) {
   chart.progress = progressBar("error against time");
   chart.threads = std::max(2, int(std::thread::hardware_concurrency()));
   results.methods = lab::chartMethods(chart);
-  if (!options.a.empty()) {
-    const lab::LabCase own = ownPair(options);
-    results.subject = own.name;
-    results.chart = lab::runChart(own, chart);
+  if (own) {
+    results.subject = own->name;
+    results.chart = lab::runChart(*own, chart);
   } else {
     if (!options.noAccuracy) results.chart = lab::runChart(chart);
     lab::StabilitySettings stability;
@@ -136,13 +139,18 @@ void run(const ChartOptions& options, const std::string& command) {
     stability.threads = chart.threads;
     if (!options.noStability) results.stability = lab::runStability(stability);
   }
+  if (results.chart.empty() && results.stability.empty()) {
+    std::error_code ignored;
+    if (made) std::filesystem::remove(options.out, ignored);
+    throw BadInput("--only: nothing that this would run is called '" + options.only +
+                   "'; give a part of the name of a case, a family or a scene");
+  }
   results.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   results.faults = lab::ownFaults(results.chart, results.stability);
-  lab::writeResults(results, options.out);
+  const std::string files = lab::writeResults(results, options.out);
   for (const std::string& line : lab::advice(results.chart)) std::cout << line << '\n';
   for (const std::string& fault : results.faults) std::cout << "misses an aim: " << fault << '\n';
-  std::cout << "written to " << options.out << ": report.html, chart.svg, chart.json, "
-            << "failures.svg, failures.json, running.svg\n";
+  std::cout << "written to " << options.out << ": " << files << '\n';
 }
 
 void addOptions(CLI::App& command) {

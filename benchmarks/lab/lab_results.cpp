@@ -203,16 +203,18 @@ std::string textOf(const fs::path& file) {
 
 }  // namespace
 
-void makeFolder(const std::string& folder) {
+bool makeFolder(const std::string& folder) {
   std::error_code error;
-  fs::create_directories(folder, error);
+  const bool made = fs::create_directories(folder, error);
   if (!fs::is_directory(folder))
-    throw BadInput("--out: " + folder + " is not a folder and cannot be created");
+    throw BadInput("--out: " + folder +
+                   " is not a folder and cannot be created; choose another folder");
   if (access(folder.c_str(), W_OK) != 0)
     throw BadInput("--out: " + folder + " cannot be written; choose another folder");
+  return made;
 }
 
-void writeResults(const LabResults& results, const std::string& folder) {
+std::string writeResults(const LabResults& results, const std::string& folder) {
   const fs::path place(folder);
   const auto write = [&](const char* name, const std::string& text) {
     writeWhole("--out", (place / name).string(), text);
@@ -231,6 +233,11 @@ void writeResults(const LabResults& results, const std::string& folder) {
                                   {picture("chart.svg"), picture("chart_force.svg"),
                                    results.stability.empty() ? "" : picture("failures.svg"),
                                    timed ? picture("running.svg") : ""}));
+  std::string files = "report.html, chart.json, failures.json";
+  if (!results.chart.empty()) files += ", chart.svg";
+  if (!results.stability.empty()) files += ", failures.svg";
+  if (timed) files += ", running.svg";
+  return files;
 }
 
 }  // namespace cloudcontact::program::lab

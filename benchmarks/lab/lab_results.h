@@ -21,9 +21,11 @@ struct LabResults {
   std::string subject;  // a user's pair; empty: the reference cases
 };
 
-// Creates `folder` if needed. Throws BadInput where it cannot be created or written.
-void makeFolder(const std::string& folder);
-// Throws WorkFailed where python3 or matplotlib is missing; the JSON files are written even then.
-void writeResults(const LabResults& results, const std::string& folder);
+// Creates `folder` if needed, and returns whether it was. Throws BadInput where it cannot be
+// created or written.
+bool makeFolder(const std::string& folder);
+// Returns the names of the files that say something of these results. Throws WorkFailed where
+// python3 or matplotlib is missing; the JSON files are written even then.
+std::string writeResults(const LabResults& results, const std::string& folder);
 
 }  // namespace cloudcontact::program::lab

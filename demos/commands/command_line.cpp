@@ -7,6 +7,7 @@
 #include <iostream>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include "io/errors.h"
 
@@ -17,8 +18,17 @@ namespace {
 constexpr int kWorkFailed = 1;
 constexpr int kBadInput = 2;
 
-// One line, whatever a library put into its message.
+void replaceAll(std::string& text, std::string_view from, std::string_view to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at))
+    text.replace(at, from.size(), to), at += to.size();
+}
+
+// One line, whatever a library put into its message, with this program's names of settings.
 int complain(std::string message, int code) {
+  replaceAll(message, " voxelSize", " --voxel");
+  replaceAll(message, "maxBytes allows", "the limit is");
+  replaceAll(message, ", or raise maxBytes", "");
+  replaceAll(message, "shell()", "--shell");
   while (!message.empty() && message.back() == '\n') message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::cerr << "cloudcontact: " << message << '\n';
@@ -40,7 +50,20 @@ std::string messageOf(const CLI::App& app, const CLI::ParseError& error, int arg
   return given + "; give one of " + commands + ", or --help";
 }
 
+// Refuses an empty value: a script's unset variable would drop an output without a word.
+void refuseEmpty(int argc, char** argv) {
+  for (int k = 1; k < argc; ++k) {
+    const std::string_view given = argv[k];
+    const bool joined = given.starts_with("--") && given.ends_with('=');
+    if (!given.empty() && !joined) continue;
+    const std::string_view option = joined ? given.substr(0, given.size() - 1) : argv[k - 1];
+    throw BadInput((option.starts_with('-') ? std::string(option) : std::string("arguments")) +
+                   ": an empty value; give one, or leave it out");
+  }
+}
+
 int parse(int argc, char** argv, CLI::App& app) {
+  refuseEmpty(argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -55,7 +78,11 @@ int parse(int argc, char** argv, CLI::App& app) {
 int runCommandLine(int argc, char** argv, CLI::App& app, void (*add)(CLI::App&)) noexcept {
   try {
     add(app);
-    return parse(argc, argv, app);
+    const int code = parse(argc, argv, app);
+    if (!std::cout.flush())
+      return complain("the results could not be written whole; check where they are sent",
+                      kWorkFailed);
+    return code;
   } catch (const BadInput& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {

@@ -128,7 +128,7 @@ void run(const DigitizeOptions& options) {
     try {
       saveCloud(digitized.cloud, options.output);
     } catch (const std::runtime_error& error) {
-      throw BadInput(std::string("-o: ") + error.what());
+      throw WorkFailed(std::string("-o: ") + error.what());
     }
   }
   if (options.picture) savePicture(cloudPicture(options.body, digitized.field), *options.picture);

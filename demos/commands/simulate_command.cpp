@@ -290,6 +290,7 @@ SimulationReport simulateInView(World& world, const std::string& title,
 
 void run(const SimulateOptions& options) {
   checkRun(options);
+  checkTogether(options.common);
   const SceneDescription scene = loadScene(options.scene);
   checkThresholds(options.common, filesOf(scene));
   const WorldSettings settings = worldSettings(scene, options);

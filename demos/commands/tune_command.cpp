@@ -157,6 +157,7 @@ std::function<Trial(const TuneSetting&)> telling(
 void run(const TuneOptions& options) {
   if (!(options.common.tolerance > 0))
     throw BadInput("--tolerance: say what error is tolerable [m]");
+  checkTogether(options.common);
   const Trials trials = trialsOf(options);
   const Tuned tuned = tune(options.common.tolerance, trials.limits, telling(trials.attempt));
   if (!tuned.reference)
@@ -205,6 +206,7 @@ void addTuneCommand(CLI::App& app) {
   addBodyOptions(command, common);
   command.remove_option(command.get_option("--voxel"));
   addLawOptions(command, common);
+  addTissueOptions(command, common, "none if not given");
   addCacheOption(command, common);
   addRunOptions(command, common);
   addExamples(

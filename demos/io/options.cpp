@@ -69,6 +69,9 @@ std::optional<double> number(std::string_view text) {
 // meaning.
 constexpr double kGreatest = 1e9;
 
+// Of single numbers: what Bullet's float can hold, and multiply.
+constexpr double kMost = 1e30;
+
 // Numbers separated by blanks; empty if one is invalid or above kGreatest.
 std::vector<double> numbers(const std::string& text) {
   std::vector<double> values;
@@ -190,13 +193,15 @@ double readNumber(std::string_view option, const std::string& text) {
 
 double readPositive(std::string_view option, const std::string& text) {
   const std::optional<double> value = number(text);
-  if (!value || !(*value > 0)) refuse(option, text, "a finite number greater than 0");
+  if (!value || !(*value > 0) || *value > kMost)
+    refuse(option, text, "a finite number greater than 0, up to 1e30");
   return *value;
 }
 
 double readNotNegative(std::string_view option, const std::string& text) {
   const std::optional<double> value = number(text);
-  if (!value || *value < 0) refuse(option, text, "a finite number of 0 or more");
+  if (!value || *value < 0 || *value > kMost)
+    refuse(option, text, "a finite number of 0 or more, up to 1e30");
   return *value;
 }
 

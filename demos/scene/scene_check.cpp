@@ -12,18 +12,21 @@
 namespace cloudcontact::program {
 namespace {
 
+// Bullet's float has no number for the inverse of smaller ones, nor for larger ones.
+constexpr double kLeast = 1e-30, kMost = 1e30;
+
 [[noreturn]] void refuse(const std::string& owner, const char* what, const char* range) {
   throw BadInput((owner.empty() ? "" : owner + ": ") + what + ": must be " + range);
 }
 
 void notNegative(const std::string& owner, const char* what, std::optional<double> value) {
-  if (value && !(*value >= 0 && std::isfinite(*value)))
-    refuse(owner, what, "a finite number of 0 or more");
+  if (value && !(*value >= 0 && *value <= kMost))
+    refuse(owner, what, "a number of 0 or more, up to 1e30");
 }
 
 void positive(const std::string& owner, const char* what, std::optional<double> value) {
-  if (value && !(*value > 0 && std::isfinite(*value)))
-    refuse(owner, what, "a finite number of more than 0");
+  if (value && !(*value > 0 && *value <= kMost))
+    refuse(owner, what, "a number of more than 0, up to 1e30");
 }
 
 void count(const char* what, std::optional<int> value, int least, int most) {
@@ -31,26 +34,32 @@ void count(const char* what, std::optional<int> value, int least, int most) {
     refuse("", what, ("from " + std::to_string(least) + " to " + std::to_string(most)).c_str());
 }
 
-bool isFinite(const Pose& pose) {
-  return pose.position.allFinite() && pose.orientation.coeffs().allFinite();
+bool isUsable(const Vec3& v) {
+  return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMost;
 }
 
-bool isFinite(const SceneDrive& drive) {
-  return isFinite(drive.place) && drive.linear.allFinite() && drive.angular.allFinite();
+bool isUsable(const Pose& pose) {
+  return isUsable(pose.position) && pose.orientation.coeffs().allFinite();
 }
+
+bool isUsable(const SceneDrive& drive) {
+  return isUsable(drive.place) && isUsable(drive.linear) && isUsable(drive.angular);
+}
+
+constexpr const char* kFinite = "finite, and at most 1e30";
 
 }  // namespace
 
 void validate(const SceneBody& body) {
   const std::string owner = "body '" + body.name + "'";
-  // Bullet's float has no number for the inverse of others.
-  constexpr double kLightest = 1e-30, kHeaviest = 1e30;
-  if (body.mass && !(*body.mass >= kLightest && *body.mass <= kHeaviest))
+  if (body.mass && !(*body.mass >= kLeast && *body.mass <= kMost))
     refuse(owner, "mass", "above 0, from 1e-30 to 1e30 kg");
-  if (!isFinite(body.pose)) refuse(owner, "pose", "finite");
-  if (!body.linearVelocity.allFinite()) refuse(owner, "velocity", "finite");
-  if (!body.angularVelocity.allFinite()) refuse(owner, "angular velocity", "finite");
-  if (body.drive && !isFinite(*body.drive)) refuse(owner, "drive", "finite");
+  if (body.inertia && !(body.inertia->allFinite() && body.inertia->cwiseAbs().maxCoeff() <= kMost))
+    refuse(owner, "inertia", kFinite);
+  if (!isUsable(body.pose)) refuse(owner, "pose", kFinite);
+  if (!isUsable(body.linearVelocity)) refuse(owner, "velocity", kFinite);
+  if (!isUsable(body.angularVelocity)) refuse(owner, "angular velocity", kFinite);
+  if (body.drive && !isUsable(*body.drive)) refuse(owner, "drive", kFinite);
   notNegative(owner, "friction", body.friction);
   positive(owner, "stiffness", body.stiffness);
   notNegative(owner, "damping", body.damping);
@@ -63,7 +72,7 @@ void validate(const SceneBody& body) {
 void validate(const SceneJoint& joint) {
   const std::string owner = "joint '" + joint.name + "'";
   if (joint.parent == joint.child) refuse(owner, "parent", "another body than the child");
-  if (!isFinite(joint.pose)) refuse(owner, "position", "finite");
+  if (!isUsable(joint.pose)) refuse(owner, "position", kFinite);
   if (!joint.axis.allFinite() || joint.axis.norm() < 1e-12)
     refuse(owner, "axis", "finite and not 0");
   if (joint.lower && std::isnan(*joint.lower)) refuse(owner, "lower", "a number");
@@ -78,7 +87,7 @@ void validate(const SceneJoint& joint) {
 
 void validate(const SceneDescription& scene) {
   const std::string owner = "scene '" + scene.name + "'";
-  if (!scene.gravity.allFinite()) refuse(owner, "gravity", "finite");
+  if (!isUsable(scene.gravity)) refuse(owner, "gravity", kFinite);
   positive(owner, "step", scene.step);
   for (const SceneBody& body : scene.bodies) validate(body);
   for (const SceneJoint& joint : scene.joints) validate(joint);

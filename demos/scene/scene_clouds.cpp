@@ -75,7 +75,8 @@ void refuseTissues(const SceneCollision& collision, const std::vector<std::strin
                      listOf(
                          table, +[](const Tissue& t) { return t.name; }) +
                      ", or give --tissues FILE.json");
-    if (tissue.part.empty() || std::find(parts.begin(), parts.end(), tissue.part) != parts.end())
+    if (tissue.part.empty() || (parts.empty() && tissue.part == "all") ||
+        std::find(parts.begin(), parts.end(), tissue.part) != parts.end())
       continue;
     throw BadInput(where + "there is no part " + printable(tissue.part) + "; " +
                    (parts.empty()

@@ -11,6 +11,7 @@
 
 #include "io/errors.h"
 #include "scene/robot_text.h"
+#include "scene/scene_check.h"
 #include "scene/scene_elements.h"
 #include "scene/scene_paths.h"
 #include "scene/scene_text.h"
@@ -486,7 +487,13 @@ void SceneReader::readState(const sdf::ElementPtr& state) {
 }  // namespace
 
 SceneDescription loadScene(const std::filesystem::path& file) {
-  return SceneReader(file).read();
+  SceneDescription scene = SceneReader(file).read();
+  try {
+    validate(scene);
+  } catch (const BadInput& why) {
+    throw BadInput(file.string() + ": " + why.what() + "; change it");
+  }
+  return scene;
 }
 
 }  // namespace cloudcontact::program

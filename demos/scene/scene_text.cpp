@@ -17,8 +17,10 @@ std::string sceneText(const std::filesystem::path& file) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored))
     throw BadInput(file.string() + ": is a directory; give a file in it");
-  if (!std::filesystem::is_regular_file(file, ignored))
+  if (!std::filesystem::exists(file, ignored))
     throw BadInput(file.string() + ": no such file; give an SDFormat world");
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw BadInput(file.string() + ": is not a file; save the world as one");
   const std::string kind = isRobotFile(file) ? "robot" : "sdf";
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

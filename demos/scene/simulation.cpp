@@ -12,14 +12,19 @@ namespace {
 
 constexpr int kLeastInstants = 10;
 
-// Unwrapped rotations: sums the small rotations between states as vectors in the world.
+// Unwrapped rotations: sums the small rotations between states as vectors in the world. A driven
+// body may turn by more than half a turn a step, and does so at its velocity.
 class TurnCounter {
  public:
   explicit TurnCounter(const World& world) { take(world); }
-  void count(const World& world) {
+  void count(const World& world, double seconds) {
     take(world);
     for (std::size_t i = 0; i < last_.size(); ++i) {
       if (world.isStatic(i)) continue;
+      if (world.mass(i) == 0) {
+        turns_[i] += seconds * world.state(i).angularVelocity;
+        continue;
+      }
       const Eigen::Quaterniond now = world.pose(i).orientation;
       const Eigen::AngleAxisd turned(now * last_[i].conjugate());
       turns_[i] += turned.angle() * turned.axis();
@@ -82,7 +87,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
       const auto start = Clock::now();
       world.step(substep);
       report.wallSeconds += std::chrono::duration<double>(Clock::now() - start).count();
-      turns.count(world);
+      turns.count(world, substep);
       const ContactMoment& moment = world.moment();
       if (substeps++ == 0) {
         report.energyStart = moment.energy;

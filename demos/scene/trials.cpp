@@ -12,6 +12,7 @@
 
 #include "io/errors.h"
 #include "scene/scene_clouds.h"
+#include "scene/tissue_file.h"
 #include "scene/world.h"
 
 namespace cloudcontact::program {
@@ -39,6 +40,7 @@ struct PairPlace {
   // The fields of the latest voxel; null for a half-space.
   double voxel = 0;
   std::shared_ptr<const SurfaceField> fields[2];
+  TissueTable tissues[2] = {};
 
   void build(double size) {
     if (size == voxel) return;
@@ -49,12 +51,18 @@ struct PairPlace {
       if (isHalfSpace(body)) continue;
       fields[second] = buildField(digitizeBody(body, size, options).cloud, body.name, options);
     }
+    BodyTissues table(options.tissues);
+    for (const bool second : {false, true})
+      if (fields[second])
+        tissues[second] = table.of((second ? b : a).name, fields[second]->cloud().materials());
+    table.check();
   }
   ContactBody at(bool second, const Pose& pose) const {
     ContactBody body;
     body.field = fields[second].get();
     const Body& from = second ? b : a;
     if (!body.field) body.shape = &*from.shape;
+    if (!tissues[second].empty()) body.tissues = &tissues[second];
     body.pose = pose;
     return body;
   }

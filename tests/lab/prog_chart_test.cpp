@@ -53,6 +53,9 @@ TEST(Chart, RefusesUnusablePairs) {
   };
   refused({"chart", "sphere:1"}, "give A, B and --pose");
   refused({"chart", "sphere:1", "no_such.stl", "--pose", "0 0 1"}, "no_such.stl");
+  EXPECT_TRUE(place.files().empty()) << "no folder is left";
+  refused({"chart", "--quick", "--no-stability", "--only", "nosuchcase"}, "nosuchcase");
+  EXPECT_TRUE(place.files().empty()) << "no folder is left";
   refused({"chart", "--voxel", "0.001"}, "--voxel");
   refused({"chart", "--method", "magic"}, "cloud, paper");
   refused({"chart", "--law", "paper"}, "--law");

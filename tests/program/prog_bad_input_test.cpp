@@ -69,6 +69,13 @@ void writeScenes(const Workplace& place) {
   place.write("empty.sdf", "");
   place.write("cut.sdf", ball.substr(0, ball.size() / 2));
   place.write("negative.sdf", scene("<sphere><radius>-0.1</radius></sphere>"));
+  const auto with = [&](const std::string& element) {
+    std::string text = ball;
+    return text.insert(text.find("</collision>"), element);
+  };
+  place.write("stiff.sdf", with("<surface><contact><ode><kp>1e300</kp></ode></contact></surface>"));
+  place.write("damped.sdf",
+              with("<surface><contact><ode><kd>1e300</kd></ode></contact></surface>"));
   place.write("meshless.sdf", scene("<mesh><uri>gone.obj</uri></mesh>"));
 }
 
@@ -169,6 +176,7 @@ std::vector<Case> optionCases() {
       {digitize({"-o", "cloud.stl"}), {"-o", "cloud.stl", ".cloud"}},
       {digitize({"-o", "nowhere/a.cloud"}), {"-o", "nowhere/a.cloud", "folder"}},
       {digitize({"-o", "folder.cloud"}), {"-o", "folder.cloud", "directory"}},
+      {digitize({"-o", ""}), {"-o", "empty"}},
       {digitize({"--speed", "9"}), {"--speed", "--help"}},
       {{"digitize"}, {"BODY", "--help"}},
       {{"digitize", "good.cloud", "--voxel", "0.002"}, {"--voxel", "good.cloud"}},
@@ -216,6 +224,8 @@ std::vector<Case> contactCases() {
       {posed({"--law", "water:1,2"}), {"--law", "maxwell:K,C"}},
       {posed({"--law", "foundation", "--method", "gjk"}), {"--law foundation", "cloud"}},
       {posed({"--stiffness", "0"}), {"--stiffness"}},
+      {posed({"--stiffness", "1e300"}), {"--stiffness", "1e30"}},
+      {posed({"--velocity", ""}), {"--velocity", "empty"}},
       {posed({"--damping", "-1"}), {"--damping"}},
       {posed({"--friction", "0.3"}), {"--friction", "--help"}},
       {posed({"--window", "sphere:0.003"}), {"--window", "--method paper"}},
@@ -266,6 +276,13 @@ std::vector<Case> simulateCases() {
       {{"simulate", "cut.sdf"}, {"cut.sdf", "cut short"}},
       {{"simulate", "meshless.sdf"}, {"meshless.sdf", "'ball'", "gone.obj"}},
       {{"simulate", "negative.sdf"}, {"negative.sdf", "'ball'", "<radius>"}},
+      {{"simulate", "stiff.sdf"}, {"stiff.sdf", "'ball'", "stiffness", "1e30"}},
+      {{"simulate", "damped.sdf"}, {"damped.sdf", "'ball'", "damping", "1e30"}},
+      {{"simulate", "ball.sdf", "--window", "sphere:0.1"}, {"--window", "--method paper"}},
+      {{"simulate", "/dev/zero"}, {"/dev/zero", "not a file"}},
+      {{"simulate", "ball.sdf", "--voxel", "1e-9"}, {"'ball'", "--voxel", "or larger"}},
+      {simulate({"--trajectory", ""}), {"--trajectory", "empty"}},
+      {simulate({"--replay="}), {"--replay", "empty"}},
       {simulate({"--seconds", "nan"}), {"--seconds"}},
       {simulate({"--step", "0"}), {"--step"}},
       {simulate({"--step", "1e-12"}), {"--step", "longer"}},
@@ -384,6 +401,15 @@ TEST_F(BadInput, NamesTheBodyThatNeedsTooMuchMemory) {
   EXPECT_NE(outcome.err.find(body + ": needs more memory"), std::string::npos) << outcome.err;
 }
 #endif
+
+// Results that are lost are work that failed.
+TEST_F(BadInput, LostResultsAreNoSuccess) {
+  const std::string program = CLOUDCONTACT_EXECUTABLE;
+  for (const char* words : {" digitize sphere:0.01 --voxel 0.002 --json", " demo", " --version"}) {
+    const int status = std::system((program + words + " > /dev/full 2> /dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 1) << words;
+  }
+}
 
 // A failed write leaves the old file unchanged.
 TEST_F(BadInput, AFailedSaveKeepsTheOldFile) {

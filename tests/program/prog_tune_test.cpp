@@ -130,6 +130,15 @@ TEST(Tune, TakesAScene) {
   EXPECT_EQ(result["places"], 4) << "one pair at four instants";
 }
 
+TEST(Tune, TakesTissues) {
+  const Workplace place;
+  const Words words = with(kBall, {"--tolerance", "2e-4", "--tissues", "dental"});
+  const json result = tuned(place, with(words, {"--tissue", "all=enamel"}));
+  EXPECT_LE(result["measuredError"], 2e-4);
+  const Words unknown = with(words, {"--tissue", "all=iron"});
+  EXPECT_NE(place.run(with({"tune"}, unknown)).err.find("iron"), std::string::npos);
+}
+
 TEST(Tune, RefusesWhatItCannotDo) {
   const Workplace place;
   place.write("ball.sdf", kScene);

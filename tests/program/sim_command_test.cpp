@@ -164,7 +164,7 @@ constexpr const char* kMilling = R"(<?xml version="1.0"?>
 <sdf version="1.9"><world name="w"><gravity>0 0 0</gravity>
 <model name="block"><static>true</static><link name="l"><collision name="c">
 <geometry><box><size>0.012 0.008 0.006</size></box></geometry><cloudcontact:cuttable/>
-<cloudcontact:tissue>caries</cloudcontact:tissue></collision></link></model>
+<cloudcontact:tissue part="all">caries</cloudcontact:tissue></collision></link></model>
 <model name="mill"><pose>-0.0085 0 0.004 0 0 0</pose><link name="l">
 <cloudcontact:drive><linear>0.06 0 0</linear><angular>0 0 300</angular></cloudcontact:drive>
 <collision name="c"><geometry><cylinder><radius>0.002</radius><length>0.01</length></cylinder>
@@ -184,6 +184,14 @@ TEST_F(CommandTest, CuttingIsInTheJson) {
   EXPECT_EQ(cut["pieces"], 0);
   EXPECT_EQ(json["unmeasured"], nlohmann::json::array({"block"}));
   EXPECT_NEAR(json["bodies"][1]["position"][0].get<double>(), -0.0085 + 0.006, 1e-7);
+  EXPECT_NEAR(json["bodies"][1]["turns"][2].get<double>(), 30, 1e-3);
+}
+
+// By more than half a turn a step, which the orientations do not show.
+TEST_F(CommandTest, ADrivenBodyTurnsAtItsVelocity) {
+  std::ofstream(scene()) << kMilling;
+  const auto json = nlohmann::json::parse(run(
+      {"simulate", scene(), "--seconds", "0.1", "--step", "0.02", "--voxel", "0.001", "--json"}));
   EXPECT_NEAR(json["bodies"][1]["turns"][2].get<double>(), 30, 1e-3);
 }
 
