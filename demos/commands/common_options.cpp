@@ -138,8 +138,13 @@ void addTissueOptions(CLI::App& command, CommonOptions& o, const char* none) {
       .add_option_function<std::vector<std::string>>(
           "--tissue",
           [&o](const std::vector<std::string>& texts) {
-            for (const std::string& t : texts)
-              o.tissues.ofParts.push_back(readTissueName("--tissue", t));
+            for (const std::string& t : texts) {
+              const auto part = readTissueName("--tissue", t);
+              for (const auto& [known, tissue] : o.tissues.ofParts)
+                if (known == part.first)
+                  throw BadInput("--tissue: part " + known + " is given twice; leave one out");
+              o.tissues.ofParts.push_back(part);
+            }
           },
           "the tissue of a part, once for each part; 'all' for a body of one part")
       ->allow_extra_args(false)

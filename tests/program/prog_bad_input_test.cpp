@@ -250,6 +250,7 @@ std::vector<Case> contactCases() {
       {tissues({"--tissue", "lid=enamel"}), {"--tissue", "lid", "all"}},
       {tissues({"--tissue", "all=iron"}), {"iron", "enamel"}},
       {tissues({"--tissue", "all"}), {"--tissue", "PART=TISSUE"}},
+      {tissues({"--tissue", "all=enamel", "--tissue", "all=pulp"}), {"--tissue", "all", "twice"}},
       {tissues({"--tissue", "all=enamel", "--stiffness", "1"}), {"--stiffness", "--tissues"}},
       {tissues({"--tissue", "all=enamel", "--damping", "1"}), {"--damping", "--tissues"}},
       {tissues({"--tissue", "all=enamel", "--method", "gjk"}), {"--tissues", "--method cloud"}},
