@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/errors.h"
 #include "io/solid_text.h"
 #include "scene/shape_cache.h"
 
