@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -168,8 +169,8 @@ Json failuresJson(const LabResults& results) {
   return json;
 }
 
-// Runs python3 with the embedded plots.py on its standard input. Returns whether it succeeded.
-bool drawn(const std::string& folder) {
+// Runs a python with the embedded plots.py on its standard input. Returns whether it succeeded.
+bool drawnBy(const char* python, const std::string& folder) {
   int script[2];
   if (pipe(script) != 0) return false;
   const pid_t child = fork();
@@ -177,12 +178,12 @@ bool drawn(const std::string& folder) {
     dup2(script[0], 0);
     close(script[0]);
     close(script[1]);
-    // The system's python first: matplotlib is among its packages, a python in PATH may lack it.
-    execl("/usr/bin/python3", "python3", "-", folder.c_str(), nullptr);
-    execlp("python3", "python3", "-", folder.c_str(), nullptr);
+    // Its whole name: a python that is called "python3" takes the packages of the first in PATH.
+    execlp(python, python, "-", folder.c_str(), nullptr);
     _exit(127);
   }
   close(script[0]);
+  const auto before = std::signal(SIGPIPE, SIG_IGN);  // where it ends before it has read all
   const std::string_view text = embedded::plots_py();
   std::size_t done = 0;
   while (done < text.size()) {
@@ -191,9 +192,15 @@ bool drawn(const std::string& folder) {
     done += static_cast<std::size_t>(count);
   }
   close(script[1]);
+  std::signal(SIGPIPE, before);
   int status = 1;
   waitpid(child, &status, 0);
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+// The system's python first: matplotlib is among its packages, a python in PATH may lack it.
+bool drawn(const std::string& folder) {
+  return drawnBy("/usr/bin/python3", folder) || drawnBy("python3", folder);
 }
 
 std::string textOf(const fs::path& file) {
