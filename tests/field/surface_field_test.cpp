@@ -181,7 +181,7 @@ TEST(SurfaceField, FitsTheEdgesOfABoxOfAnySize) {
       if (std::abs(truth) > 0.5) continue;
       const auto found = field->at(at * kVoxel);
       ASSERT_TRUE(found) << "edge " << edge << " at " << at.transpose();
-      ASSERT_NEAR(found->depth / kVoxel, truth, 0.02)
+      ASSERT_NEAR(found->depth / kVoxel, truth, 0.01)
           << "edge " << edge << " at " << at.transpose();
     }
   }
