@@ -264,8 +264,9 @@ TEST(Picture, UnwritableFilesAreRefusedByName) {
   const Workplace place;
   std::filesystem::create_directory(place / "folder.png");
   for (const Arguments& arguments : {kSphereOnPlane, kCylinder}) {
-    for (const char* file : {"a.jpg", "a", "a.svg.txt", ""})
+    for (const char* file : {"a.jpg", "a", "a.svg.txt"})
       expectRefused(place, drawn(arguments, file), {"--picture", ".png", ".svg"});
+    expectRefused(place, drawn(arguments, ""), {"--picture", "empty"});
     expectRefused(place, drawn(arguments, "nowhere/a.png"),
                   {"--picture", "nowhere/a.png", "folder"});
     expectRefused(place, drawn(arguments, "folder.png"), {"--picture", "folder.png", "directory"});
