@@ -19,16 +19,13 @@ struct WorldBox {
 };
 
 double speedOf(const btCollisionObjectWrapper& wrap, const WorldBox& box, double step) {
-  const auto* const body = btRigidBody::upcast(wrap.getCollisionObject());
-  if (!body) return 0;
-  const btVector3 center = body->getWorldTransform().getOrigin();
+  const btCollisionObject& object = *wrap.getCollisionObject();
+  const Motion motion = motionOf(object);
+  const btVector3 center = object.getWorldTransform().getOrigin();
   btVector3 farthest = (box.high - center).absolute();
   farthest.setMax((box.low - center).absolute());
-  double speed = double(body->getLinearVelocity().length()) +
-                 double(body->getAngularVelocity().length()) * double(farthest.length());
-  if (!body->isStaticOrKinematicObject())
-    speed += step * double(body->getTotalForce().length()) * double(body->getInvMass());
-  return speed;
+  return motion.linear.norm() + motion.angular.norm() * double(farthest.length()) +
+         step * accelerationOf(object).norm();
 }
 
 }  // namespace

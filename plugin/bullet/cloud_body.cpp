@@ -21,14 +21,32 @@ namespace {
   throw std::invalid_argument(message.str());
 }
 
-void validate(const CloudBodySettings& settings, const Pose& place) {
+// Rounding and many small turns leave a transform that is rigid to this. Each entry.
+constexpr double kRigid = 0.01;
+
+bool isRigid(const btTransform& place) {
+  const btMatrix3x3& basis = place.getBasis();
+  const btMatrix3x3 square = basis.transposeTimes(basis);
+  bool is = basis.determinant() > 0 && toVec3(place.getOrigin()).allFinite();
+  for (int i = 0; i < 3; ++i)
+    is &= toVec3(square[i] - btMatrix3x3::getIdentity()[i]).cwiseAbs().maxCoeff() <= kRigid;
+  return is;
+}
+
+// Bullet keeps its inverse.
+bool isTooLight(double mass) {
+  return mass > 0 && !std::isfinite(btScalar(1) / btScalar(mass));
+}
+
+void validate(const CloudBodySettings& settings, const btTransform& place) {
   const auto isBad = [](double value) { return !(value >= 0) || !std::isfinite(value); };
   if (isBad(settings.voxelSize))
     refuseBody("voxelSize", settings.voxelSize, "positive, or 0 to take it from the size [m]");
-  if (settings.mass && isBad(*settings.mass))
+  if (settings.mass && (isBad(*settings.mass) || isTooLight(*settings.mass)))
     refuseBody("mass", *settings.mass, "positive, or 0 for a fixed body [kg]");
-  if (!place.position.allFinite() || !place.orientation.coeffs().allFinite())
-    throw std::invalid_argument("CloudBody: place is NaN or infinite; give a rigid transform");
+  if (!isRigid(place))
+    throw std::invalid_argument(
+        "CloudBody: place is NaN, scaled, mirrored or sheared; give a rigid transform");
 }
 
 bool isFixed(const CloudBodySettings& settings) {
@@ -194,7 +212,7 @@ void CloudBody::State::makeBody(double mass, const btVector3& inertia, const Pos
 
 CloudBody::CloudBody(const std::vector<NamedMesh>& parts, const btTransform& place,
                      const CloudBodySettings& settings) {
-  validate(settings, toPose(place));
+  validate(settings, place);
   for (const NamedMesh& part : parts) cloudcontact::validate(part.mesh);
   const WeighedCloud made = weighed(parts, settings);
   state_ = std::make_unique<State>(made, settings);
@@ -206,14 +224,14 @@ CloudBody::CloudBody(const Mesh& mesh, const btTransform& place, const CloudBody
 
 CloudBody::CloudBody(const Cloud& cloud, const btTransform& place,
                      const CloudBodySettings& settings) {
-  validate(settings, toPose(place));
+  validate(settings, place);
   const WeighedCloud made = weighed(cloud, settings);
   state_ = std::make_unique<State>(made, settings);
   state_->makeBody(made.mass, toBullet(made.inertia), toPose(place));
 }
 
 CloudBody::CloudBody(const CloudBody& like, const btTransform& place) {
-  validate({}, toPose(place));
+  validate({}, place);
   state_ = std::make_unique<State>(*like.state_, toPose(place));
 }
 
@@ -248,7 +266,7 @@ btTransform CloudBody::meshPlace() const {
 }
 
 void CloudBody::setMeshPlace(const btTransform& place) {
-  validate({}, toPose(place));
+  validate({}, place);
   btRigidBody& body = *state_->body;
   body.setCenterOfMassTransform(toBullet(toPose(place) * state_->frame));
   body.setInterpolationWorldTransform(body.getWorldTransform());

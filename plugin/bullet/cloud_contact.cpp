@@ -18,6 +18,8 @@ namespace {
 
 void validate(const CloudContactSettings& settings) {
   if (settings.law && !takesBodiesSprings(*settings.law)) cloudcontact::validate(*settings.law);
+  if (settings.samples == 0)
+    throw std::invalid_argument("CloudContactSettings: samples must be 1 at least");
   if (!(settings.bears >= 1) || !std::isfinite(settings.bears))
     throw std::invalid_argument("CloudContactSettings: bears must be finite and at least 1");
   const Fidelity& fidelity = settings.fidelity;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bullet/convert.h"
+#include "bullet/object_motion.h"
 #include "contact/first_touch.h"
 
 namespace cloudcontact {
@@ -16,11 +16,6 @@ namespace {
 constexpr double kBouncesFrom = 0.05;
 // [m/s] Bullet's rows bounce at no lower speed before a step. A touch within a step may be faster.
 constexpr double kRowBouncesFrom = 0.2;
-
-Vec3 gravityOf(const btCollisionObject& object) {
-  const auto* rigid = btRigidBody::upcast(&object);
-  return rigid && rigid->getInvMass() > 0 ? toVec3(rigid->getGravity()) : Vec3::Zero();
-}
 
 bool isBare(const btManifoldPoint& point) {
   return !(point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING);

@@ -1,26 +1,22 @@
-// The motion of a Bullet object.
+// How a Bullet object moves: a rigid body, or a link of a multi-body.
 #pragma once
 
-#include <BulletDynamics/Dynamics/btRigidBody.h>
-
-#include "bullet/convert.h"
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <cloudcontact/base/pose.h>
 
 namespace cloudcontact {
 
-// As it is now: without this step's gravity, which Bullet adds in its solver. An object that is no
-// rigid body rests.
-inline Motion motionOf(const btCollisionObject& object) {
-  const Vec3 center = toVec3(object.getWorldTransform().getOrigin());
-  if (const auto* rigid = btRigidBody::upcast(&object))
-    return {toVec3(rigid->getLinearVelocity()), toVec3(rigid->getAngularVelocity()), center};
-  return {Vec3::Zero(), Vec3::Zero(), center};
-}
+// As it is now: without this step's gravity, which Bullet adds in its solver. Any other object
+// rests.
+Motion motionOf(const btCollisionObject& object);
 
-// By the forces that wait for the step, gravity among them [m/s^2].
-inline Vec3 accelerationOf(const btCollisionObject& object) {
-  const auto* rigid = btRigidBody::upcast(&object);
-  if (!rigid || object.isStaticOrKinematicObject()) return Vec3::Zero();
-  return toVec3(rigid->getTotalForce()) * double(rigid->getInvMass());
-}
+// By the forces that wait for the step, gravity among them [m/s^2]. None of bodies that contacts do
+// not move, and of multi-bodies with a fixed base, for their joints may bear these forces; links on
+// a free base fall as the whole does.
+Vec3 accelerationOf(const btCollisionObject& object);
+
+// By gravity alone, in worlds that step [m/s^2]. Of multi-bodies as above: they do not know which
+// of their forces is gravity.
+Vec3 gravityOf(const btCollisionObject& object);
 
 }  // namespace cloudcontact

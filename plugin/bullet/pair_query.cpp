@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 
+#include "bullet/convert.h"
 #include "bullet/object_motion.h"
 #include "contact/shape_contact.h"
 

@@ -18,9 +18,7 @@ namespace {
 // The velocity with which Bullet would move the object in this step if it met nothing.
 Motion freeMotionOf(const btCollisionObject& object, double step) {
   Motion motion = motionOf(object);
-  const auto* const rigid = btRigidBody::upcast(&object);
-  if (rigid && rigid->getInvMass() > 0)
-    motion.linear += step * double(rigid->getInvMass()) * toVec3(rigid->getTotalForce());
+  motion.linear += step * accelerationOf(object);
   return motion;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "bullet/convert.h"
 #include "bullet/object_motion.h"
 
 namespace cloudcontact {

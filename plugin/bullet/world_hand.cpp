@@ -2,6 +2,7 @@
 // impulse at the place of contact.
 #include <cloudcontact/bullet/world_hand.h>
 
+#include "bullet/convert.h"
 #include "bullet/object_motion.h"
 
 namespace cloudcontact {

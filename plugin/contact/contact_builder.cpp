@@ -60,6 +60,17 @@ void validate(const ContactBody& body, const ContactSettings& settings) {
         "ContactFinder::find: give one tissue, or one for each of the cloud's materials");
 }
 
+// Foundation{} is for bodies whose tissues state stiffness and damping.
+void validate(const ContactSettings& settings) {
+  const auto* const area = std::get_if<Foundation>(&settings.law);
+  if (!(area && area->stiffness == 0 && area->damping == 0)) cloudcontact::validate(settings.law);
+  if (settings.samples == 0)
+    throw std::invalid_argument("ContactFinder::find: samples is 0; give one at least");
+  if (!(settings.margin >= 0))
+    throw std::invalid_argument(
+        "ContactFinder::find: margin must not be negative or NaN [m]; 0 is none");
+}
+
 Vec3 vec(const double* v) {
   return {v[0], v[1], v[2]};
 }
@@ -138,6 +149,7 @@ PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
   validate(b, "B");
   validate(a, settings);
   validate(b, settings);
+  validate(settings);
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
   result_.clear();

@@ -316,6 +316,12 @@ TEST(CloudBody, SaysWhatIsWrong) {
   names(whyNot(angle(), {.densities = {1, 2}}), "densities");
   names(whyNot(angle(), {.law = KelvinVoigt{-1, 0}}), "stiffness");
   names(whyNot(angle(), {}, at({btScalar(kNaN), 0, 0})), "place");
+  for (const btMatrix3x3& basis :
+       {btMatrix3x3(2, 0, 0, 0, 2, 0, 0, 0, 2), btMatrix3x3(-1, 0, 0, 0, 1, 0, 0, 0, 1),
+        btMatrix3x3(1, btScalar(0.1), 0, 0, 1, 0, 0, 0, 1), btMatrix3x3(0, 0, 0, 0, 0, 0, 0, 0, 0),
+        btMatrix3x3(btScalar(kNaN), 0, 0, 0, 1, 0, 0, 0, 1)})
+    names(whyNot(angle(), {}, btTransform(basis)), "rigid");
+  names(whyNot(angle(), {.mass = 1e-310}), "mass is 1e-310");  // has no inverse
   names(whyNot({}), "size");
   Mesh mesh = angle();
   mesh.vertices[3].y() = kNaN;

@@ -211,6 +211,10 @@ TEST(ContactFinderInput, IsValidated) {
   EXPECT_THROW(finder.find(stretched, shape, {}), std::invalid_argument);
   stretched.pose.orientation.coeffs() *= (1 + 1e-5) / 1.01;
   EXPECT_NO_THROW(finder.find(stretched, shape, {}));
+  for (const double bad : {std::nan(""), -0.01})
+    EXPECT_THROW(finder.find(cloud, shape, {.margin = bad}), std::invalid_argument);
+  EXPECT_THROW(finder.find(cloud, shape, {.samples = 0}), std::invalid_argument);
+  EXPECT_THROW(finder.find(cloud, shape, {.law = KelvinVoigt{-1, 0}}), std::invalid_argument);
   EXPECT_NO_THROW(finder.find(cloud, shape, {})) << "a finder works after bad input";
 }
 

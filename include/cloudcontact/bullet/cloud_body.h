@@ -41,8 +41,9 @@ class CloudBody {
   // At rest, the mesh at `place`. From a file: loadMesh(), loadMeshParts() (mesh_file.h); from
   // arrays, Bullet's or Assimp's meshes: meshOf() (mesh.h, striding_mesh.h, assimp_mesh.h). Small
   // holes are closed (report()). Throws std::invalid_argument, naming what is wrong, for a mesh
-  // that bounds no volume, has NaN vertices, or has indices of no vertex, and for settings or a
-  // `place` that are not finite or negative; std::length_error as digitize() does.
+  // that bounds no volume, has NaN vertices, or has indices of no vertex, for settings
+  // that are not finite or negative, and for a `place` that is not rigid (NaN, scaled, mirrored);
+  // std::length_error as digitize() does.
   explicit CloudBody(const Mesh& mesh, const btTransform& place = btTransform::getIdentity(),
                      const CloudBodySettings& settings = {});
   // Each part is a material of its own, with its density or tissue.

@@ -46,8 +46,9 @@ class ContactFinder {
 
   // Finds the contact; without contact the result is empty. The result is valid until the next
   // call. Throws std::invalid_argument if a body has neither a field nor a shape or has both, if
-  // both bodies are shapes, if a pose is not finite or its quaternion not of length 1, and as
-  // validateBody() of a shape does.
+  // both bodies are shapes, if a pose is not finite or its quaternion not of length 1, if
+  // `settings` have a negative margin or no samples, and as validateBody() of a shape and
+  // validate() of a law do; Foundation{} is for bodies with tissues.
   const ContactResult& find(const ContactBody& a, const ContactBody& b,
                             const ContactSettings& settings);
 
