@@ -314,8 +314,10 @@ void run(const SimulateOptions& options) {
   noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
   if (!options.trajectory.empty()) trajectory.write();
-  if (!options.replay.empty())
+  if (!options.replay.empty()) {
+    recorder.close(world);
     saveReplay(described(recorder.finish(), scene, options, settings, report), options.replay);
+  }
   const Json json = reportJson(world, report, options.common, scene.bodies.size());
   if (options.common.json)
     std::cout << jsonText(json) << '\n';

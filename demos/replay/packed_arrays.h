@@ -11,13 +11,15 @@ namespace cloudcontact::program {
 
 // Format: "RPLY", the length of a JSON text as 4 bytes (little endian), that text, padded with
 // blanks to a multiple of 8 bytes, and the arrays. The JSON refers to an array as {"at": byte after
-// the text, "length": numbers, "type": "u8" | "i8" | "u16" | "i16" | "u32" | "f32"}.
+// the text, "length": numbers, "type": "u8" | "i8" | "u16" | "i16" | "i32" | "u32" |
+// "f32"}.
 class PackedArrays {
  public:
   Json add(const std::vector<std::uint8_t>& v) { return add(v.data(), v.size(), "u8"); }
   Json add(const std::vector<std::int8_t>& v) { return add(v.data(), v.size(), "i8"); }
   Json add(const std::vector<std::uint16_t>& v) { return add(v.data(), v.size(), "u16"); }
   Json add(const std::vector<std::int16_t>& v) { return add(v.data(), v.size(), "i16"); }
+  Json add(const std::vector<std::int32_t>& v) { return add(v.data(), v.size(), "i32"); }
   Json add(const std::vector<std::uint32_t>& v) { return add(v.data(), v.size(), "u32"); }
   Json add(const std::vector<float>& v) { return add(v.data(), v.size(), "f32"); }
 

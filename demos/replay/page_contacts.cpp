@@ -2,7 +2,6 @@
 // in every frame, which compress to almost nothing.
 #include "replay/page_contacts.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -14,30 +13,30 @@ int rounded(float value) {
   return static_cast<int>(value < 0 ? value - 0.5f : value + 0.5f);
 }
 
-// Rounds positions in a box, directions and sizes to small integers.
+// Rounds positions, directions and sizes to small integers. The grid of positions is the scene's,
+// and gaps do not count for the scale of depths: a body that flies off takes no digits from the
+// contacts of the others.
 struct Rounding {
-  Eigen::AlignedBox3f box;
-  float size = 0, mostForce = 0, mostDepth = 0;
+  float grid = 0, mostForce = 0, mostDepth = 0;
 
-  explicit Rounding(const ReplayContacts& contacts) {
+  explicit Rounding(const ReplayContacts& contacts) : grid(gridOf(contacts)) {
     for (const ReplayPoint& p : contacts.points()) {
-      box.extend(p.position);
       mostForce = std::max(mostForce, p.force.norm());
-      mostDepth = std::max(mostDepth, std::abs(p.depth));
+      mostDepth = std::max(mostDepth, p.depth);
     }
-    for (const ReplayPatch& p : contacts.patches()) box.extend(p.position);
-    if (box.isEmpty()) box.extend(Eigen::Vector3f(0, 0, 0));
-    size = std::max(1e-9f, box.diagonal().norm());
   }
-  std::uint16_t place(float value, int axis) const {
-    return whole((value - box.min()[axis]) / size, kPlaces);
+  std::int32_t place(float value) const {
+    constexpr double kMost = 2e9;  // farther contacts are drawn nearer
+    return static_cast<std::int32_t>(std::lround(std::clamp(double(value / grid), -kMost, kMost)));
   }
-  std::uint16_t length(float value) const { return whole(value / size, kPlaces); }
+  std::uint16_t length(float value) const { return whole(value / grid / 65535, 65535); }
   std::uint16_t force(float value) const {
     return whole(mostForce > 0 ? std::sqrt(value / mostForce) : 0, kSteps);
   }
   std::int16_t depth(float value) const {
-    return static_cast<std::int16_t>(rounded(mostDepth > 0 ? kSteps * value / mostDepth : 0));
+    // Of gaps the page reads the sign alone.
+    const float share = mostDepth > 0 ? std::max(value / mostDepth, -1.f) : value < 0 ? -1.f : 0.f;
+    return static_cast<std::int16_t>(rounded(kSteps * share));
   }
   static std::int8_t direction(float value) {
     return static_cast<std::int8_t>(rounded(127 * std::clamp(value, -1.f, 1.f)));
@@ -45,14 +44,18 @@ struct Rounding {
 
  private:
   // Finer steps cost bytes, because bodies almost at rest would change in every frame.
-  static constexpr float kPlaces = 8191, kSteps = 1023;
+  static constexpr float kSteps = 1023;
+  static float gridOf(const ReplayContacts& contacts) {
+    constexpr float kStill = 4, kUnknown = 1e-6f;
+    return contacts.still() > 0 ? kStill * contacts.still() : kUnknown;
+  }
   static std::uint16_t whole(float share, float steps) {
     return static_cast<std::uint16_t>(rounded(steps * std::clamp(share, 0.f, 1.f)));
   }
 };
 
-void addPlace(std::vector<std::uint16_t>& out, const Rounding& rounding, const Eigen::Vector3f& p) {
-  for (int axis = 0; axis < 3; ++axis) out.push_back(rounding.place(p[axis], axis));
+void addPlace(std::vector<std::int32_t>& out, const Rounding& rounding, const Eigen::Vector3f& p) {
+  for (int axis = 0; axis < 3; ++axis) out.push_back(rounding.place(p[axis]));
 }
 
 void addDirection(std::vector<std::int8_t>& out, const Eigen::Vector3f& v) {
@@ -66,7 +69,8 @@ void addDirection(std::vector<std::int8_t>& out, const Eigen::Vector3f& v) {
 Json contactsJson(const ReplayContacts& contacts, PackedArrays& arrays) {
   const Rounding rounding(contacts);
   std::vector<std::uint32_t> firstShown = {0}, firstPoint;
-  std::vector<std::uint16_t> patchPlace, pointPlace, radius, force;
+  std::vector<std::int32_t> patchPlace, pointPlace;
+  std::vector<std::uint16_t> radius, force;
   std::vector<std::int8_t> normal, direction;
   std::vector<std::int16_t> patchDepth, pointDepth;
   std::vector<std::uint16_t> count;
@@ -87,8 +91,7 @@ Json contactsJson(const ReplayContacts& contacts, PackedArrays& arrays) {
   for (std::size_t frame = 0; frame < contacts.frames(); ++frame)
     firstShown.push_back(firstShown.back() +
                          static_cast<std::uint32_t>(contacts.shownAt(frame).size()));
-  return {{"low", asJson(Vec3(rounding.box.min().cast<double>()))},
-          {"size", rounding.size},
+  return {{"grid", rounding.grid},
           {"mostForce", rounding.mostForce},
           {"mostDepth", rounding.mostDepth},
           {"firstShown", arrays.add(firstShown)},

@@ -46,6 +46,7 @@ struct Recorder::Take {
   std::vector<std::unique_ptr<ChangingSurface>> surfaces;   // of each body that is cut
   std::vector<std::vector<SurfacePiece>> softSurfaces;      // of each body that deforms
   double surfaceInterval = 0, surfaceDue = 0, seconds = 0;  // [s]
+  double latest = 0, surfacesAt = 0;                        // record(), renewSurfaces() [s]
   double size = 0;                                          // of the scene [m]
   Eigen::AlignedBox3d swept;                                // of the origins of moving bodies
   double interval = 0;                                      // of frames [s]
@@ -79,6 +80,7 @@ void Recorder::Take::addBody(const World& world, double time) {
 }
 
 void Recorder::Take::renewSurfaces(const World& world, double time) {
+  surfacesAt = time;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     if (world.isSoft(i)) {
       if (!softSurfaces[i].empty()) softSurfaces[i].back().to = time;
@@ -115,6 +117,7 @@ void Recorder::begin(const World& world, const std::string& label, double second
 void Recorder::record(double time, const World& world) {
   Take& t = *take_;
   replay_.seconds = std::max(replay_.seconds, time);
+  t.latest = time;
   const bool fell = world.bodyCount() > t.motions.size();
   while (t.motions.size() < world.bodyCount()) t.addBody(world, time);
   if (fell || time >= t.surfaceDue || time >= t.seconds * (1 - 1e-9)) {
@@ -132,6 +135,13 @@ void Recorder::record(double time, const World& world) {
   if (time + 1e-9 * t.interval < t.due) return;
   t.due += t.interval;
   addFrame(time, world);
+}
+
+void Recorder::close(const World& world) {
+  if (!take_) return;
+  Take& t = *take_;
+  if (t.surfacesAt < t.latest) t.renewSurfaces(world, t.latest);
+  if (!t.take.frames.empty() && t.take.frames.back().time < t.latest) addFrame(t.latest, world);
 }
 
 void Recorder::addFrame(double time, const World& world) {

@@ -21,6 +21,9 @@ class Recorder {
   void begin(const World& world, const std::string& label, double seconds, double step);
   // Call after each step, and once before the first (time 0).
   void record(double time, const World& world);
+  // Call after the last record() of a run that may have ended before its `seconds`: otherwise cuts,
+  // contacts and figures since the last frame are not in the replay.
+  void close(const World& world);
   // Ends the recording and returns the takes, placed in a row. The caller fills title, story and
   // checks.
   Replay finish();

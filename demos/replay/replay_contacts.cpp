@@ -73,7 +73,7 @@ bool ReplayContacts::looksTheSame(const ReplayPatch& stored, const Seen& patch) 
     const float depth = kOfItself * std::abs(p->depth) + kOfTheMost * mostDepth_;
     const bool same = (c.position.cast<float>() - p->position).squaredNorm() <= still_ * still_ &&
                       (patch.forceOf(c) - p->force).squaredNorm() <= force * force &&
-                      std::abs(float(c.depth) - p->depth) <= depth;
+                      std::abs(std::max(float(c.depth), 0.f) - std::max(p->depth, 0.f)) <= depth;
     if (!same) return false;
     ++p;
   }
@@ -86,7 +86,7 @@ void ReplayContacts::store(const Seen& patch) {
   for (const ContactNow& c : patch.points) {
     points_.push_back({c.position.cast<float>(), patch.forceOf(c), float(c.depth)});
     mostForce_ = std::max(mostForce_, points_.back().force.norm());
-    mostDepth_ = std::max(mostDepth_, std::abs(points_.back().depth));
+    mostDepth_ = std::max(mostDepth_, points_.back().depth);
   }
 }
 

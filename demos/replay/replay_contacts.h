@@ -38,6 +38,7 @@ class ReplayContacts {
   void add(const ContactsNow& now, const std::vector<bool>& isFixed);
   void thin();  // keeps every other frame
 
+  float still() const { return still_; }
   std::size_t frames() const { return shownEnd_.size(); }
   // The patches of a frame, as indices.
   std::span<const std::uint32_t> shownAt(std::size_t frame) const;
@@ -54,7 +55,7 @@ class ReplayContacts {
   void store(const Seen& patch);
 
   float still_;
-  float mostForce_ = 0, mostDepth_ = 0;  // so far
+  float mostForce_ = 0, mostDepth_ = 0;  // so far; gaps are no depths
   std::vector<ReplayPatch> patches_;
   std::vector<ReplayPoint> points_;
   std::vector<std::uint32_t> shown_;   // of all frames

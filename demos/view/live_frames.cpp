@@ -95,13 +95,14 @@ void LiveFrames::addBody(std::size_t i) {
     surfaces_.back()->matter = std::make_unique<DisplayMesh>(world_.matter(i));
 }
 
-Replay LiveFrames::start() const {
+Replay LiveFrames::start() {
   Recorder recorder;
   recorder.begin(world_, "", 0, 1);
   recorder.record(0, world_);
   Replay replay = recorder.finish();
   replay.isLive = true;
   ReplayTake& take = replay.takes.front();
+  still_ = take.contacts.still();
   for (ReplayFrame& frame : take.frames) frame.time = time_;
   take.extent = roomOf(take);
   return replay;
@@ -117,7 +118,7 @@ std::string LiveFrames::moment(const ViewStatus& status) {
   }
   while (isFixed_.size() < world_.bodyCount()) isFixed_.push_back(world_.isStatic(isFixed_.size()));
   world_.contacts(now_);
-  ReplayContacts contacts;
+  ReplayContacts contacts(still_);
   contacts.add(now_, isFixed_);
   const ContactMoment& moment = world_.moment();
   const double clock = world_.narrowPhaseSeconds();

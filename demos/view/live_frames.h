@@ -34,8 +34,8 @@ class LiveFrames {
   explicit LiveFrames(const World& world, double time);
   ~LiveFrames();
 
-  // The world at the start, for the page. Title and setup are the caller's to fill.
-  Replay start() const;
+  // The world at the start, for the page; first of all. Title and setup are the caller's to fill.
+  Replay start();
   // Poses, contacts, figures, pulls.
   std::string moment(const ViewStatus& status);
   // The surfaces that changed since the last call, and those of bodies that are new: topic and
@@ -53,6 +53,7 @@ class LiveFrames {
   std::vector<ReplayBody> bodies_;
   std::vector<std::unique_ptr<Surface>> surfaces_;  // of each body that is cut or deforms
   std::vector<bool> isFixed_;
+  float still_ = 0;         // as ReplayContacts [m]
   double narrowPhase_ = 0;  // the world's clock at the last moment [s]
   ContactsNow now_;
 };

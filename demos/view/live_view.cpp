@@ -24,7 +24,7 @@ constexpr auto kSurfaces = Millis(100);                       // between two loo
 constexpr int kShare = 4;           // ... which take at most a fifth of the time
 constexpr auto kLook = Millis(50);  // between questions whether the run goes on
 
-std::string pageOf(const LiveFrames& frames, const LiveViewSettings& settings) {
+std::string pageOf(LiveFrames& frames, const LiveViewSettings& settings) {
   Replay replay = frames.start();
   replay.title = settings.title;
   replay.setup = settings.setup;

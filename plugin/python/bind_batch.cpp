@@ -6,6 +6,7 @@
 #include "python/bindings.h"
 #include "python/contact_values.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -36,7 +37,7 @@ using BatchPtr = std::shared_ptr<BatchFound>;
 
 BatchPtr findAll(ContactBatch& batch, const std::vector<BatchPair>& pairs) {
   const Turn turn(&batch);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   auto found = std::make_shared<BatchFound>();
   const auto results = batch.find(pairs);
   for (std::size_t i = 0; i < pairs.size(); ++i) found->add(pairs[i], *results[i]);
@@ -133,7 +134,7 @@ void bindBatch(py::module_& module) {
           py::init([](const std::string& backend, int threads) {
             const Backend where = program::readBackend(backend);
             if (threads < 0) throw std::invalid_argument("threads: must be 0 or more");
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return ContactBatch({.backend = where, .threads = threads});
           }),
           "backend"_a = "cpu", "threads"_a = 0,

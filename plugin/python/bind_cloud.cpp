@@ -15,6 +15,7 @@
 #include "python/dense_cloud.h"
 #include "python/long_work.h"
 #include "python/numpy_views.h"
+#include "python/unlocked.h"
 #include "python/voxel_lists.h"
 #include "scene/body.h"
 
@@ -96,7 +97,7 @@ Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
     numbers = materialOf(material, coverage);
     voxels.material = {numbers.data(), static_cast<std::size_t>(numbers.size())};
   }
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return cloudFromDense(voxels, voxel, origin, std::move(names));
 }
 
@@ -106,7 +107,7 @@ MassProperties massOf(const Cloud& cloud, const py::object& density) {
     densities = density.cast<std::vector<double>>();
   else
     densities = {numberOf("density", density)};
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return massPropertiesOf(cloud, densities);
 }
 
@@ -141,7 +142,7 @@ void bindCloudArrays(py::class_<Cloud>& cloud) {
 }
 
 void bindCloudChanges(py::class_<Cloud>& cloud) {
-  using Unlocked = py::call_guard<py::gil_scoped_release>;
+  using WithoutLock = py::call_guard<Unlocked>;
   cloud
       .def("translated", &Cloud::translated, "shift"_a,
            "The same voxels moved by shift (3,) [m]. Shares them.")
@@ -149,12 +150,12 @@ void bindCloudChanges(py::class_<Cloud>& cloud) {
            "The same voxels, larger or smaller about the frame's origin. Shares them.")
       .def(
           "resampled", [](const Cloud& c, double voxel) { return resampled(c, voxel); }, "voxel"_a,
-          Unlocked(), "The cloud in voxels of another size [m].")
+          WithoutLock(), "The cloud in voxels of another size [m].")
       .def(
           "cut",
           [](const Cloud& c, const py::object& voxels, const py::object& coverage) {
             const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return cutCloud(c, cuts);
           },
           "voxels"_a, "coverage"_a = py::none(),
@@ -162,10 +163,10 @@ void bindCloudChanges(py::class_<Cloud>& cloud) {
           "nothing\n"
           "where it is not given. Raises IndexError where a voxel is outside the grid.")
       .def(
-          "pieces", [](const Cloud& c) { return pieces(c); }, Unlocked(),
+          "pieces", [](const Cloud& c) { return pieces(c); }, WithoutLock(),
           "The connected parts of the cloud: a list of clouds in its grid.")
       .def(
-          "surface", [](const Cloud& c) { return DisplayMesh(c).mesh(); }, Unlocked(),
+          "surface", [](const Cloud& c) { return DisplayMesh(c).mesh(); }, WithoutLock(),
           "The surface at a coverage of one half, for viewers: a Mesh.");
 }
 
@@ -199,9 +200,9 @@ void bindCloudClass(py::module_& module) {
           "y"_a, "z"_a, "Center of a voxel, (3,) [m].")
       .def(
           "save", [](const Cloud& c, const std::filesystem::path& f) { saveCloud(c, f); }, "file"_a,
-          py::call_guard<py::gil_scoped_release>(),
+          py::call_guard<Unlocked>(),
           "Writes a .cloud file, whole or not at all. Raises RuntimeError that names the file.")
-      .def_static("load", &loadCloud, "file"_a, py::call_guard<py::gil_scoped_release>(),
+      .def_static("load", &loadCloud, "file"_a, py::call_guard<Unlocked>(),
                   "Reads a .cloud file of voxels. Raises RuntimeError that names the file and the\n"
                   "fault: missing, of another kind or version, cut short, damaged.")
       .def("__repr__", [](const Cloud& c) {
@@ -316,7 +317,7 @@ Cloud fromCt(const CtVolume& volume, const py::object& thresholds, double voxel,
   }
   std::sort(ranges.begin(), ranges.end(),
             [](const CtRange& a, const CtRange& b) { return a.from < b.from; });
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return cloudFromCt(volume, ranges, {voxel, maxBytes});
 }
 
@@ -343,7 +344,7 @@ void bindVolume(py::module_& module) {
       "load_volume",
       [](const std::filesystem::path& file, const py::object& unit, double voxel) {
         const double meters = unitOf(unit);
-        const py::gil_scoped_release unlocked;
+        const Unlocked unlocked;
         return loadVolume(file, {meters, voxel});
       },
       "file"_a, "unit"_a = 1.0, "voxel"_a = 0.0,

@@ -5,6 +5,7 @@
 #include "python/bindings.h"
 #include "python/contact_values.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -38,7 +39,7 @@ FoundContact findContact(ContactFinder& finder, const py::object& first, const p
   const OwnedBody one = bodyFrom("a", first), two = bodyFrom("b", second);
   const ContactSettings settings = settingsFrom(law, margin, samples, normals);
   const Turn turn(&finder);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   const ContactBody a = one.view(), b = two.view();
   FoundContact found;
   found.result = finder.find(a, b, settings);
@@ -126,7 +127,7 @@ void bindContact(py::module_& module) {
              if (!area.is_none()) settings.area = placedSolidOf("area", area);
              settings.hardness = hardness;
              settings.ability = abilityOf(ability);
-             const py::gil_scoped_release unlocked;
+             const Unlocked unlocked;
              return paperBody(cloud, tissues, settings);
            }),
            "cloud"_a, "tissues"_a = TissueTable(), "area"_a = py::none(), "hardness"_a = true,

@@ -8,6 +8,7 @@
 #include "python/bindings.h"
 #include "python/long_work.h"
 #include "python/numpy_views.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -51,7 +52,7 @@ py::tuple pointsAt(const SurfaceField& field, const py::object& points) {
   double* depth = depths.mutable_data();
   double* normal = normals.mutable_data();
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
       const auto point = field.at(Eigen::Map<const Vec3>(rows.data() + 3 * i));
@@ -122,11 +123,11 @@ void bindField(py::module_& module) {
       .def(
           "save",
           [](const SurfaceField& f, const std::filesystem::path& file) { saveField(f, file); },
-          "file"_a, py::call_guard<py::gil_scoped_release>(),
+          "file"_a, py::call_guard<Unlocked>(),
           "Writes a .field file, whole or not at all. Raises RuntimeError that names the file.")
       .def_static(
           "load", [](const std::filesystem::path& file) { return held(loadField(file)); }, "file"_a,
-          py::call_guard<py::gil_scoped_release>(),
+          py::call_guard<Unlocked>(),
           "Reads a .field file. Raises RuntimeError that names the file and the fault.")
       .def_property_readonly("cloud", &SurfaceField::cloud, py::return_value_policy::copy,
                              "Its Cloud.")

@@ -8,6 +8,7 @@
 #include "python/long_work.h"
 #include "python/numpy_views.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -74,7 +75,7 @@ py::dict runTicks(OwnedLoop& loop, const py::object& hand, const py::object& vel
   double *depth = out.depth.mutable_data(), *cut = out.cut.mutable_data();
   Pacer pacer(progress, "haptic loop");
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     for (py::ssize_t i = 0; i < n; ++i) {
       const Vec3 v = velocity.is_none() ? Vec3::Zero().eval()
                                         : Vec3(Eigen::Map<const Vec3>(speeds.data() + 3 * i));

@@ -6,6 +6,7 @@
 
 #include "python/bindings.h"
 #include "python/numpy_views.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -18,7 +19,7 @@ Mesh meshFrom(const py::object& vertices, const py::object& triangles, const py:
   if (!t || t.ndim() != 2 || t.shape(1) != 3)
     throw std::invalid_argument("triangles: give an array of integers of the shape (n, 3)");
   const double meters = unitOf(unit);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   Mesh mesh;
   mesh.vertices.resize(static_cast<std::size_t>(v.shape(0)));
   mesh.triangles.resize(static_cast<std::size_t>(t.shape(0)));
@@ -50,20 +51,20 @@ void bindRepair(py::module_& module) {
       .def_readonly("volume", &MeshReport::volume, "Signed [m^3].")
       .def_readonly("area", &MeshReport::area, "[m^2]")
       .def_property_readonly("closed", &MeshReport::closed, "No edge is open or overused.");
-  using Unlocked = py::call_guard<py::gil_scoped_release>;
+  using WithoutLock = py::call_guard<Unlocked>;
   module.def(
-      "inspect", [](const Mesh& mesh) { return cloudcontact::inspect(mesh); }, "mesh"_a, Unlocked(),
-      "A MeshReport of a mesh.");
+      "inspect", [](const Mesh& mesh) { return cloudcontact::inspect(mesh); }, "mesh"_a,
+      WithoutLock(), "A MeshReport of a mesh.");
   module.def(
       "mended", [](const Mesh& mesh, double by) { return cloudcontact::mended(mesh, by); },
-      "mesh"_a, "tolerance"_a = 0.0, Unlocked(),
+      "mesh"_a, "tolerance"_a = 0.0, WithoutLock(),
       "The mesh repaired: vertices within `tolerance` [m] welded, triangles turned outward.");
   module.def(
       "shell", [](const Mesh& mesh, double by) { return cloudcontact::shell(mesh, by); }, "mesh"_a,
-      "thickness"_a, Unlocked(), "A closed shell behind a sheet, `thickness` [m] thick.");
+      "thickness"_a, WithoutLock(), "A closed shell behind a sheet, `thickness` [m] thick.");
   module.def(
       "is_sheet", [](const Mesh& mesh) { return cloudcontact::isSheet(mesh); }, "mesh"_a,
-      Unlocked(), "Whether so much of the surface is open that it bounds no volume.");
+      WithoutLock(), "Whether so much of the surface is open that it bounds no volume.");
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ void bindMesh(py::module_& module) {
       "load_mesh",
       [](const std::filesystem::path& file, const py::object& unit) {
         const double meters = unitOf(unit);
-        const py::gil_scoped_release unlocked;
+        const Unlocked unlocked;
         return loadMesh(file, meters);
       },
       "file"_a, "unit"_a = 1.0,
@@ -115,7 +116,7 @@ void bindMesh(py::module_& module) {
         const double meters = unitOf(unit);
         std::vector<NamedMesh> parts;
         {
-          const py::gil_scoped_release unlocked;
+          const Unlocked unlocked;
           parts = loadMeshParts(file, meters);
         }
         py::dict named;

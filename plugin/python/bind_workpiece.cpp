@@ -9,6 +9,7 @@
 #include "python/bindings.h"
 #include "python/numpy_views.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 #include "python/voxel_lists.h"
 
 namespace cloudcontact::python {
@@ -22,7 +23,7 @@ template <typename Value>
 auto inTurn(Value (BaseVectorField::*read)() const) {
   return [read](const BaseVectorField& field) {
     const Turn turn(&field);
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     return std::decay_t<Value>((field.*read)());
   };
 }
@@ -68,7 +69,7 @@ WindowSettings windowOf(double voxel, const py::object& window, const py::object
 VectorsPtr makeVectors(const Cloud& cloud, const TissueTable& tissues, const py::object& window,
                        const py::object& representative, bool smooth) {
   const WindowSettings settings = windowOf(cloud.voxelSize(), window, representative, smooth);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return std::make_shared<BaseVectorField>(cloud, tissues, settings);
 }
 
@@ -134,7 +135,7 @@ void bindVectors(py::module_& module) {
           [](BaseVectorField& f, const py::object& voxels, const py::object& coverage) {
             const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
             const Turn turn(&f);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return f.cut(cuts);
           },
           "voxels"_a, "coverage"_a = py::none(),
@@ -147,7 +148,7 @@ void bindVectors(py::module_& module) {
             const PlacedSolid solid = placedSolidOf("area", area);
             const Pose tool = poseOf("pose", pose);
             const Turn turn(&f);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return f.cut(cutsOf(f, solid, tool));
           },
           "area"_a, "pose"_a = py::none(),
@@ -199,7 +200,7 @@ void bindCollision(py::module_& module) {
             const Pose at = poseOf("tool_pose", toolPose);
             const Pose of = poseOf("workpiece_pose", workpiecePose);
             const Turn turn(&finder), ofWorkpiece(&workpiece);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return std::make_shared<Collision>(finder.find(workpiece, of, tool, at));
           },
           "workpiece"_a, "tool"_a, "tool_pose"_a, "workpiece_pose"_a = py::none(),

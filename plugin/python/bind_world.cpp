@@ -8,6 +8,7 @@
 #include "python/numpy_views.h"
 #include "python/scripted_world.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 #include "python/voxel_lists.h"
 #include "scene/scene_file.h"
 
@@ -171,7 +172,7 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
             if (!(seconds > 0) || !std::isfinite(seconds))
               throw std::invalid_argument("step: must be above 0 and finite");
             const Turn turn(&w);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             w.world->step(seconds);
             w.time += seconds;
           },
@@ -225,6 +226,11 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           "page, elsewhere the address goes to stderr. Who has the address can steer the world. "
           "Raises\n"
           "ValueError where the port cannot be had.")
+      .def(
+          "stop", [](ScriptedWorld& w) { ++w.stops; },
+          "Ends run() and view() of this world after the step that they are in, from another "
+          "thread\n"
+          "or from `observe`; a replay then has what has run.")
       .def("contacts", &contactsOf,
            "Points of the latest step, a structured array (n,): a, b: numbers of the bodies; "
            "patch;\n"
@@ -235,7 +241,7 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           "find_contacts",
           [](ScriptedWorld& w) {
             const Turn turn(&w);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             w.world->findContacts();
           },
           "Finds the contacts at the current poses, without a step.");
@@ -277,7 +283,7 @@ void bindReading(py::class_<ScriptedWorld, Scripted>& world) {
           "penetration",
           [](const ScriptedWorld& w) {
             const Turn turn(&w);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             return w.world->penetration();
           },
           "The deepest now, measured against the meshes [m].")
@@ -373,7 +379,7 @@ void bindBody(py::module_& module) {
             const std::vector<VoxelCut> cuts = cutsFrom(voxels, coverage);
             const Turn turn(b.world.get());
             requireCuttable(*b.world->world, b.index);
-            const py::gil_scoped_release unlocked;
+            const Unlocked unlocked;
             b.world->world->cut(b.index, cuts);
           },
           "voxels"_a, "coverage"_a = py::none(),

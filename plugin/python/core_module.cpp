@@ -3,6 +3,7 @@
 
 #include "python/bindings.h"
 #include "python/raised_errors.h"
+#include "python/unlocked.h"
 
 namespace py = pybind11;
 
@@ -14,6 +15,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("_knows_numpy_2") = PYBIND11_VERSION_HEX >= 0x020C0000;
   py::options options;
   options.disable_function_signatures();  // _core.pyi has them
+  waitAtExit();
   registerErrors();
   bindBase(module);
   bindLaw(module);

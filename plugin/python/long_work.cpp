@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "python/raised_errors.h"
+#include "python/unlocked.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -41,7 +42,7 @@ struct Run {
     changed.notify_one();
   }
   bool waitAWhile() {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     std::unique_lock lock(mutex);
     return changed.wait_for(lock, kLook, [this] { return done; });
   }
@@ -63,8 +64,10 @@ void runLong(const py::object& progress, const std::string& label,
   const py::object reporter = reporterOf(progress, label);
   Run run;
   std::optional<py::error_already_set> raised;
+  std::optional<Claim> claim(std::in_place);  // the work ends before the process does
   std::thread thread([&] { run.work(work); });
   while (!run.waitAWhile()) {
+    if (interpreterEnds()) run.unwanted = true;
     if (raised) continue;
     try {
       lookAndReport(reporter, run.share);
@@ -74,6 +77,8 @@ void runLong(const py::object& progress, const std::string& label,
     }
   }
   thread.join();
+  claim.reset();
+  { const Claim stops; }  // here, where the interpreter ends
   if (raised) throw py::error_already_set(*raised);
   if (run.failure) std::rethrow_exception(run.failure);
   if (!reporter.is_none()) reporter(1.0);
@@ -86,7 +91,7 @@ void Pacer::report(double share) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_ < kLook) return;
   last_ = now;
-  const py::gil_scoped_acquire locked;
+  const Locked locked;
   lookAndReport(reporter_, share);
 }
 

@@ -6,6 +6,7 @@
 
 #include "io/errors.h"
 #include "python/turns.h"
+#include "python/unlocked.h"
 #include "replay/recorder.h"
 #include "replay/replay_file.h"
 #include "scene/scene_clouds.h"
@@ -31,6 +32,7 @@ int stepsOf(const RunWords& words) {
 }
 
 void save(const ScriptedWorld& world, program::Recorder& recorder, const RunWords& words) {
+  recorder.close(*world.world);
   program::Replay replay = recorder.finish();
   replay.title = world.scene.name;
   replay.setup = program::setupText(world.settings, words.step, words.substeps);
@@ -59,14 +61,19 @@ void stepBy(ScriptedWorld& world, const RunWords& words, program::Recorder* reco
 
 void observed(const py::object& observe, const py::object& self) {
   if (observe.is_none()) return;
-  const py::gil_scoped_acquire locked;
+  const Locked locked;
   observe(self);
 }
 
 // Throws what a signal's handler raises, such as KeyboardInterrupt.
 void lookAtSignals() {
-  const py::gil_scoped_acquire locked;
+  const Locked locked;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+// `stops`: of the world when the run began.
+bool goesOn(const ScriptedWorld& world, int stops) {
+  return world.stops == stops && !interpreterEnds();
 }
 
 // Takes the world for what its page does when it ends.
@@ -104,20 +111,20 @@ void prepare(ScriptedWorld& world, const py::object& progress) {
 
 void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
          const py::object& progress) {
-  const int steps = stepsOf(words);
+  const int steps = stepsOf(words), stops = world.stops;
   program::Recorder recorder;
   const bool records = !words.replay.empty();
   if (records) program::checkReplay(words.replay);
   Pacer pacer(progress, "simulating " + world.scene.name);
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     if (records) {
       const Turn turn(&world);
       recorder.begin(*world.world, world.scene.name, words.seconds, words.step);
       recorder.record(0, *world.world);
     }
     try {
-      for (int n = 1; n <= steps; ++n) {
+      for (int n = 1; n <= steps && goesOn(world, stops); ++n) {
         stepBy(world, words, records ? &recorder : nullptr, n * words.step);
         observed(words.observe, self);
         pacer.report(double(n) / steps);
@@ -136,7 +143,7 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
   run.step = words.step;
   run.substeps = words.substeps;
   run.seconds = words.seconds.value_or(0.5 * kMostSteps * run.step);  // weeks
-  const int steps = stepsOf(run);
+  const int steps = stepsOf(run), stops = world.stops;
   if (!(words.speed >= 0) || !std::isfinite(words.speed))
     throw std::invalid_argument("speed: must be 0 or more and finite");
   std::optional<Turn> turn(std::in_place, &world);
@@ -150,15 +157,16 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
     turn.reset();  // others read the world meanwhile
     lookAtSignals();
     turn.emplace(&world);
-    return true;
+    return goesOn(world, stops);
   };
   try {
     announce(page.url());
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     for (int n = 1; n <= steps; ++n) {
       turn.emplace(&world);
-      page.follow(world.time, listens);
+      const bool isDue = page.follow(world.time, listens);
       turn.reset();
+      if (!isDue || !goesOn(world, stops)) break;
       stepBy(world, run, nullptr, 0);
       observed(words.observe, self);
     }

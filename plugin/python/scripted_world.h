@@ -1,6 +1,7 @@
 // A running world as Python holds it: with its scene, its settings and its time.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,7 +15,8 @@ struct ScriptedWorld {
   program::SceneDescription scene;
   program::WorldSettings settings;
   std::unique_ptr<program::World> world;
-  double time = 0;  // [s]
+  double time = 0;            // [s]
+  std::atomic<int> stops{0};  // how often a run was asked to end
 
   // Throws std::out_of_range where there is no such body.
   std::size_t index(const std::string& name) const;
@@ -41,7 +43,8 @@ struct ViewWords {
 void prepare(ScriptedWorld& world, const py::object& progress);
 void run(ScriptedWorld& world, const py::object& self, const RunWords& words,
          const py::object& progress);
-// Runs the world in the browser. Ctrl-C ends it as the end of the time does.
+// Runs the world in the browser. Ctrl-C ends it as the end of the time does. Both end early when
+// `stops` counts up, and when the interpreter ends.
 void view(ScriptedWorld& world, const py::object& self, const ViewWords& words);
 
 }  // namespace cloudcontact::python

@@ -65,7 +65,7 @@ Lines& lines() {
 
 bool awaitUnlocked(const void* object, std::uint64_t ticket) {
   if (PyGILState_Check() == 0) return lines().await(object, ticket);
-  const py::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return lines().await(object, ticket);
 }
 

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "python/unlocked.h"
+
 namespace cloudcontact::python {
 
 // The right to use an object until the end of the scope. Threads get it in the order in which they
@@ -20,6 +22,7 @@ class Turn {
   Turn& operator=(const Turn&) = delete;
 
  private:
+  Claim claim_;
   const void* object_;
   std::uint64_t ticket_ = 0;
 };

@@ -92,17 +92,44 @@ nlohmann::json jsonOf(const std::string& glb) {
   return nlohmann::json::parse(glb.substr(20, length));
 }
 
-// A bar in free fall is cut through after half the time.
-TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
+SceneDescription fallingBar() {
   SceneBody bar = bodyWith("bar", SceneBox{Vec3(0.08, 0.024, 0.024)}, Vec3(0, 0, 1), 1);
   bar.collisions[0].isCuttable = true;
   bar.collisions[0].tissues = {{"", "pulp"}};
   SceneDescription scene;
   scene.bodies = {bar};
+  return scene;
+}
+
+WorldSettings inVoxels() {
   WorldSettings settings;
   settings.common.threads = 1;
   settings.voxel = kVoxelSize;
-  World world(scene, settings);
+  return settings;
+}
+
+// Its end is cut off, and the run of a minute ends before the next frame.
+TEST(ReplayOfCuts, ARunThatEndsEarlyShowsItsLastCut) {
+  World world(fallingBar(), inVoxels());
+  Recorder recorder;
+  recorder.begin(world, "take", 60, kStep);
+  recorder.record(0, world);
+  const double size = volumeOf(world.matter(0));
+  for (int n = 1; n <= 5; ++n) {
+    world.step(kStep);
+    if (n == 4) world.cut(0, slice(world.matter(0), 0.036, 0.05));
+    recorder.record(n * kStep, world);
+  }
+  recorder.close(world);
+  const Replay replay = recorder.finish();
+  ASSERT_EQ(world.bodyCount(), 1u);
+  EXPECT_NEAR(volumeAt(replay.takes[0].bodies[0].surface, 5 * kStep), size * 76 / 80, 2e-3 * size);
+  EXPECT_EQ(replay.takes[0].frames.back().time, 5 * kStep);
+}
+
+// A bar in free fall is cut through after half the time.
+TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
+  World world(fallingBar(), inVoxels());
   const double seconds = 0.5;
   Recorder recorder;
   recorder.begin(world, "take", seconds, kStep);

@@ -6,6 +6,7 @@
 
 #include "io/json.h"
 #include "program/scene_bodies.h"
+#include "replay/page_contacts.h"
 #include "replay/page_record.h"
 #include "replay/recorder.h"
 #include "scene/simulation.h"
@@ -190,6 +191,7 @@ TEST(PageRecord, HoldsTheContactsThatWereSeen) {
   const auto first = std::size_t(number(contacts["patchPoint"], patch, std::uint32_t()));
   const ReplayPatch seen = lastPatches(replay.takes[0])[1];
   ASSERT_EQ(number(contacts["patchCount"], patch, std::uint16_t()), double(seen.points));
+  const double grid = contacts["grid"];
   const std::span<const ReplayPoint> points = replay.takes[0].contacts.of(seen);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ReplayPoint& p = points[i];
@@ -198,10 +200,8 @@ TEST(PageRecord, HoldsTheContactsThatWereSeen) {
     EXPECT_NEAR(force, p.force.norm(), 0.002 * most);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double place =
-          contacts["low"][axis].get<double>() +
-          contacts["size"].get<double>() / 8191 *
-              number(contacts["pointPlace"], 3 * (first + i) + axis, std::uint16_t());
-      EXPECT_NEAR(place, p.position[Eigen::Index(axis)], contacts["size"].get<double>() / 8191);
+          grid * number(contacts["pointPlace"], 3 * (first + i) + axis, std::int32_t());
+      EXPECT_NEAR(place, p.position[Eigen::Index(axis)], grid);
       EXPECT_NEAR(number(contacts["pointDirection"], 3 * (first + i) + axis, std::int8_t()) / 127,
                   p.force.normalized()[Eigen::Index(axis)], 0.005);
     }
@@ -210,6 +210,21 @@ TEST(PageRecord, HoldsTheContactsThatWereSeen) {
                 p.depth, contacts["mostDepth"].get<double>() / 1023);
   }
   EXPECT_EQ(json["shells"].size(), 2u);  // the boxes are one cloud, the ball another
+}
+
+// A ball that flies off takes no digits from the contact of a box at rest.
+TEST(PageRecord, ABodyThatFliesOffSpoilsNoOthersContacts) {
+  SceneDescription scene = stacked();
+  scene.bodies.back().linearVelocity = {1e4, 0, 0};
+  scene.bodies.back().pose.position.z() = 0.11;
+  scene.bodies.back().friction = 0;
+  const Replay replay = recorded(scene, 1);
+  const ReplayTake& take = replay.takes[0];
+  PackedArrays arrays;
+  const double size = take.start.diagonal().norm();
+  const Json contacts = contactsJson(take.contacts, arrays);
+  EXPECT_LT(contacts["grid"].get<double>(), 2e-4 * size);
+  EXPECT_LT(contacts["mostDepth"].get<double>(), 0.01);
 }
 
 }  // namespace

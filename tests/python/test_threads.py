@@ -1,5 +1,7 @@
 """Threads of Python that share an object take turns: all get what one thread would get."""
 
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -127,3 +129,63 @@ def test_threads_that_cut_remove_what_one_removes(box_cloud):
 
     in_threads(lambda: cuts(0), looks, lambda: cuts(1), looks)
     assert shared.hash == alone.hash
+
+
+def test_a_world_stops_when_another_thread_asks():
+    scene = cc.Scene("stops", step=0.002)
+    scene.add("ball", cc.Sphere(0.02), mass=0.1, friction=0.5)
+    world = cc.World(scene, voxel=0.004)
+    begun = threading.Event()
+    in_threads(
+        lambda: world.run(1000, observe=lambda _: begun.set(), progress=False),
+        lambda: (begun.wait(60), world.stop()),
+    )
+    assert 0 < world.time < 1000
+    steps = []
+    world.run(0.1, observe=lambda w: (steps.append(w.time), w.stop()))
+    assert len(steps) == 1, "an observer stops its own run"
+    world.stop()  # no run: nothing
+    world.run(0.01, observe=lambda w: steps.append(w.time))
+    assert len(steps) > 1
+
+
+# A thread that Python does not wait for, in the midst of each work when the main one ends.
+ENDS = """
+import sys, threading, time
+import cloudcontact as cc
+
+scene = cc.Scene("ends", gravity=(0, 0, -9.81), step=0.002)
+scene.add("floor", cc.HalfSpace(), static=True, friction=0.5)
+scene.add("ball", cc.Sphere(0.02), (0, 0, 0.02), mass=0.1, friction=0.5)
+world = cc.World(scene, voxel=0.004)
+cloud = cc.digitize("sphere:0.02", 0.001)
+field = cc.SurfaceField(cloud)
+
+def finds():
+    while True:
+        cc.contact(field, field, (0, 0, 0.039))
+
+def digitizes():
+    while True:
+        cc.digitize("sphere:0.02", 0.0005, progress=False)
+
+def waits():
+    world.run(1000, observe=lambda w: [w.contacts() for _ in range(9)], progress=False)
+
+works = {
+    "view": lambda: world.view(announce=lambda url: None),
+    "run": lambda: world.run(1000, progress=False),
+    "observes": waits,
+    "finds": finds,
+    "digitizes": digitizes,
+}
+for _ in range(2 if sys.argv[1] in ("finds", "digitizes") else 1):
+    threading.Thread(target=works[sys.argv[1]], daemon=True).start()
+time.sleep(0.5)
+"""
+
+
+@pytest.mark.parametrize("work", ["view", "run", "observes", "finds", "digitizes"])
+def test_the_interpreter_ends_while_a_thread_works(work):
+    ended = subprocess.run([sys.executable, "-c", ENDS, work], capture_output=True, text=True, timeout=120)
+    assert (ended.returncode, ended.stderr) == (0, "")

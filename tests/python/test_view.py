@@ -92,22 +92,14 @@ class Page:
         raise AssertionError("it never came")
 
 
-class Enough(Exception):
-    """Ends a view from its observer."""
-
-
 class Viewed:
     """A world whose view runs in a thread."""
 
     def __init__(self, world, **words):
-        self.ends = False
+        self.world = world
         self.urls: List[str] = []
         self.errors: List[Exception] = []
         told = threading.Event()
-
-        def observe(_):
-            if self.ends:
-                raise Enough
 
         def announce(url):
             self.urls.append(url)
@@ -115,9 +107,7 @@ class Viewed:
 
         def run():
             try:
-                world.view(observe=observe, announce=announce, **words)
-            except Enough:
-                pass
+                world.view(announce=announce, **words)
             except Exception as error:
                 self.errors.append(error)
 
@@ -130,8 +120,7 @@ class Viewed:
         return self.page
 
     def __exit__(self, *_):
-        self.ends = True
-        self.page.ask(do="run")  # a view that pauses calls no observer
+        self.world.stop()
         self.thread.join(60)
         assert not self.thread.is_alive()
         assert self.errors == []

@@ -76,8 +76,7 @@ class ContactView {
   }
 
   place(array, i, out) {
-    const {low, size} = this.take.contacts;
-    return out.fromArray(array, 3 * i).multiplyScalar(size / 8191).add(ContactView.low.fromArray(low));
+    return out.fromArray(array, 3 * i).multiplyScalar(this.take.contacts.grid);
   }
 
   // Returns the number of points and patches in the frame.
@@ -115,7 +114,7 @@ class ContactView {
     const c = this.take.contacts, s = this.scale;
     const at = this.place(c.patchPlace, i, ContactView.at);
     ContactView.along.fromArray(c.patchNormal, 3 * i).normalize();
-    const radius = Math.max(0.12 * s.length, c.size * c.patchRadius[i] / 8191);
+    const radius = Math.max(0.12 * s.length, c.grid * c.patchRadius[i]);
     depthColor(depthOf(c, c.patchDepth[i]) / s.depth, ContactView.color);
     this.discs.add(this.matrix(at, ContactView.along, radius, 1), ContactView.color);
     this.pins.add(this.matrix(at, ContactView.along, 0.012 * s.length, 0.45 * s.length), ContactView.ink);
@@ -128,7 +127,7 @@ class ContactView {
   }
 }
 Object.assign(ContactView, {
-  at: new THREE.Vector3(), low: new THREE.Vector3(), along: new THREE.Vector3(), up: new THREE.Vector3(0, 1, 0), size: new THREE.Vector3(),
+  at: new THREE.Vector3(), along: new THREE.Vector3(), up: new THREE.Vector3(0, 1, 0), size: new THREE.Vector3(),
   turn: new THREE.Quaternion(), whole: new THREE.Matrix4(), color: new THREE.Color(),
   ink: new THREE.Color('#20242c').convertSRGBToLinear()
 });

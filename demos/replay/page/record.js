@@ -12,7 +12,7 @@ async function inflated(id) {
   return new Response(packed.pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
 }
 
-const arrayTypes = {u8: Uint8Array, i8: Int8Array, u16: Uint16Array, i16: Int16Array, u32: Uint32Array, f32: Float32Array};
+const arrayTypes = {u8: Uint8Array, i8: Int8Array, u16: Uint16Array, i16: Int16Array, i32: Int32Array, u32: Uint32Array, f32: Float32Array};
 
 // Replaces each {at, length, type} below `value` by an array over the buffer.
 function withArrays(value, buffer, start) {
