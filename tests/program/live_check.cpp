@@ -71,7 +71,8 @@ class LiveRun {
 
 class LivePage : public Browser {
  public:
-  explicit LivePage(const std::string& url) : Browser(1280, 800) {
+  explicit LivePage(const std::string& url, int width = 1280, int height = 800)
+      : Browser(width, height) {
     openUrl(url);
     EXPECT_TRUE(becomes("document.documentElement.dataset.ready && window.cloudcontact"))
         << testing::PrintToString(complaints());
@@ -88,6 +89,15 @@ class LivePage : public Browser {
   }
   bool runs() {
     return value("document.getElementById('play').getAttribute('aria-pressed')") == "true";
+  }
+  // Pairs of things that are seen one on the other, which none should be.
+  nlohmann::json onEachOther() {
+    return value(
+        "(() => { const all = [...document.querySelectorAll('#toolbar > *, #cutting, #carving, #hint,"
+        " #legend, #play, #step, #pace, #clock, #speed')].map(e => [e.id, e.getBoundingClientRect()])"
+        ".filter(([, r]) => r.width > 0), pairs = []; for (const [a, p] of all) for (const [b, q] of"
+        " all) if (a < b && p.left < q.right && q.left < p.right && p.top < q.bottom && q.top <"
+        " p.bottom) pairs.push(a + ' ' + b); return pairs; })()");
   }
   void keep(const std::string& name) {
     const std::string png = screenshot();
@@ -189,6 +199,33 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   EXPECT_GE(run.world.bodyCount(), 3u);
   EXPECT_GT(run.world.cutOf(1).volume, 0);
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
+// Both bars, a message and the legend, in both sizes; a pause moves nothing.
+TEST(Live, NothingLiesOnAnythingElse) {
+  SceneBody block = bodyWith("block", kBrick, Vec3(0, 0, 0.0101), 0.2);
+  block.collisions[0].isCuttable = true;
+  WorldSettings settings = voxels(0.002);
+  settings.common.tissues.made = {{"gum", 500, 1, 1e5, 1000}};
+  block.collisions[0].tissues = {{"", "gum"}};
+  LiveRun run(tableWith({block}), settings);
+  for (const int width : {1280, 360}) {
+    LivePage page(run.url, width, 740);
+    EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent.includes('real')"));
+    page.press("x");
+    page.press("k");
+    page.value(
+        "(e => { e.textContent = 'A long message that tells why a body cannot be cut, and what "
+        "allows it.'; e.hidden = false; })(document.getElementById('hint'))");
+    page.keep("live-bars-" + std::to_string(width));
+    EXPECT_EQ(page.onEachOther(), nlohmann::json::array()) << width;
+    const auto high = page.value("document.getElementById('view').clientHeight");
+    page.press(" ");
+    EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent === 'paused'"));
+    EXPECT_EQ(page.value("document.getElementById('view').clientHeight"), high);
+    page.press(" ");
+    EXPECT_EQ(page.complaints(), std::vector<std::string>());
+  }
 }
 
 TEST(Live, TwoPagesShowOneRun) {
