@@ -36,8 +36,10 @@ SceneDescription tableWith(std::vector<SceneBody> bodies) {
 // A world that runs in a thread of its own.
 class LiveRun {
  public:
-  LiveRun(const SceneDescription& scene, const WorldSettings& settings) : world(scene, settings) {
+  LiveRun(const SceneDescription& scene, const WorldSettings& settings, double speed = 1)
+      : world(scene, settings) {
     LiveViewSettings page;
+    page.speed = speed;
     page.step = kRunStep;
     page.title = scene.name;
     page.setup = setupText(settings, kRunStep);
@@ -134,6 +136,20 @@ TEST(Live, ShowsAWorldThatRunsPausesAndSteps) {
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent !== 'paused'"));
   run.end();
   EXPECT_TRUE(page.becomes("document.getElementById('hint').textContent.includes('has ended')"));
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
+TEST(Live, AnySpeedIsShownAndTheKeysLeadBackToTheList) {
+  LiveRun run(brick(0.0101), voxels(0.002), 0.3);
+  LivePage page(run.url);
+  const auto shows = [&](const std::string& speed) {
+    return page.becomes("document.getElementById('speed').value === '" + speed + "'");
+  };
+  EXPECT_TRUE(shows("0.3"));
+  page.press("ArrowUp");
+  EXPECT_TRUE(shows("0.5"));
+  page.press("ArrowDown");
+  EXPECT_TRUE(shows("0.25"));
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 

@@ -108,7 +108,7 @@ class Live {
     $('play').setAttribute('aria-pressed', moment.running);
     $('play').setAttribute('aria-label', moment.running ? 'Pause' : 'Play');
     write($('play'), moment.running ? '\u275a\u275a' : '\u25b6');
-    if (document.activeElement !== $('speed') && $('speed').value !== String(moment.speed)) $('speed').value = moment.speed;
+    if (document.activeElement !== $('speed')) showSpeed(moment.speed);
     write($('clock'), moment.time.toFixed(3) + ' s');
     write($('pace'), moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused');
     write($('pull-words'), moment.pulls.map(pull => withUnit(pull.force, 'N') + ' by a spring of ' + withUnit(pull.stiffness, 'N/m')).join('; '));
@@ -129,6 +129,17 @@ class Live {
   }
 }
 
+// One that is not in the list, as of --speed, gets a line in it.
+function showSpeed(times) {
+  const box = $('speed'), lines = [...box.options];
+  if (!lines.some(line => Number(line.value) === times)) {
+    const own = element('option', times + '\u00d7');
+    own.value = times;
+    box.insertBefore(own, lines.find(line => Number(line.value) > times) || box.lastElementChild);
+  }
+  if (box.value !== String(times)) box.value = times;
+}
+
 function wireLiveTimeline(live) {
   for (const s of speeds) element('option', s + '\u00d7', $('speed')).value = s;
   element('option', 'as fast as it can', $('speed')).value = 0;
@@ -137,10 +148,7 @@ function wireLiveTimeline(live) {
     live.ask({do: 'speed', times: Number($('speed').value)});
     $('speed').blur();
   };
-  const faster = way => {
-    const at = speeds.indexOf(Number($('speed').value));
-    if (at >= 0) live.ask({do: 'speed', times: speeds[Math.min(speeds.length - 1, Math.max(0, at + way))]});
-  };
+  const faster = way => live.ask({do: 'speed', times: nextSpeed(Number($('speed').value), way)});
   const step = () => live.ask({do: 'step'});
   $('play').onclick = () => live.play(!live.running);
   $('step').onclick = step;
