@@ -136,6 +136,13 @@ TEST(Live, ShowsAWorldThatRunsPausesAndSteps) {
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent !== 'paused'"));
   run.end();
   EXPECT_TRUE(page.becomes("document.getElementById('hint').textContent.includes('has ended')"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // all words are written anew
+  page.keep("live-end");
+  EXPECT_EQ(page.value("document.getElementById('pace').textContent"), "ended");
+  EXPECT_EQ(page.value("document.getElementById('live-words').textContent"),
+            "The simulation has ended.");
+  EXPECT_LT(double(page.value("Number(getComputedStyle(document.getElementById('play')).opacity)")),
+            1);
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
