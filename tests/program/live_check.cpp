@@ -183,6 +183,27 @@ TEST(Live, ABodyIsDraggedAndFallsBack) {
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
+// The view turns instead, which says nothing of the body.
+TEST(Live, AGrabThatDragsNothingSaysWhy) {
+  SceneBody wall = bodyWith("wall", kBrick, Vec3(0, 0, 0.02), 0);
+  SceneBody belt = bodyWith("belt", kBrick, Vec3(0.1, 0, 0.02), 0);
+  belt.isStatic = false;
+  belt.drive = SceneDrive{};
+  LiveRun run(tableWith({wall, belt}), voxels(0.002));
+  LivePage page(run.url);
+  const char* const kinds[] = {"fixed", "driven"};
+  for (const int body : {1, 2}) {
+    const Eigen::Vector2d at = page.inWindow(body);
+    page.click(at.x(), at.y());
+    EXPECT_EQ(page.value("document.getElementById('hint').hidden"), false);
+    const std::string words = page.value("document.getElementById('hint').textContent");
+    EXPECT_NE(words.find(kinds[body - 1]), std::string::npos) << words;
+  }
+  page.press("k");  // nothing can be cut, so there is no such mode
+  EXPECT_EQ(page.value("document.getElementById('carving').hidden"), true);
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
 // A slab that is carved through falls in two.
 TEST(Live, TheHandCutsWhatIsCuttable) {
   SceneBody slab = bodyWith("slab", SceneBox{Vec3(0.04, 0.012, 0.012)}, Vec3(0, 0, 0.0065), 0);

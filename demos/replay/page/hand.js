@@ -1,5 +1,11 @@
 // The hand in a live view: drags bodies by a spring that the simulation computes, and cuts away balls of matter.
 
+// Why a body cannot be dragged, or cut; empty where it can.
+function refusal({name, fixed, mass, cuttable, pullable}, carves) {
+  if (carves) return cuttable ? '' : '\'' + name + '\' cannot be cut.';
+  return pullable ? '' : '\'' + name + '\' is ' + (fixed ? 'fixed' : mass > 0 ? 'soft' : 'driven') + ': it cannot be dragged.';
+}
+
 class Hand {
   // `root` has the world's frame; `views` grows with the bodies; `live` sends commands (view_command.h).
   constructor(stage, root, views, live) {
@@ -39,8 +45,10 @@ class Hand {
   down(event) {
     if (event.button !== 0 || this.live.ended) return;
     this.at = [event.clientX, event.clientY];
-    const hit = this.pick(this.at, body => this.carves ? body.cuttable : body.pullable);
+    const hit = this.pick(this.at, () => true);
     if (!hit) return;
+    const why = refusal(hit.view.body, this.carves);
+    if (why) return this.live.say(why, 3);
     this.stage.controls.enabled = false;
     this.stage.canvas.setPointerCapture(event.pointerId);
     this.last = null;
