@@ -94,12 +94,15 @@ class LivePage : public Browser {
   }
   // Pairs of things that are seen one on the other, which none should be.
   nlohmann::json onEachOther() {
-    return value(
-        "(() => { const all = [...document.querySelectorAll('#toolbar > *, #cutting, #carving, #hint,"
-        " #legend, #play, #step, #pace, #clock, #speed')].map(e => [e.id, e.getBoundingClientRect()])"
-        ".filter(([, r]) => r.width > 0), pairs = []; for (const [a, p] of all) for (const [b, q] of"
-        " all) if (a < b && p.left < q.right && q.left < p.right && p.top < q.bottom && q.top <"
-        " p.bottom) pairs.push(a + ' ' + b); return pairs; })()");
+    return value(R"((() => {
+      const all = [...document.querySelectorAll(
+        '#toolbar > *, #cutting, #carving, #hint, #legend, #play, #step, #pace, #clock, #speed')]
+        .map(e => [e.id, e.getBoundingClientRect()]).filter(([, r]) => r.width > 0);
+      const meet = (p, q) =>
+        p.left < q.right && q.left < p.right && p.top < q.bottom && q.top < p.bottom;
+      return all.flatMap(([a, p]) =>
+        all.filter(([b, q]) => a < b && meet(p, q)).map(([b]) => a + ' ' + b));
+    })())");
   }
   void keep(const std::string& name) {
     const std::string png = screenshot();
@@ -183,6 +186,30 @@ TEST(Live, ABodyIsDraggedAndFallsBack) {
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
+// The words beside the name in the n-th line of the list of bodies.
+std::string massOf(int n) {
+  return "document.querySelector('#bodies li:nth-child(" + std::to_string(n) +
+         ") small').textContent";
+}
+
+// Beside the longest name its mass is seen; a driven body has none.
+TEST(Live, TheListOfBodiesSaysWhatTheyWeigh) {
+  SceneBody belt = bodyWith("belt", kBrick, Vec3(0.1, 0, 0.02), 0);
+  belt.isStatic = false;
+  belt.drive = SceneDrive{};
+  const std::string name(60, 'n');
+  LiveRun run(tableWith({bodyWith(name, kBrick, Vec3(0, 0, 0.0101), 0.2), belt}), voxels(0.002));
+  LivePage page(run.url);
+  EXPECT_TRUE(page.becomes(massOf(2) + " === '200 g'"));
+  EXPECT_EQ(page.value(massOf(1)), "fixed");
+  EXPECT_EQ(page.value(massOf(3)), "driven");
+  EXPECT_EQ(page.value("(li => li.querySelector('small').getBoundingClientRect().right < "
+                       "li.querySelector('button').getBoundingClientRect().left)"
+                       "(document.querySelector('#bodies li:nth-child(2)'))"),
+            true);
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
 // The view turns instead, which says nothing of the body.
 TEST(Live, AGrabThatDragsNothingSaysWhy) {
   SceneBody wall = bodyWith("wall", kBrick, Vec3(0, 0, 0.02), 0);
@@ -213,7 +240,9 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   settings.common.tissues.made = {{"gum", 500, 1, 1e5, 1000}};
   slab.collisions[0].tissues = {{"", "gum"}};
   LiveRun run(tableWith({slab}), settings);
+  const double whole = run.world.mass(1);
   LivePage page(run.url);
+  EXPECT_NEAR(double(page.value("parseFloat(" + massOf(2) + ")")), 1e3 * whole, 10 * whole);
   page.press(" ");
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent === 'paused'"));
   page.press("k");
@@ -235,6 +264,8 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   }
   EXPECT_TRUE(isInTwo());
   page.press("k");
+  EXPECT_TRUE(page.becomes(massOf(2) + " !== '' && parseFloat(" + massOf(2) + ") < " +
+                           std::to_string(1e3 * whole)));
   page.keep("live-cut");
   EXPECT_GT(difference(before, page.screenshot()), 0.002);
   page.press(" ");  // both parts move on

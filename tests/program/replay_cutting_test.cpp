@@ -92,7 +92,7 @@ nlohmann::json jsonOf(const std::string& glb) {
   return nlohmann::json::parse(glb.substr(20, length));
 }
 
-// A bar in free fall is cut through after half the time.
+// A bar in free fall is cut through after half the time, and the piece then cut away.
 TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   SceneBody bar = bodyWith("bar", SceneBox{Vec3(0.08, 0.024, 0.024)}, Vec3(0, 0, 1), 1);
   bar.collisions[0].isCuttable = true;
@@ -109,12 +109,15 @@ TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   recorder.record(0, world);
   const double size = volumeOf(world.matter(0));
   double cutAt = 0;
+  std::vector<double> left;
   for (int n = 1; n <= 120; ++n) {
     world.step(kStep);
     if (n == 60) {
       world.cut(0, slice(world.matter(0), 0.010, 0.014));
       cutAt = n * kStep;
+      left = {world.mass(0), world.mass(1)};
     }
+    if (n == 90) world.cut(1, slice(world.matter(1), -1, 1));
     recorder.record(n * kStep, world);
   }
   const Replay replay = recorder.finish();
@@ -127,6 +130,15 @@ TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt - kStep), size, 1e-6 * size);
   EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt) + volumeAt(bodies[1].surface, cutAt),
               size * 76 / 80, 2e-3 * size);
+
+  ASSERT_EQ(bodies[0].masses.size(), 2u);
+  EXPECT_NEAR(*bodies[0].masses[0].mass, 1, 1e-6);
+  EXPECT_EQ(bodies[0].masses[1].mass, left[0]);
+  ASSERT_EQ(bodies[1].masses.size(), 2u);
+  EXPECT_EQ(bodies[0].masses[1].time, cutAt);
+  EXPECT_EQ(bodies[1].masses[0].time, cutAt);
+  EXPECT_EQ(bodies[1].masses[0].mass, left[1]);
+  EXPECT_FALSE(bodies[1].masses[1].mass);  // gone
 
   const auto json = jsonOf(gltfBytes(replay));
   int steps = 0;

@@ -204,11 +204,12 @@ function wireLiveStage(live, {stage, views, contacts, scale, upright, takeNodes}
         if (bodies.length < body) return;  // its turn comes
         const node = new THREE.Group();
         takeNodes[0].add(node);
-        addView(new BodyView({...message, clouds: [], plane: false}, node, stage.planes));
+        addView(new BodyView({...message, clouds: [], plane: false, masses: []}, node, stage.planes));
         offerCarving();
       }
       bodies[body].renew(message);
       renewed(bodies[body]);
+      showMass(bodies[body], live.time);  // a run that is paused tells of no other moment
       stage.changed = true;
     },
     moment(moment) {

@@ -223,6 +223,7 @@ function wireStage(record, built, player) {
   stage.home();
   const show = t => {
     motion.show(t);
+    for (const view of all) showMass(view, t);
     let points = 0, patches = 0;
     for (const view of contacts) {
       const counts = view.show(record.live ? 0 : indexAt(view.take.figures.time, t));
