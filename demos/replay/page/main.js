@@ -252,6 +252,8 @@ function wireStage(record, built, player) {
 }
 
 async function main() {
+  document.documentElement.dataset.whole = '';
+  $('message').hidden = true;
   const more = () => { const open = $('panel').classList.toggle('open'); $('more').setAttribute('aria-expanded', open); };
   $('more').onclick = more;
   $('view').addEventListener('pointerdown', () => { $('panel').classList.remove('open'); $('more').setAttribute('aria-expanded', false); });
