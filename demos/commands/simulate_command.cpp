@@ -216,14 +216,15 @@ void noteDevice(const World& world) {
                       " pairs to search from which a device pays");
 }
 
-// Adds the texts of a page to a replay.
-Replay described(Replay replay, const SceneDescription& scene, const SimulateOptions& options,
-                 const WorldSettings& settings, const SimulationReport& r) {
+// Adds the texts of a page to a replay of this world.
+Replay described(Replay replay, const World& world, const SceneDescription& scene,
+                 const SimulateOptions& options, const WorldSettings& settings,
+                 const SimulationReport& r) {
   replay.title = scene.name;
   replay.story = std::filesystem::path(options.scene).filename().string();
   replay.setup = setupText(settings, r.step, options.substeps);
   replay.voxel = usesClouds(options.common.method) ? settings.voxel : 0;
-  replay.facts = factsOf(r);
+  replay.facts = factsOf(world, r);
   return replay;
 }
 
@@ -316,7 +317,8 @@ void run(const SimulateOptions& options) {
   if (!options.trajectory.empty()) trajectory.write();
   if (!options.replay.empty()) {
     recorder.close(world);
-    saveReplay(described(recorder.finish(), scene, options, settings, report), options.replay);
+    saveReplay(described(recorder.finish(), world, scene, options, settings, report),
+               options.replay);
   }
   const Json json = reportJson(world, report, options.common, scene.bodies.size());
   if (options.common.json)

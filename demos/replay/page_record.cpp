@@ -63,6 +63,13 @@ class Shells {
   std::map<const SurfaceField*, std::size_t> known_;
 };
 
+// Pairs of a time [s] and a mass [kg], null where nothing is left.
+Json massesJson(const std::vector<MassKey>& masses) {
+  Json out = Json::array();
+  for (const MassKey& key : masses) out.push_back({key.time, key.mass ? Json(*key.mass) : Json()});
+  return out;
+}
+
 Json bodiesJson(const ReplayTake& take, Shells& shells) {
   Json bodies = Json::array();
   const std::vector<BodyColor> colors = bodyColors(take.bodies);
@@ -74,6 +81,7 @@ Json bodiesJson(const ReplayTake& take, Shells& shells) {
                       {"fixed", body.isStatic},
                       {"plane", body.drawn.isPlane()},
                       {"mass", body.mass},
+                      {"masses", massesJson(body.masses)},
                       {"color", colors[i].name},
                       {"cuttable", body.isCuttable},
                       {"pullable", body.isPullable},

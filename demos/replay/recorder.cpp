@@ -38,6 +38,11 @@ double reachOf(const World& world, std::size_t body) {
   return reach;
 }
 
+std::optional<double> massOf(const World& world, std::size_t body) {
+  if (world.cutOf(body).gone) return {};
+  return world.mass(body);
+}
+
 }  // namespace
 
 struct Recorder::Take {
@@ -72,6 +77,7 @@ void Recorder::Take::addBody(const World& world, double time) {
   if (world.isCuttable(i)) {
     surfaces.back() = std::make_unique<ChangingSurface>(world.matter(i), time);
     body.surfacePlace = world.matterPlace(i);
+    body.masses.push_back({time, massOf(world, i)});
   }
   take.bodies.push_back(std::move(body));
   motions.emplace_back(reachOf(world, i), kTolerance * size);
@@ -87,6 +93,8 @@ void Recorder::Take::renewSurfaces(const World& world, double time) {
       softSurfaces[i].push_back({.from = time, .mesh = shaded(welded(world.softSurface(i)))});
     }
     if (!surfaces[i]) continue;
+    std::vector<MassKey>& masses = take.bodies[i].masses;
+    if (massOf(world, i) != masses.back().mass) masses.push_back({time, massOf(world, i)});
     if (world.cutOf(i).gone)
       surfaces[i]->end(time);
     else

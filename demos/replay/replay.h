@@ -2,6 +2,7 @@
 // page (page.h).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +14,12 @@
 
 namespace cloudcontact::program {
 
+// What a body that is cut weighs from a time on.
+struct MassKey {
+  double time = 0;                  // [s]
+  std::optional<double> mass = {};  // World's [kg]; none where nothing is left
+};
+
 struct ReplayBody {
   std::string name;
   bool isStatic = false;
@@ -23,6 +30,7 @@ struct ReplayBody {
   // frame.
   std::vector<SurfacePiece> surface = {};
   Pose surfacePlace = {};
+  std::vector<MassKey> masses = {};             // of a body that is cut, from its beginning on
   bool isCuttable = false, isPullable = false;  // World's
 };
 

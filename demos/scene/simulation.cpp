@@ -67,6 +67,18 @@ class Instants {
   int steps_, wanted_ = 1, next_ = 1;
 };
 
+// Tells what World::penetration() leaves out, whose overlap is not 0 but unknown.
+std::string overlapText(const World& world, double deepest) {
+  if (!world.measuresPenetration()) return "not measured";
+  std::vector<std::string> without;
+  for (std::size_t i = 0; i < world.bodyCount(); ++i)
+    if (!world.isMeasured(i)) without.push_back(world.name(i));
+  if (without.empty()) return lengthText(deepest);
+  const std::string one = "'" + without.front() + "'";
+  return lengthText(deepest) + ", without " +
+         (without.size() == 1 ? one : std::to_string(without.size()) + " bodies");
+}
+
 }  // namespace
 
 SimulationReport simulate(World& world, const SimulationSettings& settings) {
@@ -141,8 +153,9 @@ std::string setupText(const WorldSettings& settings, double step, int substeps) 
   return "";
 }
 
-std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& r) {
-  return {{"Deepest overlap, by the meshes", lengthText(r.maxPenetration)},
+std::vector<std::pair<std::string, std::string>> factsOf(const World& world,
+                                                         const SimulationReport& r) {
+  return {{"Deepest overlap, by the meshes", overlapText(world, r.maxPenetration)},
           {"Contacts a step", numberText(r.contactsPerStep)},
           {"Narrow phase a step", timeText(r.narrowPhaseSeconds / r.steps)},
           {"Energy at the start", energyText(r.energyStart.ofBodies())},

@@ -47,7 +47,8 @@ SimulationReport simulate(World& world, const SimulationSettings& settings);
 // "clouds of 0.25 mm voxels, steps of 1 ms"
 std::string setupText(const WorldSettings& settings, double step, int substeps = 1);
 
-// Names and figures of a run, for people.
-std::vector<std::pair<std::string, std::string>> factsOf(const SimulationReport& report);
+// Names and figures of a run of this world, for people.
+std::vector<std::pair<std::string, std::string>> factsOf(const World& world,
+                                                         const SimulationReport& report);
 
 }  // namespace cloudcontact::program

@@ -205,6 +205,7 @@ class World {
   // that can be cut, are left out.
   double penetration() const;
   bool isMeasured(std::size_t body) const;
+  bool measuresPenetration() const;  // of any pair
   // Number of lookups of penetration().
   std::size_t probes() const;
 

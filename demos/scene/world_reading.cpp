@@ -206,6 +206,10 @@ double World::penetration() const {
   return deepest;
 }
 
+bool World::measuresPenetration() const {
+  return !state_->measuredPairs().empty();
+}
+
 std::size_t World::probes() const {
   std::size_t count = 0;
   for (const auto& body : state_->bodies) count += probeCount(body.parts.measured);

@@ -178,6 +178,7 @@ std::string LiveFrames::surface(std::size_t i) {
   const Json json = {{"surface", i},
                      {"name", world_.name(i)},
                      {"mass", world_.mass(i)},
+                     {"gone", s.isGone},
                      {"fixed", world_.isStatic(i)},
                      {"color", bodyColors(bodies_)[i].name},
                      {"cuttable", world_.isCuttable(i)},

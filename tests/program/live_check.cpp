@@ -36,8 +36,10 @@ SceneDescription tableWith(std::vector<SceneBody> bodies) {
 // A world that runs in a thread of its own.
 class LiveRun {
  public:
-  LiveRun(const SceneDescription& scene, const WorldSettings& settings) : world(scene, settings) {
+  LiveRun(const SceneDescription& scene, const WorldSettings& settings, double speed = 1)
+      : world(scene, settings) {
     LiveViewSettings page;
+    page.speed = speed;
     page.step = kRunStep;
     page.title = scene.name;
     page.setup = setupText(settings, kRunStep);
@@ -71,7 +73,8 @@ class LiveRun {
 
 class LivePage : public Browser {
  public:
-  explicit LivePage(const std::string& url) : Browser(1280, 800) {
+  explicit LivePage(const std::string& url, int width = 1280, int height = 800)
+      : Browser(width, height) {
     openUrl(url);
     EXPECT_TRUE(becomes("document.documentElement.dataset.ready && window.cloudcontact"))
         << testing::PrintToString(complaints());
@@ -88,6 +91,18 @@ class LivePage : public Browser {
   }
   bool runs() {
     return value("document.getElementById('play').getAttribute('aria-pressed')") == "true";
+  }
+  // Pairs of things that are seen one on the other, which none should be.
+  nlohmann::json onEachOther() {
+    return value(R"((() => {
+      const all = [...document.querySelectorAll(
+        '#toolbar > *, #cutting, #carving, #hint, #legend, #play, #step, #pace, #clock, #speed')]
+        .map(e => [e.id, e.getBoundingClientRect()]).filter(([, r]) => r.width > 0);
+      const meet = (p, q) =>
+        p.left < q.right && q.left < p.right && p.top < q.bottom && q.top < p.bottom;
+      return all.flatMap(([a, p]) =>
+        all.filter(([b, q]) => a < b && meet(p, q)).map(([b]) => a + ' ' + b));
+    })())");
   }
   void keep(const std::string& name) {
     const std::string png = screenshot();
@@ -124,6 +139,27 @@ TEST(Live, ShowsAWorldThatRunsPausesAndSteps) {
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent !== 'paused'"));
   run.end();
   EXPECT_TRUE(page.becomes("document.getElementById('hint').textContent.includes('has ended')"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // all words are written anew
+  page.keep("live-end");
+  EXPECT_EQ(page.value("document.getElementById('pace').textContent"), "ended");
+  EXPECT_EQ(page.value("document.getElementById('live-words').textContent"),
+            "The simulation has ended.");
+  EXPECT_LT(double(page.value("Number(getComputedStyle(document.getElementById('play')).opacity)")),
+            1);
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
+TEST(Live, AnySpeedIsShownAndTheKeysLeadBackToTheList) {
+  LiveRun run(brick(0.0101), voxels(0.002), 0.3);
+  LivePage page(run.url);
+  const auto shows = [&](const std::string& speed) {
+    return page.becomes("document.getElementById('speed').value === '" + speed + "'");
+  };
+  EXPECT_TRUE(shows("0.3"));
+  page.press("ArrowUp");
+  EXPECT_TRUE(shows("0.5"));
+  page.press("ArrowDown");
+  EXPECT_TRUE(shows("0.25"));
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
@@ -150,6 +186,51 @@ TEST(Live, ABodyIsDraggedAndFallsBack) {
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
 }
 
+// The words beside the name in the n-th line of the list of bodies.
+std::string massOf(int n) {
+  return "document.querySelector('#bodies li:nth-child(" + std::to_string(n) +
+         ") small').textContent";
+}
+
+// Beside the longest name its mass is seen; a driven body has none.
+TEST(Live, TheListOfBodiesSaysWhatTheyWeigh) {
+  SceneBody belt = bodyWith("belt", kBrick, Vec3(0.1, 0, 0.02), 0);
+  belt.isStatic = false;
+  belt.drive = SceneDrive{};
+  const std::string name(60, 'n');
+  LiveRun run(tableWith({bodyWith(name, kBrick, Vec3(0, 0, 0.0101), 0.2), belt}), voxels(0.002));
+  LivePage page(run.url);
+  EXPECT_TRUE(page.becomes(massOf(2) + " === '200 g'"));
+  EXPECT_EQ(page.value(massOf(1)), "fixed");
+  EXPECT_EQ(page.value(massOf(3)), "driven");
+  EXPECT_EQ(page.value("(li => li.querySelector('small').getBoundingClientRect().right < "
+                       "li.querySelector('button').getBoundingClientRect().left)"
+                       "(document.querySelector('#bodies li:nth-child(2)'))"),
+            true);
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
+// The view turns instead, which says nothing of the body.
+TEST(Live, AGrabThatDragsNothingSaysWhy) {
+  SceneBody wall = bodyWith("wall", kBrick, Vec3(0, 0, 0.02), 0);
+  SceneBody belt = bodyWith("belt", kBrick, Vec3(0.1, 0, 0.02), 0);
+  belt.isStatic = false;
+  belt.drive = SceneDrive{};
+  LiveRun run(tableWith({wall, belt}), voxels(0.002));
+  LivePage page(run.url);
+  const char* const kinds[] = {"fixed", "driven"};
+  for (const int body : {1, 2}) {
+    const Eigen::Vector2d at = page.inWindow(body);
+    page.click(at.x(), at.y());
+    EXPECT_EQ(page.value("document.getElementById('hint').hidden"), false);
+    const std::string words = page.value("document.getElementById('hint').textContent");
+    EXPECT_NE(words.find(kinds[body - 1]), std::string::npos) << words;
+  }
+  page.press("k");  // nothing can be cut, so there is no such mode
+  EXPECT_EQ(page.value("document.getElementById('carving').hidden"), true);
+  EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
 // A slab that is carved through falls in two.
 TEST(Live, TheHandCutsWhatIsCuttable) {
   SceneBody slab = bodyWith("slab", SceneBox{Vec3(0.04, 0.012, 0.012)}, Vec3(0, 0, 0.0065), 0);
@@ -159,7 +240,9 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   settings.common.tissues.made = {{"gum", 500, 1, 1e5, 1000}};
   slab.collisions[0].tissues = {{"", "gum"}};
   LiveRun run(tableWith({slab}), settings);
+  const double whole = run.world.mass(1);
   LivePage page(run.url);
+  EXPECT_NEAR(double(page.value("parseFloat(" + massOf(2) + ")")), 1e3 * whole, 10 * whole);
   page.press(" ");
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent === 'paused'"));
   page.press("k");
@@ -181,6 +264,8 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   }
   EXPECT_TRUE(isInTwo());
   page.press("k");
+  EXPECT_TRUE(page.becomes(massOf(2) + " !== '' && parseFloat(" + massOf(2) + ") < " +
+                           std::to_string(1e3 * whole)));
   page.keep("live-cut");
   EXPECT_GT(difference(before, page.screenshot()), 0.002);
   page.press(" ");  // both parts move on
@@ -189,6 +274,33 @@ TEST(Live, TheHandCutsWhatIsCuttable) {
   EXPECT_GE(run.world.bodyCount(), 3u);
   EXPECT_GT(run.world.cutOf(1).volume, 0);
   EXPECT_EQ(page.complaints(), std::vector<std::string>());
+}
+
+// Both bars, a message and the legend, in both sizes; a pause moves nothing.
+TEST(Live, NothingLiesOnAnythingElse) {
+  SceneBody block = bodyWith("block", kBrick, Vec3(0, 0, 0.0101), 0.2);
+  block.collisions[0].isCuttable = true;
+  WorldSettings settings = voxels(0.002);
+  settings.common.tissues.made = {{"gum", 500, 1, 1e5, 1000}};
+  block.collisions[0].tissues = {{"", "gum"}};
+  LiveRun run(tableWith({block}), settings);
+  for (const int width : {1280, 360}) {
+    LivePage page(run.url, width, 740);
+    EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent.includes('real')"));
+    page.press("x");
+    page.press("k");
+    page.value(
+        "(e => { e.textContent = 'A long message that tells why a body cannot be cut, and what "
+        "allows it.'; e.hidden = false; })(document.getElementById('hint'))");
+    page.keep("live-bars-" + std::to_string(width));
+    EXPECT_EQ(page.onEachOther(), nlohmann::json::array()) << width;
+    const auto high = page.value("document.getElementById('view').clientHeight");
+    page.press(" ");
+    EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent === 'paused'"));
+    EXPECT_EQ(page.value("document.getElementById('view').clientHeight"), high);
+    page.press(" ");
+    EXPECT_EQ(page.complaints(), std::vector<std::string>());
+  }
 }
 
 TEST(Live, TwoPagesShowOneRun) {

@@ -169,6 +169,22 @@ TEST(Page, SaysWhatToDoWithoutWebGl) {
   EXPECT_EQ(browser.complaints(), std::vector<std::string>());
 }
 
+// As after a connection that broke, or a full disk.
+TEST(Page, SaysThatItsEndIsMissing) {
+  std::ifstream whole(page, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(whole)), {});
+  const std::string file = page + ".part.html";
+  std::ofstream(file, std::ios::binary) << text.substr(0, text.size() / 2);
+  Browser browser(400, 800);
+  browser.open(file);
+  EXPECT_TRUE(
+      browser.becomes("(e => e.offsetHeight > 100 && e.innerText.includes('incomplete'))"
+                      "(document.getElementById('message'))",
+                      10));
+  EXPECT_EQ(browser.complaints(), std::vector<std::string>());
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 }  // namespace program_test
 

@@ -127,7 +127,7 @@ TEST(ReplayOfCuts, ARunThatEndsEarlyShowsItsLastCut) {
   EXPECT_EQ(replay.takes[0].frames.back().time, 5 * kStep);
 }
 
-// A bar in free fall is cut through after half the time.
+// A bar in free fall is cut through after half the time, and the piece then cut away.
 TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   World world(fallingBar(), inVoxels());
   const double seconds = 0.5;
@@ -136,12 +136,15 @@ TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   recorder.record(0, world);
   const double size = volumeOf(world.matter(0));
   double cutAt = 0;
+  std::vector<double> left;
   for (int n = 1; n <= 120; ++n) {
     world.step(kStep);
     if (n == 60) {
       world.cut(0, slice(world.matter(0), 0.010, 0.014));
       cutAt = n * kStep;
+      left = {world.mass(0), world.mass(1)};
     }
+    if (n == 90) world.cut(1, slice(world.matter(1), -1, 1));
     recorder.record(n * kStep, world);
   }
   const Replay replay = recorder.finish();
@@ -154,6 +157,15 @@ TEST(ReplayOfCuts, HasThePieceFromItsTimeOn) {
   EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt - kStep), size, 1e-6 * size);
   EXPECT_NEAR(volumeAt(bodies[0].surface, cutAt) + volumeAt(bodies[1].surface, cutAt),
               size * 76 / 80, 2e-3 * size);
+
+  ASSERT_EQ(bodies[0].masses.size(), 2u);
+  EXPECT_NEAR(*bodies[0].masses[0].mass, 1, 1e-6);
+  EXPECT_EQ(bodies[0].masses[1].mass, left[0]);
+  ASSERT_EQ(bodies[1].masses.size(), 2u);
+  EXPECT_EQ(bodies[0].masses[1].time, cutAt);
+  EXPECT_EQ(bodies[1].masses[0].time, cutAt);
+  EXPECT_EQ(bodies[1].masses[0].mass, left[1]);
+  EXPECT_FALSE(bodies[1].masses[1].mass);  // gone
 
   const auto json = jsonOf(gltfBytes(replay));
   int steps = 0;

@@ -143,6 +143,12 @@ TEST_F(DigitalScene, PenetrationLeavesThemOut) {
   EXPECT_FALSE(world.isMeasured(1));
   EXPECT_TRUE(world.isMeasured(2));
   EXPECT_NEAR(world.penetration(), 0.01, 1e-9);  // of the box: 0.02 - 0.01
+  SimulationReport report;
+  report.steps = 1;
+  report.maxPenetration = 0.01;
+  EXPECT_EQ(factsOf(world, report)[0].second, "10 mm, without '" + world.name(1) + "'");
+  scene.bodies.pop_back();
+  EXPECT_EQ(factsOf(World(scene, settings_), report)[0].second, "not measured");
 }
 
 // Two halves of different tissues: the center of mass lies in the denser one.

@@ -76,7 +76,8 @@ class BodyView {
   shown() { return this.state === 'hidden' ? [] : this.asVoxels ? this.voxelMeshes : this.meshes; }
 
   // Of a body that is cut or deforms: its surface as it is now; show() must follow.
-  renew({positions, normals, corners, place}) {
+  renew({mass, gone, positions, normals, corners, place}) {
+    this.body.masses = [[0, gone ? null : mass]];
     this.section.show([]);
     for (const mesh of this.meshes) {
       mesh.parent.remove(mesh);

@@ -1,9 +1,15 @@
 // The hand in a live view: drags bodies by a spring that the simulation computes, and cuts away balls of matter.
 
+// Why a body cannot be dragged, or cut; empty where it can.
+function refusal({name, fixed, mass, cuttable, pullable}, carves) {
+  if (carves) return cuttable ? '' : '\'' + name + '\' cannot be cut.';
+  return pullable ? '' : '\'' + name + '\' is ' + (fixed ? 'fixed' : mass > 0 ? 'soft' : 'driven') + ': it cannot be dragged.';
+}
+
 class Hand {
-  // `root` has the world's frame; `views` grows with the bodies; `ask` sends a command (view_command.h).
-  constructor(stage, root, views, ask) {
-    Object.assign(this, {stage, root, views, ask, held: null, at: null, turned: false});
+  // `root` has the world's frame; `views` grows with the bodies; `live` sends commands (view_command.h).
+  constructor(stage, root, views, live) {
+    Object.assign(this, {stage, root, views, live, held: null, at: null, turned: false});
     const glass = new THREE.MeshBasicMaterial({color: 0xbe123c, transparent: true, opacity: 0.35, depthWrite: false});
     this.ball = new THREE.Mesh(new THREE.SphereBufferGeometry(1, 24, 16), glass);
     this.ball.visible = false;
@@ -37,10 +43,12 @@ class Hand {
   }
 
   down(event) {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || this.live.ended) return;
     this.at = [event.clientX, event.clientY];
-    const hit = this.pick(this.at, body => this.carves ? body.cuttable : body.pullable);
+    const hit = this.pick(this.at, () => true);
     if (!hit) return;
+    const why = refusal(hit.view.body, this.carves);
+    if (why) return this.live.say(why, 3);
     this.stage.controls.enabled = false;
     this.stage.canvas.setPointerCapture(event.pointerId);
     this.last = null;
@@ -52,13 +60,14 @@ class Hand {
 
   up() {
     this.stage.controls.enabled = true;
-    if (this.held && !this.carves) this.ask({do: 'release'});
+    if (this.held && !this.carves) this.live.ask({do: 'release'});
     this.held = null;
   }
 
   // Once a picture.
   tick() {
     this.ball.visible = false;
+    if (this.live.ended) return this.mark('');
     if (!this.at || this.turned) return;
     if (this.carves) this.carve();
     else if (this.held) this.pull();
@@ -72,7 +81,7 @@ class Hand {
     const place = this.root.worldToLocal(to).toArray(), told = place.join();
     if (told === this.held.sent) return;
     this.held.sent = told;
-    this.ask({do: 'pull', body: this.held.body, at: this.held.grip.toArray(), to: place});
+    this.live.ask({do: 'pull', body: this.held.body, at: this.held.grip.toArray(), to: place});
   }
 
   carve() {
@@ -85,7 +94,7 @@ class Hand {
     // A stroke is cut ball by ball, a third of a radius apart.
     if (!this.held || (this.last && hit.point.distanceTo(this.last) < this.radius / 3)) return;
     this.last = hit.point.clone();
-    this.ask({do: 'cut', body: hit.body, at: hit.view.node.worldToLocal(hit.point.clone()).toArray(), radius: this.radius});
+    this.live.ask({do: 'cut', body: hit.body, at: hit.view.node.worldToLocal(hit.point.clone()).toArray(), radius: this.radius});
   }
 }
 

@@ -41,19 +41,31 @@ class Live {
     this.drawn = this.counted = performance.now();
     this.counting = this.turns = this.worded = 0;
     this.stale = false;  // the words are older than the moment
-    this.feed = new Feed(message => this.hear(message), () =>
-      this.end(this.moment && this.moment.ended ? 'The simulation has ended.' : 'The connection to the simulation is lost.'));
+    this.feed = new Feed(message => this.hear(message), () => this.end());
   }
 
   ask(command) { this.feed.ask(command); }
   play(on) { this.ask({do: on ? 'run' : 'pause'}); }
   seek() { if (this.view && this.moment) this.view.show(this.time); }
 
-  end(words) {
+  end() {
     if (this.ended) return;
+    const told = this.moment && this.moment.ended;
+    const words = told ? 'The simulation has ended.' : 'The connection to the simulation is lost.';
     this.ended = true;
-    $('play').disabled = $('step').disabled = $('speed').disabled = true;
+    this.running = false;
+    if (pressed('carve')) $('carve').click();
+    for (const id of ['play', 'step', 'speed', 'carve']) $(id).disabled = true;
+    this.showPlay(told ? 'ended' : 'not connected');
+    write($('live-words'), words);
     this.say(words, Infinity);
+  }
+
+  showPlay(word) {
+    $('play').setAttribute('aria-pressed', this.running);
+    $('play').setAttribute('aria-label', this.running ? 'Pause' : 'Play');
+    write($('play'), this.running ? '\u275a\u275a' : '\u25b6');
+    write($('pace'), word);
   }
 
   say(words, seconds) {
@@ -92,33 +104,30 @@ class Live {
 
   tell(moment) {
     this.time = moment.time;
-    this.running = moment.running;
+    if (!this.ended) this.running = moment.running;
     this.record.takes[0].contacts = moment.contacts;
     if (this.view) this.view.moment(moment);
     this.stale = true;
     if (this.sayings !== null && moment.sayings > this.sayings) this.say(moment.said, 5);
     this.sayings = moment.sayings;
-    if (moment.ended) this.end('The simulation has ended.');
+    if (moment.ended) this.end();
   }
 
   // As often as one can read.
   words(moment) {
     this.stale = false;
     this.worded = performance.now();
-    $('play').setAttribute('aria-pressed', moment.running);
-    $('play').setAttribute('aria-label', moment.running ? 'Pause' : 'Play');
-    write($('play'), moment.running ? '\u275a\u275a' : '\u25b6');
-    if (document.activeElement !== $('speed') && $('speed').value !== String(moment.speed)) $('speed').value = moment.speed;
+    if (!this.ended) this.showPlay(moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused');
+    if (document.activeElement !== $('speed')) showSpeed(moment.speed);
     write($('clock'), moment.time.toFixed(3) + ' s');
-    write($('pace'), moment.running ? moment.factor.toFixed(2) + '\u00d7 real time' : 'paused');
     write($('pull-words'), moment.pulls.map(pull => withUnit(pull.force, 'N') + ' by a spring of ' + withUnit(pull.stiffness, 'N/m')).join('; '));
   }
 
   count(now) {
     if (now - this.counted < 1000) return;
-    const rate = 1000 * (this.pictures - this.counting) / (now - this.counted);
-    const pages = this.moment ? this.moment.pages : 1;
-    $('live-words').textContent = Math.round(rate) + ' pictures a second, ' + pages + (pages === 1 ? ' page' : ' pages') + ' open.';
+    const rate = 1000 * (this.pictures - this.counting) / (now - this.counted), counted = (n, word) => n + ' ' + word + (n === 1 ? '' : 's');
+    if (!this.ended)
+      write($('live-words'), counted(Math.round(rate), 'picture') + ' a second, ' + counted(this.moment ? this.moment.pages : 1, 'page') + ' open.');
     document.documentElement.dataset.pictures = this.pictures;
     // Where a new moment waits for nearly every picture, drawing is what is slow.
     if (this.view && rate < 28 && this.pictures - this.counting > 0.8 * this.turns && this.isBusy) this.view.simplify();
@@ -129,6 +138,17 @@ class Live {
   }
 }
 
+// One that is not in the list, as of --speed, gets a line in it.
+function showSpeed(times) {
+  const box = $('speed'), lines = [...box.options];
+  if (!lines.some(line => Number(line.value) === times)) {
+    const own = element('option', times + '\u00d7');
+    own.value = times;
+    box.insertBefore(own, lines.find(line => Number(line.value) > times) || box.lastElementChild);
+  }
+  if (box.value !== String(times)) box.value = times;
+}
+
 function wireLiveTimeline(live) {
   for (const s of speeds) element('option', s + '\u00d7', $('speed')).value = s;
   element('option', 'as fast as it can', $('speed')).value = 0;
@@ -137,10 +157,7 @@ function wireLiveTimeline(live) {
     live.ask({do: 'speed', times: Number($('speed').value)});
     $('speed').blur();
   };
-  const faster = way => {
-    const at = speeds.indexOf(Number($('speed').value));
-    if (at >= 0) live.ask({do: 'speed', times: speeds[Math.min(speeds.length - 1, Math.max(0, at + way))]});
-  };
+  const faster = way => live.ask({do: 'speed', times: nextSpeed(Number($('speed').value), way)});
   const step = () => live.ask({do: 'step'});
   $('play').onclick = () => live.play(!live.running);
   $('step').onclick = step;
@@ -149,7 +166,7 @@ function wireLiveTimeline(live) {
 
 // Bodies, contacts and the hand of a live view, beside what a replay has. `show` draws the contacts.
 function wireLiveStage(live, {stage, views, contacts, scale, upright, takeNodes}, {addView, renewed, rescale, show}) {
-  const bodies = views[0], hand = new Hand(stage, upright, bodies, command => live.ask(command));
+  const bodies = views[0], hand = new Hand(stage, upright, bodies, live);
   const pulls = new PullView(upright, scale.length);
   const words = () => { $('carve-words').textContent = withUnit(hand.radius, 'm'); };
   $('carve-radius').oninput = words;
@@ -181,17 +198,18 @@ function wireLiveStage(live, {stage, views, contacts, scale, upright, takeNodes}
     simplify();
   }
   return {
-    simplify, show, hand, keys: {k: () => { if (!$('carve').hidden) carve(); }},
+    simplify, show, hand, keys: {k: () => { if (!$('carve').hidden && !$('carve').disabled) carve(); }},
     surface(body, message) {
       while (bodies.length <= body) {
         if (bodies.length < body) return;  // its turn comes
         const node = new THREE.Group();
         takeNodes[0].add(node);
-        addView(new BodyView({...message, clouds: [], plane: false}, node, stage.planes));
+        addView(new BodyView({...message, clouds: [], plane: false, masses: []}, node, stage.planes));
         offerCarving();
       }
       bodies[body].renew(message);
       renewed(bodies[body]);
+      showMass(bodies[body], live.time);  // a run that is paused tells of no other moment
       stage.changed = true;
     },
     moment(moment) {

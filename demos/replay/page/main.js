@@ -3,6 +3,12 @@
 const $ = id => document.getElementById(id);
 const speeds = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 4, 8];
 
+// The next of them from any speed on; 0, as fast as it can, is beyond them all.
+function nextSpeed(now, way) {
+  const rest = way > 0 ? speeds.filter(s => now && s > now) : speeds.filter(s => !now || s < now).reverse();
+  return rest.length ? rest[0] : now;
+}
+
 function complain(html) {
   $('message').innerHTML = '<div>' + html + '</div>';
   $('message').hidden = false;
@@ -80,9 +86,7 @@ function wireTimeline(player, record) {
     player.seek(times[Math.min(times.length - 1, Math.max(0, indexAt(times, player.time + 1e-9) + count))]);
   };
   const faster = way => {
-    const at = speeds.indexOf(player.speed) + way;
-    player.speed = speeds[Math.min(speeds.length - 1, Math.max(0, at))];
-    $('speed').value = player.speed;
+    $('speed').value = player.speed = nextSpeed(player.speed, way);
   };
   return {
     ' ': () => player.play(!player.playing), ArrowLeft: e => step(e.shiftKey ? -10 : -1), ArrowRight: e => step(e.shiftKey ? 10 : 1),
@@ -219,6 +223,7 @@ function wireStage(record, built, player) {
   stage.home();
   const show = t => {
     motion.show(t);
+    for (const view of all) showMass(view, t);
     let points = 0, patches = 0;
     for (const view of contacts) {
       const counts = view.show(record.live ? 0 : indexAt(view.take.figures.time, t));
@@ -247,6 +252,8 @@ function wireStage(record, built, player) {
 }
 
 async function main() {
+  document.documentElement.dataset.whole = '';
+  $('message').hidden = true;
   const more = () => { const open = $('panel').classList.toggle('open'); $('more').setAttribute('aria-expanded', open); };
   $('more').onclick = more;
   $('view').addEventListener('pointerdown', () => { $('panel').classList.remove('open'); $('more').setAttribute('aria-expanded', false); });

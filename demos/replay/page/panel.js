@@ -41,6 +41,15 @@ function fillStory(record) {
   }
 }
 
+// A body's mass at a time, or what is more to know. `masses` of a body that is cut are pairs [s], [kg], from its
+// beginning on.
+function massWords({fixed, mass, masses}, t) {
+  const known = masses.filter(([from]) => from <= t), now = known.length ? known[known.length - 1][1] : mass;
+  if (masses.length && !known.length) return 'not yet';
+  if (now === null) return 'gone';
+  return fixed ? 'fixed' : now > 0 ? withUnit(1000 * now, 'g') : 'driven';
+}
+
 // `views` are the BodyViews of all takes; `changed` is called after each press of a button.
 function fillBodies(record, views, changed) {
   const list = document.getElementById('bodies');
@@ -50,12 +59,18 @@ function fillBodies(record, views, changed) {
   });
 }
 
+function showMass(view, t) {
+  const words = massWords(view.body, t);
+  write(view.massWords, words);
+  view.massWords.closest('li').classList.toggle('away', words === 'gone' || words === 'not yet');
+}
+
 function fillBody(view, changed) {
   const {body} = view, item = element('li', undefined, document.getElementById('bodies'));
   element('i', undefined, item).style.background = body.color;
-  const name = element('span', body.name, item, 'name');
-  name.title = body.name;
-  element('small', body.fixed ? 'fixed' : withUnit(1000 * body.mass, 'g'), name);
+  const name = element('span', undefined, item, 'name');
+  element('span', body.name, name).title = body.name;
+  view.massWords = element('small', '', name);
   view.voxelButton = body.clouds.length ? element('button', 'mesh', item) : element('span', '', item);
   view.stateButton = element('button', 'solid', item);
   view.stateButton.setAttribute('aria-label', 'Display of ' + body.name);
