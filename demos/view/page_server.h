@@ -20,8 +20,10 @@ class PageServer {
   static constexpr int kMostPages = 16;            // open at once
   static constexpr std::size_t kMostBytes = 4096;  // of a message from a page
 
-  // Port 0: a free one. Throws BadInput where the port cannot be had.
-  PageServer(std::string page, int port);
+  // Port 0: a free one. Throws BadInput where the port cannot be had. A connection that makes no
+  // progress is dropped after the patience: a request that does not come, a page that nobody reads.
+  PageServer(std::string page, int port,
+             std::chrono::steady_clock::duration patience = std::chrono::seconds(10));
   // Sends what is published, then closes the pages; those that do not answer within a second are
   // left.
   ~PageServer();

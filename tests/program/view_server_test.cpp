@@ -6,8 +6,11 @@
 #include <unistd.h>
 
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <set>
@@ -192,6 +195,70 @@ TEST(PageServer, RefusesSocketsOfOtherPages) {
   EXPECT_FALSE(Page(server, token, host, "http://evil.example").isOpen());
   EXPECT_TRUE(waitFor([&] { return server.pages() == 0; }));
   EXPECT_TRUE(Page(server, token, host, own).isOpen());
+}
+
+// A browser that loads the page, at its own pace.
+class Load {
+ public:
+  explicit Load(const PageServer& server) : socket_(io_) {
+    socket_.open(tcp::v4());
+    socket_.set_option(tcp::socket::receive_buffer_size(64 * 1024));
+    socket_.connect({asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port())});
+    const std::string request =
+        "GET /" + tokenOf(server) + "/ HTTP/1.1\r\nHost: " + hostOf(server) + "\r\n\r\n";
+    asio::write(socket_, asio::buffer(request));
+  }
+  // What comes of these bytes: less where the line is closed.
+  std::size_t take(std::size_t bytes) {
+    std::string block(bytes, '\0');
+    beast::error_code error;
+    return asio::read(socket_, asio::buffer(block), error);
+  }
+
+ private:
+  asio::io_context io_;
+  tcp::socket socket_;
+};
+
+constexpr std::size_t kLargePage = 12 << 20;
+constexpr auto kShortPatience = milliseconds(800);
+
+// The patience is for a part of the page, not for the whole.
+TEST(PageServer, ASlowLineGetsTheWholePage) {
+  const PageServer server(std::string(kLargePage, 'x'), 0, kShortPatience);
+  Load load(server);
+  std::size_t taken = 0, got = 1;
+  for (; got > 0; taken += got) {
+    got = load.take(kLargePage / 24);
+    std::this_thread::sleep_for(kShortPatience / 8);
+  }
+  EXPECT_GT(taken, kLargePage);  // with its header
+}
+
+TEST(PageServer, DropsALineThatDoesNotReadItsPage) {
+  const PageServer server(std::string(kLargePage, 'x'), 0, kShortPatience);
+  Load load(server);
+  std::this_thread::sleep_for(3 * kShortPatience);
+  EXPECT_LT(load.take(kLargePage), kLargePage / 2);
+}
+
+// [kB]
+long residentMemory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (long size = 0; word == "VmRSS:" && status >> size) return size;
+  return 0;
+}
+
+TEST(PageServer, ManyLoadsShareOnePage) {
+  const PageServer server(std::string(kLargePage, 'x'), 0);
+  const long before = residentMemory();
+  std::vector<std::unique_ptr<Load>> loads;
+  for (int i = 0; i < 40; ++i) {
+    loads.push_back(std::make_unique<Load>(server));
+    EXPECT_EQ(loads.back()->take(1000), 1000u);  // it is on its way
+  }
+  EXPECT_LT(residentMemory() - before, 10 * static_cast<long>(kLargePage >> 10));
 }
 
 TEST(PageServer, TwoPagesHearTheLatestAndAreHeard) {
