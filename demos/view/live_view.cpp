@@ -86,7 +86,7 @@ void LiveView::State::obey(int page, const ViewCommand& command) {
     void operator()(const RunOn&) { s.run(true); }
     void operator()(const Pause&) { s.run(false); }
     void operator()(const StepOnce&) {
-      s.run(false);
+      if (s.status.isRunning) s.run(false);
       ++s.single;
     }
     void operator()(const SetSpeed& speed) { s.pace.set(speed.times, s.status.time, Clock::now()); }

@@ -186,6 +186,21 @@ def test_a_view_that_nobody_touches_changes_nothing():
     assert run.hash == seen.hash and seen.time == pytest.approx(0.2)
 
 
+def test_all_steps_that_are_asked_for_are_made():
+    with Viewed(brick()) as page:
+        page.ask(do="pause")
+        start = page.until(lambda m: not m["running"])["time"]
+        for _ in range(100):
+            page.ask(do="step")
+        page.until(lambda m: m["time"] > start + 99.5 * 0.002)
+        page.ask(do="step")
+        page.ask(do="nonsense")  # is answered in turn
+        page.until(lambda m: m["sayings"] > 0)
+        page.ask(do="step")
+        last = page.until(lambda m: m["time"] > start + 101.5 * 0.002)
+        assert last["time"] == pytest.approx(start + 102 * 0.002)
+
+
 def test_a_port_in_use_is_an_error():
     taken = socket.create_server(("127.0.0.1", 0))
     port = taken.getsockname()[1]
