@@ -20,6 +20,7 @@
 #include "scene/scene_file.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
+#include "view/page_server.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -272,16 +273,15 @@ SimulationSettings runSettings(const SceneDescription& scene, const SimulateOpti
 // Runs the world in the browser, in real time.
 SimulationReport simulateInView(World& world, const std::string& title,
                                 const SimulateOptions& options, const WorldSettings& settings,
-                                SimulationSettings run) {
+                                SimulationSettings run, std::unique_ptr<PageServer> server) {
   const Interrupt interrupt;
   LiveViewSettings page;
-  page.port = options.port.value_or(0);
   page.speed = options.speed.value_or(1);
   page.step = run.step / run.substeps;
   page.title = title;
   page.setup = setupText(settings, run.step, options.substeps);
   page.voxel = usesClouds(options.common.method) ? settings.voxel : 0;
-  LiveView view(world, 0, page);
+  LiveView view(world, 0, page, std::move(server));
   std::cerr << "cloudcontact: open " << view.url() << " in a browser; Ctrl-C ends the run"
             << std::endl;
   run.goesOn = [&](double time) { return view.follow(time, [&] { return !interrupt.came(); }); };
@@ -295,6 +295,8 @@ void run(const SimulateOptions& options) {
   checkThresholds(options.common, filesOf(scene));
   const WorldSettings settings = worldSettings(scene, options);
   SimulationSettings run = runSettings(scene, options);
+  // Before the world, which may take a while: a port in use is soon told.
+  auto server = options.view ? std::make_unique<PageServer>(options.port.value_or(0)) : nullptr;
   World world(scene, settings);
   noteUnmeasured(world);
   for (const std::string& advice : world.advice()) std::cerr << "cloudcontact: " << advice << '\n';
@@ -308,9 +310,9 @@ void run(const SimulateOptions& options) {
     if (!options.replay.empty()) recorder.record(time, now);
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
-  const SimulationReport report = options.view
-                                      ? simulateInView(world, scene.name, options, settings, run)
-                                      : simulate(world, run);
+  const SimulationReport report =
+      server ? simulateInView(world, scene.name, options, settings, run, std::move(server))
+             : simulate(world, run);
   noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
   if (!options.trajectory.empty()) trajectory.write();

@@ -35,11 +35,9 @@ std::string pageOf(const LiveFrames& frames, const LiveViewSettings& settings) {
 }  // namespace
 
 struct LiveView::State {
-  State(World& w, double time, const LiveViewSettings& settings)
-      : world(w),
-        step(settings.step),
-        frames(w, time),
-        server(pageOf(frames, settings), settings.port) {
+  State(World& w, double time, const LiveViewSettings& settings, std::unique_ptr<PageServer> s)
+      : world(w), step(settings.step), frames(w, time), server(std::move(s)) {
+    server->serve(pageOf(frames, settings), isPull);
     status.time = time;
     pace.set(settings.speed, time, Clock::now());
   }
@@ -59,10 +57,10 @@ struct LiveView::State {
   World& world;
   double step;  // [s]
   LiveFrames frames;
-  PageServer server;
+  std::unique_ptr<PageServer> server;
   Pace pace;
   ViewStatus status;
-  int single = 0;                 // steps that a paused run owes
+  int single = 0;                 // steps that a paused run owes; a pause or a run forgets them
   std::map<int, BodyPull> pulls;  // of each page
   bool isChanged = true;          // since the last moment that was shown
   Clock::time_point shown, surfacesDue, asked;
@@ -157,7 +155,7 @@ Clock::duration LiveView::State::patience(Clock::time_point now) {
 }
 
 void LiveView::State::show(Clock::time_point now) {
-  const int pages = server.pages();
+  const int pages = server->pages();
   isChanged = isChanged || pages != status.pages;
   status.pages = pages;
   if (pages == 0) return;
@@ -165,20 +163,21 @@ void LiveView::State::show(Clock::time_point now) {
   if (!isChanged || (now - shown < kMoments && !status.isEnded)) return;
   status.speed = pace.speed();
   status.factor = status.isRunning ? pace.reached(status.time, now) : 0;
-  server.publish(LiveFrames::kMoment, frames.moment(status));
+  server->publish(LiveFrames::kMoment, frames.moment(status));
   status.steps = 0;
   shown = now;
   isChanged = false;
 }
 
 void LiveView::State::showSurfaces(Clock::time_point now) {
-  for (auto& [topic, bytes] : frames.surfaces()) server.publish(topic, std::move(bytes));
+  for (auto& [topic, bytes] : frames.surfaces()) server->publish(topic, std::move(bytes));
   const Clock::time_point end = Clock::now();
   surfacesDue = end + std::max<Clock::duration>(kSurfaces, kShare * (end - now));
 }
 
-LiveView::LiveView(World& world, double time, const LiveViewSettings& settings)
-    : state_(std::make_unique<State>(world, time, settings)) {}
+LiveView::LiveView(World& world, double time, const LiveViewSettings& settings,
+                   std::unique_ptr<PageServer> server)
+    : state_(std::make_unique<State>(world, time, settings, std::move(server))) {}
 
 LiveView::~LiveView() {
   State& s = *state_;
@@ -193,7 +192,7 @@ LiveView::~LiveView() {
 }
 
 const std::string& LiveView::url() const {
-  return state_->server.url();
+  return state_->server->url();
 }
 
 bool LiveView::follow(double time, const std::function<bool()>& goesOn) {
@@ -203,7 +202,7 @@ bool LiveView::follow(double time, const std::function<bool()>& goesOn) {
   s.isChanged = true;
   Clock::duration patience{0};
   for (;;) {
-    for (const PageMessage& message : s.server.messages(patience)) s.obey(message);
+    for (const PageMessage& message : s.server->messages(patience)) s.obey(message);
     const Clock::time_point now = Clock::now();
     s.show(now);
     if (now - s.asked >= kLook) {

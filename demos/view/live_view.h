@@ -11,8 +11,9 @@
 
 namespace cloudcontact::program {
 
+class PageServer;
+
 struct LiveViewSettings {
-  int port = 0;        // of 127.0.0.1; 0: a free one
   double step = 1e-3;  // the longest that the world is stepped by [s]
   double speed = 1;    // times real time; 0: as fast as it can
   std::string title;   // of the page
@@ -22,9 +23,11 @@ struct LiveViewSettings {
 
 class LiveView {
  public:
-  // Serves the page of the world, which has run for `time` [s]. The world must outlive it. Throws
-  // BadInput where the port cannot be had.
-  LiveView(World& world, double time, const LiveViewSettings& settings);
+  // Serves the page of the world, which has run for `time` [s]. The world must outlive it. The
+  // server, which serves nothing yet, may be older than the world, so that a port in use is found
+  // before a world is built.
+  LiveView(World& world, double time, const LiveViewSettings& settings,
+           std::unique_ptr<PageServer> server);
   // Tells the pages that the run is over.
   ~LiveView();
   LiveView(const LiveView&) = delete;

@@ -241,18 +241,22 @@ class Visit : public std::enable_shared_from_this<Visit> {
 }  // namespace
 
 struct PageServer::State {
-  State(std::string page, int port, std::chrono::steady_clock::duration patience) {
-    service.page = std::make_shared<const std::string>(std::move(page));
+  State(int port, std::chrono::steady_clock::duration patience) {
     service.patience = patience;
     service.token = newToken();
     listen(port);
     url = "http://127.0.0.1:" + std::to_string(here) + "/" + service.token + "/";
-    accept();
-    thread = std::thread([this] { run(); });
   }
   ~State() {
+    if (!thread.joinable()) return;
     asio::post(service.io, [this] { close(); });
     thread.join();
+  }
+
+  void serve(std::string page) {
+    service.page = std::make_shared<const std::string>(std::move(page));
+    accept();
+    thread = std::thread([this] { run(); });
   }
 
   void listen(int port) {
@@ -323,9 +327,14 @@ struct PageServer::State {
   std::thread thread;
 };
 
-PageServer::PageServer(std::string page, int port, std::chrono::steady_clock::duration patience)
-    : state_(std::make_unique<State>(std::move(page), port, patience)) {}
+PageServer::PageServer(int port, std::chrono::steady_clock::duration patience)
+    : state_(std::make_unique<State>(port, patience)) {}
 PageServer::~PageServer() = default;
+
+void PageServer::serve(std::string page, std::function<bool(const std::string&)> merges) {
+  state_->service.hub.mergeThose(std::move(merges));
+  state_->serve(std::move(page));
+}
 
 const std::string& PageServer::url() const {
   return state_->url;

@@ -74,4 +74,9 @@ std::optional<ViewCommand> readCommand(const std::string& text) {
   return {};
 }
 
+bool isPull(const std::string& text) {
+  const auto command = readCommand(text);
+  return command && std::holds_alternative<PullBody>(*command);
+}
+
 }  // namespace cloudcontact::program

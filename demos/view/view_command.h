@@ -37,4 +37,7 @@ using ViewCommand = std::variant<RunOn, Pause, StepOnce, SetSpeed, PullBody, Rel
 // Empty where the text is none of these, or a number is not finite or out of its range.
 std::optional<ViewCommand> readCommand(const std::string& text);
 
+// Whether it only says where a hand is: of several such in a row the last counts.
+bool isPull(const std::string& text);
+
 }  // namespace cloudcontact::program

@@ -11,6 +11,7 @@
 #include "scene/scene_clouds.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
+#include "view/page_server.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -40,7 +41,6 @@ void save(const ScriptedWorld& world, program::Recorder& recorder, const RunWord
 
 program::LiveViewSettings pageOf(const ScriptedWorld& world, const ViewWords& words) {
   program::LiveViewSettings page;
-  page.port = words.port;
   page.speed = words.speed;
   page.step = words.step / words.substeps;
   page.title = world.scene.name;
@@ -139,8 +139,9 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
   const int steps = stepsOf(run);
   if (!(words.speed >= 0) || !std::isfinite(words.speed))
     throw std::invalid_argument("speed: must be 0 or more and finite");
+  auto server = std::make_unique<program::PageServer>(words.port);
   std::optional<Turn> turn(std::in_place, &world);
-  program::LiveView page(*world.world, world.time, pageOf(world, words));
+  program::LiveView page(*world.world, world.time, pageOf(world, words), std::move(server));
   const LastTurn last{world, turn};
   turn.reset();
   const py::object announce = words.announce.is_none()

@@ -193,7 +193,7 @@ TEST(LiveViewTest, ARunThatNobodyTouchesIsTheSame) {
   const SimulationReport one = simulate(plain, run);
   LiveViewSettings page;
   page.speed = 0;
-  LiveView view(viewed, 0, page);
+  LiveView view(viewed, 0, page, std::make_unique<PageServer>(0));
   run.goesOn = [&](double time) { return view.follow(time, [] { return true; }); };
   const SimulationReport other = simulate(viewed, run);
   EXPECT_EQ(one.hash, other.hash);
@@ -245,10 +245,22 @@ TEST(ProgramView, IsEqualToARunWithoutIt) {
   EXPECT_NE(other.err.find("open http://127.0.0.1:"), std::string::npos) << other.err;
 }
 
+// A world of a large mesh takes minutes to build; this one cannot be built.
+TEST(ProgramView, FindsAPortInUseBeforeItBuildsTheWorld) {
+  const Workplace place;
+  place.write("fall.sdf", kFall);
+  const PageServer taken(0);
+  const std::string port = std::to_string(taken.port());
+  const auto outcome =
+      place.run({"simulate", "fall.sdf", "--voxel", "1e-9", "--view", "--port", port});
+  EXPECT_EQ(outcome.exitCode, 2);
+  EXPECT_NE(outcome.err.find("--port: 127.0.0.1:" + port), std::string::npos) << outcome.err;
+}
+
 TEST(ProgramView, SaysWhatIsWrong) {
   const Workplace place;
   place.write("fall.sdf", kFall);
-  const PageServer taken("page", 0);
+  const PageServer taken(0);
   const std::string port = std::to_string(taken.port());
   const std::vector<std::vector<std::string>> wrong = {
       {"--port", "8000"},          {"--speed", "2"},           {"--view", "--port", "70000"},
