@@ -226,6 +226,28 @@ TEST(InterruptTest, NotesTheFirstSignal) {
   EXPECT_TRUE(again.came());
 }
 
+// The shell and the system both tell of a terminal that is closed, the second while files are
+// written.
+TEST(InterruptTest, ALostTerminalEndsInGoodOrder) {
+  const auto before = std::signal(SIGHUP, SIG_DFL);
+  {
+    const Interrupt interrupt;
+    std::raise(SIGHUP);
+    EXPECT_TRUE(interrupt.came());
+    std::raise(SIGHUP);
+  }
+  std::raise(SIGHUP);
+  std::signal(SIGHUP, SIG_DFL);
+  { const Interrupt interrupt; }
+  EXPECT_EQ(std::signal(SIGHUP, SIG_IGN), SIG_DFL);
+  {
+    const Interrupt interrupt;  // under nohup
+    std::raise(SIGHUP);
+    EXPECT_FALSE(interrupt.came());
+  }
+  EXPECT_EQ(std::signal(SIGHUP, before), SIG_IGN);
+}
+
 constexpr const char* kFall = R"(<sdf version="1.9"><world name="fall"><gravity>0 0 -9.8</gravity>
 <model name="ball"><pose>0 0 0.02 0 0 0</pose><link name="l"><collision name="c">
 <geometry><sphere><radius>0.01</radius></sphere></geometry></collision></link></model>
