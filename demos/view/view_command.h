@@ -13,7 +13,7 @@ namespace cloudcontact::program {
 struct RunOn {};     // {"do": "run"}
 struct Pause {};     // {"do": "pause"}
 struct StepOnce {};  // {"do": "step"}: one step, then a pause
-// {"do": "speed", "times": 0.5}: of real time; 0: as fast as it can.
+// {"do": "speed", "times": 0.5}: of real time, from 1e-6 to 1000; 0: as fast as it can.
 struct SetSpeed {
   double times = 1;
 };

@@ -61,6 +61,7 @@ TEST(ViewCommandTest, RefusesAllElse) {
                            R"({"do": "speed"})",
                            R"({"do": "speed", "times": -1})",
                            R"({"do": "speed", "times": 1e9})",
+                           R"({"do": "speed", "times": 1e-20})",
                            R"({"do": "speed", "times": "1"})",
                            R"({"do": "pull", "body": 1, "at": [0, 0, 0]})",
                            R"({"do": "pull", "body": -1, "at": [0, 0, 0], "to": [0, 0, 0]})",
@@ -72,6 +73,22 @@ TEST(ViewCommandTest, RefusesAllElse) {
                            R"({"do": "cut", "body": 1, "at": [0, 0, 0], "radius": 0})",
                            R"({"do": "cut", "body": 1, "at": [0, 0, 0], "radius": NaN})"})
     EXPECT_FALSE(readCommand(text)) << text;
+}
+
+TEST(ViewCommandTest, KnowsWhatOnlyTheLatestCountsOf) {
+  EXPECT_TRUE(isPull(R"({"do": "pull", "body": 3, "at": [1, 2, 3], "to": [4.5, 5, -6]})"));
+  for (const char* text : {"", R"({"do": "pull"})", R"({"do": "release"})", R"({"do": "step"})"})
+    EXPECT_FALSE(isPull(text)) << text;
+}
+
+TEST(PaceTest, AStepThatIsDueInAgesIsNotDueNow) {
+  const auto start = Pace::Clock::now();
+  for (const double speed : {1e-9, 1e-20, 1e-300, std::numeric_limits<double>::denorm_min()}) {
+    Pace pace;
+    pace.set(speed, 1, start);
+    EXPECT_EQ(pace.due(1, start), start) << speed;
+    EXPECT_GT(pace.due(1.5, start), start + std::chrono::hours(24)) << speed;
+  }
 }
 
 TEST(PaceTest, KeepsToAMultipleOfRealTimeAndForgetsWhatIsLost) {
