@@ -285,7 +285,12 @@ SimulationReport simulateInView(World& world, const std::string& title,
   std::cerr << "cloudcontact: open " << view.url() << " in a browser; Ctrl-C ends the run"
             << std::endl;
   run.goesOn = [&](double time) { return view.follow(time, [&] { return !interrupt.came(); }); };
-  return simulate(world, run);
+  try {
+    return simulate(world, run);
+  } catch (const std::exception& failure) {
+    view.end(failure.what());
+    throw;
+  }
 }
 
 void run(const SimulateOptions& options) {

@@ -21,8 +21,9 @@ using Millis = std::chrono::milliseconds;
 
 constexpr auto kMoments = std::chrono::microseconds(16'666);  // between two, a screen's rate
 constexpr auto kSurfaces = Millis(100);                       // between two looks at surfaces ...
-constexpr int kShare = 4;           // ... which take at most a fifth of the time
-constexpr auto kLook = Millis(50);  // between questions whether the run goes on
+constexpr int kShare = 4;                  // ... which take at most a fifth of the time
+constexpr auto kLook = Millis(50);         // between questions whether the run goes on
+constexpr std::size_t kLongestLine = 400;  // [bytes] for the reason of the end
 
 std::string pageOf(const LiveFrames& frames, const LiveViewSettings& settings) {
   Replay replay = frames.start();
@@ -30,6 +31,18 @@ std::string pageOf(const LiveFrames& frames, const LiveViewSettings& settings) {
   replay.setup = settings.setup;
   replay.voxel = settings.voxel;
   return pageBytes(replay);
+}
+
+// The first line, shortened, without its last full stop.
+std::string lineOf(const std::string& text) {
+  std::string line = text.substr(0, text.find('\n'));
+  if (line.size() > kLongestLine) {
+    std::size_t end = kLongestLine;
+    while (end > 0 && (line[end] & 0xC0) == 0x80) --end;  // not within a character of UTF-8
+    line = line.substr(0, end) + " ...";
+  }
+  if (line.ends_with('.') && !line.ends_with("...")) line.pop_back();
+  return line;
 }
 
 }  // namespace
@@ -180,12 +193,19 @@ LiveView::LiveView(World& world, double time, const LiveViewSettings& settings,
     : state_(std::make_unique<State>(world, time, settings, std::move(server))) {}
 
 LiveView::~LiveView() {
+  end();
+}
+
+void LiveView::end(const std::string& why) {
   State& s = *state_;
+  if (s.status.isEnded) return;
   s.status.isRunning = false;
   s.status.isEnded = s.isChanged = true;
   s.surfacesDue = {};
+  s.pulls.clear();
   try {
-    s.world.setPulls({});
+    s.status.why = lineOf(why);
+    s.applyPulls();
     s.show(Clock::now());
   } catch (const std::exception&) {  // the pages then see the end alone
   }

@@ -28,7 +28,7 @@ class LiveView {
   // before a world is built.
   LiveView(World& world, double time, const LiveViewSettings& settings,
            std::unique_ptr<PageServer> server);
-  // Tells the pages that the run is over.
+  // Ends, and waits up to a second for the pages to close.
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
@@ -40,6 +40,10 @@ class LiveView {
   // returns when the next step is due: at once, or after a pause. `goesOn` is asked about every 50
   // ms; once it is false, so is the return value, at once.
   bool follow(double time, const std::function<bool()>& goesOn);
+
+  // Tells the pages that the run is over, and why if it failed (a line is enough). The last thing
+  // that uses the world.
+  void end(const std::string& why = "");
 
  private:
   struct State;

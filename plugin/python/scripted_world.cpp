@@ -69,16 +69,23 @@ void lookAtSignals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
-// Takes the world for what its page does when it ends.
-struct LastTurn {
+// Ends a view, the last word in its turn. Other threads of Python run, and have the world, while
+// its pages close.
+struct Farewell {
   ScriptedWorld& world;
   std::optional<Turn>& turn;
+  std::unique_ptr<program::LiveView>& page;
+  std::string why = {};  // of a failure
 
-  ~LastTurn() {
+  ~Farewell() {
     try {
       if (!turn) turn.emplace(&world);
     } catch (const std::exception&) {  // Ctrl-C: the page ends all the same
     }
+    const py::gil_scoped_release unlocked;
+    page->end(why);
+    turn.reset();
+    page.reset();
   }
 };
 
@@ -141,8 +148,9 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
     throw std::invalid_argument("speed: must be 0 or more and finite");
   auto server = std::make_unique<program::PageServer>(words.port);
   std::optional<Turn> turn(std::in_place, &world);
-  program::LiveView page(*world.world, world.time, pageOf(world, words), std::move(server));
-  const LastTurn last{world, turn};
+  auto page = std::make_unique<program::LiveView>(*world.world, world.time, pageOf(world, words),
+                                                  std::move(server));
+  Farewell farewell{world, turn, page};
   turn.reset();
   const py::object announce = words.announce.is_none()
                                   ? py::module_::import("cloudcontact._view").attr("announce")
@@ -154,17 +162,22 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
     return true;
   };
   try {
-    announce(page.url());
+    announce(page->url());
     const py::gil_scoped_release unlocked;
     for (int n = 1; n <= steps; ++n) {
       turn.emplace(&world);
-      page.follow(world.time, listens);
+      page->follow(world.time, listens);
       turn.reset();
       stepBy(world, run, nullptr, 0);
       observed(words.observe, self);
     }
   } catch (py::error_already_set& raised) {
-    if (!raised.matches(PyExc_KeyboardInterrupt)) throw;
+    if (raised.matches(PyExc_KeyboardInterrupt)) return;
+    farewell.why = raised.what();
+    throw;
+  } catch (const std::exception& failure) {
+    farewell.why = failure.what();
+    throw;
   }
 }
 

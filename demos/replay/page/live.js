@@ -42,12 +42,14 @@ class Live {
     this.counting = this.turns = this.worded = 0;
     this.stale = false;  // the words are older than the moment
     this.feed = new Feed(message => this.hear(message), () =>
-      this.end(this.moment && this.moment.ended ? 'The simulation has ended.' : 'The connection to the simulation is lost.'));
+      this.end(this.moment && this.moment.ended ? this.farewell(this.moment) : 'The connection to the simulation is lost.'));
   }
 
   ask(command) { this.feed.ask(command); }
   play(on) { this.ask({do: on ? 'run' : 'pause'}); }
   seek() { if (this.view && this.moment) this.view.show(this.time); }
+
+  farewell(moment) { return moment.why ? 'The simulation has failed: ' + moment.why + '.' : 'The simulation has ended.'; }
 
   end(words) {
     if (this.ended) return;
@@ -98,7 +100,7 @@ class Live {
     this.stale = true;
     if (this.sayings !== null && moment.sayings > this.sayings) this.say(moment.said, 5);
     this.sayings = moment.sayings;
-    if (moment.ended) this.end('The simulation has ended.');
+    if (moment.ended) this.end(this.farewell(moment));
   }
 
   // As often as one can read.
