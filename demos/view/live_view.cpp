@@ -121,13 +121,17 @@ void LiveView::State::pull(int page, const PullBody& pull) {
   if (pull.body >= world.bodyCount()) return;
   if (!world.isPullable(pull.body))
     return say("'" + world.name(pull.body) + "' is static, driven or soft: it cannot be dragged.");
-  pulls[page] = world.pullOf(pull.body, pull.at, pull.to, step);
+  BodyPull& mine = pulls[page] = world.pullOf(pull.body, pull.at, pull.to, step);
+  mine.holder = this;
   applyPulls();
 }
 
-// A body that is gone leaves its pull.
+// A body that is gone leaves its pull. Those of other views of the world stay.
 void LiveView::State::applyPulls() {
-  std::vector<BodyPull> all;
+  std::vector<BodyPull> all = world.pulls();
+  std::erase_if(all, [this](const BodyPull& pull) {
+    return pull.holder == this || !world.isPullable(pull.body);
+  });
   for (const auto& [page, pull] : pulls)
     if (world.isPullable(pull.body)) all.push_back(pull);
   world.setPulls(std::move(all));

@@ -268,6 +268,18 @@ def test_other_threads_run_while_the_pages_of_a_view_close():
     assert longest < 0.7  # the view waits for a second
 
 
+def test_views_of_one_world_do_not_take_each_others_pulls():
+    world = brick()
+    with Viewed(world) as one, Viewed(world) as other:
+        one.ask(do="pull", body=1, at=[0, 0, 0], to=[0, 0, 0.1])
+        one.until(lambda m: len(m["pulls"]) == 1)
+        other.ask(do="pull", body=1, at=[0, 0, 0], to=[0.1, 0, 0.1])
+        one.until(lambda m: len(m["pulls"]) == 2)
+        other.ask(do="release")
+        left = one.until(lambda m: len(m["pulls"]) == 1)
+        assert left["pulls"][0]["to"] == [0, 0, 0.1]
+
+
 def test_a_port_in_use_is_an_error():
     taken = socket.create_server(("127.0.0.1", 0))
     port = taken.getsockname()[1]
