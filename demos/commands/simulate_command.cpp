@@ -41,10 +41,11 @@ struct SimulateOptions {
   bool isOpenEnded() const { return view && !seconds; }
 };
 
-// Collects rows and writes them at the end: the whole file or none.
+// The whole file at the end, or none. A view may run for hours, so rows go to the disk once they
+// are many; a run that is killed before leaves nothing there.
 class Trajectory {
  public:
-  explicit Trajectory(std::string file) : file_(std::move(file)) {
+  explicit Trajectory(std::string file) : name_(std::move(file)) {
     rows_ << "time,body,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz\n" << std::setprecision(9);
   }
   void add(double time, const World& world) {
@@ -58,10 +59,21 @@ class Trajectory {
       for (const auto& v : {s.linearVelocity, s.angularVelocity}) numbers(v);
       rows_ << '\n';
     }
+    if (rows_.tellp() > kMostRows) hand();
   }
-  void write() const { writeWhole("--trajectory", file_, rows_.str()); }
+  void finish() {
+    hand();
+    file_->finish();
+  }
 
  private:
+  static constexpr std::streamoff kMostRows = 4 << 20;  // [bytes] in memory
+
+  void hand() {
+    if (!file_) file_.emplace("--trajectory", name_);
+    file_->add(rows_.str());
+    rows_.str("");
+  }
   static std::string quoted(const std::string& name) {
     if (name.find_first_of(",\"\n") == std::string::npos) return name;
     std::string out = "\"";
@@ -70,7 +82,8 @@ class Trajectory {
   }
   void numbers(const Vec3& v) { rows_ << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
 
-  std::string file_;
+  std::string name_;
+  std::optional<OutputFile> file_;
   std::ostringstream rows_;
 };
 
@@ -305,13 +318,14 @@ void run(const SimulateOptions& options) {
   World world(scene, settings);
   noteUnmeasured(world);
   for (const std::string& advice : world.advice()) std::cerr << "cloudcontact: " << advice << '\n';
-  Trajectory trajectory(options.trajectory);
+  std::optional<Trajectory> trajectory;
+  if (!options.trajectory.empty()) trajectory.emplace(options.trajectory);
   Recorder recorder;
   if (!options.replay.empty())
     recorder.begin(world, scene.name, options.isOpenEnded() ? kWatched : run.seconds, run.step);
   const auto progress = options.isOpenEnded() ? nullptr : progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {
-    if (!options.trajectory.empty()) trajectory.add(time, now);
+    if (trajectory) trajectory->add(time, now);
     if (!options.replay.empty()) recorder.record(time, now);
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
@@ -320,7 +334,7 @@ void run(const SimulateOptions& options) {
              : simulate(world, run);
   noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
-  if (!options.trajectory.empty()) trajectory.write();
+  if (trajectory) trajectory->finish();
   if (!options.replay.empty())
     saveReplay(described(recorder.finish(), scene, options, settings, report), options.replay);
   const Json json = reportJson(world, report, options.common, scene.bodies.size());
