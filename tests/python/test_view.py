@@ -255,7 +255,12 @@ def test_other_threads_run_while_the_pages_of_a_view_close():
     urls: List[str] = []
     told = threading.Event()
     world = brick()
-    thread = threading.Thread(target=lambda: world.view(0.3, announce=lambda url: (urls.append(url), told.set())))
+
+    def announce(url):
+        urls.append(url)
+        told.set()
+
+    thread = threading.Thread(target=lambda: world.view(0.3, announce=announce))
     thread.start()
     assert told.wait(60)
     page = Page(urls[0])  # it never reads, so it does not answer that it is closed
