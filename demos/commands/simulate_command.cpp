@@ -20,6 +20,7 @@
 #include "scene/scene_file.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
+#include "view/page_server.h"
 
 namespace cloudcontact::program {
 namespace {
@@ -40,10 +41,11 @@ struct SimulateOptions {
   bool isOpenEnded() const { return view && !seconds; }
 };
 
-// Collects rows and writes them at the end: the whole file or none.
+// The whole file at the end, or none. A view may run for hours, so rows go to the disk once they
+// are many; a run that is killed before leaves nothing there.
 class Trajectory {
  public:
-  explicit Trajectory(std::string file) : file_(std::move(file)) {
+  explicit Trajectory(std::string file) : name_(std::move(file)) {
     rows_ << "time,body,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz\n" << std::setprecision(9);
   }
   void add(double time, const World& world) {
@@ -57,10 +59,21 @@ class Trajectory {
       for (const auto& v : {s.linearVelocity, s.angularVelocity}) numbers(v);
       rows_ << '\n';
     }
+    if (rows_.tellp() > kMostRows) hand();
   }
-  void write() const { writeWhole("--trajectory", file_, rows_.str()); }
+  void finish() {
+    hand();
+    file_->finish();
+  }
 
  private:
+  static constexpr std::streamoff kMostRows = 4 << 20;  // [bytes] in memory
+
+  void hand() {
+    if (!file_) file_.emplace("--trajectory", name_);
+    file_->add(rows_.str());
+    rows_.str("");
+  }
   static std::string quoted(const std::string& name) {
     if (name.find_first_of(",\"\n") == std::string::npos) return name;
     std::string out = "\"";
@@ -69,7 +82,8 @@ class Trajectory {
   }
   void numbers(const Vec3& v) { rows_ << ',' << v.x() << ',' << v.y() << ',' << v.z(); }
 
-  std::string file_;
+  std::string name_;
+  std::optional<OutputFile> file_;
   std::ostringstream rows_;
 };
 
@@ -273,20 +287,24 @@ SimulationSettings runSettings(const SceneDescription& scene, const SimulateOpti
 // Runs the world in the browser, in real time.
 SimulationReport simulateInView(World& world, const std::string& title,
                                 const SimulateOptions& options, const WorldSettings& settings,
-                                SimulationSettings run) {
+                                SimulationSettings run, std::unique_ptr<PageServer> server) {
   const Interrupt interrupt;
   LiveViewSettings page;
-  page.port = options.port.value_or(0);
   page.speed = options.speed.value_or(1);
   page.step = run.step / run.substeps;
   page.title = title;
   page.setup = setupText(settings, run.step, options.substeps);
   page.voxel = usesClouds(options.common.method) ? settings.voxel : 0;
-  LiveView view(world, 0, page);
+  LiveView view(world, 0, page, std::move(server));
   std::cerr << "cloudcontact: open " << view.url() << " in a browser; Ctrl-C ends the run"
             << std::endl;
   run.goesOn = [&](double time) { return view.follow(time, [&] { return !interrupt.came(); }); };
-  return simulate(world, run);
+  try {
+    return simulate(world, run);
+  } catch (const std::exception& failure) {
+    view.end(failure.what());
+    throw;
+  }
 }
 
 void run(const SimulateOptions& options) {
@@ -296,25 +314,28 @@ void run(const SimulateOptions& options) {
   checkThresholds(options.common, filesOf(scene));
   const WorldSettings settings = worldSettings(scene, options);
   SimulationSettings run = runSettings(scene, options);
+  // Before the world, which may take a while: a port in use is soon told.
+  auto server = options.view ? std::make_unique<PageServer>(options.port.value_or(0)) : nullptr;
   World world(scene, settings);
   noteUnmeasured(world);
   for (const std::string& advice : world.advice()) std::cerr << "cloudcontact: " << advice << '\n';
-  Trajectory trajectory(options.trajectory);
+  std::optional<Trajectory> trajectory;
+  if (!options.trajectory.empty()) trajectory.emplace(options.trajectory);
   Recorder recorder;
   if (!options.replay.empty())
     recorder.begin(world, scene.name, options.isOpenEnded() ? kWatched : run.seconds, run.step);
   const auto progress = options.isOpenEnded() ? nullptr : progressBar("simulating " + scene.name);
   run.observe = [&](double time, const World& now) {
-    if (!options.trajectory.empty()) trajectory.add(time, now);
+    if (trajectory) trajectory->add(time, now);
     if (!options.replay.empty()) recorder.record(time, now);
     if (progress) progress(std::min(1.0, time / run.seconds));
   };
-  const SimulationReport report = options.view
-                                      ? simulateInView(world, scene.name, options, settings, run)
-                                      : simulate(world, run);
+  const SimulationReport report =
+      server ? simulateInView(world, scene.name, options, settings, run, std::move(server))
+             : simulate(world, run);
   noteDevice(world);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
-  if (!options.trajectory.empty()) trajectory.write();
+  if (trajectory) trajectory->finish();
   if (!options.replay.empty()) {
     recorder.close(world);
     saveReplay(described(recorder.finish(), world, scene, options, settings, report),

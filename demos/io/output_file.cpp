@@ -5,32 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <random>
+#include <utility>
 
 #include "io/errors.h"
 
 namespace cloudcontact::program {
-
-namespace {
-
-class Temporary {
- public:
-  explicit Temporary(const std::string& target)
-      : path_(target + "." + std::to_string(std::random_device()()) + ".part") {}
-  ~Temporary() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-}  // namespace
 
 void checkOutput(const std::string& option, const std::string& file,
                  const std::vector<std::string>& extensions) {
@@ -60,20 +40,39 @@ void checkOutput(const std::string& option, const std::string& file,
   if (!written) refuse("cannot be written, its folder is not writable; choose another");
 }
 
-void writeWhole(const std::string& option, const std::string& file, const std::string& bytes) {
-  const Temporary temporary(file);
-  std::ofstream out(temporary.path(), std::ios::binary);
-  if (!out) throw BadInput(option + ": " + file + " cannot be written; choose another folder");
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out)
-    throw WorkFailed(option + ": " + file +
+OutputFile::OutputFile(std::string option, std::string file)
+    : option_(std::move(option)),
+      file_(std::move(file)),
+      temporary_(file_ + "." + std::to_string(std::random_device()()) + ".part"),
+      out_(temporary_, std::ios::binary) {
+  if (!out_) throw BadInput(option_ + ": " + file_ + " cannot be written; choose another folder");
+}
+
+OutputFile::~OutputFile() {
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void OutputFile::add(const std::string& bytes) {
+  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+void OutputFile::finish() {
+  out_.close();
+  if (!out_)
+    throw WorkFailed(option_ + ": " + file_ +
                      " could not be written whole; check the space that is left");
   std::error_code error;
-  std::filesystem::rename(temporary.path(), file, error);
+  std::filesystem::rename(temporary_, file_, error);
   if (error)
-    throw BadInput(option + ": " + file + " cannot be replaced (" + error.message() +
+    throw BadInput(option_ + ": " + file_ + " cannot be replaced (" + error.message() +
                    "); choose another name");
+}
+
+void writeWhole(const std::string& option, const std::string& file, const std::string& bytes) {
+  OutputFile out(option, file);
+  out.add(bytes);
+  out.finish();
 }
 
 }  // namespace cloudcontact::program

@@ -112,6 +112,7 @@ struct BodyPull {
   double damping = 0;        // of the grip's velocity in the world [N s/m]
   // The hand gives way: beyond this stretch the spring pulls no harder [m].
   double reach = 0;
+  const void* holder = nullptr;  // whoever set it, to know it again; nothing else asks
 };
 
 // What pushes a body in each step, beside gravity and contacts.

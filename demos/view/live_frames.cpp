@@ -125,6 +125,7 @@ std::string LiveFrames::moment(const ViewStatus& status) {
   Json json = {{"time", status.time},
                {"running", status.isRunning},
                {"ended", status.isEnded},
+               {"why", status.why},
                {"speed", status.speed},
                {"factor", status.factor},
                {"pages", status.pages},

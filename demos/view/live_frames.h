@@ -22,6 +22,7 @@ struct ViewStatus {
   int pages = 0;
   std::string said;  // the latest answer to a page; may be empty
   int sayings = 0;   // answers so far
+  std::string why;   // of an end that is a failure
 };
 
 // Packed as PackedArrays.

@@ -21,8 +21,9 @@ using Millis = std::chrono::milliseconds;
 
 constexpr auto kMoments = std::chrono::microseconds(16'666);  // between two, a screen's rate
 constexpr auto kSurfaces = Millis(100);                       // between two looks at surfaces ...
-constexpr int kShare = 4;           // ... which take at most a fifth of the time
-constexpr auto kLook = Millis(50);  // between questions whether the run goes on
+constexpr int kShare = 4;                  // ... which take at most a fifth of the time
+constexpr auto kLook = Millis(50);         // between questions whether the run goes on
+constexpr std::size_t kLongestLine = 400;  // [bytes] for the reason of the end
 
 std::string pageOf(LiveFrames& frames, const LiveViewSettings& settings) {
   Replay replay = frames.start();
@@ -32,14 +33,24 @@ std::string pageOf(LiveFrames& frames, const LiveViewSettings& settings) {
   return pageBytes(replay);
 }
 
+// The first line, shortened, without its last full stop.
+std::string lineOf(const std::string& text) {
+  std::string line = text.substr(0, text.find('\n'));
+  if (line.size() > kLongestLine) {
+    std::size_t end = kLongestLine;
+    while (end > 0 && (line[end] & 0xC0) == 0x80) --end;  // not within a character of UTF-8
+    line = line.substr(0, end) + " ...";
+  }
+  if (line.ends_with('.') && !line.ends_with("...")) line.pop_back();
+  return line;
+}
+
 }  // namespace
 
 struct LiveView::State {
-  State(World& w, double time, const LiveViewSettings& settings)
-      : world(w),
-        step(settings.step),
-        frames(w, time),
-        server(pageOf(frames, settings), settings.port) {
+  State(World& w, double time, const LiveViewSettings& settings, std::unique_ptr<PageServer> s)
+      : world(w), step(settings.step), frames(w, time), server(std::move(s)) {
+    server->serve(pageOf(frames, settings), isPull);
     status.time = time;
     pace.set(settings.speed, time, Clock::now());
   }
@@ -59,10 +70,10 @@ struct LiveView::State {
   World& world;
   double step;  // [s]
   LiveFrames frames;
-  PageServer server;
+  std::unique_ptr<PageServer> server;
   Pace pace;
   ViewStatus status;
-  int single = 0;                 // steps that a paused run owes
+  int single = 0;                 // steps that a paused run owes; a pause or a run forgets them
   std::map<int, BodyPull> pulls;  // of each page
   bool isChanged = true;          // since the last moment that was shown
   Clock::time_point shown, surfacesDue, asked;
@@ -86,7 +97,7 @@ void LiveView::State::obey(int page, const ViewCommand& command) {
     void operator()(const RunOn&) { s.run(true); }
     void operator()(const Pause&) { s.run(false); }
     void operator()(const StepOnce&) {
-      s.run(false);
+      if (s.status.isRunning) s.run(false);
       ++s.single;
     }
     void operator()(const SetSpeed& speed) { s.pace.set(speed.times, s.status.time, Clock::now()); }
@@ -110,13 +121,17 @@ void LiveView::State::pull(int page, const PullBody& pull) {
   if (pull.body >= world.bodyCount()) return;
   if (!world.isPullable(pull.body))
     return say("'" + world.name(pull.body) + "' is static, driven or soft: it cannot be dragged.");
-  pulls[page] = world.pullOf(pull.body, pull.at, pull.to, step);
+  BodyPull& mine = pulls[page] = world.pullOf(pull.body, pull.at, pull.to, step);
+  mine.holder = this;
   applyPulls();
 }
 
-// A body that is gone leaves its pull.
+// A body that is gone leaves its pull. Those of other views of the world stay.
 void LiveView::State::applyPulls() {
-  std::vector<BodyPull> all;
+  std::vector<BodyPull> all = world.pulls();
+  std::erase_if(all, [this](const BodyPull& pull) {
+    return pull.holder == this || !world.isPullable(pull.body);
+  });
   for (const auto& [page, pull] : pulls)
     if (world.isPullable(pull.body)) all.push_back(pull);
   world.setPulls(std::move(all));
@@ -157,7 +172,7 @@ Clock::duration LiveView::State::patience(Clock::time_point now) {
 }
 
 void LiveView::State::show(Clock::time_point now) {
-  const int pages = server.pages();
+  const int pages = server->pages();
   isChanged = isChanged || pages != status.pages;
   status.pages = pages;
   if (pages == 0) return;
@@ -165,35 +180,43 @@ void LiveView::State::show(Clock::time_point now) {
   if (!isChanged || (now - shown < kMoments && !status.isEnded)) return;
   status.speed = pace.speed();
   status.factor = status.isRunning ? pace.reached(status.time, now) : 0;
-  server.publish(LiveFrames::kMoment, frames.moment(status));
+  server->publish(LiveFrames::kMoment, frames.moment(status));
   status.steps = 0;
   shown = now;
   isChanged = false;
 }
 
 void LiveView::State::showSurfaces(Clock::time_point now) {
-  for (auto& [topic, bytes] : frames.surfaces()) server.publish(topic, std::move(bytes));
+  for (auto& [topic, bytes] : frames.surfaces()) server->publish(topic, std::move(bytes));
   const Clock::time_point end = Clock::now();
   surfacesDue = end + std::max<Clock::duration>(kSurfaces, kShare * (end - now));
 }
 
-LiveView::LiveView(World& world, double time, const LiveViewSettings& settings)
-    : state_(std::make_unique<State>(world, time, settings)) {}
+LiveView::LiveView(World& world, double time, const LiveViewSettings& settings,
+                   std::unique_ptr<PageServer> server)
+    : state_(std::make_unique<State>(world, time, settings, std::move(server))) {}
 
 LiveView::~LiveView() {
+  end();
+}
+
+void LiveView::end(const std::string& why) {
   State& s = *state_;
+  if (s.status.isEnded) return;
   s.status.isRunning = false;
   s.status.isEnded = s.isChanged = true;
   s.surfacesDue = {};
+  s.pulls.clear();
   try {
-    s.world.setPulls({});
+    s.status.why = lineOf(why);
+    s.applyPulls();
     s.show(Clock::now());
   } catch (const std::exception&) {  // the pages then see the end alone
   }
 }
 
 const std::string& LiveView::url() const {
-  return state_->server.url();
+  return state_->server->url();
 }
 
 bool LiveView::follow(double time, const std::function<bool()>& goesOn) {
@@ -203,7 +226,7 @@ bool LiveView::follow(double time, const std::function<bool()>& goesOn) {
   s.isChanged = true;
   Clock::duration patience{0};
   for (;;) {
-    for (const PageMessage& message : s.server.messages(patience)) s.obey(message);
+    for (const PageMessage& message : s.server->messages(patience)) s.obey(message);
     const Clock::time_point now = Clock::now();
     s.show(now);
     if (now - s.asked >= kLook) {

@@ -11,8 +11,9 @@
 
 namespace cloudcontact::program {
 
+class PageServer;
+
 struct LiveViewSettings {
-  int port = 0;        // of 127.0.0.1; 0: a free one
   double step = 1e-3;  // the longest that the world is stepped by [s]
   double speed = 1;    // times real time; 0: as fast as it can
   std::string title;   // of the page
@@ -22,10 +23,12 @@ struct LiveViewSettings {
 
 class LiveView {
  public:
-  // Serves the page of the world, which has run for `time` [s]. The world must outlive it. Throws
-  // BadInput where the port cannot be had.
-  LiveView(World& world, double time, const LiveViewSettings& settings);
-  // Tells the pages that the run is over.
+  // Serves the page of the world, which has run for `time` [s]. The world must outlive it. The
+  // server, which serves nothing yet, may be older than the world, so that a port in use is found
+  // before a world is built.
+  LiveView(World& world, double time, const LiveViewSettings& settings,
+           std::unique_ptr<PageServer> server);
+  // Ends, and waits up to a second for the pages to close.
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
@@ -37,6 +40,10 @@ class LiveView {
   // returns when the next step is due: at once, or after a pause. `goesOn` is asked about every 50
   // ms; once it is false, so is the return value, at once.
   bool follow(double time, const std::function<bool()>& goesOn);
+
+  // Tells the pages that the run is over, and why if it failed (a line is enough). The last thing
+  // that uses the world.
+  void end(const std::string& why = "");
 
  private:
   struct State;

@@ -26,11 +26,18 @@ std::shared_ptr<const std::string> PageHub::next(PageProgress& page) {
 }
 
 bool PageHub::put(PageMessage message) {
+  const bool merges = !message.isGone && merges_ && merges_(message.text);
   const std::lock_guard lock(mutex_);
-  std::size_t& waiting = waiting_[message.page];
-  if (!message.isGone && waiting == kMostWaiting) return false;
-  ++waiting;
+  Waiting& waiting = waiting_[message.page];
+  if (merges && waiting.mergeable) {
+    inbox_[*waiting.mergeable].text = std::move(message.text);
+    return true;
+  }
+  if (!message.isGone && waiting.messages == kMostWaiting) return false;
+  ++waiting.messages;
+  waiting.mergeable.reset();
   inbox_.push_back(std::move(message));
+  if (merges) waiting.mergeable = inbox_.size() - 1;
   said_.notify_one();
   return true;
 }

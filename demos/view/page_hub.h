@@ -5,11 +5,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cloudcontact::program {
@@ -36,6 +38,11 @@ class PageHub {
   // that changes all the time does not keep the others from their turn.
   std::shared_ptr<const std::string> next(PageProgress& page);
 
+  // Which messages take the place of one of their like that waits as its page's latest, such as
+  // where a hand is by now. Of these no page has too many. None, if this is not called. Before the
+  // first put().
+  void mergeThose(std::function<bool(const std::string&)> merges) { merges_ = std::move(merges); }
+
   // False where too many of this page's messages wait; the message is then dropped. That a page is
   // gone is never dropped.
   bool put(PageMessage message);
@@ -48,12 +55,18 @@ class PageHub {
     std::uint64_t version = 0;
   };
 
+  struct Waiting {
+    std::size_t messages = 0;              // in inbox_
+    std::optional<std::size_t> mergeable;  // the latest, by its place in inbox_
+  };
+
+  std::function<bool(const std::string&)> merges_;
   std::mutex mutex_;
   std::condition_variable said_;
   std::uint64_t versions_ = 0;
   std::map<int, Topic> topics_;
   std::vector<PageMessage> inbox_;
-  std::map<int, std::size_t> waiting_;  // messages in inbox_ of each page
+  std::map<int, Waiting> waiting_;  // of each page
 };
 
 }  // namespace cloudcontact::program

@@ -28,19 +28,24 @@ namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 using Error = beast::error_code;
 using Request = http::request<http::empty_body>;
-using Response = http::response<http::string_body>;
+using Answer = http::span_body<const char>;
+using Text = std::shared_ptr<const std::string>;
 
-constexpr auto kPatience = std::chrono::seconds(10);  // for a request, and a handshake
-constexpr auto kSilence = std::chrono::seconds(30);   // of a page, which then answers pings or ends
-constexpr auto kFarewell = std::chrono::seconds(1);   // for pages to close at the end
+constexpr auto kSilence = std::chrono::seconds(30);  // of a page, which then answers pings or ends
+constexpr auto kFarewell = std::chrono::seconds(1);  // for pages to close at the end
 constexpr auto kPause = std::chrono::milliseconds(100);  // after a connection that failed
 constexpr std::uint32_t kMostHeader = 16 * 1024;         // [bytes]
+// Of a connection, in the system's hands [bytes]. Of more, a slow line would take longer than the
+// patience before the system asks for the next.
+constexpr int kMostUnsent = 128 * 1024;
 
 class PageLine;
 
 // What the connections share.
 struct Service {
-  std::string page, token;
+  Text page;  // one for all
+  std::string token;
+  std::chrono::steady_clock::duration patience;
   PageHub hub;
   asio::io_context io{1};
   std::set<std::shared_ptr<PageLine>> lines;
@@ -67,7 +72,7 @@ class PageLine : public std::enable_shared_from_this<PageLine> {
 
   void start(const Request& request) {
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{kPatience, kSilence, true});
+    stream_.set_option(websocket::stream_base::timeout{service_.patience, kSilence, true});
     stream_.read_message_max(PageServer::kMostBytes);
     stream_.binary(true);
     stream_.async_accept(request, [self = shared_from_this()](Error error) {
@@ -161,14 +166,14 @@ class Visit : public std::enable_shared_from_this<Visit> {
   }
 
   void start() {
-    stream_.expires_after(kPatience);
+    stream_.expires_after(service_.patience);
     http::async_read(
         stream_, buffer_, parser_, [self = shared_from_this()](Error error, std::size_t) {
           if (!error) return self->answer();
           // Not where the other end went away, or said nothing in time.
           const auto& ofHttp = http::make_error_code(http::error::bad_method).category();
           if (error.category() == ofHttp && error != http::error::end_of_stream)
-            self->respond(http::status::bad_request, "This is no request.\n");
+            self->refuse(http::status::bad_request, "This is no request.\n");
         });
   }
 
@@ -183,19 +188,24 @@ class Visit : public std::enable_shared_from_this<Visit> {
     if (answer == PageAnswer::Page) return respond(http::status::ok, service_.page);
     if (answer == PageAnswer::Feed) return connect(request);
     const Words words = wordsOf(answer);
-    respond(words.status, words.text);
+    refuse(words.status, words.text);
   }
 
   void connect(const Request& request) {
     if (service_.isClosing || service_.lines.size() >= PageServer::kMostPages)
-      return respond(http::status::service_unavailable, "Too many pages are open.\n");
+      return refuse(http::status::service_unavailable, "Too many pages are open.\n");
     const auto line = std::make_shared<PageLine>(service_, std::move(stream_), ++service_.numbers);
     service_.add(line);
     line->start(request);
   }
 
-  void respond(http::status status, const std::string& text) {
-    response_ = Response(status, 11);
+  void refuse(http::status status, const char* text) {
+    respond(status, std::make_shared<const std::string>(text));
+  }
+
+  void respond(http::status status, Text text) {
+    text_ = std::move(text);
+    response_.result(status);
     response_.set(http::field::content_type, status == http::status::ok
                                                  ? "text/html; charset=utf-8"
                                                  : "text/plain; charset=utf-8");
@@ -204,11 +214,18 @@ class Visit : public std::enable_shared_from_this<Visit> {
     response_.set("Referrer-Policy", "no-referrer");
     if (status == http::status::method_not_allowed) response_.set(http::field::allow, "GET");
     response_.keep_alive(false);
-    response_.body() = text;
+    response_.body() = {text_->data(), text_->size()};
     response_.prepare_payload();
-    http::async_write(stream_, response_, [self = shared_from_this()](Error, std::size_t) {
-      Error ignored;
-      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    write();
+  }
+
+  // What the line takes at once, then the rest: the patience is for each part, as a page may take
+  // minutes over a slow line.
+  void write() {
+    stream_.expires_after(service_.patience);
+    http::async_write_some(stream_, rest_, [self = shared_from_this()](Error error, std::size_t) {
+      if (!error && !self->rest_.is_done()) return self->write();
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
     });
   }
 
@@ -216,23 +233,30 @@ class Visit : public std::enable_shared_from_this<Visit> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_{kMostHeader + 1024};
   http::request_parser<http::empty_body> parser_;
-  Response response_;
+  Text text_;  // that response_ points to
+  http::response<Answer> response_;
+  http::response_serializer<Answer> rest_{response_};
 };
 
 }  // namespace
 
 struct PageServer::State {
-  State(std::string page, int port) {
-    service.page = std::move(page);
+  State(int port, std::chrono::steady_clock::duration patience) {
+    service.patience = patience;
     service.token = newToken();
     listen(port);
     url = "http://127.0.0.1:" + std::to_string(here) + "/" + service.token + "/";
-    accept();
-    thread = std::thread([this] { run(); });
   }
   ~State() {
+    if (!thread.joinable()) return;
     asio::post(service.io, [this] { close(); });
     thread.join();
+  }
+
+  void serve(std::string page) {
+    service.page = std::make_shared<const std::string>(std::move(page));
+    accept();
+    thread = std::thread([this] { run(); });
   }
 
   void listen(int port) {
@@ -265,6 +289,7 @@ struct PageServer::State {
       if (service.isClosing) return;
       if (!error) {
         socket.set_option(tcp::no_delay(true), error);
+        socket.set_option(tcp::socket::send_buffer_size(kMostUnsent), error);
         std::make_shared<Visit>(service, std::move(socket))->start();
         return accept();
       }
@@ -302,9 +327,14 @@ struct PageServer::State {
   std::thread thread;
 };
 
-PageServer::PageServer(std::string page, int port)
-    : state_(std::make_unique<State>(std::move(page), port)) {}
+PageServer::PageServer(int port, std::chrono::steady_clock::duration patience)
+    : state_(std::make_unique<State>(port, patience)) {}
 PageServer::~PageServer() = default;
+
+void PageServer::serve(std::string page, std::function<bool(const std::string&)> merges) {
+  state_->service.hub.mergeThose(std::move(merges));
+  state_->serve(std::move(page));
+}
 
 const std::string& PageServer::url() const {
   return state_->url;

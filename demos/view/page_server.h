@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,13 +21,20 @@ class PageServer {
   static constexpr int kMostPages = 16;            // open at once
   static constexpr std::size_t kMostBytes = 4096;  // of a message from a page
 
-  // Port 0: a free one. Throws BadInput where the port cannot be had.
-  PageServer(std::string page, int port);
+  static constexpr std::chrono::seconds kPatience{10};
+
+  // Takes the port (0: a free one) and keeps those waiting who come before serve(). Throws BadInput
+  // where it cannot be had. A connection that makes no progress is dropped after the patience: a
+  // request that does not come, a page that nobody reads.
+  explicit PageServer(int port, std::chrono::steady_clock::duration patience = kPatience);
   // Sends what is published, then closes the pages; those that do not answer within a second are
   // left.
   ~PageServer();
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;
+
+  // From now on, once. `merges` says which messages PageHub::mergeThose() means.
+  void serve(std::string page, std::function<bool(const std::string&)> merges = {});
 
   const std::string& url() const;  // with the token
   int port() const;

@@ -8,8 +8,8 @@
 namespace cloudcontact::program {
 namespace {
 
-constexpr double kMostSpeed = 1000;  // times real time
-constexpr double kFarthest = 1e6;    // [m]
+constexpr double kLeastSpeed = 1e-6, kMostSpeed = 1000;  // times real time
+constexpr double kFarthest = 1e6;                        // [m]
 
 std::optional<double> numberIn(const Json& json, const char* name, double least, double most) {
   const auto found = json.find(name);
@@ -39,7 +39,7 @@ std::optional<Vec3> placeIn(const Json& json, const char* name) {
 
 std::optional<ViewCommand> speedOf(const Json& json) {
   const auto times = numberIn(json, "times", 0, kMostSpeed);
-  if (!times) return {};
+  if (!times || (*times > 0 && *times < kLeastSpeed)) return {};
   return SetSpeed{*times};
 }
 
@@ -72,6 +72,11 @@ std::optional<ViewCommand> readCommand(const std::string& text) {
   if (what == "release") return Release{};
   if (what == "cut") return cutOf(json);
   return {};
+}
+
+bool isPull(const std::string& text) {
+  const auto command = readCommand(text);
+  return command && std::holds_alternative<PullBody>(*command);
 }
 
 }  // namespace cloudcontact::program

@@ -13,7 +13,7 @@ namespace cloudcontact::program {
 struct RunOn {};     // {"do": "run"}
 struct Pause {};     // {"do": "pause"}
 struct StepOnce {};  // {"do": "step"}: one step, then a pause
-// {"do": "speed", "times": 0.5}: of real time; 0: as fast as it can.
+// {"do": "speed", "times": 0.5}: of real time, from 1e-6 to 1000; 0: as fast as it can.
 struct SetSpeed {
   double times = 1;
 };
@@ -36,5 +36,8 @@ using ViewCommand = std::variant<RunOn, Pause, StepOnce, SetSpeed, PullBody, Rel
 
 // Empty where the text is none of these, or a number is not finite or out of its range.
 std::optional<ViewCommand> readCommand(const std::string& text);
+
+// Whether it only says where a hand is: of several such in a row the last counts.
+bool isPull(const std::string& text);
 
 }  // namespace cloudcontact::program

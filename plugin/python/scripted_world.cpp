@@ -12,6 +12,7 @@
 #include "scene/scene_clouds.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
+#include "view/page_server.h"
 
 namespace cloudcontact::python {
 namespace {
@@ -42,7 +43,6 @@ void save(const ScriptedWorld& world, program::Recorder& recorder, const RunWord
 
 program::LiveViewSettings pageOf(const ScriptedWorld& world, const ViewWords& words) {
   program::LiveViewSettings page;
-  page.port = words.port;
   page.speed = words.speed;
   page.step = words.step / words.substeps;
   page.title = world.scene.name;
@@ -76,16 +76,23 @@ bool goesOn(const ScriptedWorld& world, int stops) {
   return world.stops == stops && !interpreterEnds();
 }
 
-// Takes the world for what its page does when it ends.
-struct LastTurn {
+// Ends a view, the last word in its turn. Other threads of Python run, and have the world, while
+// its pages close.
+struct Farewell {
   ScriptedWorld& world;
   std::optional<Turn>& turn;
+  std::unique_ptr<program::LiveView>& page;
+  std::string why = {};  // of a failure
 
-  ~LastTurn() {
+  ~Farewell() {
     try {
       if (!turn) turn.emplace(&world);
     } catch (const std::exception&) {  // Ctrl-C: the page ends all the same
     }
+    const Unlocked unlocked;
+    page->end(why);
+    turn.reset();
+    page.reset();
   }
 };
 
@@ -146,9 +153,12 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
   const int steps = stepsOf(run), stops = world.stops;
   if (!(words.speed >= 0) || !std::isfinite(words.speed))
     throw std::invalid_argument("speed: must be 0 or more and finite");
+  const Claim claim;  // the page ends before the process does
+  auto server = std::make_unique<program::PageServer>(words.port);
   std::optional<Turn> turn(std::in_place, &world);
-  program::LiveView page(*world.world, world.time, pageOf(world, words));
-  const LastTurn last{world, turn};
+  auto page = std::make_unique<program::LiveView>(*world.world, world.time, pageOf(world, words),
+                                                  std::move(server));
+  Farewell farewell{world, turn, page};
   turn.reset();
   const py::object announce = words.announce.is_none()
                                   ? py::module_::import("cloudcontact._view").attr("announce")
@@ -160,18 +170,23 @@ void view(ScriptedWorld& world, const py::object& self, const ViewWords& words) 
     return goesOn(world, stops);
   };
   try {
-    announce(page.url());
+    announce(page->url());
     const Unlocked unlocked;
     for (int n = 1; n <= steps; ++n) {
       turn.emplace(&world);
-      const bool isDue = page.follow(world.time, listens);
+      const bool isDue = page->follow(world.time, listens);
       turn.reset();
       if (!isDue || !goesOn(world, stops)) break;
       stepBy(world, run, nullptr, 0);
       observed(words.observe, self);
     }
   } catch (py::error_already_set& raised) {
-    if (!raised.matches(PyExc_KeyboardInterrupt)) throw;
+    if (raised.matches(PyExc_KeyboardInterrupt)) return;
+    farewell.why = raised.what();
+    throw;
+  } catch (const std::exception& failure) {
+    farewell.why = failure.what();
+    throw;
   }
 }
 

@@ -17,6 +17,7 @@
 #include "replay/recorder.h"
 #include "scene/simulation.h"
 #include "view/live_view.h"
+#include "view/page_server.h"
 
 namespace program_test {
 namespace {
@@ -44,7 +45,7 @@ class LiveRun {
     page.title = scene.name;
     page.setup = setupText(settings, kRunStep);
     page.voxel = settings.voxel;
-    view = std::make_unique<LiveView>(world, 0, page);
+    view = std::make_unique<LiveView>(world, 0, page, std::make_unique<PageServer>(0));
     url = view->url();
     thread_ = std::thread([this] {
       SimulationSettings run;

@@ -220,6 +220,26 @@ TEST_F(CommandTest, TrajectoryHoldsEveryStepOfEveryMovingBody) {
   EXPECT_FALSE(std::filesystem::exists(file("t.csv.partial")));
 }
 
+// Most of them are on the disk before the end.
+TEST_F(CommandTest, ATrajectoryOfManyRowsIsWhole) {
+  constexpr int kBalls = 100, kSteps = 2000;
+  std::string text = "<sdf version=\"1.9\"><world name=\"w\"><gravity>0 0 0</gravity>";
+  for (int i = 0; i < kBalls; ++i)
+    text += "<model name=\"ball " + std::to_string(i) + "\"><pose>" + std::to_string(0.123456 * i) +
+            " 0 0 0 0 0</pose><link name=\"l\"><collision name=\"c\"><geometry><sphere>"
+            "<radius>0.01</radius></sphere></geometry></collision></link></model>";
+  std::ofstream(file("many.sdf")) << text + "</world></sdf>";
+  run({"simulate", file("many.sdf"), "--method", "primitive", "--voxel", "0.01", "--step", "0.001",
+       "--seconds", "2", "--trajectory", file("t.csv")});
+  std::ifstream in(file("t.csv"));
+  std::string line;
+  std::getline(in, line);
+  int rows = 0;
+  for (; std::getline(in, line); ++rows)
+    EXPECT_NE(line.find(",ball " + std::to_string(rows % kBalls) + ","), std::string::npos) << line;
+  EXPECT_EQ(rows, kBalls * (kSteps + 1));
+}
+
 TEST_F(CommandTest, RefusesByName) {
   const std::string where = scene();
   const std::vector<std::pair<std::vector<std::string>, const char*>> table = {

@@ -61,6 +61,7 @@ TEST(ViewCommandTest, RefusesAllElse) {
                            R"({"do": "speed"})",
                            R"({"do": "speed", "times": -1})",
                            R"({"do": "speed", "times": 1e9})",
+                           R"({"do": "speed", "times": 1e-20})",
                            R"({"do": "speed", "times": "1"})",
                            R"({"do": "pull", "body": 1, "at": [0, 0, 0]})",
                            R"({"do": "pull", "body": -1, "at": [0, 0, 0], "to": [0, 0, 0]})",
@@ -72,6 +73,22 @@ TEST(ViewCommandTest, RefusesAllElse) {
                            R"({"do": "cut", "body": 1, "at": [0, 0, 0], "radius": 0})",
                            R"({"do": "cut", "body": 1, "at": [0, 0, 0], "radius": NaN})"})
     EXPECT_FALSE(readCommand(text)) << text;
+}
+
+TEST(ViewCommandTest, KnowsWhatOnlyTheLatestCountsOf) {
+  EXPECT_TRUE(isPull(R"({"do": "pull", "body": 3, "at": [1, 2, 3], "to": [4.5, 5, -6]})"));
+  for (const char* text : {"", R"({"do": "pull"})", R"({"do": "release"})", R"({"do": "step"})"})
+    EXPECT_FALSE(isPull(text)) << text;
+}
+
+TEST(PaceTest, AStepThatIsDueInAgesIsNotDueNow) {
+  const auto start = Pace::Clock::now();
+  for (const double speed : {1e-9, 1e-20, 1e-300, std::numeric_limits<double>::denorm_min()}) {
+    Pace pace;
+    pace.set(speed, 1, start);
+    EXPECT_EQ(pace.due(1, start), start) << speed;
+    EXPECT_GT(pace.due(1.5, start), start + std::chrono::hours(24)) << speed;
+  }
 }
 
 TEST(PaceTest, KeepsToAMultipleOfRealTimeAndForgetsWhatIsLost) {
@@ -193,7 +210,7 @@ TEST(LiveViewTest, ARunThatNobodyTouchesIsTheSame) {
   const SimulationReport one = simulate(plain, run);
   LiveViewSettings page;
   page.speed = 0;
-  LiveView view(viewed, 0, page);
+  LiveView view(viewed, 0, page, std::make_unique<PageServer>(0));
   run.goesOn = [&](double time) { return view.follow(time, [] { return true; }); };
   const SimulationReport other = simulate(viewed, run);
   EXPECT_EQ(one.hash, other.hash);
@@ -226,6 +243,28 @@ TEST(InterruptTest, NotesTheFirstSignal) {
   EXPECT_TRUE(again.came());
 }
 
+// The shell and the system both tell of a terminal that is closed, the second while files are
+// written.
+TEST(InterruptTest, ALostTerminalEndsInGoodOrder) {
+  const auto before = std::signal(SIGHUP, SIG_DFL);
+  {
+    const Interrupt interrupt;
+    std::raise(SIGHUP);
+    EXPECT_TRUE(interrupt.came());
+    std::raise(SIGHUP);
+  }
+  std::raise(SIGHUP);
+  std::signal(SIGHUP, SIG_DFL);
+  { const Interrupt interrupt; }
+  EXPECT_EQ(std::signal(SIGHUP, SIG_IGN), SIG_DFL);
+  {
+    const Interrupt interrupt;  // under nohup
+    std::raise(SIGHUP);
+    EXPECT_FALSE(interrupt.came());
+  }
+  EXPECT_EQ(std::signal(SIGHUP, before), SIG_IGN);
+}
+
 constexpr const char* kFall = R"(<sdf version="1.9"><world name="fall"><gravity>0 0 -9.8</gravity>
 <model name="ball"><pose>0 0 0.02 0 0 0</pose><link name="l"><collision name="c">
 <geometry><sphere><radius>0.01</radius></sphere></geometry></collision></link></model>
@@ -245,10 +284,22 @@ TEST(ProgramView, IsEqualToARunWithoutIt) {
   EXPECT_NE(other.err.find("open http://127.0.0.1:"), std::string::npos) << other.err;
 }
 
+// A world of a large mesh takes minutes to build; this one cannot be built.
+TEST(ProgramView, FindsAPortInUseBeforeItBuildsTheWorld) {
+  const Workplace place;
+  place.write("fall.sdf", kFall);
+  const PageServer taken(0);
+  const std::string port = std::to_string(taken.port());
+  const auto outcome =
+      place.run({"simulate", "fall.sdf", "--voxel", "1e-9", "--view", "--port", port});
+  EXPECT_EQ(outcome.exitCode, 2);
+  EXPECT_NE(outcome.err.find("--port: 127.0.0.1:" + port), std::string::npos) << outcome.err;
+}
+
 TEST(ProgramView, SaysWhatIsWrong) {
   const Workplace place;
   place.write("fall.sdf", kFall);
-  const PageServer taken("page", 0);
+  const PageServer taken(0);
   const std::string port = std::to_string(taken.port());
   const std::vector<std::vector<std::string>> wrong = {
       {"--port", "8000"},          {"--speed", "2"},           {"--view", "--port", "70000"},

@@ -5,9 +5,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <set>
@@ -16,6 +20,7 @@
 #include "io/errors.h"
 #include "view/page_address.h"
 #include "view/page_server.h"
+#include "view/view_command.h"
 
 namespace cloudcontact::program::view_server_test {
 namespace {
@@ -26,6 +31,14 @@ namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+
+class Served : public PageServer {
+ public:
+  Served(std::string page, int port, std::chrono::steady_clock::duration patience = kPatience)
+      : PageServer(port, patience) {
+    serve(std::move(page), isPull);
+  }
+};
 
 std::string tokenOf(const PageServer& server) {
   const std::string& url = server.url();
@@ -154,7 +167,7 @@ TEST(PageAddress, TokensDiffer) {
 }
 
 TEST(PageServer, GivesThePageToThoseWhoKnowTheToken) {
-  const PageServer server("<p>the page</p>", 0);
+  const Served server("<p>the page</p>", 0);
   const std::string token = tokenOf(server), host = hostOf(server);
   const std::string page = get(server, "/" + token + "/", host);
   EXPECT_EQ(statusOf(page), 200);
@@ -169,8 +182,20 @@ TEST(PageServer, GivesThePageToThoseWhoKnowTheToken) {
     EXPECT_EQ(get(server, target, host).find("the page"), std::string::npos);
 }
 
+// A browser that comes while the world is being built waits for its page.
+TEST(PageServer, TakesItsPortBeforeItServes) {
+  PageServer server(0);
+  EXPECT_THROW(PageServer{server.port()}, BadInput);
+  std::string page;
+  std::thread early([&] { page = get(server, "/" + tokenOf(server) + "/", hostOf(server)); });
+  std::this_thread::sleep_for(milliseconds(50));
+  server.serve("<p>the page</p>");
+  early.join();
+  EXPECT_TRUE(page.ends_with("<p>the page</p>"));
+}
+
 TEST(PageServer, SurvivesWhatIsNoRequest) {
-  const PageServer server("page", 0);
+  const Served server("page", 0);
   const std::string good = "GET /" + tokenOf(server) + "/ HTTP/1.1\r\nHost: localhost\r\n";
   EXPECT_EQ(statusOf(answerOf(server, "rubbish\r\n\r\n")), 400);
   EXPECT_EQ(statusOf(answerOf(server, std::string(3, '\0') + "\x16\x03\x01 tls?\r\n\r\n")), 400);
@@ -182,7 +207,7 @@ TEST(PageServer, SurvivesWhatIsNoRequest) {
 }
 
 TEST(PageServer, RefusesSocketsOfOtherPages) {
-  const PageServer server("page", 0);
+  const Served server("page", 0);
   const std::string token = tokenOf(server), host = hostOf(server), own = "http://" + host;
   EXPECT_EQ(feedStatus(server, token, host, own), 101);
   EXPECT_EQ(feedStatus(server, token, host, "http://evil.example"), 403);
@@ -194,8 +219,72 @@ TEST(PageServer, RefusesSocketsOfOtherPages) {
   EXPECT_TRUE(Page(server, token, host, own).isOpen());
 }
 
+// A browser that loads the page, at its own pace.
+class Load {
+ public:
+  explicit Load(const PageServer& server) : socket_(io_) {
+    socket_.open(tcp::v4());
+    socket_.set_option(tcp::socket::receive_buffer_size(64 * 1024));
+    socket_.connect({asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port())});
+    const std::string request =
+        "GET /" + tokenOf(server) + "/ HTTP/1.1\r\nHost: " + hostOf(server) + "\r\n\r\n";
+    asio::write(socket_, asio::buffer(request));
+  }
+  // What comes of these bytes: less where the line is closed.
+  std::size_t take(std::size_t bytes) {
+    std::string block(bytes, '\0');
+    beast::error_code error;
+    return asio::read(socket_, asio::buffer(block), error);
+  }
+
+ private:
+  asio::io_context io_;
+  tcp::socket socket_;
+};
+
+constexpr std::size_t kLargePage = 12 << 20;
+constexpr auto kShortPatience = milliseconds(800);
+
+// The patience is for a part of the page, not for the whole.
+TEST(PageServer, ASlowLineGetsTheWholePage) {
+  const Served server(std::string(kLargePage, 'x'), 0, kShortPatience);
+  Load load(server);
+  std::size_t taken = 0, got = 1;
+  for (; got > 0; taken += got) {
+    got = load.take(kLargePage / 24);
+    std::this_thread::sleep_for(kShortPatience / 8);
+  }
+  EXPECT_GT(taken, kLargePage);  // with its header
+}
+
+TEST(PageServer, DropsALineThatDoesNotReadItsPage) {
+  const Served server(std::string(kLargePage, 'x'), 0, kShortPatience);
+  Load load(server);
+  std::this_thread::sleep_for(3 * kShortPatience);
+  EXPECT_LT(load.take(kLargePage), kLargePage / 2);
+}
+
+// [kB]
+long residentMemory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (long size = 0; word == "VmRSS:" && status >> size) return size;
+  return 0;
+}
+
+TEST(PageServer, ManyLoadsShareOnePage) {
+  const Served server(std::string(kLargePage, 'x'), 0);
+  const long before = residentMemory();
+  std::vector<std::unique_ptr<Load>> loads;
+  for (int i = 0; i < 40; ++i) {
+    loads.push_back(std::make_unique<Load>(server));
+    EXPECT_EQ(loads.back()->take(1000), 1000u);  // it is on its way
+  }
+  EXPECT_LT(residentMemory() - before, 10 * static_cast<long>(kLargePage >> 10));
+}
+
 TEST(PageServer, TwoPagesHearTheLatestAndAreHeard) {
-  PageServer server("page", 0);
+  Served server("page", 0);
   server.publish(1, "old");
   server.publish(1, "first");
   server.publish(2, "second");
@@ -219,7 +308,7 @@ TEST(PageServer, TwoPagesHearTheLatestAndAreHeard) {
 }
 
 TEST(PageServer, TellsOfAPageThatVanishesAndServesTheOther) {
-  PageServer server("page", 0);
+  Served server("page", 0);
   Page stays(server);
   auto goes = std::make_unique<Page>(server);
   ASSERT_TRUE(waitFor([&] { return server.pages() == 2; }));
@@ -238,7 +327,7 @@ TEST(PageServer, TellsOfAPageThatVanishesAndServesTheOther) {
 
 // A page that does not read gets the latest when it does, and not all in between.
 TEST(PageServer, ASlowPageMissesWhatIsOld) {
-  PageServer server("page", 0);
+  Served server("page", 0);
   Page slow(server), quick(server);
   constexpr int kMessages = 200;
   for (int i = 1; i <= kMessages; ++i) {
@@ -260,7 +349,7 @@ TEST(PageServer, ASlowPageMissesWhatIsOld) {
 }
 
 TEST(PageServer, ClosesPagesThatSayTooMuch) {
-  PageServer server("page", 0);
+  Served server("page", 0);
   Page large(server), many(server), binary(server);
   large.say(std::string(PageServer::kMostBytes + 1, 'x'));
   EXPECT_EQ(large.hear(), "");
@@ -273,8 +362,58 @@ TEST(PageServer, ClosesPagesThatSayTooMuch) {
   EXPECT_EQ(server.messages(seconds(0)).size() >= PageHub::kMostWaiting, true);
 }
 
+// 60 times a second, while a step takes seconds.
+TEST(PageServer, KeepsTheLatestPullOfAHandAlone) {
+  Served server("page", 0);
+  Page page(server);
+  const auto pull = [&](std::size_t to) {
+    page.say(R"({"do": "pull", "body": 1, "at": [0, 0, 0], "to": [0, 0, )" + std::to_string(to) +
+             "]}");
+  };
+  constexpr std::size_t kPulls = 4 * PageHub::kMostWaiting;
+  for (std::size_t i = 1; i <= kPulls; ++i) pull(i);
+  page.say(R"({"do": "release"})");
+  for (std::size_t i = 1; i <= kPulls; ++i) pull(1000 + i);
+  page.say("the last");
+  std::vector<std::string> heard;
+  EXPECT_TRUE(waitFor([&] {
+    for (const PageMessage& message : server.messages(seconds(0))) heard.push_back(message.text);
+    return !heard.empty() && heard.back() == "the last";
+  }));
+  EXPECT_TRUE(page.isOpen());
+  const auto at = [&](const std::string& words) {
+    const auto found = std::find_if(heard.begin(), heard.end(), [&](const std::string& text) {
+      return text.find(words) != std::string::npos;
+    });
+    return found - heard.begin();
+  };
+  EXPECT_LT(at(std::to_string(kPulls) + "]"), at("release"));
+  EXPECT_LT(at("release"), at(std::to_string(1000 + kPulls) + "]"));
+  EXPECT_LT(at(std::to_string(1000 + kPulls) + "]"), std::ssize(heard));
+}
+
+TEST(PageHub, MergesTheLatestOfAPageAlone) {
+  PageHub hub;
+  hub.mergeThose([](const std::string& text) { return text.starts_with("to "); });
+  for (const char* text : {"to 1", "to 2", "cut", "to 3", "cut", "to 4", "to 5"})
+    EXPECT_TRUE(hub.put({1, text}));
+  EXPECT_TRUE(hub.put({2, "to 6"}));
+  EXPECT_TRUE(hub.put({1, "to 7"}));
+  EXPECT_TRUE(hub.put({1, "", true}));
+  const auto heard = hub.messages(seconds(0));
+  std::string all;
+  for (const PageMessage& message : heard) all += message.text + ",";
+  EXPECT_EQ(all, "to 2,cut,to 3,cut,to 7,to 6,,");
+  // What merges with nothing is bounded.
+  for (std::size_t i = 0; i < PageHub::kMostWaiting; ++i)
+    EXPECT_TRUE(hub.put({1, i % 2 ? "cut" : "to 1"}));
+  EXPECT_FALSE(hub.put({1, "cut"}));
+  EXPECT_FALSE(hub.put({1, "to 2"}));
+  EXPECT_EQ(hub.messages(seconds(0)).size(), PageHub::kMostWaiting);
+}
+
 TEST(PageServer, TakesSixteenPages) {
-  const PageServer server("page", 0);
+  const Served server("page", 0);
   std::vector<std::unique_ptr<Page>> pages;
   for (int i = 0; i < PageServer::kMostPages; ++i) {
     pages.push_back(std::make_unique<Page>(server));
@@ -285,21 +424,21 @@ TEST(PageServer, TakesSixteenPages) {
 }
 
 TEST(PageServer, APortInUseIsNamed) {
-  const PageServer server("page", 0);
+  const Served server("page", 0);
   try {
-    const PageServer second("page", server.port());
+    const PageServer second(server.port());
     FAIL() << "two servers at one port";
   } catch (const BadInput& error) {
     const std::string words = error.what();
     EXPECT_TRUE(words.starts_with("--port: 127.0.0.1:" + std::to_string(server.port()))) << words;
   }
-  EXPECT_THROW(PageServer("page", 65536), BadInput);
-  EXPECT_THROW(PageServer("page", -1), BadInput);
+  EXPECT_THROW(PageServer(65536), BadInput);
+  EXPECT_THROW(PageServer(-1), BadInput);
 }
 
 // Also the port is free at once.
 TEST(PageServer, SaysTheLastWordAndClosesItsPages) {
-  auto server = std::make_unique<PageServer>("page", 0);
+  auto server = std::make_unique<Served>("page", 0);
   const int port = server->port();
   Page page(*server);
   ASSERT_TRUE(waitFor([&] { return server->pages() == 1; }));
@@ -309,7 +448,7 @@ TEST(PageServer, SaysTheLastWordAndClosesItsPages) {
   EXPECT_EQ(page.hear(), "");
   EXPECT_TRUE(page.wasClosed());
   ending.join();
-  EXPECT_NO_THROW(PageServer("page", port));
+  EXPECT_NO_THROW(PageServer{port});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from typing import Any, Dict, List
 
 import numpy as np
@@ -173,6 +174,104 @@ def test_a_view_that_nobody_touches_changes_nothing():
     seen.view(0.2, speed=0, announce=urls.append)
     assert len(urls) == 1 and urls[0].startswith("http://127.0.0.1:")
     assert run.hash == seen.hash and seen.time == pytest.approx(0.2)
+
+
+def test_all_steps_that_are_asked_for_are_made():
+    with Viewed(brick()) as page:
+        page.ask(do="pause")
+        start = page.until(lambda m: not m["running"])["time"]
+        for _ in range(100):
+            page.ask(do="step")
+        page.until(lambda m: m["time"] > start + 99.5 * 0.002)
+        page.ask(do="step")
+        page.ask(do="nonsense")  # is answered in turn
+        page.until(lambda m: m["sayings"] > 0)
+        page.ask(do="step")
+        last = page.until(lambda m: m["time"] > start + 101.5 * 0.002)
+        assert last["time"] == pytest.approx(start + 102 * 0.002)
+
+
+def ended(act):
+    """The last moment of a view in which `act` is called with the world after 20 steps, and what it raises."""
+    world, urls, told, raised, steps = brick(), [], threading.Event(), [], [0]
+    heard = threading.Event()
+
+    def announce(url):
+        urls.append(url)
+        told.set()
+
+    def observe(world):
+        steps[0] += 1
+        if steps[0] == 20:
+            assert heard.wait(60)
+            act(world)
+
+    def run():
+        try:
+            world.view(0.1, announce=announce, observe=observe)
+        except Exception as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    assert told.wait(60)
+    page = Page(urls[0])
+    page.hear()
+    heard.set()
+    last = page.until(lambda m: m["ended"])
+    page.line.close()
+    thread.join(60)
+    return last, raised
+
+
+def test_a_page_learns_why_a_view_failed():
+    def fail(_):
+        raise ValueError("my controller failed.\nIn detail: all of it")
+
+    def rush(world):
+        world["brick"].velocity = [1e38, 0, 0]
+
+    last, raised = ended(fail)
+    assert last["why"] == "ValueError: my controller failed"
+    assert [type(error) for error in raised] == [ValueError]
+    last, raised = ended(rush)
+    assert raised and last["why"] and str(raised[0]).startswith(last["why"])
+    last, raised = ended(lambda world: None)
+    assert last["why"] == "" and raised == []
+
+
+def test_other_threads_run_while_the_pages_of_a_view_close():
+    urls: List[str] = []
+    told = threading.Event()
+    world = brick()
+
+    def announce(url):
+        urls.append(url)
+        told.set()
+
+    thread = threading.Thread(target=lambda: world.view(0.3, announce=announce))
+    thread.start()
+    assert told.wait(60)
+    page = Page(urls[0])  # it never reads, so it does not answer that it is closed
+    longest, last = 0.0, time.monotonic()
+    while thread.is_alive():
+        assert world["brick"].position[2] < 0.1
+        time.sleep(0.01)
+        longest, last = max(longest, time.monotonic() - last), time.monotonic()
+    page.line.close()
+    assert longest < 0.7  # the view waits for a second
+
+
+def test_views_of_one_world_do_not_take_each_others_pulls():
+    world = brick()
+    with Viewed(world) as one, Viewed(world) as other:
+        one.ask(do="pull", body=1, at=[0, 0, 0], to=[0, 0, 0.1])
+        one.until(lambda m: len(m["pulls"]) == 1)
+        other.ask(do="pull", body=1, at=[0, 0, 0], to=[0.1, 0, 0.1])
+        one.until(lambda m: len(m["pulls"]) == 2)
+        other.ask(do="release")
+        left = one.until(lambda m: len(m["pulls"]) == 1)
+        assert left["pulls"][0]["to"] == [0, 0, 0.1]
 
 
 def test_a_port_in_use_is_an_error():

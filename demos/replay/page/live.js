@@ -50,8 +50,8 @@ class Live {
 
   end() {
     if (this.ended) return;
-    const told = this.moment && this.moment.ended;
-    const words = told ? 'The simulation has ended.' : 'The connection to the simulation is lost.';
+    const told = this.moment && this.moment.ended, why = told && this.moment.why;
+    const words = why ? 'The simulation has failed: ' + why + '.' : told ? 'The simulation has ended.' : 'The connection to the simulation is lost.';
     this.ended = true;
     this.running = false;
     if (pressed('carve')) $('carve').click();
