@@ -136,13 +136,20 @@ def test_a_world_stops_when_another_thread_asks():
     scene.add("ball", cc.Sphere(0.02), mass=0.1, friction=0.5)
     world = cc.World(scene, voxel=0.004)
     begun = threading.Event()
-    in_threads(
-        lambda: world.run(1000, observe=lambda _: begun.set(), progress=False),
-        lambda: (begun.wait(60), world.stop()),
-    )
+
+    def stops():
+        begun.wait(60)
+        world.stop()
+
+    in_threads(lambda: world.run(1000, observe=lambda _: begun.set(), progress=False), stops)
     assert 0 < world.time < 1000
     steps = []
-    world.run(0.1, observe=lambda w: (steps.append(w.time), w.stop()))
+
+    def observes(running):
+        steps.append(running.time)
+        running.stop()
+
+    world.run(0.1, observe=observes)
     assert len(steps) == 1, "an observer stops its own run"
     world.stop()  # no run: nothing
     world.run(0.01, observe=lambda w: steps.append(w.time))
