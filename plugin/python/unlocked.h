@@ -1,8 +1,9 @@
 // Python's lock given up for work that needs no Python, and taken again, however the process ends.
 //
-// py::gil_scoped_release ends the process with an error where the interpreter ends meanwhile: Python
-// then ends the thread inside its destructor. So the interpreter waits with its end until nobody is
-// in a scope of the classes below, and a thread that enters one meanwhile stops there for good.
+// py::gil_scoped_release ends the process with an error where the interpreter ends meanwhile:
+// Python then ends the thread inside its destructor. So the interpreter waits with its end until
+// nobody is in a scope of the classes below, and a thread that enters one meanwhile stops there for
+// good.
 #pragma once
 
 #include <pybind11/pybind11.h>

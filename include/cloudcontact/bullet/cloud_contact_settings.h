@@ -30,8 +30,8 @@ struct CloudContactSettings {
   // their shape, and stand still without, swing (docs/limits.md). Finite and not negative.
   double reuseMotion = 0;
   // [m/s] Bodies that overlap without having moved into each other (placed so, or teleported) are
-  // moved apart by the nearest way, no faster than this, and keep hardly any speed. It concerns only those
-  // that their spring would push out faster. Infinite: the spring does. Positive.
+  // moved apart by the nearest way, no faster than this, and keep hardly any speed. It concerns
+  // only those that their spring would push out faster. Infinite: the spring does. Positive.
   double leavingSpeed = 1;
   // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
   // PaperSettings{}.
