@@ -140,7 +140,7 @@ TEST(Live, ShowsAWorldThatRunsPausesAndSteps) {
   EXPECT_TRUE(page.becomes("document.getElementById('pace').textContent !== 'paused'"));
   run.end();
   EXPECT_TRUE(page.becomes("document.getElementById('hint').textContent.includes('has ended')"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // longer than the page takes to update all its text
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));  // text is renewed each second
   page.keep("live-end");
   EXPECT_EQ(page.value("document.getElementById('pace').textContent"), "ended");
   EXPECT_EQ(page.value("document.getElementById('live-words').textContent"),
