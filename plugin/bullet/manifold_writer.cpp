@@ -80,12 +80,13 @@ double pressedDepth(const ContactPoint& p) {
 }
 
 // The spring's tangent at the mean depth of the pair's points. One tangent for all of them: a deep
-// point's own would be steeper and would magnify the noise in the pressure's slope.
+// point's own would be steeper and would magnify the noise in the pressure's slope. The shares of
+// points that are not beside a touch add up to `whole`, whatever became of their depths.
 SpringTangent tangentOf(const AutomaticSpring& spring, const PairSides& sides,
                         const ContactResult& contact, double step) {
   double whole = 0, depth = 0, closing = 0;
   for (const ContactPoint& p : contact.points) {
-    if (isBeside(contact, contact.patches[static_cast<std::size_t>(p.patch)])) continue;
+    if (contact.patches[static_cast<std::size_t>(p.patch)].beside) continue;
     const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
     whole += p.slope;
     depth += p.slope * pressedDepth(p);

@@ -98,7 +98,7 @@ struct PairPoints {
 PairPoints gather(const PairSides& sides, const ContactResult& contact) {
   PairPoints sum;
   for (const ContactPoint& p : contact.points) {
-    if (isBeside(contact, contact.patches[static_cast<std::size_t>(p.patch)])) continue;
+    if (contact.patches[static_cast<std::size_t>(p.patch)].beside) continue;
     const Vec3 meeting = sides.motionA.at(p.position) - sides.motionB.at(p.position);
     sum.whole += p.stiffness;
     sum.depth += p.stiffness * std::max(0.0, p.depth);

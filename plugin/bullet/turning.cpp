@@ -44,7 +44,7 @@ Turning turningOf(const PairQuery& query, const ContactResult& contact, double s
   const double spin = std::max(query.a.motion.angular.norm(), query.b.motion.angular.norm());
   Turning most;
   for (const Patch& patch : contact.patches) {
-    if (isBeside(contact, patch)) continue;
+    if (patch.beside) continue;
     const Vec3 meeting = query.a.motion.at(patch.position) - query.b.motion.at(patch.position);
     const double closing = meeting.dot(patch.normal);
     const double along = (meeting - closing * patch.normal).norm();

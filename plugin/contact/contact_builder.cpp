@@ -238,6 +238,15 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
   }
 }
 
+void ContactBuilder::setHits(std::size_t hits, int level) {
+  std::vector<Patch>& patches = result_.patches;
+  const auto isGap = [](const Patch& patch) { return patch.depth < 0; };
+  const bool apart = !patches.empty() && std::all_of(patches.begin(), patches.end(), isGap);
+  result_.samples = apart ? 0 : hits;
+  result_.level = level;
+  for (Patch& patch : patches) patch.beside = result_.samples > 0 && isGap(patch);
+}
+
 void ContactBuilder::add(const CcContactPatch& from) {
   patches_.push_back({vec(from.center), vec(from.seen)});
   result_.depthError = from.error;
@@ -250,6 +259,7 @@ void ContactBuilder::add(const CcContactPatch& from) {
   patch.area = from.area;
   patch.confidence = from.confidence;
   patch.doubt = static_cast<Doubt>(from.doubt);
+  patch.beside = result_.samples > 0 && from.depth < 0;
   patch.firstPoint = static_cast<int>(result_.points.size());
   patch.points = 4;
   ContactPoint point;

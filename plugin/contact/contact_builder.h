@@ -74,11 +74,9 @@ class ContactBuilder {
   bool append(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
               const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter);
-  // Sets the hits, and adds a patch; for results that a device built.
-  void setHits(std::size_t hits, int level) {
-    result_.samples = hits;
-    result_.level = level;
-  }
+  // Sets the hits, unless all patches so far are gaps: where others touch, gaps are beside. And
+  // adds a patch. Also for results that a device built.
+  void setHits(std::size_t hits, int level);
   void add(const CcContactPatch& patch);
   // Gives the points their IDs and returns the result.
   const ContactResult& withIds();

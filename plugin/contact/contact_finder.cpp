@@ -121,11 +121,7 @@ void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
   const double gap =
       addBorderHits(a, b, frame, settings.margin, memory->search.gap(), memory->hits);
   s.make(a, b, settings, frame, {0, memory->hits.size(), gap}, *memory, nullptr, false);
-  // In the mean apart: as other near misses (isBeside()).
-  const std::vector<Patch>& patches = s.builder.latest().patches;
-  const bool touches = std::any_of(patches.begin(), patches.end(),
-                                   [](const Patch& patch) { return patch.depth >= 0; });
-  s.builder.setHits(touches ? touching : 0, level);
+  s.builder.setHits(touching, level);
   s.lookups += memory->search.lookups();
 }
 
@@ -236,7 +232,7 @@ ContactBuilder& ContactFinder::builder() {
 double depthOf(const ContactResult& contact) {
   double sum = 0, weight = 0;
   for (const Patch& patch : contact.patches) {
-    if (isBeside(contact, patch)) continue;
+    if (patch.beside) continue;
     sum += patch.stiffness * patch.depth;
     weight += patch.stiffness;
   }

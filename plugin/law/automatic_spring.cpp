@@ -71,7 +71,8 @@ SpringTangent AutomaticSpring::tangent(double depth, double closing, double step
   const double push = next > from ? std::max(now, force(next)) : now;
   const double loads = hard > limit ? push / weight : 1;
   const double borne = mass * std::max({1.0, slope / limit, loads});
-  return {slope, 2 * std::sqrt(slope * borne), from - now / slope};
+  // Not negative, even by rounding: a row near depth 0 is then no stiffer than the line.
+  return {slope, 2 * std::sqrt(slope * borne), std::max(0.0, from - now / slope)};
 }
 
 KelvinVoigt SpringTangent::row(double depth, double step) const {

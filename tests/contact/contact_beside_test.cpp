@@ -97,10 +97,10 @@ TEST_F(Beside, TheTouchStays) {
   for (std::size_t i = 0; i < alone.patches.size(); ++i) {
     EXPECT_EQ(contact.patches[i].depth, alone.patches[i].depth);
     EXPECT_EQ(contact.patches[i].stiffness, alone.patches[i].stiffness);
-    EXPECT_FALSE(isBeside(contact, contact.patches[i]));
+    EXPECT_FALSE(contact.patches[i].beside);
   }
   for (std::size_t i = alone.patches.size(); i < contact.patches.size(); ++i)
-    EXPECT_TRUE(isBeside(contact, contact.patches[i]));
+    EXPECT_TRUE(contact.patches[i].beside);
   const Wrench one = wrenchOnB(alone, {}, {}), other = wrenchOnB(contact, {}, {});
   EXPECT_EQ(one.force, other.force);
   EXPECT_EQ(one.torque, other.torque);
@@ -147,7 +147,7 @@ class Leaning : public ::testing::Test {
     finder.lookBeside(a, b, settings, kStep);
     std::vector<Patch> beside;
     for (const Patch& patch : finder.latest().patches)
-      if (isBeside(finder.latest(), patch)) beside.push_back(patch);
+      if (patch.beside) beside.push_back(patch);
     return beside;
   }
 };

@@ -115,6 +115,26 @@ TEST_P(MovedContactTest, DepthGrowsByTheApproach) {
   }
 }
 
+// Patches that touched when they were found are no near misses after a lift. Else no patch would
+// bear the pair's spring.
+TEST_P(MovedContactTest, ATouchThatIsLiftedIsNotBesideOne) {
+  ContactBody light = top_, lifted = top_;
+  light.pose.position.z() += 0.299 * kVoxel;
+  lifted.pose.position.z() += 0.299 * kVoxel + 0.9 * kTolerance;
+  const ContactResult found = finder_.find(light, base_, settings_);
+  ASSERT_GT(found.samples, 0u);
+  MovedContact kept;
+  trust(kept, light, base_, found);
+  ASSERT_TRUE(kept.holds(lifted, base_, settings_.margin));
+  const ContactResult& there = kept.move(lifted, base_);
+  ASSERT_FALSE(there.patches.empty());
+  for (const Patch& patch : there.patches) {
+    EXPECT_LT(patch.depth, 0);
+    EXPECT_FALSE(patch.beside);
+  }
+  EXPECT_NEAR(depthOf(there), depthOf(found) - 0.9 * kTolerance, 0.01 * kTolerance);
+}
+
 TEST_P(MovedContactTest, HoldsAsFarAsItsTolerance) {
   const Vec3 ways[] = {Vec3::UnitX(), Vec3::UnitZ(), Vec3(1, -2, 0.5).normalized()};
   for (const Vec3& way : ways)

@@ -137,6 +137,23 @@ TEST(AutomaticSpring, HasDampingRatioOneForWhatItBears) {
     }
 }
 
+// Also where rounding would make the line's zero negative: soft depth / soft is not depth.
+TEST(AutomaticSpring, ARowIsNoStifferThanItsLine) {
+  const AutomaticSpring spring = automaticSpring(0.7, 0.7 * kGravity, kVoxel, 1. / 240);
+  for (double depth = 1e-9; depth < 2e-3; depth *= 1.1)
+    for (const double closing : {-1.0, 0.0, 0.3}) {
+      const SpringTangent line = spring.tangent(depth, closing, 1. / 240);
+      EXPECT_GE(line.offset, 0);
+      for (const double at : {depth, 1e-6 * depth, 1e-30, 1e-300, 5e-324}) {
+        const KelvinVoigt row = line.row(at, 1. / 240);
+        EXPECT_GE(row.stiffness, 0);
+        EXPECT_LE(row.stiffness, line.slope) << depth << ' ' << at;
+        EXPECT_GE(row.damping, line.damping);
+        EXPECT_TRUE(std::isfinite(row.damping));
+      }
+    }
+}
+
 TEST(AutomaticSpring, WithoutGravityItIsAsOnTheGround) {
   EXPECT_EQ(automaticSpring(1, 0, kVoxel, 1e-3).soft, automaticSpring(1, 9.81, kVoxel, 1e-3).soft);
   EXPECT_THROW(automaticSpring(1, 9.81, 0, 1e-3), std::invalid_argument);

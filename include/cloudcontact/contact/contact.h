@@ -85,6 +85,9 @@ struct Patch {
   double area = 0;               // [m^2] in contact
   double confidence = 1;         // 0..1
   Doubt doubt = Doubt::None;
+  // A near miss of bodies that touch elsewhere (ContactFinder::lookBeside()): it bears nothing yet,
+  // and has no part in the pair's depth. Of a contact with patches, one at least is none.
+  bool beside = false;
   int firstPoint = 0, points = 0;  // its points in ContactResult::points
 };
 
@@ -105,12 +108,6 @@ struct ContactResult {
     samples = 0;
   }
 };
-
-// Whether a patch is a near miss of bodies that touch elsewhere (ContactFinder::lookBeside()): it
-// bears nothing yet, and has no part in the pair's depth.
-inline bool isBeside(const ContactResult& contact, const Patch& patch) {
-  return contact.samples > 0 && patch.depth < 0;
-}
 
 // [m] The pair's depth: that of its patches, weighed by their stiffness; negative: a gap. 0 without
 // a contact.
