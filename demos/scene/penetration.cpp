@@ -20,6 +20,18 @@ double depthFromSides(const Vector& outside) {
   return beyond > 0 ? -beyond : -outside.maxCoeff();
 }
 
+// In the half-plane of radius and height, in which a cone is the triangle below its slant line.
+double depthInCone(const SceneCone& cone, const Eigen::Vector2d& p) {
+  using Eigen::Vector2d;
+  const Vector2d tip(0, cone.length / 2), rim(cone.radius, -cone.length / 2);
+  const Vector2d slant = rim - tip, outward = Vector2d(cone.length, cone.radius).normalized();
+  const double overSlant = outward.dot(p - tip), underBase = rim.y() - p.y();
+  if (overSlant <= 0 && underBase <= 0) return -std::max(overSlant, underBase);
+  const double along = std::clamp(slant.dot(p - tip) / slant.squaredNorm(), 0.0, 1.0);
+  const Vector2d onBase(std::min(p.x(), cone.radius), rim.y());
+  return -std::min((p - tip - along * slant).norm(), (p - onBase).norm());
+}
+
 struct DepthVisitor {
   const Vec3& p;
   double reach;
@@ -35,6 +47,9 @@ struct DepthVisitor {
   double operator()(const SceneCapsule& c) const {
     const double z = std::clamp(p.z(), -c.length / 2, c.length / 2);
     return c.radius - (p - Vec3(0, 0, z)).norm();
+  }
+  double operator()(const SceneCone& c) const {
+    return depthInCone(c, Eigen::Vector2d(p.head<2>().norm(), p.z()));
   }
   double operator()(const ScenePlane& plane) const { return -plane.normal.dot(p); }
   double operator()(const std::shared_ptr<const MeshDistance>& mesh) const {

@@ -12,8 +12,8 @@
 namespace cloudcontact::program {
 
 // A solid in closed form, or a mesh's distance.
-using MeasuredSolid = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane,
-                                   std::shared_ptr<const MeshDistance>>;
+using MeasuredSolid = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, SceneCone,
+                                   ScenePlane, std::shared_ptr<const MeshDistance>>;
 
 // Depth of a point in the solid's frame: positive inside, minus the distance outside [m]. For
 // `reach` see MeshDistance::depth.
@@ -38,7 +38,7 @@ struct Probed {
   std::vector<Probe> probes;       // block by block
   std::vector<ProbeBlock> blocks;  // most of them are nowhere near another body
 };
-// `mesh` gives the probes of a box or cylinder, and the solid of a mesh geometry.
+// `mesh` gives the probes of a box, cylinder or cone, and the solid of a mesh geometry.
 std::shared_ptr<const Probed> probed(const SceneGeometry& geometry, const Mesh* mesh);
 
 // A body: solids at poses in its frame.

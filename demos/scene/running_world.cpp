@@ -57,7 +57,7 @@ World::State::State(const SceneDescription& scene, const WorldSettings& settings
 
 void World::State::addBodies(const SceneDescription& scene, const WorldSettings& settings) {
   const CommonOptions options = onCpu(settings.common);
-  SceneShapes shapes(options, settings.voxel, settings.store);
+  SceneShapes shapes(options, settings.voxel, settings.store, traitsOf(scene));
   bodies.reserve(scene.bodies.size());
   for (const auto& body : scene.bodies) addBody(body, shapes.make(body), settings);
   shapes.checkTissues();

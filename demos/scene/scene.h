@@ -32,6 +32,9 @@ struct SceneCylinder {
 struct SceneCapsule {
   double radius = 1, length = 1;  // length of the straight part
 };
+struct SceneCone {
+  double radius = 1, length = 1;  // base at -length / 2, tip at +length / 2
+};
 struct ScenePlane {
   Vec3 normal = Vec3::UnitZ();  // infinite; the material lies behind it
 };
@@ -44,8 +47,8 @@ struct SceneMesh {
   std::shared_ptr<const Cloud> cloud = {};
   std::vector<CtRange> thresholds = {};  // of a volume; empty: those of --threshold
 };
-using SceneGeometry =
-    std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, ScenePlane, SceneMesh>;
+using SceneGeometry = std::variant<SceneBox, SceneSphere, SceneCylinder, SceneCapsule, SceneCone,
+                                   ScenePlane, SceneMesh>;
 
 // What a part is made of, by the name of a tissue.
 struct SceneTissue {
@@ -83,7 +86,8 @@ struct SceneCollision {
   bool isCuttable = false;
   std::optional<SceneSoft> soft = {};
   ScenePaper paper = {};
-  std::optional<double> tolerance = {};  // Fidelity::tolerance [m]; empty: the command line's
+  // Fidelity::tolerance [m]; empty: the command line's; 0: always as voxels.
+  std::optional<double> tolerance = {};
 };
 
 // A body that moves at constant velocity, whatever it meets.

@@ -95,12 +95,22 @@ bool isPlane(const SceneGeometry& geometry) {
   return std::holds_alternative<ScenePlane>(geometry);
 }
 
+SceneTraits traitsOf(const SceneDescription& scene) {
+  SceneTraits traits;
+  for (const SceneBody& body : scene.bodies) {
+    traits.deforms |= body.isSoft();
+    traits.compounds |= body.collisions.size() > 1;
+  }
+  return traits;
+}
+
 Solid analytic(const SceneGeometry& geometry) {
   struct Visitor {
     Solid operator()(const SceneBox& b) const { return Box{b.size / 2}; }
     Solid operator()(const SceneSphere& s) const { return Sphere{s.radius}; }
     Solid operator()(const SceneCylinder& c) const { return Cylinder{c.radius, c.length / 2}; }
     Solid operator()(const SceneCapsule& c) const { return Capsule{c.radius, c.length / 2}; }
+    Solid operator()(const SceneCone& c) const { return Cone{c.radius, c.length / 2}; }
     Solid operator()(const ScenePlane& p) const { return HalfSpace{p.normal, 0}; }
     Solid operator()(const SceneMesh&) const { return Hull{}; }
   };
@@ -122,6 +132,7 @@ std::string keyOf(const SceneGeometry& geometry) {
     void operator()(const SceneSphere& s) const { out << ' ' << s.radius; }
     void operator()(const SceneCylinder& c) const { out << ' ' << c.radius << ' ' << c.length; }
     void operator()(const SceneCapsule& c) const { out << ' ' << c.radius << ' ' << c.length; }
+    void operator()(const SceneCone& c) const { out << ' ' << c.radius << ' ' << c.length; }
     void operator()(const ScenePlane& p) const { out << ' ' << p.normal.transpose(); }
     void operator()(const SceneMesh& m) const {
       out << ' ' << m.file.string() << ' ' << m.scale.transpose();
@@ -137,11 +148,21 @@ std::string keyOf(const Pose& pose) {
 }
 
 SceneClouds::SceneClouds(const CommonOptions& options, double voxel,
-                         std::shared_ptr<ShapeStore> store)
+                         std::shared_ptr<ShapeStore> store, const SceneTraits& traits)
     : options_(options),
       voxel_(voxel),
       store_(store ? std::move(store) : std::make_shared<ShapeStore>()),
+      traits_(traits),
       tissues_(options.tissues) {}
+
+bool SceneClouds::meetsAsShape(const SceneCollision& collision, const SceneBody& body) {
+  if (isPlane(collision.geometry)) return true;
+  if (!body.isStatic || isMesh(collision.geometry)) return false;
+  const bool needsVoxels = traits_.deforms || collision.isCuttable || collision.cutter ||
+                           options_.method == Method::Paper || collision.paper.isGiven() ||
+                           collision.tolerance == 0.0;
+  return !needsVoxels && tissues(collision, body.name).empty();
+}
 
 // Null for primitives, planes and meshes made in memory.
 const Body* SceneClouds::file(const SceneGeometry& geometry, const std::string& body) {
@@ -280,8 +301,9 @@ PlacedLevels SceneClouds::levels(const SceneGeometry& geometry, const Pose& pose
 }
 
 TissueTable SceneClouds::tissues(const SceneCollision& collision, const std::string& body) {
-  const Cloud all = cloud(collision.geometry, collision.pose, body).cloud;
-  const std::vector<std::string>& parts = all.materials();
+  std::vector<std::string> parts;  // a primitive is one
+  if (isMesh(collision.geometry))
+    parts = cloud(collision.geometry, collision.pose, body).cloud.materials();
   if (collision.tissues.empty()) return tissues_.of(body, parts);
   if (!table_) table_ = tableOf(options_.tissues, "dental");
   refuseTissues(collision, parts, *table_);

@@ -37,12 +37,26 @@ struct PlacedLevels {
   Pose place;
 };
 
+// What the shapes of all bodies depend on.
+struct SceneTraits {
+  bool deforms = false;    // a body
+  bool compounds = false;  // there are bodies of several collisions
+};
+SceneTraits traitsOf(const SceneDescription& scene);
+
 // Functions throw BadInput naming `body` or the file, if that is unusable.
 class SceneClouds {
  public:
   // `voxel` [m] is the edge of voxels, but saved voxels keep their own, and without --voxel a
   // digital object gets voxels that keep its detail. `store` shares slow results with other worlds.
-  SceneClouds(const CommonOptions& options, double voxel, std::shared_ptr<ShapeStore> store);
+  SceneClouds(const CommonOptions& options, double voxel, std::shared_ptr<ShapeStore> store,
+              const SceneTraits& traits);
+
+  // Whether clouds meet the collision as the exact shape that it was given as, so that contacts
+  // need no voxels of it: a plane, or a primitive of a static body. But voxels alone cut, are cut,
+  // are of a tissue, have base vectors or meet bodies that deform, and a tolerance of 0 asks for
+  // them.
+  bool meetsAsShape(const SceneCollision& collision, const SceneBody& body);
 
   // Points, voxels, a volume or another digital object: there is no mesh.
   bool isDigital(const SceneGeometry& geometry, const std::string& body);
@@ -63,6 +77,7 @@ class SceneClouds {
   MassProperties matter(const SceneCollision& collision, const std::string& body, bool atDensities);
 
   const std::shared_ptr<ShapeStore>& store() const { return store_; }
+  const SceneTraits& traits() const { return traits_; }
 
  private:
   const Body* file(const SceneGeometry& geometry, const std::string& body);
@@ -73,6 +88,7 @@ class SceneClouds {
   CommonOptions options_;
   double voxel_;
   std::shared_ptr<ShapeStore> store_;
+  SceneTraits traits_;
   BodyTissues tissues_;               // by --tissue
   std::optional<TissueTable> table_;  // of elements; read when first needed
   std::map<std::string, Body> files_;

@@ -55,8 +55,8 @@ struct SceneShapes::Inertia {
 };
 
 SceneShapes::SceneShapes(const CommonOptions& options, double voxel,
-                         std::shared_ptr<ShapeStore> store)
-    : options_(options), clouds_(options, voxel, std::move(store)) {}
+                         std::shared_ptr<ShapeStore> store, const SceneTraits& traits)
+    : options_(options), clouds_(options, voxel, std::move(store), traits) {}
 
 // Whether a body's tissues give it a density.
 bool SceneShapes::hasDensity(const SceneBody& body) {
@@ -118,22 +118,25 @@ DrawnPart SceneShapes::drawnPart(const SceneCollision& collision, const std::str
   return part;
 }
 
-// The shape of one collision at `pose` in the Bullet body's frame. Meshes and primitives are moved
-// there themselves; digital objects keep their axes and have a place.
+// The shape of one collision at `pose` in the Bullet body's frame. What is digitized from a mesh is
+// moved there itself; digital objects, and shapes that clouds meet as they are, have a place.
 SceneShapes::PlacedShape SceneShapes::partShape(const SceneCollision& collision, const Pose& pose,
-                                                const std::string& body) {
+                                                const SceneBody& body) {
   const SceneGeometry& geometry = collision.geometry;
   if (isPlane(geometry)) {
     const Vec3 normal = pose.orientation * std::get<ScenePlane>(geometry).normal;
     return {primitiveShape(HalfSpace{normal, normal.dot(pose.position)}), Pose()};
   }
-  if (usesClouds(options_.method))
-    return {cloudShape(collision, pose, body), clouds_.isDigital(geometry, body) ? pose : Pose()};
-  if (clouds_.isDigital(geometry, body)) refuseMethod(options_.method, body, "has no mesh");
-  if (!collision.tissues.empty()) refuseMethod(options_.method, body, "has tissues");
-  if (collision.paper.isGiven()) refuseMethod(options_.method, body, "has base vectors");
-  if (collision.cutter) refuseMethod(options_.method, body, "cuts");
-  return {bulletShape(geometry, pose, body), Pose()};
+  const std::string& name = body.name;
+  if (usesClouds(options_.method)) {
+    if (clouds_.meetsAsShape(collision, body)) return {bulletShape(geometry, Pose(), name), pose};
+    return {cloudShape(collision, pose, name), clouds_.isDigital(geometry, name) ? pose : Pose()};
+  }
+  if (clouds_.isDigital(geometry, name)) refuseMethod(options_.method, name, "has no mesh");
+  if (!collision.tissues.empty()) refuseMethod(options_.method, name, "has tissues");
+  if (collision.paper.isGiven()) refuseMethod(options_.method, name, "has base vectors");
+  if (collision.cutter) refuseMethod(options_.method, name, "cuts");
+  return {bulletShape(geometry, pose, name), Pose()};
 }
 
 // The field that most contacts of a collision use. Base vectors use the finest.
@@ -150,7 +153,8 @@ PlacedField SceneShapes::shownField(const SceneCollision& collision, const Pose&
 // Equal bodies share base vectors.
 BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose& pose,
                                     const std::string& body) {
-  auto& kept = bulletShapes_[keyOf(collision.geometry) + keyOf(pose) + keyOfElements(collision)];
+  auto& kept =
+      bulletShapes_["cloud " + keyOf(collision.geometry) + keyOf(pose) + keyOfElements(collision)];
   if (kept.shape) return kept;
   return kept = naming(body, [&]() -> BulletShape {
            const double tolerance = toleranceOf(collision);
@@ -161,6 +165,9 @@ BulletShape SceneShapes::cloudShape(const SceneCollision& collision, const Pose&
            shape->setTissues(clouds_.tissues(collision, body));
            shape->setFidelity({tolerance});
            const double voxel = shape->cloud().voxelSize();
+           // Bullet asks for the contacts of a compound's children only where their boxes meet, but
+           // near misses reach a voxel.
+           if (clouds_.traits().compounds) shape->setMargin(btScalar(voxel));
            if (const auto settings = paper(collision, voxel, pose, body))
              shape->usePaper(*settings);
            return {{}, shape};
@@ -238,10 +245,10 @@ std::shared_ptr<const Probed> SceneShapes::probes(const SceneGeometry& geometry,
 void SceneShapes::addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
                           std::vector<PlacedShape>& shapes) {
   const Pose placed = out.frame.inverse() * collision.pose;
-  shapes.push_back(partShape(collision, placed, body.name));
+  shapes.push_back(partShape(collision, placed, body));
   out.drawn.parts.push_back(drawnPart(collision, body.name));
   if (const auto cuts = tool(collision, placed, body.name)) out.tools.push_back(*cuts);
-  if (usesClouds(options_.method) && !isPlane(collision.geometry)) {
+  if (usesClouds(options_.method) && !clouds_.meetsAsShape(collision, body)) {
     const auto [field, place] = shownField(collision, placed, body.name);
     out.drawn.clouds.push_back({field, out.frame * place});
   }
@@ -297,6 +304,13 @@ BodyParts SceneShapes::soft(const SceneBody& body) {
   return out;
 }
 
+// A primitive that clouds meet as it is: in its own frame it needs no compound, whose children
+// Bullet asks for contacts only once their boxes meet.
+bool SceneShapes::isOneShape(const SceneBody& body) {
+  return usesClouds(options_.method) && body.collisions.size() == 1 &&
+         !isPlane(body.collisions[0].geometry) && clouds_.meetsAsShape(body.collisions[0], body);
+}
+
 BodyParts SceneShapes::make(const SceneBody& body) {
   if (body.isSoft()) return naming(body.name, [&] { return soft(body); });
   if (body.collisions.size() == 1 && body.collisions[0].isCuttable)
@@ -310,6 +324,8 @@ BodyParts SceneShapes::make(const SceneBody& body) {
         inertia.center};
     const Eigen::Matrix3d r = out.frame.orientation.toRotationMatrix();
     out.inertia = (r.transpose() * inertia.inertia * r).diagonal();
+  } else if (isOneShape(body)) {
+    out.frame = body.collisions[0].pose;
   }
   std::vector<PlacedShape> shapes;
   for (const auto& collision : body.collisions) addPart(collision, body, out, shapes);

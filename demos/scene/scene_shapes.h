@@ -62,7 +62,7 @@ class SceneShapes {
   // `voxel` is the edge of the clouds' voxels [m]; every method takes its masses from clouds.
   // `store`, if any, shares slow results with other worlds.
   SceneShapes(const CommonOptions& options, double voxel,
-              std::shared_ptr<ShapeStore> store = nullptr);
+              std::shared_ptr<ShapeStore> store = nullptr, const SceneTraits& traits = {});
 
   // Throws BadInput naming the body if its file is unusable, or if the method needs a primitive or
   // cannot use what the body is made of.
@@ -80,11 +80,12 @@ class SceneShapes {
   bool hasDensity(const SceneBody& body);
   Inertia geometryInertia(const SceneBody& body);
   Inertia bodyInertia(const SceneBody& body);
+  bool isOneShape(const SceneBody& body);
   BodyParts cuttable(const SceneBody& body);
   BodyParts soft(const SceneBody& body);
   void addPart(const SceneCollision& collision, const SceneBody& body, BodyParts& out,
                std::vector<PlacedShape>& shapes);
-  PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const std::string& body);
+  PlacedShape partShape(const SceneCollision& collision, const Pose& pose, const SceneBody& body);
   double toleranceOf(const SceneCollision& collision) const {
     return collision.tolerance.value_or(options_.tolerance);
   }

@@ -136,11 +136,11 @@ struct ScenePlaces {
 };
 
 std::size_t bytesOf(const SceneDescription& scene, const WorldSettings& settings) {
-  SceneClouds clouds(settings.common, settings.voxel, settings.store);
+  SceneClouds clouds(settings.common, settings.voxel, settings.store, traitsOf(scene));
   std::map<const SurfaceField*, std::size_t> sizes;
   for (const SceneBody& body : scene.bodies)
     for (const SceneCollision& collision : body.collisions) {
-      if (isPlane(collision.geometry)) continue;
+      if (clouds.meetsAsShape(collision, body)) continue;
       const auto field = clouds.field(collision.geometry, collision.pose, body.name).field;
       sizes[field.get()] = field->bytes() + field->cloud().bytes();
     }

@@ -43,6 +43,9 @@ SceneCollision collisionOf(const SceneDescription& scene, const std::string& bod
   } else if (py::isinstance<Capsule>(shape)) {
     const auto capsule = shape.cast<Capsule>();
     out.geometry = SceneCapsule{capsule.radius, 2 * capsule.halfHeight};
+  } else if (py::isinstance<Cone>(shape)) {
+    const auto cone = shape.cast<Cone>();
+    out.geometry = SceneCone{cone.radius, 2 * cone.halfHeight};
   } else if (py::isinstance<HalfSpace>(shape)) {
     const auto half = shape.cast<HalfSpace>();
     out.geometry = ScenePlane{half.normal};
@@ -54,7 +57,7 @@ SceneCollision collisionOf(const SceneDescription& scene, const std::string& bod
     } catch (const py::cast_error&) {
       throw std::invalid_argument(
           "shape: give a file, a Mesh, a Cloud, a Box, Sphere, Cylinder, "
-          "Capsule or HalfSpace");
+          "Capsule, Cone or HalfSpace");
     }
     if (!std::filesystem::is_regular_file(file))
       throw std::invalid_argument("shape: no file '" + file.string() + "'");
@@ -214,10 +217,13 @@ void bindScene(py::module_& module) {
           "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none(),
           "Adds a body.\n\n"
           "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
-          "Sphere, Cylinder, Capsule or HalfSpace. pose: of its frame in the world. mass [kg]; "
-          "none:\n"
-          "at the density of its tissues, or of water. static: it does not move. friction: of a "
-          "pair\n"
+          "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass "
+          "[kg];\n"
+          "none: at the density of its tissues, or of water. static: it does not move, and a Box, "
+          "Sphere,\n"
+          "Cylinder, Capsule or Cone without a tissue meets others as that exact shape; give a "
+          "Mesh\n"
+          "or Cloud of it for voxels. friction: of a pair\n"
           "the smaller counts. stiffness [N/m], damping [N s/m]: of its contacts, in series with "
           "the\n"
           "other body's; none: as hard as the step allows. restitution: 0 to 1; of a pair the "

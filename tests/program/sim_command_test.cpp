@@ -71,7 +71,7 @@ class CommandTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-// 36 bricks on static ones, each a pair of clouds.
+// 36 bricks on static ones, each a pair of clouds: a tolerance of 0 asks for voxels.
 std::string bricks() {
   std::ostringstream sdf;
   sdf << R"(<?xml version="1.0"?><sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity>
@@ -81,7 +81,8 @@ std::string bricks() {
     sdf << "<model name='m" << i << "'><static>" << (i % 2 ? "false" : "true") << "</static><pose>"
         << 0.2 * (i / 2 % 6) << ' ' << 0.2 * (i / 12) << ' ' << (i % 2 ? 0.0999 : 0) << " 0 0 "
         << 0.05 * i << "</pose><link name='l'><collision name='c'><geometry><box><size>0.1 0.1 0.1"
-        << "</size></box></geometry></collision></link></model>";
+        << "</size></box></geometry><cloudcontact:tolerance>0</cloudcontact:tolerance></collision>"
+        << "</link></model>";
   sdf << "</world></sdf>";
   return sdf.str();
 }

@@ -117,6 +117,22 @@ TEST(Penetration, OfACapsuleAndACylinderLyingOnAPlane) {
               0.05, 2e-5);
 }
 
+// In front of the tip, the slant, the rim and the base, and inside: as in the cone's mesh.
+TEST(Penetration, OfAConeIsThatOfItsMesh) {
+  const Mesh mesh = primitiveMesh(Cone{0.5, 0.6}, 1e-5);
+  const MeasuredSolid cone = SceneCone{0.5, 1.2};
+  const MeshDistance distance(mesh);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p(uniform(random), uniform(random), uniform(random));
+    ASSERT_NEAR(depthIn(cone, p, 10), distance.depth(p, 10), 3e-5) << p.transpose();
+  }
+  EXPECT_NEAR(depthIn(cone, Vec3(0, 0, 0.7), 1), -0.1, 1e-12);
+  EXPECT_NEAR(depthIn(cone, Vec3(0.5 + 0.03, 0, -0.6 - 0.04), 1), -0.05, 1e-12);
+  EXPECT_NEAR(depthIn(cone, Vec3(0, 0, -0.5), 1), 0.1, 1e-12);
+}
+
 // No vertex of either is inside the other: only points on the faces find the overlap.
 TEST(Penetration, OfCrossedBarsIsFoundBetweenVertices) {
   const Mesh mesh = boxMesh(Vec3(0.2, 0.2, 4));

@@ -58,6 +58,18 @@ def test_a_brick_comes_to_rest_and_presses_with_its_weight():
     np.testing.assert_array_equal(world.positions[brick.index], brick.position)
 
 
+def test_a_static_shape_stays_exact():
+    scene = cc.Scene("shapes", step=0.001)
+    scene.add("floor", cc.Box((1, 1, 0.1)), [0, 0, -0.1], static=True, friction=0.5)
+    scene.add("cone", cc.Cone(0.06, 0.03), [0.3, 0, 0.03], static=True, friction=0.5)
+    scene.add("brick", cc.Mesh(*box_arrays([0.04, 0.03, 0.02])), [0, 0, 0.0101], mass=0.2, friction=0.5)
+    scene.add("ball", cc.Sphere(0.02), [0.3, 0, 0.0801], mass=0.2, friction=0.5)
+    world = cc.World(scene, voxel=0.002)  # a minute with voxels of the floor
+    world.run(0.1)
+    assert world["brick"].position[2] == pytest.approx(0.01, abs=4e-5)
+    assert world["ball"].position[2] == pytest.approx(0.08, abs=2e-4)  # on the tip
+
+
 def test_free_fall_and_velocities():
     scene = cc.Scene(gravity=[0, 0, -G], step=0.001)
     scene.add("ball", cc.Sphere(0.01), [0, 0, 1], mass=0.1, velocity=[0.5, 0, 0], angular_velocity=[0, 0, 3])

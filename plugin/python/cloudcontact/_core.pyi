@@ -559,7 +559,7 @@ class Scene:
     def add(
         self,
         name: str,
-        shape: Union[File, Mesh, Cloud, Box, Sphere, Cylinder, Capsule, HalfSpace],
+        shape: Union[File, Mesh, Cloud, Box, Sphere, Cylinder, Capsule, Cone, HalfSpace],
         pose: PoseLike = None,
         *,
         mass: Optional[float] = None,
