@@ -178,6 +178,17 @@ double World::solverSeconds() const {
   return state_->solver.seconds();
 }
 
+WorkDone World::work() const {
+  WorkDone work;
+  work.sweeps = state_->solver.sweeps();
+  if (!state_->cloudContact) return work;
+  const CloudContactStatistics contacts = state_->cloudContact->statistics();
+  work.pairs = contacts.pairs;
+  work.contacts = contacts.work;
+  work.bytes = contacts.bytes;
+  return work;
+}
+
 const Pose& World::pose(std::size_t body) const {
   if (state_->poses.empty()) {
     for (const State::Body& b : state_->bodies)
