@@ -11,6 +11,7 @@
 #include "demos/demo.h"
 #include "io/errors.h"
 #include "lab/cases.h"
+#include "lab/peer_pairs.h"
 #include "scene/scene_clouds.h"
 #include "scene/scene_file.h"
 
@@ -91,12 +92,12 @@ WorkSource sourceOf(const std::string& name, int threads, const Runs& runs) {
     runs({kSteps, 1e9, [&](WorldSettings& s) { s.common.threads = 1; },
           [&](const std::string& label, const SimulationReport& report) {
             const double steps = report.steps;
-            times.push_back({named(label), report.narrowPhaseSeconds / steps, 0,
+            times.push_back({named(label), report.narrowPhaseThreadSeconds / steps, 0,
                              gatherSeconds(bytesOf(report.work.contacts) / steps)});
           }});
     std::size_t next = 0;
     const auto asMeshes = [&](const std::string&, const SimulationReport& report) {
-      times[next++].gimpact = report.narrowPhaseSeconds / report.steps;
+      times[next++].gimpact = report.narrowPhaseThreadSeconds / report.steps;
     };
     try {
       if (gimpact)
@@ -204,7 +205,7 @@ LabMethod methodOf(const std::vector<LabMethod>& methods, const std::string& met
 void addPairs(std::vector<WorkSource>& sources) {
   const LabMethod cloud = methodOf(cloudMethods(), "cloud", "/ " + std::to_string(kParts)),
                   paper = methodOf(paperMethods(), "paper", "window 2.5"),
-                  gimpact = methodOf(bulletMethods(), "gimpact", "");
+                  gimpact = methodOf(bulletMethods(), "gimpact", fraction(kFineFacets));
   std::set<std::string> families;
   for (const LabCase& one : allCases()) {
     if (!one.quick || !families.insert(one.family).second) continue;

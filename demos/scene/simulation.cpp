@@ -120,6 +120,7 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   report.pairs /= double(substeps);
   report.contactsPerStep /= double(substeps);
   report.narrowPhaseSeconds = world.narrowPhaseSeconds();
+  report.narrowPhaseThreadSeconds = world.narrowPhaseThreadSeconds();
   report.solverSeconds = world.solverSeconds();
   report.work = world.work();
   report.realTimeFactor = report.steps * settings.step / report.wallSeconds;

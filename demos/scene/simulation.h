@@ -31,6 +31,7 @@ struct SimulationReport {
   double wallSeconds = 0;  // of the steps, without the measurements
   double realTimeFactor = 0;
   double narrowPhaseSeconds = 0, solverSeconds = 0;
+  double narrowPhaseThreadSeconds = 0;  // processor time of the stepping thread
   WorkDone work;
   double pairs = 0;            // in contact, mean of the substeps
   double contactsPerStep = 0;  // points, mean of the substeps

@@ -224,6 +224,7 @@ class World {
   // diagnose() of the Bullet world, for clouds; its objects are the bodies.
   std::vector<std::string> advice() const;
   double narrowPhaseSeconds() const;
+  double narrowPhaseThreadSeconds() const;  // processor time of the stepping thread
   DeviceUse deviceUse() const;
   double solverSeconds() const;
   WorkDone work() const;

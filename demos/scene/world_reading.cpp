@@ -169,6 +169,9 @@ DeviceUse World::deviceUse() const {
 double World::narrowPhaseSeconds() const {
   return state_->dispatcher.seconds();
 }
+double World::narrowPhaseThreadSeconds() const {
+  return state_->dispatcher.threadSeconds();
+}
 std::vector<std::string> World::advice() const {
   if (!state_->cloudContact) return {};
   return diagnose(state_->world);
