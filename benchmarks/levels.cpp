@@ -377,7 +377,7 @@ void measure(const Options& options) {
           "searched, %zu coarser, %zu refined, %.0f lookups, %.2f us\n",
           1e3 * pair.voxel[0], 1e3 * pair.voxel[1], pair.voxelLevel[0], pair.voxelLevel[1],
           1e3 * pair.expectedError, 1e3 * pair.depth, pair.searched, pair.coarser, pair.refined,
-          double(pair.lookups) / double(std::max<std::size_t>(1, pair.searched)),
+          double(pair.work.samples) / double(std::max<std::size_t>(1, pair.searched)),
           1e6 * pair.seconds / double(pair.answers()));
 }
 

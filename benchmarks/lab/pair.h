@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/contact/work_counts.h>
 #include <cloudcontact/law/solid.h>
 #include <cloudcontact/mesh/mesh.h>
 
@@ -43,6 +44,8 @@ struct LabPair {
   std::optional<double> volume = {};
   // The pair (b, a) of the same bodies, where that is cheaper than preparing it again.
   std::function<LabPair()> swapped = {};
+  // What one query takes, the first of its pair; only of CloudContact.
+  std::function<WorkCounts(const Pose& b)> work = {};
 };
 
 // Why a method has no answer for a pair; the chart shows the reason.

@@ -74,11 +74,16 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
                Method method) {
   const auto finder = std::make_shared<ContactFinder>();
   LabPair pair;
+  ContactSettings settings;
+  settings.law = KelvinVoigt{1, 0};
+  if (method == Method::Paper) settings.normals = Normals::BaseVectors;
   pair.find = [=](const Pose& pose) {
-    ContactSettings settings;
-    settings.law = KelvinVoigt{1, 0};
-    if (method == Method::Paper) settings.normals = Normals::BaseVectors;
     return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), 1);
+  };
+  pair.work = [=](const Pose& pose) {
+    ContactFinder first;
+    first.find(a->at(Pose{}), b->at(pose), settings);
+    return first.work();
   };
   pair.microseconds = [=](const Pose& pose, int repeat, double jitter) {
     // The probe has A's grid at the origin.

@@ -27,8 +27,8 @@ std::string usedBy(const PairUse& pair, const std::vector<KnownShape>& known) {
   const PairReport& r = pair.report;
   std::string used;
   if (r.searched > 0)
-    append(used, times(r.searched, "search") + " of " + std::to_string(r.lookups / r.searched) +
-                     " samples");
+    append(used, times(r.searched, "search") + " of " +
+                     std::to_string(r.work.samples / r.searched) + " samples");
   if (r.device > 0) append(used, times(r.device, "search") + " on the device");
   if (r.coarser > 0) {
     char text[64];
@@ -46,9 +46,9 @@ std::string usedBy(const PairUse& pair, const std::vector<KnownShape>& known) {
 
 std::string skippedBy(const PairReport& r) {
   std::string skipped;
-  if (r.samples > r.lookups) {
+  if (r.samples > r.work.samples) {
     char text[64];
-    const double part = 100.0 * double(r.samples - r.lookups) / double(r.samples);
+    const double part = 100.0 * double(r.samples - r.work.samples) / double(r.samples);
     std::snprintf(text, sizeof text, "%.*f %% of the samples", part > 99 ? 1 : 0, part);
     append(skipped, text);
   }

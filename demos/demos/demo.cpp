@@ -47,6 +47,7 @@ const std::vector<Demo>& demos() {
 
 SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettings& settings,
                                 const SimulationSettings& simulation, const std::string& label) {
+  if (shortened_) return runShort(scene, settings, simulation, label);
   World world(scene, settings);
   setups_.insert(setupText(settings, simulation.step, simulation.substeps));
   if (usesClouds(settings.common.method)) voxel_ = std::max(voxel_, settings.voxel);
@@ -60,6 +61,19 @@ SimulationReport DemoStage::run(const SceneDescription& scene, const WorldSettin
   };
   const SimulationReport report = simulate(world, watched);
   if (progress) progress(1);  // in case rounding leaves the last time below 1
+  return report;
+}
+
+SimulationReport DemoStage::runShort(const SceneDescription& scene, const WorldSettings& settings,
+                                     const SimulationSettings& simulation,
+                                     const std::string& label) {
+  const bool told = usesClouds(settings.common.method);
+  WorldSettings own = settings;
+  if (told) shortened_->adjust(own);
+  World world(scene, own);
+  const SimulationReport report =
+      simulateShort(world, simulation.step, told ? shortened_->steps : 1, shortened_->seconds);
+  if (told) shortened_->done(label, report);
   return report;
 }
 

@@ -1,7 +1,9 @@
 // A demo: a scene that tells a story and checks its own outcome against physics.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -25,6 +27,15 @@ class DemoStage {
   // `label` distinguishes the runs of a demo.
   SimulationReport run(const SceneDescription& scene, const WorldSettings& settings,
                        const SimulationSettings& simulation, const std::string& label);
+  // For counts and times: every run of clouds ends early, with settings that `adjust` has changed,
+  // and is told to `done` with its label. What the demo then checks says nothing.
+  struct Shortened {
+    int steps = 0;
+    double seconds = 1e9;  // of wall time
+    std::function<void(WorldSettings&)> adjust;
+    std::function<void(const std::string& label, const SimulationReport&)> done;
+  };
+  void shorten(Shortened how) { shortened_ = std::move(how); }
   // For demos without Bullet worlds: adds takes of a replay, and pictures by name.
   bool wantsReplay() const { return wantsReplay_; }
   bool wantsPictures() const { return wantsPictures_; }
@@ -38,7 +49,11 @@ class DemoStage {
   Replay replay();
 
  private:
+  SimulationReport runShort(const SceneDescription& scene, const WorldSettings& settings,
+                            const SimulationSettings& simulation, const std::string& label);
+
   bool wantsReplay_, wantsPictures_;
+  std::optional<Shortened> shortened_;
   Recorder recorder_;
   std::set<std::string> setups_;  // descriptions of the runs
   double voxel_ = 0, seconds_ = 0;
@@ -52,7 +67,7 @@ struct Demo {
   const char* story;  // what it shows
   const char* watch;  // what to look for
   std::vector<ReplayCheck> (*run)(DemoStage&);
-  bool draws = false;  // whether it has pictures
+  bool draws = false;  // whether it has pictures: of a cut, without a Bullet world
 };
 
 const std::vector<Demo>& demos();

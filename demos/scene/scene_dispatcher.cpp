@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <map>
 #include <utility>
 
@@ -13,6 +14,12 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double processorSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
 int indexOf(const btCollisionObject* object) {
@@ -36,8 +43,10 @@ void SceneDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
                                                 const btDispatcherInfo& info,
                                                 btDispatcher* dispatcher) {
   const auto start = Clock::now();
+  const double startOfThread = processorSeconds();
   CloudDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
   seconds_ += since(start);
+  threadSeconds_ += processorSeconds() - startOfThread;
   applySurfaces();
   if (onContacts) onContacts();
 }

@@ -48,12 +48,14 @@ class SceneDispatcher : public CloudDispatcher {
   const SurfaceSettings& surfaces() const { return settings_; }
 
   double seconds() const { return seconds_; }
+  // Processor time of the stepping thread, which other programs do not lengthen.
+  double threadSeconds() const { return threadSeconds_; }
 
  private:
   void applySurfaces();
 
   SurfaceSettings settings_;
-  double seconds_ = 0;
+  double seconds_ = 0, threadSeconds_ = 0;
 };
 
 class TimedSolver : public ExtrapolatingSolver {

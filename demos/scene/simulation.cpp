@@ -110,16 +110,19 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
       report.pairs += moment.pairs;
       report.contactsPerStep += moment.contacts;
     }
-    if (instants.after(n))
+    if (settings.instants > 0 && instants.after(n))
       report.maxPenetration = std::max(report.maxPenetration, world.penetration());
     if (settings.observe) settings.observe(n * settings.step, world);
     if (settings.goesOn) goesOn = settings.goesOn(n * settings.step);
   }
-  if (n < planned) report.maxPenetration = std::max(report.maxPenetration, world.penetration());
+  if (n < planned && settings.instants > 0)
+    report.maxPenetration = std::max(report.maxPenetration, world.penetration());
   report.pairs /= double(substeps);
   report.contactsPerStep /= double(substeps);
   report.narrowPhaseSeconds = world.narrowPhaseSeconds();
+  report.narrowPhaseThreadSeconds = world.narrowPhaseThreadSeconds();
   report.solverSeconds = world.solverSeconds();
+  report.work = world.work();
   report.realTimeFactor = report.steps * settings.step / report.wallSeconds;
   report.hash = world.hash();
   for (std::size_t i = 0; i < world.bodyCount(); ++i) report.bodies.push_back(world.state(i));
@@ -129,6 +132,18 @@ SimulationReport simulate(World& world, const SimulationSettings& settings) {
   report.energyEnd = world.moment().energy;
   report.energyMax = std::max(report.energyMax, report.energyEnd.ofBodies());
   return report;
+}
+
+SimulationReport simulateShort(World& world, double step, int steps, double most) {
+  const auto start = std::chrono::steady_clock::now();
+  SimulationSettings settings;
+  settings.step = step;
+  settings.seconds = steps * step;
+  settings.instants = 0;
+  settings.goesOn = [&](double) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < most;
+  };
+  return simulate(world, settings);
 }
 
 std::string setupText(const WorldSettings& settings, double step, int substeps) {

@@ -14,8 +14,8 @@ struct SimulationSettings {
   double seconds = 1;
   double step = 1.0 / 240;  // [s]
   int substeps = 1;         // number of equal parts of a step
-  // Penetration is measured at this many instants, always at the end; fewer if that takes more than
-  // `mostProbes` lookups in total.
+  // Penetration is measured at this many instants, always at the end; 0: never; fewer if that takes
+  // more than `mostProbes` lookups in total.
   int instants = 100;
   std::size_t mostProbes = 1'500'000;
   // Called at the start (time 0) and after each step.
@@ -31,6 +31,8 @@ struct SimulationReport {
   double wallSeconds = 0;  // of the steps, without the measurements
   double realTimeFactor = 0;
   double narrowPhaseSeconds = 0, solverSeconds = 0;
+  double narrowPhaseThreadSeconds = 0;  // processor time of the stepping thread
+  WorkDone work;
   double pairs = 0;            // in contact, mean of the substeps
   double contactsPerStep = 0;  // points, mean of the substeps
   double maxPenetration = 0;   // [m]
@@ -43,6 +45,9 @@ struct SimulationReport {
 };
 
 SimulationReport simulate(World& world, const SimulationSettings& settings);
+
+// So many steps, without measuring penetration; fewer if they take longer than `most` [s].
+SimulationReport simulateShort(World& world, double step, int steps, double most);
 
 // "clouds of 0.25 mm voxels, steps of 1 ms"
 std::string setupText(const WorldSettings& settings, double step, int substeps = 1);

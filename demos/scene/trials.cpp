@@ -170,7 +170,7 @@ Trial attemptScene(ScenePlaces& scene, const TuneSetting& setting) {
       trial.stated.resize(trial.depths.size(), 0);
       if (pair.report.expectedError > 0) trial.depths[place] = pair.report.depth;
       trial.stated[place] = pair.report.expectedError;
-      trial.lookups += double(pair.report.lookups);
+      trial.lookups += double(pair.report.work.samples);
       trial.microseconds += 1e6 * pair.report.seconds / double(scene.instants.size());
       if (pair.report.searched > 0) trial.level = std::min(trial.level, pair.report.level);
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/bullet/pair_report.h>
+#include <cloudcontact/contact/work_counts.h>
 #include <cloudcontact/mesh/mesh.h>
 #include <cloudcontact/voxels/cloud.h>
 #include <cloudcontact/voxels/voxel_cut.h>
@@ -135,6 +136,14 @@ struct KnownShape {
   double error = 0;  // [m]
 };
 
+// What the steps so far took, in counts that no machine changes.
+struct WorkDone {
+  std::size_t pairs = 0;  // of clouds, asked for contacts
+  WorkCounts contacts;
+  std::size_t sweeps = 0;  // of the solver
+  std::size_t bytes = 0;   // that the pairs of now keep between steps
+};
+
 // How two bodies met, all steps together.
 struct PairUse {
   std::size_t a = 0, b = 0;  // bodies
@@ -215,8 +224,10 @@ class World {
   // diagnose() of the Bullet world, for clouds; its objects are the bodies.
   std::vector<std::string> advice() const;
   double narrowPhaseSeconds() const;
+  double narrowPhaseThreadSeconds() const;  // processor time of the stepping thread
   DeviceUse deviceUse() const;
   double solverSeconds() const;
+  WorkDone work() const;
   // FNV-1a over the bits of all states, to compare runs.
   std::uint64_t hash() const;
 

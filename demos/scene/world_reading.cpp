@@ -169,6 +169,9 @@ DeviceUse World::deviceUse() const {
 double World::narrowPhaseSeconds() const {
   return state_->dispatcher.seconds();
 }
+double World::narrowPhaseThreadSeconds() const {
+  return state_->dispatcher.threadSeconds();
+}
 std::vector<std::string> World::advice() const {
   if (!state_->cloudContact) return {};
   return diagnose(state_->world);
@@ -176,6 +179,17 @@ std::vector<std::string> World::advice() const {
 
 double World::solverSeconds() const {
   return state_->solver.seconds();
+}
+
+WorkDone World::work() const {
+  WorkDone work;
+  work.sweeps = state_->solver.sweeps();
+  if (!state_->cloudContact) return work;
+  const CloudContactStatistics contacts = state_->cloudContact->statistics();
+  work.pairs = contacts.pairs;
+  work.contacts = contacts.work;
+  work.bytes = contacts.bytes;
+  return work;
 }
 
 const Pose& World::pose(std::size_t body) const {

@@ -48,6 +48,7 @@
 
 #include <cloudcontact/contact/contact.h>
 #include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/contact/work_counts.h>
 
 #include <cloudcontact/field/base_vector_field.h>
 #include <cloudcontact/field/window.h>

@@ -45,6 +45,10 @@ class ManifoldWriter {
   void clear();
 
   const std::vector<btPersistentManifold*>& manifolds() const { return manifolds_; }
+  std::size_t bytesKept() const {  // without the manifolds
+    return manifolds_.capacity() * sizeof(manifolds_[0]) + old_.capacity() * sizeof(old_[0]) +
+           inherited_.capacity();
+  }
   // As many as `count`, of these bodies; for contacts that are read from a file.
   const std::vector<btPersistentManifold*>& resize(std::size_t count, const btCollisionObject& a,
                                                    const btCollisionObject& b);

@@ -28,7 +28,8 @@ class Reports {
     sum.shapes += report.shapes;
     sum.moved += report.moved;
     sum.device += report.device;
-    sum.lookups += report.lookups;
+    sum.work += report.work;
+    sum.bytes += report.bytes;
     sum.samples += report.samples;
     sum.seconds += report.seconds;
     sum.expectedError = std::max(sum.expectedError, report.expectedError);
@@ -67,6 +68,9 @@ CloudContactStatistics NarrowPhase::statistics() const {
   {
     const std::lock_guard lock(mutex_);
     all = statistics_;
+    all.work = workspace_->work();
+    all.work -= workBefore_;
+    for (const PairReport* report : reports_) all.bytes += report->bytes;
   }
   all.countedSeconds = budget_.lastStep();
   for (Share& share : shares_) {
@@ -92,6 +96,7 @@ void NarrowPhase::resetStatistics() {
   }
   const std::lock_guard lock(mutex_);
   statistics_ = {};
+  workBefore_ = workspace_->work();
 }
 
 void NarrowPhase::checkMatter(const btCollisionObject& object) {

@@ -118,6 +118,7 @@ class NarrowPhase {
   std::shared_mutex motion_;  // velocities of bodies
   std::mutex reading_;
   CloudContactStatistics statistics_;  // of failures
+  WorkCounts workBefore_;              // the last reset
   std::vector<const PairReport*> reports_;
   std::vector<CloudAlgorithm*> algorithms_;
   std::vector<PairReport> parted_;

@@ -259,6 +259,8 @@ void PairState::count(const PairQuery& query, const PairSides& sides, const Answ
   summary.depth = depthOf(contact);
   summary.level = contact.level;
   summary.tolerance = query.levels.tolerance;
+  summary.work = finder.work();
+  summary.bytes = bytesKept();
   summary.coarser += used.coarser;
   summary.eased += used.eased;
   summary.refined += used.refined;
@@ -268,7 +270,6 @@ void PairState::count(const PairQuery& query, const PairSides& sides, const Answ
     summary.voxel[side] = bodies[side]->field ? bodies[side]->field->cloud().voxelSize() : 0;
   }
   if (how != Answer::Searched) return;
-  summary.lookups += finder.sampleLookups();
   for (const ContactBody* body : {&query.a, &query.b})
     if (body->field) summary.samples += body->field->sampleCount();
 }

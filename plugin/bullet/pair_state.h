@@ -114,6 +114,9 @@ struct PairState {
   // The voxel if the next step may begin with staysApart().
   double clearAfter(const PairQuery& query, const PairSides& sides,
                     const ContactResult& contact) const;
+  std::size_t bytesKept() const {
+    return sizeof *this + finder.bytesKept() + moved.bytesKept() + writer.bytesKept();
+  }
   void count(const PairQuery& query, const PairSides& sides, const Answered& found, double seconds);
   LevelCount levelsOf(const PairQuery& query, Answer how) const {
     if (how == Answer::Shapes || !(query.levels.tolerance > 0)) return {};

@@ -82,6 +82,11 @@ class ContactBuilder {
   const ContactResult& withIds();
   PatchIds& ids() { return ids_; }
   const ContactResult& latest() const { return result_; }
+  std::size_t bytesKept() const {
+    return result_.bytesKept() + found_.capacity() * sizeof(FoundPatch) +
+           contacts_.capacity() * sizeof(CcContactPatch) +
+           patches_.capacity() * sizeof(PatchIds::Patch);
+  }
 
  private:
   struct FoundPatch {

@@ -24,11 +24,16 @@ void ContactWorkspace::reserve(int threads) {
   state_->memory.reserve(threads);
 }
 
+WorkCounts ContactWorkspace::work() const {
+  return state_->memory.work();
+}
+
 struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
   VerletLists lists;
-  std::size_t lookups = 0, lookupsBeside = 0;
+  WorkCounts work;         // of all searches
+  std::size_t before = 0;  // work.samples when the last one began
 
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
             const PairFrame& frame, const SearchOutcome& outcome, QueryMemory& memory,
@@ -75,7 +80,8 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const TaskRunner* runner) {
   State& s = *state_;
   const PairFrame frame = s.builder.begin(a, b, settings);
-  BorrowedMemory memory(s.workspace->state_->memory);
+  s.before = s.work.samples;
+  BorrowedMemory memory(s.workspace->state_->memory, s.work);
   HitColumns& hits = memory->hits;
   int level = 0;
   double gap = 0;
@@ -104,8 +110,6 @@ void ContactFinder::search(const ContactBody& a, const ContactBody& b,
     s.builder.begin(a, b, settings);
     build(false);
   }
-  s.lookups = memory->search.lookups();
-  s.lookupsBeside = 0;
 }
 
 void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
@@ -114,7 +118,7 @@ void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
   const std::size_t touching = s.builder.latest().samples;
   const int level = s.builder.latest().level;
   const PairFrame frame = s.builder.begin(a, b, settings);
-  BorrowedMemory memory(s.workspace->state_->memory);
+  BorrowedMemory memory(s.workspace->state_->memory, s.work);
   memory->search.runApart(a, b, frame, settings.margin, memory->hits);
   if (!(memory->search.gap() > 0))
     return search(a, b, settings);  // a sample is deeper than it said
@@ -122,7 +126,6 @@ void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
       addBorderHits(a, b, frame, settings.margin, memory->search.gap(), memory->hits);
   s.make(a, b, settings, frame, {0, memory->hits.size(), gap}, *memory, nullptr, false);
   s.builder.setHits(touching, level);
-  s.lookups += memory->search.lookups();
 }
 
 namespace {
@@ -184,13 +187,12 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   const ContactResult& contact = s.builder.latest();
   if (contact.patches.empty() || !(settings.margin > 0)) return;
   const PairFrame frame = frameOf(a, b);
-  BorrowedMemory memory(s.workspace->state_->memory);
+  BorrowedMemory memory(s.workspace->state_->memory, s.work);
   KnownMeets& known = memory->known;
   for (KnownMeets::Side& side : known.of) side.meets.clear();
   if (a.field) setWays(a, b, step, known.of[kA]);
   if (b.field) setWays(b, a, step, known.of[kB]);
   known.again = false;
-  s.lookupsBeside = 0;
   std::size_t first = 0;
   const auto look = [&] {
     if (a.field) addMeets(a, 1, contact, first, known.of[kA]);
@@ -198,7 +200,6 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     first = contact.patches.size();
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     known.again = true;
-    s.lookupsBeside += memory->search.lookups();
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
     return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);
   };
@@ -221,8 +222,16 @@ const ContactResult& ContactFinder::latest() const {
   return state_->builder.latest();
 }
 
+const WorkCounts& ContactFinder::work() const {
+  return state_->work;
+}
+
 std::size_t ContactFinder::sampleLookups() const {
-  return state_->lookups + state_->lookupsBeside;
+  return state_->work.samples - state_->before;
+}
+
+std::size_t ContactFinder::bytesKept() const {
+  return sizeof(State) + state_->lists.bytesKept() + state_->builder.bytesKept();
 }
 
 ContactBuilder& ContactFinder::builder() {

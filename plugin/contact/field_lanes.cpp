@@ -203,15 +203,18 @@ float depthAt(const Direction& dir, const FieldData& other, const CcWetEnd& end)
   return d.depth * static_cast<float>(other.cloud().voxelSize());
 }
 
-// Limits the first `count` of lanes.wet, in `hits`, to what is in the other body.
-void limitWet(const Direction& dir, const SampleColumns& samples, const FieldData& other,
-              const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
+// Limits the first `count` of lanes.wet, in `hits`, to what is in the other body. Returns how many
+// ends it has looked up.
+std::size_t limitWet(const Direction& dir, const SampleColumns& samples, const FieldData& other,
+                     const Lanes& lanes, int count, const HitColumns::Columns<float>& hits) {
+  std::size_t ends = 0;
   const HitMaker maker(dir, samples, lanes);
   const CcLimits limits = dir.limits();
   for (int i = 0; i < count; ++i) {
     if (hits.share[i] >= 1.0f) continue;
     CcWetEnd end;
     if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
+    ++ends;
     const float out =
         ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i], hits.facing + i,
                    hits.depth1 + i, hits.depth2 + i, hits.depth3 + i);
@@ -219,6 +222,7 @@ void limitWet(const Direction& dir, const SampleColumns& samples, const FieldDat
     hits.y[i] += out * hits.ownY[i];
     hits.z[i] += out * hits.ownZ[i];
   }
+  return ends;
 }
 
 }  // namespace
@@ -256,7 +260,7 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, const 
   std::int32_t none = 0;
   for (int i = 0; i < made; ++i) none |= !(to.depth1[i] > 0.0f);
   if (none) return false;
-  if (other) limitWet(dir, samples, *other, lanes, count, to);
+  if (other) lanes.planes += limitWet(dir, samples, *other, lanes, count, to);
   hits.commit(static_cast<std::size_t>(count), dir.side, false);
   return true;
 }

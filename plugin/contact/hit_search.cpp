@@ -70,12 +70,14 @@ void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns&
 
 // Returns -1 if the lists end before there are enough hits.
 int HitSearch::searchLevels(const Query& query, HitColumns& hits, const VerletLists* lists) {
+  ++work_.searches;
   for (Candidates& c : candidates_) c.all = true;
   for (int level = kLevels - 1;; --level) {
     if (lists && level < lists->level()) return -1;
     hits.clear();
     searchSide(query, kA, level, hits, lists);
     searchSide(query, kB, level, hits, lists);
+    work_.hits += hits.size();
     if (level == 0 || hits.size() >= neededOf(level, query.enough)) return level;
   }
 }
@@ -84,57 +86,65 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
                    double margin, std::size_t enough, HitColumns& hits, const TaskRunner* runner,
                    VerletLists* lists) {
   shares_.runner = runner;
-  for (Candidates& c : candidates_) c.lookups = 0;
-  forgetCoarse(margin > 0);
-  nearLookups_ = 0;
-  gap_ = 0;
-  hits.clear();
+  begin(margin > 0, hits);
   // Bullet's boxes exceed its bodies by 7 cm (gContactBreakingThreshold and the tree's margin),
   // whatever their size. In a box of small parts, most pairs are far apart.
   const double seen = marginOf(a, b, frame.voxel, margin);
   if (farApart(a, b, std::max(kFarApart * frame.voxel, seen))) return 0;
   const Query query = queryOf(a, b, frame, enough);
-  if (!query.ofFields()) lists = nullptr;
-  const bool listed = lists && lists->begin(dataOf(a), dataOf(b), query.ways);
-  int level = listed ? searchLevels(query, hits, lists) : -1;
-  if (level < 0) {
-    if (listed) lists->drop();
-    level = searchLevels(query, hits, nullptr);
-    if (lists) lists->reserve(candidates_[kA].lookups, candidates_[kB].lookups);
-    // Where nothing touches, a list would hold half of all samples.
-    if (lists && lists->wanted() && !hits.empty())
-      lists->make(dataOf(a), dataOf(b), level, *builder_);
-  }
+  const int level = searchBoth(query, hits, query.ofFields() ? lists : nullptr);
   if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
+  end();
+  return level;
+}
+
+// With the lists if they are valid; else makes them if that is worthwhile. Returns the level.
+int HitSearch::searchBoth(const Query& query, HitColumns& hits, VerletLists* lists) {
+  const FieldData *a = nullptr, *b = nullptr;
+  if (lists) a = &dataOf(*query.bodies[kA]), b = &dataOf(*query.bodies[kB]);
+  const bool listed = lists && lists->begin(*a, *b, query.ways);
+  int level = listed ? searchLevels(query, hits, lists) : -1;
+  if (level >= 0) return level;
+  if (listed) lists->drop();
+  level = searchLevels(query, hits, nullptr);
+  if (lists) lists->reserve(candidates_[kA].work.samples, candidates_[kB].work.samples);
+  // Where nothing touches, a list would hold half of all samples.
+  if (lists && lists->wanted() && !hits.empty()) lists->make(*a, *b, level, *builder_);
   return level;
 }
 
 void HitSearch::runApart(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                          double margin, HitColumns& hits) {
-  hits.clear();
-  gap_ = 0;
-  forgetCoarse(false);
+  begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
   touchLightly(queryOf(a, b, frame, 0), frame, seen, hits);
+  end();
 }
 
 bool HitSearch::runBeside(const ContactBody& a, const ContactBody& b, const PairFrame& frame,
                           double margin, const KnownMeets& known, HitColumns& hits) {
-  hits.clear();
-  gap_ = 0;
-  forgetCoarse(false);
-  for (Candidates& c : candidates_) c.lookups = 0;
+  begin(false, hits);
   const auto seen = static_cast<float>(marginOf(a, b, frame.voxel, margin));
   touchLightly(queryOf(a, b, frame, 0), frame, seen, hits, &known);
+  end();
   return !hits.empty();
 }
 
-// `wanted`: the next search keeps what it finds at the coarsest samples.
-void HitSearch::forgetCoarse(bool wanted) {
+// `wantsCoarse`: the search keeps what it finds at the coarsest samples.
+void HitSearch::begin(bool wantsCoarse, HitColumns& hits) {
   for (int side = 0; side < 2; ++side) {
     coarse_[side].known = false;
-    candidates_[side].coarse = wanted ? &coarse_[side] : nullptr;
+    candidates_[side].coarse = wantsCoarse ? &coarse_[side] : nullptr;
+    candidates_[side].work = {};
   }
+  near_ = {};
+  gap_ = 0;
+  hits.clear();
+}
+
+void HitSearch::end() {
+  for (const Candidates& c : candidates_) work_ += c.work;
+  work_ += builder_->takeWork();
 }
 
 void HitSearch::reserveLike(const HitSearch& other) {
@@ -151,7 +161,8 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
                              HitColumns& hits, const KnownMeets* known) {
   const std::vector<Hit>& found =
       misses_.run(query.bodies, query.ways, frame, margin, coarse_, known);
-  nearLookups_ = misses_.lookups();
+  near_ = misses_.work();
+  ++near_.searches;
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());
   for (const Side side : {kA, kB})  // Binner expects A's hits first
@@ -162,6 +173,8 @@ void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float m
       hits.push_back(hit);
     }
   if (!hits.empty()) gap_ = static_cast<double>(shift);
+  near_.hits = hits.size();
+  work_ += near_;
 }
 
 }  // namespace cloudcontact

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include "contact/near_misses.h"
 #include "contact/pair_frame.h"
@@ -42,8 +43,10 @@ class HitSearch {
   double gap() const { return gap_; }  // [m] 0: the hits are real
   // Samples that the last run looked up, on all levels.
   std::size_t lookups() const {
-    return candidates_[0].lookups + candidates_[1].lookups + nearLookups_;
+    return candidates_[0].work.samples + candidates_[1].work.samples + near_.samples;
   }
+  // What the runs since the last call took.
+  WorkCounts takeWork() { return std::exchange(work_, {}); }
   // Reserves what `other` has reserved.
   void reserveLike(const HitSearch& other);
 
@@ -56,13 +59,16 @@ class HitSearch {
                   const VerletLists* lists);
   void touchLightly(const Query& query, const PairFrame& frame, float margin, HitColumns& hits,
                     const KnownMeets* known = nullptr);
-  void forgetCoarse(bool wanted);
+  int searchBoth(const Query& query, HitColumns& hits, VerletLists* lists);
+  void begin(bool wantsCoarse, HitColumns& hits);
+  void end();
 
   std::unique_ptr<VerletListBuilder> builder_;
   search::Candidates candidates_[2];
   search::CoarseFound coarse_[2];
   NearMissSearch misses_;
-  std::size_t nearLookups_ = 0;
+  WorkCounts near_;  // of the last search for near misses
+  WorkCounts work_;
   search::Shares shares_;
   double gap_ = 0;
 };

@@ -118,6 +118,7 @@ void choosePlanes(const Direction& dir, const FieldData& other, float voxel, boo
   if (beside) bound.begin(planes, lanes);
   for (int k = 0; planes.having[k] > 0; ++k) {
     planes.read(other.planes(), k);
+    lanes.planes += static_cast<std::size_t>(planes.having[k]);
     const int count = padded(planes.having[k]);
     takePlane(planes, count, best);
     if (beside) boundPlane(dir, planes, voxel, count, bound);
@@ -187,6 +188,7 @@ int edgesWithin(const Direction& dir, const FieldData& other, float voxel, Lanes
   edges.begin(planes, lanes, dir.voxel);
   for (int k = 0; planes.having[k] > 0; ++k) {
     planes.read(other.planes(), k);
+    lanes.planes += static_cast<std::size_t>(planes.having[k]);
     lookWithin(planes, voxel, padded(planes.having[k]), edges);
   }
   std::int32_t is[kLanes];

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace cloudcontact::search {
 
@@ -72,6 +73,7 @@ class LaneSearch {
   void eachWhole(const Visit& visit) {
     if (candidates_.all) {
       target_.nearBricks(0, candidates_.bricks);
+      candidates_.work.bricks += dir_.samples.bricks.runs.size();
       if (candidates_.coarse) {
         candidates_.coarse->begin(samples_.size());
         candidates_.coarse->bricks.assign(candidates_.bricks.begin(), candidates_.bricks.end());
@@ -125,7 +127,7 @@ class LaneSearch {
 
   void flush() {
     if (lanes_.count == 0) return;
-    candidates_.lookups += static_cast<std::size_t>(lanes_.count);
+    candidates_.work.samples += static_cast<std::size_t>(lanes_.count);
     loadSamples(dir_, lanes_);
     // With enough hits there is no finer level.
     const bool finer = hits_.size() < dir_.needed;
@@ -139,8 +141,11 @@ class LaneSearch {
       divide(lanes_.several[i]);
     }
     sort(finer);
+    countPlanes();
     lanes_.clear();
   }
+
+  void countPlanes() { candidates_.work.planes += std::exchange(lanes_.planes, 0); }
 
   void keepCoarse(CoarseFound& coarse) {
     float estimates[kLanes], depths[kLanes];
@@ -209,6 +214,7 @@ class LaneSearch {
       target_.measureParts(lanes_, candidates_.parts);
       take(lanes_, candidates_.parts, lanes_.count);
     }
+    countPlanes();
     lanes_.count = 0;
   }
 
@@ -249,7 +255,7 @@ inline void join(const Share& share, Candidates& candidates, HitColumns& hits) {
   const auto append = [](auto& to, const auto& from) {
     to.insert(to.end(), from.begin(), from.end());
   };
-  candidates.lookups += share.candidates.lookups;
+  candidates.work += share.candidates.work;
   append(candidates.next, share.candidates.next);
   append(candidates.deep, share.candidates.deep);
   append(candidates.places, share.candidates.places);
@@ -279,7 +285,7 @@ void searchShared(const Direction& dir, Target& target, Candidates& candidates, 
     Share& share = shares.all[static_cast<std::size_t>(i)];
     const std::size_t first = i > 0 ? (&share - 1)->last : 0;
     share.hits.clear();
-    share.candidates.lookups = 0;
+    share.candidates.work = {};
     share.candidates.coarse = candidates.coarse;
     LaneSearch<Target> part(dir, target, share.candidates, share.hits);
     part.clear();

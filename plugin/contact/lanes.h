@@ -36,7 +36,8 @@ struct LaneSamples {
 struct Lanes {
   int count = 0;
   int runs = 0;
-  SampleRun run[kLanes];  // the lanes' samples, in the lanes' order
+  std::size_t planes = 0;  // WorkCounts::planes of all lanes so far
+  SampleRun run[kLanes];   // the lanes' samples, in the lanes' order
   std::uint32_t sample[kLanes];
   LaneSamples own;
   std::int32_t record[kLanes];                // number of the record

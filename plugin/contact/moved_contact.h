@@ -25,6 +25,7 @@ class MovedContact {
   // That contact. Valid until the next keep() or move().
   const ContactResult& move(const ContactBody& a, const ContactBody& b);
   const ContactResult& latest() const { return moved_; }  // of the last move()
+  std::size_t bytesKept() const { return found_.bytesKept() + moved_.bytesKept(); }
   // Counts a step in which move() answered.
   void age() { ++age_; }
 

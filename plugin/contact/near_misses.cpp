@@ -4,6 +4,7 @@
 #include "contact/search_targets.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cloudcontact {
 
@@ -66,9 +67,10 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
   lanes.clear();
   const auto flush = [&] {
     if (lanes.count == 0) return;
-    lookups_ += static_cast<std::size_t>(lanes.count);
+    work_.samples += static_cast<std::size_t>(lanes.count);
     loadSamples(dir, lanes);
     target.measurePoints(lanes);
+    work_.planes += std::exchange(lanes.planes, 0);
     if (known_) findFacing(dir, lanes);
     take(dir);
     lanes.clear();
@@ -275,6 +277,7 @@ void NearMissSearch::scan(const OneSide& side, const CoarseFound& coarse) {
   const Direction dir = side.at(kLevels - 1);
   side.withTarget(dir, [&](const auto& target) {
     target.nearBricks(margin_ / dir.voxel, bricks_);
+    work_.bricks += dir.samples.bricks.runs.size();
     runs_.clear();
     auto known = coarse.bricks.begin();
     const auto end = coarse.known && !known_ ? coarse.bricks.end() : known;
@@ -334,7 +337,7 @@ const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, co
   within_ = (known && known->look == KnownMeets::Look::Ahead ? kAhead : kLightly) *
             static_cast<float>(frame.voxel);
   nearest_ = kNone;
-  lookups_ = 0;
+  work_ = {};
   found_.clear();
   ranks_.clear();
   const OneSide sides[2] = {{bodies[0], bodies[1], ways[0], kA},

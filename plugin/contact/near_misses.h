@@ -78,7 +78,7 @@ class NearMissSearch {
   static constexpr float kFarPlace = 40;       // [own voxels]
   static constexpr float kFacing = 0.5f;       // of samples beside a touch, to the other surface
   double nearest() const { return nearest_; }  // depth of the nearest, negative [m]
-  std::size_t lookups() const { return lookups_; }
+  const WorkCounts& work() const { return work_; }  // of the last run
   // Reserves what `other` has reserved.
   void reserveLike(const NearMissSearch& other);
 
@@ -126,7 +126,7 @@ class NearMissSearch {
   const KnownMeets* known_ = nullptr;
   float margin_ = 0, least_ = 0, within_ = 0, nearest_ = 0;
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
-  std::size_t lookups_ = 0;
+  WorkCounts work_;
   std::vector<Candidate> now_, next_;
   std::vector<Coarsest> coarsest_;
   // Coarse samples whose cells are not searched on, but which are as near as the nearest: they

@@ -93,6 +93,7 @@ void PatchHits::reserveLike(const PatchHits& other) {
 void PatchHits::tryHit(std::uint32_t hit, CcNearestHit& best) const {
   const HitColumns::Columns<const float> c = hits_->columns();
   const std::uint32_t i = index_[hit];
+  ++work_.tried;
   const float at[3] = {c.x[i], c.y[i], c.z[i]}, own[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]},
               other[3] = {c.otherX[i], c.otherY[i], c.otherZ[i]};
   ccTryHit(&best, cell_, at, own, other, c.facing[i], c.depth[i], c.area[i], hits_->side(i));
@@ -103,6 +104,7 @@ void PatchHits::tryHit(std::uint32_t hit, CcNearestHit& best) const {
 void PatchHits::tryBin(const Bin& bin, CcNearestHit& best) const {
   const std::uint32_t count = bin.end - bin.begin;
   if (count == 0) return;
+  work_.scanned += count;
   float* const least = least_.data();
   leastOf(lineOf(best, cell_), &x_[bin.begin], &y_[bin.begin], &z_[bin.begin], &width_[bin.begin],
           count, least);

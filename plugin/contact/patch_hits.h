@@ -1,7 +1,10 @@
 // Looks places up among the hits of a patch (kernels/contact/wet_hits.h).
 #pragma once
 
+#include <cloudcontact/contact/work_counts.h>
+
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "contact/binner.h"
@@ -27,6 +30,8 @@ class PatchHits {
              CcNearestHit* found) const;
   // Reserves what `other` has reserved.
   void reserveLike(const PatchHits& other);
+  // What the lookups since the last call took.
+  WorkCounts takeWork() { return std::exchange(work_, {}); }
 
  private:
   // Around hits [m]; `width`: of the largest sample.
@@ -50,6 +55,7 @@ class PatchHits {
   std::vector<float> x_, y_, z_;      // [m]
   std::vector<float> width_;          // root of the sample's area [m]
   std::vector<std::uint32_t> index_;  // in the pair's hits
+  mutable WorkCounts work_;
   mutable std::vector<float> least_;  // of a bin's hits, in a lookup [m^2]
 };
 

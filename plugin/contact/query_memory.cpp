@@ -15,6 +15,18 @@ void QueryMemory::reserveLike(const QueryMemory& other) {
     known.of[side].meets.reserve(other.known.of[side].meets.capacity());
 }
 
+WorkCounts QueryMemory::takeWork() {
+  WorkCounts work = search.takeWork();
+  work += wet.takeWork();
+  work += matter.takeWork();
+  return work;
+}
+
+WorkCounts QueryMemoryPool::work() const {
+  const std::lock_guard lock(mutex_);
+  return work_;
+}
+
 // Keeps room for all sets to come back, so that giveBack() cannot fail.
 std::unique_ptr<QueryMemory> QueryMemoryPool::make() {
   free_.reserve(made_ + 1);
@@ -34,8 +46,10 @@ std::unique_ptr<QueryMemory> QueryMemoryPool::borrow() {
   return memory;
 }
 
-void QueryMemoryPool::giveBack(std::unique_ptr<QueryMemory> memory) noexcept {
+void QueryMemoryPool::giveBack(std::unique_ptr<QueryMemory> memory,
+                               const WorkCounts& work) noexcept {
   const std::lock_guard lock(mutex_);
+  work_ += work;
   free_.push_back({std::move(memory), std::this_thread::get_id()});
 }
 

@@ -25,6 +25,8 @@ struct QueryMemory {
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);
+  // What was done in it since the last call.
+  WorkCounts takeWork();
 };
 
 // A pool of sets of memory. Any thread may borrow a set and give it back.
@@ -32,7 +34,9 @@ class QueryMemoryPool {
  public:
   // The set that this thread used last if it is free, else another. Results do not depend on it.
   std::unique_ptr<QueryMemory> borrow();
-  void giveBack(std::unique_ptr<QueryMemory> memory) noexcept;
+  // `work`: what was done in it.
+  void giveBack(std::unique_ptr<QueryMemory> memory, const WorkCounts& work) noexcept;
+  WorkCounts work() const;  // in all sets that are back
   // Makes at least `sets` sets, each with what any of them has reserved, so that later queries of
   // the same size allocate nothing in any thread. Borrowed sets do not count.
   void reserve(int sets);
@@ -44,16 +48,22 @@ class QueryMemoryPool {
   };
   std::unique_ptr<QueryMemory> make();
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<Set> free_;
   std::size_t made_ = 0;
+  WorkCounts work_;
 };
 
-// Borrows a set until its own end.
+// Borrows a set until its own end, and then adds what was done in it to `sum`.
 class BorrowedMemory {
  public:
-  explicit BorrowedMemory(QueryMemoryPool& pool) : pool_(pool), memory_(pool.borrow()) {}
-  ~BorrowedMemory() { pool_.giveBack(std::move(memory_)); }
+  BorrowedMemory(QueryMemoryPool& pool, WorkCounts& sum)
+      : pool_(pool), sum_(sum), memory_(pool.borrow()) {}
+  ~BorrowedMemory() {
+    const WorkCounts work = memory_->takeWork();
+    sum_ += work;
+    pool_.giveBack(std::move(memory_), work);
+  }
   BorrowedMemory(const BorrowedMemory&) = delete;
   BorrowedMemory& operator=(const BorrowedMemory&) = delete;
   QueryMemory* operator->() { return memory_.get(); }
@@ -61,6 +71,7 @@ class BorrowedMemory {
 
  private:
   QueryMemoryPool& pool_;
+  WorkCounts& sum_;
   std::unique_ptr<QueryMemory> memory_;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cloudcontact/base/task_runner.h>
+#include <cloudcontact/contact/work_counts.h>
 
 #include "contact/hit_columns.h"
 #include "field/field_data.h"
@@ -42,7 +43,7 @@ struct Candidates {
   std::vector<std::uint32_t> now;     // found on the level before
   std::vector<std::uint32_t> next;    // found on this level
   std::vector<std::uint32_t> bricks;  // that may touch
-  std::size_t lookups = 0;            // samples looked up so far
+  WorkCounts work;                    // so far
   std::vector<std::uint32_t> deep;    // samples below the band
   SampleColumns parts;                // of samples that lie over an edge
   std::vector<Part> places;           // of the parts

@@ -78,7 +78,7 @@ void TouchedMatter::addBody(const ContactBody& own, const ContactBody& other, Si
   std::optional<VectorReader> reader;
   if (vectors) reader.emplace(own, other, frame);
   const TouchedVoxels voxels(own, other, frame, areaOf(other, vectors), found.gap);
-  voxels.each(found.hits, reach, near_, [&](const TouchedVoxel& v) {
+  work_.voxels += voxels.each(found.hits, reach, near_, [&](const TouchedVoxel& v) {
     const int patch = map_.of(v.at, 1 - side, v.other);
     PatchMatter& to = patch < 0 ? rest_ : matter_[static_cast<std::size_t>(patch)];
     to.count[side] += v.share;

@@ -2,7 +2,10 @@
 // body, (1) and (2), and the sum of base vectors (5').
 #pragma once
 
+#include <cloudcontact/contact/work_counts.h>
+
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "contact/patch_map.h"
@@ -41,6 +44,8 @@ class TouchedMatter {
                                   const ContactSettings& settings, const PairFrame& frame,
                                   const FoundHits& found);
   void clear() { matter_.clear(); }
+  // What the passes since the last call took.
+  WorkCounts takeWork() { return std::exchange(work_, {}); }
 
  private:
   void addBody(const ContactBody& own, const ContactBody& other, Side side, bool vectors,
@@ -50,6 +55,7 @@ class TouchedMatter {
   PatchMap map_;
   std::vector<std::uint8_t> near_;  // which bricks are near hits
   std::vector<PatchMatter> matter_;
+  WorkCounts work_;
   PatchMatter rest_;  // of voxels near no bin
 };
 

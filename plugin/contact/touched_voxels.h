@@ -29,11 +29,13 @@ class TouchedVoxels {
                 const PlacedSolid* area, double shift);
 
   // Calls visit(TouchedVoxel) for each collision voxel within `reach` [m] of a hit, and of the
-  // bricks between them that lie in the other body, in a fixed order.
+  // bricks between them that lie in the other body, in a fixed order. Returns how many voxels these
+  // bricks have.
   template <typename Visit>
-  void each(const HitColumns& hits, double reach, std::vector<std::uint8_t>& memory,
-            const Visit& visit) const {
-    if (hits.empty()) return;
+  std::size_t each(const HitColumns& hits, double reach, std::vector<std::uint8_t>& memory,
+                   const Visit& visit) const {
+    if (hits.empty()) return 0;
+    std::size_t visited = 0;
     const Range range = bricksNear(hits, reach, memory);
     const Eigen::Vector3i n = range.high - range.low + Eigen::Vector3i::Ones();
     TouchedVoxel found;
@@ -41,11 +43,13 @@ class TouchedVoxels {
       const Eigen::Vector3i brick = range.low + gridCell(k, n);
       const std::uint8_t* const coverage = coverageOf(brick);
       if (!coverage || (memory[k] == 0 ? !within(brick) : farFrom(brick))) continue;
+      visited += kBrickVoxels;
       const VoxelIndex corner = kBrickEdge * brick;
       for (int cell = 0; cell < kBrickVoxels; ++cell)
         if (coverage[cell] > 0 && lookUp(corner + cellOffset(cell), coverage[cell], found))
           visit(found);
     }
+    return visited;
   }
 
  private:

@@ -98,6 +98,7 @@ void VerletListBuilder::gather(const Direction& dir, const FieldData& other, flo
   if (dir.level == kLevels - 1) {
     const float ratio = dir.voxel / static_cast<float>(other.cloud().voxelSize());
     nearBricks(dir, other, skin / ratio, bricks_);
+    work_.bricks += dir.samples.bricks.runs.size();
     for (const std::uint32_t brick : bricks_) take(dir.samples.bricks.runs[brick]);
     return;
   }
@@ -120,6 +121,8 @@ void VerletListBuilder::look(const Direction& dir, const FieldData& other, const
     loadSamples(dir, lanes_);
     findRecords(dir, other, lanes_);
     measure(dir, other, test.voxel, false, lanes_);
+    work_.listed += static_cast<std::size_t>(lanes_.count);
+    work_.planes += std::exchange(lanes_.planes, 0);
     std::int32_t may[kLanes];
     mayTouch(dir, test, lanes_, may);
     for (int i = 0; i < lanes_.count; ++i) {
@@ -165,6 +168,8 @@ void VerletListBuilder::flushBeside(const Direction& dir, const FieldData& other
                                     const Test& test) {
   if (beside_.count == 0) return;
   measure(dir, other, test.voxel, false, beside_);
+  work_.listed += static_cast<std::size_t>(beside_.count);
+  work_.planes += std::exchange(beside_.planes, 0);
   std::int32_t may[kLanes];
   mayTouch(dir, test, beside_, may);
   for (int i = 0; i < beside_.count; ++i) may_[owner_[i]] |= static_cast<std::uint8_t>(may[i]);

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 
 #include "contact/field_lanes.h"
 
@@ -38,6 +39,8 @@ class VerletListBuilder {
   };
   // Fills the list with samples of `own` at list.way. Returns false if its memory is too small.
   bool build(const FieldData& own, const FieldData& other, const Limits& limits, VerletList& list);
+  // What the lists since the last call took.
+  WorkCounts takeWork() { return std::exchange(work_, {}); }
 
  private:
   using Direction = search::Direction;
@@ -54,6 +57,7 @@ class VerletListBuilder {
   std::vector<std::uint32_t> bricks_, samples_, near_;  // of the current level
   std::vector<std::uint8_t> may_;                       // of samples_: CC_WET, CC_NEARBY
   Lanes lanes_, beside_;
+  WorkCounts work_;
   std::uint32_t owner_[search::kLanes];  // for each lane of beside_, its sample's place in samples_
 };
 

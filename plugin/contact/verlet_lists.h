@@ -31,6 +31,10 @@ class VerletLists {
   // step that makes lists allocates nothing. Lists hold at most three quarters as many samples.
   void reserve(std::size_t ofA, std::size_t ofB);
 
+  std::size_t bytesKept() const {
+    return sizeof(std::uint32_t) * (lists_[0].samples.capacity() + lists_[1].samples.capacity());
+  }
+
   int level() const { return level_; }
   const VerletList& of(Side sampled) const { return lists_[sampled]; }
 

@@ -158,8 +158,8 @@ TEST(RecognizedPairs, ReportTellsWhatMetAsWhat) {
     const bool asClouds = pair.a == &cloud || pair.b == &cloud;
     EXPECT_EQ(pair.last, asClouds ? Answer::Searched : Answer::Shapes);
     EXPECT_EQ(pair.searched == 0, !asClouds);
-    EXPECT_EQ(pair.lookups == 0, !asClouds);
-    EXPECT_LE(pair.lookups, pair.samples);
+    EXPECT_EQ(pair.work.samples == 0, !asClouds);
+    EXPECT_LE(pair.work.samples, pair.samples);
     EXPECT_GT(pair.expectedError, 0);
   }
 }

@@ -84,7 +84,7 @@ TEST(Reuse, ReportsAddUp) {
   EXPECT_NEAR(pair.seconds, all.seconds, 1e-9);
   EXPECT_EQ(pair.samples,
             pair.searched * (slabField()->sampleCount() + cubeField()->sampleCount()));
-  EXPECT_LT(pair.lookups, pair.samples);
+  EXPECT_LT(pair.work.samples, pair.samples);
   EXPECT_GT(pair.expectedError, 0.02 * kVoxel) << "moved contacts may miss that much";
   EXPECT_LT(pair.expectedError, 0.6 * kVoxel);
 }

@@ -63,5 +63,7 @@ int main() {
     ContactFinder finder;
     std::printf("%d\n", k);
     print(finder.find(a, b, settings));
+    for (const WorkCounts::Named& each : WorkCounts::all())
+      std::printf("%s %zu\n", each.name, finder.work().*each.count);
   }
 }

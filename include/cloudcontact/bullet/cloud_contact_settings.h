@@ -3,6 +3,7 @@
 
 #include <cloudcontact/bullet/fidelity.h>
 #include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/work_counts.h>
 #include <cloudcontact/law/law.h>
 
 #include <cstddef>
@@ -57,6 +58,8 @@ struct CloudContactStatistics {
   std::size_t coarser = 0;    // of `pairs`: those searched with larger voxels than the finest
   std::size_t refined = 0;    // searches repeated with finer voxels, as the contact asked
   std::size_t eased = 0;      // of `pairs`: those beyond their tolerance, for Fidelity::budget
+  WorkCounts work;            // of all searches, those ahead of Bullet's walk included
+  std::size_t bytes = 0;      // that the pairs of now keep between steps
   double countedSeconds = 0;  // of the last full step, as Fidelity::budget counts; 0: no budget
   // Pairs without an answer (a NaN pose, a flat shape, an exception, none of which reaches Bullet),
   // and the message of the last one.

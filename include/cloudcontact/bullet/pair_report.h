@@ -1,6 +1,8 @@
 // PairReport: what was modelled of a pair with a cloud, what was left out, and what it cost.
 #pragma once
 
+#include <cloudcontact/contact/work_counts.h>
+
 #include <cstddef>
 
 class btCollisionObject;
@@ -19,8 +21,10 @@ struct PairReport {
   const btCollisionObject* b = nullptr;
   Answer last = Answer::Searched;
   std::size_t searched = 0, shapes = 0, moved = 0, device = 0;  // answers
-  std::size_t lookups = 0;  // samples looked up, in all searches here
   std::size_t samples = 0;  // that searches of all samples would look up
+  // What the pair's searches here took, those of time of impact and of a change of voxels apart.
+  WorkCounts work;
+  std::size_t bytes = 0;  // that the pair keeps between steps
   double seconds = 0;
   // [m] The largest so far of what a depth may be off by, 95 % of them: depthError()
   // (contact/depth_error.h), or the error of the shapes, and what a contact that is moved may miss.

@@ -100,6 +100,10 @@ struct ContactResult {
   // [m] Of the pair's depth, by the sums over its hits. depthError() in depth_error.h is more: it
   // also looks for thin walls.
   double depthError = 0;
+  // Memory that it holds.
+  std::size_t bytesKept() const {
+    return patches.capacity() * sizeof(Patch) + points.capacity() * sizeof(ContactPoint);
+  }
   void clear() {
     level = 0;
     depthError = 0;

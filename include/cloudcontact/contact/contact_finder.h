@@ -5,6 +5,7 @@
 
 #include <cloudcontact/base/task_runner.h>
 #include <cloudcontact/contact/contact.h>
+#include <cloudcontact/contact/work_counts.h>
 
 #include <memory>
 
@@ -26,6 +27,9 @@ class ContactWorkspace {
   // needed, so that later queries of that size allocate nothing in any thread. Call it while no
   // query runs.
   void reserve(int threads);
+
+  // What all searches in it have taken.
+  WorkCounts work() const;
 
  private:
   friend class ContactFinder;
@@ -73,8 +77,12 @@ class ContactFinder {
                   double step);
   // What the last search found, with the IDs of an earlier one or none.
   const ContactResult& latest() const;
-  // Number of samples that the last search looked up, a measure of its cost.
+  // What all searches of this finder have taken, and how much of that were samples that the last
+  // one looked up, with what was looked up around and beside it.
+  const WorkCounts& work() const;
   std::size_t sampleLookups() const;
+  // Memory that it keeps between searches, without the workspace's.
+  std::size_t bytesKept() const;
 
   ContactBuilder& builder();  // internal: ContactBatch builds results of the device with it
 

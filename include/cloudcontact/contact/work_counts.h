@@ -1,0 +1,35 @@
+// WorkCounts: what contacts took, in counts. They are equal on every machine, for any number of
+// threads and any vector width, so that a search too many is seen where times would hide it
+// (benchmarks/work.json).
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace cloudcontact {
+
+struct WorkCounts {
+  std::size_t searches = 0;  // of a pair: for touches, for near misses, beside touches
+  std::size_t bricks = 0;    // of samples, asked whether they may touch
+  std::size_t samples = 0;   // looked up in the other body, but for Verlet lists
+  std::size_t listed = 0;    // looked up to make Verlet lists
+  // Read besides the one plane of a sample's record: those of records with several, and where a
+  // sample's end was looked up.
+  std::size_t planes = 0;
+  std::size_t voxels = 0;   // in bricks that were visited for tissues and base vectors
+  std::size_t hits = 0;     // found, those of levels that were too coarse included
+  std::size_t scanned = 0;  // hits gone through to place points
+  std::size_t tried = 0;    // hits whose distance from such a place was computed exactly
+
+  WorkCounts& operator+=(const WorkCounts& other);
+  WorkCounts& operator-=(const WorkCounts& other);  // of an earlier time
+  bool operator==(const WorkCounts&) const = default;
+
+  struct Named {
+    const char* name;
+    std::size_t WorkCounts::*count;
+  };
+  static std::span<const Named> all();  // of the counts above, in their order
+};
+
+}  // namespace cloudcontact

@@ -1,0 +1,26 @@
+// The counts by name.
+#include <cloudcontact/contact/work_counts.h>
+
+namespace cloudcontact {
+
+std::span<const WorkCounts::Named> WorkCounts::all() {
+  static constexpr Named kAll[] = {
+      {"searches", &WorkCounts::searches}, {"bricks", &WorkCounts::bricks},
+      {"samples", &WorkCounts::samples},   {"listed", &WorkCounts::listed},
+      {"planes", &WorkCounts::planes},     {"voxels", &WorkCounts::voxels},
+      {"hits", &WorkCounts::hits},         {"scanned", &WorkCounts::scanned},
+      {"tried", &WorkCounts::tried}};
+  return kAll;
+}
+
+WorkCounts& WorkCounts::operator+=(const WorkCounts& other) {
+  for (const Named& each : all()) this->*each.count += other.*each.count;
+  return *this;
+}
+
+WorkCounts& WorkCounts::operator-=(const WorkCounts& other) {
+  for (const Named& each : all()) this->*each.count -= other.*each.count;
+  return *this;
+}
+
+}  // namespace cloudcontact
