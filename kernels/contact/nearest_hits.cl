@@ -110,12 +110,14 @@ void ccTryBin(__local const CcPatchHits* p, uint k, CcOwnNearest* own) {
   }
 }
 
-// Makes the nearest hit of all work-items the answer to what `who` asks, and that of each.
+// Makes the nearest hit of all work-items the answer to what `who` asks, which each then has to
+// beat.
 void ccShareNearest(__local CcWetRoom* r, uint who, CcOwnNearest* own) {
   const CcLeast mine = {own->hit.square, own->order}, least = ccLeastOf(r->least, mine);
   if (own->order == least.order && least.order != CC_NOBODY) r->asked[who] = own->hit;
   barrier(CLK_LOCAL_MEM_FENCE);
-  own->hit = r->asked[who];
+  own->hit.square = r->asked[who].square;
+  own->hit.nearest = r->asked[who].nearest;
   own->order = CC_NOBODY;
 }
 
@@ -137,11 +139,10 @@ void ccAnswer(__local CcWetRoom* r, uint who) {
   const uint first = ccFirstBin(r, p, &own.hit);
   ccTryBin(p, first, &own);
   ccShareNearest(r, who, &own);
-  const CcNearestHit best = own.hit;
   for (uint base = 0; base < p->count; base += CC_TEAM) {
     const uint k = base + get_local_id(0);
     const int may = k < p->count && k != first &&
-                    ccMayBeNearer(&best, ccMiddleOf(p, min(k, p->count - 1u)), p->cell);
+                    ccMayBeNearer(&own.hit, ccMiddleOf(p, min(k, p->count - 1u)), p->cell);
     for (uint left = ccVotes(&r->votes, may); left; left &= left - 1u)
       ccTryBin(p, base + ccLowest(left), &own);
   }
