@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "device/device_speeds.h"
+#include "kernels/contact/batch_layout.h"
 #include "mesh/thread_meshes.h"
 #include "timing.h"
 
@@ -120,8 +121,9 @@ struct Work {
 Work leastWork(const std::string& name, const BatchReport& r) {
   const double samples = double(r.samples), hits = double(r.hits), bins = double(r.bins),
                patches = double(r.patches), contacts = double(r.contacts);
-  constexpr double kHit = 64, kKey = 8, kNumber = 4, kBin = 32, kSums = 632, kSprout = 120,
-                   kForce = 104, kContact = 368;
+  constexpr double kHit = 64, kTried = 48, kKey = 8, kNumber = 4, kBin = sizeof(CcBin),
+                   kSums = sizeof(CcSums), kSprout = sizeof(CcSprout),
+                   kForce = sizeof(CcPatchForce), kContact = sizeof(CcContactPatch);
   // Samples are read in sequence, their bricks and records at random. In this benchmark the
   // coarsest level finds enough hits, so the finer ones have no work.
   if (name == "ccSearch 2") return {samples * 32, 2 * samples, 0};
@@ -134,8 +136,12 @@ Work leastWork(const std::string& name, const BatchReport& r) {
   if (name == "ccGrow") return {bins * (kSprout + kNumber), 0, 0};
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
   // 1,500 operations; a division or root counts as 8.
+  if (name == "ccForces") return {patches * (kSums + kForce), 0, patches * 1500};
+  // Each hit is read once, and tried once at 30 operations; 3,000 for four points.
   if (name == "ccContacts")
-    return {patches * (kSums + 2 * kForce) + contacts * (kSums + kContact), 0, patches * 1500};
+    return {hits * (kTried + kNumber) + contacts * (kSums + kForce + kContact), 0,
+            hits * 30 + contacts * 3000};
+  if (name == "ccLevels") return {2 * contacts * kContact, 0, 0};
   return {};
 }
 

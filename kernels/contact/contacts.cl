@@ -1,10 +1,12 @@
-// Patches become contacts: one team for each pair, one work-item for each patch. The first
-// work-item also computes what belongs to the pair as a whole.
+// Patches become contacts. A team for each pair finds the patches' forces, lists the patches that
+// count, and sums what belongs to the pair as a whole. Then teams place the points of all pairs'
+// patches, a work-item for each point and the whole team for each look-up (nearest_hits.cl). Last, a
+// team for each pair shares the depths out.
 
-// Lists the patches of a pair that count, and computes the pair's sums. Returns their number.
+// Computes a pair's sums and lists the patches that count in `kept`. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
-              __global const CcPatchForce* forces, uint count, __global uint* kept,
-              int level, __local CcWhole* whole) {
+              __global const CcPatchForce* forces, uint count, __local ushort* kept, int level,
+              __global CcWhole* whole) {
   const double voxel = terms->voxel;
   const int foundation = terms->foundation;
   double all = 0.0;
@@ -15,7 +17,7 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
     if (!ccCounts(&patches[k], forces[k].size, all, voxel, foundation)) continue;
     ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
                forces[k].lean, 0);
-    kept[counted++] = k;
+    kept[counted++] = (ushort)k;
   }
   const CcPairDepth found = ccDepthOfPair(&sums, 0, voxel);
   CcWhole w = {sums.size, sums.area, 0.0, foundation ? 0.0 : found.depth,
@@ -26,73 +28,11 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
   return counted;
 }
 
-// The hits of a pair, bin by bin.
-typedef struct {
-  __global const CcSums* sums;
-  __global const CcBin* bins;
-  __global const float4* hits[2];  // each body's
-  size_t room[2];
-  __global const uint* list;
-  double cell;
-} CcPairHits;
-
-CcPairHits ccPairHitsOf(__global const CcPair* pair, int level, __global const CcSums* sums,
-                        __global const CcBin* bins, __global const float4* hits,
-                        __global const uint* order) {
-  CcPairHits p;
-  p.sums = sums;
-  p.bins = bins;
-  for (int s = 0; s < 2; ++s) {
-    p.hits[s] = hits + 4 * (size_t)pair->ways[s].hits;
-    p.room[s] = pair->ways[s].room;
-  }
-  p.list = order + pair->ways[0].hits;
-  p.cell = pair->cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0);
-  return p;
-}
-
-void ccTryBin(const CcPairHits* p, uint b, CcNearestHit* best) {
-  const CcBin bin = p->bins[b];
-  for (uint n = bin.begin; n < bin.end; ++n) {
-    const int side = n < bin.middle ? 0 : 1;
-    __global const float4* hit = p->hits[side] + p->list[n];
-    const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
-    const float at[3] = {x.x, x.y, x.z}, own[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-    ccTryHit(best, p->cell, at, own, other, q.w, x.w, r.w, side);
-  }
-}
-
-// PatchHits::nearest() (plugin/contact/patch_hits.cpp) among the hits of a patch.
-CcNearestHit ccNearestOf(const CcPairHits* p, __global const uint* queue, uint count,
-                         CcNearestHit best) {
-  uint first = 0;
-  double least = INFINITY;
-  for (uint k = 0; k < count; ++k) {
-    const double square = ccSquareTo(&best, ccVecAt(p->sums[queue[k]].origin));
-    if (square < least) {
-      least = square;
-      first = k;
-    }
-  }
-  if (count > 0) ccTryBin(p, queue[first], &best);
-  for (uint k = 0; k < count; ++k)
-    if (k != first && ccMayBeNearer(&best, ccVecAt(p->sums[queue[k]].origin), p->cell))
-      ccTryBin(p, queue[k], &best);
-  return best;
-}
-
-#define CC_PLACED_AT_ONCE (CC_TEAM / 4)  // patches whose points a team places
-
-__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
-    __global CcPatchForce* forces, __global uint* kept, __global CcContactPatch* contacts,
-    uint contactsAt, __global const CcSums* sums, __global const uint* queues,
-    __global const CcGrown* grown, __global const CcBin* bins, __global const float4* hits,
-    __global const uint* order) {
-  __local CcWhole shared;
-  __local double level;
+    __global CcPatchForce* forces, __global CcWhole* wholes, __global uint2* listed) {
+  __local ushort kept[CC_MOST_BINS];
   __local uint count, place;
-  __local CcNearestHit nearest[CC_TEAM];
   __global CcAnswer* answers = results->answers;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].patches, first = answers[p].firstPatch;
@@ -104,55 +44,120 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
   if (lid == 0) {
-    count = ccPairOf(terms, patches + first, forces + first, all, kept + first,
-                     answers[p].level, &shared);
+    count = ccPairOf(terms, patches + first, forces + first, all, kept, answers[p].level,
+                     &wholes[p]);
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  const CcWhole whole = shared;
-  __global CcContactPatch* own = contacts + contactsAt + place;
-  const CcPairHits pairHits = ccPairHitsOf(&pairs[p], answers[p].level, sums, bins, hits, order);
-  // A work-item for each point, all of a patch with the same plan.
-  for (uint base = 0; base < count; base += CC_PLACED_AT_ONCE) {
-    const uint i = base + lid / 4;
-    const uint k = first + kept[first + min(i, count - 1u)];
-    const CcPatchForce force = forces[k];
-    const CcFlat flat = ccFlatten(&patches[k], force.normal);
-    const CcGrown g = grown[k];
-    __global const uint* queue = queues + g.begin;
-    const CcNearestHit center = ccNearestOf(
-        &pairHits, queue, g.end - g.begin, ccNoHit(force.center, force.normal, CC_WETS, 0.0));
-    CcPlan plan = ccPlanOf(&patches[k], &force, &flat, &center, terms->voxel);
-    int moved = 1;
-    for (int round = 0; round <= CC_WET_ROUNDS; ++round) {
-      if (moved) {
-        CcNearestHit best = ccNearestOf(
-            &pairHits, queue, g.end - g.begin,
-            ccNoHit(ccPlannedPlace(&plan, &force, &flat, (int)(lid % 4)),
-                    ccPlannedNormal(&plan, &flat, (int)(lid % 4)), CC_COVERS, CC_ABOVE));
-        if (ccIsBeside(&best, terms->voxel)) {
-          const CcNearestHit mirrored =
-              ccNearestOf(&pairHits, queue, g.end - g.begin, ccMirrored(&best));
-          best.moves = ccMoves(&mirrored, terms->voxel);
-        }
-        nearest[lid] = best;
-      }
-      barrier(CLK_LOCAL_MEM_FENCE);
-      if (moved && round < CC_WET_ROUNDS)
-        moved = ccMoveToWet(&plan, &flat, nearest + lid / 4 * 4);
-      barrier(CLK_LOCAL_MEM_FENCE);
-    }
-    if (lid % 4 == 0 && i < count)
-      ccContactOf(&patches[k], &force, &flat, &plan, nearest + lid, terms, &whole, &own[i]);
+  for (uint i = lid; i < count; i += CC_TEAM) listed[place + i] = (uint2)(p, first + kept[i]);
+}
+
+// What a work-item asks for its point in the stages of placing: what is nearest to its patch's
+// center, which one of four asks; then, in each round, what is nearest to its place, and to the
+// place's mirror image, if it may move.
+#define CC_CENTER 0
+#define CC_STAGES (2 * CC_WET_ROUNDS + 2)
+
+int ccIsMirror(int stage) {
+  return stage != CC_CENTER && stage % 2 == 0;
+}
+
+// A work-item's point, and its patch on the way; `moved`: of the patch's places in the last round.
+typedef struct {
+  CcPatchForce force;
+  CcFlat flat;
+  CcPlan plan;
+  int leads, moved;
+} CcPlacing;
+
+// What a work-item asks in a stage; returns whether it does. `nearest`: to its place.
+int ccAsk(const CcPlacing* at, int stage, __local const CcNearestHit* nearest,
+          __local CcNearestHit* asked) {
+  if (stage == CC_CENTER) {
+    *asked = ccNoHit(at->force.center, at->force.normal, CC_WETS, 0.0);
+    return at->leads;
+  }
+  const int i = (int)(get_local_id(0) % 4);
+  if (!ccIsMirror(stage)) {
+    *asked = ccNoHit(ccPlannedPlace(&at->plan, &at->force, &at->flat, i),
+                     ccPlannedNormal(&at->plan, &at->flat, i), CC_COVERS, CC_ABOVE);
+    return at->moved;
+  }
+  const CcNearestHit own = *nearest;
+  *asked = ccMirrored(&own);
+  return at->moved && ccMayMove(&at->plan, &own);
+}
+
+// Places the team's points as PatchHits::place() does. Barriers are in no branches.
+void ccPlace(__local CcWetRoom* room, __local CcNearestHit* nearest, __global const CcSums* patch,
+             double voxel, CcPlacing* at) {
+  const uint lid = get_local_id(0), first = lid / 4 * 4;
+  for (int stage = CC_CENTER; stage < CC_STAGES; ++stage) {
+    const int asks = ccAsk(at, stage, &nearest[lid], &room->asked[lid]);
+    ccAnswerAll(room, asks);
+    const CcNearestHit answer = room->asked[stage == CC_CENTER ? first : lid];
+    if (stage == CC_CENTER)
+      at->plan = ccPlanOf(patch, &at->force, &at->flat, &answer, voxel);
+    else if (!ccIsMirror(stage) && asks)
+      nearest[lid] = answer;
+    else if (asks)
+      nearest[lid].moves = ccMoves(&answer, voxel);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (ccIsMirror(stage) && at->moved)
+      at->moved = ccMoveToWet(&at->plan, &at->flat, nearest + first);
     barrier(CLK_LOCAL_MEM_FENCE);
   }
-  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  if (lid == 0) {
-    level = 0.0;
-    for (uint i = 0; i < count; ++i) level = ccMax64(level, ccLevelling(&own[i], terms, &whole));
+}
+
+// `listed`: each contact's pair and patch.
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
+    __global const CcPair* pairs, __global const CcResults* results,
+    __global const CcSums* patches, __global const CcPatchForce* forces,
+    __global const CcWhole* wholes, __global const uint2* listed, __global const uint* queues,
+    __global const CcGrown* grown, __global const CcBin* bins, __global const float4* hits,
+    __global const uint* order, __global CcContactPatch* contacts, uint contactsAt) {
+  __local CcWetRoom room;
+  __local CcNearestHit nearest[CC_TEAM];
+  const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
+  const uint own = min(lid / 4, CC_PLACED_AT_ONCE - 1u);  // of the team's patches
+  for (uint base = get_group_id(0) * CC_PLACED_AT_ONCE; base < all;
+       base += get_num_groups(0) * CC_PLACED_AT_ONCE) {
+    const int is = lid / 4 < CC_PLACED_AT_ONCE && base + own < all;
+    const uint2 from = listed[min(base + own, all - 1u)];
+    __global const CcPair* pair = &pairs[from.x];
+    __global const CcSums* patch = &patches[from.y];
+    CcPlacing at;
+    at.force = forces[from.y];
+    at.flat = ccFlatten(patch, at.force.normal);
+    at.moved = is;
+    at.leads = is && lid % 4 == 0;
+    if (at.leads)
+      room.patches[own] = ccPatchHitsOf(pair, results->answers[from.x].level, bins,
+                                        grown[from.y], queues, hits, order);
+    ccPlace(&room, nearest, patch, pair->terms.voxel, &at);
+    const CcWhole whole = wholes[from.x];
+    if (at.leads)
+      ccContactOf(patch, &at.force, &at.flat, &at.plan, nearest + lid, &pair->terms, &whole,
+                  &contacts[contactsAt + base + own]);
+    barrier(CLK_LOCAL_MEM_FENCE);
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint i = lid; i < count; i += CC_TEAM) ccLevelDepths(&own[i], terms, &whole, level);
+}
+
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLevels(
+    __global const CcPair* pairs, __global const CcResults* results,
+    __global const CcWhole* wholes, __global CcContactPatch* contacts, uint contactsAt) {
+  __local CcLeast room[CC_TEAM];
+  __global const CcAnswer* answer = &results->answers[get_group_id(0)];
+  const uint lid = get_local_id(0), count = answer->failed ? 0u : answer->patches;
+  __global CcContactPatch* own = contacts + contactsAt + answer->firstPatch;
+  __global const CcTerms* terms = &pairs[get_group_id(0)].terms;
+  const CcWhole whole = wholes[get_group_id(0)];
+  CcLeast level = {0.0, lid};
+  for (uint i = lid; i < count; i += CC_TEAM)
+    level.square = ccMin64(level.square, -ccLevelling(&own[i], terms, &whole));
+  // Without an early return, after which PoCL would share the depths out twice.
+  const double most = -ccLeastOf(room, level).square;
+  for (uint i = lid; i < count; i += CC_TEAM) ccLevelDepths(&own[i], terms, &whole, most);
 }

@@ -328,6 +328,11 @@ CC_FN CcVec ccPlannedNormal(const CcPlan* plan, const CcFlat* f, int i) {
   return ccUnit64(ccOutOfPlane(f, ccVec(turned.u, turned.v, 1.0)));
 }
 
+// Whether a place of a plan moves, unless its mirror image is as near to a hit.
+CC_FN int ccMayMove(const CcPlan* plan, const CcNearestHit* found) {
+  return plan->pressed > 0.0 && ccIsBeside(found, plan->voxel);
+}
+
 // Gives the weights the least change that keeps the center of pressure, as far as no point pulls;
 // what is left moves all places.
 CC_FN void ccBalance(CcPlan* plan) {

@@ -135,7 +135,7 @@ void PatchHits::place(const CcPatchForce& force, const CcFlat& flat, CcPlan& pla
     for (int i = 0; i < 4; ++i) {
       found[i] = nearest(ccNoHit(ccPlannedPlace(&plan, &force, &flat, i),
                                  ccPlannedNormal(&plan, &flat, i), CC_COVERS, CC_ABOVE));
-      if (!ccIsBeside(&found[i], plan.voxel)) continue;
+      if (round == CC_WET_ROUNDS || !ccMayMove(&plan, &found[i])) continue;
       const CcNearestHit mirrored = nearest(ccMirrored(&found[i]));
       found[i].moves = ccMoves(&mirrored, plan.voxel);
     }

@@ -51,10 +51,11 @@ void OpenClBatch::run(const Launch& launch, const Arguments&... arguments) {
 }
 
 using B = OpenClBatch;
-constexpr std::array<DeviceBuffer OpenClBatch::*, 21> OpenClBatch::kBuffers = {
-    &B::pairs_, &B::results_, &B::found_,  &B::nearby_, &B::hits_,     &B::aside_,  &B::keys_,
-    &B::slots_, &B::order_,   &B::bins_,   &B::sums_,   &B::sprouts_,  &B::queues_, &B::scratch_,
-    &B::grown_, &B::patches_, &B::forces_, &B::kept_,   &B::heaviest_, &B::near_,   &B::neighbors_};
+constexpr std::array<DeviceBuffer OpenClBatch::*, 22> OpenClBatch::kBuffers = {
+    &B::pairs_,  &B::results_,  &B::found_, &B::nearby_,   &B::hits_,   &B::aside_,
+    &B::keys_,   &B::slots_,    &B::order_, &B::bins_,     &B::sums_,   &B::sprouts_,
+    &B::queues_, &B::scratch_,  &B::grown_, &B::patches_,  &B::forces_, &B::wholes_,
+    &B::listed_, &B::heaviest_, &B::near_,  &B::neighbors_};
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -172,11 +173,23 @@ void OpenClBatch::growPatches() {
   run({"ccPatches", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, nullptr,
        &patchesDone_},
       sums, queues, grown, results, patchRoom_, patches);
-  run({"ccContacts", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches,
-      forces_.reserve(d, patchRoom_ * sizeof(CcPatchForce)),
-      kept_.reserve(d, patchRoom_ * sizeof(cl_uint)), results,
-      static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch)), sums, queues, grown, bins,
-      hitBuffer, order);
+  makePoints(bins, grown, patches);
+}
+
+void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
+                             const cl::Buffer& patches) {
+  Device& d = *device_;
+  const cl::Buffer &pairs = pairs_.buffer(), &results = results_.buffer();
+  const cl::Buffer& forces = forces_.reserve(d, patchRoom_ * sizeof(CcPatchForce));
+  const cl::Buffer& wholes = wholes_.reserve(d, count_ * sizeof(CcWhole));
+  const cl::Buffer& listed = listed_.reserve(d, patchRoom_ * sizeof(cl_uint2));
+  const auto contactsAt = static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch));
+  run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed);
+  run({"ccContacts", std::min(kMaxItems, std::size_t{CC_TEAM / CC_PLACED_AT_ONCE} * patchRoom_),
+       CC_TEAM},
+      pairs, results, patches, forces, wholes, listed, queues_.buffer(), grown, bins,
+      hits_.buffer(), order_.buffer(), results, contactsAt);
+  run({"ccLevels", count_ * CC_TEAM, CC_TEAM}, pairs, results, wholes, results, contactsAt);
 }
 
 // Reads as many contacts as the last batch had and a few more. finish() reads the rest once their

@@ -111,6 +111,7 @@ class OpenClBatch {
   void reserveResults();
   void searchLevels();
   void growPatches();
+  void makePoints(const cl::Buffer& bins, const cl::Buffer& grown, const cl::Buffer& patches);
   void fetch();
   void wait(const cl::Event& event);
   void release();
@@ -121,9 +122,9 @@ class OpenClBatch {
   std::map<std::string, CachedKernel, std::less<>> kernels_;
   PinnedMemory sent_, fetched_;
   DeviceBuffer pairs_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
-      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, kept_, heaviest_, near_,
-      neighbors_;
-  static const std::array<DeviceBuffer OpenClBatch::*, 21> kBuffers;  // all of these
+      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, wholes_, listed_, heaviest_,
+      near_, neighbors_;
+  static const std::array<DeviceBuffer OpenClBatch::*, 22> kBuffers;  // all of these
   // Where a direction's hits begin, and its samples near the other body.
   struct Offsets {
     std::uint32_t hits, nearby[2];
