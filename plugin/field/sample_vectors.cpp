@@ -19,17 +19,23 @@ namespace {
 using V3 = Eigen::Vector3f;
 using V3i = Eigen::Vector3i;
 
-constexpr float kRadius = 2.5f;                   // of C [voxels]
+constexpr float kRadius = 3.5f;                   // of C [voxels]
 constexpr float kLength = 35.0f / 128 * kRadius;  // of a flat face's vector
-constexpr float kAgree = 0.9f;                    // cosine between a face in C and the sample
+constexpr float kAgree = 0.95f;  // cosine between a face in C and the sample's own, continued
+// Largest residual of a fit whose curvature goes on beyond its block.
+constexpr float kSound = 0.004f;
+// The same of a surface in C. Where fits explain their blocks worse, an edge is near that they
+// blur: of a nut's samples that differ by over 3 deg from their fit, nine of ten were wrong with
+// it.
+constexpr float kClear = 0.01f;
 // A difference of coverage below the rounding to 1/255 says nothing.
 constexpr float kNoise = 0.001f;
 
-constexpr int kReach = 3;                     // from the sample's voxel to those of the ball
+constexpr int kReach = 4;                     // from the sample's voxel to those of the ball
 constexpr int kRim = kReach + 1;              // and one step on to a surface beside them
 constexpr int kEdge = kBrickEdge + 2 * kRim;  // of what a brick's samples read
 constexpr int kVoxels = kEdge * kEdge * kEdge;
-constexpr int kMost = 96;  // voxels whose centers lie in the ball; about 65
+constexpr int kMost = 256;  // voxels whose centers lie in the ball; about 180
 
 constexpr double kVectorCost = 0.7, kBlockCost = 8;  // of a sample and of a brick [us]
 
@@ -45,7 +51,7 @@ class Block {
   static int index(const V3i& at) { return at.x() + kEdge * (at.y() + kEdge * at.z()); }
   float coverage(int i) const { return coverage_[i]; }
 
-  // Whether the surface in or beside a voxel (from low()) faces along n. Beside: a step along n,
+  // Whether the surface in or beside a voxel (from low()) faces along `n`. Beside: a step along it,
   // toward the surface.
   bool faces(const V3i& at, const V3& n) const {
     const int i = index(at);
@@ -57,8 +63,10 @@ class Block {
 
  private:
   bool allFace(int i, const V3& n) const {
-    for (int k = 0; k < count_[i]; ++k)
-      if (!(Eigen::Map<const V3>(pieces_[i][k].surface.n).dot(n) >= kAgree)) return false;
+    for (int k = 0; k < count_[i]; ++k) {
+      const CcSurface& f = pieces_[i][k].surface;
+      if (f.residual > kClear || !(Eigen::Map<const V3>(f.n).dot(n) >= kAgree)) return false;
+    }
     return count_[i] > 0;
   }
 
@@ -108,6 +116,12 @@ struct Ball {
   float weight[kMost], measured[kMost], model[kMost];
 };
 
+// The sample's own face about the sample: n, and how it bends along t1 and t2 (CcSurface).
+struct Face {
+  V3 n, t1 = V3::Zero(), t2 = V3::Zero();
+  float k11 = 0, k12 = 0, k22 = 0;
+};
+
 void gather(const Block& block, const V3& sample, Ball& ball) {
   const V3i middle = sample.array().floor().cast<int>();
   ball.count = 0;
@@ -130,31 +144,62 @@ void gather(const Block& block, const V3& sample, Ball& ball) {
     }
 }
 
-// The part of each voxel below the plane through the sample across (nx, ny, nz).
-CC_LANES [[gnu::flatten]] void modelFace(float nx, float ny, float nz, Ball& ball) {
+// The part of each voxel below the face. The last term of the offset: as in ccPredict().
+CC_LANES [[gnu::flatten]] void modelFace(const Face& face, Ball& ball) {
+  const float nx = face.n.x(), ny = face.n.y(), nz = face.n.z();
+  const float ux = face.t1.x(), uy = face.t1.y(), uz = face.t1.z();
+  const float vx = face.t2.x(), vy = face.t2.y(), vz = face.t2.z();
+  const float k11 = 0.5f * face.k11, k12 = face.k12, k22 = 0.5f * face.k22;
+  const float mean = (k11 + k22) * (1.0f / 12);
   const int count = ball.count;
   CC_INDEPENDENT
-  for (int k = 0; k < count; ++k)
-    ball.model[k] =
-        ccCutCube(nx, ny, nz, -(nx * ball.x[k] + ny * ball.y[k] + nz * ball.z[k])).volume;
+  for (int k = 0; k < count; ++k) {
+    const float x = ball.x[k], y = ball.y[k], z = ball.z[k];
+    const float u = ux * x + uy * y + uz * z, v = vx * x + vy * y + vz * z;
+    const float bend = k11 * u * u + k12 * u * v + k22 * v * v + mean;
+    ball.model[k] = ccCutCube(nx, ny, nz, -(nx * x + ny * y + nz * z) - bend).volume;
+  }
 }
 
-// The direction of the base vector of a sample with the fitted normal n; from the block's corner.
-V3 baseVector(const Block& block, const V3& sample, const V3& n, Ball& ball) {
-  gather(block, sample, ball);
-  modelFace(n.x(), n.y(), n.z(), ball);
+// The face's normal at r.
+V3 normalAt(const Face& face, const V3& r) {
+  const float u = face.t1.dot(r), v = face.t2.dot(r);
+  return (face.n + (face.k11 * u + face.k12 * v) * face.t1 +
+          (face.k12 * u + face.k22 * v) * face.t2)
+      .normalized();
+}
+
+// The direction of the base vector of a sample, `at` from the block's corner.
+V3 baseVector(const Block& block, const V3& at, const Face& face, Ball& ball) {
+  gather(block, at, ball);
+  modelFace(face, ball);
+  const V3& n = face.n;
   float mass = 0;
   V3 moment = V3::Zero();
   for (int k = 0; k < ball.count; ++k) {
     mass += ball.weight[k] * ball.model[k];
     const float more = ball.model[k] - ball.measured[k];
-    if (std::abs(more) < kNoise || !block.faces(ball.at[k], n)) continue;
-    const V3 r(ball.x[k], ball.y[k], ball.z[k]);
-    const V3 mirrored = sample + 2 * n.dot(r) * n - r;
-    if (!block.faces(mirrored.array().floor().cast<int>(), n)) continue;
+    if (std::abs(more) < kNoise) continue;
+    const V3 r(ball.x[k], ball.y[k], ball.z[k]), mirrored = 2 * n.dot(r) * n - r;
+    if (!block.faces(ball.at[k], normalAt(face, r))) continue;
+    const V3i beyond = (at + mirrored).array().floor().cast<int>();
+    if (!block.faces(beyond, normalAt(face, mirrored))) continue;
     moment += ball.weight[k] * more * r;
   }
   return mass > 0 ? V3(kLength * n + moment / mass).normalized() : n;
+}
+
+// A sample's face: as curved as the fit of its voxel, where that holds no edge.
+Face faceOf(const FieldDraft& draft, const CutSample& from) {
+  Face face{Eigen::Map<const V3>(from.sample.normal)};
+  const VoxelState state =
+      draft.brick(static_cast<std::size_t>(from.origin.brick))->state(from.origin.cell);
+  const CcSurface& f = state.pieces[0].surface;
+  if (state.count() > 1 || f.residual > kSound) return face;
+  face.t1 = Eigen::Map<const V3>(f.t1);
+  face.t2 = Eigen::Map<const V3>(f.t2);
+  face.k11 = f.k11, face.k12 = f.k12, face.k22 = f.k22;
+  return face;
 }
 
 V3i brickOf(const SurfaceSample& s) {
@@ -205,9 +250,10 @@ void giveBaseVectors(const FieldDraft& draft, std::vector<CutSample>& samples) {
       own->block.fill(draft, run.brick);
       const V3 low = own->block.low().cast<float>();
       for (std::size_t k = run.begin; k < run.end; ++k) {
-        SurfaceSample& s = samples[order[k]].sample;
-        Eigen::Map<V3> normal(s.normal);
-        normal = baseVector(own->block, Eigen::Map<const V3>(s.position) - low, normal, own->ball);
+        CutSample& sample = samples[order[k]];
+        const V3 at = Eigen::Map<const V3>(sample.sample.position) - low;
+        Eigen::Map<V3>(sample.sample.normal) =
+            baseVector(own->block, at, faceOf(draft, sample), own->ball);
       }
     });
     const std::size_t made = runs[first + count - 1].end - runs[first].begin;
