@@ -7,6 +7,7 @@
 #include "field/field_edges.h"
 #include "field/field_fit.h"
 #include "field/field_samples.h"
+#include "field/sample_vectors.h"
 
 #include <cstring>
 #include <stdexcept>
@@ -174,7 +175,9 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
   else
     findEdges(draft);
   report(0.7);
-  SampleSet samples = sortSamples(cutSamples(draft), notes->origins);
+  std::vector<CutSample> pieces = cutSamples(draft);
+  giveBaseVectors(draft, pieces);
+  SampleSet samples = sortSamples(std::move(pieces), notes->origins);
   report(0.8);
   FieldLayers layers(draft);
   layers.spread();
@@ -194,6 +197,7 @@ std::shared_ptr<const SurfaceField> SurfaceField::build(const Cloud& cloud,
 //   fits     the 3x3x3 block holds a changed voxel
 //   edges    a face within 3 voxels changed in an earlier pass; ends where nothing changes
 //   samples  pieces changed in the voxel, or an edge beside it, or a sliver assigned to it
+//   vectors  C, or the surface that it is compared with, holds a voxel that changed
 //   band     a voxel inherits from one where pieces changed
 // Edge searches that a budget leaves wait in a queue (edge_queue.h).
 // All other voxels would read the same input and yield the same bits. Records and samples are
@@ -221,11 +225,16 @@ std::shared_ptr<const SurfaceField> renewed(const std::shared_ptr<const SurfaceF
   const VoxelSet recut = recutVoxels(draft, known.bricks, changed);
   VoxelSet turned = turnedVoxels(old.cloud(), after, cut);
   turned.add(known.rim);
-  // A sliver depends on the pieces beside it, a voxel's samples on the slivers beside it.
+  // A sliver depends on the pieces beside it, a voxel's samples on the slivers beside it, and their
+  // vectors on all that C and its mirror reach.
   VoxelSet sampled = recut.dilated(2);
   sampled.add(turned.dilated(1));
+  VoxelSet seen = changed;
+  seen.add(cut);
+  sampled.add(seen.dilated(kVectorReach));
   auto notes = std::make_shared<FieldNotes>(draft.cloud.bricks());
   std::vector<CutSample> fresh = cutSamples(draft, &sampled);
+  giveBaseVectors(draft, fresh);
   sampled.add(known.dropped);
   SampleSet samples =
       renewSamples(old.samples(), old.notes()->origins, sampled, std::move(fresh), notes->origins);
