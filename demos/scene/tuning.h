@@ -1,5 +1,5 @@
 // Chooses the settings of clouds for a tolerance: trials at finer and finer voxels until the error
-// that the contacts state is within it (docs/method.md, "Settings for a tolerance").
+// that the contacts state is within it (docs/engine.md, "Settings for a tolerance").
 #pragma once
 
 #include <cstddef>

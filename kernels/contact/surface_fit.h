@@ -1,4 +1,4 @@
-// Fits a surface to the coverage of a window of voxels (docs/method.md, "Depth from the window").
+// Fits a surface to the coverage of a window of voxels (docs/engine.md, "Depth from the window").
 // Voxel units, origin at the center of the window's middle voxel. Plain C for C++ and OpenCL C.
 //
 // The fit starts from the paper's base vector (4), from the center of mass Gc of the material in

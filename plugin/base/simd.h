@@ -1,7 +1,7 @@
 // Macros for loops over SIMD lanes. The compiler makes a clone of such a function for each of
 // several instruction sets, and the program picks the best one at its start. All clones give the
 // same bits: no contraction, no reordered sums, correctly rounded division and root
-// (docs/method.md, "One arithmetic").
+// (docs/engine.md, "One arithmetic").
 #pragma once
 
 // Sanitizers instrument the resolvers that pick a clone, which run before the sanitizer is set up.

@@ -1,6 +1,6 @@
 // PairLevels: which voxels a pair of clouds is searched with. A pair takes the coarsest level of
 // each body (FieldLevels) whose surface, where the bodies' boxes overlap, is within half the
-// tolerance, and finer ones where its contact states a larger error (docs/method.md, "Levels").
+// tolerance, and finer ones where its contact states a larger error (docs/engine.md, "Levels").
 #pragma once
 
 #include <cloudcontact/bullet/cloud_shape.h>

@@ -1,5 +1,5 @@
 // ShapeContact: the contact of two shapes given by formulas, as ContactFinder gives that of clouds
-// (docs/method.md, "Shapes").
+// (docs/engine.md, "Shapes").
 #pragma once
 
 #include <cloudcontact/contact/contact.h>

@@ -1,4 +1,4 @@
-// A lookup table from how full a window is to how deep its voxel lies (docs/method.md, "Depth from
+// A lookup table from how full a window is to how deep its voxel lies (docs/engine.md, "Depth from
 // the window").
 #pragma once
 

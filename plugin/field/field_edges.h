@@ -1,4 +1,4 @@
-// Second step of the field: edges and corners (docs/method.md, "Edges"). A window across an edge
+// Second step of the field: edges and corners (docs/engine.md, "Edges"). A window across an edge
 // sees a blunt surface, 30 deg off at half a voxel from a right angle. Where a block's quadric does
 // not explain its coverage, the flat or gently curved faces found beside it are continued into the
 // block. Two or three of them, or four to six at a tip, replace the quadric if their intersection

@@ -160,7 +160,7 @@ double returned(double stiffness, double damping, double step, double gap) {
   return body.getLinearVelocity().z() / speed;
 }
 
-// docs/method.md, "Restitution": in closed form, of a spring that never pulls, with damping ratio
+// docs/engine.md, "Restitution": in closed form, of a spring that never pulls, with damping ratio
 // z.
 double springReturns(double z) {
   const double root = std::sqrt(std::abs(1 - z * z));

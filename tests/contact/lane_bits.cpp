@@ -1,6 +1,6 @@
 // Prints the hashes of some fields and every bit of their contacts in many poses. Built twice: as
 // the library ships, with loops for the machine's instruction set, and with plain loops. Both must
-// print the same (docs/method.md, "One arithmetic").
+// print the same (docs/engine.md, "One arithmetic").
 #include <cloudcontact/contact/contact_finder.h>
 
 #include <cstdio>

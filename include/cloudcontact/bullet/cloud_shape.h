@@ -61,7 +61,7 @@ class CloudShape : public btConcaveShape {
 
   // With a tolerance, contacts take the coarsest voxels whose surface is within half of it (two
   // bodies have one half each), and finer ones where a contact states a larger error
-  // (docs/method.md, "Levels"); and a body that is a ball, box, cylinder, capsule, cone or convex
+  // (docs/engine.md, "Levels"); and a body that is a ball, box, cylinder, capsule, cone or convex
   // body with flat faces within it meets others like it, and Bullet's own, as that shape: same law,
   // far faster. Pairs with a Foundation, base vectors or tissues of several materials, and bodies
   // half as deep in each other as they are thick, meet as clouds. A shape made of levels builds the

@@ -13,7 +13,7 @@ namespace cloudcontact {
 // but the last it extrapolates from the sweeps so far (Anderson 1965), which carries weight down a
 // stack, along a chain or through a light body in fewer sweeps. Sweeps go on until the rows agree:
 // ten of them leave stiff contacts apart, and a tower that rocks on what is left gains energy
-// (docs/method.md, "The solver"). One solver per world.
+// (docs/engine.md, "The solver"). One solver per world.
 class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
  public:
   ExtrapolatingSolver();

@@ -33,7 +33,7 @@ struct ContactBody {
   const PaperBody* paper = nullptr;        // its base vectors, for Normals::BaseVectors
 };
 
-// Where the direction of a force comes from (docs/method.md, "Fitted normals and base vectors").
+// Where the direction of a force comes from (docs/method.md, "Step 5: direction").
 enum class Normals : std::uint8_t {
   Fitted,      // surfaces fitted to the coverage: better at edges
   BaseVectors  // the paper's digital normal, the mean of base vectors (5')

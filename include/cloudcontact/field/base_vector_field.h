@@ -48,7 +48,7 @@ class BaseVectorField {
   int tissue(const VoxelIndex& v) const;             // index into tissues()
   BaseVector at(const VoxelIndex& v) const;
   // Signed depth of the voxel's center below the surface, looked up by how full its window is
-  // (docs/method.md, "Depth from the window") [m]. Its range is that of the window. Empty where the
+  // (docs/engine.md, "Depth from the window") [m]. Its range is that of the window. Empty where the
   // window holds no material.
   std::optional<double> depth(const VoxelIndex& v) const;
 

@@ -1,6 +1,6 @@
 // FieldLevels: a body as surface fields of several voxel sizes, each built when it is first asked
 // for. Coarse ones cost less to build, to keep and to search, and each knows, brick by brick, how
-// far its surface is from the finest voxels' (docs/method.md, "Levels").
+// far its surface is from the finest voxels' (docs/engine.md, "Levels").
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>

@@ -1,6 +1,6 @@
 // RecognizedShape: a cloud that is a ball, box, cylinder, capsule, cone or a convex body with flat
 // faces within a tolerance.
-// Closed forms then answer in the place of its voxels (docs/method.md, "Shapes").
+// Closed forms then answer in the place of its voxels (docs/engine.md, "Shapes").
 #pragma once
 
 #include <cloudcontact/field/surface_field.h>

@@ -1,6 +1,6 @@
 // SurfaceField: the surface of a cloud, ready for queries. Every voxel near the surface holds the
 // plane or planes fitted to its coverage, which give a signed depth and a fitted normal
-// (docs/method.md, "Depth from the window" and "Edges"). The cloud's own surface is also divided
+// (docs/engine.md, "Depth from the window" and "Edges"). The cloud's own surface is also divided
 // into samples, which are looked up in the fields of other bodies (docs/force.md, "Samples").
 // Built once per cloud and shared by all bodies of that shape.
 #pragma once

@@ -1,5 +1,5 @@
 // AutomaticSpring: the spring for pairs without a stated stiffness. It is soft under the pair's own
-// weight, which averages out the noise of the voxel fits, and stiffens under load (docs/method.md,
+// weight, which averages out the noise of the voxel fits, and stiffens under load (docs/engine.md,
 // "One spring a pair").
 #pragma once
 

@@ -17,7 +17,7 @@ struct KelvinVoigt {
   double damping = 0;    // c [N s/m]
 };
 
-// The same law per area; exactly conservative without damping (docs/method.md, "One spring a
+// The same law per area; exactly conservative without damping (docs/engine.md, "One spring a
 // pair").
 struct Foundation {
   double stiffness = 0;  // k [N/m^3]
@@ -107,7 +107,7 @@ std::optional<KelvinVoigt> inSeries(const std::optional<KelvinVoigt>& a,
                                     const std::optional<KelvinVoigt>& b);
 
 // The stiffest spring that a step of `step` seconds allows for a pair of effective mass `mass`
-// [kg], at damping ratio 1. It bounds the automatic spring (docs/method.md, "One spring a pair").
+// [kg], at damping ratio 1. It bounds the automatic spring (docs/engine.md, "One spring a pair").
 // Throws std::invalid_argument if mass or step is not positive and finite.
 KelvinVoigt stepLimited(double mass, double step);
 
