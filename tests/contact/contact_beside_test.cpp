@@ -44,9 +44,11 @@ class Beside : public ::testing::Test {
     ContactSettings settings;
     settings.margin = margin;
     ContactFinder finder;
-    finder.search(a, b, settings);
-    if (beside) finder.lookBeside(a, b, settings, kStep);
-    return finder.withIds();
+    ContactResult found;
+    finder.search(a, b, settings, found);
+    if (beside) finder.lookBeside(a, b, settings, kStep, found);
+    finder.giveIds(found);
+    return found;
   }
 
   // The mean depth of the patches whose normal is `way`, in the slot's frame; NaN: there are none.
@@ -114,11 +116,12 @@ TEST_F(Beside, NothingElseIsNear) {
   ContactFinder finder;
   const ContactBody a = table.at({}),
                     b = box.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, 10.9 * kVoxel)});
-  finder.search(a, b, settings);
-  const std::size_t before = finder.latest().patches.size();
+  ContactResult found;
+  finder.search(a, b, settings, found);
+  const std::size_t before = found.patches.size();
   ASSERT_GT(before, 0u);
-  finder.lookBeside(a, b, settings, kStep);
-  EXPECT_EQ(finder.latest().patches.size(), before);
+  finder.lookBeside(a, b, settings, kStep, found);
+  EXPECT_EQ(found.patches.size(), before);
 }
 
 // A box that stands on one edge of its base, with the other edge above the table.
@@ -142,12 +145,13 @@ class Leaning : public ::testing::Test {
     ContactSettings settings;
     settings.margin = kMargin;
     ContactFinder finder;
-    finder.search(a, b, settings);
-    EXPECT_GT(finder.latest().samples, 0u);
-    finder.lookBeside(a, b, settings, kStep);
+    ContactResult found;
+    finder.search(a, b, settings, found);
+    EXPECT_GT(found.samples, 0u);
+    finder.lookBeside(a, b, settings, kStep, found);
     std::vector<Patch> beside;
-    for (const Patch& patch : finder.latest().patches)
-      if (isBeside(finder.latest(), patch)) beside.push_back(patch);
+    for (const Patch& patch : found.patches)
+      if (isBeside(found, patch)) beside.push_back(patch);
     return beside;
   }
 };
