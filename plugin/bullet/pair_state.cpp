@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <typeinfo>
+#include <utility>
 
 #include "bullet/closest_gap.h"
 #include "bullet/convert.h"

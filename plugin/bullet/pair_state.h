@@ -7,8 +7,6 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <utility>
 
 #include "bullet/box_gap.h"
 #include "bullet/leaving.h"
@@ -16,30 +14,12 @@
 #include "bullet/look_ahead.h"
 #include "bullet/manifold_writer.h"
 #include "bullet/narrow_phase.h"
-#include "bullet/pair_query.h"
+#include "bullet/pair_step.h"
 #include "bullet/pair_sweep.h"
 #include "contact/contact_builder.h"
 #include "contact/moved_contact.h"
 
 namespace cloudcontact {
-
-// A step of a pair, or a query of Bullet's: read -> find -> adjust -> write.
-struct PairStep {
-  bool isStep = true;  // of the world; else a query, which changes no manifold
-  double seconds = 0;  // [s] Bullet's; 0 before the world's first step
-  // How far the pair is looked ahead [s].
-  double ahead() const { return isStep ? knownStep(seconds) : 0; }
-
-  PairQuery query;                // read: what the bodies are
-  ContactResult contact;          // find: what touches
-  Answer how = Answer::Searched;  // and how it was found
-  std::optional<Touch> touch;     // adjust: when later in the step that is, of what sweeps or turns
-  std::optional<bool> keepsAwake;  // write: whether the bodies must not fall asleep; empty: not yet
-  double earlier = 0;              // [s] of computing ahead of Bullet's walk
-  PairSides sides(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) const {
-    return {&a, &b, query.a.motion, query.b.motion, query.mass, touch ? &*touch : nullptr};
-  }
-};
 
 struct PairState {
   using Clock = std::chrono::steady_clock;
