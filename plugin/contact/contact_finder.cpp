@@ -103,13 +103,11 @@ void ContactFinder::State::search(const ContactBody& a, const ContactBody& b,
       std::swap(hits, memory.pressless);
       memory.search.runApart(a, b, frame, settings.margin, hits);
       apart = build(memory.search.gap(), true);
+      std::swap(hits, memory.pressless);
     }
     // Of tips that are in each other along one axis no flank faces another: the nearest surface of
     // the other is the flank on the same side. What they push adds up to a force along the axis.
-    if (!apart) {
-      if (settings.margin > 0) std::swap(hits, memory.pressless);
-      build(gap, false);
-    }
+    if (!apart) build(gap, false);
   }
   lookups = memory.search.lookups();
   lookupsBeside = 0;
