@@ -118,9 +118,11 @@ void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tang
   point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);
 }
 
-// Bullet's callbacks for a point.
-void announce(const btPersistentManifold& manifold, const PairSides& sides, bool known,
-              btManifoldPoint& point) {
+// After Bullet's callbacks for a point. What they change holds: friction, stiffness and damping in
+// the row, and the restitution that is returned. On top of a spring it would bounce twice
+// (step_adjustments.h).
+double announced(const btPersistentManifold& manifold, const PairSides& sides, bool known,
+                 const WriteSettings& settings, btManifoldPoint& point) {
   auto* const a = const_cast<btCollisionObject*>(manifold.getBody0());
   auto* const b = const_cast<btCollisionObject*>(manifold.getBody1());
   if (known && gContactProcessedCallback) gContactProcessedCallback(point, a, b);
@@ -128,13 +130,6 @@ void announce(const btPersistentManifold& manifold, const PairSides& sides, bool
   if (gContactAddedCallback && (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK))
     gContactAddedCallback(point, sides.wrapA, point.m_partId0, point.m_index0, sides.wrapB,
                           point.m_partId1, point.m_index1);
-}
-
-// What a callback changes holds: friction, stiffness and damping in the row, and the restitution
-// that is returned. On top of a spring it would bounce twice (step_adjustments.h).
-double announced(const btPersistentManifold& manifold, const PairSides& sides, bool known,
-                 const WriteSettings& settings, btManifoldPoint& point) {
-  announce(manifold, sides, known, point);
   const double restitution = point.m_combinedRestitution;
   if (!settings.rigid) point.m_combinedRestitution = 0;
   return restitution;

@@ -28,7 +28,7 @@ struct ContactFinder::State {
   std::shared_ptr<ContactWorkspace> workspace;
   ContactBuilder builder;
   VerletLists lists;
-  std::size_t lookups = 0, lookupsBeside = 0;
+  std::size_t lookups = 0;  // since the last search began
 
   void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
               QueryMemory& memory, const TaskRunner* runner, ContactResult& found);
@@ -110,7 +110,6 @@ void ContactFinder::State::search(const ContactBody& a, const ContactBody& b,
     if (!apart) build(gap, false);
   }
   lookups = memory.search.lookups();
-  lookupsBeside = 0;
 }
 
 void ContactFinder::search(const ContactBody& a, const ContactBody& b,
@@ -238,7 +237,6 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   if (a.field) setWays(a, b, step, known.of[kA]);
   if (b.field) setWays(b, a, step, known.of[kB]);
   known.again = false;
-  s.lookupsBeside = 0;
   std::size_t first = 0;
   const auto look = [&] {
     if (a.field) addMeets(a, 1, contact, first, known.of[kA]);
@@ -246,7 +244,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     first = contact.patches.size();
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     known.again = true;
-    s.lookupsBeside += memory->search.lookups();
+    s.lookups += memory->search.lookups();
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
     return any && s.make(a, b, settings, frame, found, *memory, nullptr, true, contact);
   };
@@ -266,7 +264,7 @@ void ContactFinder::giveIds(ContactResult& found) {
 }
 
 std::size_t ContactFinder::sampleLookups() const {
-  return state_->lookups + state_->lookupsBeside;
+  return state_->lookups;
 }
 
 ContactBuilder& ContactFinder::builder() {
