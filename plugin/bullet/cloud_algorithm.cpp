@@ -4,7 +4,6 @@
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 
 #include <exception>
-#include <utility>
 
 #include "bullet/pair_state.h"
 
@@ -70,62 +69,43 @@ void CloudAlgorithm::processCollision(const btCollisionObjectWrapper* a,
 std::size_t CloudAlgorithm::prepare(const btCollisionObjectWrapper& a,
                                     const btCollisionObjectWrapper& b,
                                     const btDispatcherInfo& info) noexcept {
-  PairState& own = *state_;
-  own.searchedStep = own.movedStep = own.readyStep = own.finished.step = 0;
-  if (!std::exchange(own.processed, false)) return 0;
-  if (own.staysApart(a, b, info.m_timeStep)) return 0;
   try {
-    own.openStep();
-    // Without lockToRead(): no pair with a soft body is processed yet, and of 10,000 pairs the lock
-    // was most of the time.
-    own.ahead = own.reader.read(own.narrowPhase.settings(), a, b, info.m_timeStep, true);
-    if (own.ahead.wrong || own.ahead.apart) return 0;
-    if (isSwept(a, b, info)) return 0;
-    own.readyStep = own.lookAhead->step();
-    if (own.ahead.byShapes) return 0;
-    if (own.isKnown(own.ahead)) {
-      own.moved.move(own.ahead.a, own.ahead.b);
-      own.movedStep = own.lookAhead->step();
-      return 0;
-    }
+    return state_->prepare(a, b, info);
   } catch (...) {
     return 0;  // processCollision() fails likewise and counts it
   }
-  return 1 + own.finder.sampleLookups();
 }
 
 void CloudAlgorithm::searchAhead(const TaskRunner* shareOut) noexcept {
   PairState& own = *state_;
   const auto start = PairState::Clock::now();
   try {
-    own.finder.search(own.ahead.a, own.ahead.b, own.ahead.settings, shareOut);
-    own.searchedStep = own.lookAhead->step();
+    const PairQuery& query = own.now.query;
+    own.finder.search(query.a, query.b, query.settings, own.now.contact, shareOut);
+    own.searched(PairState::since(start), Answer::Searched);
   } catch (...) {  // as above
   }
-  own.aheadSeconds = PairState::since(start);
-  own.aheadOnDevice = false;
 }
 
 SearchTask CloudAlgorithm::deviceTask() noexcept {
   PairState& own = *state_;
-  SearchTask task{&own.ahead.a, &own.ahead.b, &own.ahead.settings, &own.finder, &own.deviceRoom};
+  const PairQuery& query = own.now.query;
+  SearchTask task{&query.a,    &query.b,         &query.settings,
+                  &own.finder, &own.now.contact, &own.deviceRoom};
   task.apart = own.apart;
   return task;
 }
 
 void CloudAlgorithm::searchedOnDevice(double seconds) noexcept {
-  PairState& own = *state_;
-  own.searchedStep = own.lookAhead->step();
-  own.aheadSeconds = seconds;
-  own.aheadOnDevice = true;
+  state_->searched(seconds, Answer::Device);
 }
 
 bool CloudAlgorithm::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                            const btDispatcherInfo& info) noexcept {
+                            const btDispatcherInfo&) noexcept {
   PairState& own = *state_;
-  if (own.readyStep != own.lookAhead->step() || !own.weighed) return false;
+  if (own.stage() == PairState::Stage::None || !own.weighed) return false;
   try {
-    return own.finish(a, b, info.m_timeStep);
+    return own.finish(a, b);
   } catch (...) {
     return false;  // processCollision() tries again
   }

@@ -1,6 +1,5 @@
 // Finds the cloud pairs of a step, as Bullet's default near callback will find them.
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <cloudcontact/bullet/cloud_dispatcher.h>
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -96,10 +95,6 @@ std::map<std::string, DeviceTime> CloudDispatcher::deviceTimes() {
 }
 
 namespace {
-
-btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
-  return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
-}
 
 const btCollisionObject& objectOf(const btBroadphaseProxy& proxy) {
   return *static_cast<const btCollisionObject*>(proxy.m_clientObject);

@@ -85,27 +85,32 @@ bool Leaving::goesOn(const PairQuery& query, const ContactResult& found) {
   return one && depth > kGone * query.voxel;
 }
 
-void Leaving::write(const PairQuery& query, double most, double step) {
+void Leaving::setSpeed(const PairQuery& query, double most, double step) {
   const Vec3 meeting = query.a.motion.linear - query.b.motion.linear;
   const bool isOurs = -meeting.dot(push_.normal) <= kFaster * speed_;
   speed_ = std::min(most, push_.depth * (1 - std::exp(-kRate * step)) / step);
-  contact_.clear();
-  push_.id = kFirstId;
-  contact_.points.push_back(push_);
-  if (isOurs) {
-    ContactPoint brake = push_;
+  brake_.reset();
+  if (isOurs) brake_ = -speed_ * step;
+}
+
+ContactResult Leaving::contact() const {
+  ContactResult contact;
+  contact.points.assign(brake_ ? 2 : 1, push_);
+  contact.points.front().id = kFirstId;
+  if (brake_) {
+    ContactPoint& brake = contact.points.back();
     brake.normal = -push_.normal;
-    brake.depth = -speed_ * step;
+    brake.depth = *brake_;
     brake.id = kFirstId + 1;
-    contact_.points.push_back(brake);
   }
   Patch patch;
   patch.position = push_.position;
   patch.normal = push_.normal;
   patch.depth = push_.depth;
-  patch.points = static_cast<int>(contact_.points.size());
+  patch.points = static_cast<int>(contact.points.size());
   patch.doubt = Doubt::Deep;
-  contact_.patches.push_back(patch);
+  contact.patches.push_back(patch);
+  return contact;
 }
 
 // Whether the overlap has become less lately.
@@ -128,7 +133,7 @@ bool Leaving::update(const PairQuery& query, const ContactResult& found, double 
   if (on_) on_ = goesOn(query, found);
   if (on_) held_ = !moves(step);
   if (held_) on_ = false;
-  if (on_) write(query, most, step);
+  if (on_) setSpeed(query, most, step);
   touched(found);
   return on_;
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "bullet/pair_query.h"
 #include "contact/way_out.h"
@@ -23,7 +24,7 @@ class Leaving {
   // pair, has not become less for a quarter of a second; the spring then has it until they part.
   // One point that moves the bodies' centers apart at speed(), and one of negative depth that keeps
   // them from leaving faster, unless something else has made them faster.
-  const ContactResult& contact() const { return contact_; }
+  ContactResult contact() const;
   double speed() const { return speed_; }  // [m/s]
   // For a step with a contact from elsewhere, and one without a query.
   void touched(const ContactResult& found);
@@ -39,7 +40,7 @@ class Leaving {
   bool begins(const PairQuery& query, const ContactResult& found, double most, double step);
   bool goesOn(const PairQuery& query, const ContactResult& found);
   bool moves(double step);
-  void write(const PairQuery& query, double most, double step);
+  void setSpeed(const PairQuery& query, double most, double step);
 
   WayOut out_;
   static constexpr double kNone = -std::numeric_limits<double>::infinity();
@@ -49,7 +50,7 @@ class Leaving {
   double least_ = 0, still_ = 0;   // [m] least depth so far, and how long it has been that [s]
   ContactPoint push_;
   double speed_ = 0;
-  ContactResult contact_;
+  std::optional<double> brake_;  // [m] the depth of the second point, if there is one
 };
 
 }  // namespace cloudcontact

@@ -25,21 +25,20 @@ double LevelSwitch::depthBefore(const Pair& pair, const PairQuery& query) const 
   return depthOf(finder.find(before.a, before.b, before.settings));
 }
 
-void LevelSwitch::fade(double jump, double most, double step) {
+void LevelSwitch::jump(double by, double most, double step) {
   left_ -= step;
   if (left_ <= 0) offset_ = left_ = 0;
-  if (jump == 0) return;
-  const double now = offset_ * left_ / kFade + jump;
+  if (by == 0) return;
+  const double now = offset_ * left_ / kFade + by;
   offset_ = std::clamp(now, -most, most);
   left_ = kFade;
 }
 
-void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step) {
+void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step, ContactResult& found) {
   refined_ = 0;
   const CloudShape* const clouds[2] = {cloudOf(pair.a), cloudOf(pair.b)};
   PairLevels& levels = pair.reader.levels();
   const PairLevels kept = levels;
-  const ContactResult& found = pair.finder.latest();
   double before = 0;
   bool switched = levels.differs(query.levels);
   if (step > 0) before = switched ? depthBefore(pair, query) : depthOf(found);
@@ -48,7 +47,7 @@ void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step) {
     const LevelChoice last = query.levels;
     pair.reader.chooseLevels(pair.settings, pair.a, pair.b, query);
     if (query.levels == last) continue;
-    pair.finder.search(query.a, query.b, query.settings);
+    pair.finder.search(query.a, query.b, query.settings, found);
     ++refined_;
     error_ = depthError(query.a, query.b, found);
   }
@@ -57,18 +56,16 @@ void LevelSwitch::settle(const Pair& pair, PairQuery& query, double step) {
     return;
   }
   switched = levels.differs(query.levels);
-  const double jump = switched ? std::max(0.0, before) - std::max(0.0, depthOf(found)) : 0;
-  fade(jump, query.levels.tolerance, step);
+  jump(switched ? std::max(0.0, before) - std::max(0.0, depthOf(found)) : 0, query.levels.tolerance,
+       step);
   levels.learn(query.levels, error_, found);
 }
 
-const ContactResult& LevelSwitch::faded(const ContactResult& found) {
-  if (!fades() || found.points.empty()) return found;
+void LevelSwitch::fade(ContactResult& found) const {
+  if (!fades()) return;
   const double more = offset_ * left_ / kFade;
-  faded_ = found;
-  for (ContactPoint& point : faded_.points) point.depth += more;
-  for (Patch& patch : faded_.patches) patch.depth += more;
-  return faded_;
+  for (ContactPoint& point : found.points) point.depth += more;
+  for (Patch& patch : found.patches) patch.depth += more;
 }
 
 }  // namespace cloudcontact

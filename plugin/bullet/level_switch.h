@@ -21,12 +21,11 @@ class LevelSwitch {
     ContactFinder& finder;
   };
 
-  // After the finder has searched the query: until its contact holds the tolerance. `step` [s];
-  // 0: a query that is no step, which leaves no trace.
-  void settle(const Pair& pair, PairQuery& query, double step);
-  // The finder's contact, with the depth that the levels of the last steps had. The difference
-  // fades away.
-  const ContactResult& faded(const ContactResult& found);
+  // After a search of the query has found a contact: until it holds the tolerance. `step` [s]; 0: a
+  // query that is no step, which leaves no trace.
+  void settle(const Pair& pair, PairQuery& query, double step, ContactResult& found);
+  // Gives the contact the depth that the levels of the last steps had. The difference fades away.
+  void fade(ContactResult& found) const;
   bool fades() const { return left_ > 0; }
 
   double error() const { return error_; }           // [m] depthError() of the last contact
@@ -34,12 +33,11 @@ class LevelSwitch {
 
  private:
   double depthBefore(const Pair& pair, const PairQuery& query) const;
-  void fade(double jump, double most, double step);
+  void jump(double by, double most, double step);
 
   double error_ = 0;
   std::size_t refined_ = 0;
   double offset_ = 0, left_ = 0;  // [m], and how long it lasts [s]
-  ContactResult faded_;
 };
 
 }  // namespace cloudcontact

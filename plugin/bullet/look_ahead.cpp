@@ -2,7 +2,6 @@
 // what it can of a large step before.
 #include "bullet/look_ahead.h"
 
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -79,12 +78,6 @@ void LookAhead::share(int count, const std::function<void(int)>& each) {
   state_->arena.execute([&] { tbb::parallel_for(all, some); });
   state_->done.load(std::memory_order_acquire);
 }
-
-namespace {
-btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
-  return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
-}
-}  // namespace
 
 // Reads the queries of all pairs, and moves the contacts of those that need no search.
 void LookAhead::prepare(const btDispatcherInfo& info, bool finishes) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <cloudcontact/base/task_runner.h>
 
 #include <atomic>
@@ -18,6 +19,11 @@
 struct btDispatcherInfo;
 
 namespace cloudcontact {
+
+// A whole object, as Bullet's walk has it.
+inline btCollisionObjectWrapper wrapped(const btCollisionObject& object) {
+  return {nullptr, object.getCollisionShape(), &object, object.getWorldTransform(), -1, -1};
+}
 
 // A pair that can be searched ahead of processCollision().
 class AheadPair {

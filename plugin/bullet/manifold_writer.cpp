@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "bullet/convert.h"
-#include "bullet/impact.h"
+#include "bullet/object_motion.h"
 #include "bullet/point_friction.h"
 #include "contact/first_touch.h"
 
@@ -60,7 +60,8 @@ void setGeometry(const ContactPoint& source, const PairSides& sides, btManifoldP
   if (sides.touch) {
     onA = broughtBack(onA, sides.motionA, *sides.wrapA);
     onB = broughtBack(onB, sides.motionB, *sides.wrapB);
-    const double passing = closingOf(source, sides) - sides.touch->checked.dot(source.normal);
+    const Vec3 meeting = sides.motionA.at(source.position) - sides.motionB.at(source.position);
+    const double passing = meeting.dot(source.normal) - sides.touch->checked.dot(source.normal);
     depth -= passing * sides.touch->time;
   }
   point.m_positionWorldOnA = toBullet(onA);
@@ -118,9 +119,11 @@ void setLaw(const ContactPoint& source, const std::optional<SpringTangent>& tang
   point.m_combinedContactDamping1 = static_cast<btScalar>(law.damping);
 }
 
-// Bullet's callbacks for a point.
-void announce(const btPersistentManifold& manifold, const PairSides& sides, bool known,
-              btManifoldPoint& point) {
+// After Bullet's callbacks for a point. What they change holds: friction, stiffness and damping in
+// the row, and the restitution that is returned. On top of a spring it would bounce twice
+// (step_adjustments.h).
+double announced(const btPersistentManifold& manifold, const PairSides& sides, bool known,
+                 const WriteSettings& settings, btManifoldPoint& point) {
   auto* const a = const_cast<btCollisionObject*>(manifold.getBody0());
   auto* const b = const_cast<btCollisionObject*>(manifold.getBody1());
   if (known && gContactProcessedCallback) gContactProcessedCallback(point, a, b);
@@ -128,13 +131,6 @@ void announce(const btPersistentManifold& manifold, const PairSides& sides, bool
   if (gContactAddedCallback && (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK))
     gContactAddedCallback(point, sides.wrapA, point.m_partId0, point.m_index0, sides.wrapB,
                           point.m_partId1, point.m_index1);
-}
-
-// What a callback changes holds: friction, stiffness and damping in the row, and the restitution
-// that is returned. On top of a spring it would bounce twice (impact.h).
-double announced(const btPersistentManifold& manifold, const PairSides& sides, bool known,
-                 const WriteSettings& settings, btManifoldPoint& point) {
-  announce(manifold, sides, known, point);
   const double restitution = point.m_combinedRestitution;
   if (!settings.rigid) point.m_combinedRestitution = 0;
   return restitution;
@@ -187,9 +183,11 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     load.add(sources[i].position, before[i]);
     anchor.add(sources[i].position, slips[i], before[i]);
   }
-  const Impact impact(sides, settings.step);
-  const bool bounces = std::any_of(sources, sources + count,
-                                   [&](const ContactPoint& p) { return impact.touches(p); });
+  const Vec3 pull =
+      gravityOf(*sides.wrapA->getCollisionObject()) - gravityOf(*sides.wrapB->getCollisionObject());
+  const bool bounces = std::any_of(sources, sources + count, [&](const ContactPoint& source) {
+    return StepPoint{source, sides, settings, pull}.touches();
+  });
   load.sum(sides.mass / static_cast<double>(contact.points.size()));
   anchor.fit();
   manifold.setNumContacts(count);
@@ -204,12 +202,9 @@ void ManifoldWriter::fill(btPersistentManifold& manifold, const PairSides& sides
     if (!load.slides()) anchor.set(sources[i].position, point);
     if (before[i]) copySolverData(*before[i], point);
     const double restitution = announced(manifold, sides, before[i] != nullptr, settings, point);
-    if (settings.leavingSpeed > 0)
-      impact.moveApart(sources[i], settings.leavingSpeed, point);
-    else if (!settings.rigid && !settings.shared && !sides.touch)
-      impact.take(sources[i], before[i], restitution, bounces ? settings.together : 0, point);
-    impact.stop(sources[i], settings.stopsFrom, point);
-    if (i == 0) impact.stopCenters(sources[i], settings.stopsFrom, point);
+    adjust({sources[i], sides, settings, pull, bounces ? settings.together : 0, i == 0, before[i],
+            restitution},
+           point);
   }
 }
 

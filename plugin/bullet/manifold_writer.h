@@ -1,32 +1,11 @@
 // ManifoldWriter: writes a pair's contact points into Bullet's persistent manifolds, one per patch.
 #pragma once
 
-#include <limits>
-
-#include "bullet/pair_law.h"
+#include "bullet/step_adjustments.h"
 
 class btDispatcher;
 
 namespace cloudcontact {
-
-// What a step adds to the points.
-struct WriteSettings {
-  bool rigid = false;       // no spring: bare contact rows
-  double slidingSpeed = 0;  // [m/s] slower points stand and keep their place
-  double step = 0;          // [s]
-  // The points' stiffnesses are their shares of this spring. Empty: they are in [N/m].
-  std::optional<AutomaticSpring> automatic;
-  // Or their shares of this row (PairMemory).
-  std::optional<KelvinVoigt> shared;
-  // [m] Of a patch that bounces, points that miss the touch by less in this step bounce, too: which
-  // of a face's points touch first is noise below that, and those alone would turn the body.
-  double together = 0;
-  // [m] Of a swept pair: points that would close by more in the step are stopped at the touch by
-  // bare rows, since a spring lets a fast body through a thin wall. Infinite: none.
-  double stopsFrom = std::numeric_limits<double>::infinity();
-  // Of a pair that is moved apart (Leaving): how fast [m/s]. 0: none.
-  double leavingSpeed = 0;
-};
 
 // The manifolds of one pair, kept from its first contact until the algorithm is deleted. Points are
 // rewritten every step. The solver's data of a point (impulses, friction directions, lifetime, user

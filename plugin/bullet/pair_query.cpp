@@ -5,8 +5,6 @@
 #include <cloudcontact/bullet/cloud_shape.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <limits>
 
 #include "bullet/convert.h"
@@ -56,22 +54,11 @@ double reachOf(const ContactBody& a, const ContactBody& b, double voxel, double 
   return std::max(voxel, closingSpeed(a, b) * step + kBeyond * voxel);
 }
 
-using Bits = std::array<double, 33>;
-
-Bits bitsOf(const PairQuery& query) {
-  Bits bits{};
-  double* next = bits.data();
-  const auto put = [&next](const auto& values) {
-    next = std::copy_n(values.data(), values.size(), next);
-  };
-  for (const ContactBody* body : {&query.a, &query.b}) {
-    put(body->pose.orientation.coeffs());
-    for (const Vec3* v :
-         {&body->pose.position, &body->motion.linear, &body->motion.angular, &body->motion.center})
-      put(*v);
-  }
-  put(std::array{query.settings.margin});
-  return bits;
+bool samePlace(const ContactBody& x, const ContactBody& y) {
+  return x.pose.position == y.pose.position &&
+         x.pose.orientation.coeffs() == y.pose.orientation.coeffs() &&
+         x.motion.linear == y.motion.linear && x.motion.angular == y.motion.angular &&
+         x.motion.center == y.motion.center;
 }
 
 bool sameSpring(const KelvinVoigt& x, const KelvinVoigt& y) {
@@ -100,9 +87,7 @@ bool sameMatter(const PairQuery& x, const PairQuery& y) {
 }
 
 bool sameQuery(const PairQuery& x, const PairQuery& y) {
-  if (!sameMatter(x, y)) return false;
-  const Bits one = bitsOf(x), other = bitsOf(y);
-  return std::memcmp(one.data(), other.data(), sizeof one) == 0;
+  return sameMatter(x, y) && samePlace(x.a, y.a) && samePlace(x.b, y.b);
 }
 
 ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized) {
@@ -126,7 +111,7 @@ void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollision
     query.shapeError += known->error;
     solids[side] = &known->placed.solid;
   }
-  query.byShapes = ShapeContact::takes(*solids[0], *solids[1], query.settings);
+  query.byShapes = takesShapes(*solids[0], *solids[1], query.settings);
 }
 
 // Base vectors if the world or one of the bodies asks for them.

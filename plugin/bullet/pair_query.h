@@ -44,7 +44,7 @@ const CloudShape* cloudOf(const btCollisionObjectWrapper& wrap);
 // Whether two queries differ at most in the bodies' poses and motions, and the margin.
 bool sameMatter(const PairQuery& x, const PairQuery& y);
 
-// Whether bodies, poses, motions and settings are equal to the bit.
+// Of one step: whether nothing has moved a body from one query to the other.
 bool sameQuery(const PairQuery& x, const PairQuery& y);
 
 // Reads the queries of one pair; caches converted shapes.

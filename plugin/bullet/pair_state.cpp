@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <typeinfo>
+#include <utility>
 
 #include "bullet/closest_gap.h"
 #include "bullet/convert.h"
 #include "bullet/turning.h"
+#include "contact/shape_contact.h"
 
 namespace cloudcontact {
 
@@ -41,16 +43,6 @@ bool closesLightly(double step, const PairQuery& query, const ContactResult& fou
   }
   return deepest < kLightly * query.voxel && closes > 0.5 * deepest &&
          closes > kCloses * query.voxel;
-}
-
-// Whether a patch is broad both ways: points on one place or on a line resist no turn about it.
-bool isBroad(const ContactResult& found, double voxel) {
-  return std::any_of(found.patches.begin(), found.patches.end(), [&](const Patch& patch) {
-    const ContactPoint* const p = found.points.data() + patch.firstPoint;
-    return patch.points == 4 &&
-           (p[0].position - p[2].position).cross(p[1].position - p[3].position).norm() >
-               voxel * voxel;
-  });
 }
 
 // Whether contacts push both bodies, and all that moves has a velocity that is known.
@@ -95,89 +87,102 @@ void report(btManifoldResult& result, const PairSides& sides, const ContactBody&
 
 }  // namespace
 
-void PairState::keep(const PairQuery& query, const ContactResult& contact, bool swept) {
-  if (swept || levels.fades()) return moved.drop();
+void PairState::keep(const PairStep& step) {
+  const PairQuery& query = step.query;
+  if (step.touch || levels.fades()) return moved.drop();
   const double motion = narrowPhase.settings().reuseMotion;
   if (!(motion > 0) || query.byShapes) return;
   if (!sameMatter(query, asked)) moved.drop();
   asked = query;
-  moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, contact);
+  moved.keep(query.a, query.b, query.settings, motion * query.voxel, query.voxel, step.contact);
 }
 
-double PairState::clearAfter(const PairQuery& query, const PairSides& sides,
-                             const ContactResult& contact) const {
-  const bool clear = contact.samples == 0 && contact.patches.empty() && !query.law.remembering &&
-                     !levels.fades() && !hasThreshold(*sides.wrapA) && !hasThreshold(*sides.wrapB);
-  return clear ? query.voxel : 0;
-}
-
-// Leaves the result in the finder. Returns the time [s] that it took ahead of Bullet's walk.
-double PairState::search(const PairQuery& query) {
-  const std::uint64_t step = std::exchange(searchedStep, 0);
-  const bool known = step > 0 && step == lookAhead->step() && sameQuery(query, ahead);
-  if (!known) finder.search(query.a, query.b, query.settings);
-  if (known) lookAhead->countTaken();
-  onDevice = known && aheadOnDevice;
-  return known ? aheadSeconds : 0;
-}
-
-// Curved surfaces meet as they did without.
-void PairState::lookAround(const PairQuery& query) {
-  finder.lookAround(query.a, query.b, query.settings);
-  if (!isBroad(finder.latest(), query.voxel)) finder.search(query.a, query.b, query.settings);
+double PairState::clearAfter(const PairStep& step, const PairSides& sides) const {
+  const bool clear = !step.touch && step.contact.samples == 0 && step.contact.patches.empty() &&
+                     !step.query.law.remembering && !levels.fades() &&
+                     !hasThreshold(*sides.wrapA) && !hasThreshold(*sides.wrapB);
+  return clear ? step.query.voxel : 0;
 }
 
 // Bodies that touched in the last step have met its forces already: what rests costs nothing here.
-void PairState::lookBeside(const PairQuery& query, double step) {
+void PairState::lookBeside(PairStep& step) {
+  const PairQuery& query = step.query;
   ContactBody a = query.a, b = query.b;
   if (!touched) {
-    a.motion.linear += step * query.pull[0];
-    b.motion.linear += step * query.pull[1];
+    a.motion.linear += step.ahead() * query.pull[0];
+    b.motion.linear += step.ahead() * query.pull[1];
   }
-  const double moves = step * closingSpeed(a, b);
+  const double moves = step.ahead() * closingSpeed(a, b);
   if (moves <= kBesideVoxels * query.voxel) return;
   ContactSettings settings = query.settings;
   settings.margin = std::max(settings.margin, moves);
-  finder.lookBeside(a, b, settings, step);
+  finder.lookBeside(a, b, settings, step.ahead(), step.contact);
 }
 
-std::optional<Touch> PairState::lookOn(PairQuery& query, double step) {
-  ContactBody a = query.a, b = query.b;
-  const Touch end = endOf(step, a, b);
-  finder.search(a, b, query.settings);
-  if (finder.latest().samples == 0) {
-    finder.search(query.a, query.b, query.settings);
-    return std::nullopt;
+// What is near, or comes near within the step, beside what touches.
+void PairState::lookFurther(PairStep& step, const btCollisionObjectWrapper& a,
+                            const btCollisionObjectWrapper& b) {
+  PairQuery& query = step.query;
+  const double ahead = step.ahead();
+  if (turnsWithin(ahead, query, step.contact, a, b)) {
+    ContactBody endA = query.a, endB = query.b;
+    const Touch end = endOf(ahead, endA, endB);
+    if (finder.searchTouch(endA, endB, query.settings, step.contact)) {
+      query.a = endA;
+      query.b = endB;
+      step.touch = end;
+      return;
+    }
   }
-  query.a = a;
-  query.b = b;
-  return end;
+  if (closesLightly(ahead, query, step.contact))
+    finder.lookAround(query.a, query.b, query.settings, query.voxel * query.voxel, step.contact);
+  lookBeside(step);
 }
 
-// By shapes if the query asks for it and the bodies are not too deep in each other.
-const ContactResult& PairState::find(PairQuery& query, const btCollisionObjectWrapper& a,
-                                     const btCollisionObjectWrapper& b, double step, bool swept,
-                                     double& earlier) {
-  onDevice = false;
-  answeredByShapes = query.byShapes && shapes.search(asShape(query.a, query.recognized[0]),
-                                                     asShape(query.b, query.recognized[1]),
-                                                     query.settings, query.voxel);
-  if (answeredByShapes) return shapes.withIds();
-  if (query.byShapes) reader.chooseLevels(narrowPhase.settings(), a, b, query);
-  earlier = search(query);
-  if (query.levels.tolerance > 0)
-    levels.settle({narrowPhase.settings(), a, b, reader, finder}, query, step);
-  if (step > 0 && !swept && turnsWithin(step, query, finder.latest(), a, b))
-    turned = lookOn(query, step);
-  if (step > 0 && !swept && !turned && closesLightly(step, query, finder.latest()))
-    lookAround(query);
-  if (step > 0 && !swept && !turned) lookBeside(query, step);
-  if (!(query.levels.tolerance > 0)) return finder.withIds();
-  const ContactResult& found = finder.withIds();
-  return step > 0 ? levels.faded(found) : found;
+// The last contact, moved; or by shapes, if the query asks for it and the bodies are not too deep
+// in each other; or searched, with finer levels if the contact asks for them.
+void PairState::find(PairStep& step, const btCollisionObjectWrapper& a,
+                     const btCollisionObjectWrapper& b, bool known) {
+  PairQuery& query = step.query;
+  if (known) return lookAhead->countTaken();
+  step.how = Answer::Searched;
+  step.earlier = 0;
+  if (step.isStep && !step.touch && isKnown(query)) {
+    step.how = Answer::Moved;
+    moved.age();
+    return moved.move(query.a, query.b, step.contact);
+  }
+  if (query.byShapes) {
+    const ContactBody asA = asShape(query.a, query.recognized[0]),
+                      asB = asShape(query.b, query.recognized[1]);
+    if (findShapes(asA, asB, query.settings, query.voxel, step.contact)) {
+      step.how = Answer::Shapes;
+      return giveIds(asA, query.voxel, shapeIds, step.contact);
+    }
+    reader.chooseLevels(narrowPhase.settings(), a, b, query);
+  }
+  finder.search(query.a, query.b, query.settings, step.contact);
 }
 
-void PairState::closeStep(const PairQuery& query, const PairSides& sides, Answer how) {
+void PairState::adjust(PairStep& step, const btCollisionObjectWrapper& a,
+                       const btCollisionObjectWrapper& b) {
+  if (step.how == Answer::Moved) return;
+  if (step.how != Answer::Shapes) {
+    const bool hasLevels = step.query.levels.tolerance > 0;
+    if (hasLevels)
+      levels.settle({narrowPhase.settings(), a, b, reader, finder}, step.query, step.ahead(),
+                    step.contact);
+    if (step.isStep && !step.touch) lookFurther(step, a, b);
+    finder.giveIds(step.contact);
+    if (hasLevels && step.isStep) levels.fade(step.contact);
+  }
+  if (!step.isStep) return;
+  apart = step.query.a.field && step.query.b.field && step.contact.samples == 0;
+  touched = step.contact.samples > 0;
+  keep(step);
+}
+
+void PairState::closeStep(const PairStep& step, const PairSides& sides) {
   if (!narrowPhase.budget().isLimited()) return;
   int* next = work.name.data();
   for (const btCollisionObjectWrapper* wrap : {sides.wrapA, sides.wrapB}) {
@@ -185,38 +190,40 @@ void PairState::closeStep(const PairQuery& query, const PairSides& sides, Answer
     *next++ = proxy ? proxy->m_uniqueId : -1;
     *next++ = wrap->m_index;
   }
-  const bool searched = how == Answer::Searched || how == Answer::Device;
+  const bool searched = step.how == Answer::Searched || step.how == Answer::Device;
   work.seconds = Fidelity::kPairSeconds;
   if (searched)
     work.seconds += Fidelity::kLookupSeconds * static_cast<double>(finder.sampleLookups());
-  work.harm = query.mass * (query.levels.error + levels.error());
-  work.canEase = searched && query.levels.tolerance > 0 && query.levels.eased >= work.ease;
+  work.harm = step.query.mass * (step.query.levels.error + levels.error());
+  work.canEase =
+      searched && step.query.levels.tolerance > 0 && step.query.levels.eased >= work.ease;
   narrowPhase.budget().close(work);
 }
 
-bool PairState::write(const PairQuery& query, const PairSides& sides, const ContactResult& contact,
-                      double step) {
+void PairState::write(PairStep& step, const PairSides& sides) {
+  const PairQuery& query = step.query;
+  const ContactResult& contact = step.contact;
   const PairLaw& law = query.law;
   WriteSettings how;
   how.rigid = std::holds_alternative<Rigid>(law.shared);
-  how.step = step;
+  how.step = step.seconds;
   how.automatic = law.automatic;
   how.together = kTogether * query.voxel;
-  const double most = narrowPhase.settings().leavingSpeed;
-  if (sides.touch) leaving.touched(contact);
-  if (step > 0 && !sides.touch && canLeave(sides) && leaving.update(query, contact, most, step)) {
+  step.keepsAwake = false;
+  if (step.touch) leaving.touched(contact);
+  if (step.seconds > 0 && !step.touch && canLeave(sides) &&
+      leaving.update(query, contact, narrowPhase.settings().leavingSpeed, step.seconds)) {
     how.automatic.reset();
     how.leavingSpeed = leaving.speed();
-    writer.write(sides, leaving.contact(), how);
-    return true;
+    step.keepsAwake = true;
+    return writer.write(sides, leaving.contact(), how);
   }
   if (hasThreshold(*sides.wrapA) || hasThreshold(*sides.wrapB)) how.stopsFrom = query.voxel;
-  if (step > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step;
+  if (step.seconds > 0) how.slidingSpeed = kSlidingVoxelsPerStep * query.voxel / step.seconds;
   if (law.remembering)
-    how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), knownStep(step));
+    how.shared = memory.row(*law.remembering, sides, contact, writer.manifolds(), step.ahead());
   writer.write(sides, contact, how);
   if (law.remembering) memory.remember(sides, writer.manifolds());
-  return false;
 }
 
 std::optional<Touch> PairState::sweepOn(const btCollisionObjectWrapper& a,
@@ -234,11 +241,14 @@ std::optional<Touch> PairState::sweepOn(const btCollisionObjectWrapper& a,
   return touch;
 }
 
-void PairState::count(const PairQuery& query, const PairSides& sides, const Answered& found,
-                      double seconds) {
-  const ContactResult& contact = *found.contact;
-  const Answer how = found.how;
-  const LevelCount used = levelsOf(query, how);
+void PairState::count(const PairStep& step, const PairSides& sides, double seconds) {
+  const PairQuery& query = step.query;
+  const ContactResult& contact = step.contact;
+  const Answer how = step.how;
+  LevelCount used;
+  if (how != Answer::Shapes && query.levels.tolerance > 0)
+    used = {query.levels.level[0] + query.levels.level[1] > 0, query.levels.eased > 0,
+            how == Answer::Moved ? 0 : levels.refined()};
   narrowPhase.count(seconds, contact.samples, contact.points.size(), how, used);
   summary.a = sides.wrapA->getCollisionObject();
   summary.b = sides.wrapB->getCollisionObject();
@@ -274,60 +284,98 @@ void PairState::count(const PairQuery& query, const PairSides& sides, const Answ
     if (body->field) summary.samples += body->field->sampleCount();
 }
 
-PairState::Answered PairState::answer(PairQuery& query, const btCollisionObjectWrapper& a,
-                                      const btCollisionObjectWrapper& b, double step, bool swept) {
-  const bool steps = step > 0;
-  double earlier = 0;
-  const bool movedAhead = steps && !swept && isMoved(query);
-  const bool reused = movedAhead || (steps && !swept && isKnown(query));
-  turned.reset();
-  const ContactResult& contact = movedAhead ? moved.latest()
-                                 : reused   ? moved.move(query.a, query.b)
-                                            : find(query, a, b, step, swept, earlier);
-  if (reused) moved.age();
-  if (steps && !reused) {
-    apart = query.a.field && query.b.field && contact.samples == 0;
-    touched = contact.samples > 0;
-    keep(query, contact, swept || turned);
-  }
-  return {&contact, reused ? Answer::Moved : answeredBy(), earlier};
+void PairState::close(const PairStep& step, const PairSides& sides, double seconds) {
+  count(step, sides, step.earlier + seconds);
+  closeStep(step, sides);
+  clearVoxel = clearAfter(step, sides);
+}
+
+// The query that process() will make in this step if nothing changes until then.
+std::size_t PairState::prepare(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                               const btDispatcherInfo& info) {
+  setStage(Stage::None);
+  if (!std::exchange(processed, false) || staysApart(a, b, info.m_timeStep)) return 0;
+  openStep();
+  now.seconds = info.m_timeStep;
+  now.touch.reset();
+  // Without lockToRead(): no pair with a soft body is processed yet, and of 10,000 pairs the lock
+  // was most of the time.
+  now.query = reader.read(narrowPhase.settings(), a, b, now.seconds, true);
+  if (now.query.wrong || now.query.apart || isSwept(a, b, info)) return 0;
+  setStage(Stage::Read);
+  return now.query.byShapes || isKnown(now.query) ? 0 : 1 + finder.sampleLookups();
+}
+
+void PairState::searched(double seconds, Answer how) {
+  now.how = how;
+  now.earlier = seconds;
+  setStage(Stage::Searched);
 }
 
 // All of the pair's step that other pairs do not feel. A new manifold is left to the walk, since
 // their order is the solver's.
-bool PairState::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                       double step) {
+bool PairState::finish(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
   const auto start = Clock::now();
-  finished.found = answer(ahead, a, b, knownStep(step), false);
-  finished.written = finished.leaves = false;
+  const bool known = stage() == Stage::Searched;
+  setStage(Stage::None);  // what throws is left to the walk
+  find(now, a, b, known);
+  adjust(now, a, b);
   processed = true;
-  PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
-  if (turned) sides.touch = &*turned;
-  const std::size_t patches = finished.found.contact->patches.size();
-  if (std::max<std::size_t>(patches, 1) <= writer.manifolds().size()) {
-    finished.leaves = write(ahead, sides, *finished.found.contact, step);
-    finished.written = true;
-  }
-  finished.seconds = finished.found.earlier + since(start);
-  count(ahead, sides, finished.found, finished.seconds);
-  closeStep(ahead, sides, finished.found.how);
-  clearVoxel = clearAfter(ahead, sides, *finished.found.contact);
-  const bool done = finished.written && !finished.leaves;
-  finished.step = done ? 0 : lookAhead->step();
-  return done;
+  const PairSides sides = now.sides(a, b);
+  const std::size_t patches = now.contact.patches.size();
+  now.keepsAwake.reset();
+  if (std::max<std::size_t>(patches, 1) <= writer.manifolds().size()) write(now, sides);
+  close(now, sides, since(start));
+  if (now.keepsAwake == false) return true;
+  setStage(Stage::Found);
+  return false;
 }
 
-// What is left of a step that finish() began. False: it did not.
-bool PairState::takeFinished(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
-                             double step) {
-  const std::uint64_t made = std::exchange(finished.step, 0);
-  if (made == 0 || !lookAhead || made != lookAhead->step()) return false;
-  PairSides sides{&a, &b, ahead.a.motion, ahead.b.motion, ahead.mass};
-  if (turned) sides.touch = &*turned;
-  const ContactResult& contact = *finished.found.contact;
-  if (!finished.written) finished.leaves = write(ahead, sides, contact, step);
-  if (finished.leaves) keepAwake(narrowPhase, sides);
-  return true;
+void PairState::ask(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                    const btDispatcherInfo& info, btManifoldResult& result) {
+  const auto start = Clock::now();
+  if (stage() == Stage::Searched) setStage(Stage::None);  // its IDs are this query's now
+  PairStep query;
+  query.isStep = false;
+  query.query = read(a, b, info.m_timeStep, false, gapOf(result));
+  if (query.query.wrong) narrowPhase.countFailure(query.query.wrong);
+  if (query.query.wrong || query.query.apart) return writer.clear();
+  find(query, a, b, false);
+  adjust(query, a, b);
+  const PairSides sides = query.sides(a, b);
+  report(result, sides, query.query.a, query.query.b, query.contact);
+  count(query, sides, since(start));
+}
+
+// A step, or what is left of it after prepare(), a search and finish().
+void PairState::walk(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                     const btDispatcherInfo& info) {
+  const auto start = Clock::now();
+  const Stage done = stage();
+  setStage(Stage::None);
+  if (done == Stage::Found) {
+    if (!now.keepsAwake.has_value()) write(now, now.sides(a, b));
+    if (*now.keepsAwake) keepAwake(narrowPhase, now.sides(a, b));
+    return;
+  }
+  if (staysApart(a, b, info.m_timeStep)) return;
+  openStep(), clearVoxel = 0;
+  PairQuery query = read(a, b, info.m_timeStep, true);
+  if (query.wrong) narrowPhase.countFailure(query.wrong);
+  now.touch = query.wrong ? std::nullopt : sweepOn(a, b, info, query);
+  if (query.wrong || query.apart) {
+    leaving.reset();
+    return writer.clear();
+  }
+  const bool known = done == Stage::Searched && !now.touch && sameQuery(query, now.query);
+  now.seconds = info.m_timeStep;
+  now.query = std::move(query);
+  find(now, a, b, known);
+  adjust(now, a, b);
+  const PairSides sides = now.sides(a, b);
+  write(now, sides);
+  if (*now.keepsAwake) keepAwake(narrowPhase, sides);
+  close(now, sides, since(start));
 }
 
 void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
@@ -336,33 +384,12 @@ void PairState::process(AheadPair& self, const btCollisionObjectWrapper& a,
   if (!std::exchange(weighed, true))
     for (const btCollisionObjectWrapper* wrap : {&a, &b})
       narrowPhase.checkMatter(*wrap->getCollisionObject());
-  const auto start = Clock::now();
-  processed = true;
   // Bullet's queries derive from btManifoldResult; its solver does not.
-  const bool steps = typeid(result) == typeid(btManifoldResult);
-  if (steps && lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
+  if (typeid(result) != typeid(btManifoldResult)) return ask(a, b, info, result);
+  processed = true;
+  if (lookAhead && lookAhead->step() > 0 && (a.m_parent || b.m_parent))
     lookAhead->remember(self, a, b, slot);
-  if (steps && takeFinished(a, b, info.m_timeStep)) return;
-  if (steps && staysApart(a, b, info.m_timeStep)) return;
-  if (steps) openStep(), clearVoxel = 0;
-  PairQuery query = read(a, b, info.m_timeStep, steps, steps ? 0 : gapOf(result));
-  if (query.wrong) narrowPhase.countFailure(query.wrong);
-  std::optional<Touch> touch;
-  if (steps && !query.wrong) touch = sweepOn(a, b, info, query);
-  if (steps && (query.wrong || query.apart)) leaving.reset();
-  if (query.wrong || query.apart) return writer.clear();
-  const Answered found =
-      answer(query, a, b, steps ? knownStep(info.m_timeStep) : 0, touch.has_value());
-  PairSides sides{&a, &b, query.a.motion, query.b.motion, query.mass};
-  if (touch || turned) sides.touch = touch ? &*touch : &*turned;
-  if (!steps)
-    report(result, sides, query.a, query.b, *found.contact);
-  else if (write(query, sides, *found.contact, info.m_timeStep))
-    keepAwake(narrowPhase, sides);
-  count(query, sides, found, found.earlier + since(start));
-  if (!steps) return;
-  closeStep(query, sides, found.how);
-  if (!touch) clearVoxel = clearAfter(query, sides, *found.contact);
+  walk(a, b, info);
 }
 
 }  // namespace cloudcontact

@@ -56,7 +56,7 @@ Turning turningOf(const PairQuery& query, const ContactResult& contact, double s
   return most;
 }
 
-// What bounces is met where it touches (impact.h).
+// What bounces is met where it touches (step_adjustments.h).
 bool bounces(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b) {
   return gCalculateCombinedRestitutionCallback(a.getCollisionObject(), b.getCollisionObject()) > 0;
 }

@@ -98,24 +98,26 @@ CcPatchForce directed(const CcPatchForce& force, const PatchMatter& matter, doub
 
 }  // namespace
 
-void PatchIds::assign(std::vector<Patch>& patches, double voxel) {
-  for (Patch& patch : patches) {
+void PatchIds::give(ContactResult& found, double voxel) {
+  for (std::size_t n = 0; n < now_.size(); ++n) {
+    Place& place = now_[n];
     std::size_t best = known_.size();
     double nearest = kSameVoxels * voxel * kSameVoxels * voxel;
     for (std::size_t i = 0; i < known_.size(); ++i) {
-      const double far = (known_[i].center - patch.center).squaredNorm();
-      if (far > nearest || known_[i].normal.dot(patch.normal) < kSameCosine) continue;
+      const double far = (known_[i].middle - place.middle).squaredNorm();
+      if (far > nearest || known_[i].normal.dot(place.normal) < kSameCosine) continue;
       nearest = far;
       best = i;
     }
-    if (best == known_.size()) {
-      patch.id = next_++;
-      continue;
-    }
-    patch.id = known_[best].id;
-    known_.erase(known_.begin() + static_cast<std::ptrdiff_t>(best));
+    const bool isKnown = best < known_.size();
+    place.id = isKnown ? known_[best].id : next_++;
+    if (isKnown) known_.erase(known_.begin() + static_cast<std::ptrdiff_t>(best));
+    const Patch& patch = found.patches.at(n);
+    for (int k = 0; k < patch.points; ++k)
+      found.points.at(static_cast<std::size_t>(patch.firstPoint + k)).id =
+          place.id * 4 + static_cast<std::uint32_t>(k);
   }
-  known_.assign(patches.begin(), patches.end());
+  known_ = now_;
 }
 
 CcTerms termsOf(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
@@ -144,7 +146,7 @@ double cellOf(const PairFrame& frame, int level) {
 }
 
 PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
-                                const ContactSettings& settings) {
+                                const ContactSettings& settings, ContactResult& found) {
   validate(a, "A");
   validate(b, "B");
   validate(a, settings);
@@ -152,9 +154,8 @@ PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
   validate(settings);
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
-  result_.clear();
-  found_.clear();
-  patches_.clear();
+  found.clear();
+  ids_.begin();
   const PairFrame frame = frameOf(a, b);
   voxel_ = frame.voxel;
   return frame;
@@ -210,7 +211,7 @@ CcPairSums ContactBuilder::collect(const CcTerms& terms) {
 }
 
 void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
-                          const PairHits& hits, PatchHits& wet) {
+                          const PairHits& hits, PatchHits& wet, ContactResult& result) {
   for (const FoundPatch& p : found_) whole.shares += ccShareOf(p.sums->area, p.force.size, &whole);
   contacts_.clear();
   double level = 0;
@@ -234,22 +235,22 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
   }
   for (CcContactPatch& patch : contacts_) {
     ccLevelDepths(&patch, &terms, &whole, level);
-    add(patch);
+    add(patch, result);
   }
 }
 
-void ContactBuilder::setHits(std::size_t hits, int level) {
-  std::vector<Patch>& patches = result_.patches;
+void setHits(std::size_t hits, int level, ContactResult& found) {
   const auto isGap = [](const Patch& patch) { return patch.depth < 0; };
-  const bool apart = !patches.empty() && std::all_of(patches.begin(), patches.end(), isGap);
-  result_.samples = apart ? 0 : hits;
-  result_.level = level;
-  for (Patch& patch : patches) patch.beside = result_.samples > 0 && isGap(patch);
+  const bool apart =
+      !found.patches.empty() && std::all_of(found.patches.begin(), found.patches.end(), isGap);
+  found.samples = apart ? 0 : hits;
+  found.level = level;
+  for (Patch& patch : found.patches) patch.beside = found.samples > 0 && isGap(patch);
 }
 
-void ContactBuilder::add(const CcContactPatch& from) {
-  patches_.push_back({vec(from.center), vec(from.seen)});
-  result_.depthError = from.error;
+void ContactBuilder::add(const CcContactPatch& from, ContactResult& result) {
+  ids_.add(vec(from.center), vec(from.seen));
+  result.depthError = from.error;
   Patch patch;
   patch.position = vec(from.position);
   patch.normal = vec(from.normal);
@@ -259,48 +260,29 @@ void ContactBuilder::add(const CcContactPatch& from) {
   patch.area = from.area;
   patch.confidence = from.confidence;
   patch.doubt = static_cast<Doubt>(from.doubt);
-  patch.beside = result_.samples > 0 && from.depth < 0;
-  patch.firstPoint = static_cast<int>(result_.points.size());
+  patch.beside = result.samples > 0 && from.depth < 0;
+  patch.firstPoint = static_cast<int>(result.points.size());
   patch.points = 4;
   ContactPoint point;
   point.slope = 0.25 * from.slope;
   point.damping = 0.25 * from.damping;
-  point.patch = static_cast<int>(result_.patches.size());
+  point.patch = static_cast<int>(result.patches.size());
   for (const CcContactPoint& p : from.points) {
     point.position = vec(p.position);
     point.normal = vec(p.normal);
     point.depth = p.depth;
     point.stiffness = p.stiffness;
-    result_.points.push_back(point);
+    result.points.push_back(point);
   }
-  result_.patches.push_back(patch);
+  result.patches.push_back(patch);
 }
 
-bool ContactBuilder::build(const ContactBody& a, const ContactBody& b,
+void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
                            const ContactSettings& settings, const PairFrame& frame,
-                           SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
-                           PatchHits& wet, std::span<const PatchMatter> matter) {
-  setHits(outcome.gap > 0 ? 0 : outcome.hits, outcome.level);
-  makePatches(a, b, settings, frame, outcome, binner, hits, wet, matter);
-  return !result_.patches.empty();
-}
-
-bool ContactBuilder::append(const ContactBody& a, const ContactBody& b,
-                            const ContactSettings& settings, const PairFrame& frame,
-                            SearchOutcome outcome, const Binner& binner, const HitColumns& hits,
-                            PatchHits& wet, std::span<const PatchMatter> matter) {
-  const std::size_t before = result_.patches.size();
-  const double error = result_.depthError;  // of the touches
-  makePatches(a, b, settings, frame, outcome, binner, hits, wet, matter);
-  result_.depthError = error;
-  return result_.patches.size() > before;
-}
-
-void ContactBuilder::makePatches(const ContactBody& a, const ContactBody& b,
-                                 const ContactSettings& settings, const PairFrame& frame,
-                                 SearchOutcome outcome, const Binner& binner,
-                                 const HitColumns& hits, PatchHits& wet,
-                                 std::span<const PatchMatter> matter) {
+                           SearchOutcome outcome, QueryMemory& memory,
+                           std::span<const PatchMatter> matter, ContactResult& result) {
+  const Binner& binner = memory.binner;
+  const HitColumns& hits = memory.hits;
   CcTerms terms = termsOf(a, b, settings, frame);
   terms.gap = outcome.gap;
   found_.clear();
@@ -326,22 +308,7 @@ void ContactBuilder::makePatches(const ContactBody& a, const ContactBody& b,
   emit(terms,
        {size > 0 ? size : all.size, all.area, 0, terms.foundation ? 0 : found.depth,
         found.error + kPerGap * terms.gap},
-       size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, wet);
-}
-
-const ContactResult& ContactBuilder::withIds() {
-  ids_.assign(patches_, voxel_);
-  giveIds(patches_, result_);
-  return result_;
-}
-
-void giveIds(const std::vector<PatchIds::Patch>& patches, ContactResult& result) {
-  for (ContactPoint& point : result.points) {
-    const auto patch = static_cast<std::size_t>(point.patch);
-    const int place =
-        static_cast<int>(&point - result.points.data()) - result.patches[patch].firstPoint;
-    point.id = patches[patch].id * 4 + static_cast<std::uint32_t>(place);
-  }
+       size > 0, {&binner, &hits, cellOf(frame, outcome.level)}, memory.wet, result);
 }
 
 }  // namespace cloudcontact

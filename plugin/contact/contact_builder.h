@@ -8,11 +8,9 @@
 #include <vector>
 
 #include "base/byte_archive.h"
-#include "contact/binner.h"
 #include "contact/pair_depth.h"
 #include "contact/pair_frame.h"
-#include "contact/patch_hits.h"
-#include "contact/touched_matter.h"
+#include "contact/query_memory.h"
 #include "kernels/contact/contact_patch.h"
 
 namespace cloudcontact {
@@ -36,56 +34,59 @@ struct SearchOutcome {
 // normals are in A's frame, because the frame body may change from one step to the next.
 class PatchIds {
  public:
-  struct Patch {
-    Vec3 center, normal;
-    std::uint32_t id = 0;
-  };
+  // The patches of a result, in its order: after begin() one add() each, with the middle of its
+  // area and its normal.
+  void begin() { now_.clear(); }
+  void add(const Vec3& middle, const Vec3& normal) { now_.push_back({middle, normal}); }
+  // Before the patches of a result that may not be used, and again if it is not.
+  void setAside() { std::swap(now_, aside_); }
   // Gives each patch, in order, the ID of the nearest patch of the last step that is similar and
-  // not taken yet, or a new ID; and remembers the patches.
-  void assign(std::vector<Patch>& patches, double voxel);
+  // not taken yet, or a new ID, and its points four of their own; and remembers the patches.
+  // `voxel`: the pair's [m].
+  void give(ContactResult& found, double voxel);
 
+  std::size_t bytesKept() const {
+    return (known_.capacity() + now_.capacity() + aside_.capacity()) * sizeof(Place);
+  }
   // For files (base/byte_archive.h).
   template <typename Archive>
   void keepIn(Archive& archive) {
     listIn(archive, known_,
-           [](Archive& a, Patch& patch) { a(patch.center, patch.normal, patch.id); });
+           [](Archive& a, Place& patch) { a(patch.middle, patch.normal, patch.id); });
     archive(next_);
   }
 
  private:
-  std::vector<Patch> known_;
+  struct Place {
+    Vec3 middle, normal;
+    std::uint32_t id = 0;
+  };
+  std::vector<Place> known_, now_, aside_;
   std::uint32_t next_ = 0;
 };
 
-// Gives the points of a result their IDs, four to a patch. `patches`: the result's, with IDs.
-void giveIds(const std::vector<PatchIds::Patch>& patches, ContactResult& result);
+// Sets the hits, unless all patches so far are gaps: where others touch, gaps are beside.
+void setHits(std::size_t hits, int level, ContactResult& found);
 
 // Builds the contact of one pair. It keeps its memory and the IDs between queries.
 class ContactBuilder {
  public:
-  // Validates the bodies (ContactFinder::find() says what throws) and clears the last result.
-  PairFrame begin(const ContactBody& a, const ContactBody& b, const ContactSettings& settings);
-  // Builds the result from the binner's last patches, all but the points' IDs. `matter`: what each
-  // patch touches; empty if nothing depends on it. Returns whether there is any contact.
-  bool build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-             const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
-             const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter = {});
-  // Adds such patches to the result, of near misses. Returns whether there are any.
-  bool append(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-              const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
-              const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter);
-  // Sets the hits, unless all patches so far are gaps: where others touch, gaps are beside. And
-  // adds a patch. Also for results that a device built.
-  void setHits(std::size_t hits, int level);
-  void add(const CcContactPatch& patch);
-  // Gives the points their IDs and returns the result.
-  const ContactResult& withIds();
+  // Validates the bodies (ContactFinder::find() says what throws) and clears the result.
+  PairFrame begin(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                  ContactResult& found);
+  // Adds the binner's last patches to the result, all but the points' IDs, and states the error of
+  // its depth. `matter`: what each patch touches; empty if nothing depends on it.
+  void build(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+             const PairFrame& frame, SearchOutcome outcome, QueryMemory& memory,
+             std::span<const PatchMatter> matter, ContactResult& result);
+  // Adds a patch and its points; for results that a device built.
+  void add(const CcContactPatch& patch, ContactResult& found);
+  // Gives the points of the last result their IDs.
+  void giveIds(ContactResult& found) { ids_.give(found, voxel_); }
   PatchIds& ids() { return ids_; }
-  const ContactResult& latest() const { return result_; }
   std::size_t bytesKept() const {
-    return result_.bytesKept() + found_.capacity() * sizeof(FoundPatch) +
-           contacts_.capacity() * sizeof(CcContactPatch) +
-           patches_.capacity() * sizeof(PatchIds::Patch);
+    return found_.capacity() * sizeof(FoundPatch) + contacts_.capacity() * sizeof(CcContactPatch) +
+           ids_.bytesKept();
   }
 
  private:
@@ -97,21 +98,16 @@ class ContactBuilder {
     CcFlat flat;                        // in the plane across its normal, if force.lean is not 0
     std::optional<KelvinVoigt> spring;  // of the pair, by the tissues that the patch touches
   };
-  void makePatches(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
-                   const PairFrame& frame, SearchOutcome outcome, const Binner& binner,
-                   const HitColumns& hits, PatchHits& wet, std::span<const PatchMatter> matter);
   CcPairSums collect(const CcTerms& terms);
   double redirect();
   void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,
-            PatchHits& wet);
+            PatchHits& wet, ContactResult& result);
   void setSprings(const ContactBody& a, const ContactBody& b, bool whole);
 
   std::vector<FoundPatch> found_;
   std::vector<CcContactPatch> contacts_;
-  std::vector<PatchIds::Patch> patches_;  // of the result, in its order
   PatchIds ids_;
   double voxel_ = 0;  // the pair's [m]
-  ContactResult result_;
 };
 
 }  // namespace cloudcontact

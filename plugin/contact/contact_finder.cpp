@@ -35,9 +35,11 @@ struct ContactFinder::State {
   WorkCounts work;         // of all searches
   std::size_t before = 0;  // work.samples when the last one began
 
+  void search(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+              QueryMemory& memory, const TaskRunner* runner, ContactResult& found);
   bool make(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
             const PairFrame& frame, const SearchOutcome& outcome, QueryMemory& memory,
-            const TaskRunner* runner, bool beside, bool gated = true);
+            const TaskRunner* runner, bool beside, ContactResult& found, bool gated = true);
 };
 
 // Patches of the memory's hits, as the result or `beside` what it has; `gated`: see Binner. Returns
@@ -45,7 +47,8 @@ struct ContactFinder::State {
 bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
                                 const ContactSettings& settings, const PairFrame& frame,
                                 const SearchOutcome& outcome, QueryMemory& memory,
-                                const TaskRunner* runner, bool beside, bool gated) {
+                                const TaskRunner* runner, bool beside, ContactResult& found,
+                                bool gated) {
   const HitColumns& hits = memory.hits;
   const double cell = cellOf(frame, outcome.level);
   const std::vector<CcSums>& patches =
@@ -55,10 +58,12 @@ bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
     matter = memory.matter.of(
         a, b, settings, frame,
         {hits, memory.binner.bins(), patches.size(), outcome.level, cell, outcome.gap});
-  return beside ? builder.append(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
-                                 matter)
-                : builder.build(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
-                                matter);
+  const std::size_t patchesBefore = found.patches.size();
+  const double error = found.depthError;
+  if (!beside) found.samples = outcome.gap > 0 ? 0 : outcome.hits, found.level = outcome.level;
+  builder.build(a, b, settings, frame, outcome, memory, matter, found);
+  if (beside) found.depthError = error;  // that of the touches
+  return found.patches.size() > patchesBefore;
 }
 
 ContactFinder::ContactFinder() : ContactFinder(std::make_shared<ContactWorkspace>()) {}
@@ -70,62 +75,100 @@ ContactFinder::~ContactFinder() = default;
 ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
 ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
 
-const ContactResult& ContactFinder::find(const ContactBody& a, const ContactBody& b,
-                                         const ContactSettings& settings) {
-  search(a, b, settings);
-  return withIds();
+ContactResult ContactFinder::find(const ContactBody& a, const ContactBody& b,
+                                  const ContactSettings& settings) {
+  ContactResult found;
+  find(a, b, settings, found);
+  return found;
+}
+
+void ContactFinder::find(const ContactBody& a, const ContactBody& b,
+                         const ContactSettings& settings, ContactResult& found) {
+  search(a, b, settings, found);
+  giveIds(found);
+}
+
+void ContactFinder::State::search(const ContactBody& a, const ContactBody& b,
+                                  const ContactSettings& settings, QueryMemory& memory,
+                                  const TaskRunner* runner, ContactResult& found) {
+  const PairFrame frame = builder.begin(a, b, settings, found);
+  HitColumns& hits = memory.hits;
+  const int level = memory.search.run(a, b, frame, settings.margin, enoughFor(settings), hits,
+                                      runner, settings.verletLists ? &lists : nullptr);
+  const double gap = addBorderHits(a, b, frame, settings.margin, memory.search.gap(), hits);
+  const auto build = [&](double apart, bool gated) {
+    found.clear();
+    return make(a, b, settings, frame, {level, hits.size(), apart}, memory, runner, false, found,
+                gated);
+  };
+  if (!build(gap, true) && !hits.empty() && gap == 0) {
+    bool apart = false;
+    // Hits that press nothing must not hide a gap that closes within the step.
+    if (settings.margin > 0) {
+      std::swap(hits, memory.pressless);
+      memory.search.runApart(a, b, frame, settings.margin, hits);
+      apart = build(memory.search.gap(), true);
+      std::swap(hits, memory.pressless);
+    }
+    // Of tips that are in each other along one axis no flank faces another: the nearest surface of
+    // the other is the flank on the same side. What they push adds up to a force along the axis.
+    if (!apart) build(gap, false);
+  }
 }
 
 void ContactFinder::search(const ContactBody& a, const ContactBody& b,
-                           const ContactSettings& settings, const TaskRunner* runner) {
+                           const ContactSettings& settings, ContactResult& found,
+                           const TaskRunner* runner) {
   State& s = *state_;
-  const PairFrame frame = s.builder.begin(a, b, settings);
   s.before = s.work.samples;
   BorrowedMemory memory(s.workspace->state_->memory, s.work);
-  HitColumns& hits = memory->hits;
-  int level = 0;
-  double gap = 0;
-  const auto findHits = [&] {
-    level = memory->search.run(a, b, frame, settings.margin, enoughFor(settings), hits, runner,
-                               settings.verletLists ? &s.lists : nullptr);
-    gap = addBorderHits(a, b, frame, settings.margin, memory->search.gap(), hits);
-  };
-  const auto build = [&](bool gated) {
-    return s.make(a, b, settings, frame, {level, hits.size(), gap}, *memory, runner, false, gated);
-  };
-  findHits();
-  bool found = build(true);
-  const bool overlaps = !hits.empty() && gap == 0;
-  // Hits that press nothing must not hide a gap that closes within the step.
-  if (!found && overlaps && settings.margin > 0) {
-    memory->search.runApart(a, b, frame, settings.margin, hits);
-    gap = memory->search.gap();
-    s.builder.begin(a, b, settings);
-    found = build(true);
-  }
-  // Of tips that are in each other along one axis no flank faces another: the nearest surface of
-  // the other is the flank on the same side. What they push adds up to a force along the axis.
-  if (!found && overlaps) {
-    if (settings.margin > 0) findHits();
-    s.builder.begin(a, b, settings);
-    build(false);
-  }
+  s.search(a, b, settings, *memory, runner, found);
 }
 
-void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
-                               const ContactSettings& settings) {
+bool ContactFinder::searchTouch(const ContactBody& a, const ContactBody& b,
+                                const ContactSettings& settings, ContactResult& found) {
   State& s = *state_;
-  const std::size_t touching = s.builder.latest().samples;
-  const int level = s.builder.latest().level;
-  const PairFrame frame = s.builder.begin(a, b, settings);
   BorrowedMemory memory(s.workspace->state_->memory, s.work);
+  s.builder.ids().setAside();
+  s.search(a, b, settings, *memory, nullptr, memory->trial);
+  if (memory->trial.samples > 0) {
+    found = memory->trial;
+    return true;
+  }
+  s.builder.ids().setAside();
+  return false;
+}
+
+namespace {
+
+// Whether a patch is broad both ways: points on one place or on a line resist no turn about it.
+bool isBroad(const ContactResult& found, double broad) {
+  return std::any_of(found.patches.begin(), found.patches.end(), [&](const Patch& patch) {
+    const ContactPoint* const p = found.points.data() + patch.firstPoint;
+    return patch.points == 4 &&
+           (p[0].position - p[2].position).cross(p[1].position - p[3].position).norm() > broad;
+  });
+}
+
+}  // namespace
+
+void ContactFinder::lookAround(const ContactBody& a, const ContactBody& b,
+                               const ContactSettings& settings, double broad,
+                               ContactResult& found) {
+  State& s = *state_;
+  BorrowedMemory memory(s.workspace->state_->memory, s.work);
+  const PairFrame frame = frameOf(a, b);
   memory->search.runApart(a, b, frame, settings.margin, memory->hits);
-  if (!(memory->search.gap() > 0))
-    return search(a, b, settings);  // a sample is deeper than it said
+  if (!(memory->search.gap() > 0)) return;  // a sample is deeper than it said
+  ContactResult& around = memory->trial;
+  s.builder.ids().setAside();
+  s.builder.begin(a, b, settings, around);
   const double gap =
       addBorderHits(a, b, frame, settings.margin, memory->search.gap(), memory->hits);
-  s.make(a, b, settings, frame, {0, memory->hits.size(), gap}, *memory, nullptr, false);
-  s.builder.setHits(touching, level);
+  s.make(a, b, settings, frame, {0, memory->hits.size(), gap}, *memory, nullptr, false, around);
+  if (!isBroad(around, broad)) return s.builder.ids().setAside();
+  setHits(found.samples, found.level, around);
+  found = around;
 }
 
 namespace {
@@ -182,9 +225,9 @@ void addMeets(const ContactBody& own, double outward, const ContactResult& conta
 }  // namespace
 
 void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
-                               const ContactSettings& settings, double step) {
+                               const ContactSettings& settings, double step,
+                               ContactResult& contact) {
   State& s = *state_;
-  const ContactResult& contact = s.builder.latest();
   if (contact.patches.empty() || !(settings.margin > 0)) return;
   const PairFrame frame = frameOf(a, b);
   BorrowedMemory memory(s.workspace->state_->memory, s.work);
@@ -201,7 +244,7 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
     const bool any = memory->search.runBeside(a, b, frame, settings.margin, known, memory->hits);
     known.again = true;
     const SearchOutcome found{0, memory->hits.size(), memory->search.gap()};
-    return any && s.make(a, b, settings, frame, found, *memory, nullptr, true);
+    return any && s.make(a, b, settings, frame, found, *memory, nullptr, true, contact);
   };
   using Look = KnownMeets::Look;
   for (const auto& [kind, most] :
@@ -214,12 +257,8 @@ void ContactFinder::lookBeside(const ContactBody& a, const ContactBody& b,
   }
 }
 
-const ContactResult& ContactFinder::withIds() {
-  return state_->builder.withIds();
-}
-
-const ContactResult& ContactFinder::latest() const {
-  return state_->builder.latest();
+void ContactFinder::giveIds(ContactResult& found) {
+  state_->builder.giveIds(found);
 }
 
 const WorkCounts& ContactFinder::work() const {

@@ -114,15 +114,14 @@ void FirstTouch::place(double time) {
 }
 
 void FirstTouch::search() {
-  finder_.search(a_, b_, settings_);
-  found_ = &finder_.withIds();
+  finder_.search(a_, b_, settings_, found_);
   ++searches_;
 }
 
 // [m] Minus infinity: nothing is near.
 double FirstTouch::deepest() const {
   double depth = -std::numeric_limits<double>::infinity();
-  for (const ContactPoint& point : found_->points) depth = std::max(depth, point.depth);
+  for (const ContactPoint& point : found_.points) depth = std::max(depth, point.depth);
   return depth;
 }
 
@@ -130,7 +129,7 @@ double FirstTouch::deepest() const {
 void FirstTouch::keepApart() {
   limit_ = std::max(0.0, deepest()) + kTouches * voxel_;
   for (int sweep = 0; sweep < kSweeps; ++sweep)
-    for (const ContactPoint& point : found_->points) {
+    for (const ContactPoint& point : found_.points) {
       if (point.depth < -kStands * voxel_) continue;
       const Vec3 meeting = startA_.motion.at(point.position) - startB_.motion.at(point.position);
       const double closing = meeting.dot(point.normal);

@@ -52,7 +52,7 @@ class FirstTouch {
   ContactBody a_, b_, startA_, startB_;
   Pose fromA_, fromB_;            // poses at time 0, inverted
   Vec3 velocity_ = Vec3::Zero();  // of A, as given
-  const ContactResult* found_ = nullptr;
+  ContactResult found_;
   double start_ = 0;  // [s] when the bodies are at startA_ and startB_
   double voxel_ = 0, speed_ = 0, limit_ = 0;
   std::size_t searches_ = 0;

@@ -36,9 +36,11 @@ struct Push {
   double deepest = -std::numeric_limits<double>::infinity();
 };
 
-Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness) {
+template <typename Moved>
+Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness, const Moved& moved) {
   Push push;
-  for (const ContactPoint& p : contact.points) {
+  for (const ContactPoint& point : contact.points) {
+    const ContactPoint p = moved(point);
     const Vec3 force = p.stiffness / stiffness * std::max(0.0, p.depth) * p.normal;
     push.force += force;
     push.moment += (p.position - about).cross(force);
@@ -47,8 +49,30 @@ Push pushOf(const ContactResult& contact, const Vec3& about, double stiffness) {
   return push;
 }
 
-// How much two contacts of the same bodies differ in force, moment and gap, as a depth [m].
-double differenceOf(const ContactResult& one, const ContactResult& other, double voxel) {
+// Points and patches that follow two bodies' motions.
+struct Followers {
+  Pose byA, byB;
+
+  void follow(Vec3& position, Vec3& normal, double& depth) const {
+    const Vec3 onA = byA.toWorld(position), onB = byB.toWorld(position);
+    normal = (byA.orientation * normal + byB.orientation * normal).normalized();
+    depth += normal.dot(onA - onB);
+    position = (onA + onB) / 2;
+  }
+  ContactPoint operator()(ContactPoint point) const {
+    const double before = point.depth;
+    follow(point.position, point.normal, point.depth);
+    // Its force grows by its slope.
+    if (before > 0 && point.depth > 0.5 * before)
+      point.stiffness = point.slope + (point.stiffness - point.slope) * (before / point.depth);
+    return point;
+  }
+};
+
+// How much a contact, moved, differs from another of the same bodies in force, moment and gap, as a
+// depth [m].
+double differenceOf(const ContactResult& one, const Followers& moved, const ContactResult& other,
+                    double voxel) {
   if (one.points.size() != other.points.size() || one.patches.size() != other.patches.size())
     return std::numeric_limits<double>::infinity();
   if (other.points.empty()) return 0;
@@ -59,7 +83,8 @@ double differenceOf(const ContactResult& one, const ContactResult& other, double
     spread = std::max(spread, (p.position - middle).norm());
     stiffness += p.stiffness;
   }
-  const Push x = pushOf(one, middle, stiffness), y = pushOf(other, middle, stiffness);
+  const Push x = pushOf(one, middle, stiffness, moved),
+             y = pushOf(other, middle, stiffness, [](const ContactPoint&p) { return p; });
   if (x.deepest <= 0 && y.deepest <= 0) return std::abs(x.deepest - y.deepest);
   return std::max((x.force - y.force).norm(),
                   (x.moment - y.moment).norm() / std::max(spread, voxel));
@@ -122,7 +147,8 @@ void MovedContact::learn(const ContactBody& a, const ContactBody& b, double most
   }
   const double far = moved(a, b);
   if (!(far <= 2 * most)) return;
-  const double wrong = differenceOf(move(a, b), found, voxel);
+  const Followers followers{motionOf(poses_[0], a.pose), motionOf(poses_[1], b.pose)};
+  const double wrong = differenceOf(found_, followers, found, voxel);
   const bool right = wrong <= kNoise * voxel + kWrong * far;
   tolerance_ = right ? std::min(most, 2 * tolerance_ + most / 16) : tolerance_ / 4;
   if (tolerance_ < most / 64) tolerance_ = 0;
@@ -149,24 +175,11 @@ bool MovedContact::holds(const ContactBody& a, const ContactBody& b, double marg
   return far <= tolerance_;
 }
 
-const ContactResult& MovedContact::move(const ContactBody& a, const ContactBody& b) {
-  const Pose byA = motionOf(poses_[0], a.pose), byB = motionOf(poses_[1], b.pose);
-  const auto follow = [&](Vec3& position, Vec3& normal, double& depth) {
-    const Vec3 onA = byA.toWorld(position), onB = byB.toWorld(position);
-    normal = (byA.orientation * normal + byB.orientation * normal).normalized();
-    depth += normal.dot(onA - onB);
-    position = (onA + onB) / 2;
-  };
-  moved_ = found_;
-  for (Patch& patch : moved_.patches) follow(patch.position, patch.normal, patch.depth);
-  for (ContactPoint& point : moved_.points) {
-    const double before = point.depth;
-    follow(point.position, point.normal, point.depth);
-    // Its force grows by its slope.
-    if (before > 0 && point.depth > 0.5 * before)
-      point.stiffness = point.slope + (point.stiffness - point.slope) * (before / point.depth);
-  }
-  return moved_;
+void MovedContact::move(const ContactBody& a, const ContactBody& b, ContactResult& there) const {
+  const Followers followers{motionOf(poses_[0], a.pose), motionOf(poses_[1], b.pose)};
+  there = found_;
+  for (Patch& patch : there.patches) followers.follow(patch.position, patch.normal, patch.depth);
+  for (ContactPoint& point : there.points) point = followers(point);
 }
 
 }  // namespace cloudcontact

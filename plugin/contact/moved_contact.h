@@ -22,10 +22,9 @@ class MovedContact {
   // Whether the kept contact, moved, answers for the bodies where they are now. Fields, shapes and
   // laws must be those of keep().
   bool holds(const ContactBody& a, const ContactBody& b, double margin) const;
-  // That contact. Valid until the next keep() or move().
-  const ContactResult& move(const ContactBody& a, const ContactBody& b);
-  const ContactResult& latest() const { return moved_; }  // of the last move()
-  std::size_t bytesKept() const { return found_.bytesKept() + moved_.bytesKept(); }
+  // That contact.
+  void move(const ContactBody& a, const ContactBody& b, ContactResult& there) const;
+  std::size_t bytesKept() const { return found_.bytesKept(); }
   // Counts a step in which move() answered.
   void age() { ++age_; }
 
@@ -46,7 +45,7 @@ class MovedContact {
   double tolerance_ = 0;  // [m] 0 to `most`
   int age_ = 0;           // steps since keep()
   double free_ = 0;       // [m] of an empty contact: the bodies are at least this far apart
-  ContactResult found_, moved_;
+  ContactResult found_;
 };
 
 }  // namespace cloudcontact

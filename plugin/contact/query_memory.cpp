@@ -8,9 +8,12 @@ namespace cloudcontact {
 
 void QueryMemory::reserveLike(const QueryMemory& other) {
   hits.reserveLike(other.hits);
+  pressless.reserveLike(other.pressless);
   search.reserveLike(other.search);
   binner.reserveLike(other.binner);
   wet.reserveLike(other.wet);
+  trial.patches.reserve(other.trial.patches.capacity());
+  trial.points.reserve(other.trial.points.capacity());
   for (int side = 0; side < 2; ++side)
     known.of[side].meets.reserve(other.known.of[side].meets.capacity());
 }

@@ -22,6 +22,8 @@ struct QueryMemory {
   TouchedMatter matter;
   PatchHits wet;
   KnownMeets known;
+  HitColumns pressless;  // hits that come to no contact
+  ContactResult trial;   // that may not be used
 
   // Reserves what `other` has reserved.
   void reserveLike(const QueryMemory& other);

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 
+#include "contact/contact_builder.h"
+#include "contact/press_direction.h"
+#include "contact/pressed_area.h"
+
 namespace cloudcontact {
 
 namespace {
@@ -50,28 +54,27 @@ FlatFeature flatFeature(const PlacedConvex& body, const Vec3& outward, const Eig
   return flat;
 }
 
+struct ShapePair {
+  const ContactBody &a, &b;
+  const ContactSettings& settings;
+  double voxel;
+  PlacedConvex inA, inB;  // about A's position
+};
+
 // A point near the contact, about which coordinates are small.
 Vec3 originOf(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
   return std::holds_alternative<HalfSpace>(*b.solid) ? a.support(n) : b.support(-n);
 }
 
-}  // namespace
-
-bool ShapeContact::takes(const Solid& a, const Solid& b, const ContactSettings& settings) {
-  const bool halves = std::holds_alternative<HalfSpace>(a) && std::holds_alternative<HalfSpace>(b);
-  return isSimple(a) && isSimple(b) && !halves && settings.normals == Normals::Fitted &&
-         !std::holds_alternative<Foundation>(settings.law);
-}
-
-void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::Matrix3d& axes,
-                       const Vec3& origin) {
+void addArea(const PressedArea& area, const ShapePair& pair, const Eigen::Matrix3d& axes,
+             const Vec3& origin, ContactResult& found) {
   const ContactBody &a = pair.a, &b = pair.b;
   const KelvinVoigt spring =
       a.tissues || b.tissues ? springOf({}, a, b) : sharedSpring(pair.settings.law);
   const auto world = [&](const Eigen::Vector2d& at, double height) {
     return Vec3(a.pose.position + origin + axes * Vec3(at.x(), at.y(), height));
   };
-  Patch& patch = result_.patches.emplace_back();
+  Patch& patch = found.patches.emplace_back();
   patch.position = world(area.pressure, area.pressureMiddle);
   patch.normal = axes.col(2);
   patch.depth = area.whole - area.gap;
@@ -80,60 +83,67 @@ void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::M
   patch.area = area.area;
   patch.points = area.points;
   for (int i = 0; i < area.points; ++i) {
-    ContactPoint& point = result_.points.emplace_back();
+    ContactPoint& point = found.points.emplace_back();
     point.position = world(area.at[i], area.middle[i]);
     point.normal = patch.normal;
     point.depth = area.depth[i] - area.gap;
     point.stiffness = point.slope = spring.stiffness / area.points;
     point.damping = spring.damping / area.points;
   }
-  const Eigen::Matrix3d& turn = pair.inA.turn;
-  patches_.push_back(
-      {turn.transpose() * (patch.position - a.pose.position), turn.transpose() * patch.normal, 0});
 }
 
 // The points of a contact along a direction, if the features that face it meet. `mustBeBroad`: in
 // an area broader than the bodies are deep in each other, so that no way out aside is shorter.
-bool ShapeContact::tryAlong(const Pair& pair, const PressDirection& press, bool mustBeBroad) {
+bool tryAlong(const ShapePair& pair, const PressDirection& press, bool mustBeBroad,
+              ContactResult& found) {
   const Vec3& n = press.normal;
   const Vec3 origin = originOf(pair.inA, pair.inB, n);
   const Eigen::Matrix3d axes = axesAbout(n, pair.inA.turn);
   const FlatFeature ofA = flatFeature(pair.inA, n, axes, origin);
   const FlatFeature ofB = flatFeature(pair.inB, -n, axes, origin);
   const double margin = std::max(0.0, pair.settings.margin);
-  const auto area = pressedArea(ofA, ofB, press.depth, margin, kTouch * voxel_);
+  const auto area = pressedArea(ofA, ofB, press.depth, margin, kTouch * pair.voxel);
   if (!area || (mustBeBroad && press.depth > area->breadth)) return false;
-  add(*area, pair, axes, origin);
+  addArea(*area, pair, axes, origin, found);
   return true;
 }
 
-bool ShapeContact::search(const ContactBody& a, const ContactBody& b,
-                          const ContactSettings& settings, double voxel) {
-  result_.clear();
-  patches_.clear();
-  voxel_ = voxel;
-  const Pair pair{
+}  // namespace
+
+bool takesShapes(const Solid& a, const Solid& b, const ContactSettings& settings) {
+  const bool halves = std::holds_alternative<HalfSpace>(a) && std::holds_alternative<HalfSpace>(b);
+  return isSimple(a) && isSimple(b) && !halves && settings.normals == Normals::Fitted &&
+         !std::holds_alternative<Foundation>(settings.law);
+}
+
+bool findShapes(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,
+                double voxel, ContactResult& found) {
+  found.clear();
+  const ShapePair pair{
       a,
       b,
       settings,
+      voxel,
       {a.shape, a.pose.orientation.toRotationMatrix(), Vec3::Zero()},
       {b.shape, b.pose.orientation.toRotationMatrix(), b.pose.position - a.pose.position}};
   const double margin = std::max(0.0, settings.margin);
   if (!isClosedForm(*a.shape, *b.shape))
     if (const auto face = faceDirection(pair.inA, pair.inB)) {
       if (face->depth < -margin) return true;
-      if (tryAlong(pair, *face, true)) return true;
+      if (tryAlong(pair, *face, true, found)) return true;
     }
   const auto press = pressDirection(pair.inA, pair.inB);
   if (!press) return false;
   if (press->depth < -margin) return true;
-  return tryAlong(pair, *press, false) || press->depth <= 0;
+  return tryAlong(pair, *press, false, found) || press->depth <= 0;
 }
 
-const ContactResult& ShapeContact::withIds() {
-  ids_.assign(patches_, voxel_);
-  giveIds(patches_, result_);
-  return result_;
+void giveIds(const ContactBody& a, double voxel, PatchIds& ids, ContactResult& found) {
+  const Eigen::Matrix3d turn = a.pose.orientation.toRotationMatrix();
+  ids.begin();
+  for (const Patch& patch : found.patches)
+    ids.add(turn.transpose() * (patch.position - a.pose.position), turn.transpose() * patch.normal);
+  ids.give(found, voxel);
 }
 
 }  // namespace cloudcontact

@@ -21,6 +21,7 @@ struct ContactBatch::State {
   std::deque<ContactFinder> finders;
   std::vector<std::uint32_t> rooms;  // SearchTask::room of each pair
   std::vector<SearchTask> tasks;
+  std::deque<ContactResult> found;
   std::vector<const ContactResult*> results;
   BatchReport report;
   std::unique_ptr<DeviceSearch> device;  // null: all pairs on the CPU
@@ -53,7 +54,7 @@ void ContactBatch::State::runOnCpu() {
   if (left == 0) return;
   const auto find = [&](std::size_t k) {
     const SearchTask& task = tasks[k];
-    if (!task.answered) results[k] = &task.finder->find(*task.a, *task.b, *task.settings);
+    if (!task.answered) task.finder->find(*task.a, *task.b, *task.settings, *task.found);
   };
   // A thread that waits here must not start other work of the caller's.
   arena.execute([&] {
@@ -85,16 +86,16 @@ const BatchReport& ContactBatch::report() const {
 Span<const ContactResult* const> ContactBatch::find(Span<const BatchPair> pairs) {
   State& s = *state_;
   s.report = {};
-  s.results.assign(pairs.size(), nullptr);
   while (s.finders.size() < pairs.size()) s.finders.emplace_back(s.workspace);
+  while (s.found.size() < pairs.size()) s.results.push_back(&s.found.emplace_back());
   s.rooms.resize(std::max(s.rooms.size(), pairs.size()), SearchTask::kFirstRoom);
   s.tasks.resize(pairs.size());
   for (std::size_t k = 0; k < pairs.size(); ++k)
-    s.tasks[k] = {&pairs[k].a,   &pairs[k].b, &pairs[k].settings, &s.finders[k], &s.rooms[k],
-                  &s.results[k], false};
+    s.tasks[k] = {&pairs[k].a, &pairs[k].b, &pairs[k].settings, &s.finders[k], &s.found[k],
+                  &s.rooms[k], true};
   if (s.device) s.runOnDevice();
   s.runOnCpu();
-  return s.results;
+  return {s.results.data(), pairs.size()};
 }
 
 std::size_t ContactBatch::deviceBytes() const {

@@ -128,7 +128,7 @@ void DeviceSearch::State::take(std::span<SearchTask> tasks) {
       continue;
     }
     if (!task.a->field || !task.b->field)  // throws the right message
-      task.finder->builder().begin(*task.a, *task.b, *task.settings);
+      task.finder->builder().begin(*task.a, *task.b, *task.settings, *task.found);
     findField(*task.a, 0);
     findField(*task.b, 1);
     devicePairs.push_back(
@@ -171,8 +171,8 @@ void DeviceSearch::State::runParts(const std::function<void()>& meanwhile) {
 void DeviceSearch::State::prepare(Part& part, bool reserved) {
   eachAlike(part.count, [&](std::size_t i) {
     opencl::DevicePair& pair = devicePairs[part.first + i];
-    ContactBuilder& builder = deviceTasks[part.first + i]->finder->builder();
-    pair.frame = builder.begin(*pair.a, *pair.b, *pair.settings);
+    const SearchTask& task = *deviceTasks[part.first + i];
+    pair.frame = task.finder->builder().begin(*pair.a, *pair.b, *pair.settings, *task.found);
     if (reserved) part.batch.writePose(i);
   });
 }
@@ -260,10 +260,11 @@ void DeviceSearch::State::readAnswer(Part& part, std::size_t i, Totals& totals) 
   const bool failed = failedOf(part, i) != 0;
   totals.failed += failed;
   if (failed) return;
-  ContactBuilder& builder = task.finder->builder();
-  builder.setHits(answer.hits, answer.level);
-  for (const CcContactPatch& contact : part.batch.contacts(i)) builder.add(contact);
-  if (task.result) *task.result = &builder.withIds();
+  task.found->samples = answer.hits;
+  task.found->level = answer.level;
+  for (const CcContactPatch& contact : part.batch.contacts(i))
+    task.finder->builder().add(contact, *task.found);
+  if (task.named) task.finder->giveIds(*task.found);
   task.answered = true;
 }
 

@@ -1,4 +1,4 @@
-// DeviceSearch: searches pairs on an OpenCL device, each into a finder of its own. It leaves out
+// DeviceSearch: searches pairs on an OpenCL device, each by a finder of its own. It leaves out
 // the pairs that the device cannot answer. ContactBatch and CloudDispatcher search the others on
 // the CPU, with equal results.
 #pragma once
@@ -21,10 +21,11 @@ class ContactFinder;
 struct SearchTask {
   const ContactBody *a = nullptr, *b = nullptr;
   const ContactSettings* settings = nullptr;
-  ContactFinder* finder = nullptr;  // gets the contact, as by ContactFinder::search()
-  std::uint32_t* room = nullptr;    // hits that each direction may store; keep it between calls
-  const ContactResult** result = nullptr;  // if set, gets the finder's withIds()
-  bool answered = false;                   // out: whether the device did it
+  ContactFinder* finder = nullptr;
+  ContactResult* found = nullptr;  // gets the contact, as by ContactFinder::search()
+  std::uint32_t* room = nullptr;   // hits that each direction may store; keep it between calls
+  bool named = false;              // with the points' IDs, as by ContactFinder::find()
+  bool answered = false;           // out: whether the device did it
   // The last search found no touch. The CPU finds near misses, so the device need not look first.
   bool apart = false;
 

@@ -1,6 +1,6 @@
 // Restitution against its definition, at any step: the speed after an impact over that before it,
 // the time of a series of bounces, and that what rests or states a damping does not bounce.
-#include "bullet/impact.h"
+#include "bullet/step_adjustments.h"
 
 #include <cloudcontact/bullet/extrapolating_solver.h>
 #include <gtest/gtest.h>

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "contact/contact_cases.h"
+#include "contact/same_contact.h"
 
 namespace cloudcontact::testing::contact_beside_test {
 namespace {
@@ -44,9 +45,11 @@ class Beside : public ::testing::Test {
     ContactSettings settings;
     settings.margin = margin;
     ContactFinder finder;
-    finder.search(a, b, settings);
-    if (beside) finder.lookBeside(a, b, settings, kStep);
-    return finder.withIds();
+    ContactResult found;
+    finder.search(a, b, settings, found);
+    if (beside) finder.lookBeside(a, b, settings, kStep, found);
+    finder.giveIds(found);
+    return found;
   }
 
   // The mean depth of the patches whose normal is `way`, in the slot's frame; NaN: there are none.
@@ -114,11 +117,36 @@ TEST_F(Beside, NothingElseIsNear) {
   ContactFinder finder;
   const ContactBody a = table.at({}),
                     b = box.at({Eigen::Quaterniond::Identity(), Vec3(0, 0, 10.9 * kVoxel)});
-  finder.search(a, b, settings);
-  const std::size_t before = finder.latest().patches.size();
+  ContactResult found;
+  finder.search(a, b, settings, found);
+  const std::size_t before = found.patches.size();
   ASSERT_GT(before, 0u);
-  finder.lookBeside(a, b, settings, kStep);
-  EXPECT_EQ(finder.latest().patches.size(), before);
+  finder.lookBeside(a, b, settings, kStep, found);
+  EXPECT_EQ(found.patches.size(), before);
+}
+
+// A trial that serves takes the contact's place; one that does not leaves it as it was, with the
+// points' IDs.
+TEST_F(Beside, ATrialThatFindsNoTouchLeavesTheContact) {
+  const Body table = maker.box(Vec3(40, 40, 10)), ball = maker.cloud(sphereMesh(8 * kVoxel, 1e-5));
+  const auto at = [&](double x, double z) {
+    return ball.at({Eigen::Quaterniond::Identity(), kVoxel * Vec3(x, 0, z)});
+  };
+  ContactSettings settings;
+  settings.margin = kMargin;
+  const ContactBody a = table.at({}), b = at(0, 12.95);
+  ContactFinder finder, other;
+  for (ContactFinder* each : {&finder, &other}) each->find(a, at(12, 12.95), settings);
+  const ContactResult alone = other.find(a, b, settings);
+  ASSERT_GT(alone.points.at(0).id, 0u);
+  ContactResult found;
+  finder.search(a, b, settings, found);
+  EXPECT_FALSE(finder.searchTouch(a, at(0, 30), settings, found));
+  finder.lookAround(a, b, settings, kVoxel * kVoxel, found);  // a ball is not broad
+  finder.giveIds(found);
+  expectSame(found, alone);
+  EXPECT_TRUE(finder.searchTouch(a, at(0, 12), settings, found));
+  expectSame(found, other.find(a, at(0, 12), settings), Ids::Ignored);
 }
 
 // A box that stands on one edge of its base, with the other edge above the table.
@@ -142,11 +170,12 @@ class Leaning : public ::testing::Test {
     ContactSettings settings;
     settings.margin = kMargin;
     ContactFinder finder;
-    finder.search(a, b, settings);
-    EXPECT_GT(finder.latest().samples, 0u);
-    finder.lookBeside(a, b, settings, kStep);
+    ContactResult found;
+    finder.search(a, b, settings, found);
+    EXPECT_GT(found.samples, 0u);
+    finder.lookBeside(a, b, settings, kStep, found);
     std::vector<Patch> beside;
-    for (const Patch& patch : finder.latest().patches)
+    for (const Patch& patch : found.patches)
       if (patch.beside) beside.push_back(patch);
     return beside;
   }

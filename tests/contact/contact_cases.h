@@ -120,9 +120,8 @@ ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose
 
 // The contact of an instance moved by `world`, optionally with the bodies swapped. The truth stays
 // in the case's frame.
-const ContactResult& findContact(ContactFinder& finder, const Instance& instance,
-                                 const Placed& placed, const Pose& world,
-                                 const ContactSettings& settings, bool swapped = false);
+ContactResult findContact(ContactFinder& finder, const Instance& instance, const Placed& placed,
+                          const Pose& world, const ContactSettings& settings, bool swapped = false);
 
 // Mean and largest errors over instances of one case at one depth.
 struct ErrorSummary {

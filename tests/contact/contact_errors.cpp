@@ -91,9 +91,8 @@ ContactErrors compare(const ContactResult& found, const Truth& truth, const Pose
   return errors;
 }
 
-const ContactResult& findContact(ContactFinder& finder, const Instance& instance,
-                                 const Placed& placed, const Pose& world,
-                                 const ContactSettings& settings, bool swapped) {
+ContactResult findContact(ContactFinder& finder, const Instance& instance, const Placed& placed,
+                          const Pose& world, const ContactSettings& settings, bool swapped) {
   const ContactBody a = instance.a.at(world * placed.a), b = instance.b.at(world * placed.b);
   return swapped ? finder.find(b, a, settings) : finder.find(a, b, settings);
 }

@@ -78,8 +78,10 @@ class SharedSearch : public ::testing::Test {
           shared += count;
           runner.run(count, task);
         };
-        finder.search(a, b, settings, &counting);
-        const std::vector<double> found = bitsOf(finder.withIds());
+        ContactResult result;
+        finder.search(a, b, settings, result, &counting);
+        finder.giveIds(result);
+        const std::vector<double> found = bitsOf(result);
         EXPECT_GT(shared, 3) << "nothing was shared out";
         ASSERT_EQ(found.size(), wanted.size()) << runner.name;
         EXPECT_EQ(std::memcmp(found.data(), wanted.data(), sizeof(double) * wanted.size()), 0)

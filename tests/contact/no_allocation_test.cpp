@@ -65,10 +65,11 @@ TEST(NoAllocation, InAContactAtRest) {
   b.pose.position = kVoxel * Vec3(8.3, 7.1, 9.7);
   const auto workspace = std::make_shared<ContactWorkspace>();
   ContactFinder first(workspace), second(workspace);
+  ContactResult found;
   for (int i = 0; i < 3; ++i) first.find(a, b, {});  // grows the workspace
-  second.find(a, b, {});
+  second.find(a, b, {}, found);
   const std::size_t before = allocations, lookups = second.sampleLookups();
-  for (int i = 0; i < 3; ++i) second.find(a, b, {});
+  for (int i = 0; i < 3; ++i) second.find(a, b, {}, found);
   EXPECT_EQ(allocations - before, 0u);
   EXPECT_LT(second.sampleLookups(), lookups);
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact/press_direction.h"
 #include "law/hulls.h"
 
 namespace cloudcontact::testing::shape_contact_test {
@@ -46,9 +47,8 @@ struct Answer {
   Wrench onB;
 };
 Answer contactOf(const ContactBody& a, const ContactBody& b, double margin = 0) {
-  ShapeContact finder;
-  EXPECT_TRUE(finder.search(a, b, settingsOf(margin), kVoxel));
-  Answer answer{finder.withIds(), {}};
+  Answer answer;
+  EXPECT_TRUE(findShapes(a, b, settingsOf(margin), kVoxel, answer.contact));
   answer.onB = wrenchOnB(answer.contact, {}, {});
   return answer;
 }
@@ -180,9 +180,9 @@ TEST(ShapeContact, CrossedCylindersPressAtTheirCrossing) {
 
 TEST(ShapeContact, DeepBodiesAreLeftToClouds) {
   const Solid rod = Cylinder{0.5, 0.5};
-  ShapeContact finder;
+  ContactResult found;
   const Pose inside{turned(1, {1, 2, 3}), Vec3(0.05, 0, 0.02)};
-  EXPECT_FALSE(finder.search(bodyOf(rod), bodyOf(rod, inside), settingsOf(), kVoxel));
+  EXPECT_FALSE(findShapes(bodyOf(rod), bodyOf(rod, inside), settingsOf(), kVoxel, found));
 }
 
 // The same forces, and the same points, whichever body is first.
@@ -340,12 +340,12 @@ TEST(ShapeContact, HullOfABoxIsTheBox) {
       for (int k = 0; k < 6; ++k) b.at += (leastDepth(a, b, 1) - 0.01) * b.at.normalized();
       pose.position = b.at;
     }
-    ShapeContact finder[2];
+    ContactResult contact;
     Wrench onOther[2];
     int found = 0;
     for (const Solid* body : {&box, &hull}) {
-      if (!finder[found].search(bodyOf(*body), bodyOf(other, pose), settingsOf(), kVoxel)) break;
-      onOther[found] = wrenchOnB(finder[found].withIds(), {}, {});
+      if (!findShapes(bodyOf(*body), bodyOf(other, pose), settingsOf(), kVoxel, contact)) break;
+      onOther[found] = wrenchOnB(contact, {}, {});
       ++found;
     }
     if (found < 2) continue;  // an edge beside a face: clouds answer
