@@ -77,7 +77,6 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
   pair.find = [=](const Pose& pose) {
     ContactSettings settings;
     settings.law = KelvinVoigt{1, 0};
-    if (method == Method::Paper) settings.normals = Normals::BaseVectors;
     return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), 1);
   };
   pair.microseconds = [=](const Pose& pose, int repeat, double jitter) {

@@ -43,13 +43,11 @@ bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
                                 const TaskRunner* runner, bool beside, bool gated) {
   const HitColumns& hits = memory.hits;
   const double cell = cellOf(frame, outcome.level);
-  const std::vector<CcSums>& patches =
-      memory.binner.patches(hits, cell, a.shape || b.shape, gated, runner);
+  memory.binner.patches(hits, cell, a.shape || b.shape, gated, runner);
   std::span<const PatchMatter> matter;
-  if (TouchedMatter::wanted(a, b, settings))
-    matter = memory.matter.of(
-        a, b, settings, frame,
-        {hits, memory.binner.bins(), patches.size(), outcome.level, cell, outcome.gap});
+  if (TouchedMatter::wanted(a, b))
+    matter = memory.matter.of(a, b, frame, memory.search,
+                              {hits, memory.binner, outcome.level, cell, outcome.gap});
   return beside ? builder.append(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,
                                  matter)
                 : builder.build(a, b, settings, frame, outcome, memory.binner, hits, memory.wet,

@@ -59,8 +59,7 @@ Vec3 originOf(const PlacedConvex& a, const PlacedConvex& b, const Vec3& n) {
 
 bool ShapeContact::takes(const Solid& a, const Solid& b, const ContactSettings& settings) {
   const bool halves = std::holds_alternative<HalfSpace>(a) && std::holds_alternative<HalfSpace>(b);
-  return isSimple(a) && isSimple(b) && !halves && settings.normals == Normals::Fitted &&
-         !std::holds_alternative<Foundation>(settings.law);
+  return isSimple(a) && isSimple(b) && !halves && !std::holds_alternative<Foundation>(settings.law);
 }
 
 void ShapeContact::add(const PressedArea& area, const Pair& pair, const Eigen::Matrix3d& axes,
