@@ -76,7 +76,6 @@ LabPair pairOf(const std::shared_ptr<const Side>& a, const std::shared_ptr<const
   LabPair pair;
   ContactSettings settings;
   settings.law = KelvinVoigt{1, 0};
-  if (method == Method::Paper) settings.normals = Normals::BaseVectors;
   pair.find = [=](const Pose& pose) {
     return pointsOf(finder->find(a->at(Pose{}), b->at(pose), settings), 1);
   };

@@ -126,6 +126,14 @@ void addPaperOptions(CLI::App& command, CommonOptions& o) {
   add(command, "--representative", "the paper's Gr, from the center of C [m] (default \"0 0 0\")",
       "\"x y z\"",
       [&o](const std::string& t) { o.paper.representative = readVector("--representative", t); });
+  add(command, "--membership",
+      "which voxels are in D: by their share in it (shared, if not given) or by their centers, the "
+      "paper's (whole)",
+      "whole|shared", [&o](const std::string& t) {
+        if (t != "whole" && t != "shared")
+          throw BadInput("--membership: " + t + " is not known; give whole or shared");
+        o.paper.membership = t == "whole" ? Membership::Whole : Membership::Shared;
+      });
   command.add_flag("--hardness", o.paper.hardness,
                    "base vectors count by the hardness of their tissue, (5') of the paper");
 }

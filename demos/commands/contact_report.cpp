@@ -33,8 +33,9 @@ struct Side {
   std::shared_ptr<const SurfaceField> field;
   std::optional<Solid> plane;
   std::shared_ptr<btCollisionShape> shape;
+  std::shared_ptr<CloudShape> cloud;       // `shape`, or null
   const TissueTable* tissues = nullptr;    // in `shape`
-  std::shared_ptr<const PaperBody> paper;  // with --method paper
+  std::shared_ptr<const PaperBody> paper;  // where one of the two states something
 
   double voxel() const { return field ? field->cloud().voxelSize() : 0; }
   ContactBody at(const Pose& pose, const Motion& motion) const {
@@ -49,8 +50,8 @@ struct Side {
   }
 };
 
-std::shared_ptr<const PaperBody> usePaper(CloudShape& shape, const std::optional<PlacedSolid>& area,
-                                          const PaperOptions& options) {
+void usePaper(CloudShape& shape, const std::optional<PlacedSolid>& area,
+              const PaperOptions& options) {
   PaperSettings settings = paperSettings(options, shape.field().cloud().voxelSize());
   settings.area = area;
   try {
@@ -60,7 +61,6 @@ std::shared_ptr<const PaperBody> usePaper(CloudShape& shape, const std::optional
   } catch (const std::exception& error) {
     throw BadInput("--window: " + std::string(error.what()));
   }
-  return shape.paper();
 }
 
 using Field = std::shared_ptr<const SurfaceField>;
@@ -109,8 +109,8 @@ Side makeSide(const Body& body, const Field& field, const std::optional<PlacedSo
     const auto shape = std::make_shared<CloudShape>(side.field);
     shape->setTissues(tissues.of(body.name, field->cloud().materials()));
     if (!shape->tissues().empty()) side.tissues = &shape->tissues();
-    if (options.method == Method::Paper) side.paper = usePaper(*shape, area, options.paper);
-    side.shape = shape;
+    if (options.method == Method::Paper) usePaper(*shape, area, options.paper);
+    side.shape = side.cloud = shape;
   }
   return side;
 }
@@ -144,8 +144,8 @@ std::vector<double> batchTimes(ContactBatch& batch, BatchPair pair, int repeat, 
 // The pair's contact on a device; empty, with a message, if the device cannot compute it.
 std::optional<ContactReport> onDevice(const BatchPair& pair, const ContactQuery& query,
                                       double jitter) {
-  if (query.common.method == Method::Paper || query.common.tissues.given()) {
-    reportCpuFallback("base vectors and tissues are summed by the CPU");
+  if (pair.a.paper || pair.b.paper || query.common.tissues.given()) {
+    reportCpuFallback("stated base vectors and tissues are summed by the CPU");
     return std::nullopt;
   }
   ContactBatch batch({query.common.backend, query.common.threads, false});
@@ -217,13 +217,15 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
   const double voxel = sharedVoxel(query);
   BodyTissues tissues(query.common.tissues);
   const auto [fieldA, fieldB] = fieldsOf(query, voxel);
-  const Side a = makeSide(query.a, fieldA, query.areaA, query.common, tissues);
-  const Side b = makeSide(query.b, fieldB, query.areaB, query.common, tissues);
+  Side a = makeSide(query.a, fieldA, query.areaA, query.common, tissues);
+  Side b = makeSide(query.b, fieldB, query.areaB, query.common, tissues);
   tissues.check();
+  if ((a.cloud && a.cloud->usesPaper()) || (b.cloud && b.cloud->usesPaper()))
+    for (Side* const side : {&a, &b})
+      if (side->cloud) side->paper = side->cloud->paper();
   ContactSettings settings;
   settings.law = pairLaw(query.common);
   if (query.common.samples) settings.samples = static_cast<std::size_t>(*query.common.samples);
-  if (query.common.method == Method::Paper) settings.normals = Normals::BaseVectors;
   const BatchPair pair{a.at(Pose{}, Motion{}), b.at(query.pose, query.motion), settings};
   ContactFinder finder;
   const ContactResult& result = finder.find(pair.a, pair.b, settings);
@@ -239,7 +241,6 @@ ContactReport cloudContact(const ContactQuery& query, ContactScene* scene) {
     if (std::optional<ContactReport> device = onDevice(pair, query, 1e-3 * voxel)) return *device;
   CloudContactSettings seam;
   seam.law = seamLaw(settings.law, query.common.tissues.given());
-  seam.normals = settings.normals;
   seam.samples = settings.samples;
   seam.lists = false;  // no cached results
   seam.reuseMotion = 0;

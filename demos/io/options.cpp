@@ -154,6 +154,7 @@ void checkPaper(const CommonOptions& o) {
       {"--window", o.paper.window.has_value()},
       {"--representative", o.paper.representative.has_value()},
       {"--hardness", o.paper.hardness},
+      {"--membership", o.paper.membership != Membership::Shared},
       {"--area-a", !o.paper.areaA.empty()},
       {"--area-b", !o.paper.areaB.empty()}};
   for (const auto& [name, isGiven] : given)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cloudcontact/base/pose.h>
+#include <cloudcontact/contact/paper_body.h>
 #include <cloudcontact/device/contact_batch.h>
 #include <cloudcontact/law/law.h>
 #include <cloudcontact/law/solid.h>
@@ -22,18 +23,19 @@ namespace cloudcontact::program {
 
 class ShapeCache;  // scene/shape_cache.h
 
-// Cloud: fitted normals; Paper: base vectors; the others are Bullet's own.
+// Cloud; Paper: the same with what PaperOptions state; the others are Bullet's own.
 enum class Method { Cloud, Paper, Gjk, Gimpact, Hacd, Primitive, Sdf };
 bool usesClouds(Method method);
 
 std::string_view nameOf(Method method);
 std::string_view nameOf(Backend backend);
 
-// What only --method paper takes (PaperSettings).
+// What only --method paper takes, and all that it states (PaperSettings).
 struct PaperOptions {
   std::optional<Solid> window;         // C; empty: the usual one
   std::optional<Vec3> representative;  // Gr from the center of C [m]
   bool hardness = false;
+  Membership membership = Membership::Shared;
   std::string areaA, areaB;  // D of A and of B, bodies as typed; empty: the whole body
 };
 

@@ -5,11 +5,11 @@ namespace cloudcontact::program {
 
 PaperSettings paperSettings(const PaperOptions& options, double voxel,
                             const Eigen::Quaterniond& turn) {
-  WindowSettings window = sphereWindow(voxel);
-  if (options.window) window.area = {*options.window, {turn, Vec3::Zero()}};
-  if (options.representative) window.representative = turn * *options.representative;
   PaperSettings settings;
-  settings.window = window;
+  if (options.window || options.representative) settings.window = sphereWindow(voxel);
+  if (options.window) settings.window->area = {*options.window, {turn, Vec3::Zero()}};
+  if (options.representative) settings.window->representative = turn * *options.representative;
+  settings.membership = options.membership;
   settings.hardness = options.hardness;
   return settings;
 }

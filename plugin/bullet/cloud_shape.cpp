@@ -100,7 +100,7 @@ void CloudShape::setField(std::shared_ptr<const SurfaceField> field) {
   if (!field)
     throw std::invalid_argument("CloudShape: no field; make one with SurfaceField::build");
   auto lazy = std::make_shared<LazyPaper>();
-  if (usesPaper_) {
+  if (asksPaper_) {
     lazy->earlier = paper_->made ? paper_->made : paper_->earlier;
     lazy->before = paper_->made ? cloud() : paper_->before;
   }
@@ -142,19 +142,20 @@ void CloudShape::setFidelity(const Fidelity& fidelity) {
 
 void CloudShape::usePaper(const PaperSettings& settings) {
   auto lazy = std::make_shared<LazyPaper>();
-  lazy->made = std::make_shared<PaperBody>(paperBody(cloud(), tissues_, settings));
+  if (states(settings, tissues_))
+    lazy->made = std::make_shared<PaperBody>(paperBody(cloud(), tissues_, settings));
   setPaper(std::move(lazy));
   paperSettings_ = settings;
-  usesPaper_ = true;
+  asksPaper_ = true;
 }
 
 void CloudShape::inherit(const CloudShape& whole) {
   law = whole.law;
   tissues_ = whole.tissues_;
   paperSettings_ = whole.paperSettings_;
-  usesPaper_ = whole.usesPaper_;
+  asksPaper_ = whole.asksPaper_;
   auto lazy = std::make_shared<LazyPaper>();
-  if (usesPaper_ && whole.paper_->made) {
+  if (asksPaper_ && whole.paper_->made) {
     PaperBody body = *whole.paper_->made;
     body.vectors = std::make_shared<BaseVectorField>(body.vectors->ofPart(cloud()));
     lazy->made = std::make_shared<PaperBody>(std::move(body));

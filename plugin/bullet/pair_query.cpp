@@ -41,10 +41,10 @@ double voxelOf(const CloudShape* const clouds[2]) {
   return size;
 }
 
-// Base vectors know the finest voxels alone.
-bool usesPaper(const CloudContactSettings& settings, const CloudShape* const clouds[2]) {
+// Stated base vectors know the finest voxels alone.
+bool usesPaper(const CloudShape* const clouds[2]) {
   const auto asks = [](const CloudShape* cloud) { return cloud && cloud->usesPaper(); };
-  return settings.normals == Normals::BaseVectors || asks(clouds[0]) || asks(clouds[1]);
+  return asks(clouds[0]) || asks(clouds[1]);
 }
 
 // Bodies nearer than this get points before they touch: a voxel, or how far fast ones move in a
@@ -83,7 +83,7 @@ bool sameMatter(const PairQuery& x, const PairQuery& y) {
          x.lives[1] == y.lives[1] && x.conversions == y.conversions &&
          x.settings.law.index() == y.settings.law.index() &&
          sameSpring(sharedSpring(x.settings.law), sharedSpring(y.settings.law)) &&
-         x.settings.samples == y.settings.samples && x.settings.normals == y.settings.normals;
+         x.settings.samples == y.settings.samples;
 }
 
 bool sameQuery(const PairQuery& x, const PairQuery& y) {
@@ -101,6 +101,7 @@ ContactBody asShape(const ContactBody& body, const PlacedSolid* recognized) {
 
 void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                             PairQuery& query) {
+  if (query.a.paper || query.b.paper) return;
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const Solid* solids[2] = {query.a.shape, query.b.shape};
   for (int side = 0; side < 2; ++side) {
@@ -114,12 +115,11 @@ void PairReader::readShapes(const btCollisionObjectWrapper& a, const btCollision
   query.byShapes = takesShapes(*solids[0], *solids[1], query.settings);
 }
 
-// Base vectors if the world or one of the bodies asks for them.
-void PairReader::readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                           const btCollisionObjectWrapper& b, PairQuery& query) {
+// What one of the bodies states; the other then has the usual base vectors.
+void PairReader::readPaper(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                           PairQuery& query) {
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
-  if (!usesPaper(settings, clouds)) return;
-  query.settings.normals = Normals::BaseVectors;
+  if (!usesPaper(clouds)) return;
   ContactBody* const bodies[2] = {&query.a, &query.b};
   for (int side = 0; side < 2; ++side) {
     if (!clouds[side]) continue;
@@ -134,9 +134,8 @@ void PairReader::chooseLevels(const CloudContactSettings& settings,
   const CloudShape* const clouds[2] = {cloudOf(a), cloudOf(b)};
   const Pose poses[2] = {query.a.pose, query.b.pose};
   ContactBody* const bodies[2] = {&query.a, &query.b};
-  query.levels = usesPaper(settings, clouds)
-                     ? LevelChoice()
-                     : levels_.choose(clouds, poses, settings.fidelity.tolerance);
+  query.levels = usesPaper(clouds) ? LevelChoice()
+                                   : levels_.choose(clouds, poses, settings.fidelity.tolerance);
   PairLevels::apply(query.levels, clouds, bodies);
   query.settings.samples = settings.samples;
   if (query.levels.samples > 0)
@@ -210,7 +209,7 @@ PairQuery PairReader::read(const CloudContactSettings& settings, const btCollisi
     bodies[side]->tissues = query.law.tissues[side];
     bodies[side]->spring = query.law.springs[side];
   }
-  readPaper(settings, a, b, query);
+  readPaper(a, b, query);
   readShapes(a, b, query);
   for (int side = 0; side < 2; ++side)
     if (clouds[side]) query.lives[side] = clouds[side]->life();

@@ -74,8 +74,8 @@ class PairReader {
                  const btCollisionObjectWrapper& b, PairQuery& query);
   void readShapes(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
                   PairQuery& query);
-  void readPaper(const CloudContactSettings& settings, const btCollisionObjectWrapper& a,
-                 const btCollisionObjectWrapper& b, PairQuery& query);
+  void readPaper(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 PairQuery& query);
 
   ConversionCache converted_[2];
   ShapeTriangles triangles_[2];

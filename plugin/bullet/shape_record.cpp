@@ -16,7 +16,7 @@ namespace cloudcontact {
 
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr const char* kNoData =
     "a law that is a function, or an area of the paper's method that is a cloud, cannot be saved: "
     "set it again after loading";
@@ -88,7 +88,7 @@ void paperIn(Archive& archive, PaperSettings& paper) {
     a(window.weight, window.representative);
   });
   optionalIn(archive, paper.area, areaIn<Archive>);
-  archive(paper.hardness, paper.ability);
+  archive(paper.membership, paper.hardness, paper.ability);
   listIn(archive, paper.parts, [](Archive& a, CuttingPart& part) {
     areaIn(a, part.area);
     a(part.ability);
@@ -174,7 +174,7 @@ ShapeRecord ShapeRecord::of(const CloudShape& shape) {
   record.law = shape.law;
   record.tissues = shape.tissues_;
   record.tolerance = shape.fidelity_.tolerance;
-  record.usesPaper = shape.usesPaper_;
+  record.usesPaper = shape.asksPaper_;
   record.paper = shape.paperSettings_;
   record.margin = shape.margin_;
   record.scaling = toVec3(shape.scaling_);

@@ -54,7 +54,7 @@ void SoftAlgorithm::State::process(const btCollisionObjectWrapper& a,
   const CloudShape& shape = *cloud;
   const PairLaw law = lawOf(narrowPhase.settings(), cloudSide, softSide, shape.cloud().voxelSize(),
                             body->m_sst.sdt);
-  const bool vectors = shape.usesPaper() || narrowPhase.settings().normals == Normals::BaseVectors;
+  const bool vectors = shape.usesPaper();
   pair.step(*body, {&cloudSide, btRigidBody::upcast(cloudObject)}, law, vectors);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   narrowPhase.count(elapsed.count(), static_cast<std::size_t>(body->m_nodes.size()),

@@ -38,15 +38,17 @@ void validateSoft(const Cloud& cloud, const TissueTable& tissues,
 // What cuts, in its own frame.
 struct Blade {
   const PlacedSolid& area;
-  PaperBody abilities;
+  double ability;  // outside all parts
+  const std::vector<CuttingPart>& parts;
   double hardness;
   bool isExact;  // its area's depth is a distance
 
   Blade(const Detection& tool, double ofTool)
-      : area(tool.area), hardness(ofTool), isExact(isDistance(tool.area.solid)) {
-    abilities.ability = tool.ability;
-    abilities.parts = tool.parts;
-  }
+      : area(tool.area),
+        ability(tool.ability),
+        parts(tool.parts),
+        hardness(ofTool),
+        isExact(isDistance(tool.area.solid)) {}
   // Whether it cuts matter of `resistance` [Pa] somewhere between a and b.
   bool cuts(double resistance, const Vec3& a, const Vec3& b) const {
     const double length = (b - a).norm(), least = 0.01 * length;
@@ -54,7 +56,7 @@ struct Blade {
     for (double at = 0; at <= length;) {
       const Vec3 point = a + at / length * (b - a);
       const double depth = depthOf(area, point);
-      if (depth >= 0 && abilityAt(abilities, point) * hardness > resistance) return true;
+      if (depth >= 0 && abilityAt(ability, parts, point) * hardness > resistance) return true;
       at += isExact ? std::max(-depth, least) : least;
     }
     return false;

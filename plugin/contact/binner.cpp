@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 namespace cloudcontact {
 
@@ -107,6 +108,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
   bin_.resize(count);
   cells_ = 0;
   hashed_ = false;
+  direct_ = false;
   if (count == 0) return;
   for (auto* v : {&cellX_, &cellY_, &cellZ_, &direction_})
     if (v->size() < count) v->resize(count);
@@ -118,6 +120,7 @@ void Binner::findBins(const HitColumns& hits, double cell) {
   const std::size_t places = kDirections * cells_;
   if (!hashed_ && places <= kEmptyPlaces + 8 * count) {
     findPlaces(static_cast<int>(count));
+    direct_ = true;
     slots_ = places;
     clearSlots();
     for (std::size_t i = 0; i < count; ++i) {
@@ -256,6 +259,40 @@ std::int32_t* Binner::chainOf(const std::int32_t* cell) {
     if (keys_[static_cast<std::size_t>(table_[slot])] == key)
       return &box_[static_cast<std::size_t>(table_[slot]) - bins_.size()];
   return nullptr;
+}
+
+const Binner::Bin* Binner::find(const CcBinOfHit& bin) const {
+  if (direct_) {
+    const std::int32_t cell[3] = {bin.x, bin.y, bin.z};
+    for (int k = 0; k < 3; ++k)
+      if (cell[k] < low_[k] || cell[k] >= low_[k] + span_[k]) return nullptr;
+    const std::int32_t found =
+        table_[kDirections * placeOf(cell) + static_cast<std::size_t>(bin.direction)];
+    return found < 0 ? nullptr : &bins_[static_cast<std::size_t>(found)];
+  }
+  const std::uint64_t key = ccBinKey(bin.x, bin.y, bin.z, bin.direction);
+  const std::size_t mask = slots_ - 1;
+  for (std::size_t slot = slotOf(key) & mask; table_[slot] >= 0; slot = (slot + 1) & mask)
+    if (keys_[static_cast<std::size_t>(table_[slot])] == key)
+      return &bins_[static_cast<std::size_t>(table_[slot])];
+  return nullptr;
+}
+
+std::size_t Binner::patchNear(const CcBinOfHit& bin, int side, const float* own) const {
+  if (const Bin* const found = find(bin)) return static_cast<std::size_t>(found->patch);
+  const CcVec normal = ccVec(own[0], own[1], own[2]);
+  const Bin* best = &bins_.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Bin& one : bins_) {
+    const double x = one.cell[0] - bin.x, y = one.cell[1] - bin.y, z = one.cell[2] - bin.z;
+    const double length = std::max(one.faces.length[side], 1e-300);
+    const double apart =
+        x * x + y * y + z * z - 2 * ccDot64(one.faces.normal[side], normal) / length;
+    if (apart >= least) continue;
+    best = &one;
+    least = apart;
+  }
+  return static_cast<std::size_t>(best->patch);
 }
 
 bool Binner::linked(std::size_t bin, std::size_t from, double weight, double close) const {

@@ -41,6 +41,13 @@ class Binner {
     const std::uint32_t begin = bin > 0 ? bins_[bin - 1].end : 0;
     return {order_.data() + begin, bins_[bin].end - begin};
   }
+  // The patch of a hit.
+  std::size_t patchOf(std::size_t hit) const {
+    return static_cast<std::size_t>(bins_[bin_[hit]].patch);
+  }
+  // The patch of a bin, or of the bin nearest to where that would be, with whose surface of body
+  // `side` the normal `own` agrees best. There must be hits.
+  std::size_t patchNear(const CcBinOfHit& bin, int side, const float* own) const;
   // The bins of a patch, in the order in which they joined.
   std::span<const std::uint32_t> binsOf(std::size_t patch) const {
     const std::uint32_t begin = patch > 0 ? ends_[patch - 1] : 0;
@@ -62,6 +69,7 @@ class Binner {
   void order(const HitColumns& hits);
   void sum(const HitColumns& hits, double cell, bool oneSided, std::size_t first, std::size_t last);
   void layOut();
+  const Bin* find(const CcBinOfHit& bin) const;
   std::size_t placeOf(const std::int32_t* cell) const;
   std::int32_t* chainOf(const std::int32_t* cell);
   template <typename Visit>
@@ -83,6 +91,7 @@ class Binner {
   std::size_t free_ = 0;             // bins without a patch
   std::size_t cells_ = 0;            // of the box; 0 if hashed
   bool hashed_ = false;
+  bool direct_ = false;  // table_ is addressed by cell and direction
   std::int32_t low_[3] = {}, span_[3] = {};
   std::vector<std::uint32_t> order_;     // hits by bin
   std::vector<std::uint32_t> heaviest_;  // bins by weight

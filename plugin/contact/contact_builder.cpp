@@ -6,6 +6,7 @@
 
 #include "contact/patch_hits.h"
 #include "contact/sample_search.h"
+#include "field/base_vector_bricks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,11 +50,12 @@ CcPlacement placementOf(const Pose& pose) {
   return p;
 }
 
-void validate(const ContactBody& body, const ContactSettings& settings) {
-  if (settings.normals == Normals::BaseVectors && body.field &&
-      !(body.paper && body.paper->vectors))
+void validateMatter(const ContactBody& body) {
+  if (body.paper && body.field &&
+      !(body.paper->vectors &&
+        body.paper->vectors->bricks().bricks == body.field->cloud().bricks()))
     throw std::invalid_argument(
-        "ContactFinder::find: Normals::BaseVectors needs ContactBody::paper of each field");
+        "ContactFinder::find: the base vectors of ContactBody::paper must be of the field's cloud");
   if (body.tissues && body.tissues->size() > 1 && body.field &&
       body.tissues->size() < body.field->cloud().materials().size())
     throw std::invalid_argument(
@@ -149,8 +151,8 @@ PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
                                 const ContactSettings& settings, ContactResult& found) {
   validate(a, "A");
   validate(b, "B");
-  validate(a, settings);
-  validate(b, settings);
+  validateMatter(a);
+  validateMatter(b);
   validate(settings);
   if (a.shape && b.shape)
     throw std::invalid_argument("ContactFinder::find: both bodies are shapes; one must be a cloud");
@@ -161,6 +163,23 @@ PairFrame ContactBuilder::begin(const ContactBody& a, const ContactBody& b,
   return frame;
 }
 
+// What patches have touched that do not count belongs to all others.
+void ContactBuilder::giveMatter(std::span<const PatchMatter> matter) {
+  if (matter.empty()) return;
+  PatchMatter rest;
+  double all = 0;
+  std::size_t next = 0;
+  for (FoundPatch& p : found_) {
+    for (; next < p.index; ++next) rest.add(matter[next]);
+    p.matter = matter[next++];
+    all += p.matter.count[kA] + p.matter.count[kB];
+  }
+  for (; next < matter.size(); ++next) rest.add(matter[next]);
+  if (all > 0)
+    for (FoundPatch& p : found_)
+      p.matter.add(rest, (p.matter.count[kA] + p.matter.count[kB]) / all);
+}
+
 // Gives every patch its digital normal and its part of FR (6), in proportion to its sum of base
 // vectors. Returns the force's size. Without any base vectors the fitted normals stay: returns 0.
 double ContactBuilder::redirect() {
@@ -168,14 +187,14 @@ double ContactBuilder::redirect() {
   Vec3 sum = Vec3::Zero();
   for (const FoundPatch& p : found_) {
     size += p.force.size;
-    lengths += p.matter->vectors.norm();
-    sum += p.matter->vectors;
+    lengths += p.matter.vectors.norm();
+    sum += p.matter.vectors;
   }
   if (!(lengths > 0)) return 0;
   const double wedge = std::min(kMostWedge, lengths / std::max(sum.norm(), 1e-300));
   for (FoundPatch& p : found_) {
-    const double length = p.matter->vectors.norm();
-    p.force = directed(p.force, *p.matter, size * wedge * length / lengths);
+    const double length = p.matter.vectors.norm();
+    p.force = directed(p.force, p.matter, size * wedge * length / lengths);
     if (length > 0 && p.force.lean != 0) p.flat = ccFlatten(p.sums, p.force.normal);
   }
   std::erase_if(found_, [](const FoundPatch& p) { return !(p.force.size > 0); });
@@ -186,11 +205,11 @@ double ContactBuilder::redirect() {
 // has it.
 void ContactBuilder::setSprings(const ContactBody& a, const ContactBody& b, bool whole) {
   PatchMatter all;
-  for (const FoundPatch& p : found_) all.add(*p.matter, 1);
+  for (const FoundPatch& p : found_) all.add(p.matter);
   for (FoundPatch& p : found_) {
     const bool known =
-        (!a.tissues || p.matter->count[kA] > 0) && (!b.tissues || p.matter->count[kB] > 0);
-    p.spring = springOf(whole || !known ? all : *p.matter, a, b);
+        (!wantsVoxels(a) || p.matter.count[kA] > 0) && (!wantsVoxels(b) || p.matter.count[kB] > 0);
+    p.spring = springOf(whole || !known ? all : p.matter, a, b);
   }
 }
 
@@ -229,7 +248,7 @@ void ContactBuilder::emit(const CcTerms& terms, CcWhole whole, bool redirected,
     ccContactOf(p.sums, &p.force, &p.flat, &plan, found, &own, &whole, &patch);
     level = std::max(level, ccLevelling(&patch, &own, &whole));
     if (redirected) {
-      patch.confidence = std::min(1.0, p.matter->vectors.norm() / p.matter->lengths);
+      patch.confidence = std::min(1.0, p.matter.vectors.norm() / p.matter.lengths);
       if (patch.confidence < kCoherent && patch.doubt != CC_DEEP_PATCH) patch.doubt = CC_OPPOSED;
     }
   }
@@ -291,18 +310,14 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
     FoundPatch& found = found_.emplace_back();
     found.sums = &patches[k];
     found.index = k;
-    if (!matter.empty()) found.matter = &matter[k];
   }
   const CcPairSums all = collect(terms);
+  giveMatter(matter);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, outcome.level};
   const bool touches = terms.oneSided && terms.gap == 0;
-  const CloudsInFrame clouds{&a, &b, &frame, &hits, outcome.level};
-  const bool edges =
-      settings.normals == Normals::BaseVectors && a.field && b.field && terms.gap == 0;
   const PairDepth found = pairDepth(all, touches && !terms.foundation ? &shape : nullptr,
-                                    edges && !terms.foundation ? &clouds : nullptr, terms.oneSided,
-                                    outcome.level, frame.voxel);
-  const bool vectors = settings.normals == Normals::BaseVectors && !matter.empty();
+                                    terms.oneSided, outcome.level, frame.voxel);
+  const bool vectors = (a.paper || b.paper) && !matter.empty();
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;
   emit(terms,

@@ -92,13 +92,14 @@ class ContactBuilder {
  private:
   struct FoundPatch {
     const CcSums* sums = nullptr;
-    std::size_t index = 0;                // in the binner
-    const PatchMatter* matter = nullptr;  // if the law or the direction depends on it
+    std::size_t index = 0;  // in the binner
+    PatchMatter matter;     // if the law or the direction depends on it
     CcPatchForce force;
     CcFlat flat;                        // in the plane across its normal, if force.lean is not 0
     std::optional<KelvinVoigt> spring;  // of the pair, by the tissues that the patch touches
   };
   CcPairSums collect(const CcTerms& terms);
+  void giveMatter(std::span<const PatchMatter> matter);
   double redirect();
   void emit(const CcTerms& terms, CcWhole whole, bool redirected, const PairHits& hits,
             PatchHits& wet, ContactResult& result);

@@ -51,13 +51,11 @@ bool ContactFinder::State::make(const ContactBody& a, const ContactBody& b,
                                 bool gated) {
   const HitColumns& hits = memory.hits;
   const double cell = cellOf(frame, outcome.level);
-  const std::vector<CcSums>& patches =
-      memory.binner.patches(hits, cell, a.shape || b.shape, gated, runner);
+  memory.binner.patches(hits, cell, a.shape || b.shape, gated, runner);
   std::span<const PatchMatter> matter;
-  if (TouchedMatter::wanted(a, b, settings))
-    matter = memory.matter.of(
-        a, b, settings, frame,
-        {hits, memory.binner.bins(), patches.size(), outcome.level, cell, outcome.gap});
+  if (TouchedMatter::wanted(a, b))
+    matter = memory.matter.of(a, b, frame, memory.search,
+                              {hits, memory.binner, outcome.level, cell, outcome.gap});
   const std::size_t patchesBefore = found.patches.size();
   const double error = found.depthError;
   if (!beside) found.samples = outcome.gap > 0 ? 0 : outcome.hits, found.level = outcome.level;

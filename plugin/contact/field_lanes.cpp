@@ -282,6 +282,15 @@ CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes
   return some;
 }
 
+bool touchesAt(const Direction& dir, const Lanes& lanes, int lane) {
+  const CcVoxel record = {lanes.a[lane], lanes.b[lane]};
+  if (ccPlaneCount(record) == 0) return record.b == CC_DEEP_INSIDE;
+  const OwnedReach& reach = dir.owned->levels[dir.level].reach[lanes.sample[lane]];
+  const float depth = lanes.depth[lane] * dir.limits().perVoxel;
+  constexpr float kBeside = 0.65f;  // half a voxel, and how much the other's plane may be wrong
+  return depth + reach.deeper(lanes.facing[lane]) > -kBeside;
+}
+
 CC_LANES void nearBricks(const Direction& dir, const FieldData& other, float aside,
                          std::vector<std::uint32_t>& near) {
   const SampleBricks& from = dir.samples.bricks;

@@ -1,6 +1,8 @@
 // Both directions of a search, from few samples to all.
 #include "contact/hit_search.h"
 
+#include <cloudcontact/contact/paper_body.h>
+
 #include "contact/level_search.h"
 #include "contact/verlet_list_builder.h"
 #include "contact/verlet_lists.h"
@@ -28,10 +30,19 @@ std::size_t neededOf(int level, std::size_t enough) {
   return level == kLevels - 1 ? enough : enough / kFinerNeeds;
 }
 
+bool wantsVoxels(const ContactBody& own) {
+  return own.field && (own.paper || (own.tissues && own.tissues->size() > 1));
+}
+
+const PlacedSolid* areaOf(const ContactBody& body) {
+  return body.paper && body.paper->area ? &*body.paper->area : nullptr;
+}
+
 struct HitSearch::Query {
   const ContactBody* bodies[2];
   CcWay ways[2];  // of each body's samples, if it has a field
   std::size_t enough;
+  const OwnedVoxels* owned[2] = {nullptr, nullptr};  // where the touched ones are wanted
 
   bool ofFields() const { return bodies[0]->field && bodies[1]->field; }
 };
@@ -39,6 +50,10 @@ struct HitSearch::Query {
 HitSearch::Query HitSearch::queryOf(const ContactBody& a, const ContactBody& b,
                                     const PairFrame& frame, std::size_t enough) {
   Query query{{&a, &b}, {}, enough};
+  for (const Side side : {kA, kB}) {
+    const ContactBody &own = *query.bodies[side], &other = *query.bodies[1 - side];
+    if (wantsVoxels(own) && !areaOf(other)) query.owned[side] = &ownedVoxels(dataOf(own));
+  }
   if (a.field) query.ways[kA] = wayOf(a, b, frame);
   if (b.field) query.ways[kB] = wayOf(b, a, frame);
   return query;
@@ -62,7 +77,8 @@ void HitSearch::searchSide(const Query& query, Side side, int level, HitColumns&
                       side,
                       voxel,
                       lists ? &listed : nullptr,
-                      neededOf(level, query.enough)};
+                      neededOf(level, query.enough),
+                      query.owned[side]};
   if (!other.shape) return searchField(dir, dataOf(other), candidates_[side], hits, shares_);
   const Pose grid = own.pose * gridPose(samples.cloud());
   searchShape(dir, *other.shape, other.pose.inverse() * grid, candidates_[side], hits, shares_);
@@ -92,7 +108,8 @@ int HitSearch::run(const ContactBody& a, const ContactBody& b, const PairFrame& 
   const double seen = marginOf(a, b, frame.voxel, margin);
   if (farApart(a, b, std::max(kFarApart * frame.voxel, seen))) return 0;
   const Query query = queryOf(a, b, frame, enough);
-  const int level = searchBoth(query, hits, query.ofFields() ? lists : nullptr);
+  const bool hitsAlone = !query.owned[kA] && !query.owned[kB];  // lists know no others
+  const int level = searchBoth(query, hits, query.ofFields() && hitsAlone ? lists : nullptr);
   if (hits.empty() && margin > 0) touchLightly(query, frame, static_cast<float>(seen), hits);
   end();
   return level;

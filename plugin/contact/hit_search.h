@@ -17,6 +17,12 @@ class VerletLists;
 // The number of hits that makes a level fine enough, if the coarsest needs `enough`.
 std::size_t neededOf(int level, std::size_t enough);
 
+// Whether a query needs to know which of the body's voxels lie in the other: by what it states, or
+// by tissues that differ.
+bool wantsVoxels(const ContactBody& own);
+// D of a body, or null: all of it.
+const PlacedSolid* areaOf(const ContactBody& body);
+
 // Searches the samples of both bodies. It keeps its memory between calls.
 class HitSearch {
  public:
@@ -41,6 +47,11 @@ class HitSearch {
                  const KnownMeets& known, HitColumns& hits);
   static constexpr std::size_t kAll = search::kAllSamples;
   double gap() const { return gap_; }  // [m] 0: the hits are real
+  // Of the last run's level: the samples whose voxels may lie in the other body, where those are
+  // wanted (wantsVoxels()) and the other body itself says what lies in it, not a D.
+  std::span<const search::TouchedSample> touched(Side side) const {
+    return candidates_[side].touched;
+  }
   // Samples that the last run looked up, on all levels.
   std::size_t lookups() const {
     return candidates_[0].work.samples + candidates_[1].work.samples + near_.samples;

@@ -45,6 +45,7 @@ class LaneSearch {
     candidates_.deep.clear();
     candidates_.parts.clear();
     candidates_.places.clear();
+    candidates_.touched.clear();
   }
   // Visits whole bricks, or the finer samples of the cells that the coarser level found near. The
   // samples of a cell are consecutive.
@@ -72,7 +73,7 @@ class LaneSearch {
   template <typename Visit>
   void eachWhole(const Visit& visit) {
     if (candidates_.all) {
-      target_.nearBricks(0, candidates_.bricks);
+      target_.nearBricks(dir_.owned ? kOwnedAside : 0.0f, candidates_.bricks);
       candidates_.work.bricks += dir_.samples.bricks.runs.size();
       if (candidates_.coarse) {
         candidates_.coarse->begin(samples_.size());
@@ -136,6 +137,7 @@ class LaneSearch {
     // A search of a list does not see all samples of a brick, and has made no room for them.
     if (finer && candidates_.coarse && !dir_.listed && dir_.level == kLevels - 1)
       keepCoarse(*candidates_.coarse);
+    if (dir_.owned) keepTouched(finer);
     for (int i = 0; i < divided; ++i) {
       lanes_.kind[lanes_.several[i]] &= ~CC_WET;
       divide(lanes_.several[i]);
@@ -146,6 +148,21 @@ class LaneSearch {
   }
 
   void countPlanes() { candidates_.work.planes += std::exchange(lanes_.planes, 0); }
+
+  // Where these are, finer samples may be touched, too.
+  void keepTouched(bool finer) {
+    for (int i = 0; i < lanes_.count; ++i) {
+      if (!touchesAt(dir_, lanes_, i)) continue;
+      const std::uint32_t k = lanes_.sample[i];
+      const CcVoxel record = {lanes_.a[i], lanes_.b[i]};
+      if (ccPlaneCount(record) == 0)
+        candidates_.touched.push_back({k, target_.deepAt(samples_[k]), V3::Zero()});
+      else
+        candidates_.touched.push_back(
+            {k, lanes_.depth[i], {lanes_.nx[i], lanes_.ny[i], lanes_.nz[i]}});
+      if (finer && dir_.level > 0) lanes_.kind[i] |= CC_NEARBY;
+    }
+  }
 
   void keepCoarse(CoarseFound& coarse) {
     float estimates[kLanes], depths[kLanes];
@@ -258,6 +275,7 @@ inline void join(const Share& share, Candidates& candidates, HitColumns& hits) {
   candidates.work += share.candidates.work;
   append(candidates.next, share.candidates.next);
   append(candidates.deep, share.candidates.deep);
+  append(candidates.touched, share.candidates.touched);
   append(candidates.places, share.candidates.places);
   candidates.parts.append(share.candidates.parts, 0, share.candidates.parts.size());
   hits.append(share.hits);

@@ -13,7 +13,6 @@
 #include <numbers>
 
 #include "base/clipped_segment.h"
-#include "contact/edge_points.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact {
@@ -147,36 +146,17 @@ double edgeDepth(const ShapeInCloud& s, double most) {
                      {Vec3(box.min().array() - around), Vec3(box.max().array() + around)});
 }
 
-// The same between two clouds: the sharp points of either in the other.
-double sharpDepth(const CloudsInFrame& s) {
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < s.hits->size(); ++i) box.extend((*s.hits)[i].position.cast<double>());
-  const double around = (1 << s.level) * s.frame->voxel;
-  const Vec3 middle = box.center(), half = 0.5 * box.sizes() + Vec3::Constant(around);
-  const auto deepest = [&](const ContactBody& sharp, const ContactBody& other) {
-    const Pose fromFrame = sharp.pose.inverse() * s.frame->pose;
-    const Vec3 reach = fromFrame.orientation.toRotationMatrix().cwiseAbs() * half;
-    const Vec3 at = fromFrame.toWorld(middle);
-    return deepestSharpPoint(*sharp.field, *other.field, other.pose.inverse() * sharp.pose,
-                             {Vec3(at - reach), Vec3(at + reach)});
-  };
-  return std::max(deepest(*s.a, *s.b), deepest(*s.b, *s.a));
-}
-
 }  // namespace
 
-PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
-                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel) {
+PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, int level,
+                    double voxel) {
   CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
   double edged = (1 - by.smooth) * ccRamp(by.pointed, kEdged, kAllEdge);
   double edge = 0, apart = 0;
-  if (edged > 0 && patches.size > 0 && shape)
-    edge = edgeDepth(*shape, patches.most);
-  else if (edged > 0 && patches.size > 0 && clouds)
-    edge = sharpDepth(*clouds);
+  if (edged > 0 && patches.size > 0 && shape) edge = edgeDepth(*shape, patches.most);
   if (edge > 0) {
-    // A shape's edges are walked in steps, so it may be deeper.
-    by.depth += edged * (shape ? std::max(0.0, edge - by.depth) : edge - by.depth);
+    // The edges are walked in steps, so it may be deeper.
+    by.depth += edged * std::max(0.0, edge - by.depth);
     apart = edged * std::max(0.0, by.depth - edge);
   } else {
     edged = 0;

@@ -4,7 +4,6 @@
 #include <cloudcontact/contact/contact.h>
 
 #include "contact/hit_columns.h"
-#include "contact/pair_frame.h"
 #include "kernels/contact/contact_error.h"
 
 namespace cloudcontact {
@@ -17,21 +16,12 @@ struct ShapeInCloud {
   int level = 0;                     // of the samples that hit
 };
 
-// Two clouds by the paper's method, whose edges are looked up in each other. (With fitted normals
-// the samples alone decide, as on a device.)
-struct CloudsInFrame {
-  const ContactBody *a = nullptr, *b = nullptr;
-  const PairFrame* frame = nullptr;
-  const HitColumns* hits = nullptr;  // in the pair's frame
-  int level = 0;
-};
-
 struct PairDepth {
   double depth = 0, error = 0;  // [m] ccDepthError()
 };
-// The depth of all patches together. `shape` and `clouds`: null if not known, or if the bodies do
-// not touch. `level`: of the samples that hit. `voxel`: the pair's [m].
-PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
-                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel);
+// The depth of all patches together. `shape`: null if there is none, or if the bodies do not touch.
+// `level`: of the samples that hit. `voxel`: the pair's [m].
+PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, int level,
+                    double voxel);
 
 }  // namespace cloudcontact

@@ -1,6 +1,7 @@
 // Hardness, cutting ability and base vectors of a body.
 #include <cloudcontact/contact/paper_body.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -34,25 +35,41 @@ PaperBody paperBody(const Cloud& cloud, const TissueTable& tissues, const PaperS
   body.vectors = std::make_shared<BaseVectorField>(
       cloud, tissues.empty() ? TissueTable{kOneTissue} : tissues, window);
   body.area = settings.area;
+  body.membership = settings.membership;
   body.hardness = settings.hardness;
   body.ability = settings.ability;
   body.parts = settings.parts;
   return body;
 }
 
-double abilityAt(const PaperBody& body, const Vec3& point) {
-  double ability = body.ability;
-  for (const CuttingPart& part : body.parts)
+bool states(const PaperSettings& settings, const TissueTable& tissues) {
+  const bool hard =
+      settings.hardness && std::any_of(tissues.begin(), tissues.end(), [&](const Tissue& t) {
+        return t.hardness != tissues.front().hardness;
+      });
+  return hard || settings.window || settings.area || settings.membership != Membership::Shared ||
+         settings.ability != 1 || !settings.parts.empty();
+}
+
+double abilityAt(double outside, const std::vector<CuttingPart>& parts, const Vec3& point) {
+  double ability = outside;
+  for (const CuttingPart& part : parts)
     if (depthOf(part.area, point) >= 0) ability = part.ability;
   return ability;
 }
 
+void hardnessOf(const TissueTable& tissues, bool hardness, std::vector<double>& h) {
+  h.assign(tissues.size(), 1.0);
+  if (!hardness) return;
+  const auto unit = std::find_if(tissues.begin(), tissues.end(),
+                                 [](const Tissue& tissue) { return tissue.hardness > 0; });
+  if (unit == tissues.end()) return;
+  for (std::size_t t = 0; t < tissues.size(); ++t) h[t] = tissues[t].hardness / unit->hardness;
+}
+
 std::vector<double> hardnessOf(const TissueTable& tissues, bool hardness) {
-  std::vector<double> h(tissues.size(), 1.0);
-  if (!hardness) return h;
-  const double one = tissues[0].hardness > 0 ? tissues[0].hardness : 1;
-  for (std::size_t t = 0; t < tissues.size(); ++t)
-    if (tissues[t].hardness > 0) h[t] = tissues[t].hardness / one;
+  std::vector<double> h;
+  hardnessOf(tissues, hardness, h);
   return h;
 }
 

@@ -21,7 +21,7 @@ struct TouchedCloud {
 
 struct ParticleTouch {
   std::optional<KelvinVoigt> spring;  // of the cloud alone
-  Vec3 vector = Vec3::Zero();         // the digital normal (5'), in the cloud's frame; zero: none
+  Vec3 vector = Vec3::Zero();         // the digital normal, in the cloud's frame; zero: none
 };
 
 // D of a particle is a cube of a voxel's edge along the cloud's axes: its collision voxels B are

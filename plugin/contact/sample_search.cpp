@@ -23,6 +23,7 @@ void Candidates::reserveLike(const Candidates& other) {
   next.reserve(found);
   bricks.reserve(other.bricks.capacity());
   deep.reserve(other.deep.capacity());
+  touched.reserve(other.touched.capacity());
   parts.fit(other.parts);
   places.reserve(other.places.capacity());
 }

@@ -6,7 +6,7 @@
 #include <cloudcontact/contact/work_counts.h>
 
 #include "contact/hit_columns.h"
-#include "field/field_data.h"
+#include "field/owned_voxels.h"
 #include "kernels/contact/search.h"
 
 #include <algorithm>
@@ -18,6 +18,8 @@ namespace cloudcontact::search {
 using V3 = Eigen::Vector3f;
 
 constexpr std::size_t kAllSamples = ~std::size_t{0};
+// [own voxels] Samples this far outside the other body may own voxels in it.
+constexpr float kOwnedAside = 2;
 
 // Where a part of a divided sample is looked up: the record of its voxel, and its place from that
 // voxel's center.
@@ -37,17 +39,25 @@ struct CoarseFound {
   void reserveLike(const CoarseFound& other);
 };
 
+// A sample whose own voxels may lie in the other body.
+struct TouchedSample {
+  std::uint32_t sample;
+  float depth;  // [m] in the other body, negative outside
+  V3 other;     // normal there, in the other body's frame; zero below its band
+};
+
 // Samples near the other body, from level to level: the next finer level searches only their cells.
 struct Candidates {
-  bool all = true;                    // the coarsest level: every brick
-  std::vector<std::uint32_t> now;     // found on the level before
-  std::vector<std::uint32_t> next;    // found on this level
-  std::vector<std::uint32_t> bricks;  // that may touch
-  WorkCounts work;                    // so far
-  std::vector<std::uint32_t> deep;    // samples below the band
-  SampleColumns parts;                // of samples that lie over an edge
-  std::vector<Part> places;           // of the parts
-  CoarseFound* coarse = nullptr;      // to be filled on the coarsest level; null: not wanted
+  bool all = true;                     // the coarsest level: every brick
+  std::vector<std::uint32_t> now;      // found on the level before
+  std::vector<std::uint32_t> next;     // found on this level
+  std::vector<std::uint32_t> bricks;   // that may touch
+  WorkCounts work;                     // so far
+  std::vector<std::uint32_t> deep;     // samples below the band
+  SampleColumns parts;                 // of samples that lie over an edge
+  std::vector<Part> places;            // of the parts
+  std::vector<TouchedSample> touched;  // of this level, where Direction::owned asks for them
+  CoarseFound* coarse = nullptr;       // to be filled on the coarsest level; null: not wanted
 
   // Reserves what `other` has reserved.
   void reserveLike(const Candidates& other);
@@ -76,7 +86,8 @@ struct Direction : CcWay {
   float voxel;  // of the samples' body [m]
   // The level's samples on the Verlet list, ascending; null: all samples.
   const std::span<const std::uint32_t>* listed = nullptr;
-  std::size_t needed = kAllSamples;  // hits of both bodies that make the level fine enough
+  std::size_t needed = kAllSamples;    // hits of both bodies that make the level fine enough
+  const OwnedVoxels* owned = nullptr;  // of the samples, where the touched ones are wanted
 
   CcLimits limits() const { return ccLimitsOf(level, voxel); }
 };

@@ -112,8 +112,7 @@ bool tryAlong(const ShapePair& pair, const PressDirection& press, bool mustBeBro
 
 bool takesShapes(const Solid& a, const Solid& b, const ContactSettings& settings) {
   const bool halves = std::holds_alternative<HalfSpace>(a) && std::holds_alternative<HalfSpace>(b);
-  return isSimple(a) && isSimple(b) && !halves && settings.normals == Normals::Fitted &&
-         !std::holds_alternative<Foundation>(settings.law);
+  return isSimple(a) && isSimple(b) && !halves && !std::holds_alternative<Foundation>(settings.law);
 }
 
 bool findShapes(const ContactBody& a, const ContactBody& b, const ContactSettings& settings,

@@ -345,7 +345,7 @@ DeviceSearch::~DeviceSearch() = default;
 
 bool DeviceSearch::takes(const SearchTask& task) {
   return !task.apart && !task.a->shape && !task.b->shape &&
-         !TouchedMatter::wanted(*task.a, *task.b, *task.settings);
+         !TouchedMatter::wanted(*task.a, *task.b);
 }
 
 BatchReport& BatchReport::operator+=(const BatchReport& other) {

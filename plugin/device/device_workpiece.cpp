@@ -26,8 +26,8 @@ std::vector<DigitalNormal> meansOf(std::span<const CcNormalSum> sums, double vox
   for (const CcNormalSum& sum : sums) {
     DigitalNormal& n = result.emplace_back();
     n.count = sum.count;
-    if (sum.count > 0)
-      n.mean = voxelSize / sum.count * Vec3(sum.vector[0], sum.vector[1], sum.vector[2]);
+    const double* const f = ccIsPlain(&sum) ? sum.plain : sum.vector;
+    if (sum.count > 0) n.mean = voxelSize / sum.count * Vec3(f[0], f[1], f[2]);
   }
   return result;
 }

@@ -9,6 +9,7 @@
 #include "base/hash.h"
 #include "field/brick_changes.h"
 #include "field/brick_layout.h"
+#include "field/owned_vector_cache.h"
 
 namespace cloudcontact {
 
@@ -113,6 +114,7 @@ std::vector<VoxelCut> surplus(const Bricks& field, const Cloud& part) {
 
 struct BaseVectorField::State {
   std::unique_ptr<Bricks> bricks;
+  OwnedVectorCache owned;
   FieldChanges changes;
 };
 
@@ -132,6 +134,10 @@ BaseVectorField::BaseVectorField(std::unique_ptr<Bricks> bricks)
 
 const BaseVectorField::Bricks& BaseVectorField::bricks() const {
   return *state_->bricks;
+}
+
+OwnedVectorCache& BaseVectorField::owned() const {
+  return state_->owned;
 }
 
 std::unique_ptr<BaseVectorField::Bricks> BaseVectorField::takeBricks() && {
@@ -186,6 +192,7 @@ std::optional<double> BaseVectorField::depth(const VoxelIndex& v) const {
 
 std::size_t BaseVectorField::cut(Span<const VoxelCut> voxels) {
   Bricks& f = *state_->bricks;
+  state_->owned.made.reset();
   for (const VoxelCut& c : voxels)
     if (!f.contains(c.voxel))
       throw std::out_of_range("BaseVectorField::cut: a voxel lies outside the grid");

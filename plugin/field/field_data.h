@@ -38,6 +38,13 @@ struct LazyClosedForm {
   std::shared_ptr<const PlacedSolid> made;
 };
 
+// The voxels that its samples own (ownedVoxels()).
+struct OwnedVoxels;
+struct LazyOwnedVoxels {
+  std::once_flag once;
+  std::shared_ptr<const OwnedVoxels> made;
+};
+
 class FieldData {
  public:
   // `before`: holds what the band marks kAsBefore; null after a full build. `notes` may be null.
@@ -59,6 +66,7 @@ class FieldData {
 
   LazySurfaceTree& lazyTree() const { return *lazyTree_; }
   LazyClosedForm& lazyForm() const { return *lazyForm_; }
+  LazyOwnedVoxels& lazyVoxels() const { return *lazyVoxels_; }
   // Whether it was renewed after a cut.
   bool isRenewed() const { return renewed_; }
 
@@ -74,6 +82,7 @@ class FieldData {
   std::shared_ptr<const int> life_ = std::make_shared<const int>(0);
   std::unique_ptr<LazySurfaceTree> lazyTree_ = std::make_unique<LazySurfaceTree>();
   std::unique_ptr<LazyClosedForm> lazyForm_ = std::make_unique<LazyClosedForm>();
+  std::unique_ptr<LazyOwnedVoxels> lazyVoxels_ = std::make_unique<LazyOwnedVoxels>();
   bool renewed_ = false;
 };
 

@@ -34,10 +34,9 @@ OwnedBody makeBody(const py::object& shape, const py::object& pose, const py::ob
 }
 
 FoundContact findContact(ContactFinder& finder, const py::object& first, const py::object& second,
-                         const Law& law, double margin, std::size_t samples,
-                         const std::string& normals) {
+                         const Law& law, double margin, std::size_t samples) {
   const OwnedBody one = bodyFrom("a", first), two = bodyFrom("b", second);
-  const ContactSettings settings = settingsFrom(law, margin, samples, normals);
+  const ContactSettings settings = settingsFrom(law, margin, samples);
   const Turn turn(&finder);
   const Unlocked unlocked;
   const ContactBody a = one.view(), b = two.view();
@@ -58,8 +57,9 @@ void bindBody(py::module_& module) {
           "shape: a SurfaceField or a solid; not both bodies may be solids. pose: where it is.\n"
           "velocity: of its frame's origin (3,) [m/s]. angular_velocity: (3,) [rad/s]. tissues:\n"
           "one for each material, or one; they replace the law's stiffness and damping. spring: a\n"
-          "KelvinVoigt of a body without tissues beside one with; none: rigid. paper: a PaperBody\n"
-          "for normals=\"base vectors\".")
+          "KelvinVoigt of a body without tissues beside one with; none: rigid. paper: a "
+          "PaperBody,\n"
+          "whose base vectors then give the direction; none: nothing is stated.")
       .def_property(
           "pose", [](const OwnedBody& b) { return b.pose; },
           [](OwnedBody& b, const py::object& pose) { b.pose = poseOf("pose", pose); },
@@ -120,7 +120,7 @@ void bindResult(py::module_& module) {
 }  // namespace
 
 void bindContact(py::module_& module) {
-  py::class_<PaperBody>(module, "PaperBody", "What a body brings to contacts by base vectors.")
+  py::class_<PaperBody>(module, "PaperBody", "What a body states of base vectors.")
       .def(py::init([](const Cloud& cloud, const TissueTable& tissues, const py::object& area,
                        bool hardness, double ability) {
              PaperSettings settings;
@@ -143,13 +143,13 @@ void bindContact(py::module_& module) {
       .def(py::init<>())
       .def(
           "find", &findContact, "a"_a, "b"_a, py::kw_only(), "law"_a = KelvinVoigt{1e4, 0},
-          "margin"_a = 0.0, "samples"_a = ContactSettings::kSamples, "normals"_a = "fitted",
+          "margin"_a = 0.0, "samples"_a = ContactSettings::kSamples,
           "The Contact of two bodies, each a ContactBody, or a SurfaceField or solid at the\n"
           "origin.\n\n"
           "law: KelvinVoigt, Foundation ...; its k and c are shared out among the points. margin:\n"
           "bodies nearer than this get points with a negative depth [m]. samples: hits that a\n"
-          "search looks for. normals: \"fitted\", or \"base vectors\", for which both bodies need\n"
-          "`paper`. Raises ValueError where both bodies are solids or a pose is not finite.");
+          "search looks for. Raises ValueError where both bodies are solids or a pose is not "
+          "finite.");
 }
 
 }  // namespace cloudcontact::python

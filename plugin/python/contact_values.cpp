@@ -30,8 +30,7 @@ OwnedBody bodyFrom(const char* what, const py::object& value) {
   return body;
 }
 
-ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples,
-                             const std::string& normals) {
+ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples) {
   validate(law);
   if (std::holds_alternative<Maxwell>(law) || std::holds_alternative<StandardLinearSolid>(law))
     throw std::invalid_argument(
@@ -44,12 +43,6 @@ ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples,
   settings.law = law;
   settings.margin = margin;
   settings.samples = samples;
-  if (normals == "base vectors")
-    settings.normals = Normals::BaseVectors;
-  else if (normals != "fitted")
-    throw std::invalid_argument("normals: '" + normals +
-                                "' is not known; give fitted or base "
-                                "vectors");
   return settings;
 }
 

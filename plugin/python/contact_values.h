@@ -37,8 +37,7 @@ struct FoundContact {
   double depth = 0, depthError = 0;
 };
 
-ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples,
-                             const std::string& normals);
+ContactSettings settingsFrom(const Law& law, double margin, std::size_t samples);
 
 // numpy's types of the records.
 py::dtype pointType();

@@ -16,6 +16,7 @@
 #include "field/base_vector_bricks.h"
 #include "kernels/contact/contact_depth.h"
 #include "kernels/contact/sample.h"
+#include "kernels/cut/digital_normal.h"
 #include "workpiece/embedding_along.h"
 
 namespace cloudcontact {
@@ -28,10 +29,8 @@ using Bricks = BaseVectorField::Bricks;
 // Vec3: sums of vectors in memory are stored by twos and read by ones, and that wait took half the
 // time of a search.
 struct BrickSums {
-  double count = 0, matter = 0;           // sum of the shares, and times the coverage
-  double weight = 0;                      // sum of share, hardness and ability
-  double mean[3] = {0, 0, 0};             // of the base vectors by weight
-  double plain[3] = {0, 0, 0};            // and by share alone
+  CcNormalSum normal = ccNoVectors();
+  double matter = 0;                      // sum of the shares times the coverage
   double push = 0;                        // of the depth over the touched surface
   double powers[2] = {0, 0};              // likewise of its square and cube
   double center[3] = {0, 0, 0};           // of the touched surface, times `push`
@@ -39,11 +38,12 @@ struct BrickSums {
   double facing[6] = {0, 0, 0, 0, 0, 0};  // times `wet`: xx yy zz xy yz zx
 
   void add(const BrickSums& other) {
-    count += other.count, matter += other.matter, weight += other.weight;
+    ccAddLane(&normal, other.normal);
+    matter += other.matter;
     wet += other.wet, push += other.push;
     powers[0] += other.powers[0], powers[1] += other.powers[1];
     for (int k = 0; k < 3; ++k) {
-      mean[k] += other.mean[k], plain[k] += other.plain[k], center[k] += other.center[k];
+      center[k] += other.center[k];
       facing[k] += other.facing[k], facing[k + 3] += other.facing[k + 3];
     }
   }
@@ -94,13 +94,6 @@ struct View {
     return block ? block->coverage[static_cast<std::size_t>(cellIndex(v))] / 255.0 : 0;
   }
 };
-
-double abilityAt(const Detection& tool, const Vec3& point) {
-  double ability = tool.ability;
-  for (const CuttingPart& part : tool.parts)
-    if (depthOf(part.area, point) >= 0) ability = part.ability;
-  return ability;
-}
 
 // The voxels with material in D or at most a voxel outside.
 void findNear(const View& view, BrickPart& part) {
@@ -176,7 +169,9 @@ void addVoxels(const View& view, BrickPart& part, Counting counting) {
   for (const NearVoxel& near : part.near) {
     const auto at = static_cast<std::size_t>(near.cell);
     const CcMoments& m = block.moments[at];
-    const double scale = 1 / m.mass, gc[3] = {m.x * scale, m.y * scale, m.z * scale};
+    double vector[3];
+    ccBaseVector(&m, gr, vector);
+    const double gc[3] = {gr[0] - vector[0], gr[1] - vector[1], gr[2] - vector[2]};
     const VoxelIndex v = corner + cellOffset(near.cell);
     const double center[3] = {v.x() + 0.5, v.y() + 0.5, v.z() + 0.5};
     addFoot(f, gc, block.volume[at] * f.perFull, center, part.feet);
@@ -184,15 +179,12 @@ void addVoxels(const View& view, BrickPart& part, Counting counting) {
     const double share = shareOf(counting, near.depth, coverage);
     if (!(share > 0)) continue;
     const std::uint8_t tissue = block.tissue[at];
-    const double ability =
-        tool.parts.empty() ? tool.ability
-                           : abilityAt(tool, view.inTool(Vec3(center[0], center[1], center[2])));
-    const double weight = share * ability * view.hardness[tissue];
-    sums.count += share, sums.matter += whole ? share * coverage : share, sums.weight += weight;
-    for (int k = 0; k < 3; ++k) {
-      sums.mean[k] += weight * (gr[k] - gc[k]);
-      sums.plain[k] += share * (gr[k] - gc[k]);
-    }
+    const double ability = tool.parts.empty()
+                               ? tool.ability
+                               : abilityAt(tool.ability, tool.parts,
+                                           view.inTool(Vec3(center[0], center[1], center[2])));
+    ccAddVector(&sums.normal, vector, share, ccWeightOf(share, view.hardness[tissue], ability));
+    sums.matter += whole ? share * coverage : share;
     part.voxels.push_back({v, static_cast<float>(share), static_cast<float>(ability), tissue});
   }
   part.sums.add(sums);
@@ -236,10 +228,8 @@ void searchBrick(const View& view, BrickPart& part) {
   addSurface(view, part);
 }
 
-// The sum of base vectors (5'). Where none has a hardness, or no cutting part of the tool is there,
-// that of (5): such material resists too.
 Vec3 outwardOf(const BrickSums& sums) {
-  const double* const v = sums.weight > 0 ? sums.mean : sums.plain;
+  const double* const v = ccIsPlain(&sums.normal) ? sums.normal.plain : sums.normal.vector;
   return {v[0], v[1], v[2]};
 }
 
@@ -261,13 +251,7 @@ View viewOf(const BaseVectorField& workpiece, const Pose& workpiecePose, const D
     throw std::invalid_argument("a collision's poses must be finite");
   validate(tool.area);
   for (const CuttingPart& part : tool.parts) validate(part.area);
-  const TissueTable& tissues = workpiece.tissues();
-  double one = 1;  // the hardness of the first tissue that has one
-  for (std::size_t t = tissues.size(); t-- > 0;)
-    if (tissues[t].hardness > 0) one = tissues[t].hardness;
-  hardness.assign(tissues.size(), 1.0);
-  if (tool.hardness)
-    for (std::size_t t = 0; t < tissues.size(); ++t) hardness[t] = tissues[t].hardness / one;
+  hardnessOf(workpiece.tissues(), tool.hardness, hardness);
   View view{&workpiece.bricks(), &tool, hardness.data(), toolPose.inverse() * workpiecePose, {}};
   view.turn = view.toTool.orientation.toRotationMatrix();
   return view;
@@ -352,10 +336,10 @@ BrickSums CollisionFinder::State::sumOfParts() const {
 void CollisionFinder::State::touch(const View& view) {
   const Detection& tool = *view.tool;
   if (tool.membership == Membership::Whole || tool.depth == DepthTo::Nearest) return;
-  if (sumOfParts().count > 0) return;
+  if (sumOfParts().normal.count > 0) return;
   for (std::size_t k = 0; k < used; ++k) addVoxels(view, parts[k], Counting::Touch);
   const BrickSums sums = sumOfParts();
-  if (sums.count > 0 && depth(view, outwardOf(sums)) > 0) return;
+  if (sums.normal.count > 0 && depth(view, outwardOf(sums)) > 0) return;
   for (std::size_t k = 0; k < used; ++k) parts[k].sums = {}, parts[k].voxels.clear();
 }
 
@@ -370,25 +354,26 @@ void CollisionFinder::State::listVoxels(const TissueTable& tissues) {
       c.tissueCount[v.tissue] += static_cast<double>(v.share);
   }
   if (!(c.count > 0)) return;
-  for (std::size_t t = 0; t < tissues.size(); ++t) {
-    c.stiffness += c.tissueCount[t] * tissues[t].stiffness / c.count;
-    c.damping += c.tissueCount[t] * tissues[t].damping / c.count;
-  }
+  CcTissueSum sum{};
+  for (std::size_t t = 0; t < tissues.size(); ++t)
+    ccAddTissue(&sum, c.tissueCount[t], tissues[t].stiffness, tissues[t].damping);
+  c.stiffness = sum.stiffness / sum.count;
+  c.damping = sum.damping / sum.count;
 }
 
 void CollisionFinder::State::sumUp(const View& view, const Pose& workpiecePose) {
   const Bricks& f = *view.field;
   Collision& c = collision;
   const BrickSums sums = sumOfParts();
-  c.count = sums.count;
+  c.count = sums.normal.count;
   c.volume = sums.matter * f.voxelSize * f.voxelSize * f.voxelSize;
   listVoxels(f.tissues);
   c.mean = c.center = Vec3::Zero();
   c.facing.setZero();
   c.depth = 0;
-  if (!(sums.count > 0)) return;
+  if (!(sums.normal.count > 0)) return;
   const Vec3 outward = outwardOf(sums);
-  c.mean = workpiecePose.orientation * (f.voxelSize / sums.count * outward);
+  c.mean = workpiecePose.orientation * (f.voxelSize / sums.normal.count * outward);
   const double moments[3] = {sums.push, sums.powers[0], sums.powers[1]};
   c.depth = view.tool->depth == DepthTo::Tip ? depth(view, outward)
                                              : f.voxelSize * ccDeepestByMoments(moments);

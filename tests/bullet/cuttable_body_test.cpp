@@ -449,11 +449,18 @@ TEST(CuttableBody, IsGoneWhenAllIsCutGradually) {
   EXPECT_EQ(scene.body->world(), nullptr);
 }
 
+// States the window that is used where none is stated.
+void useWindow(CloudShape& shape) {
+  PaperSettings paper;
+  paper.window = sphereWindow(shape.cloud().voxelSize());
+  shape.usePaper(paper);
+}
+
 // The base vectors of the paper's method follow cuts: the same as those made from the cloud.
 TEST(CuttableBody, BaseVectorsFollowCuts) {
   Scene scene(toothCloud());
   const auto hashOf = [](const Cloud& cloud) { return paperBody(cloud, {}).vectors->hash(); };
-  scene.body->shape().usePaper();
+  useWindow(scene.body->shape());
   const auto held = scene.body->shape().paper();
   const std::uint64_t first = held->vectors->hash();
   for (int k = 0; k < 4; ++k) {
@@ -477,7 +484,7 @@ TEST(CuttableBody, PiecesKeepTissuesAndBaseVectors) {
   Scene scene(toothCloud());
   const TissueTable wax = {{"wax", 3e4, 40, 1e6, 900}};
   scene.body->shape().setTissues(wax);
-  scene.body->shape().usePaper();
+  useWindow(scene.body->shape());
   const CutOutcome outcome = scene.body->cut(sawn(toothCloud(), 19, 20.5));
   ASSERT_EQ(outcome.fallen.size(), 1u);
   for (CuttableBody* const body : {scene.body.get(), outcome.fallen[0].get()}) {

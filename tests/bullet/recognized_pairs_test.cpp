@@ -116,12 +116,18 @@ TEST(RecognizedPairs, OthersMeetAsClouds) {
     world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
     world.add(shapeOf(fields().ball), 1, at({0, 0, btScalar(0.49)}));
   };
-  CloudContactSettings area, base;
+  const auto stated = [](BulletWorld& world) {
+    auto ball = shapeOf(fields().ball);
+    PaperSettings paper;
+    paper.window = sphereWindow(ball->cloud().voxelSize());
+    ball->usePaper(paper);
+    world.add(shapeOf(fields().table), 0, at({0, 0, btScalar(-0.25)}));
+    world.add(std::move(ball), 1, at({0, 0, btScalar(0.49)}));
+  };
+  CloudContactSettings area;
   area.law = Foundation{1e6, 0};
-  base.normals = Normals::BaseVectors;
   EXPECT_EQ(pressed({}, pair).shapes, 1u);
-  for (const CloudContactSettings& settings : {area, base}) {
-    const Pressed other = pressed(settings, pair);
+  for (const Pressed& other : {pressed(area, pair), pressed({}, stated)}) {
     EXPECT_EQ(other.shapes, 0u);
     EXPECT_EQ(other.pairs, 1u);
     EXPECT_FALSE(other.points.empty());

@@ -181,7 +181,12 @@ TEST(Reuse, WhatChangesBetweenStepsIsSearched) {
       [](Scene& s) {
         static_cast<CloudShape*>(s.cube.getCollisionShape())->law = KelvinVoigt{5e3, 10};
       },
-      [](Scene& s) { static_cast<CloudShape*>(s.cube.getCollisionShape())->usePaper(); },
+      [](Scene& s) {
+        auto& shape = *static_cast<CloudShape*>(s.cube.getCollisionShape());
+        PaperSettings paper;
+        paper.window = sphereWindow(shape.cloud().voxelSize());
+        shape.usePaper(paper);
+      },
       [](Scene& s) {
         s.cube.translate({btScalar(0.1 * kVoxel), 0, 0});
       }};

@@ -159,7 +159,9 @@ TEST(SoftMatter, MomentumIsKept) {
     TissueWorld world(0);
     CloudShape ball(fieldOf(sphereMesh(0.02, 1e-5), kVoxel));
     ball.setTissues({{"bone", 4000, 5, 1e6, 1500}});
-    if (vectors) ball.usePaper();
+    PaperSettings paper;
+    paper.window = sphereWindow(kVoxel);
+    if (vectors) ball.usePaper(paper);
     btVector3 inertia;
     ball.calculateLocalInertia(btScalar(0.05), inertia);
     btRigidBody::btRigidBodyConstructionInfo info(btScalar(0.05), nullptr, &ball, inertia);

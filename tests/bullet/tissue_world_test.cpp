@@ -111,21 +111,30 @@ TEST(TissueLaw, RefusesWhatDoesNotFit) {
   EXPECT_EQ(world.points().size(), 0u);
 }
 
-// The settings ask for base vectors as a shape does, to the bit.
-TEST(PaperWorld, IsASettingToo) {
-  const auto restOf = [](const CloudContactSettings& settings, bool shapes) {
-    BulletWorld world(settings);
-    world.add(twoShape(shapes), 0, at({0, 0, 0}));
-    btRigidBody& cube = world.add(twoShape(shapes), kMass,
+// Whoever states nothing has the usual contacts, to the bit; tissues of different hardness state h.
+TEST(PaperWorld, IsWhatItsUserStates) {
+  const auto restOf = [](bool paper, bool hardness, bool window) {
+    BulletWorld world;
+    PaperSettings settings;
+    settings.hardness = hardness;
+    if (window) settings.window = sphereWindow(kVoxel);
+    const auto shape = [&] {
+      auto made = twoShape(false);
+      if (paper) made->usePaper(settings);
+      EXPECT_EQ(made->usesPaper(), hardness || window);
+      return made;
+    };
+    world.add(shape(), 0, at({0, 0, 0}));
+    btRigidBody& cube = world.add(shape(), kMass,
                                   at({btScalar(0.03), btScalar(0.01), btScalar(kEdge)},
                                      btQuaternion({0, 0, 1}, btScalar(0.4))));
     for (int i = 0; i < 100; ++i) world.step(1e-3);
     return toPose(cube.getWorldTransform()).position;
   };
-  CloudContactSettings paper;
-  paper.normals = Normals::BaseVectors;
-  EXPECT_EQ(restOf({}, true), restOf(paper, false));
-  EXPECT_NE(restOf({}, true), restOf({}, false));
+  const Vec3 usual = restOf(false, false, false);
+  EXPECT_EQ(restOf(true, false, false), usual);
+  EXPECT_NE(restOf(true, true, false), usual);
+  EXPECT_NE(restOf(true, false, true), usual);
 }
 
 }  // namespace

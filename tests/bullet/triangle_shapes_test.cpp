@@ -89,17 +89,17 @@ TEST(TriangleShapes, PushAsAPlaneDoes) {
 }
 
 TEST(TriangleShapes, LawsTissuesAndBaseVectorsAreThoseOfAPlane) {
-  CloudContactSettings automatic, foundation, paper = spring(1e4);
+  CloudContactSettings automatic, foundation, fixed = spring(1e4);
   foundation.law = Foundation{1e7, 0};
-  paper.normals = Normals::BaseVectors;
   struct Case {
     const char* name;
     const CloudContactSettings& settings;
     TissueTable tissues = {};
+    bool window = false;
   };
   const Case cases[] = {{"automatic", automatic},
                         {"foundation", foundation},
-                        {"base vectors", paper},
+                        {"base vectors", fixed, {}, true},
                         {"tissue", automatic, {{"wood", 3e4, 0, 1, 500}}}};
   for (const Case& c : cases)
     for (const TestCloud& cloud : testClouds()) {
@@ -108,6 +108,9 @@ TEST(TriangleShapes, LawsTissuesAndBaseVectorsAreThoseOfAPlane) {
         GroundWorld world(k ? bvhShape(groundMesh(90)) : plane(), c.settings);
         auto shape = std::make_unique<CloudShape>(cloud.field);
         shape->setTissues(c.tissues);
+        PaperSettings paper;
+        paper.window = sphereWindow(shape->cloud().voxelSize());
+        if (c.window) shape->usePaper(paper);
         world.add(std::move(shape), 1,
                   at({btScalar(0.0123), 0, btScalar(cloud.below - 0.4 * kVoxel)},
                      btQuaternion(btVector3(0, 0, 1), btScalar(0.4))));

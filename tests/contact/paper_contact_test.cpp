@@ -94,7 +94,6 @@ TEST_P(BallOverASeam, FollowsTheEquations) {
   b.pose.position = place;
   ContactSettings settings;
   settings.law = KelvinVoigt{1, 0};
-  settings.normals = Normals::BaseVectors;
   ContactFinder finder;
   const ContactResult& found = finder.find(block.body(), b, settings);
   ASSERT_FALSE(found.points.empty());
@@ -113,8 +112,8 @@ TEST_P(BallOverASeam, FollowsTheEquations) {
 
 INSTANTIATE_TEST_SUITE_P(Places, BallOverASeam, ::testing::Values(-6.0, -2.0, -0.5, 0.0, 0.4, 3.0));
 
-// With fitted normals the tissues count likewise.
-TEST(FittedNormals, TakeTheTissuesTouched) {
+// Where nothing is stated, the tissues count likewise.
+TEST(Tissues, CountWhereNothingIsStated) {
   const TwoBlock& block = twoTissues();
   const Solid ball = Sphere{kRadius};
   for (const double x : {-4.0, 0.0, 0.7, 5.0}) {
@@ -123,7 +122,9 @@ TEST(FittedNormals, TakeTheTissuesTouched) {
     b.pose.position = Vec3(x, 0, 6) * kVoxel;
     const ByHand hand = byHand(block, b.pose.position);
     ContactFinder finder;
-    const ContactResult& found = finder.find(block.body(), b, ContactSettings{});
+    ContactBody a = block.body();
+    a.paper = nullptr;
+    const ContactResult& found = finder.find(a, b, ContactSettings{});
     double k = 0;
     for (const ContactPoint& p : found.points) k += p.stiffness;
     EXPECT_NEAR(k, hand.k / hand.n, 0.01 * hand.k / hand.n) << x;
@@ -140,7 +141,6 @@ TEST(PaperContact, HasTheSymmetriesOfSpace) {
   ContactBody a = block.body(), b = ball.at(place);
   b.paper = &ballPaper;
   ContactSettings settings;
-  settings.normals = Normals::BaseVectors;
   ContactFinder finder, swapped, turned;
   const Wrench straight = wrenchOnB(finder.find(a, b, settings), {}, {});
   const Wrench back = wrenchOnB(swapped.find(b, a, settings), {}, {});
@@ -189,7 +189,6 @@ class Press {
     b.paper = paper;
     ContactSettings settings;
     settings.law = KelvinVoigt{1, 0};
-    settings.normals = Normals::BaseVectors;
     ContactFinder finder;
     const Wrench wrench = wrenchOnB(finder.find(a, b, settings), {}, {});
     return std::abs(wrench.force.norm() / kVoxel - depth);
@@ -214,7 +213,8 @@ TEST(PaperContact, IsAsDeepAsTheToolGoes) {
 }
 
 // A cloud's grid has a random place and turn. Some round a needle of three voxels, which is then up
-// to 0.23 off: the mean of several counts.
+// to 0.23 off: the mean of several counts. Between clouds the samples alone tell the depth, whether
+// something is stated or not: those beside an edge or a corner are less deep than that.
 TEST(PaperContact, CloudsAreAsDeepInTheMean) {
   constexpr int kGrids = 8;
   Press press;
@@ -226,22 +226,28 @@ TEST(PaperContact, CloudsAreAsDeepInTheMean) {
       for (std::size_t k = 0; k < std::size(kDepths); ++k)
         mean[k] += press.error(tool, cloud, &paper, kDepths[k]) / kGrids;
     }
-    const double bound = tool.name == std::string("needle") ? 0.15 : 0.04;
+    const std::string name = tool.name;
+    const bool sharp = name == "edge" || name == "corner";
     for (std::size_t k = 0; k < std::size(kDepths); ++k)
-      EXPECT_LT(mean[k], bound) << tool.name << " at " << kDepths[k];
+      EXPECT_LT(mean[k], sharp              ? 0.11 * (1 + kDepths[k])
+                         : name == "needle" ? 0.15
+                                            : 0.04)
+          << name << " at " << kDepths[k];
   }
 }
 
-TEST(PaperContact, NeedsBaseVectors) {
+TEST(PaperContact, NeedsBaseVectorsOfItsCloud) {
   const TwoBlock& block = twoTissues();
   ContactBody a = block.body(), b = a;
-  b.paper = nullptr;
-  ContactSettings settings;
-  settings.normals = Normals::BaseVectors;
-  EXPECT_THROW(ContactFinder().find(a, b, settings), std::invalid_argument);
-  PaperSettings none;
-  none.ability = 0;
-  EXPECT_THROW(paperBody(block.cloud, block.tissues, none), std::invalid_argument);
+  BodyMaker maker{kVoxel, Random(5)};
+  const PaperBody none, other = paperBody(maker.sphere(8).field->cloud(), {});
+  for (const PaperBody* const wrong : {&none, &other}) {
+    b.paper = wrong;
+    EXPECT_THROW(ContactFinder().find(a, b, {}), std::invalid_argument);
+  }
+  PaperSettings noAbility;
+  noAbility.ability = 0;
+  EXPECT_THROW(paperBody(block.cloud, block.tissues, noAbility), std::invalid_argument);
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ namespace {
 TEST(Layout, OfDigitalNormals) {
   EXPECT_EQ(offsetof(CcTouchedVoxel, share), 8u);
   EXPECT_EQ(sizeof(CcTouchedVoxel), 16u);
-  EXPECT_EQ(offsetof(CcNormalSum, vector), 8u);
-  EXPECT_EQ(sizeof(CcNormalSum), 32u);
+  EXPECT_EQ(offsetof(CcNormalSum, vector), 16u);
+  EXPECT_EQ(offsetof(CcNormalSum, plain), 40u);
+  EXPECT_EQ(sizeof(CcNormalSum), 64u);
 }
 
 TEST(Layout, BatchStructures) {

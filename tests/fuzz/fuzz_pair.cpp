@@ -92,7 +92,6 @@ void readPair(std::string_view input) {
     if (!ofA.empty()) validate(ofA), a.tissues = &ofA;
     if (draw.upTo(3) == 0) validate(ofB), b.tissues = &ofB;
     if (draw.upTo(5) == 0) {
-      settings.normals = Normals::BaseVectors;
       paperA = paperBody(a.field->cloud(), ofA), a.paper = &paperA;
       if (b.field) paperB = paperBody(b.field->cloud(), {}), b.paper = &paperB;
     }

@@ -161,15 +161,18 @@ TEST(PaperOptions, HardnessBendsTheForce) {
     const Vec force = vec(found(place, arguments)["force"]);
     return (force.x() - force.y()) / (force.x() + force.y());
   };
-  EXPECT_NEAR(imbalance(cornered), 0, 1e-3) << "h does not count";
+  EXPECT_NEAR(imbalance(with(cornered, {"--window", "sphere:0.0025"})), 0, 1e-3)
+      << "h does not count";
   EXPECT_NEAR(imbalance(with(cornered, {"--hardness"})), (1 - 0.125) / (1 + 0.125 + 2), 0.02);
 }
 
 TEST(PaperOptions, TheCpuTakesThePlaceOfADevice) {
   const Workplace place;
-  const Outcome outcome = place.run(with(kPlate, {"--backend", "opencl", "--json"}));
+  const Outcome outcome =
+      place.run(with(kPlate, {"--window", "sphere:0.0025", "--backend", "opencl", "--json"}));
   EXPECT_EQ(outcome.exitCode, 0);
-  EXPECT_NE(outcome.err.find("--backend opencl: base vectors"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--backend opencl: stated base vectors"), std::string::npos)
+      << outcome.err;
   EXPECT_EQ(outcome.json()["backend"], "cpu");
 }
 
@@ -206,7 +209,8 @@ TEST(Tissues, ABlockSinksByItsTissues) {
                 10 / 10000.0, 2e-5);
   }
   // By the paper a pair has one k, the mean; its two halves lean to the softer side otherwise.
-  EXPECT_NEAR(sag({"simulate", "two.sdf", "--method", "paper"}), 10 / 25000.0, 2e-5);
+  EXPECT_NEAR(sag({"simulate", "two.sdf", "--method", "paper", "--window", "sphere:0.01"}),
+              10 / 25000.0, 2e-5);
 }
 
 TEST(PaperOptions, SimulateRunsByThePaper) {

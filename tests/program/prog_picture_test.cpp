@@ -161,6 +161,8 @@ TEST(Picture, TheNormalPointsWhereTheForceDoes) {
        {std::pair("cloud", "contact-normal"), {"paper", "digital-normal"}}) {
     Arguments arguments = kSphereOnPlane;
     arguments.insert(arguments.end(), {"--method", method});
+    if (std::string(method) == "paper")
+      arguments.insert(arguments.end(), {"--window", "sphere:0.0025"});
     const std::vector<Point> arrow = firstPath(group(pictureOf(arguments, "sphere.svg"), name));
     ASSERT_EQ(arrow.size(), 7U);
     const Point tip = arrow[3], tail = (arrow[0] + arrow[6]) / 2;
@@ -173,7 +175,7 @@ TEST(Picture, TheNormalPointsWhereTheForceDoes) {
 // point out of it, down.
 TEST(Picture, ByThePaperShowsBaseVectors) {
   Arguments arguments = kSphereOnPlane;
-  arguments.insert(arguments.end(), {"--method", "paper"});
+  arguments.insert(arguments.end(), {"--method", "paper", "--window", "sphere:0.0025"});
   const std::string svg = pictureOf(arguments, "paper.svg");
   openedTags(svg);
   for (const char* words : {"Base vectors", "Digital normal", "detection area D"})

@@ -113,7 +113,7 @@ def test_tissues_decide_k_and_c(ball_field):
 def test_base_vectors_push_along_the_plane(ball_field):
     paper = cc.PaperBody(ball_field.cloud, [cc.Tissue("steel", 1e4)])
     body = cc.ContactBody(ball_field, [0, 0, RADIUS - 0.0004], paper=paper)
-    found = cc.contact(cc.HalfSpace(), body, normals="base vectors")
+    found = cc.contact(cc.HalfSpace(), body)
     np.testing.assert_allclose(found.patches["normal"][0], [0, 0, 1], atol=0.02)
 
 
@@ -176,8 +176,6 @@ def test_one_thread_gives_the_same_bits(box_field, ball_field):
         (lambda f: cc.Pose.from_rotation_vector([np.nan, 0, 0]), "turn"),
         (lambda f: cc.Pose([0, 0, 0], np.eye(4)), "one quaternion"),
         (lambda f: cc.contact(f, "ball"), "b: give a SurfaceField"),  # type: ignore[arg-type]
-        (lambda f: cc.contact(f, f, normals="paper"), "normals"),
-        (lambda f: cc.contact(f, f, normals="base vectors"), "base vectors|paper"),
         (lambda f: cc.KelvinVoigt(-1), "stiffness|not negative"),
         (lambda f: cc.ContactBody(f, tissues=[cc.Tissue("a", 1), cc.Tissue("b", 1)]), "tissues"),
         (lambda f: cc.Tissue("a", 0), "stiffness"),

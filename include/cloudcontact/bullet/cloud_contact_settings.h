@@ -34,9 +34,6 @@ struct CloudContactSettings {
   // moved apart by the nearest way, no faster than this, and keep hardly any speed. It concerns
   // only those that their spring would push out faster. Infinite: the spring does. Positive.
   double leavingSpeed = 1;
-  // BaseVectors: the paper's method for every pair; shapes that have not called usePaper() get
-  // PaperSettings{}.
-  Normals normals = Normals::Fitted;
   // The tolerance of shapes that state none (CloudShape::setFidelity), except that it makes no
   // shape a ball or a box; and a budget for all pairs.
   Fidelity fidelity = {};

@@ -76,11 +76,12 @@ class CloudShape : public btConcaveShape {
   // What the cloud is within the tolerance; null: nothing, or no tolerance is set.
   const RecognizedShape* recognized() const { return recognized_ ? &*recognized_ : nullptr; }
 
-  // Contacts of this body take their direction from base vectors (Normals::BaseVectors), with these
-  // C, Gr, D and cutting abilities. The other body then does, too, with its own settings or those
-  // of PaperSettings{}. Throws as paperBody() does.
+  // Contacts of this body take their direction from the base vectors that this states: C, Gr, D,
+  // membership, hardness and cutting abilities. The other body then has the usual ones, if it
+  // states none. Settings that state nothing (states() in paper_body.h) change nothing. Throws as
+  // paperBody() does.
   void usePaper(const PaperSettings& settings = {});
-  bool usesPaper() const { return usesPaper_; }
+  bool usesPaper() const { return asksPaper_ && states(paperSettings_, tissues_); }
   // Its base vectors. They are made when first needed, unless usePaper() was called.
   std::shared_ptr<const PaperBody> paper() const;
 
@@ -127,7 +128,7 @@ class CloudShape : public btConcaveShape {
   Fidelity fidelity_;
   std::optional<RecognizedShape> recognized_;
   PaperSettings paperSettings_;
-  bool usesPaper_ = false;
+  bool asksPaper_ = false;
   // Pairs may ask in parallel. Shared, so that the shape stays copyable.
   struct LazyPaper;
   std::shared_ptr<LazyPaper> paper_;

@@ -11,7 +11,7 @@
 //
 // Where the cloud has tissues (CloudShape::setTissues), or the soft body is a SoftTissue, each node
 // has the k and c that it touches, (1) and (2), in series with its own: its D is a cube of a
-// voxel's edge. By the paper's method (CloudShape::usePaper, Normals::BaseVectors) it is pushed
+// voxel's edge. By the paper's method (CloudShape::usePaper) it is pushed
 // along the mean of the base vectors of the voxels in that cube, (5'), instead of the fitted
 // normal; the cloud's own D and its cutting abilities play no part.
 //

@@ -30,13 +30,10 @@ struct ContactBody {
   // alone. With Foundation the tissues' k and c are per area [N/m^3, N s/m^3].
   const TissueTable* tissues = nullptr;
   std::optional<KelvinVoigt> spring = {};  // of a body without tissues beside one with; none: rigid
-  const PaperBody* paper = nullptr;        // its base vectors, for Normals::BaseVectors
-};
-
-// Where the direction of a force comes from (docs/method.md, "Step 5: direction").
-enum class Normals : std::uint8_t {
-  Fitted,      // surfaces fitted to the coverage: better at edges
-  BaseVectors  // the paper's digital normal, the mean of base vectors (5')
+  // What its user states of base vectors; null: nothing, and its samples' own are the contact. If
+  // either body states something, the direction of a patch's force is that of the sum of the stated
+  // vectors over the voxels of either body in the other, (5'), of the bodies that state them.
+  const PaperBody* paper = nullptr;
 };
 
 // How a contact is searched, and which law shares its force out.
@@ -56,8 +53,6 @@ struct ContactSettings {
   // query then looks up only the samples that may touch. Results are equal to the bit. False makes
   // each query a first one, for measurements.
   bool verletLists = true;
-  // With BaseVectors each body that is a field needs ContactBody::paper.
-  Normals normals = Normals::Fitted;
 };
 
 // A point of contact; it becomes one btManifoldPoint.
@@ -78,7 +73,7 @@ enum class Doubt : std::uint8_t { None, FewSamples, Opposed, Deep };
 // A connected area of contact with one normal and one force.
 struct Patch {
   Vec3 position = Vec3::Zero();  // center of pressure, world [m]
-  Vec3 normal = Vec3::UnitZ();   // world, from A to B; of ContactSettings::normals
+  Vec3 normal = Vec3::UnitZ();   // world, from A to B
   double depth = 0;              // [m]
   double stiffness = 0;          // [N/m]
   double damping = 0;            // [N s/m]

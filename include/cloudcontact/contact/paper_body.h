@@ -12,6 +12,13 @@
 
 namespace cloudcontact {
 
+// Which voxels are in D.
+enum class Membership : std::uint8_t {
+  Whole,  // a voxel is in D if its center is: the paper's
+  Shared  // a voxel counts by its share inside D, so the force does not jump as voxels come and go;
+          // a tool thinner than a voxel touches what it reaches into
+};
+
 // A part of a tool that cuts better or worse than the rest.
 struct CuttingPart {
   PlacedSolid area;  // in the tool's frame
@@ -19,15 +26,16 @@ struct CuttingPart {
   double ability = 1;
 };
 
-// The collision voxels B are the voxels of either body inside the other's D. Each counts by its
-// share inside D, so the force does not jump as voxels come and go. The digital normal is the mean
-// of their base vectors, each from its own body's C and Gr, times hardness and cutting ability.
+// The collision voxels B are the voxels of either body inside the other's D. The digital normal is
+// the mean of their base vectors, each from its own body's C and Gr, times hardness and cutting
+// ability.
 struct PaperBody {
   // Of the same cloud as the body's SurfaceField; not null. Holds C, Gr and the tissues.
   std::shared_ptr<const BaseVectorField> vectors;
-  std::optional<PlacedSolid> area;  // D, in the body's frame; empty: the whole body
-  bool hardness = true;             // h in (5'); without it (5)
-  double ability = 1;               // cutting ability outside all parts
+  std::optional<PlacedSolid> area;             // D, in the body's frame; empty: the whole body
+  Membership membership = Membership::Shared;  // of the other body's voxels in D
+  bool hardness = true;                        // h in (5'); without it (5)
+  double ability = 1;                          // cutting ability outside all parts
   std::vector<CuttingPart> parts;
 };
 
@@ -35,6 +43,7 @@ struct PaperBody {
 struct PaperSettings {
   std::optional<WindowSettings> window;  // C and Gr; empty: sphereWindow() of the cloud
   std::optional<PlacedSolid> area;       // PaperBody's fields
+  Membership membership = Membership::Shared;
   bool hardness = true;
   double ability = 1;
   std::vector<CuttingPart> parts;
@@ -46,11 +55,17 @@ struct PaperSettings {
 PaperBody paperBody(const Cloud& cloud, const TissueTable& tissues,
                     const PaperSettings& settings = {});
 
-// The cutting ability at a point of the body's frame.
-double abilityAt(const PaperBody& body, const Vec3& point);
+// Whether settings state anything, for a body of these tissues: C or Gr, D, membership, abilities,
+// or tissues of different hardness. If not, its contacts are those of a body without a PaperBody.
+bool states(const PaperSettings& settings, const TissueTable& tissues);
 
-// h of each tissue in (5'): its hardness over the first tissue's. 1 for a tissue without a
-// hardness, as h must be positive, and for all where `hardness` is false.
+// The cutting ability at a point of the tool's frame; `outside`: of all parts.
+double abilityAt(double outside, const std::vector<CuttingPart>& parts, const Vec3& point);
+
+// h of each tissue in (5'): its hardness over that of the first tissue that has one, which is the
+// unit; the direction does not depend on it. 0 for a tissue without a hardness beside others. 1 for
+// all where none has one or `hardness` is false: (5).
 std::vector<double> hardnessOf(const TissueTable& tissues, bool hardness);
+void hardnessOf(const TissueTable& tissues, bool hardness, std::vector<double>& h);
 
 }  // namespace cloudcontact

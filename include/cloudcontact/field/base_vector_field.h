@@ -20,6 +20,7 @@
 namespace cloudcontact {
 
 struct BaseVectorBricks;
+struct OwnedVectorCache;
 
 // Lengths in meters, in the body's frame.
 struct BaseVector {
@@ -80,6 +81,7 @@ class BaseVectorField {
   // takeBricks() the field is empty and must not be used.
   using Bricks = BaseVectorBricks;
   const Bricks& bricks() const;
+  OwnedVectorCache& owned() const;  // plugin/field/owned_vector_cache.h
   explicit BaseVectorField(std::unique_ptr<Bricks> bricks);
   std::unique_ptr<Bricks> takeBricks() &&;
 

@@ -14,13 +14,6 @@
 
 namespace cloudcontact {
 
-// Which voxels are in D.
-enum class Membership : std::uint8_t {
-  Whole,  // a voxel is in D if its center is: the paper's
-  Shared  // a voxel counts by its share inside D, so the force does not jump as voxels come and go;
-          // a tool thinner than a voxel touches what it reaches into
-};
-
 // How Collision::depth is measured.
 enum class DepthTo : std::uint8_t {
   Tip,     // how far D reaches below the surface along the digital normal: for tools of any shape

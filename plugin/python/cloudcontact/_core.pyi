@@ -352,7 +352,6 @@ class ContactFinder:
         law: Law = ...,
         margin: float = 0.0,
         samples: int = 300,
-        normals: str = "fitted",
     ) -> Contact: ...
 
 class BatchContacts:

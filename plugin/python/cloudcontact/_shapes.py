@@ -91,7 +91,6 @@ def contact(
     law: Law = KelvinVoigt(1e4),
     margin: float = 0.0,
     samples: int = 300,
-    normals: str = "fitted",
 ) -> Contact:
     """The Contact of two bodies: a at the origin and b at `pose_b`, or each a ContactBody.
 
@@ -101,4 +100,4 @@ def contact(
         if isinstance(b, ContactBody):
             raise ValueError("pose_b: the ContactBody b has a pose; leave one of the two out")
         b = ContactBody(b, pose_b)
-    return _core.ContactFinder().find(a, b, law=law, margin=margin, samples=samples, normals=normals)
+    return _core.ContactFinder().find(a, b, law=law, margin=margin, samples=samples)
