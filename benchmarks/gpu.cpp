@@ -137,10 +137,11 @@ Work leastWork(const std::string& name, const BatchReport& r) {
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
   // 1,500 operations; a division or root counts as 8.
   if (name == "ccForces") return {patches * (kSums + kForce), 0, patches * 1500};
-  // Each hit is read once, and tried once at 30 operations; 3,000 for four points.
+  // Each hit is read once, at 40 operations for its normal, and compared with five lines twice, at
+  // 18; 3,000 for four points.
   if (name == "ccContacts")
     return {hits * (kTried + kNumber) + contacts * (kSums + kForce + kContact), 0,
-            hits * 30 + contacts * 3000};
+            hits * (40 + 5 * 2 * 18) + contacts * 3000};
   if (name == "ccLevels") return {2 * contacts * kContact, 0, 0};
   return {};
 }

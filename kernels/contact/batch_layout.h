@@ -8,11 +8,10 @@
 #include "kernels/contact/search.h"
 
 #define CC_LEVELS 3
-#define CC_GROUP 128         // work-items that search or sort for one pair
-#define CC_TEAM 32           // work-items that grow a pair's patches, or sum hits of some bins
-#define CC_TEAMS_A_PAIR 8    // that sum hits
-#define CC_PLACED_AT_ONCE 8  // patches whose points a team places
-#define CC_NEIGHBORS 64      // most neighbors of a bin
+#define CC_GROUP 128       // work-items that search or sort for one pair
+#define CC_TEAM 32         // work-items that grow a pair's patches, sum hits, or place points
+#define CC_TEAMS_A_PAIR 8  // that sum hits
+#define CC_NEIGHBORS 64    // most neighbors of a bin
 // Most bins of a pair: a table of keys, twice as large, is in local memory.
 #define CC_MOST_BINS 1024
 

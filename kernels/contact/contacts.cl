@@ -1,7 +1,7 @@
 // Patches become contacts. A team for each pair finds the patches' forces, lists the patches that
 // count, and sums what belongs to the pair as a whole. Then teams place the points of all pairs'
-// patches, a work-item for each point and the whole team for each look-up (nearest_hits.cl). Last, a
-// team for each pair shares the depths out.
+// patches, each those of a patch at a time (nearest_hits.cl). Last, a team for each pair shares the
+// depths out.
 
 // Computes a pair's sums and lists the patches that count in `kept`. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
@@ -54,9 +54,9 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
   for (uint i = lid; i < count; i += CC_TEAM) listed[place + i] = (uint2)(p, first + kept[i]);
 }
 
-// What a work-item asks for its point in the stages of placing: what is nearest to its patch's
-// center, which one of four asks; then, in each round, what is nearest to its place, and to the
-// place's mirror image, if it may move.
+// What a point's work-item asks in the stages of placing: what is nearest to its patch's center,
+// which one of four asks; then, in each round, what is nearest to its place, and to the place's
+// mirror image, if it may move.
 #define CC_CENTER 0
 #define CC_STAGES (2 * CC_WET_ROUNDS + 2)
 
@@ -64,22 +64,23 @@ int ccIsMirror(int stage) {
   return stage != CC_CENTER && stage % 2 == 0;
 }
 
-// A work-item's point, and its patch on the way; `moved`: of the patch's places in the last round.
+// A point, which the first of the work-items that look it up has, and its patch on the way;
+// `moved`: whether places of the patch did in the last round.
 typedef struct {
   CcPatchForce force;
   CcFlat flat;
   CcPlan plan;
-  int leads, moved;
+  int point, moved;
 } CcPlacing;
 
-// What a work-item asks in a stage; returns whether it does. `nearest`: to its place.
+// What a point asks in a stage; returns whether it does. `nearest`: to its place.
 int ccAsk(const CcPlacing* at, int stage, __local const CcNearestHit* nearest,
           __local CcNearestHit* asked) {
+  const int i = at->point;
   if (stage == CC_CENTER) {
     *asked = ccNoHit(at->force.center, at->force.normal, CC_WETS, 0.0);
-    return at->leads;
+    return i == 0;
   }
-  const int i = (int)(get_local_id(0) % 4);
   if (!ccIsMirror(stage)) {
     *asked = ccNoHit(ccPlannedPlace(&at->plan, &at->force, &at->flat, i),
                      ccPlannedNormal(&at->plan, &at->flat, i), CC_COVERS, CC_ABOVE);
@@ -90,23 +91,31 @@ int ccAsk(const CcPlacing* at, int stage, __local const CcNearestHit* nearest,
   return at->moved && ccMayMove(&at->plan, &own);
 }
 
-// Places the team's points as PatchHits::place() does. Barriers are in no branches.
+// Takes the answer of a stage.
+void ccHear(__local const CcWetRoom* room, __local CcNearestHit* nearest,
+            __global const CcSums* patch, double voxel, int stage, CcPlacing* at) {
+  const int point = at->point;
+  const CcNearestHit answer = room->asked[stage == CC_CENTER ? 0 : point];
+  if (stage == CC_CENTER)
+    at->plan = ccPlanOf(patch, &at->force, &at->flat, &answer, voxel);
+  else if (!ccIsMirror(stage) && room->asks[point])
+    nearest[point] = answer;
+  else if (room->asks[point])
+    nearest[point].moves = ccMoves(&answer, voxel);
+}
+
+// Places a patch's points as PatchHits::place() does. `is`: whether the work-item has a point.
+// Barriers are in no branches.
 void ccPlace(__local CcWetRoom* room, __local CcNearestHit* nearest, __global const CcSums* patch,
-             double voxel, CcPlacing* at) {
-  const uint lid = get_local_id(0), first = lid / 4 * 4;
+             double voxel, int is, CcPlacing* at) {
+  const int point = at->point;
   for (int stage = CC_CENTER; stage < CC_STAGES; ++stage) {
-    const int asks = ccAsk(at, stage, &nearest[lid], &room->asked[lid]);
-    ccAnswerAll(room, asks);
-    const CcNearestHit answer = room->asked[stage == CC_CENTER ? first : lid];
-    if (stage == CC_CENTER)
-      at->plan = ccPlanOf(patch, &at->force, &at->flat, &answer, voxel);
-    else if (!ccIsMirror(stage) && asks)
-      nearest[lid] = answer;
-    else if (asks)
-      nearest[lid].moves = ccMoves(&answer, voxel);
+    if (is) room->asks[point] = ccAsk(at, stage, &nearest[point], &room->asked[point]);
+    ccAnswerAll(room, stage == CC_CENTER ? CC_TEAM : CC_TEAM / 4);
+    if (is) ccHear(room, nearest, patch, voxel, stage, at);
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (ccIsMirror(stage) && at->moved)
-      at->moved = ccMoveToWet(&at->plan, &at->flat, nearest + first);
+    if (is && ccIsMirror(stage) && at->moved)
+      at->moved = ccMoveToWet(&at->plan, &at->flat, nearest);
     barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
@@ -119,28 +128,28 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
     __global const CcGrown* grown, __global const CcBin* bins, __global const float4* hits,
     __global const uint* order, __global CcContactPatch* contacts, uint contactsAt) {
   __local CcWetRoom room;
-  __local CcNearestHit nearest[CC_TEAM];
+  __local CcNearestHit nearest[4];
   const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
-  const uint own = min(lid / 4, CC_PLACED_AT_ONCE - 1u);  // of the team's patches
-  for (uint base = get_group_id(0) * CC_PLACED_AT_ONCE; base < all;
-       base += get_num_groups(0) * CC_PLACED_AT_ONCE) {
-    const int is = lid / 4 < CC_PLACED_AT_ONCE && base + own < all;
-    const uint2 from = listed[min(base + own, all - 1u)];
+  const int is = lid % (CC_TEAM / 4) == 0;
+  for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
+    const uint2 from = listed[k];
     __global const CcPair* pair = &pairs[from.x];
     __global const CcSums* patch = &patches[from.y];
     CcPlacing at;
-    at.force = forces[from.y];
-    at.flat = ccFlatten(patch, at.force.normal);
-    at.moved = is;
-    at.leads = is && lid % 4 == 0;
-    if (at.leads)
-      room.patches[own] = ccPatchHitsOf(pair, results->answers[from.x].level, bins,
-                                        grown[from.y], queues, hits, order);
-    ccPlace(&room, nearest, patch, pair->terms.voxel, &at);
+    at.point = (int)(lid / (CC_TEAM / 4));
+    at.moved = 1;
+    if (is) {
+      at.force = forces[from.y];
+      at.flat = ccFlatten(patch, at.force.normal);
+    }
+    if (lid == 0)
+      ccBeginPatch(&room.chunk, ccPatchHitsOf(pair, results->answers[from.x].level, bins,
+                                              grown[from.y], queues, hits, order));
+    ccPlace(&room, nearest, patch, pair->terms.voxel, is, &at);
     const CcWhole whole = wholes[from.x];
-    if (at.leads)
-      ccContactOf(patch, &at.force, &at.flat, &at.plan, nearest + lid, &pair->terms, &whole,
-                  &contacts[contactsAt + base + own]);
+    if (lid == 0)
+      ccContactOf(patch, &at.force, &at.flat, &at.plan, nearest, &pair->terms, &whole,
+                  &contacts[contactsAt + k]);
     barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
@@ -158,6 +167,6 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLevels(
   for (uint i = lid; i < count; i += CC_TEAM)
     level.square = ccMin64(level.square, -ccLevelling(&own[i], terms, &whole));
   // Without an early return, after which PoCL would share the depths out twice.
-  const double most = -ccLeastOf(room, level).square;
+  const double most = -ccLeastOf(room, CC_TEAM, level).square;
   for (uint i = lid; i < count; i += CC_TEAM) ccLevelDepths(&own[i], terms, &whole, most);
 }

@@ -1,10 +1,13 @@
-// Looks places up among the hits of patches, a team for each look-up (wet_hits.h). A patch has
-// twenty to thousands of hits, so no work-item goes over them alone: each tries every CC_TEAM-th
-// hit of a bin, and the nearest of all is the answer. Of equally near ones the first in the order of
-// PatchHits::nearest() (plugin/contact/patch_hits.cpp) counts, so results equal those of the CPU.
+// A team looks places up among the hits of a patch, all at once (wet_hits.h). The hits are in local
+// memory, a chunk at a time, which for most patches is all of them: so the reads that wait for each
+// other are done once. Each place has some work-items, and each of these tries every so many hits.
+// The nearest of all is the answer. Of equally near ones the first in the order
+// of PatchHits::nearest() (plugin/contact/patch_hits.cpp) counts, so results equal those of the CPU.
 
-#define CC_ORDER_BITS 22                 // of a hit's place in its bin
-#define CC_NOBODY 0xffffffffu            // comes after all others
+#define CC_CHUNK 256           // hits
+#define CC_CHUNK_BINS CC_TEAM  // a bin for each work-item
+#define CC_ORDER_BITS 22       // of a hit's place in its bin
+#define CC_NOBODY 0xffffffffu  // comes after all others
 
 // A number, and its place in an order.
 typedef struct {
@@ -16,8 +19,8 @@ int ccIsBefore(CcLeast a, CcLeast b) {
   return (a.square < b.square) | ((a.square == b.square) & (a.order < b.order));
 }
 
-// The team's least number, and of equals the first; all of the team must call it. `room` is memory
-// of the team.
+// The least number of every `of` work-items, a power of two, and of equals the first; all of the
+// team must call it. `room` is memory of the team.
 #if defined(CC_NVIDIA)
 uint ccFromLane(uint value, uint apart) {
   uint other;
@@ -26,8 +29,8 @@ uint ccFromLane(uint value, uint apart) {
                : "r"(value), "r"(apart));
   return other;
 }
-CcLeast ccLeastOf(__local CcLeast* room, CcLeast own) {
-  for (uint apart = CC_TEAM / 2; apart > 0; apart /= 2) {
+CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
+  for (uint apart = of / 2; apart > 0; apart /= 2) {
     const uint2 halves = as_uint2(own.square);
     const uint2 others = (uint2)(ccFromLane(halves.x, apart), ccFromLane(halves.y, apart));
     const CcLeast other = {as_double(others), ccFromLane(own.order, apart)};
@@ -36,16 +39,14 @@ CcLeast ccLeastOf(__local CcLeast* room, CcLeast own) {
   return own;
 }
 #else
-CcLeast ccLeastOf(__local CcLeast* room, CcLeast own) {
-  const uint lid = get_local_id(0);
+CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
+  const uint lid = get_local_id(0), first = lid / of * of;
   barrier(CLK_LOCAL_MEM_FENCE);
   room[lid] = own;
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (lid == 0)
-    for (uint k = 1; k < CC_TEAM; ++k)
-      if (ccIsBefore(room[k], room[0])) room[0] = room[k];
-  barrier(CLK_LOCAL_MEM_FENCE);
-  return room[0];
+  for (uint k = first; k < first + of; ++k)
+    if (ccIsBefore(room[k], own)) own = room[k];
+  return own;
 }
 #endif
 
@@ -75,83 +76,213 @@ CcPatchHits ccPatchHitsOf(__global const CcPair* pair, int level, __global const
   return p;
 }
 
-// Memory of a team: the patches whose points it places, and what each work-item asks, which
-// becomes the answer.
+// Hits of a patch, side by side.
 typedef struct {
-  CcPatchHits patches[CC_PLACED_AT_ONCE];
-  CcNearestHit asked[CC_TEAM];
+  CcPatchHits patch;
+  uint bin, place;  // the next chunk's first bin, and the first hit in it
+  uint count;       // hits
+  int whole;        // all of the patch's hits
+  uint counts[CC_CHUNK_BINS];                    // of hits in each bin
+  uint which[CC_CHUNK];                          // bin << CC_ORDER_BITS | place in the bin
+  float x[CC_CHUNK], y[CC_CHUNK], z[CC_CHUNK];   // not a number: is none
+  double u[CC_CHUNK], v[CC_CHUNK], w[CC_CHUNK];  // ccSurfaceOf()
+  double width[CC_CHUNK];                        // root of the sample's area
+} CcChunk;
+
+// Memory of a team: hits of its patch, what each of the patch's points asks, which becomes the
+// answer, and whether it asks.
+typedef struct {
+  CcChunk chunk;
+  CcNearestHit asked[4];
+  int asks[4];
   CcLeast least[CC_TEAM];
-  uint votes;
 } CcWetRoom;
 
-// The middle of the cell of a patch's k-th bin.
-CcVec ccMiddleOf(__local const CcPatchHits* p, uint k) {
-  __global const int* cell = p->bins[p->queue[k]].cell;
-  return ccVec((cell[0] + 0.5) * p->cell, (cell[1] + 0.5) * p->cell, (cell[2] + 0.5) * p->cell);
+void ccBeginPatch(__local CcChunk* c, CcPatchHits patch) {
+  c->patch = patch;
+  c->bin = c->place = c->count = 0u;
+  c->whole = 0;
 }
 
-// A work-item's nearest hit so far, and its place in the order.
-typedef struct {
-  CcNearestHit hit;
-  uint order;
-} CcOwnNearest;
+// Counts the hits that are left in the chunk's bins.
+void ccCountHits(__local CcChunk* c) {
+  __local const CcPatchHits* p = &c->patch;
+  const uint j = get_local_id(0);
+  uint count = 0;
+  if (c->bin + j < p->count) {
+    __global const CcBin* bin = &p->bins[p->queue[c->bin + j]];
+    count = bin->end - bin->begin - (j == 0 ? c->place : 0u);
+  }
+  c->counts[j] = count;
+}
 
-// Tries the work-item's hits of a patch's k-th bin.
-void ccTryBin(__local const CcPatchHits* p, uint k, CcOwnNearest* own) {
-  const CcBin bin = p->bins[p->queue[k]];
-  for (uint n = bin.begin + get_local_id(0); n < bin.end; n += CC_TEAM) {
+// Lists as many of them as have room.
+void ccListChunk(__local CcChunk* c) {
+  const uint j = get_local_id(0);
+  uint to = 0;
+  for (uint i = 0; i < j; ++i) to += c->counts[i];
+  const uint end = min(to + c->counts[j], (uint)CC_CHUNK);
+  uint which = (c->bin + j) << CC_ORDER_BITS | (j == 0 ? c->place : 0u);
+  for (; to < end; ++to) c->which[to] = which++;
+}
+
+// Counts what was listed, and finds where the next chunk begins.
+void ccEndChunk(__local CcChunk* c) {
+  uint count = 0, j = 0;
+  while (j < CC_CHUNK_BINS && count + c->counts[j] <= CC_CHUNK) count += c->counts[j++];
+  const int whole = c->bin == 0 && c->place == 0;
+  if (j < CC_CHUNK_BINS) {
+    c->place = (j == 0 ? c->place : 0u) + CC_CHUNK - count;
+    count = CC_CHUNK;
+  } else {
+    c->place = 0u;
+  }
+  c->bin += j;
+  c->count = count;
+  c->whole = whole && c->bin >= c->patch.count;
+}
+
+// Reads the hits that are listed.
+void ccReadHits(__local CcChunk* c) {
+  __local const CcPatchHits* p = &c->patch;
+  for (uint k = get_local_id(0); k < c->count; k += CC_TEAM) {
+    const uint which = c->which[k];
+    const CcBin bin = p->bins[p->queue[which >> CC_ORDER_BITS]];
+    const uint n = bin.begin + (which & ((1u << CC_ORDER_BITS) - 1u));
     const int side = n < bin.middle ? 0 : 1;
     __global const float4* hit = p->hits[side] + p->list[n];
     const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
-    const float at[3] = {x.x, x.y, x.z}, mine[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-    const double before = own->hit.square;
-    ccTryHit(&own->hit, p->cell, at, mine, other, q.w, x.w, r.w, side);
-    if (own->hit.square < before) own->order = k << CC_ORDER_BITS | (n - bin.begin);
+    const float mine[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
+    const CcVec surface = ccSurfaceOf(mine, other, side);
+    c->x[k] = ccGate(q.w, x.w) < CC_LEAST_GATE ? NAN : x.x;
+    c->y[k] = x.y;
+    c->z[k] = x.z;
+    c->u[k] = surface.x;
+    c->v[k] = surface.y;
+    c->w[k] = surface.z;
+    c->width[k] = CC_SQRT64((double)r.w);
   }
 }
 
-// Makes the nearest hit of all work-items the answer to what `who` asks, which each then has to
-// beat.
-void ccShareNearest(__local CcWetRoom* r, uint who, CcOwnNearest* own) {
-  const CcLeast mine = {own->hit.square, own->order}, least = ccLeastOf(r->least, mine);
-  if (own->order == least.order && least.order != CC_NOBODY) r->asked[who] = own->hit;
+// Takes in the next chunk of the patch if it `must`; all of the team must call it.
+void ccTakeChunk(__local CcChunk* c, int must) {
   barrier(CLK_LOCAL_MEM_FENCE);
-  own->hit.square = r->asked[who].square;
-  own->hit.nearest = r->asked[who].nearest;
-  own->order = CC_NOBODY;
+  if (must) ccCountHits(c);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (must) ccListChunk(c);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (must && get_local_id(0) == 0) ccEndChunk(c);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (must) ccReadHits(c);
+  barrier(CLK_LOCAL_MEM_FENCE);
 }
+
+CcVec ccWhereIs(__local const CcChunk* c, uint k) {
+  return ccVec(c->x[k], c->y[k], c->z[k]);
+}
+
+// The way to the chunk's k-th hit.
+CcWayToHit ccWayTo(__local const CcChunk* c, const CcNearestHit* asked, uint k) {
+  CcWayToHit way = ccWayBeside(asked, c->patch.cell, ccWhereIs(c, k), c->width[k]);
+  ccAddAbove(asked, ccVec(c->u[k], c->v[k], c->w[k]), &way);
+  return way;
+}
+
+// What a work-item looks up: every `of`-th hit for the point `who`, one of each `of` work-items.
+typedef struct {
+  CcNearestHit asked;
+  uint who, of, part;
+  int asks;
+  uint first;     // the bin whose hits come first
+  CcLeast least;  // nearest hit so far
+} CcLookUp;
 
 // The bin whose cell is nearest to the place.
-uint ccFirstBin(__local CcWetRoom* r, __local const CcPatchHits* p, const CcNearestHit* asked) {
+uint ccFirstBin(__local CcLeast* room, __local const CcPatchHits* p, const CcLookUp* l) {
   CcLeast own = {INFINITY, CC_NOBODY};
-  for (uint k = get_local_id(0); k < p->count; k += CC_TEAM) {
-    const double square = ccSquareTo(asked, ccMiddleOf(p, k));
+  for (uint k = l->part; k < (l->asks ? p->count : 0u); k += l->of) {
+    __global const int* cell = p->bins[p->queue[k]].cell;
+    const CcVec middle = ccVec((cell[0] + 0.5) * p->cell, (cell[1] + 0.5) * p->cell,
+                               (cell[2] + 0.5) * p->cell);
+    const double square = ccSquareTo(&l->asked, middle);
     if (square < own.square) own.square = square, own.order = k;
   }
-  return min(ccLeastOf(r->least, own).order, p->count - 1u);
+  return ccLeastOf(room, l->of, own).order;
 }
 
-// Answers what the work-item `who` asks; all of the team must call it. The nearest bin comes first,
-// and leaves few others. Barriers are in no branches, which PoCL would compile for each way.
-void ccAnswer(__local CcWetRoom* r, uint who) {
-  __local const CcPatchHits* p = &r->patches[who / 4];
-  CcOwnNearest own = {r->asked[who], CC_NOBODY};
-  const uint first = ccFirstBin(r, p, &own.hit);
-  ccTryBin(p, first, &own);
-  ccShareNearest(r, who, &own);
-  for (uint base = 0; base < p->count; base += CC_TEAM) {
-    const uint k = base + get_local_id(0);
-    const int may = k < p->count && k != first &&
-                    ccMayBeNearer(&own.hit, ccMiddleOf(p, min(k, p->count - 1u)), p->cell);
-    for (uint left = ccVotes(&r->votes, may); left; left &= left - 1u)
-      ccTryBin(p, base + ccLowest(left), &own);
+// A hit's place in the order of bins and hits, if those of the bin `first` come first.
+uint ccRankOf(uint which, uint first) {
+  const uint bin = which >> CC_ORDER_BITS;
+  if (bin == first) return which & ((1u << CC_ORDER_BITS) - 1u);
+  return bin < first ? which + (1u << CC_ORDER_BITS) : which;
+}
+
+// How near the hit of the chunk is that is most nearly on the line: others must be as near.
+void ccLimit(__local CcLeast* room, __local const CcChunk* c, CcLookUp* l) {
+  CcLeast own = {INFINITY, CC_NOBODY};
+  for (uint k = l->part; k < (l->asks ? c->count : 0u); k += l->of) {
+    const double square = ccSquareAside(ccMinus(ccWhereIs(c, k), l->asked.place), l->asked.normal);
+    if (square < own.square) own.square = square, own.order = k;
   }
-  ccShareNearest(r, who, &own);
+  const uint nearly = ccLeastOf(room, l->of, own).order;
+  if (nearly != CC_NOBODY) {
+    const double square = ccWayTo(c, &l->asked, nearly).square;
+    if (square < l->asked.square) {
+      l->asked.square = square;
+      l->asked.nearest = CC_SQRT64(square);
+    }
+  }
 }
 
-// Answers what some work-items ask: those whose `asks` is not 0.
-void ccAnswerAll(__local CcWetRoom* r, int asks) {
+// The work-item's nearest hit of the chunk that is nearer than `least`, which it becomes; or
+// CC_NOBODY.
+uint ccNearestOf(__local const CcChunk* c, CcLookUp* l) {
+  uint nearest = CC_NOBODY;
+  for (uint k = l->part; k < (l->asks ? c->count : 0u); k += l->of) {
+    const CcVec from = ccMinus(ccWhereIs(c, k), l->asked.place);
+    const double most = l->asked.nearest +
+                        ccMin64(l->asked.reach * c->width[k], CC_LARGEST * c->patch.cell);
+    if (!(ccSquareAside(from, l->asked.normal) <= most * most)) continue;
+    const CcLeast own = {ccWayTo(c, &l->asked, k).square, ccRankOf(c->which[k], l->first)};
+    if (ccIsBefore(own, l->least)) l->least = own, nearest = k;
+  }
+  return nearest;
+}
+
+// Tries the hits of a chunk; all of the team must call it.
+void ccTryChunk(__local CcWetRoom* r, __local const CcChunk* c, CcLookUp* l) {
+  ccLimit(r->least, c, l);
+  const uint k = ccNearestOf(c, l), order = l->least.order;
+  l->least = ccLeastOf(r->least, l->of, l->least);
+  if (k != CC_NOBODY && order == l->least.order) {
+    CcNearestHit best = r->asked[l->who];
+    const CcWayToHit way = ccWayTo(c, &best, k);
+    ccTakeHit(&best, ccWhereIs(c, k), ccVec(c->u[k], c->v[k], c->w[k]), &way);
+    r->asked[l->who] = best;
+  }
+}
+
+// Answers what points ask; all of the team must call it. Each `of` work-items look one up: all 32
+// the first, or 8 each. Barriers are in no branches, which PoCL would compile for each way.
+void ccAnswerAll(__local CcWetRoom* r, uint of) {
+  const uint lid = get_local_id(0);
+  __local CcChunk* c = &r->chunk;
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint left = ccVotes(&r->votes, asks); left; left &= left - 1u) ccAnswer(r, ccLowest(left));
+  CcLookUp l;
+  l.of = of;
+  l.who = lid / of;
+  l.part = lid % of;
+  l.asks = r->asks[l.who];
+  l.asked = r->asked[l.who];
+  l.first = ccFirstBin(r->least, &c->patch, &l);
+  l.least.square = l.asked.square;
+  l.least.order = CC_NOBODY;
+  if (!c->whole && lid == 0) c->bin = c->place = 0u;
+  int left = r->asks[0] | r->asks[1] | r->asks[2] | r->asks[3];
+  while (left) {
+    ccTakeChunk(c, !c->whole);
+    ccTryChunk(r, c, &l);
+    left = !c->whole && c->bin < c->patch.count;
+  }
   barrier(CLK_LOCAL_MEM_FENCE);
 }

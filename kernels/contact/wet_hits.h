@@ -4,8 +4,7 @@
 // A hit lies midway between the two surfaces, and its plane goes on as far as the sample that it
 // stands for. A place is looked up among the hits of a patch: which one is nearest, first beside
 // it in the patch's plane, then above or below it. So a place between two turns of a thread finds
-// one of them, and no mean of both. What is looked up is a bin's hits at a time; bins whose cell is
-// farther away than the nearest hit so far are left out.
+// one of them, and no mean of both.
 #ifndef CLOUDCONTACT_KERNELS_WET_HITS_H
 #define CLOUDCONTACT_KERNELS_WET_HITS_H
 
@@ -66,50 +65,76 @@ CC_FN double ccSquareAside(CcVec from, CcVec normal) {
   return ccDot64(from, from) - along * along;
 }
 
-// How far away a bin is; the nearest is searched first, and leaves few others.
+// How far away a bin is. Of equally near hits those of the nearest bin come first, then the bins in
+// their order.
 CC_FN double ccSquareTo(const CcNearestHit* best, CcVec middle) {
   const CcVec from = ccMinus(middle, best->place);
   return ccDot64(from, from);
 }
 
-// Whether a bin may have a nearer hit; `middle`: of its cell.
-CC_FN int ccMayBeNearer(const CcNearestHit* best, CcVec middle, double cell) {
-  // Half the cell's diagonal, and the largest sample.
-  const double most = best->nearest + 1.2 * cell;
-  return ccSquareAside(ccMinus(middle, best->place), best->normal) < most * most;
+// The way from a line to a hit.
+typedef struct {
+  CcVec from, aside;  // from the place, and from the line, to the hit
+  double away;        // length of `aside`
+  double beside;      // from the line to the border of the hit's sample [m]
+  double above;       // along the line to the hit's plane [m]
+  double square;      // by the parts' weights [m^2]
+} CcWayToHit;
+
+// But for what is above. `width`: root of the sample's area [m].
+CC_FN CcWayToHit ccWayBeside(const CcNearestHit* to, double cell, CcVec where, double width) {
+  CcWayToHit way;
+  way.from = ccMinus(where, to->place);
+  way.aside = ccAside(way.from, to->normal);
+  way.away = ccLength64(way.aside);
+  const double reach = ccMin64(to->reach * width, CC_LARGEST * cell);
+  way.beside = ccMax64(0.0, way.away - reach);
+  way.above = 0.0;
+  way.square = way.beside * way.beside + CC_MIDDLES * (way.away * way.away);
+  return way;
 }
 
-// `at`: the hit; `own`, `other`: normals of the body whose sample it is, and of the other; `side`:
-// 0 for A's samples.
+// Beside its sample a hit's plane says nothing.
+CC_FN void ccAddAbove(const CcNearestHit* to, CcVec surface, CcWayToHit* way) {
+  const CcVec within = way->away > 0.0
+                           ? ccMinus(way->from, ccTimes(way->beside / way->away, way->aside))
+                           : way->from;
+  way->above = ccDot64(surface, within) / ccMax64(ccDot64(surface, to->normal), CC_LEAST_COSINE);
+  way->square = way->square + to->above * (way->above * way->above);
+}
+
+// Makes a hit the nearest.
+CC_FN void ccTakeHit(CcNearestHit* best, CcVec where, CcVec surface, const CcWayToHit* way) {
+  best->square = way->square;
+  best->nearest = CC_SQRT64(way->square);
+  best->at = where;
+  best->surface = surface;
+  best->aside = way->aside;
+  best->beside = way->beside;
+  best->away = CC_SQRT64(way->beside * way->beside + way->above * way->above);
+  best->found = 1;
+}
+
+// A hit's normal from A to B. `own`, `other`: of the body whose sample it is, and of the other;
+// `side`: 0 for A's samples.
+CC_FN CcVec ccSurfaceOf(const float* own, const float* other, int side) {
+  const double sign = side == 0 ? 1.0 : -1.0;
+  return ccUnit64(
+      ccTimes(sign, ccMinus(ccVec(own[0], own[1], own[2]), ccVec(other[0], other[1], other[2]))));
+}
+
+// `at`: the hit; the rest as for ccSurfaceOf() and ccGate().
 CC_FN void ccTryHit(CcNearestHit* best, double cell, const float* at, const float* own,
                     const float* other, float facing, float depth, float area, int side) {
   if (ccGate(facing, depth) < CC_LEAST_GATE) return;
-  const CcVec where = ccVec(at[0], at[1], at[2]), from = ccMinus(where, best->place);
+  const CcVec where = ccVec(at[0], at[1], at[2]);
   const double most = best->nearest + CC_LARGEST * cell;
-  if (!(ccSquareAside(from, best->normal) < most * most)) return;
-  const CcVec aside = ccAside(from, best->normal);
-  const double away = ccLength64(aside);
-  const double reach = ccMin64(best->reach * CC_SQRT64((double)area), CC_LARGEST * cell);
-  const double beside = ccMax64(0.0, away - reach);
-  const double least = beside * beside + CC_MIDDLES * (away * away);
-  if (!(least < best->square)) return;
-  const double sign = side == 0 ? 1.0 : -1.0;
-  const CcVec surface = ccUnit64(
-      ccTimes(sign, ccMinus(ccVec(own[0], own[1], own[2]), ccVec(other[0], other[1], other[2]))));
-  // Beside its sample a hit's plane says nothing.
-  const CcVec within = away > 0.0 ? ccMinus(from, ccTimes(beside / away, aside)) : from;
-  const double above =
-      ccDot64(surface, within) / ccMax64(ccDot64(surface, best->normal), CC_LEAST_COSINE);
-  const double square = least + best->above * (above * above);
-  if (!(square < best->square)) return;
-  best->square = square;
-  best->nearest = CC_SQRT64(square);
-  best->at = where;
-  best->surface = surface;
-  best->aside = aside;
-  best->beside = beside;
-  best->away = CC_SQRT64(beside * beside + above * above);
-  best->found = 1;
+  if (!(ccSquareAside(ccMinus(where, best->place), best->normal) < most * most)) return;
+  CcWayToHit way = ccWayBeside(best, cell, where, CC_SQRT64((double)area));
+  if (!(way.square < best->square)) return;
+  const CcVec surface = ccSurfaceOf(own, other, side);
+  ccAddAbove(best, surface, &way);
+  if (way.square < best->square) ccTakeHit(best, where, surface, &way);
 }
 
 // How sure it is where a patch is wet, by its deepest sample: 0 where none is inside.

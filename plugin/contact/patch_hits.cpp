@@ -77,7 +77,7 @@ PatchHits::Ball PatchHits::ballAround(std::uint32_t begin, std::uint32_t end) co
   return {ccVec(center.x(), center.y(), center.z()), (0.5 + kMore) * box.diagonal().norm(), width};
 }
 
-// Whether a bin may have a nearer hit; ccMayBeNearer() with less left over.
+// Whether a bin may have a nearer hit.
 bool PatchHits::mayBeNearer(const Bin& bin, const CcNearestHit& best) const {
   const double most = best.nearest + bin.ball.radius + best.reach * bin.ball.width + kMore * cell_;
   return ccSquareAside(ccMinus(bin.ball.center, best.place), best.normal) < most * most;

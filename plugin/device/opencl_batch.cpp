@@ -185,10 +185,9 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
   const cl::Buffer& listed = listed_.reserve(d, patchRoom_ * sizeof(cl_uint2));
   const auto contactsAt = static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch));
   run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed);
-  run({"ccContacts", std::min(kMaxItems, std::size_t{CC_TEAM / CC_PLACED_AT_ONCE} * patchRoom_),
-       CC_TEAM},
-      pairs, results, patches, forces, wholes, listed, queues_.buffer(), grown, bins,
-      hits_.buffer(), order_.buffer(), results, contactsAt);
+  run({"ccContacts", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM}, pairs,
+      results, patches, forces, wholes, listed, queues_.buffer(), grown, bins, hits_.buffer(),
+      order_.buffer(), results, contactsAt);
   run({"ccLevels", count_ * CC_TEAM, CC_TEAM}, pairs, results, wholes, results, contactsAt);
 }
 
