@@ -155,7 +155,7 @@ TEST(DeviceWorld, StatedBaseVectorsStayOnTheCpu) {
   SKIP_WITHOUT(device);
   const auto build = [](Stage& s) {
     stack(s, 1, 2);
-    const btCollisionObjectArray& all = s.world->getCollisionObjectArray();
+    const btCollisionObjectArray& all = s.world.getCollisionObjectArray();
     for (int i = 0; i < all.size(); ++i) {
       if (!CloudShape::of(*all[i]->getCollisionShape())) continue;
       auto& shape = static_cast<CloudShape&>(*all[i]->getCollisionShape());

@@ -110,10 +110,12 @@ struct Errors {
   }
 };
 
-// Every family of contact cases, pressed and turned in the world, at every level of samples.
-TEST(TouchedMatter, IsTheSumOverAllVoxels) {
+// Every `step`-th of the contact cases, pressed and turned in the world, at every level of samples.
+void compareCases(std::size_t step) {
   Errors all;
-  for (const ContactCase& one : contactCases()) {
+  const std::vector<ContactCase> cases = contactCases();
+  for (std::size_t i = 0; i < cases.size(); i += step) {
+    const ContactCase& one = cases[i];
     BodyMaker maker{kVoxel, Random(7)};
     const Instance pair = one.make(maker);
     PaperBody papers[2];
@@ -140,12 +142,19 @@ TEST(TouchedMatter, IsTheSumOverAllVoxels) {
     if (own.count.empty()) continue;
     EXPECT_LT(Errors::mean(own.degrees), 0.3) << one.name;
     EXPECT_LT(Errors::at(own.count, 1), 0.02) << one.name;
-    RecordProperty(one.name, std::to_string(Errors::mean(own.degrees)));
   }
   EXPECT_LT(Errors::mean(all.degrees), 0.1);
   EXPECT_LT(Errors::at(all.degrees, 0.95), 1);
   EXPECT_LT(Errors::mean(all.count), 0.002);
   EXPECT_LT(Errors::at(all.count, 0.95), 0.01);
+}
+
+TEST(TouchedMatter, IsTheSumOverVoxels) {
+  compareCases(12);
+}
+
+TEST(TouchedMatter, IsTheSumOverVoxelsInAllCases) {
+  compareCases(1);
 }
 
 // A round tooth of three tissues in shells of three voxels.
@@ -180,7 +189,7 @@ TEST(TouchedMatter, LosesNoVoxelOfATooth) {
   const Vec3 middle = cloud.massProperties().centerOfMass;
   Errors errors;
   double worst = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int pose = 0; pose < 1000; ++pose) {
     ContactBody a, b;
     a.field = field.get(), a.tissues = &tissues, a.paper = &paper;
     a.pose = {random.rotation(), Vec3(0.01, 0.02, -0.01)};
@@ -188,8 +197,8 @@ TEST(TouchedMatter, LosesNoVoxelOfATooth) {
     const Pose place{
         random.rotation(),
         a.pose.toWorld(middle) + (20 - depth) * kVoxel * (random.rotation() * Vec3::UnitX())};
-    if (i % 2) b = drill.at(place), b.paper = &ofDrill;
-    if (i % 2 == 0) b.shape = &ball, b.pose = place;
+    if (pose % 2) b = drill.at(place), b.paper = &ofDrill;
+    if (pose % 2 == 0) b.shape = &ball, b.pose = place;
     const Sum truth = byHand(a, b), found = bySamples(a, b);
     errors.add(found, truth);
     worst = std::max(worst, std::abs(found.k[0] / found.n[0] / (truth.k[0] / truth.n[0]) - 1));

@@ -67,6 +67,19 @@ TEST(PaperOptions, WindowAndRepresentativePointTiltTheForce) {
   }
 }
 
+// One engine: to the bit.
+TEST(PaperOptions, NothingStatedIsTheCloud) {
+  const Workplace place;
+  const Arguments tilted = {
+      "contact", "box:0.02,0.03,0.01", "sphere:0.012", "--voxel", "0.001", "--repeat", "1",
+      "--pose",  "0.004 0.002 0.0162"};
+  json cloud = found(place, tilted), paper = found(place, with(tilted, {"--method", "paper"}));
+  ASSERT_FALSE(cloud["contacts"].empty());
+  for (const char* of : {"contacts", "force", "torque", "samples"}) EXPECT_EQ(cloud[of], paper[of]);
+  const json stated = found(place, with(tilted, {"--method", "paper", "--membership", "whole"}));
+  EXPECT_NE(cloud["force"], stated["force"]);
+}
+
 // A long ellipsoid sees farther along its axis: there the base vectors are longer.
 TEST(PaperOptions, WindowsHaveTheirOwnAxes) {
   const Workplace place;
