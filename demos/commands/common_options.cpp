@@ -92,8 +92,8 @@ void addFrictionOption(CLI::App& command, CommonOptions& o) {
 
 void addMethodOption(CLI::App& command, CommonOptions& o) {
   add(command, "--method",
-      "cloud (fitted normals, default), paper (base vectors), or Bullet's gjk, gimpact, hacd, "
-      "primitive, sdf",
+      "cloud (base vectors, default), paper (the same, with what is stated), or Bullet's gjk, "
+      "gimpact, hacd, primitive, sdf",
       "cloud|paper|gjk|gimpact|hacd|primitive|sdf",
       [&o](const std::string& t) { o.method = readMethod(t); });
 }

@@ -1,5 +1,5 @@
 // The close view, from back to front: the voxels of both bodies, their surfaces, the collision
-// voxels, the fitted normals or base vectors, the patch's normal, the contact points. Then the two
+// voxels, the surface normals or base vectors, the patch's normal, the contact points. Then the two
 // small views.
 #include "draw/contact_drawing.h"
 

@@ -88,7 +88,7 @@ void addKey(Drawing& drawing, bool byPaper) {
   const KeyEntry vectors =
       byPaper
           ? KeyEntry{"Base vectors", "of collision voxels: Gr - Gc, in their length", vectorSymbol}
-          : KeyEntry{"Fitted normals", "out of the material, one per surface voxel", vectorSymbol};
+          : KeyEntry{"Surface normals", "out of the material, one per surface voxel", vectorSymbol};
   const KeyEntry collision = {
       "Collision voxels",
       byPaper ? "inside the other's detection area D" : "their surface lies inside the other body",
@@ -96,7 +96,7 @@ void addKey(Drawing& drawing, bool byPaper) {
   const KeyEntry normal =
       byPaper
           ? KeyEntry{"Digital normal", "the mean of the patch's base vectors", normalSymbol}
-          : KeyEntry{"Contact normal", "fitted normals, summed by area and depth", normalSymbol};
+          : KeyEntry{"Contact normal", "base vectors of the surface, summed by area and depth", normalSymbol};
   const KeyEntry entries[] = {
       {"Voxels of A and B", "darker with more material", voxelSymbol},
       {"Surface", "fitted to the coverage, finer than a voxel", surfaceSymbol},

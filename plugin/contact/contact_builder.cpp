@@ -181,7 +181,7 @@ void ContactBuilder::giveMatter(std::span<const PatchMatter> matter) {
 }
 
 // Gives every patch its digital normal and its part of FR (6), in proportion to its sum of base
-// vectors. Returns the force's size. Without any base vectors the fitted normals stay: returns 0.
+// vectors. Returns the force's size. Without any the samples' own normals stay: returns 0.
 double ContactBuilder::redirect() {
   double size = 0, lengths = 0;
   Vec3 sum = Vec3::Zero();

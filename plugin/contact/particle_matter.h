@@ -14,7 +14,7 @@ namespace cloudcontact {
 struct TouchedCloud {
   const TissueTable* tissues = nullptr;  // null: it has none
   std::optional<KelvinVoigt> spring;     // of a cloud without tissues; empty: rigid
-  const PaperBody* paper = nullptr;      // null: fitted normals
+  const PaperBody* paper = nullptr;      // null: nothing is stated
   std::vector<double> hardness;          // h of each of the paper's tissues, (5')
   bool byArea = false;                   // k and c are per area (Foundation)
 };

@@ -1,5 +1,5 @@
 // Tissues in a running world: bodies of several tissues sag as (1) says, by the paper's method and
-// with fitted normals, and a pair's law has its order of precedence.
+// where nothing else is stated, and a pair's law has its order of precedence.
 #include <gtest/gtest.h>
 
 #include "bullet/bullet_world.h"
