@@ -46,7 +46,7 @@ BatchPtr findAll(ContactBatch& batch, const std::vector<BatchPair>& pairs) {
 
 BatchPtr findPairs(ContactBatch& batch, const py::iterable& pairs, const Law& law, double margin,
                    std::size_t samples) {
-  const ContactSettings settings = settingsFrom(law, margin, samples, "fitted");
+  const ContactSettings settings = settingsFrom(law, margin, samples);
   std::vector<std::pair<OwnedBody, OwnedBody>> bodies;
   for (const auto& pair : pairs) {
     const auto two = py::reinterpret_borrow<py::object>(pair).cast<py::sequence>();
@@ -61,7 +61,7 @@ BatchPtr findPairs(ContactBatch& batch, const py::iterable& pairs, const Law& la
 BatchPtr findPoses(ContactBatch& batch, const py::object& first, const py::object& second,
                    const py::object& posesB, const py::object& posesA, const Law& law,
                    double margin, std::size_t samples) {
-  const ContactSettings settings = settingsFrom(law, margin, samples, "fitted");
+  const ContactSettings settings = settingsFrom(law, margin, samples);
   const OwnedBody a = bodyFrom("a", first), b = bodyFrom("b", second);
   const std::vector<Pose> ofB = posesOf("poses_b", posesB);
   const std::vector<Pose> ofA =

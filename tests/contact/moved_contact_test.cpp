@@ -131,7 +131,7 @@ TEST_P(MovedContactTest, ATouchThatIsLiftedIsNotBesideOne) {
   MovedContact kept;
   trust(kept, light, base_, found);
   ASSERT_TRUE(kept.holds(lifted, base_, settings_.margin));
-  const ContactResult& there = kept.move(lifted, base_);
+  const ContactResult there = moved(kept, lifted, base_);
   ASSERT_FALSE(there.patches.empty());
   for (const Patch& patch : there.patches) {
     EXPECT_LT(patch.depth, 0);
