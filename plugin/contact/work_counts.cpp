@@ -3,7 +3,7 @@
 
 namespace cloudcontact {
 
-std::span<const WorkCounts::Named> WorkCounts::all() {
+Span<const WorkCounts::Named> WorkCounts::all() {
   static constexpr Named kAll[] = {
       {"searches", &WorkCounts::searches}, {"bricks", &WorkCounts::bricks},
       {"samples", &WorkCounts::samples},   {"listed", &WorkCounts::listed},
@@ -21,6 +21,13 @@ WorkCounts& WorkCounts::operator+=(const WorkCounts& other) {
 WorkCounts& WorkCounts::operator-=(const WorkCounts& other) {
   for (const Named& each : all()) this->*each.count -= other.*each.count;
   return *this;
+}
+
+bool operator==(const WorkCounts& a, const WorkCounts& b) {
+  bool equal = true;
+  for (const WorkCounts::Named& each : WorkCounts::all())
+    equal = equal && a.*each.count == b.*each.count;
+  return equal;
 }
 
 }  // namespace cloudcontact

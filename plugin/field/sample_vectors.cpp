@@ -37,7 +37,7 @@ constexpr int kEdge = kBrickEdge + 2 * kRim;  // of what a brick's samples read
 constexpr int kVoxels = kEdge * kEdge * kEdge;
 constexpr int kMost = 256;  // voxels whose centers lie in the ball; about 180
 
-constexpr double kVectorCost = 0.7, kBlockCost = 8;  // of a sample and of a brick [us]
+constexpr double kVectorCost = 2.5, kBlockCost = 8;  // of a sample and of a brick [us]
 
 // What lies in and around a brick.
 class Block {

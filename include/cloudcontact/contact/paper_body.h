@@ -66,6 +66,6 @@ double abilityAt(double outside, const std::vector<CuttingPart>& parts, const Ve
 // unit; the direction does not depend on it. 0 for a tissue without a hardness beside others. 1 for
 // all where none has one or `hardness` is false: (5).
 std::vector<double> hardnessOf(const TissueTable& tissues, bool hardness);
-void hardnessOf(const TissueTable& tissues, bool hardness, std::vector<double>& h);
+void hardnessOf(const TissueTable& tissues, bool hardness, std::vector<double>& h);  // into `h`
 
 }  // namespace cloudcontact

@@ -3,8 +3,9 @@
 // (benchmarks/work.json).
 #pragma once
 
+#include <cloudcontact/base/span.h>
+
 #include <cstddef>
-#include <span>
 
 namespace cloudcontact {
 
@@ -16,20 +17,24 @@ struct WorkCounts {
   // Read besides the one plane of a sample's record: those of records with several, and where a
   // sample's end was looked up.
   std::size_t planes = 0;
-  std::size_t voxels = 0;   // in bricks that were visited for tissues and base vectors
+  std::size_t voxels = 0;   // looked up for tissues and stated base vectors
   std::size_t hits = 0;     // found, those of levels that were too coarse included
   std::size_t scanned = 0;  // hits gone through to place points
   std::size_t tried = 0;    // hits whose distance from such a place was computed exactly
 
   WorkCounts& operator+=(const WorkCounts& other);
   WorkCounts& operator-=(const WorkCounts& other);  // of an earlier time
-  bool operator==(const WorkCounts&) const = default;
-
+  // A count and its name.
   struct Named {
     const char* name;
     std::size_t WorkCounts::*count;
   };
-  static std::span<const Named> all();  // of the counts above, in their order
+  static Span<const Named> all();  // of the counts above, in their order
 };
+
+bool operator==(const WorkCounts& a, const WorkCounts& b);
+inline bool operator!=(const WorkCounts& a, const WorkCounts& b) {
+  return !(a == b);
+}
 
 }  // namespace cloudcontact
