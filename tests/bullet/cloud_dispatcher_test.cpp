@@ -90,12 +90,12 @@ void expectSame(const Scene& scene, double leastUsed = 0.99) {
     EXPECT_EQ(found.counted.pairs, serial.counted.pairs);
     EXPECT_EQ(found.counted.samples, serial.counted.samples);
     EXPECT_EQ(found.counted.contacts, serial.counted.contacts);
-    // A search ahead that the walk makes again counts twice.
+    // A search ahead that the walk makes again counts twice, and its memory may have grown.
     if (!(found.hitRate < 1)) {
       for (const WorkCounts::Named& each : WorkCounts::all())
         EXPECT_EQ(found.counted.work.*each.count, serial.counted.work.*each.count) << each.name;
+      EXPECT_EQ(found.counted.bytes, serial.counted.bytes);
     }
-    EXPECT_EQ(found.counted.bytes, serial.counted.bytes);
     EXPECT_EQ(found.counted.failures, serial.counted.failures) << found.counted.lastFailure;
     if (count > 1) {
       EXPECT_GE(found.hitRate, leastUsed);
