@@ -94,9 +94,9 @@ void addKey(Drawing& drawing, bool byPaper) {
       byPaper ? "inside the other's detection area D" : "their surface lies inside the other body",
       collisionSymbol};
   const KeyEntry normal =
-      byPaper
-          ? KeyEntry{"Digital normal", "the mean of the patch's base vectors", normalSymbol}
-          : KeyEntry{"Contact normal", "base vectors of the surface, summed by area and depth", normalSymbol};
+      byPaper ? KeyEntry{"Digital normal", "the mean of the patch's base vectors", normalSymbol}
+              : KeyEntry{"Contact normal", "base vectors of the surface, summed by area and depth",
+                         normalSymbol};
   const KeyEntry entries[] = {
       {"Voxels of A and B", "darker with more material", voxelSymbol},
       {"Surface", "fitted to the coverage, finer than a voxel", surfaceSymbol},
