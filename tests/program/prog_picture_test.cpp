@@ -150,7 +150,8 @@ TEST(Picture, OfAContactHasEveryPartOfTheMethod) {
   EXPECT_GE(count(group(svg, "fitted-normals"), "<path"), 10U);
   EXPECT_GE(count(group(svg, "contact-points"), "<circle"), 1U);
   EXPECT_EQ(count(group(svg, "patch"), "<circle"), 4U);
-  for (const char* words : {"contact normal", "force on B", "voxel", "mm</text>", "Surface normals"})
+  for (const char* words :
+       {"contact normal", "force on B", "voxel", "mm</text>", "Surface normals"})
     EXPECT_NE(svg.find(words), std::string::npos) << words;
   EXPECT_LT(svg.size(), 200000U);
 }
