@@ -43,7 +43,7 @@ void count(const WorkOptions& options) {
   for (const std::string& line : changes.news) std::cout << "good news: " << line << '\n';
   std::cout << now.size() << " scenes and pairs counted" << std::endl;
   if (options.update) return writeWhole("FILE", options.file, lab::workText(before, now));
-  const std::string how = "script/bench --counts writes the file anew";
+  const std::string how = "script/bench --counts updates the file";
   if (!changes.news.empty()) std::cout << "good news: " << how << std::endl;
   if (!changes.faults.empty())
     throw WorkFailed(options.file + ": counts grew by more than 3 %. If a commit means it: " + how +

@@ -27,8 +27,8 @@ class DemoStage {
   // `label` distinguishes the runs of a demo.
   SimulationReport run(const SceneDescription& scene, const WorldSettings& settings,
                        const SimulationSettings& simulation, const std::string& label);
-  // For counts and times: every run of clouds ends early, with settings that `adjust` has changed,
-  // and is told to `done` with its label. What the demo then checks says nothing.
+  // For counts and times: runs with clouds use the settings that `adjust` changes, stop early, and
+  // pass their report to `done`. The demo's own checks do not apply to such a run.
   struct Shortened {
     int steps = 0;
     double seconds = 1e9;  // of wall time
