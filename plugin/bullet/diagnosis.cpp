@@ -213,8 +213,7 @@ void checkModes(const btContactSolverInfo& info, const btConstraintSolver* solve
            "m_splitImpulsePenetrationThreshold: set it to 0."},
           {solver && solver->getSolverType() == BT_MLCP_SOLVER,
            "The world's solver is an MLCP solver, which ignores contact stiffness and damping: "
-           "build "
-           "the world with btSequentialImpulseConstraintSolver."},
+           "build the world with btSequentialImpulseConstraintSolver."},
           {lacks(SOLVER_USE_WARMSTARTING),
            "Warm starting is off, so every step starts its contacts from nothing: add "
            "SOLVER_USE_WARMSTARTING to getSolverInfo().m_solverMode."},
@@ -229,8 +228,7 @@ void checkModes(const btContactSolverInfo& info, const btConstraintSolver* solve
            "step: add SOLVER_ENABLE_FRICTION_DIRECTION_CACHING to getSolverInfo().m_solverMode."},
           {info.m_linearSlop != 0,
            "getSolverInfo().m_linearSlop is taken off every depth, so contacts press too little: "
-           "set "
-           "it to 0."},
+           "set it to 0."},
       },
       advice);
 }
@@ -241,20 +239,16 @@ void checkNumbers(const btContactSolverInfo& info, const btConstraintSolver* sol
       {
           {sweepsAlone(solver) && info.m_numIterations < kFewestSweeps,
            "getSolverInfo().m_numIterations is below 4, fewer sweeps than a contact has points: "
-           "set it "
-           "to 10, or build the world with ExtrapolatingSolver."},
+           "set it to 10, or build the world with ExtrapolatingSolver."},
           {!(info.m_leastSquaresResidualThreshold <= kMostResidual),
            "getSolverInfo().m_leastSquaresResidualThreshold is above 1e-4 (m/s)^2, so the solver "
-           "stops "
-           "before contacts bear their weight: set it to 0."},
+           "stops before contacts bear their weight: set it to 0."},
           {!(info.m_sor > 0 && info.m_sor <= kMostRelaxation),
            "getSolverInfo().m_sor is not in (0, 1.7], so sweeps overshoot and bodies jump: set it "
-           "to "
-           "1."},
+           "to 1."},
           {info.m_globalCfm != 0,
            "getSolverInfo().m_globalCfm is not 0, which softens contacts that bounce and rigid "
-           "ones "
-           "beyond their law: set it to 0."},
+           "ones beyond their law: set it to 0."},
           {!(info.m_restitutionVelocityThreshold <= kBounceThreshold),
            "getSolverInfo().m_restitutionVelocityThreshold is above 0.2 m/s, so bodies with a "
            "restitution stop where they should bounce: set it to 0.2."},

@@ -159,9 +159,8 @@ void bindCloudChanges(py::class_<Cloud>& cloud) {
             return cutCloud(c, cuts);
           },
           "voxels"_a, "coverage"_a = py::none(),
-          "The cloud after cuts: at most `coverage` (n,) [1/255] remains of voxels (n, 3), "
-          "nothing\n"
-          "where it is not given. Raises IndexError where a voxel is outside the grid.")
+          "The cloud after cuts: at most `coverage` (n,) [1/255] remains of voxels (n, 3),\n"
+          "nothing where it is not given. Raises IndexError where a voxel is outside the grid.")
       .def(
           "pieces", [](const Cloud& c) { return pieces(c); }, WithoutLock(),
           "The connected parts of the cloud: a list of clouds in its grid.")
@@ -176,9 +175,8 @@ void bindCloudClass(py::module_& module) {
                           "Arrays are indexed [x, y, z]. A cloud does not change; copies share\n"
                           "their voxels.");
   cloud.def_property_readonly("voxel", &Cloud::voxelSize, "Edge of a voxel [m].")
-      .def_property_readonly(
-          "origin", [](const Cloud& c) { return c.origin(); },
-          "Lowest corner of voxel (0, 0, 0), (3,) [m].")
+      .def_property_readonly("origin", copied(&Cloud::origin),
+                             "Lowest corner of voxel (0, 0, 0), (3,) [m].")
       .def_property_readonly(
           "shape",
           [](const Cloud& c) { return py::make_tuple(c.size()[0], c.size()[1], c.size()[2]); },
@@ -336,10 +334,8 @@ void bindVolume(py::module_& module) {
             return gridView(volume.values.data(), volume.size, self, true);
           },
           "Array (nx, ny, nz) of float32 over the volume's own memory, which may be written to.")
-      .def_property_readonly(
-          "spacing", [](const CtVolume& v) { return v.spacing; }, "(3,) [m]")
-      .def_property_readonly(
-          "origin", [](const CtVolume& v) { return v.origin; }, "(3,) [m]");
+      .def_property_readonly("spacing", copied(&CtVolume::spacing), "(3,) [m]")
+      .def_property_readonly("origin", copied(&CtVolume::origin), "(3,) [m]");
   module.def(
       "load_volume",
       [](const std::filesystem::path& file, const py::object& unit, double voxel) {
