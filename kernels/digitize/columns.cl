@@ -90,8 +90,8 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSortColumn
 }
 
 // The piece of `polygon` in one cell along an axis, or null, as from slice() in
-// plugin/voxels/polygon.h. A polygon on the brick's far face belongs to the last cell. Returns one
-// of the three polygons; all are workspace.
+// plugin/voxels/column_cutter.h. A polygon on the brick's far face belongs to the last cell. Returns
+// one of the three polygons; all are workspace.
 CcPolygon* ccSliceAt(CcPolygon* polygon, const int axis, int cell, CcPolygon* spare,
                      CcPolygon* piece) {
   const CcCells cells = ccCells(polygon, axis);

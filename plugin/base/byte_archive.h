@@ -101,8 +101,8 @@ class ByteReader {
 };
 
 // A list, each item by `visit(archive, item)`.
-template <typename Archive, typename Item, typename Visit>
-void listIn(Archive& archive, std::vector<Item>& items, Visit&& visit) {
+template <typename Archive, typename Items, typename Visit>
+void listIn(Archive& archive, Items& items, Visit&& visit) {
   auto count = static_cast<std::uint64_t>(items.size());
   archive(count);
   if constexpr (Archive::kReads) {
@@ -111,7 +111,7 @@ void listIn(Archive& archive, std::vector<Item>& items, Visit&& visit) {
     items.clear();
     for (; count > 0; --count) visit(archive, items.emplace_back());
   } else {
-    for (Item& item : items) visit(archive, item);
+    for (auto& item : items) visit(archive, item);
   }
 }
 

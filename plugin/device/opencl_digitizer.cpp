@@ -2,8 +2,6 @@
 // chain runs again with buffers of the counted size.
 #include "device/opencl_digitizer.h"
 
-#include "voxels/column_cutter.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -87,7 +87,7 @@ Bytes materialOf(const py::object& material, const Bytes& coverage) {
 }
 
 Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
-                const py::object& material, std::vector<std::string> names) {
+                const py::object& material, const std::vector<std::string>& names) {
   const Bytes coverage = coverageOf(values);
   DenseVoxels voxels;
   for (int k = 0; k < 3; ++k) voxels.size[k] = static_cast<int>(coverage.shape(k));
@@ -98,7 +98,7 @@ Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
     voxels.material = {numbers.data(), static_cast<std::size_t>(numbers.size())};
   }
   const Unlocked unlocked;
-  return cloudFromDense(voxels, voxel, origin, std::move(names));
+  return cloudFromDense(voxels, voxel, origin, names);
 }
 
 MassProperties massOf(const Cloud& cloud, const py::object& density) {

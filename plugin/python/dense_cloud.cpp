@@ -54,16 +54,13 @@ std::vector<std::uint8_t> dense(const Cloud& cloud, Of of) {
 }  // namespace
 
 Cloud cloudFromDense(const DenseVoxels& voxels, double voxelSize, const Vec3& origin,
-                     std::vector<std::string> materials) {
+                     const std::vector<std::string>& materials) {
   check(voxels, materials);
-  auto out = std::make_shared<Cloud::Voxels>();
   const Eigen::Vector3i inner =
       (voxels.size + Eigen::Vector3i::Constant(kBrickEdge - 1)) / kBrickEdge;
-  out->bricks = inner + Eigen::Vector3i::Constant(2 * kBorder);
-  const std::size_t bricks = out->bricks.cast<std::size_t>().prod();
-  out->table.assign(bricks, kEmptyBrick);
   const bool several = !voxels.material.empty();
-  if (several) out->materialTable.assign(bricks, -1);
+  auto out = emptyVoxels(inner + Eigen::Vector3i::Constant(2 * kBorder),
+                         several ? materials : std::vector<std::string>());
   BrickCoverage coverage;
   BrickMaterial material;
   for (int z = 0; z < inner.z(); ++z)
@@ -75,7 +72,6 @@ Cloud cloudFromDense(const DenseVoxels& voxels, double voxelSize, const Vec3& or
         storeBrick(*out, gridIndex(x + kBorder, y + kBorder, z + kBorder, out->bricks), coverage,
                    several ? &material : nullptr);
       }
-  if (several) out->materials = std::move(materials);
   return Cloud(voxelSize, origin - Vec3::Constant(kBorder * kBrickEdge * voxelSize),
                std::move(out));
 }

@@ -32,8 +32,7 @@ constexpr double kHair = 1e-6;        // rounding error of a ratio of lengths
 class Bytes {
  public:
   Bytes(const VolumeHeader& header, double count) : file_(header.data), zipped_(header.isZipped) {
-    in_.open(file_, std::ios::binary);
-    if (!in_) refuseFile(file_, "cannot be read; check its permissions");
+    in_ = openFile(file_, "a volume file");
     const auto length = static_cast<double>(fs::file_size(file_));
     const double skip = header.skip < 0 ? length - count : static_cast<double>(header.skip);
     if (!zipped_ && (skip < 0 || length - skip != count)) refuseLength(length - skip, count);
