@@ -1,7 +1,6 @@
 // One table of checks of the solver's settings, a walk over the shapes beside clouds, and one over
 // the pairs of stated laws.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <cloudcontact/bullet/diagnosis.h>
@@ -15,6 +14,7 @@
 #include "bullet/matter_check.h"
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
+#include "bullet/shape_parts.h"
 #include "bullet/shape_triangles.h"
 #include "bullet/soft_pair.h"
 #include "bullet/solver_settings.h"
@@ -43,12 +43,6 @@ class ShapeChecks {
       const btSoftBody* const soft = btSoftBody::upcast(&object);
       if (const char* const wrong = soft ? wrongSoft(*soft) : nullptr)
         advice_.push_back(nameOf(object) + ": " + wrong + ".");
-      return;
-    }
-    if (shape.isCompound()) {
-      const auto& compound = static_cast<const btCompoundShape&>(shape);
-      for (int i = 0; i < compound.getNumChildShapes(); ++i)
-        check(object, *compound.getChildShape(i));
       return;
     }
     const std::string whole = nameOf(object);
@@ -120,10 +114,6 @@ void addStating(const btCollisionObject& object, const btCollisionShape& shape,
       object.getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING;
   if (byBullet || shape.isSoftBody() || (cloud && (cloud->law || !cloud->tissues().empty())))
     stated.push_back({object, shape});
-  if (!shape.isCompound()) return;
-  const auto& compound = static_cast<const btCompoundShape&>(shape);
-  for (int i = 0; i < compound.getNumChildShapes(); ++i)
-    addStating(object, *compound.getChildShape(i), stated);
 }
 
 bool mayMeet(const StatingShape& a, const StatingShape& b) {
@@ -156,7 +146,10 @@ void checkLaws(const btDynamicsWorld& world, const CloudContactSettings& setting
   std::vector<StatingShape> stated;
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
-    addStating(*objects[i], *objects[i]->getCollisionShape(), stated);
+    forEachPart(*objects[i]->getCollisionShape(), objects[i]->getWorldTransform(),
+                [&](const btCollisionShape& part, const btTransform&, int) {
+                  addStating(*objects[i], part, stated);
+                });
   for (std::size_t i = 0; i < stated.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       if (!mayMeet(stated[k], stated[i])) continue;
@@ -177,7 +170,10 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   CloudMasses masses;
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
-    checks.check(*objects[i], *objects[i]->getCollisionShape());
+    forEachPart(*objects[i]->getCollisionShape(), objects[i]->getWorldTransform(),
+                [&](const btCollisionShape& part, const btTransform&, int) {
+                  checks.check(*objects[i], part);
+                });
     const std::string name = nameOf(*objects[i]);
     if (const char* const wrong = wrongMaterial(*objects[i]))
       advice.push_back(name + " touches no cloud: " + wrong + ".");
