@@ -4,6 +4,7 @@
 #include <cloudcontact/bullet/imported_world.h>
 
 #include <cmath>
+#include <cstddef>
 #include <sstream>
 
 #include "base/byte_archive.h"
@@ -19,6 +20,11 @@ namespace {
 
 // checkWorldBytes() has seen that records end within the file.
 constexpr std::size_t kAny = std::size_t(1) << 40;
+
+// Bullet hands on the bytes of a cloud's records by pointers to data of other types.
+const char* bytesAt(const void* data) {
+  return static_cast<const char*>(data);
+}
 
 std::shared_ptr<const SurfaceField> fieldAt(const char* bytes) {
   if (!bytes || std::memcmp(bytes, kFieldMagic, sizeof kFieldMagic) != 0)
@@ -114,15 +120,15 @@ std::vector<char> readWorldFile(const std::filesystem::path& file) {
 }
 
 std::unique_ptr<CloudShape> ImportedWorld::shape(const btCollisionShapeData& data) {
+  static_assert(offsetof(btTriangleMeshShapeData, m_collisionShapeData) == 0);
   const auto& mesh = reinterpret_cast<const btTriangleMeshShapeData&>(data);
-  const auto* const record = reinterpret_cast<const char*>(mesh.m_meshInterface.m_meshPartsPtr);
+  const auto* const record = bytesAt(mesh.m_meshInterface.m_meshPartsPtr);
   if (!record) throw std::runtime_error("a cloud has no record; save it with this library");
   const ShapeRecord kept = ShapeRecord::from(opened(kShapeKind, record, kAny));
   if (!kept.refused.empty()) throw std::runtime_error("a cloud was not saved: " + kept.refused);
   auto& field = fields_[mesh.m_quantizedFloatBvh];
-  if (!field) field = fieldAt(reinterpret_cast<const char*>(mesh.m_quantizedFloatBvh));
-  if (mesh.m_quantizedDoubleBvh)
-    contacts_ = reinterpret_cast<const char*>(mesh.m_quantizedDoubleBvh);
+  if (!field) field = fieldAt(bytesAt(mesh.m_quantizedFloatBvh));
+  if (mesh.m_quantizedDoubleBvh) contacts_ = bytesAt(mesh.m_quantizedDoubleBvh);
   return kept.make(field);
 }
 

@@ -145,9 +145,9 @@ void OpenClDigitizer::send(const GridSurface& surface) {
                 sizeof(Eigen::Vector3i) == 3 * sizeof(cl_int));
   std::memcpy(to, surface.vertices.data(), vertices);
   std::memcpy(to + vertices, surface.triangles.data(), triangles);
-  auto* const hostShells = reinterpret_cast<cl_int*>(to + vertices + triangles);
-  std::copy(surface.component.begin(), surface.component.end(), hostShells);
-  if (shells > 0) std::fill(hostShells + surface.firstCap, hostShells + t, cl_int{-1});
+  std::vector<cl_int> component(surface.component.begin(), surface.component.end());
+  if (shells > 0) std::fill(component.begin() + surface.firstCap, component.end(), -1);
+  std::memcpy(to + vertices + triangles, component.data(), shells);
   const auto write = [&](DeviceBuffer& buffer, std::size_t begin, std::size_t size) {
     buffer.fill(d, std::span(to + begin, size), "mesh sent");
   };
@@ -239,7 +239,6 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   const cl::Buffer& list = list_.reserve(d, windows_.blockRoom * sizeof(cl_uint));
   const cl::Buffer& blocks = blocks_.reserve(d, std::size_t{windows_.blockRoom} * sizeof(CcBlock));
   d.send(field.blocks.data(), blocks, sizeof(CcBlock), "window sent");
-  static_assert(sizeof(CcBlock) == sizeof(field.blocks[0]));
   d.run({"ccOwnBlocks", table_, CC_GROUP}, windows_, table, count, own, ownGroups);
   d.run({"ccScan", CC_SCAN_GROUP, CC_SCAN_GROUP}, ownGroups, groupsOwn, firstOwn, counters,
         cl_uint{CC_OWN_BLOCKS});

@@ -22,6 +22,7 @@ using Bricks = BaseVectorField::Bricks;
 constexpr std::size_t kMaxAtOnce = 1 << 20;  // voxels in a step; longer lists take several
 constexpr std::size_t kGroups = 1 << 14;     // work-groups, which loop over the bricks
 constexpr std::size_t kHead = CC_STEP_HEAD * sizeof(cl_uint);
+static_assert(kHead % alignof(CcVoxelLeft) == 0, "voxels lie behind the head");
 
 // An upper bound of the bricks whose windows see one voxel.
 std::size_t maxBricks(const Window& window) {
@@ -155,7 +156,6 @@ std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
 
 std::string OpenClWorkpiece::load(const Bricks& field) {
   if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
-  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
   device_->send(field.blocks.data(), deviceBlocks_.buffer(), field.blocks.size() * sizeof(CcBlock),
                 "field sent", true);
   return {};

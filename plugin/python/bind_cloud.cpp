@@ -47,6 +47,7 @@ py::array gridArray(std::vector<std::uint8_t> numbers, const Eigen::Vector3i& si
 // The bricks of a cloud [brick, x, y, z], over the cloud's own memory.
 template <typename Bricks>
 py::array brickView(const Cloud& cloud, const Bricks& bricks) {
+  static_assert(sizeof bricks[0] == kBrickVoxels);
   return viewOf(reinterpret_cast<const std::uint8_t*>(bricks.data()),
                 {static_cast<py::ssize_t>(bricks.size()), kBrickEdge, kBrickEdge, kBrickEdge},
                 {kBrickVoxels, 1, kBrickEdge, kBrickEdge * kBrickEdge}, keeping(cloud));

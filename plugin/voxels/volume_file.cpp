@@ -57,8 +57,8 @@ class Bytes {
   // To be called after the last value.
   void finish() {
     if (!zipped_) return;
-    char more = 0;
-    stream_.next_out = reinterpret_cast<Bytef*>(&more);
+    Bytef more = 0;
+    stream_.next_out = &more;
     stream_.avail_out = 1;
     while (!ended_ && stream_.avail_out > 0) inflateMore();
     if (stream_.avail_out == 0)
