@@ -123,7 +123,8 @@ Work leastWork(const std::string& name, const BatchReport& r) {
                patches = double(r.patches), contacts = double(r.contacts);
   constexpr double kHit = 64, kTried = 48, kKey = 8, kNumber = 4, kBin = sizeof(CcBin),
                    kSums = sizeof(CcSums), kSprout = sizeof(CcSprout),
-                   kForce = sizeof(CcPatchForce), kContact = sizeof(CcContactPatch);
+                   kForce = sizeof(CcPatchForce), kContact = sizeof(CcContactPatch),
+                   kPlaced = sizeof(CcPlaced), kPlace = 16, kLined = kPlace + sizeof(CcFacing);
   // Samples are read in sequence, their bricks and records at random. In this benchmark the
   // coarsest level finds enough hits, so the finer ones have no work.
   if (name == "ccSearch 2") return {samples * 32, 2 * samples, 0};
@@ -137,11 +138,16 @@ Work leastWork(const std::string& name, const BatchReport& r) {
   if (name == "ccPatches") return {bins * (kSums + kNumber) + patches * kSums, 0, bins * 150};
   // 1,500 operations; a division or root counts as 8.
   if (name == "ccForces") return {patches * (kSums + kForce), 0, patches * 1500};
-  // Each hit is read once, at 40 operations for its normal, and compared with five lines twice, at
-  // 18; 3,000 for four points.
+  if (name == "ccLineUp") return {hits * (kTried + kNumber + kLined), hits, 0};
+  // Each hit's place is read, by up to four places at 18 operations, and some 20 of a place's hits
+  // are tried at 60. In the last rounds most patches have no place that moved.
+  if (name == "ccNearest 0")
+    return {hits * kPlace + contacts * kPlaced / 5, 0, hits * 18 + contacts * 20 * 60};
+  if (name == "ccNearest 1")
+    return {hits * kPlace + contacts * kPlaced, 0, 4 * (hits * 2 * 18 + contacts * 2 * 20 * 60)};
+  if (name == "ccPlans") return {contacts * (kSums + kForce + kPlaced), 0, contacts * 1000};
   if (name == "ccContacts")
-    return {hits * (kTried + kNumber) + contacts * (kSums + kForce + kContact), 0,
-            hits * (40 + 5 * 2 * 18) + contacts * 3000};
+    return {contacts * (kSums + kForce + kPlaced + kContact), 0, contacts * 1500};
   if (name == "ccLevels") return {2 * contacts * kContact, 0, 0};
   return {};
 }

@@ -86,6 +86,27 @@ typedef struct {
   uint begin, end;
 } CcGrown;
 
+// A hit's normals: of the body whose sample it is and of the other, and that sample's area.
+typedef struct {
+  float own[3], other[3], area;
+  int side;
+} CcFacing;
+
+// A contact: its pair and patch, where the patch's hits are lined up, the edge of a bin's cell, and
+// the pair's voxel [m].
+typedef struct {
+  uint pair, patch, begin, count;
+  double cell, voxel;
+} CcListed;
+
+// A contact's points on the way to their places, what is nearest to each, and whether that is asked
+// (again, as places moved).
+typedef struct {
+  CcPlan plan;
+  CcNearestHit found[4];
+  int moved, unused;
+} CcPlaced;
+
 // Counters of a batch.
 #define CC_BINS 0
 #define CC_PATCHES 1

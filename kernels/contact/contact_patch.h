@@ -102,7 +102,7 @@ CC_FN int ccDoubtOf(CC_GLOBAL const CcSums* patch, double pushes, double confide
 // of the patch the depth that its part of k gives. `flat`: the patch in the plane across
 // force->normal; `plan`, `found`: of its points.
 CC_FN void ccContactOf(CC_GLOBAL const CcSums* patch, const CcPatchForce* force, const CcFlat* flat,
-                       const CcPlan* plan, CC_NEAR const CcNearestHit* found,
+                       const CcPlan* plan, CC_GLOBAL const CcNearestHit* found,
                        CC_GLOBAL const CcTerms* terms, const CcWhole* whole,
                        CC_GLOBAL CcContactPatch* out) {
   double area, share, depth;

@@ -1,7 +1,8 @@
 // Patches become contacts. A team for each pair finds the patches' forces, lists the patches that
-// count, and sums what belongs to the pair as a whole. Then teams place the points of all pairs'
-// patches, each those of a patch at a time (nearest_hits.cl). Last, a team for each pair shares the
-// depths out.
+// count, and sums what belongs to the pair as a whole. Then the points of all pairs' patches are
+// placed as PatchHits::place() does: teams look places up (nearest_hits.cl), and in between a
+// work-item for each patch plans and moves its places. Last, a team for each pair shares the depths
+// out.
 
 // Computes a pair's sums and lists the patches that count in `kept`. Returns their number.
 uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
@@ -30,7 +31,8 @@ uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
-    __global CcPatchForce* forces, __global CcWhole* wholes, __global uint2* listed) {
+    __global CcPatchForce* forces, __global CcWhole* wholes, __global CcListed* listed,
+    __global CcPlaced* placed) {
   __local ushort kept[CC_MOST_BINS];
   __local uint count, place;
   __global CcAnswer* answers = results->answers;
@@ -49,108 +51,84 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;
+    const double cell = pairs[p].cell * (answers[p].level == CC_LEVELS - 1 ? 2.0 : 1.0);
+    uint begin = pairs[p].ways[0].hits;
+    for (uint i = 0; i < count; ++i) {
+      const uint patch = first + kept[i], hits = (uint)patches[patch].hits;
+      const CcListed one = {p, patch, begin, hits, cell, terms->voxel};
+      listed[place + i] = one;
+      begin += hits;
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-  for (uint i = lid; i < count; i += CC_TEAM) listed[place + i] = (uint2)(p, first + kept[i]);
-}
-
-// What a point's work-item asks in the stages of placing: what is nearest to its patch's center,
-// which one of four asks; then, in each round, what is nearest to its place, and to the place's
-// mirror image, if it may move.
-#define CC_CENTER 0
-#define CC_STAGES (2 * CC_WET_ROUNDS + 2)
-
-int ccIsMirror(int stage) {
-  return stage != CC_CENTER && stage % 2 == 0;
-}
-
-// A point, which the first of the work-items that look it up has, and its patch on the way;
-// `moved`: whether places of the patch did in the last round.
-typedef struct {
-  CcPatchForce force;
-  CcFlat flat;
-  CcPlan plan;
-  int point, moved;
-} CcPlacing;
-
-// What a point asks in a stage; returns whether it does. `nearest`: to its place.
-int ccAsk(const CcPlacing* at, int stage, __local const CcNearestHit* nearest,
-          __local CcNearestHit* asked) {
-  const int i = at->point;
-  if (stage == CC_CENTER) {
-    *asked = ccNoHit(at->force.center, at->force.normal, CC_WETS, 0.0);
-    return i == 0;
-  }
-  if (!ccIsMirror(stage)) {
-    *asked = ccNoHit(ccPlannedPlace(&at->plan, &at->force, &at->flat, i),
-                     ccPlannedNormal(&at->plan, &at->flat, i), CC_COVERS, CC_ABOVE);
-    return at->moved;
-  }
-  const CcNearestHit own = *nearest;
-  *asked = ccMirrored(&own);
-  return at->moved && ccMayMove(&at->plan, &own);
-}
-
-// Takes the answer of a stage.
-void ccHear(__local const CcWetRoom* room, __local CcNearestHit* nearest,
-            __global const CcSums* patch, double voxel, int stage, CcPlacing* at) {
-  const int point = at->point;
-  const CcNearestHit answer = room->asked[stage == CC_CENTER ? 0 : point];
-  if (stage == CC_CENTER)
-    at->plan = ccPlanOf(patch, &at->force, &at->flat, &answer, voxel);
-  else if (!ccIsMirror(stage) && room->asks[point])
-    nearest[point] = answer;
-  else if (room->asks[point])
-    nearest[point].moves = ccMoves(&answer, voxel);
-}
-
-// Places a patch's points as PatchHits::place() does. `is`: whether the work-item has a point.
-// Barriers are in no branches.
-void ccPlace(__local CcWetRoom* room, __local CcNearestHit* nearest, __global const CcSums* patch,
-             double voxel, int is, CcPlacing* at) {
-  const int point = at->point;
-  for (int stage = CC_CENTER; stage < CC_STAGES; ++stage) {
-    if (is) room->asks[point] = ccAsk(at, stage, &nearest[point], &room->asked[point]);
-    ccAnswerAll(room, stage == CC_CENTER ? CC_TEAM : CC_TEAM / 4);
-    if (is) ccHear(room, nearest, patch, voxel, stage, at);
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (is && ccIsMirror(stage) && at->moved)
-      at->moved = ccMoveToWet(&at->plan, &at->flat, nearest);
-    barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint i = lid; i < count; i += CC_TEAM) {
+    __global const CcPatchForce* force = &forces[first + kept[i]];
+    placed[place + i].moved = 1;
+    placed[place + i].found[0] = ccNoHit(force->center, force->normal, CC_WETS, 0.0);
   }
 }
 
-// `listed`: each contact's pair and patch.
+// Asks what is nearest to a plan's places.
+void ccAskPlaces(const CcPlan* plan, const CcPatchForce* force, const CcFlat* flat,
+                 __global CcPlaced* to) {
+  for (int i = 0; i < 4; ++i)
+    to->found[i] = ccNoHit(ccPlannedPlace(plan, force, flat, i), ccPlannedNormal(plan, flat, i),
+                           CC_COVERS, CC_ABOVE);
+}
+
+// Plans where the points of contacts stand, from what is nearest to the patches' centers.
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccPlans(
+    __global const CcPair* pairs, __global const CcResults* results,
+    __global const CcSums* patches, __global const CcPatchForce* forces,
+    __global const CcListed* listed, __global CcPlaced* placed) {
+  const uint all = results->counters[CC_CONTACTS];
+  for (uint k = get_global_id(0); k < all; k += get_global_size(0)) {
+    const CcListed from = listed[k];
+    const CcPatchForce force = forces[from.patch];
+    const CcFlat flat = ccFlatten(&patches[from.patch], force.normal);
+    const CcNearestHit center = placed[k].found[0];
+    const CcPlan plan =
+        ccPlanOf(&patches[from.patch], &force, &flat, &center, pairs[from.pair].terms.voxel);
+    placed[k].plan = plan;
+    ccAskPlaces(&plan, &force, &flat, &placed[k]);
+  }
+}
+
+// Moves places that are dry, and asks again for those that moved.
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccMovePlaces(
+    __global const CcResults* results, __global const CcSums* patches,
+    __global const CcPatchForce* forces, __global const CcListed* listed,
+    __global CcPlaced* placed) {
+  const uint all = results->counters[CC_CONTACTS];
+  for (uint k = get_global_id(0); k < all; k += get_global_size(0)) {
+    if (!placed[k].moved) continue;
+    const CcListed from = listed[k];
+    const CcPatchForce force = forces[from.patch];
+    const CcFlat flat = ccFlatten(&patches[from.patch], force.normal);
+    CcPlan plan = placed[k].plan;
+    const int moved = ccMoveToWet(&plan, &flat, placed[k].found);
+    placed[k].moved = moved;
+    if (!moved) continue;
+    placed[k].plan = plan;
+    ccAskPlaces(&plan, &force, &flat, &placed[k]);
+  }
+}
+
+// Makes contacts of patches with placed points.
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
     __global const CcPair* pairs, __global const CcResults* results,
     __global const CcSums* patches, __global const CcPatchForce* forces,
-    __global const CcWhole* wholes, __global const uint2* listed, __global const uint* queues,
-    __global const CcGrown* grown, __global const CcBin* bins, __global const float4* hits,
-    __global const uint* order, __global CcContactPatch* contacts, uint contactsAt) {
-  __local CcWetRoom room;
-  __local CcNearestHit nearest[4];
-  const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
-  const int is = lid % (CC_TEAM / 4) == 0;
-  for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
-    const uint2 from = listed[k];
-    __global const CcPair* pair = &pairs[from.x];
-    __global const CcSums* patch = &patches[from.y];
-    CcPlacing at;
-    at.point = (int)(lid / (CC_TEAM / 4));
-    at.moved = 1;
-    if (is) {
-      at.force = forces[from.y];
-      at.flat = ccFlatten(patch, at.force.normal);
-    }
-    if (lid == 0)
-      ccBeginPatch(&room.chunk, ccPatchHitsOf(pair, results->answers[from.x].level, bins,
-                                              grown[from.y], queues, hits, order));
-    ccPlace(&room, nearest, patch, pair->terms.voxel, is, &at);
-    const CcWhole whole = wholes[from.x];
-    if (lid == 0)
-      ccContactOf(patch, &at.force, &at.flat, &at.plan, nearest, &pair->terms, &whole,
-                  &contacts[contactsAt + k]);
-    barrier(CLK_LOCAL_MEM_FENCE);
+    __global const CcWhole* wholes, __global const CcListed* listed, __global const CcPlaced* placed,
+    __global CcContactPatch* contacts, uint contactsAt) {
+  const uint all = results->counters[CC_CONTACTS];
+  for (uint k = get_global_id(0); k < all; k += get_global_size(0)) {
+    const CcListed from = listed[k];
+    const CcPatchForce force = forces[from.patch];
+    const CcFlat flat = ccFlatten(&patches[from.patch], force.normal);
+    const CcPlan plan = placed[k].plan;
+    const CcWhole whole = wholes[from.pair];
+    ccContactOf(&patches[from.patch], &force, &flat, &plan, placed[k].found,
+                &pairs[from.pair].terms, &whole, &contacts[contactsAt + k]);
   }
 }
 

@@ -1,13 +1,17 @@
-// A team looks places up among the hits of a patch, all at once (wet_hits.h). The hits are in local
-// memory, a chunk at a time, which for most patches is all of them: so the reads that wait for each
-// other are done once. Each place has some work-items, and each of these tries every so many hits.
-// The nearest of all is the answer. Of equally near ones the first in the order
-// of PatchHits::nearest() (plugin/contact/patch_hits.cpp) counts, so results equal those of the CPU.
+// Looks places up among the hits of a patch (wet_hits.h). First, the hits of all patches are lined up,
+// patch by patch. Then a team takes a patch, and goes through its hits in float, for all its places at
+// once: the hit that is most nearly on a place's line tells which others may be nearer. Few are; they
+// are listed, and tried in double, a work-item each. The nearest of all is the answer. Of equally near
+// ones the first in the order of PatchHits::nearest() (plugin/contact/patch_hits.cpp) counts, so
+// results equal those of the CPU.
 
-#define CC_CHUNK 256           // hits
-#define CC_CHUNK_BINS CC_TEAM  // a bin for each work-item
-#define CC_ORDER_BITS 22       // of a hit's place in its bin
+#define CC_MAY_BE 64           // hits that may be nearest to a place and wait to be tried
+#define CC_AHEAD 1024          // hits among which they are found at a time
 #define CC_NOBODY 0xffffffffu  // comes after all others
+
+// Numbers in float are less exact, so a little more is looked at: of a way, and in cells.
+#define CC_ROUNDING 1e-4f
+#define CC_MORE 1e-3f
 
 // A number, and its place in an order.
 typedef struct {
@@ -50,239 +54,320 @@ CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
 }
 #endif
 
-// The hits of a patch, bin by bin.
-typedef struct {
-  __global const CcBin* bins;
-  __global const uint *queue, *list;  // the patch's bins; the pair's hits
-  __global const float4* hits[2];     // each body's
-  size_t room[2];
-  uint count;  // of the patch's bins
-  double cell;
-} CcPatchHits;
-
-CcPatchHits ccPatchHitsOf(__global const CcPair* pair, int level, __global const CcBin* bins,
-                          CcGrown grown, __global const uint* queues, __global const float4* hits,
-                          __global const uint* order) {
-  CcPatchHits p;
-  p.bins = bins;
-  p.queue = queues + grown.begin;
-  p.list = order + pair->ways[0].hits;
-  for (int s = 0; s < 2; ++s) {
-    p.hits[s] = hits + 4 * (size_t)pair->ways[s].hits;
-    p.room[s] = pair->ways[s].room;
-  }
-  p.count = grown.end - grown.begin;
-  p.cell = pair->cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0);
-  return p;
-}
-
-// Hits of a patch, side by side.
-typedef struct {
-  CcPatchHits patch;
-  uint bin, place;  // the next chunk's first bin, and the first hit in it
-  uint count;       // hits
-  int whole;        // all of the patch's hits
-  uint counts[CC_CHUNK_BINS];                    // of hits in each bin
-  uint which[CC_CHUNK];                          // bin << CC_ORDER_BITS | place in the bin
-  float x[CC_CHUNK], y[CC_CHUNK], z[CC_CHUNK];   // not a number: is none
-  double u[CC_CHUNK], v[CC_CHUNK], w[CC_CHUNK];  // ccSurfaceOf()
-  double width[CC_CHUNK];                        // root of the sample's area
-} CcChunk;
-
-// Memory of a team: hits of its patch, what each of the patch's points asks, which becomes the
-// answer, and whether it asks.
-typedef struct {
-  CcChunk chunk;
-  CcNearestHit asked[4];
-  int asks[4];
-  CcLeast least[CC_TEAM];
-} CcWetRoom;
-
-void ccBeginPatch(__local CcChunk* c, CcPatchHits patch) {
-  c->patch = patch;
-  c->bin = c->place = c->count = 0u;
-  c->whole = 0;
-}
-
-// Counts the hits that are left in the chunk's bins.
-void ccCountHits(__local CcChunk* c) {
-  __local const CcPatchHits* p = &c->patch;
-  const uint j = get_local_id(0);
-  uint count = 0;
-  if (c->bin + j < p->count) {
-    __global const CcBin* bin = &p->bins[p->queue[c->bin + j]];
-    count = bin->end - bin->begin - (j == 0 ? c->place : 0u);
-  }
-  c->counts[j] = count;
-}
-
-// Lists as many of them as have room.
-void ccListChunk(__local CcChunk* c) {
-  const uint j = get_local_id(0);
-  uint to = 0;
-  for (uint i = 0; i < j; ++i) to += c->counts[i];
-  const uint end = min(to + c->counts[j], (uint)CC_CHUNK);
-  uint which = (c->bin + j) << CC_ORDER_BITS | (j == 0 ? c->place : 0u);
-  for (; to < end; ++to) c->which[to] = which++;
-}
-
-// Counts what was listed, and finds where the next chunk begins.
-void ccEndChunk(__local CcChunk* c) {
-  uint count = 0, j = 0;
-  while (j < CC_CHUNK_BINS && count + c->counts[j] <= CC_CHUNK) count += c->counts[j++];
-  const int whole = c->bin == 0 && c->place == 0;
-  if (j < CC_CHUNK_BINS) {
-    c->place = (j == 0 ? c->place : 0u) + CC_CHUNK - count;
-    count = CC_CHUNK;
-  } else {
-    c->place = 0u;
-  }
-  c->bin += j;
-  c->count = count;
-  c->whole = whole && c->bin >= c->patch.count;
-}
-
-// Reads the hits that are listed.
-void ccReadHits(__local CcChunk* c) {
-  __local const CcPatchHits* p = &c->patch;
-  for (uint k = get_local_id(0); k < c->count; k += CC_TEAM) {
-    const uint which = c->which[k];
-    const CcBin bin = p->bins[p->queue[which >> CC_ORDER_BITS]];
-    const uint n = bin.begin + (which & ((1u << CC_ORDER_BITS) - 1u));
-    const int side = n < bin.middle ? 0 : 1;
-    __global const float4* hit = p->hits[side] + p->list[n];
-    const float4 x = hit[0], q = hit[p->room[side]], r = hit[2 * p->room[side]];
-    const float mine[3] = {q.x, q.y, q.z}, other[3] = {r.x, r.y, r.z};
-    const CcVec surface = ccSurfaceOf(mine, other, side);
-    c->x[k] = ccGate(q.w, x.w) < CC_LEAST_GATE ? NAN : x.x;
-    c->y[k] = x.y;
-    c->z[k] = x.z;
-    c->u[k] = surface.x;
-    c->v[k] = surface.y;
-    c->w[k] = surface.z;
-    c->width[k] = CC_SQRT64((double)r.w);
-  }
-}
-
-// Takes in the next chunk of the patch if it `must`; all of the team must call it.
-void ccTakeChunk(__local CcChunk* c, int must) {
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (must) ccCountHits(c);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (must) ccListChunk(c);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (must && get_local_id(0) == 0) ccEndChunk(c);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (must) ccReadHits(c);
-  barrier(CLK_LOCAL_MEM_FENCE);
-}
-
-CcVec ccWhereIs(__local const CcChunk* c, uint k) {
-  return ccVec(c->x[k], c->y[k], c->z[k]);
-}
-
-// The way to the chunk's k-th hit.
-CcWayToHit ccWayTo(__local const CcChunk* c, const CcNearestHit* asked, uint k) {
-  CcWayToHit way = ccWayBeside(asked, c->patch.cell, ccWhereIs(c, k), c->width[k]);
-  ccAddAbove(asked, ccVec(c->u[k], c->v[k], c->w[k]), &way);
-  return way;
-}
-
-// What a work-item looks up: every `of`-th hit for the point `who`, one of each `of` work-items.
-typedef struct {
-  CcNearestHit asked;
-  uint who, of, part;
-  int asks;
-  uint first;     // the bin whose hits come first
-  CcLeast least;  // nearest hit so far
-} CcLookUp;
-
-// The bin whose cell is nearest to the place.
-uint ccFirstBin(__local CcLeast* room, __local const CcPatchHits* p, const CcLookUp* l) {
-  CcLeast own = {INFINITY, CC_NOBODY};
-  for (uint k = l->part; k < (l->asks ? p->count : 0u); k += l->of) {
-    __global const int* cell = p->bins[p->queue[k]].cell;
-    const CcVec middle = ccVec((cell[0] + 0.5) * p->cell, (cell[1] + 0.5) * p->cell,
-                               (cell[2] + 0.5) * p->cell);
-    const double square = ccSquareTo(&l->asked, middle);
-    if (square < own.square) own.square = square, own.order = k;
-  }
-  return ccLeastOf(room, l->of, own).order;
-}
-
-// A hit's place in the order of bins and hits, if those of the bin `first` come first.
-uint ccRankOf(uint which, uint first) {
-  const uint bin = which >> CC_ORDER_BITS;
-  if (bin == first) return which & ((1u << CC_ORDER_BITS) - 1u);
-  return bin < first ? which + (1u << CC_ORDER_BITS) : which;
-}
-
-// How near the hit of the chunk is that is most nearly on the line: others must be as near.
-void ccLimit(__local CcLeast* room, __local const CcChunk* c, CcLookUp* l) {
-  CcLeast own = {INFINITY, CC_NOBODY};
-  for (uint k = l->part; k < (l->asks ? c->count : 0u); k += l->of) {
-    const double square = ccSquareAside(ccMinus(ccWhereIs(c, k), l->asked.place), l->asked.normal);
-    if (square < own.square) own.square = square, own.order = k;
-  }
-  const uint nearly = ccLeastOf(room, l->of, own).order;
-  if (nearly != CC_NOBODY) {
-    const double square = ccWayTo(c, &l->asked, nearly).square;
-    if (square < l->asked.square) {
-      l->asked.square = square;
-      l->asked.nearest = CC_SQRT64(square);
+// Lines up the hits of patches, bin by bin: where each is, and its sample's width, which is no number
+// if the hit is none (ccTryHit()); and its normals (CcFacing).
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
+    __global const CcPair* pairs, __global const CcResults* results, __global const CcListed* listed,
+    __global const uint* queues, __global const CcGrown* grown, __global const CcBin* bins,
+    __global const float4* hits, __global const uint* order, __global float4* places,
+    __global CcFacing* facing) {
+  __local uint ends[CC_TEAM];
+  __local CcBin own[CC_TEAM];
+  const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
+  for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
+    const CcListed from = listed[k];
+    __global const CcDirection* ways = pairs[from.pair].ways;
+    __global const uint* list = order + ways[0].hits;
+    const CcGrown queue = grown[from.patch];
+    uint to = from.begin;
+    for (uint first = queue.begin; first < queue.end; first += CC_TEAM) {
+      if (first + lid < queue.end) own[lid] = bins[queues[first + lid]];
+      ends[lid] = first + lid < queue.end ? own[lid].end - own[lid].begin : 0u;
+      barrier(CLK_LOCAL_MEM_FENCE);
+      uint end = 0;
+      for (uint i = 0; i <= lid; ++i) end += ends[i];
+      barrier(CLK_LOCAL_MEM_FENCE);
+      ends[lid] = end;
+      barrier(CLK_LOCAL_MEM_FENCE);
+      for (uint i = lid; i < ends[CC_TEAM - 1]; i += CC_TEAM) {
+        const uint j = ccRunOf(ends, CC_TEAM, i), n = own[j].end + i - ends[j];
+        const int side = n < own[j].middle ? 0 : 1;
+        const size_t room = ways[side].room;
+        __global const float4* hit = hits + 4 * (size_t)ways[side].hits + list[n];
+        const float4 x = hit[0], q = hit[room], r = hit[2 * room];
+        const int is = ccGate(q.w, x.w) >= CC_LEAST_GATE;
+        places[to + i] = (float4)(x.x, x.y, x.z, is ? sqrt(r.w) : NAN);
+        const CcFacing normals = {{q.x, q.y, q.z}, {r.x, r.y, r.z}, r.w, side};
+        facing[to + i] = normals;
+      }
+      to += ends[CC_TEAM - 1];
+      barrier(CLK_LOCAL_MEM_FENCE);
     }
   }
 }
 
-// The work-item's nearest hit of the chunk that is nearer than `least`, which it becomes; or
-// CC_NOBODY.
-uint ccNearestOf(__local const CcChunk* c, CcLookUp* l) {
-  uint nearest = CC_NOBODY;
-  for (uint k = l->part; k < (l->asks ? c->count : 0u); k += l->of) {
-    const CcVec from = ccMinus(ccWhereIs(c, k), l->asked.place);
-    const double most = l->asked.nearest +
-                        ccMin64(l->asked.reach * c->width[k], CC_LARGEST * c->patch.cell);
-    if (!(ccSquareAside(from, l->asked.normal) <= most * most)) continue;
-    const CcLeast own = {ccWayTo(c, &l->asked, k).square, ccRankOf(c->which[k], l->first)};
-    if (ccIsBefore(own, l->least)) l->least = own, nearest = k;
-  }
-  return nearest;
+// The hits of a patch.
+typedef struct {
+  __global const float4* places;
+  __global const CcFacing* facing;
+  uint count;
+  double cell;
+  // Its bins, which hardly ever count.
+  __global const CcBin* bins;
+  __global const uint* queues;
+  __global const CcGrown* grown;
+} CcPatchHits;
+
+// A place that is looked up, and the line through it along its normal.
+typedef struct {
+  float4 place, normal;  // x, y, z; at first CC_ABOVE or 0, then how near hits may be; the reach
+  CcNearestHit asked;    // and the answer so far
+  int asks;              // whether it is
+  uint known;            // a hit that is near, or CC_NOBODY
+  uint found;            // the nearest hit
+  uint count, left;      // hits that may be nearest, and of those the ones that had no room
+  uint may[CC_MAY_BE];
+  double square[CC_MAY_BE];    // of the ways to them
+  uint more[CC_AHEAD / 32];    // those for which there is no room, a bit for each
+} CcLookUp;
+
+// Memory of a team: the places.
+typedef struct {
+  CcLookUp at[4];
+  CcLeast least[CC_TEAM];
+} CcWetRoom;
+
+// The square of a hit's way from a line.
+float ccFromLine(float4 place, float4 normal, float4 hit) {
+  const float3 from = hit.xyz - place.xyz;
+  const float along = dot(from, normal.xyz);
+  return dot(from, from) - along * along;
 }
 
-// Tries the hits of a chunk; all of the team must call it.
-void ccTryChunk(__local CcWetRoom* r, __local const CcChunk* c, CcLookUp* l) {
-  ccLimit(r->least, c, l);
-  const uint k = ccNearestOf(c, l), order = l->least.order;
-  l->least = ccLeastOf(r->least, l->of, l->least);
-  if (k != CC_NOBODY && order == l->least.order) {
-    CcNearestHit best = r->asked[l->who];
-    const CcWayToHit way = ccWayTo(c, &best, k);
-    ccTakeHit(&best, ccWhereIs(c, k), ccVec(c->u[k], c->v[k], c->w[k]), &way);
-    r->asked[l->who] = best;
-  }
+// The way to the k-th hit, where it is, and its normal from A to B.
+CcWayToHit ccWayTo(const CcPatchHits* p, const CcNearestHit* asked, uint k, CcVec* where,
+                   CcVec* surface) {
+  const float4 place = p->places[k];
+  const CcFacing f = p->facing[k];
+  *where = ccVec(place.x, place.y, place.z);
+  *surface = ccSurfaceOf(f.own, f.other, f.side);
+  CcWayToHit way = ccWayBeside(asked, p->cell, *where, CC_SQRT64((double)f.area));
+  ccAddAbove(asked, *surface, &way);
+  return way;
 }
 
-// Answers what points ask; all of the team must call it. Each `of` work-items look one up: all 32
-// the first, or 8 each. Barriers are in no branches, which PoCL would compile for each way.
-void ccAnswerAll(__local CcWetRoom* r, uint of) {
+// The hits of the bin whose cell is nearest to the place come first, from `begin` to `end`.
+typedef struct {
+  uint begin, end;
+} CcFirst;
+
+CcFirst ccFirstOf(const CcPatchHits* p, const CcNearestHit* asked) {
+  CcFirst first = {0u, 0u};
+  double least = INFINITY;
+  uint begin = 0;
+  for (uint k = p->grown->begin; k < p->grown->end; ++k) {
+    __global const CcBin* bin = &p->bins[p->queues[k]];
+    const CcVec middle = ccVec((bin->cell[0] + 0.5) * p->cell, (bin->cell[1] + 0.5) * p->cell,
+                               (bin->cell[2] + 0.5) * p->cell);
+    const double square = ccSquareTo(asked, middle);
+    const uint end = begin + (bin->end - bin->begin);
+    if (square < least) least = square, first.begin = begin, first.end = end;
+    begin = end;
+  }
+  return first;
+}
+
+uint ccRankOf(uint k, CcFirst first) {
+  if (k >= first.begin && k < first.end) return k - first.begin;
+  return k < first.begin ? k + (first.end - first.begin) : k;
+}
+
+// Finds the hit that promises most of each place of which none is known to be near.
+void ccPromise(__local CcWetRoom* r, const CcPatchHits* p, uint places) {
   const uint lid = get_local_id(0);
-  __local CcChunk* c = &r->chunk;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  CcLookUp l;
-  l.of = of;
-  l.who = lid / of;
-  l.part = lid % of;
-  l.asks = r->asks[l.who];
-  l.asked = r->asked[l.who];
-  l.first = ccFirstBin(r->least, &c->patch, &l);
-  l.least.square = l.asked.square;
-  l.least.order = CC_NOBODY;
-  if (!c->whole && lid == 0) c->bin = c->place = 0u;
-  int left = r->asks[0] | r->asks[1] | r->asks[2] | r->asks[3];
-  while (left) {
-    ccTakeChunk(c, !c->whole);
-    ccTryChunk(r, c, &l);
-    left = !c->whole && c->bin < c->patch.count;
+  float least[4];
+  uint known[4];
+  int seeks = 0;
+  for (uint i = 0; i < 4; ++i) least[i] = INFINITY, known[i] = CC_NOBODY;
+  for (uint i = 0; i < places; ++i) seeks |= r->at[i].asks && r->at[i].known == CC_NOBODY;
+  const uint end = seeks ? p->count : 0u;
+#pragma unroll 2
+  for (uint k = lid; k < end; k += CC_TEAM) {
+    const float4 hit = p->places[k];
+    for (uint i = 0; i < 4; ++i) {
+      const float3 from = hit.xyz - r->at[i].place.xyz;
+      const float along = dot(from, r->at[i].normal.xyz);
+      const float square = dot(from, from) - (1.0f - r->at[i].place.w) * (along * along);
+      const int is = (hit.w >= 0.0f) & (square < least[i]);
+      least[i] = is ? square : least[i];
+      known[i] = is ? k : known[i];
+    }
+  }
+  for (uint i = 0; i < places; ++i) {
+    const CcLeast own = {least[i], known[i]};
+    const uint order = ccLeastOf(r->least, CC_TEAM, own).order;
+    if (lid == i && r->at[i].known == CC_NOBODY) r->at[i].known = order;
+  }
+}
+
+// Others must be as near as the hit that is known, and none where nothing is asked.
+void ccLimit(const CcPatchHits* p, __local CcLookUp* l) {
+  const CcNearestHit asked = l->asked;
+  CcVec where, surface;
+  l->place.w = l->asks ? INFINITY : -INFINITY;
+  if (l->asks && l->known != CC_NOBODY)
+    l->place.w = (1.0f + CC_ROUNDING) *
+                 (float)CC_SQRT64(ccWayTo(p, &asked, l->known, &where, &surface).square);
+}
+
+// Lists a hit that may be nearest to a place; `at`: its place among those that are looked through.
+void ccListOne(__local CcLookUp* l, uint k, uint at) {
+  const uint to = atomic_inc(&l->count);
+  if (to < CC_MAY_BE)
+    l->may[to] = k;
+  else
+    atomic_or(&l->more[at / 32u], 1u << at % 32u);
+}
+
+// Lists the hits from `first` on that may be nearest to the places.
+void ccListNear(__local CcWetRoom* r, const CcPatchHits* p, uint first, uint places) {
+  const float largest = (float)(CC_LARGEST * p->cell), rounding = CC_MORE * (float)p->cell;
+  const uint end = min(first + CC_AHEAD, p->count);
+#pragma unroll 2
+  for (uint k = first + get_local_id(0); k < end; k += CC_TEAM) {
+    const float4 hit = p->places[k];
+    for (uint i = 0; i < places; ++i) {
+      const float4 place = r->at[i].place, normal = r->at[i].normal;
+      const float most = place.w + (fmin(normal.w * hit.w, largest) + rounding);
+      if ((hit.w >= 0.0f) & (most >= 0.0f) & (ccFromLine(place, normal, hit) <= most * most))
+        ccListOne(&r->at[i], k, k - first);
+    }
+  }
+}
+
+// Takes the nearest of the hits that were tried.
+void ccTakeNearest(const CcPatchHits* p, __local CcLookUp* l) {
+  const CcNearestHit asked = l->asked;
+  double least = asked.square;
+  uint found = l->found;
+  const uint count = min(l->count, (uint)CC_MAY_BE), left = l->count - count;
+  for (uint c = 0; c < count; ++c) {
+    const uint k = l->may[c];
+    if (l->square[c] > least) continue;
+    if (l->square[c] == least && found != CC_NOBODY) {
+      const CcFirst start = ccFirstOf(p, &asked);
+      if (ccRankOf(k, start) > ccRankOf(found, start)) continue;
+    }
+    least = l->square[c];
+    found = k;
+  }
+  l->asked.square = least;
+  l->found = found;
+  l->count = 0u;
+  l->left = left;
+}
+
+// Lists those of 32 hits for which there was no room.
+void ccListMore(__local CcLookUp* l, uint first, uint word) {
+  for (uint left = l->more[word]; left != 0u; left &= left - 1u) {
+    const uint bit = 31u - clz(left & (0u - left)), to = atomic_inc(&l->count);
+    if (to >= CC_MAY_BE) return;
+    l->may[to] = first + 32u * word + bit;
+    l->more[word] &= ~(1u << bit);
+  }
+}
+
+// Tries the hits that are listed, each by a work-item; all of the team must call it. Returns whether
+// more are listed.
+int ccTryListed(__local CcWetRoom* r, const CcPatchHits* p, uint first, uint places) {
+  const uint lid = get_local_id(0);
+  for (uint i = 0, c = lid; i < places; ++i) {
+    __local CcLookUp* l = &r->at[i];
+    const uint count = min(l->count, (uint)CC_MAY_BE);
+    for (; c < count; c += CC_TEAM) {
+      const CcNearestHit asked = l->asked;
+      CcVec where, surface;
+      l->square[c] = ccWayTo(p, &asked, l->may[c], &where, &surface).square;
+    }
+    c -= count;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid < places) ccTakeNearest(p, &r->at[lid]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint left = 0;
+  for (uint i = 0; i < places; ++i) {
+    if (r->at[i].left > 0u) ccListMore(&r->at[i], first, lid);
+    left |= r->at[i].left;
+  }
+  return left > 0u;
+}
+
+// Sets what a look-up is by what is asked.
+void ccBeginLookUp(__local CcLookUp* l) {
+  const CcNearestHit asked = l->asked;
+  l->place = (float4)((float)asked.place.x, (float)asked.place.y, (float)asked.place.z, (float)asked.above);
+  l->normal = (float4)((float)asked.normal.x, (float)asked.normal.y, (float)asked.normal.z,
+                       (float)asked.reach);
+  l->found = CC_NOBODY;
+  l->count = 0u;
+}
+
+// Answers what is asked of places, one or four; all of the team must call it.
+void ccAnswer(__local CcWetRoom* r, const CcPatchHits* p, uint places) {
+  const uint lid = get_local_id(0);
+  if (lid < places) ccBeginLookUp(&r->at[lid]);
+  for (uint i = 0; i < places; ++i) r->at[i].more[lid] = 0u;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  ccPromise(r, p, places);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid < places) ccLimit(p, &r->at[lid]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  int any = 0;
+  for (uint i = 0; i < places; ++i) any |= r->at[i].asks;
+  for (uint first = 0; first < (any ? p->count : 0u); first += CC_AHEAD) {
+    ccListNear(r, p, first, places);
+    int left = 1;
+    while (left) {
+      barrier(CLK_LOCAL_MEM_FENCE);
+      left = ccTryListed(r, p, first, places);
+    }
+  }
+  if (lid < places && r->at[lid].found != CC_NOBODY) {
+    CcNearestHit best = r->at[lid].asked;
+    CcVec where, surface;
+    const CcWayToHit way = ccWayTo(p, &best, r->at[lid].found, &where, &surface);
+    ccTakeHit(&best, where, surface, &way);
+    r->at[lid].asked = best;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// Finds what is nearest to the centers of all contacts' patches (round -1), or to their places, and
+// to the places' mirror images, if these may move in this round.
+__kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccNearest(
+    __global const CcResults* results, __global const CcListed* listed,
+    __global const uint* queues, __global const CcGrown* grown, __global const CcBin* bins,
+    __global const float4* lined, __global const CcFacing* facing, __global CcPlaced* placed,
+    int round) {
+  __local CcWetRoom room;
+  const uint lid = get_local_id(0), places = round < 0 ? 1u : 4u;
+  const uint all = results->counters[CC_CONTACTS];
+  for (uint k = get_group_id(0); k < all; k += get_num_groups(0)) {
+    if (!placed[k].moved) continue;
+    const CcListed from = listed[k];
+    const CcPatchHits p = {lined + from.begin, facing + from.begin, from.count, from.cell, bins,
+                           queues, &grown[from.patch]};
+    __local CcLookUp* own = &room.at[lid & 3u];
+    CcNearestHit found;
+    if (lid < places) {
+      own->asked = placed[k].found[lid];
+      own->asks = 1;
+      own->known = CC_NOBODY;
+    }
+    for (int mirrored = 0; mirrored < (round < 0 || round == CC_WET_ROUNDS ? 1 : 2); ++mirrored) {
+      ccAnswer(&room, &p, places);
+      if (lid >= places) continue;
+      const CcNearestHit answer = own->asked;
+      if (mirrored) {
+        if (own->asks) found.moves = ccMoves(&answer, from.voxel);
+        continue;
+      }
+      found = answer;
+      own->asks = round >= 0 && placed[k].plan.pressed > 0.0 && ccIsBeside(&found, from.voxel);
+      own->known = own->found;
+      own->asked = ccMirrored(&found);
+    }
+    if (lid < places) placed[k].found[lid] = found;
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
 }

@@ -366,7 +366,7 @@ CC_FN void ccBalance(CcPlan* plan) {
 }
 
 // Moves the places of a plan that are dry to the hits nearest to them. Returns whether any moved.
-CC_FN int ccMoveToWet(CcPlan* plan, const CcFlat* f, CC_NEAR const CcNearestHit* found) {
+CC_FN int ccMoveToWet(CcPlan* plan, const CcFlat* f, CC_GLOBAL const CcNearestHit* found) {
   int moved = 0;
   for (int i = 0; i < 4; ++i) {
     const CcNearestHit hit = found[i];
@@ -394,7 +394,7 @@ CC_FN double ccWeightOf(const CcPlan* plan, int i) {
 // Makes a plan's places the patch's points in the frame body, which together have its force and
 // torque. `found`: what is nearest to each place.
 CC_FN void ccPointsOf(const CcPatchForce* force, const CcFlat* f, const CcPlan* plan,
-                      CC_NEAR const CcNearestHit* found, CcPatchPoint* points) {
+                      CC_GLOBAL const CcNearestHit* found, CcPatchPoint* points) {
   const double noise = CC_LEAN_VOXELS * plan->voxel * CC_LEAN_VOXELS * plan->voxel;
   const CcTwo* at = plan->at;
   CcTwo turned[4];

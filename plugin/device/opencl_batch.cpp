@@ -51,11 +51,11 @@ void OpenClBatch::run(const Launch& launch, const Arguments&... arguments) {
 }
 
 using B = OpenClBatch;
-constexpr std::array<DeviceBuffer OpenClBatch::*, 22> OpenClBatch::kBuffers = {
-    &B::pairs_,  &B::results_,  &B::found_, &B::nearby_,   &B::hits_,   &B::aside_,
-    &B::keys_,   &B::slots_,    &B::order_, &B::bins_,     &B::sums_,   &B::sprouts_,
-    &B::queues_, &B::scratch_,  &B::grown_, &B::patches_,  &B::forces_, &B::wholes_,
-    &B::listed_, &B::heaviest_, &B::near_,  &B::neighbors_};
+constexpr std::array<DeviceBuffer OpenClBatch::*, 25> OpenClBatch::kBuffers = {
+    &B::pairs_,  &B::results_, &B::found_,  &B::nearby_,   &B::hits_,    &B::aside_,  &B::keys_,
+    &B::slots_,  &B::order_,   &B::bins_,   &B::sums_,     &B::sprouts_, &B::queues_, &B::scratch_,
+    &B::grown_,  &B::patches_, &B::forces_, &B::wholes_,   &B::listed_,  &B::placed_, &B::heaviest_,
+    &B::around_, &B::places_,  &B::facing_, &B::neighbors_};
 
 std::size_t OpenClBatch::bytes() const {
   std::size_t sum = 0;
@@ -163,11 +163,11 @@ void OpenClBatch::growPatches() {
   run({"ccSums", count_ * CC_TEAMS_A_PAIR * CC_TEAM, CC_TEAM}, pairs, found, results, hitBuffer,
       order, bins, sums);
   const cl::Buffer& heaviest = heaviest_.reserve(d, binRoom_ * sizeof(cl_ushort));
-  const cl::Buffer& near = near_.reserve(d, binRoom_ * CC_NEIGHBORS * sizeof(cl_ushort));
+  const cl::Buffer& around = around_.reserve(d, binRoom_ * CC_NEIGHBORS * sizeof(cl_ushort));
   const cl::Buffer& neighbors = neighbors_.reserve(d, binRoom_);
   run({"ccSprouts", count_ * CC_GROUP, CC_GROUP}, pairs, results, bins, sums, sprouts, heaviest,
-      near, neighbors);
-  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, results, sprouts, neighbors, heaviest, near, queues,
+      around, neighbors);
+  run({"ccGrow", count_ * CC_TEAM, CC_TEAM}, results, sprouts, neighbors, heaviest, around, queues,
       scratch_.reserve(d, binRoom_ * sizeof(CcGrown)), grown, patchRoom_);
   const cl::Buffer& patches = patches_.reserve(d, patchRoom_ * sizeof(CcSums));
   run({"ccPatches", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM, nullptr,
@@ -179,15 +179,38 @@ void OpenClBatch::growPatches() {
 void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
                              const cl::Buffer& patches) {
   Device& d = *device_;
-  const cl::Buffer &pairs = pairs_.buffer(), &results = results_.buffer();
+  const std::size_t hits = std::max<std::size_t>(hitRoom_, 1);
+  const std::size_t teams = std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_),
+                    items = (patchRoom_ + CC_TEAM - 1) / CC_TEAM * CC_TEAM;
+  const cl::Buffer &pairs = pairs_.buffer(), &results = results_.buffer(),
+                   &queues = queues_.buffer(), &hitBuffer = hits_.buffer();
   const cl::Buffer& forces = forces_.reserve(d, patchRoom_ * sizeof(CcPatchForce));
   const cl::Buffer& wholes = wholes_.reserve(d, count_ * sizeof(CcWhole));
-  const cl::Buffer& listed = listed_.reserve(d, patchRoom_ * sizeof(cl_uint2));
+  const cl::Buffer& listed = listed_.reserve(d, patchRoom_ * sizeof(CcListed));
+  const cl::Buffer& placed = placed_.reserve(d, patchRoom_ * sizeof(CcPlaced));
+  const cl::Buffer& places = places_.reserve(d, hits * sizeof(cl_float4));
+  const cl::Buffer& facing = facing_.reserve(d, hits * sizeof(CcFacing));
   const auto contactsAt = static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch));
-  run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed);
-  run({"ccContacts", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM}, pairs,
-      results, patches, forces, wholes, listed, queues_.buffer(), grown, bins, hits_.buffer(),
-      order_.buffer(), results, contactsAt);
+  const auto findNearest = [&](cl_int round) {
+    static constexpr const char* kRounds[] = {"ccNearest 0", "ccNearest 1", "ccNearest 2",
+                                              "ccNearest 3"};
+    static_assert(std::size(kRounds) == CC_WET_ROUNDS + 2);
+    run({"ccNearest", teams, CC_TEAM, kRounds[round + 1]}, results, listed, queues, grown, bins,
+        places, facing, placed, round);
+  };
+  run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
+      placed);
+  run({"ccLineUp", teams, CC_TEAM}, pairs, results, listed, queues, grown, bins, hitBuffer,
+      order_.buffer(), places, facing);
+  findNearest(-1);
+  run({"ccPlans", items, CC_TEAM}, pairs, results, patches, forces, listed, placed);
+  for (cl_int round = 0; round < CC_WET_ROUNDS; ++round) {
+    findNearest(round);
+    run({"ccMovePlaces", items, CC_TEAM}, results, patches, forces, listed, placed);
+  }
+  findNearest(CC_WET_ROUNDS);
+  run({"ccContacts", items, CC_TEAM}, pairs, results, patches, forces, wholes, listed, placed,
+      results, contactsAt);
   run({"ccLevels", count_ * CC_TEAM, CC_TEAM}, pairs, results, wholes, results, contactsAt);
 }
 

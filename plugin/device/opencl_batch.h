@@ -122,9 +122,9 @@ class OpenClBatch {
   std::map<std::string, CachedKernel, std::less<>> kernels_;
   PinnedMemory sent_, fetched_;
   DeviceBuffer pairs_, results_, found_, nearby_, hits_, aside_, keys_, slots_, order_, bins_,
-      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, wholes_, listed_, heaviest_,
-      near_, neighbors_;
-  static const std::array<DeviceBuffer OpenClBatch::*, 22> kBuffers;  // all of these
+      sums_, sprouts_, queues_, scratch_, grown_, patches_, forces_, wholes_, listed_, placed_,
+      heaviest_, places_, facing_, around_, neighbors_;
+  static const std::array<DeviceBuffer OpenClBatch::*, 25> kBuffers;  // all of these
   // Where a direction's hits begin, and its samples near the other body.
   struct Offsets {
     std::uint32_t hits, nearby[2];
