@@ -80,18 +80,9 @@ std::uint64_t bytesOf(const Array& array) {
   return array.size() * sizeof(array[0]);
 }
 
-class Writer {
+class Writer : public HashedWriter<WordHash> {
  public:
-  explicit Writer(std::ostream& out) : out_(out) {}
-  void bytes(const void* data, std::size_t count) {
-    hash_.add(data, count);
-    out_.write(static_cast<const char*>(data), static_cast<std::streamsize>(count));
-  }
-  template <typename Number>
-  void number(Number x) {
-    x = inFileOrder(x);
-    bytes(&x, sizeof x);
-  }
+  using HashedWriter::HashedWriter;
   template <typename Array>
   void array(const Array& all) {
     number(static_cast<std::uint64_t>(all.size()));
@@ -103,30 +94,13 @@ class Writer {
       bytes(turned.data(), bytesOf(turned));
     }
   }
-  void checksum() { number(hash_.value()); }
-
- private:
-  std::ostream& out_;
-  WordHash hash_;
 };
 
-class Reader {
+class Reader : public HashedReader<WordHash> {
  public:
   Reader(std::istream& in, const fs::path& file, std::uint64_t size)
-      : in_(in), file_(file), size_(size), left_(size) {}
+      : HashedReader(in, file, kAgain), size_(size) {}
   std::uint64_t size() const { return size_; }
-  void bytes(void* data, std::size_t count) {
-    in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!in_) refuse("is cut short");
-    hash_.add(data, count);
-    left_ -= count;
-  }
-  template <typename Number>
-  Number number() {
-    Number x;
-    bytes(&x, sizeof x);
-    return inFileOrder(x);
-  }
   // Nothing is allocated that the file cannot hold. By parts that stay in the cache: memory that is
   // filled with zeros first, and read once more for the checksum, took a fifth of a load.
   template <typename Array>
@@ -134,7 +108,7 @@ class Reader {
     using Item = typename Array::value_type;
     constexpr std::size_t kPart = 4096;  // whole words of the checksum
     const auto count = number<std::uint64_t>();
-    if (count > left_ / sizeof(Item)) impossible();
+    if (count > (size_ - position()) / sizeof(Item)) impossible();
     all.clear();
     all.reserve(count);
     std::vector<Item> part(std::min<std::size_t>(count, kPart));
@@ -145,19 +119,10 @@ class Reader {
       all.insert(all.end(), part.begin(), part.end());
     }
   }
-  void checksum() {
-    const std::uint64_t expected = hash_.value();
-    if (number<std::uint64_t>() != expected) refuse("is damaged: its checksum does not match");
-  }
   [[noreturn]] void impossible() const { refuse("says impossible sizes"); }
 
  private:
-  [[noreturn]] void refuse(const std::string& why) const { refuseFile(file_, why + kAgain); }
-
-  std::istream& in_;
-  const fs::path& file_;
-  WordHash hash_;
-  std::uint64_t size_, left_;
+  std::uint64_t size_;
 };
 
 void write(const FieldData& field, std::ostream& out) {

@@ -191,14 +191,14 @@ void saveObject(const DigitalObject& object, const fs::path& file) {
     writer.number(static_cast<std::uint32_t>(kind));
     writer.number(static_cast<std::uint64_t>(bytes.size()));
     writer.bytes(bytes.data(), bytes.size());
-    writer.number(writer.hash());
+    writer.checksum();
   });
 }
 
 DigitalObject loadObject(const fs::path& file) {
   std::ifstream in = openFile(file, "a .cloud file");
-  CloudReader reader(in, file);
-  if (readCloudVersion(reader) != kAnyObject) return loadCloud(file);
+  CloudReader reader(in, file, kCloudAgain);
+  if (readCloudVersion(reader, file) != kAnyObject) return loadCloud(file);
   const auto kind = reader.number<std::uint32_t>();
   const auto bytes = reader.number<std::uint64_t>();
   const std::uint64_t length = fs::file_size(file);
@@ -211,13 +211,13 @@ DigitalObject loadObject(const fs::path& file) {
   try {
     object = unpack(fields, static_cast<Kind>(kind));
   } catch (const std::invalid_argument& e) {
-    checkCloudHash(reader);  // damage is the likelier cause
+    reader.checksum();  // damage is the likelier cause
     refuseFile(file, e.what());
   } catch (const std::runtime_error&) {
     refuseFile(file, "says impossible sizes; save the object again");
   }
   if (fields.left() > 0) refuseFile(file, "says impossible sizes; save the object again");
-  checkCloudHash(reader);
+  reader.checksum();
   return std::move(*object);
 }
 

@@ -56,22 +56,16 @@ void checkLength(const fs::path& file, std::uint64_t length, std::uint64_t expec
     refuseFile(file, "has " + std::to_string(length - expected) + " bytes too many" + again);
 }
 
-std::uint32_t readCloudVersion(CloudReader& reader) {
+std::uint32_t readCloudVersion(CloudReader& reader, const fs::path& file) {
   char magic[sizeof(kCloudMagic)];
   reader.bytes(magic, sizeof(magic));
   if (std::memcmp(magic, kCloudMagic, sizeof(magic)) != 0)
-    refuseFile(reader.file(), "is not a cloud; make one with `cloudcontact digitize`");
+    refuseFile(file, "is not a cloud; make one with `cloudcontact digitize`");
   const auto version = reader.number<std::uint32_t>();
   if (version < kPlainCloud || version > kAnyObject)
-    refuseFile(reader.file(), "is a cloud of version " + std::to_string(version) +
-                                  ", this program reads 1 to 3; digitize the body again");
+    refuseFile(file, "is a cloud of version " + std::to_string(version) +
+                         ", this program reads 1 to 3; digitize the body again");
   return version;
-}
-
-void checkCloudHash(CloudReader& reader) {
-  const std::uint64_t hash = reader.hash();
-  if (reader.number<std::uint64_t>() != hash)
-    refuseFile(reader.file(), "is damaged: its bytes do not add up; save the cloud again");
 }
 
 }  // namespace cloudcontact

@@ -44,7 +44,7 @@ void write(const Cloud& cloud, std::ostream& out) {
   writer.bytes(names.data(), names.size());
   for (const std::int32_t m : voxels.materialTable) writer.number(m);
   for (const BrickMaterial& m : voxels.material) writer.bytes(m.data(), m.size());
-  writer.number(writer.hash());
+  writer.checksum();
 }
 
 struct Header {
@@ -57,7 +57,7 @@ struct Header {
 };
 
 Header readHeader(CloudReader& reader, const fs::path& file) {
-  const std::uint32_t version = readCloudVersion(reader);
+  const std::uint32_t version = readCloudVersion(reader, file);
   if (version == kAnyObject)
     refuseFile(file, "holds another kind of object than voxels; load it as an object");
   Header header;
@@ -115,7 +115,7 @@ void saveCloud(const Cloud& cloud, const fs::path& file) {
 
 Cloud loadCloud(const fs::path& file) {
   std::ifstream in = openFile(file, "a .cloud file");
-  CloudReader reader(in, file);
+  CloudReader reader(in, file, kCloudAgain);
   const Header header = readHeader(reader, file);
   checkSizes(header, file);
   auto voxels = std::make_shared<Cloud::Voxels>();
@@ -125,7 +125,7 @@ Cloud loadCloud(const fs::path& file) {
   voxels->coverage.resize(header.storedBricks);
   for (BrickCoverage& b : voxels->coverage) reader.bytes(b.data(), b.size());
   if (header.materials) readMaterials(reader, header, *voxels);
-  checkCloudHash(reader);
+  reader.checksum();
   try {
     return Cloud(header.voxelSize, header.origin, std::move(voxels));
   } catch (const std::invalid_argument& e) {
