@@ -1,6 +1,5 @@
 // What C++ and OpenCL C spell differently: kernels compile as both.
-#ifndef CLOUDCONTACT_KERNELS_LANGUAGE_H
-#define CLOUDCONTACT_KERNELS_LANGUAGE_H
+#pragma once
 
 #define CC_FN static inline
 
@@ -20,6 +19,4 @@
 typedef unsigned short ushort;
 typedef unsigned int uint;
 typedef unsigned long ulong;
-#endif
-
 #endif

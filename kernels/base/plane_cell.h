@@ -4,8 +4,7 @@
 // The closed form is that of the volume of fluid method (Scardovelli and Zaleski, J. Comput. Phys.
 // 164, 2000). With the sizes of the normal's components scaled so that m1 <= m2 <= m3 add up to 1,
 // the volume is a piecewise cubic in the plane's offset, symmetric about the middle.
-#ifndef CLOUDCONTACT_KERNELS_PLANE_CELL_H
-#define CLOUDCONTACT_KERNELS_PLANE_CELL_H
+#pragma once
 
 #include "kernels/base/vector.h"
 
@@ -58,5 +57,3 @@ CC_FN CcCut ccCutCube(float nx, float ny, float nz, float offset) {
   cut.area = (none | all) ? 0.0f : slope * scale;
   return cut;
 }
-
-#endif

@@ -1,7 +1,6 @@
 // Floats and vectors of three floats; vector64.h has the same in double. Plain C for C++ and
 // OpenCL C.
-#ifndef CLOUDCONTACT_KERNELS_VECTOR_H
-#define CLOUDCONTACT_KERNELS_VECTOR_H
+#pragma once
 
 #include "kernels/base/language.h"
 
@@ -45,5 +44,3 @@ CC_FN void ccTangents(const float* n, float* t1, float* t2) {
   ccNormalize(t1);
   ccCross(n, t1, t2);
 }
-
-#endif

@@ -1,7 +1,6 @@
 // Doubles, vectors of three and of two doubles, matrices of 2x2, and rigid placements; vector.h has
 // floats. Plain C for C++ and OpenCL C.
-#ifndef CLOUDCONTACT_KERNELS_VECTOR64_H
-#define CLOUDCONTACT_KERNELS_VECTOR64_H
+#pragma once
 
 #include "kernels/base/language.h"
 
@@ -134,5 +133,3 @@ CC_FN CcVec ccTurned(CC_GLOBAL const CcPlacement* p, CcVec v) {
 CC_FN CcVec ccPlaced(CC_GLOBAL const CcPlacement* p, CcVec v) {
   return ccPlus(ccTurned(p, v), ccVecAt(p->shift));
 }
-
-#endif

@@ -1,7 +1,6 @@
 // The part of a voxel that a cut leaves, from the depth of the voxel's center in the cutting area.
 // Lengths in voxels. Plain C for C++ and OpenCL C, in doubles.
-#ifndef CLOUDCONTACT_KERNELS_AREA_LEFT_H
-#define CLOUDCONTACT_KERNELS_AREA_LEFT_H
+#pragma once
 
 #include "kernels/base/vector64.h"
 
@@ -47,5 +46,3 @@ CC_FN int ccAreaLeaves(const CcArea* a, int x, int y, int z) {
   const double share = ccMin64(ccMax64(depth + 0.5, 0.0), 1.0);
   return 255 - (int)(255.0 * share + 0.5);
 }
-
-#endif

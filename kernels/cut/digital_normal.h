@@ -7,8 +7,7 @@
 //
 // On a device a team of CC_NORMAL_LANES shares an area: each lane adds every so many-th voxel in
 // order, and the lanes are added in order. So the bits do not depend on what runs it.
-#ifndef CLOUDCONTACT_KERNELS_DIGITAL_NORMAL_H
-#define CLOUDCONTACT_KERNELS_DIGITAL_NORMAL_H
+#pragma once
 
 #include "kernels/digitize/window_sums.h"
 
@@ -102,5 +101,3 @@ CC_FN CcNormalSum ccSumLane(const CcWorkpiece* w, CC_GLOBAL const double* terms,
   }
   return sum;
 }
-
-#endif

@@ -1,7 +1,6 @@
 // The data that host and device exchange when material is removed from a workpiece. Plain C for C++
 // and OpenCL C.
-#ifndef CLOUDCONTACT_KERNELS_MATTER_CUT_H
-#define CLOUDCONTACT_KERNELS_MATTER_CUT_H
+#pragma once
 
 #include "kernels/digitize/flat_window.h"
 #include "kernels/digitize/window_sums.h"
@@ -53,5 +52,3 @@ typedef struct {
   int sum[CC_TISSUE_SUMS];
 } CcTissueSums;
 #define CC_ROWS 64  // rows of voxels along x in a brick
-
-#endif

@@ -1,8 +1,7 @@
 // Cutting a triangle into voxels: which brick-wide columns it crosses, its part in a voxel, and
 // what that adds to the sums along a column (the method is in plugin/voxels/columns.cpp). Plain C
 // for C++ and OpenCL C, in doubles.
-#ifndef CLOUDCONTACT_KERNELS_COLUMN_CUT_H
-#define CLOUDCONTACT_KERNELS_COLUMN_CUT_H
+#pragma once
 
 #include "kernels/base/vector64.h"
 
@@ -256,5 +255,3 @@ CC_FN unsigned char ccCoverage(double sum) {
   const double all = sum < 0.0 ? 0.0 : 1.0 < sum ? 1.0 : sum;
   return (unsigned char)(int)(all * 255 + 0.5);
 }
-
-#endif

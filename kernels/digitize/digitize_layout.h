@@ -1,6 +1,5 @@
 // The data that host and device exchange when digitizing. Plain C for C++ and OpenCL C.
-#ifndef CLOUDCONTACT_KERNELS_DIGITIZE_H
-#define CLOUDCONTACT_KERNELS_DIGITIZE_H
+#pragma once
 
 #include "kernels/digitize/column_cut.h"
 #include "kernels/digitize/window_sums.h"
@@ -49,5 +48,3 @@ typedef struct {
 } CcWindows;
 
 #define CC_WINDOW_GROUP 128
-
-#endif

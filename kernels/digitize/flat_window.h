@@ -1,7 +1,6 @@
 // Window sums in floats over a tile in local memory. The tile holds a brick's voxels and all others
 // that its windows reach, x fastest, in rows of CC_TILE_ROW. Plain C for C++ and OpenCL C.
-#ifndef CLOUDCONTACT_KERNELS_FLAT_WINDOW_H
-#define CLOUDCONTACT_KERNELS_FLAT_WINDOW_H
+#pragma once
 
 #define CC_TILE_ROW 24      // halves; puts rows of eight voxels in different banks
 #define CC_RUN 8            // most voxels in a run
@@ -21,6 +20,4 @@ typedef struct {
 #else
 #define CC_ADD_PRODUCT(a, b, c) ((a) * (b) + (c))
 #endif
-#endif
-
 #endif

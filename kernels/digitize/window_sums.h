@@ -1,8 +1,7 @@
 // The sums that each voxel of a workpiece keeps over the window of its cuttable area C: the paper's
 // (4) with densities. They are sums of integers, so removing material gives exactly the result of
 // summing again. Plain C for C++ and OpenCL C; a test checks the offsets.
-#ifndef CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
-#define CLOUDCONTACT_KERNELS_WINDOW_SUMS_H
+#pragma once
 
 #include "kernels/base/language.h"
 
@@ -92,5 +91,3 @@ CC_FN void ccToRepresentative(CcMoments sums, const float* representative, float
   out[1] = sums.mass > 0 ? representative[1] - (float)sums.y * scale : 0.0f;
   out[2] = sums.mass > 0 ? representative[2] - (float)sums.z * scale : 0.0f;
 }
-
-#endif

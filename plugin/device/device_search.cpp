@@ -2,6 +2,7 @@
 #include "device/device_search.h"
 
 #include <cloudcontact/contact/contact_finder.h>
+#include <cloudcontact/device/device_list.h>
 
 #include <stdexcept>
 
@@ -310,6 +311,10 @@ std::map<std::string, DeviceTime> DeviceSearch::deviceTimes() {
 #else
 
 namespace cloudcontact {
+
+std::vector<std::string> openClDevices() {
+  return {};
+}
 
 struct DeviceSearch::State {};
 

@@ -5,6 +5,8 @@
 // the device can comply, and test() checks that it does.
 #include "device/opencl_device.h"
 
+#include <cloudcontact/device/device_list.h>
+
 #include "kernels/contact/batch_layout.h"
 #include "kernels/cut/matter_cut.h"
 #include "kernels/digitize/digitize_layout.h"
@@ -213,15 +215,6 @@ std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   throw std::runtime_error("no OpenCL device computes the same bits as the CPU" + rejected);
 }
 
-std::vector<std::string> Device::names() {
-  std::vector<std::string> names;
-  for (const cl::Device& device : allDevices()) {
-    const auto [name, why] = nameAndFault(device);
-    names.push_back(why.empty() ? name : name + " (" + why + ")");
-  }
-  return names;
-}
-
 Device::Hardware::Hardware(const cl::Device& given, bool timed)
     : device(given),
       context(given),
@@ -396,3 +389,12 @@ const cl::Buffer& DeviceBuffer::clear(Device& device, std::size_t size) {
 }
 
 }  // namespace cloudcontact::opencl
+
+std::vector<std::string> cloudcontact::openClDevices() {
+  std::vector<std::string> names;
+  for (const cl::Device& device : opencl::allDevices()) {
+    const auto [name, why] = opencl::nameAndFault(device);
+    names.push_back(why.empty() ? name : name + " (" + why + ")");
+  }
+  return names;
+}

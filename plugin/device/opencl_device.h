@@ -38,8 +38,6 @@ class Device {
   // every rejected device and why, or says that there is none. With `profiling` the queue times its
   // commands, which costs time.
   static std::shared_ptr<Device> open(bool profiling = false, Kernels kernels = Kernels::Contact);
-  // Of all devices, as openClDevices() gives them.
-  static std::vector<std::string> names();
   // The same device, context and queue with other kernels.
   static std::shared_ptr<Device> sharing(const Device& other, Kernels kernels);
 
