@@ -20,7 +20,7 @@
 #include <thread>
 #include <utility>
 
-#include "device/device_speeds.h"
+#include "device_speeds.h"
 #include "kernels/contact/batch_layout.h"
 #include "mesh/thread_meshes.h"
 #include "timing.h"

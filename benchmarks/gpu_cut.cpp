@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "base/grid_index.h"
-#include "device/device_speeds.h"
+#include "device_speeds.h"
 #include "field/base_vector_bricks.h"
 #include "timing.h"
 

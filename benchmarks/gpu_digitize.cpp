@@ -19,7 +19,7 @@
 #include <thread>
 #include <vector>
 
-#include "device/device_speeds.h"
+#include "device_speeds.h"
 #include "field/base_vector_bricks.h"
 #include "mesh/thread_meshes.h"
 #include "timing.h"

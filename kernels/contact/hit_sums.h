@@ -3,7 +3,7 @@
 //
 // C++ keeps the vector in a register of four doubles. On a device a team shares the sums, one row a
 // work-item, because the registers of one work-item cannot hold a bin. It adds the same products in
-// the same order (sums.cl, growth.cl).
+// the same order (sums.cl, patch_sums.cl).
 #ifndef CLOUDCONTACT_KERNELS_HIT_SUMS_H
 #define CLOUDCONTACT_KERNELS_HIT_SUMS_H
 

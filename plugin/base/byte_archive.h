@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -22,8 +24,9 @@ concept PlainNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <PlainNumber Number>
 Number inFileOrder(Number x) {
   if constexpr (std::endian::native == std::endian::big) {
-    auto* bytes = reinterpret_cast<unsigned char*>(&x);
-    for (std::size_t i = 0; i < sizeof(x) / 2; ++i) std::swap(bytes[i], bytes[sizeof(x) - 1 - i]);
+    auto bytes = std::bit_cast<std::array<char, sizeof x>>(x);
+    std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<Number>(bytes);
   }
   return x;
 }
@@ -41,8 +44,8 @@ class ByteWriter {
  private:
   template <PlainNumber Number>
   void put(const Number& x) {
-    const Number ordered = inFileOrder(x);
-    bytes_.append(reinterpret_cast<const char*>(&ordered), sizeof ordered);
+    const auto ordered = std::bit_cast<std::array<char, sizeof x>>(inFileOrder(x));
+    bytes_.append(ordered.data(), ordered.size());
   }
   template <typename Scalar, int kRows>
   void put(const Eigen::Matrix<Scalar, kRows, 1>& v) {
@@ -101,8 +104,8 @@ class ByteReader {
 };
 
 // A list, each item by `visit(archive, item)`.
-template <typename Archive, typename Item, typename Visit>
-void listIn(Archive& archive, std::vector<Item>& items, Visit&& visit) {
+template <typename Archive, typename Items, typename Visit>
+void listIn(Archive& archive, Items& items, Visit&& visit) {
   auto count = static_cast<std::uint64_t>(items.size());
   archive(count);
   if constexpr (Archive::kReads) {
@@ -111,7 +114,7 @@ void listIn(Archive& archive, std::vector<Item>& items, Visit&& visit) {
     items.clear();
     for (; count > 0; --count) visit(archive, items.emplace_back());
   } else {
-    for (Item& item : items) visit(archive, item);
+    for (auto& item : items) visit(archive, item);
   }
 }
 

@@ -38,9 +38,7 @@ struct CloudShape::LazyPaper {
   // where making them takes 70 for a body of 115,000. Null if `after` is no cut of `before`.
   std::shared_ptr<const PaperBody> renewed(const Cloud& after) {
     std::shared_ptr<const PaperBody> old = std::exchange(earlier, nullptr);
-    if (!old || after.bricks() != before.bricks() || after.origin() != before.origin() ||
-        after.voxelSize() != before.voxelSize() || !cutsBetween(after, before).empty())
-      return nullptr;
+    if (!old || !sameGrid(before, after) || !cutsBetween(after, before).empty()) return nullptr;
     PaperBody body = *old;
     const bool alone = old.use_count() == 1;
     old.reset();

@@ -4,6 +4,8 @@
 #include <LinearMath/btTransform.h>
 #include <cloudcontact/base/pose.h>
 
+#include <vector>
+
 namespace cloudcontact {
 
 inline Vec3 toVec3(const btVector3& v) {
@@ -12,6 +14,11 @@ inline Vec3 toVec3(const btVector3& v) {
 
 inline btVector3 toBullet(const Vec3& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
+}
+
+// Adds its coordinates to a list.
+inline void append(std::vector<double>& coordinates, const btVector3& v) {
+  for (int axis = 0; axis < 3; ++axis) coordinates.push_back(v[axis]);
 }
 
 // Through the matrix in double, because Bullet's float quaternion is off by 1e-7: too much for a

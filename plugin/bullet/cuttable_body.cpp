@@ -35,23 +35,12 @@ MovingMatter moving(const MassProperties& matter, const Pose& cloud, const Motio
 
 // Throws std::invalid_argument if `after` is not a cut `before`.
 void validate(const Cloud& before, const Cloud& after) {
-  if (after.empty() || after.bricks() != before.bricks() ||
-      after.voxelSize() != before.voxelSize() || after.origin() != before.origin() ||
+  if (after.empty() || !sameGrid(before, after) ||
       after.materials().size() != before.materials().size())
     throw std::invalid_argument("CuttableBody: the cloud has another grid than the body's");
-  const Cloud::Voxels &a = before.voxels(), &b = after.voxels();
-  for (std::size_t t = 0; t < a.table.size(); ++t) {
-    const std::int32_t old = a.table[t], now = b.table[t];
-    if (now == kEmptyBrick || old == kSolidBrick) continue;
-    bool less = old >= 0 && now >= 0;
-    for (std::size_t k = 0; less && k < kBrickVoxels; ++k)
-      less = b.coverage[static_cast<std::size_t>(now)][k] <=
-             a.coverage[static_cast<std::size_t>(old)][k];
-    if (!less)
-      throw std::invalid_argument(
-          "CuttableBody: a cut only takes away; the cloud has more matter "
-          "somewhere than the body");
-  }
+  if (!cutsBetween(after, before).empty())
+    throw std::invalid_argument(
+        "CuttableBody: a cut only takes away; the cloud has more matter somewhere than the body");
 }
 
 // Copies the settings that a piece inherits from its body.

@@ -1,7 +1,6 @@
 // One table of checks of the solver's settings, a walk over the shapes beside clouds, and one over
 // the pairs of stated laws.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/ConstraintSolver/btConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <cloudcontact/bullet/diagnosis.h>
@@ -15,6 +14,7 @@
 #include "bullet/matter_check.h"
 #include "bullet/pair_law.h"
 #include "bullet/shape_conversion.h"
+#include "bullet/shape_parts.h"
 #include "bullet/shape_triangles.h"
 #include "bullet/soft_pair.h"
 #include "bullet/solver_settings.h"
@@ -43,12 +43,6 @@ class ShapeChecks {
       const btSoftBody* const soft = btSoftBody::upcast(&object);
       if (const char* const wrong = soft ? wrongSoft(*soft) : nullptr)
         advice_.push_back(nameOf(object) + ": " + wrong + ".");
-      return;
-    }
-    if (shape.isCompound()) {
-      const auto& compound = static_cast<const btCompoundShape&>(shape);
-      for (int i = 0; i < compound.getNumChildShapes(); ++i)
-        check(object, *compound.getChildShape(i));
       return;
     }
     const std::string whole = nameOf(object);
@@ -120,10 +114,6 @@ void addStating(const btCollisionObject& object, const btCollisionShape& shape,
       object.getCollisionFlags() & btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING;
   if (byBullet || shape.isSoftBody() || (cloud && (cloud->law || !cloud->tissues().empty())))
     stated.push_back({object, shape});
-  if (!shape.isCompound()) return;
-  const auto& compound = static_cast<const btCompoundShape&>(shape);
-  for (int i = 0; i < compound.getNumChildShapes(); ++i)
-    addStating(object, *compound.getChildShape(i), stated);
 }
 
 bool mayMeet(const StatingShape& a, const StatingShape& b) {
@@ -156,7 +146,10 @@ void checkLaws(const btDynamicsWorld& world, const CloudContactSettings& setting
   std::vector<StatingShape> stated;
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i)
-    addStating(*objects[i], *objects[i]->getCollisionShape(), stated);
+    forEachPart(*objects[i]->getCollisionShape(), objects[i]->getWorldTransform(),
+                [&](const btCollisionShape& part, const btTransform&, int) {
+                  addStating(*objects[i], part, stated);
+                });
   for (std::size_t i = 0; i < stated.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       if (!mayMeet(stated[k], stated[i])) continue;
@@ -177,7 +170,10 @@ void checkShapes(const btDynamicsWorld& world, std::vector<std::string>& advice)
   CloudMasses masses;
   const btCollisionObjectArray& objects = world.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
-    checks.check(*objects[i], *objects[i]->getCollisionShape());
+    forEachPart(*objects[i]->getCollisionShape(), objects[i]->getWorldTransform(),
+                [&](const btCollisionShape& part, const btTransform&, int) {
+                  checks.check(*objects[i], part);
+                });
     const std::string name = nameOf(*objects[i]);
     if (const char* const wrong = wrongMaterial(*objects[i]))
       advice.push_back(name + " touches no cloud: " + wrong + ".");
@@ -213,8 +209,7 @@ void checkModes(const btContactSolverInfo& info, const btConstraintSolver* solve
            "m_splitImpulsePenetrationThreshold: set it to 0."},
           {solver && solver->getSolverType() == BT_MLCP_SOLVER,
            "The world's solver is an MLCP solver, which ignores contact stiffness and damping: "
-           "build "
-           "the world with btSequentialImpulseConstraintSolver."},
+           "build the world with btSequentialImpulseConstraintSolver."},
           {lacks(SOLVER_USE_WARMSTARTING),
            "Warm starting is off, so every step starts its contacts from nothing: add "
            "SOLVER_USE_WARMSTARTING to getSolverInfo().m_solverMode."},
@@ -229,8 +224,7 @@ void checkModes(const btContactSolverInfo& info, const btConstraintSolver* solve
            "step: add SOLVER_ENABLE_FRICTION_DIRECTION_CACHING to getSolverInfo().m_solverMode."},
           {info.m_linearSlop != 0,
            "getSolverInfo().m_linearSlop is taken off every depth, so contacts press too little: "
-           "set "
-           "it to 0."},
+           "set it to 0."},
       },
       advice);
 }
@@ -241,20 +235,16 @@ void checkNumbers(const btContactSolverInfo& info, const btConstraintSolver* sol
       {
           {sweepsAlone(solver) && info.m_numIterations < kFewestSweeps,
            "getSolverInfo().m_numIterations is below 4, fewer sweeps than a contact has points: "
-           "set it "
-           "to 10, or build the world with ExtrapolatingSolver."},
+           "set it to 10, or build the world with ExtrapolatingSolver."},
           {!(info.m_leastSquaresResidualThreshold <= kMostResidual),
            "getSolverInfo().m_leastSquaresResidualThreshold is above 1e-4 (m/s)^2, so the solver "
-           "stops "
-           "before contacts bear their weight: set it to 0."},
+           "stops before contacts bear their weight: set it to 0."},
           {!(info.m_sor > 0 && info.m_sor <= kMostRelaxation),
            "getSolverInfo().m_sor is not in (0, 1.7], so sweeps overshoot and bodies jump: set it "
-           "to "
-           "1."},
+           "to 1."},
           {info.m_globalCfm != 0,
            "getSolverInfo().m_globalCfm is not 0, which softens contacts that bounce and rigid "
-           "ones "
-           "beyond their law: set it to 0."},
+           "ones beyond their law: set it to 0."},
           {!(info.m_restitutionVelocityThreshold <= kBounceThreshold),
            "getSolverInfo().m_restitutionVelocityThreshold is above 0.2 m/s, so bodies with a "
            "restitution stop where they should bounce: set it to 0.2."},

@@ -4,6 +4,7 @@
 #include <cloudcontact/bullet/imported_world.h>
 
 #include <cmath>
+#include <cstddef>
 #include <sstream>
 
 #include "base/byte_archive.h"
@@ -20,6 +21,11 @@ namespace {
 // checkWorldBytes() has seen that records end within the file.
 constexpr std::size_t kAny = std::size_t(1) << 40;
 
+// Bullet hands on the bytes of a cloud's records by pointers to data of other types.
+const char* bytesAt(const void* data) {
+  return static_cast<const char*>(data);
+}
+
 std::shared_ptr<const SurfaceField> fieldAt(const char* bytes) {
   if (!bytes || std::memcmp(bytes, kFieldMagic, sizeof kFieldMagic) != 0)
     throw std::runtime_error("a cloud has no field");
@@ -30,25 +36,20 @@ std::shared_ptr<const SurfaceField> fieldAt(const char* bytes) {
   return readField(in, length, "its field");
 }
 
-btVector3 vectorOf(const btVector3FloatData& data) {
-  btVector3 v;
-  v.deSerializeFloat(data);
-  return v;
+// A vector or transform of Bullet's from its data in float or in double.
+template <typename Value, typename Data>
+Value valueOf(const Data& data) {
+  Value value;
+  if constexpr (std::is_same_v<Data, btVector3FloatData> ||
+                std::is_same_v<Data, btTransformFloatData>)
+    value.deSerializeFloat(data);
+  else
+    value.deSerializeDouble(data);
+  return value;
 }
-btVector3 vectorOf(const btVector3DoubleData& data) {
-  btVector3 v;
-  v.deSerializeDouble(data);
-  return v;
-}
-btTransform transformOf(const btTransformFloatData& data) {
-  btTransform t;
-  t.deSerializeFloat(data);
-  return t;
-}
-btTransform transformOf(const btTransformDoubleData& data) {
-  btTransform t;
-  t.deSerializeDouble(data);
-  return t;
+template <typename Data>
+btVector3 vectorOf(const Data& data) {
+  return valueOf<btVector3>(data);
 }
 
 // A mass with exactly this inverse, as Bullet keeps the inverse alone.
@@ -65,7 +66,7 @@ btScalar massOf(btScalar inverse) {
 
 template <typename Data>
 void restoreObject(btCollisionObject& object, const Data& data) {
-  object.setInterpolationWorldTransform(transformOf(data.m_interpolationWorldTransform));
+  object.setInterpolationWorldTransform(valueOf<btTransform>(data.m_interpolationWorldTransform));
   object.setInterpolationLinearVelocity(vectorOf(data.m_interpolationLinearVelocity));
   object.setInterpolationAngularVelocity(vectorOf(data.m_interpolationAngularVelocity));
   object.setAnisotropicFriction(vectorOf(data.m_anisotropicFriction),
@@ -90,7 +91,7 @@ void restore(btRigidBody& body, const Data& data) {
   const btVector3 inertia = vectorOf(data.m_invInertiaLocal);
   body.setMassProps(massOf(inverse), btVector3(0, 0, 0));
   body.setInvInertiaDiagLocal(inertia);
-  body.setWorldTransform(transformOf(data.m_collisionObjectData.m_worldTransform));
+  body.setWorldTransform(valueOf<btTransform>(data.m_collisionObjectData.m_worldTransform));
   body.updateInertiaTensor();
   restoreObject(body, data.m_collisionObjectData);
   body.setLinearVelocity(vectorOf(data.m_linearVelocity));
@@ -110,24 +111,24 @@ void restore(btRigidBody& body, const Data& data) {
 }  // namespace
 
 std::vector<char> readWorldFile(const std::filesystem::path& file) {
-  std::ifstream in = openCloudFile(file);
+  std::ifstream in = openFile(file, "a world file");
   std::vector<char> bytes(std::filesystem::file_size(file));
   in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in) refuseCloudFile(file, "cannot be read to its end");
+  if (!in) refuseFile(file, "cannot be read to its end");
   checkWorldBytes(bytes, file);
   return bytes;
 }
 
 std::unique_ptr<CloudShape> ImportedWorld::shape(const btCollisionShapeData& data) {
+  static_assert(offsetof(btTriangleMeshShapeData, m_collisionShapeData) == 0);
   const auto& mesh = reinterpret_cast<const btTriangleMeshShapeData&>(data);
-  const auto* const record = reinterpret_cast<const char*>(mesh.m_meshInterface.m_meshPartsPtr);
+  const auto* const record = bytesAt(mesh.m_meshInterface.m_meshPartsPtr);
   if (!record) throw std::runtime_error("a cloud has no record; save it with this library");
   const ShapeRecord kept = ShapeRecord::from(opened(kShapeKind, record, kAny));
   if (!kept.refused.empty()) throw std::runtime_error("a cloud was not saved: " + kept.refused);
   auto& field = fields_[mesh.m_quantizedFloatBvh];
-  if (!field) field = fieldAt(reinterpret_cast<const char*>(mesh.m_quantizedFloatBvh));
-  if (mesh.m_quantizedDoubleBvh)
-    contacts_ = reinterpret_cast<const char*>(mesh.m_quantizedDoubleBvh);
+  if (!field) field = fieldAt(bytesAt(mesh.m_quantizedFloatBvh));
+  if (mesh.m_quantizedDoubleBvh) contacts_ = bytesAt(mesh.m_quantizedDoubleBvh);
   return kept.make(field);
 }
 

@@ -1,7 +1,6 @@
 // Weighs a body's clouds and compares.
 #include "bullet/matter_check.h"
 
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <cloudcontact/bullet/cloud_shape.h>
 #include <cloudcontact/voxels/matter_sums.h>
@@ -11,6 +10,7 @@
 #include <optional>
 
 #include "bullet/convert.h"
+#include "bullet/shape_parts.h"
 
 namespace cloudcontact {
 
@@ -58,10 +58,6 @@ struct CloudMatter {
       for (int i = 0; i < 8; ++i)
         bounds.extend(
             toPose(place).toWorld(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i))));
-    } else if (shape.isCompound()) {
-      const auto& compound = static_cast<const btCompoundShape&>(shape);
-      for (int i = 0; i < compound.getNumChildShapes(); ++i)
-        add(*compound.getChildShape(i), place * compound.getChildTransform(i));
     } else if (shape.getShapeType() != EMPTY_SHAPE_PROXYTYPE) {
       known = false;
     }
@@ -175,7 +171,10 @@ std::vector<const char*> wrongMatter(const btCollisionObject& object, CloudMasse
   const btRigidBody* const body = btRigidBody::upcast(&object);
   if (!body || body->isStaticOrKinematicObject() || !(body->getInvMass() > 0)) return {};
   CloudMatter clouds(masses);
-  clouds.add(*body->getCollisionShape(), btTransform::getIdentity());
+  forEachPart(*body->getCollisionShape(), btTransform::getIdentity(),
+              [&](const btCollisionShape& part, const btTransform& place, int) {
+                clouds.add(part, place);
+              });
   if (!clouds.known || clouds.parts.empty()) return {};
   return MatterCheck(*body, clouds).faults();
 }

@@ -1,5 +1,4 @@
 // Rays with the children of compounds; drawing of clouds and patches.
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <LinearMath/btIDebugDraw.h>
 #include <cloudcontact/bullet/cloud_shape.h>
@@ -8,24 +7,11 @@
 #include <cmath>
 
 #include "bullet/convert.h"
+#include "bullet/shape_parts.h"
 
 namespace cloudcontact {
 
 namespace {
-
-// Calls visit(cloud, place, child) for the shape itself or, in a compound, for its clouds; `child`
-// is -1 for the shape itself.
-template <typename Visit>
-void forEachCloud(const btCollisionShape& shape, const btTransform& place, const Visit& visit,
-                  int child = -1) {
-  if (const CloudShape* const cloud = CloudShape::of(shape)) {
-    visit(*cloud, place, child);
-  } else if (shape.isCompound()) {
-    const auto& compound = static_cast<const btCompoundShape&>(shape);
-    for (int i = 0; i < compound.getNumChildShapes(); ++i)
-      forEachCloud(*compound.getChildShape(i), place * compound.getChildTransform(i), visit, i);
-  }
-}
 
 // Passes hits on, and names the children of compounds that Bullet leaves out: it does so only where
 // a hit says nothing else of its shape.
@@ -60,15 +46,17 @@ class ChildNamer : public btCollisionWorld::RayResultCallback {
     const btVector3 place = from_.lerp(to_, hit.m_hitFraction);
     int nearest = -1;
     double least = kNear;
-    forEachCloud(*object.getCollisionShape(), object.getWorldTransform(),
-                 [&](const CloudShape& shape, const btTransform& at, int child) {
-                   const auto point = shape.shownField().at(toPose(at).toLocal(toVec3(place)));
-                   if (!point) return;
-                   const double voxel = shape.cloud().voxelSize();
-                   if (std::abs(point->depth) >= least * voxel) return;
-                   least = std::abs(point->depth) / voxel;
-                   nearest = child;
-                 });
+    forEachPart(*object.getCollisionShape(), object.getWorldTransform(),
+                [&](const btCollisionShape& part, const btTransform& at, int child) {
+                  const CloudShape* const shape = CloudShape::of(part);
+                  if (!shape) return;
+                  const auto point = shape->shownField().at(toPose(at).toLocal(toVec3(place)));
+                  if (!point) return;
+                  const double voxel = shape->cloud().voxelSize();
+                  if (std::abs(point->depth) >= least * voxel) return;
+                  least = std::abs(point->depth) / voxel;
+                  nearest = child;
+                });
     return nearest;
   }
 
@@ -121,8 +109,10 @@ void drawPatch(const btPersistentManifold& manifold, btIDebugDraw& drawer) {
 
 bool holdsCloud(const btCollisionObject& object) {
   bool found = false;
-  forEachCloud(*object.getCollisionShape(), object.getWorldTransform(),
-               [&found](const CloudShape&, const btTransform&, int) { found = true; });
+  forEachPart(*object.getCollisionShape(), object.getWorldTransform(),
+              [&found](const btCollisionShape& part, const btTransform&, int) {
+                found = found || CloudShape::of(part);
+              });
   return found;
 }
 

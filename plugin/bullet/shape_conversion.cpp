@@ -103,10 +103,6 @@ std::optional<PlacedSolid> hullOf(const std::vector<double>& coordinates, double
   return PlacedSolid{std::move(hull), {}};
 }
 
-void append(std::vector<double>& coordinates, const btVector3& v) {
-  for (int axis = 0; axis < 3; ++axis) coordinates.push_back(v[axis]);
-}
-
 int vertexCount(const btCollisionShape& shape) {
   return shape.isPolyhedral() ? static_cast<const btPolyhedralConvexShape&>(shape).getNumVertices()
                               : 0;

@@ -25,15 +25,11 @@ constexpr double kLattice = 0.25;
 constexpr std::size_t kVoters = 64;  // places of the cloud that choose a sheet's side
 constexpr int kOutline = 64;         // directions in which a flat shape is asked for its outline
 
-void appendCorner(std::vector<double>& corners, const btVector3& v) {
-  for (int axis = 0; axis < 3; ++axis) corners.push_back(v[axis]);
-}
-
 class Collector : public btTriangleCallback {
  public:
   explicit Collector(std::vector<double>& corners) : corners_(corners) {}
   void processTriangle(btVector3* triangle, int, int) override {
-    for (int k = 0; k < 3; ++k) appendCorner(corners_, triangle[k]);
+    for (int k = 0; k < 3; ++k) append(corners_, triangle[k]);
   }
 
  private:
@@ -51,7 +47,7 @@ void appendFlat(std::vector<double>& corners, const btConvexShape& shape) {
     if (count > 0 && corner == fan[count - 1]) continue;
     fan[count++] = corner;
     if (count < 3) continue;
-    for (const btVector3& x : fan) appendCorner(corners, x);
+    for (const btVector3& x : fan) append(corners, x);
     fan[1] = fan[2];
     count = 2;
   }
@@ -63,7 +59,7 @@ void readTriangles(const btCollisionShape& shape, const Eigen::AlignedBox3d& box
   switch (shape.getShapeType()) {
     case TRIANGLE_SHAPE_PROXYTYPE:
       for (const btVector3& corner : static_cast<const btTriangleShape&>(shape).m_vertices1)
-        appendCorner(corners, corner);
+        append(corners, corner);
       return;
     case BOX_2D_SHAPE_PROXYTYPE:
     case CONVEX_2D_SHAPE_PROXYTYPE:

@@ -31,7 +31,7 @@ class WorldBytes {
  public:
   WorldBytes(std::span<const char> bytes, const fs::path& file) : bytes_(bytes), file_(file) {
     if (bytes.size() < kHeader || std::memcmp(bytes.data(), "BULLET", 6) != 0)
-      refuseCloudFile(file, "is no file of Bullet");
+      refuseFile(file, "is no file of Bullet");
     wide_ = bytes[7] == '-';
     turned_ = (bytes[8] == 'V') == (std::endian::native == std::endian::little);
   }
@@ -75,7 +75,7 @@ class WorldBytes {
       for (const char* kind : {kShapeKind, kContactsKind})
         if (is(kind)) opened(kind, data.data(), data.size());
     } catch (const std::runtime_error& why) {
-      refuseCloudFile(file_, why.what());
+      refuseFile(file_, why.what());
     }
     if (data.size() < kFieldLengthAt + 8 || std::memcmp(data.data(), kFieldMagic, 8) != 0) return;
     std::uint64_t length = 0;
@@ -86,12 +86,12 @@ class WorldBytes {
     if (at == bytes_.size()) return;  // by Bullet's serializer
     if (bytes_.size() - at < kEnd || std::memcmp(&bytes_[at], kWorldMagic, 8) != 0) cutShort();
     if (std::memcmp(&bytes_[at], worldEnd(bytes_.data(), at).data(), kEnd) != 0)
-      refuseCloudFile(file_, "is damaged: its checksum does not match; save the world again");
+      refuseFile(file_, "is damaged: its checksum does not match; save the world again");
   }
   [[noreturn]] void cutShort() const {
-    refuseCloudFile(file_, "is cut short or damaged; save the world again");
+    refuseFile(file_, "is cut short or damaged; save the world again");
   }
-  [[noreturn]] void damaged() const { refuseCloudFile(file_, "is damaged; save the world again"); }
+  [[noreturn]] void damaged() const { refuseFile(file_, "is damaged; save the world again"); }
 
   std::span<const char> bytes_;
   const fs::path& file_;
@@ -127,7 +127,7 @@ void CloudSerializer::startSerialization() {
 void CloudSerializer::save(const fs::path& file) const {
   for (const ShapeReport& cloud : shapeReport(world_))
     if (const std::string why = whyNotKept(*cloud.shape); !why.empty())
-      refuseCloudFile(file, "not written: " + why);
+      refuseFile(file, "not written: " + why);
   const auto* const bytes = reinterpret_cast<const char*>(getBufferPointer());
   const auto count = static_cast<std::size_t>(getCurrentBufferSize());
   writeWhole(file, [&](std::ostream& out) {

@@ -97,7 +97,7 @@ std::string Digitizer::State::cut(const Prepared& prepared, const DigitizeSettin
   checkSize(prepared, how, prepared.passes());
   if (!prepared.closable) return "the surface has large holes";
   grid = gridAround(prepared.closing.mesh, how.voxelSize);
-  const GridSurface surface = inGrid(prepared, grid);
+  const GridSurface surface = inGrid(prepared.closing, grid, prepared.oneShell);
   opencl::OpenClDigitizer::StartField start;
   if (source)
     start = [&] {

@@ -60,6 +60,17 @@ std::string lacking(const cl::Device& device) {
   return {};
 }
 
+// Its name, and what it lacks.
+std::pair<std::string, std::string> nameAndFault(const cl::Device& device) {
+  std::string name = "a device without a name";
+  try {
+    name = device.getInfo<CL_DEVICE_NAME>();
+    return {name, lacking(device)};
+  } catch (const cl::Error& e) {
+    return {name, describe(e)};
+  }
+}
+
 bool isGpu(const cl::Device& device) {
   return (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
 }
@@ -185,11 +196,10 @@ std::runtime_error failure(const std::string& device, const cl::Error& e) {
 std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
   std::string rejected;
   for (const cl::Device& device : allDevices()) {
-    std::string name = "a device without a name", why;
+    auto [name, why] = nameAndFault(device);
     try {
-      name = device.getInfo<CL_DEVICE_NAME>();
-      why = lacking(device);
-      if (why.empty()) return std::shared_ptr<Device>(new Device(device, profiling, kernels));
+      if (why.empty())
+        return std::shared_ptr<Device>(new Device(Hardware(device, profiling), kernels));
     } catch (const cl::Error& e) {
       why = describe(e);
     } catch (const std::runtime_error& e) {
@@ -206,49 +216,28 @@ std::shared_ptr<Device> Device::open(bool profiling, Kernels kernels) {
 std::vector<std::string> Device::names() {
   std::vector<std::string> names;
   for (const cl::Device& device : allDevices()) {
-    std::string name = "a device without a name", why;
-    try {
-      name = device.getInfo<CL_DEVICE_NAME>();
-      why = lacking(device);
-    } catch (const cl::Error& e) {
-      why = describe(e);
-    }
+    const auto [name, why] = nameAndFault(device);
     names.push_back(why.empty() ? name : name + " (" + why + ")");
   }
   return names;
 }
 
-Device::Device(const cl::Device& device, bool profiling, Kernels kernels)
-    : device_(device),
-      context_(device),
-      queue_(context_, device, profiling ? CL_QUEUE_PROFILING_ENABLE : 0),
-      name_(device.getInfo<CL_DEVICE_NAME>()),
-      memory_(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
-      largest_(device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
-      local_(device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>()),
-      gpu_(isGpu(device)),
-      profiling_(profiling) {
-  begin(kernels);
-}
-
-Device::Device(const Device& other, Kernels kernels)
-    : device_(other.device_),
-      context_(other.context_),
-      queue_(other.queue_),
-      name_(other.name_),
-      memory_(other.memory_),
-      largest_(other.largest_),
-      local_(other.local_),
-      gpu_(other.gpu_),
-      profiling_(other.profiling_) {
-  begin(kernels);
-}
+Device::Hardware::Hardware(const cl::Device& given, bool timed)
+    : device(given),
+      context(given),
+      queue(context, given, timed ? CL_QUEUE_PROFILING_ENABLE : 0),
+      name(given.getInfo<CL_DEVICE_NAME>()),
+      memory(given.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()),
+      largest(given.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>()),
+      local(given.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>()),
+      gpu(isGpu(given)),
+      profiling(timed) {}
 
 std::shared_ptr<Device> Device::sharing(const Device& other, Kernels kernels) {
-  return std::shared_ptr<Device>(new Device(other, kernels));
+  return std::shared_ptr<Device>(new Device(other.hardware_, kernels));
 }
 
-void Device::begin(Kernels kernels) {
+Device::Device(const Hardware& hardware, Kernels kernels) : hardware_(hardware) {
   build(sourceOf(kernels));
   if (kernels == Kernels::Contact) checkLayout();
   test();
@@ -256,12 +245,14 @@ void Device::begin(Kernels kernels) {
 }
 
 void Device::build(const char* source) {
-  program_ = cl::Program(context_, std::string(kPrelude) + source);
+  program_ = cl::Program(context(), std::string(kPrelude) + source);
   try {
-    const bool nvidia = device_.getInfo<CL_DEVICE_VENDOR>().find("NVIDIA") != std::string::npos;
-    program_.build({device_}, (std::string(kOptions) + (nvidia ? " -DCC_NVIDIA" : "")).c_str());
+    const bool nvidia =
+        hardware_.device.getInfo<CL_DEVICE_VENDOR>().find("NVIDIA") != std::string::npos;
+    program_.build({hardware_.device},
+                   (std::string(kOptions) + (nvidia ? " -DCC_NVIDIA" : "")).c_str());
   } catch (const cl::Error&) {
-    std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
+    std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(hardware_.device);
     log.resize(std::min<std::size_t>(log.size(), 4000));
     throw std::runtime_error("cannot build the kernels: " + log);
   }
@@ -269,10 +260,10 @@ void Device::build(const char* source) {
 
 void Device::checkLayout() {
   std::array<cl_uint, kLayout.size()> got{};
-  const cl::Buffer any(context_, CL_MEM_READ_WRITE, 4096),
-      out(context_, CL_MEM_WRITE_ONLY, sizeof got);
+  const cl::Buffer any(context(), CL_MEM_READ_WRITE, 4096),
+      out(context(), CL_MEM_WRITE_ONLY, sizeof got);
   run({"ccLayout", 1, 1}, any, any, any, any, any, out);
-  queue_.enqueueReadBuffer(out, CL_TRUE, 0, sizeof got, got.data());
+  fetch(out, got.data(), sizeof got, "test");
   if (got != kLayout) throw std::runtime_error("lays out structures differently from the CPU");
 }
 
@@ -280,16 +271,15 @@ void Device::test() {
   Operands operands;
   Results got;
   const auto input = [&](std::vector<float>& column) {
-    return cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, kTests * sizeof(float),
+    return cl::Buffer(context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, kTests * sizeof(float),
                       column.data());
   };
   const cl::Buffer a = input(operands.a), b = input(operands.b), c = input(operands.c);
-  const cl::Buffer narrow(context_, CL_MEM_WRITE_ONLY, got.narrow.size() * sizeof(float)),
-      wide(context_, CL_MEM_WRITE_ONLY, got.wide.size() * sizeof(double));
+  const cl::Buffer narrow(context(), CL_MEM_WRITE_ONLY, got.narrow.size() * sizeof(float)),
+      wide(context(), CL_MEM_WRITE_ONLY, got.wide.size() * sizeof(double));
   run({"ccSelfTest", kTests, 64}, a, b, c, narrow, wide);
-  queue_.enqueueReadBuffer(narrow, CL_TRUE, 0, got.narrow.size() * sizeof(float),
-                           got.narrow.data());
-  queue_.enqueueReadBuffer(wide, CL_TRUE, 0, got.wide.size() * sizeof(double), got.wide.data());
+  fetch(narrow, got.narrow.data(), got.narrow.size() * sizeof(float), "test");
+  fetch(wide, got.wide.data(), got.wide.size() * sizeof(double), "test");
   const Results want = expected(operands);
   const char* const operations[] = {"division", "square root", "product and sum",
                                     "root of a difference"};
@@ -322,12 +312,22 @@ void Device::enqueue(cl::CommandQueue& queue, cl::Kernel& kernel, const Launch& 
 }
 
 cl::CommandQueue Device::newQueue() const {
-  return {context_, device_,
-          profiling_ ? cl_command_queue_properties{CL_QUEUE_PROFILING_ENABLE} : 0};
+  return {hardware_.context, hardware_.device,
+          hardware_.profiling ? cl_command_queue_properties{CL_QUEUE_PROFILING_ENABLE} : 0};
+}
+
+void Device::send(const void* from, const cl::Buffer& to, std::size_t bytes, const char* label,
+                  bool wait) {
+  queue().enqueueWriteBuffer(to, wait ? CL_TRUE : CL_FALSE, 0, bytes, from, nullptr, note(label));
+}
+
+void Device::fetch(const cl::Buffer& from, void* to, std::size_t bytes, const char* label,
+                   bool wait) {
+  queue().enqueueReadBuffer(from, wait ? CL_TRUE : CL_FALSE, 0, bytes, to, nullptr, note(label));
 }
 
 cl::Event* Device::note(const char* label) {
-  if (!profiling_) return nullptr;
+  if (!hardware_.profiling) return nullptr;
   const std::lock_guard lock(notesMutex_);
   if (notes_.size() >= maxNotes_) sumNotes();
   notes_.push_back(std::make_unique<Note>(Note{label, std::this_thread::get_id(), {}}));
@@ -351,7 +351,7 @@ std::map<std::string, DeviceTime> Device::clock() {
     notes.swap(notes_);
     times.swap(summed_);
   }
-  guarded(name_, [&] { queue_.finish(); });
+  guarded(name(), [&] { queue().finish(); });
   for (const auto& n : notes) addTime(n->event, n->label, times);
   return times;
 }
@@ -386,6 +386,12 @@ const cl::Buffer& DeviceBuffer::reserve(Device& device, std::size_t size) {
     buffer_ = cl::Buffer(device.context(), CL_MEM_READ_WRITE, larger);
     size_ = larger;
   }
+  return buffer_;
+}
+
+const cl::Buffer& DeviceBuffer::clear(Device& device, std::size_t size) {
+  device.queue().enqueueFillBuffer(reserve(device, size), cl_uint{0}, 0, size, nullptr,
+                                   device.note("cleared"));
   return buffer_;
 }
 

@@ -8,6 +8,7 @@
 #include <cloudcontact/device/backend.h>
 #include <CL/opencl.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -45,13 +46,13 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  const std::string& name() const { return name_; }
-  cl::Context& context() { return context_; }
-  cl::CommandQueue& queue() { return queue_; }
-  std::size_t memory() const { return memory_; }          // [bytes]
-  std::size_t largestBuffer() const { return largest_; }  // [bytes]
-  std::size_t localBytes() const { return local_; }       // local memory of a work-group
-  bool gpu() const { return gpu_; }
+  const std::string& name() const { return hardware_.name; }
+  cl::Context& context() { return hardware_.context; }
+  cl::CommandQueue& queue() { return hardware_.queue; }
+  std::size_t memory() const { return hardware_.memory; }          // [bytes]
+  std::size_t largestBuffer() const { return hardware_.largest; }  // [bytes]
+  std::size_t localBytes() const { return hardware_.local; }       // local memory of a work-group
+  bool gpu() const { return hardware_.gpu; }
 
   // Sets all arguments of a kernel and enqueues it.
   template <typename... Arguments>
@@ -59,7 +60,7 @@ class Device {
     cl::Kernel& called = kernel(launch.kernel);
     cl_uint k = 0;
     (called.setArg(k++, arguments), ...);
-    enqueue(queue_, called, launch);
+    enqueue(queue(), called, launch);
   }
   // Enqueues a kernel whose arguments are set.
   void enqueue(cl::CommandQueue& queue, cl::Kernel& kernel, const Launch& launch);
@@ -67,6 +68,12 @@ class Device {
   cl::CommandQueue newQueue() const;
   cl::Kernel newKernel(const char* name) const { return {program_, name}; }
 
+  // Copies on queue(), which clock() reports under `label`. Without `wait` the host's memory must
+  // stay until the copy is done.
+  void send(const void* from, const cl::Buffer& to, std::size_t bytes, const char* label,
+            bool wait = false);
+  void fetch(const cl::Buffer& from, void* to, std::size_t bytes, const char* label,
+             bool wait = true);
   // An event for a copy that clock() reports under `label`; null without profiling.
   cl::Event* note(const char* label);
   // Time of each kernel and copy since the last call. Waits for queue(); commands of other queues
@@ -74,9 +81,18 @@ class Device {
   std::map<std::string, DeviceTime> clock();
 
  private:
-  Device(const cl::Device& device, bool profiling, Kernels kernels);
-  Device(const Device& other, Kernels kernels);
-  void begin(Kernels kernels);
+  // A device with its context and queue.
+  struct Hardware {
+    cl::Device device;
+    cl::Context context;
+    cl::CommandQueue queue;
+    std::string name;
+    std::size_t memory = 0, largest = 0, local = 0;
+    bool gpu = false, profiling = false;
+
+    Hardware(const cl::Device& device, bool profiling);
+  };
+  Device(const Hardware& hardware, Kernels kernels);
   void build(const char* source);
   cl::Kernel& kernel(const std::string& name);
   void checkLayout();
@@ -89,18 +105,13 @@ class Device {
   };
   void sumNotes();
 
-  cl::Device device_;
-  cl::Context context_;
-  cl::CommandQueue queue_;
+  Hardware hardware_;
   cl::Program program_;
   std::map<std::string, cl::Kernel, std::less<>> kernels_;
   std::mutex notesMutex_;
   std::vector<std::unique_ptr<Note>> notes_;
   std::size_t maxNotes_ = 0;
   std::map<std::string, DeviceTime> summed_;  // of notes that are no longer kept
-  std::string name_;
-  std::size_t memory_ = 0, largest_ = 0, local_ = 0;
-  bool gpu_ = false, profiling_ = false;
 };
 
 // Host memory that the device copies at full speed.
@@ -128,6 +139,17 @@ class PinnedMemory {
 class DeviceBuffer {
  public:
   const cl::Buffer& reserve(Device& device, std::size_t size);
+  // With that content; kernels need a buffer even if it is empty. `wait` as in Device::send().
+  template <typename Values>
+  const cl::Buffer& fill(Device& device, const Values& values, const char* label,
+                         bool wait = false) {
+    const std::size_t bytes = values.size() * sizeof(values[0]);
+    reserve(device, std::max<std::size_t>(bytes, 16));
+    if (bytes > 0) device.send(values.data(), buffer_, bytes, label, wait);
+    return buffer_;
+  }
+  // All bits 0.
+  const cl::Buffer& clear(Device& device, std::size_t size);
   const cl::Buffer& buffer() const { return buffer_; }
   std::size_t bytes() const { return size_; }
 

@@ -2,14 +2,12 @@
 // chain runs again with buffers of the counted size.
 #include "device/opencl_digitizer.h"
 
-#include "device/flat_taps.h"
-#include "voxels/column_cutter.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <new>
+#include <span>
 
 namespace cloudcontact::opencl {
 
@@ -147,14 +145,11 @@ void OpenClDigitizer::send(const GridSurface& surface) {
                 sizeof(Eigen::Vector3i) == 3 * sizeof(cl_int));
   std::memcpy(to, surface.vertices.data(), vertices);
   std::memcpy(to + vertices, surface.triangles.data(), triangles);
-  auto* const hostShells = reinterpret_cast<cl_int*>(to + vertices + triangles);
-  std::copy(surface.component.begin(), surface.component.end(), hostShells);
-  if (shells > 0) std::fill(hostShells + surface.firstCap, hostShells + t, cl_int{-1});
+  std::vector<cl_int> component(surface.component.begin(), surface.component.end());
+  if (shells > 0) std::fill(component.begin() + surface.firstCap, component.end(), -1);
+  std::memcpy(to + vertices + triangles, component.data(), shells);
   const auto write = [&](DeviceBuffer& buffer, std::size_t begin, std::size_t size) {
-    const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(size, 16));
-    if (size > 0)
-      d.queue().enqueueWriteBuffer(target, CL_FALSE, 0, size, to + begin, nullptr,
-                                   d.note("mesh sent"));
+    buffer.fill(d, std::span(to + begin, size), "mesh sent");
   };
   write(surface_, 0, vertices);
   write(triangles_, vertices, triangles);
@@ -165,13 +160,9 @@ void OpenClDigitizer::send(const GridSurface& surface) {
 
 void OpenClDigitizer::reserve() {
   Device& d = *device_;
-  const auto clear = [&](DeviceBuffer& buffer, std::size_t count) {
-    d.queue().enqueueFillBuffer(buffer.reserve(d, count * sizeof(cl_uint)), cl_uint{0}, 0,
-                                count * sizeof(cl_uint), nullptr, d.note("cleared"));
-  };
-  clear(deviceCounters_, CC_CUT_COUNTERS);
-  clear(counts_, columns_);
-  clear(touched_, columns_ * static_cast<std::size_t>(grid_.layers + 1));
+  deviceCounters_.clear(d, CC_CUT_COUNTERS * sizeof(cl_uint));
+  counts_.clear(d, columns_ * sizeof(cl_uint));
+  touched_.clear(d, columns_ * static_cast<std::size_t>(grid_.layers + 1) * sizeof(cl_int));
   first_.reserve(d, (columns_ + 1) * sizeof(cl_uint));
   entries_.reserve(d, grid_.entryRoom * sizeof(cl_uint));
   owners_.reserve(d, grid_.entryRoom * sizeof(cl_uint));
@@ -195,8 +186,7 @@ void OpenClDigitizer::cut() {
   d.run({"ccCountColumns", items, CC_GROUP}, grid_, vertices, triangles, counts);
   d.run({"ccScan", CC_SCAN_GROUP, CC_SCAN_GROUP}, counts, static_cast<cl_uint>(columns_), first,
         counters, cl_uint{CC_ENTRIES});
-  d.queue().enqueueFillBuffer(counts, cl_uint{0}, 0, columns_ * sizeof(cl_uint), nullptr,
-                              d.note("cleared"));
+  counts_.clear(d, columns_ * sizeof(cl_uint));
   d.run({"ccListColumns", items, CC_GROUP}, grid_, vertices, triangles, counts, first, counters,
         entries, owners_.buffer());
   d.run({"ccSortColumns", columns_ * CC_GROUP, CC_GROUP}, grid_, first, counters, entries);
@@ -223,40 +213,17 @@ void OpenClDigitizer::sum() {
 }
 
 void OpenClDigitizer::sendWindow(const Bricks& field) {
-  Device& d = *device_;
-  flat_ = mayBeFlat(field.window, d.localBytes());
-  const std::vector<CcWindowTap> any = windowTaps(field.window);
-  const auto write = [&](DeviceBuffer& buffer, const auto& values) {
-    const std::size_t bytes = values.size() * sizeof(values[0]);
-    auto* const to = static_cast<unsigned char*>(sentWindow_.data()) + sentBytes_;
-    std::memcpy(to, values.data(), bytes);
-    sentBytes_ += bytes;
-    d.queue().enqueueWriteBuffer(buffer.reserve(d, bytes), CL_FALSE, 0, bytes, to, nullptr,
-                                 d.note("window sent"));
-  };
-  sentWindow_.reserve(d, sizeof(FieldBlock) + (any.size() + 1) * sizeof(CcWindowTap) +
-                             any.size() * (sizeof(cl_float4) + sizeof(CcFlatRun)));
-  std::memcpy(sentWindow_.data(), field.blocks.data(), sizeof(FieldBlock));
-  sentBytes_ = sizeof(FieldBlock);
-  write(density_, field.density);
-  if (flat_) {
-    const FlatTaps taps(field.window);
-    runCount_ = static_cast<cl_uint>(taps.runs.size());
-    write(taps_, taps.by);
-    write(runs_, taps.runs);
-  } else {
-    write(taps_, any);
-  }
-  windows_ = {field.bricks.x(), field.bricks.y(),  field.bricks.z(),
-              {0, 0, 0},        {0, 0, 0},         static_cast<cl_int>(any.size()),
-              field.density[0], windows_.blockRoom};
+  density_.fill(*device_, field.density, "window sent");
+  taps_.send(*device_, field.window, "window sent");
+  const std::size_t taps = field.window.taps.size();
+  windows_ = {field.bricks.x(), field.bricks.y(),          field.bricks.z(), {0, 0, 0},
+              {0, 0, 0},        static_cast<cl_int>(taps), field.density[0], windows_.blockRoom};
   for (int k = 0; k < 3; ++k) {
     windows_.low[k] = field.window.low[k];
     windows_.high[k] = field.window.high[k];
   }
-  tile_ = flatTile(field.window);
-  report_.taps = any.size();
-  report_.sent += sentBytes_;
+  report_.taps = taps;
+  report_.sent += sizeof(FieldBlock) + sizeof(int) * field.density.size() + taps_.sentBytes();
 }
 
 void OpenClDigitizer::sumWindows(const Bricks& field) {
@@ -271,24 +238,21 @@ void OpenClDigitizer::sumWindows(const Bricks& field) {
   const cl::Buffer& blockOf = blockOf_.reserve(d, table_ * sizeof(cl_int));
   const cl::Buffer& list = list_.reserve(d, windows_.blockRoom * sizeof(cl_uint));
   const cl::Buffer& blocks = blocks_.reserve(d, std::size_t{windows_.blockRoom} * sizeof(CcBlock));
-  d.queue().enqueueWriteBuffer(blocks, CL_FALSE, 0, sizeof(CcBlock), sentWindow_.data(), nullptr,
-                               d.note("window sent"));
-  static_assert(sizeof(CcBlock) == sizeof(field.blocks[0]));
+  d.send(field.blocks.data(), blocks, sizeof(CcBlock), "window sent");
   d.run({"ccOwnBlocks", table_, CC_GROUP}, windows_, table, count, own, ownGroups);
   d.run({"ccScan", CC_SCAN_GROUP, CC_SCAN_GROUP}, ownGroups, groupsOwn, firstOwn, counters,
         cl_uint{CC_OWN_BLOCKS});
   d.run({"ccBlockTable", table_, CC_GROUP}, windows_, table, count, own, firstOwn, blockOf, list);
   const std::size_t groups = std::min<std::size_t>(windows_.blockRoom, kMostGroups);
-  if (flat_) {
-    d.run({"ccSumWindows", groups * CC_COLUMNS, CC_COLUMNS}, windows_, table, bricks,
-          taps_.buffer(), runs_.buffer(), runCount_, list, counters, blocks,
-          cl::Local(tile_ * sizeof(cl_half)));
+  if (taps_.flat()) {
+    d.run({"ccSumWindows", groups * CC_COLUMNS, CC_COLUMNS}, windows_, table, bricks, taps_.taps(),
+          taps_.runs(), taps_.runCount(), list, counters, blocks, cl::Local(taps_.tileBytes()));
     return;
   }
   d.run({"ccFillBlocks", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP}, windows_, table, bricks, list,
         counters, blocks);
   d.run({"ccSumAnyWindows", groups * CC_WINDOW_GROUP, CC_WINDOW_GROUP}, windows_, blockOf,
-        taps_.buffer(), density_.buffer(), list, counters, blocks);
+        taps_.taps(), density_.buffer(), list, counters, blocks);
 }
 
 // Runs the chain until all buffers are large enough. Returns why the CPU must do it instead, or
@@ -310,8 +274,7 @@ std::string OpenClDigitizer::runChain(const GridSurface& surface, const StartFie
       sendWindow(*field);
     }
     if (field) sumWindows(*field);
-    d.queue().enqueueReadBuffer(deviceCounters_.buffer(), CL_TRUE, 0, sizeof counters_,
-                                counters_.data(), nullptr, d.note("counters fetched"));
+    d.fetch(deviceCounters_.buffer(), counters_.data(), sizeof counters_, "counters fetched");
     report_.rounds = std::size_t(round) + 1;
     if (!enlarge(withField)) return {};
   }
@@ -365,13 +328,13 @@ auto OpenClDigitizer::buffers(Self& self) {
                     &self.found_,   &self.pieces_,      &self.touched_,   &self.placed_,
                     &self.sums_,    &self.deviceTable_, &self.stored_,    &self.firstStored_,
                     &self.bricks_,  &self.own_,         &self.ownGroups_, &self.firstOwn_,
-                    &self.blockOf_, &self.list_,        &self.taps_,      &self.runs_,
-                    &self.density_, &self.blocks_};
+                    &self.blockOf_, &self.list_,        &self.density_,   &self.blocks_};
 }
 
 // Frees all memory; the next mesh starts afresh.
 void OpenClDigitizer::release() {
   for (DeviceBuffer* g : buffers(*this)) *g = {};
+  taps_ = {};
   grid_ = {};
   windows_ = {};
 }
@@ -379,6 +342,7 @@ void OpenClDigitizer::release() {
 std::size_t OpenClDigitizer::bytes() const {
   std::size_t sum = 0;
   for (const DeviceBuffer* g : buffers(*this)) sum += g->bytes();
+  for (const DeviceBuffer* g : taps_.buffers()) sum += g->bytes();
   return sum;
 }
 
@@ -389,28 +353,23 @@ Cloud::Voxels OpenClDigitizer::voxels() {
   voxels.bricks[2] = static_cast<int>(table_ / (std::size_t(grid_.nx) * std::size_t(grid_.ny)));
   voxels.table.resize(table_);
   voxels.coverage.resize(counters_[CC_STORED]);
-  d.queue().enqueueReadBuffer(deviceTable_.buffer(), CL_TRUE, 0, table_ * sizeof(cl_int),
-                              voxels.table.data(), nullptr, d.note("voxels fetched"));
+  d.fetch(deviceTable_.buffer(), voxels.table.data(), table_ * sizeof(cl_int), "voxels fetched");
   if (!voxels.coverage.empty())
-    d.queue().enqueueReadBuffer(bricks_.buffer(), CL_TRUE, 0,
-                                voxels.coverage.size() * sizeof(BrickCoverage),
-                                voxels.coverage.data(), nullptr, d.note("voxels fetched"));
+    d.fetch(bricks_.buffer(), voxels.coverage.data(),
+            voxels.coverage.size() * sizeof(BrickCoverage), "voxels fetched");
   return voxels;
 }
 
 void OpenClDigitizer::fetchTable(Bricks& to) {
-  Device& d = *device_;
   to.table.resize(table_);
-  d.queue().enqueueReadBuffer(blockOf_.buffer(), CL_TRUE, 0, table_ * sizeof(cl_int),
-                              to.table.data(), nullptr, d.note("field fetched"));
+  device_->fetch(blockOf_.buffer(), to.table.data(), table_ * sizeof(cl_int), "field fetched");
 }
 
 void OpenClDigitizer::fetchField(Bricks& to) {
-  Device& d = *device_;
   fetchTable(to);
   to.blocks.resize(blockCount());
-  d.queue().enqueueReadBuffer(blocks_.buffer(), CL_TRUE, 0, to.blocks.size() * sizeof(FieldBlock),
-                              to.blocks.data(), nullptr, d.note("field fetched"));
+  device_->fetch(blocks_.buffer(), to.blocks.data(), to.blocks.size() * sizeof(FieldBlock),
+                 "field fetched");
 }
 
 }  // namespace cloudcontact::opencl

@@ -4,6 +4,7 @@
 
 #include <cloudcontact/field/base_vector_field.h>
 
+#include "device/device_taps.h"
 #include "device/opencl_device.h"
 #include "field/brick_layout.h"
 #include "kernels/digitize/digitize_layout.h"
@@ -66,17 +67,14 @@ class OpenClDigitizer {
   std::shared_ptr<Device> device_;
   CcColumns grid_{};
   CcWindows windows_{};
-  bool flat_ = false;     // the window fits the faster kernel (flat_taps.h)
-  std::size_t tile_ = 0;  // that kernel's tile [halves]
-  std::size_t sentBytes_ = 0;
-  cl_uint runCount_ = 0;
   std::size_t columns_ = 0, table_ = 0;  // columns of bricks; bricks
   Counters counters_{};
   DeviceDigitizeReport report_;
-  PinnedMemory sent_, sentWindow_;
+  PinnedMemory sent_;
+  DeviceTaps taps_;
   DeviceBuffer surface_, triangles_, shells_, deviceCounters_, counts_, first_, entries_, owners_,
       found_, pieces_, touched_, placed_, sums_, deviceTable_, stored_, firstStored_, bricks_, own_,
-      ownGroups_, firstOwn_, blockOf_, list_, taps_, runs_, density_, blocks_;
+      ownGroups_, firstOwn_, blockOf_, list_, density_, blocks_;
 };
 
 }  // namespace cloudcontact::opencl

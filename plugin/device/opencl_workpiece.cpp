@@ -11,7 +11,6 @@
 #include <stdexcept>
 
 #include "base/grid_index.h"
-#include "device/flat_taps.h"
 #include "field/brick_layout.h"
 
 namespace cloudcontact::opencl {
@@ -23,6 +22,7 @@ using Bricks = BaseVectorField::Bricks;
 constexpr std::size_t kMaxAtOnce = 1 << 20;  // voxels in a step; longer lists take several
 constexpr std::size_t kGroups = 1 << 14;     // work-groups, which loop over the bricks
 constexpr std::size_t kHead = CC_STEP_HEAD * sizeof(cl_uint);
+static_assert(kHead % alignof(CcVoxelLeft) == 0, "voxels lie behind the head");
 
 // An upper bound of the bricks whose windows see one voxel.
 std::size_t maxBricks(const Window& window) {
@@ -111,12 +111,7 @@ void OpenClWorkpiece::assignHomes(const Bricks& field, std::size_t blocks) {
 void OpenClWorkpiece::sendWindow(const Bricks& field) {
   Device& d = *device_;
   const auto write = [&](DeviceBuffer& buffer, const auto& values) {
-    const std::size_t bytes = values.size() * sizeof(values[0]);
-    // Kernels need a buffer even if it is empty.
-    const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(bytes, 16));
-    if (bytes > 0)
-      d.queue().enqueueWriteBuffer(target, CL_TRUE, 0, bytes, values.data(), nullptr,
-                                   d.note("field sent"));
+    buffer.fill(d, values, "field sent", true);
   };
   // Tissues of equal density are one kind.
   std::vector<cl_int> densities;
@@ -128,16 +123,7 @@ void OpenClWorkpiece::sendWindow(const Bricks& field) {
   }
   write(kindOf_, kindOf);
   write(densities_, densities);
-  flat_ = mayBeFlat(field.window, d.localBytes());
-  if (flat_) {
-    const FlatTaps taps(field.window);
-    runCount_ = static_cast<cl_uint>(taps.runs.size());
-    tile_ = flatTile(field.window);
-    write(taps_, taps.by);
-    write(runs_, taps.runs);
-  } else {
-    write(taps_, windowTaps(field.window));
-  }
+  taps_.send(d, field.window, "field sent");
   write(home_, homeOf_);
   write(deviceTable_, table_);
   write(deviceBricks_, bricks_);
@@ -160,13 +146,9 @@ std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
   maxBricks_ = maxBricks(w);
   sendWindow(field);
   deviceBlocks_.reserve(d, blocks_ * sizeof(CcBlock));
-  const auto clear = [&](DeviceBuffer& buffer, std::size_t bytes) {
-    d.queue().enqueueFillBuffer(buffer.reserve(d, bytes), cl_uint{0}, 0, bytes, nullptr,
-                                d.note("cleared"));
-  };
-  clear(last_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_uint));
-  clear(lost_, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
-  clear(listed_, table_.size() * sizeof(cl_uint));
+  last_.clear(d, blocks_ * CC_BRICK_VOXELS * sizeof(cl_uint));
+  lost_.clear(d, blocks_ * CC_BRICK_VOXELS * sizeof(cl_ushort));
+  listed_.clear(d, table_.size() * sizeof(cl_uint));
   list_.reserve(d, table_.size() * sizeof(cl_uint));
   lastVoxels_ = 0;
   return {};
@@ -174,10 +156,8 @@ std::string OpenClWorkpiece::prepare(const Bricks& field, std::size_t blocks) {
 
 std::string OpenClWorkpiece::load(const Bricks& field) {
   if (const std::string why = prepare(field, field.blocks.size()); !why.empty()) return why;
-  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
-  device_->queue().enqueueWriteBuffer(deviceBlocks_.buffer(), CL_TRUE, 0,
-                                      field.blocks.size() * sizeof(CcBlock), field.blocks.data(),
-                                      nullptr, device_->note("field sent"));
+  device_->send(field.blocks.data(), deviceBlocks_.buffer(), field.blocks.size() * sizeof(CcBlock),
+                "field sent", true);
   return {};
 }
 
@@ -225,23 +205,21 @@ void OpenClWorkpiece::renewWindows(std::size_t bricks) {
                    &step = steps_[current_].buffer();
   const std::size_t items =
       std::min({blocks_ - shared_, bricks, kGroups}) * std::size_t{CC_RENEW_GROUP};
-  if (flat_) {
+  if (taps_.flat()) {
     d.run({"ccRenewWindows", items, CC_RENEW_GROUP}, grid_, home, table, blocks, lost, last, listed,
-          list, step, kindOf_.buffer(), densities_.buffer(), taps_.buffer(), runs_.buffer(),
-          runCount_, cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
-          cl::Local(runCount_ * sizeof(CcFlatRun)), cl::Local(tile_ * sizeof(cl_half)));
+          list, step, kindOf_.buffer(), densities_.buffer(), taps_.taps(), taps_.runs(),
+          taps_.runCount(), cl::Local(static_cast<std::size_t>(grid_.taps) * sizeof(cl_float4)),
+          cl::Local(taps_.runCount() * sizeof(CcFlatRun)), cl::Local(taps_.tileBytes()));
   } else {
     d.run({"ccRenewAnyWindows", items, CC_RENEW_GROUP}, grid_, home, table, blocks, lost, last,
-          listed, list, step, kindOf_.buffer(), densities_.buffer(), taps_.buffer());
+          listed, list, step, kindOf_.buffer(), densities_.buffer(), taps_.taps());
   }
 }
 
 // Reads the counts of the current step and ends it.
 void OpenClWorkpiece::readCounts() {
-  Device& d = *device_;
-  auto* const counted = static_cast<cl_uint*>(fetched_.reserve(d, kHead));
-  d.queue().enqueueReadBuffer(steps_[current_].buffer(), CL_TRUE, 0, kHead, counted, nullptr,
-                              d.note("counts fetched"));
+  auto* const counted = static_cast<cl_uint*>(fetched_.reserve(*device_, kHead));
+  device_->fetch(steps_[current_].buffer(), counted, kHead, "counts fetched");
   report_.changed += counted[CC_CHANGED];
   report_.bricks += counted[CC_AFFECTED];
   report_.fetched += kHead;
@@ -253,7 +231,7 @@ void OpenClWorkpiece::runStep(const void* packed, std::size_t voxels) {
   Device& d = *device_;
   const std::size_t bytes = kHead + voxels * sizeof(CcVoxelLeft);
   const cl::Buffer& step = steps_[current_].reserve(d, bytes);
-  d.queue().enqueueWriteBuffer(step, CL_FALSE, 0, bytes, packed, nullptr, d.note("step sent"));
+  d.send(packed, step, bytes, "step sent");
   linkVoxels(voxels);
   d.run({"ccNoteLosses", voxels, CC_STEP_GROUP}, grid_, home_.buffer(), deviceTable_.buffer(),
         deviceBlocks_.buffer(), step, static_cast<cl_uint>(voxels), next_.buffer(), last_.buffer(),
@@ -323,24 +301,15 @@ std::size_t OpenClWorkpiece::cut(std::span<const VoxelCut> voxels) {
 std::vector<CcNormalSum> OpenClWorkpiece::normals(const TouchedList& list) {
   checkIntact();
   Device& d = *device_;
-  const auto send = [&](DeviceBuffer& buffer, const auto& values) -> const cl::Buffer& {
-    const std::size_t bytes = values.size() * sizeof(values[0]);
-    // Kernels need a buffer even if it is empty.
-    const cl::Buffer& target = buffer.reserve(d, std::max<std::size_t>(bytes, 16));
-    if (bytes > 0)
-      d.queue().enqueueWriteBuffer(target, CL_FALSE, 0, bytes, values.data(), nullptr,
-                                   d.note("areas sent"));
-    return target;
-  };
   std::vector<CcNormalSum> sums(list.firsts.size() - 1);
   settled(d.queue(), [&] {
-    const cl::Buffer &voxels = send(touched_, list.voxels), &firsts = send(firsts_, list.firsts),
-                     &terms = send(terms_, list.terms),
+    const cl::Buffer &voxels = touched_.fill(d, list.voxels, "areas sent"),
+                     &firsts = firsts_.fill(d, list.firsts, "areas sent"),
+                     &terms = terms_.fill(d, list.terms, "areas sent"),
                      &normals = normals_.reserve(d, sums.size() * sizeof(CcNormalSum));
     d.run({"ccDigitalNormals", sums.size() * CC_NORMAL_LANES, CC_NORMAL_LANES}, grid_.nx, grid_.ny,
           grid_.nz, deviceTable_.buffer(), deviceBlocks_.buffer(), terms, voxels, firsts, normals);
-    d.queue().enqueueReadBuffer(normals, CL_TRUE, 0, sums.size() * sizeof(CcNormalSum), sums.data(),
-                                nullptr, d.note("normals fetched"));
+    d.fetch(normals, sums.data(), sums.size() * sizeof(CcNormalSum), "normals fetched");
   });
   return sums;
 }
@@ -355,8 +324,7 @@ std::vector<MatterSums> OpenClWorkpiece::tissueSums() {
         deviceBlocks_.buffer(), deviceBricks_.buffer(), static_cast<cl_uint>(count),
         static_cast<cl_uint>(shared_), sums_.reserve(d, bytes));
   auto* const sums = static_cast<CcTissueSums*>(fetchedSums_.reserve(d, bytes));
-  d.queue().enqueueReadBuffer(sums_.buffer(), CL_TRUE, 0, bytes, sums, nullptr,
-                              d.note("sums fetched"));
+  d.fetch(sums_.buffer(), sums, bytes, "sums fetched");
   const Eigen::Vector3i bricks(grid_.nx, grid_.ny, grid_.nz);
   for (std::size_t n = 0; n < count; ++n) {
     const VoxelIndex corner = kBrickEdge * gridCell(bricks_[n], bricks) - kBrickEdge / 2 * bricks;
@@ -368,8 +336,7 @@ std::vector<MatterSums> OpenClWorkpiece::tissueSums() {
 void OpenClWorkpiece::fetch(Bricks& to) {
   checkIntact();
   Device& d = *device_;
-  d.queue().enqueueReadBuffer(deviceTable_.buffer(), CL_TRUE, 0, table_.size() * sizeof(cl_int),
-                              table_.data(), nullptr, d.note("field fetched"));
+  d.fetch(deviceTable_.buffer(), table_.data(), table_.size() * sizeof(cl_int), "field fetched");
   // Own blocks in use, by their index: first those that the field came with, then in the order of
   // the table.
   std::vector<std::pair<cl_int, std::size_t>> used;
@@ -397,10 +364,11 @@ void OpenClWorkpiece::fetch(Bricks& to) {
 std::size_t OpenClWorkpiece::bytes() const {
   std::size_t sum = 0;
   for (const DeviceBuffer* g :
-       {&steps_[0],     &steps_[1], &next_,    &last_,   &lost_,      &home_,   &deviceTable_,
-        &deviceBlocks_, &listed_,   &list_,    &kindOf_, &densities_, &taps_,   &runs_,
-        &deviceBricks_, &sums_,     &touched_, &firsts_, &terms_,     &normals_})
+       {&steps_[0], &steps_[1], &next_, &last_, &lost_, &home_, &deviceTable_, &deviceBlocks_,
+        &listed_, &list_, &kindOf_, &densities_, &deviceBricks_, &sums_, &touched_, &firsts_,
+        &terms_, &normals_})
     sum += g->bytes();
+  for (const DeviceBuffer* g : taps_.buffers()) sum += g->bytes();
   return sum;
 }
 

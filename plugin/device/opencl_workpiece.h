@@ -4,6 +4,7 @@
 
 #include <cloudcontact/field/base_vector_field.h>
 
+#include "device/device_taps.h"
 #include "device/opencl_device.h"
 #include "device/touched_list.h"
 #include "field/base_vector_bricks.h"
@@ -57,20 +58,18 @@ class OpenClWorkpiece {
 
   std::shared_ptr<Device> device_;
   CcCutting grid_{};
-  bool flat_ = false;                    // the window fits the faster kernel (flat_taps.h)
-  std::size_t tile_ = 0;                 // that kernel's tile [halves]
   std::size_t shared_ = 0, blocks_ = 0;  // shared blocks; these and one for each brick
   std::size_t maxBricks_ = 0;            // whose windows see one voxel
-  cl_uint runCount_ = 0;
-  std::vector<cl_int> table_, homeOf_;  // of each brick: its block, and the block of its own
-  std::vector<cl_uint> bricks_;         // the brick of each own block
-  int current_ = 0;                     // which of steps_ the next step uses
-  std::size_t lastVoxels_ = 0;          // voxels listed in the other
-  bool failed_ = false;                 // during a cut, which leaves links and losses behind
+  std::vector<cl_int> table_, homeOf_;   // of each brick: its block, and the block of its own
+  std::vector<cl_uint> bricks_;          // the brick of each own block
+  int current_ = 0;                      // which of steps_ the next step uses
+  std::size_t lastVoxels_ = 0;           // voxels listed in the other
+  bool failed_ = false;                  // during a cut, which leaves links and losses behind
   DeviceCutReport report_;
   PinnedMemory sent_, fetched_, fetchedSums_;
+  DeviceTaps taps_;
   DeviceBuffer steps_[2], next_, last_, lost_, home_, deviceTable_, deviceBlocks_, listed_, list_,
-      kindOf_, densities_, taps_, runs_, deviceBricks_, sums_, touched_, firsts_, terms_, normals_;
+      kindOf_, densities_, deviceBricks_, sums_, touched_, firsts_, terms_, normals_;
 };
 
 }  // namespace cloudcontact::opencl

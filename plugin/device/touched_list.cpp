@@ -29,13 +29,7 @@ TouchedList::TouchedList(const BaseVectorBricks& field,
 }
 
 std::vector<CcNormalSum> TouchedList::sums(const BaseVectorBricks& field) const {
-  static_assert(sizeof(FieldBlock) == sizeof(CcBlock));
-  const CcWorkpiece workpiece{field.bricks.x(),
-                              field.bricks.y(),
-                              field.bricks.z(),
-                              field.table.data(),
-                              reinterpret_cast<const CcBlock*>(field.blocks.data()),
-                              nullptr};
+  const CcWorkpiece workpiece = field.workpiece();
   std::vector<CcNormalSum> all(firsts.size() - 1);
   tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t area) {
     CcNormalSum sum = ccNoVectors();

@@ -9,6 +9,7 @@
 #include <cloudcontact/voxels/voxel_cut.h>
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct FieldBlock {
   BrickCoverage coverage;
   BrickMaterial tissue;
 };
+static_assert(sizeof(FieldBlock) == sizeof(CcBlock) &&
+              offsetof(FieldBlock, volume) == offsetof(CcBlock, volume) &&
+              offsetof(FieldBlock, coverage) == offsetof(CcBlock, coverage) &&
+              offsetof(FieldBlock, tissue) == offsetof(CcBlock, tissue));
 
 // A row along x of the mirrored window: the voxels whose windows hold the voxel in its middle.
 struct WindowRow {
@@ -92,6 +97,11 @@ struct BaseVectorBricks {
     const Vec3 center(m.x * scale, m.y * scale, m.z * scale);
     return {window.representative - center, windowCenter - center,
             block.volume[static_cast<std::size_t>(cell)] * perFull};
+  }
+  // The same memory as kernels see it.
+  CcWorkpiece workpiece() const {
+    const auto* const seen = reinterpret_cast<const CcBlock*>(blocks.data());
+    return {bricks.x(), bricks.y(), bricks.z(), table.data(), seen, density.data()};
   }
 };
 

@@ -193,17 +193,8 @@ std::vector<CcWindowTap> windowTaps(const Window& window) {
 }
 
 void sumWindows(Bricks& f) {
-  static_assert(sizeof(FieldBlock) == sizeof(CcBlock) &&
-                offsetof(FieldBlock, volume) == offsetof(CcBlock, volume) &&
-                offsetof(FieldBlock, coverage) == offsetof(CcBlock, coverage) &&
-                offsetof(FieldBlock, tissue) == offsetof(CcBlock, tissue));
   const std::vector<CcWindowTap> taps = windowTaps(f.window);
-  const CcWorkpiece workpiece{f.bricks.x(),
-                              f.bricks.y(),
-                              f.bricks.z(),
-                              f.table.data(),
-                              reinterpret_cast<const CcBlock*>(f.blocks.data()),
-                              f.density.data()};
+  const CcWorkpiece workpiece = f.workpiece();
   const std::vector<std::int32_t> own = ownBricks(f);
   parallelFor(own.size(), 0, [&](std::size_t n, int) {
     const VoxelIndex low = kBrickEdge * gridCell(static_cast<std::size_t>(own[n]), f.bricks);

@@ -89,7 +89,7 @@ class Writer {
   }
   template <typename Number>
   void number(Number x) {
-    x = littleEndian(x);
+    x = inFileOrder(x);
     bytes(&x, sizeof x);
   }
   template <typename Array>
@@ -125,7 +125,7 @@ class Reader {
   Number number() {
     Number x;
     bytes(&x, sizeof x);
-    return littleEndian(x);
+    return inFileOrder(x);
   }
   // Nothing is allocated that the file cannot hold. By parts that stay in the cache: memory that is
   // filled with zeros first, and read once more for the checksum, took a fifth of a load.
@@ -152,7 +152,7 @@ class Reader {
   [[noreturn]] void impossible() const { refuse("says impossible sizes"); }
 
  private:
-  [[noreturn]] void refuse(const std::string& why) const { refuseCloudFile(file_, why + kAgain); }
+  [[noreturn]] void refuse(const std::string& why) const { refuseFile(file_, why + kAgain); }
 
   std::istream& in_;
   const fs::path& file_;
@@ -185,17 +185,12 @@ Header readHeader(Reader& reader, const fs::path& file) {
   char magic[sizeof kFieldMagic] = {};
   reader.bytes(magic, sizeof magic);
   if (std::memcmp(magic, kFieldMagic, sizeof magic) != 0)
-    refuseCloudFile(file, "is not a surface field");
+    refuseFile(file, "is not a surface field");
   const auto version = reader.number<std::uint32_t>();
   if (version != kVersion)
-    refuseCloudFile(file, "is a field of version " + std::to_string(version) +
-                              "; this program reads version " + std::to_string(kVersion) + kAgain);
-  const auto expected = reader.number<std::uint64_t>();
-  if (length < expected)
-    refuseCloudFile(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
-                              std::to_string(expected) + kAgain);
-  if (length > expected)
-    refuseCloudFile(file, "has " + std::to_string(length - expected) + " bytes too many" + kAgain);
+    refuseFile(file, "is a field of version " + std::to_string(version) +
+                         "; this program reads version " + std::to_string(kVersion) + kAgain);
+  checkLength(file, length, reader.number<std::uint64_t>(), kAgain);
   Header header;
   header.voxelSize = reader.number<double>();
   for (int k = 0; k < 3; ++k) header.origin[k] = reader.number<double>();
@@ -213,9 +208,9 @@ void splitNames(const std::string& names, std::vector<std::string>& list) {
 
 void saveField(const SurfaceField& field, const fs::path& file) {
   if (field.unsettled() > 0)
-    refuseCloudFile(file, "not written: edges at " + std::to_string(field.unsettled()) +
-                              " voxels are still to be searched; renew the field until it is "
-                              "settled");
+    refuseFile(file, "not written: edges at " + std::to_string(field.unsettled()) +
+                         " voxels are still to be searched; renew the field until it is "
+                         "settled");
   writeWhole(file, [&](std::ostream& out) { write(field.data(), out); });
 }
 
@@ -242,12 +237,12 @@ std::shared_ptr<const SurfaceField> readField(std::istream& in, std::uint64_t si
     return std::make_shared<const SurfaceField>(std::make_shared<const FieldData>(
         std::move(cloud), std::move(parts.records), std::move(parts.samples)));
   } catch (const std::invalid_argument& e) {
-    refuseCloudFile(file, e.what());
+    refuseFile(file, e.what());
   }
 }
 
 std::shared_ptr<const SurfaceField> loadField(const fs::path& file) {
-  std::ifstream in = openCloudFile(file);
+  std::ifstream in = openFile(file, "a .field file");
   return readField(in, fs::file_size(file), file);
 }
 

@@ -138,17 +138,16 @@ void validate(const Law& law, const LawState& before, double depth, double step)
 }  // namespace
 
 void validate(const Law& law) {
-  std::visit(Overloaded{[](const KelvinVoigt& l) {
-                          notNegative(l.stiffness, "KelvinVoigt::stiffness");
-                          notNegative(l.damping, "KelvinVoigt::damping");
-                          if (l.stiffness + l.damping == 0)
-                            refuse("KelvinVoigt::stiffness", "positive where there is no damping");
+  const auto spring = [](const auto& l, const char* stiffness, const char* damping) {
+    notNegative(l.stiffness, stiffness);
+    notNegative(l.damping, damping);
+    if (l.stiffness + l.damping == 0) refuse(stiffness, "positive where there is no damping");
+  };
+  std::visit(Overloaded{[&](const KelvinVoigt& l) {
+                          spring(l, "KelvinVoigt::stiffness", "KelvinVoigt::damping");
                         },
-                        [](const Foundation& l) {
-                          notNegative(l.stiffness, "Foundation::stiffness");
-                          notNegative(l.damping, "Foundation::damping");
-                          if (l.stiffness + l.damping == 0)
-                            refuse("Foundation::stiffness", "positive where there is no damping");
+                        [&](const Foundation& l) {
+                          spring(l, "Foundation::stiffness", "Foundation::damping");
                         },
                         [](const Rigid&) {},
                         [](const Maxwell& l) {
@@ -171,10 +170,7 @@ double lawForce(const Law& law, const LawState& before, double depth, double ste
   validate(law, before, depth, step);
   if (depth <= 0) return 0;
   const double rate = (depth - before.depth) / step;
-  return std::visit(Overloaded{[&](const KelvinVoigt& l) {
-                                 return std::max(0.0, l.stiffness * depth + l.damping * rate);
-                               },
-                               [&](const Foundation& l) {
+  return std::visit(Overloaded{[&](const auto& l) {  // KelvinVoigt, Foundation
                                  return std::max(0.0, l.stiffness * depth + l.damping * rate);
                                },
                                [](const Rigid&) { return 0.0; },
@@ -197,8 +193,7 @@ double lawSlope(const Law& law, const LawState& before, double depth, double ste
   if (!(lawForce(law, before, depth, step) > 0)) return 0;
   return std::visit(
       Overloaded{
-          [&](const KelvinVoigt& l) { return l.stiffness + l.damping / step; },
-          [&](const Foundation& l) { return l.stiffness + l.damping / step; },
+          [&](const auto& l) { return l.stiffness + l.damping / step; },
           [](const Rigid&) { return 0.0; },
           [&](const Maxwell& l) { return kept(l.stiffness, l.damping, step) * l.stiffness; },
           [&](const StandardLinearSolid& l) {
@@ -229,10 +224,7 @@ LawTangent lawTangent(const Law& law, const LawState& before, double closing, do
   validate(law, before, closing, step);
   const double depth = before.depth;
   return std::visit(
-      Overloaded{[&](const KelvinVoigt& l) {
-                   return LawTangent{l.stiffness * depth, step * l.stiffness + l.damping};
-                 },
-                 [&](const Foundation& l) {
+      Overloaded{[&](const auto& l) {  // KelvinVoigt, Foundation
                    return LawTangent{l.stiffness * depth, step * l.stiffness + l.damping};
                  },
                  [](const Rigid&) { return LawTangent{}; },

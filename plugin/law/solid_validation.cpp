@@ -19,26 +19,36 @@ void requireMargin(const char* what, double margin) {
     throw std::invalid_argument(std::string(what) + " margin must be at least 0 and finite");
 }
 
-struct AreaValidation {
-  void operator()(const HalfSpace&) const {
-    throw std::invalid_argument("an area must be bounded; a half-space is not");
-  }
-  void operator()(const Sphere& s) const {
-    requireSizes("a sphere's radius", Vec3::Constant(s.radius));
-  }
-  void operator()(const Box& b) const { requireSizes("a box's half extents", b.halfExtents); }
+void requireLengths(const char* what, const Vec3& lengths) {
+  if (!(lengths.array() >= 0).all() || !lengths.allFinite())
+    throw std::invalid_argument(std::string(what) + " must be at least 0 and finite");
+}
+
+// Lengths of a solid: of an area positive, of a body 0 or more.
+struct LengthValidation {
+  void (*require)(const char*, const Vec3&);
+
+  void operator()(const Sphere& s) const { require("a sphere's radius", Vec3::Constant(s.radius)); }
+  void operator()(const Box& b) const { require("a box's half extents", b.halfExtents); }
   void operator()(const Ellipsoid& e) const {
     requireSizes("an ellipsoid's semi-axes", e.semiAxes);
   }
   void operator()(const Capsule& c) const {
-    requireSizes("a capsule's radius and half height", {c.radius, c.radius, c.halfHeight});
+    require("a capsule's radius and half height", {c.radius, c.radius, c.halfHeight});
   }
   void operator()(const Cylinder& c) const {
-    requireSizes("a cylinder's radius and half height", {c.radius, c.radius, c.halfHeight});
+    require("a cylinder's radius and half height", {c.radius, c.radius, c.halfHeight});
   }
   void operator()(const Cone& c) const {
-    requireSizes("a cone's radius and half height", {c.radius, c.radius, c.halfHeight});
+    require("a cone's radius and half height", {c.radius, c.radius, c.halfHeight});
     requireMargin("a cone's", c.margin);
+  }
+};
+
+struct AreaValidation : LengthValidation {
+  using LengthValidation::operator();
+  void operator()(const HalfSpace&) const {
+    throw std::invalid_argument("an area must be bounded; a half-space is not");
   }
   void operator()(const Hull& hull) const {
     if (hull.planes.size() < 4 || hull.corners.empty())
@@ -56,31 +66,12 @@ struct AreaValidation {
   }
 };
 
-void requireLengths(const char* what, const Vec3& lengths) {
-  if (!(lengths.array() >= 0).all() || !lengths.allFinite())
-    throw std::invalid_argument(std::string(what) + " must be at least 0 and finite");
-}
-
 // Runs in each query: nothing that grows with a hull's faces.
-struct BodyValidation {
+struct BodyValidation : LengthValidation {
+  using LengthValidation::operator();
   void operator()(const HalfSpace& half) const {
     if (!half.normal.allFinite() || !std::isfinite(half.offset))
       throw std::invalid_argument("a half-space's normal and offset must be finite");
-  }
-  void operator()(const Sphere& s) const { requireLengths("a sphere's radius", {s.radius, 0, 0}); }
-  void operator()(const Box& b) const { requireLengths("a box's half extents", b.halfExtents); }
-  void operator()(const Ellipsoid& e) const {
-    requireSizes("an ellipsoid's semi-axes", e.semiAxes);
-  }
-  void operator()(const Capsule& c) const {
-    requireLengths("a capsule's radius and half height", {c.radius, c.halfHeight, 0});
-  }
-  void operator()(const Cylinder& c) const {
-    requireLengths("a cylinder's radius and half height", {c.radius, c.halfHeight, 0});
-  }
-  void operator()(const Cone& c) const {
-    requireLengths("a cone's radius and half height", {c.radius, c.halfHeight, 0});
-    requireMargin("a cone's", c.margin);
   }
   void operator()(const Hull& hull) const { requireMargin("a hull's", hull.margin); }
   void operator()(const CloudSolid&) const {}
@@ -90,13 +81,13 @@ struct BodyValidation {
 }  // namespace
 
 void validate(const PlacedSolid& area) {
-  std::visit(AreaValidation{}, area.solid);
+  std::visit(AreaValidation{{&requireSizes}}, area.solid);
   if (!area.place.position.allFinite() || !area.place.orientation.coeffs().allFinite())
     throw std::invalid_argument("an area's place must be finite");
 }
 
 void validateBody(const Solid& body) {
-  std::visit(BodyValidation{}, body);
+  std::visit(BodyValidation{{&requireLengths}}, body);
 }
 
 }  // namespace cloudcontact

@@ -275,16 +275,20 @@ TriangleSurface::Nearest TriangleSurface::nearest(const Vec3& x, std::uint32_t h
   return best;
 }
 
+TriangleSurface::Rim TriangleSurface::rimOf(const Nearest& near) const {
+  const Face& face = faces_[near.face];
+  const auto k = static_cast<std::size_t>((near.feature + 2) % 3);
+  if (near.feature <= 3) return {cornerNormals_[face.corner[k]], onBorder_[face.corner[k]] != 0};
+  return {edges_[face.edge[k]].normal, !edges_[face.edge[k]].joins()};
+}
+
 TriangleSurface::Point TriangleSurface::signedBy(const Nearest& near, const Vec3& x) const {
   const Face& face = faces_[near.face];
   const double side = sides_[face.sheet];
   const Vec3 facing = side * face.normal;
-  const auto k = static_cast<std::size_t>((near.feature + 2) % 3);
   if (near.feature == 0) return {{facing.dot(corners_[face.corner[0]] - x), facing}, false};
-  const bool isCorner = near.feature <= 3;
-  const Vec3 pseudo =
-      side * (isCorner ? cornerNormals_[face.corner[k]] : edges_[face.edge[k]].normal);
-  const bool border = isCorner ? onBorder_[face.corner[k]] : !edges_[face.edge[k]].joins();
+  const auto [normal, border] = rimOf(near);
+  const Vec3 pseudo = side * normal;
   const Vec3 out = x - near.foot;
   const double distance = out.norm();
   const bool inside = !border && out.dot(pseudo) < 0;
@@ -306,10 +310,7 @@ double TriangleSurface::voteOf(const Nearest& near, const Vec3& x) const {
   const Face& face = faces_[near.face];
   const Vec3 out = x - near.foot;
   if (near.feature == 0) return out.dot(face.normal);
-  const auto k = static_cast<std::size_t>((near.feature + 2) % 3);
-  const bool isCorner = near.feature <= 3;
-  const Vec3& pseudo = isCorner ? cornerNormals_[face.corner[k]] : edges_[face.edge[k]].normal;
-  const bool border = isCorner ? onBorder_[face.corner[k]] : !edges_[face.edge[k]].joins();
+  const auto [pseudo, border] = rimOf(near);
   return border ? out.dot(pseudo.normalized()) : std::copysign(out.norm(), out.dot(pseudo));
 }
 

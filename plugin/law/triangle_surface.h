@@ -100,6 +100,12 @@ class TriangleSurface {
     int feature = 0;  // 0: face; 1 to 3: corner; 4 to 6: edge
   };
 
+  // The corner or the edge that is nearest.
+  struct Rim {
+    const Vec3& normal;
+    bool border;
+  };
+
   std::uint32_t cornerAt(const Vec3& x);
   std::uint32_t edgeOf(std::uint32_t from, std::uint32_t to);
   void addFace(const Vec3& a, const Vec3& b, const Vec3& c);
@@ -117,6 +123,7 @@ class TriangleSurface {
   void divide(std::uint32_t node);
   static Nearest onTriangle(const Triangle& triangle, const Vec3& x);
   Nearest nearest(const Vec3& x, std::uint32_t hint) const;
+  Rim rimOf(const Nearest& nearest) const;  // not of a face
   Point signedBy(const Nearest& nearest, const Vec3& x) const;
   double voteOf(const Nearest& nearest, const Vec3& x) const;
 

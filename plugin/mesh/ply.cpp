@@ -84,6 +84,8 @@ std::string readPlyHeader(std::string_view bytes, PlyHeader& header) {
       return "has a PLY header with a bad property";
   }
   header.length = at;
+  if (header.format != "ascii" && !header.format.starts_with("binary_"))
+    return "has a PLY header without a known format; export it again";
   return "";
 }
 

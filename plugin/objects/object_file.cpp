@@ -7,9 +7,11 @@
 #include <cloudcontact/objects/object_file.h>
 #include <cloudcontact/voxels/cloud_file.h>
 
-#include <sstream>
+#include <optional>
 #include <stdexcept>
+#include <type_traits>
 
+#include "base/byte_archive.h"
 #include "voxels/cloud_bytes.h"
 
 namespace cloudcontact {
@@ -23,246 +25,165 @@ enum class Kind : std::uint32_t { Points = 1, Spheres, Columns, Octree, SphereTr
 
 constexpr std::uint64_t kHeaderBytes = 8 + 4 + 4 + 8;
 
-// Writes numbers, vectors and lists to a stream.
-class Packer {
- public:
-  explicit Packer(std::ostream& out) : writer_(out) {}
-  template <typename Number>
-  requires std::is_arithmetic_v<Number>
-  void put(Number x) { writer_.number(x); }
-  template <typename Number, int Size>
-  void put(const Eigen::Matrix<Number, Size, 1>& v) {
-    for (int k = 0; k < Size; ++k) put(v[k]);
-  }
-  void put(const std::string& name) { writer_.bytes(name.c_str(), name.size() + 1); }
-  template <typename Number, std::size_t Size>
-  void put(const std::array<Number, Size>& a) {
-    for (const Number x : a) put(x);
-  }
-  void put(const ColumnInterval& i) { put(i.low), put(i.high), put(i.share), put(i.material); }
-  void put(const SphereTree::Leaf& l) {
-    put(l.center), put(l.radius), put(l.share), put(l.material), put(l.item);
-  }
-  template <typename Item>
-  void put(const std::vector<Item>& list) {
-    put(static_cast<std::uint64_t>(list.size()));
-    for (const Item& item : list) put(item);
-  }
+// One function for each kind names its fields, for writing and for reading (base/byte_archive.h).
+template <typename Archive, typename Value>
+void in(Archive& archive, Value& value) {
+  archive(value);
+}
+template <typename Archive, typename Interval>
+requires std::is_same_v<std::remove_const_t<Interval>, ColumnInterval>
+void in(Archive& archive, Interval& i) {
+  archive(i.low, i.high, i.share, i.material);
+}
+template <typename Archive, typename Leaf>
+requires std::is_same_v<std::remove_const_t<Leaf>, SphereTree::Leaf>
+void in(Archive& archive, Leaf& l) {
+  archive(l.center, l.radius, l.share, l.material, l.item);
+}
+void in(ByteWriter& archive, const std::string& name) {
+  for (const char c : name) archive(c);
+  archive('\0');
+}
+void in(ByteReader& archive, std::string& name) {
+  name.clear();
+  for (char c = 1; archive(c), c != 0;) name += c;
+}
+void in(ByteWriter& archive, const BrickCoverage& numbers) {
+  for (const std::uint8_t x : numbers) archive(x);
+}
+void in(ByteReader& archive, BrickCoverage& numbers) {
+  for (std::uint8_t& x : numbers) archive(x);
+}
 
- private:
-  CloudWriter writer_;
-};
+template <typename Archive, typename... Lists>
+void listsIn(Archive& archive, Lists&... lists) {
+  (listIn(archive, lists, [](Archive& a, auto& item) { in(a, item); }), ...);
+}
 
-Kind pack(Packer& p, const PointCloud& o) {
+template <typename Archive, typename Object>
+void pointsIn(Archive& archive, Object& o) {
+  listsIn(archive, o.positions);
+  archive(o.spacing);
+  listsIn(archive, o.shares, o.normals, o.material, o.materials);
+}
+
+template <typename Archive, typename Object>
+void spheresIn(Archive& archive, Object& o) {
+  listsIn(archive, o.centers, o.radii, o.material, o.materials);
+}
+
+template <typename Archive, typename Object>
+void columnsIn(Archive& archive, Object& o) {
+  static_assert(sizeof o.axis == 4 && sizeof o.first[0] == 8);
+  archive(o.axis, o.width, o.origin, o.columns);
+  listsIn(archive, o.first, o.intervals, o.materials);
+}
+
+template <typename Archive, typename Length, typename Vector, typename Voxels>
+void voxelsIn(Archive& archive, Length& voxelSize, Vector& origin, Voxels& v) {
+  archive(voxelSize, origin, v.bricks);
+  listsIn(archive, v.table, v.coverage, v.materials, v.materialTable, v.material);
+}
+
+template <typename Archive, typename Object>
+void imageIn(Archive& archive, Object& o) {
+  static_assert(sizeof o.width == 4);
+  archive(o.width, o.height, o.viewpoint);
+  listsIn(archive, o.points);
+}
+
+Kind pack(ByteWriter& writer, const PointCloud& o) {
   validate(o);
-  p.put(o.positions), p.put(o.spacing), p.put(o.shares), p.put(o.normals), p.put(o.material);
-  p.put(o.materials);
+  pointsIn(writer, o);
   return Kind::Points;
 }
-
-Kind pack(Packer& p, const SphereCloud& o) {
+Kind pack(ByteWriter& writer, const SphereCloud& o) {
   validate(o);
-  p.put(o.centers), p.put(o.radii), p.put(o.material), p.put(o.materials);
+  spheresIn(writer, o);
   return Kind::Spheres;
 }
-
-Kind pack(Packer& p, const ColumnCloud& o) {
+Kind pack(ByteWriter& writer, const ColumnCloud& o) {
   validate(o);
-  p.put(static_cast<std::int32_t>(o.axis)), p.put(o.width), p.put(o.origin), p.put(o.columns);
-  p.put(std::vector<std::uint64_t>(o.first.begin(), o.first.end()));
-  p.put(o.intervals), p.put(o.materials);
+  columnsIn(writer, o);
   return Kind::Columns;
 }
-
-Kind pack(Packer& p, const Octree& o) {
+Kind pack(ByteWriter& writer, const Octree& o) {
   const Cloud cloud = o.cloud();
-  const Cloud::Voxels& v = cloud.voxels();
-  p.put(cloud.voxelSize()), p.put(cloud.origin()), p.put(v.bricks), p.put(v.table);
-  p.put(v.coverage), p.put(v.materials), p.put(v.materialTable), p.put(v.material);
+  const double voxelSize = cloud.voxelSize();
+  voxelsIn(writer, voxelSize, cloud.origin(), cloud.voxels());
   return Kind::Octree;
 }
-
-Kind pack(Packer& p, const SphereTree& o) {
-  p.put(static_cast<std::uint8_t>(o.kind())), p.put(o.leaves()), p.put(o.materials());
+Kind pack(ByteWriter& writer, const SphereTree& o) {
+  writer(static_cast<std::uint8_t>(o.kind()));
+  listsIn(writer, o.leaves(), o.materials());
   return Kind::SphereTree;
 }
-
-Kind pack(Packer& p, const DepthImage& o) {
+Kind pack(ByteWriter& writer, const DepthImage& o) {
   validate(o);
-  p.put(static_cast<std::int32_t>(o.width)), p.put(static_cast<std::int32_t>(o.height));
-  p.put(o.viewpoint), p.put(o.points);
+  imageIn(writer, o);
   return Kind::DepthImage;
 }
-
-// Reads them from a stream. Before a list is allocated, its length is checked against the remaining
-// bytes.
-class Unpacker {
- public:
-  Unpacker(CloudReader& reader, std::uint64_t end) : reader_(reader), end_(end) {}
-  template <typename Number>
-  requires std::is_arithmetic_v<Number>
-  void get(Number& x) {
-    claim(sizeof(Number), 1);
-    x = reader_.number<Number>();
-  }
-  template <typename Number, int Size>
-  void get(Eigen::Matrix<Number, Size, 1>& v) {
-    for (int k = 0; k < Size; ++k) get(v[k]);
-  }
-  void get(std::string& name) {
-    name.clear();
-    for (char c = 1; get(c), c != 0;) name += c;
-  }
-  template <typename Number, std::size_t Size>
-  void get(std::array<Number, Size>& a) {
-    for (Number& x : a) get(x);
-  }
-  void get(ColumnInterval& i) { get(i.low), get(i.high), get(i.share), get(i.material); }
-  void get(SphereTree::Leaf& l) {
-    get(l.center), get(l.radius), get(l.share), get(l.material), get(l.item);
-  }
-  template <typename Item>
-  void get(std::vector<Item>& list) {
-    std::uint64_t size = 0;
-    get(size);
-    claim(leastBytes(static_cast<const Item*>(nullptr)), size);
-    list.resize(size);
-    for (Item& item : list) get(item);
-  }
-  template <typename Item>
-  Item take() {
-    Item item;
-    get(item);
-    return item;
-  }
-  void finish() const {
-    if (reader_.position() != end_)
-      refuseCloudFile(reader_.file(), "says impossible sizes; save the object again");
-  }
-
- private:
-  template <typename Number, int Size>
-  static std::uint64_t leastBytes(const Eigen::Matrix<Number, Size, 1>*) {
-    return Size * sizeof(Number);
-  }
-  template <typename Number, std::size_t Size>
-  static std::uint64_t leastBytes(const std::array<Number, Size>*) {
-    return Size * sizeof(Number);
-  }
-  static std::uint64_t leastBytes(const std::string*) { return 1; }
-  static std::uint64_t leastBytes(const ColumnInterval*) { return 8 + 8 + 4 + 1; }
-  static std::uint64_t leastBytes(const SphereTree::Leaf*) { return 3 * 8 + 8 + 4 + 1 + 4; }
-  template <typename Number>
-  requires std::is_arithmetic_v<Number>
-  static std::uint64_t leastBytes(const Number*) { return sizeof(Number); }
-  void claim(std::uint64_t bytes, std::uint64_t count) const {
-    if (count > (end_ - reader_.position()) / bytes)
-      refuseCloudFile(reader_.file(), "says impossible sizes; save the object again");
-  }
-  CloudReader& reader_;
-  std::uint64_t end_;
-};
-
-PointCloud pointsFrom(Unpacker& u) {
-  PointCloud o;
-  u.get(o.positions), u.get(o.spacing), u.get(o.shares), u.get(o.normals), u.get(o.material);
-  u.get(o.materials);
-  return o;
+Kind pack(ByteWriter&, const Cloud&) {
+  return {};  // has files of its own
 }
 
-SphereCloud spheresFrom(Unpacker& u) {
-  SphereCloud o;
-  u.get(o.centers), u.get(o.radii), u.get(o.material), u.get(o.materials);
-  return o;
-}
-
-ColumnCloud columnsFrom(Unpacker& u) {
-  ColumnCloud o;
-  o.axis = u.take<std::int32_t>();
-  u.get(o.width), u.get(o.origin), u.get(o.columns);
-  const auto first = u.take<std::vector<std::uint64_t>>();
-  o.first.assign(first.begin(), first.end());
-  u.get(o.intervals), u.get(o.materials);
-  return o;
-}
-
-Cloud octreeFrom(Unpacker& u) {
+Octree octreeFrom(ByteReader& reader) {
   auto voxels = std::make_shared<Cloud::Voxels>();
-  const auto size = u.take<double>();
-  const auto origin = u.take<Vec3>();
-  u.get(voxels->bricks), u.get(voxels->table), u.get(voxels->coverage), u.get(voxels->materials);
-  u.get(voxels->materialTable), u.get(voxels->material);
-  return Cloud(size, origin, std::move(voxels));
+  double voxelSize = 0;
+  Vec3 origin;
+  voxelsIn(reader, voxelSize, origin, *voxels);
+  return Octree(Cloud(voxelSize, origin, std::move(voxels)));
 }
 
-SphereTree treeFrom(Unpacker& u) {
-  const auto kind = u.take<std::uint8_t>();
+SphereTree treeFrom(ByteReader& reader) {
+  std::uint8_t kind = 0;
+  std::vector<SphereTree::Leaf> leaves;
+  std::vector<std::string> materials;
+  reader(kind);
   if (kind > 1) throw std::invalid_argument("sphereTree: its leaves are of no known kind");
-  auto leaves = u.take<std::vector<SphereTree::Leaf>>();
-  auto materials = u.take<std::vector<std::string>>();
+  listsIn(reader, leaves, materials);
   return SphereTree(static_cast<SphereTree::Kind>(kind), std::move(leaves), std::move(materials));
 }
 
-DepthImage imageFrom(Unpacker& u) {
-  DepthImage o;
-  o.width = u.take<std::int32_t>();
-  o.height = u.take<std::int32_t>();
-  u.get(o.viewpoint), u.get(o.points);
-  return o;
-}
-
 template <typename Object>
-DigitalObject checked(Object object) {
+Object objectFrom(ByteReader& reader, void (*fieldsIn)(ByteReader&, Object&)) {
+  Object object;
+  fieldsIn(reader, object);
   validate(object);
   return object;
 }
 
-// Builds the object only after all bytes are read and the checksum matches.
-DigitalObject unpack(CloudReader& reader, std::uint32_t kind, std::uint64_t bytes) {
-  Unpacker u(reader, reader.position() + bytes);
-  const auto rest = [&](auto object) {
-    u.finish();
-    checkCloudHash(reader);
-    return object;
-  };
-  switch (static_cast<Kind>(kind)) {
+DigitalObject unpack(ByteReader& reader, Kind kind) {
+  switch (kind) {
     case Kind::Points:
-      return checked(rest(pointsFrom(u)));
+      return objectFrom<PointCloud>(reader, &pointsIn);
     case Kind::Spheres:
-      return checked(rest(spheresFrom(u)));
+      return objectFrom<SphereCloud>(reader, &spheresIn);
     case Kind::Columns:
-      return checked(rest(columnsFrom(u)));
+      return objectFrom<ColumnCloud>(reader, &columnsIn);
     case Kind::Octree:
-      return Octree(rest(octreeFrom(u)));
+      return octreeFrom(reader);
     case Kind::SphereTree:
-      return rest(treeFrom(u));
+      return treeFrom(reader);
     case Kind::DepthImage:
-      return checked(rest(imageFrom(u)));
+      return objectFrom<DepthImage>(reader, &imageIn);
   }
-  refuseCloudFile(reader.file(), "holds a kind of object that is not known here; save it again");
+  throw std::invalid_argument("holds a kind of object that is not known here; save it again");
 }
 
 }  // namespace
 
 void saveObject(const DigitalObject& object, const fs::path& file) {
   if (const Cloud* cloud = std::get_if<Cloud>(&object)) return saveCloud(*cloud, file);
-  std::ostringstream packed;
+  ByteWriter packed;
   Kind kind{};
   try {
     if (boundsOf(object).isEmpty()) throw std::invalid_argument("the object is empty");
-    Packer packer(packed);
-    kind = std::visit(
-        [&](const auto& o) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(o)>, Cloud>)
-            return Kind{};  // written above
-          else
-            return pack(packer, o);
-        },
-        object);
+    kind = std::visit([&](const auto& o) { return pack(packed, o); }, object);
   } catch (const std::invalid_argument& e) {
-    refuseCloudFile(file, std::string("not written: ") + e.what());
+    refuseFile(file, std::string("not written: ") + e.what());
   }
-  const std::string bytes = std::move(packed).str();
+  const std::string& bytes = packed.bytes();
   writeWhole(file, [&](std::ostream& out) {
     CloudWriter writer(out);
     writer.bytes(kCloudMagic, sizeof(kCloudMagic));
@@ -275,25 +196,29 @@ void saveObject(const DigitalObject& object, const fs::path& file) {
 }
 
 DigitalObject loadObject(const fs::path& file) {
-  std::ifstream in = openCloudFile(file);
+  std::ifstream in = openFile(file, "a .cloud file");
   CloudReader reader(in, file);
   if (readCloudVersion(reader) != kAnyObject) return loadCloud(file);
   const auto kind = reader.number<std::uint32_t>();
   const auto bytes = reader.number<std::uint64_t>();
   const std::uint64_t length = fs::file_size(file);
-  if (bytes > length) refuseCloudFile(file, "says impossible sizes; save the object again");
-  const std::uint64_t expected = kHeaderBytes + bytes + 8;
-  if (length < expected)
-    refuseCloudFile(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
-                              std::to_string(expected) + "; save the object again");
-  if (length > expected)
-    refuseCloudFile(file,
-                    "has " + std::to_string(length - expected) + " bytes too many; save it again");
+  if (bytes > length) refuseFile(file, "says impossible sizes; save the object again");
+  checkLength(file, length, kHeaderBytes + bytes + 8, "; save the object again");
+  std::string payload(bytes, '\0');
+  reader.bytes(payload.data(), payload.size());
+  ByteReader fields(payload);
+  std::optional<DigitalObject> object;
   try {
-    return unpack(reader, kind, bytes);
+    object = unpack(fields, static_cast<Kind>(kind));
   } catch (const std::invalid_argument& e) {
-    refuseCloudFile(file, e.what());
+    checkCloudHash(reader);  // damage is the likelier cause
+    refuseFile(file, e.what());
+  } catch (const std::runtime_error&) {
+    refuseFile(file, "says impossible sizes; save the object again");
   }
+  if (fields.left() > 0) refuseFile(file, "says impossible sizes; save the object again");
+  checkCloudHash(reader);
+  return std::move(*object);
 }
 
 }  // namespace cloudcontact

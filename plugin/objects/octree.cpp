@@ -123,28 +123,21 @@ void Octree::setBelow(std::size_t node, const Vector3i& voxel, int edge, const N
 
 Cloud Octree::cloud() const {
   if (empty()) return {};
-  auto voxels = std::make_shared<Cloud::Voxels>();
-  voxels->bricks = bricks_;
-  voxels->materials = materials_;
-  voxels->table.assign(bricks_.cast<std::size_t>().prod(), kEmptyBrick);
-  if (!materials_.empty()) voxels->materialTable.assign(voxels->table.size(), -1);
-  std::size_t entry = 0;
+  auto voxels = emptyVoxels(bricks_, materials_);
   BrickCoverage coverage;
   BrickMaterial material;
-  for (int z = 0; z < bricks_[2]; ++z)
-    for (int y = 0; y < bricks_[1]; ++y)
-      for (int x = 0; x < bricks_[0]; ++x, ++entry) {
-        const Vector3i low = kBrickEdge * Vector3i(x, y, z);
-        const Cube whole = at(low);
-        coverage.fill(whole.coverage);
-        material.fill(whole.material);
-        for (int v = 0; v < kBrickVoxels && whole.edge < kBrickEdge; ++v) {
-          const Cube cube = at(Vector3i(low + cellOffset(v)));
-          coverage[v] = cube.coverage;
-          material[v] = cube.material;
-        }
-        storeBrick(*voxels, entry, coverage, materials_.empty() ? nullptr : &material);
-      }
+  for (std::size_t entry = 0; entry < voxels->table.size(); ++entry) {
+    const Vector3i low = kBrickEdge * gridCell(entry, bricks_);
+    const Cube whole = at(low);
+    coverage.fill(whole.coverage);
+    material.fill(whole.material);
+    for (int v = 0; v < kBrickVoxels && whole.edge < kBrickEdge; ++v) {
+      const Cube cube = at(Vector3i(low + cellOffset(v)));
+      coverage[v] = cube.coverage;
+      material[v] = cube.material;
+    }
+    storeBrick(*voxels, entry, coverage, materials_.empty() ? nullptr : &material);
+  }
   return Cloud(voxelSize_, origin_, std::move(voxels));
 }
 

@@ -166,11 +166,7 @@ Cloud toCloud(const SphereCloud& spheres, double voxelSize, int threads) {
     BrickFiller(balls, lists[entry])
         .fill(kBrickEdge * brick, filled[entry]->coverage, filled[entry]->material);
   });
-  auto voxels = std::make_shared<Cloud::Voxels>();
-  voxels->bricks = grid.bricks;
-  voxels->table.assign(lists.size(), kEmptyBrick);
-  voxels->materials = spheres.materials;
-  if (!spheres.materials.empty()) voxels->materialTable.assign(lists.size(), -1);
+  auto voxels = emptyVoxels(grid.bricks, spheres.materials);
   for (std::size_t entry = 0; entry < lists.size(); ++entry)
     if (filled[entry])
       storeBrick(*voxels, entry, filled[entry]->coverage,

@@ -119,9 +119,7 @@ Cloud fill(const ScanBody& body, const CloudGrid& grid, int threads) {
     }
     if (f.plain >= 0) f.coverage.fill(f.plain > 0 ? 255 : 0);
   });
-  auto voxels = std::make_shared<Cloud::Voxels>();
-  voxels->bricks = n;
-  voxels->table.assign(filled.size(), kEmptyBrick);
+  auto voxels = emptyVoxels(n, {});
   for (std::size_t e = 0; e < filled.size(); ++e)
     storeBrick(*voxels, e, filled[e]->coverage, nullptr);
   return Cloud(grid.voxelSize, grid.origin, std::move(voxels));

@@ -40,8 +40,7 @@ void bindBase(py::module_& module) {
           },
           "turn"_a, "position"_a = py::none(),
           "A pose turned by |turn| [rad] about the axis `turn`, at `position` [m].")
-      .def_property_readonly(
-          "position", [](const Pose& p) { return p.position; }, "Array (3,) [m].")
+      .def_property_readonly("position", copied(&Pose::position), "Array (3,) [m].")
       .def_property_readonly(
           "orientation", [](const Pose& p) { return Eigen::Vector4d(p.orientation.coeffs()); },
           "Quaternion x y z w, array (4,).")
@@ -83,12 +82,10 @@ void bindBase(py::module_& module) {
                              "Mass, center of mass and inertia, in the body's frame.")
       .def_readonly("volume", &MassProperties::volume, "[m^3]")
       .def_readonly("mass", &MassProperties::mass, "[kg]")
-      .def_property_readonly(
-          "center_of_mass", [](const MassProperties& m) { return m.centerOfMass; },
-          "Array (3,) [m].")
-      .def_property_readonly(
-          "inertia", [](const MassProperties& m) { return m.inertia; },
-          "About the center of mass, array (3, 3) [kg m^2].")
+      .def_property_readonly("center_of_mass", copied(&MassProperties::centerOfMass),
+                             "Array (3,) [m].")
+      .def_property_readonly("inertia", copied(&MassProperties::inertia),
+                             "About the center of mass, array (3, 3) [kg m^2].")
       .def("__repr__", [](const MassProperties& m) {
         std::ostringstream text;
         text << "MassProperties(volume=" << m.volume << ", mass=" << m.mass << ")";

@@ -102,19 +102,14 @@ void bindFound(py::module_& module) {
           "depths", [](const BatchPtr& f) { return numbersOf(f, f->depths, 1); },
           "Of the pairs (n,) [m]; 0 without a contact.")
       .def_property_readonly(
-          "points",
-          [](const BatchPtr& f) {
-            return recordsOf(pointType(), f->points.data(), f->points.size(), keeping(f));
-          },
+          "points", [](const BatchPtr& f) { return recordsOf(pointType(), f->points, keeping(f)); },
           "Points of all pairs, as Contact.points.")
       .def_property_readonly(
           "first_points", [](const BatchPtr& f) { return numbersOf(f, f->firstPoint, 1); },
           "Pair i has points[first_points[i]:first_points[i + 1]]: (n + 1,).")
       .def_property_readonly(
           "patches",
-          [](const BatchPtr& f) {
-            return recordsOf(patchType(), f->patches.data(), f->patches.size(), keeping(f));
-          },
+          [](const BatchPtr& f) { return recordsOf(patchType(), f->patches, keeping(f)); },
           "Patches of all pairs, as Contact.patches.")
       .def_property_readonly(
           "first_patches", [](const BatchPtr& f) { return numbersOf(f, f->firstPatch, 1); },
@@ -142,15 +137,13 @@ void bindBatch(py::module_& module) {
           "same bits; `message` says why. threads: 0 for all cores.")
       .def("find", &findPairs, "pairs"_a, py::kw_only(), "law"_a = usual, "margin"_a = 0.0,
            "samples"_a = ContactSettings::kSamples,
-           "BatchContacts of pairs (a, b), each body as for ContactFinder.find(). A pair that "
-           "keeps\n"
-           "its place in the list keeps its points' ids.")
+           "BatchContacts of pairs (a, b), each body as for ContactFinder.find(). A pair that\n"
+           "keeps its place in the list keeps its points' ids.")
       .def("find_poses", &findPoses, "a"_a, "b"_a, "poses_b"_a, "poses_a"_a = py::none(),
            py::kw_only(), "law"_a = usual, "margin"_a = 0.0,
            "samples"_a = ContactSettings::kSamples,
-           "BatchContacts of one pair of bodies in many poses: arrays (n, 7), x y z qx qy qz qw, "
-           "or\n"
-           "(n, 3).")
+           "BatchContacts of one pair of bodies in many poses: arrays (n, 7), x y z qx qy qz qw,\n"
+           "or (n, 3).")
       .def_property_readonly(
           "backend",
           [](const ContactBatch& b) { return std::string(program::nameOf(b.backend())); },

@@ -47,6 +47,7 @@ py::array gridArray(std::vector<std::uint8_t> numbers, const Eigen::Vector3i& si
 // The bricks of a cloud [brick, x, y, z], over the cloud's own memory.
 template <typename Bricks>
 py::array brickView(const Cloud& cloud, const Bricks& bricks) {
+  static_assert(sizeof bricks[0] == kBrickVoxels);
   return viewOf(reinterpret_cast<const std::uint8_t*>(bricks.data()),
                 {static_cast<py::ssize_t>(bricks.size()), kBrickEdge, kBrickEdge, kBrickEdge},
                 {kBrickVoxels, 1, kBrickEdge, kBrickEdge * kBrickEdge}, keeping(cloud));
@@ -87,7 +88,7 @@ Bytes materialOf(const py::object& material, const Bytes& coverage) {
 }
 
 Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
-                const py::object& material, std::vector<std::string> names) {
+                const py::object& material, const std::vector<std::string>& names) {
   const Bytes coverage = coverageOf(values);
   DenseVoxels voxels;
   for (int k = 0; k < 3; ++k) voxels.size[k] = static_cast<int>(coverage.shape(k));
@@ -98,7 +99,7 @@ Cloud fromArray(const py::array& values, double voxel, const Vec3& origin,
     voxels.material = {numbers.data(), static_cast<std::size_t>(numbers.size())};
   }
   const Unlocked unlocked;
-  return cloudFromDense(voxels, voxel, origin, std::move(names));
+  return cloudFromDense(voxels, voxel, origin, names);
 }
 
 MassProperties massOf(const Cloud& cloud, const py::object& density) {
@@ -159,9 +160,8 @@ void bindCloudChanges(py::class_<Cloud>& cloud) {
             return cutCloud(c, cuts);
           },
           "voxels"_a, "coverage"_a = py::none(),
-          "The cloud after cuts: at most `coverage` (n,) [1/255] remains of voxels (n, 3), "
-          "nothing\n"
-          "where it is not given. Raises IndexError where a voxel is outside the grid.")
+          "The cloud after cuts: at most `coverage` (n,) [1/255] remains of voxels (n, 3),\n"
+          "nothing where it is not given. Raises IndexError where a voxel is outside the grid.")
       .def(
           "pieces", [](const Cloud& c) { return pieces(c); }, WithoutLock(),
           "The connected parts of the cloud: a list of clouds in its grid.")
@@ -176,9 +176,8 @@ void bindCloudClass(py::module_& module) {
                           "Arrays are indexed [x, y, z]. A cloud does not change; copies share\n"
                           "their voxels.");
   cloud.def_property_readonly("voxel", &Cloud::voxelSize, "Edge of a voxel [m].")
-      .def_property_readonly(
-          "origin", [](const Cloud& c) { return c.origin(); },
-          "Lowest corner of voxel (0, 0, 0), (3,) [m].")
+      .def_property_readonly("origin", copied(&Cloud::origin),
+                             "Lowest corner of voxel (0, 0, 0), (3,) [m].")
       .def_property_readonly(
           "shape",
           [](const Cloud& c) { return py::make_tuple(c.size()[0], c.size()[1], c.size()[2]); },
@@ -336,10 +335,8 @@ void bindVolume(py::module_& module) {
             return gridView(volume.values.data(), volume.size, self, true);
           },
           "Array (nx, ny, nz) of float32 over the volume's own memory, which may be written to.")
-      .def_property_readonly(
-          "spacing", [](const CtVolume& v) { return v.spacing; }, "(3,) [m]")
-      .def_property_readonly(
-          "origin", [](const CtVolume& v) { return v.origin; }, "(3,) [m]");
+      .def_property_readonly("spacing", copied(&CtVolume::spacing), "(3,) [m]")
+      .def_property_readonly("origin", copied(&CtVolume::origin), "(3,) [m]");
   module.def(
       "load_volume",
       [](const std::filesystem::path& file, const py::object& unit, double voxel) {

@@ -57,9 +57,8 @@ void bindBody(py::module_& module) {
           "shape: a SurfaceField or a solid; not both bodies may be solids. pose: where it is.\n"
           "velocity: of its frame's origin (3,) [m/s]. angular_velocity: (3,) [rad/s]. tissues:\n"
           "one for each material, or one; they replace the law's stiffness and damping. spring: a\n"
-          "KelvinVoigt of a body without tissues beside one with; none: rigid. paper: a "
-          "PaperBody,\n"
-          "whose base vectors then give the direction; none: nothing is stated.")
+          "KelvinVoigt of a body without tissues beside one with; none: rigid. paper: a\n"
+          "PaperBody, whose base vectors then give the direction; none: nothing is stated.")
       .def_property(
           "pose", [](const OwnedBody& b) { return b.pose; },
           [](OwnedBody& b, const py::object& pose) { b.pose = poseOf("pose", pose); },
@@ -80,21 +79,14 @@ void bindResult(py::module_& module) {
       module, "Contact", "What ContactFinder finds. False where the bodies do not touch.")
       .def_property_readonly(
           "points",
-          [](const ContactPtr& f) {
-            return recordsOf(pointType(), f->result.points.data(), f->result.points.size(),
-                             keeping(f));
-          },
-          "Contact points, a structured array (n,): position (3,) midway between the surfaces "
-          "[m],\n"
-          "normal (3,) from A to B, depth [m], positive inside, stiffness [N/m] and damping [N "
-          "s/m]\n"
-          "of the point's share, id, the same from call to call, patch: index into `patches`.")
+          [](const ContactPtr& f) { return recordsOf(pointType(), f->result.points, keeping(f)); },
+          "Contact points, a structured array (n,): position (3,) midway between the surfaces\n"
+          "[m], normal (3,) from A to B, depth [m], positive inside, stiffness [N/m] and damping\n"
+          "[N s/m] of the point's share, id, the same from call to call, patch: index into\n"
+          "`patches`.")
       .def_property_readonly(
           "patches",
-          [](const ContactPtr& f) {
-            return recordsOf(patchType(), f->result.patches.data(), f->result.patches.size(),
-                             keeping(f));
-          },
+          [](const ContactPtr& f) { return recordsOf(patchType(), f->result.patches, keeping(f)); },
           "Areas of contact, a structured array (m,): position (3,) of the pressure's center [m],\n"
           "normal (3,) from A to B, depth [m], stiffness [N/m], damping [N s/m], area [m^2],\n"
           "confidence 0..1, doubt (0 none, 1 few samples, 2 opposed, 3 deep), first_point, points.")

@@ -86,10 +86,9 @@ void bindQueries(py::class_<SurfaceField, Held>& field) {
           "voxels outside.")
       .def("samples", &samplesOf,
            "The pieces of the surface that other bodies are searched with: a dict of float32\n"
-           "arrays (n,) over the field's own memory, which cannot be written to. x, y, z: "
-           "positions\n"
-           "from the grid's corner [voxels]; nx, ny, nz: outward normals; area [voxels^2]; width\n"
-           "[voxels].")
+           "arrays (n,) over the field's own memory, which cannot be written to. x, y, z:\n"
+           "positions from the grid's corner [voxels]; nx, ny, nz: outward normals; area\n"
+           "[voxels^2]; width [voxels].")
       .def_property_readonly(
           "bounds",
           [](const SurfaceField& f) {
@@ -109,11 +108,9 @@ void bindField(py::module_& module) {
   field
       .def(py::init(&buildField), "cloud"_a, "renewable"_a = false, "threads"_a = 0,
            "progress"_a = py::none(),
-           "renewable: keeps what renewed() starts from, for bodies that will be cut; takes "
-           "several\n"
-           "times the memory. threads: 0 for all cores. progress: see digitize(). Raises "
-           "ValueError\n"
-           "where the cloud is empty or has no surface.")
+           "renewable: keeps what renewed() starts from, for bodies that will be cut; takes\n"
+           "several times the memory. threads: 0 for all cores. progress: see digitize(). Raises\n"
+           "ValueError where the cloud is empty or has no surface.")
       .def("renewed", &renewField, "after"_a, "threads"_a = 0, "progress"_a = py::none(),
            "The field of a cloud in the same grid, as Cloud.cut() returns it. Computes only what\n"
            "the change affects where this field is renewable.")

@@ -100,9 +100,8 @@ void bindOutput(py::module_& module) {
       .def_property_readonly(
           "torque", [](const HapticOutput& o) { return o.onHand.torque; },
           "About the hand's position (3,) [N m].")
-      .def_property_readonly(
-          "tool", [](const HapticOutput& o) { return o.tool; },
-          "Pose of the tool, never deeper than its embedding depth.")
+      .def_property_readonly("tool", copied(&HapticOutput::tool),
+                             "Pose of the tool, never deeper than its embedding depth.")
       .def_readonly("depth", &HapticOutput::depth, "d [m]")
       .def_readonly("stiffness", &HapticOutput::stiffness, "k of (1) [N/m]")
       .def_readonly("cut_voxels", &HapticOutput::cutVoxels, "In this tick.")
@@ -137,12 +136,11 @@ void bindHaptics(py::module_& module) {
            "hand_damping"_a = usual.handDamping, "release"_a = usual.release,
            "most_force"_a = usual.mostForce, "law"_a = py::none(), "per_tissue"_a = false,
            "cutter"_a = py::none(),
-           "step: time between ticks [s]. hand_stiffness: of the spring between hand and tool "
-           "[N/m].\n"
-           "hand_damping [N s/m]. release: time constant of the force's decay where material goes\n"
-           "[s]. most_force [N]. law: in place of Kelvin-Voigt with the tissues' k and c.\n"
-           "per_tissue: its values are multiples of those. cutter: none only touches. Raises\n"
-           "ValueError that names the setting.")
+           "step: time between ticks [s]. hand_stiffness: of the spring between hand and tool\n"
+           "[N/m]. hand_damping [N s/m]. release: time constant of the force's decay where\n"
+           "material goes [s]. most_force [N]. law: in place of Kelvin-Voigt with the tissues' k\n"
+           "and c. per_tissue: its values are multiples of those. cutter: none only touches.\n"
+           "Raises ValueError that names the setting.")
       .def(
           "tick",
           [](OwnedLoop& loop, const py::object& hand, const py::object& velocity) {

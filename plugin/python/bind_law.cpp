@@ -12,44 +12,42 @@ namespace {
 
 using namespace py::literals;
 
-// A law that is checked when it is made.
-template <typename Kind>
-Kind checked(Kind law) {
-  validate(Law(law));
-  return law;
+// Makes a law or a solid of its numbers, and checks it.
+template <typename Kind, typename... Numbers>
+auto made() {
+  return py::init([](const Numbers&... numbers) {
+    const Kind kind{numbers...};
+    if constexpr (std::is_constructible_v<Law, Kind>)
+      validate(Law(kind));
+    else
+      validate(PlacedSolid{kind, {}});
+    return kind;
+  });
 }
 
 void bindLaws(py::module_& module) {
   py::class_<KelvinVoigt>(module, "KelvinVoigt",
                           "F = k d + c v, the paper's (3): one spring a pair.")
-      .def(py::init([](double k, double c) {
-             return checked(KelvinVoigt{k, c});
-           }),
-           "stiffness"_a, "damping"_a = 0.0, "stiffness: k [N/m]. damping: c [N s/m].")
+      .def(made<KelvinVoigt, double, double>(), "stiffness"_a, "damping"_a = 0.0,
+           "stiffness: k [N/m]. damping: c [N s/m].")
       .def_readonly("stiffness", &KelvinVoigt::stiffness, "k [N/m]")
       .def_readonly("damping", &KelvinVoigt::damping, "c [N s/m]");
   py::class_<Foundation>(module, "Foundation", "F = k d + c v for each area of the contact.")
-      .def(py::init([](double k, double c) {
-             return checked(Foundation{k, c});
-           }),
-           "stiffness"_a, "damping"_a = 0.0, "stiffness: k [N/m^3]. damping: c [N s/m^3].")
+      .def(made<Foundation, double, double>(), "stiffness"_a, "damping"_a = 0.0,
+           "stiffness: k [N/m^3]. damping: c [N s/m^3].")
       .def_readonly("stiffness", &Foundation::stiffness, "k [N/m^3]")
       .def_readonly("damping", &Foundation::damping, "c [N s/m^3]");
   py::class_<Rigid>(module, "Rigid", "Bodies do not give at all; a solver keeps them apart.")
       .def(py::init<>());
   py::class_<Maxwell>(module, "Maxwell", "A spring and a dashpot in series. For worlds.")
-      .def(py::init([](double k, double c) {
-             return checked(Maxwell{k, c});
-           }),
-           "stiffness"_a, "damping"_a, "stiffness: k [N/m]. damping: c [N s/m].")
+      .def(made<Maxwell, double, double>(), "stiffness"_a, "damping"_a,
+           "stiffness: k [N/m]. damping: c [N s/m].")
       .def_readonly("stiffness", &Maxwell::stiffness, "k [N/m]")
       .def_readonly("damping", &Maxwell::damping, "c [N s/m]");
   py::class_<StandardLinearSolid>(module, "StandardLinearSolid",
                                   "A spring beside a spring and a dashpot in series. For worlds.")
-      .def(py::init([](double k, double k1, double c1) {
-             return checked(StandardLinearSolid{k, k1, c1});
-           }),
-           "stiffness"_a, "branch_stiffness"_a, "branch_damping"_a,
+      .def(made<StandardLinearSolid, double, double, double>(), "stiffness"_a, "branch_stiffness"_a,
+           "branch_damping"_a,
            "stiffness: k [N/m]. branch_stiffness: k1 [N/m]. branch_damping: c1 [N s/m].")
       .def_readonly("stiffness", &StandardLinearSolid::stiffness, "k [N/m]")
       .def_readonly("branch_stiffness", &StandardLinearSolid::branchStiffness, "k1 [N/m]")
@@ -82,43 +80,26 @@ void bindTissues(py::module_& module) {
              "scales those of the others.");
 }
 
-// The solid, if it has a volume.
-template <typename Kind>
-Kind withVolume(const Kind& solid) {
-  validate(PlacedSolid{solid, {}});
-  return solid;
-}
-
 void bindRoundSolids(py::module_& module) {
   py::class_<Sphere>(module, "Sphere", "A ball about the origin.")
-      .def(py::init([](double radius) { return withVolume(Sphere{radius}); }), "radius"_a,
-           "radius [m].")
+      .def(made<Sphere, double>(), "radius"_a, "radius [m].")
       .def_readonly("radius", &Sphere::radius, "[m]");
   py::class_<Ellipsoid>(module, "Ellipsoid", "An ellipsoid about the origin.")
-      .def(py::init([](const Vec3& axes) { return withVolume(Ellipsoid{axes}); }), "semi_axes"_a,
-           "semi_axes: along x, y, z, (3,) [m].")
-      .def_property_readonly(
-          "semi_axes", [](const Ellipsoid& e) { return e.semiAxes; }, "[m]");
+      .def(made<Ellipsoid, Vec3>(), "semi_axes"_a, "semi_axes: along x, y, z, (3,) [m].")
+      .def_property_readonly("semi_axes", copied(&Ellipsoid::semiAxes), "[m]");
   py::class_<Capsule>(module, "Capsule", "All within `radius` of a segment on the axis z.")
-      .def(py::init([](double r, double h) {
-             return withVolume(Capsule{r, h});
-           }),
-           "radius"_a, "half_height"_a,
+      .def(made<Capsule, double, double>(), "radius"_a, "half_height"_a,
            "radius [m]. half_height: half the length of the segment [m].")
       .def_readonly("radius", &Capsule::radius, "[m]")
       .def_readonly("half_height", &Capsule::halfHeight, "[m]");
   py::class_<Cylinder>(module, "Cylinder", "A cylinder about the axis z.")
-      .def(py::init([](double r, double h) {
-             return withVolume(Cylinder{r, h});
-           }),
-           "radius"_a, "half_height"_a, "radius [m]. half_height [m].")
+      .def(made<Cylinder, double, double>(), "radius"_a, "half_height"_a,
+           "radius [m]. half_height [m].")
       .def_readonly("radius", &Cylinder::radius, "[m]")
       .def_readonly("half_height", &Cylinder::halfHeight, "[m]");
   py::class_<Cone>(module, "Cone", "A cone about the axis z, its tip at +half_height.")
-      .def(py::init([](double r, double h) {
-             return withVolume(Cone{r, h, 0});
-           }),
-           "radius"_a, "half_height"_a, "radius of its base at -half_height [m]. half_height [m].")
+      .def(made<Cone, double, double>(), "radius"_a, "half_height"_a,
+           "radius of its base at -half_height [m]. half_height [m].")
       .def_readonly("radius", &Cone::radius, "[m]")
       .def_readonly("half_height", &Cone::halfHeight, "[m]");
 }
@@ -134,18 +115,16 @@ void bindSolids(py::module_& module) {
            }),
            "normal"_a = Vec3::UnitZ().eval(), "offset"_a = 0.0,
            "normal: outward, (3,), which is normalized. offset [m].")
-      .def_property_readonly(
-          "normal", [](const HalfSpace& h) { return h.normal; }, "(3,)")
+      .def_property_readonly("normal", copied(&HalfSpace::normal), "(3,)")
       .def_readonly("offset", &HalfSpace::offset, "[m]")
       .def(py::pickle([](const HalfSpace& h) { return py::make_tuple(h.normal, h.offset); },
                       [](const py::tuple& parts) {
                         return HalfSpace{parts[0].cast<Vec3>(), parts[1].cast<double>()};
                       }));
   py::class_<Box>(module, "Box", "A box about the origin.")
-      .def(py::init([](const Vec3& half) { return withVolume(Box{half}); }), "half_extents"_a,
+      .def(made<Box, Vec3>(), "half_extents"_a,
            "half_extents: half its edges along x, y, z, (3,) [m].")
-      .def_property_readonly(
-          "half_extents", [](const Box& b) { return b.halfExtents; }, "[m]");
+      .def_property_readonly("half_extents", copied(&Box::halfExtents), "[m]");
   bindRoundSolids(module);
   py::class_<PlacedSolid>(module, "PlacedSolid", "A solid, or the matter of a Cloud, at a place.")
       .def(py::init([](const py::object& solid, const py::object& place) {

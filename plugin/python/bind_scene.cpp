@@ -217,35 +217,26 @@ void bindScene(py::module_& module) {
           "cuttable"_a = false, "cutter"_a = py::none(), "ability"_a = 1.0, "drive"_a = py::none(),
           "Adds a body.\n\n"
           "shape: a file of a mesh, points, a CT volume or a cloud, a Mesh, a Cloud, or a Box,\n"
-          "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass "
-          "[kg];\n"
-          "none: at the density of its tissues, or of water. static: it does not move, and a Box, "
-          "Sphere,\n"
-          "Cylinder, Capsule or Cone without a tissue meets others as that exact shape; give a "
-          "Mesh\n"
-          "or Cloud of it for voxels. friction: of a pair\n"
-          "the smaller counts. stiffness [N/m], damping [N s/m]: of its contacts, in series with "
-          "the\n"
-          "other body's; none: as hard as the step allows. restitution: 0 to 1; of a pair the "
-          "product\n"
-          "counts, where one of them states it. velocity: of the frame's origin (3,)\n"
-          "[m/s]. angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a\n"
-          "name in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
-          "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular) "
-          "that\n"
-          "nothing changes. Raises ValueError that names what does not fit.")
-      .def(
-          "join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
-          "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "lower"_a = py::none(),
-          "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0,
-          "friction"_a = 0.0,
-          "Adds a joint between two bodies, or a body and the world.\n\n"
-          "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m], none: the origin, "
-          "and axis\n"
-          "(3,), none: z: in the world, at the start. lower, upper: limits [rad, m]. spring, "
-          "damping,\n"
-          "rest: it is pulled to `rest` and slowed down [N m/rad, N m s/rad, rad; N/m, N s/m, m].\n"
-          "friction: holds it still up to this torque or force [N m, N].")
+          "Sphere, Cylinder, Capsule, Cone or HalfSpace. pose: of its frame in the world. mass\n"
+          "[kg]; none: at the density of its tissues, or of water. static: it does not move, and\n"
+          "a Box, Sphere, Cylinder, Capsule or Cone without a tissue meets others as that exact\n"
+          "shape; give a Mesh or Cloud of it for voxels. friction: of a pair the smaller counts.\n"
+          "stiffness [N/m], damping [N s/m]: of its contacts, in series with the other body's;\n"
+          "none: as hard as the step allows. restitution: 0 to 1; of a pair the product counts,\n"
+          "where one of them states it. velocity: of the frame's origin (3,) [m/s].\n"
+          "angular_velocity (3,) [rad/s]. unit: of a mesh, meters or \"mm\" .... tissue: a name\n"
+          "in World's table, or a dict of names by the mesh's parts. cuttable: tools cut it.\n"
+          "cutter: it is a tool, with its cutting `ability`. drive: velocities (linear, angular)\n"
+          "that nothing changes. Raises ValueError that names what does not fit.")
+      .def("join", &addJoint, "kind"_a, "child"_a, "parent"_a = py::none(),
+           "position"_a = py::none(), "axis"_a = py::none(), py::kw_only(), "lower"_a = py::none(),
+           "upper"_a = py::none(), "spring"_a = 0.0, "damping"_a = 0.0, "rest"_a = 0.0,
+           "friction"_a = 0.0,
+           "Adds a joint between two bodies, or a body and the world.\n\n"
+           "kind: \"fixed\", \"revolute\" or \"prismatic\". position (3,) [m], none: the origin,\n"
+           "and axis (3,), none: z: in the world, at the start. lower, upper: limits [rad, m].\n"
+           "spring, damping, rest: it is pulled to `rest` and slowed down [N m/rad, N m s/rad,\n"
+           "rad; N/m, N s/m, m]. friction: holds it still up to this torque or force [N m, N].")
       .def_readwrite("name", &SceneDescription::name)
       .def_property(
           "step", [](const SceneDescription& s) { return s.step; },

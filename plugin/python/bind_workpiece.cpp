@@ -102,16 +102,13 @@ void bindVectors(py::module_& module) {
   field
       .def(py::init(&makeVectors), "cloud"_a, "tissues"_a, "window"_a = py::none(),
            "representative"_a = py::none(), "smooth"_a = true,
-           "tissues: a list, one for each of the cloud's materials, or one for all. window: C "
-           "around\n"
-           "a voxel whose center is the origin, a solid; none: a smooth ball of 2.5 voxels.\n"
-           "representative: Gr (3,) [m]. smooth: the window weighs its middle more. Raises "
-           "ValueError\n"
-           "where the cloud is empty or tissues or window do not fit.")
+           "tissues: a list, one for each of the cloud's materials, or one for all. window: C\n"
+           "around a voxel whose center is the origin, a solid; none: a smooth ball of 2.5\n"
+           "voxels. representative: Gr (3,) [m]. smooth: the window weighs its middle more.\n"
+           "Raises ValueError where the cloud is empty or tissues or window do not fit.")
       .def_property_readonly("voxel", &BaseVectorField::voxelSize, "[m]")
-      .def_property_readonly(
-          "origin", [](const BaseVectorField& f) { return f.origin(); },
-          "Lowest corner of voxel (0, 0, 0), (3,) [m].")
+      .def_property_readonly("origin", copied(&BaseVectorField::origin),
+                             "Lowest corner of voxel (0, 0, 0), (3,) [m].")
       .def_property_readonly(
           "shape",
           [](const BaseVectorField& f) {
@@ -169,7 +166,7 @@ py::array voxelsOf(const std::shared_ptr<Collision>& collision) {
                                      {"ability", "f4", offsetOf(&CollisionVoxel::ability)},
                                      {"tissue", "u1", offsetOf(&CollisionVoxel::tissue)}},
                                     sizeof(CollisionVoxel));
-  return recordsOf(type, collision->voxels.data(), collision->voxels.size(), keeping(collision));
+  return recordsOf(type, collision->voxels, keeping(collision));
 }
 
 void bindCollision(py::module_& module) {
@@ -180,13 +177,13 @@ void bindCollision(py::module_& module) {
                              "the tool there, tissue: index into the workpiece's.")
       .def_readonly("count", &Collision::count, "n: the sum of the shares.")
       .def_property_readonly(
-          "mean", [](const Collision& c) { return c.mean; },
+          "mean", copied(&Collision::mean),
           "F: mean base vector (5), (5'), from the workpiece to the tool (3,) [m].")
       .def_property_readonly("normal", &Collision::normal, "Its direction (3,).")
       .def_readonly("stiffness", &Collision::stiffness, "k (1) [N/m]")
       .def_readonly("damping", &Collision::damping, "c (2) [N s/m]")
-      .def_property_readonly(
-          "center", [](const Collision& c) { return c.center; }, "Of the touched surface (3,) [m].")
+      .def_property_readonly("center", copied(&Collision::center),
+                             "Of the touched surface (3,) [m].")
       .def_readonly("depth", &Collision::depth, "d of the tool where it is now [m].")
       .def_readonly("volume", &Collision::volume, "Of material in D [m^3].")
       .def("__bool__", [](const Collision& c) { return !c.empty(); });
@@ -234,9 +231,8 @@ void bindCutting(py::module_& module) {
             return py::make_tuple(cut.voxels, cut.volume);
           },
           "workpiece"_a, "collision"_a, "force"_a, "speed"_a, "seconds"_a,
-          "Cuts for `seconds` under `force` [N], the tool sliding at `speed` [m/s]. Returns how "
-          "many\n"
-          "voxels changed and the volume [m^3].");
+          "Cuts for `seconds` under `force` [N], the tool sliding at `speed` [m/s]. Returns how\n"
+          "many voxels changed and the volume [m^3].");
 }
 
 }  // namespace
@@ -245,15 +241,12 @@ void bindWorkpiece(py::module_& module) {
   bindVectors(module);
   py::class_<Detection>(module, "Detection",
                         "How a tool detects: its area D, and what it cuts with.")
-      .def(
-          py::init(&detectionOf), "area"_a, "membership"_a = "shared", "hardness"_a = true,
-          "ability"_a = 1.0, "parts"_a = py::none(), "depth"_a = "tip",
-          "area: D, a solid or Cloud in the tool's frame. membership: \"shared\" (a voxel counts "
-          "by\n"
-          "its share inside D) or \"whole\" (by its center). hardness: h in (5'). ability: to "
-          "cut,\n"
-          "outside `parts`, pairs (solid, ability). depth: to the \"tip\" of D or its \"nearest\"\n"
-          "surface.");
+      .def(py::init(&detectionOf), "area"_a, "membership"_a = "shared", "hardness"_a = true,
+           "ability"_a = 1.0, "parts"_a = py::none(), "depth"_a = "tip",
+           "area: D, a solid or Cloud in the tool's frame. membership: \"shared\" (a voxel counts\n"
+           "by its share inside D) or \"whole\" (by its center). hardness: h in (5'). ability: to\n"
+           "cut, outside `parts`, pairs (solid, ability). depth: to the \"tip\" of D or its\n"
+           "\"nearest\" surface.");
   bindCollision(module);
   bindCutting(module);
 }

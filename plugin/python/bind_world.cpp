@@ -41,7 +41,7 @@ template <typename Of>
 auto ofBody(Of of) {
   return [of](const WorldBody& b) {
     const Turn turn(b.world.get());
-    return of(*b.world->world, b.index);
+    return std::invoke(of, *b.world->world, b.index);
   };
 }
 
@@ -149,7 +149,7 @@ py::array contactsOf(const ScriptedWorld& world) {
                                      {"force", "(3,)f8", offsetOf(&PointRow::force)},
                                      {"depth", "f8", offsetOf(&PointRow::depth)}},
                                     sizeof(PointRow));
-  return recordsOf(type, rows->data(), rows->size(), keeping(rows));
+  return recordsOf(type, *rows, keeping(rows));
 }
 
 py::dict energyOf(const ScriptedWorld& world) {
@@ -177,9 +177,8 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
             w.time += seconds;
           },
           "seconds"_a = py::none(),
-          "A step, of the scene's length where none is given [s]. Raises RuntimeError where a "
-          "state\n"
-          "is no longer finite.")
+          "A step, of the scene's length where none is given [s]. Raises RuntimeError where a\n"
+          "state is no longer finite.")
       .def(
           "run",
           [](const py::object& self, double seconds, const std::optional<double>& step,
@@ -195,12 +194,10 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           },
           "seconds"_a, "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
           "replay"_a = py::none(), "observe"_a = py::none(), "progress"_a = py::none(),
-          "Steps for `seconds`, to the nearest whole number of steps; ValueError where that is "
-          "none of\n"
-          "a time above 0. Ctrl-C and what `observe` raises end it after the step; the\n"
-          "replay then has what has run. Returns the Replay, which a "
-          "notebook\n"
-          "shows, where `replay` is an .html file.\n\n"
+          "Steps for `seconds`, to the nearest whole number of steps; ValueError where that is\n"
+          "none of a time above 0. Ctrl-C and what `observe` raises end it after the step; the\n"
+          "replay then has what has run. Returns the Replay, which a notebook shows, where\n"
+          "`replay` is an .html file.\n\n"
           "step: length of a step [s]; none: the scene's. substeps: parts of each. replay: a file\n"
           "for a replay, .html or .glb. observe: called with the world after each step. progress:\n"
           "see digitize().")
@@ -214,29 +211,21 @@ void bindStepping(py::class_<ScriptedWorld, Scripted>& world) {
           },
           "seconds"_a = py::none(), "step"_a = py::none(), "substeps"_a = 1, py::kw_only(),
           "port"_a = 0, "speed"_a = 1.0, "observe"_a = py::none(), "announce"_a = py::none(),
-          "Steps in real time and shows it in a browser of this machine, as `simulate --view`: "
-          "pause,\n"
-          "step, drag bodies, cut, contacts. For `seconds`, or until Ctrl-C, which ends it without "
-          "an\n"
-          "exception.\n\n"
-          "step, substeps, observe: as in run(). port: of 127.0.0.1; 0: a free one. speed: times "
-          "real\n"
-          "time; 0: as fast as it can. announce: called with the address; none: a notebook shows "
-          "the\n"
-          "page, elsewhere the address goes to stderr. Who has the address can steer the world. "
-          "Raises\n"
-          "ValueError where the port cannot be had.")
+          "Steps in real time and shows it in a browser of this machine, as `simulate --view`:\n"
+          "pause, step, drag bodies, cut, contacts. For `seconds`, or until Ctrl-C, which ends it\n"
+          "without an exception.\n\n"
+          "step, substeps, observe: as in run(). port: of 127.0.0.1; 0: a free one. speed: times\n"
+          "real time; 0: as fast as it can. announce: called with the address; none: a notebook\n"
+          "shows the page, elsewhere the address goes to stderr. Who has the address can steer\n"
+          "the world. Raises ValueError where the port cannot be had.")
       .def(
           "stop", [](ScriptedWorld& w) { ++w.stops; },
-          "Ends run() and view() of this world after the step that they are in, from another "
-          "thread\n"
-          "or from `observe`; a replay then has what has run.")
+          "Ends run() and view() of this world after the step that they are in, from another\n"
+          "thread or from `observe`; a replay then has what has run.")
       .def("contacts", &contactsOf,
-           "Points of the latest step, a structured array (n,): a, b: numbers of the bodies; "
-           "patch;\n"
-           "position (3,) midway between the surfaces [m]; normal (3,) from a to b; force (3,) of "
-           "a\n"
-           "on b with friction [N]; depth [m], positive inside.")
+           "Points of the latest step, a structured array (n,): a, b: numbers of the bodies;\n"
+           "patch; position (3,) midway between the surfaces [m]; normal (3,) from a to b; force\n"
+           "(3,) of a on b with friction [N]; depth [m], positive inside.")
       .def(
           "find_contacts",
           [](ScriptedWorld& w) {
@@ -309,8 +298,7 @@ std::vector<std::string> namesOf(const ScriptedWorld& world) {
 
 void bindBody(py::module_& module) {
   py::class_<WorldBody>(module, "WorldBody", "A body of a World, as it is now.")
-      .def_property_readonly("name",
-                             ofBody([](const World& w, std::size_t i) { return w.name(i); }))
+      .def_property_readonly("name", ofBody(&World::name))
       .def_readonly("index", &WorldBody::index, "Its number in the world's arrays.")
       .def_property(
           "pose", [](const WorldBody& b) { return b.state().pose; },
@@ -359,12 +347,9 @@ void bindBody(py::module_& module) {
             b.world->world->setLoad(b.index, {b.world->world->load(b.index).force, torque});
           },
           "Yours, in the world's axes, in each step until it is set again (3,) [N m].")
-      .def_property_readonly("mass",
-                             ofBody([](const World& w, std::size_t i) { return w.mass(i); }),
-                             "[kg]; 0 where nothing moves it.")
+      .def_property_readonly("mass", ofBody(&World::mass), "[kg]; 0 where nothing moves it.")
       .def_property_readonly("asleep", [](const WorldBody& b) { return b.state().asleep; })
-      .def_property_readonly("cuttable",
-                             ofBody([](const World& w, std::size_t i) { return w.isCuttable(i); }))
+      .def_property_readonly("cuttable", ofBody(&World::isCuttable))
       .def_property_readonly("matter", ofBody([](const World& w, std::size_t i) {
                                requireCuttable(w, i);
                                return Cloud(w.matter(i));
@@ -393,18 +378,16 @@ void bindWorld(py::module_& module) {
   bindBody(module);
   py::class_<ScriptedWorld, Scripted> world(module, "World", "A scene that runs in Bullet.");
   world
-      .def(
-          py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
-          "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: the\n"
-          "least that is suggested for a moving body (Mesh.suggested_voxel). progress: see "
-          "digitize().\n\n"
-          "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\", "
-          "\"hacd\",\n"
-          "\"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit (of the "
-          "files of\n"
-          "a scene file), shell [m], law, friction (of all pairs), tissues (a list of Tissue,\n"
-          "\"dental\" or a JSON file), samples, reuse [voxels], tolerance [m], iterations (of the\n"
-          "solver), sleep. Raises ValueError that names the body, file or setting.")
+      .def(py::init(&makeWorld), "scene"_a, "voxel"_a = py::none(), "progress"_a = py::none(),
+           "scene: a Scene, or an SDFormat or URDF file. voxel: edge of a voxel [m]; none: the\n"
+           "least that is suggested for a moving body (Mesh.suggested_voxel). progress: see\n"
+           "digitize().\n\n"
+           "Further keywords: method (\"cloud\", \"paper\", or Bullet's \"gjk\", \"gimpact\",\n"
+           "\"hacd\", \"primitive\"), backend (\"cpu\", \"opencl\"), threads (0: all cores), unit\n"
+           "(of the files of a scene file), shell [m], law, friction (of all pairs), tissues (a\n"
+           "list of Tissue, \"dental\" or a JSON file), samples, reuse [voxels], tolerance [m],\n"
+           "iterations (of the solver), sleep. Raises ValueError that names the body, file or\n"
+           "setting.")
       .def("__len__", inTurn([](const ScriptedWorld& w) { return w.world->bodyCount(); }))
       .def(
           "__getitem__",

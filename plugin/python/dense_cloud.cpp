@@ -36,12 +36,7 @@ void take(const DenseVoxels& voxels, std::span<const std::uint8_t> numbers,
       for (int x = 0; x < kBrickEdge; ++x) {
         const Eigen::Vector3i v = low + Eigen::Vector3i(x, y, z);
         if ((v.array() >= voxels.size.array()).any()) continue;
-        const auto from =
-            static_cast<std::size_t>(v.x()) +
-            static_cast<std::size_t>(voxels.size.x()) *
-                (static_cast<std::size_t>(v.y()) +
-                 static_cast<std::size_t>(voxels.size.y()) * static_cast<std::size_t>(v.z()));
-        brick[static_cast<std::size_t>(x + kBrickEdge * (y + kBrickEdge * z))] = numbers[from];
+        brick[static_cast<std::size_t>(cellIndex(x, y, z))] = numbers[gridIndex(v, voxels.size)];
       }
 }
 
@@ -49,8 +44,7 @@ template <typename Of>
 std::vector<std::uint8_t> dense(const Cloud& cloud, Of of) {
   const Eigen::Vector3i size = cloud.size();
   std::vector<std::uint8_t> numbers;
-  numbers.reserve(static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()) *
-                  static_cast<std::size_t>(size.z()));
+  numbers.reserve(size.cast<std::size_t>().prod());
   for (int z = 0; z < size.z(); ++z)
     for (int y = 0; y < size.y(); ++y)
       for (int x = 0; x < size.x(); ++x) numbers.push_back(of(x, y, z));
@@ -60,18 +54,13 @@ std::vector<std::uint8_t> dense(const Cloud& cloud, Of of) {
 }  // namespace
 
 Cloud cloudFromDense(const DenseVoxels& voxels, double voxelSize, const Vec3& origin,
-                     std::vector<std::string> materials) {
+                     const std::vector<std::string>& materials) {
   check(voxels, materials);
-  auto out = std::make_shared<Cloud::Voxels>();
   const Eigen::Vector3i inner =
       (voxels.size + Eigen::Vector3i::Constant(kBrickEdge - 1)) / kBrickEdge;
-  out->bricks = inner + Eigen::Vector3i::Constant(2 * kBorder);
-  const auto bricks = static_cast<std::size_t>(out->bricks.x()) *
-                      static_cast<std::size_t>(out->bricks.y()) *
-                      static_cast<std::size_t>(out->bricks.z());
-  out->table.assign(bricks, kEmptyBrick);
   const bool several = !voxels.material.empty();
-  if (several) out->materialTable.assign(bricks, -1);
+  auto out = emptyVoxels(inner + Eigen::Vector3i::Constant(2 * kBorder),
+                         several ? materials : std::vector<std::string>());
   BrickCoverage coverage;
   BrickMaterial material;
   for (int z = 0; z < inner.z(); ++z)
@@ -80,11 +69,9 @@ Cloud cloudFromDense(const DenseVoxels& voxels, double voxelSize, const Vec3& or
         const Eigen::Vector3i low = kBrickEdge * Eigen::Vector3i(x, y, z);
         take(voxels, voxels.coverage, low, coverage);
         if (several) take(voxels, voxels.material, low, material);
-        const auto entry =
-            static_cast<std::size_t>(gridIndex(x + kBorder, y + kBorder, z + kBorder, out->bricks));
-        storeBrick(*out, entry, coverage, several ? &material : nullptr);
+        storeBrick(*out, gridIndex(x + kBorder, y + kBorder, z + kBorder, out->bricks), coverage,
+                   several ? &material : nullptr);
       }
-  if (several) out->materials = std::move(materials);
   return Cloud(voxelSize, origin - Vec3::Constant(kBorder * kBrickEdge * voxelSize),
                std::move(out));
 }

@@ -20,7 +20,7 @@ struct DenseVoxels {
 // inside the grid. `origin`: the array's lowest corner [m]. Throws std::invalid_argument where the
 // array is empty, holds no coverage or a material without a name.
 Cloud cloudFromDense(const DenseVoxels& voxels, double voxelSize, const Vec3& origin,
-                     std::vector<std::string> materials);
+                     const std::vector<std::string>& materials);
 
 // All voxels of the cloud's grid, x fastest.
 std::vector<std::uint8_t> denseCoverage(const Cloud& cloud);

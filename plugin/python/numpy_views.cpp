@@ -22,13 +22,6 @@ py::dtype recordType(std::initializer_list<RecordField> fields, std::size_t size
   return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(size));
 }
 
-py::array recordsOf(const py::dtype& type, const void* data, std::size_t count,
-                    const py::object& owner) {
-  py::array array(type, {static_cast<py::ssize_t>(count)}, {type.itemsize()}, data, owner);
-  array.attr("setflags")(py::arg("write") = false);
-  return array;
-}
-
 Numbers rowsOf(const char* what, const py::object& values, py::ssize_t columns) {
   Numbers rows = Numbers::ensure(values);
   if (!rows) {

@@ -11,6 +11,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -34,6 +35,15 @@ py::object keeping(Value value) {
   return py::capsule(new Value(std::move(value)), [](void* p) { delete static_cast<Value*>(p); });
 }
 
+// Reads a member, or what a function without arguments returns, as a value of Python's own; of
+// references pybind11 makes arrays over the object's memory.
+template <typename Value, typename Class>
+auto copied(Value Class::*member) {
+  return [member](const Class& object) {
+    return std::decay_t<decltype(std::invoke(member, object))>(std::invoke(member, object));
+  };
+}
+
 // An array over memory that lives as long as `owner` does. Strides in bytes.
 template <typename Number>
 py::array viewOf(const Number* data, std::vector<py::ssize_t> shape,
@@ -51,8 +61,14 @@ struct RecordField {
 };
 py::dtype recordType(std::initializer_list<RecordField> fields, std::size_t size);
 // Records of C++ as an array that nobody may write to.
-py::array recordsOf(const py::dtype& type, const void* data, std::size_t count,
-                    const py::object& owner);
+template <typename Record>
+py::array recordsOf(const py::dtype& type, const std::vector<Record>& records,
+                    const py::object& owner) {
+  py::array array(type, {static_cast<py::ssize_t>(records.size())}, {type.itemsize()},
+                  records.data(), owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
 
 // Where a member is in its object.
 template <typename Object, typename Member>

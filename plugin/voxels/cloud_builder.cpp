@@ -95,6 +95,16 @@ void CloudBuilder::addBox(const Vec3& low, const Vec3& high, double share, std::
     }
 }
 
+std::shared_ptr<Cloud::Voxels> emptyVoxels(const Eigen::Vector3i& bricks,
+                                           const std::vector<std::string>& materials) {
+  auto voxels = std::make_shared<Cloud::Voxels>();
+  voxels->bricks = bricks;
+  voxels->table.assign(bricks.cast<std::size_t>().prod(), kEmptyBrick);
+  voxels->materials = materials;
+  if (!materials.empty()) voxels->materialTable.assign(voxels->table.size(), -1);
+  return voxels;
+}
+
 void storeBrick(Cloud::Voxels& voxels, std::size_t entry, const BrickCoverage& coverage,
                 const BrickMaterial* material) {
   const auto [least, most] = std::minmax_element(coverage.begin(), coverage.end());

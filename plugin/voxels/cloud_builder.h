@@ -48,6 +48,10 @@ class CloudBuilder {
   std::vector<Brick> bricks_;
 };
 
+// Voxels of a grid without any matter yet.
+std::shared_ptr<Cloud::Voxels> emptyVoxels(const Eigen::Vector3i& bricks,
+                                           const std::vector<std::string>& materials);
+
 // Appends one brick to `voxels` and sets its table entries. A uniform brick is stored as a code
 // alone. `material` may be null.
 void storeBrick(Cloud::Voxels& voxels, std::size_t entry, const BrickCoverage& coverage,

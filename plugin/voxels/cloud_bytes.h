@@ -2,15 +2,14 @@
 // files that are complete or absent.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
+#include "base/byte_archive.h"
+#include "base/file_name.h"
 #include "base/hash.h"
 
 namespace cloudcontact {
@@ -18,19 +17,6 @@ namespace cloudcontact {
 constexpr char kCloudMagic[8] = {'C', 'L', 'D', 'C', 'N', 'T', 'C', 'T'};
 // Versions: voxels, voxels of several materials, any kind of object.
 constexpr std::uint32_t kPlainCloud = 1, kCloudWithMaterials = 2, kAnyObject = 3;
-
-// Throws std::runtime_error whose message begins with the file's name.
-[[noreturn]] void refuseCloudFile(const std::filesystem::path& file, const std::string& why);
-
-// The number with its lowest byte first on any machine; its own inverse.
-template <typename Number>
-Number littleEndian(Number x) {
-  if constexpr (std::endian::native == std::endian::big) {
-    auto* bytes = reinterpret_cast<unsigned char*>(&x);
-    for (std::size_t i = 0; i < sizeof(x) / 2; ++i) std::swap(bytes[i], bytes[sizeof(x) - 1 - i]);
-  }
-  return x;
-}
 
 class CloudWriter {
  public:
@@ -41,7 +27,7 @@ class CloudWriter {
   }
   template <typename Number>
   void number(Number x) {
-    x = littleEndian(x);
+    x = inFileOrder(x);
     bytes(&x, sizeof(x));
   }
   std::uint64_t hash() const { return hash_.value(); }
@@ -56,33 +42,32 @@ class CloudReader {
   CloudReader(std::istream& in, const std::filesystem::path& file) : in_(in), file_(file) {}
   void bytes(void* data, std::size_t count) {
     in_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!in_) refuseCloudFile(file_, "is cut short; save the cloud again");
+    if (!in_) refuseFile(file_, "is cut short; save the cloud again");
     hash_.add(data, count);
-    read_ += count;
   }
   template <typename Number>
   Number number() {
     Number x;
     bytes(&x, sizeof(x));
-    return littleEndian(x);
+    return inFileOrder(x);
   }
   std::uint64_t hash() const { return hash_.value(); }
-  std::uint64_t position() const { return read_; }  // bytes read so far
   const std::filesystem::path& file() const { return file_; }
 
  private:
   std::istream& in_;
   const std::filesystem::path& file_;
   Fnv1a hash_;
-  std::uint64_t read_ = 0;
 };
 
 // Calls write(stream) for a temporary file beside `file`, then renames it. Throws
 // std::runtime_error and removes the temporary file where any of that fails.
 void writeWhole(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
-// Opens a file. Throws std::runtime_error where it is missing or unreadable.
-std::ifstream openCloudFile(const std::filesystem::path& file);
+// Throws std::runtime_error unless the file's `length` is what its header says. `again`: what to
+// do, "; save it again".
+void checkLength(const std::filesystem::path& file, std::uint64_t length, std::uint64_t expected,
+                 const std::string& again);
 
 // Reads the magic word and the version. Throws std::runtime_error where the file is not a cloud or
 // of another version than the three above.

@@ -59,7 +59,7 @@ struct Header {
 Header readHeader(CloudReader& reader, const fs::path& file) {
   const std::uint32_t version = readCloudVersion(reader);
   if (version == kAnyObject)
-    refuseCloudFile(file, "holds another kind of object than voxels; load it as an object");
+    refuseFile(file, "holds another kind of object than voxels; load it as an object");
   Header header;
   header.materials = version == kCloudWithMaterials;
   header.voxelSize = reader.number<double>();
@@ -72,34 +72,27 @@ Header readHeader(CloudReader& reader, const fs::path& file) {
   }
   header.tableEntries = 1;
   for (int k = 0; k < 3; ++k) {
-    if (header.bricks[k] < 0)
-      refuseCloudFile(file, "says a negative number of bricks; save it again");
+    if (header.bricks[k] < 0) refuseFile(file, "says a negative number of bricks; save it again");
     const std::uint64_t n = static_cast<std::uint64_t>(header.bricks[k]);
     if (n != 0 && header.tableEntries > std::numeric_limits<std::uint32_t>::max() / n)
-      refuseCloudFile(file, "says impossible sizes; save it again");
+      refuseFile(file, "says impossible sizes; save it again");
     header.tableEntries *= n;
   }
   return header;
 }
 
 // The sizes in the header must match the length of the file before anything is allocated.
-void checkLength(const Header& header, const fs::path& file) {
-  const std::uint64_t length = fs::file_size(file);
+void checkSizes(const Header& header, const fs::path& file) {
   if (std::max(header.storedBricks, header.materialBricks) > header.tableEntries)
-    refuseCloudFile(file, "says impossible sizes: more stored bricks than places; save it again");
-  if (header.nameBytes > length)
-    refuseCloudFile(file, "says impossible sizes: its names; save it again");
+    refuseFile(file, "says impossible sizes: more stored bricks than places; save it again");
+  if (header.nameBytes > fs::file_size(file))
+    refuseFile(file, "says impossible sizes: its names; save it again");
   std::uint64_t expected =
       kHeaderBytes + 4 * header.tableEntries + kBrickVoxels * header.storedBricks + 8;
   if (header.materials)
     expected += kMaterialHeader + header.nameBytes + 4 * header.tableEntries +
                 kBrickVoxels * header.materialBricks;
-  if (length < expected)
-    refuseCloudFile(file, "is cut short: " + std::to_string(length) + " bytes instead of " +
-                              std::to_string(expected) + "; save the cloud again");
-  if (length > expected)
-    refuseCloudFile(file,
-                    "has " + std::to_string(length - expected) + " bytes too many; save it again");
+  checkLength(file, fs::file_size(file), expected, "; save the cloud again");
 }
 
 void readMaterials(CloudReader& reader, const Header& header, Cloud::Voxels& voxels) {
@@ -116,15 +109,15 @@ void readMaterials(CloudReader& reader, const Header& header, Cloud::Voxels& vox
 }  // namespace
 
 void saveCloud(const Cloud& cloud, const fs::path& file) {
-  if (cloud.empty()) refuseCloudFile(file, "not written: the cloud is empty");
+  if (cloud.empty()) refuseFile(file, "not written: the cloud is empty");
   writeWhole(file, [&](std::ostream& out) { write(cloud, out); });
 }
 
 Cloud loadCloud(const fs::path& file) {
-  std::ifstream in = openCloudFile(file);
+  std::ifstream in = openFile(file, "a .cloud file");
   CloudReader reader(in, file);
   const Header header = readHeader(reader, file);
-  checkLength(header, file);
+  checkSizes(header, file);
   auto voxels = std::make_shared<Cloud::Voxels>();
   voxels->bricks = header.bricks;
   voxels->table.resize(header.tableEntries);
@@ -136,7 +129,7 @@ Cloud loadCloud(const fs::path& file) {
   try {
     return Cloud(header.voxelSize, header.origin, std::move(voxels));
   } catch (const std::invalid_argument& e) {
-    refuseCloudFile(file, e.what());
+    refuseFile(file, e.what());
   }
 }
 

@@ -101,14 +101,9 @@ Cloud coarserCloud(const Cloud& cloud, int halvings) {
     throw std::invalid_argument("coarserCloud: halvings must be in 0..10");
   if (halvings == 0 || cloud.empty()) return cloud;
   const int edge = 1 << halvings;
-  auto voxels = std::make_shared<Cloud::Voxels>();
   const Eigen::Array3i across = (cloud.size().array() + (edge - 1)) / edge + 2 * kEmptyMargin;
-  voxels->bricks = (across + (kBrickEdge - 1)) / kBrickEdge;
-  voxels->table.assign(static_cast<std::size_t>(voxels->bricks.cast<std::ptrdiff_t>().prod()),
-                       kEmptyBrick);
+  auto voxels = emptyVoxels((across + (kBrickEdge - 1)) / kBrickEdge, cloud.materials());
   BrickSum sum(cloud.voxels(), halvings);
-  if (sum.hasMaterials()) voxels->materialTable.assign(voxels->table.size(), -1);
-  voxels->materials = cloud.voxels().materials;
   for (std::size_t entry = 0; entry < voxels->table.size(); ++entry) {
     const Eigen::Vector3i first = kBrickEdge * gridCell(entry, voxels->bricks);
     if (!sum.sum((first - Eigen::Vector3i::Constant(kEmptyMargin)) * edge)) continue;

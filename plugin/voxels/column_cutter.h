@@ -8,10 +8,56 @@
 #include <vector>
 
 #include "base/grid_index.h"
-#include "voxels/grid_surface.h"
-#include "voxels/polygon.h"
+#include "kernels/digitize/column_cut.h"
 
 namespace cloudcontact {
+
+// A surface placed in the grid of its future voxels.
+struct GridSurface {
+  Eigen::Vector3i bricks;                  // bricks of the grid, which encloses all vertices
+  std::vector<Eigen::Vector3d> vertices;   // in the grid's frame [voxels]
+  std::vector<Eigen::Vector3i> triangles;  // those of the mesh, then the caps that close it
+  std::size_t firstCap = 0;                // index of the first cap
+  // The shell of each of the mesh's own triangles; empty where there is only one shell.
+  std::vector<int> component;
+};
+
+// Convex polygons, cut at whole numbers of one coordinate (kernels/digitize/column_cut.h).
+inline void addCorner(CcPolygon& polygon, const Eigen::Vector3d& x) {
+  ccAddCorner(&polygon, x.data());
+}
+
+// Calls visit(cell, piece) for the pieces of `polygon` between whole numbers of x[Axis].
+template <int Axis, typename Visit>
+void slice(const CcPolygon& polygon, Visit&& visit) {
+  const CcCells cells = ccCells(&polygon, Axis);
+  if (cells.first == cells.last) return visit(cells.first, polygon);
+  CcPolygon buffers[2], piece;
+  const CcPolygon* rest = &polygon;
+  for (int cell = cells.first; cell < cells.last; ++cell) {
+    CcPolygon& above = buffers[cell & 1];
+    ccSplit(rest, Axis, cell + 1, &piece, &above);
+    if (piece.corners > 2) visit(cell, piece);
+    rest = &above;
+  }
+  if (rest->corners > 2) visit(cells.last, *rest);
+}
+
+// As slice<2>(), but visits only the sums of the pieces.
+template <typename Visit>
+void forEachPiece(const CcPolygon& polygon, Visit&& visit) {
+  const CcCells cells = ccCells(&polygon, 2);
+  CcPolygon buffers[2];
+  CcFan below;
+  const CcPolygon* rest = &polygon;
+  for (int cell = cells.first; cell < cells.last; ++cell) {
+    CcPolygon& above = buffers[cell & 1];
+    ccCutCell(rest, cell, &below, &above);
+    if (below.corners > 2) visit(cell, ccPieceOfFan(&below));
+    rest = &above;
+  }
+  if (rest->corners > 2) visit(cells.last, ccPieceOf(rest, cells.last));
+}
 
 constexpr int kColumnsPerBrick = kBrickEdge * kBrickEdge;
 

@@ -15,8 +15,8 @@
 // rounding of doubles. No ray can miss an edge, and a surface exactly on voxel faces is no special
 // case.
 //
-// Where shells lie inside one another or intersect, sums exceed 1 and count as solid; overlap.cpp
-// handles the voxels for which that is wrong.
+// Where shells lie inside one another or intersect, sums exceed 1 and count as solid;
+// column_cutter.cpp handles the voxels for which that is wrong.
 //
 // The sum over a closed surface returns to zero above the topmost piece. Otherwise the surface has
 // a hole in that column, and the column is reported as bad.
@@ -28,7 +28,6 @@
 #include <memory>
 
 #include "base/parallel.h"
-#include "voxels/column_cutter.h"
 
 namespace cloudcontact {
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "voxels/grid_surface.h"
+#include "voxels/column_cutter.h"
 
 namespace cloudcontact {
 

@@ -5,23 +5,36 @@
 
 namespace cloudcontact {
 
+namespace {
+
+// Of stored numbers, or of codes.
+template <typename Bricks>
+bool same(const Bricks& a, std::int32_t i, const Bricks& b, std::int32_t k) {
+  return i < 0 || k < 0 ? i == k : a[static_cast<std::size_t>(i)] == b[static_cast<std::size_t>(k)];
+}
+
+}  // namespace
+
+bool sameCoverage(const Cloud::Voxels& a, const Cloud::Voxels& b, std::size_t brick) {
+  return same(a.coverage, a.table[brick], b.coverage, b.table[brick]);
+}
+
+bool sameMaterial(const Cloud::Voxels& a, const Cloud::Voxels& b, std::size_t brick) {
+  if (a.materialTable.empty() || b.materialTable.empty())
+    return a.materialTable.empty() == b.materialTable.empty();
+  return same(a.material, a.materialTable[brick], b.material, b.materialTable[brick]);
+}
+
 std::vector<VoxelCut> cutsBetween(const Cloud& before, const Cloud& after) {
   const Cloud::Voxels &a = before.voxels(), &b = after.voxels();
-  const auto coverage = [](const Cloud::Voxels& v, std::int32_t brick, std::size_t cell) {
-    return brick == kEmptyBrick   ? std::uint8_t{0}
-           : brick == kSolidBrick ? std::uint8_t{255}
-                                  : v.coverage[static_cast<std::size_t>(brick)][cell];
-  };
   std::vector<VoxelCut> cuts;
   for (std::size_t t = 0; t < a.table.size(); ++t) {
-    const std::int32_t old = a.table[t], now = b.table[t];
-    if (old == kEmptyBrick || (old == now && old < 0)) continue;
-    for (std::size_t k = 0; k < kBrickVoxels; ++k) {
-      const std::uint8_t left = coverage(b, now, k);
-      if (left < coverage(a, old, k))
-        cuts.push_back(
-            {kBrickEdge * gridCell(t, before.bricks()) + cellOffset(static_cast<int>(k)), left});
-    }
+    if (sameCoverage(a, b, t)) continue;
+    const Eigen::Vector3i low = kBrickEdge * gridCell(t, before.bricks());
+    for (int k = 0; k < kBrickVoxels; ++k)
+      if (const std::uint8_t left = coverageIn(b, b.table[t], k);
+          left < coverageIn(a, a.table[t], k))
+        cuts.push_back({low + cellOffset(k), left});
   }
   return cuts;
 }

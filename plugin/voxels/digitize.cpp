@@ -19,7 +19,7 @@ namespace {
 
 Cloud::Voxels cutInGrid(const Prepared& prepared, const Grid& grid,
                         const DigitizeSettings& settings, DigitizeReport& found) {
-  const GridSurface surface = inGrid(prepared, grid);
+  const GridSurface surface = inGrid(prepared.closing, grid, prepared.oneShell);
   found.closed = prepared.wasClosed;
   if (prepared.closable) {
     ColumnResult cut =

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "mesh/mesh_topology.h"
-#include "voxels/column_cutter.h"
 #include "voxels/columns.h"
 
 namespace cloudcontact {

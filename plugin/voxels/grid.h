@@ -2,7 +2,7 @@
 #pragma once
 
 #include "mesh/closing.h"
-#include "voxels/grid_surface.h"
+#include "voxels/column_cutter.h"
 
 namespace cloudcontact {
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/grid_index.h"
+#include "voxels/cut_between.h"
 
 namespace cloudcontact {
 
@@ -51,7 +52,7 @@ void addBrick(const Cloud& cloud, std::size_t t, std::vector<MatterSums>& sums) 
   const std::int32_t b = voxels.table[t];
   if (b == kEmptyBrick) return;
   const Eigen::Vector3i corner = 2 * kBrickEdge * gridCell(t, cloud.bricks()) - cloud.size();
-  const auto coverage = [&](int k) { return b == kSolidBrick ? 255 : int(voxels.coverage[b][k]); };
+  const auto coverage = [&](int k) { return int(coverageIn(voxels, b, k)); };
   const std::int32_t m = voxels.materialTable.empty() ? -1 : voxels.materialTable[t];
   if (m < 0) {
     sums[-1 - m] += moved(b == kSolidBrick ? kSolid : brickSums(coverage), corner);
@@ -61,18 +62,6 @@ void addBrick(const Cloud& cloud, std::size_t t, std::vector<MatterSums>& sums) 
   for (std::size_t which = 0; which < sums.size(); ++which)
     sums[which] +=
         moved(brickSums([&](int k) { return of[k] == which ? coverage(k) : 0; }), corner);
-}
-
-bool sameBrick(const Cloud::Voxels& a, const Cloud::Voxels& b, std::size_t t) {
-  const std::int32_t i = a.table[t], k = b.table[t];
-  if (i < 0 || k < 0) {
-    if (i != k) return false;
-  } else if (a.coverage[i] != b.coverage[k]) {
-    return false;
-  }
-  if (a.materialTable.empty()) return true;
-  const std::int32_t m = a.materialTable[t], n = b.materialTable[t];
-  return m < 0 || n < 0 ? m == n : a.material[m] == b.material[n];
 }
 
 }  // namespace
@@ -103,7 +92,9 @@ std::vector<MatterSums> matterSums(const Cloud& cloud, const Cloud& before,
                                    std::vector<MatterSums> known) {
   std::vector<MatterSums> more(known.size()), less(known.size());
   for (std::size_t t = 0; t < cloud.voxels().table.size(); ++t) {
-    if (sameBrick(cloud.voxels(), before.voxels(), t)) continue;
+    if (sameCoverage(cloud.voxels(), before.voxels(), t) &&
+        sameMaterial(cloud.voxels(), before.voxels(), t))
+      continue;
     addBrick(cloud, t, more);
     addBrick(before, t, less);
   }

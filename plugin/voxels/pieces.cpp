@@ -10,6 +10,8 @@
 #include <string>
 
 #include "base/grid_index.h"
+#include "voxels/cloud_builder.h"
+#include "voxels/cut_between.h"
 
 namespace cloudcontact {
 
@@ -139,15 +141,6 @@ class Patches {
   int parts_ = 0;
 };
 
-std::shared_ptr<Cloud::Voxels> emptyLike(const Cloud::Voxels& whole) {
-  auto voxels = std::make_shared<Cloud::Voxels>();
-  voxels->bricks = whole.bricks;
-  voxels->table.assign(whole.table.size(), kEmptyBrick);
-  voxels->materials = whole.materials;
-  if (!whole.materialTable.empty()) voxels->materialTable.assign(whole.table.size(), -1);
-  return voxels;
-}
-
 // Copy a brick's materials, and its coverage, to a part.
 void copyMaterials(const Cloud::Voxels& whole, std::size_t t, Cloud::Voxels& part) {
   if (whole.materialTable.empty()) return;
@@ -186,7 +179,8 @@ std::vector<Cloud> pieces(const Cloud& cloud) {
   const Patches patches(whole);
   if (patches.parts() == 1) return {cloud};
   std::vector<std::shared_ptr<Cloud::Voxels>> parts;
-  for (int p = 0; p < patches.parts(); ++p) parts.push_back(emptyLike(whole));
+  for (int p = 0; p < patches.parts(); ++p)
+    parts.push_back(emptyVoxels(whole.bricks, whole.materials));
   for (std::size_t t = 0; t < whole.table.size(); ++t) {
     const std::int32_t b = whole.table[t];
     const int only = b == kEmptyBrick ? -1 : patches.onlyPart(t);
@@ -208,26 +202,12 @@ std::vector<Cloud> pieces(const Cloud& cloud) {
 
 namespace {
 
-const std::uint8_t* storedOf(const Cloud& cloud, std::size_t t) {
-  const std::int32_t b = cloud.voxels().table[t];
-  return b < 0 ? nullptr : cloud.voxels().coverage[static_cast<std::size_t>(b)].data();
-}
-
 // The voxels near a cut, as far as one step from those that it emptied.
 class CutPlace {
  public:
   CutPlace(const Cloud& after, const Cloud& before) : after_(after) {
-    const Cloud::Voxels& now = after.voxels();
-    for (std::size_t t = 0; t < now.table.size(); ++t) {
-      const std::uint8_t *const a = storedOf(before, t), *const b = storedOf(after, t);
-      if (!a && !b && now.table[t] == before.voxels().table[t]) continue;
-      if (a && b && std::equal(a, a + kBrickVoxels, b)) continue;
-      const std::uint8_t was = before.voxels().table[t] == kSolidBrick ? 255 : 0,
-                         is = now.table[t] == kSolidBrick ? 255 : 0;
-      const Eigen::Vector3i low = kBrickEdge * gridCell(t, after.bricks());
-      for (int k = 0; k < kBrickVoxels; ++k)
-        if ((a ? a[k] : was) > 0 && (b ? b[k] : is) == 0) emptied_.push_back(low + cellOffset(k));
-    }
+    for (const VoxelCut& cut : cutsBetween(before, after))
+      if (cut.coverage == 0) emptied_.push_back(cut.voxel);
     for (const Eigen::Vector3i& v : emptied_) {
       low_ = low_.cwiseMin(v - Eigen::Vector3i::Ones());
       high_ = high_.cwiseMax(v + Eigen::Vector3i::Ones());

@@ -79,10 +79,6 @@ Prepared prepare(const Mesh& mesh) {
   return prepared;
 }
 
-GridSurface inGrid(const Prepared& prepared, const Grid& grid) {
-  return inGrid(prepared.closing, grid, prepared.oneShell);
-}
-
 void checkSize(const Prepared& prepared, const DigitizeSettings& settings, int passes) {
   const double limit = settings.maxBytes;
   const int threads = threadCount(settings.threads);

@@ -29,9 +29,6 @@ std::optional<Prepared> preparedAsWhole(const Mesh& mesh);
 // Repairs and closes a mesh. Throws std::invalid_argument where it bounds no volume.
 Prepared prepare(const Mesh& mesh);
 
-// The prepared surface in a grid.
-GridSurface inGrid(const Prepared& prepared, const Grid& grid);
-
 // Throw std::invalid_argument on an unusable setting.
 void validateVoxelSize(double voxelSize);
 void validate(const DigitizeSettings& settings);

@@ -32,8 +32,7 @@ constexpr double kHair = 1e-6;        // rounding error of a ratio of lengths
 class Bytes {
  public:
   Bytes(const VolumeHeader& header, double count) : file_(header.data), zipped_(header.isZipped) {
-    in_.open(file_, std::ios::binary);
-    if (!in_) refuseFile(file_, "cannot be read; check its permissions");
+    in_ = openFile(file_, "a volume file");
     const auto length = static_cast<double>(fs::file_size(file_));
     const double skip = header.skip < 0 ? length - count : static_cast<double>(header.skip);
     if (!zipped_ && (skip < 0 || length - skip != count)) refuseLength(length - skip, count);
@@ -58,8 +57,8 @@ class Bytes {
   // To be called after the last value.
   void finish() {
     if (!zipped_) return;
-    char more = 0;
-    stream_.next_out = reinterpret_cast<Bytef*>(&more);
+    Bytef more = 0;
+    stream_.next_out = &more;
     stream_.avail_out = 1;
     while (!ended_ && stream_.avail_out > 0) inflateMore();
     if (stream_.avail_out == 0)

@@ -52,10 +52,7 @@ class Fields {
   // Reads lines up to `last`, an empty line or a field.
   Fields(const fs::path& file, char separator, const std::string& last)
       : file_(file), separator_(separator) {
-    std::error_code error;
-    if (!fs::is_regular_file(file, error)) refuseFile(file, "no such file; check its name");
-    std::ifstream in(file, std::ios::binary);
-    if (!in) refuseFile(file, "cannot be read; check its permissions");
+    std::ifstream in = openFile(file, "a volume file");
     for (std::string line; nextLine(in, line);) {
       const std::string name = add(line);
       end_ = in.tellg();

@@ -10,6 +10,7 @@
 
 #include "base/grid_index.h"
 #include "base/parallel.h"
+#include "voxels/cut_between.h"
 
 namespace cloudcontact {
 
@@ -44,12 +45,6 @@ Map mapOf(const Cloud& from, const Cloud& to, const Pose& fromInTo) {
 
 Vec3 middleOf(const Vector3i& voxel) {
   return voxel.cast<double>() + Vec3::Constant(0.5);
-}
-
-// Coverage of a cell of a stored brick, or of a uniform one.
-int coverageIn(const Cloud& cloud, std::int32_t stored, int cell) {
-  if (stored < 0) return stored == kSolidBrick ? 255 : 0;
-  return cloud.voxels().coverage[static_cast<std::size_t>(stored)][static_cast<std::size_t>(cell)];
 }
 
 // Calls visit(brick) for all bricks of a grid that a box touches [voxels], until it returns true.
@@ -119,7 +114,7 @@ struct Pair {
   bool isTool(const Vector3i& voxel) const {
     if (!insideGrid(voxel, tool.size())) return false;
     const std::int32_t stored = tool.voxels().table[brickIndex(voxel, tool.bricks())];
-    return coverageIn(tool, stored, cellIndex(voxel)) >= kHalfCovered;
+    return coverageIn(tool.voxels(), stored, cellIndex(voxel)) >= kHalfCovered;
   }
 
   void walkWork(const Vector3i& brick, Voxels& found) const {
@@ -128,7 +123,7 @@ struct Pair {
       const Vector3i first = kBrickEdge * brick + cellOffset(row);
       const Vec3 start = rowStart(first);
       for (int x = 0; x < kBrickEdge; ++x)
-        if (coverageIn(work, stored, row + x) > 0 && isTool(toolVoxelAt(start, x)))
+        if (coverageIn(work.voxels(), stored, row + x) > 0 && isTool(toolVoxelAt(start, x)))
           found.emplace_back(first.x() + x, first.y(), first.z());
     }
   }
@@ -138,7 +133,7 @@ struct Pair {
     // Half the box around a voxel of the tool; the centers in it are candidates.
     const Vec3 half = (0.5 + kHair) * toWork.turn.cwiseAbs().rowwise().sum();
     for (int cell = 0; cell < kBrickVoxels; ++cell)
-      if (coverageIn(tool, stored, cell) >= kHalfCovered)
+      if (coverageIn(tool.voxels(), stored, cell) >= kHalfCovered)
         addCentersIn(kBrickEdge * brick + cellOffset(cell), half, found);
   }
 

@@ -10,6 +10,7 @@
 #include <BulletWorldImporter/btBulletWorldImporter.h>
 #include <cloudcontact/bullet/imported_world.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <vector>
 
@@ -42,16 +43,14 @@ class CloudImporter : public btBulletWorldImporter {
     bodies_.clear();
     convertWorld(*file);
     for (int i = 0; i < file->m_collisionShapes.size(); ++i)
-      shapeOf(reinterpret_cast<btCollisionShapeData*>(file->m_collisionShapes[i]));
+      shapeOf(&dataAt<btCollisionShapeData>(file->m_collisionShapes[i]));
     const bool isDouble = file->getFlags() & bParse::FD_DOUBLE_PRECISION;
     for (int i = 0; i < file->m_rigidBodies.size(); ++i)
-      isDouble ? convertBody(*reinterpret_cast<btRigidBodyDoubleData*>(file->m_rigidBodies[i]))
-               : convertBody(*reinterpret_cast<btRigidBodyFloatData*>(file->m_rigidBodies[i]));
+      isDouble ? convertBody(dataAt<btRigidBodyDoubleData>(file->m_rigidBodies[i]))
+               : convertBody(dataAt<btRigidBodyFloatData>(file->m_rigidBodies[i]));
     for (int i = 0; i < file->m_collisionObjects.size(); ++i)
-      isDouble ? convertObject(
-                     *reinterpret_cast<btCollisionObjectDoubleData*>(file->m_collisionObjects[i]))
-               : convertObject(
-                     *reinterpret_cast<btCollisionObjectFloatData*>(file->m_collisionObjects[i]));
+      isDouble ? convertObject(dataAt<btCollisionObjectDoubleData>(file->m_collisionObjects[i]))
+               : convertObject(dataAt<btCollisionObjectFloatData>(file->m_collisionObjects[i]));
     for (int i = 0; i < file->m_constraints.size(); ++i)
       convertJoint(file->m_constraints[i], isDouble, file->getVersion());
     if (contact_ && m_dynamicsWorld)
@@ -67,6 +66,13 @@ class CloudImporter : public btBulletWorldImporter {
   }
 
  private:
+  // What a file's flags, or a shape's type, say that the data are. They begin with their base's.
+  template <typename Data>
+  static Data& dataAt(void* data) {
+    return *static_cast<Data*>(data);
+  }
+  static_assert(offsetof(btCompoundShapeData, m_collisionShapeData) == 0);
+
   bool load(char* bytes, int count, const std::filesystem::path& file) {
     bParse::btBulletFile parsed(bytes, count);
     return imported_.naming(file,
@@ -95,7 +101,7 @@ class CloudImporter : public btBulletWorldImporter {
       shape = imported_.shape(*data).release();
       m_allocatedCollisionShapes.push_back(shape);
     } else if (data->m_shapeType == COMPOUND_SHAPE_PROXYTYPE) {
-      shape = compoundOf(*reinterpret_cast<btCompoundShapeData*>(data));
+      shape = compoundOf(dataAt<btCompoundShapeData>(data));
     } else {
       shape = convertCollisionShape(data);
     }

@@ -1,10 +1,12 @@
 // Each speed is the best of several tries, by the device's clock where possible.
-#include "device/device_speeds.h"
+#include "device_speeds.h"
 
 #include "device/opencl_device.h"
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <string>
 
 namespace cloudcontact {
 
@@ -14,12 +16,48 @@ using opencl::Device;
 
 constexpr int kTries = 8;
 
+// Memory bandwidth, gathers, double arithmetic, and nothing.
+constexpr char kKernels[] = R"(
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#pragma OPENCL FP_CONTRACT OFF
+__kernel void ccCopy(__global const float4* from, __global float4* to) {
+  to[get_global_id(0)] = from[get_global_id(0)];
+}
+
+__kernel void ccGather(__global const uint2* records, uint mask, __global uint* out) {
+  uint k = (uint)get_global_id(0) * 2654435761u, sum = 0;
+  for (int i = 0; i < 16; ++i) {
+    k = k * 1664525u + 1013904223u;
+    const uint2 r = records[(k >> 7) & mask];
+    sum += r.x + r.y;
+  }
+  out[get_global_id(0)] = sum;
+}
+
+__kernel void ccDoubles(double factor, __global double* out) {
+  double a = (double)get_global_id(0), b = a + 1.0, c = a + 2.0, d = a + 3.0;
+  for (int i = 0; i < 256; ++i) {
+    a = a * factor + 1.0;
+    b = b * factor + 1.0;
+    c = c * factor + 1.0;
+    d = d * factor + 1.0;
+  }
+  out[get_global_id(0)] = a + b + c + d;
+}
+
+__kernel void ccNothing(__global uint* out) {
+  if (get_global_id(0) == 0) out[0] = 0u;
+}
+)";
+
 class Probe {
  public:
   explicit Probe(Device& device)
       : device_(device),
         a_(device.context(), CL_MEM_READ_WRITE, kBytes),
-        b_(device.context(), CL_MEM_READ_WRITE, kBytes) {
+        b_(device.context(), CL_MEM_READ_WRITE, kBytes),
+        program_(device.context(), std::string(kKernels)) {
+    program_.build("-cl-std=CL1.2");
     device.queue().enqueueFillBuffer(a_, cl_uint{1}, 0, kBytes);
   }
 
@@ -52,7 +90,7 @@ class Probe {
     double least = 1e300;
     for (int i = 0; i < kTries; ++i) {
       const auto begin = std::chrono::steady_clock::now();
-      device_.run({"ccNothing", 64, 64}, b_);
+      run({"ccNothing", 64, 64}, b_);
       device_.queue().finish();
       least = std::min(
           least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
@@ -65,11 +103,19 @@ class Probe {
   static constexpr std::size_t kBytes = std::size_t{128} << 20;
 
   template <typename... Arguments>
+  void run(const opencl::Launch& launch, const Arguments&... arguments) {
+    cl::Kernel& kernel = kernels_[launch.kernel];
+    if (!kernel()) kernel = cl::Kernel(program_, launch.kernel);
+    cl_uint k = 0;
+    (kernel.setArg(k++, arguments), ...);
+    device_.enqueue(device_.queue(), kernel, launch);
+  }
+  template <typename... Arguments>
   double best(const char* name, std::size_t items, const Arguments&... arguments) {
     device_.clock();
     double least = 1e300;
     for (int i = 0; i < kTries; ++i) {
-      device_.run({name, items, 128}, arguments...);
+      run({name, items, 128}, arguments...);
       least = std::min(least, device_.clock()[name].seconds);
     }
     return std::max(least, 1e-12);
@@ -77,6 +123,8 @@ class Probe {
 
   Device& device_;
   cl::Buffer a_, b_;
+  cl::Program program_;
+  std::map<std::string, cl::Kernel> kernels_;
 };
 
 }  // namespace

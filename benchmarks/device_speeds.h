@@ -1,4 +1,4 @@
-// Peak speeds of an OpenCL device, as a bound for the kernels' times. For benchmarks.
+// Peak speeds of an OpenCL device, as a bound for the kernels' times.
 #pragma once
 
 #include <string>
