@@ -26,21 +26,72 @@ void limit(btGeneric6DofSpring2Constraint& six, int axis, const SceneJoint& join
   six.setLimit(axis, btScalar(std::min(one, other)), btScalar(std::max(one, other)));
 }
 
-// Slides along the frame's z, or turns about it. Damping beyond what stops the bodies in a step is
-// cut to that, for Bullet applies the damping of the step's start.
+// Bullet pulls with the spring of the step's start, which gains energy where a step is not short
+// beside the swing, and explodes where it is long. This joint pulls with the spring of the step's
+// middle and the damper of its end: with the row's velocity u, stiffness k, damping c, way e out of
+// rest, and step h, the impulse is h (k (e - h u / 2) - c u). The spring's work is then the energy
+// that it loses, in steps of any length, and bodies lose m (v' - v)^2 / 2 a step, which is Bullet's
+// own. The spring of the step's end, as of contacts, would lose twice that. It needs
+// ExtrapolatingSolver.
+class SpringJoint : public btGeneric6DofSpring2Constraint {
+ public:
+  SpringJoint(const SceneJoint& joint, btRigidBody& parent, btRigidBody& child,
+              const btTransform& inParent, const btTransform& inChild)
+      : btGeneric6DofSpring2Constraint(parent, child, inParent, inChild),
+        turns_(joint.kind == SceneJoint::Kind::Revolute),
+        stiffness_(joint.spring),
+        damping_(joint.damping),
+        rest_(countedOf(joint, joint.rest)) {
+    enableSpring(turns_ ? 5 : 2, true);
+  }
+
+  void getInfo1(btConstraintInfo1* info) override {
+    btGeneric6DofSpring2Constraint::getInfo1(info);
+    rows_ = info->m_numConstraintRows;
+  }
+
+  // The spring's row is the last of its axis, and angles come before places.
+  void getInfo2(btConstraintInfo2* info) override {
+    btGeneric6DofSpring2Constraint::getInfo2(info);
+    const int row = turns_ ? rows_ - 4 : rows_ - 1, at = row * info->rowskip;
+    const double h = 1 / double(info->fps), per = 0.5 * h * stiffness_ + damping_;
+    const double away = double(turns_ ? getAngle(2) : getRelativePivotPosition(2)) - rest_;
+    info->m_constraintError[at] = btScalar((turns_ ? -away : away) * stiffness_ / per);
+    info->cfm[at] = btScalar(1 / (h * per) / inverseMassOf(*info, at));
+    info->m_lowerLimit[at] = -SIMD_INFINITY;
+    info->m_upperLimit[at] = SIMD_INFINITY;
+  }
+
+ private:
+  // Of the bodies along a row.
+  double inverseMassOf(const btConstraintInfo2& info, int at) const {
+    const auto vector = [at](const btScalar* v) { return btVector3(v[at], v[at + 1], v[at + 2]); };
+    const auto of = [&](const btRigidBody& body, const btVector3& line, const btVector3& turn) {
+      return double(line.length2() * body.getInvMass() +
+                    turn.dot(body.getInvInertiaTensorWorld() * turn));
+    };
+    return of(m_rbA, vector(info.m_J1linearAxis), vector(info.m_J1angularAxis)) +
+           of(m_rbB, vector(info.m_J2linearAxis), vector(info.m_J2angularAxis));
+  }
+
+  bool turns_;
+  double stiffness_, damping_, rest_;
+  int rows_ = 0;
+};
+
+// Slides along the frame's z, or turns about it.
 std::unique_ptr<btTypedConstraint> sixOf(const SceneJoint& joint, btRigidBody& parent,
                                          btRigidBody& child, const btTransform& inParent,
                                          const btTransform& inChild) {
   const int axis = joint.kind == SceneJoint::Kind::Revolute ? 5 : 2;
-  auto six = std::make_unique<btGeneric6DofSpring2Constraint>(parent, child, inParent, inChild);
+  const bool springs = joint.spring > 0 || joint.damping > 0;
+  std::unique_ptr<btGeneric6DofSpring2Constraint> six;
+  if (springs)
+    six = std::make_unique<SpringJoint>(joint, parent, child, inParent, inChild);
+  else
+    six = std::make_unique<btGeneric6DofSpring2Constraint>(parent, child, inParent, inChild);
   for (int i = 0; i < 6; ++i) six->setLimit(i, 0, 0);
   limit(*six, axis, joint);
-  if (joint.spring > 0 || joint.damping > 0) {
-    six->enableSpring(axis, true);
-    six->setStiffness(axis, btScalar(joint.spring), false);
-    six->setDamping(axis, btScalar(joint.damping), true);
-    six->setEquilibriumPoint(axis, btScalar(countedOf(joint, joint.rest)));
-  }
   if (joint.friction > 0) {
     six->enableMotor(axis, true);
     six->setTargetVelocity(axis, 0);

@@ -118,8 +118,8 @@ __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccMovePlaces(
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccContacts(
     __global const CcPair* pairs, __global const CcResults* results,
     __global const CcSums* patches, __global const CcPatchForce* forces,
-    __global const CcWhole* wholes, __global const CcListed* listed, __global const CcPlaced* placed,
-    __global CcContactPatch* contacts, uint contactsAt) {
+    __global const CcWhole* wholes, __global const CcListed* listed,
+    __global const CcPlaced* placed, __global CcContactPatch* contacts, uint contactsAt) {
   const uint all = results->counters[CC_CONTACTS];
   for (uint k = get_global_id(0); k < all; k += get_global_size(0)) {
     const CcListed from = listed[k];

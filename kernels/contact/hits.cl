@@ -168,7 +168,7 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
   const CcFound f = found[d * CC_LEVELS + (uint)level];
   const uint listed = f.whole + f.deep + f.parts;
   if (listed == 0u || listed > pairs[d / 2].ways[d % 2].room) return;
-  ccBegin(&t, level, d, fields, pairs);
+  ccBegin(&t, level, 0, d, fields, pairs);
   const CcFields all = {floats, records, ints, uints, runs};
   const CcOut out = {hits, keys};
   __global const uint* tried = aside + 3 * (size_t)t.dir.hits;
@@ -182,4 +182,25 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHits(
     found[d * CC_LEVELS + (uint)level].whole = whole;
     found[d * CC_LEVELS + (uint)level].parts = parts;
   }
+}
+
+// ccHits() of the coarsest level, which divides no samples.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccHitsCoarsest(
+    __global const CcField* fields, __global const float4* floats,
+    __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
+    __global const uint2* runs, __global const CcPair* pairs, __global CcFound* found,
+    __global float4* hits, __global ulong* keys, __global const uint* aside) {
+  __local CcTask t;
+  __local CcFlags flags;
+  const uint d = get_group_id(0);
+  __global CcFound* own = &found[d * CC_LEVELS + CC_LEVELS - 1u];
+  const CcFound f = *own;
+  if (f.whole + f.deep == 0u || f.whole + f.deep > pairs[d / 2].ways[d % 2].room) return;
+  ccBegin(&t, CC_LEVELS - 1, 0, d, fields, pairs);
+  const CcFields all = {floats, records, ints, uints, runs};
+  const CcOut out = {hits, keys};
+  __global const uint* tried = aside + 3 * (size_t)t.dir.hits;
+  const uint whole = ccTakeWhole(&t, all, &flags, f.whole, tried, out);
+  ccTakeDeep(&t, all, f.deep, tried + t.dir.room, whole, out);
+  if (get_local_id(0) == 0) own->whole = whole;
 }

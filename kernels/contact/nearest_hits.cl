@@ -1,13 +1,13 @@
-// Looks places up among the hits of a patch (wet_hits.h). First, the hits of all patches are lined up,
-// patch by patch. Then a team takes a patch, and goes through its hits in float, for all its places at
-// once: the hit that is most nearly on a place's line tells which others may be nearer. Few are; they
-// are listed, and tried in double, a work-item each. The nearest of all is the answer. Of equally near
+// Looks places up among the hits of a patch (wet_hits.h). First, the hits of all patches are lined
+// up, patch by patch. Then a team takes a patch, and goes through its hits in float, for all its
+// places at once: the hit that promises most tells which others may be nearer. Few are; they are
+// listed, and tried in double, a work-item each. The nearest of all is the answer. Of equally near
 // ones the first in the order of PatchHits::nearest() (plugin/contact/patch_hits.cpp) counts, so
 // results equal those of the CPU.
 
-#define CC_MAY_BE 64           // hits that may be nearest to a place and wait to be tried
-#define CC_AHEAD 1024          // hits among which they are found at a time
-#define CC_NOBODY 0xffffffffu  // comes after all others
+#define CC_MAY_BE 64             // hits that may be nearest to a place and wait to be tried
+#define CC_AHEAD (32 * CC_TEAM)  // hits among which they are found at a time
+#define CC_NOBODY 0xffffffffu    // comes after all others
 
 // Numbers in float are less exact, so a little more is looked at: of a way, and in cells.
 #define CC_ROUNDING 1e-4f
@@ -54,13 +54,13 @@ CcLeast ccLeastOf(__local CcLeast* room, uint of, CcLeast own) {
 }
 #endif
 
-// Lines up the hits of patches, bin by bin: where each is, and its sample's width, which is no number
-// if the hit is none (ccTryHit()); and its normals (CcFacing).
+// Lines up the hits of patches, bin by bin: where each is, and its sample's width, which is no
+// number if the hit is none (ccTryHit()); and its normals (CcFacing).
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccLineUp(
-    __global const CcPair* pairs, __global const CcResults* results, __global const CcListed* listed,
-    __global const uint* queues, __global const CcGrown* grown, __global const CcBin* bins,
-    __global const float4* hits, __global const uint* order, __global float4* places,
-    __global CcFacing* facing) {
+    __global const CcPair* pairs, __global const CcResults* results,
+    __global const CcListed* listed, __global const uint* queues, __global const CcGrown* grown,
+    __global const CcBin* bins, __global const float4* hits, __global const uint* order,
+    __global float4* places, __global CcFacing* facing) {
   __local uint ends[CC_TEAM];
   __local CcBin own[CC_TEAM];
   const uint lid = get_local_id(0), all = results->counters[CC_CONTACTS];
@@ -117,8 +117,8 @@ typedef struct {
   uint found;            // the nearest hit
   uint count, left;      // hits that may be nearest, and of those the ones that had no room
   uint may[CC_MAY_BE];
-  double square[CC_MAY_BE];    // of the ways to them
-  uint more[CC_AHEAD / 32];    // those for which there is no room, a bit for each
+  double square[CC_MAY_BE];  // of the ways to them
+  uint more[CC_AHEAD / 32];  // those for which there is no room, a bit for each
 } CcLookUp;
 
 // Memory of a team: the places.
@@ -267,8 +267,8 @@ void ccListMore(__local CcLookUp* l, uint first, uint word) {
   }
 }
 
-// Tries the hits that are listed, each by a work-item; all of the team must call it. Returns whether
-// more are listed.
+// Tries the hits that are listed, each by a work-item; all of the team must call it. Returns
+// whether more are listed.
 int ccTryListed(__local CcWetRoom* r, const CcPatchHits* p, uint first, uint places) {
   const uint lid = get_local_id(0);
   for (uint i = 0, c = lid; i < places; ++i) {
@@ -295,7 +295,8 @@ int ccTryListed(__local CcWetRoom* r, const CcPatchHits* p, uint first, uint pla
 // Sets what a look-up is by what is asked.
 void ccBeginLookUp(__local CcLookUp* l) {
   const CcNearestHit asked = l->asked;
-  l->place = (float4)((float)asked.place.x, (float)asked.place.y, (float)asked.place.z, (float)asked.above);
+  l->place = (float4)((float)asked.place.x, (float)asked.place.y, (float)asked.place.z,
+                      (float)asked.above);
   l->normal = (float4)((float)asked.normal.x, (float)asked.normal.y, (float)asked.normal.z,
                        (float)asked.reach);
   l->found = CC_NOBODY;

@@ -23,6 +23,7 @@ typedef struct {
   CcField own, other;
   CcLimits limits;
   int level, side;
+  int last;             // no finer level is searched
   float perCell, unit;  // [1/m] of a bin's cell; [m^2] of a sample's area
 } CcTask;
 
@@ -55,7 +56,6 @@ CcSample ccSampleOf(__local const CcTask* t, CcFields all, uint k) {
 // meters.
 int ccNearBesideSample(__local const CcTask* t, CcFields all, __global const CcVoxel* planes,
                        uint k, CcVoxel record, const CcPlace* place, const CcDepth* d) {
-  if (t->level == 0) return 0;
   const uint at = t->own.clusters[t->level] + 2 * k;
   const float4 p = all.floats[at], q = all.floats[at + 1];
   const CcCluster cluster = {p.x, {p.y, p.z, p.w, q.x, q.y, q.z}};
@@ -112,15 +112,18 @@ uint2 ccRunFrom(__local const CcTask* t, uint i, uint sources, CcFields all,
 #define CC_MANY 16u         // not known yet: its record has several planes
 
 // The result for a sample whose record has planes; `d` is that of the deciding plane [voxels].
+// `alone`: constant, whether the coarsest level is the only one that is searched.
 uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxel* planes, uint k,
-                    const CcSample* s, CcVoxel record, const CcPlace* place, CcDepth d) {
+                    const CcSample* s, CcVoxel record, const CcPlace* place, CcDepth d, int alone) {
   d.depth *= t->other.voxel;
   float other[3];
   ccTurnBack(t->dir.way.turnToOther, d.normal, other);
   const float facing = ccDot(s->n, other);
   const int kind = ccKindOf(&t->limits, record, d.depth, s->width);
-  const uint is = ccNearBesideSample(t, all, planes, k, record, place, &d) ? CC_SEARCH_FINER : 0u;
-  if (ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
+  uint is = 0u;
+  if (!alone && !t->last && ccNearBesideSample(t, all, planes, k, record, place, &d))
+    is = CC_SEARCH_FINER;
+  if (!alone && ccPlaneCount(record) > 1u && t->level < CC_LEVELS - 1 &&
       ccEdgeWithin(&t->limits, record, planes, place->r, d.depth, d.normal, facing, s->width,
                    t->other.voxel, t->own.voxel))
     return is | CC_DIVIDED;
@@ -130,12 +133,12 @@ uint ccLookUpPlanes(__local const CcTask* t, CcFields all, __global const CcVoxe
 
 // The result for a sample at `place`, where the other body has the given record.
 uint ccLookUp(__local const CcTask* t, CcFields all, uint k, const CcSample* s,
-              const CcPlace* place, CcVoxel record) {
+              const CcPlace* place, CcVoxel record, int alone) {
   const uint count = ccPlaneCount(record);
   if (count > 1u) return CC_MANY;
   if (count == 1u)
     return ccLookUpPlanes(t, all, all.records, k, s, record, place,
-                          ccPlaneDepth(record, place->r));
+                          ccPlaneDepth(record, place->r), alone);
   const int kind = ccKindOf(&t->limits, record, 0.0f, s->width);
   return (kind & CC_NEARBY ? CC_SEARCH_FINER : 0u) | (kind & CC_DEEP ? CC_BELOW : 0u);
 }
@@ -156,16 +159,17 @@ CcDepth ccDepthAmong(CcVoxel v, __global const CcVoxel* planes, const float* x) 
   return best;
 }
 
-uint ccLookUpMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record) {
+uint ccLookUpMany(__local const CcTask* t, CcFields all, uint k, CcVoxel record, int alone) {
   const CcSample s = ccSampleOf(t, all, k);
   const CcPlace place = ccPlaceIn(t, s.x);
   __global const CcVoxel* planes = all.records + t->other.planes;
   return ccLookUpPlanes(t, all, planes, k, &s, record, &place,
-                        ccDepthAmong(record, planes, place.r));
+                        ccDepthAmong(record, planes, place.r), alone);
 }
 
 // Looks up the window's samples.
-void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some) {
+void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
+                 int alone) {
   const uint lid = get_local_id(0);
   for (uint base = lid; base < some; base += CC_AT_ONCE * CC_GROUP) {
     CcSample s[CC_AT_ONCE];
@@ -182,7 +186,7 @@ void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uin
     for (uint i = 0; i < CC_AT_ONCE; ++i) {
       const uint k = base + i * CC_GROUP;
       if (k >= some) break;
-      const uint is = ccLookUp(t, all, w->samples[k], &s[i], &place[i], record[i]);
+      const uint is = ccLookUp(t, all, w->samples[k], &s[i], &place[i], record[i], alone);
       w->is[k] = (uchar)is;
       if (is == CC_MANY) {
         const uint at = atomic_inc(&w->manyCount);
@@ -194,7 +198,8 @@ void ccLookUpAll(__local const CcTask* t, CcFields all, __local CcWindow* w, uin
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint count = w->manyCount;
   for (uint i = lid; i < count; i += CC_GROUP)
-    w->is[w->many[i]] = (uchar)ccLookUpMany(t, all, w->samples[w->many[i]], w->records[i]);
+    w->is[w->many[i]] =
+        (uchar)ccLookUpMany(t, all, w->samples[w->many[i]], w->records[i], alone);
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
@@ -206,9 +211,9 @@ typedef struct {
 
 // Looks up the window's samples and lists their numbers.
 void ccLookUpWindow(__local const CcTask* t, CcFields all, __local CcWindow* w, uint some,
-                    CcLists lists) {
+                    CcLists lists, int alone) {
   const uint lid = get_local_id(0), room = t->dir.room;
-  ccLookUpAll(t, all, w, some);
+  ccLookUpAll(t, all, w, some, alone);
   uint first = 0, second = 0;
   for (uint j = 0; j * CC_GROUP < some; ++j) {
     const uint k = j * CC_GROUP + lid;
@@ -256,14 +261,16 @@ void ccList(__local CcWindow* w, const uint2* runs, uint before, uint begin) {
 }
 
 // Sets the group's data for direction d.
-void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* fields,
+void ccBegin(__local CcTask* t, int level, int last, uint d, __global const CcField* fields,
              __global const CcPair* pairs) {
   if (get_local_id(0) == 0) {
     t->dir = pairs[d / 2].ways[d % 2];
     t->own = fields[t->dir.own];
     t->other = fields[t->dir.other];
     t->limits = ccLimitsOf(level, t->own.voxel);
+    if (last) t->limits.nearby = t->limits.nearOutside = 0;
     t->level = level;
+    t->last = last;
     t->side = (int)(d & 1u);
     t->perCell = (float)(1.0 / (pairs[d / 2].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0)));
     t->unit = t->own.voxel * t->own.voxel;
@@ -271,8 +278,52 @@ void ccBegin(__local CcTask* t, int level, uint d, __global const CcField* field
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
+// Searches the level of a direction. `alone` as for ccLookUpPlanes().
+void ccSearchLevel(__local CcTask* t, __local CcWindow* w, CcFields all, __global CcFound* found,
+                   __global uint* nearby, __global uint* aside, int level, int alone) {
+  const uint lid = get_local_id(0), d = get_group_id(0);
+  if (lid == 0) w->tried = w->near = w->below = w->over = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  __global const uint* from = nearby + t->dir.nearby[level == 0];
+  __global uint* own = aside + 3 * (size_t)t->dir.hits;
+  const CcLists lists = {own, own + t->dir.room, own + 2 * t->dir.room,
+                         nearby + t->dir.nearby[level == 1]};
+  const uint sources =
+      level == CC_LEVELS - 1 ? t->own.brickCount : found[d * CC_LEVELS + (uint)level + 1u].nearby;
+  uint lookups = 0;
+  for (uint chunk = 0; chunk < sources; chunk += CC_SOURCES * CC_GROUP) {
+    uint2 run[CC_SOURCES];
+    uint mine = 0;
+    for (uint s = 0; s < CC_SOURCES; ++s) {
+      run[s] = ccRunFrom(t, chunk + CC_SOURCES * lid + s, sources, all, from);
+      mine += run[s].y;
+    }
+    const uint upTo = ccSumUpTo(w->sums, mine);
+    if (lid == CC_GROUP - 1) w->marks.all = upTo;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    const uint total = w->marks.all;
+    lookups += total;
+    for (uint begin = 0; begin < total; begin += CC_WINDOW) {
+      barrier(CLK_LOCAL_MEM_FENCE);
+      ccList(w, run, upTo - mine, begin);
+      if (lid == 0) {
+        w->rounds = 1;
+        w->manyCount = 0;
+      }
+      barrier(CLK_LOCAL_MEM_FENCE);
+      ccLookUpWindow(t, all, w, min((uint)CC_WINDOW, total - begin), lists, alone);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  if (lid == 0) {
+    const CcFound f = {w->tried, w->below, w->over, w->near, lookups};
+    found[d * CC_LEVELS + (uint)level] = f;
+  }
+}
+
+// `last`: no finer level is searched.
 __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
-    int level, __global const CcField* fields, __global const float4* floats,
+    int level, int last, __global const CcField* fields, __global const float4* floats,
     __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
     __global const uint2* runs, __global const CcPair* pairs,
     __global CcFound* found, __global uint* nearby, __global uint* aside,
@@ -285,42 +336,22 @@ __kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearch(
       ccLastLevel(&pairs[d / 2], found + (d & ~1u) * CC_LEVELS, level + 1) > level)
     return;
   const CcFields all = {floats, records, ints, uints, runs};
-  ccBegin(&t, level, d, fields, pairs);
-  if (lid == 0) w.tried = w.near = w.below = w.over = 0;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  __global const uint* from = nearby + t.dir.nearby[level == 0];
-  __global uint* own = aside + 3 * (size_t)t.dir.hits;
-  const CcLists lists = {own, own + t.dir.room, own + 2 * t.dir.room,
-                         nearby + t.dir.nearby[level == 1]};
-  const uint sources =
-      level == CC_LEVELS - 1 ? t.own.brickCount : found[d * CC_LEVELS + (uint)level + 1u].nearby;
-  uint lookups = 0;
-  for (uint chunk = 0; chunk < sources; chunk += CC_SOURCES * CC_GROUP) {
-    uint2 run[CC_SOURCES];
-    uint mine = 0;
-    for (uint s = 0; s < CC_SOURCES; ++s) {
-      run[s] = ccRunFrom(&t, chunk + CC_SOURCES * lid + s, sources, all, from);
-      mine += run[s].y;
-    }
-    const uint upTo = ccSumUpTo(w.sums, mine);
-    if (lid == CC_GROUP - 1) w.marks.all = upTo;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    const uint total = w.marks.all;
-    lookups += total;
-    for (uint begin = 0; begin < total; begin += CC_WINDOW) {
-      barrier(CLK_LOCAL_MEM_FENCE);
-      ccList(&w, run, upTo - mine, begin);
-      if (lid == 0) {
-        w.rounds = 1;
-        w.manyCount = 0;
-      }
-      barrier(CLK_LOCAL_MEM_FENCE);
-      ccLookUpWindow(&t, all, &w, min((uint)CC_WINDOW, total - begin), lists);
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
-  if (lid == 0) {
-    const CcFound f = {w.tried, w.below, w.over, w.near, lookups};
-    found[d * CC_LEVELS + (uint)level] = f;
-  }
+  ccBegin(&t, level, last, d, fields, pairs);
+  ccSearchLevel(&t, &w, all, found, nearby, aside, level, 0);
+}
+
+// ccSearch() of the coarsest level alone, which divides no samples and looks for no finer ones.
+__kernel __attribute__((reqd_work_group_size(CC_GROUP, 1, 1))) void ccSearchCoarsest(
+    __global const CcField* fields, __global const float4* floats,
+    __global const CcVoxel* records, __global const int* ints, __global const uint* uints,
+    __global const uint2* runs, __global const CcPair* pairs,
+    __global CcFound* found, __global uint* nearby, __global uint* aside,
+    __global CcResults* results) {
+  __local CcTask t;
+  __local CcWindow w;
+  const uint lid = get_local_id(0), d = get_group_id(0);
+  if (d == 0 && lid < CC_COUNTERS) results->counters[lid] = 0u;
+  const CcFields all = {floats, records, ints, uints, runs};
+  ccBegin(&t, CC_LEVELS - 1, 1, d, fields, pairs);
+  ccSearchLevel(&t, &w, all, found, nearby, aside, CC_LEVELS - 1, 1);
 }

@@ -185,6 +185,24 @@ void ExtrapolatingSolver::moveTo(const std::vector<double>& impulses) {
   });
 }
 
+// Of a joint's row with the softness m_cfm Bullet takes the whole step of a stiff row less what the
+// softness holds back, D (b - u) - m_cfm x. With m_cfm above 1, which is a spring softer than a
+// step times the mass that it moves, that diverges. The step over 1 + m_cfm has the same end, and a
+// row alone is there after one.
+void ExtrapolatingSolver::convertJoints(btTypedConstraint** constraints, int constraintCount,
+                                        const btContactSolverInfo& info) {
+  btSequentialImpulseConstraintSolver::convertJoints(constraints, constraintCount, info);
+  if (state_->plain) return;
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    if (!(row.m_cfm > 0)) continue;
+    const btScalar part = 1 / (1 + row.m_cfm);
+    row.m_jacDiagABInv *= part;
+    row.m_rhs *= part;
+    row.m_cfm *= part;
+  }
+}
+
 std::size_t ExtrapolatingSolver::sweeps() const {
   return state_->sweeps;
 }

@@ -140,10 +140,18 @@ void OpenClBatch::searchLevels() {
   static constexpr const char *kSearch[kLevels] = {"ccSearch 0", "ccSearch 1", "ccSearch 2"},
                               *kHits[kLevels] = {"ccHits 0", "ccHits 1", "ccHits 2"};
   for (cl_int level = kLevels - 1; level >= finest_; --level) {
-    run({"ccSearch", items, CC_GROUP, kSearch[level]}, level, fields, data, data, data, data, data,
-        pairs, found, nearby, aside, results);
-    run({"ccHits", items, CC_GROUP, kHits[level]}, level, fields, data, data, data, data, data,
-        pairs, found, hitBuffer, keys, aside);
+    if (finest_ == kLevels - 1)
+      run({"ccSearchCoarsest", items, CC_GROUP, kSearch[level]}, fields, data, data, data, data,
+          data, pairs, found, nearby, aside, results);
+    else
+      run({"ccSearch", items, CC_GROUP, kSearch[level]}, level, cl_int{level == finest_}, fields,
+          data, data, data, data, data, pairs, found, nearby, aside, results);
+    if (level == kLevels - 1)
+      run({"ccHitsCoarsest", items, CC_GROUP, kHits[level]}, fields, data, data, data, data, data,
+          pairs, found, hitBuffer, keys, aside);
+    else
+      run({"ccHits", items, CC_GROUP, kHits[level]}, level, fields, data, data, data, data, data,
+          pairs, found, hitBuffer, keys, aside);
   }
 }
 

@@ -105,7 +105,7 @@ TEST(Prismatic, SwingsOnItsSpring) {
       "<velocity>0.5 0 0 0 0 0</velocity></link></model></state>";
   World world(scene(push, ""), settings());
   const double omega = std::sqrt(kSpring / world.mass(0));
-  // Bullet's spring is implicit and damps, so the first zero is what tells the period.
+  // A step damps the swing a little, so the first zero is what tells the period.
   int n = 0;
   world.step(kStep / 4);
   for (n = 1; world.pose(0).position.x() > 0 && n < 4000; ++n) world.step(kStep / 4);

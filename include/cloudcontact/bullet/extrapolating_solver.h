@@ -9,7 +9,8 @@
 
 namespace cloudcontact {
 
-// Replaces btSequentialImpulseConstraintSolver, with the same settings and rows. After each sweep
+// Replaces btSequentialImpulseConstraintSolver, with the same settings and rows. Joints' soft rows
+// (m_cfm) converge, which those softer than their bodies do not in Bullet. After each sweep
 // but the last it extrapolates from the sweeps so far (Anderson 1965), which carries weight down a
 // stack, along a chain or through a light body in fewer sweeps. Sweeps go on until the rows agree:
 // ten of them leave stiff contacts apart, and a tower that rocks on what is left gains energy
@@ -43,6 +44,8 @@ class ExtrapolatingSolver : public btSequentialImpulseConstraintSolver {
                       btDispatcher* dispatcher) override;
 
  protected:
+  void convertJoints(btTypedConstraint** constraints, int constraintCount,
+                     const btContactSolverInfo& info) override;
   btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int bodyCount,
                                 btPersistentManifold** manifolds, int manifoldCount,
                                 btTypedConstraint** constraints, int constraintCount,
