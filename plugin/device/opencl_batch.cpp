@@ -184,7 +184,8 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
   const cl::Buffer& wholes = wholes_.reserve(d, count_ * sizeof(CcWhole));
   const cl::Buffer& listed = listed_.reserve(d, patchRoom_ * sizeof(cl_uint2));
   const auto contactsAt = static_cast<cl_uint>(contactsBegin_ / sizeof(CcContactPatch));
-  run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed);
+  run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
+      fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hits_.buffer());
   run({"ccContacts", std::min(kMaxItems, std::size_t{CC_TEAM} * patchRoom_), CC_TEAM}, pairs,
       results, patches, forces, wholes, listed, queues_.buffer(), grown, bins, hits_.buffer(),
       order_.buffer(), results, contactsAt);
