@@ -16,7 +16,7 @@
 // The weight of edges, 0..1, by the b at the depth of the deepest sample at least: moments over
 // coarse samples may read less, and then b, too.
 CC_FN double ccEdged(const CcPairSums* s, const CcPairDepth* d) {
-  const double pointed = ccPointedness(s, ccMax64(d->depth, s->most));
+  const double pointed = ccMax64(d->pointed, ccPointedness(s, s->most));
   return (1.0 - d->smooth) * ccRamp(pointed, CC_EDGED, CC_ALL_EDGE);
 }
 
