@@ -1,5 +1,5 @@
-// How far the depth of a pair is that of its edges (docs/force.md, "Depth of the pair"). Plain C for
-// C++ and OpenCL C.
+// How far the depth of a pair is that of its edges (docs/force.md, "Depth of the pair"). Plain C
+// for C++ and OpenCL C.
 #ifndef CLOUDCONTACT_KERNELS_CONTACT_EDGES_H
 #define CLOUDCONTACT_KERNELS_CONTACT_EDGES_H
 
