@@ -4,60 +4,83 @@
 // work-item for each patch plans and moves its places. Last, a team for each pair shares the depths
 // out.
 
-// Computes a pair's sums and lists the patches that count in `kept`. Returns their number.
-uint ccPairOf(__global const CcTerms* terms, __global const CcSums* patches,
-              __global const CcPatchForce* forces, uint count, __local ushort* kept, int level,
-              __global CcWhole* whole) {
-  const double voxel = terms->voxel;
-  const int foundation = terms->foundation;
+// Sums a pair's patches and lists those that count in `kept`. Returns their number.
+uint ccPairSumsOf(__global const CcTerms* terms, __global const CcSums* patches,
+                  __global const CcPatchForce* forces, uint count, __local ushort* kept,
+                  CcPairSums* sums) {
   double all = 0.0;
   for (uint k = 0; k < count; ++k) all += forces[k].size;
-  CcPairSums sums = ccNoPatches();
+  *sums = ccNoPatches();
   uint counted = 0;
   for (uint k = 0; k < count; ++k) {
-    if (!ccCounts(&patches[k], forces[k].size, all, voxel, foundation)) continue;
-    ccAddPatch(&sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
+    if (!ccCounts(&patches[k], forces[k].size, all, terms->voxel, terms->foundation)) continue;
+    ccAddPatch(sums, &patches[k], forces[k].size, forces[k].trustA, forces[k].fall,
                forces[k].lean, 0);
     kept[counted++] = (ushort)k;
   }
-  const CcPairDepth found = ccDepthOfPair(&sums, 0, voxel);
-  CcWhole w = {sums.size, sums.area, 0.0, foundation ? 0.0 : found.depth,
-               ccDepthError(&sums, &found, 0.0, level, 0, voxel)};
+  return counted;
+}
+
+// What belongs to the pair as a whole.
+CcWhole ccWholeOf(__global const CcTerms* terms, __global const CcSums* patches,
+                  __global const CcPatchForce* forces, __local const ushort* kept, uint counted,
+                  const CcPairSums* sums, const CcPairDepth* found, double edged, int level) {
+  CcWhole w = {sums->size, sums->area, 0.0, terms->foundation ? 0.0 : found->depth,
+               ccDepthError(sums, found, edged, level, 0, terms->voxel)};
   for (uint i = 0; i < counted; ++i)
     w.shares += ccShareOf(patches[kept[i]].area, forces[kept[i]].size, &w);
-  *whole = w;
-  return counted;
+  return w;
 }
 
 __kernel __attribute__((reqd_work_group_size(CC_TEAM, 1, 1))) void ccForces(
     __global const CcPair* pairs, __global CcResults* results, __global const CcSums* patches,
     __global CcPatchForce* forces, __global CcWhole* wholes, __global CcListed* listed,
-    __global CcPlaced* placed) {
+    __global CcPlaced* placed, __global const CcField* fields, __global const CcVoxel* records,
+    __global const int* ints, __global const CcFound* found, __global const float4* hits) {
   __local ushort kept[CC_MOST_BINS];
   __local uint count, place;
+  __local int sharp;
+  __local CcSharpRoom room;
   __global CcAnswer* answers = results->answers;
   const uint lid = get_local_id(0), p = get_group_id(0);
   const uint all = answers[p].failed ? 0u : answers[p].patches, first = answers[p].firstPatch;
   if (all == 0u) return;
   __global const CcTerms* terms = &pairs[p].terms;
+  const CcSharpData data = {fields, records, ints};
+  const int level = answers[p].level;
   for (uint k = lid; k < all; k += CC_TEAM) {
     CcFlat flat;
     forces[first + k] = ccForceOf(&patches[first + k], terms->foundation, 0, 0, &flat);
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+  CcPairSums sums = ccNoPatches();
+  CcPairDepth depth = {0.0, 0.0, 0.0};
+  double edged = 0.0, edge = 0.0;
   if (lid == 0) {
-    count = ccPairOf(terms, patches + first, forces + first, all, kept, answers[p].level,
-                     &wholes[p]);
+    count = ccPairSumsOf(terms, patches + first, forces + first, all, kept, &sums);
+    depth = ccDepthOfPair(&sums, 0, terms->voxel);
+    edged = sums.size > 0.0 ? ccEdgedOnFace(&sums, &depth) : 0.0;
+    sharp = edged > 0.0 && !terms->foundation;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (uint side = 0; side < 2; ++side)
+    edge = ccMax64(edge, ccEdgeOf(&pairs[p].ways[side], &found[(2 * p + side) * CC_LEVELS],
+                                  sharp ? level : CC_LEVELS, &data, hits, &room));
+  if (lid == 0) {
+    const int gives = edge > depth.depth;
+    if (gives) ccTakeEdge(&depth, edged, edge);
+    wholes[p] = ccWholeOf(terms, patches + first, forces + first, kept, count, &sums, &depth,
+                          gives ? edged : 0.0, level);
     place = atomic_add(&results->counters[CC_CONTACTS], count);
     answers[p].firstPatch = place;
     answers[p].patches = count;
-    const double cell = pairs[p].cell * (answers[p].level == CC_LEVELS - 1 ? 2.0 : 1.0);
+    const double cell = pairs[p].cell * (level == CC_LEVELS - 1 ? 2.0 : 1.0);
     uint begin = pairs[p].ways[0].hits;
     for (uint i = 0; i < count; ++i) {
-      const uint patch = first + kept[i], hits = (uint)patches[patch].hits;
-      const CcListed one = {p, patch, begin, hits, cell, terms->voxel};
+      const uint patch = first + kept[i], all = (uint)patches[patch].hits;
+      const CcListed one = {p, patch, begin, all, cell, terms->voxel};
       listed[place + i] = one;
-      begin += hits;
+      begin += all;
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);

@@ -315,8 +315,11 @@ void ContactBuilder::build(const ContactBody& a, const ContactBody& b,
   giveMatter(matter);
   const ShapeInCloud shape{a.shape ? &a : &b, a.shape ? &b : &a, &hits, outcome.level};
   const bool touches = terms.oneSided && terms.gap == 0;
+  const CloudsInFrame clouds{&a, &b, &frame, &hits};
+  const bool clash = a.field && b.field && terms.gap == 0;
   const PairDepth found = pairDepth(all, touches && !terms.foundation ? &shape : nullptr,
-                                    terms.oneSided, outcome.level, frame.voxel);
+                                    clash && !terms.foundation ? &clouds : nullptr, terms.oneSided,
+                                    outcome.level, frame.voxel);
   const bool vectors = (a.paper || b.paper) && !matter.empty();
   if (a.tissues || b.tissues) setSprings(a, b, vectors && !terms.foundation);
   const double size = vectors ? redirect() : 0;

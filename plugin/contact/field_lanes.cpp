@@ -6,6 +6,7 @@
 #include "kernels/contact/wet_part.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace cloudcontact::search {
 
@@ -34,12 +35,13 @@ struct HitMaker {
   }
 
   std::int32_t sampleOf(int lane) const { return static_cast<std::int32_t>(sample[lane]); }
-  // Whether the deep end of a lane's sample must be looked up.
-  int endOf(const Direction& dir, const CcLimits& limits, int lane, CcWetEnd& end) const {
+  // Whether the deep end of a lane's sample must be looked up, once it is deeper by `shift` [m].
+  int endOf(const Direction& dir, const CcLimits& limits, int lane, float shift,
+            CcWetEnd& end) const {
     const std::int32_t k = sampleOf(lane);
     const float place[3] = {x[k], y[k], z[k]}, n[3] = {nx[k], ny[k], nz[k]};
     const float m[3] = {mx[lane], my[lane], mz[lane]};
-    return ccWetEndOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane], &end);
+    return ccWetEndOf(&limits, dir.turnToOther, place, n, width[k], m, depth[lane] + shift, &end);
   }
   CcHit operator()(int lane) const {
     const std::int32_t k = sampleOf(lane);
@@ -213,7 +215,7 @@ std::size_t limitWet(const Direction& dir, const SampleColumns& samples, const F
   for (int i = 0; i < count; ++i) {
     if (hits.share[i] >= 1.0f) continue;
     CcWetEnd end;
-    if (!maker.endOf(dir, limits, lanes.wet[i], end)) continue;
+    if (!maker.endOf(dir, limits, lanes.wet[i], 0, end)) continue;
     ++ends;
     const float out =
         ccLimitWet(&end, limits.perVoxel, depthAt(dir, other, end), hits.share[i], hits.facing + i,
@@ -263,6 +265,15 @@ CC_LANES bool addHits(const Direction& dir, const SampleColumns& samples, const 
   if (other) lanes.planes += limitWet(dir, samples, *other, lanes, count, to);
   hits.commit(static_cast<std::size_t>(count), dir.side, false);
   return true;
+}
+
+float endDepth(const Direction& dir, const SampleColumns& samples, const FieldData& other,
+               const Lanes& lanes, int lane, float shift) {
+  CcWetEnd end;
+  if (!HitMaker(dir, samples, lanes).endOf(dir, dir.limits(), lane, shift, end))
+    return std::numeric_limits<float>::infinity();
+  end.depth -= shift;
+  return depthAt(dir, other, end);
 }
 
 CC_LANES int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes,

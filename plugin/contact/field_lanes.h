@@ -36,6 +36,10 @@ void estimateNearest(const Direction& dir, const Lanes& lanes, float* estimates,
 // hit, it adds none and returns false. `other`: the other body's field; null: it is a shape.
 bool addHits(const Direction& dir, const SampleColumns& samples, const FieldData* other,
              Lanes& lanes, int count, HitColumns& hits);
+// How deep [m] the deep end of a lane's sample is in the other body as the bodies are, if that must
+// be known once they have come nearer by `shift` [m]; else infinite.
+float endDepth(const Direction& dir, const SampleColumns& samples, const FieldData& other,
+               const Lanes& lanes, int lane, float shift);
 // Moves the hits among the first `count` of lanes.wet to the front, in their order. Returns how
 // many there are.
 int hitsFirst(const Direction& dir, const SampleColumns& samples, Lanes& lanes, int count);

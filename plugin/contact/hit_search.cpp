@@ -6,6 +6,8 @@
 #include "contact/level_search.h"
 #include "contact/verlet_list_builder.h"
 #include "contact/verlet_lists.h"
+#include "kernels/contact/hit_bins.h"
+#include "kernels/contact/wet_part.h"
 
 namespace cloudcontact {
 
@@ -22,6 +24,29 @@ constexpr double kFarApart = 5;
 
 const FieldData& dataOf(const ContactBody& body) {
   return body.field->data();
+}
+
+// A near miss as the hit that it is once the bodies have come nearer by `shift` [m], clipped as any
+// hit. It lies midway between the surfaces as they are. `perVoxel` [1/m]: of its body.
+Hit movedIn(const NearMiss& miss, float shift, float perVoxel) {
+  Hit hit = miss.hit;
+  const CcWet before = ccWet(hit.depth, miss.spread), wet = ccWet(hit.depth + shift, miss.spread);
+  hit.position += 0.5f * (before.middle - (wet.middle - shift)) * hit.own;
+  hit.depth += shift;
+  hit.share = wet.share;
+  hit.depth1 = wet.depth1, hit.depth2 = wet.depth2, hit.depth3 = wet.depth3;
+  const CcWetEnd end = {{0, 0, 0}, hit.depth + miss.spread};
+  if (hit.share < 1 && end.depth * perVoxel > CC_LEAST_END)
+    hit.position += ccLimitWet(&end, perVoxel, miss.end + shift, hit.share, &hit.facing,
+                               &hit.depth1, &hit.depth2, &hit.depth3) *
+                    hit.own;
+  return hit;
+}
+
+// Whether a near miss that is moved in faces the other body. What does not, as the sides of a box
+// over a table, presses nothing, and which of it the search finds is chance.
+bool faces(const Hit& hit) {
+  return hit.facing > CC_ACROSS;
 }
 
 }  // namespace
@@ -176,19 +201,25 @@ void HitSearch::reserveLike(const HitSearch& other) {
 // Turns near misses into hits; the nearest becomes kLightly deep.
 void HitSearch::touchLightly(const Query& query, const PairFrame& frame, float margin,
                              HitColumns& hits, const KnownMeets* known) {
-  const std::vector<Hit>& found =
+  const std::vector<NearMiss>& found =
       misses_.run(query.bodies, query.ways, frame, margin, coarse_, known);
   near_ = misses_.work();
   ++near_.searches;
   const float shift = NearMissSearch::kLightly * static_cast<float>(frame.voxel) -
                       static_cast<float>(misses_.nearest());
-  for (const Side side : {kA, kB})  // Binner expects A's hits first
-    for (Hit hit : found) {
-      if (hit.side != side || hit.depth + shift <= 0) continue;
-      hit.position -= 0.5f * hit.depth * hit.own;
-      setDepth(hit, hit.depth + shift);
-      hits.push_back(hit);
-    }
+  const auto perVoxel = [&](Side side) {
+    return 1 / static_cast<float>(dataOf(*query.bodies[side]).cloud().voxelSize());
+  };
+  const auto add = [&](bool all) {
+    for (const Side side : {kA, kB})  // Binner expects A's hits first
+      for (const NearMiss& miss : found) {
+        if (miss.hit.side != side || miss.hit.depth + miss.spread + shift <= 0) continue;
+        const Hit hit = movedIn(miss, shift, perVoxel(side));
+        if (hit.depth1 > 0 && (all || faces(hit))) hits.push_back(hit);
+      }
+  };
+  add(false);
+  if (hits.empty()) add(true);  // tips on one axis
   if (!hits.empty()) gap_ = static_cast<double>(shift);
   near_.hits = hits.size();
   work_ += near_;

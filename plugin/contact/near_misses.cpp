@@ -4,6 +4,7 @@
 #include "contact/search_targets.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace cloudcontact {
@@ -72,7 +73,7 @@ void NearMissSearch::look(const Direction& dir, const Target& target, const Samp
     target.measurePoints(lanes);
     work_.planes += std::exchange(lanes.planes, 0);
     if (known_) findFacing(dir, lanes);
-    take(dir);
+    take(dir, target.field());
     lanes.clear();
   };
   for (; first != last; ++first)
@@ -151,7 +152,7 @@ void NearMissSearch::consider(const Direction& dir, const float* estimates, cons
 }
 
 // Keeps what the lanes found: candidates, or samples of the finest level.
-void NearMissSearch::take(const Direction& dir) {
+void NearMissSearch::take(const Direction& dir, const FieldData* other) {
   const Lanes& lanes = *lanes_;
   if (dir.level > 0 && !takingOthers_) {
     float estimates[kLanes], depths[kLanes];
@@ -168,16 +169,31 @@ void NearMissSearch::take(const Direction& dir) {
     consider(dir, estimates, depths, lanes.count, [&](int i) { return lanes.sample[i]; });
     return;
   }
+  takeMisses(dir, other);
+}
+
+// Samples that will be in the other body, in part at least, once the nearest is kLightly deep.
+void NearMissSearch::takeMisses(const Direction& dir, const FieldData* other) {
+  const Lanes& lanes = *lanes_;
   const SampleColumns& samples = dir.samples.levels[dir.level].samples;
+  const float halfWidth = dir.limits().halfWidth, lightly = kLightly * voxel_;
+  // By the step's end the bodies have turned: how far a sample reaches now says nothing of then.
+  const bool ahead = known_ && known_->look == KnownMeets::Look::Ahead;
   for (int i = 0; i < lanes.count; ++i) {
     if (ccPlaneCount({lanes.a[i], lanes.b[i]}) == 0) continue;
     const float depth = lanes.depth[i], rank = depth + wayOf(dir, i);
-    if (depth < -margin_ || rank < nearest_ - within_) continue;
+    const float half = halfWidth * lanes.own.width[i];
+    if (depth < -margin_ || rank + (ahead ? 0 : half) < nearest_ - within_) continue;
     if (known_ && (depth >= 0 || !isBeside(dir, i, rank))) continue;
+    const Hit hit = hitOf(dir, samples[lanes.sample[i]], depth,
+                          V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false);
+    const float spread = half * CC_SQRT(ccMax(1.0f - hit.facing * hit.facing, 0.0f));
     if (!takingOthers_) nearest_ = std::max(nearest_, rank);
-    found_.push_back(hitOf(dir, samples[lanes.sample[i]], depth,
-                           V3(lanes.nx[i], lanes.ny[i], lanes.nz[i]), false));
-    ranks_.push_back(rank);
+    found_.push_back({hit, spread, std::numeric_limits<float>::infinity()});
+    if (other)
+      found_.back().end =
+          endDepth(dir, samples, *other, lanes, i, lightly + rank - depth - nearest_);
+    ranks_.push_back(rank + (ahead ? 0 : spread));
   }
 }
 
@@ -321,18 +337,20 @@ void NearMissSearch::keepNearest() {
   float nearest = kNone;
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (ranks_[i] < nearest_ - within_) continue;
-    nearest = std::max(nearest, found_[i].depth);
+    nearest = std::max(nearest, found_[i].hit.depth);
     found_[kept++] = found_[i];
   }
   found_.resize(kept);
   nearest_ = nearest;
 }
 
-const std::vector<Hit>& NearMissSearch::run(const ContactBody* const* bodies, const CcWay* ways,
-                                            const PairFrame& frame, float margin,
-                                            const CoarseFound* coarse, const KnownMeets* known) {
+const std::vector<NearMiss>& NearMissSearch::run(const ContactBody* const* bodies,
+                                                 const CcWay* ways, const PairFrame& frame,
+                                                 float margin, const CoarseFound* coarse,
+                                                 const KnownMeets* known) {
   known_ = known;
   margin_ = margin;
+  voxel_ = static_cast<float>(frame.voxel);
   least_ = known ? kNone / 2 : -margin;
   within_ = (known && known->look == KnownMeets::Look::Ahead ? kAhead : kLightly) *
             static_cast<float>(frame.voxel);

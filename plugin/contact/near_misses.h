@@ -58,6 +58,13 @@ struct KnownMeets {
   bool again = false;  // the bodies stand as in the last search: its coarsest samples are known
 };
 
+// A sample that nearly touches.
+struct NearMiss {
+  Hit hit;
+  float spread;  // half the range of its depth [m] (ccWet())
+  float end;     // endDepth() [m]
+};
+
 class NearMissSearch {
  public:
   NearMissSearch();
@@ -69,9 +76,10 @@ class NearMissSearch {
   // It leaves out samples that touch; that do not face the other surface, as the sides of a box on
   // a table do not; and that KnownMeets::look leaves out. Ahead, it takes them by their depths at
   // the step's end. Valid until the next run.
-  const std::vector<Hit>& run(const ContactBody* const* bodies, const CcWay* ways,
-                              const PairFrame& frame, float margin,
-                              const search::CoarseFound* coarse, const KnownMeets* known = nullptr);
+  const std::vector<NearMiss>& run(const ContactBody* const* bodies, const CcWay* ways,
+                                   const PairFrame& frame, float margin,
+                                   const search::CoarseFound* coarse,
+                                   const KnownMeets* known = nullptr);
   static constexpr float kLightly = 0.1f;
   static constexpr float kSameWay = 0.26f;     // cosine of 75 deg
   static constexpr float kSamePlace = 8;       // [own voxels]
@@ -101,7 +109,8 @@ class NearMissSearch {
   template <typename Target>
   void look(const search::Direction& dir, const Target& target, const SampleRun* first,
             const SampleRun* last);
-  void take(const search::Direction& dir);
+  void take(const search::Direction& dir, const FieldData* other);
+  void takeMisses(const search::Direction& dir, const FieldData* other);
   void takeCoarsest(const search::Direction& dir, const float* estimates, const float* depths);
   void considerCoarsest();
   bool isWanted(float estimate, float depth) const {
@@ -124,6 +133,7 @@ class NearMissSearch {
   void keepNearest();
 
   const KnownMeets* known_ = nullptr;
+  float voxel_ = 0;  // of the frame [m]
   float margin_ = 0, least_ = 0, within_ = 0, nearest_ = 0;
   float leastEstimate_ = 0, leastDepth_ = 0;  // of candidates that may be kept
   WorkCounts work_;
@@ -141,8 +151,8 @@ class NearMissSearch {
   bool takingOthers_ = false;
   std::vector<std::uint32_t> bricks_;
   std::vector<SampleRun> runs_;
-  std::vector<Hit> found_;
-  std::vector<float> ranks_;  // of found_: depths, at the step's end where it counts [m]
+  std::vector<NearMiss> found_;
+  std::vector<float> ranks_;  // of found_: depths of ends, at the step's end where it counts [m]
   std::unique_ptr<search::Lanes> lanes_;
 };
 

@@ -1,10 +1,11 @@
-// The depth of the deepest point: from the samples (kernels/contact/contact_depth.h), and from the
-// edges of a shape.
+// The depth of the deepest point: from the samples (kernels/contact/contact_depth.h), and from
+// edges.
 //
 // The samples of a cloud measure the depth to a shape's nearest face: the corner of a box that is
 // one voxel in reads 0.58. The corner itself, looked up in the cloud's field, is exact to the
 // field's accuracy down to the end of the band at five voxels. So the shape's edges are walked in
-// steps of a quarter of a voxel inside a box around the hits.
+// steps of a quarter of a voxel inside a box around the hits. Of two clouds the points where planes
+// of a record meet are looked up, near each body's deepest sample (kernels/contact/sharp_point.h).
 #include "contact/pair_depth.h"
 
 #include <algorithm>
@@ -13,6 +14,9 @@
 #include <numbers>
 
 #include "base/clipped_segment.h"
+#include "field/field_data.h"
+#include "kernels/contact/contact_edges.h"
+#include "kernels/contact/sharp_point.h"
 #include "law/triangle_surface.h"
 
 namespace cloudcontact {
@@ -129,9 +133,6 @@ double deepestEdge(const Solid& shape, const Pose& toCloud, const SurfaceField& 
   return walk.deepest();
 }
 
-// Edges count from the first pointedness b (ccPointedness()) and fully from the second. On a face
-// and on a cylinder's side (0.55) the mean over many samples is more accurate than one point.
-constexpr double kEdged = 0.6, kAllEdge = 0.8;
 constexpr double kDeeper = 4;  // see edgeDepth()
 
 double edgeDepth(const ShapeInCloud& s, double most) {
@@ -146,21 +147,54 @@ double edgeDepth(const ShapeInCloud& s, double most) {
                      {Vec3(box.min().array() - around), Vec3(box.max().array() + around)});
 }
 
+CcRecords recordsOf(const ContactBody& body) {
+  const FieldData& data = body.field->data();
+  return {data.records().bricks(), data.records().firsts(), data.records().records(),
+          data.planes()};
+}
+
+// The depth [m] of the sharp points of one body near the deepest of its hits; 0: none.
+double sharpDepth(const ContactBody& own, const ContactBody& other, const CloudsInFrame& s,
+                  Side side, int level) {
+  const HitColumns::Columns<const float> c = s.hits->columns();
+  std::size_t deepest = s.hits->size();
+  for (std::size_t i = 0; i < s.hits->size(); ++i)
+    if (s.hits->side(i) == side && (deepest == s.hits->size() || c.depth[i] > c.depth[deepest]))
+      deepest = i;
+  if (deepest == s.hits->size()) return 0;
+  const std::size_t i = deepest;
+  const CcWay ways = wayOf(own, other, *s.frame);
+  const CcSharpWay way = {recordsOf(own), recordsOf(other), ways.toOther, ways.toFrame,
+                          static_cast<float>(own.field->cloud().voxelSize())};
+  const float at[3] = {c.x[i], c.y[i], c.z[i]}, normal[3] = {c.ownX[i], c.ownY[i], c.ownZ[i]};
+  float sample[3], middle[3], depth = 0;
+  ccSampleOfHit(&way, at, normal, c.depth1[i] / c.share[i], sample);
+  for (int k = 0; k < ccSharpVoxels(level); ++k) {
+    ccSharpMiddle(sample, level, k, middle);
+    depth = ccSharpIn(&way, middle, depth);
+  }
+  // In a float voxel, as a device has it.
+  return static_cast<double>(depth) * static_cast<float>(other.field->cloud().voxelSize());
+}
+
+double sharpDepth(const CloudsInFrame& s, int level) {
+  return std::max(sharpDepth(*s.a, *s.b, s, kA, level), sharpDepth(*s.b, *s.a, s, kB, level));
+}
+
 }  // namespace
 
-PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape, bool oneSided, int level,
-                    double voxel) {
+PairDepth pairDepth(const CcPairSums& patches, const ShapeInCloud* shape,
+                    const CloudsInFrame* clouds, bool oneSided, int level, double voxel) {
   CcPairDepth by = ccDepthOfPair(&patches, oneSided, voxel);
-  double edged = (1 - by.smooth) * ccRamp(by.pointed, kEdged, kAllEdge);
+  double edged = 0;
+  if (patches.size > 0) edged = shape ? ccEdged(&patches, &by) : ccEdgedOnFace(&patches, &by);
   double edge = 0, apart = 0;
-  if (edged > 0 && patches.size > 0 && shape) edge = edgeDepth(*shape, patches.most);
-  if (edge > 0) {
-    // The edges are walked in steps, so it may be deeper.
-    by.depth += edged * std::max(0.0, edge - by.depth);
-    apart = edged * std::max(0.0, by.depth - edge);
-  } else {
-    edged = 0;
-  }
+  if (edged > 0 && shape) edge = edgeDepth(*shape, patches.most);
+  if (edged > 0 && clouds) edge = sharpDepth(*clouds, level);
+  const bool gives = edge > (shape ? 0 : by.depth);
+  if (gives) ccTakeEdge(&by, edged, edge);
+  if (gives && shape) apart = edged * std::max(0.0, by.depth - edge);
+  if (!gives) edged = 0;
   return {by.depth, apart + ccDepthError(&patches, &by, edged, level, oneSided, voxel)};
 }
 

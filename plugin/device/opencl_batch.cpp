@@ -207,7 +207,7 @@ void OpenClBatch::makePoints(const cl::Buffer& bins, const cl::Buffer& grown,
         places, facing, placed, round);
   };
   run({"ccForces", count_ * CC_TEAM, CC_TEAM}, pairs, results, patches, forces, wholes, listed,
-      placed);
+      placed, fields_->table(), fields_->data(), fields_->data(), found_.buffer(), hitBuffer);
   run({"ccLineUp", teams, CC_TEAM}, pairs, results, listed, queues, grown, bins, hitBuffer,
       order_.buffer(), places, facing);
   findNearest(-1);

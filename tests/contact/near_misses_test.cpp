@@ -256,5 +256,37 @@ TEST(NearMisses, FlatFacesAreSeenWhole) {
     }
 }
 
+// A near miss reads as a touch does. A ball that nearly touches a plane has its force on its axis:
+// beside it, it would spin as it bounces.
+TEST(NearMisses, ABallIsAsFarAsItIs) {
+  BodyMaker make{kVoxel, Random(11), {}};
+  Random random(12);
+  const Body ball = make.sphere(10), plane = BodyMaker::shape(HalfSpace{Vec3::UnitZ(), 0});
+  for (const double gap : {0.01, 0.3, 1.0, 3.0}) {
+    double squareOfDepth = 0, squareOfPlace = 0;
+    constexpr int kPoses = 50;
+    for (int k = 0; k < kPoses; ++k) {
+      const Pose pose{random.rotation(), Vec3(0, 0, (10 + gap) * kVoxel)};
+      ContactSettings settings;
+      settings.margin = 4 * kVoxel;
+      ContactFinder finder;
+      ContactResult found;
+      finder.search(ball.at(pose), plane.at(Pose{}), settings, found);
+      ASSERT_EQ(found.points.size(), 4u);
+      double depth = 0;
+      Vec3 place = Vec3::Zero();
+      for (const ContactPoint& p : found.points) {
+        depth += 0.25 * p.depth / kVoxel;
+        place += 0.25 * p.position / kVoxel;
+        EXPECT_LT(p.normal.head<2>().norm(), 0.03);
+      }
+      squareOfDepth += (depth + gap) * (depth + gap) / kPoses;
+      squareOfPlace += place.head<2>().squaredNorm() / kPoses;
+    }
+    EXPECT_LT(std::sqrt(squareOfDepth), 0.005) << gap;
+    EXPECT_LT(std::sqrt(squareOfPlace), 0.035) << gap;
+  }
+}
+
 }  // namespace
 }  // namespace cloudcontact::testing::near_misses_test
