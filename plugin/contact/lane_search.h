@@ -153,8 +153,10 @@ class LaneSearch {
 
   // Where these are, finer samples may be touched, too.
   void keepTouched(bool finer) {
-    for (int i = 0; i < lanes_.count; ++i) {
-      if (!touchesAt(dir_, lanes_, i)) continue;
+    std::int32_t list[kLanes];
+    const int found = findTouched(dir_, lanes_, list);
+    for (int n = 0; n < found; ++n) {
+      const int i = list[n];
       const std::uint32_t k = lanes_.sample[i];
       const std::uint32_t planes = ccPlaneCount({lanes_.a[i], lanes_.b[i]});
       TouchedSample one{k, lanes_.depth[i], {lanes_.nx[i], lanes_.ny[i], lanes_.nz[i]}};

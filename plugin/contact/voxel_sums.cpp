@@ -101,13 +101,16 @@ void VoxelSums::touchedByArea(std::vector<TouchedSample>& touched) const {
 std::size_t VoxelSums::patchAt(const TouchedSample& t) {
   if (sums_.size() == 1) return 0;
   if (t.hit != TouchedSample::kNoHit) return found_->binner.patchOf(t.hit);
-  const SurfaceSample s = dir_->samples.levels[dir_->level].samples[t.sample];
-  const Hit hit = search::hitOf(*dir_, s, t.depth, t.other, t.other.isZero());
-  const CcBinOfHit bin = ccBinOf(hit.position.data(), hit.own.data(), hit.other.data(), hit.facing,
-                                 hit.depth, dir_->side, static_cast<float>(1 / found_->cell));
+  const OwnedRun& run = level_->runs[t.sample];
+  const V3 at = search::applied(dir_->toFrame, V3(run.at)),
+           own = search::turned(dir_->frameFromOwn, V3(run.normal));
+  const V3 other = t.other.isZero() ? V3(-own) : search::turned(dir_->frameFromOther, t.other);
+  const CcHit hit = ccHitOf(at.data(), own.data(), other.data(), t.depth, 0);
+  const CcBinOfHit bin = ccBinOf(hit.position, hit.own, hit.other, hit.facing, t.depth, dir_->side,
+                                 static_cast<float>(1 / found_->cell));
   const std::uint64_t key = ccBinKey(bin.x, bin.y, bin.z, bin.direction);
   KnownBin& known = known_[key * 0x9E3779B97F4A7C15u >> 56];
-  if (known.key != key) known = {key, found_->binner.patchNear(bin, dir_->side, hit.own.data())};
+  if (known.key != key) known = {key, found_->binner.patchNear(bin, dir_->side, hit.own)};
   return known.patch;
 }
 
